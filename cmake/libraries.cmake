@@ -1,10 +1,10 @@
-# A library is one folder with one target. Only targets that name the library in USES see its headers: each library has
-# an include root of its own (a folder of symbolic links in the build tree), so a wrong dependency does not compile.
-# Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
+# A library is one folder with one target. Only targets that name the library in USES see its headers: each
+# library has an include root of its own (a folder of symbolic links in the build tree), so a wrong dependency
+# does not compile. Headers are included by their path in the repository: #include "rtstdb/gpu/device.hpp".
 
-# With HIL_COMPILE_TOGETHER, headers that most sources include are precompiled and up to eight sources are compiled as one.
-# The dev preset leaves it off: tools that can not read GCC's precompiled headers use its tree, a change recompiles few
-# sources, and a source that lacks an include does not compile.
+# With HIL_COMPILE_TOGETHER, headers that most sources include are precompiled and up to eight sources are
+# compiled as one. The dev preset leaves it off: tools that can not read GCC's precompiled headers use its
+# tree, a change recompiles few sources, and a source that lacks an include does not compile.
 function(hil_precompile name collection)
   if(NOT HIL_COMPILE_TOGETHER)
     return()
@@ -25,8 +25,8 @@ function(hil_precompile name collection)
   target_precompile_headers(${name} REUSE_FROM ${collection})
 endfunction()
 
-# Compiles several sources of a target as one, except those in `separate`: their file-local names collide with those of other
-# sources.
+# Compiles several sources of a target as one, except those in `separate`: their file-local names collide with
+# those of other sources.
 function(hil_compile_as_one name separate)
   if(HIL_COMPILE_TOGETHER)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)

@@ -1,29 +1,33 @@
-# Shaders become words inside the programs: compiled by glslangValidator, optimized by spirv-opt, checked by spirv-val, embedded from
-# the build tree. GLSL includes by the path in the repository ("shaders/shared/interop.h") or by the path under shaders/.
+# Shaders are embedded in the programs as arrays of words: glslangValidator compiles them,
+# spirv-opt optimizes them and spirv-val checks them. GLSL includes files by their path in the repository
+# ("shaders/shared/interop.h") or under shaders/.
 find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
 find_program(SPIRV_OPT spirv-opt REQUIRED)
 find_program(SPIRV_VAL spirv-val REQUIRED)
 
-# What is optimized before saves the driver work: on lavapipe a run of the crossing over 0.1 s took 0.5 to 0.7 s of processor time, and
-# 0.8 to 0.9 s without. These are left as they are: their benches (regions, nearest) showed no difference beyond what runs differ by.
-set(HIL_SHADERS_AS_COMPILED "/query/(region|nearest_center)[^/]*$")
+# Optimization at build time saves the driver time at the first dispatch. These variants are not optimized,
+# since that makes no difference in their benches.
+set(HIL_SHADERS_AS_COMPILED "^(region|nearest_center)")
 
-# Compiles one shader into `directory`/`name`.h, which defines `const uint32_t name_words[]`, and puts that path into
-# `result`. Further arguments are options of glslangValidator, such as -DNAME=value.
+# Compiles one shader into `directory`/`name`.h, which defines `const uint32_t name_words[]`, and puts that
+# path into `result`. Further arguments are options of glslangValidator, such as -DNAME=value.
 function(hil_compile_shader result directory name source)
   set(words ${directory}/${name}.h)
   set(binary ${directory}/${name}.spv)
   set(passes -O)
-  if(source MATCHES "${HIL_SHADERS_AS_COMPILED}")
+  if(name MATCHES "${HIL_SHADERS_AS_COMPILED}")
     set(passes "")
   endif()
   add_custom_command(
     OUTPUT ${binary} ${words}
-    COMMAND ${GLSLANG_VALIDATOR} -V --quiet --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR} -I${PROJECT_SOURCE_DIR}/shaders
+    COMMAND ${GLSLANG_VALIDATOR} -V --quiet --target-env vulkan1.3
+            -I${PROJECT_SOURCE_DIR} -I${PROJECT_SOURCE_DIR}/shaders
             ${ARGN} --depfile ${words}.d -o ${binary} ${source}
-    COMMAND ${SPIRV_OPT} --target-env=vulkan1.3 --scalar-block-layout --preserve-bindings ${passes} ${binary} -o ${binary}
+    COMMAND ${SPIRV_OPT} --target-env=vulkan1.3 --scalar-block-layout --preserve-bindings ${passes}
+            ${binary} -o ${binary}
     COMMAND ${SPIRV_VAL} --target-env vulkan1.3 --scalar-block-layout ${binary}
-    COMMAND ${CMAKE_COMMAND} -DNAME=${name} -DBINARY=${binary} -DWORDS=${words} -P ${PROJECT_SOURCE_DIR}/cmake/shader_words.cmake
+    COMMAND ${CMAKE_COMMAND} -DNAME=${name} -DBINARY=${binary} -DWORDS=${words}
+            -P ${PROJECT_SOURCE_DIR}/cmake/shader_words.cmake
     DEPENDS ${source} ${PROJECT_SOURCE_DIR}/cmake/shader_words.cmake
     DEPFILE ${words}.d
     COMMENT "Shader ${name}"
@@ -31,8 +35,8 @@ function(hil_compile_shader result directory name source)
   set(${result} ${words} PARENT_SCOPE)
 endfunction()
 
-# Compiles every SHADER line of a table (the form is told in rtstdb/gpu/shader.hpp; sources lie under `root`) and writes
-# `directory`/words.inc, which defines name_words for each name. `target` builds them all.
+# Compiles every SHADER line of a table (rtstdb/gpu/shader.hpp gives the form; sources lie under `root`) and
+# writes `directory`/words.inc, which defines name_words for each name. `target` builds them all.
 function(hil_shader_table target table root directory)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${table})
   file(STRINGS ${table} lines REGEX "^ *SHADER\\(")
@@ -40,16 +44,22 @@ function(hil_shader_table target table root directory)
   set(includes "")
   set(missing "")
   foreach(line IN LISTS lines)
-    if(NOT line MATCHES "^ *SHADER\\(([a-z0-9_]+), *\"([^\"]+)\", *[0-9]+, *[A-Za-z0-9_]+, *\"[STFI]*\"\\)$")
-      message(FATAL_ERROR "${table}: not a line of the form SHADER(name, \"source\", group_size, Args, \"STFI\"): ${line}")
+    set(name_form "[a-z0-9_]+")
+    set(defines_form "[A-Za-z0-9_= ]*")
+    if(NOT line MATCHES
+       "^ *SHADER\\((${name_form}), *\"([^\"]+)\", *\"(${defines_form})\", *[0-9]+, *[A-Za-z0-9_]+, *\"[STFI]*\"\\)$")
+      message(FATAL_ERROR "${table}: not a line of the form "
+        "SHADER(name, \"source\", \"DEFINE NAME=value\", group_size, Args, \"STFI\"): ${line}")
     endif()
     set(name ${CMAKE_MATCH_1})
     set(source ${root}/${CMAKE_MATCH_2})
+    separate_arguments(defines UNIX_COMMAND "${CMAKE_MATCH_3}")
+    list(TRANSFORM defines PREPEND -D)
     if(NOT EXISTS ${source})
       list(APPEND missing ${source})
       continue()
     endif()
-    hil_compile_shader(header ${directory} ${name} ${source})
+    hil_compile_shader(header ${directory} ${name} ${source} ${defines})
     list(APPEND headers ${header})
     string(APPEND includes "#include \"${header}\"\n")
   endforeach()

@@ -66,12 +66,6 @@ struct InputGroup {
   RunTimeNs timeout_ns = 0;
 };
 
-/// The first fault of a device, as a sentence for the user; empty: none.
-struct DeviceHealth {
-  bool connected = false;  ///< as Device::connected
-  std::string fault;
-};
-
 /// An event concerning a device's values, as a sentence for the report.
 struct DeviceEvent {
   RunTimeNs time_ns = 0;  ///< may lie before the first tick
@@ -126,7 +120,7 @@ class Device {
   virtual void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept = 0;
 
   /// Virtual clock only: sends everything released so far and returns when every reply has arrived and the
-  /// remote side is idle. False: the remote side exceeded its wall-clock limit; health() says which one.
+  /// remote side is idle. False: the remote side exceeded its wall-clock limit; fault() says which one.
   virtual bool exchange(RunTimeNs tick_ns) = 0;
 
   /// Sends every output's safe value once, as soon as the device's thread can. Any thread.
@@ -144,7 +138,8 @@ class Device {
   /// Whether the remote side has responded since the start. Modbus client: the unit has answered a request.
   /// Any thread; never blocks.
   virtual bool has_answered() const noexcept { return connected(); }
-  virtual DeviceHealth health() const = 0;
+  /// The first fault of the device, as one sentence for the user. Empty: none. Any ordinary thread.
+  virtual std::string fault() const = 0;
   /// Why due outputs could not be sent, as one sentence; the first such reason. A queue that is full for a
   /// moment does not count. Empty: none. Any ordinary thread.
   virtual std::string send_fault() const = 0;

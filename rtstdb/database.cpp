@@ -1,5 +1,5 @@
-// The public face put together: a device, the executor that answers queries on it, and the engine that orders
-// transactions.
+// Implements Database: it connects the query executor with its device, the transaction engine, the log, and
+// the follower of standing queries.
 
 #include <pthread.h>
 
@@ -15,19 +15,16 @@
 
 #include <rtstdb/database.hpp>
 
+#include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry/row_check.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/open_database.hpp"
-#include "rtstdb/open_past.hpp"
+#include "rtstdb/open_history_range.hpp"
 #include "rtstdb/option_check.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/nearest_query.hpp"
-#include "rtstdb/query/overlap_query.hpp"
-#include "rtstdb/query/ray_query.hpp"
-#include "rtstdb/query/region_query.hpp"
 #include "rtstdb/standing/follower.hpp"
-#include "rtstdb/standing/question.hpp"
+#include "rtstdb/standing/query_spec.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
 
@@ -40,9 +37,9 @@ constexpr bool validation_default = true;
 constexpr bool validation_default = false;
 #endif
 
-/// The driver makes its threads while the device opens, and threads inherit scheduling: a software device
-/// then computes with real-time priority, below the database's own thread. Where that is refused the engine
-/// says so.
+/// Opens the device on a thread with real-time priority below that of the engine thread. The driver creates
+/// its threads meanwhile, and they inherit the priority, so a software device computes with it. If the
+/// priority is refused, the engine reports that for its own threads.
 Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& options, int thread_priority) {
   std::optional<Result<std::unique_ptr<gpu::Device>>> device;
   std::exception_ptr failure;
@@ -62,7 +59,7 @@ Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& optio
   return std::move(*device);
 }
 
-/// Where not even a sentence fits; this does without memory of its own.
+/// Falls back to a message that is short enough to need no allocation.
 Error out_of_memory(std::string_view what, std::string_view name, std::string_view why) noexcept {
   try {
     std::string sentence(what);
@@ -73,45 +70,46 @@ Error out_of_memory(std::string_view what, std::string_view name, std::string_vi
   }
 }
 
-/// Setup answers with an error when memory runs out; the tick allocates nothing.
+/// Executes `work`; returns an Error if memory runs out or no thread can be created.
 template <class Value, class Work>
-Result<Value> unless_out_of_memory(std::string_view what, std::string_view name, const Work& work) noexcept {
+Result<Value> catch_out_of_memory(std::string_view what, std::string_view name, const Work& work) noexcept {
   try {
     return work();
   } catch (const std::bad_alloc&) {
     return out_of_memory(what, name, " does not fit into memory");
   } catch (const std::system_error&) {
-    return out_of_memory(what, name, " can have no thread");
+    return out_of_memory(what, name, ": no thread can be created");
   }
 }
 
-/// None: nothing is to survive.
+/// Null: the options name no directory.
 Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& options) {
   const std::filesystem::path& directory = options.durability.directory;
   if (directory.empty()) return std::unique_ptr<transaction::CommitLog>();
-  const auto with_place = [&](const std::string& what) {
+  const auto with_directory = [&](const std::string& what) {
     return Error{ErrorCode::file, directory.string() + ": " + what};
   };
   auto disk = log::open_directory(directory);
-  if (!disk) return with_place(disk.error().in_words());
+  if (!disk) return with_directory(disk.error().describe());
   auto opened =
       transaction::CommitLog::open(std::move(disk.value()), {.durability = options.durability,
                                                              .max_entities = options.max_entities,
                                                              .max_geometries = options.max_geometries});
-  if (!opened) return Error{opened.error().code, with_place(opened.error().message).message};
+  if (!opened) return Error{opened.error().code, with_directory(opened.error().message).message};
   return opened;
 }
 
-/// A geometry as it was added.
-struct Added {
+/// A geometry with its mesh as it was added.
+struct AddedGeometry {
   std::shared_ptr<const TriangleMesh> mesh;
   std::string name;
   bool deforms = false;
 };
 
-/// Brings what a log told of to the device, in its order.
-Result<std::vector<Added>> add_recovered(const log::World& world, query::GpuExecutor& executor) {
-  std::vector<Added> known;
+/// Adds the recovered geometries to the device, in the order of their ids.
+Result<std::vector<AddedGeometry>> add_recovered_geometries(const log::World& world,
+                                                            query::GpuExecutor& executor) {
+  std::vector<AddedGeometry> recovered;
   for (const log::WorldGeometry& geometry : world.geometries) {
     const auto& [id, name, options, file, checksum] = geometry.logged;
     const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
@@ -119,23 +117,23 @@ Result<std::vector<Added>> add_recovered(const log::World& world, query::GpuExec
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
-    known.push_back({mesh, name, options.deforms});
+    recovered.push_back({mesh, name, options.deforms});
   }
-  return known;
+  return recovered;
 }
 
 /// How long add_geometry waits for room in the log.
-constexpr Nanoseconds longest_wait_for_log{10'000'000'000};
+constexpr Nanoseconds log_room_timeout{10'000'000'000};
 
 class DatabaseImpl final : public Database {
  public:
-  /// `known`: what the log told of, on the device already. `past`: see EngineOptions.
+  /// `recovered`: recovered geometries, already on the device. `past`: see EngineOptions.
   DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options,
-               std::unique_ptr<transaction::CommitLog> log, std::vector<Added> known,
+               std::unique_ptr<transaction::CommitLog> log, std::vector<AddedGeometry> recovered,
                std::function<void(store::Store&)> past)
       : executor_(std::move(executor)),
-        meshes_(std::move(known)),
-        is_past_(static_cast<bool>(past)),
+        meshes_(std::move(recovered)),
+        is_history_(static_cast<bool>(past)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
@@ -149,9 +147,9 @@ class DatabaseImpl final : public Database {
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)),
         follower_(engine_, {.max_entities = options.max_entities,
                             .max_geometries = options.max_geometries,
-                            .feed_capacity = options.followed_changes}) {
+                            .feed_capacity = options.standing_queue_capacity}) {
     for (std::uint32_t index = 0; index < meshes_.size(); ++index) {
-      const Added& geometry = meshes_[index];
+      const AddedGeometry& geometry = meshes_[index];
       follower_.make_room_for_geometry();
       follower_.add_geometry(bounds_of(*geometry.mesh), geometry.deforms);
       if (geometry.deforms)
@@ -166,38 +164,25 @@ class DatabaseImpl final : public Database {
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                   const GeometryOptions& options) override {
     require_open("Database::add_geometry");
-    return unless_out_of_memory<GeometryId>("geometry", name, [&]() -> Result<GeometryId> {
-      if (is_past_) return named(name, {ErrorCode::bad_input, "nothing is written to the past"});
-      if (auto valid = validate(mesh); !valid) return named(name, valid.error());
-      if (auto valid = check_options(options); !valid) return named(name, valid.error());
+    return catch_out_of_memory<GeometryId>("geometry", name, [&]() -> Result<GeometryId> {
+      if (is_history_) return with_name(name, {ErrorCode::bad_input, "a history can not be written"});
+      if (auto valid = validate(mesh); !valid) return with_name(name, valid.error());
+      if (auto valid = check_options(options); !valid) return with_name(name, valid.error());
       return add_valid(mesh, name, options);
     });
   }
 
-  Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) override {
-    return prepare_on_engine<RayQuery, query::GpuRayQuery>(options);
-  }
-  Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) override {
-    return prepare_on_engine<RegionQuery, query::GpuRegionQuery>(options);
-  }
-  Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) override {
-    return prepare_on_engine<NearestQuery, query::GpuNearestQuery>(options);
-  }
-  Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) override {
-    return prepare_on_engine<OverlapQuery, query::GpuOverlapQuery>(options);
-  }
-
-  Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& asked,
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& query,
                                                const StandingOptions& options) override {
-    return watch_question(asked, options);
+    return watch_spec(query, options);
   }
-  Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& asked,
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& query,
                                                const StandingOptions& options) override {
-    return watch_question(asked, options);
+    return watch_spec(query, options);
   }
-  Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& asked,
+  Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& query,
                                                const StandingOptions& options) override {
-    return watch_question(asked, options);
+    return watch_spec(query, options);
   }
 
   std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) override {
@@ -210,8 +195,8 @@ class DatabaseImpl final : public Database {
   }
   Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options) override {
     require_open("Database::reserve");
-    return unless_out_of_memory<std::unique_ptr<Reservation>>("reservation", options.name,
-                                                              [&] { return engine_.reserve(options); });
+    return catch_out_of_memory<std::unique_ptr<Reservation>>("reservation", options.name,
+                                                             [&] { return engine_.reserve(options); });
   }
 
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
@@ -222,14 +207,14 @@ class DatabaseImpl final : public Database {
   Version durable() const noexcept override {
     return engine_.log() != nullptr ? engine_.log()->durable() : 0;
   }
-  bool wait_until_durable(Version version, Nanoseconds at_most) noexcept override {
-    return engine_.log() != nullptr && engine_.log()->wait_until_durable(version, at_most);
+  bool wait_until_durable(Version version, Nanoseconds timeout) noexcept override {
+    return engine_.log() != nullptr && engine_.log()->wait_until_durable(version, timeout);
   }
   Durability durability() const override {
     return engine_.log() != nullptr ? engine_.log()->state() : Durability{};
   }
   const Recovery& recovery() const noexcept override {
-    return engine_.log() != nullptr ? engine_.log()->recovery() : nothing_recovered_;
+    return engine_.log() != nullptr ? engine_.log()->recovery() : no_recovery_;
   }
   Result<void> close() override {
     follower_.close();
@@ -239,8 +224,8 @@ class DatabaseImpl final : public Database {
 
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const override {
     require_open("Database::snapshot");
-    return unless_out_of_memory<std::vector<EntityState>>("a snapshot", {},
-                                                          [&] { return engine_.snapshot(read_at); });
+    return catch_out_of_memory<std::vector<EntityState>>("a snapshot", {},
+                                                         [&] { return engine_.snapshot(read_at); });
   }
 
   std::optional<GeometryId> find_geometry(std::string_view name) const override {
@@ -250,13 +235,13 @@ class DatabaseImpl final : public Database {
     return std::nullopt;
   }
   std::optional<TriangleMesh> geometry(GeometryId id) const override {
-    auto mesh = copy_of(id, ReadAt::latest());
+    auto mesh = copy_mesh(id, ReadAt::latest());
     if (!mesh) return std::nullopt;
     return std::move(mesh).value();
   }
   Result<TriangleMesh> geometry(GeometryId id, const ReadAt& read_at) const override {
-    return unless_out_of_memory<TriangleMesh>("a copy of the geometry", {},
-                                              [&] { return copy_of(id, read_at); });
+    return catch_out_of_memory<TriangleMesh>("a copy of the geometry", {},
+                                             [&] { return copy_mesh(id, read_at); });
   }
 
   TransactionCounts counts() const noexcept override { return engine_.counts(); }
@@ -269,10 +254,10 @@ class DatabaseImpl final : public Database {
     Health health = executor_->device_health();
     health.degraded = engine_.degraded();
     const Durability log = durability();
-    if (log.refused_by_disk) health.degraded.push_back("nothing becomes durable now: " + log.last_fault);
+    if (log.last_write_failed) health.degraded.push_back("commits do not become durable: " + log.last_fault);
     if (log.commits_in_gaps != 0)
-      health.degraded.push_back(std::to_string(log.commits_in_gaps) +
-                                " commits were not recorded, since the disk was slower than they came");
+      health.degraded.push_back(counted(log.commits_in_gaps, "commit") +
+                                " could not be recorded because the disk was too slow");
     return health;
   }
 
@@ -281,7 +266,7 @@ class DatabaseImpl final : public Database {
     RTSTDB_REQUIRE(!engine_.is_closing(), call, "the database is closed (Database::close)");
   }
 
-  Result<TriangleMesh> copy_of(GeometryId id, const ReadAt& read_at) const {
+  Result<TriangleMesh> copy_mesh(GeometryId id, const ReadAt& read_at) const {
     TriangleMesh mesh;
     bool deforms = false;
     {
@@ -299,37 +284,37 @@ class DatabaseImpl final : public Database {
     return mesh;
   }
 
-  static Error named(std::string_view name, const Error& error) {
+  static Error with_name(std::string_view name, const Error& error) {
     return {error.code, "geometry '" + std::string(name) + "': " + error.message};
   }
 
   Result<GeometryId> add_valid(const TriangleMesh& mesh, std::string_view name,
                                const GeometryOptions& options) {
-    // Held over both, so that meshes stand in the order of their ids.
+    // Held until the mesh is in the list, so that meshes are in the order of their ids.
     const std::lock_guard lock(adding_mutex_);
-    Added copy{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms};
+    AddedGeometry copy{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms};
     {
       const std::lock_guard reading_lock(meshes_mutex_);
       meshes_.reserve(meshes_.size() + 1);
     }
     follower_.make_room_for_geometry();
-    std::unique_ptr<store::ShapeHistory::Kept> shapes;
-    if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.kept_shapes);
+    std::unique_ptr<store::ShapeHistory::Ring> shapes;
+    if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.retained_shapes);
     std::optional<log::LoggedGeometry> logged;
     if (transaction::CommitLog* log = engine_.log()) {
       auto written = log->write_geometry(mesh, name, options);
-      if (!written) return named(name, written.error());
+      if (!written) return with_name(name, written.error());
       logged = std::move(written).value();
     }
     auto used_positions =
         options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
     std::optional<Result<GeometryId>> added;
-    const auto add = [&] {
+    const auto add_on_engine = [&] {
       if (logged && !engine_.log()->room_for(*logged)) return;
-      added.emplace(unless_out_of_memory<GeometryId>(
+      added.emplace(catch_out_of_memory<GeometryId>(
           "it", {}, [&] { return executor_->add_geometry(copy.mesh, options); }));
       if (!*added) return;
-      // Before any version can be read that names it.
+      // Before any version that uses the geometry can be read.
       follower_.add_geometry(executor_->last_bounds(), options.deforms);
       if (shapes != nullptr) {
         engine_.keep_shapes(added->value(), std::move(shapes));
@@ -338,58 +323,60 @@ class DatabaseImpl final : public Database {
       if (logged) logged->id = added->value();
       if (logged) engine_.log()->record_geometry(*logged, mesh.positions_m.size());
     };
-    const ClockTime begun = monotonic_clock_.now();
-    for (engine_.call(add); !added; engine_.call(add)) {
-      if (monotonic_clock_.now() - begun > longest_wait_for_log)
-        return named(name, {ErrorCode::file, "the log has no room: " + durability().last_fault});
+    const ClockTime begin_time = monotonic_clock_.now();
+    for (engine_.call(add_on_engine); !added; engine_.call(add_on_engine)) {
+      if (monotonic_clock_.now() - begin_time > log_room_timeout)
+        return with_name(name, {ErrorCode::file, "the log has no room: " + durability().last_fault});
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    if (!*added) return named(name, added->error());
+    if (!*added) return with_name(name, added->error());
     const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(std::move(copy));
     return *added;
   }
 
-  template <class Public, class Prepared, class Options>
-  Result<std::unique_ptr<Public>> prepare_on_engine(const Options& options) {
-    using Made = std::unique_ptr<Prepared>;
+  Result<std::unique_ptr<Query>> prepare_query(const AnyQueryOptions& options) override {
+    using Made = std::unique_ptr<query::GpuQuery>;
+    const std::string& name =
+        std::visit([](const auto& of_kind) -> const std::string& { return of_kind.name; }, options);
     require_open("Database::prepare");
-    return unless_out_of_memory<std::unique_ptr<Public>>(
-        "query", options.name, [&]() -> Result<std::unique_ptr<Public>> {
+    return catch_out_of_memory<std::unique_ptr<Query>>(
+        "query", name, [&]() -> Result<std::unique_ptr<Query>> {
           std::optional<Result<Made>> made;
           engine_.call([&] {
-            made.emplace(unless_out_of_memory<Made>("query", options.name,
-                                                    [&] { return executor_->prepare<Prepared>(options); }));
+            made.emplace(
+                catch_out_of_memory<Made>("query", name, [&] { return executor_->prepare(options); }));
           });
           if (!*made) return made->error();
-          return std::unique_ptr<Public>(std::move(*made).value());
+          return std::unique_ptr<Query>(dynamic_cast<Query*>(made->value().release()));
         });
   }
 
-  template <class Asked>
-  Result<std::unique_ptr<StandingQuery>> watch_question(const Asked& asked, const StandingOptions& options) {
+  template <class StandingKind>
+  Result<std::unique_ptr<StandingQuery>> watch_spec(const StandingKind& query,
+                                                    const StandingOptions& options) {
     require_open("Database::watch");
-    const auto question = standing::question_of(asked, options.name);
-    if (!question) return question.error();
-    return unless_out_of_memory<std::unique_ptr<StandingQuery>>(
-        "standing query", options.name, [&] { return follower_.watch(question.value(), options); });
+    const auto spec = standing::make_query_spec(query, options.name);
+    if (!spec) return spec.error();
+    return catch_out_of_memory<std::unique_ptr<StandingQuery>>(
+        "standing query", options.name, [&] { return follower_.watch(spec.value(), options); });
   }
 
   transaction::MonotonicClock monotonic_clock_;
   std::unique_ptr<query::GpuExecutor> executor_;
   std::mutex adding_mutex_;
   mutable std::mutex meshes_mutex_;
-  std::vector<Added> meshes_;  // by geometry index
-  const bool is_past_;
-  const Recovery nothing_recovered_;
+  std::vector<AddedGeometry> meshes_;  // by geometry index
+  const bool is_history_;
+  const Recovery no_recovery_;
   mutable transaction::Engine engine_;
   standing::Follower follower_;
 };
 
-/// With a stretch of the past, or none.
+/// `range`: the range of a history; null: a live database.
 Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu::DeviceOptions device,
-                                            log::Stretch* stretch) {
-  return unless_out_of_memory<std::unique_ptr<Database>>(
+                                            log::VersionRange* range) {
+  return catch_out_of_memory<std::unique_ptr<Database>>(
       "the database", {}, [&]() -> Result<std::unique_ptr<Database>> {
         if (auto checked = check_options(options); !checked) return checked.error();
         if (auto checked = check_options(options.durability); !checked) return checked.error();
@@ -405,16 +392,16 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu:
         if (!executor) return executor.error();
         auto log = open_log(options);
         if (!log) return log.error();
-        const log::World* world = stretch != nullptr ? &stretch->begin : nullptr;
+        const log::World* world = range != nullptr ? &range->begin : nullptr;
         if (log.value() != nullptr) world = &log.value()->recovered_world();
-        auto known = world != nullptr ? add_recovered(*world, *executor.value())
-                                      : Result<std::vector<Added>>(std::vector<Added>());
-        if (!known) return known.error();
+        auto recovered = world != nullptr ? add_recovered_geometries(*world, *executor.value())
+                                          : Result<std::vector<AddedGeometry>>(std::vector<AddedGeometry>());
+        if (!recovered) return recovered.error();
         std::function<void(store::Store&)> past;
-        if (stretch != nullptr) past = [stretch](store::Store& store) { live_through(*stretch, store); };
+        if (range != nullptr) past = [range](store::Store& store) { apply_range(*range, store); };
         auto database =
             std::make_unique<DatabaseImpl>(std::move(executor).value(), options, std::move(log).value(),
-                                           std::move(known).value(), std::move(past));
+                                           std::move(recovered).value(), std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
 }
@@ -433,8 +420,9 @@ Result<std::unique_ptr<Database>> open_database(const DatabaseOptions& options, 
   return open_with(options, std::move(device), nullptr);
 }
 
-Result<std::unique_ptr<Database>> open_past(const DatabaseOptions& options, log::Stretch stretch) {
-  return open_with(options, {}, &stretch);
+Result<std::unique_ptr<Database>> open_history_range(const DatabaseOptions& options,
+                                                     log::VersionRange range) {
+  return open_with(options, {}, &range);
 }
 
 }  // namespace rtstdb

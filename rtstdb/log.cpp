@@ -4,19 +4,19 @@
 
 #include <rtstdb/log.hpp>
 
-#include "rtstdb/log/chronicle.hpp"
 #include "rtstdb/log/inspection.hpp"
+#include "rtstdb/log/log_replay.hpp"
 #include "rtstdb/log/posix_disk.hpp"
 
 namespace rtstdb {
 namespace {
 
-Error with_place(const std::filesystem::path& directory, const Error& error) {
+Error with_directory(const std::filesystem::path& directory, const Error& error) {
   return {error.code, directory.string() + ": " + error.message};
 }
 
-Error too_large(const std::filesystem::path& directory) {
-  return with_place(directory, {ErrorCode::out_of_memory, "the log does not fit into memory"});
+Error log_too_large(const std::filesystem::path& directory) {
+  return with_directory(directory, {ErrorCode::out_of_memory, "the log does not fit into memory"});
 }
 
 LogWrite::Kind kind_of(store::WriteKind kind) {
@@ -33,10 +33,10 @@ LogWrite::Kind kind_of(store::WriteKind kind) {
   return LogWrite::Kind::remove;
 }
 
-/// From the log's words to the caller's.
-class Telling final : public log::ChronicleListener {
+/// Converts the internal types of the log into the public ones.
+class ListenerAdapter final : public log::ReplayListener {
  public:
-  explicit Telling(LogListener& listener) : listener_(listener) {}
+  explicit ListenerAdapter(LogListener& listener) : listener_(listener) {}
 
   void world(const log::World& world) override {
     for (const log::WorldGeometry& geometry : world.geometries)
@@ -108,26 +108,26 @@ const char* to_string(LogWrite::Kind kind) noexcept {
 
 Result<LogContents> inspect_log(const std::filesystem::path& directory) {
   auto disk = log::open_existing_directory(directory);
-  if (!disk) return with_place(directory, {ErrorCode::file, disk.error().in_words()});
+  if (!disk) return with_directory(directory, {ErrorCode::file, disk.error().describe()});
   try {
     auto contents = log::inspect(*disk.value());
-    if (!contents) return with_place(directory, contents.error());
+    if (!contents) return with_directory(directory, contents.error());
     return contents;
   } catch (const std::bad_alloc&) {
-    return too_large(directory);
+    return log_too_large(directory);
   }
 }
 
 Result<std::string> read_log(const std::filesystem::path& directory, LogListener& listener, bool salvage) {
   auto disk = log::open_existing_directory(directory);
-  if (!disk) return with_place(directory, {ErrorCode::file, disk.error().in_words()});
+  if (!disk) return with_directory(directory, {ErrorCode::file, disk.error().describe()});
   try {
-    Telling telling(listener);
-    auto report = log::read_chronicle(*disk.value(), salvage, telling);
-    if (!report) return with_place(directory, report.error());
+    ListenerAdapter adapter(listener);
+    auto report = log::replay_log(*disk.value(), salvage, adapter);
+    if (!report) return with_directory(directory, report.error());
     return report.value().damage;
   } catch (const std::bad_alloc&) {
-    return too_large(directory);
+    return log_too_large(directory);
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Database::open on a device of the caller's making: for tests, which have it fail.
+// Database::open with device options of the caller's choice: for tests, which inject device faults.
 
 #include <memory>
 
@@ -9,7 +9,7 @@
 
 namespace rtstdb {
 
-/// What DatabaseOptions say goes before what `device` does.
+/// DatabaseOptions override the corresponding members of `device`.
 Result<std::unique_ptr<Database>> open_database(const DatabaseOptions& options, gpu::DeviceOptions device);
 
 }  // namespace rtstdb

@@ -15,7 +15,7 @@ bool is_option_duration(Nanoseconds duration) {
 
 std::string refused_duration(const char* name, Nanoseconds duration) {
   return std::string(name) + " is " + std::to_string(duration.count()) + " ns; 0 to " +
-         std::to_string(max_option_duration_ns) + " are possible";
+         std::to_string(max_option_duration_ns) + " are allowed";
 }
 
 }  // namespace
@@ -30,10 +30,10 @@ Result<void> check_options(const DatabaseOptions& options) {
         Count{"max_geometries", options.max_geometries, max_geometries},
         Count{"queue_capacity", options.queue_capacity, max_queue_capacity},
         Count{"retained_changes", options.retained_changes, max_retained_changes},
-        Count{"followed_changes", options.followed_changes, max_retained_changes}}) {
+        Count{"standing_queue_capacity", options.standing_queue_capacity, max_retained_changes}}) {
     if (value == 0 || value > limit)
       return Error{ErrorCode::capacity, std::string(name) + " is " + std::to_string(value) + "; 1 to " +
-                                            std::to_string(limit) + " are possible"};
+                                            std::to_string(limit) + " are allowed"};
   }
   for (const auto& [name, duration] : {std::pair("chunk", options.chunk), std::pair("spin", options.spin)})
     if (!is_option_duration(duration)) return Error{ErrorCode::bad_input, refused_duration(name, duration)};
@@ -41,11 +41,11 @@ Result<void> check_options(const DatabaseOptions& options) {
     char share[40];
     std::snprintf(share, sizeof share, "%.9g", options.max_reserved_share);
     return Error{ErrorCode::bad_input,
-                 "max_reserved_share is " + std::string(share) + "; above 0 to 1 is possible"};
+                 "max_reserved_share is " + std::string(share) + "; above 0 to 1 is allowed"};
   }
   if (options.thread_priority < 0 || options.thread_priority > 99)
     return Error{ErrorCode::bad_input, "thread_priority is " + std::to_string(options.thread_priority) +
-                                           "; 0, ordinary, and 1 to 99 are possible"};
+                                           "; 0, ordinary, and 1 to 99 are allowed"};
   return {};
 }
 
@@ -60,26 +60,26 @@ Result<void> check_options(const DurabilityOptions& options) {
     return {};
   }
   if (options.mode == DurabilityMode::volatile_only)
-    return refuse("mode volatile writes nothing into " + options.directory.string());
+    return refuse("mode volatile does not allow a directory, given is " + options.directory.string());
   if (!is_option_duration(options.flush_interval))
     return refuse(refused_duration("flush_interval", options.flush_interval));
   if (options.ring_bytes < min_ring_bytes || options.ring_bytes > max_ring_bytes)
     return refuse("ring_bytes is " + std::to_string(options.ring_bytes) + "; " +
-                  std::to_string(min_ring_bytes) + " to " + std::to_string(max_ring_bytes) + " are possible");
+                  std::to_string(min_ring_bytes) + " to " + std::to_string(max_ring_bytes) + " are allowed");
   if (options.segment_bytes < min_segment_bytes)
     return refuse("segment_bytes is " + std::to_string(options.segment_bytes) + "; " +
-                  std::to_string(min_segment_bytes) + " and more are possible");
+                  std::to_string(min_segment_bytes) + " and more are allowed");
   return {};
 }
 
 Result<void> check_options(const GeometryOptions& options) {
   if (!options.deforms) return {};
-  if (options.kept_shapes == 0 || options.kept_shapes > max_kept_shapes)
-    return Error{ErrorCode::bad_input, "kept_shapes is " + std::to_string(options.kept_shapes) + "; 1 to " +
-                                           std::to_string(max_kept_shapes) + " are possible"};
+  if (options.retained_shapes == 0 || options.retained_shapes > max_retained_shapes)
+    return Error{ErrorCode::bad_input, "retained_shapes is " + std::to_string(options.retained_shapes) +
+                                           "; 1 to " + std::to_string(max_retained_shapes) + " are allowed"};
   if (!(options.rebuild_growth >= 1.0f)) {
     return Error{ErrorCode::bad_input,
-                 "rebuild_growth is " + std::to_string(options.rebuild_growth) + "; 1 and more are possible"};
+                 "rebuild_growth is " + std::to_string(options.rebuild_growth) + "; 1 and more are allowed"};
   }
   return {};
 }

@@ -1,11 +1,11 @@
 #pragma once
-// What DatabaseOptions, DurabilityOptions and GeometryOptions permit.
+// Checks of DatabaseOptions, DurabilityOptions and GeometryOptions.
 
 #include <rtstdb/database.hpp>
 
 namespace rtstdb {
 
-/// Refuses options outside their limits: an Error with the option's name, its value and its limits.
+/// Errors: the first option outside its limits, with its name, its value and the limits.
 Result<void> check_options(const DatabaseOptions& options);
 Result<void> check_options(const DurabilityOptions& options);
 Result<void> check_options(const GeometryOptions& options);

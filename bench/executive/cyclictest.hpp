@@ -1,6 +1,6 @@
 #pragma once
-// cyclictest (package rt-tests), the yardstick of wake-up latency: a thread that sleeps until absolute
-// instants and notes how late it wakes. Runs the program that is installed.
+// Runs the installed cyclictest (package rt-tests), the reference for wake-up latency: a thread sleeps until
+// absolute times and records how late it wakes.
 
 #include <cstdint>
 #include <string>
@@ -11,7 +11,7 @@ struct WakeupLatency {
   double p50_us = 0.0;
   double p99_us = 0.0;
   std::uint64_t samples = 0;
-  // Of cyclictest alone.
+  // Set by cyclictest only.
   double max_us = 0.0;
   std::uint64_t beyond_1_ms = 0;  ///< samples
 };
@@ -25,12 +25,12 @@ struct CyclictestOptions {
 /// "cyclictest 2.40". Throws std::runtime_error when it is not installed.
 std::string cyclictest_version();
 
-/// Takes ticks * period. Throws std::runtime_error, with what it said, when it can not run or its answer
-/// makes no sense.
+/// Runs for ticks * period. Throws std::runtime_error, with its output, when it can not run or its output is
+/// invalid.
 WakeupLatency run_cyclictest(const CyclictestOptions& options);
 
-/// Reads the histogram (buckets of 1 ns) that cyclictest prints. A rank past the last bucket answers with the
-/// printed maximum. Throws std::runtime_error on anything else.
+/// Reads the histogram (buckets of 1 ns) that cyclictest prints. A quantile beyond the last bucket is
+/// reported as the printed maximum. Throws std::runtime_error for any other output.
 WakeupLatency parse_cyclictest(const std::string& printed);
 
 }  // namespace hil::bench

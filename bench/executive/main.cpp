@@ -1,4 +1,4 @@
-// hil-bench-executive [--json] [--tiny]: wake-up latency beside cyclictest, and the cost of a tick.
+// hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, and the cost of a tick.
 
 #include <cstdio>
 #include <exception>

@@ -62,7 +62,7 @@ WakeupComparison compare_wakeup(const ComparisonOptions& options) {
     theirs.add(run_cyclictest({options.ticks_per_round, 1'000, comparison.fifo ? options.priority : 0}));
   };
   for (int round = 0; round < options.rounds; ++round) {
-    // The first round has to be ours: it tells which scheduler there is.
+    // The first round is the executive's, which determines the available scheduler.
     if (round % 2 == 0) {
       run_ours();
       run_theirs();

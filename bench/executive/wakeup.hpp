@@ -1,6 +1,6 @@
 #pragma once
-// The executive's own figures: how late its base thread wakes, beside cyclictest in the same minutes, and
-// what a tick of it costs.
+// Figures of the executive: the wake-up latency of its base thread, alternating with cyclictest, and the cost
+// of a tick.
 
 #include <cstdint>
 #include <string>
@@ -11,7 +11,7 @@
 namespace hil::bench {
 
 struct WakeupComparison {
-  WakeupLatency ours;  ///< medians over the rounds; samples of all rounds together
+  WakeupLatency ours;  ///< medians over the rounds; `samples` counts all rounds
   WakeupLatency theirs;
   bool fifo = false;  ///< both under SCHED_FIFO; else both under the ordinary scheduler
   std::vector<std::string> degraded;
@@ -23,8 +23,8 @@ struct ComparisonOptions {
   int priority = 60;
 };
 
-/// Runs an executive of 1 kHz without tasks and cyclictest at 1 kHz, by turns; the order changes from round
-/// to round. Throws std::runtime_error when cyclictest can not run.
+/// Runs an executive of 1 kHz without tasks and cyclictest at 1 kHz in alternation; the order alternates too.
+/// Throws std::runtime_error when cyclictest can not run.
 WakeupComparison compare_wakeup(const ComparisonOptions& options);
 
 struct TickOverhead {
@@ -32,8 +32,7 @@ struct TickOverhead {
   std::uint64_t samples = 0;
 };
 
-/// What the executive itself takes for a tick with ten empty tasks on the base thread, its accounting
-/// included.
+/// The executive's own time for a tick with ten empty tasks on the base thread, including accounting.
 TickOverhead measure_tick_overhead(const ComparisonOptions& options);
 
 }  // namespace hil::bench

@@ -1,5 +1,5 @@
 #pragma once
-// One measured figure beside its peer's, printed as one line. Every suite prints its results this way.
+// One measured figure with that of its peer, printed as one line. Every suite prints its results this way.
 
 #include <cstdint>
 #include <optional>
@@ -19,21 +19,21 @@ struct Figure {
   Better better = Better::lower;
   std::uint64_t samples = 0;  ///< behind `ours`
 
-  /// Above 1 is better than the peer. Absent without a peer, or when a division by zero would be needed.
+  /// Above 1: better than the peer. Absent without a peer, and instead of a division by zero.
   std::optional<double> ratio() const;
 };
 
-/// The machine in words: CPU model and how many.
+/// The CPU model and the number of CPUs.
 std::string device_name();
 
-/// One JSON object with name, ours, unit, peer, theirs, ratio, device, samples; what is absent is null.
+/// One JSON object with name, ours, unit, peer, theirs, ratio, device, samples; absent values are null.
 std::string as_json_line(const Figure& figure, const std::string& device);
-/// The same for people.
+/// The same as text for people.
 std::string as_text_line(const Figure& figure);
 
-/// The middle value; the mean of the two middle ones of an even number. Misuse (asserts): no values.
+/// The median; of an even number of values the mean of the two middle ones. Misuse (asserts): no values.
 double median(std::vector<double> values);
-/// The value below which that share of them lies, 0 to 1; one of them. Misuse (asserts): no values.
+/// The value at quantile `share` (0 to 1), one of the given values. Misuse (asserts): no values.
 double quantile(std::vector<double> values, double share);
 
 }  // namespace hil::bench

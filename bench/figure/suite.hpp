@@ -1,5 +1,5 @@
 #pragma once
-// The program of a suite: its families of figures, chosen by name on the command line.
+// The main program of a suite. The command line selects families of figures by name.
 
 #include <span>
 #include <string>
@@ -19,9 +19,9 @@ struct Family {
   std::vector<Figure> (*measure)(const SuiteOptions& options);
 };
 
-/// `program [--json] [--tiny] [--awake] [FAMILY...]`: prints a line for each figure of the families named, or of all. --awake: the
-/// processors are kept out of sleep meanwhile, as by a run with SCHED_FIFO. Returns the exit code: 1 when a family throws or the
-/// processors can not be kept awake, 2 for an argument that is not known.
+/// `program [--json] [--tiny] [--awake] [FAMILY...]`: prints a line for each figure of the named families, or
+/// of all. --awake keeps the processors out of sleep states, as a run with SCHED_FIFO does. Returns the exit
+/// code: 1 when a family throws or the processors can not be kept awake, 2 for an unknown argument.
 int run_suite(const std::string& program, std::span<const Family> families, std::string (*device)(), int argc,
               char** argv);
 

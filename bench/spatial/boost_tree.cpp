@@ -48,7 +48,7 @@ std::string BoostTree::version() {
          std::to_string(BOOST_VERSION / 100 % 1000);
 }
 
-/// `wanted` has the last word: a query's place, then an id.
+/// `wanted(query, id)` makes the final decision about a candidate.
 template <class Wanted>
 void BoostTree::query(std::span<const rtstdb::Bounds> queries, PeerRegions& answers, Wanted wanted) const {
   over_chunks(queries.size(), queries_per_chunk, [&](std::size_t begin, std::size_t end) {

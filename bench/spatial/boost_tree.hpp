@@ -13,7 +13,7 @@
 
 namespace hil::bench {
 
-/// The ids of query i stand from i * ids_per_query on.
+/// The ids of query i begin at index i * ids_per_query.
 struct PeerRegions {
   PeerRegions(std::size_t queries, std::size_t max_ids)
       : ids_per_query(max_ids), ids(queries * max_ids), counts(queries) {}
@@ -24,7 +24,7 @@ struct PeerRegions {
 
 class BoostTree {
  public:
-  /// Built by packing; an id is the box's place in the span.
+  /// Built by packing; an id is the box's index in the span.
   explicit BoostTree(std::span<const rtstdb::Bounds> boxes);
   ~BoostTree();
   BoostTree(const BoostTree&) = delete;
@@ -32,9 +32,9 @@ class BoostTree {
 
   static std::string version();
 
-  /// Touching counts. Ids come in any order.
+  /// Touching boxes count. Ids have no order.
   void intersecting(std::span<const rtstdb::Bounds> queries, PeerRegions& answers) const;
-  /// Of those boxes only the ones whose triangle is touched itself. `triangles`: by id.
+  /// Only the boxes whose triangle itself touches. `triangles`: by id.
   void touching(std::span<const rtstdb::Bounds> queries, std::span<const Corners> triangles,
                 PeerRegions& answers) const;
 

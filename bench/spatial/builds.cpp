@@ -14,7 +14,7 @@
 namespace hil::bench {
 namespace {
 
-/// So that about as much is empty whatever the count.
+/// Keeps the density constant for any count.
 float half_size_m(std::uint32_t count) {
   return 0.5f * std::cbrt(100.0f * static_cast<float>(count));
 }
@@ -30,7 +30,7 @@ std::vector<rtstdb::Pose> anywhere(std::uint32_t count, Random& random) {
   return places;
 }
 
-/// As within 10 ms: up to 0.2 m and 0.05 rad.
+/// Motions as within 10 ms: up to 0.2 m and 0.05 rad.
 void move_a_little(std::span<rtstdb::Pose> places, Random& random) {
   for (rtstdb::Pose& place : places) {
     place.p_world_m += glm::dvec3(random.between(0.0f, 0.2f) * random.direction());
@@ -80,7 +80,7 @@ Figure measure_blas(const SuiteOptions& options) {
   return time_figure("blas_build_bunny", times, embree_version());
 }
 
-/// Waves that run over the body, as a tenth of its size.
+/// Waves that run over the body, with an amplitude of a tenth of its size.
 void wave(std::span<const glm::vec3> rest_m, float phase, std::span<glm::vec3> positions_m) {
   for (std::size_t i = 0; i < rest_m.size(); ++i) {
     const glm::vec3 p = rest_m[i];

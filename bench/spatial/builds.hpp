@@ -1,6 +1,5 @@
 #pragma once
-// Structures, built and brought up to date, beside Embree's. What they answer is compared by the families that
-// ask rays.
+// Builds and updates of structures, compared with Embree. The query families compare the results.
 
 #include <vector>
 
@@ -9,12 +8,11 @@
 
 namespace hil::bench {
 
-/// tlas_rebuild_10k, tlas_rebuild_100k: every instance stands somewhere else. tlas_refit_10k: every instance has
-/// moved a little. Each with a figure `_device`. From rows and matrices in memory to a structure that can be
-/// asked.
-/// blas_build_bunny: Database::add_geometry of HIL_TEST_DATA's meshes/stanford-bunny.obj, or of another body
-/// of its size. blas_refit_bunny: the same as geometry that deforms, from positions in memory to a structure that
-/// can be asked; with a figure `_device`.
+/// tlas_rebuild_10k, tlas_rebuild_100k: every instance is at a new place. tlas_refit_10k: every instance has
+/// moved a little. Each with a figure `_device`. Measured from rows and matrices in memory to a structure
+/// that can be queried. blas_build_bunny: Database::add_geometry of HIL_TEST_DATA's
+/// meshes/stanford-bunny.obj, or of another body of its size. blas_refit_bunny: the same as deforming
+/// geometry, from positions in memory to a structure that can be queried; with a figure `_device`.
 std::vector<Figure> measure_builds(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t instances_per_chunk = 1024;
 
-/// Columns, one after the other.
+/// Stored by columns.
 using Matrix = glm::mat4x3;
 
 Matrix matrix_of(const rtstdb::Pose& pose) {
@@ -93,7 +93,7 @@ struct EmbreeDeforming::Impl {
 EmbreeDeforming::EmbreeDeforming(const rtstdb::TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
   RTCDevice const device = impl_->device.get();
   impl_->scene.reset(rtcNewScene(device));
-  // The quality of a geometry counts in scenes of low quality alone.
+  // The quality of a geometry has an effect only in scenes of low quality.
   rtcSetSceneBuildQuality(impl_->scene.get(), RTC_BUILD_QUALITY_LOW);
   rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_DYNAMIC);
   impl_->mesh = embree_triangles(device, mesh);

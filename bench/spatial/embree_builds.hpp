@@ -10,19 +10,20 @@
 
 namespace hil::bench {
 
-/// A scene of instances that stand still and are set anew.
+/// A scene of static instances whose transformations are replaced.
 class EmbreeTlas {
  public:
   enum class Quality : std::uint8_t {
-    low,    ///< the scene's
-    refit,  ///< the instances'; a scene knows no refit and has the default, which is faster here than low
+    low,  ///< quality of the scene
+    /// Quality of the instances; scenes have no refit and use the default, which is faster here than low
+    refit,
   };
   EmbreeTlas(const rtstdb::TriangleMesh& mesh, std::span<const rtstdb::Pose> places, Quality quality);
   ~EmbreeTlas();
   EmbreeTlas(const EmbreeTlas&) = delete;
   EmbreeTlas& operator=(const EmbreeTlas&) = delete;
 
-  /// Works out the matrices; Embree does not know yet.
+  /// Computes the matrices without passing them to Embree.
   void place(std::span<const rtstdb::Pose> places);
   /// Sets and commits every instance, then the scene.
   void update();
@@ -40,7 +41,7 @@ class EmbreeBlas {
   EmbreeBlas(const EmbreeBlas&) = delete;
   EmbreeBlas& operator=(const EmbreeBlas&) = delete;
 
-  /// A new scene with a copy of the mesh in place of the last one.
+  /// Replaces the scene by a new one with a copy of the mesh.
   void build(const rtstdb::TriangleMesh& mesh);
 
  private:
@@ -48,7 +49,7 @@ class EmbreeBlas {
   std::unique_ptr<Impl> impl_;
 };
 
-/// One mesh whose corners move, refitted.
+/// One mesh with moving vertices, refitted.
 class EmbreeDeforming {
  public:
   explicit EmbreeDeforming(const rtstdb::TriangleMesh& mesh);

@@ -1,5 +1,5 @@
 #pragma once
-// Embree (package libembree-dev) as the peer: what its files share. Seen by embree_*.cpp only.
+// Embree (package libembree-dev) as a peer: what the embree_*.cpp files share, and no others include.
 
 #include <embree3/rtcore.h>
 
@@ -25,21 +25,21 @@ using EmbreeSceneHandle = std::unique_ptr<RTCSceneTy, EmbreeRelease>;
 using EmbreeGeometry = std::unique_ptr<RTCGeometryTy, EmbreeRelease>;
 using EmbreeTree = std::unique_ptr<RTCBVHTy, EmbreeRelease>;
 
-/// What a device has allocated and not given back.
+/// The memory that a device currently has allocated.
 using EmbreeBytes = std::atomic<std::int64_t>;
 
-/// With threads_per_side threads. `bytes` must outlive the device; null: nobody counts. Throws
-/// std::runtime_error.
+/// Opens a device with threads_per_side threads. `bytes` counts its memory and must outlive it; null: no
+/// count. Throws std::runtime_error.
 EmbreeDevice open_embree(EmbreeBytes* bytes = nullptr);
-/// Throws std::runtime_error when any call on the device has failed since the last check.
+/// Throws std::runtime_error if any call on the device has failed since the last check.
 void check_embree(RTCDevice device);
 /// A copy of the mesh, committed.
 EmbreeGeometry embree_triangles(RTCDevice device, const rtstdb::TriangleMesh& mesh);
-/// One mesh that stands still, committed.
+/// One static mesh, committed.
 EmbreeSceneHandle embree_mesh_scene(RTCDevice device, const rtstdb::TriangleMesh& mesh,
                                     RTCBuildQuality quality);
 
-/// `time` in [0, 1] of the scene's motion.
+/// `time` in [0, 1] over the motion of the scene.
 RTCRay embree_ray(const rtstdb::Ray& ray, float time);
 
 }  // namespace hil::bench

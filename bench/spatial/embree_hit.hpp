@@ -1,5 +1,5 @@
 #pragma once
-// What Embree answers to a ray.
+// Embree's result for a ray.
 
 #include <cstdint>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-// Moving, turning instances in Embree: motion blur over one window of time.
+// Moving, rotating instances in Embree: motion blur over one time window.
 
 #include <memory>
 #include <span>
@@ -16,8 +16,8 @@ struct Window {
   rtstdb::WorldTime begin{}, end{};
 };
 
-/// Two time steps: Embree moves the origin on a line and turns along the shortest great arc, which is what a
-/// row does while it turns less than half a turn.
+/// Uses two time steps. Embree moves the origin linearly and rotates along the shortest great arc, which
+/// equals the motion of a row that rotates by less than half a turn.
 class EmbreeInstances {
  public:
   /// A row's geometry index is that of its mesh.
@@ -27,10 +27,10 @@ class EmbreeInstances {
   EmbreeInstances(const EmbreeInstances&) = delete;
   EmbreeInstances& operator=(const EmbreeInstances&) = delete;
 
-  /// Without the meshes.
+  /// Excluding the meshes.
   std::size_t bytes() const;
 
-  /// rtcIntersect1, each ray at its own time of the window.
+  /// rtcIntersect1, each ray at its own time in the window.
   void closest(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const;
 
  private:

@@ -18,13 +18,13 @@ float squared(const glm::vec3& v) {
   return glm::dot(v, v);
 }
 
-/// From a point that lies at `from_begin` of the edge's begin to the edge.
+/// From a point, given relative to the edge's begin, to the edge.
 glm::vec3 to_edge(const glm::vec3& from_begin, const glm::vec3& edge) {
   const float along = std::clamp(glm::dot(from_begin, edge) / squared(edge), 0.0f, 1.0f);
   return from_begin - along * edge;
 }
 
-/// Over its inside the plane is nearest, else one of the edges.
+/// The plane is nearest if the point projects into the triangle, otherwise one of the edges.
 float squared_distance(const glm::vec3& point, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
   const glm::vec3 ab = b - a, bc = c - b, ca = a - c;
   const glm::vec3 from_a = point - a, from_b = point - b, from_c = point - c;

@@ -16,13 +16,13 @@ struct PeerNearest {
 
 class EmbreeNearest {
  public:
-  /// Built with quality medium. The mesh must outlive this.
+  /// Built with quality medium. The mesh must outlive this object.
   explicit EmbreeNearest(const rtstdb::TriangleMesh& mesh);
   ~EmbreeNearest();
   EmbreeNearest(const EmbreeNearest&) = delete;
   EmbreeNearest& operator=(const EmbreeNearest&) = delete;
 
-  /// rtcPointQuery from an unbounded radius, with a callback that looks at one triangle.
+  /// rtcPointQuery with an unbounded radius and a callback that tests one triangle.
   void nearest(std::span<const glm::vec3> points_m, std::span<PeerNearest> answers) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// One mesh that stands still, in Embree.
+// One static mesh in Embree.
 
 #include <memory>
 #include <span>
@@ -23,7 +23,7 @@ class EmbreeScene {
 
   /// rtcIntersect1. hits.size() == rays.size().
   void closest(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const;
-  /// rtcOccluded1: lambda 0 where something is hit.
+  /// rtcOccluded1: lambda is 0 for a hit.
   void any(std::span<const rtstdb::Ray> rays, std::span<PeerHit> hits) const;
 
  private:

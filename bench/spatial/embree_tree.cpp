@@ -15,8 +15,8 @@ namespace {
 
 namespace shared = rtstdb::shared;
 
-/// More than a triangle is ever split into on average.
-constexpr std::size_t room_for_splits = 3;
+/// Upper bound on the average number of parts per triangle.
+constexpr std::size_t max_split_factor = 3;
 
 struct Node {
   std::size_t triangles = 0;  ///< of a leaf; 0: an inner node
@@ -67,7 +67,7 @@ struct Box {
   }
 };
 
-/// The boxes of a triangle's two parts beside a plane, within the box of the part that it is already.
+/// The boxes of the two parts of a triangle on both sides of a plane, within the box of the current part.
 void split(const RTCBuildPrimitive* primitive, unsigned dimension, float position, RTCBounds* left,
            RTCBounds* right, void* mesh_pointer) {
   const auto& mesh = *static_cast<const rtstdb::TriangleMesh*>(mesh_pointer);
@@ -92,7 +92,7 @@ void split(const RTCBuildPrimitive* primitive, unsigned dimension, float positio
 
 std::vector<RTCBuildPrimitive> primitives_of(const rtstdb::TriangleMesh& mesh) {
   std::vector<RTCBuildPrimitive> primitives;
-  primitives.reserve(room_for_splits * mesh.triangles.size());
+  primitives.reserve(max_split_factor * mesh.triangles.size());
   for (const glm::uvec3& triangle : mesh.triangles) {
     Box box;
     for (int i = 0; i < 3; ++i)

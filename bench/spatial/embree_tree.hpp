@@ -1,5 +1,5 @@
 #pragma once
-// A tree over triangles built by Embree's own builder, to be judged by the same measure as ours.
+// A tree over triangles built by Embree's builder, evaluated by the same cost model as ours.
 
 #include <cstdint>
 
@@ -8,12 +8,12 @@
 namespace hil::bench {
 
 enum class EmbreeQuality : std::uint8_t {
-  medium,  ///< binned surface area heuristic: what scenes are built with
-  high,    ///< triangles may be split, and then stand in several leaves
+  medium,  ///< binned surface area heuristic, the default of scenes
+  high,    ///< may split triangles, which then occur in several leaves
 };
 
-/// Of a mesh with more triangles than fit a leaf. rtcBuildBVH with nodes as wide and leaves as large as ours, by the costs of tree_cost.hpp; boxes in full
-/// precision.
+/// For a mesh with more triangles than one leaf holds. rtcBuildBVH with our node width, leaf size and costs
+/// (tree_cost.hpp); boxes have full precision.
 double embree_tree_cost(const rtstdb::TriangleMesh& mesh, EmbreeQuality quality);
 
 }  // namespace hil::bench

@@ -13,10 +13,10 @@ namespace hil::bench {
 namespace {
 
 constexpr std::int64_t window_ns = 100'000'000;
-/// Single precision at coordinates of 50 m, and what Embree's short series for sine and cosine leave out.
+/// Rounding of single precision at coordinates of 50 m, and of Embree's short series for sine and cosine.
 constexpr double sideways_m = 2e-5;
 
-/// The ray in the frame of the entity that it hit, where lambda is the same.
+/// The ray in the frame of the entity that it hit; lambda is the same.
 double doubt_in_entity(const MovingBodies& bodies, const rtstdb::Ray& ray, const JudgedHit& claimed,
                        double aside_m) {
   const rtstdb::EntityRow& row = bodies.rows[claimed.instance];
@@ -29,7 +29,7 @@ double doubt_in_entity(const MovingBodies& bodies, const rtstdb::Ray& ray, const
   return lambda_doubt(bodies.meshes[row.geometry.index], claimed.triangle, local, aside_m / smallest_scale);
 }
 
-/// From the middle, row after row, while the window passes.
+/// A scan from the centre, row after row, while the window passes.
 std::vector<rtstdb::Ray> scan(std::uint32_t width, std::uint32_t height, float lambda_max) {
   std::vector<rtstdb::Ray> rays = camera_rays(width, height);
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -69,7 +69,7 @@ std::vector<Figure> measure_instances(const SuiteOptions& options) {
   std::vector<Figure> figures;
   for (const Question& question : questions) {
     const std::vector<rtstdb::Ray>& rays = question.rays;
-    auto ours = ask_rays(world, rays, rtstdb::RayMode::closest);
+    auto ours = prepare_rays(world, rays, rtstdb::RayMode::closest);
     std::vector<PeerHit> theirs(rays.size());
     const auto run_peer = [&] { peer.closest(rays, theirs); };
     ours.run();

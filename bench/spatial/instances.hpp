@@ -1,5 +1,5 @@
 #pragma once
-// Rays at times of their own through moving, turning instances, beside Embree's motion blur.
+// Rays with individual times through moving, rotating instances, compared with Embree's motion blur.
 
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace hil::bench {
 
-/// ray_moving_instances and ray_moving_instances_scan, and each with _device by the device's own time alone. Throws
-/// std::runtime_error when the sides disagree.
+/// ray_moving_instances and ray_moving_instances_scan, each with a figure _device by the device's own time.
+/// Throws std::runtime_error when the results disagree.
 std::vector<Figure> measure_instances(const SuiteOptions& options);
 
 }  // namespace hil::bench

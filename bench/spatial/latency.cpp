@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint32_t entity_count = 1000;
 constexpr std::uint32_t ray_count = 64;
-/// About as much is empty as in ray_moving_instances.
+/// About the density of ray_moving_instances.
 constexpr float half_m = 23.0f;
 constexpr std::int64_t tick_ns = 1'000'000;
 
@@ -17,7 +17,7 @@ class SmallQueries {
   SmallQueries() : world_(entity_count), bodies_(moving_bodies(entity_count, half_m, 10)) {
     for (const rtstdb::TriangleMesh& mesh : bodies_.meshes)
       world_.add(mesh);
-    // Slowly, so that they are still about when the last query asks.
+    // Slow enough to be still in range at the last query.
     for (rtstdb::EntityRow& row : bodies_.rows)
       row.motion.v_world_mps *= 0.05;
     ids_ = world_.create(bodies_.rows);
@@ -26,7 +26,7 @@ class SmallQueries {
     transaction_ = world_.database().make_transaction({.max_writes = 1, .max_queries = 1});
   }
 
-  /// Microseconds of each.
+  /// In microseconds.
   std::vector<double> run(int count, bool with_update) {
     std::vector<double> latencies_us;
     latencies_us.reserve(static_cast<std::size_t>(count));

@@ -1,5 +1,5 @@
 #pragma once
-// How long one small query takes from submit to answer.
+// The latency of one small query from submit to results.
 
 #include <vector>
 
@@ -8,9 +8,10 @@
 
 namespace hil::bench {
 
-/// 64 rays at 1,000 entities, one transaction after the other, nobody to compare with:
-/// latency_small_query_p50 and _p99: the version is the one asked before; latency_small_update_query_p50 and
-/// _p99: the transaction moves one entity first, so that the structure is brought to a new version.
+/// 64 rays in a world of 1,000 entities, one transaction after the other, without a peer.
+/// latency_small_query_p50 and _p99: the version is that of the previous query;
+/// latency_small_update_query_p50 and _p99: the transaction first moves one entity, so the structure is
+/// brought to a new version.
 std::vector<Figure> measure_latency(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -1,5 +1,5 @@
-// hil-bench-spatial [--json] [--tiny] [--awake] [FAMILY...]: queries and structures beside the best of their kind on the
-// CPU.
+// hil-bench-spatial [--json] [--tiny] [--awake] [FAMILY...]: queries and structures compared with CPU
+// libraries.
 
 #include "bench/figure/suite.hpp"
 #include "bench/spatial/builds.hpp"

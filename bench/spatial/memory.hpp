@@ -1,5 +1,5 @@
 #pragma once
-// What structures take in memory, beside Embree's.
+// The memory of structures, compared with Embree's.
 
 #include <vector>
 
@@ -8,8 +8,9 @@
 
 namespace hil::bench {
 
-/// bytes_per_triangle: of one mesh with its structure, all that answering needs. bytes_per_entity: of moving
-/// entities with their structure for one version, without meshes. Embree's by what its memory monitor reports.
+/// bytes_per_triangle: one mesh with its structure, everything that queries need. bytes_per_entity: moving
+/// entities with their structure for one version, without meshes. Embree's figures come from its memory
+/// monitor.
 std::vector<Figure> measure_memory(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t queries_per_chunk = 1024;
 
-/// The names are nanoflann's.
+/// Names required by nanoflann.
 struct Cloud {
   std::span<const glm::vec3> points_m;
   std::size_t kdtree_get_point_count() const { return points_m.size(); }

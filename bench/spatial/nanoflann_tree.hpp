@@ -12,7 +12,7 @@ namespace hil::bench {
 
 class NanoflannTree {
  public:
-  /// The points must outlive this.
+  /// The points must outlive this object.
   explicit NanoflannTree(std::span<const glm::vec3> points_m);
   ~NanoflannTree();
   NanoflannTree(const NanoflannTree&) = delete;
@@ -20,8 +20,8 @@ class NanoflannTree {
 
   static std::string version();
 
-  /// The k nearest of query i from i * k on, nearest first: their numbers and their squared distances. There
-  /// are at least k points.
+  /// The k nearest points of query i, from index i * k on, nearest first: their indices and squared
+  /// distances. There are at least k points.
   void nearest(std::span<const glm::vec3> queries_m, std::size_t k, std::span<std::uint32_t> numbers,
                std::span<float> squared_m2) const;
 

@@ -11,7 +11,7 @@
 namespace hil::bench {
 namespace {
 
-/// Single precision at a few metres, and at 50 m.
+/// Rounding of single precision at a few metres, and at 50 m.
 constexpr double triangle_tolerance_m = 2e-6;
 constexpr double center_tolerance_m = 2e-5;
 
@@ -23,8 +23,8 @@ std::vector<glm::vec3> points_in(std::uint32_t count, float half_m, std::uint64_
   return points_m;
 }
 
-Asked<rtstdb::NearestQuery> ask_nearest(OurWorld& world, std::span<const glm::vec3> points_m,
-                                        rtstdb::NearestTarget target, std::uint32_t k) {
+PreparedBatch<rtstdb::NearestQuery> prepare_nearest(OurWorld& world, std::span<const glm::vec3> points_m,
+                                                    rtstdb::NearestTarget target, std::uint32_t k) {
   const auto count = static_cast<std::uint32_t>(points_m.size());
   auto query = must(world.database().prepare(
       rtstdb::NearestQueryOptions{.name = "bench", .capacity = count, .target = target, .k = k}));
@@ -33,7 +33,7 @@ Asked<rtstdb::NearestQuery> ask_nearest(OurWorld& world, std::span<const glm::ve
   return {world.database(), std::move(query), count};
 }
 
-/// Ties may fall either way: what has to be the same is how far the nearest are.
+/// Ties may be broken differently, so only distances are compared.
 void demand_same(const std::string& name, std::size_t point, const rtstdb::NearestAnswer& ours,
                  std::span<const float> theirs_m, double tolerance_m) {
   bool same = !ours.incomplete && ours.neighbors.size() == theirs_m.size();
@@ -55,7 +55,7 @@ std::vector<Figure> measure_triangle(const SuiteOptions& options) {
   rtstdb::EntityRow row;
   row.geometry = world.add(mesh);
   world.create({&row, 1});
-  auto ours = ask_nearest(world, points_m, rtstdb::NearestTarget::triangle, 1);
+  auto ours = prepare_nearest(world, points_m, rtstdb::NearestTarget::triangle, 1);
   const EmbreeNearest peer(mesh);
   std::vector<PeerNearest> theirs(points_m.size());
   const auto run_peer = [&] { peer.nearest(points_m, theirs); };
@@ -82,7 +82,7 @@ std::vector<Figure> measure_entities(const SuiteOptions& options) {
     centers_m.emplace_back(row.motion.p_world_m);
   }
   world.create(rows);
-  auto ours = ask_nearest(world, points_m, rtstdb::NearestTarget::center, k);
+  auto ours = prepare_nearest(world, points_m, rtstdb::NearestTarget::center, k);
   const NanoflannTree peer(centers_m);
   std::vector<std::uint32_t> numbers(k * points_m.size());
   std::vector<float> squared_m2(k * points_m.size()), distances_m(k);

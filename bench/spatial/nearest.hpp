@@ -1,5 +1,5 @@
 #pragma once
-// What is nearest to points, beside Embree's point query and nanoflann's KD-tree.
+// Nearest queries, compared with Embree's point query and nanoflann's KD-tree.
 
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace hil::bench {
 
-/// nearest_triangle_k1: points about one standing mesh. nearest_entity_k8: the eight nearest of 100,000
-/// centres. Each with a figure `_device`. Throws std::runtime_error when the sides disagree.
+/// nearest_triangle_k1: points around one static mesh. nearest_entity_k8: the eight nearest of 100,000
+/// centres. Each with a figure `_device`. Throws std::runtime_error when the results disagree.
 std::vector<Figure> measure_nearest(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -19,8 +19,8 @@ std::shared_ptr<const TriangleMesh> shared(const TriangleMesh& mesh) {
   return std::make_shared<const TriangleMesh>(mesh);
 }
 
-/// Every row differs from version to version.
-class MovedRows final : public query::RowSource {
+/// Every row differs between versions.
+class MovedRows final : public store::RowSource {
  public:
   explicit MovedRows(std::size_t count) : states_(count) {
     for (std::uint32_t i = 0; i < count; ++i)
@@ -49,7 +49,7 @@ class MovedRows final : public query::RowSource {
     std::iota(indices.begin() + static_cast<std::ptrdiff_t>(before), indices.end(), 0u);
     return true;
   }
-  query::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
+  store::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
 
  private:
   std::vector<EntityState> states_;
@@ -90,7 +90,7 @@ OurTlas::OurTlas(const TriangleMesh& mesh, std::span<const Pose> places, bool re
   impl_->submit.begin();
   impl_->tlas.record_warm_up(impl_->submit.recorder());
   demand_alive(impl_->submit.run());
-  // Every slot has a version to come from.
+  // Fills every slot, so that each has a previous version.
   for (std::uint32_t slot = 0; slot < impl_->tlas.slots(); ++slot) {
     place(places);
     update();
@@ -104,7 +104,7 @@ void OurTlas::place(std::span<const Pose> places) {
 }
 
 double OurTlas::update() {
-  const query::TimeSpan now{impl_->rows.time(), impl_->rows.time()};
+  const store::TimeSpan now{impl_->rows.time(), impl_->rows.time()};
   impl_->submit.begin();
   demand_alive(impl_->tlas.prepare(impl_->rows, {.times = now}, impl_->submit).has_value());
   demand_alive(impl_->submit.run());
@@ -112,9 +112,9 @@ double OurTlas::update() {
 }
 
 struct OurDeforming::Impl {
-  /// No entities; one shape a version.
-  struct OneShape final : query::RowSource {
-    query::Shape newest;
+  /// No entities; one shape per version.
+  struct OneShape final : store::RowSource {
+    store::Shape newest;
     Version version() const noexcept override { return newest.version; }
     WorldTime time() const noexcept override { return {}; }
     std::uint32_t index_limit() const noexcept override { return 0; }
@@ -122,7 +122,7 @@ struct OurDeforming::Impl {
     bool changed_between(Version, std::vector<std::uint32_t>& /*indices*/) const noexcept override {
       return true;
     }
-    query::Shape shape(GeometryId /*geometry*/) const noexcept override { return newest; }
+    store::Shape shape(GeometryId /*geometry*/) const noexcept override { return newest; }
   };
 
   std::unique_ptr<gpu::Device> device = must(gpu::Device::open({}));
@@ -154,7 +154,7 @@ std::size_t our_mesh_bytes(const TriangleMesh& mesh) {
   auto pool = must(accel::GeometryPool::create(*device, 2, submit));
   const std::uint32_t first = must(pool.add(*device, shared(mesh), submit));
   const std::uint32_t second = must(pool.add(*device, shared(make_box(glm::dvec3(1.0))), submit));
-  // One structure stands behind the other.
+  // The structures lie one after the other.
   const auto records = pool.geometries().host_as<shared::GeometryRecord>();
   const std::size_t nodes = records[second].root - records[first].root;
   return nodes * node_bytes + mesh.triangles.size() * texel_bytes * shared::triangle_texels;

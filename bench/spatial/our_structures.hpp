@@ -1,6 +1,6 @@
 #pragma once
-// Top-level structures built by rtstdb/accel itself, without transactions and queries: what a tick pays when
-// everything has moved.
+// Top-level structures built by rtstdb/accel alone, without transactions and queries: the cost of a tick in
+// which everything has moved.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,17 +14,16 @@ namespace hil::bench {
 
 class OurTlas {
  public:
-  /// As many instances of the mesh as there are places; they stand still. Without `refits` every structure
-  /// is built anew.
+  /// One static instance of the mesh per place. Without `refits` every structure is built anew.
   OurTlas(const rtstdb::TriangleMesh& mesh, std::span<const rtstdb::Pose> places, bool refits);
   ~OurTlas();
   OurTlas(const OurTlas&) = delete;
   OurTlas& operator=(const OurTlas&) = delete;
 
-  /// Moves every row; the structure does not know yet.
+  /// Moves every row without updating the structure.
   void place(std::span<const rtstdb::Pose> places);
-  /// Brings the structure to the rows by patching or rebuilding, as rtstdb/accel decides. Returns the seconds that the device
-  /// itself was busy.
+  /// Updates the structure to the rows by patching or rebuilding, as rtstdb/accel decides. Returns the
+  /// device's own time in seconds.
   double update();
 
  private:
@@ -32,7 +31,7 @@ class OurTlas {
   std::unique_ptr<Impl> impl_;
 };
 
-/// One mesh whose corners move.
+/// One mesh with moving vertices.
 class OurDeforming {
  public:
   explicit OurDeforming(const rtstdb::TriangleMesh& mesh);
@@ -40,10 +39,10 @@ class OurDeforming {
   OurDeforming(const OurDeforming&) = delete;
   OurDeforming& operator=(const OurDeforming&) = delete;
 
-  /// Brings the structure to these positions by patching or rebuilding, as rtstdb/accel decides. Returns the seconds that the device
-  /// itself was busy.
+  /// Updates the structure to these positions by refitting or rebuilding, as rtstdb/accel decides. Returns
+  /// the device's own time in seconds.
   double update(std::span<const glm::vec3> positions_m);
-  /// Trees that were built anew for it.
+  /// The number of rebuilt trees.
   std::uint64_t builds() const;
 
  private:
@@ -51,9 +50,9 @@ class OurDeforming {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Nodes and triangles on the device.
+/// Bytes of nodes and triangles on the device.
 std::size_t our_mesh_bytes(const rtstdb::TriangleMesh& mesh);
-/// All that searches read on the device, of one version with so many entities.
+/// Bytes that searches read on the device, for one version with this many entities.
 std::size_t our_version_bytes(std::uint32_t entities);
 
 }  // namespace hil::bench

@@ -32,7 +32,7 @@ CostBox box_of(std::span<const std::uint32_t> node, std::uint32_t slot) {
   return box;
 }
 
-/// Of what is below a node, and the box around it.
+/// Adds the cost of everything below a node, and returns the box around it.
 CostBox add_below(std::span<const std::uint32_t> nodes, std::uint32_t node, TreeCost& cost) {
   const auto words = nodes.subspan(node * node_words, node_words);
   CostBox all;

@@ -37,7 +37,8 @@ std::vector<rtstdb::EntityId> OurWorld::create(std::span<const rtstdb::EntityRow
   return made;
 }
 
-Asked<rtstdb::RayQuery> ask_rays(OurWorld& world, std::span<const rtstdb::Ray> rays, rtstdb::RayMode mode) {
+PreparedBatch<rtstdb::RayQuery> prepare_rays(OurWorld& world, std::span<const rtstdb::Ray> rays,
+                                             rtstdb::RayMode mode) {
   const auto count = static_cast<std::uint32_t>(rays.size());
   auto query = must(
       world.database().prepare(rtstdb::RayQueryOptions{.name = "bench", .capacity = count, .mode = mode}));

@@ -1,5 +1,5 @@
 #pragma once
-// A database filled for a bench, and a prepared batch of rays that is asked again and again.
+// A database filled for a bench, and a prepared batch of rays that is queried repeatedly.
 
 #include <memory>
 #include <span>
@@ -14,14 +14,14 @@ namespace hil::bench {
 class OurWorld {
  public:
   explicit OurWorld(const rtstdb::DatabaseOptions& options);
-  /// Batches are carried out whole.
+  /// Batches are not split into chunks.
   explicit OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries = 16,
                     rtstdb::Nanoseconds spin = rtstdb::DatabaseOptions{}.spin,
                     const rtstdb::DurabilityOptions& durability = {});
 
   rtstdb::Database& database() { return *database_; }
   rtstdb::GeometryId add(const rtstdb::TriangleMesh& mesh);
-  /// In one version, from world time zero on.
+  /// Creates all in one version, valid from world time zero.
   std::vector<rtstdb::EntityId> create(std::span<const rtstdb::EntityRow> rows);
 
  private:
@@ -30,16 +30,16 @@ class OurWorld {
 
 /// One prepared query in a transaction of its own.
 template <class Query>
-class Asked {
+class PreparedBatch {
  public:
-  Asked(rtstdb::Database& database, std::unique_ptr<Query> query, std::uint32_t count)
+  PreparedBatch(rtstdb::Database& database, std::unique_ptr<Query> query, std::uint32_t count)
       : database_(database),
         query_(std::move(query)),
         transaction_(database.make_transaction({.max_queries = 1})),
         count_(count) {}
 
   Query& query() { return *query_; }
-  /// Returns how long the device itself was busy. Throws when the answers do not stand.
+  /// Returns the device's own time. Throws when the results are not valid.
   double run() {
     transaction_->begin({});
     transaction_->add_query(*query_, count_);
@@ -55,9 +55,10 @@ class Asked {
   std::uint32_t count_;
 };
 
-Asked<rtstdb::RayQuery> ask_rays(OurWorld& world, std::span<const rtstdb::Ray> rays, rtstdb::RayMode mode);
+PreparedBatch<rtstdb::RayQuery> prepare_rays(OurWorld& world, std::span<const rtstdb::Ray> rays,
+                                             rtstdb::RayMode mode);
 
-/// The device that all of this runs on: name and driver.
+/// Name and driver of the device.
 std::string spatial_device();
 
 }  // namespace hil::bench

@@ -1,5 +1,5 @@
 #pragma once
-// How good the structures of geometries are for rays, beside Embree's.
+// The quality of BLAS trees for rays, compared with Embree's.
 
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace hil::bench {
 
-/// blas_sah_cost_NAME: the cost of a tree by tree_cost.hpp, beside that of Embree's builder of quality MEDIUM;
-/// blas_sah_cost_NAME_split: beside quality HIGH, which splits triangles and ours does not.
+/// blas_sah_cost_NAME: the cost of a tree by tree_cost.hpp, compared with that of Embree's builder of quality
+/// MEDIUM; blas_sah_cost_NAME_split: compared with quality HIGH, which splits triangles, as ours does not.
 std::vector<Figure> measure_quality(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -11,14 +11,14 @@ namespace hil::bench {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-/// Of lambda, relative.
+/// Relative error of lambda.
 constexpr double lambda_tolerance = 1e-4;
-/// Near its origin a ray ends as far from where it should as the surface is: times sideways_m.
+/// Near its origin a ray may be off by as much as the surface is away: a factor of sideways_m.
 constexpr double steepness = 5.0;
-/// Of all rays, those that may graze something and be told otherwise.
+/// The largest fraction of rays that may graze an edge and give different results.
 constexpr double max_differences = 1e-4;
 
-/// Lambda, or infinite. Front and back alike.
+/// Lambda, or infinite; both sides of the surface count.
 double lambda_at(const rtstdb::TriangleMesh& mesh, std::uint32_t triangle, const PreciseRay& ray) {
   const glm::uvec3 corners = mesh.triangles[triangle];
   const glm::dvec3 a(mesh.positions_m[corners.x]), b(mesh.positions_m[corners.y]),
@@ -34,7 +34,7 @@ double lambda_at(const rtstdb::TriangleMesh& mesh, std::uint32_t triangle, const
   return glm::dot(c - a, along) / determinant;
 }
 
-/// Zero when the two agree; else what has to be explained.
+/// Zero when both agree, otherwise the difference that needs an explanation.
 double difference(const JudgedHit& a, const JudgedHit& b, double sideways_m) {
   if (a.hit != b.hit) return infinite;
   if (!a.hit) return 0.0;
@@ -66,7 +66,7 @@ class Count {
   std::size_t rays_ = 0, hits_ = 0, differences_ = 0;
 };
 
-std::string in_words(const JudgedHit& hit) {
+std::string describe(const JudgedHit& hit) {
   if (!hit.hit) return "a miss";
   return "lambda " + std::to_string(hit.lambda) + ", entity " + std::to_string(hit.instance) + ", triangle " +
          std::to_string(hit.triangle);
@@ -74,11 +74,11 @@ std::string in_words(const JudgedHit& hit) {
 
 [[noreturn]] void refuse(const std::string& name, std::size_t ray, const JudgedHit& ours,
                          const JudgedHit& theirs) {
-  throw std::runtime_error(name + ": ray " + std::to_string(ray) + " gives " + in_words(ours) +
-                           ", and the peer says " + in_words(theirs) + "; it grazes nothing there");
+  throw std::runtime_error(name + ": ray " + std::to_string(ray) + " gives " + describe(ours) +
+                           ", and the peer says " + describe(theirs) + "; it grazes nothing there");
 }
 
-/// The nearer answer is the one that the other side did not see.
+/// The nearer hit is the one that the other side missed.
 void explain(const Agreement& agreement, std::size_t ray, const JudgedHit& ours, const JudgedHit& theirs,
              double apart) {
   const bool ours_is_nearer = ours.hit && (!theirs.hit || ours.lambda < theirs.lambda);

@@ -10,7 +10,7 @@
 namespace hil::bench {
 namespace {
 
-/// Coordinates of up to 3 m and a few roundings on the way.
+/// Rounding of coordinates of up to 3 m through a few operations.
 constexpr double sideways_m = 2e-6;
 
 class RayFigures {
@@ -26,7 +26,7 @@ class RayFigures {
   }
 
   void closest(const std::string& name, std::span<const rtstdb::Ray> rays) {
-    auto ours = ask_rays(world_, rays, rtstdb::RayMode::closest);
+    auto ours = prepare_rays(world_, rays, rtstdb::RayMode::closest);
     std::vector<PeerHit> theirs(rays.size());
     const auto run_peer = [&] { peer_.closest(rays, theirs); };
     ours.run();
@@ -36,13 +36,13 @@ class RayFigures {
   }
 
   void any(const std::string& name, std::span<const rtstdb::Ray> rays) {
-    auto ours = ask_rays(world_, rays, rtstdb::RayMode::any);
+    auto ours = prepare_rays(world_, rays, rtstdb::RayMode::any);
     std::vector<PeerHit> theirs(rays.size());
     const auto run_peer = [&] { peer_.any(rays, theirs); };
     ours.run();
     run_peer();
     {
-      auto ours_closest = ask_rays(world_, rays, rtstdb::RayMode::closest);
+      auto ours_closest = prepare_rays(world_, rays, rtstdb::RayMode::closest);
       std::vector<PeerHit> theirs_closest(rays.size());
       ours_closest.run();
       peer_.closest(rays, theirs_closest);
@@ -61,7 +61,7 @@ class RayFigures {
             }};
   }
 
-  void measure(const std::string& name, std::size_t count, Asked<rtstdb::RayQuery>& ours,
+  void measure(const std::string& name, std::size_t count, PreparedBatch<rtstdb::RayQuery>& ours,
                const std::function<void()>& run_peer) {
     const RateComparison comparison{
         name, mega_rays, count, rounds_, [&] { return ours.run(); }, embree_version(), run_peer};

@@ -1,5 +1,5 @@
 #pragma once
-// Rays through one standing mesh, beside Embree's.
+// Rays through one static mesh, compared with Embree.
 
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace hil::bench {
 
-/// ray_closest_coherent, ray_closest_incoherent, ray_any_incoherent; each with a figure `_device`: the same
-/// rate by the device's own time alone. Throws std::runtime_error when the sides disagree.
+/// ray_closest_coherent, ray_closest_incoherent, ray_any_incoherent; each with a figure `_device` by the
+/// device's own time. Throws std::runtime_error when the results disagree.
 std::vector<Figure> measure_rays(const SuiteOptions& options);
 
 }  // namespace hil::bench

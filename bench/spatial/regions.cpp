@@ -10,16 +10,16 @@ namespace hil::bench {
 namespace {
 
 constexpr std::uint32_t ids_per_region = 192;
-/// Two boxes this near to touching may be told apart by rounding alone: single precision at 50 m.
+/// Rounding may decide whether boxes this near to touching do touch: single precision at 50 m.
 constexpr double touching_m = 2e-5;
-/// The same for a triangle and a box: at a metre.
+/// The same for a triangle and a box at a metre.
 constexpr float touching_triangle_m = 2e-6f;
 
 rtstdb::Bounds around(const glm::dvec3& center_m, const glm::dvec3& half_m) {
   return {glm::vec3(center_m - half_m), glm::vec3(center_m + half_m)};
 }
 
-/// Of upright boxes: how far they are apart, or negative, how deep they lie in each other.
+/// The distance of two axis-aligned boxes; negative: their penetration depth.
 double gap_m(const rtstdb::Bounds& a, const rtstdb::Bounds& b) {
   const glm::dvec3 gaps = glm::max(glm::dvec3(a.minimum_m) - glm::dvec3(b.maximum_m),
                                    glm::dvec3(b.minimum_m) - glm::dvec3(a.maximum_m));
@@ -33,7 +33,7 @@ std::uint32_t number_of(const rtstdb::EntityTriangle& one) {
   return one.triangle;
 }
 
-/// `listed`: what of an answer is compared. `in_doubt(region, number)`: rounding may decide about it.
+/// `listed` selects what is compared. `in_doubt(region, number)`: rounding may decide about this element.
 template <class Listed, class InDoubt>
 void demand_same(const std::string& name, std::span<const rtstdb::RegionAnswer> ours, PeerRegions& theirs,
                  Listed listed, InDoubt in_doubt) {
@@ -83,7 +83,7 @@ std::vector<Figure> measure_entities(const SuiteOptions& options) {
     region.half_extent_m = glm::vec3(3.5f) + random.in_box(glm::vec3(0.75f));
     queries.push_back(around(glm::dvec3(region.center_m), glm::dvec3(region.half_extent_m)));
   }
-  Asked<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
+  PreparedBatch<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
   const BoostTree peer(boxes);
   PeerRegions theirs(region_count, ids_per_region);
   const auto run_peer = [&] { peer.intersecting(queries, theirs); };
@@ -117,7 +117,7 @@ std::vector<Figure> measure_triangles(const SuiteOptions& options) {
                                                                .capacity = region_count,
                                                                .level = rtstdb::RegionLevel::triangle,
                                                                .ids_per_region = ids_per_region}));
-  // About places of the surface.
+  // Around points of the surface.
   Random random(7);
   std::vector<rtstdb::Bounds> queries;
   for (rtstdb::Region& region : query->regions()) {
@@ -126,7 +126,7 @@ std::vector<Figure> measure_triangles(const SuiteOptions& options) {
     region.half_extent_m = glm::vec3(half_m) + random.in_box(glm::vec3(0.25f * half_m));
     queries.push_back(around(glm::dvec3(region.center_m), glm::dvec3(region.half_extent_m)));
   }
-  Asked<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
+  PreparedBatch<rtstdb::RegionQuery> ours(world.database(), std::move(query), region_count);
   const std::vector<Corners> triangles = triangles_of(mesh);
   const BoostTree peer(boxes_around(triangles));
   PeerRegions theirs(region_count, ids_per_region);

@@ -1,5 +1,6 @@
 #pragma once
-// Boxes that ask for the entities, or for the triangles of a mesh, that they touch, beside Boost.Geometry's R*-tree.
+// Box regions that list the entities, or the triangles of a mesh, that they touch, compared with
+// Boost.Geometry's R*-tree.
 
 #include <vector>
 
@@ -8,8 +9,8 @@
 
 namespace hil::bench {
 
-/// region_box_entities and region_box_triangles: in ascending order on our side; and the same with _device by the
-/// device's own time alone. Throws std::runtime_error when the sides disagree.
+/// region_box_entities and region_box_triangles, in ascending order on our side, and the same with _device by
+/// the device's own time. Throws std::runtime_error when the results disagree.
 std::vector<Figure> measure_regions(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -1,5 +1,5 @@
 #pragma once
-// Inputs of the spatial suite: meshes and rays made of a fixed seed, the same for both sides.
+// Inputs of the spatial suite: meshes and rays generated from a fixed seed, the same for both sides.
 
 #include <cstdint>
 #include <vector>
@@ -33,36 +33,39 @@ class Random {
   std::uint64_t state_;
 };
 
-/// A closed lumpy body about the origin, roughly 1 m in radius, of 2 * rows * columns - 2 * columns triangles.
+/// A closed lumpy body around the origin with a radius of roughly 1 m and 2 * rows * columns - 2 * columns
+/// triangles.
 rtstdb::TriangleMesh lumpy_body(std::uint32_t rows, std::uint32_t columns, std::uint64_t seed);
 
-/// The body inside a lumpy bowl four times its size, open above, as one mesh of about 4 * rows^2 triangles: a ray
-/// from in there has to look at something before it knows that it misses.
+/// The body inside a lumpy open bowl of four times its size, as one mesh of about 4 * rows^2 triangles. Rays
+/// from inside the bowl must traverse nodes even if they miss.
 rtstdb::TriangleMesh body_in_bowl(std::uint32_t rows, std::uint64_t seed);
 
-/// HIL_TEST_DATA's meshes/stanford-bunny.obj, 69,451 triangles, or another body of its size and a line on stderr;
-/// tiny: a small body. Throws std::runtime_error when the file is broken.
+/// HIL_TEST_DATA's meshes/stanford-bunny.obj with 69,451 triangles; without it another body of its size, and
+/// a message on stderr; tiny: a small body. Throws std::runtime_error for an invalid file.
 rtstdb::TriangleMesh bunny(bool tiny);
 
-/// Triangles anywhere, from some millimetres to half a metre in size.
+/// Triangles at random places with sizes from some millimetres to half a metre.
 rtstdb::TriangleMesh triangle_soup(std::uint32_t count, std::uint64_t seed);
 
-/// A camera in the bowl, looking past the body: neighbouring rays lie side by side; two thirds of them hit.
+/// A camera in the bowl that looks past the body: neighbouring rays are coherent; two thirds of them hit.
 std::vector<rtstdb::Ray> camera_rays(std::uint32_t width, std::uint32_t height);
-/// From anywhere in the bowl into any direction; three quarters of them hit.
+/// Random origins in the bowl and random directions; three quarters of the rays hit.
 std::vector<rtstdb::Ray> scattered_rays(std::uint32_t count, std::uint64_t seed);
 
-/// Bodies of 2,048 to 5,000 triangles about a metre in size, moving at up to 20 m/s and turning at up to 5 rad/s.
+/// Bodies of 2,048 to 5,000 triangles, about a metre in size, moving at up to 20 m/s and rotating at up to 5
+/// rad/s.
 struct MovingBodies {
   std::vector<rtstdb::TriangleMesh> meshes;  ///< four
   std::vector<rtstdb::EntityRow> rows;       ///< geometry.index is the mesh's
 };
 MovingBodies moving_bodies(std::uint32_t count, float half_m, std::uint64_t seed);
-/// From anywhere in the box of that half size into any direction, each at any time of [0, window_ns].
+/// Random origins in the box of that half size, random directions, random times in [0, window_ns].
 std::vector<rtstdb::Ray> timed_rays(std::uint32_t count, float half_m, float lambda_max,
                                     std::int64_t window_ns, std::uint64_t seed);
 
-/// Upright boxes strewn over a box of that half size, 0.5 m to 1.5 m a side, as instances of a box of 1 m.
+/// Axis-aligned boxes of 0.5 m to 1.5 m a side at random places in a box of that half size, as instances of a
+/// box of 1 m.
 std::vector<rtstdb::EntityRow> strewn_boxes(std::uint32_t count, float half_m, std::uint64_t seed);
 
 }  // namespace hil::bench

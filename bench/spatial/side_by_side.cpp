@@ -57,7 +57,7 @@ std::vector<Figure> rates(const RateComparison& comparison) {
   std::vector<double> device_s;
   const RoundTimes times = in_turns(
       comparison.rounds, [&] { device_s.push_back(comparison.ours()); }, comparison.theirs);
-  device_s.erase(device_s.begin());  // the round that warms up
+  device_s.erase(device_s.begin());  // removes the warm-up round
   const auto rate = [&](const std::vector<double>& seconds) {
     return static_cast<double>(comparison.things) / median(seconds) / comparison.unit.things;
   };

@@ -1,6 +1,6 @@
 #pragma once
-// What every family of figures shares: both sides in turns, two threads each, and the failure that ends a
-// bench.
+// What all families of figures share: both sides in alternation with two threads each, and the error that
+// ends a bench.
 
 #include <cstddef>
 #include <functional>
@@ -16,9 +16,9 @@
 
 namespace hil::bench {
 
-/// Of either side, whatever the machine has; a GPU has its own.
+/// Threads of either side, whatever the machine has; a GPU uses its own.
 inline constexpr unsigned threads_per_side = 2;
-/// Tells lavapipe, unless the user has told it otherwise. Before the first device is opened.
+/// Limits lavapipe to this number unless the user has set a limit. Before the first device is opened.
 void limit_software_device();
 
 double seconds_of(const std::function<void()>& work);
@@ -27,17 +27,17 @@ struct RoundTimes {
   std::vector<double> ours_s, theirs_s;
 };
 
-/// Both once to warm up, then `rounds` times each; who begins takes turns.
+/// Runs both once to warm up, then `rounds` times each; the first one alternates.
 RoundTimes in_turns(int rounds, const std::function<void()>& ours, const std::function<void()>& theirs);
 
-/// One round, without warming up.
+/// Runs one round without warm-up.
 RoundTimes once_each(bool we_begin, const std::function<void()>& ours, const std::function<void()>& theirs);
 
-/// `each(begin, end)` over chunks of [0, count) as they come free, on threads_per_side threads.
+/// Calls `each(begin, end)` for chunks of [0, count) on threads_per_side threads, as the threads become free.
 void over_chunks(std::size_t count, std::size_t chunk,
                  const std::function<void(std::size_t begin, std::size_t end)>& each);
 
-/// Things in a second.
+/// Elements per second.
 struct RateUnit {
   double things = 1.0;
   const char* name = "";
@@ -45,7 +45,7 @@ struct RateUnit {
 inline constexpr RateUnit mega_rays{1e6, "Mray/s"};
 inline constexpr RateUnit kilo_queries{1e3, "kquery/s"};
 
-/// What is measured in turns, and how to call it.
+/// What is measured in alternation, and its name.
 struct RateComparison {
   std::string name;
   RateUnit unit;
@@ -55,12 +55,12 @@ struct RateComparison {
   std::string peer;
   std::function<void()> theirs;
 };
-/// `name` beside the peer, and `name`_device by the device's own time alone.
+/// The figure `name` with the peer's, and `name`_device by the device's own time.
 std::vector<Figure> rates(const RateComparison& comparison);
-/// Milliseconds.
+/// In milliseconds.
 Figure time_figure(const std::string& name, const RoundTimes& times, const std::string& peer);
 
-/// Throws std::runtime_error with the refusal's words.
+/// Throws std::runtime_error with the text of the error.
 template <class Value>
 Value must(rtstdb::Result<Value> result) {
   if (!result) throw std::runtime_error(result.error().message);

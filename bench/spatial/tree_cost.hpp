@@ -1,7 +1,7 @@
 #pragma once
-// What a ray through the box of a tree pays by the surface area heuristic: each node that it is expected to visit costs
-// node_cost, each triangle that it is expected to test triangle_cost. A box that lies within another is met by as large a part of
-// the rays that meet the other as its surface is of the other's.
+// The expected cost of a ray that passes through the box of a tree, by the surface area heuristic: node_cost
+// for each expected node visit and triangle_cost for each expected triangle test. The probability that a ray
+// through one box meets a box inside it is the ratio of their surfaces.
 
 #include <glm/common.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -25,7 +25,7 @@ struct CostBox {
   }
 };
 
-/// Added up while a tree is walked. The root is a node too.
+/// Accumulated while a tree is walked. The root counts as a node.
 class TreeCost {
  public:
   void add_node(const CostBox& box) { sum_ += node_cost * box.area(); }

@@ -9,7 +9,7 @@
 namespace hil::bench {
 namespace {
 
-/// Along the cross product of an edge with one of the box's axes; `on` lies on the edge.
+/// Tests the cross product of an edge with one of the box's axes; `on` is a point of the edge.
 bool apart_across(const glm::vec3& edge, const glm::vec3& on, const glm::vec3& off, const glm::vec3& half,
                   int axis) {
   const int i = (axis + 1) % 3;

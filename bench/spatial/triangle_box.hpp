@@ -1,5 +1,5 @@
 #pragma once
-// Whether an upright box touches a triangle: what a peer needs that knows boxes alone.
+// Whether an axis-aligned box touches a triangle, for peers that store boxes only.
 
 #include <array>
 #include <span>
@@ -15,7 +15,7 @@ using Corners = std::array<glm::vec3, 3>;
 std::vector<Corners> triangles_of(const rtstdb::TriangleMesh& mesh);
 std::vector<rtstdb::Bounds> boxes_around(std::span<const Corners> triangles);
 
-/// Separating axes, the cheap ones first, and out at the first that separates. Touching counts.
+/// The separating axis test, cheapest axes first, with an early exit. Touching counts.
 bool touches(const rtstdb::Bounds& box, const Corners& triangle);
 
 }  // namespace hil::bench

@@ -12,14 +12,14 @@ namespace {
 constexpr std::uint32_t ray_count = 64;
 constexpr std::int64_t tick_ns = 1'000'000;
 
-/// Each tick one body gets another motion, and 64 rays look at the world as it stands then.
+/// In each tick one body gets a new motion and 64 rays are traced in that version.
 class Ticks {
  public:
   explicit Ticks(std::uint32_t entity_count)
       : world_(entity_count), bodies_(moving_bodies(entity_count, half_m, 30)) {
     for (const rtstdb::TriangleMesh& mesh : bodies_.meshes)
       world_.add(mesh);
-    // Slowly, so that they are still about when the last ray asks.
+    // Slow enough to be still in range at the last ray.
     for (rtstdb::EntityRow& row : bodies_.rows)
       row.motion.v_world_mps *= 0.05;
     ids_ = world_.create(bodies_.rows);
@@ -28,7 +28,7 @@ class Ticks {
     transaction_ = world_.database().make_transaction({.max_writes = 1, .max_queries = 1});
   }
 
-  /// Microseconds of each.
+  /// In microseconds.
   std::vector<double> run(int count) {
     std::vector<double> latencies_us;
     latencies_us.reserve(static_cast<std::size_t>(count));

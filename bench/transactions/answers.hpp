@@ -1,5 +1,5 @@
 #pragma once
-// From submit to answer: one entity moves and 64 rays are asked, in a world of 10,000.
+// Latency from submit to results: one entity moves and 64 rays are traced, in a world of 10,000 entities.
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
-// Commits of rows alone: entities are moved by transactions that are made beforehand, the same rows in the same order by every load
-// of the same size.
+// Commits of rows only: prepared transactions move entities, with the same rows in the same order for every
+// load of one size.
 
 #include <cstdint>
 #include <memory>
@@ -19,17 +19,17 @@ struct CommitLoadOptions {
   rtstdb::DurabilityOptions durability{};
 };
 
-/// Whatever does not commit throws std::runtime_error.
+/// Throws std::runtime_error if a transaction does not commit.
 class CommitLoad {
  public:
   explicit CommitLoad(const CommitLoadOptions& options);
 
-  /// Transactions a second: all of them submitted, then all waited for, so many times over.
+  /// Transactions per second: submits all of them and waits for all, `rounds` times.
   double rate(int times);
   /// The same once.
   void once();
   rtstdb::Database& database() { return world_->database(); }
-  /// The database is closed, and what survived is opened.
+  /// Closes the database and opens what was recovered.
   void reopen();
 
  private:
@@ -43,7 +43,8 @@ class CommitLoad {
   std::size_t next_ = 0;
 };
 
-/// Throws std::runtime_error, which says where, unless both stand at the same version with the same rows, bit for bit.
+/// Throws std::runtime_error, with the place, unless both have the same version with the same rows, bit for
+/// bit.
 void demand_same_world(rtstdb::Database& a, rtstdb::Database& b);
 
 }  // namespace hil::bench

@@ -1,5 +1,5 @@
 #pragma once
-// Commits of rows alone: one after the other, many waiting at once, a thousand rows in one.
+// Commits of rows only: one after the other, many queued at once, a thousand rows in one.
 
 #include <vector>
 

@@ -14,8 +14,8 @@ namespace {
 
 constexpr rtstdb::Nanoseconds patience{60'000'000'000};
 
-/// What is still in memory comes to the disk, so that the other side's round has the machine to itself. A commit that was not recorded
-/// would make this side faster than it is.
+/// Waits until everything is on disk, so that the other side's round has the machine to itself. A commit that
+/// was not recorded would make this side look faster than it is.
 void settle(rtstdb::Database& logged) {
   if (!logged.wait_until_durable(logged.latest().version, patience))
     throw std::runtime_error("the disk does not take the log: " + logged.durability().last_fault);
@@ -33,7 +33,8 @@ struct Rates {
   std::vector<double> logged, without;
 };
 
-/// Two databases beside each other, the log's being the first that takes its memory or the second; as many rounds of either, in turns.
+/// Two databases at the same time, with the log in the one created first or second; equally many alternating
+/// rounds of each.
 void run_pair(const Size& size, bool logged_first, Rates& rates) {
   const Folder folder;
   std::optional<CommitLoad> logged, without;
@@ -56,7 +57,7 @@ void run_pair(const Size& size, bool logged_first, Rates& rates) {
   demand_same_world(without->database(), logged->database());
 }
 
-/// One pair after the other: one differs from the next by a twentieth.
+/// Several pairs one after the other, since pairs differ by a few percent.
 Figure async_beside_volatile(const std::string& name, const Size& size) {
   Rates rates;
   for (int pair = 0; pair < size.pairs; ++pair)
@@ -75,7 +76,7 @@ Figure async_beside_volatile(const std::string& name, const Size& size) {
 }  // namespace
 
 std::vector<Figure> measure_durability(const SuiteOptions& options) {
-  // Bursts of a thousand rows are more than disks take: so many in one round that the ring holds them.
+  // Disks are slower than bursts of a thousand rows: one round has as many as fit into the ring.
   const Size small = options.tiny ? Size{1, 400, 1, 1} : Size{1, 20'000, 16, 8};
   const Size large = options.tiny ? Size{1000, 2, 1, 1} : Size{1000, 100, 16, 8};
   Size turning = small;

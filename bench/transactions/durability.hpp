@@ -1,5 +1,5 @@
 #pragma once
-// What the log costs those who commit: the same commits with a log in async mode and without one, in turns.
+// The cost of the log for commits: the same commits with a log in async mode and without one, in alternation.
 
 #include <vector>
 

@@ -10,13 +10,13 @@
 namespace hil::bench {
 namespace {
 
-/// So that neither side allocates on the way.
-constexpr std::uint64_t room_bytes = std::uint64_t{16} << 20;
+/// Large enough that neither side allocates space during the measurement.
+constexpr std::uint64_t preallocated_bytes = std::uint64_t{16} << 20;
 
 std::vector<Figure> commits_beside_writes(rtstdb::DurabilityMode mode, int count) {
   const Folder folder;
   CommitLoad load({.durability = {.directory = folder.path() / "log", .mode = mode}});
-  PlainFile plain(folder.path() / "plain", room_bytes);
+  PlainFile plain(folder.path() / "plain", preallocated_bytes);
   const std::uint64_t bytes_before = load.database().durability().bytes;
   load.once();
   const std::vector<std::byte> group(load.database().durability().bytes - bytes_before, std::byte{0x5a});

@@ -1,5 +1,5 @@
 #pragma once
-// A folder that is gone afterwards, where TMPDIR says, or in /tmp: that is the disk which is measured.
+// A temporary folder under TMPDIR, or in /tmp, on the disk that is measured.
 
 #include <filesystem>
 
@@ -7,7 +7,7 @@ namespace hil::bench {
 
 class Folder {
  public:
-  /// Throws std::runtime_error where none can be made.
+  /// Throws std::runtime_error when it can not be created.
   Folder();
   ~Folder();
   Folder(const Folder&) = delete;

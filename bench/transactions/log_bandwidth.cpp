@@ -22,7 +22,7 @@ namespace log = rtstdb::log;
 
 constexpr std::uint32_t rows_per_commit = 480;  // 61 kB
 
-/// No checkpoint is asked for.
+/// Without checkpoints.
 class NoWorld final : public log::WorldSource {
  public:
   std::optional<log::WorldHead> begin(rtstdb::Version) override { return std::nullopt; }
@@ -42,7 +42,7 @@ rtstdb::store::WriteSet some_commit() {
   return set;
 }
 
-/// A writer that is driven by hand, in front of a disk of the machine's.
+/// A log writer that the bench calls directly, on a disk of the machine.
 class WriterByHand {
  public:
   explicit WriterByHand(const std::filesystem::path& directory)
@@ -54,16 +54,16 @@ class WriterByHand {
         log::start_after(nothing, log::new_database_id())));
   }
 
-  /// So many commits wait in the ring.
+  /// Puts this many commits into the ring.
   void put(std::uint32_t commits) {
-    const log::CommitForm form = log::form_of(set_, {});
+    const log::CommitEncoding form = log::form_of(set_, {});
     for (std::uint32_t k = 0; k < commits; ++k) {
       ++set_.version;
       log::encode_commit(set_, form, ring_.reserve(form.bytes));
       ring_.commit();
     }
   }
-  /// They are on disk, in one group.
+  /// Writes them to disk in one group.
   void write() {
     writer_->step(0);
     if (writer_->durable() != set_.version)
@@ -73,7 +73,7 @@ class WriterByHand {
 
  private:
   static std::unique_ptr<log::Disk> take(log::DiskResult<std::unique_ptr<log::Disk>> opened) {
-    if (!opened) throw std::runtime_error(opened.error().in_words());
+    if (!opened) throw std::runtime_error(opened.error().describe());
     return std::move(opened.value());
   }
 
@@ -91,7 +91,7 @@ Figure bandwidth(const std::string& name, std::uint32_t commits_per_group, int g
   ours.put(commits_per_group);
   ours.write();
   const std::uint64_t group_bytes = ours.bytes_on_disk();
-  // What is not zero: a disk may make less of zeros.
+  // Not zeros, since disks may handle zeros faster.
   const std::vector<std::byte> piece(group_bytes, std::byte{0x5a});
   const auto groups = static_cast<std::uint64_t>(groups_per_round);
 

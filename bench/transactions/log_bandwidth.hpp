@@ -1,6 +1,6 @@
 #pragma once
-// Bytes of log that the writer brings to the disk in a second: records out of the ring, group, checksum, write, sync, segment after
-// segment. Beside it the same number of bytes in the same pieces, written by a loop that does nothing else.
+// Bytes of log per second that the writer brings to disk: records from the ring, group, checksum, write and
+// sync, over several segments. Compared with a loop that only writes the same bytes in the same pieces.
 
 #include <vector>
 

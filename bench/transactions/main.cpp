@@ -1,4 +1,5 @@
-// hil-bench-transactions [--json] [--tiny] [--awake] [FAMILY...]: what a transaction costs, and what a user would otherwise take.
+// hil-bench-transactions [--json] [--tiny] [--awake] [FAMILY...]: the cost of transactions, compared with
+// alternatives.
 
 #include "bench/figure/suite.hpp"
 #include "bench/spatial/our_world.hpp"

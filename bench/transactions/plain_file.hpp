@@ -1,5 +1,5 @@
 #pragma once
-// The peer of the log: a file written one piece behind the other, as plainly as can be.
+// The peer of the log: a file to which pieces are appended in the simplest way.
 
 #include <cstdint>
 #include <filesystem>
@@ -7,18 +7,18 @@
 
 namespace hil::bench {
 
-/// pwrite, through the page cache, and fdatasync. Throws std::system_error when the disk refuses.
+/// pwrite through the page cache, and fdatasync. Throws std::system_error on failure.
 class PlainFile {
  public:
   static constexpr const char* name = "pwrite + fdatasync";
 
-  /// A new one, with room for so many bytes allocated ahead, as the log does it.
+  /// Creates the file with this many bytes preallocated, as the log does.
   PlainFile(const std::filesystem::path& path, std::uint64_t bytes);
   ~PlainFile();
   PlainFile(const PlainFile&) = delete;
   PlainFile& operator=(const PlainFile&) = delete;
 
-  /// On disk when it returns.
+  /// The data is on disk when this returns.
   void append(std::span<const std::byte> bytes);
 
  private:

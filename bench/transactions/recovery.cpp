@@ -23,11 +23,11 @@ rtstdb::DatabaseOptions database_options(const Size& size, const std::filesystem
   options.max_entities = size.entities;
   options.durability.directory = directory;
   options.durability.ring_bytes = std::size_t{64} << 20;
-  options.durability.checkpoint_every_bytes = 0;  // all of it has to be read
+  options.durability.checkpoint_every_bytes = 0;  // recovery has to read the whole log
   return options;
 }
 
-/// Does what a loop does in its ticks, in its own time.
+/// Executes the ticks of a loop without pacing.
 class LoggedLife {
  public:
   LoggedLife(const Size& size, rtstdb::Database& database)
@@ -57,7 +57,7 @@ class LoggedLife {
   void commit() {
     const rtstdb::Outcome& outcome = database_.execute(*transaction_);
     if (!outcome.done()) throw std::runtime_error(rtstdb::describe(outcome));
-    // The ring is never full.
+    // The ring never fills.
     if (outcome.version % 100 == 0)
       database_.wait_until_durable(outcome.version, rtstdb::Nanoseconds(60'000'000'000));
   }
@@ -67,7 +67,7 @@ class LoggedLife {
   std::unique_ptr<rtstdb::Transaction> transaction_;
 };
 
-/// Throws unless the last tick is there.
+/// Throws unless the last tick was recovered.
 void demand_last_tick(const Size& size, rtstdb::Database& opened, rtstdb::Version version) {
   const auto states = must(opened.snapshot(rtstdb::ReadAt::latest()));
   if (opened.latest().version != version || states.size() != size.entities)

@@ -1,5 +1,6 @@
 #pragma once
-// How long an open takes: a hundred thousand entities and ten seconds of log, of a loop that moves a hundred of them each millisecond.
+// The duration of an open: a hundred thousand entities and ten seconds of log of a loop that moves a hundred
+// entities per millisecond.
 
 #include <vector>
 

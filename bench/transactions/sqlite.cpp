@@ -13,7 +13,8 @@ namespace hil::bench {
 namespace {
 
 constexpr std::uint32_t ids_per_region = 256;
-/// Two boxes this near to touching may be told apart by rounding alone: single precision at 50 m, which SQLite rounds outwards.
+/// Rounding may decide whether boxes this near to touching do touch: single precision at 50 m, which SQLite
+/// rounds outwards.
 constexpr double touching_m = 4e-5;
 
 rtstdb::Bounds bounds_of(const rtstdb::EntityRow& row) {
@@ -29,20 +30,20 @@ std::vector<rtstdb::Bounds> bounds_of(const std::vector<rtstdb::EntityRow>& rows
   return boxes;
 }
 
-/// Of upright boxes: how far they are apart, or negative, how deep they lie in each other.
+/// The distance of two axis-aligned boxes; negative: their penetration depth.
 double gap_m(const rtstdb::Bounds& a, const rtstdb::Bounds& b) {
   const glm::dvec3 gaps = glm::max(glm::dvec3(a.minimum_m) - glm::dvec3(b.maximum_m),
                                    glm::dvec3(b.minimum_m) - glm::dvec3(a.maximum_m));
   return std::max({gaps.x, gaps.y, gaps.z});
 }
 
-/// How much is done at once, in a world of so many boxes.
+/// Amounts of work in a world of this many boxes.
 struct Size {
   std::uint32_t entities, moved, regions;
   float half_m;
 };
 
-/// What both sides do in one round: some boxes move, in one transaction, then some regions are searched.
+/// The work of both sides in one round: some boxes move in one transaction, then some regions are searched.
 struct Round {
   std::vector<std::uint32_t> moved;
   std::vector<rtstdb::EntityRow> rows;

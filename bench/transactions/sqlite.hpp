@@ -1,5 +1,5 @@
 #pragma once
-// Bodies move and boxes are searched, beside SQLite with its R*Tree.
+// Moving bodies and box searches, compared with SQLite and its R*Tree.
 
 #include <vector>
 

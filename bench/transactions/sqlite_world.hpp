@@ -20,19 +20,19 @@ struct NumberedBox {
   rtstdb::Bounds box;
 };
 
-/// Every call throws std::runtime_error with SQLite's words when it fails.
+/// Every call throws std::runtime_error with SQLite's message when it fails.
 class SqliteWorld {
  public:
-  /// Makes the file anew. WAL, synchronous=NORMAL: a commit survives the program, and a loss of power only after a
-  /// checkpoint.
+  /// Creates the file. WAL with synchronous=NORMAL: a commit survives a crash of the program, but a loss of
+  /// power only after a checkpoint.
   SqliteWorld(const std::filesystem::path& file, std::span<const rtstdb::Bounds> boxes);
   ~SqliteWorld();
   SqliteWorld(const SqliteWorld&) = delete;
   SqliteWorld& operator=(const SqliteWorld&) = delete;
 
-  /// All of them in one transaction.
+  /// Moves all of them in one transaction.
   void move(std::span<const NumberedBox> moved);
-  /// The numbers of the boxes that touch this one, ascending.
+  /// The indices of the boxes that touch this one, ascending.
   void touching(const rtstdb::Bounds& region, std::vector<std::uint32_t>& numbers);
   static std::string version();
 

@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <stop_token>
+#include <string>
 #include <thread>
 
 #include "bench/spatial/our_world.hpp"
@@ -17,7 +18,7 @@ namespace {
 constexpr float half_m = 50.0f;
 constexpr std::uint32_t urgent_rays = 16;
 
-/// Moving bodies, in a database that divides batches as it does unless told otherwise.
+/// Moving bodies in a database with the default chunk size.
 class BusyWorld {
  public:
   explicit BusyWorld(bool tiny)
@@ -37,9 +38,10 @@ class BusyWorld {
   std::uint32_t count(std::uint32_t large) const { return tiny_ ? large / 64 : large; }
   const std::vector<rtstdb::EntityId>& ids() const { return ids_; }
 
-  /// Two figures: while the large batch is asked again and again, urgent ones come at instants that have nothing to do with it.
+  /// Two figures: while the large batch is queried repeatedly, urgent transactions arrive at uncorrelated
+  /// times.
   template <class Query>
-  std::vector<Figure> waits_beside(const std::string& kind, Asked<Query> large) {
+  std::vector<Figure> waits_beside(const std::string& kind, PreparedBatch<Query> large) {
     large.run();
     urgent_wait_us();
     std::exception_ptr broken;
@@ -65,7 +67,8 @@ class BusyWorld {
   }
 
  private:
-  /// All of the time from submit until this thread has the answer in which the database was not at work on it.
+  /// The time from submit to the result in this thread, without the time in which the database worked on the
+  /// transaction.
   double urgent_wait_us() {
     rtstdb::Terms terms;
     terms.importance = 1;
@@ -93,24 +96,31 @@ class BusyWorld {
   std::unique_ptr<rtstdb::Transaction> urgent_;
 };
 
-Asked<rtstdb::RayQuery> scattered(BusyWorld& world) {
+/// A large batch of one kind, and its name in the figures.
+template <class Query>
+struct Large {
+  std::string name;
+  PreparedBatch<Query> batch;
+};
+
+Large<rtstdb::RayQuery> large_batch(BusyWorld& world, const rtstdb::RayQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 18);
   auto query = must(world.database().prepare(rtstdb::RayQueryOptions{.name = "rays", .capacity = count}));
   std::ranges::copy(timed_rays(count, half_m, 40.0f, 0, 43), query->rays().begin());
-  return {world.database(), std::move(query), count};
+  return {"rays", {world.database(), std::move(query), count}};
 }
 
-Asked<rtstdb::NearestQuery> nearest(BusyWorld& world) {
+Large<rtstdb::NearestQuery> large_batch(BusyWorld& world, const rtstdb::NearestQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(
       world.database().prepare(rtstdb::NearestQueryOptions{.name = "nearest", .capacity = count, .k = 4}));
   Random random(44);
   for (rtstdb::Nearest& point : query->points())
     point.point_m = random.in_box(glm::vec3(half_m));
-  return {world.database(), std::move(query), count};
+  return {"nearest", {world.database(), std::move(query), count}};
 }
 
-Asked<rtstdb::RegionQuery> regions(BusyWorld& world) {
+Large<rtstdb::RegionQuery> large_batch(BusyWorld& world, const rtstdb::RegionQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 15);
   auto query = must(world.database().prepare(rtstdb::RegionQueryOptions{
       .name = "regions", .capacity = count, .level = rtstdb::RegionLevel::surface, .ids_per_region = 128}));
@@ -119,16 +129,16 @@ Asked<rtstdb::RegionQuery> regions(BusyWorld& world) {
     region.center_m = random.in_box(glm::vec3(half_m));
     region.half_extent_m = glm::vec3(5.0f);
   }
-  return {world.database(), std::move(query), count};
+  return {"regions", {world.database(), std::move(query), count}};
 }
 
-Asked<rtstdb::OverlapQuery> overlaps(BusyWorld& world) {
+Large<rtstdb::OverlapQuery> large_batch(BusyWorld& world, const rtstdb::OverlapQuery* /*kind*/) {
   const std::uint32_t count = world.count(1u << 15);
   auto query =
       must(world.database().prepare(rtstdb::OverlapQueryOptions{.name = "overlaps", .capacity = count}));
   for (std::size_t k = 0; rtstdb::Overlap & overlap : query->overlaps())
     overlap.entity = world.ids()[k++ % world.ids().size()];
-  return {world.database(), std::move(query), count};
+  return {"overlaps", {world.database(), std::move(query), count}};
 }
 
 }  // namespace
@@ -139,10 +149,16 @@ std::vector<Figure> measure_urgent(const SuiteOptions& options) {
   const auto append = [&](const std::vector<Figure>& more) {
     figures.insert(figures.end(), more.begin(), more.end());
   };
-  append(world.waits_beside("rays", scattered(world)));
-  append(world.waits_beside("nearest", nearest(world)));
-  append(world.waits_beside("regions", regions(world)));
-  append(world.waits_beside("overlaps", overlaps(world)));
+  const auto measure = [&](const auto* kind) {
+    if constexpr (requires { large_batch(world, kind); }) {
+      auto large = large_batch(world, kind);
+      append(world.waits_beside(large.name, std::move(large.batch)));
+    }
+  };
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) \
+  measure(static_cast<const rtstdb::Class*>(nullptr));
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
   return figures;
 }
 

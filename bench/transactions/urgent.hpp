@@ -1,5 +1,5 @@
 #pragma once
-// How long a small urgent transaction waits for a device that is at work on a large batch of somebody else.
+// How long a small urgent transaction waits while the device works on a large batch of lower importance.
 
 #include <vector>
 

@@ -102,7 +102,7 @@ void CanDevice::stop() noexcept {
   started_ = false;
   bus_->close();
   if (log_) log_->close();
-  set_health(false, health().fault);
+  set_health(false, fault());
 }
 
 void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
@@ -147,7 +147,7 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "exchange belongs to a started device in lock-step");
   last_tick_ns_ = tick_ns;
   send_released();
-  send_safe_values_if_asked();
+  send_requested_safe_values();
   const SettleResult result = bus_->settle(tick_ns);
   while (receive_up_to(frames_per_pass)) {
   }
@@ -158,13 +158,13 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
 }
 
 void CanDevice::enter_safe_state() noexcept {
-  safe_state_asked_.store(true, std::memory_order_release);
+  safe_state_requested_.store(true, std::memory_order_release);
   if (started_ && pacing_ == Pacing::realtime) wake();
 }
 
-DeviceHealth CanDevice::health() const {
+std::string CanDevice::fault() const {
   const std::lock_guard lock(health_mutex_);
-  return {connected(), fault_};
+  return fault_;
 }
 
 std::string CanDevice::send_fault() const {
@@ -212,7 +212,7 @@ void CanDevice::run() {
     const bool last_pass = stopping_.load(std::memory_order_acquire);
     bool more = receive_up_to(frames_per_pass);
     send_released();
-    send_safe_values_if_asked();
+    send_requested_safe_values();
     more = receive_up_to(last_pass ? frames_at_end : frames_per_pass) || more;
     load_.advance(clock_->now_ns());
     publish_if_changed();
@@ -251,7 +251,7 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.is_error()) counts_.errors.add();
   update_bus_off(frame);
   if (frame.is_error()) return;
-  if (frame.direction == Direction::tx) return send_order_.came_back(frame.raw.can_id);
+  if (frame.direction == Direction::tx) return send_order_.received_back(frame.raw.can_id);
   counts_.rx.add();
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
@@ -271,7 +271,7 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.raw.len < length) received.shorter->add();
   const RunTimeNs time_ns = std::max(frame.time_ns, send_order_.earliest_ns());
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
-    take_in(received.first_input + signal, value, time_ns);
+    store_input(received.first_input + signal, value, time_ns);
   });
 }
 
@@ -292,7 +292,7 @@ void CanDevice::update_bus_off(const Frame& frame) {
   set_health(true, {});
 }
 
-void CanDevice::take_in(std::size_t input, double value, RunTimeNs time_ns) {
+void CanDevice::store_input(std::size_t input, double value, RunTimeNs time_ns) {
   samples_[input] = {value, time_ns, true};
   samples_changed_ = true;
   TimedRowRing* const kept = arrivals_[input].get();
@@ -335,7 +335,7 @@ void CanDevice::send_message(Sent& sent) {
       const std::uint64_t counter = sent.encoder.confirm_sent();
       if (!sent.counter_input) return;
       const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
-      take_in(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
+      store_input(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
       return;
     }
     case SendResult::no_buffer:
@@ -370,8 +370,8 @@ void CanDevice::set_send_fault(const std::string& fault) {
   if (send_fault_.empty()) send_fault_ = fault;
 }
 
-void CanDevice::send_safe_values_if_asked() {
-  if (!safe_state_asked_.exchange(false, std::memory_order_acq_rel)) return;
+void CanDevice::send_requested_safe_values() {
+  if (!safe_state_requested_.exchange(false, std::memory_order_acq_rel)) return;
   load_.end();
   for (Sent& sent : sent_) {
     for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {
@@ -395,7 +395,7 @@ void CanDevice::lose_inputs() {
     samples_[input].fresh = false;
   }
   for (Received& received : received_)
-    received.decoder.forget_counter();
+    received.decoder.reset_counter();
   samples_changed_ = true;
 }
 

@@ -10,7 +10,7 @@
 // Real time: one thread per device receives, stamps, decodes, encodes and sends. Lock-step: exchange() does
 // that work.
 //
-// Threads: as in io/device.hpp; any thread may call counters(), health() and enter_safe_state().
+// Threads: as in io/device.hpp; any thread may call counters(), fault() and enter_safe_state().
 
 #include <atomic>
 #include <cstdint>
@@ -95,7 +95,7 @@ class CanDevice final : public Device {
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
   bool connected() const noexcept override { return connected_.load(std::memory_order_relaxed); }
-  DeviceHealth health() const override;
+  std::string fault() const override;
   /// A send queue that stays full for longer than loss_timeout_ns() is also a send fault.
   std::string send_fault() const override;
 
@@ -139,14 +139,14 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
-  void take_in(std::size_t input, double value, RunTimeNs time_ns);
+  void store_input(std::size_t input, double value, RunTimeNs time_ns);
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
   void note_full_queue(RunTimeNs now_ns);
   void note_send_error(const Sent& sent);
   void set_send_fault(const std::string& fault);
-  void send_safe_values_if_asked();
+  void send_requested_safe_values();
   void publish_if_changed();
   void lose_inputs();
   void update_bus_off(const Frame& frame);
@@ -178,7 +178,7 @@ class CanDevice final : public Device {
   std::thread thread_;
   int wake_fd_ = -1;
   std::atomic<bool> stopping_{false};
-  std::atomic<bool> safe_state_asked_{false};
+  std::atomic<bool> safe_state_requested_{false};
   std::atomic<bool> connected_{false};
   bool bus_off_ = false;                    ///< the controller reported it and has not restarted since
   std::optional<RunTimeNs> full_since_ns_;  ///< since when the send queue has been full

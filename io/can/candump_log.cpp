@@ -220,13 +220,14 @@ void CandumpLogWriter::push(const Frame& frame) {
   {
     std::unique_lock lock(mutex_);
     require(!closing_, "nothing is logged after close");
-    if (when_full_ == WhenFull::wait) has_room_.wait(lock, [this] { return waiting_.size() < capacity_; });
+    if (when_full_ == WhenFull::wait)
+      space_available_.wait(lock, [this] { return waiting_.size() < capacity_; });
     if (waiting_.size() >= capacity_) {
       ++dropped_;
       return;
     }
     waiting_.push_back(frame);
-    if (waiting_.size() != 1 && waiting_.size() != hurry_at())
+    if (waiting_.size() != 1 && waiting_.size() != batch_limit())
       return;  // the writer is already awake or need not be
   }
   has_frames_.notify_one();
@@ -253,10 +254,10 @@ void CandumpLogWriter::run() {
       if (waiting_.empty()) return;
       // Frames arrive in bursts; writing a burst at once is cheaper than waking up for each frame.
       has_frames_.wait_for(lock, gathering_time,
-                           [this] { return closing_ || waiting_.size() >= hurry_at(); });
+                           [this] { return closing_ || waiting_.size() >= batch_limit(); });
       batch.swap(waiting_);
     }
-    has_room_.notify_all();
+    space_available_.notify_all();
     if (!write(batch, text)) {
       const std::lock_guard lock(mutex_);
       if (fault_.empty())

@@ -71,7 +71,7 @@ class CandumpLogWriter {
 
  private:
   /// From this many queued frames on, the writer stops collecting a batch.
-  std::size_t hurry_at() const noexcept { return (capacity_ + 1) / 2; }
+  std::size_t batch_limit() const noexcept { return (capacity_ + 1) / 2; }
   void run();
   bool write(const std::vector<Frame>& frames, std::string& text);
 
@@ -84,7 +84,7 @@ class CandumpLogWriter {
 
   mutable std::mutex mutex_;
   std::condition_variable has_frames_;
-  std::condition_variable has_room_;
+  std::condition_variable space_available_;
   std::vector<Frame> waiting_;
   bool closing_ = false;
   std::uint64_t dropped_ = 0;

@@ -27,12 +27,12 @@ void DbcParser::parse_attribute_definition() {
   const auto name = scanner_.quoted();
   if (!name) return static_cast<void>(fail("an attribute's name in double quotes"));
   AttributeDefinition& definition = attributes_[dbc_text(*name)];
-  if (scanner_.peek_identifier() != "ENUM") return pass_over();
+  if (scanner_.peek_identifier() != "ENUM") return skip_statement();
   scanner_.identifier();
   definition.words.clear();
   do {
     const auto word = scanner_.quoted();
-    if (!word) return pass_over();
+    if (!word) return skip_statement();
     definition.words.push_back(dbc_text(*word));
   } while (scanner_.accept(','));
   expect_semicolon();

@@ -54,7 +54,7 @@ DbcResult DbcParser::parse() {
   if (!is_blank && result_.database.messages.empty())
     report(Severity::fatal, first_position,
            "the file gives no message: it has no BO_ statement that is understood");
-  find_places();
+  locate_problems();
   return std::move(result_);
 }
 
@@ -62,7 +62,7 @@ void DbcParser::parse_statement(std::string_view keyword) {
   if (keyword == "SG_") return parse_signal();
   unknown_position_.reset();
   signals_wanted_ = false;
-  signals_passed_over_ = false;
+  signals_skipped_ = false;
   if (keyword == "BO_") return parse_message();
   if (keyword == "VERSION") {
     if (!scanner_.quoted()) fail("the version in double quotes");
@@ -80,7 +80,7 @@ void DbcParser::parse_statement(std::string_view keyword) {
   if (keyword == "SG_MUL_VAL_") return parse_extended_multiplexing();
   if (keyword == "BA_DEF_") return parse_attribute_definition();
   if (keyword == "BA_DEF_DEF_") return parse_attribute_default();
-  pass_over();
+  skip_statement();
 }
 
 // NS_ lists keywords. The list ends before the keyword of the next statement, which is recognized by a
@@ -116,7 +116,7 @@ void DbcParser::parse_nodes() {
 }
 
 void DbcParser::parse_message() {
-  signals_passed_over_ = true;  // until the message has been parsed
+  signals_skipped_ = true;  // until the message has been parsed
   const auto file_id = scanner_.number<std::uint64_t>();
   if (!file_id) return static_cast<void>(fail("a message's identifier, 0 to 4294967295"));
   scanner_.skip_space();
@@ -150,7 +150,7 @@ void DbcParser::add_message(DbcMessage message, std::uint64_t file_id, std::uint
   result_.database.messages.push_back(std::move(message));
   DbcMessage& added = result_.database.messages.back();
   signals_wanted_ = true;
-  signals_passed_over_ = false;
+  signals_skipped_ = false;
 
   const std::string defect = identifier_defect(file_id);
   if (!defect.empty()) make_unusable(added, position, defect);
@@ -169,7 +169,7 @@ void DbcParser::add_message(DbcMessage message, std::uint64_t file_id, std::uint
 
 void DbcParser::parse_signal() {
   if (!signals_wanted_) {
-    if (!signals_passed_over_) report(Severity::error, statement_position_, "a signal outside of a message");
+    if (!signals_skipped_) report(Severity::error, statement_position_, "a signal outside of a message");
     return scanner_.skip_to_statement_line(statement_position_);
   }
   if (unknown_position_) {  // it may have been meant as another message
@@ -305,7 +305,7 @@ void DbcParser::parse_comment() {
 }
 
 // Skips the statement up to its ';', or up to a line that begins with a keyword.
-void DbcParser::pass_over() {
+void DbcParser::skip_statement() {
   while (!scanner_.accept(';')) {
     if (scanner_.at_end() || scanner_.at_statement_line()) return static_cast<void>(fail_unfinished());
     if (scanner_.peek() == '"') {
@@ -409,7 +409,7 @@ void DbcParser::report(Severity severity, std::size_t position, std::string text
 }
 
 /// Sets the lines and columns of the problems, in one pass over the text.
-void DbcParser::find_places() {
+void DbcParser::locate_problems() {
   std::vector<std::size_t> order(problem_positions_.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),

@@ -79,7 +79,7 @@ class DbcParser {
                              const AttributeValue& value);
   std::string_view word();
   std::string_view parse_object();
-  void pass_over();
+  void skip_statement();
   void expect_semicolon();
 
   void complete_messages();
@@ -104,7 +104,7 @@ class DbcParser {
   bool fail_unfinished();
   void make_unusable(DbcMessage& message, std::size_t position, const std::string& reason);
   void report(Severity severity, std::size_t position, std::string text);
-  void find_places();
+  void locate_problems();
 
   std::string_view text_;
   DbcScanner scanner_;
@@ -121,7 +121,7 @@ class DbcParser {
   /// Its BO_ or SG_ begins a line and may therefore be the next statement
   bool object_may_be_statement_ = false;
   bool signals_wanted_ = false;                  ///< SG_ statements belong to the last message of the result
-  bool signals_passed_over_ = false;             ///< SG_ statements belong to a message that is discarded
+  bool signals_skipped_ = false;                 ///< SG_ statements belong to a message that is discarded
   std::optional<std::size_t> unknown_position_;  ///< of a line in the last message that is not a statement
   std::uint64_t overlap_steps_ = 0;              ///< work of find_overlaps so far
 };

@@ -39,7 +39,7 @@ void DbcParser::parse_values() {
   const auto id = scanner_.number<std::uint32_t>();
   if (!id) {  // values of an environment variable
     if (word().empty()) return static_cast<void>(fail("a message's identifier"));
-    return pass_over();
+    return skip_statement();
   }
   scanner_.skip_space();
   const std::size_t position = scanner_.position();

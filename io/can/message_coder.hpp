@@ -148,7 +148,7 @@ class MessageDecoder {
   }
 
   /// Accepts any next counter value, after the sender was lost.
-  void forget_counter() noexcept { last_counter_.reset(); }
+  void reset_counter() noexcept { last_counter_.reset(); }
 
  private:
   MessageLayout layout_;

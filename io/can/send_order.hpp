@@ -28,7 +28,7 @@ class SendOrder {
     }
   }
   /// Notes that a frame of this station with this identifier was received back.
-  void came_back(canid_t id) noexcept {
+  void received_back(canid_t id) noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
       const Sent& sent = waiting_[(first_ + i) % waiting_.size()];
       if (sent.id != id) continue;

@@ -53,7 +53,7 @@ void block_all_signals() {
 ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
-      who_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
+      description_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
       label_("unit " + settings_.name),
       run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
       heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
@@ -135,7 +135,7 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   const WallTime until = WallClock::now() + settings_.start_limit;
   while (!connect_until(until)) {
     if (WallClock::now() + settings_.reconnect_pause_min >= until) {
-      throw DeviceError(who_ + " can not be reached: " + connect_fault_ + "; tried for " +
+      throw DeviceError(description_ + " can not be reached: " + connect_fault_ + "; tried for " +
                         std::to_string(settings_.start_limit.count()) +
                         " ms. Check that the unit is on and that the address and port are right");
     }
@@ -345,9 +345,10 @@ void ClientDevice::note_refusal(WriteRequest& request) {
   if (now_ns() - *request.refused_since_ns <= loss_timeout_ns()) return;
   const std::scoped_lock lock(health_mutex_);
   if (!send_fault_.empty()) return;
-  send_fault_ = who_ + " has refused outputs for more than " + std::to_string(settings_.max_age.count()) +
-                " ms: writing " + place_of(request.plan.table, request.plan.address, request.plan.count) +
-                ": " + session_.fault();
+  send_fault_ = description_ + " has refused outputs for more than " +
+                std::to_string(settings_.max_age.count()) + " ms: writing " +
+                place_of(request.plan.table, request.plan.address, request.plan.count) + ": " +
+                session_.fault();
 }
 
 bool ClientDevice::read_all(WallTime until) {
@@ -452,7 +453,7 @@ void ClientDevice::lose_connection(const std::string& fault) {
 
 void ClientDevice::set_fault(const std::string& fault) {
   const std::scoped_lock lock(health_mutex_);
-  fault_ = fault.empty() ? "" : who_ + ": " + fault;
+  fault_ = fault.empty() ? "" : description_ + ": " + fault;
 }
 
 RunTimeNs ClientDevice::loss_timeout_ns() const noexcept {
@@ -464,11 +465,11 @@ std::string ClientDevice::send_fault() const {
   return send_fault_;
 }
 
-DeviceHealth ClientDevice::health() const {
+std::string ClientDevice::fault() const {
   const std::scoped_lock lock(health_mutex_);
-  if (!fault_.empty() || !is_stalled()) return {connected(), fault_};
-  return {false,
-          who_ + ": no cycle has ended for more than " + std::to_string(settings_.max_age.count()) + " ms"};
+  if (!fault_.empty() || !is_stalled()) return fault_;
+  return description_ + ": no cycle has ended for more than " + std::to_string(settings_.max_age.count()) +
+         " ms";
 }
 
 std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {

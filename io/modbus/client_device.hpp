@@ -19,7 +19,7 @@
 // has waited for longer than `max_age` without any cycle ending. A unit without inputs receives its outputs
 // again after half of `max_age` without a reply, so that its loss is detected.
 //
-// Threads: as in io/device.hpp; any ordinary thread may call counters() and health().
+// Threads: as in io/device.hpp; any ordinary thread may call counters() and fault().
 
 #include <atomic>
 #include <chrono>
@@ -116,7 +116,7 @@ class ClientDevice final : public Device {
   void stop() noexcept override;
   bool connected() const noexcept override;
   bool has_answered() const noexcept override { return answered_.load(std::memory_order_relaxed); }
-  DeviceHealth health() const override;
+  std::string fault() const override;
   /// A write that the unit refuses with exceptions for longer than `max_age` is a send fault.
   std::string send_fault() const override;
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
@@ -171,8 +171,8 @@ class ClientDevice final : public Device {
 
   const ClientSettings settings_;
   const RegisterMap map_;
-  const std::string who_;    ///< "Modbus unit plc (127.0.0.1:1502)"
-  const std::string label_;  ///< "unit plc"
+  const std::string description_;  ///< "Modbus unit plc (127.0.0.1:1502)"
+  const std::string label_;        ///< "unit plc"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;

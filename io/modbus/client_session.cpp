@@ -138,7 +138,7 @@ Reply ClientSession::receive_up_to(std::size_t size, std::chrono::steady_clock::
     } else if (rc == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
       return close_with(Reply::broken, words_of(rc == 0 ? ECONNRESET : errno));
     } else if (!wait_for(socket_.get(), POLLIN, until)) {
-      return close_with(Reply::timeout, "no whole reply within " + in_milliseconds(limit_));
+      return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_));
     }
   }
   return Reply::good;

@@ -26,53 +26,55 @@ bool clients_can_write(Table table) {
   return table == Table::coil || table == Table::holding;
 }
 
-void check_place(const RegisterEntry& entry, const std::string& who, std::vector<std::string>& mistakes) {
+void check_place(const RegisterEntry& entry, const std::string& subject, std::vector<std::string>& mistakes) {
   if (is_bit_table(entry.table) && entry.type != ValueType::boolean) {
-    mistakes.push_back(who + ": the table " + std::string(to_text(entry.table)) + " holds single bits, not " +
-                       std::string(to_text(entry.type)) + "; its type has to be bool");
+    mistakes.push_back(subject + ": the table " + std::string(to_text(entry.table)) +
+                       " holds single bits, not " + std::string(to_text(entry.type)) +
+                       "; its type has to be bool");
   }
   if (std::uint32_t{entry.address} + width_of(entry.type) > addresses_of_a_table) {
-    mistakes.push_back(who + ": a " + std::string(to_text(entry.type)) + " at address " +
+    mistakes.push_back(subject + ": a " + std::string(to_text(entry.type)) + " at address " +
                        std::to_string(entry.address) + " ends beyond the last address, 65535");
   }
 }
 
-void check_role(const RegisterEntry& entry, const std::string& who, Role role,
+void check_role(const RegisterEntry& entry, const std::string& subject, Role role,
                 std::vector<std::string>& mistakes) {
   if (clients_can_write(entry.table)) return;
   if (role == Role::client && entry.writable) {
-    mistakes.push_back(who + ": a client can not write the table " + std::string(to_text(entry.table)) +
+    mistakes.push_back(subject + ": a client can not write the table " + std::string(to_text(entry.table)) +
                        "; only coil and holding can be written");
   }
   if (role == Role::server && !entry.writable) {
-    mistakes.push_back(who + ": no client can write the table " + std::string(to_text(entry.table)) +
+    mistakes.push_back(subject + ": no client can write the table " + std::string(to_text(entry.table)) +
                        ", so hil can not read it as a server; only coil and holding can be written");
   }
 }
 
-void check_numbers(const RegisterEntry& entry, const std::string& who, std::vector<std::string>& mistakes) {
+void check_numbers(const RegisterEntry& entry, const std::string& subject,
+                   std::vector<std::string>& mistakes) {
   const std::size_t before = mistakes.size();
   if (!std::isfinite(entry.scale) || entry.scale == 0.0) {
-    mistakes.push_back(who + ": scale is " + number(entry.scale) +
+    mistakes.push_back(subject + ": scale is " + number(entry.scale) +
                        "; it has to be a finite number other than 0");
   }
   if (!std::isfinite(entry.offset)) {
-    mistakes.push_back(who + ": offset is " + number(entry.offset) + "; it has to be a finite number");
+    mistakes.push_back(subject + ": offset is " + number(entry.offset) + "; it has to be a finite number");
   }
   if (!(entry.minimum <= entry.maximum)) {
-    mistakes.push_back(who + ": minimum " + number(entry.minimum) + " is not at or below maximum " +
+    mistakes.push_back(subject + ": minimum " + number(entry.minimum) + " is not at or below maximum " +
                        number(entry.maximum));
   }
   if (mistakes.size() != before) return;  // the last check needs valid numbers
   std::array<std::uint16_t, widest_value> registers{};
   if (encode(entry, entry.safe_value, registers) != Conversion::exact) {
-    mistakes.push_back(who + ": safe value " + number(entry.safe_value) + " does not fit between minimum " +
-                       number(entry.minimum) + " and maximum " + number(entry.maximum) +
-                       " and into the type " + std::string(to_text(entry.type)));
+    mistakes.push_back(subject + ": safe value " + number(entry.safe_value) +
+                       " does not fit between minimum " + number(entry.minimum) + " and maximum " +
+                       number(entry.maximum) + " and into the type " + std::string(to_text(entry.type)));
   }
 }
 
-std::string who_is(const RegisterEntry& entry, std::size_t index) {
+std::string subject_of(const RegisterEntry& entry, std::size_t index) {
   if (entry.name.empty()) return "register " + std::to_string(index + 1) + " (without a name)";
   return "register " + entry.name;
 }
@@ -117,16 +119,16 @@ std::vector<std::string> mistakes_in(const RegisterMap& map, Role role) {
   std::unordered_map<std::string, std::size_t> first_of_name;
   for (std::size_t index = 0; index < map.entries.size(); ++index) {
     const RegisterEntry& entry = map.entries[index];
-    const std::string who = who_is(entry, index);
+    const std::string subject = subject_of(entry, index);
     if (entry.name.empty()) {
-      mistakes.push_back(who + ": a register needs a name");
+      mistakes.push_back(subject + ": a register needs a name");
     } else if (const auto [first, is_new] = first_of_name.emplace(entry.name, index); !is_new) {
-      mistakes.push_back(who + ": the name is used twice, by entries " + std::to_string(first->second + 1) +
-                         " and " + std::to_string(index + 1));
+      mistakes.push_back(subject + ": the name is used twice, by entries " +
+                         std::to_string(first->second + 1) + " and " + std::to_string(index + 1));
     }
-    check_place(entry, who, mistakes);
-    check_role(entry, who, role, mistakes);
-    check_numbers(entry, who, mistakes);
+    check_place(entry, subject, mistakes);
+    check_role(entry, subject, role, mistakes);
+    check_numbers(entry, subject, mistakes);
   }
   check_overlaps(map, mistakes);
   return mistakes;

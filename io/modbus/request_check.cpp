@@ -77,12 +77,12 @@ void store_bits(const WrittenRange& range, Pdu data, RegisterBank& bank) noexcep
 
 FramingResult find_frame(std::span<const std::uint8_t> bytes) noexcept {
   // Checks each part of the header as soon as it has arrived, so that garbage is detected at once.
-  if (bytes.size() >= 3 && bytes[2] != 0) return {Framing::hopeless, 0};
-  if (bytes.size() >= 4 && bytes[3] != 0) return {Framing::hopeless, 0};
+  if (bytes.size() >= 3 && bytes[2] != 0) return {Framing::invalid, 0};
+  if (bytes.size() >= 4 && bytes[3] != 0) return {Framing::invalid, 0};
   if (bytes.size() < 6) return {Framing::incomplete, 0};
   const std::size_t length = word_at(bytes, 4);
   const std::size_t size = 6 + length;
-  if (length < 2 || size > longest_frame) return {Framing::hopeless, 0};
+  if (length < 2 || size > longest_frame) return {Framing::invalid, 0};
   if (bytes.size() < size) return {Framing::incomplete, 0};
   return {Framing::complete, size};
 }

@@ -24,7 +24,7 @@ enum class Framing : std::uint8_t {
   complete,    ///< the first `size` bytes are a frame
   /// Not Modbus TCP: another protocol id, or a length that no frame has. The begin of the next frame is
   /// unknown.
-  hopeless,
+  invalid,
 };
 
 struct FramingResult {

@@ -227,8 +227,4 @@ std::vector<DeviceEvent> ServerDevice::events_since(std::size_t first) const {
   return events_.since(first, *clock_);
 }
 
-DeviceHealth ServerDevice::health() const {
-  return {connected(), ""};
-}
-
 }  // namespace hil::io::modbus

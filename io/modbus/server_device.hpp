@@ -13,7 +13,7 @@
 //
 // An input is fresh from its first write on, without end or until it is older than `max_age`.
 //
-// Threads: as in io/device.hpp; any ordinary thread may call port(), counters() and health().
+// Threads: as in io/device.hpp; any ordinary thread may call port(), counters() and fault().
 
 #include <atomic>
 #include <chrono>
@@ -69,7 +69,7 @@ class ServerDevice final : public Device {
   void enter_safe_state() noexcept override;
   void stop() noexcept override;
   bool connected() const noexcept override { return server_.clients() > 0; }
-  DeviceHealth health() const override;
+  std::string fault() const override { return {}; }
   std::string send_fault() const override { return {}; }
 
   /// The port it listens on; 0 before start and after stop.

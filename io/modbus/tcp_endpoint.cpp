@@ -133,7 +133,7 @@ Connection connect_within(const SocketAddress& address, std::chrono::microsecond
   return {std::move(socket), ""};
 }
 
-Descriptor listen_on(const Endpoint& endpoint, const std::string& who) {
+Descriptor listen_on(const Endpoint& endpoint, const std::string& subject) {
   const SocketAddress address = resolve(endpoint);
   Descriptor socket(::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   int error = socket.open() ? 0 : errno;
@@ -147,7 +147,7 @@ Descriptor listen_on(const Endpoint& endpoint, const std::string& who) {
   }
   if (error == 0 && ::listen(socket.get(), SOMAXCONN) != 0) error = errno;
   if (error != 0) {
-    throw DeviceError(who + " can not listen on " + endpoint.to_text() + ": " + words_of(error) +
+    throw DeviceError(subject + " can not listen on " + endpoint.to_text() + ": " + words_of(error) +
                       advice_for(error, endpoint));
   }
   return socket;

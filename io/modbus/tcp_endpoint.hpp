@@ -71,8 +71,8 @@ std::string in_milliseconds(std::chrono::microseconds limit);
 Connection connect_within(const SocketAddress& address, std::chrono::microseconds limit);
 
 /// A listening, non-blocking socket. Port 0: the system chooses one, see port_of. Throws io::DeviceError with
-/// `who`, the endpoint, the system's error and what to do.
-Descriptor listen_on(const Endpoint& endpoint, const std::string& who);
+/// `subject`, the endpoint, the system's error and what to do.
+Descriptor listen_on(const Endpoint& endpoint, const std::string& subject);
 
 /// The local port of a bound socket.
 std::uint16_t port_of(const Descriptor& socket);

@@ -36,8 +36,8 @@ TcpServer::TcpServer(RegisterBank& bank, ServerLimits limits, Hooks hooks)
           "TcpServer: a limit is not positive");
 }
 
-void TcpServer::listen(const Endpoint& endpoint, const std::string& who) {
-  listener_ = listen_on(endpoint, who);
+void TcpServer::listen(const Endpoint& endpoint, const std::string& subject) {
+  listener_ = listen_on(endpoint, subject);
   port_ = port_of(listener_);
 }
 
@@ -145,7 +145,7 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
   while (!connection.closed && !rest.empty()) {
     const FramingResult found = find_frame(rest);
     if (found.framing == Framing::incomplete) break;
-    if (found.framing == Framing::hopeless) {
+    if (found.framing == Framing::invalid) {
       counters_.malformed.fetch_add(1, relaxed);
       connection.closed = true;
       break;
@@ -182,7 +182,7 @@ void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> fra
   if (sent) {
     counters_.replies.fetch_add(1, relaxed);
   } else {
-    counters_.dropped_deaf.fetch_add(1, relaxed);
+    counters_.dropped_not_reading.fetch_add(1, relaxed);
     connection.closed = true;
   }
 }
@@ -234,7 +234,7 @@ ServerCounters TcpServer::counters() const noexcept {
   counters.refused = counters_.refused.load(relaxed);
   counters.replaced = counters_.replaced.load(relaxed);
   counters.dropped_silent = counters_.dropped_silent.load(relaxed);
-  counters.dropped_deaf = counters_.dropped_deaf.load(relaxed);
+  counters.dropped_not_reading = counters_.dropped_not_reading.load(relaxed);
   return counters;
 }
 

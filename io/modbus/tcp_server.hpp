@@ -50,9 +50,9 @@ struct ServerCounters {
   std::uint64_t accepted = 0;    ///< connections
   /// Connections beyond max_connections, or for which the system had no descriptor.
   std::uint64_t refused = 0;
-  std::uint64_t replaced = 0;        ///< idle connections closed in favour of a new one
-  std::uint64_t dropped_silent = 0;  ///< connections closed by idle_limit or frame_limit
-  std::uint64_t dropped_deaf = 0;    ///< connections closed because a reply could not be sent
+  std::uint64_t replaced = 0;             ///< idle connections closed in favour of a new one
+  std::uint64_t dropped_silent = 0;       ///< connections closed by idle_limit or frame_limit
+  std::uint64_t dropped_not_reading = 0;  ///< connections closed because a reply could not be sent
 };
 
 class TcpServer {
@@ -68,8 +68,8 @@ class TcpServer {
   /// `bank` outlives the server. Misuse (asserts): limits that are not positive.
   TcpServer(RegisterBank& bank, ServerLimits limits, Hooks hooks);
 
-  /// Throws io::DeviceError, whose message begins with `who`.
-  void listen(const Endpoint& endpoint, const std::string& who);
+  /// Throws io::DeviceError, whose message begins with `subject`.
+  void listen(const Endpoint& endpoint, const std::string& subject);
   /// 0 while not listening.
   std::uint16_t port() const noexcept { return port_; }
 
@@ -99,7 +99,7 @@ class TcpServer {
   };
   struct AtomicCounters {
     std::atomic<std::uint64_t> requests{0}, replies{0}, malformed{0}, accepted{0}, refused{0}, replaced{0},
-        dropped_silent{0}, dropped_deaf{0};
+        dropped_silent{0}, dropped_not_reading{0};
     ExceptionTally exceptions;
   };
 

@@ -25,19 +25,19 @@ class FaultInjector {
  public:
   explicit FaultInjector(const FaultConfig& config) : config_(config), random_(config.seed) {}
 
-  enum class Fate : std::uint8_t { deliver, drop, delay };
+  enum class FaultOutcome : std::uint8_t { deliver, drop, delay };
 
   /// Decides what happens to one frame, of this station (`own`) or of another one, and may corrupt it. Draws
   /// four numbers per frame whatever the probabilities, so that a changed probability leaves the other faults
   /// unchanged.
-  Fate decide(can::Frame& frame, bool own) noexcept {
+  FaultOutcome decide(can::Frame& frame, bool own) noexcept {
     const bool drop = draw() < config_.drop_probability;
     const bool corrupt = draw() < config_.corrupt_probability;
     const bool delay = draw() < config_.delay_probability;
     const std::uint64_t bit = random_();
     if (drop) {
       count_lost(own);
-      return Fate::drop;
+      return FaultOutcome::drop;
     }
     if (corrupt && frame.raw.len > 0 && !frame.is_remote()) {
       corrupted_.add();
@@ -46,9 +46,9 @@ class FaultInjector {
     }
     if (delay && config_.delay_ns > 0) {
       delayed_.add();
-      return Fate::delay;
+      return FaultOutcome::delay;
     }
-    return Fate::deliver;
+    return FaultOutcome::deliver;
   }
 
   std::int64_t delay_ns() const noexcept { return config_.delay_ns; }

@@ -242,15 +242,15 @@ void Hub::forget_oldest_closed() noexcept {
 
 void Hub::route(can::Frame frame, Station sender) {
   switch (faults_.decide(frame, sender == own_station)) {
-    case FaultInjector::Fate::drop:
+    case FaultInjector::FaultOutcome::drop:
       return;
-    case FaultInjector::Fate::delay: {
+    case FaultInjector::FaultOutcome::delay: {
       const RunTimeNs now_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : clock_->now_ns();
       delayed_.emplace(now_ns + faults_.delay_ns(), Delayed{frame, sender});
       if (pacing_ == Pacing::realtime) arm_timer();
       return;
     }
-    case FaultInjector::Fate::deliver:
+    case FaultInjector::FaultOutcome::deliver:
       return deliver(frame, sender);
   }
 }

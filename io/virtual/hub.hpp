@@ -77,7 +77,7 @@ class Hub final : public can::Bus {
   can::SettleResult settle(RunTimeNs now_ns) override;
   /// Lock-step: accepts the clients that have connected; never waits. For an owner that reads
   /// client_counters() before the first settle(). In real time receive() does it.
-  void take_in_clients();
+  void accept_waiting_clients();
   /// dropped: the sum over all clients. injected: a delayed frame that is still held when the bus closes
   /// counts as dropped.
   can::BusCounters counters() const noexcept override;

@@ -70,9 +70,9 @@ std::size_t Hub::greeted_count() const noexcept {
   }));
 }
 
-void Hub::take_in_clients() {
+void Hub::accept_waiting_clients() {
   can::require(pacing_ == Pacing::lockstep && epoll_ >= 0,
-               "clients are taken in by an open bus in lock-step");
+               "accept_waiting_clients needs an open bus in lock-step");
   accept_clients();
   for (const auto& client : clients_) {
     while (!client->greeted && read_packet(*client)) {
@@ -84,7 +84,7 @@ void Hub::take_in_clients() {
 bool Hub::wait_for_clients() {
   const Limit limit(config_.connect_limit_ns);
   while (true) {
-    take_in_clients();
+    accept_waiting_clients();
     if (greeted_count() >= config_.expected_clients) return true;
     if (!limit.wait(epoll_, POLLIN)) return false;
   }

@@ -108,8 +108,8 @@ void OutputKeeper::keep(const char* bytes, std::size_t count) noexcept {
       text.remove_prefix(static_cast<std::size_t>(written));
     }
   };
-  const std::size_t kept = std::min(count, room_);
-  room_ -= kept;
+  const std::size_t kept = std::min(count, remaining_bytes_);
+  remaining_bytes_ -= kept;
   write_all({bytes, kept});
   if (kept == count || left_out_) return;
   left_out_ = true;

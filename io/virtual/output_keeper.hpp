@@ -52,7 +52,7 @@ class OutputKeeper {
   Descriptor file_;
   Descriptor from_, into_;  ///< the ends of the pipe
   Descriptor wake_;
-  std::size_t room_ = kept_bytes;
+  std::size_t remaining_bytes_ = kept_bytes;
   bool left_out_ = false;
   std::atomic<bool> finishing_{false};
   std::thread thread_;

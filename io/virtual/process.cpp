@@ -177,7 +177,7 @@ bool Child::start_guardian() {
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return false;
   const Descriptor watched(ends[0]);
-  alive_ = Descriptor(ends[1]);
+  guardian_pipe_ = Descriptor(ends[1]);
   guardian_ = ::fork();
   if (guardian_ == 0) become_guardian(watched.get(), pid_);
   return guardian_ > 0;

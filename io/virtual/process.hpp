@@ -86,7 +86,7 @@ class Child {
   pid_t pid_ = -1;
   Descriptor pidfd_;
   pid_t guardian_ = -1;
-  Descriptor alive_;  ///< the guardian holds the other end; no process writes
+  Descriptor guardian_pipe_;  ///< the guardian holds the other end; no process writes
   std::unique_ptr<OutputKeeper> output_;
   bool ended_ = false;
   Exit exit_;

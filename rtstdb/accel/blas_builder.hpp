@@ -65,8 +65,8 @@ class BlasBuilder {
     std::uint32_t leaf_base = 0;
   };
   /// Starts building the structure of a mesh that has passed validate() except for triangles without area.
-  /// Reads the mesh inside this call only. Allocates memory only where has_capacity_for() returns false. Errors:
-  /// capacity, out_of_memory, device_lost.
+  /// Reads the mesh inside this call only. Allocates memory only where has_capacity_for() returns false.
+  /// Errors: capacity, out_of_memory, device_lost.
   Result<void> start_build(gpu::Device& device, const MeshView& mesh, Submit& submit);
   /// Waits for the build that start_build() began, and returns the number of its nodes. Error: device_lost.
   Result<std::uint32_t> finish_build(Submit& submit);

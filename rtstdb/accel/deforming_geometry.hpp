@@ -7,9 +7,9 @@
 // A refit brings a shape into a place: the topology of the tree stays, the triangles are written with their
 // new corners, and the boxes are recomputed level by level from the deepest. The refit also computes the
 // tree's cost by the surface area heuristic and an estimate of the least cost that any tree over this shape
-// can have. Their ratio is the tree's cost_ratio. The caller rebuilds a tree whose cost_ratio has grown too far since
-// it was built. The cost alone would not do: a tree that was built over large, scattered triangles has a high
-// cost from the start and would then never be rebuilt.
+// can have. Their ratio is the tree's cost_ratio. The caller rebuilds a tree whose cost_ratio has grown too
+// far since it was built. The cost alone would not do: a tree that was built over large, scattered triangles
+// has a high cost from the start and would then never be rebuilt.
 //
 // Threads: one. create() and bind() are setup; the other functions are called in the tick and do not
 // allocate.

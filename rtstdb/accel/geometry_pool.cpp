@@ -287,12 +287,12 @@ Result<void> GeometryPool::bind_deforming(gpu::Device& device) {
   return {};
 }
 
-bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submit& submit) {
+bool GeometryPool::show(gpu::Device& device, const store::RowSource& rows, Submit& submit) {
   if (!is_whole()) return false;
   refits_.clear();
   for (std::size_t i = 0; i < deforming_.size(); ++i) {
     DeformingGeometry& geometry = deforming_[i];
-    const query::Shape shape = rows.shape(geometry.id());
+    const store::Shape shape = rows.shape(geometry.id());
     if (geometry.find(shape.version) != DeformingGeometry::places) continue;
     if (refits_.empty()) submit.begin();
     refits_.push_back({i, geometry.evict_oldest(), shape.version});
@@ -316,7 +316,7 @@ bool GeometryPool::show(gpu::Device& device, const query::RowSource& rows, Submi
   return true;
 }
 
-bool GeometryPool::pin(const query::RowSource& rows) noexcept {
+bool GeometryPool::pin(const store::RowSource& rows) noexcept {
   const auto refusing = std::ranges::find_if(deforming_, [&](DeformingGeometry& geometry) {
     return !geometry.pin(rows.shape(geometry.id()).version);
   });
@@ -325,13 +325,13 @@ bool GeometryPool::pin(const query::RowSource& rows) noexcept {
   return refusing == deforming_.end();
 }
 
-void GeometryPool::unpin(const query::RowSource& rows) noexcept {
+void GeometryPool::unpin(const store::RowSource& rows) noexcept {
   for (DeformingGeometry& geometry : deforming_)
     geometry.unpin(rows.shape(geometry.id()).version);
 }
 
 bool GeometryPool::build(gpu::Device& device, DeformingGeometry& geometry, const Refit& refit,
-                         const query::RowSource& rows, Submit& submit) {
+                         const store::RowSource& rows, Submit& submit) {
   const std::vector<glm::uvec3>& triangles = geometry.triangles();
   // Without kept memory the tree stays: allocating here is not allowed in the tick.
   if (!builder_.has_capacity_for(triangles.size(), geometry.position_count())) return true;

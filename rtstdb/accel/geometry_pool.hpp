@@ -19,7 +19,7 @@
 #include "rtstdb/accel/deforming_geometry.hpp"
 #include "rtstdb/accel/kept_geometry.hpp"
 #include "rtstdb/geometry/extents.hpp"
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -43,14 +43,14 @@ class GeometryPool {
 
   /// Brings deforming geometry to its shapes in this version: refits shapes that are not on the device, and
   /// rebuilds trees whose cost_ratio has grown too far. `submit` has not begun. False: the device is lost.
-  bool show(gpu::Device& device, const query::RowSource& rows, Submit& submit);
+  bool show(gpu::Device& device, const store::RowSource& rows, Submit& submit);
   /// Identifies the shapes that the table describes. It changes when another version with other shapes is
   /// shown, and when a shape moves to another place; data derived from the table is then stale.
   std::uint64_t shown() const noexcept { return shown_; }
   /// Keeps the shapes of this version, which is shown, in their places until unpin(). Calls nest. False: not
   /// pinned, since a geometry would be left without an unpinned place.
-  bool pin(const query::RowSource& rows) noexcept;
-  void unpin(const query::RowSource& rows) noexcept;
+  bool pin(const store::RowSource& rows) noexcept;
+  void unpin(const store::RowSource& rows) noexcept;
   /// How often shapes were brought to the device since the pool was created.
   struct Counts {
     std::uint64_t refits = 0, builds = 0;  ///< a build follows a refit of the same shape
@@ -89,7 +89,7 @@ class GeometryPool {
     Version shape = 0;
   };
   bool build(gpu::Device& device, DeformingGeometry& geometry, const Refit& refit,
-             const query::RowSource& rows, Submit& submit);
+             const store::RowSource& rows, Submit& submit);
   void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
 
   BlasBuilder builder_;

@@ -73,8 +73,9 @@ bool Tlas::Slot::holds(const Wanted& wanted) const noexcept {
          wanted.times.last <= window_end;
 }
 
-bool Tlas::Slot::is_superseded(Version asked, const Wanted& wanted) const noexcept {
-  return next != nullptr && next->version <= asked && next->tree != Tree::none && next->holds(wanted);
+bool Tlas::Slot::is_superseded(Version reader_version, const Wanted& wanted) const noexcept {
+  return next != nullptr && next->version <= reader_version && next->tree != Tree::none &&
+         next->holds(wanted);
 }
 
 WorldTime Tlas::ahead_of(WorldTime begin) noexcept {
@@ -103,7 +104,7 @@ void Tlas::unpin(std::uint32_t slot) noexcept {
   --slots_[slot].pins;
 }
 
-Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexcept {
+Tlas::Slot* Tlas::find(const store::RowSource& rows, const Wanted& wanted) noexcept {
   const auto is_there = [&](const Slot& slot) {
     return slot.version == rows.version() && slot.holds(wanted);
   };
@@ -114,7 +115,7 @@ Tlas::Slot* Tlas::find(const query::RowSource& rows, const Wanted& wanted) noexc
   return nullptr;
 }
 
-Tlas::Slot* Tlas::find_near(const query::RowSource& rows, const Wanted& wanted) noexcept {
+Tlas::Slot* Tlas::find_near(const store::RowSource& rows, const Wanted& wanted) noexcept {
   if (!patches_) return nullptr;
   while (true) {
     // Take the nearest earlier version, so that readers of different versions keep to their own slots.
@@ -155,7 +156,7 @@ std::uint32_t Tlas::max_renewed(const Slot& slot) noexcept {
   return std::max(slot.visible_count / renewed_share, max_patched(slot));
 }
 
-bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& wanted) noexcept {
+bool Tlas::list_renewed(Slot& slot, const store::RowSource& rows, const Wanted& wanted) noexcept {
   changed_.clear();
   if (!rows.changed_between(slot.version, changed_) || changed_.size() > max_renewed(slot)) return false;
   const auto places = renewed_places_.host_as<std::uint32_t>();
@@ -170,7 +171,7 @@ bool Tlas::list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& 
   return is_patch(slot) || may_refit(slot, is_followed ? max_growth_ahead : rebuild_growth);
 }
 
-void Tlas::renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
+void Tlas::renew(Slot& slot, const store::RowSource& rows, gpu::Recorder& recorder) {
   learn_levels(slot);
   const auto listed = static_cast<std::uint32_t>(changed_.size());
   const bool few = is_patch(slot);
@@ -211,7 +212,7 @@ Tlas::Presence Tlas::presence_of(const EntityState* state) noexcept {
   return state->row.geometry.valid() ? Presence::visible : Presence::hidden;
 }
 
-void Tlas::list_changes(Slot& slot, const query::RowSource& rows) {
+void Tlas::list_changes(Slot& slot, const store::RowSource& rows) {
   changed_.clear();
   if (slot.filled && rows.changed_between(slot.version, changed_)) return;
   changed_.resize(rows.index_limit());
@@ -220,7 +221,7 @@ void Tlas::list_changes(Slot& slot, const query::RowSource& rows) {
 }
 
 /// Uploads the rows of the entities in changed_.
-void Tlas::upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder) {
+void Tlas::upload_changes(Slot& slot, const store::RowSource& rows, gpu::Recorder& recorder) {
   const auto records = changed_rows_.host_as<shared::EntityRecord>().subspan(uploaded_);
   const auto identity_texels = slot.identity_texels.host_as<Identity>();
   std::uint32_t count = 0;
@@ -358,14 +359,14 @@ bool Tlas::make_tree(Slot& slot, Submit& submit) {
 }
 
 /// Compares with the version of the previous batch, whichever slot it used.
-bool Tlas::few_changed_lately(const query::RowSource& rows) noexcept {
+bool Tlas::few_changed_lately(const store::RowSource& rows) noexcept {
   changed_.clear();
   return latest_version_ == 0 || latest_version_ >= rows.version() ||
          (rows.changed_between(latest_version_, changed_) &&
           changed_.size() <= std::max(rows.index_limit() / renewed_share, fewest_patched));
 }
 
-bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
+bool Tlas::fill(Slot& slot, const store::RowSource& rows, const Wanted& wanted, Submit& submit) {
   if (ahead_.slot == &slot || ahead_.source == &slot) drop_ahead();
   // If many entities change with each version, the next one needs a refit in any case.
   const bool reaches_ahead = patches_ && few_changed_lately(rows);
@@ -389,7 +390,7 @@ bool Tlas::fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, 
   return false;
 }
 
-std::optional<TlasView> Tlas::prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit) {
+std::optional<TlasView> Tlas::prepare(const store::RowSource& rows, const Wanted& wanted, Submit& submit) {
   uploaded_ = 0;
   if (ahead_.slot != nullptr && ahead_.step == Ahead::Step::verdict) judge_ahead();
   if (ahead_.slot != nullptr && ahead_.step == Ahead::Step::build && large_build_->recorded())

@@ -29,7 +29,7 @@
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas_builder.hpp"
 #include "rtstdb/accel/tlas_patch.hpp"
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -133,7 +133,7 @@ class Tlas {
 
   /// What a batch needs from a slot.
   struct Wanted {
-    query::TimeSpan times;
+    store::TimeSpan times;
     std::uint64_t elements = std::numeric_limits<std::uint64_t>::max();  ///< number of queries in the batch
     /// GeometryPool::shown() for this version. A slot that was made with another value is stale.
     std::uint64_t shapes = 0;
@@ -143,7 +143,7 @@ class Tlas {
   /// Provides a slot that holds `rows` over the requested times. Records the commands into the recorder of
   /// `submit`, which has begun; records nothing if a slot is ready. A build of a world above small_build_max
   /// instances submits and begins again. Empty: the device is lost.
-  std::optional<TlasView> prepare(const query::RowSource& rows, const Wanted& wanted, Submit& submit);
+  std::optional<TlasView> prepare(const store::RowSource& rows, const Wanted& wanted, Submit& submit);
 
   /// Keeps a slot unchanged until unpin(). Calls nest. False: not pinned, since no unpinned slot would be
   /// left.
@@ -198,7 +198,7 @@ class Tlas {
     std::uint32_t root() const noexcept;
     void take_window(WorldTime begin, WorldTime end) noexcept;
     /// A slot prepared ahead exists that serves this version and request.
-    bool is_superseded(Version asked, const Wanted& wanted) const noexcept;
+    bool is_superseded(Version reader_version, const Wanted& wanted) const noexcept;
     /// Whether the slot serves the request, whatever its version.
     bool holds(const Wanted& wanted) const noexcept;
   };
@@ -224,10 +224,10 @@ class Tlas {
   static WorldTime ahead_of(WorldTime begin) noexcept;
   /// The unpinned slot that was used longest ago, other than `but`; null if there is none.
   Slot* min_used(const Slot* but) noexcept;
-  Slot* find(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  Slot* find(const store::RowSource& rows, const Wanted& wanted) noexcept;
   /// The slot that a patch or renewal can bring to `rows`, with its changes listed in changed_; null if there
   /// is none.
-  Slot* find_near(const query::RowSource& rows, const Wanted& wanted) noexcept;
+  Slot* find_near(const store::RowSource& rows, const Wanted& wanted) noexcept;
   /// Stops using a slot that was prepared ahead, in favour of the slot that it replaced. False: there is no
   /// such slot.
   bool step_aside(const Slot& made_ahead) noexcept;
@@ -236,14 +236,14 @@ class Tlas {
   /// Whether the listed changes are few enough for a patch.
   bool is_patch(const Slot& slot) const noexcept;
   /// Lists the changes up to `rows`. False: they are too many, or they change the set of instances.
-  bool list_renewed(Slot& slot, const query::RowSource& rows, const Wanted& wanted) noexcept;
+  bool list_renewed(Slot& slot, const store::RowSource& rows, const Wanted& wanted) noexcept;
   /// Applies the changes that list_renewed() listed.
-  void renew(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
-  bool few_changed_lately(const query::RowSource& rows) noexcept;
-  bool fill(Slot& slot, const query::RowSource& rows, const Wanted& wanted, Submit& submit);
+  void renew(Slot& slot, const store::RowSource& rows, gpu::Recorder& recorder);
+  bool few_changed_lately(const store::RowSource& rows) noexcept;
+  bool fill(Slot& slot, const store::RowSource& rows, const Wanted& wanted, Submit& submit);
   static Presence presence_of(const EntityState* state) noexcept;
-  void list_changes(Slot& slot, const query::RowSource& rows);
-  void upload_changes(Slot& slot, const query::RowSource& rows, gpu::Recorder& recorder);
+  void list_changes(Slot& slot, const store::RowSource& rows);
+  void upload_changes(Slot& slot, const store::RowSource& rows, gpu::Recorder& recorder);
   void list_live(Slot& slot, std::uint32_t index_limit);
   void make_instances(const Slot& slot, gpu::Recorder& recorder) const {
     record_instances(slot, 0, slot.live_count, false, recorder);
@@ -266,15 +266,15 @@ class Tlas {
   }
   /// Records a part of the preparation of the slot that follows `used`, which serves a batch without having
   /// been filled for it. Submits nothing.
-  void make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+  void make_ahead(Slot& used, const store::RowSource& rows, const Wanted& wanted,
                   gpu::Recorder& recorder) noexcept;
   /// Whether to begin preparing the slot that follows this one, and with which tree.
-  std::optional<TreeAhead> tree_ahead(Slot& used, const query::RowSource& rows,
+  std::optional<TreeAhead> tree_ahead(Slot& used, const store::RowSource& rows,
                                       const Wanted& wanted) const noexcept;
   /// Remaining work for the following slot once it has its tree, in the weights of tlas_ahead.cpp.
   static std::uint64_t work_with_tree(const Slot& slot, std::uint32_t row_count) noexcept;
   static std::uint64_t work_ahead(const Slot& used, std::uint32_t row_count, TreeAhead tree) noexcept;
-  void begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, const Wanted& wanted,
+  void begin_ahead(Slot& used, Slot& slot, const store::RowSource& rows, const Wanted& wanted,
                    TreeAhead tree) noexcept;
   /// Abandons the preparation.
   void drop_ahead() noexcept;
@@ -283,12 +283,12 @@ class Tlas {
   /// The work that a batch at `now` has to do.
   std::uint64_t due_ahead(WorldTime now) const noexcept;
   /// Records about `most` work, at most the rest of the current step. Returns the recorded work.
-  std::uint64_t step_ahead(std::uint64_t most, const query::RowSource& rows,
+  std::uint64_t step_ahead(std::uint64_t most, const store::RowSource& rows,
                            gpu::Recorder& recorder) noexcept;
   void copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Recorder& recorder) noexcept;
   /// Brings the rows that have been copied to the version of `rows`. False: too many changed, and the
   /// preparation was abandoned.
-  bool catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept;
+  bool catch_up_ahead(const store::RowSource& rows, gpu::Recorder& recorder) noexcept;
   /// Takes the levels of a tree that the device has built.
   void take_tree_ahead() noexcept;
   /// Takes the cost of the finished tree and decides whether the slot will be used.

@@ -38,7 +38,7 @@ constexpr std::uint64_t max_patience = 32;
 
 }  // namespace
 
-void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wanted,
+void Tlas::make_ahead(Slot& used, const store::RowSource& rows, const Wanted& wanted,
                       gpu::Recorder& recorder) noexcept {
   if (!is_small(used, wanted)) return;
   if (ahead_.source != &used) {
@@ -67,7 +67,7 @@ void Tlas::make_ahead(Slot& used, const query::RowSource& rows, const Wanted& wa
   }
 }
 
-std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSource& rows,
+std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const store::RowSource& rows,
                                                 const Wanted& wanted) const noexcept {
   if (!makes_ahead_ || rests_ > 0 || used.followed || used.tree == Tree::none ||
       used.visible_count < min_made_ahead || used.window_end - used.window_begin < window_ahead ||
@@ -75,8 +75,8 @@ std::optional<Tlas::TreeAhead> Tlas::tree_ahead(Slot& used, const query::RowSour
     return std::nullopt;
   learn_levels(used);
   const float growth = growth_of(used);
-  const bool is_dear = used.rebuilds > 0 || growth > rebuild_growth_ahead;
-  const TreeAhead tree = is_dear ? TreeAhead::built : TreeAhead::copied;
+  const bool is_degraded = used.rebuilds > 0 || growth > rebuild_growth_ahead;
+  const TreeAhead tree = is_degraded ? TreeAhead::built : TreeAhead::copied;
   const double min_lead = growth > rebuild_growth ? 1.0 : tree == TreeAhead::built ? 0.5 : 0.25;
   const double wanted_lead =
       static_cast<double>(work_ahead(used, rows.index_limit(), tree)) / work_of_a_window;
@@ -115,7 +115,7 @@ void Tlas::drop_ahead() noexcept {
   ahead_ = {};
 }
 
-void Tlas::begin_ahead(Slot& used, Slot& slot, const query::RowSource& rows, const Wanted& wanted,
+void Tlas::begin_ahead(Slot& used, Slot& slot, const store::RowSource& rows, const Wanted& wanted,
                        TreeAhead tree) noexcept {
   const bool builds = tree == TreeAhead::built;
   used.followed = true;
@@ -156,7 +156,7 @@ std::uint64_t Tlas::due_ahead(WorldTime now) const noexcept {
   return std::max(wanted > ahead_.done ? wanted - ahead_.done : 0, min_share);
 }
 
-std::uint64_t Tlas::step_ahead(std::uint64_t most, const query::RowSource& rows,
+std::uint64_t Tlas::step_ahead(std::uint64_t most, const store::RowSource& rows,
                                gpu::Recorder& recorder) noexcept {
   Slot& slot = *ahead_.slot;
   const std::uint32_t first = ahead_.next;
@@ -240,7 +240,7 @@ void Tlas::copy_rows_ahead(std::uint32_t first, std::uint32_t count, gpu::Record
   }
 }
 
-bool Tlas::catch_up_ahead(const query::RowSource& rows, gpu::Recorder& recorder) noexcept {
+bool Tlas::catch_up_ahead(const store::RowSource& rows, gpu::Recorder& recorder) noexcept {
   Slot& slot = *ahead_.slot;
   changed_.clear();
   const std::size_t most = std::min(max_patched(slot), max_entities_ - uploaded_);

@@ -46,14 +46,14 @@ Result<Upload> Upload::create(gpu::Device& device, std::size_t expected_bytes, S
 }
 
 bool Upload::put(const gpu::Buffer& to, std::size_t offset_bytes, std::span<const std::byte> bytes) {
-  const std::span<std::byte> room = staging_.host();
+  const std::span<std::byte> staging = staging_.host();
   while (!bytes.empty()) {
-    if (used_bytes_ == room.size()) {
+    if (used_bytes_ == staging.size()) {
       if (!flush()) return false;
       submit_->begin();
     }
-    const std::size_t size = std::min(bytes.size(), room.size() - used_bytes_);
-    std::memcpy(room.data() + used_bytes_, bytes.data(), size);
+    const std::size_t size = std::min(bytes.size(), staging.size() - used_bytes_);
+    std::memcpy(staging.data() + used_bytes_, bytes.data(), size);
     submit_->recorder().copy(staging_, used_bytes_, to, offset_bytes, size);
     used_bytes_ += size;
     offset_bytes += size;

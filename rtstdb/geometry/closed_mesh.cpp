@@ -15,29 +15,29 @@ namespace {
 using Place = std::array<std::uint32_t, 3>;
 
 Place place_of(const glm::vec3& p) noexcept {
-  // Adding zero makes one place of both zeros.
+  // Adding zero makes -0.0 and 0.0 equal.
   return {std::bit_cast<std::uint32_t>(p.x + 0.0f), std::bit_cast<std::uint32_t>(p.y + 0.0f),
           std::bit_cast<std::uint32_t>(p.z + 0.0f)};
 }
 
-/// Both halves of the product, folded: one multiplication spreads every bit over all.
+/// The exclusive or of both halves of the product, which depends on all bits of both factors.
 std::uint64_t folded(std::uint64_t a, std::uint64_t b) noexcept {
   __extension__ using Wide = unsigned __int128;
   const Wide product = static_cast<Wide>(a) * b;
   return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
 }
 
-/// Of the place where a corner is.
+/// Hash of a position.
 std::uint64_t hash_of(const glm::vec3& p) noexcept {
   const Place place = place_of(p);
   return folded((std::uint64_t{place[0]} << 32 | place[1]) ^ 0x9E3779B97F4A7C15u,
                 place[2] ^ 0xD1B54A32D192ED03u);
 }
 
-/// Zero when edges run as often in one direction as in the other.
+/// Zero if each edge has as many triangles in one direction as in the other.
 class Balance {
  public:
-  /// Of the places of both ends. What an edge adds its reverse takes away, without asking which is which.
+  /// Antisymmetric in the ends: an edge and its reverse cancel.
   void add(std::uint64_t from, std::uint64_t to) noexcept { sum_ += of_order(from, to) - of_order(to, from); }
   bool is_even() const noexcept { return sum_ == 0; }
 
@@ -49,7 +49,7 @@ class Balance {
   std::uint64_t sum_ = 0;
 };
 
-/// Of each position the first that is at its place.
+/// For each position, the lowest index of a position that coincides with it.
 std::vector<std::uint32_t> first_at_place(std::span<const glm::vec3> positions_m) {
   std::vector<std::uint32_t> order(positions_m.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -64,7 +64,7 @@ std::vector<std::uint32_t> first_at_place(std::span<const glm::vec3> positions_m
   return first;
 }
 
-/// An edge from its lower end to its higher one, or back.
+/// An edge, directed from its lower to its higher end or back.
 struct Edge {
   std::uint32_t low = 0, high = 0;
   bool back = false;

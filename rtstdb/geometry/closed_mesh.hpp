@@ -1,5 +1,5 @@
 #pragma once
-// Whether a mesh bounds a body, so that a point lies inside or outside of it.
+// Whether a mesh is closed, so that a point is inside or outside.
 
 #include <glm/ext/vector_uint2.hpp>
 
@@ -9,25 +9,27 @@
 
 namespace rtstdb {
 
-/// Triangles run along every edge, told apart by the places of its ends, as often in one direction as in the
-/// other. In one pass and without memory: each edge adds or takes away a 64-bit hash of its ends, by its
-/// direction, and an open mesh passes for closed with a chance of one in 2^60. Any thread.
+/// Whether, along every edge, as many triangles run in one direction as in the other. Edges are compared by
+/// the positions of their ends. One pass without memory: each edge adds or subtracts a 64-bit hash of its
+/// ends, depending on its direction; an open mesh passes for closed with a probability of 2^-60. Any thread.
 bool is_closed(const MeshView& mesh) noexcept;
 
-/// Whether a mesh is closed in each of its shapes: triangles stay, corners move. As long as corners that stood at one
-/// place do so again, what its paired edges have to each other stays, and only those are looked at that had no partner.
+/// Decides whether a deforming mesh is closed in each of its shapes. As long as positions that coincided at
+/// construction still coincide, the edges that were paired remain paired, and only the unpaired ones are
+/// examined.
 class ClosedShapes {
  public:
   ClosedShapes() = default;
-  /// Takes memory, and the time of a sort of all edges.
+  /// Allocates and sorts all edges.
   explicit ClosedShapes(const MeshView& mesh);
 
-  /// The same as rtstdb::is_closed; the mesh has the triangles that this was made with. Any thread.
+  /// The same result as rtstdb::is_closed. `mesh` must have the triangles given to the constructor. Any
+  /// thread.
   bool is_closed(const MeshView& mesh) const noexcept;
 
  private:
-  std::vector<glm::uvec2> together_;  // corners at one place
-  std::vector<glm::uvec2> unpaired_;  // edges from x to y, as often as they are there too often
+  std::vector<glm::uvec2> together_;  // pairs of coinciding positions
+  std::vector<glm::uvec2> unpaired_;  // directed edges x to y without a partner, repeated by their excess
 };
 
 }  // namespace rtstdb

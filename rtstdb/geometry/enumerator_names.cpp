@@ -1,4 +1,4 @@
-// The names of those public enumerators that no other file names; "unknown" for a value that is no
+// to_string of the public enumerations that have none in another file; "unknown" for a value that is no
 // enumerator.
 
 #include <rtstdb/database.hpp>
@@ -133,8 +133,8 @@ const char* to_string(ReadAt::Kind kind) noexcept {
 
 const char* to_string(CancelledBy by) noexcept {
   switch (by) {
-    case CancelledBy::nobody:
-      return "nobody";
+    case CancelledBy::none:
+      return "none";
     case CancelledBy::caller:
       return "caller";
     case CancelledBy::full_queue:

@@ -14,14 +14,14 @@
 namespace rtstdb {
 namespace {
 
-/// Triangles side by side. Loops of fewer are unrolled before they are vectorised, and take twice the time.
+/// Triangles processed side by side. The compiler unrolls shorter loops instead of vectorising them.
 constexpr std::size_t lanes = 32;
 using Lanes = std::array<float, lanes>;
 
-/// How far boxes reach along +x, -x, +y, -y, +z, -z.
+/// Extents of boxes along +x, -x, +y, -y, +z, -z.
 using Faces = std::array<Lanes, 6>;
 
-/// And along a cube's edges and corners, in the order of Extents.
+/// Extents along the edges and corners of a cube, in the order of Extents.
 template <class Value>
 struct Between {
   std::array<std::array<Value, 4>, 3> edges;
@@ -40,7 +40,7 @@ void keep_most(Lanes& most, const Lanes& other) noexcept {
     most[i] = most[i] < other[i] ? other[i] : most[i];
 }
 
-/// The bounds of triangles from `first` on; where there are no more, of the last once more.
+/// The bounds of the triangles from `first` on; beyond the last triangle, those of the last are repeated.
 Faces faces_of(const MeshView& mesh, std::size_t first) noexcept {
   Faces faces;
   for (std::size_t i = 0; i < lanes; ++i) {
@@ -76,7 +76,7 @@ Extents seen_from_middle(const Bounds& bounds, const Between<double>& most) noex
   const glm::dvec3 minimum_m(bounds.minimum_m);
   const glm::dvec3 maximum_m(bounds.maximum_m);
   const glm::dvec3 middle_m = 0.5 * (minimum_m + maximum_m);
-  // What additions and the conversion here may have rounded away is put back on top.
+  // Adds an upper bound of the rounding error of the additions and of this conversion.
   constexpr double unit = std::numeric_limits<float>::epsilon();
   const double rounding_m =
       4.0 * unit * glm::dot(glm::max(glm::abs(minimum_m), glm::abs(maximum_m)), glm::dvec3(1.0));

@@ -1,6 +1,6 @@
 #pragma once
-// Adds to a BadInput the member of a row or of a query's element that is at fault, with its value and its
-// limits. Neither allocates nor blocks.
+// Adds the wrong member of a row or of a query's element to a BadInput, with its value and its limits.
+// Neither allocates nor blocks.
 
 #include <glm/ext/quaternion_double.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -14,7 +14,7 @@
 
 namespace rtstdb {
 
-/// The names of a vector's components, as "scale.x".
+/// The names of a vector's components, such as "scale.x".
 using VectorFields = std::array<std::string_view, 3>;
 /// The names of a quaternion's components, w first.
 using QuaternionFields = std::array<std::string_view, 4>;
@@ -33,7 +33,7 @@ inline BadInput with_field(BadInput bad, std::string_view field, double value,
   return bad;
 }
 
-/// Names the first component that is not a finite number between the limits; z where all of them are.
+/// Adds the first component that is not a finite number between the limits; z if x and y are.
 inline BadInput with_field(const BadInput& bad, const VectorFields& fields, const glm::dvec3& v,
                            const FieldLimits& limits = {}) noexcept {
   std::size_t k = 0;

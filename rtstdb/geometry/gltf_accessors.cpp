@@ -50,7 +50,7 @@ std::string decode_percent(std::string_view text) {
   return decoded;
 }
 
-/// Null where it can not be opened. Only a regular file has an end.
+/// None: it cannot be opened, or it is not a regular file, which might have no end.
 std::optional<std::string> bytes_of_file(const std::filesystem::path& path) {
   std::error_code failed;
   if (!std::filesystem::is_regular_file(path, failed)) return std::nullopt;

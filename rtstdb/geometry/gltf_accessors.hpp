@@ -1,5 +1,5 @@
 #pragma once
-// The accessors of a glTF file: which bytes they name, checked against their buffers. Internal to the glTF reader.
+// The accessors of a glTF file: their bytes, checked against their buffers. Internal to the glTF reader.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,44 +14,45 @@ namespace rtstdb::gltf {
 
 enum class Component : std::uint16_t { byte = 5121, int16 = 5123, int32 = 5125, float32 = 5126 };
 
-/// All its elements lie in `bytes`.
+/// All elements of the accessor are within `bytes`.
 struct Accessor {
   std::string name;  ///< "accessor 3"
   std::uint64_t count = 0;
   std::uint64_t component = 0;
   std::uint64_t stride = 0;
   std::string type;
-  std::string_view bytes;  ///< from its first element on, as long as the Accessors live
+  std::string_view bytes;  ///< from its first element on; valid as long as the Accessors
 
   bool has(Component wanted) const { return component == static_cast<std::uint64_t>(wanted); }
 };
 
-/// Zero for a type that neither positions nor indices may have.
+/// Size of a component type; zero for a type that neither positions nor indices may have.
 std::uint64_t component_bytes(std::uint64_t component);
 
-/// Reads buffers as accessors name them. Everything throws std::exception with the place and the values.
+/// Reads accessors, and the buffers that they refer to. All functions throw std::exception with the place and
+/// the values.
 class Accessors {
  public:
-  /// `binary`: the binary chunk of a GLB file, else empty. `folder`: of the file, for buffers in other files. All three
-  /// have to outlive it.
+  /// `binary`: the binary chunk of a GLB file, otherwise empty. `folder`: the folder of the file, for buffers
+  /// in other files. All three must outlive the object.
   Accessors(const Json& root, std::string_view binary, const std::filesystem::path& folder);
 
-  /// `place`: what names the accessor.
+  /// `place`: what refers to the accessor, for error texts.
   Accessor at(std::uint64_t index, const std::string& place);
 
  private:
   std::string_view view_bytes(std::uint64_t index, const std::string& place);
   std::string_view buffer_bytes(std::uint64_t index, const std::string& place);
-  /// Of a buffer with this URI; read once.
+  /// The bytes of a buffer with this URI; read once.
   std::string_view external_bytes(std::uint64_t index, const std::string& uri, const std::string& name);
 
   const Json& root_;
   std::string_view binary_;
   const std::filesystem::path& folder_;
-  std::vector<std::optional<std::string>> buffers_;  ///< those that have a URI, once read
+  std::vector<std::optional<std::string>> buffers_;  ///< buffers with a URI, when read
 };
 
-/// An entry of one of the file's lists, such as "meshes". `place`: what names the entry.
+/// An entry of one of the file's lists, such as "meshes". `place`: what refers to the entry, for error texts.
 const Json& entry(const Json& root, std::string_view list, std::uint64_t index, const std::string& place);
 
 }  // namespace rtstdb::gltf

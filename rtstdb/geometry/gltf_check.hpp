@@ -12,13 +12,13 @@ namespace rtstdb {
 /// Deepest nesting of arrays and objects; brackets in strings do not count. The text need not be valid.
 std::size_t json_depth(std::string_view text) noexcept;
 
-/// The JSON chunk of a GLB file; what is there of it when the file is cut off, empty when it has none.
+/// The JSON chunk of a GLB file, shortened if the file is truncated; empty if it has none.
 std::string_view glb_json(std::string_view file) noexcept;
 
 /// The binary chunk of a GLB file for which glb_fault is empty; empty when the file has none.
 std::string_view glb_binary(std::string_view file) noexcept;
 
-/// What is wrong with the header of a GLB file and the lengths of its chunks. Empty: nothing.
+/// The fault of the header of a GLB file or of the lengths of its chunks; none: they are valid.
 std::optional<std::string> glb_fault(std::string_view file);
 
 }  // namespace rtstdb

@@ -96,7 +96,7 @@ class Reader {
     }
   }
 
-  /// All meshes, used or not: what is broken is refused.
+  /// Reads all meshes, used or not, so that faults in any of them are refused.
   void read_meshes() {
     const Json::array_t& meshes = items(member(root_, "meshes"));
     meshes_.resize(meshes.size());
@@ -157,7 +157,7 @@ class Reader {
     enter_nodes(entry(root_, "scenes", index, "the file's scene"), "nodes", "scene " + number(index), {});
   }
 
-  /// Makes the nodes that `list` of `parent` names the next ones, in its order.
+  /// Queues the nodes in `list` of `parent` as the next ones, in its order.
   void enter_nodes(const Json& parent, std::string_view list, const std::string& place,
                    const Affine& parent_to_root) {
     const Json::array_t& nodes = items(member(parent, list));
@@ -218,7 +218,7 @@ class Reader {
   double scale_;
   std::vector<std::vector<Primitive>> meshes_;
   std::vector<std::string> named_by_;  ///< by node; empty: no scene or node has named it
-  std::vector<Pending> pending_;       ///< the next one last
+  std::vector<Pending> pending_;       ///< a stack
   TriangleMesh mesh_;
 };
 

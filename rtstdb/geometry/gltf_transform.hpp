@@ -15,14 +15,15 @@ struct Affine {
   std::array<std::array<double, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
   glm::dvec3 transformed(const glm::dvec3& point) const;
-  /// Whether it turns the corners' sense of rotation around.
+  /// Whether it reverses the orientation of triangles (negative determinant).
   bool mirrors() const;
 };
 
 Affine operator*(const Affine& parent, const Affine& child);
 
-/// From the node's frame to its parent's. Throws std::runtime_error where a matrix, translation, rotation or scale has not
-/// as many numbers as glTF defines, the last row of a matrix is not 0, 0, 0, 1, or a rotation is not a unit quaternion.
+/// The transform from the node's frame to its parent's. Throws std::runtime_error if a matrix, translation,
+/// rotation or scale has the wrong number of elements, the last row of a matrix is not 0, 0, 0, 1, or a
+/// rotation is not a unit quaternion.
 Affine node_to_parent(const Json& node, const std::string& place);
 
 }  // namespace rtstdb::gltf

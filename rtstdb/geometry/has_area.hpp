@@ -1,5 +1,5 @@
 #pragma once
-// Whether a triangle has an area in double precision (shaders/common/has_area.glsl says the same).
+// Whether a triangle has an area in double precision, as in shaders/common/has_area.glsl.
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>

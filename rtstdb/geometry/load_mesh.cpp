@@ -24,7 +24,7 @@ namespace rtstdb {
 namespace {
 
 constexpr std::array extensions{".obj", ".stl", ".ply", ".gltf", ".glb"};
-/// glTF itself needs less than ten levels; extensions and extras some more.
+/// glTF needs fewer than ten levels; extensions and extras need a few more.
 constexpr std::size_t deepest_json = 100;
 
 std::string quoted(const std::filesystem::path& path) {
@@ -42,7 +42,7 @@ std::string extension_of(const std::filesystem::path& path) {
   return extension;
 }
 
-/// What can be said of the file before it is opened.
+/// Faults of the file that are known before it is opened.
 Result<void> check_file(const std::filesystem::path& path) {
   std::error_code failed;
   const auto status = std::filesystem::status(path, failed);

@@ -15,7 +15,7 @@
 namespace rtstdb {
 namespace {
 
-std::string in_words(const glm::vec3& p) {
+std::string describe(const glm::vec3& p) {
   char text[96];
   std::snprintf(text, sizeof text, "(%.9g, %.9g, %.9g)", static_cast<double>(p.x), static_cast<double>(p.y),
                 static_cast<double>(p.z));
@@ -26,14 +26,14 @@ std::string number(std::size_t n) {
   return std::to_string(n);
 }
 
-/// What is wrong with a position, or nothing.
+/// The fault of a position; none: it is valid.
 std::optional<std::string> fault_of(const glm::vec3& p) {
   if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-    return in_words(p) + ", which is not finite";
+    return describe(p) + ", which is not finite";
   const double largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   if (largest <= max_coordinate_m) return std::nullopt;
   char text[160];
-  std::snprintf(text, sizeof text, "%s, which is beyond the limit of %.9g m", in_words(p).c_str(),
+  std::snprintf(text, sizeof text, "%s, which is beyond the limit of %.9g m", describe(p).c_str(),
                 max_coordinate_m);
   return text;
 }
@@ -57,8 +57,8 @@ Result<void> check_triangles(const TriangleMesh& mesh) {
   return {};
 }
 
-/// Whether all that can be wrong with triangles and positions is right; says nothing of what is not. In loops without
-/// branches, since nearly all meshes are right.
+/// Whether all triangles and positions are valid, without the fault. Uses loops without branches, since
+/// nearly all meshes are valid.
 bool is_in_range(const TriangleMesh& mesh) {
   constexpr auto largest = static_cast<float>(max_coordinate_m);
   static_assert(static_cast<double>(largest) == max_coordinate_m);
@@ -71,7 +71,7 @@ bool is_in_range(const TriangleMesh& mesh) {
   return right && highest < mesh.positions_m.size();
 }
 
-/// What is wrong first.
+/// The first fault of an invalid mesh.
 Result<void> check_each(const TriangleMesh& mesh) {
   if (Result<void> checked = check_triangles(mesh); !checked) return checked;
   for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
@@ -102,8 +102,8 @@ Result<void> validate(const TriangleMesh& mesh) {
   if (some_area) return {};
   const glm::uvec3& first = mesh.triangles.front();
   return refuse("every triangle (count " + number(mesh.triangles.size()) +
-                ") is degenerate, triangle 0 with corners " + in_words(mesh.positions_m[first.x]) + ", " +
-                in_words(mesh.positions_m[first.y]) + ", " + in_words(mesh.positions_m[first.z]));
+                ") is degenerate, triangle 0 with corners " + describe(mesh.positions_m[first.x]) + ", " +
+                describe(mesh.positions_m[first.y]) + ", " + describe(mesh.positions_m[first.z]));
 }
 
 Bounds bounds_of(const TriangleMesh& mesh) {

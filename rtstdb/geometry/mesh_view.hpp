@@ -1,5 +1,6 @@
 #pragma once
-// A mesh whose corners and triangles may lie apart: one that deforms has many places of corners for the same triangles.
+// A view of a mesh with separate positions and triangles, since a deforming mesh has many sets of positions
+// for the same triangles.
 
 #include <span>
 
@@ -10,7 +11,7 @@ namespace rtstdb {
 struct MeshView {
   MeshView(std::span<const glm::vec3> positions, std::span<const glm::uvec3> corners)
       : positions_m(positions), triangles(corners) {}
-  MeshView(const TriangleMesh& mesh)  // NOLINT(google-explicit-constructor): a mesh is seen as what it is
+  MeshView(const TriangleMesh& mesh)  // NOLINT(google-explicit-constructor): a view of a mesh
       : positions_m(mesh.positions_m), triangles(mesh.triangles) {}
 
   std::span<const glm::vec3> positions_m;

@@ -57,7 +57,7 @@ class Statements {
   std::size_t line_ = 1, next_line_ = 1;
 };
 
-/// Takes a word off the front; empty: there is none.
+/// Removes the first word and returns it; empty: there is none.
 std::string_view take_word(std::string_view& text) {
   text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
   const std::string_view word = text.substr(0, text.find_first_of(blanks));
@@ -74,7 +74,8 @@ std::optional<Number> number_of(std::string_view word) {
   return value;
 }
 
-/// The coordinates of a vertex. A weight belongs to curves; readers differ in what another than 1 does to a polygon.
+/// The coordinates of a vertex. A weight other than 1 is refused: it is for curves, and readers disagree on
+/// its effect on polygons.
 glm::vec3 vertex_of(const Statements& statement, std::string_view rest, double scale) {
   std::array<double, 7> values{};
   std::size_t count = 0;
@@ -85,11 +86,12 @@ glm::vec3 vertex_of(const Statements& statement, std::string_view rest, double s
     values[count] = *value;
   }
   if (count < 3) statement.refuse("is not a vertex of three to seven finite numbers");
-  if (count == 4 && values[3] != 1.0) statement.refuse("has a weight, which polygons have not");
+  if (count == 4 && values[3] != 1.0) statement.refuse("has a weight other than 1, which is not supported");
   return glm::vec3(scale * glm::dvec3(values[0], values[1], values[2]));
 }
 
-/// Of so many vertices, of which `before` stand before the face.
+/// The corners of a face. `vertices`: number of vertices in the file; `before`: number of those before the
+/// face, for relative indices.
 void append_corners(const Statements& statement, std::string_view rest, std::size_t before,
                     std::size_t vertices, std::vector<std::uint32_t>& corners) {
   const auto most = static_cast<std::int64_t>(vertices);
@@ -106,7 +108,7 @@ void append_corners(const Statements& statement, std::string_view rest, std::siz
     statement.refuse("has " + counted(corners.size(), "corner") + "; a face has three or more");
   if (corners.size() > max_polygon_corners)
     statement.refuse("has " + std::to_string(corners.size()) + " corners; up to " +
-                     std::to_string(max_polygon_corners) + " are cut into triangles");
+                     std::to_string(max_polygon_corners) + " are triangulated");
 }
 
 }  // namespace
@@ -119,7 +121,7 @@ TriangleMesh read_obj(std::string_view text, double scale) {
   }
   std::size_t before = 0;
   std::vector<std::uint32_t> corners;
-  // Faces may stand before the vertices that they name.
+  // A face may precede its vertices.
   for (Statements all(text); all.next();) {
     std::string_view rest = all.text();
     const std::string_view keyword = take_word(rest);

@@ -1,5 +1,6 @@
 #pragma once
-// Reads triangle meshes from OBJ files. A vertex is never left out: every index behind it would name another one.
+// Reads triangle meshes from OBJ files. No vertex is skipped, since that would shift the indices of the later
+// ones.
 
 #include <string_view>
 
@@ -7,9 +8,10 @@
 
 namespace rtstdb {
 
-/// The vertices (`v`) and polygons (`f`, triangulated) of a whole file, in its order; all other statements are passed over, and of
-/// vertices what follows the three coordinates: a colour. Throws std::runtime_error with the line and the fault; work and memory are bounded by
-/// the file's size. The mesh may be empty and is not validated.
+/// The vertices (`v`) and polygons (`f`, triangulated) of a file, in its order. Other statements are ignored,
+/// and so is what follows the three coordinates of a vertex, such as a colour. Throws std::runtime_error with
+/// the line and the fault; time and memory are bounded by the size of the file. The mesh may be empty and is
+/// not validated.
 TriangleMesh read_obj(std::string_view text, double scale);
 
 }  // namespace rtstdb

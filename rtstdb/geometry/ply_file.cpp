@@ -24,7 +24,7 @@ using ply::Format;
 using ply::Property;
 using ply::Type;
 
-/// Takes one number after the other from the data of the file; every number takes at least one byte.
+/// Reads numbers one by one from the data of the file; each number has at least one byte.
 class Numbers {
  public:
   Numbers(std::string_view bytes, const ply::Header& header)
@@ -32,7 +32,7 @@ class Numbers {
 
   double next(Type type) { return format_ == Format::text ? next_in_text() : next_in_binary(type); }
 
-  /// Bytes behind the last number taken, but for blanks at the end of the file.
+  /// Number of bytes after the last number read, without blanks at the end of the file.
   std::size_t bytes_left() const {
     const std::size_t end = bytes_.find_last_not_of(" \t\r\n") + 1;
     return end > at_ ? end - at_ : 0;
@@ -98,7 +98,7 @@ class Numbers {
   Format format_;
 };
 
-/// A number that has to be a count or an index below `limit`.
+/// A number that must be a count or an index below `limit`.
 std::uint32_t whole(const Numbers& numbers, double value, double limit, const char* what) {
   if (!(value >= 0.0 && value < limit) || value != static_cast<double>(static_cast<std::uint32_t>(value)))
     numbers.fail(std::to_string(value) + " is no " + what);
@@ -178,11 +178,11 @@ class PlyReader {
     if (is_polygon && count > max_polygon_corners)
       throw std::runtime_error("PLY data: face " + std::to_string(polygon_ends_.size()) + " has " +
                                std::to_string(count) + " corners; up to " +
-                               std::to_string(max_polygon_corners) + " are cut into triangles");
+                               std::to_string(max_polygon_corners) + " are triangulated");
     if (is_polygon) polygon_ends_.push_back(corners_.size());
   }
 
-  /// At the end, since faces may stand before the positions they name.
+  /// Called at the end, since a face may precede its positions.
   void cut_polygons() {
     std::size_t begin = 0;
     for (std::size_t face = 0; face < polygon_ends_.size(); ++face) {

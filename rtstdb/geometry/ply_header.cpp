@@ -62,7 +62,7 @@ Element element_of(const std::vector<std::string_view>& words, std::size_t line)
   Element element{std::string(words[1]), 0, {}};
   const char* end = words[2].data() + words[2].size();
   const auto [read_to, error] = std::from_chars(words[2].data(), end, element.count);
-  if (error != std::errc() || read_to != end) fail(line, "'" + std::string(words[2]) + "' is no count");
+  if (error != std::errc() || read_to != end) fail(line, "'" + std::string(words[2]) + "' is not a count");
   return element;
 }
 
@@ -70,14 +70,15 @@ Property property_of(const std::vector<std::string_view>& words, std::size_t lin
   if (words.size() == 3) return {std::string(words[2]), type_of(words[1], line), false, Type::uint8};
   if (words.size() != 5 || words[1] != "list") fail(line, "a property needs a type and a name");
   const Type count_type = type_of(words[2], line);
-  if (count_type == Type::float32 || count_type == Type::float64) fail(line, "a list counted by fractions");
+  if (count_type == Type::float32 || count_type == Type::float64)
+    fail(line, "the count of a list is not an integer type");
   return {std::string(words[4]), type_of(words[3], line), true, count_type};
 }
 
 }  // namespace
 
 Header read_header(std::string_view bytes) {
-  // Not where every line ends with "\r\n".
+  // Lines end with "\r" alone only if the first one does.
   const char line_end = bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n") ? '\r' : '\n';
   Header header;
   bool has_format = false;
@@ -87,7 +88,7 @@ Header read_header(std::string_view bytes) {
     const auto words = words_of(bytes.substr(header.size_bytes, end - header.size_bytes));
     header.size_bytes = end + 1;
     if (line == 1) {
-      if (words.size() != 1 || words[0] != "ply") fail(line, "does not say 'ply'");
+      if (words.size() != 1 || words[0] != "ply") fail(line, "the first line is not 'ply'");
     } else if (words.empty() || words[0] == "comment" || words[0] == "obj_info") {
       continue;
     } else if (words[0] == "format") {

@@ -27,7 +27,7 @@ struct Element {
 struct Header {
   Format format = Format::text;
   std::vector<Element> elements;
-  std::size_t size_bytes = 0;  ///< the data begin here
+  std::size_t size_bytes = 0;  ///< offset of the data
 };
 
 /// Throws std::runtime_error with the line and the fault.

@@ -15,7 +15,7 @@ double turn(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// The polygon seen against its mean normal (Newell), so that it runs counter-clockwise.
+/// The polygon projected along its mean normal (Newell's method), so that it is counter-clockwise.
 std::vector<glm::dvec2> flattened(std::span<const glm::vec3> positions_m,
                                   std::span<const std::uint32_t> corners) {
   glm::dvec3 normal(0.0);
@@ -39,7 +39,7 @@ std::vector<glm::dvec2> flattened(std::span<const glm::vec3> positions_m,
   return plane;
 }
 
-/// An ear: a corner that turns left and whose triangle holds no other corner.
+/// An ear: a convex corner whose triangle contains no other corner.
 bool is_ear(const std::vector<glm::dvec2>& plane, const std::vector<std::size_t>& left, std::size_t at) {
   const std::size_t before = left[(at + left.size() - 1) % left.size()];
   const std::size_t after = left[(at + 1) % left.size()];
@@ -68,7 +68,7 @@ void triangulate_polygon(std::span<const glm::vec3> positions_m, std::span<const
     std::size_t ear = 0;
     while (ear < left.size() && !is_ear(plane, left, ear))
       ++ear;
-    // No ear: the rest is degenerate or crosses itself; any corner will do.
+    // No ear: the rest is degenerate or intersects itself, so any corner is taken.
     if (ear == left.size()) ear = 1;
     const std::size_t before = left[(ear + left.size() - 1) % left.size()];
     const std::size_t after = left[(ear + 1) % left.size()];

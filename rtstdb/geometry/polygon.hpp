@@ -1,5 +1,5 @@
 #pragma once
-// Cuts a polygon of a mesh file into triangles.
+// Triangulates a polygon of a mesh file by ear clipping.
 
 #include <glm/ext/vector_float3.hpp>
 #include <glm/ext/vector_uint3.hpp>
@@ -10,10 +10,10 @@
 
 namespace rtstdb {
 
-/// Appends the triangles of a polygon, with its sense of rotation and no new corners: n - 2 triangles for n
-/// >= 3 corners, none for fewer. Convex or not, flat or nearly so (seen along its mean normal); one that
-/// crosses itself gets some triangles between its corners. Time: n^2 for the usual, n^3 at worst: whoever reads
-/// a file refuses more than max_polygon_corners. `corners` index `positions_m`.
+/// Appends the triangles of a polygon, in its orientation and without new corners: n - 2 triangles for n >= 3
+/// corners, none for fewer. The polygon may be concave, and need not be exactly planar (it is projected along
+/// its mean normal). A polygon that intersects itself gets some triangulation of its corners. Time: usually
+/// n^2, at worst n^3; readers refuse more than max_polygon_corners. `corners` are indices into `positions_m`.
 void triangulate_polygon(std::span<const glm::vec3> positions_m, std::span<const std::uint32_t> corners,
                          std::vector<glm::uvec3>& triangles);
 

@@ -56,7 +56,7 @@ double length(const glm::dvec3& v) noexcept {
   return std::hypot(v.x, v.y, v.z);
 }
 
-/// Below the normal numbers a quaternion has lost the digits that would say where it points.
+/// A quaternion whose components are all subnormal has lost the digits of its direction.
 bool can_be_normalised(const glm::dquat& q) noexcept {
   return largest_component(q) >= std::numeric_limits<double>::min();
 }
@@ -95,7 +95,7 @@ std::optional<BadInput> check_row(const EntityRow& row) noexcept {
 std::optional<BadInput> check_positions(std::span<const glm::vec3> positions_m) noexcept {
   constexpr auto limit = static_cast<float>(max_coordinate_m);
   static_assert(static_cast<double>(limit) == max_coordinate_m);
-  // Without a way out, so that many are looked at at once; what is no number is not below the limit either.
+  // Without an early exit, so that the loop is vectorised. The comparison is false for NaN too.
   bool all_good = true;
   for (const glm::vec3& p : positions_m)
     all_good &= (std::abs(p.x) <= limit) & (std::abs(p.y) <= limit) & (std::abs(p.z) <= limit);
@@ -114,7 +114,7 @@ Motion normalised(const Motion& motion) noexcept {
   RTSTDB_ASSERT(finite(motion.q_world) && can_be_normalised(motion.q_world));
   const double largest = largest_component(motion.q_world);
   const glm::dquat& q = motion.q_world;
-  // Scaled to about one first, so that no square overflows or vanishes.
+  // Scaled to about one first, so that no square overflows or underflows.
   const double w = q.w / largest;
   const double x = q.x / largest;
   const double y = q.y / largest;

@@ -39,7 +39,7 @@ UnitSphere make_icosahedron() {
 UnitSphere subdivided(const UnitSphere& coarse) {
   UnitSphere fine{coarse.corners, {}};
   fine.triangles.reserve(coarse.triangles.size() * 4);
-  // Each edge's midpoint is made once and shared by both sides: the surface stays closed.
+  // The midpoint of an edge is created once and shared by both triangles, so the surface stays closed.
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> midpoints;
   const auto midpoint = [&](std::uint32_t a, std::uint32_t b) {
     const auto next = static_cast<std::uint32_t>(fine.corners.size());
@@ -62,7 +62,7 @@ TriangleMesh make_box(const glm::dvec3& size_m) {
   RTSTDB_REQUIRE(positive(size_m.x) && positive(size_m.y) && positive(size_m.z), "make_box",
                  "every size has to be positive and finite");
   TriangleMesh mesh;
-  // Corner i: bit 0 says the side along x, bit 1 along y, bit 2 along z.
+  // Corner i: bit 0 is the side along x, bit 1 along y, bit 2 along z.
   for (int i = 0; i < 8; ++i) {
     const glm::dvec3 side((i & 1) != 0 ? 0.5 : -0.5, (i & 2) != 0 ? 0.5 : -0.5, (i & 4) != 0 ? 0.5 : -0.5);
     mesh.positions_m.emplace_back(side * size_m);

@@ -84,8 +84,8 @@ class TextReader {
     constexpr std::size_t max_quoted = 40;
     throw std::runtime_error(
         "line " + std::to_string(line_) + ": " +
-        (found.empty() ? "the file ends" : "'" + std::string(found.substr(0, max_quoted)) + "' stands") +
-        " where " + wanted + " is due");
+        (found.empty() ? "the file ends" : "'" + std::string(found.substr(0, max_quoted)) + "' is found") +
+        " where " + wanted + " is expected");
   }
 
   /// The next word; empty at the end of the file.

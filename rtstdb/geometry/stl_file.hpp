@@ -7,9 +7,9 @@
 
 namespace rtstdb {
 
-/// All facets of a whole file, in its order, three positions each; normals, names and attribute bytes are
-/// ignored. A file that begins with "solid" and has no zero byte among its first 84 is text. Throws
-/// std::runtime_error with the place and the fault. Work and memory grow linearly with the file's size. The
+/// All facets of a file, in its order, with three positions each; normals, names and attribute bytes are
+/// ignored. A file is text if it begins with "solid" and has no zero byte among its first 84. Throws
+/// std::runtime_error with the place and the fault. Time and memory are linear in the size of the file. The
 /// mesh may be empty and is not validated.
 TriangleMesh read_stl(std::string_view file, double scale);
 

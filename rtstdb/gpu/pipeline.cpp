@@ -36,7 +36,7 @@ vk::raii::Pipeline create_compute_pipeline(const Device::Impl& device, vk::Pipel
                                            std::span<const std::uint32_t> spirv) {
   const vk::raii::ShaderModule module(device.device,
                                       vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
-  // shaders/common/fence.glsl and shaders/query/together.glsl give the reasons.
+  // shaders/common/fence.glsl and shaders/query/simd8/together.glsl give the reasons.
   const Constants values{.fence_in_divergent_flow = device.info.software ? VK_FALSE : VK_TRUE,
                          .lanes_together = device.info.software && device.limits.subgroup_size == 8};
   const vk::SpecializationMapEntry entries[] = {

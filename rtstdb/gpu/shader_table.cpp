@@ -15,8 +15,8 @@ const ShaderInfo& table_line(std::size_t index) noexcept {
   using namespace shared;  // NOLINT(google-build-using-namespace): the table names structs without a prefix
   static constexpr ShaderInfo end{};
   static constexpr std::array table{
-#define SHADER(name, source, group_size, args, bindings) \
-  make_shader_info<args>(#name, source, group_size, bindings, name##_words),
+#define SHADER(name, source, defines, group_size, args, bindings) \
+  make_shader_info<args>(#name, source, defines, group_size, bindings, name##_words),
 #include "shaders/table.def"
 #undef SHADER
       end};

@@ -1,5 +1,5 @@
 #pragma once
-// Structs to bytes and back, one behind the other; reading never goes past the end.
+// Writes structs to bytes and reads them back, one after the other. Reading never passes the end.
 
 #include <cstddef>
 #include <cstring>
@@ -16,10 +16,10 @@ namespace rtstdb::log {
 
 class ByteWriter {
  public:
-  /// Too little room is misuse.
+  /// Misuse: to write more than `room` holds.
   explicit ByteWriter(std::span<std::byte> room) : room_(room) {}
 
-  /// Together, not one by one: each is at a place that is known when this is compiled.
+  /// Writes several structs in one call, so that their offsets are compile-time constants.
   template <class... Structs>
   void put(const Structs&... values) noexcept {
     static_assert(
@@ -28,7 +28,7 @@ class ByteWriter {
     std::byte* at = next((sizeof(Structs) + ...));
     ((std::memcpy(at, &values, sizeof values), at += sizeof values), ...);
   }
-  /// Room for so many bytes, which are the caller's to fill.
+  /// Reserves room for `bytes` bytes, which the caller fills.
   std::byte* next(std::size_t bytes) noexcept {
     RTSTDB_ASSERT(bytes <= room_.size() - count_);
     return room_.data() + std::exchange(count_, count_ + bytes);
@@ -55,7 +55,7 @@ class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  /// False: not that many are left; nothing is read.
+  /// False: not enough bytes left; nothing is read.
   template <class Struct>
   [[nodiscard]] bool get(Struct& value) noexcept {
     static_assert(std::is_trivially_copyable_v<Struct>);
@@ -70,7 +70,7 @@ class ByteReader {
     count_ += count;
     return true;
   }
-  /// Goes on to a multiple of `unit`; false unless there are zeros up to it.
+  /// Advances to a multiple of `unit`; false unless the skipped bytes are zeros.
   [[nodiscard]] bool skip_padding(std::size_t unit) noexcept {
     for (const std::size_t end = round_up(count_, unit); count_ < end; ++count_)
       if (count_ >= bytes_.size() || bytes_[count_] != std::byte{0}) return false;
@@ -84,7 +84,7 @@ class ByteReader {
   std::size_t count_ = 0;
 };
 
-/// The checksum that a header ought to have: of what stands before it.
+/// The correct checksum of a header: that of the bytes before its member `checksum`.
 template <class Header>
 std::uint64_t header_checksum(const Header& header, std::uint64_t database_id) noexcept {
   return checksum(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)), database_id);

@@ -111,7 +111,7 @@ DiskResult<CheckpointFile::Progress> CheckpointFile::write_shape(WorldSource& so
   const LoggedGeometry& geometry = head_.geometries[next_shape_++];
   if (!geometry.options.deforms) return Progress::more;
   if (!source.shape(geometry.id, shape_)) return Progress::not_kept;
-  if (shape_.version == 0) return Progress::more;  // the geometry's file has it
+  if (shape_.version == 0) return Progress::more;  // the shape is that of the geometry file
   chunk_.resize(sizeof(ChunkHeader) + sizeof(std::uint64_t) + shape_bytes(shape_.positions_m.size()));
   ByteWriter writer{std::span(chunk_).subspan(sizeof(ChunkHeader))};
   writer.put(std::uint64_t{shape_.version});

@@ -1,6 +1,6 @@
 #pragma once
-// A checkpoint while it is written: beside the others under a name of its own, slice by slice; it counts when it has its name,
-// and has that when all of it is on disk.
+// Writes a checkpoint, slice by slice, to a file with a temporary name. It gets its final name, and is valid,
+// when it is completely on disk.
 
 #include <memory>
 #include <vector>
@@ -13,27 +13,29 @@ namespace rtstdb::log {
 
 class CheckpointFile {
  public:
+  /// Parameters of a new checkpoint.
   struct Begin {
     std::uint64_t database_id = 0;
     std::uint64_t number = 0;
-    Position position;  ///< where records newer than its version begin
+    Position position;  ///< of the first group after its version
     std::int64_t real_time_ns = 0;
     std::uint32_t rows_per_slice = 4096;
   };
   static DiskResult<std::unique_ptr<CheckpointFile>> create(Disk& disk, const Begin& begin, WorldHead head);
   CheckpointFile(const CheckpointFile&) = delete;
   CheckpointFile& operator=(const CheckpointFile&) = delete;
-  /// Unless it was published, it is removed where that can be done.
+  /// Removes the file if it was not published; ignores a fault.
   ~CheckpointFile();
 
   Version version() const noexcept { return head_.version.version; }
   std::size_t geometries() const noexcept { return head_.geometries.size(); }
   std::uint64_t bytes() const noexcept { return offset_; }
 
+  /// not_kept: the source no longer has the version.
   enum class Progress : std::uint8_t { more, written, not_kept };
   /// Writes the next slice.
   DiskResult<Progress> write_slice(WorldSource& source);
-  /// On disk, under its own name.
+  /// Syncs the file and gives it its final name.
   DiskFault publish();
 
  private:

@@ -10,16 +10,18 @@
 namespace rtstdb::log {
 namespace {
 
-const char* check_header(const CheckpointHeader& header, std::uint64_t number) {
-  if (header.magic != checkpoint_magic) return "it does not begin as a checkpoint does";
-  if (!is_known_format(header.format)) return "it has a format that is not known";
+/// A description of the fault; empty: the header is valid.
+std::string check_header(const CheckpointHeader& header, std::uint64_t number) {
+  if (header.magic != checkpoint_magic) return "it is not a checkpoint";
+  if (header.format != format_version) return refused_format(header.format);
   if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
-  if (header.number != number) return "it was written under another number";
+  if (header.number != number) return "its header has another number";
   const bool possible = header.index_limit <= max_entities && header.next_version > header.version;
-  return possible ? check_time(header.world_time_ns) : "its header is none that is written";
+  if (!possible || check_time(header.world_time_ns) != nullptr) return "its header has invalid values";
+  return {};
 }
 
-/// Chunk by chunk into a world.
+/// Reads the chunks of a checkpoint into a world.
 class CheckpointReading {
  public:
   CheckpointReading(const CheckpointHeader& header, std::span<const std::byte> bytes)
@@ -50,7 +52,7 @@ const char* CheckpointReading::chunk(bool& ended) {
   if (header.magic != chunk_magic || header.checksum != header_checksum(header, header_.database_id))
     return "a chunk's header is damaged";
   if (header.number != chunks_++ || header.checkpoint != header_.number)
-    return "a chunk is in another's place";
+    return "a chunk has the wrong number";
   std::span<const std::byte> bytes;
   if (!reader_.get_bytes(header.payload_bytes, bytes)) return "a chunk is cut short";
   if (checksum(bytes, header_.database_id) != header.payload_checksum) return "a chunk is damaged";
@@ -60,7 +62,7 @@ const char* CheckpointReading::chunk(bool& ended) {
     LoggedGeometry geometry;
     fault = get_geometry(payload, geometry);
     if (fault == nullptr)
-      fault = world.knows(geometry.id) ? "a geometry is told twice" : world.add(geometry, {});
+      fault = world.knows(geometry.id) ? "a geometry occurs twice" : world.add(geometry, {});
   } else if (header.kind == ChunkKind::rows) {
     fault = rows(payload, header.entries);
   } else if (header.kind == ChunkKind::shape) {
@@ -68,14 +70,14 @@ const char* CheckpointReading::chunk(bool& ended) {
   } else if (header.kind == ChunkKind::end) {
     ended = true;
   } else {
-    fault = "a chunk is of no known kind";
+    fault = "a chunk has an unknown kind";
   }
   if (fault != nullptr) return fault;
-  return payload.left() == 0 ? nullptr : "a chunk has bytes left over";
+  return payload.left() == 0 ? nullptr : "a chunk has extra bytes";
 }
 
 const char* CheckpointReading::rows(ByteReader& payload, std::uint32_t entries) {
-  if (entries > header_.index_limit - world.rows.size()) return "it has more rows than its header tells";
+  if (entries > header_.index_limit - world.rows.size()) return "it has more rows than its header says";
   for (std::uint32_t k = 0; k < entries; ++k)
     if (const char* fault = row(payload)) return fault;
   return nullptr;
@@ -85,17 +87,17 @@ const char* CheckpointReading::row(ByteReader& payload) {
   StoredIndex stored;
   if (!payload.get(stored)) return "a chunk of rows is cut short";
   EntityState state;
-  if (stored.lives > 1 || stored.reserved != 0) return "a row is none that is written";
+  if (stored.lives > 1 || stored.reserved != 0) return "a row has invalid values";
   if (stored.lives == 1) {
     state.id = {static_cast<std::uint32_t>(world.rows.size()), stored.generation};
     state.written_by = stored.written_by;
     state.row.geometry = {stored.geometry};
     if (stored.written_by > header_.version) return "a row is newer than the checkpoint";
     if (state.row.geometry.valid() && !world.knows(state.row.geometry))
-      return "a row names a geometry that is not there";
+      return "a row has an unknown geometry";
     if (const char* fault = get_row(payload, state.row)) return fault;
   } else if (stored.written_by != 0 || stored.geometry != 0) {
-    return "a row is none that is written";
+    return "a row has invalid values";
   }
   world.rows.push_back(state);
   world.generations.push_back(stored.generation);
@@ -110,18 +112,18 @@ const char* CheckpointReading::shape(ByteReader& payload) {
   if (const char* fault = get_shape(payload, id, positions_m)) return fault;
   if (!world.knows(id) || !world.geometries[id.index].logged.options.deforms || version == 0 ||
       version > header_.version)
-    return "a shape is none that is written";
+    return "a shape has invalid values";
   world.geometries[id.index].shape_version = version;
   world.geometries[id.index].positions_m = std::move(positions_m);
   return nullptr;
 }
 
 const char* CheckpointReading::check_whole() const {
-  if (reader_.left() != 0) return "it goes on behind its end";
-  return world.rows.size() == header_.index_limit ? nullptr : "it has fewer rows than its header tells";
+  if (reader_.left() != 0) return "it has data after its end";
+  return world.rows.size() == header_.index_limit ? nullptr : "it has fewer rows than its header says";
 }
 
-Error refusal(std::uint64_t number, std::size_t offset, const char* fault) {
+Error refusal(std::uint64_t number, std::size_t offset, const std::string& fault) {
   return {ErrorCode::file, checkpoint_name(number) + ", offset " + std::to_string(offset) + ": " + fault};
 }
 
@@ -129,22 +131,24 @@ Error refusal(std::uint64_t number, std::size_t offset, const char* fault) {
 
 Result<CheckpointHeader> read_checkpoint_header(Disk& disk, std::uint64_t number) {
   auto file = disk.open(checkpoint_name(number));
-  if (!file) return Error{ErrorCode::file, file.error().in_words()};
+  if (!file) return Error{ErrorCode::file, file.error().describe()};
   CheckpointHeader header;
   auto count = file.value()->read(0, std::as_writable_bytes(std::span(&header, 1)));
-  if (!count) return Error{ErrorCode::file, count.error().in_words()};
+  if (!count) return Error{ErrorCode::file, count.error().describe()};
   if (count.value() != sizeof header) return refusal(number, 0, "it is shorter than its header");
-  if (const char* fault = check_header(header, number)) return refusal(number, 0, fault);
+  if (const std::string fault = check_header(header, number); !fault.empty())
+    return refusal(number, 0, fault);
   return header;
 }
 
 Result<Checkpoint> read_checkpoint(Disk& disk, std::uint64_t number, std::uint64_t database_id) {
   auto bytes = read_whole_file(disk, checkpoint_name(number));
-  if (!bytes) return Error{ErrorCode::file, bytes.error().in_words()};
+  if (!bytes) return Error{ErrorCode::file, bytes.error().describe()};
   Checkpoint checkpoint;
   if (!ByteReader(bytes.value()).get(checkpoint.header))
     return refusal(number, 0, "it is shorter than its header");
-  if (const char* fault = check_header(checkpoint.header, number)) return refusal(number, 0, fault);
+  if (const std::string fault = check_header(checkpoint.header, number); !fault.empty())
+    return refusal(number, 0, fault);
   if (checkpoint.header.database_id != database_id)
     return refusal(number, 0, "it belongs to another database");
 
@@ -179,7 +183,7 @@ Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world) {
     geometry.mesh = std::move(mesh).value();
     if (!geometry.positions_m.empty() && geometry.positions_m.size() != geometry.mesh.positions_m.size())
       return Error{ErrorCode::file, geometry_name(geometry.logged.file) +
-                                        ": the checkpoint has a shape of another number of positions"};
+                                        ": the checkpoint has a shape with another number of positions"};
   }
   return {};
 }

@@ -1,5 +1,5 @@
 #pragma once
-// A checkpoint read back, whole or not at all.
+// Reads checkpoints. A checkpoint is read completely or refused.
 
 #include <cstdint>
 #include <optional>
@@ -17,20 +17,20 @@ namespace rtstdb::log {
 
 struct Checkpoint {
   CheckpointHeader header;
-  World world;  ///< its geometries have no meshes yet
+  World world;  ///< without the meshes of its geometries, see read_meshes
   Position position() const noexcept { return {header.segment, header.offset, header.group, header.link}; }
 };
 
-/// The header alone. Refused: one that is damaged, or of a format that is not known.
+/// Reads the header only. Errors: file, for a damaged header or another format.
 Result<CheckpointHeader> read_checkpoint_header(Disk& disk, std::uint64_t number);
 
-/// Refused, with the file, the offset and what was found: anything that is not as it was written.
+/// Errors: file, with the file, the offset and the fault, for any damage.
 Result<Checkpoint> read_checkpoint(Disk& disk, std::uint64_t number, std::uint64_t database_id);
 
-/// That is whole, of a version from `not_before` on; none: there is none.
+/// The oldest undamaged checkpoint whose version is at least `not_before`; none: there is none.
 std::optional<Checkpoint> oldest_checkpoint(Disk& disk, const Listing& listing, Version not_before);
 
-/// Gives the geometries of a checkpoint's world their meshes, and holds its shapes to them.
+/// Reads the meshes of a checkpoint's geometries and checks the shapes against them.
 Result<void> read_meshes(Disk& disk, std::uint64_t database_id, World& world);
 
 }  // namespace rtstdb::log

@@ -10,7 +10,7 @@ namespace rtstdb::log {
 Checkpointer::Step Checkpointer::begin(const Position& position, Version not_before, ClockTime now,
                                        std::int64_t real_time_ns) {
   RTSTDB_ASSERT(may_begin(now));
-  if (!asked_) asked_ = {position, not_before};
+  if (!request_) request_ = {position, not_before};
   try {
     return begin_file(now, real_time_ns);
   } catch (const std::bad_alloc&) {
@@ -19,66 +19,66 @@ Checkpointer::Step Checkpointer::begin(const Position& position, Version not_bef
 }
 
 Checkpointer::Step Checkpointer::begin_file(ClockTime now, std::int64_t real_time_ns) {
-  auto head = source_.begin(asked_->not_before);
+  auto head = source_.begin(request_->not_before);
   if (!head) return {};
   source_has_begun_ = true;
-  if (head->version.version < asked_->not_before) {  // that version is being taken back
-    give_up();
-    return {Did::given_up, 0, std::nullopt};
+  if (head->version.version < request_->not_before) {  // the version not_before is being discarded
+    abandon();
+    return {Progress::abandoned, 0, std::nullopt};
   }
   auto file = CheckpointFile::create(disk_,
                                      {.database_id = database_id_,
                                       .number = next_number_++,
-                                      .position = asked_->position,
+                                      .position = request_->position,
                                       .real_time_ns = real_time_ns,
                                       .rows_per_slice = rows_per_slice_},
                                      std::move(*head));
   if (!file) return failed(file.error(), now);
   file_ = std::move(file.value());
-  asked_.reset();
+  request_.reset();
   written_ = false;
-  return {Did::something, 0, std::nullopt};
+  return {Progress::something, 0, std::nullopt};
 }
 
-Checkpointer::Step Checkpointer::go_on(const Synced& synced, ClockTime now) {
-  RTSTDB_ASSERT(under_way());
+Checkpointer::Step Checkpointer::advance(const Synced& synced, ClockTime now) {
+  RTSTDB_ASSERT(in_progress());
   try {
-    return go_on_writing(synced, now);
+    return advance_writing(synced, now);
   } catch (const std::bad_alloc&) {
     return failed(no_memory(), now);
   }
 }
 
-Checkpointer::Step Checkpointer::go_on_writing(const Synced& synced, ClockTime now) {
+Checkpointer::Step Checkpointer::advance_writing(const Synced& synced, ClockTime now) {
   if (!written_) {
     auto progress = file_->write_slice(source_);
     if (!progress) return failed(progress.error(), now);
     if (progress.value() == CheckpointFile::Progress::not_kept) {
-      give_up();
-      return {Did::given_up, 0, std::nullopt};
+      abandon();
+      return {Progress::abandoned, 0, std::nullopt};
     }
     written_ = progress.value() == CheckpointFile::Progress::written;
-    return {Did::something, 0, std::nullopt};
+    return {Progress::something, 0, std::nullopt};
   }
   if (synced.version < file_->version() || synced.geometries < file_->geometries()) return {};
   if (auto fault = file_->publish()) return failed(*fault, now);
   const Version version = file_->version();
-  give_up();
+  abandon();
   retry_.succeeded();
-  return {Did::finished, version, std::nullopt};
+  return {Progress::finished, version, std::nullopt};
 }
 
-void Checkpointer::give_up() noexcept {
-  // What the source may be about to give goes with the place of the next one, or is older than that asks for.
-  asked_.reset();
+void Checkpointer::abandon() noexcept {
+  // A version that the source delivers later belongs to the next request, or is older than that requires.
+  request_.reset();
   file_.reset();
   if (std::exchange(source_has_begun_, false)) source_.end();
 }
 
 Checkpointer::Step Checkpointer::failed(const DiskError& fault, ClockTime now) {
-  give_up();
+  abandon();
   retry_.failed(now);
-  return {Did::failed, 0, fault};
+  return {Progress::failed, 0, fault};
 }
 
 }  // namespace rtstdb::log

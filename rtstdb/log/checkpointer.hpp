@@ -1,7 +1,8 @@
 #pragma once
-// Checkpoints, one at a time, a slice at a time: begins them, goes on with them, gives them up and tries again later.
+// Makes checkpoints, one at a time, in slices: begins, continues and abandons them, and retries after a
+// failure.
 //
-// Threads: the log's.
+// Threads: the log thread.
 
 #include <cstdint>
 #include <memory>
@@ -26,36 +27,38 @@ class Checkpointer {
         retry_(retry) {}
   Checkpointer(const Checkpointer&) = delete;
   Checkpointer& operator=(const Checkpointer&) = delete;
-  ~Checkpointer() { give_up(); }
+  ~Checkpointer() { abandon(); }
 
-  bool under_way() const noexcept { return file_ != nullptr; }
-  bool may_begin(ClockTime now) const noexcept { return !under_way() && now >= retry_.at(); }
+  bool in_progress() const noexcept { return file_ != nullptr; }
+  bool may_begin(ClockTime now) const noexcept { return !in_progress() && now >= retry_.at(); }
   ClockTime retry_at() const noexcept { return retry_.at(); }
-  /// As if none had failed.
+  /// Resets the waiting time after failures.
   void try_now() noexcept { retry_.succeeded(); }
 
-  /// Given up: its version was not kept, and the next one begins with a newer one.
-  enum class Did : std::uint8_t { nothing, something, finished, given_up, failed };
+  /// abandoned: the version of the checkpoint is no longer kept; the next checkpoint starts with a newer one.
+  enum class Progress : std::uint8_t { nothing, something, finished, abandoned, failed };
   struct Step {
-    Did did = Did::nothing;
-    Version version = 0;  ///< finished: of the checkpoint
-    DiskFault fault;      ///< failed
+    Progress progress = Progress::nothing;
+    Version version = 0;  ///< finished: version of the checkpoint
+    DiskFault fault;      ///< failed: the reason
   };
-  /// The group that comes next lies at `position`; `not_before` is the newest version that stands of all that were taken from
-  /// the ring. Where the source takes its time, both are those of the first call. Given up: what it has is older.
+  /// Requests a checkpoint. `position`: position of the next group; `not_before`: the newest version, not
+  /// discarded, of the records taken from the ring. If the source is not ready, the values of the first call
+  /// remain valid. abandoned: the version of the source is older.
   Step begin(const Position& position, Version not_before, ClockTime now, std::int64_t real_time_ns);
-  /// What the log has on disk.
+  /// What is on disk.
   struct Synced {
     Version version = 0;
     std::size_t geometries = 0;
   };
-  /// Publishes once that is all versions up to its own, and its geometries.
-  Step go_on(const Synced& synced, ClockTime now);
-  void give_up() noexcept;
+  /// Writes the next slice. Publishes the checkpoint when all versions up to its own, and its geometries, are
+  /// on disk.
+  Step advance(const Synced& synced, ClockTime now);
+  void abandon() noexcept;
 
  private:
   Step begin_file(ClockTime now, std::int64_t real_time_ns);
-  Step go_on_writing(const Synced& synced, ClockTime now);
+  Step advance_writing(const Synced& synced, ClockTime now);
   Step failed(const DiskError& fault, ClockTime now);
 
   Disk& disk_;
@@ -64,11 +67,11 @@ class Checkpointer {
   std::uint64_t next_number_;
   std::uint32_t rows_per_slice_;
   Retry retry_;
-  struct Asked {
+  struct Request {
     Position position;
     Version not_before = 0;
   };
-  std::optional<Asked> asked_;
+  std::optional<Request> request_;
   bool source_has_begun_ = false;
   std::unique_ptr<CheckpointFile> file_;
   bool written_ = false;

@@ -1,6 +1,6 @@
 #include "rtstdb/log/checksum.hpp"
 
-// All of it from the header: nothing to link.
+// Header-only, so that no library is linked.
 #define XXH_INLINE_ALL  // NOLINT(readability-identifier-naming): its name
 #include <xxhash.h>
 

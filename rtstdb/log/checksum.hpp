@@ -1,6 +1,6 @@
 #pragma once
-// The checksum of everything that the log writes: XXH3 of 64 bits. The seed is the database's id, so that what another
-// database wrote is not taken for whole.
+// The checksum of all files of the log: 64-bit XXH3. The seed is the database's id, so that data of another
+// database has a wrong checksum.
 
 #include <cstddef>
 #include <cstdint>

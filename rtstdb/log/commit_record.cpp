@@ -21,50 +21,50 @@ std::int64_t in_ns(WorldTime time) noexcept {
   return time.time_since_epoch().count();
 }
 
-// ---- what a motion leaves out
+// ---- omitted words of a motion
 
-std::uint16_t left_out_of(const Write& write, WorldTime world_time) noexcept {
-  const std::uint16_t with_it = write.unchanged | holds_from_world_time;
+std::uint16_t omitted_words_of(const Write& write, WorldTime world_time) noexcept {
+  const std::uint16_t with_it = write.unchanged | valid_from_is_world_time;
   const bool as_before = (write.unchanged & valid_from_word) != 0;
   return !as_before && write.state.row.motion.valid_from == world_time ? with_it : write.unchanged;
 }
 
-/// What is told of the row before.
-std::uint16_t followed_by(const Write& write) noexcept {
-  return write.unchanged == 0 ? std::uint16_t{0} : write.follows;
+/// The low bits of the version of the base row; 0 if no word depends on it.
+std::uint16_t base_version_bits(const Write& write) noexcept {
+  return write.unchanged == 0 ? std::uint16_t{0} : write.base_version_low;
 }
 
-const char* get_motion_write(ByteReader& reader, std::uint16_t left_out, std::uint16_t follows,
+const char* get_motion_write(ByteReader& reader, std::uint16_t omitted_words, std::uint16_t base_version_low,
                              WorldTime world_time, Write& write) noexcept {
-  write.unchanged = left_out & unchanged_words;
-  write.follows = follows;
-  if (write.unchanged == 0 && follows != 0) return "a motion follows another and leaves nothing out";
+  write.unchanged = omitted_words & unchanged_words;
+  write.base_version_low = base_version_low;
+  if (write.unchanged == 0 && base_version_low != 0) return "a motion has a base version and omits no word";
   Motion& motion = write.state.row.motion;
-  if (const char* fault = get_told(reader, left_out, world_time, motion)) return fault;
+  if (const char* fault = get_partial_motion(reader, omitted_words, world_time, motion)) return fault;
   return write.unchanged == 0 ? check_stored(motion) : nullptr;
 }
 
 // ---- writes
 
-std::size_t write_bytes(WriteKind kind, std::uint16_t left_out) noexcept {
+std::size_t write_bytes(WriteKind kind, std::uint16_t omitted_words) noexcept {
   switch (kind) {
     case WriteKind::create:
     case WriteKind::update:
       return sizeof(StoredWrite) + row_bytes;
     case WriteKind::update_motion:
-      return sizeof(StoredWrite) + told_bytes(left_out);
+      return sizeof(StoredWrite) + partial_motion_bytes(omitted_words);
     case WriteKind::remove:
       break;
   }
   return sizeof(StoredWrite);
 }
 
-/// `left_out`: of a write.
+/// `omitted_words(write)`: the omitted words of a write.
 template <class LeftOut>
-std::size_t bytes_of(const store::WriteSet& set, LeftOut left_out) noexcept {
+std::size_t bytes_of(const store::WriteSet& set, LeftOut omitted_words) noexcept {
   std::size_t bytes = sizeof(RecordHeader) + sizeof(CommitBody);
   for (const Write& write : set.writes)
-    bytes += write_bytes(write.kind, left_out(write));
+    bytes += write_bytes(write.kind, omitted_words(write));
   for (const store::ShapeWrite& write : set.shapes)
     bytes += shape_bytes(write.positions_m.size());
   return bytes;
@@ -88,13 +88,14 @@ void put_write(ByteWriter& writer, const Write& write, WorldTime world_time) noe
   const bool whole = write.kind == WriteKind::create || write.kind == WriteKind::update;
   const bool moves = write.kind == WriteKind::update_motion;
   const EntityState& state = write.state;
-  const std::uint16_t left_out = moves ? left_out_of(write, world_time) : std::uint16_t{0};
-  const std::uint32_t what = whole   ? state.row.geometry.index
-                             : moves ? left_out | std::uint32_t{followed_by(write)} << follows_shift
-                                     : 0;
+  const std::uint16_t omitted_words = moves ? omitted_words_of(write, world_time) : std::uint16_t{0};
+  const std::uint32_t what = whole ? state.row.geometry.index
+                             : moves
+                                 ? omitted_words | std::uint32_t{base_version_bits(write)} << follows_shift
+                                 : 0;
   writer.put(stored(write.kind), state.id.index, state.id.generation, what);  // a StoredWrite
   if (whole) put_row(writer, state.row);
-  if (moves) put_told(writer, state.row.motion, left_out);
+  if (moves) put_partial_motion(writer, state.row.motion, omitted_words);
 }
 
 const char* get_write(ByteReader& reader, Version version, WorldTime world_time, Write& write) noexcept {
@@ -116,7 +117,7 @@ const char* get_write(ByteReader& reader, Version version, WorldTime world_time,
       write.kind = WriteKind::remove;
       break;
     default:
-      return "a write is of no known kind";
+      return "a write has an unknown kind";
   }
   const std::uint32_t what = stored_write.what;
   if (write.kind == WriteKind::create || write.kind == WriteKind::update) {
@@ -127,7 +128,7 @@ const char* get_write(ByteReader& reader, Version version, WorldTime world_time,
   if (write.kind == WriteKind::update_motion)
     return get_motion_write(reader, static_cast<std::uint16_t>(what),
                             static_cast<std::uint16_t>(what >> follows_shift), world_time, write);
-  return what == 0 ? nullptr : "a write has a geometry that it can not have";
+  return what == 0 ? nullptr : "a remove has a geometry";
 }
 
 bool is_move(const store::WriteSet& set) noexcept {
@@ -137,17 +138,18 @@ bool is_move(const store::WriteSet& set) noexcept {
 
 }  // namespace
 
-CommitForm commit_form_of(const store::WriteSet& set) noexcept {
-  return {.bytes = bytes_of(set, [&](const Write& write) { return left_out_of(write, set.time); })};
+CommitEncoding commit_record_encoding(const store::WriteSet& set) noexcept {
+  return {.bytes = bytes_of(set, [&](const Write& write) { return omitted_words_of(write, set.time); })};
 }
 
-CommitForm form_of(const store::WriteSet& set, const std::optional<WorldTime>& time_before) noexcept {
-  if (!is_move(set)) return commit_form_of(set);
-  const std::uint16_t left_out = left_out_of(set.writes.front(), set.time);
-  const std::size_t bytes = sizeof(RecordHeader) + sizeof(MoveBody) + told_bytes(left_out);
-  if (time_before == set.time)
-    return {RecordKind::move, static_cast<std::uint16_t>(left_out | world_time_as_before), bytes};
-  return {RecordKind::move, left_out, bytes + sizeof(std::int64_t)};
+CommitEncoding encoding_of(const store::WriteSet& set,
+                           const std::optional<WorldTime>& previous_time) noexcept {
+  if (!is_move(set)) return commit_record_encoding(set);
+  const std::uint16_t omitted_words = omitted_words_of(set.writes.front(), set.time);
+  const std::size_t bytes = sizeof(RecordHeader) + sizeof(MoveBody) + partial_motion_bytes(omitted_words);
+  if (previous_time == set.time)
+    return {RecordKind::move, static_cast<std::uint16_t>(omitted_words | same_world_time), bytes};
+  return {RecordKind::move, omitted_words, bytes + sizeof(std::int64_t)};
 }
 
 std::size_t max_commit_bytes(const store::WriteSet& set) noexcept {
@@ -155,18 +157,19 @@ std::size_t max_commit_bytes(const store::WriteSet& set) noexcept {
   return bytes_of(set, [](const Write&) { return std::uint16_t{0}; });
 }
 
-void encode_commit(const store::WriteSet& set, const CommitForm& form, std::span<std::byte> room) noexcept {
+void encode_commit(const store::WriteSet& set, const CommitEncoding& form,
+                   std::span<std::byte> room) noexcept {
   RTSTDB_ASSERT(room.size() == form.bytes && form.bytes <= max_record_bytes);
   ByteWriter writer(room);
-  // Headers and bodies number by number (see put_motion).
-  writer.put(form.kind, form.left_out, static_cast<std::uint32_t>(form.bytes));
+  // Headers and bodies are written member by member, for the reason given in put_motion.
+  writer.put(form.kind, form.omitted_words, static_cast<std::uint32_t>(form.bytes));
   if (form.kind == RecordKind::move) {
     const Write& write = set.writes.front();
     const EntityId id = write.state.id;
-    writer.put(set.version | std::uint64_t{followed_by(write)} << move_follows_shift, id.index,
+    writer.put(set.version | std::uint64_t{base_version_bits(write)} << move_follows_shift, id.index,
                id.generation);
-    if ((form.left_out & world_time_as_before) == 0) writer.put(in_ns(set.time));
-    put_told(writer, write.state.row.motion, form.left_out & ~world_time_as_before);
+    if ((form.omitted_words & same_world_time) == 0) writer.put(in_ns(set.time));
+    put_partial_motion(writer, write.state.row.motion, form.omitted_words & ~same_world_time);
   } else {
     writer.put(std::uint64_t{set.version}, in_ns(set.time), static_cast<std::uint32_t>(set.writes.size()),
                static_cast<std::uint32_t>(set.shapes.size()));
@@ -184,13 +187,13 @@ const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store
   if (!reader.get(body)) return "a commit is cut short";
   if (body.version == 0) return "a commit has no version";
   if (const char* fault = check_time(body.world_time_ns)) return fault;
-  if (body.writes == 0 && body.shapes == 0) return "a commit writes nothing";
+  if (body.writes == 0 && body.shapes == 0) return "a commit has no writes";
   if (body.writes > reader.left() / sizeof(StoredWrite) || body.shapes > reader.left() / sizeof(StoredShape))
-    return "a commit has more writes than bytes";
+    return "a commit has more writes than its length allows";
 
   set.version = body.version;
   set.time = world_time_ns(body.world_time_ns);
-  time_before_ = set.time;
+  previous_time_ = set.time;
   set.writes.resize(body.writes);
   for (Write& write : set.writes)
     if (const char* fault = get_write(reader, set.version, set.time, write)) return fault;
@@ -203,8 +206,8 @@ const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store
     shape.given = shape.room = positions_m_.size() - before;
     set.shapes.push_back(shape);
   }
-  if (reader.left() != 0) return "a commit has bytes left over";
-  std::size_t first = 0;  // only now do the positions stay where they are
+  if (reader.left() != 0) return "a commit has extra bytes";
+  std::size_t first = 0;  // spans are set last, since positions_m_ may have reallocated
   for (store::ShapeWrite& shape : set.shapes) {
     shape.positions_m = std::span(positions_m_).subspan(first, shape.given);
     first += shape.given;
@@ -212,7 +215,7 @@ const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store
   return nullptr;
 }
 
-const char* CommitDecoder::decode_move(std::uint16_t left_out, std::span<const std::byte> bytes,
+const char* CommitDecoder::decode_move(std::uint16_t omitted_words, std::span<const std::byte> bytes,
                                        store::WriteSet& set) {
   ByteReader reader(bytes);
   MoveBody body;
@@ -220,21 +223,21 @@ const char* CommitDecoder::decode_move(std::uint16_t left_out, std::span<const s
   set.version = body.version & max_move_version;
   if (set.version == 0) return "a move has no version";
   if (body.index >= max_entities) return "an entity's index is beyond the limit";
-  if ((left_out & world_time_as_before) == 0) {
+  if ((omitted_words & same_world_time) == 0) {
     std::int64_t time_ns = 0;
     if (!reader.get(time_ns)) return "a move is cut short";
     if (const char* fault = check_time(time_ns)) return fault;
-    time_before_ = world_time_ns(time_ns);
+    previous_time_ = world_time_ns(time_ns);
   }
-  if (!time_before_) return "a move leaves out its world time, and no commit before it tells it";
-  set.time = *time_before_;
+  if (!previous_time_) return "a move omits its world time, and the previous commit is unknown";
+  set.time = *previous_time_;
   set.shapes.clear();
   set.writes.assign(1, Write(WriteKind::update_motion, {{body.index, body.generation}, {}, set.version}));
-  const auto follows = static_cast<std::uint16_t>(body.version >> move_follows_shift);
-  const std::uint16_t of_motion = left_out & ~world_time_as_before;
-  if (const char* fault = get_motion_write(reader, of_motion, follows, set.time, set.writes.front()))
+  const auto base_version_low = static_cast<std::uint16_t>(body.version >> move_follows_shift);
+  const std::uint16_t of_motion = omitted_words & ~same_world_time;
+  if (const char* fault = get_motion_write(reader, of_motion, base_version_low, set.time, set.writes.front()))
     return fault;
-  return reader.left() == 0 ? nullptr : "a move has bytes left over";
+  return reader.left() == 0 ? nullptr : "a move has extra bytes";
 }
 
 }  // namespace rtstdb::log

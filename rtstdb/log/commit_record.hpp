@@ -1,8 +1,9 @@
 #pragma once
-// A commit's write set to bytes and back. One that moves an entity and does nothing else, as most small ones do, is told in fewer
-// bytes than the rest.
+// Encodes and decodes the write set of a commit. A commit that consists of one update_motion, as most small
+// commits do, has a shorter encoding, the move record.
 //
-// Writing: the size is known beforehand; nothing allocates, nothing can fail. Reading trusts nothing (see record.hpp).
+// Encoding: the size is known in advance; it neither allocates nor fails. Decoding trusts nothing
+// (record.hpp).
 
 #include <cstddef>
 #include <cstdint>
@@ -15,35 +16,38 @@
 
 namespace rtstdb::log {
 
-/// How a set is told. It has been staged.
-struct CommitForm {
+/// The chosen encoding of a staged set.
+struct CommitEncoding {
   RecordKind kind = RecordKind::commit;  ///< or move
-  std::uint16_t left_out = 0;            ///< of a move
+  std::uint16_t omitted_words = 0;       ///< move: omitted words
   std::size_t bytes = 0;
 };
-/// As a commit, as any set may be.
-CommitForm commit_form_of(const store::WriteSet& set) noexcept;
-/// As a move where it is one. `time_before`: of the commit that is told before it, where nothing but geometries lies between them.
-CommitForm form_of(const store::WriteSet& set, const std::optional<WorldTime>& time_before) noexcept;
-/// Of a set that has not been staged, in whatever form.
+/// The encoding as a commit record, which every set has.
+CommitEncoding commit_record_encoding(const store::WriteSet& set) noexcept;
+/// The encoding as a move record if the set is a move, otherwise as a commit record. `previous_time`: world
+/// time of the previous commit, if only geometries were recorded since.
+CommitEncoding encoding_of(const store::WriteSet& set,
+                           const std::optional<WorldTime>& previous_time) noexcept;
+/// Upper bound of the size of a set that need not be staged, in any encoding.
 std::size_t max_commit_bytes(const store::WriteSet& set) noexcept;
-/// Room for just as many bytes as the form says.
-void encode_commit(const store::WriteSet& set, const CommitForm& form, std::span<std::byte> room) noexcept;
+/// `room` has exactly form.bytes bytes.
+void encode_commit(const store::WriteSet& set, const CommitEncoding& form,
+                   std::span<std::byte> room) noexcept;
 
-/// Commits in the order in which they were told.
+/// Decodes commits in the order of the log.
 class CommitDecoder {
  public:
-  explicit CommitDecoder(std::optional<WorldTime> time_before) : time_before_(time_before) {}
+  explicit CommitDecoder(std::optional<WorldTime> previous_time) : previous_time_(previous_time) {}
 
-  // What is wrong, or null. The set's shapes stay until the next call.
+  // Each returns a description of the fault, or null. The set's shapes are valid until the next call.
   [[nodiscard]] const char* decode_commit(std::span<const std::byte> body, store::WriteSet& set);
-  [[nodiscard]] const char* decode_move(std::uint16_t left_out, std::span<const std::byte> body,
+  [[nodiscard]] const char* decode_move(std::uint16_t omitted_words, std::span<const std::byte> body,
                                         store::WriteSet& set);
-  /// The next one has to tell its world time.
-  void forget_time() noexcept { time_before_.reset(); }
+  /// The next move record must hold its world time.
+  void forget_time() noexcept { previous_time_.reset(); }
 
  private:
-  std::optional<WorldTime> time_before_;
+  std::optional<WorldTime> previous_time_;
   std::vector<glm::vec3> positions_m_;  // of all shapes of the commit
 };
 

@@ -19,7 +19,7 @@ std::string numbered(std::string_view prefix, std::uint64_t number) {
   return std::string(prefix) + std::string(digits - std::min(digits, plain.size()), '0') + plain;
 }
 
-/// The number in `name`, where it is the one that a file of that number has.
+/// The number in `name`; none unless `name` is exactly the name of the file with that number.
 std::optional<std::uint64_t> number_of(std::string_view name, std::string_view prefix,
                                        std::string_view suffix) {
   if (!name.starts_with(prefix) || !name.ends_with(suffix)) return std::nullopt;

@@ -1,5 +1,5 @@
 #pragma once
-// The names of a log's files, and what of them a directory has.
+// The names of the files of a log, and the listing of its directory.
 
 #include <cstdint>
 #include <string>
@@ -12,14 +12,14 @@ namespace rtstdb::log {
 inline constexpr const char* lock_name = "lock";
 std::string segment_name(std::uint64_t number);
 std::string checkpoint_name(std::uint64_t number);
-/// While they are written.
+/// Temporary names while the files are written.
 std::string unfinished_segment_name(std::uint64_t number);
 std::string unfinished_checkpoint_name(std::uint64_t number);
-/// Of a course that the log has left.
+/// A checkpoint that a salvage set aside.
 std::string abandoned_checkpoint_name(std::uint64_t number);
 std::string geometry_name(std::uint64_t number);
 
-/// Numbers, ascending.
+/// Numbers of the files by kind, ascending.
 struct Listing {
   std::vector<std::uint64_t> segments;
   std::vector<std::uint64_t> checkpoints;
@@ -29,7 +29,7 @@ struct Listing {
   std::vector<std::uint64_t> abandoned_checkpoints;
 };
 
-/// Files with other names are left alone.
+/// Files with other names are ignored.
 DiskResult<Listing> list_log(Disk& disk);
 
 }  // namespace rtstdb::log

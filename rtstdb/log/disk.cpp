@@ -39,7 +39,7 @@ const char* to_string(DiskCall call) {
 
 }  // namespace
 
-std::string DiskError::in_words() const {
+std::string DiskError::describe() const {
   const std::string what = file.empty() ? to_string(call) : std::string(to_string(call)) + " of " + file;
   return what + ": " + std::generic_category().message(number);
 }

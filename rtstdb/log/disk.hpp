@@ -1,8 +1,8 @@
 #pragma once
-// The port to the disk: one directory, and the few calls that a log makes in it. Nothing throws but std::bad_alloc; a
-// call that failed says with which error number, which call it was and on which file.
+// The interface to the disk: one directory and the operations that a log needs. Only std::bad_alloc is
+// thrown. A failed operation returns its error number, its kind and its file.
 //
-// Threads: calls on different files may be made at once; one file is one thread's at a time.
+// Threads: operations on different files may run at the same time; a file is used by one thread at a time.
 
 #include <cerrno>
 #include <cstddef>
@@ -31,19 +31,19 @@ enum class DiskCall : std::uint8_t {
   remove,
   sync_directory,
   lock,
-  allocate,  ///< not the disk's: memory on the way to it
+  allocate,  ///< not a disk operation: memory for one ran out
 };
 
 struct DiskError {
   DiskCall call = DiskCall::open;
   int number = 0;    ///< errno
-  std::string file;  ///< empty: of allocate
+  std::string file;  ///< empty for allocate
 
   /// "write of segment.0000000003: No space left on device"
-  std::string in_words() const;
+  std::string describe() const;
 };
 
-/// What is told of std::bad_alloc on the way to the disk.
+/// The fault that a std::bad_alloc during a disk operation becomes.
 inline DiskError no_memory() noexcept {
   return {DiskCall::allocate, ENOMEM, {}};
 }
@@ -65,53 +65,55 @@ class [[nodiscard]] DiskResult {
   std::variant<T, DiskError> state_;
 };
 
-/// Nothing, or what went wrong.
+/// Success (empty), or an error.
 using DiskFault = std::optional<DiskError>;
 
-/// Memory that begins at a multiple of this is fit for every disk.
+/// Memory with this alignment is suitable for direct I/O on every disk.
 inline constexpr std::size_t disk_page_bytes = 4096;
 
-/// Closed when it is destroyed.
+/// An open file. The destructor closes it.
 class DiskFile {
  public:
   virtual ~DiskFile() = default;
 
-  /// All of the bytes, or a fault; after a fault any of them may be there. Beyond the end the file grows. Whole sectors at a
-  /// multiple of a sector may be taken from where they lie, where that is fit for it, without a copy in the machine's cache.
+  /// Writes all bytes; after a fault, any of them may be written. The file grows if necessary. Whole sectors
+  /// at a multiple of the sector size, in suitably aligned memory, may be written directly, without a copy in
+  /// the page cache.
   virtual DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
-  /// The file is at least that long afterwards, zeros where nothing was, and has its blocks where the file system gives
-  /// them beforehand.
+  /// Extends the file to at least that length, with zeros, and allocates its blocks if the file system
+  /// supports that.
   virtual DiskFault preallocate(std::uint64_t bytes) = 0;
-  /// What was written is on the disk. After a fault what was written since the last call that had none may be lost, even
-  /// where a later call has none. A file that was deleted meanwhile is a fault.
+  /// Brings everything written to disk. After a fault, everything written since the last successful call may
+  /// be lost, even if a later call succeeds. A file that was deleted meanwhile is a fault.
   virtual DiskFault sync() = 0;
 
-  /// As many bytes as there are: fewer than asked for at the end of the file.
+  /// Returns the number of bytes read: fewer than requested at the end of the file.
   virtual DiskResult<std::size_t> read(std::uint64_t offset, std::span<std::byte> bytes) = 0;
   virtual DiskResult<std::uint64_t> size() = 0;
 };
 
-/// The exclusive right to write in the directory; given back when it is destroyed.
+/// The exclusive right to write to the directory. The destructor releases it.
 class DiskLock {
  public:
   virtual ~DiskLock() = default;
 };
 
+/// A directory.
 class Disk {
  public:
   virtual ~Disk() = default;
 
-  /// A new file to write and read; one of that name is a fault (EEXIST).
+  /// Creates a file for writing and reading. Fault EEXIST: the name exists.
   virtual DiskResult<std::unique_ptr<DiskFile>> create(std::string_view name) = 0;
-  /// A file to read alone.
+  /// Opens a file for reading.
   virtual DiskResult<std::unique_ptr<DiskFile>> open(std::string_view name) = 0;
-  /// Names of all files, in no order.
+  /// The names of all files, unordered.
   virtual DiskResult<std::vector<std::string>> list() = 0;
   virtual DiskFault rename(std::string_view from, std::string_view to) = 0;
   virtual DiskFault remove(std::string_view name) = 0;
-  /// Names that came, went or changed are on the disk.
+  /// Brings created, removed and renamed names to disk.
   virtual DiskFault sync_directory() = 0;
-  /// A fault (EWOULDBLOCK) where another has the directory.
+  /// Fault EWOULDBLOCK: another process or database holds the lock.
   virtual DiskResult<std::unique_ptr<DiskLock>> lock(std::string_view name) = 0;
 };
 

@@ -1,13 +1,15 @@
 #pragma once
-// A file that would pass the size that the process may write (RLIMIT_FSIZE, `ulimit -f`): the kernel refuses the call with EFBIG, and
-// sends the thread SIGXFSZ besides, which ends the program that expects none. A library has to hear of it by the call alone.
+// A write beyond the process's file size limit (RLIMIT_FSIZE, `ulimit -f`) fails with EFBIG and also sends
+// SIGXFSZ to the thread, which ends a program that does not handle it. A library must report the error only
+// by the failed call.
 
 #include <csignal>
 #include <ctime>
 
 namespace rtstdb::log {
 
-/// Within its life this thread does not get the signal. One that was sent meanwhile is dropped, unless the thread had it blocked before.
+/// Blocks SIGXFSZ for the calling thread during its lifetime. A signal sent meanwhile is discarded, unless
+/// the thread had it blocked before.
 class FileSizeSignalBlocked {
  public:
   FileSizeSignalBlocked() noexcept {

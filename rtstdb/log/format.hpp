@@ -1,41 +1,42 @@
 #pragma once
-// What lies where in the files of a log, format version 3. Little endian; numbers stand at multiples of their size.
+// The layout of the files of a log, format version 3. Little endian; each number is at a multiple of its
+// size.
 //
-//     lock                    empty; who writes holds it
-//     segment.NNNNNNNNNN      SegmentHeader, then groups, each at a multiple of `sector_bytes`; zeros to its end;
-//                             segment.NNNNNNNNNN.new until its begin is on disk
-//     checkpoint.NNNNNNNNNN   CheckpointHeader, then chunks, the last of kind `end`; checkpoint.NNNNNNNNNN.new while it is written
-//     geometry.NNNNNNNNNN     GeometryHeader, positions, corners
+//     lock                    empty; locked by the writing process
+//     segment.NNNNNNNNNN      SegmentHeader, then groups, each at a multiple of `sector_bytes`, then zeros.
+//                             Its name is segment.NNNNNNNNNN.new until its beginning is on disk
+//     checkpoint.NNNNNNNNNN   CheckpointHeader, then chunks, the last of kind `end`. Its name is
+//                             checkpoint.NNNNNNNNNN.new while it is written
+//     geometry.NNNNNNNNNN     GeometryHeader, positions, triangles
 //
-// A group is a GroupHeader and its payload, which is records one behind the other. Group n + 1 is written after n is on disk, and
-// sectors that hold a group are not written again: a crash tears the last group alone. A group's `link` is the header checksum
-// of the group before it (0: there is none).
+// A group is a GroupHeader and its payload, a sequence of records. Group n + 1 is written after group n is on
+// disk, and a sector that holds a group is never written again: a crash damages only the last group. The
+// `link` of a group is the header checksum of the group before it (0: there is none).
 //
-// Segments are read from the newest back: the groups of one count up to the first group of a later one. So a log goes on behind a
-// torn group, or a file that can not be trusted any more, without a byte of what is there being changed.
+// A later segment may begin with a group number that an earlier segment has too; then the later one is valid.
+// So a log continues after a torn group, or after a file with a failed write, without a change of the
+// existing bytes.
 //
-// Formats 1 and 2 are read as well: format 2 is this one without moves, in which no motion leaves out that it holds from the commit's
-// world time on; format 1 is format 2 in which no motion leaves anything out.
+// A log of another format is refused. A new format gets the next number, so that the numbers of older logs stay unique: 1 and 2
+// were earlier encodings of motions.
 //
-// Every checksum is seeded with the database's id, and covers what stands before it in its struct, or the payload.
+// Each checksum is seeded with the database's id. A header's checksum covers the members before it; a payload
+// checksum covers the payload.
 
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace rtstdb::log {
 
 static_assert(std::endian::native == std::endian::little, "structs are written as they lie in memory");
 
 inline constexpr std::uint32_t format_version = 3;
-inline constexpr std::uint32_t oldest_format = 1;
-constexpr bool is_known_format(std::uint32_t format) {
-  return format >= oldest_format && format <= format_version;
-}
-/// What a disk writes whole or not at all.
+/// A disk writes this many bytes whole or not at all.
 inline constexpr std::size_t sector_bytes = 512;
-/// Beyond these a length is taken for damage before anything is made of it.
+/// A larger length in a file is damage, and is rejected before memory is allocated for it.
 inline constexpr std::uint32_t max_record_bytes = 1u << 30;
 inline constexpr std::uint32_t max_payload_bytes = 1u << 30;
 inline constexpr std::uint32_t max_name_bytes = 4096;
@@ -50,19 +51,19 @@ inline constexpr std::uint32_t chunk_magic = 0x43545352;  // "RSTC"
 struct SegmentHeader {
   Magic magic = segment_magic;
   std::uint32_t format = format_version;
-  /// The length in sectors that was allocated when the file was created: a shorter file was cut off. 0:
-  /// nothing was allocated ahead.
+  /// Length in sectors that was allocated when the file was created: a shorter file was truncated. 0: nothing
+  /// was allocated ahead.
   std::uint32_t allocated_sectors = 0;
   std::uint64_t database_id = 0;
   std::uint64_t number = 0;
   std::uint64_t first_group = 0;
-  std::uint64_t link = 0;            ///< that its first group has
-  std::uint64_t version_before = 0;  ///< the newest that a group before it has; for people
+  std::uint64_t link = 0;            ///< of its first group
+  std::uint64_t version_before = 0;  ///< newest version in the groups before it; informative
   std::uint64_t checksum = 0;
 };
 static_assert(sizeof(SegmentHeader) == 64 && offsetof(SegmentHeader, checksum) == 56);
 
-/// Ended on purpose: nothing was to follow.
+/// GroupHeader::flags of the last group of a log that was closed. The group has no records.
 inline constexpr std::uint32_t closing_flag = 1;
 
 struct GroupHeader {
@@ -71,9 +72,9 @@ struct GroupHeader {
   std::uint64_t number = 0;
   std::uint32_t payload_bytes = 0;
   std::uint32_t records = 0;
-  std::uint64_t first_version = 0;  ///< of its commits; 0: it has none
+  std::uint64_t first_version = 0;  ///< of its commits; 0: it has no commits
   std::uint64_t last_version = 0;
-  std::int64_t real_time_ns = 0;  ///< since 1970, for people
+  std::int64_t real_time_ns = 0;  ///< since 1970; informative
   std::uint64_t link = 0;
   std::uint64_t payload_checksum = 0;
   std::uint64_t checksum = 0;
@@ -86,19 +87,19 @@ enum class RecordKind : std::uint16_t {
   none = 0,
   commit = 1,
   geometry = 2,
-  taken_back = 3,
+  discarded = 3,
   gap = 4,
   move = 5,
 };
 
 struct RecordHeader {
   RecordKind kind = RecordKind::none;
-  std::uint16_t left_out = 0;  ///< of a move; else 0
-  std::uint32_t bytes = 0;     ///< with this header; a multiple of 8
+  std::uint16_t omitted_words = 0;  ///< move: omitted words; otherwise 0
+  std::uint32_t bytes = 0;          ///< length with this header; a multiple of 8
 };
 static_assert(sizeof(RecordHeader) == 8);
 
-/// Followed by the writes, then the shapes.
+/// Body of a commit record. Followed by the writes, then by the shapes.
 struct CommitBody {
   std::uint64_t version = 0;
   std::int64_t world_time_ns = 0;
@@ -109,43 +110,48 @@ static_assert(sizeof(CommitBody) == 24);
 
 enum class StoredWriteKind : std::uint32_t { create = 1, update = 2, update_motion = 3, remove = 4 };
 
-/// Alone: a remove. Before what is told of a StoredMotion: update_motion. Before a StoredLook and a StoredMotion: create, update.
+/// Followed by: nothing (remove); a StoredMotion without its omitted words (update_motion); a
+/// StoredAppearance and a StoredMotion (create, update).
 struct StoredWrite {
   StoredWriteKind kind = StoredWriteKind::remove;
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
-  /// create and update: the geometry. update_motion: what its motion leaves out, and in the high half which row it follows. remove: 0.
+  /// create and update: the geometry. update_motion: the omitted words, and in the high half the low 16 bits
+  /// of the version that wrote the row before. remove: 0.
   std::uint32_t what = 0;
 };
 static_assert(sizeof(StoredWrite) == 16);
 
-// What is not told of a StoredMotion. Bit k, of its first fourteen: number k, since it is what it was in the row before. Then it is
-// told which row that is, by the low bits of the version that wrote it, so that another one is noticed; else 0 is told.
+// Omitted words of a StoredMotion. Bit k of the first fourteen: word k is omitted, because it equals that of
+// the row before. If any such bit is set, the record holds the low 16 bits of the version that wrote that
+// row, so that a wrong base row is detected; otherwise these bits are 0.
 inline constexpr std::uint16_t unchanged_words = (1u << 14) - 1;
-/// The last of them: valid_from_ns.
+/// The last of the fourteen: valid_from_ns.
 inline constexpr std::uint16_t valid_from_word = 1u << 13;
-/// Another reason to leave that one out: it is the commit's world time, and not what it was.
-inline constexpr std::uint16_t holds_from_world_time = 1u << 14;
-/// Of a move: the world time, since it is that of the commit before it, with no gap between them, and none taken back.
-inline constexpr std::uint16_t world_time_as_before = 1u << 15;
+/// valid_from_ns is omitted because it equals the commit's world time (and not that of the row before).
+inline constexpr std::uint16_t valid_from_is_world_time = 1u << 14;
+/// Move: the world time is omitted because it equals that of the previous commit. Between the two, there is
+/// neither a gap nor a discarded version.
+inline constexpr std::uint16_t same_world_time = 1u << 15;
 
-/// A commit that moves one entity and does nothing else. Followed by the world time and what is told of a StoredMotion.
+/// Body of a move record: a commit that consists of one update_motion. Followed by the world time, unless
+/// omitted, and a StoredMotion without its omitted words.
 struct MoveBody {
-  std::uint64_t version = 0;  ///< high 16 bits: which row the motion follows
+  std::uint64_t version = 0;  ///< high 16 bits: low 16 bits of the version that wrote the row before
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
 };
 static_assert(sizeof(MoveBody) == 16);
-/// A commit of a later version is never told as a move.
+/// A commit of a later version is never written as a move record.
 inline constexpr std::uint64_t max_move_version = (std::uint64_t{1} << 48) - 1;
 
-/// A row but for its motion and its geometry.
-struct StoredLook {
+/// A row without its motion and its geometry.
+struct StoredAppearance {
   double scale[3] = {};
   std::uint32_t mask = 0;
   std::uint32_t material = 0;
 };
-static_assert(sizeof(StoredLook) == 32);
+static_assert(sizeof(StoredAppearance) == 32);
 
 struct StoredMotion {
   double p_world_m[3] = {};
@@ -163,25 +169,25 @@ struct StoredShape {
 };
 static_assert(sizeof(StoredShape) == 8);
 
-/// Followed by the name, and zeros to a multiple of 8. Stands in records and in checkpoints.
+/// In records and checkpoints. Followed by the name, and zeros to a multiple of 8.
 struct StoredGeometry {
   std::uint64_t file = 0;           ///< geometry.NNNNNNNNNN
-  std::uint64_t file_checksum = 0;  ///< of its header
+  std::uint64_t file_checksum = 0;  ///< checksum of the file's header
   std::uint32_t index = 0;
   std::uint32_t deforms = 0;
-  std::uint32_t kept_shapes = 0;
+  std::uint32_t retained_shapes = 0;
   float rebuild_growth = 0.0f;
   std::uint32_t name_bytes = 0;
   std::uint32_t reserved = 0;
 };
 static_assert(sizeof(StoredGeometry) == 40);
 
-/// A version that is in the log came to nothing. It is the newest so far.
-struct TakenBackBody {
+/// The version, the newest in the log so far, was discarded after it had been recorded.
+struct DiscardBody {
   std::uint64_t version = 0;
 };
 
-/// Versions from..to were published and are not recorded.
+/// Versions `from` to `to` were published and are not in the log.
 struct GapBody {
   std::uint64_t from = 0;
   std::uint64_t to = 0;
@@ -192,13 +198,13 @@ struct GapBody {
 struct CheckpointHeader {
   Magic magic = checkpoint_magic;
   std::uint32_t format = format_version;
-  std::uint32_t index_limit = 0;  ///< rows and generations are told for all indices below
+  std::uint32_t index_limit = 0;  ///< the checkpoint has a StoredIndex for each index below this
   std::uint64_t database_id = 0;
   std::uint64_t number = 0;
   std::uint64_t version = 0;
   std::int64_t world_time_ns = 0;
   std::uint64_t next_version = 0;
-  // Where records newer than the version begin.
+  // Position of the first group after the checkpoint's version.
   std::uint64_t segment = 0;
   std::uint64_t offset = 0;
   std::uint64_t group = 0;
@@ -210,28 +216,29 @@ static_assert(sizeof(CheckpointHeader) == 104 && offsetof(CheckpointHeader, chec
 
 enum class ChunkKind : std::uint32_t {
   geometry = 1,  ///< one StoredGeometry with its name
-  rows = 2,   ///< StoredIndex each, and behind it the row where one lives; indices go on from chunk to chunk
-  shape = 3,  ///< the version that made it (64 bits), then a StoredShape with its positions
-  end = 4,    ///< empty
+  rows = 2,      ///< a StoredIndex for each index, followed by the row of a living entity
+  shape = 3,     ///< the version that made the shape (64 bits), then a StoredShape with its positions
+  end = 4,       ///< empty
 };
 
 struct ChunkHeader {
   std::uint32_t magic = chunk_magic;
   ChunkKind kind = ChunkKind::end;
-  std::uint64_t number = 0;  ///< from 0 on
+  std::uint64_t number = 0;  ///< 0, 1, ... within the checkpoint
   std::uint64_t checkpoint = 0;
   std::uint32_t payload_bytes = 0;
-  std::uint32_t entries = 0;  ///< indices of a chunk of rows; else 1, and 0 at the end
+  std::uint32_t entries = 0;  ///< rows: number of indices; end: 0; otherwise 1
   std::uint64_t payload_checksum = 0;
   std::uint64_t checksum = 0;
 };
 static_assert(sizeof(ChunkHeader) == 48 && offsetof(ChunkHeader, checksum) == 40);
 
-/// What an index is at the checkpoint's version. Where an entity lives a StoredLook and a StoredMotion follow.
+/// State of an index in the checkpoint's version. If an entity lives there, a StoredAppearance and a
+/// StoredMotion follow.
 struct StoredIndex {
-  std::uint32_t generation = 0;  ///< the last that was given
-  std::uint32_t lives = 0;
-  std::uint64_t written_by = 0;  ///< where it lives, as the next
+  std::uint32_t generation = 0;  ///< the last generation of the index
+  std::uint32_t lives = 0;       ///< 1: an entity lives there
+  std::uint64_t written_by = 0;  ///< 0 if no entity lives there; so is geometry
   std::uint32_t geometry = 0;
   std::uint32_t reserved = 0;
 };
@@ -251,6 +258,12 @@ struct GeometryHeader {
   std::uint64_t checksum = 0;
 };
 static_assert(sizeof(GeometryHeader) == 56 && offsetof(GeometryHeader, checksum) == 48);
+
+/// Why a file with this format number is refused.
+inline std::string refused_format(std::uint32_t format) {
+  return "it has log format " + std::to_string(format) + ", and this version of rtstdb reads format " +
+         std::to_string(format_version) + " only; open it with the version that wrote it";
+}
 
 constexpr std::size_t round_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;

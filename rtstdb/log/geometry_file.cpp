@@ -36,19 +36,20 @@ DiskFault write_to(Disk& disk, DiskFile& file, std::span<const std::byte> bytes)
   return disk.sync_directory();
 }
 
-const char* decode(std::span<const std::byte> bytes, const GeometryHeader& expected, TriangleMesh& mesh) {
+/// A description of the fault; empty: the file is valid.
+std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expected, TriangleMesh& mesh) {
   ByteReader reader(bytes);
   GeometryHeader header;
   if (!reader.get(header)) return "it is shorter than its header";
-  if (header.magic != geometry_magic) return "it does not begin as a geometry does";
-  if (!is_known_format(header.format)) return "it has a format that is not known";
+  if (header.magic != geometry_magic) return "it is not a geometry file";
+  if (header.format != format_version) return refused_format(header.format);
   if (header.database_id != expected.database_id) return "it belongs to another database";
   if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
   if (header.checksum != expected.checksum || header.number != expected.number || header.reserved != 0)
-    return "it is another file than the record names";
+    return "it is not the file that the record refers to";
   const std::size_t position_bytes = std::size_t{header.positions} * sizeof(glm::vec3);
   const std::size_t triangle_bytes = std::size_t{header.triangles} * sizeof(glm::uvec3);
-  if (reader.left() != position_bytes + triangle_bytes) return "it has not the length that its header tells";
+  if (reader.left() != position_bytes + triangle_bytes) return "its length is not that in its header";
   if (checksum(bytes.subspan(sizeof header), header.database_id) != header.payload_checksum)
     return "its mesh is damaged";
   mesh.positions_m.resize(header.positions);
@@ -56,7 +57,7 @@ const char* decode(std::span<const std::byte> bytes, const GeometryHeader& expec
   const auto payload = bytes.subspan(sizeof header);
   std::memcpy(static_cast<void*>(mesh.positions_m.data()), payload.data(), position_bytes);
   std::memcpy(static_cast<void*>(mesh.triangles.data()), payload.data() + position_bytes, triangle_bytes);
-  return nullptr;
+  return {};
 }
 
 }  // namespace
@@ -68,7 +69,7 @@ DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database
   auto file = disk.create(name);
   if (!file) return file.error();
   if (auto fault = write_to(disk, *file.value(), bytes)) {
-    disk.remove(name);  // if it stays, no record names it
+    disk.remove(name);  // if that fails, no record refers to the file
     return *fault;
   }
   GeometryHeader header;
@@ -81,13 +82,13 @@ Result<TriangleMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, s
   const std::string name = geometry_name(number);
   auto bytes = read_whole_file(disk, name);
   if (unreadable != nullptr) *unreadable = !bytes && bytes.error().number != ENOENT;
-  if (!bytes) return Error{ErrorCode::file, bytes.error().in_words()};
+  if (!bytes) return Error{ErrorCode::file, bytes.error().describe()};
   GeometryHeader expected;
   expected.database_id = database_id;
   expected.number = number;
   expected.checksum = file_checksum;
   TriangleMesh mesh;
-  if (const char* fault = decode(bytes.value(), expected, mesh))
+  if (const std::string fault = decode(bytes.value(), expected, mesh); !fault.empty())
     return Error{ErrorCode::file, name + ": " + fault};
   if (auto valid = validate(mesh); !valid) return Error{ErrorCode::file, name + ": " + valid.error().message};
   return mesh;

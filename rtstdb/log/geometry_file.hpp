@@ -1,5 +1,6 @@
 #pragma once
-// A mesh in a file of its own, on disk before the record that names it. Setup; any thread, one at a time.
+// Files with one mesh each. A mesh is on disk before the record that refers to it. Setup; any thread, one at
+// a time.
 
 #include <cstdint>
 
@@ -10,13 +11,13 @@
 
 namespace rtstdb::log {
 
-/// Writes the file, which is not there yet, and returns its checksum for the record. What was begun before a fault is removed
-/// where that can be done.
+/// Writes a new file and returns the checksum of its header for the record. After a fault, the file is
+/// removed if possible.
 DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
                                               const TriangleMesh& mesh);
 
-/// Refuses a file that is gone or not as it was written, with the file and what was found, and one that the disk does not read now
-/// (then `unreadable` is set, where it is given: nothing is known of what is in it); ErrorCode::file.
+/// Errors: file, with the name and the fault, for a missing or damaged file and for a read error.
+/// `unreadable`, if not null, is set for a read error, which does not mean that the file is damaged.
 Result<TriangleMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
                                         std::uint64_t file_checksum, bool* unreadable = nullptr);
 

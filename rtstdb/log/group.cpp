@@ -21,7 +21,8 @@ std::size_t Group::room() const noexcept {
 
 std::size_t Group::take(std::span<const std::byte> records) noexcept {
   RTSTDB_ASSERT(!closing_);
-  // Copied first, in one go, and looked at here: from record to record each would be waited for.
+  // Copies all bytes first and parses the copy: parsing in the ring would wait for a cache line of the other
+  // processor at each record.
   const auto copied = bytes_.subspan(sizeof(GroupHeader) + payload_bytes_, std::min(records.size(), room()));
   if (copied.empty()) return 0;
   std::memcpy(copied.data(), records.data(), copied.size());
@@ -50,15 +51,15 @@ void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
     MoveBody move;
     RTSTDB_ASSERT(reader.get(move));
     note_commit(move.version & max_move_version);
-  } else if (kind == RecordKind::taken_back) {
-    TakenBackBody taken_back;
-    RTSTDB_ASSERT(reader.get(taken_back));
-    newest_version_ = std::max(newest_version_, taken_back.version);
-    if (standing_ == taken_back.version) standing_ = standing_before_;
+  } else if (kind == RecordKind::discarded) {
+    DiscardBody discarded;
+    RTSTDB_ASSERT(reader.get(discarded));
+    newest_version_ = std::max(newest_version_, discarded.version);
+    if (valid_ == discarded.version) valid_ = valid_before_;
   } else if (kind == RecordKind::gap) {
     GapBody gap;
     RTSTDB_ASSERT(reader.get(gap));
-    newest_version_ = gap_to_ = standing_ = standing_before_ = gap.to;
+    newest_version_ = gap_to_ = valid_ = valid_before_ = gap.to;
   } else if (kind == RecordKind::geometry) {
     StoredGeometry geometry;
     RTSTDB_ASSERT(reader.get(geometry));
@@ -69,7 +70,7 @@ void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
 void Group::note_commit(Version version) noexcept {
   if (header_.first_version == 0) header_.first_version = version;
   header_.last_version = newest_version_ = version;
-  standing_before_ = std::exchange(standing_, version);
+  valid_before_ = std::exchange(valid_, version);
 }
 
 void Group::clear() noexcept {

@@ -1,7 +1,7 @@
 #pragma once
-// Records that go to the disk together: gathered, given their header, and kept until they are on disk for sure.
+// The group that is written next: collects records, adds the header, and keeps both until they are on disk.
 //
-// Allocates in the constructor alone.
+// Allocates only in the constructor.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include <rtstdb/transaction.hpp>
 
 #include "rtstdb/log/format.hpp"
-#include "rtstdb/log/whole_pages.hpp"
+#include "rtstdb/log/page_buffer.hpp"
 
 namespace rtstdb::log {
 
@@ -20,10 +20,10 @@ class Group {
 
   bool empty() const noexcept { return payload_bytes_ == 0 && !closing_; }
   std::size_t room() const noexcept;
-  /// The longest run of whole records, from the first one on, that has room; so many bytes. A gap is the first record of its group, so
-  /// that all before it are in groups that lead up to it.
+  /// Appends records, starting with the first, as long as there is room; returns the number of bytes taken. A
+  /// gap record is always the first of its group, so that all versions before the gap are in earlier groups.
   std::size_t take(std::span<const std::byte> records) noexcept;
-  /// It says that nothing is to follow; it has no records.
+  /// Makes it the closing group, which has no records.
   void make_closing() noexcept { closing_ = true; }
   void clear() noexcept;
 
@@ -32,22 +32,23 @@ class Group {
     std::uint64_t number = 0;
     std::uint64_t link = 0;
   };
-  /// Header and records, and zeros to the next sector.
+  /// Completes the header; returns header, records and zeros up to a whole sector.
   std::span<const std::byte> seal(const Place& place, std::int64_t real_time_ns) noexcept;
-  /// The link of the group after it, once it is sealed.
+  /// The link of the next group. After seal.
   std::uint64_t next_link() const noexcept { return header_.checksum; }
 
   std::uint32_t records() const noexcept { return header_.records; }
-  /// The newest version that it tells of, taken back or missing ones too; 0: of none.
+  /// The newest version in this group, including versions discarded and versions in gaps; 0: none.
   Version newest_version() const noexcept { return newest_version_; }
-  /// The end of the last gap that it tells of; 0: of none.
+  /// The last version of the last gap in this group; 0: no gap.
   Version gap_to() const noexcept { return gap_to_; }
-  /// The newest version that was appended and not taken back, in groups that were cleared too; `begin_at` before any.
-  Version newest_standing() const noexcept { return standing_; }
-  /// So many geometries have been added, by groups that were cleared too.
+  /// The newest version in this and all earlier groups that was not discarded; that of `begin_at` if there
+  /// is none.
+  Version newest_valid() const noexcept { return valid_; }
+  /// Number of geometries in this and all earlier groups.
   std::size_t geometries() const noexcept { return geometries_; }
   void begin_at(Version version, std::size_t geometries) noexcept {
-    standing_ = standing_before_ = version;
+    valid_ = valid_before_ = version;
     geometries_ = geometries;
   }
 
@@ -55,13 +56,13 @@ class Group {
   void note(RecordKind kind, std::span<const std::byte> body) noexcept;
   void note_commit(Version version) noexcept;
 
-  WholePages pages_;
-  std::span<std::byte> bytes_;  // room for the header first
+  PageBuffer pages_;
+  std::span<std::byte> bytes_;  // starts with room for the header
   std::size_t payload_bytes_ = 0;
   GroupHeader header_;
   bool closing_ = false;
   Version newest_version_ = 0, gap_to_ = 0;
-  Version standing_ = 0, standing_before_ = 0;
+  Version valid_ = 0, valid_before_ = 0;
   std::size_t geometries_ = 0;
 };
 

@@ -7,9 +7,10 @@
 #include <tuple>
 #include <utility>
 
+#include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/log/checkpoint_reader.hpp"
-#include "rtstdb/log/chronicle.hpp"
 #include "rtstdb/log/directory.hpp"
+#include "rtstdb/log/log_replay.hpp"
 #include "rtstdb/log/recovery.hpp"
 #include "rtstdb/log/segment_chain.hpp"
 #include "rtstdb/log/stored_row.hpp"
@@ -30,8 +31,9 @@ bool same_state(const EntityState& a, const EntityState& b) {
                            bytes_of(a.row) == bytes_of(b.row));
 }
 
-/// How two worlds of one version differ, in words; empty: not at all. Indices that never lived count as not there. Geometries that the
-/// checkpoint alone has may have been added behind the commit.
+/// A sentence on how two worlds of one version differ; empty: they do not. An index that was never used
+/// equals a missing one. Geometries of the checkpoint alone are ignored, since they may have been added after
+/// the commit.
 std::string difference(const World& commits, const World& checkpoint) {
   const std::size_t indices = std::max(commits.rows.size(), checkpoint.rows.size());
   const auto generation = [](const World& world, std::size_t index) {
@@ -43,7 +45,7 @@ std::string difference(const World& commits, const World& checkpoint) {
   for (std::size_t index = 0; index < indices; ++index) {
     if (generation(commits, index) != generation(checkpoint, index) ||
         !same_state(row(commits, index), row(checkpoint, index)))
-      return "entity " + std::to_string(index) + " is not as the commits left it";
+      return "entity " + std::to_string(index) + " differs from the result of the commits";
   }
   const std::size_t geometries = std::min(commits.geometries.size(), checkpoint.geometries.size());
   for (std::size_t index = 0; index < geometries; ++index) {
@@ -51,14 +53,14 @@ std::string difference(const World& commits, const World& checkpoint) {
     const WorldGeometry& b = checkpoint.geometries[index];
     if (a.logged.name != b.logged.name || a.logged.file != b.logged.file ||
         a.shape_version != b.shape_version || a.positions_m != b.positions_m)
-      return "geometry " + std::to_string(index) + " is not as the commits left it";
+      return "geometry " + std::to_string(index) + " differs from the result of the commits";
   }
   return {};
 }
 
-class Inspecting final : public ChronicleListener {
+class ReplayInspector final : public ReplayListener {
  public:
-  Inspecting(Disk& disk, LogContents& contents) : disk_(disk), contents_(contents) {}
+  ReplayInspector(Disk& disk, LogContents& contents) : disk_(disk), contents_(contents) {}
 
   void add_checkpoint(Version version, std::uint64_t number, std::size_t place) {
     checkpoints_of_[version].push_back({number, place});
@@ -95,7 +97,7 @@ class Inspecting final : public ChronicleListener {
     contents_.unresolved_commits += commits;
   }
 
-  /// All has been told.
+  /// End of the history.
   void end() {
     for (const auto& [place, geometry] : added_later_)
       if (name_of(geometry.file) != geometry.name)
@@ -103,7 +105,7 @@ class Inspecting final : public ChronicleListener {
             "it has geometry " + std::to_string(geometry.id.index) + ", which no record adds";
   }
 
-  /// None: no record that was read names that file.
+  /// None: no readable record refers to that file.
   std::optional<std::string> name_of(std::uint64_t geometry_file) const {
     const auto found = names_.find(geometry_file);
     return found == names_.end() ? std::nullopt : std::optional(found->second);
@@ -119,7 +121,7 @@ class Inspecting final : public ChronicleListener {
     if (found == checkpoints_of_.end()) return;
     for (const auto& [number, place] : found->second) {
       auto checkpoint = read_checkpoint(disk_, number, contents_.database_id);
-      if (!checkpoint) continue;  // taken away meanwhile
+      if (!checkpoint) continue;  // removed meanwhile
       ++contents_.compared_checkpoints;
       const World& world = checkpoint.value().world;
       contents_.files[place].damage = difference(now, world);
@@ -132,15 +134,15 @@ class Inspecting final : public ChronicleListener {
   LogContents& contents_;
   bool begun_ = false;
   std::map<Version, std::vector<std::pair<std::uint64_t, std::size_t>>>
-      checkpoints_of_;                          // number, place in files
+      checkpoints_of_;                          // number, index in LogContents::files
   std::map<std::uint64_t, std::string> names_;  // by geometry file
   std::map<std::uint64_t, std::pair<Version, Version>> versions_of_;
   std::vector<std::pair<std::size_t, LoggedGeometry>>
-      added_later_;  // of checkpoints, by their place in files
+      added_later_;  // index of the checkpoint in LogContents::files, geometry
 };
 
-/// Without its name, which a message that was made for it alone begins with.
-std::string without_name(const std::string& message, const std::string& name) {
+/// Removes the name of the file at the beginning of the message.
+std::string without_prefix(const std::string& message, const std::string& name) {
   return message.starts_with(name) ? message.substr(std::min(message.size(), name.size() + 2)) : message;
 }
 
@@ -155,10 +157,10 @@ class Inspection {
     list(LogFileKind::unfinished, listing_.unfinished_segments, unfinished_segment_name);
     list(LogFileKind::unfinished, listing_.unfinished_checkpoints, unfinished_checkpoint_name);
     list(LogFileKind::abandoned, listing_.abandoned_checkpoints, abandoned_checkpoint_name);
-    Inspecting inspecting(disk_, contents_);
-    look_at_checkpoints(inspecting);
-    auto report = read_chronicle(disk_, true, inspecting);
-    inspecting.end();
+    ReplayInspector inspector(disk_, contents_);
+    inspect_checkpoints(inspector);
+    auto report = replay_log(disk_, true, inspector);
+    inspector.end();
     if (report) {
       contents_.extent.database_id = report.value().database_id;
       take(report.value());
@@ -167,16 +169,14 @@ class Inspection {
     } else {
       contents_.damage.push_back(report.error().message);
     }
-    look_at_segments(inspecting);
-    look_at_geometries(inspecting);
+    inspect_segments(inspector);
+    inspect_geometries(inspector);
     for (LogFile& file : contents_.files) {
-      if (file.kind == LogFileKind::unfinished)
-        file.note = "its writing was not finished; it counts as not there";
-      if (file.kind == LogFileKind::abandoned)
-        file.note = "a salvage went on before it; it counts as not there";
+      if (file.kind == LogFileKind::unfinished) file.note = "it is unfinished and is ignored";
+      if (file.kind == LogFileKind::abandoned) file.note = "a salvage set it aside; it is ignored";
       if (!file.damage.empty()) contents_.damage.push_back(file.name + ": " + file.damage);
     }
-    open_as_a_database_would();
+    check_opening();
     return std::move(contents_);
   }
 
@@ -188,11 +188,11 @@ class Inspection {
       if (opened) {
         auto size = opened.value()->size();
         if (size) file.bytes = size.value();
-        if (!size) file.damage = size.error().in_words();
+        if (!size) file.damage = size.error().describe();
       } else if (kind == LogFileKind::unfinished) {
-        continue;  // it has its name by now
+        continue;  // renamed to its final name meanwhile
       } else {
-        file.damage = opened.error().in_words();
+        file.damage = opened.error().describe();
       }
       contents_.files.push_back(std::move(file));
     }
@@ -205,7 +205,7 @@ class Inspection {
       if (contents_.files[place].kind == kind) look(place, numbers[k++]);
   }
 
-  void look_at_checkpoints(Inspecting& inspecting) {
+  void inspect_checkpoints(ReplayInspector& inspector) {
     auto database_id = database_id_of_all();
     contents_.database_id = database_id;
     if (database_id != 0) contents_.format = format_version;
@@ -214,11 +214,11 @@ class Inspection {
       if (!file.damage.empty()) return;
       auto checkpoint = read_checkpoint(disk_, number, database_id);
       if (!checkpoint) {
-        file.damage = without_name(checkpoint.error().message, file.name);
+        file.damage = without_prefix(checkpoint.error().message, file.name);
         return;
       }
       file.first = file.last = checkpoint.value().header.version;
-      inspecting.add_checkpoint(file.last, number, place);
+      inspector.add_checkpoint(file.last, number, place);
     });
   }
 
@@ -230,7 +230,6 @@ class Inspection {
   }
 
   void take(const ReadReport& report) {
-    if (report.format != 0) contents_.format = report.format;
     contents_.groups = report.groups;
     contents_.bytes = report.bytes;
     contents_.extent.closed = report.end == LogEnd::closed;
@@ -238,28 +237,29 @@ class Inspection {
     if (!report.damage.empty()) contents_.damage.push_back(report.damage);
     if (report.end == LogEnd::torn)
       contents_.torn = report.cut_file + ", offset " + std::to_string(report.cut_offset) + ", " +
-                       std::to_string(report.cut_bytes) + " bytes: " + report.cut_why;
+                       counted(report.cut_bytes, "byte") + ": " + report.cut_why;
   }
 
-  void look_at_segments(const Inspecting& inspecting) {
+  void inspect_segments(const ReplayInspector& inspector) {
     for_each(LogFileKind::segment, listing_.segments, [&](std::size_t place, std::uint64_t number) {
       LogFile& file = contents_.files[place];
-      std::tie(file.first, file.last) = inspecting.versions_in(number);
-      if (file.first == 0) file.note = "no commit stands in it";
+      std::tie(file.first, file.last) = inspector.versions_in(number);
+      if (file.first == 0) file.note = "it has no readable commit";
     });
   }
 
-  void look_at_geometries(const Inspecting& inspecting) {
+  void inspect_geometries(const ReplayInspector& inspector) {
     for_each(LogFileKind::geometry, listing_.geometries, [&](std::size_t place, std::uint64_t number) {
       LogFile& file = contents_.files[place];
-      const auto name = inspecting.name_of(number);
-      file.note = name                              ? *name
-                  : contents_.extent.damage.empty() ? "no record names it: its adding was not finished"
-                                                    : "no record that could be read names it";
+      const auto name = inspector.name_of(number);
+      file.note = name ? *name
+                  : contents_.extent.damage.empty()
+                      ? "no record refers to it: its geometry was not added completely"
+                      : "no readable record refers to it";
     });
   }
 
-  void open_as_a_database_would() {
+  void check_opening() {
     auto recovered = recover(disk_);
     contents_.opens = recovered.ok();
     if (recovered) {
@@ -279,7 +279,7 @@ class Inspection {
 
 Result<LogContents> inspect(Disk& disk) {
   auto listing = list_log(disk);
-  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  if (!listing) return Error{ErrorCode::file, listing.error().describe()};
   return Inspection(disk, std::move(listing.value())).all();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// Everything in a log's directory, looked at: rtstdb/log.hpp says what is told. It changes nothing in the directory.
+// Inspects and verifies the directory of a log; rtstdb/log.hpp describes the result. Nothing in the directory
+// is changed.
 
 #include <rtstdb/log.hpp>
 #include <rtstdb/result.hpp>
@@ -8,7 +9,7 @@
 
 namespace rtstdb::log {
 
-/// Errors: file for a directory without a database's log, and one that can not be listed.
+/// Errors: file for a directory without a log, and for one that cannot be listed.
 Result<LogContents> inspect(Disk& disk);
 
 }  // namespace rtstdb::log

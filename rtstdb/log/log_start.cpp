@@ -6,7 +6,7 @@
 namespace rtstdb::log {
 namespace {
 
-std::uint64_t behind(const std::vector<std::uint64_t>& numbers) {
+std::uint64_t next_number(const std::vector<std::uint64_t>& numbers) {
   return numbers.empty() ? 1 : numbers.back() + 1;
 }
 
@@ -17,10 +17,10 @@ LogStart start_after(const Recovered& recovered, std::uint64_t new_database_id) 
   LogStart start;
   start.database_id = report.database_id != 0 ? report.database_id : new_database_id;
   start.next_segment =
-      std::max(behind(recovered.listing.segments), behind(recovered.listing.unfinished_segments));
-  start.next_checkpoint =
-      std::max({behind(recovered.listing.checkpoints), behind(recovered.listing.unfinished_checkpoints),
-                behind(recovered.listing.abandoned_checkpoints)});
+      std::max(next_number(recovered.listing.segments), next_number(recovered.listing.unfinished_segments));
+  start.next_checkpoint = std::max({next_number(recovered.listing.checkpoints),
+                                    next_number(recovered.listing.unfinished_checkpoints),
+                                    next_number(recovered.listing.abandoned_checkpoints)});
   if (report.log.end == LogEnd::damaged)
     std::ranges::copy_if(recovered.listing.checkpoints, std::back_inserter(start.abandoned_checkpoints),
                          [&](std::uint64_t number) { return number > report.checkpoint; });

@@ -1,5 +1,5 @@
 #pragma once
-// Where a writer goes on: what recovery found, said in the writer's terms.
+// Where a writer continues the log: the result of the recovery in the terms of the writer.
 
 #include <cstdint>
 #include <optional>
@@ -13,21 +13,23 @@ namespace rtstdb::log {
 struct LogStart {
   std::uint64_t database_id = 0;
   std::uint64_t next_segment = 1, next_checkpoint = 1;
-  /// That are newer than where the log goes on: were they good again, they would lead away from it.
+  /// Checkpoints newer than the point where a salvaged log continues. A later recovery must not start from
+  /// them.
   std::vector<std::uint64_t> abandoned_checkpoints;
   Position next;
-  /// The last group, which may not be on disk though it can be read: the first segment begins with it.
+  /// The last group. It was read but may not be on disk, so the first new segment begins with a copy of it.
   std::optional<Position> last;
   std::uint64_t last_bytes = 0;
-  Version version = 0;         ///< the world's
-  Version newest_version = 0;  ///< that was ever told of
-  /// That the groups before `next` lead to. Where it is not the world's, the world is safe when a checkpoint has it.
+  Version version = 0;         ///< of the recovered world
+  Version newest_version = 0;  ///< the newest version that the log mentions
+  /// Version that the groups before `next` lead to. If it is not the version of the world, the world is
+  /// durable only with a checkpoint.
   Version version_of_groups = 0;
-  std::size_t geometries = 0;        ///< the world's
-  std::uint64_t replayed_bytes = 0;  ///< since the last checkpoint
+  std::size_t geometries = 0;        ///< number of geometries of the recovered world
+  std::uint64_t replayed_bytes = 0;  ///< bytes of groups since the last checkpoint
 };
 
-/// `new_database_id` names a database that is not there yet.
+/// `new_database_id`: the id for a log that does not exist yet.
 LogStart start_after(const Recovered& recovered, std::uint64_t new_database_id);
 
 }  // namespace rtstdb::log

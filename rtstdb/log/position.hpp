@@ -1,5 +1,5 @@
 #pragma once
-// Where a group lies, or would lie if there were one.
+// The position of a group in a log, existing or next to be written.
 
 #include <cstdint>
 
@@ -9,7 +9,7 @@ struct Position {
   std::uint64_t segment = 0;  ///< 0: before the first one
   std::uint64_t offset = 0;
   std::uint64_t group = 1;
-  std::uint64_t link = 0;  ///< that the group has
+  std::uint64_t link = 0;  ///< of the group
 };
 
 }  // namespace rtstdb::log

@@ -15,11 +15,11 @@
 namespace rtstdb::log {
 namespace {
 
-/// One system call moves at most this much, so that none is cut at the kernel's own limit.
+/// Largest size of one system call, below the kernel's limit (2 GiB), at which it would be cut short.
 constexpr std::size_t max_bytes_per_call = std::size_t{1} << 30;
 
 template <class Call>
-auto unless_interrupted(const Call& call) {
+auto retry_interrupted(const Call& call) {
   auto result = call();
   while (result == -1 && errno == EINTR)
     result = call();
@@ -45,15 +45,16 @@ class Descriptor {
   int number_;
 };
 
-/// A second way into a file, past the page cache: what a log writes nobody reads soon, and a copy of it there costs as much as the
-/// disk itself. Closed where the file system has no such way.
-class DirectWay {
+/// A second descriptor of a file for direct I/O, which bypasses the page cache: the log is not read soon, and
+/// the copy in the cache costs as much time as the disk. Not open if the file system does not support direct
+/// I/O.
+class DirectIo {
  public:
-  DirectWay() = default;
-  explicit DirectWay(Descriptor descriptor) : descriptor_(std::move(descriptor)) {
+  DirectIo() = default;
+  explicit DirectIo(Descriptor descriptor) : descriptor_(std::move(descriptor)) {
     struct statx told {};
     if (!is_open() || ::statx(descriptor_.get(), "", AT_EMPTY_PATH, STATX_DIOALIGN, &told) != 0) return;
-    if ((told.stx_mask & STATX_DIOALIGN) == 0) return;  // an older kernel: it refuses what it does not take
+    if ((told.stx_mask & STATX_DIOALIGN) == 0) return;  // older kernel: it fails with EINVAL instead
     sector_bytes_ = told.stx_dio_offset_align;
     memory_alignment_ = told.stx_dio_mem_align;
     if (sector_bytes_ == 0) close();
@@ -76,18 +77,18 @@ class DirectWay {
 
 class PosixFile final : public DiskFile {
  public:
-  PosixFile(Descriptor descriptor, DirectWay direct, std::string name)
+  PosixFile(Descriptor descriptor, DirectIo direct, std::string name)
       : descriptor_(std::move(descriptor)),
         direct_(std::move(direct)),
         name_(std::move(name)),
-        names_are_counted_(names() > 0) {}
+        has_link_count_(names() > 0) {}
 
   DiskFault write(std::uint64_t offset, std::span<const std::byte> bytes) override {
-    const FileSizeSignalBlocked not_this_way;
+    const FileSizeSignalBlocked signal_blocked;
     while (!bytes.empty()) {
       const auto piece = bytes.first(std::min(bytes.size(), max_bytes_per_call));
       const bool directly = direct_.takes(offset, piece);
-      const auto written = unless_interrupted([&] {
+      const auto written = retry_interrupted([&] {
         return ::pwrite(directly ? direct_.get() : descriptor_.get(), piece.data(), piece.size(),
                         static_cast<off_t>(offset));
       });
@@ -104,23 +105,24 @@ class PosixFile final : public DiskFile {
   }
 
   DiskFault preallocate(std::uint64_t bytes) override {
-    const FileSizeSignalBlocked not_this_way;
+    const FileSizeSignalBlocked signal_blocked;
     const int refused =
-        unless_interrupted([&] { return ::fallocate(descriptor_.get(), 0, 0, static_cast<off_t>(bytes)); });
+        retry_interrupted([&] { return ::fallocate(descriptor_.get(), 0, 0, static_cast<off_t>(bytes)); });
     if (refused == 0) return std::nullopt;
     if (errno != EOPNOTSUPP && errno != ENOSYS) return fault(DiskCall::preallocate, errno);
-    // The file system knows no blocks beforehand: then it is only made as long.
-    if (unless_interrupted([&] { return ::ftruncate(descriptor_.get(), static_cast<off_t>(bytes)); }) != 0)
+    // The file system cannot allocate ahead: only the length is set.
+    if (retry_interrupted([&] { return ::ftruncate(descriptor_.get(), static_cast<off_t>(bytes)); }) != 0)
       return fault(DiskCall::preallocate, errno);
     return std::nullopt;
   }
 
-  // A failed call may have dropped what it could not write, so it is not tried again; an interrupted one did nothing.
+  // A failed fdatasync may have dropped the dirty pages, so it is not retried. An interrupted one has done
+  // nothing.
   DiskFault sync() override {
-    if (unless_interrupted([&] { return ::fdatasync(descriptor_.get()); }) != 0)
+    if (retry_interrupted([&] { return ::fdatasync(descriptor_.get()); }) != 0)
       return fault(DiskCall::sync, errno);
-    // A file that was deleted takes everything, and is gone with this process.
-    if (names_are_counted_ && names() == 0) return fault(DiskCall::sync, ENOENT);
+    // A deleted file accepts all writes and is lost at the end of the process.
+    if (has_link_count_ && names() == 0) return fault(DiskCall::sync, ENOENT);
     return std::nullopt;
   }
 
@@ -128,7 +130,7 @@ class PosixFile final : public DiskFile {
     std::size_t count = 0;
     while (count < bytes.size()) {
       const std::size_t wanted = std::min(bytes.size() - count, max_bytes_per_call);
-      const auto got = unless_interrupted([&] {
+      const auto got = retry_interrupted([&] {
         return ::pread(descriptor_.get(), bytes.data() + count, wanted, static_cast<off_t>(offset + count));
       });
       if (got < 0) return fault(DiskCall::read, errno);
@@ -152,9 +154,9 @@ class PosixFile final : public DiskFile {
   }
 
   Descriptor descriptor_;
-  DirectWay direct_;
+  DirectIo direct_;
   std::string name_;
-  bool names_are_counted_;  // there are file systems that do not
+  bool has_link_count_;  // false: the file system reports no link count
 };
 
 class PosixLock final : public DiskLock {
@@ -162,7 +164,7 @@ class PosixLock final : public DiskLock {
   explicit PosixLock(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
 
  private:
-  Descriptor descriptor_;  // flock goes with it
+  Descriptor descriptor_;  // closing it releases the flock
 };
 
 class PosixDisk final : public Disk {
@@ -174,19 +176,20 @@ class PosixDisk final : public Disk {
     if (!created) return created.error();
     auto direct = descriptor(DiskCall::open, name, O_WRONLY | O_DIRECT);
     return std::unique_ptr<DiskFile>(std::make_unique<PosixFile>(
-        std::move(created.value()), direct ? DirectWay(std::move(direct.value())) : DirectWay(),
+        std::move(created.value()), direct ? DirectIo(std::move(direct.value())) : DirectIo(),
         std::string(name)));
   }
   DiskResult<std::unique_ptr<DiskFile>> open(std::string_view name) override {
-    auto opened = descriptor(DiskCall::open, name, O_RDONLY | O_NONBLOCK);  // a pipe of that name has no end
+    auto opened =
+        descriptor(DiskCall::open, name, O_RDONLY | O_NONBLOCK);  // O_NONBLOCK: opening a pipe must not block
     if (!opened) return opened.error();
     return std::unique_ptr<DiskFile>(
-        std::make_unique<PosixFile>(std::move(opened.value()), DirectWay(), std::string(name)));
+        std::make_unique<PosixFile>(std::move(opened.value()), DirectIo(), std::string(name)));
   }
 
   DiskResult<std::vector<std::string>> list() override {
-    // A descriptor of its own: the stream moves and closes what it reads from.
-    Descriptor own(unless_interrupted(
+    // A separate descriptor, since closedir closes it.
+    Descriptor own(retry_interrupted(
         [&] { return ::openat(directory_.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC); }));
     if (!own.valid()) return fault(DiskCall::list, ".");
     DIR* stream = ::fdopendir(own.get());
@@ -216,17 +219,17 @@ class PosixDisk final : public Disk {
     return std::nullopt;
   }
   DiskFault sync_directory() override {
-    if (unless_interrupted([&] { return ::fsync(directory_.get()); }) != 0)
+    if (retry_interrupted([&] { return ::fsync(directory_.get()); }) != 0)
       return fault(DiskCall::sync_directory, ".");
     return std::nullopt;
   }
 
   DiskResult<std::unique_ptr<DiskLock>> lock(std::string_view name) override {
     const std::string path(name);
-    Descriptor descriptor(unless_interrupted(
+    Descriptor descriptor(retry_interrupted(
         [&] { return ::openat(directory_.get(), path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644); }));
     if (!descriptor.valid()) return fault(DiskCall::lock, name);
-    if (unless_interrupted([&] { return ::flock(descriptor.get(), LOCK_EX | LOCK_NB); }) != 0)
+    if (retry_interrupted([&] { return ::flock(descriptor.get(), LOCK_EX | LOCK_NB); }) != 0)
       return fault(DiskCall::lock, name);
     return std::unique_ptr<DiskLock>(std::make_unique<PosixLock>(std::move(descriptor)));
   }
@@ -236,8 +239,8 @@ class PosixDisk final : public Disk {
 
   DiskResult<Descriptor> descriptor(DiskCall call, std::string_view name, int flags) {
     const std::string path(name);
-    Descriptor opened(unless_interrupted(
-        [&] { return ::openat(directory_.get(), path.c_str(), flags | O_CLOEXEC, 0644); }));
+    Descriptor opened(
+        retry_interrupted([&] { return ::openat(directory_.get(), path.c_str(), flags | O_CLOEXEC, 0644); }));
     if (!opened.valid()) return fault(call, name);
     return opened;
   }
@@ -255,7 +258,7 @@ DiskResult<std::unique_ptr<Disk>> open_directory(const std::filesystem::path& di
 
 DiskResult<std::unique_ptr<Disk>> open_existing_directory(const std::filesystem::path& directory) {
   Descriptor descriptor(
-      unless_interrupted([&] { return ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); }));
+      retry_interrupted([&] { return ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); }));
   if (!descriptor.valid()) return DiskError{DiskCall::open, errno, directory.string()};
   return std::unique_ptr<Disk>(std::make_unique<PosixDisk>(std::move(descriptor)));
 }

@@ -1,5 +1,5 @@
 #pragma once
-// A directory of the machine's own file system behind the port.
+// The Disk of a directory in a POSIX file system.
 
 #include <filesystem>
 
@@ -7,12 +7,13 @@
 
 namespace rtstdb::log {
 
-/// The directory is made where it is not there; its parent must be. Must outlive its files and its lock.
+/// Creates the directory if it does not exist; its parent must exist. The Disk must outlive its files and its
+/// lock.
 DiskResult<std::unique_ptr<Disk>> open_directory(const std::filesystem::path& directory);
-/// To read alone: the directory must be there.
+/// For reading: the directory must exist.
 DiskResult<std::unique_ptr<Disk>> open_existing_directory(const std::filesystem::path& directory);
 
-/// What a new database is called: random, not zero.
+/// A random id for a new log, not zero.
 std::uint64_t new_database_id();
 
 }  // namespace rtstdb::log

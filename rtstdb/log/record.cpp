@@ -24,7 +24,7 @@ void put_geometry(ByteWriter& writer, const LoggedGeometry& geometry) noexcept {
   RTSTDB_ASSERT(geometry.name.size() <= max_name_bytes);
   const GeometryOptions& options = geometry.options;
   writer.put(StoredGeometry{geometry.file, geometry.file_checksum, geometry.id.index,
-                            options.deforms ? 1u : 0u, options.kept_shapes, options.rebuild_growth,
+                            options.deforms ? 1u : 0u, options.retained_shapes, options.rebuild_growth,
                             static_cast<std::uint32_t>(geometry.name.size()), 0});
   writer.put_bytes(std::as_bytes(std::span(geometry.name)));
   writer.pad_to(8);
@@ -35,16 +35,16 @@ const char* get_geometry(ByteReader& reader, LoggedGeometry& geometry) {
   if (!reader.get(stored_geometry)) return "a geometry is cut short";
   if (stored_geometry.index >= max_geometries) return "a geometry's index is beyond the limit";
   if (stored_geometry.deforms > 1 || stored_geometry.reserved != 0 || stored_geometry.file == 0)
-    return "a geometry is none that can be added";
+    return "a geometry has invalid values";
   geometry.id = {stored_geometry.index};
   geometry.file = stored_geometry.file;
   geometry.file_checksum = stored_geometry.file_checksum;
-  geometry.options = {stored_geometry.deforms == 1, stored_geometry.kept_shapes,
+  geometry.options = {stored_geometry.deforms == 1, stored_geometry.retained_shapes,
                       stored_geometry.rebuild_growth};
-  const bool options_possible = stored_geometry.kept_shapes >= 1 &&
-                                stored_geometry.kept_shapes <= max_kept_shapes &&
+  const bool options_possible = stored_geometry.retained_shapes >= 1 &&
+                                stored_geometry.retained_shapes <= max_retained_shapes &&
                                 stored_geometry.rebuild_growth >= 1.0f;
-  if (geometry.options.deforms && !options_possible) return "a geometry's options are none that it can have";
+  if (geometry.options.deforms && !options_possible) return "a geometry has invalid options";
   if (stored_geometry.name_bytes > max_name_bytes) return "a geometry's name is too long";
   std::span<const std::byte> name;
   if (!reader.get_bytes(stored_geometry.name_bytes, name)) return "a geometry's name is cut short";
@@ -66,15 +66,15 @@ void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> room) 
 const char* RecordDecoder::decode_geometry(std::span<const std::byte> body) {
   ByteReader reader(body);
   if (const char* fault = get_geometry(reader, record_.geometry)) return fault;
-  return reader.left() == 0 ? nullptr : "a geometry has bytes left over";
+  return reader.left() == 0 ? nullptr : "a geometry has extra bytes";
 }
 
-// ---- versions that came to nothing, and such that are missing
+// ---- versions discarded, gaps
 
-void encode_taken_back(Version version, std::span<std::byte> room) noexcept {
+void encode_discard(Version version, std::span<std::byte> room) noexcept {
   ByteWriter writer(room);
-  put_header(writer, RecordKind::taken_back, room);
-  writer.put(TakenBackBody{version});
+  put_header(writer, RecordKind::discarded, room);
+  writer.put(DiscardBody{version});
 }
 
 void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept {
@@ -90,26 +90,26 @@ const char* RecordDecoder::decode(std::span<const std::byte> bytes) {
   if (!reader.get(header)) return "a record is cut short";
   if (header.bytes < sizeof header || header.bytes > max_record_bytes || header.bytes % 8 != 0 ||
       header.bytes > bytes.size())
-    return "a record has a length that it can not have";
+    return "a record has an invalid length";
   bytes_ = header.bytes;
   record_.kind = header.kind;
   const auto body = bytes.first(header.bytes).subspan(sizeof header);
-  if (header.left_out != 0 && header.kind != RecordKind::move)
-    return "a record leaves out what it does not have";
+  if (header.omitted_words != 0 && header.kind != RecordKind::move)
+    return "a record other than a move omits words";
   switch (header.kind) {
     case RecordKind::commit:
       return commits_.decode_commit(body, record_.commit);
     case RecordKind::move:
       record_.kind = RecordKind::commit;
-      return commits_.decode_move(header.left_out, body, record_.commit);
+      return commits_.decode_move(header.omitted_words, body, record_.commit);
     case RecordKind::geometry:
       return decode_geometry(body);
-    case RecordKind::taken_back: {
+    case RecordKind::discarded: {
       commits_.forget_time();
-      TakenBackBody taken_back;
-      if (body.size() != sizeof taken_back || !reader.get(taken_back)) return "a record is cut short";
-      record_.version = taken_back.version;
-      return taken_back.version != 0 ? nullptr : "no version is taken back";
+      DiscardBody discarded;
+      if (body.size() != sizeof discarded || !reader.get(discarded)) return "a record is cut short";
+      record_.version = discarded.version;
+      return discarded.version != 0 ? nullptr : "a discard record has no version";
     }
     case RecordKind::gap: {
       commits_.forget_time();
@@ -120,7 +120,7 @@ const char* RecordDecoder::decode(std::span<const std::byte> bytes) {
       return gap.from != 0 && gap.from <= gap.to ? nullptr : "a gap ends before it begins";
     }
     default:
-      return "a record is of no known kind";
+      return "a record has an unknown kind";
   }
 }
 

@@ -1,10 +1,10 @@
 #pragma once
-// What a log is made of, to bytes and back: a commit's write set, a geometry, a version that came to nothing, versions that are
-// missing.
+// Encodes and decodes the records of a log: the write set of a commit, a geometry, a version that was taken
+// back, a gap.
 //
-// Writing: the size is known beforehand, and the bytes go into room of exactly that size; nothing allocates, nothing can fail.
-// Reading trusts nothing: lengths, kinds, reserved bytes and every value are checked, and what the writing side would not have
-// written is refused.
+// Encoding: the size is known in advance, and the room has exactly that size; it neither allocates nor fails.
+// Decoding trusts nothing: lengths, kinds, reserved bytes and all values are checked, and anything that the
+// encoding would not produce is refused.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace rtstdb::log {
 
-/// A geometry as the log knows it: its mesh lies in a file of its own.
+/// A geometry in the log. Its mesh is in a separate file.
 struct LoggedGeometry {
   GeometryId id;
   std::string name;  ///< at most max_name_bytes
@@ -32,32 +32,34 @@ struct LoggedGeometry {
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
 void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> room) noexcept;
 
-inline constexpr std::size_t taken_back_bytes = sizeof(RecordHeader) + sizeof(TakenBackBody);
-void encode_taken_back(Version version, std::span<std::byte> room) noexcept;
+inline constexpr std::size_t discard_bytes = sizeof(RecordHeader) + sizeof(DiscardBody);
+void encode_discard(Version version, std::span<std::byte> room) noexcept;
 
 inline constexpr std::size_t gap_bytes = sizeof(RecordHeader) + sizeof(GapBody);
 void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept;
 
-/// One record. By kind, the rest is as it was.
+/// A decoded record. Members of other kinds keep their previous values.
 struct Record {
   RecordKind kind = RecordKind::none;
-  /// Commit, also where it is told as a move. Writes have what the record has: whole rows (create, update), of `row.motion` what is not unchanged (update_motion: World::apply
-  /// completes it), the id (remove).
+  /// Commit, from a commit record or a move record. Its writes have what the record holds: the whole row
+  /// (create, update), the words of `row.motion` that are not omitted (update_motion; World::apply completes
+  /// them), the id (remove).
   store::WriteSet commit;
   LoggedGeometry geometry;
-  Version version = 0;  ///< taken back; a gap's first
-  Version to = 0;       ///< a gap's last
+  Version version = 0;  ///< the version discarded; the first version of a gap
+  Version to = 0;       ///< the last version of a gap
 };
 
 class RecordDecoder {
  public:
-  /// Of the record before, where that is a commit or what a checkpoint holds.
-  explicit RecordDecoder(std::optional<WorldTime> time_before = {}) : commits_(time_before) {}
+  /// `previous_time`: world time of the previous commit, or of the checkpoint.
+  explicit RecordDecoder(std::optional<WorldTime> previous_time = {}) : commits_(previous_time) {}
 
-  /// `bytes` begin with a record; the record stays until the next call. What is wrong, or null.
+  /// Decodes the record at the beginning of `bytes`; it is valid until the next call. Returns a description
+  /// of the fault, or null.
   [[nodiscard]] const char* decode(std::span<const std::byte> bytes);
   Record& record() noexcept { return record_; }
-  /// Of the record that was decoded, or refused for something behind its header.
+  /// Length of the decoded record, also if it was refused for its body.
   std::size_t bytes() const noexcept { return bytes_; }
 
  private:
@@ -68,7 +70,7 @@ class RecordDecoder {
   CommitDecoder commits_;
 };
 
-// ---- parts that checkpoints have too
+// ---- shared with checkpoints
 
 std::size_t stored_geometry_bytes(const LoggedGeometry& geometry) noexcept;
 void put_geometry(class ByteWriter& writer, const LoggedGeometry& geometry) noexcept;

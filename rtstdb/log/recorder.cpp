@@ -8,7 +8,7 @@
 namespace rtstdb::log {
 namespace {
 
-/// A few commits of one row.
+/// Enough for a few commits of one row.
 constexpr std::size_t max_collected_bytes = 2048;
 
 }  // namespace
@@ -17,28 +17,28 @@ Recorder::Recorder(Ring& ring)
     : ring_(ring), collected_(std::min(max_collected_bytes, ring.capacity() / 16 / 8 * 8)) {}
 
 bool Recorder::room_for(const store::WriteSet& set) const noexcept {
-  return !in_gap() && ring_.room_for(collected_bytes_ + max_commit_bytes(set), taken_back_bytes);
+  return !in_gap() && ring_.room_for(collected_bytes_ + max_commit_bytes(set), discard_bytes);
 }
 
 bool Recorder::room_for(const LoggedGeometry& geometry) const noexcept {
-  return !in_gap() && ring_.room_for(collected_bytes_ + geometry_bytes(geometry), taken_back_bytes);
+  return !in_gap() && ring_.room_for(collected_bytes_ + geometry_bytes(geometry), discard_bytes);
 }
 
 bool Recorder::collect(const store::WriteSet& set) noexcept {
-  const CommitForm form = form_of(set, time_before_);
+  const CommitEncoding form = encoding_of(set, previous_time_);
   if (form.bytes > collected_.size() - collected_bytes_) return false;
-  if (in_gap() || !ring_.room_for(collected_bytes_ + form.bytes, taken_back_bytes)) return false;
+  if (in_gap() || !ring_.room_for(collected_bytes_ + form.bytes, discard_bytes)) return false;
   encode_commit(set, form, std::span(collected_).subspan(collected_bytes_, form.bytes));
   collected_bytes_ += form.bytes;
-  time_before_ = set.time;
+  previous_time_ = set.time;
   ++records_;
   return true;
 }
 
-bool Recorder::hand_over() noexcept {
+bool Recorder::flush() noexcept {
   if (collected_bytes_ == 0) return false;
   const auto room = ring_.reserve(collected_bytes_);
-  RTSTDB_ASSERT(!room.empty());  // there was some when they were collected
+  RTSTDB_ASSERT(!room.empty());  // collect() checked it
   std::memcpy(room.data(), collected_.data(), collected_bytes_);
   ring_.commit();
   collected_bytes_ = 0;
@@ -46,49 +46,50 @@ bool Recorder::hand_over() noexcept {
 }
 
 bool Recorder::record(const store::WriteSet& set) noexcept {
-  hand_over();
-  const CommitForm form = form_of(set, time_before_);
-  if (end_gap() && ring_.room_for(form.bytes, taken_back_bytes)) {
+  flush();
+  const CommitEncoding form = encoding_of(set, previous_time_);
+  if (end_gap() && ring_.room_for(form.bytes, discard_bytes)) {
     encode_commit(set, form, ring_.reserve(form.bytes));
     commit();
-    time_before_ = set.time;
+    previous_time_ = set.time;
     return true;
   }
   if (!in_gap()) gap_from_ = set.version;
-  time_before_.reset();
+  previous_time_.reset();
   gap_to_ = set.version;
   gap_versions_.fetch_add(1, std::memory_order_relaxed);
   return false;
 }
 
-void Recorder::take_back(Version version) noexcept {
-  if (in_gap()) return;  // the gap covers it
-  hand_over();
-  const auto room = ring_.reserve(taken_back_bytes);
+void Recorder::discard(Version version) noexcept {
+  if (in_gap()) return;  // the version is in the gap
+  flush();
+  const auto room = ring_.reserve(discard_bytes);
   RTSTDB_ASSERT(!room.empty());
-  encode_taken_back(version, room);
+  encode_discard(version, room);
   commit();
-  time_before_.reset();
+  previous_time_.reset();
 }
 
 bool Recorder::record(const LoggedGeometry& geometry) noexcept {
-  hand_over();
+  flush();
   const std::size_t bytes = geometry_bytes(geometry);
-  if (!end_gap() || !ring_.room_for(bytes, taken_back_bytes)) return false;
+  if (!end_gap() || !ring_.room_for(bytes, discard_bytes)) return false;
   encode_geometry(geometry, ring_.reserve(bytes));
   commit();
   return true;
 }
 
-void Recorder::tend() noexcept {
-  hand_over();
+void Recorder::maintain() noexcept {
+  flush();
   end_gap();
 }
 
 bool Recorder::end_gap() noexcept {
   if (!in_gap()) return true;
-  // Not at the first free bytes: a disk that is back has emptied the ring.
-  if (ring_.used() > ring_.capacity() / 2 || !ring_.room_for(gap_bytes, taken_back_bytes)) return false;
+  // Half of the ring must be free, since a gap that ends in a nearly full ring would be followed by another
+  // one.
+  if (ring_.used() > ring_.capacity() / 2 || !ring_.room_for(gap_bytes, discard_bytes)) return false;
   encode_gap(gap_from_, gap_to_, ring_.reserve(gap_bytes));
   commit();
   gap_from_ = gap_to_ = 0;

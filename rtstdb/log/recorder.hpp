@@ -1,13 +1,14 @@
 #pragma once
-// The side of the log that the committing thread has: puts records into the ring, and keeps count of what did not fit. It
-// neither allocates nor waits nor knows of a file.
+// The part of the log on the committing thread: puts records into the ring and counts the versions that did
+// not fit. It neither allocates nor blocks nor accesses files.
 //
-// Small records may be collected, in memory that stays in this thread's cache, and handed over together: the ring's has been read by
-// another processor, and to write there is waited for.
+// Small records can be collected in memory that stays in this thread's cache, and put into the ring together:
+// each write to the ring waits for a cache line that the writer thread has read on another processor.
 //
-// Versions that found no room make a gap. It is told in the log, before the next record, when half of the ring is free again.
+// Versions that did not fit form a gap. A gap record is put into the ring before the next record, as soon as
+// half of the ring is free.
 //
-// Threads: one; `gap_versions` is anybody's.
+// Threads: one; any thread may call gap_versions.
 
 #include <atomic>
 #include <cstdint>
@@ -23,40 +24,41 @@ class Recorder {
  public:
   explicit Recorder(Ring& ring);
 
-  /// Whether the set, which need not be staged yet, would be recorded now, and could be taken back.
+  /// Whether there is room for the set, which need not be staged, and for a record that discards it.
   bool room_for(const store::WriteSet& set) const noexcept;
   bool room_for(const LoggedGeometry& geometry) const noexcept;
-  /// The set has been staged. False: no room, its version is in a gap.
+  /// Records a staged set. False: no room; its version becomes part of a gap.
   bool record(const store::WriteSet& set) noexcept;
-  /// The same, but the record waits for hand_over, or for any other that is recorded. False: nothing was done; it is too large to be
-  /// collected, or there is no room.
+  /// Records a staged set in the collecting memory; flush, or the next record, puts it into the ring.
+  /// False: no room, or too large to be collected; nothing is done.
   [[nodiscard]] bool collect(const store::WriteSet& set) noexcept;
-  /// Whether anything was collected; it is in the ring now.
-  bool hand_over() noexcept;
-  /// Of the version that was recorded last, or is in a gap.
-  void take_back(Version version) noexcept;
-  /// False: no room now. Its file is on disk already.
+  /// Puts collected records into the ring. Returns whether there were any.
+  bool flush() noexcept;
+  /// Records that a version was discarded. It must be the last one recorded, or in a gap.
+  void discard(Version version) noexcept;
+  /// Records a geometry whose file is on disk. False: no room.
   [[nodiscard]] bool record(const LoggedGeometry& geometry) noexcept;
 
-  /// Tells of a gap that is over: to be called now and then while nothing is committed, and before the end.
-  void tend() noexcept;
+  /// Puts collected records and a pending gap record into the ring, if there is room. To be called from time
+  /// to time while nothing is committed, and before the end.
+  void maintain() noexcept;
   bool in_gap() const noexcept { return gap_from_ != 0; }
-  /// Records that were put into the ring, or collected.
+  /// Number of records put into the ring or collected.
   std::uint64_t records() const noexcept { return records_; }
 
-  /// Any thread: versions that were not recorded so far.
+  /// Any thread: number of versions that were not recorded.
   std::uint64_t gap_versions() const noexcept { return gap_versions_.load(std::memory_order_relaxed); }
 
  private:
-  /// Whether there is no gap, or no more.
+  /// Records the end of a gap if there is one and room for it. Returns whether no gap is open.
   bool end_gap() noexcept;
   void commit() noexcept;
 
   Ring& ring_;
   std::vector<std::byte> collected_;
   std::size_t collected_bytes_ = 0;
-  std::optional<WorldTime>
-      time_before_;  // of the commit recorded last, unless it was taken back or a gap follows
+  // World time of the last recorded commit; none after a discarded version or a gap.
+  std::optional<WorldTime> previous_time_;
   Version gap_from_ = 0, gap_to_ = 0;
   std::uint64_t records_ = 0;
   std::atomic<std::uint64_t> gap_versions_{0};

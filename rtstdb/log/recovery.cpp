@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/log/checkpoint_reader.hpp"
 #include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/log/segment_chain.hpp"
@@ -9,23 +10,26 @@
 namespace rtstdb::log {
 namespace {
 
-/// Applies records to a world, up to the version or time that is asked for, or to the first gap.
+/// Applies records to a world, up to the requested version or time, or to the first gap.
 class Replay final : public RecordVisitor {
  public:
   Replay(Disk& disk, const RecoveryOptions& options, Recovered& recovered)
-      : disk_(disk), options_(options), recovered_(recovered), begun_with_(recovered.world.latest.version) {}
+      : disk_(disk),
+        options_(options),
+        recovered_(recovered),
+        first_version_(recovered.world.latest.version) {}
 
   const char* record(Record& record, const RecordPlace& place) override {
-    // The checkpoint has what led to it, and who reads it from elsewhere reads something else.
+    // The checkpoint already contains the groups before its position.
     if (place.group->number < recovered_.report.read_from.group) return nullptr;
     if (place.group->number != group_) {
       group_ = place.group->number;
       version_before_group_ = recovered_.world.latest.version;
     }
     if (beyond_ != 0) {
-      // A version taken back says nothing about those after it.
-      enough_ = record.kind != RecordKind::taken_back || record.version != beyond_;
-      if (!enough_) beyond_ = 0;
+      // The version beyond the limit may be discarded; then a later one may still be within it.
+      is_done_ = record.kind != RecordKind::discarded || record.version != beyond_;
+      if (!is_done_) beyond_ = 0;
       return nullptr;
     }
     switch (record.kind) {
@@ -33,22 +37,22 @@ class Replay final : public RecordVisitor {
         return commit(record.commit);
       case RecordKind::geometry:
         return geometry(record.geometry);
-      case RecordKind::taken_back:
-        return taken_back(record.version);
+      case RecordKind::discarded:
+        return discarded(record.version);
       case RecordKind::gap:
         return gap(record);
-      case RecordKind::move:  // comes as a commit
+      case RecordKind::move:  // decoded as a commit
       case RecordKind::none:
         break;
     }
-    return "a record is of no known kind";
+    return "a record has an unknown kind";
   }
-  bool enough() const override { return enough_; }
-  /// A file that the disk did not read, which says nothing about the log.
+  bool is_done() const override { return is_done_; }
+  /// A read error of a geometry file, which does not mean that the log is damaged.
   const std::optional<Error>& unreadable() const { return unreadable_; }
 
   Version version_of_groups() const {
-    // A checkpoint may lie within the gap.
+    // The checkpoint may be within the gap.
     const RecoveryReport& report = recovered_.report;
     if (report.gap_from != 0 && report.gap_from <= recovered_.world.latest.version)
       return report.gap_from - 1;
@@ -59,7 +63,7 @@ class Replay final : public RecordVisitor {
 
  private:
   const char* commit(store::WriteSet& set) {
-    if (set.version <= begun_with_) return nullptr;
+    if (set.version <= first_version_) return nullptr;
     if ((options_.up_to_version && set.version > *options_.up_to_version) ||
         (options_.up_to_time && set.time > *options_.up_to_time)) {
       beyond_ = set.version;
@@ -68,10 +72,10 @@ class Replay final : public RecordVisitor {
     ++recovered_.report.versions;
     return recovered_.world.apply(set);
   }
-  const char* taken_back(Version version) {
-    if (version <= begun_with_) return nullptr;
+  const char* discarded(Version version) {
+    if (version <= first_version_) return nullptr;
     --recovered_.report.versions;
-    return recovered_.world.take_back(version);
+    return recovered_.world.discard(version);
   }
   const char* geometry(const LoggedGeometry& geometry) {
     TriangleMesh mesh;
@@ -89,8 +93,8 @@ class Replay final : public RecordVisitor {
     return recovered_.world.add(geometry, std::move(mesh));
   }
   const char* gap(const Record& record) {
-    if (record.to <= begun_with_) return nullptr;
-    enough_ = true;
+    if (record.to <= first_version_) return nullptr;
+    is_done_ = true;
     if (options_.up_to_version && record.version > *options_.up_to_version) return nullptr;
     recovered_.report.gap_from = record.version;
     recovered_.report.gap_to = record.to;
@@ -100,21 +104,21 @@ class Replay final : public RecordVisitor {
   Disk& disk_;
   const RecoveryOptions& options_;
   Recovered& recovered_;
-  Version begun_with_;
-  Version beyond_ = 0;  // a version that was met and is after what is asked for
-  bool enough_ = false;
+  Version first_version_;
+  Version beyond_ = 0;  // a version found beyond the requested one
+  bool is_done_ = false;
   std::uint64_t group_ = 0;
   Version version_before_group_ = 0;
   std::string fault_;
   std::optional<Error> unreadable_;
 };
 
-bool is_asked_for(const CheckpointHeader& header, const RecoveryOptions& options) {
+bool is_within(const CheckpointHeader& header, const RecoveryOptions& options) {
   if (options.up_to_version && header.version > *options.up_to_version) return false;
   return !options.up_to_time || world_time_ns(header.world_time_ns) <= *options.up_to_time;
 }
 
-/// With its meshes.
+/// Reads a checkpoint with its meshes.
 Result<Checkpoint> read_world(Disk& disk, std::uint64_t number, std::uint64_t database_id) {
   auto checkpoint = read_checkpoint(disk, number, database_id);
   if (!checkpoint) return checkpoint;
@@ -123,7 +127,8 @@ Result<Checkpoint> read_world(Disk& disk, std::uint64_t number, std::uint64_t da
   return checkpoint;
 }
 
-/// The newest checkpoint that is whole and not newer than what is asked for, into `recovered`; where reading goes on.
+/// Reads the newest undamaged checkpoint that is not newer than requested into `recovered`. Returns the
+/// position after it.
 Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& options, Recovered& recovered) {
   RecoveryReport& report = recovered.report;
   const auto& numbers = recovered.listing.checkpoints;
@@ -131,7 +136,7 @@ Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& option
     auto header = read_checkpoint_header(disk, *number);
     if (header && report.database_id != 0 && header.value().database_id != report.database_id)
       return Error{ErrorCode::file, checkpoint_name(*number) + ": it belongs to another database"};
-    if (header && !is_asked_for(header.value(), options)) continue;
+    if (header && !is_within(header.value(), options)) continue;
     auto checkpoint =
         header ? read_world(disk, *number, header.value().database_id) : Result<Checkpoint>(header.error());
     if (!checkpoint) {
@@ -147,11 +152,12 @@ Result<Position> begin_from_checkpoint(Disk& disk, const RecoveryOptions& option
   return Position{};
 }
 
-/// A gap ends what can be known, and is no news to a log that was never said to be safe behind it; unless a checkpoint was there.
+/// A gap limits the recovery. That is an error only if a damaged checkpoint could have continued after it,
+/// since without that checkpoint no later version was ever durable.
 std::optional<Error> refused_gap(const RecoveryReport& report, const RecoveryOptions& options) {
   if (report.gap_from == 0 || report.damaged_checkpoints.empty() || options.salvage) return std::nullopt;
   return Error{ErrorCode::file, report.damaged_checkpoints.front() +
-                                    "; it is the one that goes on behind versions " +
+                                    "; only this checkpoint continues after versions " +
                                     std::to_string(report.gap_from) + " to " + std::to_string(report.gap_to) +
                                     ", which are not in the log"};
 }
@@ -162,7 +168,7 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
   const ClockTime begun = options.clock != nullptr ? options.clock->now() : ClockTime{};
   Recovered recovered;
   auto listing = list_log(disk);
-  if (!listing) return Error{ErrorCode::file, listing.error().in_words()};
+  if (!listing) return Error{ErrorCode::file, listing.error().describe()};
   recovered.listing = std::move(listing.value());
   auto database_id = database_id_of(disk, recovered.listing.segments);
   if (!database_id) return database_id.error();
@@ -175,12 +181,12 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
   if (recovered.listing.segments.empty() && from.value().segment == 0 &&
       !recovered.listing.geometries.empty())
     return Error{ErrorCode::file, geometry_name(recovered.listing.geometries.front()) +
-                                      " is there, and no segment and no whole checkpoint"};
+                                      " exists, and there is no segment and no undamaged checkpoint"};
   Replay replay(disk, options, recovered);
   auto log = read_log(disk, recovered.listing.segments,
                       {.database_id = report.database_id,
                        .from = from.value(),
-                       .time_before = recovered.world.time(),
+                       .previous_time = recovered.world.time(),
                        .salvage = options.salvage},
                       replay);
   if (!log) return log.error();
@@ -189,7 +195,8 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
   const Position& next = report.log.next;
   const Position& place = report.read_from;
   if (next.group < place.group || (next.group == place.group && next.link != place.link)) {
-    // What leads to the checkpoint is lost, or something else. It goes on itself.
+    // The groups before the checkpoint are missing or different. The log continues at the checkpoint's
+    // position.
     report.log.next = place;
     report.log.last.reset();
   }
@@ -199,18 +206,18 @@ Result<Recovered> recover(Disk& disk, const RecoveryOptions& options) {
   return recovered;
 }
 
-std::string RecoveryReport::in_words() const {
-  if (database_id == 0) return "there is no database yet";
+std::string RecoveryReport::describe() const {
+  if (database_id == 0) return "there is no log yet";
   std::string text;
   for (const std::string& damaged : damaged_checkpoints)
     text += damaged + "; ";
   text += checkpoint == 0
               ? "from the empty world"
               : "from " + checkpoint_name(checkpoint) + " at version " + std::to_string(checkpoint_version);
-  text += ", " + std::to_string(versions) + " versions in " + std::to_string(log.groups) + " groups of " +
-          std::to_string(log.segments) + " segments; " + to_string(log.end);
+  text += ", " + counted(versions, "version") + " in " + counted(log.groups, "group") + " of " +
+          counted(log.segments, "segment") + "; " + to_string(log.end);
   if (log.end == LogEnd::torn)
-    text += ": " + std::to_string(log.cut_bytes) + " bytes cut from " + log.cut_file + " at offset " +
+    text += ": " + counted(log.cut_bytes, "byte") + " cut from " + log.cut_file + " at offset " +
             std::to_string(log.cut_offset) + ", " + log.cut_why;
   if (!log.damage.empty()) text += ": " + log.damage;
   if (gap_from != 0)

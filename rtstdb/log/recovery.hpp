@@ -1,6 +1,6 @@
 #pragma once
-// From a directory to the world that it tells of: the newest whole checkpoint, and the records behind it. It changes nothing
-// in the directory; whoever goes on to write has its lock.
+// Recovers the world from the directory of a log: the newest undamaged checkpoint and the records after it.
+// Nothing in the directory is changed. A caller that continues the log holds its lock.
 
 #include <cstdint>
 #include <optional>
@@ -17,32 +17,34 @@
 namespace rtstdb::log {
 
 struct RecoveryOptions {
-  /// The world as it was: the newest version that is not above, or that had begun by then. Absent: the newest.
+  /// Recover an older world: the newest version that is not above up_to_version, or whose time is not after
+  /// up_to_time. Absent: the newest version.
   std::optional<Version> up_to_version = std::nullopt;
   std::optional<WorldTime> up_to_time = std::nullopt;
-  /// A damaged log is opened up to the version before the damage.
+  /// Recovers a damaged log up to the version before the damage.
   bool salvage = false;
-  /// What `duration` is measured by; may be null.
+  /// Clock for `duration`; may be null.
   const Clock* clock = nullptr;
 };
 
 struct RecoveryReport {
-  std::uint64_t database_id = 0;  ///< 0: there is no database yet
-  std::uint64_t checkpoint = 0;   ///< 0: from the empty world
+  std::uint64_t database_id = 0;  ///< 0: there is no log yet
+  std::uint64_t checkpoint = 0;   ///< number of the checkpoint used; 0: the empty world
   Version checkpoint_version = 0;
-  Position read_from;  ///< where reading of groups began
-  /// Newer checkpoints that were not whole, or a geometry of theirs was not, in words.
+  Position read_from;  ///< position of the first group read
+  /// A sentence for each newer checkpoint that is damaged or whose geometry files are.
   std::vector<std::string> damaged_checkpoints;
   ReadReport log;
-  std::uint64_t versions = 0;  ///< applied from records
-  /// Versions that are not in the log; the world is as it was before them. 0: none were met.
+  std::uint64_t versions = 0;  ///< number of versions applied from records
+  /// The first gap after the checkpoint; the world is that before the gap. 0: no gap.
   Version gap_from = 0, gap_to = 0;
-  /// The version that whole groups lead to: before the world's where reading ended within a group, or began within a gap.
+  /// The version that complete groups lead to. It is older than the world if reading ended within a group, or
+  /// if the checkpoint is within a gap.
   Version version_of_groups = 0;
   Nanoseconds duration{0};
 
-  /// A sentence or more: what was found, what was cut and why.
-  std::string in_words() const;
+  /// One or more sentences: what was found, what was cut off and why.
+  std::string describe() const;
 };
 
 struct Recovered {
@@ -51,8 +53,9 @@ struct Recovered {
   Listing listing;
 };
 
-/// Refuses, as ErrorCode::file: damage, with its place; an unknown format; files of another database; a geometry whose file is
-/// not whole; a gap behind which only a damaged checkpoint goes on; and, salvaging too, what the disk does not read.
+/// Errors: file, for damage (with its place); an unknown format; files of another database; a damaged or
+/// missing geometry file; a gap after which only a damaged checkpoint continues; and, with salvage too, a
+/// read error of the disk.
 Result<Recovered> recover(Disk& disk, const RecoveryOptions& options = {});
 
 }  // namespace rtstdb::log

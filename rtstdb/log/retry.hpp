@@ -1,5 +1,6 @@
 #pragma once
-// When something that failed is tried again: at intervals that double up to a longest.
+// The time of the next retry of a failed operation. The interval doubles up to a maximum (exponential
+// backoff).
 
 #include <algorithm>
 

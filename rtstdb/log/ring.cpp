@@ -47,7 +47,7 @@ std::span<const std::byte> Ring::view() noexcept {
   const std::uint64_t head = head_.load(std::memory_order_acquire);
   std::uint64_t tail = tail_.load(std::memory_order_relaxed);
   std::uint64_t lap_end = tail - place_of(tail) + bytes_.size();
-  // Told before the head that is past it; an older one is before the tail.
+  // It was stored before the head that is past it. An older value is before the tail.
   const std::uint64_t left_out_from = left_out_from_.load(std::memory_order_relaxed);
   if (head > lap_end && left_out_from == tail) {
     tail = lap_end;

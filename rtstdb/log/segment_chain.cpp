@@ -24,29 +24,28 @@ struct FoundHeader {
   std::string damage;  ///< why there is none
 };
 
-/// A segment has its name only after its header was on disk.
+/// A segment gets its final name after its header is on disk, so a damaged header is damage and not a torn
+/// write.
 Result<FoundHeader> read_header(Disk& disk, std::uint64_t number) {
   auto file = disk.open(segment_name(number));
-  if (!file) return Error{ErrorCode::file, file.error().in_words()};
+  if (!file) return Error{ErrorCode::file, file.error().describe()};
   SegmentHeader header;
   auto count = file.value()->read(0, std::as_writable_bytes(std::span(&header, 1)));
-  if (!count) return Error{ErrorCode::file, count.error().in_words()};
+  if (!count) return Error{ErrorCode::file, count.error().describe()};
   if (count.value() != sizeof header || header.magic != segment_magic ||
       header.checksum != header_checksum(header, header.database_id))
     return FoundHeader{.header = {}, .damage = "its header is damaged"};
-  if (!is_known_format(header.format))
-    return refuse(number, "it has format " + std::to_string(header.format) + ", and known are " +
-                              std::to_string(oldest_format) + " to " + std::to_string(format_version));
-  // Nobody renames segments, or copies one over another: what had this name is lost.
+  if (header.format != format_version) return refuse(number, refused_format(header.format));
+  // The file is a copy of another segment: the segment of this name is lost.
   if (header.number != number)
-    return FoundHeader{.header = {}, .damage = "it was written as " + segment_name(header.number)};
+    return FoundHeader{.header = {}, .damage = "it is a copy of " + segment_name(header.number)};
   return FoundHeader{.header = header, .damage = {}};
 }
 
-/// Newest first.
+/// The readable headers, newest first.
 struct Headers {
   std::vector<SegmentHeader> readable;
-  std::string damage;  ///< of a segment that is newer than all of them
+  std::string damage;  ///< damage of a segment that is newer than all of them
 };
 
 Result<Headers> read_headers(Disk& disk, const std::vector<std::uint64_t>& segments) {
@@ -102,7 +101,7 @@ Result<SegmentChain> find_chain(Disk& disk, const std::vector<std::uint64_t>& se
   }
   std::ranges::reverse(chain.links);
   chain.damage_before = missing_before(chain, from);
-  chain.damage_behind = headers.value().damage;
+  chain.damage_after = headers.value().damage;
   return chain;
 }
 

@@ -74,7 +74,7 @@ DiskResult<std::unique_ptr<SegmentFile>> SegmentFile::create(Disk& disk, const B
     return *fault;
   }
   if (auto fault = disk.sync_directory()) {
-    disk.remove(name);  // if it stays, a later segment takes its place all the same
+    disk.remove(name);  // if that fails, a later segment replaces its groups
     return *fault;
   }
   return std::unique_ptr<SegmentFile>(

@@ -1,5 +1,5 @@
 #pragma once
-// A segment while it is written.
+// Writes a segment.
 
 #include <memory>
 #include <span>
@@ -18,18 +18,19 @@ class SegmentFile {
     std::uint64_t link = 0;
     std::uint64_t version_before = 0;
   };
-  /// With its header, its first groups (whole sectors, or nothing) and its name on disk; it has its name when
-  /// the rest is there, so that nobody reads on in it before that. `bytes` are allocated ahead; where the
-  /// disk has no space for them nothing is, and the segment grows with each write. What was begun before a
-  /// fault is removed where that can be done.
+  /// Creates a segment and brings its header, its first groups (whole sectors, or none) and its name to disk.
+  /// It gets its final name last, so that a reader never continues in an incomplete segment. `bytes` are
+  /// allocated ahead; if the disk has no space for them, nothing is allocated and the segment grows with each
+  /// write. After a fault, the file is removed if possible.
   static DiskResult<std::unique_ptr<SegmentFile>> create(Disk& disk, const Begin& begin,
                                                          std::span<const std::byte> first_groups,
                                                          std::uint64_t bytes);
 
   std::uint64_t number() const noexcept { return number_; }
-  /// Where the next group goes.
+  /// Offset of the next group.
   std::uint64_t offset() const noexcept { return offset_; }
-  /// Whole sectors, on disk where there is no fault. After one nothing more is written here.
+  /// Writes a group (whole sectors) and brings it to disk. After a fault, nothing more may be written to this
+  /// segment.
   DiskFault append(std::span<const std::byte> group);
 
  private:

@@ -14,26 +14,26 @@ std::optional<SegmentWalk::Found> SegmentWalk::group_at(const Expected& expected
   Found found;
   GroupHeader& header = found.header;
   if (!header_at(expected.offset, header)) {
-    fault = "there is no whole group header";
+    fault = "there is no valid group header";
     return std::nullopt;
   }
   if (header.number != expected.number || header.link != expected.link) {
     fault = "the group there does not follow the one before it";
     return std::nullopt;
   }
-  const auto behind = bytes_.subspan(expected.offset + sizeof header);
+  const auto after_header = bytes_.subspan(expected.offset + sizeof header);
   const bool closing_has_records = header.flags == closing_flag && header.payload_bytes != 0;
   if (header.flags > closing_flag || closing_has_records || header.payload_bytes > max_payload_bytes) {
-    fault = "its header is none that is written";
+    fault = "its header has invalid values";
     return std::nullopt;
   }
-  if (header.payload_bytes > behind.size()) {
-    fault = "its records go on behind the file's end";
+  if (header.payload_bytes > after_header.size()) {
+    fault = "its records extend beyond the end of the file";
     return std::nullopt;
   }
-  found.payload = behind.first(header.payload_bytes);
+  found.payload = after_header.first(header.payload_bytes);
   if (checksum(found.payload, database_id_) != header.payload_checksum) {
-    fault = "its records have another checksum than its header tells";
+    fault = "the checksum of its records is not that in its header";
     return std::nullopt;
   }
   return found;

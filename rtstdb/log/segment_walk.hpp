@@ -1,5 +1,5 @@
 #pragma once
-// One segment's bytes, group by group: what is whole, and how the rest is to be understood.
+// Parses the bytes of one segment group by group, and classifies bytes that are no valid group.
 
 #include <cstdint>
 #include <optional>
@@ -12,7 +12,7 @@ namespace rtstdb::log {
 
 class SegmentWalk {
  public:
-  /// Of a whole file.
+  /// `bytes`: the whole file.
   SegmentWalk(std::span<const std::byte> bytes, std::uint64_t database_id)
       : bytes_(bytes), database_id_(database_id) {}
 
@@ -27,17 +27,17 @@ class SegmentWalk {
     GroupHeader header;
     std::span<const std::byte> payload;
   };
-  /// The group there, or null and in `fault` what is there instead.
+  /// The expected group; none: `fault` describes what is there instead.
   std::optional<Found> group_at(const Expected& expected, const char*& fault) const noexcept;
 
-  /// The first whole group header of this database at or behind `offset` that has that number or a later one.
+  /// The first valid group header of this database at or after `offset` whose number is at least `number`.
   struct Later {
     std::uint64_t offset = 0;
     GroupHeader header;
   };
   std::optional<Later> later_group(std::uint64_t offset, std::uint64_t number) const noexcept;
 
-  /// Up to the last byte that is not zero; 0: there is none.
+  /// Number of bytes from `offset` to the last byte that is not zero; 0: there is none.
   std::uint64_t bytes_in_use_from(std::uint64_t offset) const noexcept;
 
  private:
@@ -47,7 +47,7 @@ class SegmentWalk {
   std::uint64_t database_id_;
 };
 
-/// What a group takes in its file.
+/// Bytes that a group occupies in its segment.
 constexpr std::uint64_t group_bytes(const GroupHeader& header) {
   return round_up(sizeof(GroupHeader) + header.payload_bytes, sector_bytes);
 }

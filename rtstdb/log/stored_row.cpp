@@ -14,7 +14,7 @@ namespace {
 
 using store::MotionWords;
 
-/// What normalising leaves: a few last bits away from one.
+/// Whether the quaternion is normalised, up to a few last bits.
 bool is_unit(const glm::dquat& q) noexcept {
   return std::abs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1.0) < 1e-12;
 }
@@ -23,10 +23,10 @@ glm::dvec3 vector(const double (&v)[3]) noexcept {
   return {v[0], v[1], v[2]};
 }
 
-/// The words that are told.
-std::uint32_t told_words(std::uint32_t left_out) noexcept {
-  if ((left_out & holds_from_world_time) != 0) left_out |= valid_from_word;
-  return unchanged_words & ~left_out;
+/// The words that the record holds.
+std::uint32_t stored_words(std::uint32_t omitted_words) noexcept {
+  if ((omitted_words & valid_from_is_world_time) != 0) omitted_words |= valid_from_word;
+  return unchanged_words & ~omitted_words;
 }
 
 template <class Visit>
@@ -38,64 +38,65 @@ void for_each_word(std::uint32_t words, Visit visit) noexcept {
 }  // namespace
 
 void put_motion(ByteWriter& writer, const Motion& motion) noexcept {
-  // Part by part: a StoredMotion made first would be copied by wide loads, which wait for the narrow stores that made it.
+  // Member by member: copying a StoredMotion that was just built would use wide loads, which wait for the
+  // narrow stores before them (store forwarding).
   const auto& [p, q, v, w, valid_from] = motion;
   writer.put(p, q.w, q.x, q.y, q.z, v, w, std::int64_t{valid_from.time_since_epoch().count()});
 }
 
-void put_told(ByteWriter& writer, const Motion& motion, std::uint16_t left_out) noexcept {
+void put_partial_motion(ByteWriter& writer, const Motion& motion, std::uint16_t omitted_words) noexcept {
   const MotionWords words = store::words_of(motion);
-  std::byte* at = writer.next(told_bytes(left_out));
-  for_each_word(told_words(left_out), [&](std::size_t k) {
+  std::byte* at = writer.next(partial_motion_bytes(omitted_words));
+  for_each_word(stored_words(omitted_words), [&](std::size_t k) {
     std::memcpy(at, &words[k], word_bytes);
     at += word_bytes;
   });
 }
 
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept {
-  writer.put(StoredLook{{row.scale.x, row.scale.y, row.scale.z}, row.mask, row.material});
+  writer.put(StoredAppearance{{row.scale.x, row.scale.y, row.scale.z}, row.mask, row.material});
   put_motion(writer, row.motion);
 }
 
 const char* get_motion(ByteReader& reader, Motion& motion) noexcept {
-  if (const char* fault = get_told(reader, 0, {}, motion)) return fault;
+  if (const char* fault = get_partial_motion(reader, 0, {}, motion)) return fault;
   return check_stored(motion);
 }
 
-const char* get_told(ByteReader& reader, std::uint16_t left_out, WorldTime world_time,
-                     Motion& motion) noexcept {
-  if ((left_out & ~(unchanged_words | holds_from_world_time)) != 0)
-    return "a motion leaves out what it does not have";
-  if ((left_out & holds_from_world_time) != 0 && (left_out & valid_from_word) != 0)
-    return "a motion leaves out for two reasons from when it holds";
-  if (reader.left() < told_bytes(left_out)) return "a motion is cut short";
+const char* get_partial_motion(ByteReader& reader, std::uint16_t omitted_words, WorldTime world_time,
+                               Motion& motion) noexcept {
+  if ((omitted_words & ~(unchanged_words | valid_from_is_world_time)) != 0)
+    return "a motion omits unknown words";
+  if ((omitted_words & valid_from_is_world_time) != 0 && (omitted_words & valid_from_word) != 0)
+    return "a motion omits valid_from for two reasons";
+  if (reader.left() < partial_motion_bytes(omitted_words)) return "a motion is cut short";
   MotionWords words{};
-  for_each_word(told_words(left_out), [&](std::size_t k) { static_cast<void>(reader.get(words[k])); });
+  for_each_word(stored_words(omitted_words), [&](std::size_t k) { static_cast<void>(reader.get(words[k])); });
   motion = store::motion_of(words);
-  if ((left_out & holds_from_world_time) != 0) motion.valid_from = world_time;
+  if ((omitted_words & valid_from_is_world_time) != 0) motion.valid_from = world_time;
   return nullptr;
 }
 
 void complete(Motion& motion, const Motion& before, std::uint16_t unchanged) noexcept {
   MotionWords words = store::words_of(before);
   const MotionWords changed = store::words_of(motion);
-  for_each_word(told_words(unchanged), [&](std::size_t k) { words[k] = changed[k]; });
+  for_each_word(stored_words(unchanged), [&](std::size_t k) { words[k] = changed[k]; });
   motion = store::motion_of(words);
 }
 
 const char* check_stored(const Motion& motion) noexcept {
-  if (check_motion(motion) || !is_unit(motion.q_world)) return "a motion is none that can be written";
+  if (check_motion(motion) || !is_unit(motion.q_world)) return "a motion has invalid values";
   return check_time(motion.valid_from.time_since_epoch().count());
 }
 
 const char* get_row(ByteReader& reader, EntityRow& row) noexcept {
-  StoredLook stored;
+  StoredAppearance stored;
   if (!reader.get(stored)) return "a row is cut short";
   row.scale = vector(stored.scale);
   row.mask = stored.mask;
   row.material = stored.material;
   if (const char* fault = get_motion(reader, row.motion)) return fault;
-  return check_row(row) ? "a row is none that can be written" : nullptr;
+  return check_row(row) ? "a row has invalid values" : nullptr;
 }
 
 const char* check_geometry_index(std::uint32_t index) noexcept {

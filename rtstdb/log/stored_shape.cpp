@@ -29,8 +29,7 @@ const char* get_shape(ByteReader& reader, GeometryId& geometry, std::vector<glm:
   const std::size_t first = positions_m.size();
   positions_m.resize(first + stored_shape.positions);
   std::memcpy(static_cast<void*>(positions_m.data() + first), bytes.data(), bytes.size());
-  if (check_positions(std::span(positions_m).subspan(first)))
-    return "a shape has a position that none can have";
+  if (check_positions(std::span(positions_m).subspan(first))) return "a shape has an invalid position";
   return reader.skip_padding(8) ? nullptr : "a shape is not padded with zeros";
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A file read from its begin to its end.
+// Reads a whole file.
 
 #include <cstddef>
 #include <string_view>

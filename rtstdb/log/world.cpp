@@ -10,14 +10,14 @@ namespace {
 
 bool same(const LoggedGeometry& a, const LoggedGeometry& b) {
   return a.id == b.id && a.name == b.name && a.file == b.file && a.file_checksum == b.file_checksum &&
-         a.options.deforms == b.options.deforms && a.options.kept_shapes == b.options.kept_shapes &&
+         a.options.deforms == b.options.deforms && a.options.retained_shapes == b.options.retained_shapes &&
          a.options.rebuild_growth == b.options.rebuild_growth;
 }
 
-/// From the row before it.
+/// Fills in the omitted words from the row before.
 const char* complete_write(store::Write& write, const EntityState& before) {
-  if (write.follows != static_cast<std::uint16_t>(before.written_by))
-    return "it leaves out what was so in another version than the one before it";
+  if (write.base_version_low != static_cast<std::uint16_t>(before.written_by))
+    return "it omits words of another version than that of the row before";
   complete(write.state.row.motion, before.row.motion, write.unchanged);
   write.unchanged = 0;
   return check_stored(write.state.row.motion);
@@ -29,8 +29,9 @@ void World::restore(store::Store& store) const {
   for (const WorldGeometry& geometry : geometries) {
     const GeometryOptions& options = geometry.logged.options;
     if (options.deforms)
-      store.keep_shapes(geometry.logged.id, store::ShapeHistory::make(shape_of(geometry), options.kept_shapes,
-                                                                      geometry.shape_version));
+      store.keep_shapes(
+          geometry.logged.id,
+          store::ShapeHistory::make(shape_of(geometry), options.retained_shapes, geometry.shape_version));
   }
   store.restore(restored());
 }
@@ -45,7 +46,7 @@ const char* World::apply(store::WriteSet& set) {
     if (fault == nullptr) fault = apply(write);
   for (const store::ShapeWrite& write : set.shapes)
     if (fault == nullptr) fault = apply(write, set.version);
-  can_take_back_ = fault == nullptr;
+  can_discard_ = fault == nullptr;
   if (fault != nullptr) {
     undo();
     return fault;
@@ -73,7 +74,7 @@ const char* World::apply(store::Write& write) {
   EntityState& state = rows[id.index];
   const bool whole = creates || write.kind == store::WriteKind::update;
   const GeometryId geometry = write.state.row.geometry;
-  if (whole && geometry.valid() && !knows(geometry)) return "it names a geometry that is not there";
+  if (whole && geometry.valid() && !knows(geometry)) return "it refers to an unknown geometry";
   if (write.unchanged != 0) {
     if (const char* fault = complete_write(write, state)) return fault;
   }
@@ -95,11 +96,11 @@ const char* World::apply(store::Write& write) {
 }
 
 const char* World::apply(const store::ShapeWrite& write, Version version) {
-  if (!knows(write.geometry)) return "it moves corners of a geometry that is not there";
+  if (!knows(write.geometry)) return "it changes the shape of an unknown geometry";
   WorldGeometry& geometry = geometries[write.geometry.index];
-  if (!geometry.logged.options.deforms) return "it moves corners of a geometry that does not deform";
+  if (!geometry.logged.options.deforms) return "it changes the shape of a geometry that does not deform";
   if (write.positions_m.size() != geometry.mesh.positions_m.size())
-    return "it moves other corners than the geometry has";
+    return "its shape has another number of positions than the geometry";
   shapes_before_.push_back({write.geometry.index, geometry.shape_version, std::move(geometry.positions_m)});
   geometry.shape_version = version;
   geometry.positions_m.assign(write.positions_m.begin(), write.positions_m.end());
@@ -118,11 +119,11 @@ void World::undo() {
   }
   before_.clear();
   shapes_before_.clear();
-  can_take_back_ = false;
+  can_discard_ = false;
 }
 
-const char* World::take_back(Version version) {
-  if (!can_take_back_ || version != latest.version) return "a version is taken back that is not the last one";
+const char* World::discard(Version version) {
+  if (!can_discard_ || version != latest.version) return "it discards a version that is not the last one";
   undo();
   latest = latest_before_;
   return nullptr;
@@ -130,9 +131,10 @@ const char* World::take_back(Version version) {
 
 const char* World::add(const LoggedGeometry& geometry, TriangleMesh&& mesh) {
   if (knows(geometry.id))
-    return same(geometries[geometry.id.index].logged, geometry) ? nullptr
-                                                                : "a geometry is added where another one is";
-  if (geometry.id.index != geometries.size()) return "a geometry is added that is not the next";
+    return same(geometries[geometry.id.index].logged, geometry)
+               ? nullptr
+               : "it adds a geometry with an index that is in use";
+  if (geometry.id.index != geometries.size()) return "it adds a geometry whose index is not the next";
   geometries.push_back({geometry, std::move(mesh), 0, {}});
   return nullptr;
 }

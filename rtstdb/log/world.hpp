@@ -1,6 +1,6 @@
 #pragma once
-// The world as a log tells it: starts empty or from a checkpoint, and takes record after record. Every record is held to what
-// those before it left, so that a state which never was is not made up.
+// The world while a log is read: starts empty or from a checkpoint, and applies record after record. Each
+// record is checked against the world before it, so that no state arises that never existed.
 
 #include <cstdint>
 #include <optional>
@@ -25,28 +25,28 @@ struct WorldGeometry {
 class World {
  public:
   VersionInfo latest{0, world_time_ns(-max_world_time_ns)};
-  Version next_version = 1;                ///< above every version that was told of
+  Version next_version = 1;                ///< above every version in the log so far
   std::vector<EntityState> rows;           ///< by index; an invalid id where no entity lives
-  std::vector<std::uint32_t> generations;  ///< by index, the last that was given
+  std::vector<std::uint32_t> generations;  ///< by index: the last generation
   std::vector<WorldGeometry> geometries;   ///< by index
 
-  // What is wrong, or null; then nothing has changed.
-  /// A version after the latest. It can be taken back until the next call. Each write of the
-  /// set has the whole row then, as it leaves it.
+  // Each of these returns null, or a description of the fault; then nothing has changed.
+  /// Applies a version after the latest. It can be discarded until the next call. Afterwards each write of
+  /// the set has the whole row that it leaves.
   const char* apply(store::WriteSet& set);
-  /// The latest version, which was applied last.
-  const char* take_back(Version version);
-  /// The next geometry, or one that is there and is the same; `mesh` is moved from.
+  /// Undoes the latest version, which must have been applied last.
+  const char* discard(Version version);
+  /// Adds the next geometry; one that exists must be equal. `mesh` is moved from.
   const char* add(const LoggedGeometry& geometry, TriangleMesh&& mesh);
-  /// Of the latest version; none in the world before all versions.
+  /// World time of the latest version; none for version 0.
   std::optional<WorldTime> time() const noexcept {
     return latest.version != 0 ? std::optional(latest.time) : std::nullopt;
   }
   bool knows(GeometryId geometry) const noexcept { return geometry.index < geometries.size(); }
 
-  /// For Store::restore, after Store::keep_shapes of geometry that deforms. Points into this.
+  /// For Store::restore, after Store::keep_shapes for deforming geometry. Points into this object.
   store::RestoredRows restored() const noexcept { return {latest, next_version, rows, generations}; }
-  /// Both of them.
+  /// Calls keep_shapes and restore of an empty store.
   void restore(store::Store& store) const;
   std::span<const glm::vec3> shape_of(const WorldGeometry& geometry) const noexcept {
     return geometry.positions_m.empty() ? std::span(geometry.mesh.positions_m)
@@ -68,8 +68,8 @@ class World {
   const char* apply(const store::ShapeWrite& write, Version version);
   void undo();
 
-  // How it was before the version that was applied last.
-  bool can_take_back_ = false;
+  // The state before the version that was applied last.
+  bool can_discard_ = false;
   VersionInfo latest_before_;
   std::vector<Before> before_;
   std::vector<ShapeBefore> shapes_before_;

@@ -1,8 +1,8 @@
 #pragma once
-// Where a checkpoint gets the world from: one version, slice by slice, so that nobody waits for the whole. The caller has it
-// from a snapshot, or from a copy that follows the log.
+// The source of a checkpoint's world: one version, delivered in slices, so that no thread waits for all of
+// it. Implemented by a snapshot, or by a copy that follows the log.
 //
-// Threads: called on the log's thread alone.
+// Threads: called on the log thread only.
 
 #include <cstdint>
 #include <optional>
@@ -16,26 +16,27 @@ namespace rtstdb::log {
 struct WorldHead {
   VersionInfo version;
   Version next_version = 1;
-  std::uint32_t index_limit = 0;  ///< rows live below
-  /// All of that version, and of any record that was put before `begin`; ascending.
+  std::uint32_t index_limit = 0;  ///< above the index of every row
+  /// All geometries of that version and of any record put into the ring before `begin`; ascending.
   std::vector<LoggedGeometry> geometries;
 };
 
 class WorldSource {
  public:
   virtual ~WorldSource() = default;
-  /// A settled version that was the newest when this was asked first, or one after it; `not_before` is the newest that the asker
-  /// knows of. None: not yet, asked again. A version that was begun and not ended is let go.
+  /// Selects the newest settled version at the first call, or a later one. `not_before`: the newest version
+  /// known to the caller. None: not ready, call again. A version selected before and not ended is released.
   virtual std::optional<WorldHead> begin(Version not_before) = 0;
-  /// The states of indices from `first` on as they are in that version. Where no entity lives the id has an invalid index and the
-  /// generation that was given last. False: the version is not kept any more.
+  /// The states of the indices from `first` on in that version. If no entity lives at an index, its id has an
+  /// invalid index and the last generation. False: the version is no longer kept.
   virtual bool rows(std::uint32_t first, std::span<EntityState> states) = 0;
   struct Shape {
-    Version version = 0;  ///< that made it; 0: it is as the geometry was added
+    Version version = 0;  ///< the version that made it; 0: the shape that the geometry was added with
     std::vector<glm::vec3> positions_m;
   };
-  /// Of a geometry that deforms. False: the version is not kept any more.
+  /// The shape of a deforming geometry in that version. False: the version is no longer kept.
   virtual bool shape(GeometryId geometry, Shape& shape) = 0;
+  /// Releases the version.
   virtual void end() noexcept = 0;
 };
 

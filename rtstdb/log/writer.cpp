@@ -12,8 +12,8 @@
 namespace rtstdb::log {
 namespace {
 
-Error in_words(const DiskError& fault) {
-  return {ErrorCode::file, fault.in_words()};
+Error describe(const DiskError& fault) {
+  return {ErrorCode::file, fault.describe()};
 }
 
 }  // namespace
@@ -42,24 +42,25 @@ Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ri
                                               const WriterOptions& options, const LogStart& start) {
   RTSTDB_ASSERT(start.database_id != 0);
   auto listing = list_log(disk);
-  if (!listing) return in_words(listing.error());
-  // What was not finished counts for nothing where it stays.
+  if (!listing) return describe(listing.error());
+  // Unfinished files are ignored by readers, so a failed removal does not matter.
   for (const std::uint64_t number : listing.value().unfinished_segments)
     disk.remove(unfinished_segment_name(number));
   for (const std::uint64_t number : listing.value().unfinished_checkpoints)
     disk.remove(unfinished_checkpoint_name(number));
 
-  // On disk before the log goes on: what comes then has their groups' numbers.
+  // The renames must be on disk before the log continues, since new groups reuse the group numbers that these
+  // checkpoints refer to.
   for (const std::uint64_t number : start.abandoned_checkpoints) {
     if (auto fault = disk.rename(checkpoint_name(number), abandoned_checkpoint_name(number)))
-      return in_words(*fault);
+      return describe(*fault);
   }
   if (!start.abandoned_checkpoints.empty()) {
-    if (auto fault = disk.sync_directory()) return in_words(*fault);
+    if (auto fault = disk.sync_directory()) return describe(*fault);
   }
 
   std::unique_ptr<Writer> writer(new Writer(disk, clock, ring, source, options, start));
-  if (auto fault = writer->begin(start)) return in_words(*fault);
+  if (auto fault = writer->begin(start)) return describe(*fault);
   writer->move_watermark();
   return writer;
 }
@@ -86,11 +87,12 @@ DiskFault Writer::begin(const LogStart& start) {
   if (start.last) {
     auto file = disk_.open(segment_name(start.last->segment));
     if (!file) return file.error();
-    first_groups.resize(start.last_bytes);  // padding behind the last record may end with the file
+    first_groups.resize(start.last_bytes);  // zeros where the file ends within the padding of the group
     auto read = file.value()->read(start.last->offset, first_groups);
     if (!read) return read.error();
   }
-  // Together with the segment's name, which takes the place of what told of the gap before.
+  // The gap record must be part of the new segment's first write, since that segment replaces the one that
+  // contained the gap.
   const bool has_gap = start.version_of_groups < start.version;
   std::span<const std::byte> gap_group;
   if (has_gap) {
@@ -106,7 +108,7 @@ DiskFault Writer::begin(const LogStart& start) {
   group_number_ = number_after;
   link_ = link_after;
   if (!fault && has_gap) group_is_on_disk(gap_group.size(), Nanoseconds(0));
-  records_on_disk_ = 0;  // that one came out of no ring
+  records_on_disk_ = 0;  // the gap record did not come from the ring
   return fault;
 }
 
@@ -133,7 +135,7 @@ DiskFault Writer::write_group(std::int64_t real_time_ns) {
 DiskFault Writer::write_group_or_throw(std::int64_t real_time_ns) {
   const auto bytes =
       group_.seal({.database_id = database_id_, .number = group_number_, .link = link_}, real_time_ns);
-  // A group that is longer than a segment has one of its own.
+  // A group that is larger than a segment gets a segment of its own.
   const bool full = segment_ != nullptr && segment_->offset() > sector_bytes &&
                     segment_->offset() + bytes.size() > options_.segment_bytes;
   if (segment_ == nullptr || full) {
@@ -171,7 +173,7 @@ void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
 
 void Writer::segment_failed(const DiskError& fault, ClockTime now) {
   segment_.reset();
-  checkpointer_.give_up();  // one that begins behind the fault is needed
+  checkpointer_.abandon();  // a checkpoint that begins after the failure is needed
   waits_for_checkpoint_ = true;
   refused_by_disk_ = true;
   retry_.failed(now);
@@ -182,9 +184,9 @@ void Writer::note_fault(const DiskError& fault) {
   const std::lock_guard lock(statistics_mutex_);
   ++statistics_.faults;
   try {
-    statistics_.last_fault = fault.in_words();
+    statistics_.last_fault = fault.describe();
   } catch (const std::bad_alloc&) {
-    statistics_.last_fault = "out of memory";  // short enough to need none
+    statistics_.last_fault = "out of memory";  // short enough to need no allocation
   }
 }
 
@@ -196,8 +198,9 @@ void Writer::move_watermark() noexcept {
 
 bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
   if (segment_ == nullptr || !checkpointer_.may_begin(now)) return false;
-  // What the next group takes back may have been committed before the place that would be noted, where nobody looks.
-  if (group_.newest_version() > group_.newest_standing()) return false;
+  // The pending group discards a version whose commit may be in an earlier group, before the checkpoint's
+  // position: the checkpoint would contain it.
+  if (group_.newest_version() > group_.newest_valid()) return false;
   const bool many_bytes =
       options_.checkpoint_every_bytes != 0 && bytes_since_checkpoint_ >= options_.checkpoint_every_bytes;
   return waits_for_checkpoint_ || many_bytes || checkpoint_soon_.load(std::memory_order_relaxed);
@@ -205,24 +208,25 @@ bool Writer::checkpoint_is_due(ClockTime now) const noexcept {
 
 bool Writer::step_checkpoint(ClockTime now, std::int64_t real_time_ns) {
   Checkpointer::Step step;
-  if (checkpointer_.under_way()) {
-    step = checkpointer_.go_on(synced_, now);
+  if (checkpointer_.in_progress()) {
+    step = checkpointer_.advance(synced_, now);
   } else if (checkpoint_is_due(now)) {
     step = checkpointer_.begin({segment_->number(), segment_->offset(), group_number_, link_},
-                               group_.newest_standing(), now, real_time_ns);
-    if (step.did == Checkpointer::Did::something) {
+                               group_.newest_valid(), now, real_time_ns);
+    if (step.progress == Checkpointer::Progress::something) {
       bytes_since_checkpoint_ = 0;
       checkpoint_soon_.store(false, std::memory_order_relaxed);
     }
   }
-  if (step.did == Checkpointer::Did::finished) checkpoint_is_on_disk(step.version);
-  const bool again = step.did == Checkpointer::Did::failed || step.did == Checkpointer::Did::given_up;
+  if (step.progress == Checkpointer::Progress::finished) checkpoint_is_on_disk(step.version);
+  const bool again =
+      step.progress == Checkpointer::Progress::failed || step.progress == Checkpointer::Progress::abandoned;
   if (again) checkpoint_soon_.store(true, std::memory_order_relaxed);
   if (step.fault) {
     note_fault(*step.fault);
     if (waits_for_checkpoint_) refused_by_disk_ = true;
   }
-  return step.did != Checkpointer::Did::nothing && step.did != Checkpointer::Did::failed;
+  return step.progress != Checkpointer::Progress::nothing && step.progress != Checkpointer::Progress::failed;
 }
 
 void Writer::checkpoint_is_on_disk(Version version) {
@@ -242,7 +246,7 @@ void Writer::prune() {
   statistics_.pruned_segments += pruned.value();
 }
 
-// ---- driven from outside
+// ---- called by the thread that drives it
 
 Writer::Step Writer::step(std::int64_t real_time_ns) {
   Step step;
@@ -262,7 +266,7 @@ Writer::Step Writer::step(std::int64_t real_time_ns) {
 ClockTime Writer::wake_at() const noexcept {
   ClockTime at = ClockTime::max();
   if (!group_.empty()) at = std::min(at, std::max(retry_.at(), last_flush_ + options_.flush_interval));
-  if (waits_for_checkpoint_ && segment_ != nullptr && !checkpointer_.under_way())
+  if (waits_for_checkpoint_ && segment_ != nullptr && !checkpointer_.in_progress())
     at = std::min(at, checkpointer_.retry_at());
   return at;
 }
@@ -274,22 +278,22 @@ Result<void> Writer::close(std::int64_t real_time_ns) {
     if (group_.empty()) break;
     if (auto fault = write_group(real_time_ns)) {
       segment_failed(*fault, clock_.now());
-      return in_words(*fault);
+      return describe(*fault);
     }
   } while (ring_.used() != 0);
   if (segment_ == nullptr) {
-    if (auto fault = open_segment()) return in_words(*fault);
+    if (auto fault = open_segment()) return describe(*fault);
   }
   checkpointer_.try_now();
   while (waits_for_checkpoint_) {
     if (!step_checkpoint(clock_.now(), real_time_ns))
-      return Error{ErrorCode::file, "the checkpoint that the log needs can not be made"};
+      return Error{ErrorCode::file, "the checkpoint that the log needs has failed"};
   }
-  checkpointer_.give_up();
+  checkpointer_.abandon();
   group_.make_closing();
   auto fault = write_group(real_time_ns);
   segment_.reset();
-  if (fault) return in_words(*fault);
+  if (fault) return describe(*fault);
   return {};
 }
 

@@ -1,13 +1,15 @@
 #pragma once
-// What comes out of the ring goes to the disk: groups into segments, now and then a checkpoint. A machine without a thread of its
-// own: whoever drives it calls step().
+// Writes records from the ring to disk: groups into segments, and checkpoints from time to time. A state
+// machine without a thread of its own: the caller calls step() repeatedly.
 //
-// A disk that fails: the group that failed is kept, and so is the watermark. After a while, which grows from time to time, a new
-// segment begins with that group, and a checkpoint follows; when that is on disk the watermark moves again. A file that failed is
-// neither written nor trusted any more. While there is no room on the way, the recorder tells of a gap; behind it, too, the
-// watermark waits for a checkpoint. Memory that there is not is a fault as any other.
+// Disk failures: the group that failed is kept, and the durable version does not advance. After a waiting
+// time, which grows with each failure, a new segment begins with that group and a checkpoint follows; when
+// the checkpoint is on disk, the durable version advances again. A file with a failed write is neither
+// written nor trusted any more. If the ring becomes full meanwhile, the recorder records a gap; after a gap,
+// too, the durable version advances only with a checkpoint. Memory exhaustion is handled as a disk failure.
 //
-// Threads: one drives it; what tells how far it is, `flush_soon` and `checkpoint_soon` are anybody's.
+// Threads: one thread drives it; any thread may call the functions that report progress, flush_soon and
+// checkpoint_soon.
 
 #include <atomic>
 #include <cstdint>
@@ -31,12 +33,13 @@ namespace rtstdb::log {
 
 struct WriterOptions {
   std::uint64_t segment_bytes = std::uint64_t{64} << 20;
-  /// A checkpoint follows that many bytes of groups; 0: only where one is needed.
+  /// Bytes of groups after which a checkpoint is made; 0: only when one is needed.
   std::uint64_t checkpoint_every_bytes = std::uint64_t{256} << 20;
-  /// After each checkpoint, removes what lies before the older of the two newest ones (prune_log).
+  /// After each checkpoint, removes the files before the older of the two newest checkpoints (prune_log).
   bool prune = false;
   std::uint32_t rows_per_slice = 4096;
-  /// Records wait that long for others; 0: they do not. A ring that is half full does not wait.
+  /// How long records wait for others to form a group; 0: not at all. They do not wait if the ring is half
+  /// full.
   Nanoseconds flush_interval{0};
   Nanoseconds first_retry{10'000'000};
   Nanoseconds longest_retry{1'000'000'000};
@@ -46,44 +49,45 @@ struct WriterStatistics {
   std::uint64_t groups = 0, bytes = 0;
   std::uint64_t segments = 0, checkpoints = 0;
   std::uint64_t pruned_segments = 0;
-  Nanoseconds longest_write{0}, all_writes{0};  ///< a group's write and its sync
+  Nanoseconds longest_write{0}, all_writes{0};  ///< time to write and sync a group: largest, sum
   std::uint64_t gaps = 0;
   std::uint64_t faults = 0;
-  std::string last_fault;  ///< in words
+  std::string last_fault;  ///< a sentence
   bool waits_for_checkpoint = false;
   std::size_t ring_high_water = 0, ring_bytes = 0;
 };
 
 class Writer {
  public:
-  /// With a first segment on disk that goes on where the log ended. Refuses, as ErrorCode::file, what the disk refuses. All
-  /// references outlive it.
+  /// Creates a writer with a first segment on disk that continues the log. Errors: file, for disk failures.
+  /// All references must outlive the writer.
   static Result<std::unique_ptr<Writer>> start(Disk& disk, const Clock& clock, Ring& ring,
                                                WorldSource& source, const WriterOptions& options,
                                                const LogStart& start);
 
   struct Step {
-    bool worked = false;                   ///< there may be more at once
-    ClockTime wake_at = ClockTime::max();  ///< else: not before, unless records come
-    bool has_records = false;              ///< which wait for that time; more of them may wait with them
+    bool worked = false;                   ///< call step again at once
+    ClockTime wake_at = ClockTime::max();  ///< otherwise: call it at this time, or when new records arrive
+    bool has_records = false;  ///< records are waiting for that time, and new ones may wait with them
   };
   Step step(std::int64_t real_time_ns);
 
-  /// Nobody puts records any more: writes what is there, what is needed for it to count, and the closing group. The fault where the
-  /// log could not be closed; it is whole all the same, also where this throws std::bad_alloc.
+  /// Writes the remaining records, a checkpoint if one is needed, and the closing group. No more records may
+  /// be put into the ring. Errors: file, if the log could not be closed; the log is undamaged all the same,
+  /// also if std::bad_alloc is thrown.
   Result<void> close(std::int64_t real_time_ns);
 
-  /// Every version up to this one is on disk, or came to nothing.
+  /// Every published version up to this one is on disk.
   Version durable() const noexcept { return durable_.load(std::memory_order_acquire); }
-  /// Records on disk, of those that came out of the ring.
+  /// Number of records from the ring that are on disk.
   std::uint64_t records_on_disk() const noexcept { return records_on_disk_.load(std::memory_order_acquire); }
-  /// The watermark stays until there is a checkpoint of a version behind a fault or a gap.
+  /// The durable version does not advance before a checkpoint of a version after the failure or gap.
   bool waits_for_checkpoint() const noexcept { return waits_for_checkpoint_.load(std::memory_order_acquire); }
-  /// The last thing that the watermark needs could not be written; it is tried again.
-  bool refused_by_disk() const noexcept { return refused_by_disk_.load(std::memory_order_acquire); }
-  /// Records do not wait any longer.
+  /// The last write failed and is retried.
+  bool last_write_failed() const noexcept { return refused_by_disk_.load(std::memory_order_acquire); }
+  /// Requests that waiting records be written now.
   void flush_soon() noexcept { flush_soon_.store(true, std::memory_order_relaxed); }
-  /// A checkpoint is made soon.
+  /// Requests a checkpoint.
   void checkpoint_soon() noexcept { checkpoint_soon_.store(true, std::memory_order_relaxed); }
   WriterStatistics statistics() const;
 
@@ -102,7 +106,7 @@ class Writer {
   bool step_checkpoint(ClockTime now, std::int64_t real_time_ns);
   bool checkpoint_is_due(ClockTime now) const noexcept;
   void checkpoint_is_on_disk(Version version);
-  /// Notes a fault of the disk; the next checkpoint retries.
+  /// Notes a disk failure; the next checkpoint retries.
   void prune();
   void note_fault(const DiskError& fault);
   void move_watermark() noexcept;
@@ -116,7 +120,7 @@ class Writer {
 
   std::unique_ptr<SegmentFile> segment_;
   std::uint64_t next_segment_;
-  std::uint64_t group_number_, link_;  // of the group that comes next
+  std::uint64_t group_number_, link_;  // of the next group
   Group group_;
   ClockTime last_flush_ = ClockTime::min();
   Retry retry_;
@@ -126,7 +130,7 @@ class Writer {
 
   Checkpointer::Synced synced_;
   std::atomic<bool> waits_for_checkpoint_;
-  Version needed_version_;  // that the checkpoint has at least
+  Version needed_version_;  // smallest version of a checkpoint that waits_for_checkpoint_ accepts
   std::atomic<Version> durable_{0};
   std::atomic<std::uint64_t> records_on_disk_{0};
   std::atomic<bool> refused_by_disk_{false};

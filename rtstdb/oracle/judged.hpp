@@ -7,7 +7,7 @@
 
 namespace rtstdb::oracle {
 
-/// `format` and `values` as printf takes them; what is longer than a reason may be is cut off.
+/// `format` and `values` as for printf; a long text is truncated.
 template <class... Values>
 Judgement judged(Verdict verdict, const char* format, Values... values) {
   char text[320];

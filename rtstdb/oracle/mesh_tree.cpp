@@ -10,15 +10,15 @@ namespace {
 
 constexpr std::uint32_t leaf_triangles = 4;
 
-/// Every edge once in each direction it is run along, told apart by the places of its ends; closed when the
-/// two directions balance.
+/// Counts edges by direction, identified by the positions of their ends. The mesh is closed when both directions of every
+/// edge occur equally often.
 bool is_closed(const TriangleMesh& mesh) {
   struct Edge {
     std::array<float, 6> ends;
     int direction;
   };
   const auto place = [&](std::uint32_t corner) {
-    const glm::vec3 p = mesh.positions_m[corner] + 0.0f;  // minus zero is zero
+    const glm::vec3 p = mesh.positions_m[corner] + 0.0f;  // minus zero becomes zero
     return std::array{p.x, p.y, p.z};
   };
   std::vector<Edge> edges;
@@ -68,7 +68,7 @@ std::array<glm::dvec3, 3> MeshTree::corners(std::uint32_t triangle) const noexce
           glm::dvec3(mesh_.positions_m[t.z])};
 }
 
-// Depth is the logarithm of the count: the median halves it, whatever the shape.
+// Splits at the median, so the depth is logarithmic for any shape.
 void MeshTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
                      const std::vector<glm::dvec3>& centers) {
   glm::dvec3 minimum(std::numeric_limits<double>::infinity());
@@ -109,7 +109,7 @@ bool MeshTree::meets(const Node& node, const LocalRay& ray, const glm::dvec3& gr
     }
     const double a = low / step;
     const double b = high / step;
-    // A few units in the last place, outwards: the quotients are rounded.
+    // Enlarged by a few units in the last place, since the quotients are rounded.
     constexpr double unit = 4.0 * std::numeric_limits<double>::epsilon();
     const double first = std::min(a, b);
     const double last = std::max(a, b);

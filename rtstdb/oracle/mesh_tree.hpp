@@ -1,7 +1,6 @@
 #pragma once
-// A geometry with a plain tree of boxes over its triangles, in double precision. Conservative: a walk meets
-// every triangle that a given box or ray could touch, or that could be near enough. Constant after it is made:
-// any thread.
+// A geometry with a binary tree of boxes over its triangles, in double precision. Conservative: a walk visits every
+// triangle that a box or ray may touch, or that may be near enough. Constant after its creation: any thread.
 
 #include <glm/common.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -33,24 +32,25 @@ class MeshTree {
   const Bounds& bounds() const noexcept { return bounds_; }
   std::uint32_t triangle_count() const noexcept { return static_cast<std::uint32_t>(mesh_.triangles.size()); }
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept;
-  /// Whether a sign of the distance is known, see NearestQueryOptions.
+  /// Whether distances have a sign, see NearestQueryOptions.
   bool closed() const noexcept { return closed_; }
 
-  /// Calls visit(triangle) for every triangle whose box, grown by `grow` per axis, the ray meets within its
-  /// range, and some others. The visitor may shorten ray.lambda_max on the way.
+  /// Calls visit(triangle) for every triangle whose box, enlarged by `grow` per axis, the ray meets within its range,
+  /// and perhaps for others. The visitor may reduce ray.lambda_max.
   template <class Visit>
   void walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const;
 
-  /// Calls visit(triangle) for every triangle not farther than `limit` from the point, and some others. Point
-  /// and distance belong to the mesh stretched by `scale`. The visitor may lower the limit on the way.
+  /// Calls visit(triangle) for every triangle within `limit` of the point, and perhaps for others. Point and distance
+  /// are those of the mesh scaled by `scale`. The visitor may reduce the limit.
   template <class Visit>
   void walk_near(const glm::dvec3& point, const glm::dvec3& scale, const double& limit, Visit&& visit) const;
 
  private:
   struct Node {
     glm::dvec3 minimum, maximum;
-    std::uint32_t first = 0;  ///< leaf: first place in order_; inner: the left child
-    std::uint32_t count = 0;  ///< leaf: how many; inner: 0, and the right child follows the left
+    std::uint32_t first = 0;  ///< leaf: first index in order_; inner: the left child
+    std::uint32_t count =
+        0;  ///< leaf: number of triangles; inner: 0, and the right child follows the left one
   };
 
   void build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
@@ -68,7 +68,7 @@ class MeshTree {
 
 template <class Visit>
 void MeshTree::walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const {
-  // What rounding in the box test and in a triangle test could differ by.
+  // Bounds the difference of rounding between the box test and a triangle test.
   const glm::dvec3 size = glm::abs(ray.origin);
   const glm::dvec3 grown = grow + 1e-12 * (magnitude_ + std::max({size.x, size.y, size.z}));
   std::vector<std::uint32_t> pending{0};
@@ -89,12 +89,12 @@ void MeshTree::walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const 
 template <class Visit>
 void MeshTree::walk_near(const glm::dvec3& point, const glm::dvec3& scale, const double& limit,
                          Visit&& visit) const {
-  // The nearer child first; what waits is looked at again when its turn comes.
+  // The nearer child first; the other one is tested again when it is popped.
   std::vector<std::pair<double, std::uint32_t>> pending{{distance(nodes_[0], point, scale), 0}};
   while (!pending.empty()) {
     const auto [node_distance, index] = pending.back();
     pending.pop_back();
-    // What rounding in the box test and in the distance to a triangle could differ by.
+    // Bounds the difference of rounding between the box test and the distance to a triangle.
     if (node_distance > limit + 1e-12 * (limit + magnitude_ * std::max({scale.x, scale.y, scale.z})))
       continue;
     const Node& node = nodes_[index];

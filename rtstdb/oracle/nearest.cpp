@@ -10,7 +10,7 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// Two distances closer than this part of the magnitudes at play are the same, and the lower index wins.
+/// Distances that differ by less than this part of the magnitudes are equal, and the lower index wins.
 constexpr double tie_relative = 1e-12;
 
 struct Candidate {
@@ -23,7 +23,7 @@ struct Candidate {
 class Ranking {
  public:
   Ranking(std::size_t k, double radius_m) : k_(k), limit_(radius_m) {}
-  /// Nothing beyond this distance matters any more.
+  /// Candidates beyond this distance are not needed.
   const double& limit() const { return limit_; }
 
   void offer(const Candidate& candidate, double window) {
@@ -35,7 +35,7 @@ class Ranking {
     std::erase_if(kept_, [this](const Candidate& other) { return distance_of(other) > limit_; });
   }
 
-  /// The k nearest; where distances are the same, by index.
+  /// The k nearest; equal distances by index.
   std::vector<Candidate> best(double window) {
     for (auto first = kept_.begin(); first != kept_.end();) {
       auto last = first + 1;

@@ -1,5 +1,4 @@
-// Judges a single-precision nearest answer: every neighbor by itself against the target that it names, then
-// the list against the truth.
+// Judges a single-precision nearest answer: every neighbor against its own target, then the list against the truth.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -21,7 +20,7 @@ bool has_triangle(NearestTarget target) {
   return target == NearestTarget::surface || target == NearestTarget::triangle;
 }
 
-/// What the neighbor's target is to the point; the distance of a surface is that of its nearest triangle.
+/// The nearest point of the neighbor's target; the distance of a surface is that of its nearest triangle.
 struct Claim {
   PosedEntity entity;
   Measured measured;
@@ -50,7 +49,7 @@ Judgement judge_uv(const Claim& claim, const Neighbor& neighbor) {
   return {};
 }
 
-/// The point lies on the target, at the distance that is claimed.
+/// Whether the answered point lies on the target, at the answered distance.
 Judgement judge_point(const Claim& claim, const PosedPoint& point, NearestTarget target,
                       const Neighbor& neighbor) {
   const glm::dvec3 p(neighbor.p_world_m);
@@ -86,7 +85,7 @@ Judgement judge_sign(const Claim& claim, const PosedPoint& point, bool is_signed
                 inside ? "inside" : "outside");
 }
 
-/// One neighbor by itself; fills the claim as far as it can be.
+/// Judges one neighbor; fills the claim as far as possible.
 Judgement judge_one(const World& world, const Nearest& nearest, const NearestQueryOptions& options,
                     const PosedPoint& point, const Neighbor& neighbor, Claim& claim) {
   const EntityState* state = world.find(neighbor.entity);
@@ -128,7 +127,7 @@ bool in_order(const Neighbor& a, const Neighbor& b) {
   return rank(a) < rank(b);
 }
 
-/// Whether a surface answers for its entity whatever the triangle.
+/// Whether neighbors are compared by entity alone, not by triangle.
 bool same_target(const NeighborTruth& truth, const Neighbor& neighbor, NearestTarget target) {
   return truth.entity == neighbor.entity &&
          (target != NearestTarget::triangle || truth.triangle == neighbor.triangle);

@@ -8,7 +8,7 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// How far along the edge from a to b, 0 to 1.
+/// The parameter on the edge from a to b, 0 to 1.
 double along_edge(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& p) noexcept {
   const glm::dvec3 edge = b - a;
   const double square = glm::dot(edge, edge);
@@ -17,9 +17,9 @@ double along_edge(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& p)
 
 }  // namespace
 
-// The nearest of four: the foot on the face, where it falls into the triangle, and the nearest points of the
-// three edges. Slower than telling the regions apart (Ericson, Real-Time Collision Detection, 2005, 5.1.5), and
-// right for slivers, whose regions rounding confuses.
+// The nearest of four points: the perpendicular foot on the face, where it lies inside the triangle, and the nearest points
+// of the three edges. Slower than classifying Voronoi regions (Ericson, Real-Time Collision Detection, 2005, 5.1.5), but
+// right for slivers, for which rounding confuses the regions.
 TrianglePoint nearest_on_triangle(const std::array<glm::dvec3, 3>& c, const glm::dvec3& p) noexcept {
   TrianglePoint best;
   double best_square = std::numeric_limits<double>::infinity();

@@ -14,10 +14,10 @@ struct TrianglePoint {
   double u = 0.0, v = 0.0;  ///< weights of the second and third corner
 };
 
-/// Triangles without area are the lines or points that they are.
+/// A triangle without area is a line or a point.
 TrianglePoint nearest_on_triangle(const std::array<glm::dvec3, 3>& corners, const glm::dvec3& p) noexcept;
 
-/// Of the solid box: a point inside is its own nearest.
+/// Of the solid box: a point inside is its own nearest point.
 glm::dvec3 nearest_in_box(const OrientedBox& box, const glm::dvec3& p) noexcept;
 
 }  // namespace rtstdb::oracle

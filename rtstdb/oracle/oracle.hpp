@@ -1,16 +1,16 @@
 #pragma once
-// The oracle: slow, exact answers in double precision to every query, independent of the GPU's code, and an
-// honest judgement of a single-precision answer against them.
+// The oracle: slow, exact answers in double precision to every query, independent of the GPU's code, and the
+// judgement of a single-precision answer against them.
 //
-// Threads: a World is constant after it is made; all functions are pure: any number of threads. They
-// allocate. Bad input (unknown carrier, a direction without length, NaN) is for the engine to refuse: here it
-// is misuse and asserts.
+// Threads: a World is constant after its creation, and all functions are pure: any number of threads. They
+// allocate. The engine refuses bad input (unknown carrier, a direction without length, NaN); here it is misuse
+// and asserts.
 //
-// How an answer is judged. Single precision knows a point of the query only within `noise_m`, the sum of the
-// magnitudes that take part (distances from the world's origin, the way along the ray, the entity's reach and
-// path since the last whole second, or since its motion began in it) times noise_factor units in the last place:
+// Judgement. Single precision determines a point of the query only within `noise_m`: the sum of the magnitudes
+// involved (distances from the world's origin, distance along the ray, the entity's extent, and its path since
+// the last whole second or since its motion began) times noise_factor units in the last place.
 //     agrees     the same answer within the tolerances below
-//     too_close  another answer, but moving the query by noise_m could have made it right
+//     too_close  another answer, which moving the query by noise_m could make right
 //     differs    wrong
 // Tests count too_close and assert that it is rare.
 
@@ -34,11 +34,11 @@ namespace rtstdb::oracle {
 /// The rows of one version with their geometry.
 class World {
  public:
-  /// `entities`: as Database::snapshot gives them, ascending by index. `meshes`: by GeometryId::index; those
-  /// that no entity uses may be null. The meshes are copied. `version_time`: from when the version holds.
+  /// `entities`: ascending by index, as from Database::snapshot. `meshes`: by GeometryId::index, copied; null is
+  /// allowed where no entity uses the geometry. `version_time`: from when the version is valid.
   World(std::vector<EntityState> entities, std::span<const TriangleMesh* const> meshes,
         WorldTime version_time = {});
-  /// Other rows over the same geometry, without building its trees again.
+  /// Other rows with the same geometry, whose trees are shared.
   World with_entities(std::vector<EntityState> entities, WorldTime version_time) const;
 
   std::span<const EntityState> entities() const noexcept { return entities_; }
@@ -59,7 +59,7 @@ class World {
 
 // ---- ray
 
-/// A RayHit in double precision, and how close the decision was. On a miss the margins are zero.
+/// A RayHit in double precision, with the margins of the decision. On a miss the margins are zero.
 struct RayTruth {
   HitStatus status = HitStatus::miss;
   double lambda = 0.0;
@@ -76,29 +76,29 @@ struct RayTruth {
 };
 
 /// The answer to one ray. closest: the smallest lambda in [lambda_min, lambda_max]; among hits whose lambdas
-/// differ by less than 1e-12 of themselves (a shared edge, two coinciding faces) the lowest entity index,
-/// then the lowest triangle index. any: `status` alone is filled. The test is watertight: a ray through a
-/// shared edge or corner of a closed surface hits at least one of the triangles there. ignore_motion:
-/// everything stands at its pose of the version's time; v_relative is still made of the rows' velocities.
+/// differ by a relative 1e-12 at most (a shared edge, two coinciding faces) the lowest entity index, then the
+/// lowest triangle index. any: only `status` is set. The test is watertight: a ray through a shared edge or
+/// corner of a closed surface hits at least one of the triangles there. ignore_motion: every entity has its pose
+/// of the version's time; v_relative still uses the rows' velocities.
 RayTruth trace(const World& world, const Ray& ray, RayMode mode = RayMode::closest,
                bool ignore_motion = false);
 
-/// Every hit of the ray, also the second one where two triangles meet, ascending by lambda, then entity index,
-/// then triangle index.
+/// Every hit of the ray, both hits where two triangles share an edge included, ascending by lambda, then entity
+/// index, then triangle index.
 std::vector<RayTruth> trace_all(const World& world, const Ray& ray, bool ignore_motion = false);
 
-/// The same, looking at every triangle of every entity: proves the trees.
+/// The same, testing every triangle of every entity: verifies the trees.
 RayTruth trace_brute_force(const World& world, const Ray& ray, RayMode mode = RayMode::closest,
                            bool ignore_motion = false);
 
 // ---- region and overlap
 
-/// One entity that the mask lets through, and how it stands to the region.
+/// One entity that the mask admits, and its gap to the region.
 struct EntityGap {
   EntityId entity;
-  /// Not above zero: in the answer. touching: the separation of the two bodies along the axis that separates
-  /// them best (boxes, frustum) or their distance (sphere), negative when they overlap. inside: how far the bounds
-  /// stick out.
+  /// Not above zero: in the answer. touching: the largest separation of the two bodies along a separating axis
+  /// (boxes, frustum) or their distance (sphere), negative when they overlap. inside: how far the bounds reach
+  /// out of the region.
   double gap_m = 0.0;
   double noise_m = 0.0;  ///< see the top of this file
 };
@@ -107,11 +107,11 @@ struct EntityGap {
 std::vector<EntityGap> gaps(const World& world, const Region& region);
 std::vector<EntityGap> gaps(const World& world, const Overlap& overlap);
 
-/// RegionLevel::surface: the least gap of the entity's triangles where they are asked to touch, the largest where
-/// they are to lie inside. What is far away may be farther than it says.
+/// RegionLevel::surface: the smallest gap of the entity's triangles for touching, the largest for inside. For a far
+/// entity the gap may be too small.
 std::vector<EntityGap> surface_gaps(const World& world, const Region& region);
 
-/// RegionLevel::triangle: one triangle, and how it stands to the region, as EntityGap tells of bounds.
+/// RegionLevel::triangle: one triangle and its gap, as EntityGap for bounds.
 struct TriangleGap {
   EntityId entity;
   std::uint32_t triangle = 0;
@@ -119,11 +119,11 @@ struct TriangleGap {
   double noise_m = 0.0;
 };
 
-/// Every visible triangle whose gap is not above its noise, by ascending entity index and triangle. Looks at all of
-/// each entity whose reach comes that near.
+/// Every visible triangle whose gap is not above its noise, by ascending entity index and triangle. Tests all
+/// triangles of each entity that may be that near.
 std::vector<TriangleGap> triangle_gaps(const World& world, const Region& region);
 
-/// The answer drawn from the gaps: those whose gap is not above zero.
+/// The answer that follows from the gaps: those not above zero.
 std::vector<EntityId> found(std::span<const EntityGap> gaps);
 std::vector<EntityTriangle> found(std::span<const TriangleGap> gaps);
 
@@ -141,12 +141,12 @@ struct NeighborTruth {
   double noise_m = 0.0;  ///< see the top of this file
 };
 
-/// The answer to one point, as the options' target, k and is_signed ask for it; distances that differ by less
-/// than 1e-12 of the magnitudes are the same.
+/// The answer to one point with the options' target, k and is_signed. Distances that differ by less than 1e-12 of
+/// the magnitudes are equal.
 std::vector<NeighborTruth> nearest(const World& world, const Nearest& point,
                                    const NearestQueryOptions& options);
 
-/// The same, looking at every triangle of every entity: proves the trees.
+/// The same, testing every triangle of every entity: verifies the trees.
 std::vector<NeighborTruth> nearest_brute_force(const World& world, const Nearest& point,
                                                const NearestQueryOptions& options);
 
@@ -156,41 +156,42 @@ enum class Verdict : std::uint8_t { agrees, too_close, differs };
 
 struct Judgement {
   Verdict verdict = Verdict::agrees;
-  std::string reason;  ///< one sentence with the values unless it agrees
+  std::string reason;  ///< one sentence with the values; empty when it agrees
 };
 
 /// Rounding units (2^-24) per metre of magnitude that single precision is allowed.
 inline constexpr double noise_factor = 32.0;
 inline constexpr double lambda_relative_tolerance = 1e-4;
-/// Tilt of the normal, beside what a sliver's own corners and a fast rotation leave open.
+/// Tilt of the normal, in addition to the uncertainty of a sliver's corners and of a fast rotation.
 inline constexpr double normal_tolerance = 1e-3;
-/// Of the sum of the speeds that make up v_relative.
+/// Relative to the sum of the speeds that make up v_relative.
 inline constexpr double velocity_relative_tolerance = 1e-4;
 
-/// Same entity and triangle: lambda within lambda_relative_tolerance or noise_m along the ray, the point that
-/// u and v name within noise_m, normal and velocity within theirs, same side. Otherwise the claimed triangle
-/// must pass within noise_m of the ray, in range, and no hit that noise_m can not undo may lie in front of it
-/// (or be there at all, for a claimed miss; any may, for one of RayMode::first). An incomplete answer differs.
+/// Same entity and triangle: agrees when lambda is within lambda_relative_tolerance or noise_m along the ray, the
+/// point of u and v within noise_m, normal and velocity within their tolerances, and the side the same. Otherwise
+/// the answered triangle must pass within noise_m of the ray, in range, and no certain hit, which noise_m can not
+/// undo, may lie in front of it (for an answered miss: anywhere; for RayMode::first hits in front are allowed). An
+/// incomplete answer differs.
 Judgement compare(const World& world, const Ray& ray, RayMode mode, bool ignore_motion, const RayTruth& truth,
                   const RayHit& answer);
 
-/// The answer to one ray of RayMode::first; `truth`: trace_all. Hits come first, ascending by lambda and no triangle
-/// twice, then misses. Each hit is judged as above within the noise of its lambda; every hit of the truth that lies in front
-/// of the last answered one (or anywhere, when there was room left) and not within its noise of an edge is
-/// there.
+/// The answer to one ray of RayMode::first; `truth`: trace_all. Hits come first, ascending by lambda, no triangle
+/// twice, then misses. Each hit is judged as above within the noise of its lambda. Every hit of the truth in front
+/// of the last answered one (anywhere, when the list is not full) must be listed, unless it is within its noise of
+/// an edge.
 Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
                         std::span<const RayTruth> truth, std::span<const RayHit> answers);
 
-/// Ids strictly ascending; each with a gap below -noise_m is there, none above noise_m is; `found` is their
-/// number; when `overflow` is set, `entities` is the beginning of such a list and shorter than `found`.
+/// Ids ascend strictly; every id with a gap below -noise_m is listed, none with a gap above noise_m; `found` is
+/// their number. With `overflow`, `entities` is the beginning of such a list and shorter than `found`.
 Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer);
 /// The same for `triangles`.
 Judgement compare(std::span<const TriangleGap> truth, const RegionAnswer& answer);
 
-/// In order and each once; each within its noise as far away as it says, its point on the target and at that
-/// distance, named by u and v, its velocity and its sign right (the sign of a distance below noise_m is left
-/// open). Whoever is missing is not nearer than the last, or than the radius where less than k are listed, by
-/// more than noise. The same targets in the same order agree. An incomplete answer differs.
+/// Neighbors are in order and listed once. Of each, distance, point on the target, u and v, and velocity are right
+/// within its noise, and so is the sign unless the distance is below noise_m. A target that is not listed is not
+/// nearer by more than its noise than the last one, or than the radius where fewer than k are listed. The same
+/// targets in the same order agree. An incomplete answer differs.
 Judgement compare(const World& world, const Nearest& point, const NearestQueryOptions& options,
                   std::span<const NeighborTruth> truth, const NearestAnswer& answer);
 

@@ -7,7 +7,7 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// What is shorter than this part of the vectors that make it is rounding, and no direction.
+/// A cross product shorter than this part of its factors is rounding noise and no direction.
 constexpr double min_sine = 1e-10;
 
 struct Span {
@@ -75,7 +75,7 @@ double separation_m(const Polyhedron& a, const Polyhedron& b, double enough_m) {
     for (const glm::dvec3& edge_b : b.edges) {
       const glm::dvec3 across = glm::cross(edge_a, edge_b);
       const double sine = glm::length(across);
-      // Parallel edges span no direction of their own: the faces' directions have looked there already.
+      // Parallel edges give no axis; the face normals cover this direction.
       if (sine > min_sine && enough_along(across / sine)) return largest;
     }
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Convex bodies of few corners, and how far they are apart, in double precision. Internal to the oracle.
+// Convex bodies with few corners and their separation, in double precision. Internal to the oracle.
 
 #include <glm/ext/vector_double3.hpp>
 
@@ -11,7 +11,7 @@
 
 namespace rtstdb::oracle {
 
-/// At most so many of a kind; an array without a heap, since there is one for each triangle.
+/// A list of limited capacity without heap memory, since there is one per triangle.
 template <std::size_t most>
 class Points {
  public:
@@ -26,16 +26,16 @@ class Points {
 
 struct Polyhedron {
   Points<8> corners_m;
-  Points<6> normals;  ///< unit, of faces; of what is flat also those of its edges within its plane
+  Points<6> normals;  ///< unit, of faces; for a flat body also those of its edges, in its plane
   Points<6> edges;    ///< unit, each direction once
 };
 
 Polyhedron polyhedron_of(const OrientedBox& box);
-/// Of a triangle without area: the line or the point that it is.
+/// A triangle without area gives a line or a point.
 Polyhedron polyhedron_of(const std::array<glm::dvec3, 3>& triangle_m);
 
-/// The largest gap along any axis that could separate them, negative when they overlap. More than `enough_m` may
-/// be less than that.
+/// The largest gap along any separating axis, negative when the bodies overlap. A result above `enough_m` may be less than
+/// the largest gap.
 double separation_m(const Polyhedron& a, const Polyhedron& b,
                     double enough_m = std::numeric_limits<double>::infinity());
 

@@ -62,7 +62,7 @@ glm::dvec3 in_frame_of(const PosedEntity& entity, const glm::dvec3& point_m) noe
 }
 
 bool winds_around(const PosedEntity& entity, const glm::dvec3& point_m) noexcept {
-  // Stretching changes angles, but not how often a surface winds around a point.
+  // Scaling changes angles, but not the winding number of a surface around a point.
   const glm::dvec3 p = in_frame_of(entity, point_m) / entity.state->row.scale;
   const Bounds& bounds = entity.mesh->bounds();
   if (p != glm::clamp(p, glm::dvec3(bounds.minimum_m), glm::dvec3(bounds.maximum_m))) return false;

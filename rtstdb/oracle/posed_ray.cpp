@@ -20,7 +20,7 @@ bool visible(const EntityState& state, std::uint32_t mask) noexcept {
   return state.row.geometry.valid() && (state.row.mask & mask) != 0;
 }
 
-/// Since the row is written down in single precision: at the last whole second, or where its motion began since.
+/// The instant at which the row is stored in single precision: the last whole second, or the begin of its motion if later.
 double since_written_down_s(const Motion& motion, WorldTime t) noexcept {
   constexpr std::int64_t second_ns = 1'000'000'000;
   const std::int64_t rest_ns = t.time_since_epoch().count() % second_ns;

@@ -1,5 +1,5 @@
 #pragma once
-// A ray and the entities it looks at, all brought to the instant it asks at. Internal to the oracle.
+// A ray and the entities, at the ray's time. Internal to the oracle.
 
 #include <glm/ext/vector_double3.hpp>
 
@@ -30,19 +30,19 @@ struct PosedRay {
 
   PosedRay(const World& world, const Ray& ray, bool ignore_motion);
   LocalRay in_frame_of(const PosedEntity& entity) const noexcept;
-  /// False: the ball around the entity lies off the ray's line by more than `margin_m`.
+  /// False: the entity's bounding sphere is farther than `margin_m` from the ray's line.
   bool passes(const PosedEntity& entity, double margin_m) const noexcept;
-  /// How well single precision knows where the ray at `lambda` stands against a part of the entity that lies
-  /// `arm_m` from its origin.
+  /// The noise, in single precision, of the ray's point at `lambda` relative to a part of the entity that is `arm_m` from
+  /// the entity's origin.
   double noise_m(const PosedEntity& entity, double lambda, double arm_m) const noexcept;
 };
 
-/// Whether a query with this mask sees the entity at all.
+/// Whether a query with this mask sees the entity.
 bool visible(const EntityState& state, std::uint32_t mask) noexcept;
 
 PosedEntity posed(const World& world, const EntityState& state, WorldTime t, bool ignore_motion) noexcept;
 
-/// noise of an entity's own placing, in metres of magnitude: multiply by noise_factor * 2^-24.
+/// Noise of the entity's own pose, in metres of magnitude: multiply by noise_factor * 2^-24.
 double noise_units_m(const EntityState& state, const Pose& pose, double dt_s, double arm_m) noexcept;
 
 inline constexpr double noise_per_unit = noise_factor / 16777216.0;

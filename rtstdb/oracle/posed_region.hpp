@@ -1,12 +1,12 @@
 #pragma once
-// A region brought to the instant it asks at. Internal to the oracle.
+// A region at its time. Internal to the oracle.
 
 #include "rtstdb/oracle/frustum.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 
 namespace rtstdb::oracle {
 
-/// A region where it stands in the world at its instant; half_extent_m is the region's own.
+/// A region's pose in the world at its time, with its half_extent_m.
 struct PosedRegion {
   OrientedBox box;
   double noise_units = 0.0;
@@ -14,7 +14,7 @@ struct PosedRegion {
 
 PosedRegion posed_region(const World& world, const Region& region);
 
-/// `at`: where the region stands.
+/// `at`: the pose of the region.
 Frustum frustum_of(const Region& region, const OrientedBox& at);
 
 }  // namespace rtstdb::oracle

@@ -13,7 +13,7 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// Two hits closer than this part of the magnitudes at play are one place, and the lower index wins.
+/// Hits whose lambdas differ by less than this part of the magnitudes are equal, and the lower index wins.
 constexpr double tie_relative = 1e-12;
 
 struct Candidate {
@@ -27,7 +27,7 @@ struct Candidate {
 class Closest {
  public:
   bool empty() const { return kept_.empty(); }
-  /// Nothing beyond this lambda matters any more.
+  /// Hits beyond this lambda are not needed.
   double limit() const { return limit_; }
 
   void offer(const Candidate& candidate, double window) {
@@ -86,7 +86,7 @@ RayTruth described(const PosedRay& ray, const Candidate& best) {
   const glm::dvec3 hit_m = ray.origin_m + best.hit.lambda * ray.direction;
   const auto local = entity.mesh->corners(best.triangle);
   const auto corners = entity.corners_world(best.triangle);
-  // Normals go with the inverse of the scale.
+  // Normals scale inversely.
   const glm::dvec3 normal =
       entity.pose.q_world * (glm::cross(local[1] - local[0], local[2] - local[0]) / entity.state->row.scale);
 

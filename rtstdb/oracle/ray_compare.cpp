@@ -1,5 +1,5 @@
-// Judges a single-precision ray answer. Only answers that disagree with the truth are looked at closely: then
-// the neighbourhood of the ray is searched for what noise could have made of it.
+// Judges a single-precision ray answer. For an answer that differs from the truth, the neighbourhood of the ray is searched
+// for triangles that noise could have made the answer.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -16,11 +16,11 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// A stretch of lambda.
+/// An interval of lambda.
 struct Stretch {
   double first, last;
   bool empty() const { return first > last; }
-  /// Keeps what lies in the half space offset + lambda * slope >= 0.
+  /// Clips the interval to the half space offset + lambda * slope >= 0.
   void clip(double offset, double slope) {
     if (slope == 0.0) {
       if (offset < 0.0) first = std::numeric_limits<double>::infinity();
@@ -35,8 +35,8 @@ struct Stretch {
   }
 };
 
-/// The stretch in which the ray stays within noise of the triangle: between two planes beside it, three
-/// planes outside its edges, and its grown box (which cuts off the far tips that the edge planes leave).
+/// The interval in which the ray stays within noise of the triangle: between two planes beside it, three planes outside its
+/// edges, and its enlarged box, which cuts off the far tips that the edge planes leave.
 Stretch near_triangle(const PosedRay& ray, const std::array<glm::dvec3, 3>& c, double noise_m) {
   const double slack = noise_m / ray.length;
   Stretch stretch{ray.lambda_min - slack, ray.lambda_max + slack};
@@ -59,17 +59,17 @@ Stretch near_triangle(const PosedRay& ray, const std::array<glm::dvec3, 3>& c, d
   return stretch;
 }
 
-/// What the neighbourhood of the ray allows for.
+/// What the neighbourhood of the ray admits.
 struct Neighbourhood {
   bool anything_possible = false;
-  /// Where the claimed triangle could be hit, when it could.
+  /// Where the answered triangle could be hit, if anywhere.
   std::optional<Stretch> claimed;
-  /// The latest lambda of the first hit that no noise undoes.
+  /// The latest lambda of the first certain hit, which no noise can undo.
   double certain_by = std::numeric_limits<double>::infinity();
   bool certain() const { return std::isfinite(certain_by); }
 };
 
-/// Edge-on triangles and those without area are never certain.
+/// Hits of edge-on triangles and of those without area are never certain.
 std::optional<double> certain_lambda(const PosedRay& ray, const std::array<glm::dvec3, 3>& c,
                                      double noise_m) {
   const glm::dvec3 normal = glm::normalize(glm::cross(c[1] - c[0], c[2] - c[0]));
@@ -134,7 +134,7 @@ Judgement judge_disagreement(const World& world, const Ray& ray, RayMode mode, b
                   "a hit, where there is none");
   const double lambda = static_cast<double>(answer.lambda);
   const double tolerance = lambda_relative_tolerance * std::abs(lambda);
-  // Of first hits, those in front are answers of their own.
+  // With RayMode::first, hits in front are other entries of the list.
   const bool hidden = mode != RayMode::first && around.claimed && around.claimed->first > around.certain_by;
   const bool possible = around.claimed && lambda >= around.claimed->first - tolerance &&
                         lambda <= around.claimed->last + tolerance && !hidden;
@@ -153,7 +153,7 @@ bool same_place(const PosedRay& ray, const RayTruth& truth, double lambda) {
          std::max(lambda_relative_tolerance * std::abs(truth.lambda), slack);
 }
 
-/// The same triangle at the same place: do the other figures agree too?
+/// Compares the other fields of an answer with the same triangle and place.
 Judgement judge_details(const World& world, const Ray& ray, const PosedRay& posed_ray, bool ignore_motion,
                         const RayTruth& truth, const RayHit& answer) {
   const EntityState& state = *world.find(truth.entity);

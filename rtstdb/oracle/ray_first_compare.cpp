@@ -9,14 +9,14 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// What lambda may be off by: how far noise_m reaches along a ray that meets the surface at this angle.
+/// The tolerance of lambda: the length of noise_m along a ray that meets the surface at this angle.
 double lambda_slack(const Ray& ray, const RayTruth& hit) {
   const double length = glm::length(glm::dvec3(ray.direction));
   return lambda_relative_tolerance * hit.lambda +
          hit.noise_m / (length * std::max(hit.incidence_cosine, 1e-3));
 }
 
-/// Moving the ray by noise_m does not undo this hit.
+/// Whether the hit remains when the ray moves by noise_m.
 bool is_clear(const Ray& ray, const RayTruth& hit) {
   const double slack = lambda_slack(ray, hit);
   return hit.incidence_cosine > 1e-3 && hit.edge_distance_m > hit.noise_m &&
@@ -24,7 +24,7 @@ bool is_clear(const Ray& ray, const RayTruth& hit) {
          hit.lambda < static_cast<double>(ray.lambda_max) - slack;
 }
 
-/// The answered hit, judged where nothing but the surroundings of its lambda counts.
+/// Judges an answered hit by the neighbourhood of its lambda alone.
 Judgement judge_alone(const World& world, const Ray& ray, bool ignore_motion, const RayHit& answer) {
   Ray around = ray;
   around.lambda_min = std::max(ray.lambda_min, answer.lambda * (1.0f - 1e-4f));

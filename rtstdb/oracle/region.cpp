@@ -13,15 +13,15 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// How far the box reaches from its centre along a unit direction.
+/// The extent of the box from its centre along a unit direction.
 double extent_along(const OrientedBox& box, const glm::dvec3& direction) {
   return box.half_extent_m.x * std::abs(glm::dot(box.axis[0], direction)) +
          box.half_extent_m.y * std::abs(glm::dot(box.axis[1], direction)) +
          box.half_extent_m.z * std::abs(glm::dot(box.axis[2], direction));
 }
 
-/// Separating axes: two boxes are apart exactly when one of 15 directions tells them apart; the largest gap
-/// along any of them.
+/// Separating axis test: two boxes are apart exactly when one of 15 axes separates them. Returns the largest gap along any of
+/// them.
 double separation_m(const OrientedBox& a, const OrientedBox& b) {
   double largest = -std::numeric_limits<double>::infinity();
   const auto try_axis = [&](const glm::dvec3& axis) {
@@ -37,7 +37,7 @@ double separation_m(const OrientedBox& a, const OrientedBox& b) {
     for (const glm::dvec3& edge_b : b.axis) {
       const glm::dvec3 across = glm::cross(edge_a, edge_b);
       const double sine = glm::length(across);
-      // Parallel edges span no direction of their own: the faces' directions have looked there already.
+      // Parallel edges give no axis; the face normals cover this direction.
       if (sine > 1e-10) try_axis(across / sine);
     }
   }
@@ -53,7 +53,7 @@ double distance_m(const OrientedBox& box, const glm::dvec3& p) {
   return deepest <= 0.0 ? deepest : glm::length(glm::max(beyond, glm::dvec3(0.0)));
 }
 
-/// How far the inner box sticks out of the outer one's faces; not above zero when it lies within.
+/// How far the inner box reaches beyond the outer one's faces; not above zero when it lies inside.
 double sticks_out_m(const OrientedBox& inner, const OrientedBox& outer) {
   double most = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {

@@ -1,4 +1,4 @@
-// Judges the answers to regions and overlaps by the gaps of what could be in them.
+// Judges the answers to regions and overlaps by the gaps of the candidates.
 
 #include <cmath>
 
@@ -24,14 +24,14 @@ auto ids_found(std::span<const Gap> gaps) {
   return ids;
 }
 
-std::string in_words(EntityId id) {
+std::string describe(EntityId id) {
   return "entity " + std::to_string(id.index);
 }
-std::string in_words(const EntityTriangle& id) {
-  return in_words(id.entity) + ", triangle " + std::to_string(id.triangle);
+std::string describe(const EntityTriangle& id) {
+  return describe(id.entity) + ", triangle " + std::to_string(id.triangle);
 }
 
-/// `listed`: of the answer, what the gaps are about.
+/// `listed`: the answer's list of entities or triangles.
 template <class Gap, class Id>
 Judgement judge(std::span<const Gap> truth, std::span<const Id> listed, const RegionAnswer& answer) {
   if (answer.incomplete) return {Verdict::differs, "no answer: incomplete"};
@@ -51,18 +51,18 @@ Judgement judge(std::span<const Gap> truth, std::span<const Id> listed, const Re
     if (gap.gap_m <= 0.0) ++exact;
     if (gap.gap_m < -gap.noise_m) ++certain;
     if (gap.gap_m <= gap.noise_m) ++possible;
-    // Past the end of a list that overflowed nothing can be said of the single one.
+    // A list that overflowed says nothing about ids behind its end.
     if (answer.overflow && exhausted) continue;
     if (is_listed == (gap.gap_m <= 0.0)) continue;
     if (std::abs(gap.gap_m) <= gap.noise_m) {
       close = true;
       continue;
     }
-    return judged(Verdict::differs, "%s is %s, where its gap is %.9g m", in_words(id_of(gap)).c_str(),
+    return judged(Verdict::differs, "%s is %s, where its gap is %.9g m", describe(id_of(gap)).c_str(),
                   is_listed ? "listed" : "missing", gap.gap_m);
   }
   if (next != listed.size())
-    return {Verdict::differs, "place " + std::to_string(next) + " lists " + in_words(listed[next]) +
+    return {Verdict::differs, "place " + std::to_string(next) + " lists " + describe(listed[next]) +
                                   ", which is unknown, masked out, far away, or out of order"};
   if (answer.found < certain || answer.found > possible)
     return judged(Verdict::differs, "%u found, where at least %u are", answer.found, certain);

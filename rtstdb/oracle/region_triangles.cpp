@@ -1,4 +1,4 @@
-// Regions by triangle: every triangle of every entity that is not far away.
+// Regions by triangle: tests every triangle of every entity that is near.
 
 #include <glm/geometric.hpp>
 
@@ -18,7 +18,7 @@ namespace {
 
 using Triangle = std::array<glm::dvec3, 3>;
 
-/// How a triangle lies to the region; made once for many.
+/// The gap of triangles to one region.
 class TriangleMeasure {
  public:
   TriangleMeasure(const World& world, const Region& region)
@@ -29,14 +29,14 @@ class TriangleMeasure {
 
   double noise_units() const { return at_.noise_units; }
 
-  /// Of a ball about the region's centre that holds it.
+  /// The radius of a sphere around the region's centre that contains the region.
   double reach_m() const {
     return region_.shape == RegionShape::sphere ? at_.box.half_extent_m.x
                                                 : glm::length(at_.box.half_extent_m);
   }
   const glm::dvec3& center_m() const { return at_.box.center_m; }
 
-  /// As EntityGap::gap_m; more than `enough_m` may be less than that.
+  /// As EntityGap::gap_m. A result above `enough_m` may be less than the gap.
   double gap_m(const Triangle& triangle_m, double enough_m) const {
     const bool inside = region_.test == RegionTest::inside;
     if (region_.shape == RegionShape::sphere) {
@@ -73,7 +73,7 @@ class TriangleMeasure {
   std::optional<Polyhedron> body_;
 };
 
-/// One visible entity: how far it is away at least, and what single precision knows of it.
+/// One visible entity: a lower bound of its distance, and its noise.
 struct Candidate {
   PosedEntity entity;
   double noise_m = 0.0;

@@ -6,9 +6,8 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// ax * by - ay * bx with the exact sign. Rounding keeps order, so two products that differ once rounded say
-/// it already; of two that do not, what rounding took off decides. Swapping the arguments turns the sign and
-/// changes nothing else.
+/// ax * by - ay * bx with the exact sign. Rounding is monotonic, so rounded products that differ have the right order; for equal
+/// ones the rounding errors decide. Swapping the arguments changes the sign alone.
 double edge_function(double ax, double ay, double bx, double by) noexcept {
   const double left = ax * by;
   const double right = ay * bx;
@@ -23,7 +22,7 @@ WatertightTest::WatertightTest(const LocalRay& ray) noexcept : origin_(ray.origi
   z_ = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
   x_ = (z_ + 1) % 3;
   y_ = (z_ + 2) % 3;
-  // Keeps the sense of rotation.
+  // Keeps the orientation.
   if (ray.direction[z_] < 0.0) std::swap(x_, y_);
   shear_x_ = ray.direction[x_] / ray.direction[z_];
   shear_y_ = ray.direction[y_] / ray.direction[z_];

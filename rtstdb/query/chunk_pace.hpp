@@ -1,6 +1,9 @@
 #pragma once
-// Chunks are cut by what a batch takes on the whole, and costly elements may stand together in it: each chunk is as large as the last ones
-// say that it should be. Part of what a chunk takes is the dispatch, however few are in it, so that smaller ones may be no shorter.
+// The size of the next chunk, from what the last ones took: halved while they take too long, doubled while they are short.
+// Part of a chunk's time is its dispatch, whatever its size: where a chunk of another size takes about as long, smaller
+// chunks would be no shorter, and the size is doubled.
+//
+// Threads: one at a time.
 
 #include <algorithm>
 #include <cstdint>
@@ -9,81 +12,101 @@ namespace rtstdb::query {
 
 class ChunkPace {
  public:
-  /// What a chunk was thought to take and took. `completed_before_wait`: it was done before anybody looked, and took less than that.
   struct Chunk {
     double predicted_ns = 0.0, took_ns = 0.0;
+    /// The chunk was complete before the host looked: it took less than `took_ns`.
     bool completed_before_wait = false;
   };
 
   /// A chunk should take `chunk_ns`.
   explicit ChunkPace(std::int64_t chunk_ns) noexcept : chunk_ns_(static_cast<double>(chunk_ns)) {}
 
-  /// Of the elements that are thought to take a chunk's time, so much is a chunk. More than all only where chunks turned out to be mostly
-  /// dispatches: the batch would gain little, and whoever is urgent would wait.
+  /// The size of the next chunk: this many times the elements that are predicted to take a chunk's time. Above 1 only where
+  /// chunks turned out to be mostly dispatch.
   double share() const noexcept { return share_; }
 
-  /// What comes now may cost more than was thought: so much at the most until a chunk of it is learnt from, and by that alone.
+  /// The next elements may cost more than predicted: the size is at most `share` until a chunk of them was learned.
   void begin_with(double share) noexcept {
     if (share >= share_) return;
     share_ = share;
-    before_ = {};
-    by_elements_ = 0.0;
+    previous_ = {};
+    current_ = other_ = {};
+    is_mostly_dispatch_ = true;  // so that a second size is tried, unless the first is too long for a dispatch
   }
 
   void learn(const Chunk& chunk) noexcept {
-    // With the one before: where the host wakes late one chunk seems the longer for it, and the next the shorter.
-    const double predicted_ns = chunk.predicted_ns + before_.predicted_ns;
-    const double took_ns = chunk.took_ns + before_.took_ns;
-    const double chunks = before_.predicted_ns > 0.0 ? 2.0 : 1.0;
-    double share = took_ns < unremarkable * predicted_ns ? std::max(predicted_ns / took_ns, 1.0)
-                                                         : predicted_ns / took_ns;
-    share = std::clamp(share, min_share, most_);
-    before_ = chunk;
+    const Measured last{chunk.predicted_ns / chunk_ns_, chunk.took_ns / chunk_ns_};
+    // Two chunks together: where the host wakes late, one seems longer and the next one shorter.
+    const bool is_first = previous_.size == 0.0;
+    const Measured both = is_first ? last
+                                   : Measured{(last.size + previous_.size) / 2.0, (last.took + previous_.took) / 2.0};
+    const bool one_size = !is_first && !is_other_size(last, previous_);
+    previous_ = last;
     if (chunk.completed_before_wait) {
-      if (share >= share_) {
-        share_ = share;
-      } else if (share < share_ / 2.0) {
-        // The host was elsewhere, for how long nobody knows. Until chunks last as long they are not what others wait for.
-        share_ = std::min(2.0 * share_, most_);
-        before_ = {};
-      }
-      return;
+      learn_upper_bound(both);
+    } else {
+      compare_sizes(one_size ? both : last);
+      share_ = next_share(both);
+      max_share_ = std::max(max_share_, share_);
     }
-    tell_dispatch_from_elements(chunk);
-    if (by_elements_ < min_by_elements && took_ns < chunks * std::max(1.5 * chunk_ns_, longest_dispatch_ns)) {
-      const double doubled = 2.0 * predicted_ns / (chunks * chunk_ns_);
-      share = std::max(share, std::min(doubled, weight_ >= few ? max_share : most_));
-      most_ = std::max(most_, share);
-    }
-    share_ = share;
   }
 
  private:
-  /// A line through the last chunks of different sizes: how much of what they took goes with the size.
-  void tell_dispatch_from_elements(const Chunk& chunk) noexcept {
-    const double thought = chunk.predicted_ns / chunk_ns_, took = chunk.took_ns / chunk_ns_;
-    weight_ = weight_ * fading + 1.0;
-    thought_ = thought_ * fading + thought;
-    took_ = took_ * fading + took;
-    thought_squared_ = thought_squared_ * fading + thought * thought;
-    both_ = both_ * fading + thought * took;
-    const double mean = thought_ / weight_;
-    const double variance = thought_squared_ / weight_ - mean * mean;
-    if (variance < min_variance * mean * mean || took_ <= 0.0) return;
-    const double slope = (both_ / weight_ - mean * took_ / weight_) / variance;
-    by_elements_ = std::clamp(slope * thought_ / took_, 0.0, 1.0);
+  struct Measured {
+    double size = 0.0;  ///< as share(); 0: nothing was measured
+    double took = 0.0;  ///< in units of the chunk time
+  };
+
+  double next_share(const Measured& measured) const noexcept {
+    double size = measured.size, took = measured.took;
+    const double max_dispatch = std::max(max_took, max_dispatch_ns / chunk_ns_);
+    if (is_mostly_dispatch_ && took > min_took && took < max_dispatch) {
+      size *= 2.0;
+    } else {
+      for (; took > max_took; took /= 2.0)
+        size /= 2.0;
+      for (; took <= min_took && size < limit; took *= 2.0)
+        size *= 2.0;
+    }
+    const bool may_exceed = is_mostly_dispatch_ && other_.size > 0.0;
+    return std::clamp(size, 1.0 / 4096.0, may_exceed ? limit : max_share_);
   }
 
-  static constexpr double unremarkable = 1.5;
-  static constexpr double min_share = 1.0 / 4096.0, max_share = 64.0;
-  static constexpr double fading = 0.85, min_variance = 0.04, few = 3.0;
-  static constexpr double min_by_elements = 0.5;
-  /// A dispatch takes no longer by itself, also on a busy machine: who waits for more waits for elements.
-  static constexpr double longest_dispatch_ns = 800e3;
-  double chunk_ns_, share_ = 1.0, most_ = 1.0;
-  Chunk before_;
-  double by_elements_ = 1.0;  // so much of what chunks take, as far as is known
-  double weight_ = 0.0, thought_ = 0.0, took_ = 0.0, thought_squared_ = 0.0, both_ = 0.0;
+  void learn_upper_bound(const Measured& measured) noexcept {
+    const double share = next_share(measured);
+    if (share >= share_) {
+      share_ = share;
+    } else if (share < share_ / 2.0) {
+      // The host was busy for an unknown time: the chunks are not known to be long.
+      share_ = std::min(2.0 * share_, max_share_);
+      previous_ = {};
+    }
+  }
+
+  /// Finds how much the size matters, by comparison with the last chunks of another size.
+  void compare_sizes(const Measured& measured) noexcept {
+    if (is_other_size(measured, current_)) other_ = current_;
+    current_ = measured;
+    if (other_.size == 0.0) return;
+    const auto& [small, large] = std::minmax(current_, other_, [](const Measured& a, const Measured& b) {
+      return a.size < b.size;
+    });
+    is_mostly_dispatch_ = large.took / small.took - 1.0 < 0.5 * (large.size / small.size - 1.0);
+  }
+  static bool is_other_size(const Measured& a, const Measured& b) noexcept {
+    return b.size > 0.0 && (a.size >= 1.5 * b.size || b.size >= 1.5 * a.size);
+  }
+
+  static constexpr double min_took = 0.75, max_took = 2.0 * min_took;
+  static constexpr double limit = 64.0;  ///< of share()
+  /// A dispatch alone takes less than this also on a busy machine.
+  static constexpr double max_dispatch_ns = 800e3;
+
+  double chunk_ns_;
+  double share_ = 1.0, max_share_ = 1.0;
+  Measured previous_;         ///< the last chunk
+  Measured current_, other_;  ///< the last chunks of one size, and those of another size before them
+  bool is_mostly_dispatch_ = false;
 };
 
 }  // namespace rtstdb::query

@@ -36,8 +36,12 @@ RunReport ChunkedRun::run() noexcept {
   bool truncated = false;
   for (const Request& request : requests_)
     static_cast<GpuQuery*>(request.query)->begin_batch(request.count);
-  if (const auto status = run_pass(Pass::all)) return ended(*status);
-  if (const auto status = next_retry_batch()) return ended(*status);
+  while (true) {
+    if (const auto status = run_pass(Pass::all)) return ended(*status);
+    if (const auto status = next_retry_batch()) return ended(*status);
+    if (!begin_next_stage()) break;
+    if (const auto status = gap_between_passes()) return ended(*status);
+  }
   for (std::size_t k = 0; k < requests_.size(); ++k)
     truncated = truncated || query(k).truncated();
   return ended(truncated ? RunStatus::truncated : RunStatus::done);
@@ -81,7 +85,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
       under_way = take(next, pass);
       if (std::exchange(brought_up_, false)) under_way->predicted_ns = 0.0;
       record(*under_way, pass, lane);
-      if (!lane.start({.halt_after = whole_for_, .at_once = spares_others()})) return RunStatus::device_lost;
+      if (!lane.start({.halt_after = whole_for_, .early = spares_others()})) return RunStatus::device_lost;
     }
     if (!before) continue;
     if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
@@ -109,10 +113,10 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
   if (const std::uint32_t asked = chunk.elements; lane.first_unstarted() < asked) {
     cut(chunk, lane.first_unstarted(), pass);
     const auto worth_ns = static_cast<std::int64_t>(chunk.elements * element_ns_);
-    if (chunk.elements == 0 || lane.halted_at_once())
+    if (chunk.elements == 0 || lane.halted_early())
       thrown_away_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
     // How little it had done says nothing of what is to come.
-    if (lane.halted_at_once()) return true;
+    if (lane.halted_early()) return true;
     follow_halt(chunk, asked);
   } else {
     element_ns_ = static_cast<double>(took_ns) / std::max(asked, 1u);
@@ -166,11 +170,12 @@ void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before
   });
 }
 
-ExecutorCallbacks::Gap ChunkedRun::let_others_run(Pass pass) noexcept {
-  // Searches that pause would begin again in a slot that is made anew, and among shapes in other places.
-  const bool slot_stays = pass == Pass::again && structures_.tlas.pin(view_.slot);
-  const bool shapes_stay = pass == Pass::again && structures_.pool.pin(rows_);
-  const ExecutorCallbacks::Gap gap = callbacks_->on_preemption_point();
+ExecutorCallbacks::Continuation ChunkedRun::let_others_run(Pass pass) noexcept {
+  // Paused searches, and stages that build on earlier ones, would begin again in a slot that another run has rebuilt.
+  const bool keeps_structures = pass == Pass::again || in_later_stage_;
+  const bool slot_stays = keeps_structures && structures_.tlas.pin(view_.slot);
+  const bool shapes_stay = keeps_structures && structures_.pool.pin(rows_);
+  const ExecutorCallbacks::Continuation gap = callbacks_->on_preemption_point();
   if (shapes_stay) structures_.pool.unpin(rows_);
   if (slot_stays) structures_.tlas.unpin(view_.slot);
   return gap;
@@ -181,8 +186,8 @@ std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
   while (true) {
     bool some = false;
     for (std::size_t k = 0; k < requests_.size(); ++k) {
-      query(k).asked_again = query(k).next_retry_batch();
-      some = some || query(k).asked_again > 0;
+      query(k).retry_batch = query(k).next_retry_batch();
+      some = some || query(k).retry_batch > 0;
     }
     if (!some) return std::nullopt;
     if (const auto status = gap_between_passes()) return status;
@@ -191,15 +196,25 @@ std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
   }
 }
 
+bool ChunkedRun::begin_next_stage() noexcept {
+  bool some = false;
+  for (std::size_t k = 0; k < requests_.size(); ++k)
+    some = query(k).begin_next_stage() || some;
+  in_later_stage_ = some;
+  pace_ = ChunkPace(chunk_ns());
+  known_ = 0;
+  return some;
+}
+
 std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(Pass::again)) {
-    case ExecutorCallbacks::Gap::stop:
+    case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
-    case ExecutorCallbacks::Gap::finish_in_flight:
+    case ExecutorCallbacks::Continuation::finish_in_flight:
       return RunStatus::partial;
-    case ExecutorCallbacks::Gap::go_on:
+    case ExecutorCallbacks::Continuation::go_on:
       break;
   }
   if (structures_.runs != runs && !bring_up(lanes_[0])) return RunStatus::device_lost;
@@ -211,15 +226,15 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
   switch (let_others_run(pass)) {
-    case ExecutorCallbacks::Gap::stop:
+    case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
-    case ExecutorCallbacks::Gap::finish_in_flight:
+    case ExecutorCallbacks::Continuation::finish_in_flight:
       // Whoever ran in the gap may have brought the slot to another version: what was found could not be named any more.
       if (structures_.runs != runs || !under_way) return RunStatus::partial;
       if (!finish(other, *under_way, pass, nullptr)) return RunStatus::device_lost;
       unpack(*under_way, pass);
       return RunStatus::partial;
-    case ExecutorCallbacks::Gap::go_on:
+    case ExecutorCallbacks::Continuation::go_on:
       break;
   }
   if (structures_.runs == runs) return std::nullopt;
@@ -265,13 +280,12 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
 
 std::uint32_t ChunkedRun::at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept {
   if (pass == Pass::again) return std::max(elements, query(request).min_retry_batch());
-  const std::uint32_t step = fewest_places(structures_.device.limits().processors);
+  const std::uint32_t step = min_places(structures_.device.limits().processors);
   return (elements + step - 1) / step * step;
 }
 
 std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
-  if (pass == Pass::all) return requests_[request].count;
-  return query(request).asked_again;
+  return pass == Pass::all ? query(request).places() : query(request).retry_batch;
 }
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
@@ -304,20 +318,19 @@ void ChunkedRun::record(const Chunk& chunk, Pass pass, accel::Submit& lane) noex
   std::uint32_t before = 0;
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
     const HaltAt halt{.words = lane.halt_address(), .from = before - range.first};
-    if (pass == Pass::all)
-      query.record(range, rows_, structures_.tlas, view_, halt, lane.recorder());
-    else
-      query.record_again(range, rows_, structures_.tlas, view_, halt, lane.recorder());
+    query.record({range, pass == Pass::again, query.stage()}, {.rows = rows_,
+                                                               .pool = structures_.pool,
+                                                               .tlas = structures_.tlas,
+                                                               .view = view_,
+                                                               .halt = halt,
+                                                               .recorder = lane.recorder()});
     before += range.end - range.first;
   });
 }
 
 void ChunkedRun::unpack(const Chunk& chunk, Pass pass) noexcept {
   each_part(chunk, pass, [&](GpuQuery& query, PlaceRange range) {
-    if (pass == Pass::all)
-      query.unpack(range, view_);
-    else
-      query.unpack_again(range, view_);
+    query.take_answers({range, pass == Pass::again, query.stage()}, view_);
   });
 }
 

@@ -65,10 +65,12 @@ class ChunkedRun {
   bool bring_up(accel::Submit& lane) noexcept;
   /// What ended the run; none when all chunks of the pass are done.
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
-  ExecutorCallbacks::Gap let_others_run(Pass pass) noexcept;
+  ExecutorCallbacks::Continuation let_others_run(Pass pass) noexcept;
   /// All passes that ask again what is incomplete.
   std::optional<RunStatus> next_retry_batch() noexcept;
-  /// Before each of them.
+  /// The next stage of every query that has one. False: there is none.
+  bool begin_next_stage() noexcept;
+  /// Before each retry pass and each later stage.
   std::optional<RunStatus> gap_between_passes() noexcept;
   /// Between two chunks of a pass. `next` is the lane that the next chunk takes, if there is one; `under_way` the chunk in the other.
   std::optional<RunStatus> gap(accel::Submit& next, bool more, accel::Submit& other,
@@ -121,6 +123,7 @@ class ChunkedRun {
   std::optional<std::uint32_t> slot_;  // of the view, once there is one
   bool begun_ = false;                 // the next lane, by bring_up
   bool brought_up_ = false;            // with structures that did not stand
+  bool in_later_stage_ = false;        // some query is in a stage after its first
   ChunkPace pace_;
   std::int64_t gpu_ns_ = 0, thrown_away_ns_ = 0;  // the second is part of the first
   double element_ns_ = 0.0;                       // in the last chunk that was whole

@@ -9,10 +9,10 @@ Result<std::unique_ptr<DeviceEpoch>> DeviceEpoch::create(std::unique_ptr<gpu::De
                                                          const accel::KeptGeometries& kept) {
   std::unique_ptr<DeviceEpoch> epoch(new DeviceEpoch(std::move(device_given)));
   gpu::Device& device = epoch->device;
-  const auto device_free = std::make_shared<accel::Submit::DeviceFree>();
+  const auto device_idle = std::make_shared<accel::Submit::DeviceIdle>();
   for (Lanes& lanes : epoch->lanes) {
     for (accel::Submit& lane : lanes) {
-      auto submit = accel::Submit::create(device, device_free);
+      auto submit = accel::Submit::create(device, device_idle);
       if (!submit) return submit.error();
       lane = std::move(submit).value();
     }
@@ -21,7 +21,7 @@ Result<std::unique_ptr<DeviceEpoch>> DeviceEpoch::create(std::unique_ptr<gpu::De
   auto pool = accel::GeometryPool::create_restored(device, options.max_geometries, kept, setup);
   if (!pool) return pool.error();
   epoch->pool = std::move(pool).value();
-  // A version of a million entities takes half a gigabyte.
+  // Slots of large worlds take much memory: half a gigabyte for a million entities.
   const std::uint32_t slots = options.max_entities > 1u << 17 ? 2 : 4;
   auto tlas = accel::Tlas::create(device, {.max_entities = options.max_entities, .slots = slots});
   if (!tlas) return tlas.error();

@@ -1,8 +1,8 @@
 #pragma once
-// All that the executor has on a device, from the device itself on: it comes and goes as one. When the device is lost,
-// another one is made from what the host keeps. Queries have their own part of it (GpuQuery::move_to).
+// Everything that the executor has on a device, with the device itself. When the device is lost, the whole epoch is destroyed
+// and a new one is created from the host's copies. Queries own their part (GpuQuery::move_to).
 //
-// Threads: the database's.
+// Threads: the database's thread.
 
 #include <array>
 #include <memory>
@@ -15,12 +15,12 @@ namespace rtstdb::query {
 
 class DeviceEpoch {
  public:
-  /// With what `kept` says; on a device that compiles late nothing is compiled. Errors: what the device can not hold;
-  /// device_lost.
+  /// With the geometries in `kept`. On a device that compiles late, no kernel is compiled here. Errors: capacity and
+  /// out_of_memory of the device; device_lost.
   static Result<std::unique_ptr<DeviceEpoch>> create(std::unique_ptr<gpu::Device> device_given,
                                                      const DatabaseOptions& options,
                                                      const accel::KeptGeometries& kept);
-  /// The slots to the pool; again whenever the pool's generation has changed.
+  /// Binds the slots to the pool; again whenever the pool's generation has changed.
   Result<void> rebind();
   bool is_bound() const noexcept { return bound_generation_ == pool.generation(); }
 
@@ -35,7 +35,7 @@ class DeviceEpoch {
   accel::GeometryPool pool;
   accel::Tlas tlas;
   Structures structures{device, pool, tlas};
-  std::array<Lanes, max_nesting + 1> lanes;  ///< by depth: a run in another's gap has its own
+  std::array<Lanes, max_nesting + 1> lanes;  ///< by nesting depth: each nested run has its own
   accel::Submit& setup_lane() noexcept { return lanes[0][0]; }
 };
 

@@ -1,35 +1,35 @@
 #pragma once
-// How the places of a dispatch are shared out to workgroups (place_of_invocation in shaders/common/places.glsl).
+// How the places of a dispatch are distributed over workgroups (place_of_invocation in shaders/common/places.glsl).
 
 #include <algorithm>
 #include <cstdint>
 
 namespace rtstdb::query {
 
-/// A workgroup of every search has so many invocations.
+/// Invocations in a workgroup of a search.
 inline constexpr std::uint32_t places_per_group = 64;
 
-/// From `first` to before `end`.
+/// The places from `first` to before `end`.
 struct PlaceRange {
   std::uint32_t first = 0, end = 0;
 };
 
 struct DispatchLayout {
-  std::uint32_t per_group = places_per_group;  ///< the other invocations of a group have nothing to do
+  std::uint32_t per_group = places_per_group;  ///< places per workgroup; its other invocations are idle
   std::uint32_t groups = 0;
 };
 
-/// Neighbours stay together by so many: a subgroup, on lavapipe with 256 bits.
+/// This many neighbouring places stay in one chunk: a subgroup, on lavapipe with 256 bits.
 inline constexpr std::uint32_t neighbours = 8;
 
-/// A batch is divided into multiples of this, unless a chunk is halted: fewer would leave a processor with nothing to do, or lanes of a subgroup. `processors`: of a
-/// software device; else none.
-constexpr std::uint32_t fewest_places(std::uint32_t processors) noexcept {
+/// Chunks are multiples of this many places, unless they are halted: with fewer, a processor or lanes of a subgroup would be
+/// idle. `processors`: of a software device; else 0.
+constexpr std::uint32_t min_places(std::uint32_t processors) noexcept {
   return processors == 0 ? places_per_group : std::min(neighbours * processors, places_per_group);
 }
 
-/// A software device gives each group to one of its `processors`, so a small batch takes groups enough for all of them, and none
-/// gets much more than another. Other devices (none) get full groups.
+/// A software device runs each group on one of its `processors`, so a small batch is divided into enough groups for all of
+/// them, of about the same size. Other devices (0 processors) get full groups.
 constexpr DispatchLayout spread_out(std::uint32_t places, std::uint32_t processors) noexcept {
   const auto divided_up = [](std::uint32_t a, std::uint32_t b) { return a / b + (a % b != 0 ? 1 : 0); };
   const std::uint32_t full = divided_up(places, places_per_group);
@@ -40,24 +40,24 @@ constexpr DispatchLayout spread_out(std::uint32_t places, std::uint32_t processo
   return {per_group, divided_up(places, per_group)};
 }
 
-/// `dispatch(args, groups)` piece by piece, none of more than `max_groups`; `args.first` is where each begins.
+/// Calls `dispatch(args, groups)` piece by piece, with at most `max_groups` groups each; `args.first` is where the piece begins.
 template <class Args, class Dispatch>
-void in_pieces(const DispatchLayout& spread, std::uint32_t max_groups, Args args,
+void in_pieces(const DispatchLayout& layout, std::uint32_t max_groups, Args args,
                Dispatch dispatch) noexcept {
-  for (std::uint32_t left = spread.groups; left > 0;) {
+  for (std::uint32_t left = layout.groups; left > 0;) {
     const std::uint32_t some = std::min(left, max_groups);
     dispatch(args, some);
-    args.first += some * spread.per_group;
+    args.first += some * layout.per_group;
     left -= some;
   }
 }
 
-/// Those that are asked again by one_a_group: as many are done at a time as one.
+/// Places with a group each (one_a_group): this many take about as long as one.
 constexpr std::uint32_t groups_at_once(std::uint32_t processors) noexcept {
   return processors == 0 ? places_per_group : processors;
 }
 
-/// Those that are asked again: each may take as long as a batch.
+/// For retried places, each of which may take as long as a batch.
 constexpr DispatchLayout one_a_group(std::uint32_t places) noexcept {
   return {1, places};
 }

@@ -1,6 +1,5 @@
 #pragma once
-// What every query's elements have in common: finite numbers, an instant that the version covers, a carrier
-// that lives.
+// Checks that elements of several kinds share: finite numbers, a time that the version covers, a carrier that exists.
 
 #include <glm/ext/vector_float3.hpp>
 #include <glm/ext/vector_float4.hpp>
@@ -16,14 +15,14 @@ namespace rtstdb::query {
 std::optional<BadInput> check_point(const glm::vec3& point_m, std::uint32_t element,
                                     const VectorFields& fields) noexcept;
 
-/// Refuses with the four values.
+/// The refusal of an element for this reason, with up to four values.
 BadInput refused(BadInputReason reason, std::uint32_t element, const glm::vec4& values) noexcept;
 
-/// time_not_covered with the time and the version's own in seconds; otherwise widens `times`.
+/// time_not_covered, with the element's time and the version's in seconds; otherwise extends `times`.
 std::optional<BadInput> check_time(WorldTime t, std::uint32_t element, const RowSource& rows,
                                    TimeSpan& times) noexcept;
 
-/// An invalid id is no carrier, which is allowed.
+/// unknown_entity where the carrier does not exist. An invalid id means no carrier and is allowed.
 std::optional<BadInput> check_carrier(EntityId carrier, std::uint32_t element,
                                       const RowSource& rows) noexcept;
 

@@ -1,5 +1,5 @@
 #pragma once
-// What prepare refuses: options that are none of the enumerators.
+// Checks options against the enumerators of their type.
 
 #include <string>
 #include <type_traits>
@@ -8,7 +8,7 @@
 
 namespace rtstdb::query {
 
-/// `what`: as in "query 'x' has the late policy 9"; `last`: the last of the enumerators, which begin at zero.
+/// Errors: bad_input. `what` names the option in the message; `last` is the last enumerator, and the first is 0.
 template <class Enumerator>
 Result<void> check_enumerator(const std::string& query, const char* what, Enumerator value, Enumerator last) {
   if (value <= last) return {};

@@ -1,87 +1,54 @@
 #pragma once
-// Between the transaction engine and the GPU side: what a snapshot must tell, what a prepared query is to the
-// engine, and who carries out a batch. The engine's tests use a simulated executor.
+// The port between the transaction engine and the GPU: what a prepared query is to the engine, and who executes batches of
+// queries. Tests of the engine bring a simulated executor.
 //
-// Threads: everything here is called on the database's thread alone, except that RowSource may be read by
-// others where its implementation says so.
+// Threads: everything here is called on the engine's thread, except PreparedQuery's constructor and destructor.
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
+#include <string_view>
 
 #include <rtstdb/database.hpp>
 
+#include "rtstdb/store/row_source.hpp"
+
 namespace rtstdb::query {
 
-/// Where the corners of a geometry that deforms are.
-struct Shape {
-  Version version = 0;  ///< that moved them there; 0: as they were added
-  std::span<const glm::vec3> positions_m;
-};
+using store::RowSource;
+using store::Shape;
+using store::TimeSpan;
 
-/// One version: its rows, and the shapes of geometry that deforms.
-class RowSource {
- public:
-  virtual ~RowSource() = default;
-  virtual Version version() const noexcept = 0;
-  virtual WorldTime time() const noexcept = 0;
-  /// Every live index is below this.
-  virtual std::uint32_t index_limit() const noexcept = 0;
-  /// The state of the entity at `index` in this version, or null when there is none.
-  virtual const EntityState* row(std::uint32_t index) const noexcept = 0;
-  /// Appends every index whose row differs between `other` (older or newer) and this version; may name more.
-  /// False: no longer known, everything may differ. Does not allocate when `indices` has room for
-  /// index_limit() more.
-  virtual bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept = 0;
-  /// The shape in this version of a geometry that deforms. The positions stay until others may commit (ExecutorCallbacks);
-  /// then they may lie elsewhere.
-  virtual Shape shape(GeometryId geometry) const noexcept = 0;
-
-  /// The live entity of that id, or null.
-  const EntityState* find(EntityId id) const noexcept {
-    const EntityState* state = id.index < index_limit() ? row(id.index) : nullptr;
-    return state != nullptr && state->id == id ? state : nullptr;
-  }
-};
-
+/// The cost class of a query: queries of one class share their estimates of cost.
 enum class QueryKind : std::uint8_t {
-  ray_closest,
-  ray_any,
-  ray_first,
-  region,
-  region_surface,
-  region_triangle,
-  nearest,
-  overlap,
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) __VA_ARGS__,
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
   count
 };
 
-/// The times a batch asks at.
-struct TimeSpan {
-  WorldTime first = WorldTime::max();
-  WorldTime last = WorldTime::min();
-};
+/// Its name in rtstdb/query_kinds.def. Not for `count`.
+constexpr std::string_view to_string(QueryKind kind) noexcept {
+  std::string_view names =
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) #__VA_ARGS__ ", "
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
+      ;
+  for (auto k = static_cast<std::size_t>(kind); k > 0; --k)
+    names.remove_prefix(names.find(", ") + 2);
+  return names.substr(0, names.find(", "));
+}
 
-/// What something has cost so far, by how many there were: fading sums, of which transaction/cost_line.hpp makes sense.
-struct CostSamples {
-  double weight = 0.0, counts = 0.0, costs = 0.0, counts_squared = 0.0, counts_costs = 0.0;
-  double above = 1.0;       ///< the last samples lay so many times above what had been expected, at most
-  double dearest_ns = 0.0;  ///< an element where some cost far more than was expected; fades
-  std::uint64_t samples = 0;
-  int unlike_in_a_row = 0;  ///< the last so many lay far above what was expected; negative: far below
-};
-
-/// A prepared query as the engine sees it; implemented beside RayQuery and its like.
+/// A prepared query as the engine sees it; implemented beside RayQuery and the other kinds.
 class PreparedQuery {
  public:
-  // The engine's notes.
-  CostSamples cost;
-  double share_ns = 0.0;    ///< of the last run's cost
-  double structures = 0.0;  ///< share of the last times it was asked that structures had to be brought up
-  std::uint32_t answered_in_time = 0;  ///< of the run under way
-  double worst_cost_ratio =
-      0.0;  ///< of that: its costliest chunk took so many times what was thought; 0: not divided
+  /// Unique within the process, from 1 on.
+  const std::uint64_t id = next_id();
+  /// Set by a run: by how much its most expensive chunk exceeded the predicted cost; 0: no chunk did, or the batch was
+  /// not divided.
+  double worst_cost_ratio = 0.0;
+  /// What the caller gets about the answers that it reads.
   AnswerInfo info;
 
   explicit PreparedQuery(LatePolicy late = LatePolicy::discard) : late_(late) {}
@@ -89,57 +56,66 @@ class PreparedQuery {
   LatePolicy late() const noexcept { return late_; }
   virtual QueryKind kind() const noexcept = 0;
   virtual std::uint32_t capacity() const noexcept = 0;
-  /// Looks at the first `count` elements: finite, carriers alive, sizes positive, times not before the
-  /// version's; widens `times`. The first fault goes to the result.
+  /// Checks the first `count` elements: values finite, carriers alive, sizes positive, times not before the version's.
+  /// Widens `times` by their times. Returns the first fault.
   virtual std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                         TimeSpan& times) const noexcept = 0;
-  /// Elements that the run under way has answered, or the last one, in whatever order the executor has them.
+  /// Number of elements that the last run has answered so far, in the executor's order.
   virtual std::uint32_t answered() const noexcept = 0;
-  /// Of the first `answered` of them, those that are incomplete.
+  /// Of the first `answered` of them, the number that is incomplete.
   virtual std::uint32_t incomplete(std::uint32_t answered) const noexcept = 0;
-  /// Whether some of those are still to be asked again.
+  /// Whether the run will retry incomplete elements.
   virtual bool has_retries() const noexcept { return false; }
-  /// Whether an answer of that run is incomplete or overflowed.
+  /// Whether an answer of the last run is incomplete or has overflowed.
   virtual bool truncated() const noexcept = 0;
-  /// The caller reads what the last run left from here on, of `count` elements. Of them all but the first `answered`, in
-  /// that order, are marked as incomplete.
+  /// The caller reads the answers of the last run from now on, for `count` elements. All but the first `answered`, in the
+  /// executor's order, are marked as incomplete.
   virtual void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept = 0;
-  /// The caller does not read it: LatePolicy::last_good, what stood before does; else nothing.
+  /// The answers of the last run are not published. With LatePolicy::last_good the caller goes on reading the earlier ones,
+  /// else it reads none.
   virtual void discard_answers() noexcept = 0;
 
  protected:
   void set_late(LatePolicy late) noexcept { late_ = late; }
 
  private:
+  static std::uint64_t next_id() noexcept {
+    static std::atomic<std::uint64_t> last{0};
+    return last.fetch_add(1, std::memory_order_relaxed) + 1;
+  }
+
   LatePolicy late_;
 };
 
+/// One batch of a run.
 struct Request {
   PreparedQuery* query = nullptr;
   std::uint32_t count = 0;
   /// The span of its elements' times, at most max_query_window_ns; first > last: it has no element.
   TimeSpan times{};
-  /// Elements that take about `chunk_time` where none is costlier than others; 0: the batch is not divided.
+  /// Elements that are predicted to take `chunk_time`; 0: the batch is not divided.
   std::uint32_t per_chunk = 0;
-  /// Of those, so much until it is seen what the first take: they may cost more than was thought.
+  /// The fraction of per_chunk that the first chunk gets: its elements may cost more than predicted.
   double initial_chunk_fraction = 1.0;
-  /// Half of what an urgent transaction may wait. Where chunks take longer, those that follow are smaller.
+  /// The time that a chunk should take. Where chunks take longer, the following ones are smaller.
   Nanoseconds chunk_time{0};
+  /// The engine's note: elements answered at the last preemption point before the deadline.
+  std::uint32_t answered_in_time = 0;
 };
 
 enum class RunStatus : std::uint8_t {
   done,
-  truncated,
-  partial,  ///< ended in a gap: what was answered until then stands
-  stopped,  ///< given up in a gap, no answer may be drawn from it
-  device_lost,
+  truncated,    ///< at least one answer is incomplete or has overflowed
+  partial,      ///< ended at a preemption point; the answers so far are valid
+  stopped,      ///< ended at a preemption point; no answer may be used
+  device_lost,  ///< no answer may be used
 };
 
-/// What had to be brought to the device for a run.
+/// The structures that a run brought to the device.
 struct StructureWork {
-  bool refitted = false;       ///< boxes, over a tree that stayed
+  bool refitted = false;       ///< bounds, in a tree that stayed
   bool built = false;          ///< a tree of entities
-  std::uint32_t rows = 0;      ///< written to the device
+  std::uint32_t rows = 0;      ///< rows written to the device
   std::uint32_t entities = 0;  ///< of the version, about
   std::uint32_t shapes = 0;    ///< of geometry that deforms
   bool any() const noexcept { return refitted || built || shapes > 0; }
@@ -151,48 +127,51 @@ struct RunReport {
   StructureWork structures = {};
 };
 
-/// Told around an executor's waits for the device, and in the gaps between the chunks of a run, on the thread that
-/// called run. Rows of the version being asked stay as they are.
+/// What an executor calls during a run, on the thread that called run. Between begin_wait and end_wait, and inside
+/// on_preemption_point, other transactions may commit; the rows of the version that the run reads stay as they are.
 class ExecutorCallbacks {
  public:
-  enum class Gap : std::uint8_t {
+  /// How a run goes on after a preemption point.
+  enum class Continuation : std::uint8_t {
     go_on,
-    finish_in_flight,  ///< what is under way is the last that is answered
-    stop,
+    finish_in_flight,  ///< ends with the chunk in flight: RunStatus::partial
+    stop,              ///< ends: RunStatus::stopped
   };
 
   virtual ~ExecutorCallbacks() = default;
-  /// From here to end_wait others may commit.
+  /// Around each wait for the device.
   virtual void begin_wait() noexcept = 0;
   virtual void end_wait() noexcept = 0;
-  /// Asked within a wait: whether a gap would be of use now. Then the chunk under way may end early.
+  /// Called in a wait. True: a preemption point is wanted; the chunk in flight may end early.
   virtual bool preemption_requested() noexcept { return false; }
-  /// A run that stands in the gap of another begins, `time` after it was called: until then the device was busy with that one.
-  virtual void on_outer_drained(Nanoseconds /*time*/) noexcept {}
-  /// A chunk is done and others are to come. Inside the call the executor may be run again, on any version and with
-  /// other queries, also with gaps of its own, and others may commit.
-  virtual Gap on_preemption_point() noexcept = 0;
+  /// Around the time in which a nested run waits, before it begins, for what the device still executes of the run that it
+  /// preempts.
+  virtual void begin_drain() noexcept {}
+  virtual void end_drain() noexcept {}
+  /// A chunk is complete and others follow. Inside the call the executor may be run again (a nested run), on any version,
+  /// with other queries, and with preemption points of its own.
+  virtual Continuation on_preemption_point() noexcept = 0;
 };
 
-/// So deep may runs stand in one another's gaps.
+/// The largest number of runs that may be nested in the outermost one.
 inline constexpr std::uint32_t max_nesting = 6;
 
-/// Carries out batches of prepared queries on a version: brings the device's copy of rows and structure to
-/// that version, runs the queries, leaves the answers in their output spans.
+/// Executes batches of prepared queries on a version: brings the device's copy of rows and structures to that version, runs
+/// the queries, leaves the answers in their output spans.
 class Executor {
  public:
   virtual ~Executor() = default;
-  /// `times` covers every element of every request. Blocks until the answers stand, or a gap says stop.
-  /// `callbacks` may be null: then nothing is divided.
+  /// `times` covers all elements of all requests. Returns when the answers are there or the run has ended early.
+  /// `callbacks` may be null: then no batch is divided.
   virtual RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                         ExecutorCallbacks* callbacks) noexcept = 0;
 
-  /// There is no device: run says device_lost at once.
+  /// There is no device: run returns device_lost at once.
   virtual bool lost() const noexcept { return false; }
-  /// Where the device is lost, another one takes its place, unless it failed so lately that it is too soon. True: there
-  /// is a device. Not inside a run. All of it is a wait that `callbacks` is told of, which may be null.
-  virtual bool revive(ExecutorCallbacks* /*meanwhile*/) noexcept { return !lost(); }
-  /// How long that takes, about.
+  /// Opens another device where the device is lost, unless the last attempt failed too recently. True: there is a device. Not
+  /// inside a run. The whole call is one wait of `callbacks`, which may be null.
+  virtual bool revive(ExecutorCallbacks* /*callbacks*/) noexcept { return !lost(); }
+  /// How long revive takes, about.
   virtual Nanoseconds revival_takes() const noexcept { return Nanoseconds(0); }
 };
 

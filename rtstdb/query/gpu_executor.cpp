@@ -7,6 +7,8 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/query/make_query.hpp"
+
 namespace rtstdb::query {
 namespace {
 
@@ -31,7 +33,19 @@ std::size_t end_of_window(std::span<const Request> requests, std::size_t first, 
   return end;
 }
 
-/// As long as it lives, kernels are compiled where they are made.
+/// Passes the waits of a run's submissions on to the executor's caller.
+class LaneWait final : public accel::WaitCallbacks {
+ public:
+  explicit LaneWait(ExecutorCallbacks* callbacks) : callbacks_(callbacks) {}
+  void begin_wait() noexcept override { callbacks_->begin_wait(); }
+  void end_wait() noexcept override { callbacks_->end_wait(); }
+  bool halt_requested() noexcept override { return callbacks_->preemption_requested(); }
+
+ private:
+  ExecutorCallbacks* callbacks_;
+};
+
+/// While it exists, kernels are compiled when they are made.
 class CompileNow {
  public:
   explicit CompileNow(gpu::Device& device) : device_(device), before_(device.compiles_on_first_dispatch()) {
@@ -91,6 +105,15 @@ Result<GeometryId> GpuExecutor::add_here(const std::shared_ptr<const TriangleMes
   return GeometryId{index.value()};
 }
 
+Result<std::unique_ptr<GpuQuery>> GpuExecutor::prepare(const AnyQueryOptions& options) {
+  return on_device([&]() -> Result<std::unique_ptr<GpuQuery>> {
+    auto query = make_any_query(epoch_->device, options);
+    if (!query) return query;
+    if (auto joined = join(*query.value()); !joined) return joined.error();
+    return query;
+  });
+}
+
 Result<void> GpuExecutor::join(GpuQuery& query) {
   const CompileNow here(epoch_->device);
   query.epoch = epoch_number_;
@@ -143,24 +166,21 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   for (const Request& request : requests) {
     if (!is_here(*static_cast<GpuQuery*>(request.query))) return lost_report;
   }
-  const auto came = std::chrono::steady_clock::now();
-  // Those whose gap this is. They ask for their slots again, so that nothing of theirs has to stay.
-  for (std::uint32_t outer = 0; outer < depth_; ++outer) {
-    for (accel::Submit& lane : epoch.lanes[outer]) {
-      if (!lane.finish(true)) return lost_report;
-    }
+  if (depth_ > 0) {
+    if (callbacks != nullptr) callbacks->begin_drain();
+    const bool drained = drain_outer_runs();
+    if (callbacks != nullptr) callbacks->end_drain();
+    if (!drained) return lost_report;
   }
-  if (callbacks != nullptr && depth_ > 0)
-    callbacks->on_outer_drained(
-        std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now() - came));
   Lanes& lanes = epoch.lanes[depth_++];
   ++epoch.structures.runs;
+  LaneWait wait(callbacks);
   for (accel::Submit& lane : lanes)
-    lane.while_waiting(callbacks);
+    lane.set_wait_callbacks(callbacks != nullptr ? &wait : nullptr);
   const accel::Tlas::Counts trees = epoch.tlas.counts();
   const accel::GeometryPool::Counts shapes = epoch.pool.counts();
   RunReport report = run_windows(lanes, rows, requests, times, callbacks);
-  // Together with those in its gaps, if there were any.
+  // Includes the structures of nested runs.
   report.structures = {
       .refitted = epoch.tlas.counts().refits + epoch.tlas.counts().patches > trees.refits + trees.patches,
       .built = epoch.tlas.counts().builds > trees.builds,
@@ -168,11 +188,20 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
       .entities = rows.index_limit(),
       .shapes = static_cast<std::uint32_t>(epoch.pool.counts().refits - shapes.refits)};
   for (accel::Submit& lane : lanes)
-    lane.while_waiting(nullptr);
+    lane.set_wait_callbacks(nullptr);
   --depth_;
   note_counts();
   if (report.status != RunStatus::device_lost) pace_.answered();
   return report;
+}
+
+bool GpuExecutor::drain_outer_runs() noexcept {
+  for (std::uint32_t outer = 0; outer < depth_; ++outer) {
+    for (accel::Submit& lane : epoch_->lanes[outer]) {
+      if (!lane.finish(true)) return false;
+    }
+  }
+  return true;
 }
 
 RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
@@ -186,13 +215,13 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
   for (std::size_t first = 0; first < requests.size();) {
     if (first > 0 && callbacks != nullptr) {
       switch (callbacks->on_preemption_point()) {
-        case ExecutorCallbacks::Gap::stop:
+        case ExecutorCallbacks::Continuation::stop:
           all.status = RunStatus::stopped;
           return all;
-        case ExecutorCallbacks::Gap::finish_in_flight:
+        case ExecutorCallbacks::Continuation::finish_in_flight:
           all.status = RunStatus::partial;
           return all;
-        case ExecutorCallbacks::Gap::go_on:
+        case ExecutorCallbacks::Continuation::go_on:
           break;
       }
     }

@@ -40,8 +40,7 @@ class GpuExecutor final : public Executor {
                                   const GeometryOptions& options);
   /// Makes the query, connects it to the pool and the slots, and has its shader compiled; add_geometry connects all that
   /// are prepared again where the pool has grown.
-  template <class Prepared, class Options>
-  Result<std::unique_ptr<Prepared>> prepare(const Options& options);
+  Result<std::unique_ptr<GpuQuery>> prepare(const AnyQueryOptions& options);
 
   /// Of what was added last.
   Bounds last_bounds() const noexcept { return epoch_->pool.bounds(geometry_count_ - 1); }
@@ -80,6 +79,9 @@ class GpuExecutor final : public Executor {
   /// Nothing where there is a device.
   Result<void> try_to_revive(Patience patience);
   Result<void> not_revived(const Error& why);
+  /// Waits for what the device executes of the runs that this one preempts. They ask for their slots again when they
+  /// resume, so that nothing of theirs has to stay. False: the device is lost.
+  bool drain_outer_runs() noexcept;
   /// Executes the requests in as many successive runs as their times need windows. Between two of them is a
   /// preemption point.
   RunReport run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
@@ -121,16 +123,6 @@ auto GpuExecutor::on_device(Step step) -> decltype(step()) {
       throw;
     }
   }
-}
-
-template <class Prepared, class Options>
-Result<std::unique_ptr<Prepared>> GpuExecutor::prepare(const Options& options) {
-  return on_device([&]() -> Result<std::unique_ptr<Prepared>> {
-    auto query = Prepared::create(epoch_->device, options);
-    if (!query) return query;
-    if (auto joined = join(*query.value()); !joined) return joined.error();
-    return query;
-  });
 }
 
 }  // namespace rtstdb::query

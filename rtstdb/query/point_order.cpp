@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::uint32_t max_bits_per_axis = 5;
 
-/// The bits of 0 to 31, two zeros between any two of them.
-constexpr auto spread = [] {
+/// The bits of 0 to 31 with two zeros between neighbouring bits.
+constexpr auto spaced_bits = [] {
   std::array<std::uint16_t, 1u << max_bits_per_axis> table{};
   for (std::uint32_t i = 0; i < table.size(); ++i) {
     for (std::uint32_t bit = 0; bit < max_bits_per_axis; ++bit)
@@ -22,7 +22,7 @@ constexpr auto spread = [] {
   return table;
 }();
 
-/// So many cells that about four points fall into one, within reason.
+/// Chosen so that a cell has about four points.
 std::uint32_t bits_per_axis(std::size_t points) noexcept {
   const auto bits = static_cast<std::uint32_t>(std::bit_width(points));
   return bits < 2 ? 0 : std::min((bits - 2) / 3, max_bits_per_axis);
@@ -46,20 +46,21 @@ std::span<const std::uint32_t> PointOrder::order(std::span<const Element> points
                                                  glm::vec3 Element::*point_m) noexcept {
   count_ = points.size();
   if (points.empty()) return {};
-  glm::vec3 least = points[0].*point_m;
-  glm::vec3 most = least;
+  glm::vec3 low = points[0].*point_m;
+  glm::vec3 high = low;
   for (const Element& point : points) {
-    least = glm::min(least, point.*point_m);
-    most = glm::max(most, point.*point_m);
+    low = glm::min(low, point.*point_m);
+    high = glm::max(high, point.*point_m);
   }
   const std::uint32_t bits = bits_per_axis(points.size());
   const glm::vec3 last_cell(static_cast<float>((1u << bits) - 1));
-  const glm::vec3 cells_per_m = (last_cell + 1.0f) / glm::max(most - least, 1e-30f);
+  const glm::vec3 cells_per_m = (last_cell + 1.0f) / glm::max(high - low, 1e-30f);
   const auto ends = std::span(ends_).first(std::size_t{1} << 3 * bits);
   std::ranges::fill(ends, 0u);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const glm::uvec3 cell(glm::min((points[i].*point_m - least) * cells_per_m, last_cell));
-    cell_of_[i] = static_cast<std::uint16_t>(spread[cell.x] << 2 | spread[cell.y] << 1 | spread[cell.z]);
+    const glm::uvec3 cell(glm::min((points[i].*point_m - low) * cells_per_m, last_cell));
+    cell_of_[i] =
+        static_cast<std::uint16_t>(spaced_bits[cell.x] << 2 | spaced_bits[cell.y] << 1 | spaced_bits[cell.z]);
     ++ends[cell_of_[i]];
   }
   std::uint32_t begin = 0;

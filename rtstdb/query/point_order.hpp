@@ -1,7 +1,7 @@
 #pragma once
-// An order in which points that are near to one another stand next to one another: searches that a device
-// does side by side then meet the same nodes, and take about as long. By the Morton number of each point's
-// cell in a grid over all of them; within a cell as they came. It changes no answer.
+// An order in which near points are neighbours: searches that a device runs together then visit the same nodes and take about
+// the same time. Points are sorted by the Morton code of their cell in a grid over all points, and within a cell by number.
+// No answer depends on it.
 
 #include <algorithm>
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace rtstdb::query {
 
-/// Elements in such an order lie all over the memory: who goes through them has those called for that come soon after `place`.
+/// Prefetches the element that an iteration in this order reaches soon after `place`: such elements are scattered in memory.
 template <class Element>
 void call_ahead(std::span<Element> elements, std::span<const std::uint32_t> order,
                 std::size_t place) noexcept {
@@ -30,12 +30,12 @@ class PointOrder {
   PointOrder() = default;
   explicit PointOrder(std::uint32_t capacity);
 
-  /// Which point stands at each place; valid until the next call. At most `capacity` points with finite
-  /// coordinates. Does not allocate.
+  /// The number of the point at each place; valid until the next call. At most `capacity` points with finite coordinates. Does
+  /// not allocate.
   std::span<const std::uint32_t> of(std::span<const Nearest> points) noexcept;
-  /// Of regions by their centres.
+  /// The same for regions, by their centres.
   std::span<const std::uint32_t> of(std::span<const Region> regions) noexcept;
-  /// What the last call gave.
+  /// The result of the last call.
   std::span<const std::uint32_t> last() const noexcept { return {order_.data(), count_}; }
 
  private:
@@ -43,7 +43,7 @@ class PointOrder {
   std::span<const std::uint32_t> order(std::span<const Element> elements, glm::vec3 Element::*point) noexcept;
 
   std::vector<std::uint16_t> cell_of_;  // by point
-  std::vector<std::uint32_t> ends_;     // by cell: first how many, then where the next of it goes
+  std::vector<std::uint32_t> ends_;     // by cell: first its size, then the end of what is placed
   std::vector<std::uint32_t> order_;
   std::size_t count_ = 0;
 };

@@ -1,8 +1,8 @@
 #pragma once
-// The queries that are prepared and not yet destroyed, so that all can be connected again, and their shaders
-// compiled, when what they are connected to has changed: in setup, not in the tick that asks them next.
+// The queries that are prepared and not yet destroyed. When buffers that they are bound to change, setup binds all of them
+// again and has their kernels compiled, so that the tick does not.
 //
-// Threads: any. A query is destroyed by its owner's thread while the database's may be connecting it.
+// Threads: any. The owner's thread may destroy a query while the database's thread binds it.
 
 #include <algorithm>
 #include <mutex>
@@ -22,7 +22,7 @@ class PreparedQueries {
     const std::scoped_lock lock(mutex_);
     std::erase(queries_, &query);
   }
-  /// Calls `each` with every query until it returns false; none is destroyed meanwhile.
+  /// Calls `each` with every query until it returns false. No query is destroyed during the call.
   template <class Each>
   void visit(const Each& each) {
     const std::scoped_lock lock(mutex_);

@@ -1,6 +1,6 @@
 #pragma once
-// How soon a lost device is tried again: at once after it had answered, and ever later where it does not come back, or
-// is lost again before it has answered anything.
+// When the executor next tries to replace a lost device: at once after a device that had answered, and after longer and longer
+// pauses when no device can be opened or each is lost before it answers.
 
 #include <algorithm>
 #include <chrono>
@@ -14,11 +14,11 @@ class RevivalPace {
   static constexpr std::chrono::milliseconds first_pause{100};
   static constexpr std::chrono::milliseconds longest_pause{10'000};
 
-  void answered() noexcept { in_vain_ = 0; }
-  /// The device is lost, or could not be had.
+  void answered() noexcept { failures_ = 0; }
+  /// The device is lost, or none could be opened.
   void failed(Time now) noexcept {
     next_ = now + pause();
-    in_vain_ = std::min(in_vain_ + 1, max_counted);
+    failures_ = std::min(failures_ + 1, max_counted);
   }
   bool may_try(Time now) const noexcept { return now >= next_; }
   std::chrono::milliseconds left(Time now) const noexcept {
@@ -28,10 +28,10 @@ class RevivalPace {
  private:
   static constexpr std::uint32_t max_counted = 16;
   std::chrono::milliseconds pause() const noexcept {
-    if (in_vain_ == 0) return {};
-    return std::min(first_pause * (1u << (in_vain_ - 1)), longest_pause);
+    if (failures_ == 0) return {};
+    return std::min(first_pause * (1u << (failures_ - 1)), longest_pause);
   }
-  std::uint32_t in_vain_ = 0;  // failures since it last answered
+  std::uint32_t failures_ = 0;  // failures since it last answered
   Time next_{};
 };
 

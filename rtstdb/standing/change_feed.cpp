@@ -7,13 +7,13 @@
 namespace rtstdb::standing {
 
 void ChangeFeed::committed(const store::WriteSet& set) noexcept {
-  if (!on_) return;
+  if (!active_) return;
   const std::uint64_t first = pushed_.load(std::memory_order_relaxed);
   const std::uint64_t waiting = first - popped_.load(std::memory_order_acquire);
   const std::size_t count = set.writes.size() + set.shapes.size();
   if (gap_.load(std::memory_order_relaxed) || waiting + count > changes_.size()) {
     skipped_.fetch_add(1, std::memory_order_relaxed);
-    if (!gap_.exchange(true, std::memory_order_release)) follower_.ring();
+    if (!gap_.exchange(true, std::memory_order_release)) follower_wake_up_.notify();
     return;
   }
   std::uint64_t next = first;
@@ -35,12 +35,12 @@ void ChangeFeed::committed(const store::WriteSet& set) noexcept {
     change.state = write.state;
   }
   pushed_.store(next, std::memory_order_release);
-  follower_.ring();
+  follower_wake_up_.notify();
 }
 
 void ChangeFeed::start() noexcept {
   gap_.store(false, std::memory_order_relaxed);
-  on_ = true;
+  active_ = true;
 }
 
 Bounds ChangeFeed::bounds(GeometryId geometry, std::span<const glm::vec3> positions_m) const noexcept {

@@ -1,5 +1,6 @@
 #pragma once
-// Convex bodies of few corners, as questions are asked with: boxes, frusta, rays cut to a length. In the frame that carries them.
+// Convex bodies with few corners: the regions and rays of standing queries (boxes, frusta, segments), in the
+// frame of their carrier.
 
 #include <glm/ext/quaternion_double.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -10,9 +11,9 @@
 
 namespace rtstdb::standing {
 
-/// At most so many of a kind, without a heap.
+/// A vector of at most `most` values, without heap memory.
 template <class Value, std::size_t most>
-class Few {
+class FixedVector {
  public:
   void add(const Value& value) { values_[count_++] = value; }
   std::size_t size() const { return count_; }
@@ -27,23 +28,23 @@ class Few {
 
 struct Face {
   glm::dvec3 outward{1.0, 0.0, 0.0};  ///< unit
-  double offset_m = 0.0;              ///< of its plane along that
+  double offset_m = 0.0;              ///< of its plane along `outward`
 };
 
 struct ConvexBody {
-  Few<glm::dvec3, 8> corners_m;
-  Few<Face, 6> faces;          ///< of boxes and frusta
-  Few<glm::dvec3, 5> normals;  ///< unit; directions of the faces, each once
-  Few<glm::dvec3, 6> edges;    ///< unit, each direction once
-  double reach_m = 0.0;        ///< of the farthest corner from the frame's origin
+  FixedVector<glm::dvec3, 8> corners_m;
+  FixedVector<Face, 6> faces;          ///< of boxes and frusta only
+  FixedVector<glm::dvec3, 5> normals;  ///< unit normals of the faces, each direction once
+  FixedVector<glm::dvec3, 6> edges;    ///< unit directions of the edges, each once
+  double reach_m = 0.0;                ///< distance of the farthest corner from the frame's origin
 };
 
-/// A box placed at center_m and turned by the unit quaternion q.
+/// A box with its centre at center_m and the orientation q (unit quaternion).
 ConvexBody box_body(const glm::dvec3& center_m, const glm::dquat& q, const glm::dvec3& half_extent_m);
-/// As Region tells of a frustum.
+/// A frustum as in Region.
 ConvexBody frustum_body(const glm::dvec3& eye_m, const glm::dquat& q, double near_m,
                         const glm::dvec3& far_half_extent_m);
-/// From one end to the other along a unit direction, for which the ends tell where they are.
+/// A segment with these ends; `direction` is its unit direction.
 ConvexBody segment_body(const glm::dvec3& first_m, const glm::dvec3& last_m, const glm::dvec3& direction);
 
 }  // namespace rtstdb::standing

@@ -1,12 +1,16 @@
 #pragma once
-// The first instant at which a gap changes its sign for good enough, by halving intervals in which it may, the earlier half first.
+// Root finding: the first instant at which a function of time changes its sign by more than its noise.
+// Intervals that may contain a change are halved, the earlier half first.
 //
-// A Gap is a function of time that knows on which side of a border it is and how fast it can change:
-//     Look at(ns)                        what it is at an instant; Look has `ns`
-//     bool inside(look)                  its side of the border
-//     bool beyond(look, member)          whether it is certainly on the other side than a member / no member: past its noise
-//     bool stays(a, b, member)           true only if it is beyond nowhere within the interval
-// Who rests on the border, within the noise, stays what it was. The instant is that of the sign, not of the noise's end.
+// A BorderFunction is a function of time that knows on which side of a border it is and how fast it can
+// change:
+//     Sample at(ns)                     its value at an instant; Sample has a member `ns`
+//     bool inside(sample)               whether the value is on the inner side
+//     bool has_crossed(sample, member)  whether the value is, by more than the noise, on the other side than
+//                                       a member (or non-member) is
+//     bool certainly_stays(a, b, member)  true only if has_crossed is false everywhere in the interval
+// A value within the noise of the border leaves the state unchanged. The reported instant is that of the
+// change of sign, not that at which the noise is exceeded.
 
 #include <array>
 #include <cstddef>
@@ -22,73 +26,79 @@ namespace rtstdb::standing {
 
 struct Crossing {
   enum class What : std::uint8_t {
-    none,       ///< nothing until ns, the end
-    flip,       ///< at ns: the first nanosecond of the other state
-    undecided,  ///< nothing until ns; many looks were taken, go on from there
+    none,       ///< no crossing up to ns, the end of the interval
+    crossing,   ///< a crossing at ns, the first nanosecond of the other state
+    undecided,  ///< no crossing up to ns; the search reached max_samples and has to be continued from there
   } what = What::none;
   std::int64_t ns = 0;
 };
 
-/// So many looks are taken at once: some milliseconds.
-inline constexpr int max_looks = 2048;
+/// Evaluations of the function in one search, which then takes at most some milliseconds.
+inline constexpr int max_samples = 2048;
 
-/// Looks that come later, the next one on top. They are made when they are pushed: there is room for more than most searches need.
-template <class Look, std::size_t most>
-class LookStack {
-  static_assert(std::is_trivially_destructible_v<Look>);
+/// A stack of evaluations, the earliest on top. Elements are constructed when they are pushed, since most
+/// searches use few.
+template <class Sample, std::size_t most>
+class SampleStack {
+  static_assert(std::is_trivially_destructible_v<Sample>);
 
  public:
   bool empty() const { return count_ == 0; }
-  void push(const Look& look) {
+  void push(const Sample& sample) {
     RTSTDB_ASSERT(count_ < most);
-    std::construct_at(at(count_), look);
+    std::construct_at(at(count_), sample);
     ++count_;
   }
-  const Look& top() const { return *at(count_ - 1); }
+  const Sample& top() const { return *at(count_ - 1); }
   void pop() { --count_; }
 
  private:
-  Look* at(std::size_t i) { return reinterpret_cast<Look*>(memory_.data()) + i; }
-  const Look* at(std::size_t i) const { return reinterpret_cast<const Look*>(memory_.data()) + i; }
+  Sample* at(std::size_t i) { return reinterpret_cast<Sample*>(memory_.data()) + i; }
+  const Sample* at(std::size_t i) const { return reinterpret_cast<const Sample*>(memory_.data()) + i; }
 
-  alignas(Look) std::array<std::byte, most * sizeof(Look)> memory_;
+  alignas(Sample) std::array<std::byte, most * sizeof(Sample)> memory_;
   std::size_t count_ = 0;
 };
 
-/// The last change of sign before `beyond_ns`, where the gap is on the other side; at `old_ns` its sign is still the old one.
-template <class Gap>
-std::int64_t change_of_sign(const Gap& gap, std::int64_t old_ns, std::int64_t beyond_ns, bool member) {
-  while (beyond_ns - old_ns > 1) {
-    const std::int64_t middle = std::midpoint(old_ns, beyond_ns);
-    (gap.inside(gap.at(middle)) == member ? old_ns : beyond_ns) = middle;
+/// Bisects to the first nanosecond of the new sign: the function has its old sign at `old_ns` and the new one
+/// at `new_ns`.
+template <class BorderFunction>
+std::int64_t bisect_sign_change(const BorderFunction& function, std::int64_t old_ns, std::int64_t new_ns,
+                                bool member) {
+  while (new_ns - old_ns > 1) {
+    const std::int64_t middle = std::midpoint(old_ns, new_ns);
+    (function.inside(function.at(middle)) == member ? old_ns : new_ns) = middle;
   }
-  return beyond_ns;
+  return new_ns;
 }
 
-/// Within (from_ns, to_ns]; a flip within its noise of the beginning is at from_ns.
-template <class Gap>
-Crossing first_flip(const Gap& gap, std::int64_t from_ns, std::int64_t to_ns, bool member) {
-  using Look = typename Gap::Look;
+/// Searches (from_ns, to_ns]. If the value is already within the noise of the new side at from_ns, the
+/// crossing is at from_ns.
+template <class BorderFunction>
+Crossing first_crossing(const BorderFunction& function, std::int64_t from_ns, std::int64_t to_ns,
+                        bool member) {
+  using Sample = typename BorderFunction::Sample;
   RTSTDB_ASSERT(from_ns <= to_ns);
   if (from_ns == to_ns) return {Crossing::What::none, to_ns};
-  LookStack<Look, 66> later;  // intervals get half as long each: 63 at most
-  later.push(gap.at(to_ns));
-  Look before = gap.at(from_ns);
+  SampleStack<Sample, 66> later;  // each interval is half as long as the one before: at most 63
+  later.push(function.at(to_ns));
+  Sample before = function.at(from_ns);
   std::optional<std::int64_t> old_ns;
-  const auto note = [&](const Look& look) {
-    if (gap.inside(look) == member) old_ns = look.ns;
+  const auto note = [&](const Sample& sample) {
+    if (function.inside(sample) == member) old_ns = sample.ns;
   };
   note(before);
-  for (int looks = 2; !later.empty();) {
-    const Look& after = later.top();
-    const bool passed = gap.stays(before, after, member);
+  for (int samples = 2; !later.empty();) {
+    const Sample& after = later.top();
+    const bool passed = function.certainly_stays(before, after, member);
     if (!passed && after.ns - before.ns > 1) {
-      if (++looks > max_looks && before.ns > from_ns) return {Crossing::What::undecided, before.ns};
-      later.push(gap.at(std::midpoint(before.ns, after.ns)));
+      if (++samples > max_samples && before.ns > from_ns) return {Crossing::What::undecided, before.ns};
+      later.push(function.at(std::midpoint(before.ns, after.ns)));
       continue;
     }
-    if (!passed && gap.beyond(after, member))
-      return {Crossing::What::flip, old_ns ? change_of_sign(gap, *old_ns, after.ns, member) : from_ns};
+    if (!passed && function.has_crossed(after, member))
+      return {Crossing::What::crossing,
+              old_ns ? bisect_sign_change(function, *old_ns, after.ns, member) : from_ns};
     before = after;
     note(before);
     later.pop();

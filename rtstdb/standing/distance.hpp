@@ -1,9 +1,10 @@
 #pragma once
-// Squared distances of an entity from a point, as both move; who is within a radius of it, and who of two is nearer: Gaps for
-// crossing.hpp. A squared distance has a continuous slope, also to a box. Within an interval of length h it lies below its chord by
-// at most down h^2 / 8 and above it by at most up h^2 / 8.
+// Squared distances between an entity and a point, both moving, and two border functions for crossing.hpp:
+// whether an entity is within a radius, and which of two entities is nearer. A squared distance has a
+// continuous derivative, to a box too. Over an interval of length h it is at most `below` h^2 / 8 below its
+// chord, and at most `above` h^2 / 8 above it.
 //
-// Pure: any thread, no allocation.
+// Threads: pure; no allocation.
 
 #include <glm/ext/vector_double3.hpp>
 
@@ -15,31 +16,32 @@
 namespace rtstdb::standing {
 
 enum class Measure : std::uint8_t {
-  nearest,   ///< to the box; zero inside
-  farthest,  ///< to the corner that is farthest
+  nearest,   ///< to the nearest point of the box; zero inside
+  farthest,  ///< to the farthest corner of the box
 };
 
 class SquaredDistance {
  public:
-  /// `motion`: of the entity, seen from the frame that carries the point.
+  /// `motion`: the entity relative to the frame of the point.
   SquaredDistance(const RelativeMotion& motion, const glm::dvec3& point_m, const EntityBox& entity,
                   Measure measure) noexcept;
 
-  struct Look {
+  struct Sample {
     std::int64_t ns = 0;
     RelativeMotion::View view;
-    glm::dvec3 beside_m{0.0};  ///< the point seen from the box's centre, in its axes
+    glm::dvec3 from_center_m{0.0};  ///< from the box's centre to the point, in the box's axes
     double value_m2 = 0.0;
   };
-  Look at(std::int64_t ns) const noexcept;
-  /// To the corner that is farthest at the other look.
-  double value_of_same_corner_m2(const Look& look, const Look& chosen_at) const noexcept;
+  Sample at(std::int64_t ns) const noexcept;
+  /// The squared distance at `sample` to the corner that is farthest at `chosen_at`.
+  double value_of_same_corner_m2(const Sample& sample, const Sample& chosen_at) const noexcept;
   Measure measure() const noexcept { return measure_; }
 
-  struct Leaves {
-    double down = 0.0, up = 0.0;  ///< m^2 / s^2
+  /// Bounds of the second derivative that limit the distance from the chord.
+  struct ChordDeviation {
+    double below = 0.0, above = 0.0;  ///< m^2 / s^2
   };
-  Leaves leaves(const Look& a, const Look& b) const noexcept;
+  ChordDeviation chord_deviation(const Sample& a, const Sample& b) const noexcept;
   double noise_m(std::int64_t first_ns, std::int64_t last_ns) const noexcept;
 
  private:
@@ -50,51 +52,51 @@ class SquaredDistance {
   double entity_reach_m_, point_reach_m_;
 };
 
-/// Whether the entity is within a radius, the border counting.
+/// Whether the entity is within a radius, border included.
 class WithinRadius {
  public:
   WithinRadius(const SquaredDistance& distance, double radius_m, double noise_m) noexcept
       : distance_(distance),
-        in_m2_((radius_m + in * noise_m) * (radius_m + in * noise_m)),
-        border_m2_((radius_m + border * noise_m) * (radius_m + border * noise_m)),
-        out_m2_((radius_m + out * noise_m) * (radius_m + out * noise_m)) {}
+        in_m2_((radius_m + inside_threshold * noise_m) * (radius_m + inside_threshold * noise_m)),
+        border_m2_((radius_m + border_threshold * noise_m) * (radius_m + border_threshold * noise_m)),
+        out_m2_((radius_m + outside_threshold * noise_m) * (radius_m + outside_threshold * noise_m)) {}
 
-  using Look = SquaredDistance::Look;
-  Look at(std::int64_t ns) const noexcept { return distance_.at(ns); }
-  bool inside(const Look& look) const noexcept { return look.value_m2 <= border_m2_; }
-  bool beyond(const Look& look, bool member) const noexcept {
-    return member ? look.value_m2 > out_m2_ : look.value_m2 < in_m2_;
+  using Sample = SquaredDistance::Sample;
+  Sample at(std::int64_t ns) const noexcept { return distance_.at(ns); }
+  bool inside(const Sample& sample) const noexcept { return sample.value_m2 <= border_m2_; }
+  bool has_crossed(const Sample& sample, bool member) const noexcept {
+    return member ? sample.value_m2 > out_m2_ : sample.value_m2 < in_m2_;
   }
-  bool stays(const Look& a, const Look& b, bool member) const noexcept;
+  bool certainly_stays(const Sample& a, const Sample& b, bool member) const noexcept;
 
  private:
   const SquaredDistance& distance_;
   double in_m2_, border_m2_, out_m2_;
 };
 
-/// Distances up to this are as good as none.
+/// Distances up to this count as zero.
 inline constexpr double touching_m = 4e-9;
 
-/// Whether one entity is nearer than another: "a member" is the one that is. Where both are as good as touched by the point, the one
-/// with the lower index.
+/// Whether the challenger is nearer than the holder; it is "a member" if it is. If the point touches both
+/// (touching_m), the entity with the lower index is nearer.
 class Nearer {
  public:
   Nearer(const SquaredDistance& challenger, const SquaredDistance& holder, bool lower_index,
          double noise_m) noexcept
       : challenger_(challenger), holder_(holder), bias_m2_(lower_index ? 4e-18 : 0.0), noise_m_(noise_m) {}
 
-  struct Look {
+  struct Sample {
     std::int64_t ns = 0;
-    SquaredDistance::Look challenger, holder;
+    SquaredDistance::Sample challenger, holder;
     double value_m2 = 0.0;
     double noise_m2 = 0.0;
   };
-  Look at(std::int64_t ns) const noexcept;
-  bool inside(const Look& look) const noexcept { return look.value_m2 <= 0.0; }
-  bool beyond(const Look& look, bool member) const noexcept {
-    return member ? look.value_m2 > look.noise_m2 : look.value_m2 < -look.noise_m2;
+  Sample at(std::int64_t ns) const noexcept;
+  bool inside(const Sample& sample) const noexcept { return sample.value_m2 <= 0.0; }
+  bool has_crossed(const Sample& sample, bool member) const noexcept {
+    return member ? sample.value_m2 > sample.noise_m2 : sample.value_m2 < -sample.noise_m2;
   }
-  bool stays(const Look& a, const Look& b, bool member) const noexcept;
+  bool certainly_stays(const Sample& a, const Sample& b, bool member) const noexcept;
 
  private:
   const SquaredDistance& challenger_;

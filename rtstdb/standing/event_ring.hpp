@@ -1,6 +1,7 @@
 #pragma once
-// Events on their way from the follower's thread to the one that fetches them: a ring of fixed size, without locks. Room made and
-// room looked for are in one order with whatever else is seq_cst, so that who waits for room can be woken.
+// A lock-free queue of events with a fixed size, from the follower to the thread that fetches them. The
+// atomics for popped events are sequentially consistent with the flag of a producer that waits for room, so
+// that no wake-up is lost.
 
 #include <algorithm>
 #include <atomic>
@@ -18,18 +19,18 @@ class EventRing {
   explicit EventRing(std::size_t capacity) : events_(capacity) {}
 
   std::size_t capacity() const noexcept { return events_.size(); }
-  /// The thread that pushes.
+  /// Producer: number of free places.
   std::size_t room() const noexcept {
     return events_.size() - static_cast<std::size_t>(pushed_.load(std::memory_order_relaxed) -
                                                      popped_.load(std::memory_order_seq_cst));
   }
-  /// Misuse without room.
+  /// Producer. Misuse without room.
   void push(const StandingEvent& event) noexcept {
     const std::uint64_t place = pushed_.load(std::memory_order_relaxed);
     events_[place % events_.size()] = event;
     pushed_.store(place + 1, std::memory_order_release);
   }
-  /// The thread that pops: the oldest.
+  /// Consumer: takes the oldest events and returns their number.
   std::size_t pop(std::span<StandingEvent> events) noexcept {
     const std::uint64_t first = popped_.load(std::memory_order_relaxed);
     const auto waiting = static_cast<std::size_t>(pushed_.load(std::memory_order_acquire) - first);

@@ -9,9 +9,9 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/standing/copy_version_job.hpp"
 #include "rtstdb/standing/membership_watch.hpp"
 #include "rtstdb/standing/nearest_watch.hpp"
-#include "rtstdb/standing/version_job.hpp"
 #include "rtstdb/threads/signals_blocked.hpp"
 
 namespace rtstdb::standing {
@@ -19,20 +19,20 @@ namespace {
 
 constexpr const char* no_memory = "no memory was left to follow it";
 
-std::string named(const StandingOptions& options) {
+std::string error_prefix(const StandingOptions& options) {
   return "standing query '" + options.name + "': ";
 }
 
 }  // namespace
 
-/// What the user has: lets go of the watch before that goes.
+/// The user's object. Its destructor unregisters the watch and then destroys it.
 class Follower::Handle final : public StandingQuery {
  public:
   Handle(Follower& follower, std::unique_ptr<Watch> watch) : follower_(follower), watch_(std::move(watch)) {}
   ~Handle() override {
     if (!registered) return;
     Command command{.kind = Command::Kind::remove, .watch = watch_.get()};
-    follower_.give(command);
+    follower_.execute(command);
   }
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
@@ -66,26 +66,27 @@ Follower::Follower(transaction::Engine& engine, const FollowerOptions& options)
     : engine_(engine),
       options_(options),
       mirror_(options.max_entities),
-      feed_(options.max_geometries, bell_) {}
+      feed_(options.max_geometries, wake_up_) {}
 
 Follower::~Follower() {
   RTSTDB_REQUIRE(counts().queries == 0, "Database's destructor",
                  "a standing query outlives its database; destroy it first");
   if (!thread_.joinable()) return;
   ending_.store(true, std::memory_order_release);
-  bell_.ring();
+  wake_up_.notify();
   thread_.join();
   if (!closed_) engine_.listen(nullptr);
 }
 
 // ---- any thread
 
-void Follower::begin_thread() {
+void Follower::start_thread() {
   const std::lock_guard lock(setup_mutex_);
   if (thread_.joinable()) return;
   feed_.make_room(options_.feed_capacity);
   engine_.listen(&feed_);
-  // It inherits what its creator has: signals are the program's business, and priority the tick's.
+  // A thread inherits signal mask and priority of its creator. Signals are for the program's threads, and
+  // real-time priority is for the tick.
   const threads::SignalsBlocked inherited_by_the_thread;
   thread_ = std::thread([this] { run(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb follower");
@@ -93,55 +94,55 @@ void Follower::begin_thread() {
   pthread_setschedparam(thread_.native_handle(), SCHED_OTHER, &ordinary);
 }
 
-Result<std::unique_ptr<StandingQuery>> Follower::watch(const Question& question,
+Result<std::unique_ptr<StandingQuery>> Follower::watch(const QuerySpec& spec,
                                                        const StandingOptions& options) {
   if (options.ring_capacity < 2 || options.ring_capacity > max_standing_events) {
-    return Error{ErrorCode::bad_input, named(options) + "ring_capacity is " +
+    return Error{ErrorCode::bad_input, error_prefix(options) + "ring_capacity is " +
                                            std::to_string(options.ring_capacity) + "; 2 to " +
-                                           std::to_string(max_standing_events) + " are possible"};
+                                           std::to_string(max_standing_events) + " are allowed"};
   }
-  begin_thread();
+  start_thread();
   std::unique_ptr<Watch> made;
-  if (question.kind == Question::Kind::nearest) {
-    made = std::make_unique<NearestWatch>(question, options, mirror_, bell_, work_);
+  if (spec.kind == QuerySpec::Kind::nearest) {
+    made = std::make_unique<NearestWatch>(spec, options, mirror_, wake_up_, work_);
   } else {
-    made = std::make_unique<MembershipWatch>(question, options, mirror_, bell_, work_);
+    made = std::make_unique<MembershipWatch>(spec, options, mirror_, wake_up_, work_);
   }
   Command command{.kind = Command::Kind::add, .watch = made.get(), .latest = engine_.latest().version};
   auto handle = std::make_unique<Handle>(*this, std::move(made));
-  give(command);
-  const auto dead = [&](const char* what, EntityId id) {
-    return Error{ErrorCode::bad_input, named(options) + what + " " + std::to_string(id.index) + "." +
-                                           std::to_string(id.generation) + " does not live"};
+  execute(command);
+  const auto unknown = [&](const char* what, EntityId id) {
+    return Error{ErrorCode::bad_input, error_prefix(options) + what + " " + std::to_string(id.index) + "." +
+                                           std::to_string(id.generation) + " does not exist"};
   };
   switch (command.reply) {
     case Command::Reply::done:
       break;
-    case Command::Reply::dead_carrier:
-      return dead("its carrier", question.carrier);
-    case Command::Reply::dead_excluded:
-      return dead("the excluded entity", question.excluded);
+    case Command::Reply::unknown_carrier:
+      return unknown("its carrier", spec.carrier);
+    case Command::Reply::unknown_excluded:
+      return unknown("the excluded entity", spec.excluded);
     case Command::Reply::out_of_memory:
-      return Error{ErrorCode::out_of_memory, named(options) + no_memory};
+      return Error{ErrorCode::out_of_memory, error_prefix(options) + no_memory};
   }
   handle->registered = true;
   return std::unique_ptr<StandingQuery>(std::move(handle));
 }
 
-void Follower::give(Command& command) noexcept {
+void Follower::execute(Command& command) noexcept {
   {
     const std::lock_guard lock(commands_mutex_);
     *last_command_ = &command;
     last_command_ = &command.next;
   }
-  bell_.ring();
+  wake_up_.notify();
   command.done.wait_while(0);
 }
 
 void Follower::close() noexcept {
   if (!thread_.joinable()) return;
   Command command{.kind = Command::Kind::close};
-  give(command);
+  execute(command);
 }
 
 StandingCounts Follower::counts() const noexcept {
@@ -158,15 +159,15 @@ StandingCounts Follower::counts() const noexcept {
 
 void Follower::run() noexcept {
   while (!ending_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = bell_.heard();
-    if (!work_once()) bell_.sleep_unless_rung(heard);
+    const std::uint32_t count = wake_up_.count();
+    if (!work_once()) wake_up_.wait(count);
   }
 }
 
 bool Follower::work_once() noexcept {
   bool worked = false;
   try {
-    if (fed_) {
+    if (feed_active_) {
       worked = follow_one_version();
       if (!worked && feed_.in_gap()) {
         catch_up();
@@ -176,14 +177,14 @@ bool Follower::work_once() noexcept {
   } catch (const std::bad_alloc&) {
     fail_all(no_memory);
   }
-  worked |= carry_out_command();
+  worked |= execute_next_command();
   for (Watch* watch : watches_)
-    watch->pump();
+    watch->publish_list();
   return worked;
 }
 
 template <class Use>
-void Follower::each(Use use) noexcept {
+void Follower::for_each_followed(Use use) noexcept {
   for (Watch* watch : watches_) {
     if (!watch->follows()) continue;
     try {
@@ -197,40 +198,40 @@ void Follower::each(Use use) noexcept {
 bool Follower::follow_one_version() {
   if (!feed_.take_version(changes_)) return false;
   const VersionInfo version = changes_.front().version;
-  if (version.version <= mirror_.version().version) return true;  // read whole before
-  each([&](Watch& watch) { watch.advance(version); });
+  if (version.version <= mirror_.version().version) return true;  // already included
+  for_each_followed([&](Watch& watch) { watch.advance(version); });
   mirror_.apply(changes_, changed_);
-  each([&](Watch& watch) { watch.follow(changed_, EventCause::write); });
+  for_each_followed([&](Watch& watch) { watch.follow(changed_, EventCause::write); });
   versions_.fetch_add(1, std::memory_order_relaxed);
   rows_.fetch_add(changes_.size(), std::memory_order_relaxed);
   return true;
 }
 
 void Follower::catch_up() {
-  VersionJob job(feed_, options_.max_entities);
-  engine_.carry_out(job);
-  if (fed_) {
+  CopyVersionJob job(feed_, options_.max_entities);
+  engine_.execute_job(job);
+  if (feed_active_) {
     gaps_.fetch_add(1, std::memory_order_relaxed);
     mirror_.compare(job.rows(), job.shapes(), changed_);
-    each([&](Watch& watch) {
-      watch.forget(changed_);
+    for_each_followed([&](Watch& watch) {
+      watch.invalidate(changed_);
       watch.advance(job.version());
     });
   }
   mirror_.replace(job.version(), job.rows(), job.shapes());
-  each([&](Watch& watch) { watch.follow(changed_, EventCause::gap); });
-  fed_ = true;
+  for_each_followed([&](Watch& watch) { watch.follow(changed_, EventCause::gap); });
+  feed_active_ = true;
 }
 
-bool Follower::carry_out_command() noexcept {
+bool Follower::execute_next_command() noexcept {
   Command* command = nullptr;
   {
     const std::lock_guard lock(commands_mutex_);
     command = first_command_;
     if (command == nullptr) return false;
-    // Who asks knows a version; what it looks at is not older.
+    // The first list of members must not be older than the latest version that the caller could know.
     const bool waits =
-        command->kind == Command::Kind::add && fed_ && command->latest > mirror_.version().version;
+        command->kind == Command::Kind::add && feed_active_ && command->latest > mirror_.version().version;
     if (waits) return false;
     first_command_ = command->next;
     if (first_command_ == nullptr) last_command_ = &first_command_;
@@ -247,25 +248,25 @@ bool Follower::carry_out_command() noexcept {
       closed_ = true;
       break;
   }
-  command->done.set_and_wake(1);  // from here on it may be gone
+  command->done.set_and_wake(1);  // afterwards the command may be destroyed
   return true;
 }
 
 Follower::Command::Reply Follower::add(Watch& watch) noexcept {
   try {
     watches_.reserve(watches_.size() + 1);
-    if (!fed_) catch_up();
-    const Question& question = watch.question();
-    const bool carried = question.carrier.valid() && mirror_.find(question.carrier) == nullptr;
-    const bool excludes = question.excluded.valid() && mirror_.find(question.excluded) == nullptr;
-    if (carried || excludes) {
-      if (watches_.empty()) rest();
-      return carried ? Command::Reply::dead_carrier : Command::Reply::dead_excluded;
+    if (!feed_active_) catch_up();
+    const QuerySpec& spec = watch.spec();
+    const bool point_on_body = spec.carrier.valid() && mirror_.find(spec.carrier) == nullptr;
+    const bool excludes = spec.excluded.valid() && mirror_.find(spec.excluded) == nullptr;
+    if (point_on_body || excludes) {
+      if (watches_.empty()) stop_feed();
+      return point_on_body ? Command::Reply::unknown_carrier : Command::Reply::unknown_excluded;
     }
     watch.begin();
-    watch.pump();
+    watch.publish_list();
   } catch (const std::bad_alloc&) {
-    if (watches_.empty()) rest();
+    if (watches_.empty()) stop_feed();
     return Command::Reply::out_of_memory;
   }
   watches_.push_back(&watch);
@@ -276,20 +277,20 @@ Follower::Command::Reply Follower::add(Watch& watch) noexcept {
 void Follower::remove(Watch& watch) noexcept {
   std::erase(watches_, &watch);
   queries_.store(watches_.size(), std::memory_order_relaxed);
-  if (watches_.empty()) rest();
+  if (watches_.empty()) stop_feed();
 }
 
-void Follower::rest() noexcept {
+void Follower::stop_feed() noexcept {
   if (closed_) return;
   engine_.call([this] { feed_.stop(); });
   feed_.clear();
-  fed_ = false;
+  feed_active_ = false;
 }
 
 void Follower::fail_all(const char* why) noexcept {
   for (Watch* watch : watches_)
     if (watch->follows()) watch->fail(why);
-  rest();
+  stop_feed();
 }
 
 }  // namespace rtstdb::standing

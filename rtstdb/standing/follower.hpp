@@ -1,8 +1,8 @@
 #pragma once
-// The thread that follows what is committed, for all standing queries of a database. It begins with the first of them and rests while
-// there is none.
+// The follower: the thread that evaluates all standing queries of a database after each commit. It is created
+// with the first query and sleeps while there is none.
 //
-// Threads: watch and counts are any's; the destructor is after all queries and before the engine.
+// Threads: any thread calls watch and counts. Destroyed after all queries and before the engine.
 
 #include <atomic>
 #include <cstdint>
@@ -18,7 +18,7 @@
 #include "rtstdb/standing/change_feed.hpp"
 #include "rtstdb/standing/mirror.hpp"
 #include "rtstdb/standing/watch.hpp"
-#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/event_count.hpp"
 #include "rtstdb/threads/futex.hpp"
 #include "rtstdb/transaction/engine.hpp"
 
@@ -27,32 +27,34 @@ namespace rtstdb::standing {
 struct FollowerOptions {
   std::uint32_t max_entities = 4096;
   std::uint32_t max_geometries = 1024;
-  std::uint32_t feed_capacity = 1u << 14;  ///< row changes that wait
+  std::uint32_t feed_capacity = 1u << 14;  ///< row changes in the queue
 };
 
 class Follower {
  public:
-  /// The engine outlives it and is not closed before.
+  /// The engine must outlive the follower and must not be closed before it.
   Follower(transaction::Engine& engine, const FollowerOptions& options);
   ~Follower();
   Follower(const Follower&) = delete;
   Follower& operator=(const Follower&) = delete;
 
-  /// Once the question has been checked. Errors: bad_input for options out of range, or when carrier or excluded do not live in the
-  /// latest version; out_of_memory. Throws std::bad_alloc on the caller's side.
-  Result<std::unique_ptr<StandingQuery>> watch(const Question& question, const StandingOptions& options);
+  /// Registers a checked query. Errors: bad_input for options outside their range, or if the carrier or the
+  /// excluded entity does not exist in the latest version; out_of_memory. Throws std::bad_alloc if memory
+  /// runs out in the calling thread.
+  Result<std::unique_ptr<StandingQuery>> watch(const QuerySpec& spec, const StandingOptions& options);
 
   void make_room_for_geometry() { mirror_.make_room_for_geometry(); }
-  /// Inside Engine::call, or before anybody follows: a geometry that has been added there, in the order of their ids. So nobody reads
-  /// a version that knows more of them.
+  /// Adds a geometry, in the order of ids. To be called inside Engine::call together with the addition
+  /// itself, or before the first query, so that no version with the geometry is read before.
   void add_geometry(const Bounds& bounds, bool deforms) { mirror_.add_geometry(bounds, deforms); }
-  /// And behind that one that deforms, with the positions that its triangles use.
+  /// Registers a deforming geometry after add_geometry, with the positions that its triangles use.
   static std::vector<std::uint32_t> used_positions(const TriangleMesh& mesh);
   void keep_bounds(GeometryId id, std::vector<std::uint32_t> used_positions) noexcept {
     feed_.keep_bounds(id, std::move(used_positions));
   }
 
-  /// Nothing is followed from here on, and the engine not called: queries fail, and say so. watch is misuse then.
+  /// Stops the evaluation: all queries fail with a reason, and the engine is not called any more. Afterwards
+  /// watch is misuse.
   void close() noexcept;
 
   StandingCounts counts() const noexcept;
@@ -61,47 +63,53 @@ class Follower {
   struct Command {
     enum class Kind : std::uint8_t { add, remove, close } kind = Kind::add;
     Watch* watch = nullptr;
-    enum class Reply : std::uint8_t { done, dead_carrier, dead_excluded, out_of_memory } reply = Reply::done;
-    Version latest = 0;  ///< when it was given
+    enum class Reply : std::uint8_t {
+      done,
+      unknown_carrier,
+      unknown_excluded,
+      out_of_memory
+    } reply = Reply::done;
+    Version latest = 0;  ///< latest version when the command was issued
     threads::FutexCell done{0};
     Command* next = nullptr;
   };
   class Handle;
 
-  void begin_thread();
-  /// And waits until it has been carried out.
-  void give(Command& command) noexcept;
+  void start_thread();
+  /// Queues a command and waits until the follower has executed it.
+  void execute(Command& command) noexcept;
   void run() noexcept;
   bool work_once() noexcept;
-  bool carry_out_command() noexcept;
+  bool execute_next_command() noexcept;
   Command::Reply add(Watch& watch) noexcept;
   void remove(Watch& watch) noexcept;
   bool follow_one_version();
-  /// Reads the latest version whole, and goes on from there.
+  /// Copies the latest version whole and continues from there.
   void catch_up();
-  void rest() noexcept;
-  /// Watches that run out of memory fail; the others go on.
+  void stop_feed() noexcept;
+  /// Calls use(watch) for each query that is followed. A query that runs out of memory fails; the others
+  /// continue.
   template <class Use>
-  void each(Use use) noexcept;
+  void for_each_followed(Use use) noexcept;
   void fail_all(const char* why) noexcept;
 
   transaction::Engine& engine_;
   const FollowerOptions options_;
-  threads::Bell bell_;
-  Work work_;
+  threads::EventCount wake_up_;
+  WorkCounts work_;
   Mirror mirror_;
   ChangeFeed feed_;
 
-  std::mutex setup_mutex_;  ///< the thread begins once
+  std::mutex setup_mutex_;  ///< for the creation of the thread
   std::mutex commands_mutex_;
   Command* first_command_ = nullptr;
   Command** last_command_ = &first_command_;
 
-  // The follower's thread alone.
+  // Accessed by the follower's thread only.
   std::vector<Watch*> watches_;
   std::vector<Change> changes_;
   std::vector<std::uint32_t> changed_;
-  bool fed_ = false;
+  bool feed_active_ = false;
   bool closed_ = false;
 
   std::atomic<std::uint64_t> queries_{0}, versions_{0}, rows_{0}, gaps_{0};

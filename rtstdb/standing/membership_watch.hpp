@@ -1,5 +1,5 @@
 #pragma once
-// A standing query whose members are found one by one: regions and rays.
+// A standing query whose entities are examined independently of one another: regions and rays.
 
 #include "rtstdb/standing/watch.hpp"
 
@@ -10,9 +10,9 @@ class MembershipWatch final : public Watch {
   using Watch::Watch;
 
  private:
-  void due(const Certificate& certificate) override;
-  void changed_rows(std::span<const std::uint32_t> indices, std::int64_t now_ns, EventCause cause) override;
-  void changed_question(std::int64_t now_ns, EventCause cause) override;
+  void on_due(const Certificate& certificate) override;
+  void reevaluate(std::span<const std::uint32_t> indices, std::int64_t now_ns, EventCause cause) override;
+  void reevaluate_all(std::int64_t now_ns, EventCause cause) override;
   void examine(std::uint32_t index, std::int64_t now_ns, EventCause cause);
 };
 

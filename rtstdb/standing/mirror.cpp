@@ -9,7 +9,7 @@
 namespace rtstdb::standing {
 namespace {
 
-void sort_once(std::vector<std::uint32_t>& indices) {
+void sort_unique(std::vector<std::uint32_t>& indices) {
   std::ranges::sort(indices);
   indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
 }
@@ -30,7 +30,7 @@ void Mirror::add_geometry(const Bounds& bounds, bool deforms) {
   added_.push_back({bounds, deforms, {}});
 }
 
-void Mirror::learn_geometries() {
+void Mirror::take_added_geometries() {
   const std::lock_guard lock(added_mutex_);
   geometries_.reserve(geometries_.size() + added_.size());
   std::ranges::move(added_, std::back_inserter(geometries_));
@@ -50,24 +50,24 @@ EntityBox Mirror::box(const EntityState& state, bool is_point) const noexcept {
 
 void Mirror::set_row(const EntityState& state) {
   const GeometryId geometry = state.row.geometry;
-  if (geometry.valid() && geometry.index >= geometries_.size()) learn_geometries();
+  if (geometry.valid() && geometry.index >= geometries_.size()) take_added_geometries();
   RTSTDB_ASSERT(!geometry.valid() || geometry.index < geometries_.size());
   if (state.id.index >= rows_.size()) rows_.resize(state.id.index + 1);
   EntityState& row = rows_[state.id.index];
-  const bool shown_before = row.id.valid() && row.row.geometry == geometry;
+  const bool used_before = row.id.valid() && row.row.geometry == geometry;
   row = state;
-  if (!geometry.valid() || !geometries_[geometry.index].deforms || shown_before) return;
-  std::vector<std::uint32_t>& shown_by = geometries_[geometry.index].shown_by;
-  if (shown_by.size() > 2 * rows_.size()) {
-    sort_once(shown_by);
-    std::erase_if(shown_by, [&](std::uint32_t index) { return rows_[index].row.geometry != geometry; });
+  if (!geometry.valid() || !geometries_[geometry.index].deforms || used_before) return;
+  std::vector<std::uint32_t>& users = geometries_[geometry.index].users;
+  if (users.size() > 2 * rows_.size()) {
+    sort_unique(users);
+    std::erase_if(users, [&](std::uint32_t index) { return rows_[index].row.geometry != geometry; });
   }
-  shown_by.push_back(state.id.index);
+  users.push_back(state.id.index);
 }
 
-void Mirror::name_users(const Geometry& geometry, std::uint32_t id,
-                        std::vector<std::uint32_t>& changed) const {
-  for (const std::uint32_t index : geometry.shown_by)
+void Mirror::append_users(const Geometry& geometry, std::uint32_t id,
+                          std::vector<std::uint32_t>& changed) const {
+  for (const std::uint32_t index : geometry.users)
     if (const EntityState* state = row(index); state != nullptr && state->row.geometry.index == id)
       changed.push_back(index);
 }
@@ -85,18 +85,18 @@ void Mirror::apply(std::span<const Change> changes, std::vector<std::uint32_t>& 
         changed.push_back(change.state.id.index);
         break;
       case Change::Kind::shape:
-        if (change.geometry.index >= geometries_.size()) learn_geometries();
+        if (change.geometry.index >= geometries_.size()) take_added_geometries();
         geometries_[change.geometry.index].bounds = change.bounds;
         break;
     }
     version_ = change.version;
   }
-  // When all rows are there.
+  // After all rows are applied, so that the users of a geometry are known.
   for (const Change& change : changes) {
     if (change.kind == Change::Kind::shape)
-      name_users(geometries_[change.geometry.index], change.geometry.index, changed);
+      append_users(geometries_[change.geometry.index], change.geometry.index, changed);
   }
-  sort_once(changed);
+  sort_unique(changed);
 }
 
 void Mirror::compare(std::span<const EntityState> rows, std::span<const ShapeBounds> shapes,
@@ -110,21 +110,21 @@ void Mirror::compare(std::span<const EntityState> rows, std::span<const ShapeBou
                          (now != nullptr && (now->id != before->id || now->written_by != before->written_by));
     if (differs) changed.push_back(index);
   }
-  learn_geometries();
+  take_added_geometries();
   for (const ShapeBounds& shape : shapes) {
     RTSTDB_ASSERT(shape.geometry.index < geometries_.size());
     const Geometry& geometry = geometries_[shape.geometry.index];
-    if (!same(geometry.bounds, shape.bounds)) name_users(geometry, shape.geometry.index, changed);
+    if (!same(geometry.bounds, shape.bounds)) append_users(geometry, shape.geometry.index, changed);
   }
-  sort_once(changed);
+  sort_unique(changed);
 }
 
 void Mirror::replace(VersionInfo version, std::span<const EntityState> rows,
                      std::span<const ShapeBounds> shapes) {
   version_ = version;
-  learn_geometries();
+  take_added_geometries();
   for (Geometry& geometry : geometries_)
-    geometry.shown_by.clear();
+    geometry.users.clear();
   std::ranges::fill(rows_, EntityState{});
   for (const EntityState& state : rows)
     set_row(state);

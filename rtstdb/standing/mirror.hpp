@@ -1,7 +1,7 @@
 #pragma once
-// The follower's copy of the rows of one version, and the bounds of geometries.
+// The follower's copy of the rows of one version, and the bounds of all geometries.
 //
-// Threads: the follower's, but for add_geometry, which is any's.
+// Threads: the follower; any thread calls make_room_for_geometry and add_geometry.
 
 #include <cstdint>
 #include <mutex>
@@ -20,15 +20,15 @@ class Mirror {
  public:
   explicit Mirror(std::uint32_t max_entities) : max_entities_(max_entities) {}
 
-  /// So that add_geometry does not throw the next time.
+  /// Allocates memory so that the next add_geometry does not throw.
   void make_room_for_geometry();
-  /// Before the first row names it. In the order of ids.
+  /// To be called in the order of ids, before the first row with the geometry.
   void add_geometry(const Bounds& bounds, bool deforms);
 
   VersionInfo version() const noexcept { return version_; }
   std::uint32_t max_entities() const noexcept { return max_entities_; }
   std::uint32_t index_limit() const noexcept { return static_cast<std::uint32_t>(rows_.size()); }
-  /// Null when nobody lives there.
+  /// Null: no entity lives there.
   const EntityState* row(std::uint32_t index) const noexcept {
     return index < rows_.size() && rows_[index].id.valid() ? &rows_[index] : nullptr;
   }
@@ -36,17 +36,18 @@ class Mirror {
     const EntityState* state = row(id.index);
     return state != nullptr && state->id == id ? state : nullptr;
   }
-  /// The entity has a geometry.
+  /// The scaled bounds of an entity, which must have a geometry.
   EntityBox box(const EntityState& state, bool is_point) const noexcept;
 
-  /// Brings the rows to a later version, and names each index that may stand differently to a question, once and ascending.
+  /// Advances to a later version. `changed`: each index whose entity may have another relation to a query,
+  /// once, ascending.
   void apply(std::span<const Change> changes, std::vector<std::uint32_t>& changed);
-  /// The same by all rows of it. `shapes`: bounds of all geometries that deform.
   struct ShapeBounds {
     GeometryId geometry;
     Bounds bounds;
   };
-  /// Which would change; then to carry it out.
+  /// The same with all rows of a later version and the bounds of all deforming geometries: compare determines
+  /// `changed`, then replace takes the rows over.
   void compare(std::span<const EntityState> rows, std::span<const ShapeBounds> shapes,
                std::vector<std::uint32_t>& changed);
   void replace(VersionInfo version, std::span<const EntityState> rows, std::span<const ShapeBounds> shapes);
@@ -55,11 +56,12 @@ class Mirror {
   struct Geometry {
     Bounds bounds;
     bool deforms = false;
-    std::vector<std::uint32_t> shown_by;  ///< deforms: indices, some of which may show another one by now
+    std::vector<std::uint32_t>
+        users;  ///< deforms: entities with this geometry; may contain others that had it before
   };
-  void learn_geometries();
+  void take_added_geometries();
   void set_row(const EntityState& state);
-  void name_users(const Geometry& geometry, std::uint32_t id, std::vector<std::uint32_t>& changed) const;
+  void append_users(const Geometry& geometry, std::uint32_t id, std::vector<std::uint32_t>& changed) const;
 
   std::uint32_t max_entities_;
   VersionInfo version_;
@@ -67,7 +69,7 @@ class Mirror {
   std::vector<Geometry> geometries_;
 
   std::mutex added_mutex_;
-  std::vector<Geometry> added_;  ///< not learnt yet
+  std::vector<Geometry> added_;  ///< not yet taken over into geometries_
 };
 
 }  // namespace rtstdb::standing

@@ -10,20 +10,20 @@
 namespace rtstdb::standing {
 namespace {
 
-/// A member keeps its place until another one is nearer by this.
-constexpr double keeps_place_m = 1e-9;
+/// A member is replaced only by an entity that is nearer by at least this.
+constexpr double hysteresis_m = 1e-9;
 
 }  // namespace
 
-NearestWatch::NearestWatch(const Question& question, const StandingOptions& options, const Mirror& mirror,
-                           threads::Bell& follower, Work& work)
-    : Watch(question, options, mirror, follower, work),
-      guarded_(question),
-      wanted_(2 * std::size_t{question.k} + 8),
-      max_candidates_(2 * wanted_) {}
+NearestWatch::NearestWatch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror,
+                           threads::EventCount& follower_wake_up, WorkCounts& work)
+    : Watch(spec, options, mirror, follower_wake_up, work),
+      guard_spec_(spec),
+      guard_size_(2 * std::size_t{spec.k} + 8),
+      max_candidates_(2 * guard_size_) {}
 
 SquaredDistance NearestWatch::distance(const EntityState& state) const noexcept {
-  const MembershipPredictor now = sight(state);
+  const MembershipPredictor now = predictor(state);
   return {now.motion(), now.place_m(), now.box(), Measure::nearest};
 }
 
@@ -34,12 +34,12 @@ bool NearestWatch::is_current(const Certificate& certificate) const noexcept {
 
 // ---- the guard
 
-const EntityState* NearestWatch::look_at(std::uint32_t index) {
-  const EntityState* state = seen(index);
+const EntityState* NearestWatch::update_considered(std::uint32_t index) {
+  const EntityState* state = considered_state(index);
   Entry& entry = entries_[index];
-  if (entry.seen) --seen_count_;
-  entry.seen = state != nullptr;
-  if (entry.seen) ++seen_count_;
+  if (entry.considered) --considered_count_;
+  entry.considered = state != nullptr;
+  if (entry.considered) ++considered_count_;
   entry.doublings = 0;
   ++entry.stamp;
   return state;
@@ -55,99 +55,99 @@ void NearestWatch::set_candidate(std::uint32_t index, bool candidate) {
   }
 }
 
-void NearestWatch::watch_guard(std::uint32_t index, const EntityState& state, std::int64_t from_ns) {
+void NearestWatch::schedule_guard(std::uint32_t index, const EntityState& state, std::int64_t from_ns) {
   ++entries_[index].stamp;
-  if (!std::isfinite(guarded_.radius_m)) return;
+  if (!std::isfinite(guard_spec_.radius_m)) return;
   const Entry& entry = entries_[index];
-  schedule(index,
-           sight(state, guarded_).next(from_ns, first_look_ahead_ns << entry.doublings, entry.candidate));
+  schedule(
+      index,
+      predictor(state, guard_spec_).next(from_ns, initial_look_ahead_ns << entry.doublings, entry.candidate));
 }
 
 bool NearestWatch::needs_another_guard() const noexcept {
-  const bool too_few = candidates_.size() < question_.k && candidates_.size() < seen_count_ &&
-                       guarded_.radius_m < question_.radius_m;
+  const bool too_few = candidates_.size() < spec_.k && candidates_.size() < considered_count_ &&
+                       guard_spec_.radius_m < spec_.radius_m;
   return too_few || candidates_.size() > max_candidates_;
 }
 
 void NearestWatch::choose_guard(std::int64_t now_ns) {
   ranking_.clear();
   for (std::uint32_t index = 0; index < index_limit(); ++index)
-    if (entries_[index].seen)
-      ranking_.push_back({std::sqrt(distance(*seen(index)).at(now_ns).value_m2), index});
-  guarded_.radius_m = question_.radius_m;
-  if (ranking_.size() > wanted_) {
-    const auto first_beyond = ranking_.begin() + static_cast<std::ptrdiff_t>(wanted_);
+    if (entries_[index].considered)
+      ranking_.push_back({std::sqrt(distance(*considered_state(index)).at(now_ns).value_m2), index});
+  guard_spec_.radius_m = spec_.radius_m;
+  if (ranking_.size() > guard_size_) {
+    const auto first_beyond = ranking_.begin() + static_cast<std::ptrdiff_t>(guard_size_);
     std::ranges::nth_element(ranking_, first_beyond, {}, &Ranked::key_m);
     const double last_within_m =
         std::ranges::max(std::span(ranking_.begin(), first_beyond), {}, &Ranked::key_m).key_m;
-    guarded_.radius_m = std::min(question_.radius_m, std::midpoint(last_within_m, first_beyond->key_m));
+    guard_spec_.radius_m = std::min(spec_.radius_m, std::midpoint(last_within_m, first_beyond->key_m));
   }
   candidates_.clear();
   for (const Ranked& ranked : ranking_) {
     Entry& entry = entries_[ranked.index];
     entry.candidate = false;
     entry.doublings = 0;
-    set_candidate(ranked.index, ranked.key_m <= guarded_.radius_m);
-    watch_guard(ranked.index, *seen(ranked.index), now_ns);
+    set_candidate(ranked.index, ranked.key_m <= guard_spec_.radius_m);
+    schedule_guard(ranked.index, *considered_state(ranked.index), now_ns);
   }
-  // Many may be as far away as one.
-  max_candidates_ = 2 * std::max(wanted_, candidates_.size());
+  // Many entities may have the same distance, so the guard may contain more than guard_size_.
+  max_candidates_ = 2 * std::max(guard_size_, candidates_.size());
 }
 
-// ---- what happens
+// ---- changes and certificates
 
-void NearestWatch::forget(std::span<const std::uint32_t>) noexcept {
+void NearestWatch::invalidate(std::span<const std::uint32_t>) noexcept {
   clear_certificates();
 }
 
-void NearestWatch::changed_question(std::int64_t now_ns, EventCause cause) {
+void NearestWatch::reevaluate_all(std::int64_t now_ns, EventCause cause) {
   for (const std::uint32_t index : candidates_)
     entries_[index].candidate = false;
   candidates_.clear();
   for (std::uint32_t index = 0; index < index_limit(); ++index)
-    look_at(index);
+    update_considered(index);
   choose_guard(now_ns);
   rank(now_ns, cause);
 }
 
-void NearestWatch::changed_rows(std::span<const std::uint32_t> indices, std::int64_t now_ns,
-                                EventCause cause) {
-  if (cause == EventCause::gap) return changed_question(now_ns, cause);
+void NearestWatch::reevaluate(std::span<const std::uint32_t> indices, std::int64_t now_ns, EventCause cause) {
+  if (cause == EventCause::gap) return reevaluate_all(now_ns, cause);
   bool order_changed = false;
   for (const std::uint32_t index : indices) {
     Entry& entry = entries_[index];
     order_changed |= entry.candidate || entry.member;
-    const bool was_seen = entry.seen;
-    const EntityState* state = look_at(index);
+    const bool was_considered = entry.considered;
+    const EntityState* state = update_considered(index);
     if (state == nullptr) {
       set_candidate(index, false);
       continue;
     }
     bool within = true;
-    if (std::isfinite(guarded_.radius_m)) {
-      const MembershipPredictor::Place place = sight(*state, guarded_).place(now_ns);
-      within = place.certain || !was_seen ? place.inside : entry.candidate;
+    if (std::isfinite(guard_spec_.radius_m)) {
+      const MembershipPredictor::Membership place = predictor(*state, guard_spec_).membership_at(now_ns);
+      within = place.certain || !was_considered ? place.inside : entry.candidate;
     }
     set_candidate(index, within);
     order_changed |= within;
-    watch_guard(index, *state, now_ns);
+    schedule_guard(index, *state, now_ns);
   }
   if (order_changed || needs_another_guard()) rank(now_ns, cause);
 }
 
-void NearestWatch::due(const Certificate& certificate) {
+void NearestWatch::on_due(const Certificate& certificate) {
   if (certificate.index == order_index) {
-    if (certificate.flip) return rank(certificate.ns, EventCause::motion);
+    if (certificate.changes) return rank(certificate.ns, EventCause::motion);
     order_doublings_ = std::min<std::uint8_t>(max_doublings, static_cast<std::uint8_t>(order_doublings_ + 1));
-    return watch_order(certificate.ns);
+    return schedule_order(certificate.ns);
   }
   Entry& entry = entries_[certificate.index];
-  entry.doublings = certificate.flip ? std::uint8_t{0}
-                                     : std::min<std::uint8_t>(max_doublings,
-                                                              static_cast<std::uint8_t>(entry.doublings + 1));
-  if (certificate.flip) set_candidate(certificate.index, !entry.candidate);
-  watch_guard(certificate.index, *seen(certificate.index), certificate.ns);
-  if (certificate.flip) rank(certificate.ns, EventCause::motion);
+  entry.doublings = certificate.changes ? std::uint8_t{0}
+                                        : std::min<std::uint8_t>(
+                                              max_doublings, static_cast<std::uint8_t>(entry.doublings + 1));
+  if (certificate.changes) set_candidate(certificate.index, !entry.candidate);
+  schedule_guard(certificate.index, *considered_state(certificate.index), certificate.ns);
+  if (certificate.changes) rank(certificate.ns, EventCause::motion);
 }
 
 // ---- the order
@@ -156,15 +156,15 @@ void NearestWatch::rank(std::int64_t now_ns, EventCause cause) {
   if (needs_another_guard()) choose_guard(now_ns);
   ranking_.clear();
   for (const std::uint32_t index : candidates_) {
-    const EntityState& state = *seen(index);
+    const EntityState& state = *considered_state(index);
     const Entry& entry = entries_[index];
     const double distance_m = std::sqrt(distance(state).at(now_ns).value_m2);
     const bool holds = entry.member && entry.generation == state.id.generation;
     const double key_m =
-        distance_m < touching_m ? 0.0 : std::max(distance_m - (holds ? keeps_place_m : 0.0), touching_m);
+        distance_m < touching_m ? 0.0 : std::max(distance_m - (holds ? hysteresis_m : 0.0), touching_m);
     ranking_.push_back({key_m, index});
   }
-  const auto count = static_cast<std::ptrdiff_t>(std::min<std::size_t>(question_.k, ranking_.size()));
+  const auto count = static_cast<std::ptrdiff_t>(std::min<std::size_t>(spec_.k, ranking_.size()));
   std::ranges::partial_sort(ranking_, ranking_.begin() + count, [](const Ranked& a, const Ranked& b) {
     return std::tie(a.key_m, a.index) < std::tie(b.key_m, b.index);
   });
@@ -173,7 +173,7 @@ void NearestWatch::rank(std::int64_t now_ns, EventCause cause) {
   for (const Ranked& ranked : ranking_)
     new_members_.push_back(ranked.index);
   std::ranges::sort(new_members_);
-  // Who was one and who becomes one, by index.
+  // Merge of the old and the new members, both by ascending index.
   auto before = members_.begin();
   auto after = new_members_.begin();
   while (before != members_.end() || after != new_members_.end()) {
@@ -183,39 +183,39 @@ void NearestWatch::rank(std::int64_t now_ns, EventCause cause) {
     if (was) ++before;
     if (is) ++after;
     Entry& entry = entries_[index];
-    const EntityState* state = is ? seen(index) : nullptr;
-    const bool stays = was && is && state->id.generation == entry.generation;
-    if (was && !stays) set_member(index, false, now_ns, cause);
-    if (!is || stays) continue;
+    const EntityState* state = is ? considered_state(index) : nullptr;
+    const bool certainly_stays = was && is && state->id.generation == entry.generation;
+    if (was && !certainly_stays) set_member(index, false, now_ns, cause);
+    if (!is || certainly_stays) continue;
     entry.generation = state->id.generation;
     set_member(index, true, now_ns, cause);
   }
   members_.swap(new_members_);
   order_doublings_ = 0;
-  watch_order(now_ns);
+  schedule_order(now_ns);
 }
 
-void NearestWatch::watch_order(std::int64_t from_ns) {
+void NearestWatch::schedule_order(std::int64_t from_ns) {
   ++order_stamp_;
-  if (candidates_.size() <= question_.k || from_ns >= max_world_time_ns) return;
-  const std::int64_t look_ahead_ns = first_look_ahead_ns << order_doublings_;
+  if (candidates_.size() <= spec_.k || from_ns >= max_world_time_ns) return;
+  const std::int64_t look_ahead_ns = initial_look_ahead_ns << order_doublings_;
   std::int64_t end_ns = std::min(max_world_time_ns - look_ahead_ns, from_ns) + look_ahead_ns;
-  bool flip = false;
+  bool changes = false;
   for (const std::uint32_t member : members_) {
-    const SquaredDistance holder = distance(*seen(member));
+    const SquaredDistance holder = distance(*considered_state(member));
     for (const std::uint32_t other : candidates_) {
       if (entries_[other].member || end_ns <= from_ns) continue;
       count_examination();
-      const SquaredDistance challenger = distance(*seen(other));
+      const SquaredDistance challenger = distance(*considered_state(other));
       const double noise_m = std::max(holder.noise_m(from_ns, end_ns), challenger.noise_m(from_ns, end_ns));
       const Crossing found =
-          first_flip(Nearer(challenger, holder, other < member, noise_m), from_ns, end_ns, false);
+          first_crossing(Nearer(challenger, holder, other < member, noise_m), from_ns, end_ns, false);
       if (found.what == Crossing::What::none) continue;
-      flip = found.what == Crossing::What::flip;
-      end_ns = std::max(found.ns, from_ns + 1);  // later ones do not matter
+      changes = found.what == Crossing::What::crossing;
+      end_ns = std::max(found.ns, from_ns + 1);  // later crossings are irrelevant
     }
   }
-  push({end_ns, order_index, order_stamp_, flip});
+  push({end_ns, order_index, order_stamp_, changes});
 }
 
 }  // namespace rtstdb::standing

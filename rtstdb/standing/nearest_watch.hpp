@@ -1,7 +1,8 @@
 #pragma once
-// Who is among the k nearest to a point. A guard distance divides the world: those beyond it are watched one by one for coming nearer,
-// and those within, the candidates, which are some more than k, pair by pair for changing their order. When too few or too many are
-// left within, another guard distance is chosen, for which all are looked at.
+// A standing query for the k nearest entities. A guard radius divides the entities: each one outside is
+// examined for entering the guard; those inside, the candidates, which are a few more than k, are compared in
+// pairs for a change of order. If too few or too many candidates are left, another guard radius is chosen,
+// which examines all entities.
 
 #include <limits>
 
@@ -12,33 +13,33 @@ namespace rtstdb::standing {
 
 class NearestWatch final : public Watch {
  public:
-  NearestWatch(const Question& question, const StandingOptions& options, const Mirror& mirror,
-               threads::Bell& follower, Work& work);
+  NearestWatch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror,
+               threads::EventCount& follower_wake_up, WorkCounts& work);
 
-  /// The order is every candidate's: nothing is known any more.
-  void forget(std::span<const std::uint32_t> indices) noexcept override;
+  /// The order involves all candidates: invalidates all certificates.
+  void invalidate(std::span<const std::uint32_t> indices) noexcept override;
 
  private:
-  void due(const Certificate& certificate) override;
+  void on_due(const Certificate& certificate) override;
   bool is_current(const Certificate& certificate) const noexcept override;
-  void changed_rows(std::span<const std::uint32_t> indices, std::int64_t now_ns, EventCause cause) override;
-  void changed_question(std::int64_t now_ns, EventCause cause) override;
+  void reevaluate(std::span<const std::uint32_t> indices, std::int64_t now_ns, EventCause cause) override;
+  void reevaluate_all(std::int64_t now_ns, EventCause cause) override;
 
   SquaredDistance distance(const EntityState& state) const noexcept;
-  /// Takes note of who is seen at the index now. Its state; null: nobody.
-  const EntityState* look_at(std::uint32_t index);
+  /// Updates whether the query considers the entity at the index. Returns its state; null: not considered.
+  const EntityState* update_considered(std::uint32_t index);
   void set_candidate(std::uint32_t index, bool candidate);
-  void watch_guard(std::uint32_t index, const EntityState& state, std::int64_t from_ns);
+  void schedule_guard(std::uint32_t index, const EntityState& state, std::int64_t from_ns);
   void choose_guard(std::int64_t now_ns);
   bool needs_another_guard() const noexcept;
-  /// Finds out who the members are, and when their order changes next.
+  /// Determines the members, and the next instant at which their order changes.
   void rank(std::int64_t now_ns, EventCause cause);
-  void watch_order(std::int64_t from_ns);
+  void schedule_order(std::int64_t from_ns);
 
   static constexpr std::uint32_t order_index = std::numeric_limits<std::uint32_t>::max();
-  Question guarded_;  ///< the question, with the guard distance as its radius
-  std::size_t wanted_, max_candidates_;
-  std::size_t seen_count_ = 0;
+  QuerySpec guard_spec_;  ///< the query with the guard radius as its radius
+  std::size_t guard_size_, max_candidates_;
+  std::size_t considered_count_ = 0;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> members_;  ///< ascending
   std::uint32_t order_stamp_ = 0;

@@ -10,10 +10,10 @@
 namespace rtstdb::standing {
 namespace {
 
-/// Edges that are more parallel than this span no direction of their own: the faces' have looked there already.
+/// The product of nearly parallel edges is no usable axis; the normals of the faces cover its direction.
 constexpr double min_sine = 1e-9;
 
-double side_of(int side) noexcept {
+double sign_of(int side) noexcept {
   return side == 0 ? 1.0 : -1.0;
 }
 
@@ -62,36 +62,36 @@ glm::dvec3 Separation::entity_corner_m(const RelativeMotion::View& view, std::ui
   return view.offset_m + view.rotation * local_m;
 }
 
-double Separation::gap_of(const Axis& axis, int side, const Look::Corners& corners,
+double Separation::gap_of(const Axis& axis, int side, const Sample::Corners& corners,
                           const RelativeMotion::View& view) const noexcept {
   const glm::dvec3 u = direction(axis, view);
   const glm::dvec3 entity_m = entity_corner_m(view, corners.entity);
   if (!touching_) return glm::dot(u, entity_m) - body_.faces[axis.first].offset_m;
-  return side_of(side) * glm::dot(u, entity_m - body_.corners_m[corners.body]);
+  return sign_of(side) * glm::dot(u, entity_m - body_.corners_m[corners.body]);
 }
 
-Separation::Look Separation::at(std::int64_t ns) const noexcept {
-  Look look;
-  look.ns = ns;
-  look.view = motion_.at(ns);
-  look.worst_m = -std::numeric_limits<double>::infinity();
-  const glm::dvec3 center_m = look.view.offset_m + look.view.rotation * entity_.center_m;
+Separation::Sample Separation::at(std::int64_t ns) const noexcept {
+  Sample sample;
+  sample.ns = ns;
+  sample.view = motion_.at(ns);
+  sample.worst_m = -std::numeric_limits<double>::infinity();
+  const glm::dvec3 center_m = sample.view.offset_m + sample.view.rotation * entity_.center_m;
   for (std::size_t k = 0; k < axes_.size(); ++k) {
     const Axis& axis = axes_[k];
-    const glm::dvec3 u = direction(axis, look.view);
+    const glm::dvec3 u = direction(axis, sample.view);
     double extent_m = 0.0;
     std::uint8_t positive = 0;  // the corner of the entity that lies farthest along u
     for (int i = 0; i < 3; ++i) {
-      const double along = glm::dot(u, look.view.rotation[i]);
+      const double along = glm::dot(u, sample.view.rotation[i]);
       extent_m += entity_.half_extent_m[i] * std::abs(along);
       if (along >= 0.0) positive = static_cast<std::uint8_t>(positive | 1u << i);
     }
     const double middle_m = glm::dot(u, center_m);
-    auto& ends = look.ends[k];
-    look.length[k] = axis.kind == Axis::Kind::product ? glm::length(u) : 1.0;
+    auto& ends = sample.ends[k];
+    sample.length[k] = axis.kind == Axis::Kind::product ? glm::length(u) : 1.0;
     if (!touching_) {
       ends[0] = {middle_m + extent_m - body_.faces[axis.first].offset_m, positive, 0};
-      look.worst_m = std::max(look.worst_m, ends[0].gap);
+      sample.worst_m = std::max(sample.worst_m, ends[0].gap);
       continue;
     }
     double low_m = std::numeric_limits<double>::infinity();
@@ -108,74 +108,82 @@ Separation::Look Separation::at(std::int64_t ns) const noexcept {
     const auto negative = static_cast<std::uint8_t>(~positive & 7u);
     ends[0] = {middle_m - extent_m - high_m, negative, static_cast<std::uint8_t>(highest)};
     ends[1] = {low_m - middle_m - extent_m, positive, static_cast<std::uint8_t>(lowest)};
-    if (look.length[k] > min_sine)
-      look.worst_m = std::max(look.worst_m, std::max(ends[0].gap, ends[1].gap) / look.length[k]);
+    if (sample.length[k] > min_sine)
+      sample.worst_m = std::max(sample.worst_m, std::max(ends[0].gap, ends[1].gap) / sample.length[k]);
   }
-  return look;
+  return sample;
 }
 
-Separation::Bend Separation::bend(std::size_t axis, const Look& a, const Look& b) const noexcept {
-  const Axis& of = axes_[axis];
-  if (of.kind == Axis::Kind::body)
-    return {motion_.of_bend(a.view, b.view, direction(of, a.view), entity_reach_m_), 1.0, 1.0};
-  if (of.kind == Axis::Kind::entity) {
-    glm::dvec3 own(0.0);
-    own[of.first] = 1.0;
-    return {motion_.from_bend(a.view, b.view, own, body_.reach_m), 1.0, 1.0};
+Separation::AxisBounds Separation::axis_bounds(std::size_t axis, const Sample& a,
+                                               const Sample& b) const noexcept {
+  const Axis& axis_kind = axes_[axis];
+  if (axis_kind.kind == Axis::Kind::body)
+    return {motion_.target_acceleration(a.view, b.view, direction(axis_kind, a.view), entity_reach_m_), 1.0,
+            1.0};
+  if (axis_kind.kind == Axis::Kind::entity) {
+    glm::dvec3 axis_direction(0.0);
+    axis_direction[axis_kind.first] = 1.0;
+    return {motion_.observer_acceleration(a.view, b.view, axis_direction, body_.reach_m), 1.0, 1.0};
   }
-  // (e x b) . (y - s) with b and s at rest: e'' and e' times what they are multiplied with, and y''.
+  // The second derivative of (e x b) . (y - s) with constant b and s: its terms contain e'', e' and y''.
   glm::dvec3 edge(0.0);
-  edge[of.first] = 1.0;
-  const RelativeMotion::Turn turn = motion_.turn(edge);
-  const RelativeMotion::Bounds corner = motion_.of_seen(a.view, b.view, entity_reach_m_);
+  edge[axis_kind.first] = 1.0;
+  const RelativeMotion::DirectionBounds edge_bounds = motion_.direction_bounds(edge);
+  const RelativeMotion::Bounds corner = motion_.target_bounds(a.view, b.view, entity_reach_m_);
   const double h_s = static_cast<double>(b.ns - a.ns) * 1e-9;
   const double across_m = std::sqrt(std::max(glm::dot(a.view.apart_m, a.view.apart_m),
                                              glm::dot(b.view.apart_m, b.view.apart_m))) +
                           entity_reach_m_ + body_.reach_m;
-  const double least = std::min(a.length[axis], b.length[axis]) - turn.rate * h_s;
-  const double most = std::min(1.0, std::max(a.length[axis], b.length[axis]) + turn.rate * h_s);
-  return {turn.bend * across_m + 2.0 * turn.rate * corner.speed_mps + most * corner.acceleration_mps2,
-          std::max(least, 0.0), most};
+  const double min_length = std::min(a.length[axis], b.length[axis]) - edge_bounds.rate * h_s;
+  const double max_length = std::min(1.0, std::max(a.length[axis], b.length[axis]) + edge_bounds.rate * h_s);
+  return {edge_bounds.second_derivative * across_m + 2.0 * edge_bounds.rate * corner.speed_mps +
+              max_length * corner.acceleration_mps2,
+          std::max(min_length, 0.0), max_length};
 }
 
-double Separation::least(std::size_t axis, int side, const Look& a, const Look& b,
-                         double leaves_m) const noexcept {
+double Separation::min_gap_m(std::size_t axis, int side, const Sample& a, const Sample& b,
+                             double deviation_m) const noexcept {
   const auto& end_a = a.ends[axis][static_cast<std::size_t>(side)];
   const auto& end_b = b.ends[axis][static_cast<std::size_t>(side)];
-  // The least of the corners' gaps is at no end less than there; the largest is at least that of one corner.
-  if (touching_) return std::min(end_a.gap, end_b.gap) - leaves_m;
+  // touching: each corner's gap is at least the smallest one at both ends. inside: the largest gap is at
+  // least that of any one corner.
+  if (touching_) return std::min(end_a.gap, end_b.gap) - deviation_m;
   const double same_as_a = std::min(end_a.gap, gap_of(axes_[axis], side, end_a, b.view));
   const double same_as_b = std::min(end_b.gap, gap_of(axes_[axis], side, end_b, a.view));
-  return std::max(same_as_a, same_as_b) - leaves_m;
+  return std::max(same_as_a, same_as_b) - deviation_m;
 }
 
-double Separation::most(std::size_t axis, int side, const Look& a, const Look& b,
-                        double leaves_m) const noexcept {
+double Separation::max_gap_m(std::size_t axis, int side, const Sample& a, const Sample& b,
+                             double deviation_m) const noexcept {
   const auto& end_a = a.ends[axis][static_cast<std::size_t>(side)];
   const auto& end_b = b.ends[axis][static_cast<std::size_t>(side)];
-  if (!touching_) return std::max(end_a.gap, end_b.gap) + leaves_m;
+  if (!touching_) return std::max(end_a.gap, end_b.gap) + deviation_m;
   const double same_as_a = std::max(end_a.gap, gap_of(axes_[axis], side, end_a, b.view));
   const double same_as_b = std::max(end_b.gap, gap_of(axes_[axis], side, end_b, a.view));
-  return std::min(same_as_a, same_as_b) + leaves_m;
+  return std::min(same_as_a, same_as_b) + deviation_m;
 }
 
-bool Separation::stays(const Look& a, const Look& b, bool member) const noexcept {
+bool Separation::certainly_stays(const Sample& a, const Sample& b, bool member) const noexcept {
   const double h_s = static_cast<double>(b.ns - a.ns) * 1e-9;
   for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
     const int sides = touching_ ? 2 : 1;
-    // Nobody who is no member at both ends along this axis can be shown to be none by it.
-    const auto parts = [&](int side) {
+    // An axis can prove that the entity stays outside only if it separates them at both ends.
+    const auto separates = [&](int side) {
       const auto s = static_cast<std::size_t>(side);
       return a.ends[axis][s].gap > 0.0 && b.ends[axis][s].gap > 0.0;
     };
-    if (!member && !parts(0) && !(sides == 2 && parts(1))) continue;
-    const Bend bends = bend(axis, a, b);
-    const double leaves_m = bends.bend * h_s * h_s / 8.0;
-    // No direction, no proof: neither that it parts them nor that it does not.
-    if ((member ? bends.max_length : bends.min_length) <= min_sine) continue;
+    if (!member && !separates(0) && !(sides == 2 && separates(1))) continue;
+    const AxisBounds bounds = axis_bounds(axis, a, b);
+    const double deviation_m = bounds.second_derivative * h_s * h_s / 8.0;
+    // An axis of almost zero length proves nothing.
+    if ((member ? bounds.max_length : bounds.min_length) <= min_sine) continue;
     for (int side = 0; side < sides; ++side) {
-      if (!member && least(axis, side, a, b, leaves_m) >= in * noise_m_ * bends.max_length) return true;
-      if (member && most(axis, side, a, b, leaves_m) > out * noise_m_ * bends.min_length) return false;
+      if (!member &&
+          min_gap_m(axis, side, a, b, deviation_m) >= inside_threshold * noise_m_ * bounds.max_length)
+        return true;
+      if (member &&
+          max_gap_m(axis, side, a, b, deviation_m) > outside_threshold * noise_m_ * bounds.min_length)
+        return false;
     }
   }
   return member;

@@ -1,14 +1,15 @@
 #pragma once
-// How far an entity's box, or a point of it, is from touching a convex body or from lying inside it, as both move: a Gap for
-// crossing.hpp.
+// The signed distance between an entity's box (or its centre) and a convex body, both moving, for the tests
+// touching and inside: a border function for crossing.hpp.
 //
-// touching: along an axis u a body and a box are apart by the difference of their ends there, which is the least of the differences
-// of all their corners. They touch when none of the axes parts them: normals of the faces of both, products of their edges.
-// inside: every corner lies behind every face; the farthest corner says.
-// Along each axis the difference of two corners is a smooth function of time, and leaves its chord over an interval of length h by
-// at most bend h^2 / 8, where bend bounds its second derivative.
+// touching: separating axis theorem (Gottschalk et al., "OBBTree", 1996). Along an axis, the gap between body
+// and box is the smallest difference of two of their corners. They touch if no axis separates them; the axes
+// are the normals of the faces of both and the products of their edges.
+// inside: every corner is behind every face; the farthest corner decides.
+// Along each axis, the difference of two corners is a smooth function of time. Over an interval of length h
+// it is at most bend h^2 / 8 away from its chord, where a bound limits its second derivative.
 //
-// Pure: any thread, no allocation.
+// Threads: pure; no allocation.
 
 #include <glm/ext/vector_double3.hpp>
 
@@ -22,11 +23,13 @@
 
 namespace rtstdb::standing {
 
-/// What touches is in, so the border is some noise thick: who is nearer than the first is in, who is farther than the last is out, and who
-/// is in between stays what it was.
-inline constexpr double in = 1.0, border = 1.5, out = 2.0;
+/// Thresholds in units of the noise. A body that touches is inside, so the border has a thickness: below
+/// inside_threshold an entity is inside, above outside_threshold outside, and in between its state does not
+/// change. border_threshold separates the two sides.
+inline constexpr double inside_threshold = 1.0, border_threshold = 1.5, outside_threshold = 2.0;
 
-/// Bounds of an entity in its own frame, scaled; half extents are zero where its centre alone counts.
+/// Scaled bounds of an entity in its frame. is_point: only its centre is tested, and the half extents are
+/// zero.
 struct EntityBox {
   glm::dvec3 center_m{0.0};
   glm::dvec3 half_extent_m{0.0};
@@ -36,47 +39,50 @@ struct EntityBox {
 
 class Separation {
  public:
-  /// `motion`: of the entity, seen from the frame of the body.
+  /// `motion`: the entity relative to the frame of the body.
   Separation(const RelativeMotion& motion, const ConvexBody& body, const EntityBox& entity, RegionTest test,
              double noise_m) noexcept;
 
-  struct Look {
+  struct Sample {
     std::int64_t ns = 0;
     RelativeMotion::View view;
-    double worst_m = 0.0;  ///< the largest gap
-    /// By axis, which are unit vectors but for products of edges.
+    double worst_m = 0.0;  ///< the largest gap over all axes
+    /// Length of each axis; not 1 for products of edges.
     std::array<double, 26> length;
     struct Corners {
-      double gap = 0.0;         ///< times the axis' length
-      std::uint8_t entity = 0;  ///< bit i: on the positive side of its axis i
+      double gap = 0.0;         ///< times the length of the axis
+      std::uint8_t entity = 0;  ///< corner of the box; bit i: on the positive side of its axis i
       std::uint8_t body = 0;
     };
-    std::array<std::array<Corners, 2>, 26> ends;  ///< along the axis, and against it
+    std::array<std::array<Corners, 2>, 26> ends;  ///< along the axis and against it
   };
-  Look at(std::int64_t ns) const noexcept;
-  bool inside(const Look& look) const noexcept { return look.worst_m <= border * noise_m_; }
-  bool beyond(const Look& look, bool member) const noexcept {
-    return member ? look.worst_m > out * noise_m_ : look.worst_m < in * noise_m_;
+  Sample at(std::int64_t ns) const noexcept;
+  bool inside(const Sample& sample) const noexcept { return sample.worst_m <= border_threshold * noise_m_; }
+  bool has_crossed(const Sample& sample, bool member) const noexcept {
+    return member ? sample.worst_m > outside_threshold * noise_m_
+                  : sample.worst_m < inside_threshold * noise_m_;
   }
-  bool stays(const Look& a, const Look& b, bool member) const noexcept;
+  bool certainly_stays(const Sample& a, const Sample& b, bool member) const noexcept;
 
  private:
   struct Axis {
     enum class Kind : std::uint8_t { body, entity, product } kind;
     std::uint8_t first = 0, second = 0;
   };
-  struct Bend {
-    double bend = 0.0;
-    double min_length = 1.0, max_length = 1.0;  ///< of the axis within the interval
+  struct AxisBounds {
+    double second_derivative = 0.0;
+    double min_length = 1.0, max_length = 1.0;  ///< of the axis, within the interval
   };
   glm::dvec3 direction(const Axis& axis, const RelativeMotion::View& view) const noexcept;
   glm::dvec3 entity_corner_m(const RelativeMotion::View& view, std::uint8_t corner) const noexcept;
-  double gap_of(const Axis& axis, int sign, const Look::Corners& corners,
+  double gap_of(const Axis& axis, int sign, const Sample::Corners& corners,
                 const RelativeMotion::View& view) const noexcept;
-  Bend bend(std::size_t axis, const Look& a, const Look& b) const noexcept;
-  /// Of the gap along one axis within the interval.
-  double least(std::size_t axis, int side, const Look& a, const Look& b, double leaves_m) const noexcept;
-  double most(std::size_t axis, int side, const Look& a, const Look& b, double leaves_m) const noexcept;
+  AxisBounds axis_bounds(std::size_t axis, const Sample& a, const Sample& b) const noexcept;
+  /// Lower and upper bound of the gap along one axis within the interval.
+  double min_gap_m(std::size_t axis, int side, const Sample& a, const Sample& b,
+                   double deviation_m) const noexcept;
+  double max_gap_m(std::size_t axis, int side, const Sample& a, const Sample& b,
+                   double deviation_m) const noexcept;
 
   const RelativeMotion& motion_;
   const ConvexBody& body_;
@@ -84,7 +90,7 @@ class Separation {
   bool touching_;
   double noise_m_;
   double entity_reach_m_;
-  Few<Axis, 26> axes_;
+  FixedVector<Axis, 26> axes_;
 };
 
 }  // namespace rtstdb::standing

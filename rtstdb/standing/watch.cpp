@@ -21,11 +21,11 @@ constexpr std::int64_t ns_of(WorldTime time) {
 
 }  // namespace
 
-Watch::Watch(const Question& question, const StandingOptions& options, const Mirror& mirror,
-             threads::Bell& follower, Work& work)
-    : question_(question),
+Watch::Watch(const QuerySpec& spec, const StandingOptions& options, const Mirror& mirror,
+             threads::EventCount& follower_wake_up, WorkCounts& work)
+    : spec_(spec),
       mirror_(mirror),
-      follower_(follower),
+      follower_wake_up_(follower_wake_up),
       work_(work),
       name_(options.name),
       ring_(options.ring_capacity),
@@ -35,8 +35,9 @@ Watch::Watch(const Question& question, const StandingOptions& options, const Mir
 
 std::size_t Watch::next_events(std::span<StandingEvent> events) noexcept {
   const std::size_t count = ring_.pop(events);
-  // Pairs with pump: either it sees the room or is seen to wait for it.
-  if (count > 0 && waits_for_room_.load(std::memory_order_seq_cst)) follower_.ring();
+  // Pairs with publish_list by sequential consistency: either publish_list sees the room, or this sees that
+  // it waits for room.
+  if (count > 0 && waits_for_room_.load(std::memory_order_seq_cst)) follower_wake_up_.notify();
   return count;
 }
 
@@ -50,7 +51,7 @@ std::string Watch::reason() const {
   return *reason_ == '\0' ? std::string() : "standing query '" + name_ + "': " + reason_;
 }
 
-// ---- time passes
+// ---- versions
 
 void Watch::grow_entries() {
   if (entries_.size() < mirror_.index_limit()) entries_.resize(mirror_.index_limit());
@@ -58,16 +59,15 @@ void Watch::grow_entries() {
 
 void Watch::begin() {
   grow_entries();
-  known_in_ = mirror_.version();
-  silent_ = true;
-  changed_question(ns_of(known_in_.time), EventCause::list);
-  silent_ = false;
-  progress_.set(known_in_);
+  version_info_ = mirror_.version();
+  initializing_ = true;
+  reevaluate_all(ns_of(version_info_.time), EventCause::list);
+  initializing_ = false;
+  progress_.set(version_info_);
 }
 
-void Watch::forget(std::span<const std::uint32_t> indices) noexcept {
-  const bool by_carrier =
-      question_.carrier.valid() && std::ranges::binary_search(indices, question_.carrier.index);
+void Watch::invalidate(std::span<const std::uint32_t> indices) noexcept {
+  const bool by_carrier = spec_.carrier.valid() && std::ranges::binary_search(indices, spec_.carrier.index);
   if (by_carrier) {
     certificates_.clear();
     return;
@@ -77,33 +77,33 @@ void Watch::forget(std::span<const std::uint32_t> indices) noexcept {
 }
 
 void Watch::advance(VersionInfo to) {
-  known_in_ = to;
+  version_info_ = to;
   while (!certificates_.empty() && certificates_.front().ns < ns_of(to.time)) {
     std::ranges::pop_heap(certificates_, Later{});
     const Certificate next = certificates_.back();
     certificates_.pop_back();
-    if (is_current(next)) due(next);
+    if (is_current(next)) on_due(next);
   }
 }
 
 void Watch::follow(std::span<const std::uint32_t> changed, EventCause cause) {
   grow_entries();
-  known_in_ = mirror_.version();
-  const std::int64_t now_ns = ns_of(known_in_.time);
-  const EntityId carrier = question_.carrier;
+  version_info_ = mirror_.version();
+  const std::int64_t now_ns = ns_of(version_info_.time);
+  const EntityId carrier = spec_.carrier;
   if (carrier.valid() && mirror_.find(carrier) == nullptr) {
     end(cause);
   } else if (carrier.valid() && std::ranges::binary_search(changed, carrier.index)) {
-    changed_question(now_ns, cause);
+    reevaluate_all(now_ns, cause);
   } else {
-    changed_rows(changed, now_ns, cause);
+    reevaluate(changed, now_ns, cause);
   }
-  progress_.set(known_in_);
+  progress_.set(version_info_);
 }
 
 void Watch::end(EventCause cause) {
   for (std::uint32_t index = 0; index < entries_.size(); ++index)
-    if (entries_[index].member) set_member(index, false, ns_of(known_in_.time), cause);
+    if (entries_[index].member) set_member(index, false, ns_of(version_info_.time), cause);
   certificates_.clear();
   const std::lock_guard lock(reason_mutex_);
   reason_ = "its carrier was removed";
@@ -111,38 +111,38 @@ void Watch::end(EventCause cause) {
 }
 
 void Watch::fail(const char* why) noexcept {
-  // Gives back what it has: others may need it.
+  // Releases its memory, which other queries may need.
   std::vector<Certificate>().swap(certificates_);
   std::vector<Entry>().swap(entries_);
-  telling_ = Telling::steadily;
+  list_state_ = ListState::listed;
   waits_for_room_.store(false, std::memory_order_relaxed);
   const std::lock_guard lock(reason_mutex_);
   reason_ = why;
   status_.store(StandingStatus::failed, std::memory_order_release);
 }
 
-// ---- members and what comes next
+// ---- members and certificates
 
-const EntityState* Watch::seen(std::uint32_t index) const noexcept {
+const EntityState* Watch::considered_state(std::uint32_t index) const noexcept {
   const EntityState* state = mirror_.row(index);
-  return state != nullptr && question_.sees(*state) ? state : nullptr;
+  return state != nullptr && spec_.considers(*state) ? state : nullptr;
 }
 
-MembershipPredictor Watch::sight(const EntityState& state, const Question& question) const noexcept {
-  const EntityState* carrier = question.carrier.valid() ? mirror_.find(question.carrier) : nullptr;
-  return {question, carrier != nullptr ? carrier->row.motion : Motion{}, state.row.motion,
-          mirror_.box(state, question.target == StandingTarget::center)};
+MembershipPredictor Watch::predictor(const EntityState& state, const QuerySpec& spec) const noexcept {
+  const EntityState* carrier = spec.carrier.valid() ? mirror_.find(spec.carrier) : nullptr;
+  return {spec, carrier != nullptr ? carrier->row.motion : Motion{}, state.row.motion,
+          mirror_.box(state, spec.target == StandingTarget::center)};
 }
 
 void Watch::schedule(std::uint32_t index, const MembershipPredictor::Next& next) {
   count_examination();
   const std::uint32_t stamp = ++entries_[index].stamp;
   if (next.what != MembershipPredictor::Next::What::never)
-    push({next.ns, index, stamp, next.what == MembershipPredictor::Next::What::flip});
+    push({next.ns, index, stamp, next.what == MembershipPredictor::Next::What::crossing});
 }
 
 void Watch::push(const Certificate& certificate) {
-  // Those that are not current any more are thrown away when they are most.
+  // Invalid certificates are removed when they are the majority.
   if (certificates_.size() > 2 * entries_.size() + 64) {
     std::erase_if(certificates_, [this](const Certificate& old) { return !is_current(old); });
     std::ranges::make_heap(certificates_, Later{});
@@ -155,28 +155,29 @@ void Watch::set_member(std::uint32_t index, bool member, std::int64_t ns, EventC
   Entry& entry = entries_[index];
   RTSTDB_ASSERT(entry.member != member);
   entry.member = member;
-  tell(member ? EventKind::enter : EventKind::exit, cause, {index, entry.generation}, ns);
+  publish(member ? EventKind::enter : EventKind::exit, cause, {index, entry.generation}, ns);
 }
 
-// ---- telling
+// ---- events
 
-void Watch::tell(EventKind kind, EventCause cause, EntityId entity, std::int64_t ns) noexcept {
-  if (silent_) return;
+void Watch::publish(EventKind kind, EventCause cause, EntityId entity, std::int64_t ns) noexcept {
+  if (initializing_) return;
   work_.events.fetch_add(1, std::memory_order_relaxed);
-  if (telling_ == Telling::members && entity.index >= told_below_) return;  // comes with its row of the list
-  if (telling_ == Telling::reset_next || ring_.room() == 0) return lose();
+  if (list_state_ == ListState::members && entity.index >= listed_below_)
+    return;  // the list will contain its state
+  if (list_state_ == ListState::reset_pending || ring_.room() == 0) return count_lost();
   push_event({.kind = kind,
               .cause = cause,
               .entity = entity,
               .time = world_time_ns(ns),
-              .version = known_in_.version});
+              .version = version_info_.version});
 }
 
-void Watch::lose() noexcept {
+void Watch::count_lost() noexcept {
   ++seq_;
   ++lost_since_reset_;
   all_lost_.fetch_add(1, std::memory_order_relaxed);
-  telling_ = Telling::reset_next;
+  list_state_ = ListState::reset_pending;
 }
 
 void Watch::push_event(StandingEvent event) noexcept {
@@ -184,37 +185,38 @@ void Watch::push_event(StandingEvent event) noexcept {
   ring_.push(event);
 }
 
-void Watch::pump() {
+void Watch::publish_list() {
   const auto list = [&](EventKind kind, EntityId entity = {}) {
     push_event({.kind = kind,
                 .entity = entity,
-                .time = known_in_.time,
-                .version = known_in_.version,
+                .time = version_info_.time,
+                .version = version_info_.version,
                 .lost = kind == EventKind::reset ? lost_since_reset_ : 0});
   };
-  while (telling_ != Telling::steadily) {
-    // Not at the first free place: who fetches is back when half of the ring is.
+  while (list_state_ != ListState::listed) {
+    // A reset waits until half of the ring is free, since a list that starts in a nearly full ring would be
+    // lost again.
     const std::size_t needed =
-        telling_ == Telling::reset_next ? std::max<std::size_t>(1, ring_.capacity() / 2) : 1;
+        list_state_ == ListState::reset_pending ? std::max<std::size_t>(1, ring_.capacity() / 2) : 1;
     if (ring_.room() < needed) {
       waits_for_room_.store(true, std::memory_order_seq_cst);
       if (ring_.room() < needed) return;
     }
-    if (telling_ == Telling::reset_next) {
+    if (list_state_ == ListState::reset_pending) {
       list(EventKind::reset);
       lost_since_reset_ = 0;
-      told_below_ = 0;
-      telling_ = Telling::members;
+      listed_below_ = 0;
+      list_state_ = ListState::members;
       continue;
     }
-    while (told_below_ < entries_.size() && !entries_[told_below_].member)
-      ++told_below_;
-    if (told_below_ == entries_.size()) {
+    while (listed_below_ < entries_.size() && !entries_[listed_below_].member)
+      ++listed_below_;
+    if (listed_below_ == entries_.size()) {
       list(EventKind::complete);
-      telling_ = Telling::steadily;
+      list_state_ = ListState::listed;
     } else {
-      list(EventKind::present, {told_below_, entries_[told_below_].generation});
-      ++told_below_;
+      list(EventKind::present, {listed_below_, entries_[listed_below_].generation});
+      ++listed_below_;
     }
   }
   waits_for_room_.store(false, std::memory_order_relaxed);

@@ -12,7 +12,7 @@ ChangeHistory::ChangeHistory(std::uint32_t max_entities, std::uint32_t retained_
 void ChangeHistory::record(Version version, std::uint32_t index, const EntityState& before) noexcept {
   ++newest_;
   Change& change = ring_[newest_ % ring_.size()];
-  // The row that this slot kept was needed by versions older than the change; they can not be read any more.
+  // Versions older than the overwritten change needed its row, so they can no longer be read.
   if (newest_ > ring_.size()) oldest_kept_ = change.version;
   Chain& chain = chains_[index];
   change.version = version;
@@ -34,7 +34,7 @@ void ChangeHistory::make_milestone(std::uint64_t number, Chain& chain) noexcept 
   const Change& one = at(before);
   change.milestones_before = one.milestones_before + 1;
   if (!in_ring(one.jump) || !in_ring(at(one.jump).jump)) return;
-  // Two jumps of the same length make one of twice that.
+  // Skew-binary rule: two jumps of equal length combine into one that spans both.
   const Change& two = at(one.jump);
   const std::uint32_t length = one.milestones_before - two.milestones_before;
   if (length == two.milestones_before - at(two.jump).milestones_before) change.jump = two.jump;

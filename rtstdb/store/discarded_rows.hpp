@@ -1,7 +1,8 @@
 #pragma once
-// Which rows versions touched that were computed on and then not published. An executor may have brought its
-// copy of the rows to such a version, and must learn what to put back. A ring of fixed size; allocates in the
-// constructor alone. One thread.
+// The rows that discarded versions wrote (versions that were staged and not published). An executor may have
+// brought its copy of the rows to such a version, and needs to know which rows to restore. A ring of fixed
+// size. Allocates only in the constructor.
+// Threads: one.
 
 #include <cstdint>
 #include <vector>
@@ -14,7 +15,7 @@ class DiscardedRows {
  public:
   explicit DiscardedRows(std::uint32_t retained) : ring_(retained) {}
 
-  /// Versions never go back.
+  /// Versions must not decrease.
   void record(Version version, std::uint32_t index) noexcept {
     Touched& touched = ring_[count_ % ring_.size()];
     if (count_ >= ring_.size()) newest_forgotten_ = touched.version;
@@ -22,9 +23,10 @@ class DiscardedRows {
     ++count_;
   }
 
-  /// Whether everything that the discarded version touched is still remembered.
+  /// Whether all rows of that discarded version are still in the ring.
   bool remembers(Version version) const noexcept { return version > newest_forgotten_; }
 
+  /// Calls visit(index) for each row that the version wrote.
   template <class Visit>
   void for_each_of(Version version, Visit visit) const noexcept {
     const std::uint64_t end = count_ > ring_.size() ? count_ - ring_.size() : 0;

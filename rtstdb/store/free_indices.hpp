@@ -1,7 +1,7 @@
 #pragma once
-// Which of the indices 0..count-1 are free, lowest first: a bitmap with summary levels above it, so that
-// every call takes a handful of word operations whatever the count. Allocates in the constructor alone. One
-// thread.
+// The set of free indices among 0..count-1, with access to the lowest: a bitmap with summary levels above it,
+// so that each call takes a few word operations, whatever the count. Allocates only in the constructor.
+// Threads: one.
 
 #include <cstdint>
 #include <optional>
@@ -11,10 +11,10 @@ namespace rtstdb::store {
 
 class FreeIndices {
  public:
-  /// All free. `count` >= 1.
+  /// All indices are free. `count` >= 1.
   explicit FreeIndices(std::uint32_t count);
 
-  /// The lowest free index, now taken; none when all are.
+  /// Takes the lowest free index; none if all are taken.
   std::optional<std::uint32_t> take_lowest() noexcept;
   /// Misuse: an index that is not free.
   void take(std::uint32_t index) noexcept;
@@ -22,8 +22,8 @@ class FreeIndices {
   void give_back(std::uint32_t index) noexcept;
 
  private:
-  /// levels_[0] has a bit per index; a bit of the next level says that a word of this one is not zero. The
-  /// last level is one word.
+  /// levels_[0] has one bit for each index: 1 is free. A bit of the next level is 1 if the corresponding word
+  /// of this level is not zero. The last level is one word.
   std::vector<std::vector<std::uint64_t>> levels_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
-// A motion as its numbers, bit for bit: which of them a write leaves as they were, so that a log need not repeat them.
+// A motion as an array of 64-bit words, bit for bit. The log uses it to find the words that a write leaves
+// unchanged and need not repeat.
 //
 // Pure functions: any thread, no allocation, fit for the tick.
 
@@ -11,7 +12,7 @@
 
 namespace rtstdb::store {
 
-/// Position, orientation (w, x, y, z), velocity, angular velocity, and from when they hold.
+/// Position, orientation (w, x, y, z), velocity, angular velocity, valid_from.
 using MotionWords = std::array<std::uint64_t, 14>;
 
 inline MotionWords words_of(const Motion& motion) noexcept {
@@ -35,7 +36,7 @@ inline Motion motion_of(const MotionWords& words) noexcept {
           world_time_ns(static_cast<std::int64_t>(words[13]))};
 }
 
-/// Bit k: word k is the same in both. Zeros of another sign are others.
+/// Bit k: word k is equal in both, bit for bit (0.0 and -0.0 differ).
 inline std::uint16_t same_words(const MotionWords& a, const MotionWords& b) noexcept {
   std::uint32_t same = 0;
   for (std::size_t k = 0; k < a.size(); ++k)
@@ -43,7 +44,7 @@ inline std::uint16_t same_words(const MotionWords& a, const MotionWords& b) noex
   return static_cast<std::uint16_t>(same);
 }
 
-/// How many a mask names. (std::popcount is a call, where a compiler may not count on the instruction.)
+/// The number of bits set. (std::popcount is a function call unless the compiler may use the instruction.)
 constexpr std::uint32_t count_of_words(std::uint16_t mask) noexcept {
   std::uint32_t sums = mask;
   sums = (sums & 0x5555u) + (sums >> 1 & 0x5555u);

@@ -8,33 +8,33 @@
 namespace rtstdb::store {
 namespace {
 
-/// Where the shape lies that is `age` shapes older than the newest.
-std::size_t slot_of(const ShapeHistory::Kept& kept, std::size_t age) noexcept {
+/// The slot of the shape that is `age` shapes older than the newest.
+std::size_t slot_of(const ShapeHistory::Ring& kept, std::size_t age) noexcept {
   return (kept.newest + kept.versions.size() - age) % kept.versions.size();
 }
 
 }  // namespace
 
-std::unique_ptr<ShapeHistory::Kept> ShapeHistory::make(std::span<const glm::vec3> positions_m,
-                                                       std::uint32_t kept_shapes, Version made_by) {
-  RTSTDB_ASSERT(kept_shapes >= 1);
-  auto kept = std::make_unique<Kept>();
+std::unique_ptr<ShapeHistory::Ring> ShapeHistory::make(std::span<const glm::vec3> positions_m,
+                                                       std::uint32_t retained_shapes, Version made_by) {
+  RTSTDB_ASSERT(retained_shapes >= 1);
+  auto kept = std::make_unique<Ring>();
   kept->position_count = positions_m.size();
-  kept->positions_m.resize(positions_m.size() * kept_shapes);
-  kept->versions.resize(kept_shapes, made_by);
+  kept->positions_m.resize(positions_m.size() * retained_shapes);
+  kept->versions.resize(retained_shapes, made_by);
   std::ranges::copy(positions_m, kept->positions_m.begin());
   kept->count = 1;
   return kept;
 }
 
-void ShapeHistory::adopt(GeometryId geometry, std::unique_ptr<Kept> kept) noexcept {
+void ShapeHistory::adopt(GeometryId geometry, std::unique_ptr<Ring> kept) noexcept {
   RTSTDB_ASSERT(geometry.index < kept_.size() && kept_[geometry.index] == nullptr);
   kept_[geometry.index] = std::move(kept);
 }
 
-query::Shape ShapeHistory::at(GeometryId geometry, Version version) const noexcept {
+Shape ShapeHistory::at(GeometryId geometry, Version version) const noexcept {
   RTSTDB_ASSERT(deforms(geometry));
-  const Kept& kept = *kept_[geometry.index];
+  const Ring& kept = *kept_[geometry.index];
   std::size_t age = 0;
   while (age < kept.count && kept.versions[slot_of(kept, age)] > version)
     ++age;
@@ -45,14 +45,14 @@ query::Shape ShapeHistory::at(GeometryId geometry, Version version) const noexce
 }
 
 bool ShapeHistory::keeps_after_one_more(Version version, GeometryId geometry) const noexcept {
-  const Kept& kept = *kept_[geometry.index];
+  const Ring& kept = *kept_[geometry.index];
   if (kept.count < kept.versions.size()) return true;
   return kept.count > 1 && version >= kept.versions[slot_of(kept, kept.count - 2)];
 }
 
 void ShapeHistory::record(Version version, GeometryId geometry,
                           std::span<const glm::vec3> positions_m) noexcept {
-  Kept& kept = *kept_[geometry.index];
+  Ring& kept = *kept_[geometry.index];
   RTSTDB_ASSERT(positions_m.size() == kept.position_count && version >= kept.versions[kept.newest]);
   if (version != kept.versions[kept.newest]) {
     kept.newest = (kept.newest + 1) % kept.versions.size();

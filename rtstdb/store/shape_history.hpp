@@ -1,6 +1,6 @@
 #pragma once
-// The last shapes of every geometry that deforms, each with the version that made it: what older versions are
-// asked with. A ring of fixed size for each geometry.
+// The most recent shapes of each deforming geometry, each with the version that made it: what queries at
+// older versions need. A ring of fixed size for each geometry.
 //
 // Threads: one. make and adopt are setup; nothing else allocates.
 
@@ -10,46 +10,48 @@
 #include <span>
 #include <vector>
 
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 
 namespace rtstdb::store {
 
 class ShapeHistory {
  public:
   /// The shapes of one geometry.
-  struct Kept {
+  struct Ring {
     std::size_t position_count = 0;
-    std::vector<glm::vec3> positions_m;  ///< of each shape in turn
-    std::vector<Version> versions;       ///< that made them
+    std::vector<glm::vec3> positions_m;  ///< slot by slot
+    std::vector<Version> versions;       ///< by slot: the version that made the shape
     std::size_t newest = 0, count = 0;
   };
-  /// With its first shape: the one that it is added with, which holds from the empty world on, or one that a version made.
-  /// `kept_shapes` >= 1. Any thread.
-  static std::unique_ptr<Kept> make(std::span<const glm::vec3> positions_m, std::uint32_t kept_shapes,
+  /// A ring with one shape: the one that the geometry is added with (made_by = 0: it holds from the empty
+  /// world on), or one that version `made_by` made. `retained_shapes` >= 1. Any thread.
+  static std::unique_ptr<Ring> make(std::span<const glm::vec3> positions_m, std::uint32_t retained_shapes,
                                     Version made_by = 0);
 
   explicit ShapeHistory(std::uint32_t max_geometries) : kept_(max_geometries) {}
-  /// Once a geometry.
-  void adopt(GeometryId geometry, std::unique_ptr<Kept> kept) noexcept;
+  /// Once for each geometry.
+  void adopt(GeometryId geometry, std::unique_ptr<Ring> kept) noexcept;
 
   bool deforms(GeometryId geometry) const noexcept {
     return geometry.index < kept_.size() && kept_[geometry.index] != nullptr;
   }
-  // Of a geometry that deforms.
+  /// `geometry` deforms.
   std::size_t position_count(GeometryId geometry) const noexcept {
     return kept_[geometry.index]->position_count;
   }
-  /// The shape in a version that is not before oldest_kept.
-  query::Shape at(GeometryId geometry, Version version) const noexcept;
+  /// The shape in a version that is not older than oldest_kept().
+  Shape at(GeometryId geometry, Version version) const noexcept;
   /// The oldest version all of whose shapes are kept.
   Version oldest_kept() const noexcept { return oldest_kept_; }
-  /// Whether a version whose shape is kept now will have it after one more.
+  /// Whether the shape of a version that is kept now will still be kept after one more record for this
+  /// geometry.
   bool keeps_after_one_more(Version version, GeometryId geometry) const noexcept;
-  /// The version gives the geometry this shape; the last one of a version counts. Versions never go back.
+  /// Records the shape that the version gives the geometry. A second call for the same version replaces the
+  /// first. Versions must not decrease.
   void record(Version version, GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept;
 
  private:
-  std::vector<std::unique_ptr<Kept>> kept_;  // by geometry; null where it stays as it is
+  std::vector<std::unique_ptr<Ring>> kept_;  // by geometry; null: it does not deform
   Version oldest_kept_ = 0;
 };
 

@@ -20,7 +20,7 @@ bool Snapshot::changed_between(Version other, std::vector<std::uint32_t>& indice
   return store_->changed_between(version_.version, other, indices);
 }
 
-query::Shape Snapshot::shape(GeometryId geometry) const noexcept {
+Shape Snapshot::shape(GeometryId geometry) const noexcept {
   return store_->shape(version_.version, geometry);
 }
 

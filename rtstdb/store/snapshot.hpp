@@ -1,35 +1,35 @@
 #pragma once
-// The rows and shapes of one version, as the store holds them: nothing is copied.
+// The rows and shapes of one version, read from the store without a copy.
 //
-// Threads: the store's. Lifetime: the store's. Pointers from row() hold until the store is changed next
-// (stage, publish, settle, discard).
+// Threads and lifetime: those of the store. Pointers from row() are valid until the next call of stage,
+// publish, settle or discard.
 
 #include <cstdint>
 #include <vector>
 
-#include "rtstdb/query/executor.hpp"
+#include "rtstdb/store/row_source.hpp"
 
 namespace rtstdb::store {
 
 class Store;
 
-class Snapshot final : public query::RowSource {
+class Snapshot final : public RowSource {
  public:
   Snapshot(const Store& store, VersionInfo version) : store_(&store), version_(version) {}
 
   Version version() const noexcept override { return version_.version; }
   WorldTime time() const noexcept override { return version_.time; }
   std::uint32_t index_limit() const noexcept override;
-  /// Misuse once still_kept() is false.
+  /// Misuse if still_kept() is false.
   const EntityState* row(std::uint32_t index) const noexcept override;
-  /// The state at the index; where no entity lives, an id with an invalid index and the generation that was given last. Not of a
-  /// version that is staged (misuse).
+  /// The state at the index. If no entity lives there, its id has an invalid index and the last generation of
+  /// that index. Misuse for a staged version.
   const EntityState& slot(std::uint32_t index) const noexcept;
   bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept override;
-  /// Misuse for a version that was not read as one that has its shapes.
-  query::Shape shape(GeometryId geometry) const noexcept override;
+  /// Misuse unless the version was read with ReadFor::rows_and_shapes.
+  Shape shape(GeometryId geometry) const noexcept override;
 
-  /// False when later commits have overwritten what the version is read from, or when it was discarded.
+  /// False if later commits have overwritten the history that the version needs, or if it was discarded.
   bool still_kept() const noexcept;
 
  private:

@@ -40,8 +40,8 @@ BadInput time_out_of_limits(WorldTime time) {
   return refusal(BadInputReason::out_of_limits, seconds(time));
 }
 
-/// What is left where an entity was removed.
-EntityState nobody(EntityId last) {
+/// The state of an index whose entity was removed.
+EntityState removed_state(EntityId last) {
   EntityState state;
   state.id.generation = last.generation;
   return state;
@@ -104,8 +104,8 @@ bool Store::keeps_after(Version version, const WriteSet& set) const noexcept {
 std::variant<Snapshot, BadInput> Store::read(const ReadAt& read_at, ReadFor purpose) const noexcept {
   if (read_at.kind == ReadAt::Kind::latest) return latest_snapshot();
   const bool by_time = read_at.kind == ReadAt::Kind::time;
-  if (by_time && ends_at_ && read_at.time >= *ends_at_)
-    return refusal(BadInputReason::beyond_history, seconds(read_at.time), seconds(*ends_at_));
+  if (by_time && history_end_ && read_at.time >= *history_end_)
+    return refusal(BadInputReason::beyond_history, seconds(read_at.time), seconds(*history_end_));
   if (by_time ? read_at.time >= latest_.time : read_at.version == latest_.version) return latest_snapshot();
 
   const auto found = by_time ? versions_.at_time(read_at.time) : versions_.find(read_at.version);
@@ -150,7 +150,7 @@ const EntityState& Store::slot(Version version, std::uint32_t index) const noexc
   return changes_.state_at(version, index, current_[index]);
 }
 
-query::Shape Store::shape(Version version, GeometryId geometry) const noexcept {
+Shape Store::shape(Version version, GeometryId geometry) const noexcept {
   if (is_staged(version)) {
     if (const std::uint32_t ordinal = staged_shape_[geometry.index]; ordinal != 0)
       return {version, staged_->shapes[ordinal - 1].positions_m};
@@ -214,7 +214,7 @@ std::optional<BadInput> Store::stage(WriteSet& set) noexcept {
   return std::nullopt;
 }
 
-void Store::stage_again(WriteSet& set) noexcept {
+void Store::restage(WriteSet& set) noexcept {
   RTSTDB_ASSERT(progress_ == Progress::none && !set.empty());
   RTSTDB_ASSERT(set.version >= next_version_ && set.time >= latest_.time);
   staged_ = &set;
@@ -304,7 +304,7 @@ std::optional<BadInput> Store::stage_update_motion(Write& write) noexcept {
   const EntityState& before = *find_staged(write.state.id);
   const Motion after = normalised(motion);
   write.unchanged = same_words(words_of(before.row.motion), words_of(after));
-  write.follows = static_cast<std::uint16_t>(before.written_by);
+  write.base_version_low = static_cast<std::uint16_t>(before.written_by);
   write.state.row = before.row;
   write.state.row.motion = after;
   return std::nullopt;
@@ -337,7 +337,6 @@ std::optional<BadInput> Store::check_shape(const ShapeWrite& write) const noexce
   return check_positions(write.positions_m);
 }
 
-/// Takes back the staged shapes too.
 void Store::unwind(std::size_t count) noexcept {
   for (const ShapeWrite& write : staged_->shapes)
     if (write.geometry.index < staged_shape_.size()) staged_shape_[write.geometry.index] = 0;
@@ -365,7 +364,7 @@ void Store::settle() noexcept {
   for_each_staged_row([this](const Write& write) {
     EntityState& row = current_[write.state.id.index];
     changes_.record(staged_->version, write.state.id.index, row);
-    row = write.kind == WriteKind::remove ? nobody(write.state.id) : write.state;
+    row = write.kind == WriteKind::remove ? removed_state(write.state.id) : write.state;
   });
   for (const Write& write : staged_->writes)
     staged_write_[write.state.id.index] = 0;

@@ -1,6 +1,7 @@
 #pragma once
-// From when each of the last versions holds. A ring of fixed size, ascending in version and in time;
-// allocates in the constructor alone. One thread.
+// The most recent versions with their times, ascending in version and in time. A ring of fixed size.
+// Allocates only in the constructor.
+// Threads: one.
 
 #include <cstddef>
 #include <optional>
@@ -14,31 +15,31 @@ class VersionHistory {
  public:
   VersionHistory(std::size_t size, VersionInfo first);
 
-  /// Forgets what it has; this is the oldest now.
+  /// Removes all versions; this one becomes the oldest.
   void begin_at(VersionInfo version) noexcept {
     oldest_ = count_ = 0;
     append(version);
   }
 
-  /// Neither version nor time goes back.
+  /// The version must increase; the time must not decrease.
   void append(VersionInfo version) noexcept;
   VersionInfo newest() const noexcept { return at(count_ - 1); }
   VersionInfo oldest() const noexcept { return at(0); }
-  /// Whether a version that is remembered now will be after one more.
+  /// Whether a version that is in the ring now will still be there after one more.
   bool keeps_after_one_more(Version version) const noexcept {
     return count_ < ring_.size() || version > oldest().version;
   }
 
-  /// Exactly that version; none when it never was or is forgotten.
+  /// That version; none if it does not exist or has left the ring.
   std::optional<VersionInfo> find(Version version) const noexcept;
-  /// The newest version that had begun at `time`; none when all that are remembered begin later.
+  /// The version that covers `time`; none if all versions in the ring begin later.
   std::optional<VersionInfo> at_time(WorldTime time) const noexcept;
 
  private:
   const VersionInfo& at(std::size_t position) const noexcept {
     return ring_[(oldest_ + position) % ring_.size()];
   }
-  /// How many of the remembered versions satisfy `holds`, which is true for a prefix of them.
+  /// Number of versions in the ring that satisfy `holds`, which is true for a prefix of them. Binary search.
   template <class Predicate>
   std::size_t count_prefix(Predicate holds) const noexcept {
     std::size_t low = 0;

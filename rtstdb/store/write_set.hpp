@@ -1,6 +1,6 @@
 #pragma once
-// What one commit writes, self-contained: after Store::stage every write holds the id and the whole row that
-// it leaves behind, so that a log can write the set down and apply it again without asking anything else.
+// The writes of one commit. After Store::stage the set is self-contained: each write holds the id and the
+// whole row that it leaves, so that a log can record the set and apply it again.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,26 +20,28 @@ struct Write {
   Write(WriteKind what, const EntityState& wanted) noexcept : kind(what), state(wanted) {}
 
   WriteKind kind = WriteKind::create;
-  // After staging, of update_motion alone: what it need not have said (see store/motion_words), and the low bits of the version that
-  // wrote the row before it. Here they take no room.
+  // Set by staging, for update_motion only: the words of the motion that the write leaves unchanged
+  // (motion_words.hpp), and the low 16 bits of the version that wrote the row before. They fit into the
+  // padding.
   std::uint16_t unchanged = 0;
-  std::uint16_t follows = 0;
-  /// Given: `id` (not for create) and, by kind, `row` or `row.motion`. After staging: the entity as the write
-  /// leaves it, orientation normalised; for remove only `id` and `written_by` mean something.
+  std::uint16_t base_version_low = 0;
+  /// Before staging: `id` (not for create) and, depending on the kind, `row` or `row.motion`. After staging:
+  /// the entity as this write leaves it, with a normalised orientation; for remove, only `id` and
+  /// `written_by` are meaningful.
   EntityState state;
 };
 
-/// Moves the corners of a geometry.
+/// Replaces the positions of a deforming geometry.
 struct ShapeWrite {
   GeometryId geometry;
-  std::size_t given = 0;  ///< positions; where there was no room for them, positions_m is empty
-  std::size_t room = 0;
+  std::size_t given = 0;  ///< number of positions; if it exceeds `room`, positions_m is empty
+  std::size_t room = 0;   ///< number of positions that the transaction had room for
   std::span<const glm::vec3> positions_m;
 };
 
 struct WriteSet {
   Version version = 0;  ///< set by staging
-  WorldTime time{};     ///< from when the version holds
+  WorldTime time{};     ///< the version covers world time from here on
   std::vector<Write> writes;
   std::vector<ShapeWrite> shapes{};
 

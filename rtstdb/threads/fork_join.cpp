@@ -10,53 +10,55 @@ namespace rtstdb::threads {
 
 ForkJoin::ForkJoin(int priority) {
   const SignalsBlocked inherited_by_the_thread;
-  thread_ = std::thread([this] { lend_a_hand(); });
+  thread_ = std::thread([this] { run_helper(); });
   pthread_setname_np(thread_.native_handle(), "rtstdb second");
-  // In any case: a thread inherits its creator's policy. The thread that waits for this one gets the same answer.
+  // Set in any case, since a thread inherits its creator's policy. A refusal is reported for the calling
+  // thread, which requests the same priority.
   const sched_param parameters{.sched_priority = priority};
   pthread_setschedparam(thread_.native_handle(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters);
 }
 
 ForkJoin::~ForkJoin() {
   closing_.store(true);
-  bell_.ring();
+  wake_up_.notify();
   thread_.join();
 }
 
-void ForkJoin::Loop::take_blocks(std::uint32_t hand) noexcept {
+void ForkJoin::Loop::take_blocks(std::uint32_t thread_index) noexcept {
   for (std::uint32_t block = next.fetch_add(1, std::memory_order_relaxed); block < count;
        block = next.fetch_add(1, std::memory_order_relaxed))
-    call(body, block, hand);
+    call(body, block, thread_index);
 }
 
-void ForkJoin::share(Loop&& loop) noexcept {
+void ForkJoin::run(Loop&& loop) noexcept {
   if (loop.count < 2) return loop.take_blocks(0);
-  open_.store(&loop);
-  bell_.ring();
+  current_.store(&loop);
+  wake_up_.notify();
   loop.take_blocks(0);
-  // Either the other thread is seen inside here, or it finds no loop any more: both first store, then load what the other stores.
-  open_.store(nullptr);
-  wait_for_the_other();
+  // Both threads store first and then load what the other stores, so either this sees the helper inside, or
+  // the helper sees no loop.
+  current_.store(nullptr);
+  wait_for_helper();
 }
 
-void ForkJoin::wait_for_the_other() noexcept {
-  std::uint32_t seen = other_.load();
+void ForkJoin::wait_for_helper() noexcept {
+  std::uint32_t seen = helper_.load();
   while (seen != outside) {
-    if (seen == waited_for || other_.compare_exchange_strong(seen, waited_for)) {
-      futex_wait(other_, waited_for);
-      seen = other_.load();
+    if (seen == awaited || helper_.compare_exchange_strong(seen, awaited)) {
+      futex_wait(helper_, awaited);
+      seen = helper_.load();
     }
   }
 }
 
-void ForkJoin::lend_a_hand() noexcept {
+void ForkJoin::run_helper() noexcept {
   while (true) {
-    const std::uint32_t heard = bell_.heard();
+    const std::uint32_t count = wake_up_.count();
     if (closing_.load()) return;
-    other_.store(inside);
-    if (Loop* loop = open_.load()) loop->take_blocks(1);
-    if (other_.exchange(outside) == waited_for) futex_wake_all(&other_);
-    bell_.sleep_unless_rung(heard);
+    helper_.store(inside);
+    if (Loop* loop = current_.load()) loop->take_blocks(1);
+    if (helper_.exchange(outside) == awaited) futex_wake_all(&helper_);
+    wake_up_.wait(count);
   }
 }
 

@@ -1,35 +1,39 @@
 #pragma once
-// A second thread for loops of one's own: both take blocks of the loop until none is left. Where the other thread does not come to
-// run, the caller does it all; what the other has begun is waited for.
+// A helper thread for loops: it and the calling thread take blocks of the loop until none is left. If the
+// helper does not get a processor, the caller executes all blocks; the caller waits for blocks that the
+// helper has begun.
 //
-// Threads: one, which makes it too; the loop's body is called on it and on the other.
+// Threads: one thread constructs the object and calls for_each_block; the body of the loop runs on it and on the
+// helper.
 
 #include <atomic>
 #include <cstdint>
 #include <thread>
 
-#include "rtstdb/threads/bell.hpp"
+#include "rtstdb/threads/event_count.hpp"
 
 namespace rtstdb::threads {
 
 class ForkJoin {
  public:
-  /// `priority`: SCHED_FIFO, as of the thread that waits for this one; 0, or where it is refused: ordinary. Throws
-  /// std::system_error when there can be no thread.
+  /// `priority`: SCHED_FIFO priority of the helper, that of the calling thread; 0, or if it is refused:
+  /// ordinary scheduling. Throws std::system_error if no thread can be created.
   explicit ForkJoin(int priority);
   ~ForkJoin();
   ForkJoin(const ForkJoin&) = delete;
   ForkJoin& operator=(const ForkJoin&) = delete;
 
-  /// Who calls the body: 0 is the caller's own thread, 1 the other.
-  static constexpr std::uint32_t hands = 2;
-  /// Calls body(block, hand) once for each block below `count` and returns when all calls have; what they did is seen then. The
-  /// body does not throw. Neither allocates nor takes a lock.
+  /// Number of threads. Index 0 is the caller's, 1 the helper.
+  static constexpr std::uint32_t thread_count = 2;
+  /// Calls body(block, thread_index) once for each block below `count` and returns when
+  /// all calls have returned; their effects are visible then. The body must not throw. Neither allocates nor
+  /// takes a lock.
   template <class Body>
-  void each(std::uint32_t count, const Body& body) noexcept {
-    share(
-        {.count = count, .body = &body, .call = [](const void* of, std::uint32_t block, std::uint32_t hand) {
-           (*static_cast<const Body*>(of))(block, hand);
+  void for_each_block(std::uint32_t count, const Body& body) noexcept {
+    run({.count = count,
+         .body = &body,
+         .call = [](const void* of, std::uint32_t block, std::uint32_t thread_index) {
+           (*static_cast<const Body*>(of))(block, thread_index);
          }});
   }
 
@@ -37,21 +41,22 @@ class ForkJoin {
   struct Loop {
     std::uint32_t count = 0;
     const void* body = nullptr;
-    void (*call)(const void* body, std::uint32_t block, std::uint32_t hand) = nullptr;
+    void (*call)(const void* body, std::uint32_t block, std::uint32_t thread_index) = nullptr;
     std::atomic<std::uint32_t> next{0};
-    void take_blocks(std::uint32_t hand) noexcept;
+    void take_blocks(std::uint32_t thread_index) noexcept;
   };
-  void share(Loop&& loop) noexcept;
-  void lend_a_hand() noexcept;
+  void run(Loop&& loop) noexcept;
+  void run_helper() noexcept;
 
-  void wait_for_the_other() noexcept;
+  void wait_for_helper() noexcept;
 
-  Bell bell_;
+  EventCount wake_up_;
   std::atomic<bool> closing_{false};
-  std::atomic<Loop*> open_{nullptr};  // takes in who comes
-  /// Where the other thread is: at no loop, at one perhaps, or at one that the caller sleeps for.
-  enum Other : std::uint32_t { outside, inside, waited_for };
-  std::atomic<std::uint32_t> other_{outside};
+  std::atomic<Loop*> current_{nullptr};  // the loop that the helper may enter
+  /// The helper: outside any loop, possibly inside one, or inside one while the caller sleeps until it
+  /// leaves.
+  enum HelperState : std::uint32_t { outside, inside, awaited };
+  std::atomic<std::uint32_t> helper_{outside};
   std::thread thread_;
 };
 

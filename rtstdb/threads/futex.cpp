@@ -17,11 +17,11 @@ void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) 
 }
 
 void futex_wait_for(const std::atomic<std::uint32_t>& word, std::uint32_t expected,
-                    Nanoseconds at_most) noexcept {
-  if (at_most <= Nanoseconds(0)) return;
+                    Nanoseconds timeout) noexcept {
+  if (timeout <= Nanoseconds(0)) return;
   timespec limit{};
-  limit.tv_sec = static_cast<std::time_t>(at_most.count() / 1'000'000'000);
-  limit.tv_nsec = static_cast<long>(at_most.count() % 1'000'000'000);
+  limit.tv_sec = static_cast<std::time_t>(timeout.count() / 1'000'000'000);
+  limit.tv_nsec = static_cast<long>(timeout.count() % 1'000'000'000);
   syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, expected, &limit, nullptr, 0);
 }
 

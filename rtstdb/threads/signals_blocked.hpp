@@ -1,5 +1,6 @@
 #pragma once
-// Signals are the program's business: a thread that is made while this lives gets none.
+// Blocks all signals of the calling thread during its lifetime. A thread created meanwhile inherits the mask
+// and gets no signals, which are for the program's own threads.
 
 #include <csignal>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Who wants to know what is committed.
+// Who is told of each commit.
 
 #include "rtstdb/store/write_set.hpp"
 
@@ -8,8 +8,9 @@ namespace rtstdb::transaction {
 class CommitListener {
  public:
   virtual ~CommitListener() = default;
-  /// A set has been published and settled, and is whole as staging left it; its memory is its owner's again afterwards. By the thread
-  /// that committed it, one at a time and in the order of versions, before Engine::latest tells of it. In the tick.
+  /// The set was published and settled; it is as staging has left it, and its memory belongs to its owner after the call.
+  /// Called on the thread that committed it, one call at a time, in the order of versions, before Engine::latest returns the
+  /// version. In the tick: must not allocate or block.
   virtual void committed(const store::WriteSet& set) noexcept = 0;
 };
 

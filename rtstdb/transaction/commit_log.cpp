@@ -3,7 +3,10 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <new>
 #include <utility>
 
 #include "rtstdb/log/directory.hpp"
@@ -17,30 +20,38 @@
 namespace rtstdb::transaction {
 namespace {
 
+/// How often the thread checks whether the engine has made its copy of the world, or the disk accepts writes again.
+constexpr Nanoseconds check_interval{1'000'000};
+
+std::int64_t real_time_ns() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<Nanoseconds>(now).count();
+}
+
 Error file_error(const log::DiskError& fault) {
   if (fault.call == log::DiskCall::lock && fault.number == EWOULDBLOCK)
     return {ErrorCode::file, "another database has this log open"};
-  return {ErrorCode::file, fault.in_words()};
+  return {ErrorCode::file, fault.describe()};
 }
 
 Error does_not_fit(const char* what, std::size_t there, std::size_t room) {
-  return {ErrorCode::capacity, "the log tells of " + std::to_string(there) + " " + what +
-                                   ", and there is room for " + std::to_string(room)};
+  return {ErrorCode::capacity, "the log contains " + std::to_string(there) + " " + what +
+                                   ", and the options of the database allow " + std::to_string(room)};
 }
 
-Recovery in_public(const log::Recovered& recovered) {
+Recovery public_form(const log::Recovered& recovered) {
   const log::RecoveryReport& report = recovered.report;
-  Recovery told;
-  told.found = report.database_id != 0;
-  told.version = recovered.world.latest.version;
-  told.checkpoint = report.checkpoint_version;
-  told.commits = report.versions;
-  told.closed = report.log.end == log::LogEnd::closed;
-  told.torn = report.log.end == log::LogEnd::torn;
-  told.salvaged = report.log.end == log::LogEnd::damaged;
-  told.duration = report.duration;
-  told.in_words = report.in_words();
-  return told;
+  Recovery recovery;
+  recovery.found = report.database_id != 0;
+  recovery.version = recovered.world.latest.version;
+  recovery.checkpoint = report.checkpoint_version;
+  recovery.commits = report.versions;
+  recovery.closed = report.log.end == log::LogEnd::closed;
+  recovery.torn = report.log.end == log::LogEnd::torn;
+  recovery.salvaged = report.log.end == log::LogEnd::damaged;
+  recovery.duration = report.duration;
+  recovery.summary = report.describe();
+  return recovery;
 }
 
 }  // namespace
@@ -68,7 +79,7 @@ Result<void> CommitLog::recover() {
   auto recovered = log::recover(*disk_, {.salvage = options_.durability.salvage, .clock = &clock_});
   if (!recovered) return recovered.error();
   recovered_ = std::move(recovered).value();
-  recovery_ = in_public(*recovered_);
+  recovery_ = public_form(*recovered_);
   const log::World& world = recovered_->world;
   if (world.rows.size() > options_.max_entities)
     return does_not_fit("entities at once", world.rows.size(), options_.max_entities);
@@ -87,7 +98,7 @@ Result<void> CommitLog::start_writer() {
   options.segment_bytes = durability.segment_bytes;
   options.checkpoint_every_bytes = durability.checkpoint_every_bytes;
   options.prune = durability.prune;
-  // Whoever waits for the disk waits for no company.
+  // In the other modes a transaction waits for the disk: it is written at once.
   if (mode() == DurabilityMode::async) options.flush_interval = durability.flush_interval;
   const bool has_damaged_checkpoint = !recovered_->report.damaged_checkpoints.empty();
   const log::LogStart start = log::start_after(*recovered_, log::new_database_id());
@@ -95,7 +106,7 @@ Result<void> CommitLog::start_writer() {
   auto writer = log::Writer::start(*disk_, clock_, ring_, world_copy_, options, start);
   if (!writer) return writer.error();
   writer_ = std::move(writer).value();
-  // One that is whole takes the place of those that are not.
+  // A new checkpoint replaces the damaged ones.
   if (has_damaged_checkpoint) writer_->checkpoint_soon();
   return {};
 }
@@ -136,8 +147,8 @@ Result<void> CommitLog::close() noexcept {
 std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const noexcept {
   if (mode() == DurabilityMode::async) return std::nullopt;
   // In sync mode the engine would wait for a checkpoint, which needs the engine.
-  const bool waits_in_vain = mode() == DurabilityMode::sync && writer_->waits_for_checkpoint();
-  if (writer_->refused_by_disk() || waits_in_vain) return RefusedBy::log_fault;
+  const bool would_deadlock = mode() == DurabilityMode::sync && writer_->waits_for_checkpoint();
+  if (writer_->last_write_failed() || would_deadlock) return RefusedBy::log_fault;
   if (!recorder_.room_for(set)) return RefusedBy::log_full;
   return std::nullopt;
 }
@@ -149,7 +160,7 @@ void CommitLog::record(const store::WriteSet& set) noexcept {
 }
 
 void CommitLog::hand_over() noexcept {
-  if (recorder_.hand_over()) ring_bell();
+  if (recorder_.flush()) ring_bell();
 }
 
 void CommitLog::ring_bell() noexcept {
@@ -161,31 +172,29 @@ void CommitLog::ring_bell() noexcept {
 }
 
 void CommitLog::hold(TransactionImpl& transaction) noexcept {
-  held_count_.fetch_add(1, std::memory_order_release);
-  const bool open = held_given_.push(transaction);
-  RTSTDB_ASSERT(open);
+  held_.hold(transaction);
   bell_.ring_urgently();
 }
 
 bool CommitLog::write_through(const store::WriteSet& set) noexcept {
   const bool recorded = recorder_.record(set);
-  RTSTDB_ASSERT(recorded);  // refuses() was asked
+  RTSTDB_ASSERT(recorded);  // refuses() has said so
   bell_.ring_urgently();
   wait_until([&] { return durable() >= set.version || writer_->waits_for_checkpoint(); });
   return durable() >= set.version;
 }
 
 bool CommitLog::take_back(Version version) noexcept {
-  recorder_.take_back(version);
+  recorder_.discard(version);
   bell_.ring_urgently();
   const auto on_disk = [&] { return writer_->records_on_disk() >= recorder_.records(); };
-  wait_until([&] { return on_disk() || writer_->refused_by_disk(); });
+  wait_until([&] { return on_disk() || writer_->last_write_failed(); });
   return on_disk();
 }
 
 void CommitLog::tend() noexcept {
   if (!in_gap_.load(std::memory_order_relaxed)) return;
-  recorder_.tend();
+  recorder_.maintain();
   if (recorder_.in_gap()) return;
   in_gap_.store(false, std::memory_order_relaxed);
   bell_.ring_urgently();
@@ -197,7 +206,7 @@ bool CommitLog::room_for(const log::LoggedGeometry& geometry) const noexcept {
 
 void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t positions) {
   const bool recorded = recorder_.record(geometry);
-  RTSTDB_ASSERT(recorded);  // room_for() was asked
+  RTSTDB_ASSERT(recorded);  // room_for() has said so
   world_copy_.add(geometry, positions);
   bell_.ring_urgently();
 }
@@ -207,13 +216,13 @@ void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t
 Result<log::LoggedGeometry> CommitLog::write_geometry(const TriangleMesh& mesh, std::string_view name,
                                                       const GeometryOptions& options) {
   if (name.size() > log::max_name_bytes)
-    return Error{ErrorCode::bad_input, "a name of " + std::to_string(name.size()) +
-                                           " bytes is longer than the log takes, which is " +
+    return Error{ErrorCode::bad_input, "the name has " + std::to_string(name.size()) +
+                                           " bytes; the log allows at most " +
                                            std::to_string(log::max_name_bytes)};
   log::LoggedGeometry geometry;
   geometry.name = name;
   geometry.options = options;
-  geometry.file = next_geometry_file_++;  // also where it fails: its file may stay
+  geometry.file = next_geometry_file_++;  // also when writing fails: the file may remain
   auto checksum = log::write_geometry_file(*disk_, database_id_, geometry.file, mesh);
   if (!checksum) return file_error(checksum.error());
   geometry.file_checksum = checksum.value();
@@ -257,7 +266,7 @@ Durability CommitLog::state() const {
   state.mode = mode();
   state.database_id = database_id_;
   state.durable = durable();
-  state.refused_by_disk = writer_->refused_by_disk();
+  state.last_write_failed = writer_->last_write_failed();
   state.waits_for_checkpoint = statistics.waits_for_checkpoint;
   state.faults = statistics.faults;
   state.last_fault = statistics.last_fault;
@@ -273,6 +282,76 @@ Durability CommitLog::state() const {
   state.longest_write = statistics.longest_write;
   state.all_writes = statistics.all_writes;
   return state;
+}
+
+// ---- the log's thread, or the driver
+
+void CommitLog::run_thread() noexcept {
+  while (!closing_.load(std::memory_order_acquire)) {
+    const LogBell::Heard heard = bell_.hear();
+    const log::Writer::Step step = work();
+    if (!step.worked) sleep(heard, step);
+  }
+  end_log();
+}
+
+log::Writer::Step CommitLog::work() noexcept {
+  const log::Writer::Step step = writer_->step(real_time_ns());
+  publish_progress();
+  return_held();
+  if (in_gap_.load(std::memory_order_acquire) && ring_.used() <= ring_.capacity() / 2)
+    owner_->tend_log_soon();
+  return step;
+}
+
+void CommitLog::sleep(LogBell::Heard heard, const log::Writer::Step& step) noexcept {
+  const bool polls = world_copy_.under_way() || in_gap_.load(std::memory_order_acquire);
+  if (step.wake_at == ClockTime::max() && !polls) return bell_.sleep(heard);
+  const ClockTime now = clock_.now();
+  const Nanoseconds at_most = polls || step.wake_at <= now ? check_interval : step.wake_at - now;
+  // The next attempt, a checkpoint's, may be far off: a commit wakes the thread before that.
+  if (!polls && !step.has_records) return bell_.sleep(heard, at_most);
+  bell_.doze(heard, at_most);
+}
+
+void CommitLog::publish_progress() noexcept {
+  const Progress now{writer_->durable(), writer_->records_on_disk(), writer_->last_write_failed(),
+                     writer_->waits_for_checkpoint()};
+  if (now == published_) return;
+  published_ = now;
+  // Pairs with wait_until: either the waiter sees the new number, or this thread sees the waiter.
+  progress_.fetch_add(1, std::memory_order_seq_cst);
+  if (waiters_.load(std::memory_order_seq_cst) != 0) threads::futex_wake_all(&progress_);
+}
+
+void CommitLog::return_held() noexcept {
+  while (TransactionImpl* const held =
+             held_.release(published_.durable, published_.refused, *deadline_clock_))
+    owner_->return_held(*held);
+}
+
+void CommitLog::end_log() noexcept {
+  // The engine's thread has ended: its side of the ring belongs to this thread.
+  recorder_.flush();
+  try {
+    closed_ = close_writer();
+  } catch (const std::bad_alloc&) {
+    closed_ = Error{ErrorCode::file, "out of memory"};  // short enough to allocate nothing
+  }
+  publish_progress();
+  published_.refused = true;  // the rest of what is held will not become durable
+  return_held();
+}
+
+Result<void> CommitLog::close_writer() {
+  while (recorder_.in_gap() && !writer_->last_write_failed()) {
+    writer_->flush_soon();
+    writer_->step(real_time_ns());
+    recorder_.maintain();
+  }
+  if (recorder_.in_gap())
+    return Error{ErrorCode::file, "the last commits are not in the log: " + state().last_fault};
+  return writer_->close(real_time_ns());
 }
 
 }  // namespace rtstdb::transaction

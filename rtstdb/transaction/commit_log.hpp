@@ -1,13 +1,13 @@
 #pragma once
-// The engine's log: recovers the world, records commits into a ring, and has a thread that brings them to the disk, holds what waits
-// for that, and gives it back.
+// The engine's side of the log: recovers the world, records commits into a ring, and owns the thread that brings them to
+// the disk and gives back what waits for that.
 //
-//   async   record -> ring                              the thread writes each flush_interval, or when the ring is half full
-//   group   record -> ring, hold -> hand-over           the thread writes, then gives back all whose version is on disk
-//   sync    record -> ring, the engine waits            the thread writes, and wakes it
+//   async   record -> ring                           the thread writes each flush_interval, or when the ring is half full
+//   group   record -> ring, hold                     the thread writes, then gives back all whose version is on disk
+//   sync    record -> ring, the engine waits         the thread writes, and wakes the engine
 //
-// Threads: open, restore and start are setup; what is the engine's thread's says so, and neither allocates nor takes a lock nor, but for sync
-// mode, waits; the rest is anybody's.
+// Threads: open, restore and start are setup. The functions of the engine's thread neither allocate nor take a lock nor,
+// except in sync mode, wait.
 
 #include <atomic>
 #include <cstdint>
@@ -26,7 +26,7 @@
 #include "rtstdb/log/ring.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "rtstdb/store/store.hpp"
-#include "rtstdb/transaction/hand_over.hpp"
+#include "rtstdb/transaction/held_transactions.hpp"
 #include "rtstdb/transaction/log_bell.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "rtstdb/transaction/world_copy.hpp"
@@ -35,20 +35,20 @@ namespace rtstdb::transaction {
 
 class TransactionImpl;
 
-/// What the log wants of the engine; called on the log's thread.
+/// What the log calls on the engine, from the log's thread.
 class LogOwner : public JobTaker {
  public:
-  /// A transaction that was held; its outcome says whether it is durable.
-  virtual void give_back_held(TransactionImpl& transaction) noexcept = 0;
-  /// There is room again for what tend() does.
+  /// Gives back a transaction that was held; its outcome says whether it is durable.
+  virtual void return_held(TransactionImpl& transaction) noexcept = 0;
+  /// The ring has space again: the engine's thread should call tend().
   virtual void tend_log_soon() noexcept = 0;
 };
 
-/// Drives a log in the place of its thread, so that a simulation says when the log has its turn.
+/// Replaces the log's thread in a simulation, which decides when the log works.
 class LogDriver {
  public:
   virtual ~LogDriver() = default;
-  /// The engine waits for the log: calls CommitLog::work once at least.
+  /// The engine waits for the log: calls CommitLog::work at least once.
   virtual void log_is_waited_for() noexcept = 0;
 };
 
@@ -56,15 +56,15 @@ struct CommitLogOptions {
   DurabilityOptions durability;  ///< all but the directory and volatile_only
   std::uint32_t max_entities = 4096;
   std::uint32_t max_geometries = 1024;
-  /// What the log's own intervals are measured by; null: CLOCK_MONOTONIC. Deadlines have another one.
+  /// The clock of the log's own intervals, not of deadlines; null: CLOCK_MONOTONIC.
   const Clock* clock = nullptr;
-  /// Null: the log has a thread of its own. Outlives the log.
+  /// Null: the log has a thread of its own. It outlives the log.
   LogDriver* driver = nullptr;
 };
 
 class CommitLog {
  public:
-  /// With the right to write, the world recovered and a first segment on disk. Errors: file, capacity; see Database::open.
+  /// Locks the directory, recovers the world and writes a first segment. Errors: file, capacity; see Database::open.
   static Result<std::unique_ptr<CommitLog>> open(std::shared_ptr<log::Disk> disk,
                                                  const CommitLogOptions& options);
   CommitLog(const CommitLog&) = delete;
@@ -74,47 +74,51 @@ class CommitLog {
 
   DurabilityMode mode() const noexcept { return options_.durability.mode; }
   const Recovery& recovery() const noexcept { return recovery_; }
-  /// Until restore has taken it.
+  /// The recovered world. Before restore.
   const log::World& recovered_world() const noexcept { return recovered_->world; }
 
   // ---- setup
-  /// Gives the store what was recovered.
+  /// Moves the recovered world into the store.
   void restore(store::Store& store);
-  /// Starts the thread, where nobody else drives. Owner and clock, which deadlines are on, outlive it.
+  /// Starts the thread, if there is no driver. Owner and clock, which deadlines refer to, outlive it.
   void start(LogOwner& owner, const Clock& deadline_clock);
-  /// The mesh in a file of its own, on disk. One thread at a time.
+  /// Writes the mesh to a file of its own and syncs it. One thread at a time.
   Result<log::LoggedGeometry> write_geometry(const TriangleMesh& mesh, std::string_view name,
                                              const GeometryOptions& options);
-  /// Nobody commits any more: writes what is there, ends the log, gives back what is held and ends the thread. Again: says the same.
+  /// After the last commit: writes what is recorded, ends the log, gives back what is held and ends the thread. A second
+  /// call returns the same.
   Result<void> close() noexcept;
 
   // ---- the engine's thread
-  /// Why writes can not be promised to be durable now, where that is promised.
+  /// Group and sync mode: why these writes can not become durable now; none: they can.
   std::optional<RefusedBy> refuses(const store::WriteSet& set) const noexcept;
-  /// Async and group: the set has been published. Async: the log's thread may not see it before hand_over.
+  /// Async and group mode: records a published set. In async mode the log's thread may see it only after hand_over.
   void record(const store::WriteSet& set) noexcept;
-  /// To be called before the engine waits for anything.
+  /// Shows the log's thread all that is recorded. To be called before the engine waits for anything.
   void hand_over() noexcept;
-  /// Group: gives the transaction back, which is done and has its status in its outcome, when it is on disk, or the disk refuses.
+  /// Group mode: the transaction is done and has its status in its outcome. It is given back when its version is on disk, or
+  /// when the disk refuses.
   void hold(TransactionImpl& transaction) noexcept;
-  /// Sync: the set has been staged. Waits until it is on disk; false: the disk refuses.
+  /// Sync mode: records a staged set and waits until it is on disk. False: the disk refuses.
   bool write_through(const store::WriteSet& set) noexcept;
-  /// Sync: of the set that was recorded last. Waits until that is on disk; false: the disk refuses.
+  /// Sync mode: records that the version, which was recorded last, does not count, and waits until that is on disk. False:
+  /// the disk refuses.
   bool take_back(Version version) noexcept;
-  /// To be called now and then.
+  /// Ends a gap of the log when there is space again. To be called regularly.
   void tend() noexcept;
-  /// Whether there is room for record_geometry.
+  /// Whether the ring has space for record_geometry.
   bool room_for(const log::LoggedGeometry& geometry) const noexcept;
   void record_geometry(const log::LoggedGeometry& geometry, std::size_t positions);
 
-  // ---- whoever drives it, one call at a time, from start to close
-  /// Brings to the disk what is due, and gives back what has waited for that. When there is more to do: as the writer's step.
+  // ---- the log's thread or the driver, from start to close
+  /// Writes what is due, and gives back what waits for that. Returns when there is more to do.
   log::Writer::Step work() noexcept;
 
   // ---- any thread
-  /// So many are held and not given back.
-  std::uint32_t held() const noexcept { return held_count_.load(std::memory_order_acquire); }
+  /// Number of transactions that are held.
+  std::uint32_t held() const noexcept { return held_.count(); }
   Version durable() const noexcept { return writer_->durable(); }
+  /// Waits until the version is on disk, at most this long. False: it is not.
   bool wait_until_durable(Version version, Nanoseconds at_most) noexcept;
   Durability state() const;
 
@@ -123,14 +127,13 @@ class CommitLog {
   Result<void> recover();
   Result<void> start_writer();
 
-  // The log's thread, or the driver's.
+  // The log's thread, or the driver.
   void run_thread() noexcept;
   void end_log() noexcept;
   Result<void> close_writer();
-  void tell_progress() noexcept;
-  void give_back_held() noexcept;
-  void give_back(TransactionImpl& transaction, bool durable) noexcept;
-  void nap(LogBell::Heard heard, const log::Writer::Step& step) noexcept;
+  void publish_progress() noexcept;
+  void return_held() noexcept;
+  void sleep(LogBell::Heard heard, const log::Writer::Step& step) noexcept;
 
   void ring_bell() noexcept;
 
@@ -138,7 +141,7 @@ class CommitLog {
   template <class Condition>
   void wait_until(Condition holds) noexcept;
 
-  log::Ring ring_;  // first: it begins at a cache line
+  log::Ring ring_;  // the first member: it is aligned to a cache line
   const CommitLogOptions options_;
   MonotonicClock monotonic_clock_;
   const Clock& clock_;
@@ -148,7 +151,7 @@ class CommitLog {
   Recovery recovery_;
   std::uint64_t database_id_ = 0, next_geometry_file_ = 1;
 
-  log::Recorder recorder_;  // the engine's thread; the log's, once that has ended
+  log::Recorder recorder_;  ///< the engine's thread; the log's, once that has ended
   WorldCopy world_copy_;
   std::unique_ptr<log::Writer> writer_;
   LogOwner* owner_ = nullptr;
@@ -157,22 +160,19 @@ class CommitLog {
   LogBell bell_;
   std::atomic<bool> closing_{false};
   std::atomic<bool> in_gap_{false};
-  bool is_driven_ = false;                  ///< from outside: started, and not closed
+  bool is_driven_ = false;                  ///< a driver works for it: started, and not closed
   std::atomic<std::uint32_t> progress_{0};  ///< grows when the disk has more, or refuses
   std::atomic<std::uint32_t> waiters_{0};
-  std::atomic<std::uint32_t> held_count_{0};
-  HandOver held_given_;
+  HeldTransactions held_;
 
-  // The log's thread alone, or the driver's.
-  HandOverLink* held_ = nullptr;  ///< oldest first
-  HandOverLink** held_end_ = &held_;
-  struct Told {
+  // The log's thread, or the driver.
+  struct Progress {
     Version durable = 0;
     std::uint64_t records = 0;
     bool refused = false, waits_for_checkpoint = false;
-    bool operator==(const Told&) const = default;
+    bool operator==(const Progress&) const = default;
   };
-  Told told_;
+  Progress published_;
   Result<void> closed_;
 
   std::thread thread_;

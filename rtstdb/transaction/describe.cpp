@@ -1,4 +1,4 @@
-// Outcomes in words.
+// Texts that describe outcomes.
 
 #include <cmath>
 #include <cstdarg>
@@ -168,7 +168,7 @@ std::string why_cancelled(CancelledBy by) {
       return ": shed from a full queue";
     case CancelledBy::closing:
       return " by the database closing";
-    case CancelledBy::nobody:
+    case CancelledBy::none:
       break;
   }
   return "";
@@ -177,13 +177,13 @@ std::string why_cancelled(CancelledBy by) {
 std::string why_refused(const Outcome& outcome) {
   switch (outcome.refused_by) {
     case RefusedBy::log_full:
-      return "the log has no room for its writes";
+      return "the log's ring has no space for its writes";
     case RefusedBy::log_fault:
-      return "the log's disk refuses";
+      return "the log's disk refuses writes";
     case RefusedBy::read_only:
-      return "nothing is written to the past";
+      return "a history can not be written";
     case RefusedBy::admission:
-    case RefusedBy::nobody:
+    case RefusedBy::none:
       break;
   }
   return sentence(
@@ -192,8 +192,8 @@ std::string why_refused(const Outcome& outcome) {
       milliseconds(outcome.predicted_cost), milliseconds(outcome.earliest_feasible - outcome.submitted));
 }
 
-const char* whether_in_doubt(const Outcome& outcome) {
-  return outcome.in_doubt ? "; the log may tell otherwise if the process ends now" : "";
+const char* about_doubt(const Outcome& outcome) {
+  return outcome.in_doubt ? "; recovery may find it committed if the process ends now" : "";
 }
 
 std::string about_done(const Outcome& outcome) {
@@ -214,7 +214,7 @@ std::string about_done(const Outcome& outcome) {
 std::string nothing_was_done(const Outcome& outcome) {
   std::string text = "; nothing was done";
   if (outcome.partial) text += ", but some elements were answered by then";
-  if (outcome.stale) text += "; there are answers of before";
+  if (outcome.stale) text += "; earlier answers remain";
   return text;
 }
 
@@ -314,8 +314,8 @@ const char* to_string(BadInputReason reason) noexcept {
 
 const char* to_string(RefusedBy refused_by) noexcept {
   switch (refused_by) {
-    case RefusedBy::nobody:
-      return "nobody";
+    case RefusedBy::none:
+      return "none";
     case RefusedBy::admission:
       return "admission";
     case RefusedBy::log_full:
@@ -359,9 +359,9 @@ std::string describe(const Outcome& outcome) {
       return sentence("late by %.3f ms: ", milliseconds(outcome.lateness)) + about_done(outcome);
     case Status::missed:
       return sentence("missed: the firm deadline had passed by %.3f ms", milliseconds(outcome.lateness)) +
-             nothing_was_done(outcome) + whether_in_doubt(outcome);
+             nothing_was_done(outcome) + about_doubt(outcome);
     case Status::refused:
-      return "refused: " + why_refused(outcome) + nothing_was_done(outcome) + whether_in_doubt(outcome);
+      return "refused: " + why_refused(outcome) + nothing_was_done(outcome) + about_doubt(outcome);
     case Status::conflict:
       return about_conflict(outcome) + nothing_was_done(outcome);
     case Status::cancelled:

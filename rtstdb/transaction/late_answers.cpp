@@ -9,8 +9,8 @@ bool may_be_partial(const query::Request& request) noexcept {
   return request.query->late() == LatePolicy::partial;
 }
 
-bool may_be_partial(const TransactionImpl& transaction) noexcept {
-  return transaction.terms().deadline != ClockTime::max() && transaction.write_set().empty() &&
+bool may_be_partial(const scheduler::ScheduledTransaction& transaction) noexcept {
+  return transaction.terms().deadline != ClockTime::max() && !transaction.writes() &&
          std::ranges::any_of(transaction.requests(),
                              [](const auto& request) { return may_be_partial(request); });
 }
@@ -20,7 +20,7 @@ void publish_answers(const query::Request& request, std::uint32_t answered,
   answered = std::min(answered, request.count);
   const std::uint32_t missing = request.count - answered + request.query->incomplete(answered);
   request.query->publish_answers(answered, request.count);
-  const VersionInfo version = transaction.asked;
+  const VersionInfo version = transaction.queried_version;
   request.query->info = {.elements = request.count,
                          .missing = missing,
                          .version = version.version,
@@ -30,22 +30,22 @@ void publish_answers(const query::Request& request, std::uint32_t answered,
 
 }  // namespace
 
-void note_gap(Running& running, const Clock& clock) noexcept {
-  const TransactionImpl& transaction = *running.transaction;
+void begin_point(scheduler::Run& run, const Clock& clock) noexcept {
+  scheduler::ScheduledTransaction& transaction = *run.transaction;
   if (!may_be_partial(transaction)) return;
   const ClockTime now = clock.now();
-  running.chunk = now - running.last_gap.value_or(transaction.outcome().started);
+  run.last_chunk = now - run.resumed_at.value_or(transaction.outcome().started);
   if (now > transaction.terms().deadline) return;
-  for (const query::Request& request : transaction.requests())
-    request.query->answered_in_time = request.query->answered();
+  for (query::Request& request : transaction.requests())
+    request.answered_in_time = request.query->answered();
 }
 
-bool are_enough(Running& running, const Clock& clock) noexcept {
-  const TransactionImpl& transaction = *running.transaction;
+bool ends_in_time(scheduler::Run& run, const Clock& clock) noexcept {
+  const scheduler::ScheduledTransaction& transaction = *run.transaction;
   if (!may_be_partial(transaction)) return false;
   const ClockTime now = clock.now();
-  running.last_gap = now;
-  if (now + running.chunk <= transaction.terms().deadline) return false;
+  run.resumed_at = now;
+  if (now + run.last_chunk <= transaction.terms().deadline) return false;
   return std::ranges::all_of(transaction.requests(), [](const query::Request& request) {
     const query::PreparedQuery& query = *request.query;
     return may_be_partial(request) || (query.answered() >= request.count && !query.has_retries());
@@ -55,13 +55,13 @@ bool are_enough(Running& running, const Clock& clock) noexcept {
 void settle(TransactionImpl& transaction, Status status, const Clock& clock) noexcept {
   Outcome& outcome = transaction.draft();
   const bool done = is_done(status);
-  const bool in_time_stands = status == Status::missed && may_be_partial(transaction);
+  const bool keeps_partial = status == Status::missed && may_be_partial(transaction);
   for (const query::Request& request : transaction.requests()) {
     query::PreparedQuery& query = *request.query;
     if (done) {
       publish_answers(request, outcome.partial ? query.answered() : request.count, transaction);
-    } else if (in_time_stands && may_be_partial(request) && query.answered_in_time > 0) {
-      publish_answers(request, query.answered_in_time, transaction);
+    } else if (keeps_partial && may_be_partial(request) && request.answered_in_time > 0) {
+      publish_answers(request, request.answered_in_time, transaction);
       outcome.partial = true;
     } else {
       query.discard_answers();

@@ -1,21 +1,23 @@
 #pragma once
-// What is left to the caller of the answers of a transaction, as the late policies of its queries say: decided in the gaps
-// of its run, and when it is given back. Whoever holds the engine's lock, but for `settle`.
+// The late policies of queries: which answers the owner of a transaction gets when its deadline passes. Decided at the
+// preemption points of its run and when it is given back.
+//
+// Threads: whoever holds the engine's lock.
 
 #include <rtstdb/time.hpp>
 
 #include "rtstdb/query/executor.hpp"
-#include "rtstdb/transaction/running.hpp"
+#include "rtstdb/scheduler/run_stack.hpp"
 #include "rtstdb/transaction/transaction_impl.hpp"
 
 namespace rtstdb::transaction::late_answers {
 
-/// In a gap, before others run in it: notes which answers were there by the deadline.
-void note_gap(Running& running, const Clock& clock) noexcept;
-/// In a gap, after others have run: whether another chunk would pass the deadline of a transaction that has only queries
-/// left whose answers may be partial.
-bool are_enough(Running& running, const Clock& clock) noexcept;
-/// The transaction has its status and is about to be given back: its queries' answers stand or fall.
+/// At the begin of a preemption point: notes which answers exist while the deadline has not passed.
+void begin_point(scheduler::Run& run, const Clock& clock) noexcept;
+/// At the end of a preemption point. True: another chunk would pass the deadline, and all queries that are not complete
+/// may be answered in part, so that the run should end with what is in flight.
+bool ends_in_time(scheduler::Run& run, const Clock& clock) noexcept;
+/// The transaction has this status and is about to be given back: publishes or discards the answers of each query.
 void settle(TransactionImpl& transaction, Status status, const Clock& clock) noexcept;
 
 }  // namespace rtstdb::transaction::late_answers

@@ -16,7 +16,7 @@ VersionInfo LatestVersion::get() const noexcept {
     const Slot& slot = slots_[count % kept];
     const Version version = slot.version.load(std::memory_order_acquire);
     const std::int64_t time_ns = slot.time_ns.load(std::memory_order_acquire);
-    // The writer comes back to this slot for count + kept, after count + kept - 1 could be seen.
+    // The writer writes this slot again for count + kept, after it has stored count + kept - 1.
     if (count_.load(std::memory_order_acquire) - count < kept - 1) return {version, world_time_ns(time_ns)};
   }
 }

@@ -1,6 +1,6 @@
 #pragma once
-// The latest published version, written by one thread and read by any without lock: the last few are kept, so
-// that a reader looks at one that is not being written.
+// The latest published version, written by one thread and read by any without a lock: a ring of the last versions, so that
+// a reader reads a slot that is not being written.
 
 #include <array>
 #include <atomic>
@@ -15,7 +15,7 @@ class LatestVersion {
   explicit LatestVersion(VersionInfo first) { set(first); }
   /// One thread.
   void set(VersionInfo version) noexcept;
-  /// Any thread. Tries again only when `kept` versions were published meanwhile.
+  /// Any thread. Retries only when about `kept` versions were published during the call.
   VersionInfo get() const noexcept;
 
  private:
@@ -25,7 +25,7 @@ class LatestVersion {
     std::atomic<std::int64_t> time_ns{0};
   };
   std::array<Slot, kept> slots_{};
-  std::atomic<std::uint64_t> count_{0};  ///< how often set; the newest lies in slot count mod kept
+  std::atomic<std::uint64_t> count_{0};  ///< calls of set; the latest lies in slot count mod kept
 };
 
 }  // namespace rtstdb::transaction

@@ -1,11 +1,11 @@
 #pragma once
-// How the log's thread sleeps and is woken. It sleeps until there is anything at all, or, when what there is may wait for more, until
-// a time or something urgent. Ringing costs a system call only where it wakes.
+// How the log's thread sleeps and is woken: it sleeps until any ring, or, when its work may wait for more, until a time or an
+// urgent ring. Ringing makes a system call only where it wakes the thread.
 //
-// Who rings a sleeper first claims to wake it, and the others go on: on a machine that is busy it may be long until the woken
-// thread runs, and commits come by the thousand meanwhile.
+// The first thread that rings a sleeper claims to wake it, and the others make no system call: on a busy machine the woken
+// thread may run much later, and many commits ring before that.
 //
-// Threads: one sleeps; ringing is anybody's, neither allocates nor blocks.
+// Threads: one sleeps; any rings. Ringing neither allocates nor blocks.
 
 #include <atomic>
 #include <cstdint>
@@ -21,23 +21,23 @@ class LogBell {
   struct Heard {
     std::uint32_t rings = 0, urgent_rings = 0;
   };
-  /// Before looking for what there is to do.
+  /// The rings so far. To be read before the thread looks for work.
   Heard hear() const noexcept {
     return {rings_.load(std::memory_order_seq_cst), urgent_rings_.load(std::memory_order_seq_cst)};
   }
-  /// Until it is rung, or was since `heard`.
+  /// Until a ring, or not at all where one came since `heard`.
   void sleep(Heard heard) noexcept {
     begin_sleep(Sleep::until_rung);
     threads::futex_wait(rings_, heard.rings);
     end_sleep();
   }
-  /// The same, but so long at the most.
+  /// The same, at most for this long.
   void sleep(Heard heard, Nanoseconds at_most) noexcept {
     begin_sleep(Sleep::until_rung);
     threads::futex_wait_for(rings_, heard.rings, at_most);
     end_sleep();
   }
-  /// Until it is rung urgently, or was since `heard`, or so long.
+  /// Until an urgent ring, at most for this long; not at all where one came since `heard`.
   void doze(Heard heard, Nanoseconds at_most) noexcept {
     begin_sleep(Sleep::until_urgent);
     threads::futex_wait_for(urgent_rings_, heard.urgent_rings, at_most);
@@ -45,7 +45,7 @@ class LogBell {
   }
 
   void ring() noexcept {
-    // Pairs with begin_sleep: either the ring is seen there or the sleeper is seen here.
+    // Pairs with begin_sleep: either the sleeper sees the ring, or this thread sees the sleeper.
     rings_.fetch_add(1, std::memory_order_seq_cst);
     wake_from(Sleep::until_rung, rings_);
   }
@@ -66,7 +66,7 @@ class LogBell {
     if (sleeps_.load(std::memory_order_seq_cst) != kind ||
         !sleeps_.compare_exchange_strong(seen, Sleep::none, std::memory_order_seq_cst))
       return;
-    // The sleeper may have heard this ring before it lay down, and lie down after the wake: then this one keeps it up.
+    // The sleeper may read this ring as heard and sleep after the wake-up: another count keeps it from sleeping.
     rings.fetch_add(1, std::memory_order_seq_cst);
     threads::futex_wake_all(&rings);
   }

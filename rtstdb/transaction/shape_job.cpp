@@ -11,7 +11,7 @@ bool ShapeJob::step(const store::Store& store) noexcept {
     fault_ = *fault;
     return true;
   }
-  const query::Shape shape = std::get_if<store::Snapshot>(&found)->shape(geometry_);
+  const store::Shape shape = std::get_if<store::Snapshot>(&found)->shape(geometry_);
   positions_m_.assign(shape.positions_m.begin(), shape.positions_m.end());
   return true;
 }

@@ -1,6 +1,8 @@
 #pragma once
-// Copies the rows of one version for a caller outside the engine, a slice at a time: the version is pinned,
-// so that commits between the slices do not matter.
+// Copies the rows of one version for a caller outside the engine, one slice per step. When commits push the version out of
+// the history between two steps, the copy begins again; after some attempts it takes all rows in one step.
+//
+// Threads: step by the engine's, all else by the owner's.
 
 #include <cstdint>
 #include <optional>
@@ -15,11 +17,13 @@ namespace rtstdb::transaction {
 
 class SnapshotJob final : public EngineJob {
  public:
-  /// `room`: as many rows as there can be; reserved here, since steps must not allocate.
-  SnapshotJob(const ReadAt& read_at, std::size_t room) : read_at_(read_at) { states_.reserve(room); }
+  /// `max_entities`: capacity to be reserved, since steps must not allocate.
+  SnapshotJob(const ReadAt& read_at, std::size_t max_entities) : read_at_(read_at) {
+    states_.reserve(max_entities);
+  }
 
   bool step(const store::Store& store) noexcept override;
-  /// After the last step.
+  /// The rows by ascending index, or why the version can not be read. After the last step.
   Result<std::vector<EntityState>> take() &&;
 
  private:

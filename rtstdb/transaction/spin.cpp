@@ -28,14 +28,14 @@ void Spin::pause() noexcept {
 
 bool Spin::pays() noexcept {
   if (credit_ > 0) return true;
-  if (++left_out_ < try_again_after) return false;
-  left_out_ = 0;
+  if (++skipped_ < max_skipped) return false;
+  skipped_ = 0;
   return true;
 }
 
 bool Spin::starves_others(ClockTime now) noexcept {
-  if (now - asked_at_ >= asked_again_after) {
-    asked_at_ = now;
+  if (now - policy_checked_at_ >= policy_check_interval) {
+    policy_checked_at_ = now;
     realtime_ = is_realtime_thread();
   }
   return realtime_;

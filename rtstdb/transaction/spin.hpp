@@ -1,6 +1,6 @@
 #pragma once
-// Looking for a short while whether something has happened, before a thread goes to sleep: to be woken takes longer than
-// most transactions do. Only where the other can run meanwhile, and only as long as it pays.
+// Polling for a short time before a thread sleeps: a wake-up takes longer than most transactions. A thread polls only
+// where the thread that it waits for can run at the same time, and only while polling succeeds often enough.
 
 #include <rtstdb/time.hpp>
 
@@ -8,24 +8,24 @@
 
 namespace rtstdb::transaction {
 
-/// How long threads of this process may spin: `wanted`, or not at all where they have one processor only.
+/// How long threads of this process may spin: `wanted`, or zero where the process has one processor.
 Nanoseconds spin_where_possible(Nanoseconds wanted) noexcept;
 
-/// Whether the calling thread is scheduled in real time: it would keep those from running that it waits for. A system call.
+/// Whether the calling thread has a real-time policy: it would keep threads from running that it waits for. A system call.
 bool is_realtime_thread() noexcept;
 
-/// One thread's experience. After some spins in vain it is only tried now and then; not at all in a thread that is scheduled in
-/// real time, from 10 ms after it became one.
+/// The spinning of one thread, with its record of success: after some failures it spins only rarely. A thread with a real-time
+/// policy does not spin, from 10 ms after it got the policy.
 class Spin {
  public:
-  /// Until `happened` says yes: true; or for so long, or since it is not tried: false. Neither blocks nor allocates.
+  /// Polls `happened` for at most `timeout`. Returns what it returned last. Neither blocks nor allocates.
   template <class Happened>
-  bool until(Nanoseconds most, Happened happened) noexcept {
-    if (most <= Nanoseconds(0) || !pays()) return happened();
+  bool until(Nanoseconds timeout, Happened happened) noexcept {
+    if (timeout <= Nanoseconds(0) || !pays()) return happened();
     const MonotonicClock clock;
     const ClockTime begin = clock.now();
     if (starves_others(begin)) return happened();
-    const ClockTime end = begin + most;
+    const ClockTime end = begin + timeout;
     bool found = happened();
     while (!found && clock.now() < end) {
       for (int k = 0; k < 16 && !found; ++k) {
@@ -45,11 +45,11 @@ class Spin {
 
   static constexpr int max_credit = 32;
   static constexpr int gain = 4;
-  static constexpr int try_again_after = 64;
+  static constexpr int max_skipped = 64;
   int credit_ = gain;
-  int left_out_ = 0;
-  static constexpr Nanoseconds asked_again_after{10'000'000};
-  ClockTime asked_at_{};  // the kernel, for the thread's policy
+  int skipped_ = 0;
+  static constexpr Nanoseconds policy_check_interval{10'000'000};
+  ClockTime policy_checked_at_{};
   bool realtime_ = false;
 };
 

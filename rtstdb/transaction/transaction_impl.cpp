@@ -1,11 +1,7 @@
 #include "rtstdb/transaction/transaction_impl.hpp"
 
-#include <algorithm>
-
 #include <rtstdb/limits.hpp>
 #include <rtstdb/result.hpp>
-
-#include "rtstdb/transaction/reservations.hpp"
 
 namespace rtstdb::transaction {
 
@@ -17,7 +13,7 @@ TransactionImpl::TransactionImpl(const TransactionOptions& options, const Engine
   write_set_.shapes.reserve(options.max_geometry_updates);
   positions_m_.reserve(options.max_positions);
   requests_.reserve(options.max_queries);
-  asked_.reserve(options.max_queries);
+  declared_counts_.reserve(options.max_queries);
   reads_.reserve(options.max_reads);
 }
 
@@ -39,7 +35,7 @@ void TransactionImpl::begin(const Terms& terms) noexcept {
   write_set_.time = terms.world_time;
   creates_.clear();
   requests_.clear();
-  asked_.clear();
+  declared_counts_.clear();
   reads_.clear();
   outcome_ = Outcome{};
   begun_ = true;
@@ -112,19 +108,7 @@ std::uint32_t TransactionImpl::read(EntityId entity) noexcept {
   return static_cast<std::uint32_t>(reads_.size()) - 1;
 }
 
-void TransactionImpl::add_query(RayQuery& query, std::uint32_t count) noexcept {
-  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
-}
-
-void TransactionImpl::add_query(RegionQuery& query, std::uint32_t count) noexcept {
-  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
-}
-
-void TransactionImpl::add_query(NearestQuery& query, std::uint32_t count) noexcept {
-  declare(dynamic_cast<query::PreparedQuery*>(&query), count);
-}
-
-void TransactionImpl::add_query(OverlapQuery& query, std::uint32_t count) noexcept {
+void TransactionImpl::add_query(Query& query, std::uint32_t count) noexcept {
   declare(dynamic_cast<query::PreparedQuery*>(&query), count);
 }
 
@@ -146,7 +130,7 @@ EntityRow& TransactionImpl::declare(const char* call, store::WriteKind kind, Ent
 }
 
 void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) noexcept {
-  constexpr const char* call = "Transaction::ask";
+  constexpr const char* call = "Transaction::add_query";
   require_declaring(call);
   RTSTDB_REQUIRE(query != nullptr, call, "the query was not made by Database::prepare");
   RTSTDB_REQUIRE(count <= query->capacity(), call, "more elements than the query's capacity");
@@ -156,12 +140,12 @@ void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) 
     RTSTDB_REQUIRE(request.query != query, call,
                    "the query is in the transaction already; use another query");
   requests_.push_back({query, count});
-  asked_.push_back(count);
+  declared_counts_.push_back(count);
 }
 
-void TransactionImpl::ask_parts(std::uint32_t share, std::uint32_t of) noexcept {
+void TransactionImpl::scale_requests(std::uint32_t part, std::uint32_t parts) noexcept {
   for (std::size_t k = 0; k < requests_.size(); ++k)
-    requests_[k].count = static_cast<std::uint32_t>(std::uint64_t{asked_[k]} * share / of);
+    requests_[k].count = static_cast<std::uint32_t>(std::uint64_t{declared_counts_[k]} * part / parts);
 }
 
 EntityId TransactionImpl::created(std::uint32_t ordinal) const noexcept {
@@ -178,38 +162,26 @@ const EntityState* TransactionImpl::state(std::uint32_t ordinal) const noexcept 
   return outcome_.done() && reads_[ordinal].id.valid() ? &reads_[ordinal] : nullptr;
 }
 
-void TransactionImpl::answer_reads(const query::RowSource& rows) noexcept {
+void TransactionImpl::answer_reads(const store::RowSource& rows) noexcept {
   for (EntityState& read : reads_) {
     const EntityState* found = rows.find(read.id);
     read = found != nullptr ? *found : EntityState{};
   }
 }
 
-void TransactionImpl::note_late(ClockTime now) noexcept {
-  // Unsigned: a deadline may lie before all clocks.
-  const auto late_ns = static_cast<std::uint64_t>(now.time_since_epoch().count()) -
-                       static_cast<std::uint64_t>(terms_.deadline.time_since_epoch().count());
-  constexpr auto longest_ns = static_cast<std::uint64_t>(Nanoseconds::max().count());
-  outcome_.lateness = Nanoseconds(static_cast<std::int64_t>(std::min(late_ns, longest_ns)));
-}
-
 void TransactionImpl::mark_pending() noexcept {
   require_declaring("Database::submit");
   outcome_.status = Status::pending;
   reserved = false;
-  for (const query::Request& request : requests_)
-    request.query->answered_in_time = 0;
-  to_be_cancelled_.store(false, std::memory_order_relaxed);
+  for (query::Request& request : requests_)
+    request.answered_in_time = 0;
+  cancel_requested_.store(false, std::memory_order_relaxed);
   status_.set(static_cast<std::uint32_t>(Status::pending));
 }
 
-ReservationImpl* TransactionImpl::reservation() const noexcept {
-  return static_cast<ReservationImpl*>(terms_.reservation);
-}
-
-bool TransactionImpl::ask_to_cancel() noexcept {
+bool TransactionImpl::request_cancel() noexcept {
   if (status() != Status::pending) return false;
-  to_be_cancelled_.store(true, std::memory_order_release);
+  cancel_requested_.store(true, std::memory_order_release);
   return true;
 }
 

@@ -1,10 +1,9 @@
 #pragma once
-// A declared transaction: its terms, preconditions, writes and requests in memory of its own, allocated once.
+// A declared transaction: its terms, preconditions, writes, reads and queries, in memory that it allocates once.
 //
-// Threads: the owner declares; between mark_pending and finish everything but status() and wait() is the
-// engine's.
+// Threads: the owner's while it declares. Between mark_pending and finish everything belongs to the engine, except
+// status, wait and request_cancel, which are safe in any thread.
 
-#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,27 +12,25 @@
 #include <rtstdb/transaction.hpp>
 
 #include "rtstdb/query/executor.hpp"
+#include "rtstdb/scheduler/scheduled_transaction.hpp"
 #include "rtstdb/store/write_set.hpp"
 #include "rtstdb/threads/futex.hpp"
-#include "rtstdb/transaction/hand_over.hpp"
 
 namespace rtstdb::transaction {
 
 class Engine;
-class ReservationImpl;
 
 struct Precondition {
   EntityId entity;
-  bool any_version = true;  ///< existence is enough
-  Version written_by = 0;
+  bool any_version = true;  ///< the entity exists, whoever wrote it
+  Version written_by = 0;   ///< otherwise: the version that wrote it last
 };
 
-class TransactionImpl final : public Transaction, public HandOverLink {
+class TransactionImpl final : public Transaction, public scheduler::ScheduledTransaction {
  public:
   TransactionImpl(const TransactionOptions& options, const Engine& engine);
+  /// Misuse while it is pending.
   ~TransactionImpl() override;
-  TransactionImpl(const TransactionImpl&) = delete;
-  TransactionImpl& operator=(const TransactionImpl&) = delete;
 
   void begin(const Terms& terms) noexcept override;
   void expect_exists(EntityId entity) noexcept override;
@@ -44,61 +41,41 @@ class TransactionImpl final : public Transaction, public HandOverLink {
   void remove(EntityId entity) noexcept override;
   void update_geometry(GeometryId geometry, std::span<const glm::vec3> positions_m) noexcept override;
   std::uint32_t read(EntityId entity) noexcept override;
-  void add_query(RayQuery& query, std::uint32_t count) noexcept override;
-  void add_query(RegionQuery& query, std::uint32_t count) noexcept override;
-  void add_query(NearestQuery& query, std::uint32_t count) noexcept override;
-  void add_query(OverlapQuery& query, std::uint32_t count) noexcept override;
+  void add_query(Query& query, std::uint32_t count) noexcept override;
   EntityId created(std::uint32_t ordinal) const noexcept override;
   const EntityState* state(std::uint32_t ordinal) const noexcept override;
   Status status() const noexcept override { return static_cast<Status>(status_.get()); }
   const Outcome& outcome() const noexcept override { return outcome_; }
 
+  // ---- any thread
+  /// False: it is not pending.
+  bool request_cancel() noexcept;
+  /// Waits until it is no longer pending.
+  void wait() noexcept { status_.wait_while(static_cast<std::uint32_t>(Status::pending)); }
+
   // ---- for the engine
   const Engine& engine() const noexcept { return engine_; }
-  const Terms& terms() const noexcept { return terms_; }
-  bool is(DeadlineClass deadline_class) const noexcept { return terms_.deadline_class == deadline_class; }
-  ReservationImpl* reservation() const noexcept;
-  void set_deadline_if_none(ClockTime deadline) noexcept {
-    if (terms_.deadline == ClockTime::max()) terms_.deadline = deadline;
-  }
   std::span<const Precondition> preconditions() const noexcept { return preconditions_; }
-  store::WriteSet& write_set() noexcept { return write_set_; }
-  const store::WriteSet& write_set() const noexcept { return write_set_; }
+  std::size_t read_count() const noexcept { return reads_.size(); }
+  /// The element counts of the requests as they were declared.
+  std::span<const std::uint32_t> declared_counts() const noexcept { return declared_counts_; }
+  /// Sets each request's count to part / parts of what was declared.
+  void scale_requests(std::uint32_t part, std::uint32_t parts) noexcept;
+  /// Fills its reads from the rows of one version.
+  void answer_reads(const store::RowSource& rows) noexcept;
   /// Misuse of `call`, a public function, where begin was never called.
   void require_begun(const char* call) const noexcept;
-  std::size_t read_count() const noexcept { return reads_.size(); }
-  std::span<const query::Request> requests() const noexcept { return requests_; }
-  std::span<query::Request> requests() noexcept { return requests_; }
-  std::span<const std::uint32_t> asked_counts() const noexcept { return asked_; }
-  /// Asks as large a share of each batch as this of what was declared.
-  void ask_parts(std::uint32_t share, std::uint32_t of) noexcept;
-  Outcome& draft() noexcept { return outcome_; }
-  /// Its deadline had passed by then; the least there is has passed by the longest time there is.
-  void note_late(ClockTime now) noexcept;
-  void answer_reads(const query::RowSource& rows) noexcept;
+  /// The transaction is submitted. Misuse where nothing was declared since its last outcome.
   void mark_pending() noexcept;
   /// Gives the transaction back to its owner, who may destroy it at once.
   void finish(Status status) noexcept;
-  /// Any thread. False: it is not pending.
-  bool ask_to_cancel() noexcept;
-  bool is_to_be_cancelled() const noexcept { return to_be_cancelled_.load(std::memory_order_acquire); }
-  void wait() noexcept { status_.wait_while(static_cast<std::uint32_t>(Status::pending)); }
 
-  bool cost_known = false;
-  Nanoseconds promised_cost{0};  ///< zero: not known
-  Nanoseconds needed_cost{0};    ///< of that, what it takes to be done in time: answers may be partial
-  bool promised = false;         ///< firm, and admitted by its cost
-  Nanoseconds slack{0};          ///< promised: what may still come before it
-  std::uint64_t arrival = 0;     ///< the engine's count of admitted transactions, for order among equals
-  VersionInfo asked;             ///< the version that its queries are about
-  bool shares = false;           ///< a run with others
-  bool reserved = false;         ///< it goes before all that are not, and is
-  ClockTime due{};               ///< by then
+  VersionInfo queried_version;  ///< the version that its queries read
 
  private:
-  // `call`: the public function that messages about misuse name.
+  // `call`: the public function that a misuse message names.
   void declare(const char* call, const Precondition& precondition) noexcept;
-  /// The write's row, to be filled.
+  /// The row of the new write, to be filled.
   EntityRow& declare(const char* call, store::WriteKind kind, EntityId entity) noexcept;
   void declare(query::PreparedQuery* query, std::uint32_t count) noexcept;
   void require_declaring(const char* call) const noexcept;
@@ -106,17 +83,12 @@ class TransactionImpl final : public Transaction, public HandOverLink {
 
   const TransactionOptions options_;
   const Engine& engine_;
-  Terms terms_;
   std::vector<Precondition> preconditions_;
-  store::WriteSet write_set_;
-  std::vector<glm::vec3> positions_m_;  ///< of the write set's shapes; stays where it is
-  std::vector<std::uint32_t> creates_;  ///< ordinal of create -> index in the write set
-  std::vector<query::Request> requests_;
-  std::vector<std::uint32_t> asked_;  ///< the counts of the requests as declared
-  std::vector<EntityState> reads_;    ///< asked for by id; once answered, an invalid id is an absent entity
+  std::vector<glm::vec3> positions_m_;          ///< of the write set's shapes; reserved once, so that it never moves
+  std::vector<std::uint32_t> creates_;          ///< by ordinal of create: index in the write set
+  std::vector<std::uint32_t> declared_counts_;  ///< by request
+  std::vector<EntityState> reads_;              ///< once answered, an invalid id is an absent entity
   bool begun_ = false;
-  Outcome outcome_;
-  std::atomic<bool> to_be_cancelled_{false};
   threads::FutexCell status_{static_cast<std::uint32_t>(Status::idle)};
 };
 

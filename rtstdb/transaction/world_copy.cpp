@@ -18,7 +18,7 @@ void WorldCopy::add(const log::LoggedGeometry& geometry, std::size_t positions) 
   const std::lock_guard lock(known_mutex_);
   RTSTDB_ASSERT(geometry.id.index == known_.size());
   known_.push_back({geometry, geometry.options.deforms ? positions : 0});
-  copying_.geometries_there.store(known_.size(), std::memory_order_relaxed);
+  copying_.geometries_known.store(known_.size(), std::memory_order_relaxed);
 }
 
 std::vector<log::LoggedGeometry> WorldCopy::geometries() const {
@@ -31,7 +31,7 @@ std::vector<log::LoggedGeometry> WorldCopy::geometries() const {
 
 // ---- the log's thread
 
-void WorldCopy::make_ready() {
+void WorldCopy::allocate() {
   copying_.states.assign(copying_.max_entities, {});
   copying_.geometries.clear();
   copying_.shapes.clear();
@@ -44,7 +44,7 @@ void WorldCopy::make_ready() {
 
 std::optional<log::WorldHead> WorldCopy::begin(Version) {
   if (!copying_.given) {
-    make_ready();
+    allocate();
     copying_.begin_anew();
     copying_.attempts_ = 0;
     copying_.given = true;
@@ -83,8 +83,8 @@ bool WorldCopy::Copying::still_kept(const store::Store& store) const noexcept {
   return std::holds_alternative<store::Snapshot>(found);
 }
 
-bool WorldCopy::Copying::begin_again(const store::Store& store) noexcept {
-  outdated = geometries_there.load(std::memory_order_relaxed) != geometries.size();
+bool WorldCopy::Copying::restart(const store::Store& store) noexcept {
+  outdated = geometries_known.load(std::memory_order_relaxed) != geometries.size();
   version = store.latest();
   next_version = store.next_version();
   index_limit = store.latest_snapshot().index_limit();
@@ -96,7 +96,7 @@ bool WorldCopy::Copying::begin_again(const store::Store& store) noexcept {
 
 bool WorldCopy::Copying::step(const store::Store& store) noexcept {
   if (attempts_ == 0 || !still_kept(store)) {
-    if (!begin_again(store)) return true;
+    if (!restart(store)) return true;
   }
   const store::Snapshot snapshot(store, version);
   const bool in_slices = attempts_ <= attempts_in_slices;
@@ -119,7 +119,7 @@ bool WorldCopy::Copying::step(const store::Store& store) noexcept {
 void WorldCopy::Copying::copy_shape(const store::Snapshot& snapshot, std::size_t geometry) noexcept {
   Shape& shape = shapes[geometry];
   if (shape.positions_m.empty()) return;
-  const query::Shape found = snapshot.shape({static_cast<std::uint32_t>(geometry)});
+  const store::Shape found = snapshot.shape({static_cast<std::uint32_t>(geometry)});
   shape.version = found.version;
   std::ranges::copy(found.positions_m, shape.positions_m.begin());
 }

@@ -1,9 +1,9 @@
 #pragma once
-// Where the log's checkpoints get the world from: a copy of one version, made by the engine's thread slice by slice between
-// transactions, so that they wait for one slice at most. Where commits overtake the version while it is copied, it begins again
-// with the newest and larger slices; the last attempt takes all at once.
+// The world for the log's checkpoints: a copy of one version, which the engine's thread makes slice by slice between
+// transactions, so that a transaction waits for one slice at most. When commits push the version out of the history while it
+// is copied, the copy begins again with the latest version and larger slices; the last attempt copies all in one step.
 //
-// Threads: the log's asks; `step` and `add` are the engine's.
+// Threads: add by the engine's, attach in setup, all else by the log's.
 
 #include <cstdint>
 #include <mutex>
@@ -15,24 +15,17 @@
 
 namespace rtstdb::transaction {
 
-/// Who has the store: carries a job out, sooner or later.
-class JobTaker {
- public:
-  virtual ~JobTaker() = default;
-  virtual void take_job(EngineJob& job) noexcept = 0;
-};
-
 class WorldCopy final : public log::WorldSource {
  public:
   explicit WorldCopy(std::uint32_t max_entities) : copying_(max_entities) {}
 
-  /// Before it is asked. Outlives this, or is let go.
+  /// Sets who does the copying. Before the first call of begin.
   void attach(JobTaker* taker) noexcept { taker_ = taker; }
-  /// A geometry whose record has been put, or that was there from the start, with so many positions.
+  /// A geometry with this number of positions was recovered, or its record has been put.
   void add(const log::LoggedGeometry& geometry, std::size_t positions);
   std::vector<log::LoggedGeometry> geometries() const;
 
-  /// Whether the engine's thread has a copy to make.
+  /// Whether the engine's thread is making a copy.
   bool under_way() const noexcept { return copying_.given && !copying_.is_done(); }
 
   std::optional<log::WorldHead> begin(Version not_before) override;
@@ -48,19 +41,19 @@ class WorldCopy final : public log::WorldSource {
 
     const std::uint32_t max_entities;
     bool given = false;
-    std::atomic<std::size_t> geometries_there{0};  ///< by now
-    // Made ready before it is given, since steps must not allocate.
+    std::atomic<std::size_t> geometries_known{0};  ///< by now
+    // Allocated before the job is given, since steps must not allocate.
     std::vector<log::LoggedGeometry> geometries;
-    std::vector<EntityState> states;  ///< by index; dead ones as WorldSource::rows says
-    std::vector<Shape> shapes;        ///< by geometry; no positions for one that does not deform
-    // What it has come to.
-    bool outdated = false;  ///< a geometry has come since it was made ready
+    std::vector<EntityState> states;  ///< by index; without an entity as WorldSource::rows says
+    std::vector<Shape> shapes;        ///< by geometry; no positions where it does not deform
+    // The result.
+    bool outdated = false;  ///< a geometry was added after the allocation
     VersionInfo version;
     Version next_version = 1;
     std::uint32_t index_limit = 0;
 
    private:
-    bool begin_again(const store::Store& store) noexcept;
+    bool restart(const store::Store& store) noexcept;
     bool still_kept(const store::Store& store) const noexcept;
     void copy_shape(const store::Snapshot& snapshot, std::size_t geometry) noexcept;
 
@@ -69,7 +62,7 @@ class WorldCopy final : public log::WorldSource {
     std::uint32_t next_index_ = 0;
     std::size_t next_shape_ = 0;
   };
-  void make_ready();
+  void allocate();
 
   struct Known {
     log::LoggedGeometry logged;

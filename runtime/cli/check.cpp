@@ -30,9 +30,12 @@ void add_check(CLI::App& app, int& exit_code) {
     std::vector<std::string> overrides;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("check", "report every mistake of a scenario as file:line:column");
+  CLI::App* command =
+      app.add_subcommand("check", "report every mistake and warning of a scenario as file:line:column");
   command->add_option("scenario", arguments->scenario, "the scenario's YAML file")->required();
-  command->add_option("--set", arguments->overrides, "change a value of the scenario: path=value")
+  command
+      ->add_option("--set", arguments->overrides,
+                   "change a value of the scenario: path=value; may be repeated")
       ->take_all();
   command->callback([arguments, &exit_code] {
     const auto loaded = load(arguments->scenario, arguments->overrides);

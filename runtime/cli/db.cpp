@@ -89,13 +89,12 @@ void print_facts(const std::string& directory, const rtstdb::LogContents& conten
                 static_cast<unsigned long long>(gap.first), static_cast<unsigned long long>(gap.last));
   if (contents.unresolved_commits > 0)
     std::printf(
-        "  %s behind that, up to the next checkpoint: recorded, but there is no world to add them to\n",
+        "  %s behind the gap, up to the next checkpoint: unresolved, since the world before is not known\n",
         report::to_ascii(report::counted(contents.unresolved_commits, "commit", "commits")).c_str());
-  if (contents.extent.closed) std::puts("  closed: nothing came behind it");
+  if (contents.extent.closed) std::puts("  closed: complete to its end");
   if (const std::string open = history::not_closed(contents.extent); !open.empty())
     std::printf("  %s\n", open.c_str());
-  if (!contents.torn.empty())
-    std::printf("  cut off while it was being written: %s\n", contents.torn.c_str());
+  if (!contents.torn.empty()) std::printf("  torn, cut off during a write: %s\n", contents.torn.c_str());
 }
 
 void print_files(const rtstdb::LogContents& contents) {
@@ -111,21 +110,22 @@ void print_damage(const rtstdb::LogContents& contents) {
     std::printf("  damaged: %s\n", damage.c_str());
   if (contents.damage.empty()) return;
   if (contents.opens)
-    std::printf("  a database opens here all the same, at version %llu\n",
+    std::printf("  a database still opens with this log, at version %llu\n",
                 static_cast<unsigned long long>(contents.opens_at));
   else
-    std::printf("  a database does not open here%s: %s\n",
-                contents.opens_by_salvage ? " but by salvage" : ", not even by salvage",
+    std::printf("  a database %s: %s\n",
+                contents.opens_by_salvage ? "opens with this log by salvage alone"
+                                          : "does not open with this log, not even by salvage",
                 contents.refusal.c_str());
 }
 
-enum class Depth { info, verify };
+enum class Detail { info, verify };
 
-int look(const std::string& directory, Depth depth, bool json) {
+int inspect(const std::string& directory, Detail detail, bool json) {
   const history::RunLog run = history::find_run_log(directory);
   const std::string log = run.log.string();
   auto inspected = rtstdb::inspect_log(log);
-  const char* const command = depth == Depth::info ? "db info" : "db verify";
+  const char* const command = detail == Detail::info ? "db info" : "db verify";
   if (!inspected) {
     std::fprintf(stderr, "hil %s: %s\n", command, inspected.error().message.c_str());
     return run::exit_io_failed;
@@ -137,11 +137,11 @@ int look(const std::string& directory, Depth depth, bool json) {
     std::fputs(json_of(log, contents).c_str(), stdout);
   } else {
     print_facts(log, contents);
-    if (depth == Depth::info) print_files(contents);
+    if (detail == Detail::info) print_files(contents);
     print_damage(contents);
     if (contents.damage.empty())
       std::printf(
-          "  whole: %s compared with the commits before, every checksum right\n",
+          "  not damaged: %s compared with the commits before, every checksum correct\n",
           report::to_ascii(report::counted(contents.compared_checkpoints, "checkpoint", "checkpoints"))
               .c_str());
   }
@@ -157,7 +157,7 @@ void add_db(CLI::App& app, int& exit_code) {
     ExportOptions exported;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("db", "look at a database's log: a run's folder, or the log's own");
+  CLI::App* command = app.add_subcommand("db", "list, verify or export the log of a database");
   command->require_subcommand(1);
   const auto guarded = [&exit_code](const char* name, const std::function<int()>& work) {
     try {
@@ -169,24 +169,23 @@ void add_db(CLI::App& app, int& exit_code) {
   };
   const auto add = [&](const char* name, const char* about, auto&& work) {
     CLI::App* one = command->add_subcommand(name, about);
-    one->add_option("directory", arguments->directory, "what a run left, or a database's directory")
+    one->add_option("directory", arguments->directory, "the folder of a run, or a database's directory")
         ->required();
     one->callback([guarded, name, work] { guarded((std::string("db ") + name).c_str(), work); });
     return one;
   };
-  add("info", "what is there: files, versions, times, sizes", [arguments] {
-    return look(arguments->directory, Depth::info, arguments->json);
-  })->add_flag("--json", arguments->json, "as JSON");
-  add("verify", "whether all of it is whole; exits with 4 when anything is damaged", [arguments] {
-    return look(arguments->directory, Depth::verify, arguments->json);
-  })->add_flag("--json", arguments->json, "as JSON");
-  CLI::App* exported = add("export", "every commit, as JSON Lines",
+  add("info", "list files, versions, times and sizes", [arguments] {
+    return inspect(arguments->directory, Detail::info, arguments->json);
+  })->add_flag("--json", arguments->json, "print JSON");
+  add("verify", "read and verify the whole log; exit with 4 when anything is damaged", [arguments] {
+    return inspect(arguments->directory, Detail::verify, arguments->json);
+  })->add_flag("--json", arguments->json, "print JSON");
+  CLI::App* exported = add("export", "write every commit as JSON Lines",
                            [arguments] { return export_log(arguments->directory, arguments->exported); });
-  exported->add_option("--out", arguments->exported.file, "write there instead of to stdout");
+  exported->add_option("--out", arguments->exported.file, "write to this file instead of stdout");
   exported->add_flag("--no-meshes", arguments->exported.without_meshes,
-                     "leave out the corners and triangles of geometries");
-  exported->add_flag("--salvage", arguments->exported.salvage,
-                     "of a damaged log, what comes before the damage");
+                     "leave out positions and triangles of geometries");
+  exported->add_flag("--salvage", arguments->exported.salvage, "read a damaged log up to the damage");
 }
 
 }  // namespace hil::cli

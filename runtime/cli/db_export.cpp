@@ -46,7 +46,7 @@ Json row(const rtstdb::EntityRow& row) {
   return json;
 }
 
-/// As it was written: whole rows, motions alone, or nothing but the id.
+/// What the write held: a whole row, a motion, or only the entity.
 Json write_json(const rtstdb::LogWrite& write) {
   Json json{{"write", rtstdb::to_string(write.kind)}, {"entity", id(write.state.id)}};
   if (write.kind == rtstdb::LogWrite::Kind::update_motion) json["motion"] = motion(write.state.row.motion);
@@ -111,7 +111,7 @@ class Lines final : public rtstdb::LogListener {
     put({{"line", "unresolved"}, {"first_version", first}, {"last_version", last}, {"commits", commits}});
   }
 
-  /// The system's answer to the first line that could not be written; 0: all were taken.
+  /// errno of the first line that could not be written; 0: none.
   int failure() const noexcept { return failure_; }
 
  private:
@@ -130,8 +130,7 @@ struct Close {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-/// Prints to stderr what the reader of an export has to know: what is missing, or where a log ends that was
-/// not closed.
+/// Prints a note for the reader of the export to stderr, unless it is empty.
 void note(const std::string& sentence) {
   if (!sentence.empty()) std::fprintf(stderr, "hil db export: %s\n", sentence.c_str());
 }
@@ -140,7 +139,7 @@ void note(const std::string& sentence) {
 
 int export_log(const std::string& directory, const ExportOptions& options) {
   const history::RunLog run = history::find_run_log(directory);
-  // First, so that a damaged log leaves no partial export.
+  // Read before anything is written, so that a damaged log leaves no partial export.
   const rtstdb::HistoryExtent extent = history::read_extent(run, options.salvage);
   const std::string missing = history::missing_of(run, extent, options.salvage);
   std::unique_ptr<std::FILE, Close> own;

@@ -1,5 +1,6 @@
 #pragma once
-// hil db export: a database's log as JSON Lines, one object a line, in the order of versions. README.md tells the lines.
+// hil db export: a database's log as JSON Lines, one object per line, in the order of versions.
+// docs/guide/history.md lists the kinds of line.
 
 #include <string>
 

@@ -1,4 +1,4 @@
-// hil doctor: what this machine can do for a run, measured where it can be.
+// hil doctor: what this machine permits a run, tried or measured.
 
 #include <linux/can.h>
 #include <net/if.h>
@@ -33,7 +33,7 @@ void line(const char* topic, const std::string& text) {
   std::printf("%-22s %s\n", topic, text.c_str());
 }
 
-/// Wake-up latency of a 1 kHz thread for two seconds, under the scheduling that a run would get.
+/// Measures the wake-up latency of a 1 kHz thread for two seconds, with the scheduling that a run would get.
 void measure_wakeups(bool fifo) {
   executive::MonotonicClock clock;
   executive::Histogram latency;
@@ -59,7 +59,7 @@ void measure_wakeups(bool fifo) {
   line("wake-up latency", text);
 }
 
-bool look_at_scheduling() {
+bool check_scheduling() {
   utsname names{};
   uname(&names);
   line("kernel", std::string(names.release) + " " + names.version);
@@ -82,7 +82,7 @@ bool look_at_scheduling() {
   return fifo;
 }
 
-bool look_at_gpus() {
+bool check_gpus() {
   const std::vector<rtstdb::DeviceInfo> devices = rtstdb::Database::devices();
   for (std::size_t i = 0; i < devices.size(); ++i) {
     line("Vulkan device", std::to_string(i) + ": " + devices[i].name + ", " + devices[i].driver +
@@ -93,7 +93,7 @@ bool look_at_gpus() {
   return opened.ok();
 }
 
-void look_at_can() {
+void check_can() {
   const int fd = socket(PF_CAN, SOCK_RAW, CAN_RAW);
   if (fd < 0) {
     line("SocketCAN",
@@ -118,13 +118,13 @@ void look_at_can() {
 
 void add_doctor(CLI::App& app, int& exit_code) {
   CLI::App* command =
-      app.add_subcommand("doctor", "say what this machine can do: real-time, wake-up latency, Vulkan, CAN");
+      app.add_subcommand("doctor", "show what this machine permits: Vulkan, CAN, real time, wake-up latency");
   command->callback([&exit_code] {
     exit_code = run_within_limits(
         [] {
-          const bool gpu = look_at_gpus();
-          look_at_can();
-          measure_wakeups(look_at_scheduling());
+          const bool gpu = check_gpus();
+          check_can();
+          measure_wakeups(check_scheduling());
           return flush_output("doctor", gpu ? run::exit_passed : run::exit_gpu_failed);
         },
         [](const std::string& end) { return report_lack_of_memory("doctor", end); });

@@ -1,10 +1,10 @@
 #pragma once
-// What a subcommand prints is what it is for: its exit code says when the output did not arrive.
+// A subcommand whose output is lost must not exit with 0.
 
 namespace hil::cli {
 
-/// Sends off what stdout still holds. The exit code given, or exit_io_failed in place of exit_passed when
-/// anything printed so far was lost (a full disk), which stderr then says.
+/// Flushes stdout. Returns `exit_code`, or exit_io_failed in place of exit_passed when anything printed so far
+/// was lost (a full disk); the reason then goes to stderr.
 int flush_output(const char* command, int exit_code);
 
 }  // namespace hil::cli

@@ -39,7 +39,7 @@ struct Arguments {
   std::uint32_t hits = 1;
 };
 
-/// Of a long range with a small step, a mistake more likely than a wish.
+/// A longer series is refused: a long range with a small step is more likely a mistake than intended.
 constexpr std::int64_t max_instants = 1'000'000;
 
 [[noreturn]] void refuse(const std::string& sentence) {
@@ -56,7 +56,7 @@ std::int64_t time_ns(const char* option, const std::string& text) {
   return quantity(option, text, config::Quantity::duration_s).nanoseconds;
 }
 
-/// A length that something can be away, in metres.
+/// A distance in metres: at least 0, at most the size of a world.
 double distance_m(const char* option, const std::string& text) {
   const double value_m = quantity(option, text, config::Quantity::length_m).value_si;
   if (value_m < 0.0) refuse(std::string(option) + " " + text + " is negative");
@@ -66,13 +66,13 @@ double distance_m(const char* option, const std::string& text) {
   return value_m;
 }
 
-/// Those of an option that was given.
+/// The numbers of an option; empty when it was not given.
 void check_numbers(const char* option, const std::vector<double>& numbers) {
   for (const double number : numbers)
     if (!std::isfinite(number)) refuse(std::string(option) + ": not every number is finite");
 }
 
-/// The numbers from the `first` on.
+/// The numbers from index `first` on are sizes.
 void check_sizes(const char* option, const std::vector<double>& numbers, std::size_t first) {
   for (std::size_t k = first; k < numbers.size(); ++k)
     if (numbers[k] < 0.0)
@@ -84,7 +84,7 @@ glm::vec3 vector(const std::vector<double>& numbers, std::size_t first = 0) {
           static_cast<float>(numbers[first + 2])};
 }
 
-/// One, or every so often up to another one.
+/// The run times of the query: --at, and with --until and --every the series up to --until.
 std::vector<Instant> instants(const Arguments& arguments, const RunHistory& history) {
   Instant instant{.time_ns = time_ns("--at", arguments.at)};
   history.check_time(instant.time_ns);
@@ -94,16 +94,18 @@ std::vector<Instant> instants(const Arguments& arguments, const RunHistory& hist
     if (*instant.known_at_ns > instant.time_ns)
       refuse("--known-at " + arguments.known_at + " is after --at " + arguments.at);
   }
-  if (arguments.until.empty() != arguments.every.empty()) refuse("--until and --every belong together");
+  if (arguments.until.empty() != arguments.every.empty())
+    refuse("--until and --every need each other: give both or none");
   std::vector<Instant> all{instant};
   if (arguments.until.empty()) return all;
   const std::int64_t until_ns = time_ns("--until", arguments.until);
   history.check_time(until_ns);
   const std::int64_t every_ns = time_ns("--every", arguments.every);
-  if (every_ns <= 0) refuse("--every " + arguments.every + " is no step");
+  if (every_ns <= 0) refuse("--every " + arguments.every + " is not above zero");
   if (until_ns < instant.time_ns) refuse("--until " + arguments.until + " is before --at " + arguments.at);
   if ((until_ns - instant.time_ns) / every_ns >= max_instants)
-    refuse("more than " + std::to_string(max_instants) + " instants are asked about");
+    refuse("a query has at most " + std::to_string(max_instants) +
+           " run times: choose a larger --every or an earlier --until");
   while (until_ns - instant.time_ns >= every_ns) {
     instant.time_ns += every_ns;
     all.push_back(instant);
@@ -111,7 +113,8 @@ std::vector<Instant> instants(const Arguments& arguments, const RunHistory& hist
   return all;
 }
 
-/// Told one by one: a long series is never held as a whole. As JSON: one document, an answer a line.
+/// Prints the answers one by one, so that a long series is never held in memory. As JSON: one document with
+/// one answer per line.
 class Answers {
  public:
   Answers(const Arguments& arguments, const char* query, const rtstdb::DeviceInfo& device,
@@ -132,11 +135,11 @@ class Answers {
     std::printf("%s\"answers\":[", text.c_str());
   }
 
-  void add(const Told& told) {
+  void add(const Answer& answer) {
     if (as_json_) {
-      std::printf("%s\n%s", first_ ? "" : ",", told.json.dump().c_str());
+      std::printf("%s\n%s", first_ ? "" : ",", answer.json.dump().c_str());
     } else {
-      std::fputs(told.text.c_str(), stdout);
+      std::fputs(answer.text.c_str(), stdout);
     }
     first_ = false;
   }
@@ -150,33 +153,32 @@ class Answers {
   bool first_ = true;
 };
 
-/// A question that is asked about each instant.
+/// Runs the query at each instant and prints the answers.
 int each(const Arguments& arguments, const char* query,
-         const std::function<Told(const RunHistory&, Past&, const Instant&)>& ask) {
+         const std::function<Answer(const RunHistory&, Past&, const Instant&)>& answer_at) {
   const RunHistory history(arguments.directory, arguments.salvage);
   const std::vector<Instant> all = instants(arguments, history);
-  // Known at an earlier time: nothing behind that is looked at.
+  // With --known-at, no version after that time is read.
   Past past(history, all.front().known_ns(), all.back().known_ns(), arguments.gpu);
-  // The first one may be refused: then nothing is told.
-  const Told first = ask(history, past, all.front());
+  // The first query may be refused. Nothing is printed before it has succeeded.
+  const Answer first = answer_at(history, past, all.front());
   Answers answers(arguments, query, past.device(), history, all.back().time_ns);
   answers.add(first);
   for (std::size_t k = 1; k < all.size(); ++k)
-    answers.add(ask(history, past, all[k]));
+    answers.add(answer_at(history, past, all[k]));
   return answers.end();
 }
 
 int info(const Arguments& arguments) {
   const RunHistory history(arguments.directory, arguments.salvage);
-  const Told told_extent = tell_extent(history, arguments.directory);
-  std::fputs(arguments.json ? report::readable_json(told_extent.json).c_str() : told_extent.text.c_str(),
-             stdout);
+  const Answer answer = describe_extent(history, arguments.directory);
+  std::fputs(arguments.json ? report::readable_json(answer.json).c_str() : answer.text.c_str(), stdout);
   return flush_output("history", run::exit_passed);
 }
 
 int entities(const Arguments& arguments) {
   return each(arguments, "entities", [](const RunHistory& history, Past& past, const Instant& instant) {
-    return tell_bodies(history, instant, past.bodies(instant));
+    return describe_entities(history, instant, past.bodies(instant));
   });
 }
 
@@ -187,8 +189,9 @@ int near(const Arguments& arguments) {
   if (!arguments.from.empty()) from_m = glm::dvec3(arguments.from[0], arguments.from[1], arguments.from[2]);
   return each(arguments, "near", [&](const RunHistory& history, Past& past, const Instant& instant) {
     const rtstdb::EntityId entity = history.find(arguments.entity);
-    return tell_near(history, instant, entity, radius_m,
-                     past.near(instant, entity, from_m, radius_m, history.mask_of(arguments.layers)));
+    return describe_neighbors(
+        history, instant, entity, radius_m,
+        past.near(instant, entity, from_m, radius_m, history.mask_of(arguments.layers)));
   });
 }
 
@@ -197,7 +200,7 @@ rtstdb::EntityId carrier_of(const Arguments& arguments, const RunHistory& histor
 }
 
 int region(const Arguments& arguments) {
-  if (arguments.sphere.empty() == arguments.box.empty()) refuse("a region is a --sphere or a --box");
+  if (arguments.sphere.empty() == arguments.box.empty()) refuse("give one of --sphere and --box");
   check_numbers("--sphere", arguments.sphere);
   check_numbers("--box", arguments.box);
   check_sizes("--sphere", arguments.sphere, 3);
@@ -217,7 +220,7 @@ int region(const Arguments& arguments) {
   return each(arguments, "region", [&](const RunHistory& history, Past& past, const Instant& instant) {
     region.mask = history.mask_of(arguments.layers);
     region.carrier = carrier_of(arguments, history);
-    return tell_region(history, instant, past.in_region(instant, region, level));
+    return describe_region(history, instant, past.in_region(instant, region, level));
   });
 }
 
@@ -228,13 +231,13 @@ int ray(const Arguments& arguments) {
   ray.origin_m = vector(arguments.origin);
   const glm::dvec3 direction(arguments.direction[0], arguments.direction[1], arguments.direction[2]);
   const double largest = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
-  if (largest == 0.0) refuse("--direction has no length");
+  if (largest == 0.0) refuse("--direction is the zero vector");
   ray.direction = glm::vec3(glm::normalize(direction / largest));
   if (!arguments.range.empty()) ray.lambda_max = static_cast<float>(distance_m("--range", arguments.range));
   return each(arguments, "ray", [&](const RunHistory& history, Past& past, const Instant& instant) {
     ray.mask = history.mask_of(arguments.layers);
     ray.carrier = carrier_of(arguments, history);
-    return tell_ray(history, instant, ray, past.along(instant, ray, arguments.hits));
+    return describe_hits(history, instant, ray, past.along(instant, ray, arguments.hits));
   });
 }
 
@@ -250,19 +253,19 @@ void write_points(const std::string& file, const std::string& text) {
 
 int scan(const Arguments& arguments) {
   const RunHistory history(arguments.directory, arguments.salvage);
-  const report::Scanner& scanner = history.scanner(arguments.scanner);
+  const modules::ScannerRecord& scanner = history.scanner(arguments.scanner);
   const std::int64_t at_ns = time_ns("--at", arguments.at);
   history.check_time(at_ns);
   if (at_ns < scanner.first_sweep_ns)
     refuse("the scanner's first sweep begins at " +
            report::to_ascii(report::instant(scanner.first_sweep_ns)));
   const auto [begin_ns, end_ns] = Past::sweep_at(scanner, at_ns);
-  if (begin_ns == history.end_ns()) refuse("the run was over when that sweep would have begun");
+  if (begin_ns == history.end_ns()) refuse("the run ended before that sweep began");
   Past past(history, begin_ns, std::min(end_ns, history.end_ns().value_or(end_ns)), arguments.gpu);
   const history::Sweep sweep = past.scan(scanner, at_ns);
   if (!arguments.points.empty()) write_points(arguments.points, points_csv(history, sweep));
   Answers answers(arguments, "scan", past.device(), history, end_ns);
-  answers.add(tell_sweep(history, arguments.scanner, sweep));
+  answers.add(describe_sweep(history, arguments.scanner, sweep));
   return answers.end();
 }
 
@@ -278,7 +281,7 @@ int exit_code_of(HistoryError::Kind kind) {
   return run::exit_internal;
 }
 
-int answered(const Arguments& arguments, int (*answer)(const Arguments&)) {
+int run_query(const Arguments& arguments, int (*answer)(const Arguments&)) {
   try {
     return answer(arguments);
   } catch (const HistoryError& error) {
@@ -287,21 +290,22 @@ int answered(const Arguments& arguments, int (*answer)(const Arguments&)) {
   }
 }
 
-void add_times(CLI::App* command, Arguments& arguments, bool series) {
-  command->add_option("--at", arguments.at, "run time that is asked about: 12.3s")->required();
-  command->add_option("--gpu", arguments.gpu, "the Vulkan device: a part of its name, its index, or auto");
+void add_time_options(CLI::App* command, Arguments& arguments, bool series) {
+  command->add_option("--at", arguments.at, "run time of the query: 12.3s")->required();
+  command->add_option("--gpu", arguments.gpu,
+                      "the Vulkan device: a part of its name, its index in hil doctor, or auto");
   if (!series) return;
-  command->add_option("--until", arguments.until, "with --every: up to that run time too");
-  command->add_option("--every", arguments.every, "the step from one instant to the next: 100ms");
+  command->add_option("--until", arguments.until, "with --every: the last run time");
+  command->add_option("--every", arguments.every, "the step from one run time to the next: 100ms");
   command->add_option("--known-at", arguments.known_at,
-                      "answer by what was known at that earlier time, moved on from there");
+                      "use what was known at that earlier time, extrapolated from there");
 }
 
-void add_places(CLI::App* command, Arguments& arguments) {
-  command->add_option("--layers", arguments.layers, "only entities in one of these: car,static")
+void add_frame_options(CLI::App* command, Arguments& arguments) {
+  command->add_option("--layers", arguments.layers, "only entities in one of these layers: car,static")
       ->delimiter(',');
   command->add_option("--carried-by", arguments.carrier,
-                      "places are in that entity's frame, and move with it");
+                      "positions are in that entity's frame and move with it");
 }
 
 CLI::Option* add_numbers(CLI::App* command, const char* name, std::vector<double>& numbers, int count,
@@ -309,65 +313,65 @@ CLI::Option* add_numbers(CLI::App* command, const char* name, std::vector<double
   return command->add_option(name, numbers, about)->delimiter(',')->expected(count);
 }
 
-void add_questions(CLI::App* command, const std::shared_ptr<Arguments>& arguments,
-                   const std::function<void(CLI::App*, int (*)(const Arguments&))>& answered_by) {
+void add_queries(CLI::App* command, const std::shared_ptr<Arguments>& arguments,
+                 const std::function<void(CLI::App*, int (*)(const Arguments&))>& bind) {
   Arguments& a = *arguments;
-  CLI::App* one = command->add_subcommand("info", "what the record tells of: times, names, scanners");
-  answered_by(one, info);
+  CLI::App* one = command->add_subcommand("info", "times, names of entities and scanners, what is missing");
+  bind(one, info);
 
-  one = command->add_subcommand("entities", "every entity as it was");
-  add_times(one, a, true);
-  answered_by(one, entities);
+  one = command->add_subcommand("entities", "every entity");
+  add_time_options(one, a, true);
+  bind(one, entities);
 
-  one = command->add_subcommand("near", "what was within a distance of an entity, the nearest first");
-  one->add_option("entity", a.entity, "its name, or INDEX.GENERATION")->required();
-  one->add_option("--within", a.within, "from its centre to the others' surfaces (default: 5m)");
-  add_numbers(one, "--from", a.from, 3, "measure from this point in its frame instead: x,y,z in m");
-  one->add_option("--layers", a.layers, "only entities in one of these: car,static")->delimiter(',');
-  add_times(one, a, true);
-  answered_by(one, near);
+  one = command->add_subcommand("near", "the entities within a distance of an entity, the nearest first");
+  one->add_option("entity", a.entity, "the entity's name, or INDEX.GENERATION")->required();
+  one->add_option("--within", a.within,
+                  "largest distance, from its centre to the others' surfaces (default: 5m)");
+  add_numbers(one, "--from", a.from, 3, "measure from this point in its frame: x,y,z in m");
+  one->add_option("--layers", a.layers, "only entities in one of these layers: car,static")->delimiter(',');
+  add_time_options(one, a, true);
+  bind(one, near);
 
-  one = command->add_subcommand("region", "what was in a region");
+  one = command->add_subcommand("region", "the entities in a region");
   add_numbers(one, "--sphere", a.sphere, 4, "x,y,z,radius in m");
-  add_numbers(one, "--box", a.box, 6, "x,y,z of its centre and its full sizes along x,y,z, in m");
-  one->add_flag("--inside", a.inside, "wholly inside only; else what touches it too");
-  one->add_option("--level", a.level, "what counts of an entity: its box (bounds) or its triangles (surface)")
+  add_numbers(one, "--box", a.box, 6, "x,y,z of the centre and the full sizes along x,y,z, in m");
+  one->add_flag("--inside", a.inside, "only entities that are completely inside");
+  one->add_option("--level", a.level, "test an entity's box (bounds) or its triangles (surface)")
       ->check(CLI::IsMember({"bounds", "surface"}));
-  add_places(one, a);
-  add_times(one, a, true);
-  answered_by(one, region);
+  add_frame_options(one, a);
+  add_time_options(one, a, true);
+  bind(one, region);
 
-  one = command->add_subcommand("ray", "what a ray met");
-  add_numbers(one, "--origin", a.origin, 3, "x,y,z in m")->required();
-  add_numbers(one, "--direction", a.direction, 3, "x,y,z, of any length")->required();
-  one->add_option("--range", a.range, "how far: 50m (default: without end)");
-  one->add_option("--hits", a.hits, "so many hits at most, in their order (default: 1)")
-      ->check(CLI::Range(1, 16));
-  add_places(one, a);
-  add_times(one, a, true);
-  answered_by(one, ray);
+  one = command->add_subcommand("ray", "the first hits of a ray");
+  add_numbers(one, "--origin", a.origin, 3, "start of the ray: x,y,z in m")->required();
+  add_numbers(one, "--direction", a.direction, 3, "direction x,y,z, of any length")->required();
+  one->add_option("--range", a.range, "range of the ray: 50m (default: no limit)");
+  one->add_option("--hits", a.hits, "largest number of hits (default: 1)")->check(CLI::Range(1, 16));
+  add_frame_options(one, a);
+  add_time_options(one, a, true);
+  bind(one, ray);
 
-  one = command->add_subcommand("scan", "what a scanner of the run saw, in the sweep that was under way");
-  one->add_option("scanner", a.scanner, "the module's name")->required();
-  one->add_option("--points", a.points, "write every beam that hit into this file, as CSV");
-  add_times(one, a, false);
-  answered_by(one, scan);
+  one = command->add_subcommand("scan", "the sweep of a scanner at a time, beam by beam");
+  one->add_option("scanner", a.scanner, "the name of the scanner's module")->required();
+  one->add_option("--points", a.points, "write every hit to this file, as CSV");
+  add_time_options(one, a, false);
+  bind(one, scan);
 }
 
 }  // namespace
 
 void add_history(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("history", "ask the recorded world of a run, as of a time in it");
-  command->add_option("directory", arguments->directory, "what a run left")->required();
-  command->add_flag("--json", arguments->json, "answer as JSON");
-  command->add_flag("--salvage", arguments->salvage, "of a damaged log, what comes before the damage");
+  CLI::App* command = app.add_subcommand("history", "query the recorded world of a run, as of a time in it");
+  command->add_option("directory", arguments->directory, "the folder of a run")->required();
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->add_flag("--salvage", arguments->salvage, "read a damaged log up to the damage");
   command->require_subcommand(1);
-  add_questions(command, arguments, [&](CLI::App* one, int (*answer)(const Arguments&)) {
+  add_queries(command, arguments, [&](CLI::App* one, int (*answer)(const Arguments&)) {
     one->fallthrough();
     one->callback([arguments, answer, &exit_code] {
       exit_code =
-          run_within_limits([&] { return answered(*arguments, answer); },
+          run_within_limits([&] { return run_query(*arguments, answer); },
                             [](const std::string& end) { return report_lack_of_memory("history", end); });
     });
   });

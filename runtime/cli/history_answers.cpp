@@ -48,7 +48,7 @@ Json entity_json(const RunHistory& history, rtstdb::EntityId entity) {
           {"generation", entity.generation}};
 }
 
-/// Where the row turns the body's x axis, counted from x to y.
+/// The heading of the body's x axis, counted from x to y.
 double heading_deg(const glm::dquat& q) {
   const glm::dvec3 ahead = q * glm::dvec3(1.0, 0.0, 0.0);
   return std::atan2(ahead.y, ahead.x) * 180.0 / 3.14159265358979323846;
@@ -62,25 +62,25 @@ Json point_json(const rtstdb::VersionInfo& version) {
   return json;
 }
 
-Told tell_extent(const RunHistory& history, const std::string& directory) {
+Answer describe_extent(const RunHistory& history, const std::string& directory) {
   const rtstdb::HistoryExtent& extent = history.extent();
-  const report::WorldRecord& world = history.world();
-  Told told;
-  told.json = {{"directory", report::valid_utf8(directory)},
-               {"scenario", report::valid_utf8(world.scenario)},
-               {"end_ns", history.end_ns() ? Json(*history.end_ns()) : Json(nullptr)},
-               {"first", point_json(extent.first)},
-               {"last", point_json(extent.last)},
-               {"commits", extent.commits},
-               {"closed", extent.closed},
-               {"not_closed", history.not_closed()},
-               {"damage", history.damage()},
-               {"shortfall", history.shortfall()},
-               {"gaps", Json::array()},
-               {"layers", world.layers},
-               {"entities", Json::array()},
-               {"scanners", Json::array()}};
-  std::string& text = told.text;
+  const contribution::WorldRecord& world = history.world();
+  Answer answer;
+  answer.json = {{"directory", report::valid_utf8(directory)},
+                 {"scenario", report::valid_utf8(world.scenario)},
+                 {"end_ns", history.end_ns() ? Json(*history.end_ns()) : Json(nullptr)},
+                 {"first", point_json(extent.first)},
+                 {"last", point_json(extent.last)},
+                 {"commits", extent.commits},
+                 {"closed", extent.closed},
+                 {"not_closed", history.not_closed()},
+                 {"damage", history.damage()},
+                 {"shortfall", history.shortfall()},
+                 {"gaps", Json::array()},
+                 {"layers", world.layers},
+                 {"entities", Json::array()},
+                 {"scanners", Json::array()}};
+  std::string& text = answer.text;
   text =
       directory + (world.scenario.empty() ? std::string() : ": " + report::one_line(world.scenario)) + '\n';
   text += history.end_ns() ? "  the run was over after " + exact_seconds(*history.end_ns()) + '\n'
@@ -90,36 +90,36 @@ Told tell_extent(const RunHistory& history, const std::string& directory) {
     text += ", the last of " + exact_seconds(extent.last.time.time_since_epoch().count());
   text += '\n';
   if (extent.first.version > 0)
-    text += "  what there is begins at " + exact_seconds(extent.first.time.time_since_epoch().count()) + '\n';
+    text += "  the record begins at " + exact_seconds(extent.first.time.time_since_epoch().count()) + '\n';
   if (const std::string missing = history.shortfall(); !missing.empty()) text += "  " + missing + '\n';
   for (const auto& gap : extent.gaps) {
-    told.json["gaps"].push_back({{"first_version", gap.first}, {"last_version", gap.last}});
+    answer.json["gaps"].push_back({{"first_version", gap.first}, {"last_version", gap.last}});
     text += "  versions " + std::to_string(gap.first) + " to " + std::to_string(gap.last) +
             " were not recorded: the disk was too slow\n";
   }
   if (!history.not_closed().empty()) text += "  " + history.not_closed() + '\n';
   if (const std::string damage = history.damage(); !damage.empty())
-    text += "  damaged, and read without what is missing: " + damage + '\n';
+    text += "  damaged, and read without the damaged part: " + damage + '\n';
   std::string names;
-  for (const report::NamedEntity& entity : world.entities) {
-    told.json["entities"].push_back(entity_json(history, {entity.index, entity.generation}));
+  for (const contribution::NamedEntity& entity : world.entities) {
+    answer.json["entities"].push_back(entity_json(history, {entity.index, entity.generation}));
     names += (names.empty() ? "" : ", ") + report::one_line(entity.name);
   }
   if (!names.empty()) text += "  entities: " + names + '\n';
   names.clear();
-  for (const report::Scanner& scanner : world.scanners) {
-    told.json["scanners"].push_back(scanner.name);
+  for (const modules::ScannerRecord& scanner : history.scanners()) {
+    answer.json["scanners"].push_back(scanner.name);
     names += (names.empty() ? "" : ", ") + report::one_line(scanner.name);
   }
   if (!names.empty()) text += "  scanners: " + names + '\n';
-  return told;
+  return answer;
 }
 
-Told tell_bodies(const RunHistory& history, const Instant& instant,
-                 const std::vector<history::Body>& bodies) {
-  Told told;
-  told.json = of(instant);
-  told.json["entities"] = Json::array();
+Answer describe_entities(const RunHistory& history, const Instant& instant,
+                         const std::vector<history::Body>& bodies) {
+  Answer answer;
+  answer.json = of(instant);
+  answer.json["entities"] = Json::array();
   TextTable table({{"Entity"},
                    {"x", true},
                    {"y", true},
@@ -138,28 +138,28 @@ Told tell_bodies(const RunHistory& history, const Instant& instant,
     one["w_world_radps"] = vector_json(row.motion.w_world_radps);
     one["mask"] = row.mask;
     one["written_by"] = body.state.written_by;
-    told.json["entities"].push_back(std::move(one));
+    answer.json["entities"].push_back(std::move(one));
     table.add({history.name_of(body.state.id), plain(body.pose.p_world_m.x, 3),
                plain(body.pose.p_world_m.y, 3), plain(body.pose.p_world_m.z, 3), plain(heading_deg(q), 1),
                plain(glm::length(row.motion.v_world_mps), 2), history.layers_of(row.mask),
                "version " + std::to_string(body.state.written_by)});
   }
-  told.text =
+  answer.text =
       at(instant) + ": " + report::to_ascii(report::counted(bodies.size(), "entity", "entities")) + '\n';
-  if (!table.empty()) told.text += table.text();
-  return told;
+  if (!table.empty()) answer.text += table.text();
+  return answer;
 }
 
-Told tell_near(const RunHistory& history, const Instant& instant, rtstdb::EntityId entity, double radius_m,
-               const history::Near& near) {
-  Told told;
-  told.json = of(instant);
-  told.json["of"] = entity_json(history, entity);
-  told.json["from_world_m"] = vector_json(near.from_world_m);
-  told.json["within_m"] = radius_m;
-  told.json["found"] = near.found;
-  told.json["incomplete"] = near.incomplete;
-  told.json["neighbors"] = Json::array();
+Answer describe_neighbors(const RunHistory& history, const Instant& instant, rtstdb::EntityId entity,
+                          double radius_m, const history::Near& near) {
+  Answer answer;
+  answer.json = of(instant);
+  answer.json["of"] = entity_json(history, entity);
+  answer.json["from_world_m"] = vector_json(near.from_world_m);
+  answer.json["within_m"] = radius_m;
+  answer.json["found"] = near.found;
+  answer.json["incomplete"] = near.incomplete;
+  answer.json["neighbors"] = Json::array();
   TextTable table(
       {{"Entity"}, {"distance m", true}, {"nearest point (x y z)", true}, {"closing m/s", true}, {"Layers"}});
   for (const rtstdb::Neighbor& neighbor : near.neighbors) {
@@ -173,40 +173,40 @@ Told tell_near(const RunHistory& history, const Instant& instant, rtstdb::Entity
     one["p_world_m"] = vector_json(point);
     one["v_relative_mps"] = vector_json(glm::dvec3(neighbor.v_relative_mps));
     one["triangle"] = neighbor.triangle;
-    told.json["neighbors"].push_back(std::move(one));
+    answer.json["neighbors"].push_back(std::move(one));
     table.add({history.name_of(neighbor.entity), plain(static_cast<double>(neighbor.distance_m), 3),
                vector_text(point), plain(closing, 2), history.layers_of(neighbor.mask)});
   }
-  told.text = at(instant) + ": " + report::to_ascii(report::counted(near.found, "entity", "entities")) +
-              " within " + report::to_ascii(report::shortest(radius_m)) + " m of " +
-              report::one_line(history.name_of(entity)) + ", measured from " +
-              vector_text(near.from_world_m) + '\n';
+  answer.text = at(instant) + ": " + report::to_ascii(report::counted(near.found, "entity", "entities")) +
+                " within " + report::to_ascii(report::shortest(radius_m)) + " m of " +
+                report::one_line(history.name_of(entity)) + ", measured from " +
+                vector_text(near.from_world_m) + '\n';
   if (near.found > near.neighbors.size())
-    told.text += "the nearest " + std::to_string(near.neighbors.size()) + " of them:\n";
-  if (near.incomplete) told.text += "the device's limits cut the search short: there may be others\n";
-  if (!table.empty()) told.text += table.text();
-  return told;
+    answer.text += "the nearest " + std::to_string(near.neighbors.size()) + " of them:\n";
+  if (near.incomplete) answer.text += "incomplete: the device's limits cut the search short\n";
+  if (!table.empty()) answer.text += table.text();
+  return answer;
 }
 
-Told tell_region(const RunHistory& history, const Instant& instant,
-                 const std::vector<rtstdb::EntityId>& entities) {
-  Told told;
-  told.json = of(instant);
-  told.json["entities"] = Json::array();
-  told.text =
+Answer describe_region(const RunHistory& history, const Instant& instant,
+                       const std::vector<rtstdb::EntityId>& entities) {
+  Answer answer;
+  answer.json = of(instant);
+  answer.json["entities"] = Json::array();
+  answer.text =
       at(instant) + ": " + report::to_ascii(report::counted(entities.size(), "entity", "entities")) + '\n';
   for (const rtstdb::EntityId entity : entities) {
-    told.json["entities"].push_back(entity_json(history, entity));
-    told.text += report::one_line(history.name_of(entity)) + '\n';
+    answer.json["entities"].push_back(entity_json(history, entity));
+    answer.text += report::one_line(history.name_of(entity)) + '\n';
   }
-  return told;
+  return answer;
 }
 
-Told tell_ray(const RunHistory& history, const Instant& instant, const rtstdb::Ray& ray,
-              const std::vector<rtstdb::RayHit>& hits) {
-  Told told;
-  told.json = of(instant);
-  told.json["hits"] = Json::array();
+Answer describe_hits(const RunHistory& history, const Instant& instant, const rtstdb::Ray& ray,
+                     const std::vector<rtstdb::RayHit>& hits) {
+  Answer answer;
+  answer.json = of(instant);
+  answer.json["hits"] = Json::array();
   const double length = glm::length(glm::dvec3(ray.direction));
   TextTable table({{"Entity"},
                    {"distance m", true},
@@ -223,20 +223,19 @@ Told tell_ray(const RunHistory& history, const Instant& instant, const rtstdb::R
     one["v"] = hit.v;
     one["n_world"] = vector_json(glm::dvec3(hit.n_world));
     one["v_relative_mps"] = vector_json(glm::dvec3(hit.v_relative_mps));
-    told.json["hits"].push_back(std::move(one));
+    answer.json["hits"].push_back(std::move(one));
     table.add({history.name_of(hit.entity), plain(distance_m, 3), std::to_string(hit.triangle),
                vector_text(glm::dvec3(hit.n_world)), vector_text(glm::dvec3(hit.v_relative_mps)),
                history.layers_of(hit.mask)});
   }
-  told.text =
-      at(instant) + ": " +
-      (hits.empty() ? "nothing is hit" : report::to_ascii(report::counted(hits.size(), "hit", "hits"))) +
-      '\n';
-  if (!table.empty()) told.text += table.text();
-  return told;
+  answer.text = at(instant) + ": " +
+                (hits.empty() ? "no hit" : report::to_ascii(report::counted(hits.size(), "hit", "hits"))) +
+                '\n';
+  if (!table.empty()) answer.text += table.text();
+  return answer;
 }
 
-Told tell_sweep(const RunHistory& history, const std::string& scanner, const history::Sweep& sweep) {
+Answer describe_sweep(const RunHistory& history, const std::string& scanner, const history::Sweep& sweep) {
   struct Seen {
     std::uint64_t beams = 0;
     float nearest_m = 0.0f, farthest_m = 0.0f;
@@ -254,15 +253,15 @@ Told tell_sweep(const RunHistory& history, const std::string& scanner, const his
     one.farthest_m = std::max(one.farthest_m, beam.hit.lambda);
     one.last_ns = beam.time_ns;
   }
-  Told told;
-  told.json = {{"scanner", report::valid_utf8(scanner)},
-               {"begin_ns", sweep.begin_ns},
-               {"end_ns", sweep.end_ns},
-               {"whole", sweep.whole},
-               {"beams", sweep.beams.size()},
-               {"hits", hits},
-               {"incomplete", incomplete},
-               {"entities", Json::array()}};
+  Answer answer;
+  answer.json = {{"scanner", report::valid_utf8(scanner)},
+                 {"begin_ns", sweep.begin_ns},
+                 {"end_ns", sweep.end_ns},
+                 {"whole", sweep.whole},
+                 {"beams", sweep.beams.size()},
+                 {"hits", hits},
+                 {"incomplete", incomplete},
+                 {"entities", Json::array()}};
   TextTable table({{"Entity"},
                    {"beams", true},
                    {"nearest m", true},
@@ -276,21 +275,21 @@ Told tell_sweep(const RunHistory& history, const std::string& scanner, const his
     json["farthest_m"] = one.farthest_m;
     json["first_ns"] = one.first_ns;
     json["last_ns"] = one.last_ns;
-    told.json["entities"].push_back(std::move(json));
+    answer.json["entities"].push_back(std::move(json));
     table.add({history.name_of(entity), std::to_string(one.beams),
                plain(static_cast<double>(one.nearest_m), 3), plain(static_cast<double>(one.farthest_m), 3),
                plain(static_cast<double>(one.first_ns) * 1e-9, 4),
                plain(static_cast<double>(one.last_ns) * 1e-9, 4)});
   }
-  told.text = report::one_line(scanner) + ", sweep from " + exact_seconds(sweep.begin_ns) + " to " +
-              exact_seconds(sweep.end_ns) + ": " + report::to_ascii(report::count_text(hits)) + " of " +
-              report::to_ascii(report::counted(sweep.beams.size(), "beam", "beams")) + " hit" +
-              (sweep.whole ? "\n" : "; the run ended in it\n");
+  answer.text = report::one_line(scanner) + ", sweep from " + exact_seconds(sweep.begin_ns) + " to " +
+                exact_seconds(sweep.end_ns) + ": " + report::to_ascii(report::count_text(hits)) + " of " +
+                report::to_ascii(report::counted(sweep.beams.size(), "beam", "beams")) + " hit" +
+                (sweep.whole ? "\n" : "; the run ended during the sweep\n");
   if (incomplete > 0)
-    told.text +=
-        std::to_string(incomplete) + " beams have no answer: the device's limits cut their search short\n";
-  if (!table.empty()) told.text += table.text();
-  return told;
+    answer.text +=
+        std::to_string(incomplete) + " beams are incomplete: the device's limits cut their search short\n";
+  if (!table.empty()) answer.text += table.text();
+  return answer;
 }
 
 std::string points_csv(const RunHistory& history, const history::Sweep& sweep) {

@@ -9,8 +9,8 @@
 namespace hil::cli {
 
 void add_keys(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand(
-      "keys", "print every key that a scenario may hold, as the parser knows it (Markdown)");
+  CLI::App* command =
+      app.add_subcommand("keys", "print every key of a scenario and of a register map, in Markdown");
   command->callback([&exit_code] {
     std::printf("# Keys of a scenario\n\n%s\n",
                 config::schema_to_markdown(config::scenario_schema()).c_str());

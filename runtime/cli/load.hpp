@@ -1,6 +1,6 @@
 #pragma once
-// From a scenario's file and the command line's changes to a wired scenario; mistakes and warnings go to
-// stderr, all at once.
+// Loads a scenario file with the overrides of the command line and wires it. Mistakes and warnings go to stderr,
+// all at once.
 
 #include <cstddef>
 #include <memory>
@@ -18,7 +18,7 @@ struct Loaded {
   std::size_t warning_count = 0;
 };
 
-/// Empty when there was any mistake, which has then been printed.
+/// Empty when there was a mistake; all mistakes have then been printed.
 std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides);
 
 }  // namespace hil::cli

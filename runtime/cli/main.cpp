@@ -1,4 +1,4 @@
-// hil: the command line. Each subcommand is one file; this one only says which there are.
+// hil: the command line. Each subcommand has a file of its own; this file lists them.
 
 #include <CLI/CLI.hpp>
 

@@ -12,8 +12,8 @@ namespace hil::cli {
 void add_report(CLI::App& app, int& exit_code) {
   auto directory = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand(
-      "report", "make report.html, junit.xml and the pictures again from a run's report.json");
-  command->add_option("directory", *directory, "what a run left")->required();
+      "report", "write report.html, junit.xml and the pictures again from a run's report.json");
+  command->add_option("directory", *directory, "the folder of a run")->required();
   command->callback([directory, &exit_code] {
     try {
       const report::RunRecord record = report::load_report(*directory);

@@ -25,8 +25,8 @@ namespace {
 
 std::atomic<bool> stop_requested{false};
 
-/// The first SIGINT, SIGTERM or SIGHUP (the terminal has gone, unless nohup said to stay) ends the run in
-/// order; a second one ends the program.
+/// The first SIGINT, SIGTERM or SIGHUP (the terminal was closed, without nohup) ends the run in order; the
+/// second one ends the program.
 void request_stop(int signal) {
   if (stop_requested.exchange(true)) {
     std::signal(signal, SIG_DFL);
@@ -42,8 +42,8 @@ void catch_signals() {
   struct sigaction before {};
   if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
     sigaction(SIGHUP, &action, nullptr);
-  // A console that has gone, or a file beyond its permitted size, is no reason to leave outputs as they are:
-  // writing then fails, and that is said.
+  // A closed console or a file beyond its permitted size must not kill the run, which has to set its outputs
+  // to their safe values. Writing fails instead, and the run reports it.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }
@@ -56,7 +56,7 @@ struct Arguments {
   bool verbose = false;
 };
 
-/// --duration, --clock and --seed are settings like any other.
+/// The overrides of --set, then those of --duration, --clock and --seed.
 std::vector<std::string> all_overrides(const Arguments& arguments, bool seed_given) {
   std::vector<std::string> overrides = arguments.overrides;
   if (!arguments.duration.empty()) overrides.push_back("duration=" + arguments.duration);
@@ -82,14 +82,14 @@ std::filesystem::path default_directory(const std::string& scenario) {
   std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &parts);
   const std::filesystem::path base =
       std::filesystem::path("out") / (std::filesystem::path(scenario).stem().string() + "-" + stamp);
-  // Two runs begun in one second do not share a folder.
+  // Two runs that begin in the same second must not share a folder.
   std::filesystem::path directory = base;
   for (int i = 2; std::filesystem::exists(directory); ++i)
     directory = base.string() + "-" + std::to_string(i);
   return directory;
 }
 
-std::filesystem::path own_folder() {
+std::filesystem::path program_folder() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }
 
@@ -98,8 +98,8 @@ std::size_t terminal_columns() {
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-/// Writes the report, then the trace, which is large. What can not be written makes the run fail, and then no
-/// file in the folder says that it passed. Returns whether there is a report.
+/// Writes the report, then the trace, which is large. When a file can not be written, the run fails and no file
+/// in the folder says that it passed. Returns whether there is a report.
 bool write_files(run::SessionResult& result, const std::filesystem::path& directory) {
   report::RunRecord& record = result.record;
   try {
@@ -133,8 +133,8 @@ void note_exit_code(const run::SessionOptions& options, bool to_console, const s
   }
 }
 
-/// Leaves the report and prints it; the exit code is that of both.
-int leave_report(run::SessionResult& result, const run::SessionOptions& options) {
+/// Writes the report's files and prints its text. Returns the exit code of the run, or of a failed output.
+int write_and_print_report(run::SessionResult& result, const run::SessionOptions& options) {
   const report::RunRecord& record = result.record;
   const bool is_there = write_files(result, options.directory);
   std::fputs(report::report_text(record, is_there ? options.directory.string() : "").c_str(), stdout);
@@ -143,8 +143,8 @@ int leave_report(run::SessionResult& result, const run::SessionOptions& options)
   return exit_code;
 }
 
-/// Leaves the report of a run that did not begin. The reason is printed once, on stderr.
-int leave_refusal(const config::Scenario& scenario, const run::SessionOptions& options,
+/// Writes the report of a run that did not begin. The reason is printed once, on stderr.
+int write_refusal(const config::Scenario& scenario, const run::SessionOptions& options,
                   const StartFailure& failure) {
   std::fprintf(stderr, "hil run: %s\n", failure.sentence.c_str());
   run::SessionResult result;
@@ -161,8 +161,8 @@ int leave_refusal(const config::Scenario& scenario, const run::SessionOptions& o
   return exit_code;
 }
 
-/// A scenario that is refused leaves no report, and none of an earlier run is to be taken for it. That run's
-/// world stays: a mistake in the arguments takes no history away.
+/// Removes the reports of an earlier run, so that they are not taken for this one's. The recorded world of that
+/// run stays: a mistake in the arguments must not delete a history.
 int refuse_scenario(const std::string& directory) {
   std::error_code absent;
   if (directory.empty() || !std::filesystem::is_directory(directory, absent)) return run::exit_bad_config;
@@ -185,7 +185,8 @@ int run_in_folder(Loaded& loaded, const run::SessionOptions& options, const run:
   } catch (const std::exception& error) {
     failure = start_failure_of(error, options.directory);
   }
-  return failure ? leave_refusal(*loaded.scenario, options, *failure) : leave_report(result, options);
+  return failure ? write_refusal(*loaded.scenario, options, *failure)
+                 : write_and_print_report(result, options);
 }
 
 int run(const Arguments& arguments, bool seed_given) {
@@ -205,7 +206,7 @@ int run(const Arguments& arguments, bool seed_given) {
                                                   : std::filesystem::path(arguments.directory);
   options.overrides = as_pairs(overrides);
   options.verbose = arguments.verbose;
-  options.program_folders = {own_folder()};
+  options.program_folders = {program_folder()};
   const bool live = isatty(STDOUT_FILENO) != 0;
   if (live) {
     options.every_second = [](const report::LiveStatus& status) {
@@ -218,7 +219,7 @@ int run(const Arguments& arguments, bool seed_given) {
     const run::RunFolder folder(options.directory);
     return run_within_limits([&] { return run_in_folder(*loaded, options, folder, live); },
                              [&](const std::string& end) {
-                               return leave_refusal(*loaded->scenario, options,
+                               return write_refusal(*loaded->scenario, options,
                                                     failure_for_lack_of_memory(end));
                              });
   } catch (const io::DeviceError& error) {
@@ -233,17 +234,17 @@ void add_run(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("run", "run a scenario");
   command->add_option("scenario", arguments->scenario, "the scenario's YAML file")->required();
-  command->add_option("--duration", arguments->duration, "how long, with its unit: 10s");
-  command->add_option("--clock", arguments->clock,
-                      "realtime, or virtual: as fast as possible, the same results");
-  command->add_option("--out", arguments->directory,
-                      "folder for what the run leaves (default: out/<scenario>-<time>)");
-  command->add_option("--set", arguments->overrides, "change a value of the scenario: path=value")
+  command->add_option("--duration", arguments->duration,
+                      "run time at which the run ends, with its unit: 10s");
+  command->add_option("--clock", arguments->clock, "realtime, or virtual: as fast as possible");
+  command->add_option("--out", arguments->directory, "folder of the run (default: out/<scenario>-<time>)");
+  command
+      ->add_option("--set", arguments->overrides,
+                   "change a value of the scenario: path=value; may be repeated")
       ->take_all();
-  command->add_option("--fail-on", arguments->fail_on,
-                      "when the run counts as broken in its timing: 'misses > 0'");
-  command->add_flag("--verbose,-v", arguments->verbose, "show on stderr what goes into run.log");
-  CLI::Option* seed = command->add_option("--seed", arguments->seed, "seed of everything random");
+  command->add_option("--fail-on", arguments->fail_on, "exit with 3 when this condition holds: 'misses > 0'");
+  command->add_flag("--verbose,-v", arguments->verbose, "print run.log to stderr too");
+  CLI::Option* seed = command->add_option("--seed", arguments->seed, "seed of all random numbers");
   command->callback([arguments, seed, &exit_code] { exit_code = run(*arguments, seed->count() > 0); });
 }
 

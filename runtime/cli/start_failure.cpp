@@ -29,7 +29,7 @@ StartFailure gpu_failure(const std::string& sentence) {
 /// The first files of a run need more than this.
 constexpr std::uint64_t small_disk_bytes = std::uint64_t{8} << 20;
 
-/// How little the disk or a file can hold, and what to do; empty: neither is the cause.
+/// When the disk is nearly full or files are limited: the limit and what to do. Else empty.
 std::string disk_advice(const std::filesystem::path& directory) {
   std::error_code error;
   const std::uint64_t left = std::filesystem::space(directory, error).available;

@@ -1,5 +1,5 @@
 #pragma once
-// A table for the console: columns as wide as their longest cell, numbers to the right.
+// A table for the console. Each column is as wide as its longest cell; numbers are aligned to the right.
 
 #include <string>
 #include <vector>
@@ -17,7 +17,7 @@ class TextTable {
   /// As many cells as there are columns.
   void add(std::vector<std::string> cells);
   bool empty() const noexcept { return rows_.empty(); }
-  /// One line each, the titles first; no blanks at the ends of lines.
+  /// The titles, then one line per row, without trailing blanks.
   std::string text() const;
 
  private:

@@ -9,7 +9,7 @@
 namespace hil::cli {
 namespace {
 
-/// The program, then the named subcommands, outermost first.
+/// The program, then the subcommands that the command line names, outermost first.
 std::vector<const CLI::App*> named_commands(const CLI::App& app) {
   std::vector<const CLI::App*> commands{&app};
   while (!commands.back()->get_subcommands().empty())
@@ -55,7 +55,7 @@ std::string joined(const std::vector<std::string>& values) {
   return text;
 }
 
-/// Empty: no option has more values than it takes.
+/// The error text for an option with more values than it takes; empty: there is none.
 std::string repeated_option(const std::vector<const CLI::App*>& commands) {
   for (const CLI::App* command : commands) {
     for (const CLI::Option* option : command->get_options()) {
@@ -76,7 +76,7 @@ std::string repeated_option(const std::vector<const CLI::App*>& commands) {
   return {};
 }
 
-/// Empty: every word is known.
+/// The error text for an unknown word; empty: every word is known.
 std::string unknown_word(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> words = commands.front()->remaining(true);
   std::erase(words, "--");
@@ -98,7 +98,7 @@ std::string unknown_word(const std::vector<const CLI::App*>& commands) {
          config::all_known(name, names_of_options(commands));
 }
 
-/// Empty: no subcommand is missing.
+/// The error text for a missing subcommand; empty: none is missing.
 std::string missing_subcommand(const std::vector<const CLI::App*>& commands) {
   const std::vector<std::string> known = names_of_subcommands(*commands.back());
   if (known.empty() || commands.back()->get_require_subcommand_min() == 0) return {};

@@ -1,5 +1,5 @@
 #pragma once
-// Error texts for a command line that can not be parsed.
+// The error text for a command line that can not be parsed.
 
 #include <CLI/CLI.hpp>
 

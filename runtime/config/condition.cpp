@@ -23,7 +23,7 @@ bool is_blank(char letter) {
 
 }  // namespace
 
-/// Recursive descent; the first mistake ends it.
+/// A recursive-descent parser. The first mistake ends it.
 class ConditionParser {
  public:
   ConditionParser(const Value& text, Diagnostics& diagnostics)

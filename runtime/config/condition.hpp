@@ -32,7 +32,7 @@ namespace hil::config {
 
 enum class Truth : std::uint8_t { no, yes, unknown };
 
-/// A word of the user's that is looked up later, and where it stands.
+/// A word of a user's file that is looked up later, with its place.
 struct Word {
   std::string text;
   Place place;
@@ -47,13 +47,12 @@ class Condition {
   static constexpr std::size_t max_comparisons = 256;
   static constexpr std::size_t max_nesting = 32;
 
-  /// `text` is a Value of Kind::text. Empty with one mistake, which stands at the character where the text
-  /// goes wrong.
+  /// `text` is a Value of Kind::text. Empty with one mistake, whose place is the first wrong character.
   static std::optional<Condition> parse(const Value& text, Diagnostics& diagnostics);
 
   const std::string& text() const noexcept { return text_; }
   const Place& place() const noexcept { return place_; }
-  /// Every mention of a signal, in the order of the text; a signal named twice stands here twice.
+  /// Every mention of a signal, in the order of the text; a signal that is named twice is listed twice.
   const std::vector<Word>& mentions() const noexcept { return mentions_; }
 
   /// The name of a value, and the index in mentions() of the signal that it is compared with.

@@ -19,8 +19,7 @@ std::size_t allowed_slips(std::size_t letters) {
   return std::min<std::size_t>(3, (letters + 2) / 3);
 }
 
-/// Insertions, deletions, replacements and swaps of neighbours between two words of at most longest_word
-/// letters.
+/// The Damerau-Levenshtein distance of two words of at most longest_word letters.
 std::size_t distance(std::string_view from, std::string_view to) {
   using Row = std::array<std::size_t, longest_word + 1>;
   std::array<Row, 3> rows{};

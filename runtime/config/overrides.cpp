@@ -35,7 +35,7 @@ std::vector<Step> split(const std::string& path) {
   }
 }
 
-/// The words a list entry answers to.
+/// The names by which an override finds an entry of a list.
 std::vector<std::string> words_of(const TreeNode& item) {
   if (item.shape == Shape::scalar) return {item.scalar};
   std::vector<std::string> words;
@@ -46,7 +46,7 @@ std::vector<std::string> words_of(const TreeNode& item) {
   return words;
 }
 
-/// One --set option on its way down the tree.
+/// One --set option: walks its path down the tree and sets the value.
 class Override {
  public:
   Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps, Diagnostics& diagnostics)
@@ -111,7 +111,7 @@ class Override {
                             " has no keys, so there is no " + in_quotes(path + steps_[step].word));
   }
 
-  /// The short form of a record as the record it stands for.
+  /// Replaces the short form of a record by the record.
   static void write_out(TreeNode& scalar, const std::string& key) {
     TreeNode record;
     record.shape = Shape::mapping;

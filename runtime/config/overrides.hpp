@@ -1,15 +1,15 @@
 #pragma once
-// The command line's --set path=value: changes to the document before it is checked, so that a value from
-// there is held to the same rules, and its mistakes have places of the form "--set dut.enabled:1:COLUMN",
-// columns counting in "path=value".
+// The command line's --set path=value changes the document before it is checked, so that the same rules apply
+// to its values. Their mistakes have places of the form "--set dut.enabled:1:COLUMN", where columns count in
+// "path=value".
 //
 //   dut.enabled=false                          keys joined by dots
 //   tasks.scanner.parameters.columns=96        an entry of a list: by its name, module, bus, unit or message,
 //   can.car.receive.BrakeCommand.timeout=1 s   or by its text when it is a bare word,
 //   world.entities.0.mask=[static]             or by its index, from 0
 //
-// The value is YAML. What the schema knows may be set even where the file leaves it out; list entries and, on
-// the way to a value, the user's own names have to be there. A path that is set twice is a mistake.
+// The value is YAML. A key of the schema can be set where the file leaves it out. Entries of lists, and names
+// that the user chooses, must be in the file. A path that is set twice is a mistake.
 
 #include <span>
 #include <string>

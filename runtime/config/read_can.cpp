@@ -33,8 +33,7 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
   return interface;
 }
 
-/// A number, or a word that is looked up later. Empty with a mistake when it is a number that can not be
-/// read.
+/// A number, or a word that is looked up later. Empty with a mistake for a number that can not be read.
 std::optional<std::variant<Word, double>> read_value(const Word& dbc_signal, const Value& value,
                                                      Diagnostics& diagnostics) {
   const std::string& text = value.text();
@@ -90,9 +89,9 @@ SentMessage read_sent(const Value& value, std::optional<std::int64_t> bus_period
     const auto& [name, source] = signals.entries()[i];
     const Word dbc_signal{name, signals.key_place(i)};
     if (sent.counter && sent.counter->text == name) {
-      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the counter; it fills itself");
+      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the counter, which hil sets; leave it out");
     } else if (sent.checksum && sent.checksum->text == name) {
-      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the checksum; it fills itself");
+      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the checksum, which hil sets; leave it out");
     }
     std::optional<SignalSource> read = read_source(dbc_signal, source, diagnostics);
     if (read) sent.signals.push_back(std::move(*read));
@@ -140,7 +139,7 @@ void read_faults(const Value& value, CanSection& section, Diagnostics& diagnosti
                     (*faults)["delay"].duration_ns()};
 }
 
-/// Two buses on one interface would each take the other's frames for those of the units under test.
+/// Refuses two buses on one interface: each would take the other's frames for those of the device under test.
 void check_interfaces(const std::vector<CanSection>& sections, Diagnostics& diagnostics) {
   for (std::size_t i = 0; i < sections.size(); ++i) {
     if (sections[i].is_virtual()) continue;

@@ -8,7 +8,7 @@ using Claim = decltype(Expectation::claim);
 Response read_response(const Value& value, Diagnostics& diagnostics) {
   if (value["request"].text() == value["reply"].text()) {
     diagnostics.add(value["reply"].place(), "'reply': " + in_quotes(value["reply"].text()) +
-                                                " is the request itself, which answers nothing");
+                                                " is the request itself; the reply is another signal");
   }
   return {word_of(value["request"]), word_of(value["reply"]), value["within"].duration_ns(),
           static_cast<std::uint64_t>(value["at_least"].integer())};

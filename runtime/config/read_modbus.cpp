@@ -92,7 +92,8 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
     check_register(*filled, true, section.registers, diagnostics);
     for (const RegisterWrite& write : section.write) {
       if (write.entry.text != filled->text) continue;
-      diagnostics.add(write.entry.place, "the register " + in_quotes(filled->text) + " fills itself");
+      diagnostics.add(write.entry.place,
+                      "hil sets the register " + in_quotes(filled->text) + "; leave it out");
     }
   }
 }

@@ -69,16 +69,16 @@ bool mentions(const ProcessSection& process, const std::string& unit) {
   return false;
 }
 
-/// A free port is of use to a client only when the server is told which.
+/// Refuses a free port (auto) of a client when no process's command names the unit, so that no server knows it.
 void check_automatic_ports(const Scenario& scenario, const Reading& reading) {
   for (const ModbusSection& section : scenario.modbus) {
     if (section.port || section.host.empty() || section.role != io::modbus::Role::client) continue;
-    bool is_told = false;
+    bool is_named = false;
     for (const ProcessSection& process : scenario.processes)
-      is_told = is_told || mentions(process, section.unit.text);
-    if (is_told) continue;
+      is_named = is_named || mentions(process, section.unit.text);
+    if (is_named) continue;
     reading.diagnostics.add(section.device_place,
-                            "'device': the port is auto, but no process is told of it by {modbus." +
+                            "'device': the port is auto, but no process has it in its command as {modbus." +
                                 section.unit.text + "}; name the port of the unit");
   }
 }
@@ -107,8 +107,8 @@ void check_stepping(const Scenario& scenario, Diagnostics& diagnostics) {
         process.name.place,
         "'clock: virtual': the process " + in_quotes(process.name.text) +
             " can not keep step with the run: its command has neither {clock}, nor {can.BUS} of a "
-            "virtual bus, nor {modbus.UNIT} of a unit with 'run_time'; give it one of these, or say "
-            "'free_running: true' if it need not keep step");
+            "virtual bus, nor {modbus.UNIT} of a unit with 'run_time'; give it one of these, or set "
+            "'free_running: true'");
   }
 }
 

@@ -22,7 +22,7 @@ Quaternion product(const Quaternion& a, const Quaternion& b) {
           a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
 
-/// A turn of `record[field]` about one axis (1: x, 2: y, 3: z).
+/// The rotation by the angle `record[field]` about one axis (1: x, 2: y, 3: z).
 Quaternion turn(const Value& record, const std::string& field, std::size_t axis) {
   Quaternion quaternion{1.0, 0.0, 0.0, 0.0};
   if (!record.has(field)) return quaternion;
@@ -33,7 +33,7 @@ Quaternion turn(const Value& record, const std::string& field, std::size_t axis)
 }
 
 Quaternion read_rotation(const Value& rotation, Diagnostics& diagnostics) {
-  constexpr double tolerance = 1e-3;  // three decimals in a file are enough
+  constexpr double tolerance = 1e-3;  // permits components with three decimals
   if (!rotation.has("quaternion")) {
     return product(turn(rotation, "yaw", 3), product(turn(rotation, "pitch", 2), turn(rotation, "roll", 1)));
   }
@@ -104,7 +104,7 @@ double length(const std::array<double, 3>& v) {
   return std::hypot(v[0], v[1], v[2]);
 }
 
-/// The components are in their ranges; the database's limits are of the whole vector.
+/// Checks the lengths of the vectors; the schema has checked their components.
 void check_rates(const Value& value, const WorldEntity& entity, Diagnostics& diagnostics) {
   const auto check = [&](const char* field, double rate, double largest, const char* unit) {
     if (rate <= largest) return;
@@ -112,27 +112,27 @@ void check_rates(const Value& value, const WorldEntity& entity, Diagnostics& dia
                                               " in all; at most " + format_number(largest) + " " + unit +
                                               " is possible");
   };
-  check("velocity", length(entity.velocity_mps), fastest_mps, "m/s");
-  check("angular_velocity", length(entity.angular_velocity_radps), fastest_turn_radps, "rad/s");
+  check("velocity", length(entity.velocity_mps), max_speed_mps, "m/s");
+  check("angular_velocity", length(entity.angular_velocity_radps), max_angular_rate_radps, "rad/s");
 }
 
-/// An entity keeps its velocity, so where it is at the end of the run is known now.
+/// Checks the position at the end of the run, which is known since the velocity is constant.
 void check_path(const Value& value, const WorldEntity& entity, std::int64_t duration_ns,
                 Diagnostics& diagnostics) {
-  if (length(entity.velocity_mps) > fastest_mps) return;
+  if (length(entity.velocity_mps) > max_speed_mps) return;
   const double duration_s = static_cast<double>(duration_ns) * 1e-9;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double end_m = entity.position_m[axis] + entity.velocity_mps[axis] * duration_s;
-    if (std::abs(end_m) <= farthest_m) continue;
+    if (std::abs(end_m) <= max_coordinate_m) continue;
     diagnostics.add(value["velocity"].place(), "'velocity' takes the entity out of the world: its " +
                                                    std::string(1, "xyz"[axis]) + " is " +
                                                    format_number(end_m) + " m at the end of the run, and " +
-                                                   format_number(farthest_m) + " m is the farthest");
+                                                   format_number(max_coordinate_m) + " m is the farthest");
     return;
   }
 }
 
-/// The full extent that the shape's own words give; a file's is known when it is read.
+/// The largest size of the shape; 0 for a file, whose size is known when it is read.
 double largest_size_m(const Shape& shape) {
   if (const auto* box = std::get_if<BoxShape>(&shape))
     return *std::max_element(box->size_m.begin(), box->size_m.end());
@@ -146,10 +146,10 @@ double largest_size_m(const Shape& shape) {
 
 void check_scale(const WorldEntity& entity, Diagnostics& diagnostics) {
   const double size_m = largest_size_m(entity.shape);
-  if (size_m * entity.scale <= farthest_m) return;
+  if (size_m * entity.scale <= max_coordinate_m) return;
   diagnostics.add(entity.scale_place, "'scale' makes " + format_number(size_m * entity.scale) + " m of " +
                                           format_number(size_m) + " m; the largest size is " +
-                                          format_number(farthest_m) + " m");
+                                          format_number(max_coordinate_m) + " m");
 }
 
 WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {

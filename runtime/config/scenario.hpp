@@ -1,9 +1,9 @@
 #pragma once
-// A scenario as the rest of the program sees it: checked, complete, in SI units, immutable. What can turn out
-// wrong only later, when the parts are wired together (a signal's name, a message of a DBC file), keeps its
-// place for that message.
+// A scenario as the rest of the program sees it: checked, complete, in SI units, immutable. Names that are
+// looked up later, when the parts are wired together (a signal, a message of a DBC file), keep their place for
+// error texts.
 //
-// Threads: values; share them freely once loaded.
+// Threads: immutable once loaded; any thread may read.
 
 #include <array>
 #include <cstdint>
@@ -25,7 +25,7 @@ namespace hil::config {
 enum class ClockKind : std::uint8_t { realtime, virtual_time };
 enum class Scheduler : std::uint8_t { fifo, other };
 enum class Overrun : std::uint8_t { skip, queue, abort };
-/// What of the world's history survives the run, and how surely (rtstdb/durability.hpp).
+/// When a commit is on disk (rtstdb/durability.hpp). none: `durability: volatile`.
 enum class Durability : std::uint8_t { none, async, group, sync };
 
 struct Realtime {
@@ -58,7 +58,8 @@ struct FileShape {
 };
 using Shape = std::variant<BoxShape, CylinderShape, SphereShape, RectangleShape, FileShape>;
 
-/// A static or freely moving body that is there from the first tick on. World frame, right-handed, z up.
+/// An entity that exists from the first tick on, at rest or with constant velocities. World frame,
+/// right-handed, z up.
 struct WorldEntity {
   Word name;
   Shape shape;
@@ -126,7 +127,7 @@ struct TaskSection {
   std::vector<InputLink> inputs;
 };
 
-/// What a signal of a message is fed with.
+/// The source of a signal of a message.
 struct SignalSource {
   Word dbc_signal;
   std::variant<Word, double> source;  ///< a signal of the run or a value name of the DBC file, or a constant
@@ -156,7 +157,7 @@ struct ReceivedMessage {
   std::vector<SafeValue> safe;
 };
 
-/// What a virtual bus does to frames.
+/// Faults that a virtual bus injects.
 struct BusFaults {
   double drop = 0.0;     ///< probability per frame
   double corrupt = 0.0;  ///< probability per frame
@@ -242,7 +243,7 @@ struct ProcessSection {
   bool enabled = true;
   std::vector<CommandWord> command;  ///< the program first; at least one word
   bool safe_on_exit = true;          ///< outputs go to their safe values when it ends before the run does
-  bool may_be_lost = false;          ///< its end before the run's does not make the run fail
+  bool may_be_lost = false;          ///< an end before the run's does not make the run fail
   bool free_running = false;         ///< under the virtual clock: it need not keep step with the run
   std::int64_t start_timeout_ns = 0;
 };
@@ -263,7 +264,7 @@ struct Response {
   Word request;
   Word reply;
   std::int64_t within_ns = 0;
-  std::uint64_t at_least = 1;  ///< so many requests have to be seen for the claim to count
+  std::uint64_t at_least = 1;  ///< with fewer judged requests, not checked
 };
 
 struct Expectation {
@@ -301,10 +302,10 @@ Schema scenario_schema();
 /// What a register map file may contain.
 Schema register_map_schema();
 
-/// Reads the scenario, its modules' parameters and its register maps, and checks everything that can be
-/// checked without opening a device: besides the schemas, that rates divide the base rate, that offsets,
-/// deadlines and periods fit, that names are unique and that what is named inside this file exists. All
-/// mistakes at once; empty when there was any. `overrides`: see overrides.hpp.
+/// Reads the scenario, its modules' parameters and its register maps, and checks all that can be checked
+/// without opening a device: the schemas, that rates divide the base rate, that offsets, deadlines and periods
+/// fit, that names are unique, and that names refer to something in the file. Reports all mistakes at once and
+/// is empty when there was one. `overrides`: see overrides.hpp.
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const SchemaOfModules& modules, Diagnostics& diagnostics);
 

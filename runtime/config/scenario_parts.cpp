@@ -8,7 +8,7 @@
 namespace hil::config {
 namespace {
 
-/// Rates are written in decimal, and 1 kHz / 30 has no end there: so much counts as exact.
+/// The tolerance for a rate that divides the base rate: decimals of 1 kHz / 30 do not end.
 constexpr double relative_tolerance = 1e-9;
 
 std::string format_frequency(double hz) {
@@ -23,7 +23,7 @@ void UniqueNames::add(const Word& name) {
   const Place& place = first->second;
   const std::string file = place.file == name.place.file ? "" : " of " + place.file;
   diagnostics_.add(name.place, "the " + what_ + " " + in_quotes(name.text) +
-                                   " stands here twice; first in line " + std::to_string(place.line) + file);
+                                   " is given twice; first in line " + std::to_string(place.line) + file);
 }
 
 Word word_of(const Value& text) {

@@ -1,8 +1,8 @@
 #pragma once
 // The sections of a scenario, one reader each. For the files of this folder; scenario.hpp is the public side.
 //
-// Values come from check_tree and may be in parts only: each reader passes over what is not whole, since its
-// mistake is known already, so that a slip in one place hides nothing in another.
+// Values come from check_tree and may be incomplete. Each reader skips what is not whole, since its mistake is
+// already reported, and reads the rest, so that one mistake hides no other.
 
 #include <cstdint>
 #include <map>
@@ -20,17 +20,17 @@ struct BaseRate {
   std::int64_t period_ns = 0;
 };
 
-/// What the readers share.
+/// The state that the readers share.
 struct Reading {
   Diagnostics& diagnostics;
   const SchemaOfModules& modules;
-  std::optional<BaseRate> base;           ///< empty: it was a mistake, and nothing is measured against it
-  std::vector<std::string> can_buses;     ///< all names written, of sections with mistakes too
-  std::vector<std::string> modbus_units;  ///< likewise
+  std::optional<BaseRate> base;           ///< empty: it was a mistake; rates are then not checked
+  std::vector<std::string> can_buses;     ///< all names, also of sections with mistakes
+  std::vector<std::string> modbus_units;  ///< the same
 };
 
-/// Names that may stand once. A second one is a mistake that names the line of the first, and its
-/// file when it is another one (--set).
+/// Names that must be unique. A second one is a mistake that names the line of the first, and its file when it
+/// is another one (--set).
 class UniqueNames {
  public:
   /// `what`: "module", "bus", ...

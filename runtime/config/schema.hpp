@@ -1,11 +1,10 @@
 #pragma once
-// What a configuration may contain, as data: each part of the program describes its own section with a
-// Schema, and the one parser (parse.hpp) checks a file against it. A value that came through is complete
-// (defaults filled in), in SI units and within its range, so nobody checks it again.
+// What a configuration may contain, as data. Each part of the program describes its own section with a Schema,
+// and the parser (parse.hpp) checks a file against it. A checked value is complete (defaults filled in), in SI
+// units and within its range.
 //
-// The schema decides what a scalar means, never its look: `name: no` is the text "no" where text is expected,
-// and where a boolean is expected only true and false will do (yes, no, on, off, True and quoted words are
-// mistakes).
+// The schema alone decides what a scalar means: `name: no` is the text "no" where text is expected. Where a
+// boolean is expected, only true and false are accepted (yes, no, on, off, True and quoted words are mistakes).
 //
 // Threads: schemas and values are immutable; share them freely. Building a schema that contradicts itself
 // (two fields of one name, a default that its own schema refuses) is misuse and asserts.
@@ -72,7 +71,7 @@ class Schema {
   /// A record that may also be written as one scalar, which is then the value of `key`: "BrakeCommand" for
   /// {message: BrakeCommand}.
   static Schema record_or(std::string key, std::vector<Field> fields);
-  static Schema map(Schema item);  ///< keys are the user's, each as Schema::name asks
+  static Schema map(Schema item);  ///< keys are names that the user chooses
   /// A record whose other fields depend on the word under `key` ("type: vehicles").
   static Schema choice(std::string key, std::vector<std::pair<std::string, Schema>> alternatives);
   /// A record of which exactly one field of `alternatives` is present ({box: ...} or {file: ...}), next to
@@ -103,15 +102,15 @@ struct Field {
   static Field optional(std::string name, Schema schema, std::string about);
 };
 
-/// A checked value and where it stands. Misuse (asking for a kind or a field that the schema does not
-/// promise) asserts. A field that was not written stands where its record stands. Cheap to copy.
+/// A checked value and its place. The place of a field with its default is that of its record. Cheap to copy.
+/// Misuse (asserts): a kind or a field that the schema does not promise.
 class Value {
  public:
   Kind kind() const noexcept;
   const Place& place() const noexcept;
 
   const std::string& text() const;  ///< text, name, signal, one_of, and file (as an absolute path)
-  /// Text: where the character at `index` stands in the file.
+  /// Text: the place of the character at `index`.
   Place place_in_text(std::size_t index) const;
   bool boolean() const;
   std::int64_t integer() const;
@@ -123,7 +122,7 @@ class Value {
   /// The fields written, in the order of the file, then the defaults; of a map with the places of its keys in
   /// key_place.
   const std::vector<std::pair<std::string, Value>>& entries() const;
-  /// Record, map: where the key of entries()[index] stands; the record's place for a default.
+  /// Record, map: the place of the key of entries()[index]; for a default, the record's place.
   const Place& key_place(std::size_t index) const;
   const std::string& chosen()
       const;  ///< choice: the word under its key; exactly_one: the alternative present

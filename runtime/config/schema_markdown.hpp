@@ -1,6 +1,6 @@
 #pragma once
-// The documentation of a configuration, made from the schema that checks it, so that the two can not
-// disagree.
+// The documentation of a configuration. It is made from the schema that checks the configuration, so the two
+// always agree.
 
 #include <string>
 

@@ -64,7 +64,7 @@ bool check_characters(const SourceText& source, Diagnostics& diagnostics) {
     }
     if (is_forbidden_control(text[i])) {
       diagnostics.add(source.place(source.position(i)), "the control character " + hexadecimal(text[i]) +
-                                                            " has no place in text; is this a YAML file?");
+                                                            " is not allowed in text; is this a YAML file?");
       return false;
     }
     i += length;

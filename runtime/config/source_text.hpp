@@ -1,6 +1,6 @@
 #pragma once
-// The text of one file (or of one --set option), kept as long as something read from it lives, so that places
-// inside it can still be named.
+// The text of one file, or of one --set option. It is kept as long as a value read from it, so that error texts
+// can name places in it.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace hil::config {
 
-/// A file above this size is refused before it is read. The YAML library takes about a microsecond for a byte
-/// of the worst text, so that no file takes much longer than a second.
+/// A file above this size is refused before it is read. It bounds the time in the YAML library, which for the
+/// worst texts needs about a microsecond per byte.
 inline constexpr std::size_t max_file_bytes = std::size_t{1024} * 1024;
 
 /// A position as the YAML library counts it: lines and bytes of the line, from 0.
@@ -39,12 +39,12 @@ class SourceText {
 
   /// The position behind the anchor that stands at `begin`, or `begin` when none does.
   TextPosition behind_anchor(TextPosition begin) const;
-  /// False when a quotation mark stands at `begin` that has no closing one. (The YAML library takes the end
-  /// of the file for it.)
+  /// False when the quotation mark at `begin` has no closing one. (The YAML library takes the end of the file
+  /// for it.)
   bool is_closed(TextPosition begin) const;
 
   /// Where character `index` of `scalar` stands when the scalar begins at `begin`: inside quotes, behind
-  /// escapes, in folded lines and in block scalars. The begin itself when it can not be told.
+  /// escapes, in folded lines and in block scalars. `begin` itself when the place is not known.
   Place place_in_scalar(TextPosition begin, std::string_view scalar, std::size_t index) const;
 
  private:
@@ -68,9 +68,8 @@ std::shared_ptr<const SourceText> read_source(const std::string& path, Diagnosti
 std::shared_ptr<const SourceText> source_of_text(const std::string& name, std::string_view text,
                                                  Diagnostics& diagnostics);
 
-/// What no YAML reader should have to see: invalid UTF-8, control characters, indentation by tabs. Each fault
-/// of the last kind is a mistake of its own; the first two end the search, since such a file is hardly text.
-/// True: none found.
+/// Refuses invalid UTF-8, control characters and indentation by tabs. Each tab is a mistake of its own; the
+/// first two end the search, since the file is probably not text. Returns true when none was found.
 bool check_source(const SourceText& source, Diagnostics& diagnostics);
 
 }  // namespace hil::config

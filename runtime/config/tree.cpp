@@ -132,19 +132,19 @@ class TreeBuilder final : public YAML::EventHandler {
   void refuse_tag(const YAML::Mark& mark, const std::string& tag) {
     if (tag.empty() || tag == "?" || tag == "!") return;
     diagnostics_.add(source_->place(position_of(mark)),
-                     "the tag " + in_quotes(tag) + " has no meaning here; leave it out");
+                     "the tag " + in_quotes(tag) + " is not supported; leave it out");
   }
 
   void count(const YAML::Mark& mark, const Weight& weight) {
     weight_.nodes += weight.nodes;
     weight_.bytes += weight.bytes;
     if (weight_.nodes > max_tree_nodes) {
-      refuse(position_of(mark), "more than " + std::to_string(max_tree_nodes) +
-                                    " values up to here, aliases written out; nobody means this");
+      refuse(position_of(mark), "a document has at most " + std::to_string(max_tree_nodes) +
+                                    " values, aliases written out; here this one has more");
     }
     if (weight_.bytes > max_tree_bytes) {
-      refuse(position_of(mark), "more than " + std::to_string(max_tree_bytes) +
-                                    " bytes of values up to here, aliases written out; nobody means this");
+      refuse(position_of(mark), "a document has at most " + std::to_string(max_tree_bytes) +
+                                    " bytes of values, aliases written out; here this one has more");
     }
   }
 
@@ -203,7 +203,7 @@ class TreeBuilder final : public YAML::EventHandler {
     }
     const auto [known, is_new] = mapping.line_of_key.try_emplace(key.scalar, key.position.line + 1);
     if (is_new) return true;
-    diagnostics_.add(key.place(), "the key " + in_quotes(key.scalar) + " stands here twice; first in line " +
+    diagnostics_.add(key.place(), "the key " + in_quotes(key.scalar) + " is given twice; first in line " +
                                       std::to_string(known->second));
     return false;
   }
@@ -237,7 +237,7 @@ std::optional<TreeNode> build(const std::shared_ptr<const SourceText>& source, c
   }
   std::optional<TreeNode> root = builder.take_root();
   if (!root || root->shape == TreeNode::Shape::nothing) {
-    diagnostics.add(source->place({0, 0}), "nothing is written here");
+    diagnostics.add(source->place({0, 0}), "the text is empty; a document has keys and values");
     return std::nullopt;
   }
   return root;

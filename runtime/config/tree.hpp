@@ -1,10 +1,10 @@
 #pragma once
-// A YAML document as a plain tree that knows where each part of it stands. Nothing is interpreted here: a
-// scalar is its text, and the schema decides what it means ("no" is a boolean nowhere, "010" is never eight).
+// A YAML document as a tree in which each part has its place. Nothing is interpreted here: a scalar is its
+// text, and the schema decides what it means ("no" is never a boolean, "010" is never eight).
 //
 // Refused, with the place: tags, merge keys (<<), keys that are not plain words, a second document, an anchor
 // that contains itself, and a document above one of the limits below. Anchors and aliases are allowed; an
-// alias is a copy, and its parts stand where the anchor stands.
+// alias is a copy whose parts have the places of the anchor's.
 
 #include <cstddef>
 #include <cstdint>
@@ -50,7 +50,7 @@ struct TreeEntry {
 /// leave a tree worth checking (a duplicate key, of which the first counts) are added as well.
 std::optional<TreeNode> build_tree(const std::shared_ptr<const SourceText>& source, Diagnostics& diagnostics);
 
-/// The same for text that stands at `begin` of the first line of `source` and reaches to its end.
+/// The same for the text from `begin` of the first line of `source` to its end.
 std::optional<TreeNode> build_tree_from(const std::shared_ptr<const SourceText>& source, std::size_t begin,
                                         Diagnostics& diagnostics);
 

@@ -52,7 +52,7 @@ std::string wrong_unit(std::string_view symbol, Quantity quantity) {
   std::vector<std::string> known;
   for (const Unit& unit : units_of(quantity))
     known.emplace_back(unit.symbol);
-  // A unit of something else is no slip of the pen.
+  // A unit of another quantity gets no suggestion.
   const std::string near = is_unit(symbol) ? "" : nearest(symbol, known);
   const std::string hint = near.empty() ? "" : "; did you mean " + in_quotes(near) + "?";
   return "has the unit " + in_quotes(symbol) + ", but " + written_in(quantity) + hint;

@@ -64,14 +64,14 @@ void Accounting::serve() {
     const std::int64_t wake_ns = probe_.host_now_ns() + look_period_ns;
     const std::int64_t ran_before_ns = probe_.process_cpu_ns();
     if (wake_.wait_for(lock, std::chrono::nanoseconds(look_period_ns), [this] { return stopping_; })) return;
-    witness_.note_sleep(wake_ns, probe_.host_now_ns(), probe_.process_cpu_ns() - ran_before_ns);
+    stall_detector_.note_sleep(wake_ns, probe_.host_now_ns(), probe_.process_cpu_ns() - ran_before_ns);
     if (look % looks_per_steal == 0) look_at_steal();
     drain();
   }
 }
 
 void Accounting::look_at_steal() {
-  witness_.note_steal(probe_.host_now_ns(), probe_.host_steal_ns());
+  stall_detector_.note_steal(probe_.host_now_ns(), probe_.host_steal_ns());
 }
 
 void Accounting::drain() {
@@ -88,7 +88,7 @@ void Accounting::take_run(const RunRecord& run) {
     look_at_steal();
     steal_is_fresh_ = true;
   }
-  task.take(run, witness_);
+  task.take(run, stall_detector_);
   last_runs_.put(run);
 }
 
@@ -114,7 +114,7 @@ MissCause Accounting::cause_of_skip(const TickRecord& tick) const noexcept {
   const bool slept = tick.base_wake_ns >= tick.frame_begin_ns;
   const std::int64_t begin_ns = slept ? tick.frame_begin_ns : last_tick_.awake_ns;
   const std::int64_t lost_ns = tick.awake_ns - begin_ns;
-  if (witness_.pause_ns(begin_ns, tick.awake_ns, lost_ns) * 2 >= lost_ns) return MissCause::host_pause;
+  if (stall_detector_.pause_ns(begin_ns, tick.awake_ns, lost_ns) * 2 >= lost_ns) return MissCause::host_pause;
   return slept ? MissCause::late_wakeup : MissCause::earlier_task;
 }
 

@@ -63,7 +63,7 @@ class Accounting {
   Accounting& operator=(const Accounting&) = delete;
 
   /// Before start(): adds the ring of a task's thread.
-  void read_also(SpscRing<RunRecord>& runs) { rings_.push_back(&runs); }
+  void add_ring(SpscRing<RunRecord>& runs) { rings_.push_back(&runs); }
 
   /// The ring of the base thread.
   SpscRing<RunRecord>& base_runs() noexcept { return base_runs_; }
@@ -96,7 +96,7 @@ class Accounting {
   TickRecord last_tick_;
   LastOnes<RunRecord> last_runs_;
   LastOnes<TickRecord> last_ticks_;
-  HostStallDetector witness_;
+  HostStallDetector stall_detector_;
   bool steal_is_fresh_ = false;
 
   std::mutex mutex_;

@@ -54,7 +54,7 @@ std::uint64_t BaseLoop::give_up_late_ticks() noexcept {
   for (const auto& slot : slots_) {
     const std::uint64_t releases = slot->releases_before(resume) - slot->releases_before(next_tick_);
     if (releases == 0) continue;
-    slot->counters.count_trouble(slot->counters.skipped, slot->in_warmup(), releases);
+    slot->counters.count_event(slot->counters.skipped, slot->in_warmup(), releases);
     const Phase phase = slot->phase.load(std::memory_order_acquire);
     if (phase == Phase::released || phase == Phase::running) note_overrun(*slot);
   }
@@ -92,7 +92,7 @@ void BaseLoop::run_tick(std::uint64_t skipped_before) noexcept {
 }
 
 void BaseLoop::run_tasks(std::uint64_t tick) noexcept {
-  look_is_fresh_ = false;
+  last_usage_is_valid_ = false;
   for (const auto& slot : slots_) {
     if (!slot->on_base_thread()) {
       release(*slot, tick);
@@ -115,13 +115,13 @@ bool BaseLoop::admits(TaskSlot& slot, std::int64_t release_ns) noexcept {
 
 void BaseLoop::run_here(TaskSlot& slot, std::uint64_t tick) noexcept {
   if (!admits(slot, due_ns(tick))) {
-    slot.counters.count_trouble(slot.counters.skipped, slot.in_warmup());
+    slot.counters.count_event(slot.counters.skipped, slot.in_warmup());
     return;
   }
   const TickInfo info = next_run_of(slot, tick);
   RunRecord record = new_record(slot, info);
-  if (!look_is_fresh_) look_ = look_at_thread(probe_);
-  const ThreadLook before = look_;
+  if (!last_usage_is_valid_) last_usage_ = read_thread_usage(probe_);
+  const ThreadUsage before = last_usage_;
   record.start_ns = clock_.now_ns();
   record.ready_ns = record.start_ns;
   slot.task.latch(info);
@@ -129,15 +129,15 @@ void BaseLoop::run_here(TaskSlot& slot, std::uint64_t tick) noexcept {
   slot.task.publish(info);
   record.finish_ns = clock_.now_ns();
   // One reading serves as the end of this run and the begin of the next.
-  look_ = look_at_thread(probe_);
-  look_is_fresh_ = true;
-  fill_use(record, before, look_);
+  last_usage_ = read_thread_usage(probe_);
+  last_usage_is_valid_ = true;
+  record_usage(record, before, last_usage_);
   record.blocked_ns = slot.task.last_blocked_ns();
   record.gpu_ns = slot.task.last_gpu_ns();
   slot.last_start_ns = record.start_ns;
   slot.last_finish_ns = record.finish_ns;
   if (next_release_after_ns(slot, record.start_ns) < record.finish_ns) {
-    slot.counters.count_trouble(slot.counters.overruns, record.warmup);
+    slot.counters.count_event(slot.counters.overruns, record.warmup);
   }
   count_run(slot, record, false);
   keep(record);
@@ -159,7 +159,7 @@ void BaseLoop::release(TaskSlot& slot, std::uint64_t tick) noexcept {
     slot.kept_tick = tick;
     slot.task.keep({tick, due_ns(tick) - start_ns_, slot.period_ns, slot.next_run});
   } else {
-    slot.counters.count_trouble(slot.counters.skipped, slot.in_warmup());
+    slot.counters.count_event(slot.counters.skipped, slot.in_warmup());
   }
 }
 
@@ -167,11 +167,11 @@ void BaseLoop::begin_run(TaskSlot& slot, std::uint64_t tick) noexcept {
   slot.info = next_run_of(slot, tick);
   slot.record = new_record(slot, slot.info);
   slot.deadline_tick = tick + slot.deadline_ticks;
-  slot.abort_asked = false;
+  slot.abort_requested = false;
   slot.miss_counted = false;
   slot.overrun_counted = false;
   slot.task.latch(slot.info);
-  look_is_fresh_ = false;
+  last_usage_is_valid_ = false;
   slot.record.ready_ns = clock_.now_ns();
   if (Worker* worker = worker_of_[slot.index]; worker != nullptr) {
     slot.phase.store(Phase::released, std::memory_order_release);
@@ -192,7 +192,7 @@ void BaseLoop::settle(TaskSlot& slot, std::uint64_t tick) noexcept {
     settle_late(slot);
     return;
   }
-  if (!slot.abort_asked) slot.task.publish(slot.info);
+  if (!slot.abort_requested) slot.task.publish(slot.info);
   close_run(slot);
 }
 
@@ -200,11 +200,11 @@ void BaseLoop::settle_late(TaskSlot& slot) noexcept {
   TaskCounters& counters = slot.counters;
   if (!slot.miss_counted) {
     slot.miss_counted = true;
-    counters.count_trouble(counters.deadline_misses, slot.record.warmup);
+    counters.count_event(counters.deadline_misses, slot.record.warmup);
   }
-  if (slot.spec.overrun != OverrunPolicy::abort || slot.abort_asked) return;
-  slot.abort_asked = true;
-  counters.count_trouble(counters.aborted, slot.record.warmup);
+  if (slot.spec.overrun != OverrunPolicy::abort || slot.abort_requested) return;
+  slot.abort_requested = true;
+  counters.count_event(counters.aborted, slot.record.warmup);
   Phase expected = Phase::released;
   if (!slot.phase.compare_exchange_strong(expected, Phase::idle, std::memory_order_acq_rel)) {
     slot.task.abort();
@@ -230,17 +230,17 @@ void BaseLoop::close_run(TaskSlot& slot) noexcept {
   slot.phase.store(Phase::idle, std::memory_order_relaxed);
 }
 
-void BaseLoop::settle_the_rest() noexcept {
+void BaseLoop::settle_remaining() noexcept {
   for (const auto& slot : slots_) {
     if (slot->phase.load(std::memory_order_acquire) == Phase::finished) close_run(*slot);
-    if (slot->release_kept) slot->counters.count_trouble(slot->counters.skipped, slot->in_warmup());
+    if (slot->release_kept) slot->counters.count_event(slot->counters.skipped, slot->in_warmup());
   }
 }
 
 void BaseLoop::note_overrun(TaskSlot& slot) noexcept {
   if (slot.overrun_counted) return;
   slot.overrun_counted = true;
-  slot.counters.count_trouble(slot.counters.overruns, slot.record.warmup);
+  slot.counters.count_event(slot.counters.overruns, slot.record.warmup);
 }
 
 void BaseLoop::keep(const RunRecord& record) noexcept {
@@ -274,9 +274,9 @@ void BaseLoop::count_run(TaskSlot& slot, const RunRecord& record, bool miss_coun
   TaskCounters& counters = slot.counters;
   (record.warmup ? counters.warmup_runs : counters.runs).add(1);
   const std::int64_t slack_ns = slot.deadline_ns - (record.finish_ns - record.release_ns);
-  if (slack_ns < 0 && !miss_counted) counters.count_trouble(counters.deadline_misses, record.warmup);
+  if (slack_ns < 0 && !miss_counted) counters.count_event(counters.deadline_misses, record.warmup);
   if (slot.spec.budget_ns > 0 && record.cpu_ns > slot.spec.budget_ns) {
-    counters.count_trouble(counters.over_budget, record.warmup);
+    counters.count_event(counters.over_budget, record.warmup);
   }
   if (!record.warmup && slack_ns < counters.slack_min_ns.get()) counters.slack_min_ns.set(slack_ns);
 }

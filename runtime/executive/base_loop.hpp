@@ -36,7 +36,7 @@ class BaseLoop {
   /// Runs until the duration is over (returns false) or a stop was requested (returns true).
   bool run(const std::atomic<bool>& stop_requested) noexcept;
   /// After the tasks' threads have ended: counts the runs that had not been settled.
-  void settle_the_rest() noexcept;
+  void settle_remaining() noexcept;
 
   std::int64_t start_ns() const noexcept { return start_ns_; }
   /// The index behind the last tick: the number of ticks that ran or were skipped.
@@ -85,8 +85,8 @@ class BaseLoop {
   std::int64_t frame_begin_ns_ = 0;
   std::int64_t awake_ns_ = 0;
   std::int64_t ended_ns_ = 0;  ///< end of the last tick
-  ThreadLook look_;            ///< the last reading of this thread's counters, valid while look_is_fresh_
-  bool look_is_fresh_ = false;
+  ThreadUsage last_usage_;  ///< the last reading of this thread's counters, valid while last_usage_is_valid_
+  bool last_usage_is_valid_ = false;
 };
 
 }  // namespace hil::executive

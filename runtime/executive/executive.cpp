@@ -93,14 +93,14 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
   RunResult result;
   result.virtual_clock = options_.clock->is_virtual();
   result.period_ns = options_.base_period_ns;
-  result.look_ns = measure_look_ns(*options_.probe);
+  result.reading_cost_ns = measure_reading_ns(*options_.probe);
 
   // The threads' rings must outlive the accounting, which reads them.
   std::vector<Worker*> worker_of;
   const Workers workers = make_workers(worker_of);
   Accounting accounting(options_.accounting, slots_, options_.base_period_ns, *options_.probe);
   for (const auto& worker : workers)
-    accounting.read_also(worker->records());
+    accounting.add_ring(worker->records());
   BaseLoop loop(options_, *options_.probe, slots_, std::move(worker_of), accounting, *beat_);
   if (result.virtual_clock) {
     result.stopped = loop.run(stop_requested);
@@ -122,7 +122,7 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
     for (const auto& worker : workers)
       worker->stop();
   }
-  loop.settle_the_rest();
+  loop.settle_remaining();
   accounting.finish();
 
   result.ticks = beat_->ticks_begun.load(std::memory_order_relaxed);

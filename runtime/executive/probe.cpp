@@ -57,7 +57,7 @@ std::int64_t SystemProbe::host_steal_ns() const noexcept {
   return steal * ns_per_jiffy_;
 }
 
-std::int64_t measure_look_ns(const Probe& probe) noexcept {
+std::int64_t measure_reading_ns(const Probe& probe) noexcept {
   constexpr int looks = 300;
   const MonotonicClock clock;
   const std::int64_t begin_ns = clock.now_ns();

@@ -48,6 +48,6 @@ class SystemProbe final : public Probe {
 };
 
 /// The mean cost of one reading of the calling thread's CPU time and page faults.
-std::int64_t measure_look_ns(const Probe& probe) noexcept;
+std::int64_t measure_reading_ns(const Probe& probe) noexcept;
 
 }  // namespace hil::executive

@@ -128,7 +128,7 @@ struct RunResult {
       0;  ///< runs and ticks missing in histograms, misses and trace; the counters include them
   /// The cost of one reading of CPU time and page faults; there are two readings per run on another thread
   /// and one per run on the base thread.
-  std::int64_t look_ns = 0;
+  std::int64_t reading_cost_ns = 0;
 };
 
 }  // namespace hil::executive

@@ -14,9 +14,9 @@ TaskAccount::TaskAccount(const TaskSlot& slot, std::int64_t base_period_ns, std:
   result_.misses.reserve(kept_misses);
 }
 
-void TaskAccount::take(const RunRecord& run, const HostStallDetector& witness) {
+void TaskAccount::take(const RunRecord& run, const HostStallDetector& stall_detector) {
   if (is_late(run)) {
-    const DelayParts parts = explain(run, witness);
+    const DelayParts parts = explain(run, stall_detector);
     last_cause_ = parts.largest();
     if (!run.warmup) note_miss(run, parts);
   }
@@ -32,7 +32,8 @@ void TaskAccount::note_miss(const RunRecord& run, const DelayParts& parts) {
     result_.misses.push_back({run.tick, last_cause_, lateness_ns, parts});
 }
 
-DelayParts TaskAccount::explain(const RunRecord& run, const HostStallDetector& witness) const noexcept {
+DelayParts TaskAccount::explain(const RunRecord& run,
+                                const HostStallDetector& stall_detector) const noexcept {
   RunEvidence evidence;
   evidence.release_ns = run.release_ns;
   evidence.base_wake_ns = run.base_wake_ns;
@@ -47,10 +48,10 @@ DelayParts TaskAccount::explain(const RunRecord& run, const HostStallDetector& w
   evidence.minor_faults = run.minor_faults;
   evidence.major_faults = run.major_faults;
   evidence.pause_before_start_ns =
-      witness.pause_ns(run.release_ns, run.start_ns, run.start_ns - run.release_ns);
+      stall_detector.pause_ns(run.release_ns, run.start_ns, run.start_ns - run.release_ns);
   const std::int64_t off_cpu_ns = run.finish_ns - run.start_ns - run.cpu_ns - run.blocked_ns;
-  evidence.pause_in_step_ns = witness.pause_ns(run.start_ns, run.finish_ns, off_cpu_ns);
-  evidence.standstill_in_step_ns = witness.standstill_ns(run.start_ns, run.finish_ns);
+  evidence.pause_in_step_ns = stall_detector.pause_ns(run.start_ns, run.finish_ns, off_cpu_ns);
+  evidence.standstill_in_step_ns = stall_detector.standstill_ns(run.start_ns, run.finish_ns);
   evidence.same_task_until_ns = last_finish_ns_;
   evidence.same_task_cause = last_cause_;
   return take_apart(evidence);

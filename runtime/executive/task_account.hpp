@@ -18,13 +18,13 @@ class TaskAccount {
   bool is_late(const RunRecord& run) const noexcept {
     return run.not_started || run.finish_ns - run.release_ns > result_.deadline_ns;
   }
-  void take(const RunRecord& run, const HostStallDetector& witness);
+  void take(const RunRecord& run, const HostStallDetector& stall_detector);
   /// The result, with the counters of `slot`.
   TaskResult result(const TaskSlot& slot) const;
 
  private:
   void note_miss(const RunRecord& run, const DelayParts& parts);
-  DelayParts explain(const RunRecord& run, const HostStallDetector& witness) const noexcept;
+  DelayParts explain(const RunRecord& run, const HostStallDetector& stall_detector) const noexcept;
   void measure(const RunRecord& run) noexcept;
 
   TaskResult result_;

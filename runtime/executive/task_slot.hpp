@@ -32,7 +32,7 @@ struct TaskCounters {
   LiveNumber<std::int64_t> slack_min_ns{std::numeric_limits<std::int64_t>::max()};
 
   /// Counts an event, for warm-up runs separately.
-  void count_trouble(LiveNumber<std::uint64_t>& kind, bool warmup, std::uint64_t times = 1) noexcept {
+  void count_event(LiveNumber<std::uint64_t>& kind, bool warmup, std::uint64_t times = 1) noexcept {
     (warmup ? warmup_trouble : kind).add(times);
   }
 };
@@ -75,7 +75,7 @@ struct TaskSlot {
   TickInfo info;
   RunRecord record;
   std::uint64_t deadline_tick = 0;
-  bool abort_asked = false;
+  bool abort_requested = false;
   bool miss_counted = false;
   bool overrun_counted = false;
   bool release_kept = false;  ///< OverrunPolicy::queue: one release is kept

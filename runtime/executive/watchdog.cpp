@@ -38,16 +38,17 @@ std::optional<Hang> Watchdog::stop() {
 
 void Watchdog::watch() {
   pthread_setname_np(pthread_self(), "hil-watchdog");
-  const std::int64_t look_ns = std::max<std::int64_t>(timeout_ns_ / 8, 1);
+  const std::int64_t reading_cost_ns = std::max<std::int64_t>(timeout_ns_ / 8, 1);
   const MonotonicClock clock;
   std::uint64_t seen_ticks = ticks_begun_.load(std::memory_order_relaxed);
   std::int64_t silent_ns = 0;
   std::int64_t looked_ns = clock.now_ns();
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, std::chrono::nanoseconds(look_ns), [this] { return stopping_; })) {
+  while (!wake_.wait_for(lock, std::chrono::nanoseconds(reading_cost_ns), [this] { return stopping_; })) {
     const std::int64_t now_ns = clock.now_ns();
     const std::uint64_t ticks = ticks_begun_.load(std::memory_order_relaxed);
-    silent_ns = ticks > 0 && ticks == seen_ticks ? silent_ns + std::min(now_ns - looked_ns, 2 * look_ns) : 0;
+    silent_ns =
+        ticks > 0 && ticks == seen_ticks ? silent_ns + std::min(now_ns - looked_ns, 2 * reading_cost_ns) : 0;
     seen_ticks = ticks;
     looked_ns = now_ns;
     if (silent_ns < timeout_ns_) continue;

@@ -18,7 +18,7 @@ void wait_for(sem_t& semaphore) noexcept {
 
 }  // namespace
 
-void fill_use(RunRecord& record, const ThreadLook& before, const ThreadLook& after) noexcept {
+void record_usage(RunRecord& record, const ThreadUsage& before, const ThreadUsage& after) noexcept {
   record.cpu_ns = after.cpu_ns - before.cpu_ns;
   record.minor_faults = after.faults.minor - before.faults.minor;
   record.major_faults = after.faults.major - before.faults.major;
@@ -26,11 +26,11 @@ void fill_use(RunRecord& record, const ThreadLook& before, const ThreadLook& aft
 
 void run_step(TaskSlot& slot, const Clock& clock, const Probe& probe) noexcept {
   RunRecord& record = slot.record;
-  const ThreadLook before = look_at_thread(probe);
+  const ThreadUsage before = read_thread_usage(probe);
   record.start_ns = clock.now_ns();
   slot.task.step(slot.info);
   record.finish_ns = clock.now_ns();
-  fill_use(record, before, look_at_thread(probe));
+  record_usage(record, before, read_thread_usage(probe));
   record.blocked_ns = slot.task.last_blocked_ns();
   record.gpu_ns = slot.task.last_gpu_ns();
 }

@@ -19,14 +19,14 @@
 namespace hil::executive {
 
 /// CPU time and page faults of a thread; the difference of two readings is what a step used.
-struct ThreadLook {
+struct ThreadUsage {
   std::int64_t cpu_ns = 0;
   PageFaults faults;
 };
-inline ThreadLook look_at_thread(const Probe& probe) noexcept {
+inline ThreadUsage read_thread_usage(const Probe& probe) noexcept {
   return {probe.thread_cpu_ns(), probe.thread_faults()};
 }
-void fill_use(RunRecord& record, const ThreadLook& before, const ThreadLook& after) noexcept;
+void record_usage(RunRecord& record, const ThreadUsage& before, const ThreadUsage& after) noexcept;
 
 /// Runs the step of `slot` on the calling thread and fills in its record.
 void run_step(TaskSlot& slot, const Clock& clock, const Probe& probe) noexcept;

@@ -5,8 +5,6 @@
 
 #include <rtstdb/limits.hpp>
 
-#include "runtime/modules/laser_scanner/scan_pattern.hpp"
-
 namespace hil::history {
 namespace {
 
@@ -32,16 +30,6 @@ rtstdb::ReadAt known_at(const Instant& instant) {
   return rtstdb::ReadAt::as_of(world_time(instant.known_ns()));
 }
 
-modules::ScanPattern pattern_of(const report::Scanner& scanner) {
-  return modules::ScanPattern({.columns = scanner.columns,
-                               .rows = scanner.rows,
-                               .horizontal_rad = scanner.horizontal_rad,
-                               .vertical_rad = scanner.vertical_rad,
-                               .elevation_rad = scanner.elevation_rad,
-                               .period_ns = scanner.sweep_ns,
-                               .left_to_right = scanner.left_to_right});
-}
-
 }  // namespace
 
 Past::Past(const RunHistory& history, std::int64_t from_ns, std::int64_t to_ns, const std::string& gpu)
@@ -59,7 +47,7 @@ Past::Past(const RunHistory& history, std::int64_t from_ns, std::int64_t to_ns, 
 }
 
 template <class Query>
-const rtstdb::Outcome& Past::ask(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count) {
+const rtstdb::Outcome& Past::run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count) {
   transaction_->begin({.read_at = read_at});
   transaction_->add_query(query, count);
   const rtstdb::Outcome& outcome = database_->execute(*transaction_);
@@ -99,7 +87,7 @@ Near Past::near(const Instant& instant, rtstdb::EntityId entity, const std::opti
   point.t = world_time(instant.time_ns);
   point.mask = mask;
   point.carrier = point.excluded = entity;
-  ask(known_at(instant), *query, 1);
+  run_query(known_at(instant), *query, 1);
   const rtstdb::NearestAnswer& answer = query->answers()[0];
   const rtstdb::Pose pose = rtstdb::pose_at(state.row.motion, point.t);
   Near near{.from_world_m = pose.p_world_m + pose.q_world * from_m,
@@ -125,7 +113,7 @@ std::vector<rtstdb::EntityId> Past::in_region(const Instant& instant, rtstdb::Re
     auto query = taken(database_->prepare(rtstdb::RegionQueryOptions{
         .name = "region", .capacity = 1, .level = level, .ids_per_region = capacity}));
     query->regions()[0] = region;
-    ask(known_at(instant), *query, 1);
+    run_query(known_at(instant), *query, 1);
     const rtstdb::RegionAnswer& answer = query->answers()[0];
     if (answer.incomplete)
       throw HistoryError(Kind::question,
@@ -144,7 +132,7 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
       .name = "ray", .capacity = 1, .mode = rtstdb::RayMode::first, .hits_per_ray = hits}));
   ray.t = world_time(instant.time_ns);
   query->rays()[0] = ray;
-  ask(known_at(instant), *query, 1);
+  run_query(known_at(instant), *query, 1);
   std::vector<rtstdb::RayHit> found;
   for (const rtstdb::RayHit& hit : query->hits()) {
     if (hit.status == rtstdb::HitStatus::incomplete)
@@ -154,14 +142,15 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
   return found;
 }
 
-std::pair<std::int64_t, std::int64_t> Past::sweep_at(const report::Scanner& scanner, std::int64_t time_ns) {
+std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::ScannerRecord& scanner,
+                                                     std::int64_t time_ns) {
   const std::int64_t sweeps = std::max<std::int64_t>(time_ns - scanner.first_sweep_ns, 0) / scanner.sweep_ns;
   const std::int64_t begin_ns = scanner.first_sweep_ns + sweeps * scanner.sweep_ns;
   return {begin_ns, begin_ns + scanner.sweep_ns};
 }
 
-Sweep Past::scan(const report::Scanner& scanner, std::int64_t time_ns) {
-  const modules::ScanPattern pattern = pattern_of(scanner);
+Sweep Past::scan(const modules::ScannerRecord& scanner, std::int64_t time_ns) {
+  const modules::ScanPattern pattern = modules::pattern_of(scanner);
   const glm::dvec3 mount_m{scanner.mount_m[0], scanner.mount_m[1], scanner.mount_m[2]};
   const rtstdb::EntityId carrier{scanner.carrier_index, scanner.carrier_generation};
   Sweep sweep;
@@ -190,17 +179,17 @@ Sweep Past::scan(const report::Scanner& scanner, std::int64_t time_ns) {
     }
     const Instant instant{.time_ns = scanner.ignore_motion ? sweep.begin_ns : step_ns};
     const rtstdb::Motion motion = row_of(instant, carrier).row.motion;
-    ask(known_at(instant), *query, static_cast<std::uint32_t>(end - first));
+    run_query(known_at(instant), *query, static_cast<std::uint32_t>(end - first));
     for (std::uint64_t beam = first; beam < end; ++beam) {
-      Beam told{.column = pattern.column_of(beam),
-                .row = pattern.row_of(beam),
-                .time_ns = sweep.begin_ns + pattern.time_ns(beam),
-                .hit = query->hits()[beam - first]};
-      const rtstdb::Pose pose = rtstdb::pose_at(motion, world_time(told.time_ns));
-      const glm::dvec3 along(pattern.direction(told.column, told.row));
-      told.p_world_m =
-          pose.p_world_m + pose.q_world * (mount_m + along * static_cast<double>(told.hit.lambda));
-      sweep.beams.push_back(told);
+      Beam measured{.column = pattern.column_of(beam),
+                    .row = pattern.row_of(beam),
+                    .time_ns = sweep.begin_ns + pattern.time_ns(beam),
+                    .hit = query->hits()[beam - first]};
+      const rtstdb::Pose pose = rtstdb::pose_at(motion, world_time(measured.time_ns));
+      const glm::dvec3 along(pattern.direction(measured.column, measured.row));
+      measured.p_world_m =
+          pose.p_world_m + pose.q_world * (mount_m + along * static_cast<double>(measured.hit.lambda));
+      sweep.beams.push_back(measured);
     }
   }
   return sweep;

@@ -78,14 +78,15 @@ class Past {
   /// The sweep of the run's scanner at a time, as the scanner measured it, or would have if it had been in
   /// time. The beams of each step meet the world as it was when the step began, including all writes of that
   /// instant. A sweep ends early where the history ends.
-  Sweep scan(const report::Scanner& scanner, std::int64_t time_ns);
+  Sweep scan(const modules::ScannerRecord& scanner, std::int64_t time_ns);
   /// Begin and end of that sweep; before the first sweep, those of the first one.
-  static std::pair<std::int64_t, std::int64_t> sweep_at(const report::Scanner& scanner, std::int64_t time_ns);
+  static std::pair<std::int64_t, std::int64_t> sweep_at(const modules::ScannerRecord& scanner,
+                                                        std::int64_t time_ns);
 
  private:
   rtstdb::EntityState row_of(const Instant& instant, rtstdb::EntityId entity) const;
   template <class Query>
-  const rtstdb::Outcome& ask(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);
+  const rtstdb::Outcome& run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);
 
   const RunHistory& history_;
   std::int64_t to_ns_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 #include <rtstdb/limits.hpp>
 
@@ -45,47 +46,32 @@ std::int64_t end_of(const report::RunRecord& record) {
   return record.top_view ? std::clamp(record.top_view->time_ns, ticks_ns, longest_ns) : ticks_ns;
 }
 
-/// Empty, or what lies outside the limits of the module's schema.
-std::string fault_of(const report::Scanner& scanner) {
-  constexpr double turn_rad = 6.3;  // a whole turn, with a margin for rounding
-  constexpr std::int64_t longest_ns = 10'000'000'000;
-  const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
-  if (scanner.columns < 2 || scanner.columns > 16384 || scanner.rows < 1 || scanner.rows > 8192)
-    return std::to_string(scanner.columns) + " columns of " + std::to_string(scanner.rows) + " beams";
-  if (!within(scanner.horizontal_rad, 0.0, turn_rad) || !within(scanner.vertical_rad, 0.0, turn_rad) ||
-      !within(scanner.elevation_rad, -turn_rad, turn_rad))
-    return "its angles";
-  if (!within(scanner.range_m, 0.0, 1e4)) return "its range";
-  if (scanner.sweep_ns <= 0 || scanner.sweep_ns > longest_ns || scanner.step_ns <= 0 ||
-      scanner.sweep_ns % scanner.step_ns != 0)
-    return "a sweep of " + std::to_string(scanner.sweep_ns) + " ns in steps of " +
-           std::to_string(scanner.step_ns) + " ns";
-  if (scanner.first_sweep_ns < 0 || scanner.first_sweep_ns > rtstdb::max_world_time_ns / 2)
-    return "a first sweep at " + std::to_string(scanner.first_sweep_ns) + " ns";
-  for (const double mount_m : scanner.mount_m)
-    if (!within(mount_m, -rtstdb::max_coordinate_m, rtstdb::max_coordinate_m)) return "its place";
-  return {};
-}
-
-report::WorldRecord load_names(const fs::path& directory) {
+contribution::WorldRecord load_names(const fs::path& directory) {
   std::error_code error;
   if (!fs::exists(directory / "world.json", error))
     throw HistoryError(
         Kind::file, directory.string() +
                         " holds no world.json: the run ended before its first tick, or the file was removed");
   try {
-    report::WorldRecord world = report::load_world(directory);
+    contribution::WorldRecord world = report::load_world(directory);
     if (world.layers.size() > 32)
       throw HistoryError(Kind::file, "world.json: " + std::to_string(world.layers.size()) +
                                          " layers; at most 32 are allowed");
-    for (const report::Scanner& scanner : world.scanners)
-      if (const std::string fault = fault_of(scanner); !fault.empty())
-        throw HistoryError(Kind::file,
-                           "world.json: scanner '" + scanner.name + "' has invalid values: " + fault);
     return world;
   } catch (const report::ReportError& fault) {
     throw HistoryError(Kind::file, fault.what());
   }
+}
+
+std::vector<modules::ScannerRecord> scanners_of(const contribution::WorldRecord& world) {
+  std::vector<modules::ScannerRecord> scanners;
+  try {
+    for (const contribution::ModuleRecord& module : world.modules)
+      if (module.list == modules::scanner_list) scanners.push_back(modules::to_scanner_record(module));
+  } catch (const modules::ScannerRecordError& fault) {
+    throw HistoryError(Kind::file, fault.what());
+  }
+  return scanners;
 }
 
 template <class Items, class NameOf>
@@ -120,7 +106,9 @@ RunHistory::RunHistory(const fs::path& directory, bool salvage) : salvage_(salva
 
 void RunHistory::load_world(const fs::path& directory) {
   try {
-    world_ = load_names(directory);
+    contribution::WorldRecord world = load_names(directory);
+    scanners_ = scanners_of(world);
+    world_ = std::move(world);
   } catch (const HistoryError& fault) {
     if (!salvage_)
       throw HistoryError(fault.kind(), fault.what() + std::string("; --salvage reads the log without it"));
@@ -166,7 +154,7 @@ std::string RunHistory::doubt_about(std::int64_t time_ns) const {
 }
 
 rtstdb::EntityId RunHistory::find(const std::string& name) const {
-  for (const report::NamedEntity& entity : world_.entities)
+  for (const contribution::NamedEntity& entity : world_.entities)
     if (entity.name == name) return {entity.index, entity.generation};
   if (const auto entity = parse_number(name)) return *entity;
   throw HistoryError(Kind::question,
@@ -176,7 +164,7 @@ rtstdb::EntityId RunHistory::find(const std::string& name) const {
 }
 
 std::string RunHistory::name_of(rtstdb::EntityId entity) const {
-  for (const report::NamedEntity& named : world_.entities)
+  for (const contribution::NamedEntity& named : world_.entities)
     if (named.index == entity.index && named.generation == entity.generation) return named.name;
   return number_of(entity);
 }
@@ -204,14 +192,13 @@ std::string RunHistory::layers_of(std::uint32_t mask) const {
   return mask == rtstdb::mask_all ? "all" : text;
 }
 
-const report::Scanner& RunHistory::scanner(const std::string& name) const {
-  for (const report::Scanner& scanner : world_.scanners)
+const modules::ScannerRecord& RunHistory::scanner(const std::string& name) const {
+  for (const modules::ScannerRecord& scanner : scanners_)
     if (scanner.name == name) return scanner;
-  throw HistoryError(Kind::question,
-                     "the run has no scanner '" + name + "'" +
-                         config::suggestion(name, names_in(world_.scanners, [](const auto& scanner) {
-                                              return scanner.name;
-                                            })));
+  throw HistoryError(
+      Kind::question,
+      "the run has no scanner '" + name + "'" +
+          config::suggestion(name, names_in(scanners_, [](const auto& scanner) { return scanner.name; })));
 }
 
 }  // namespace hil::history

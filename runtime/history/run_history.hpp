@@ -12,9 +12,10 @@
 
 #include <rtstdb/history.hpp>
 
+#include "runtime/contribution/world_record.hpp"
 #include "runtime/history/history_error.hpp"
 #include "runtime/history/run_log.hpp"
-#include "runtime/report/world_record.hpp"
+#include "runtime/modules/laser_scanner/scanner_record.hpp"
 
 namespace hil::history {
 
@@ -28,7 +29,8 @@ class RunHistory {
 
   const std::filesystem::path& log() const noexcept { return log_; }
   bool salvage() const noexcept { return salvage_; }
-  const report::WorldRecord& world() const noexcept { return world_; }
+  const contribution::WorldRecord& world() const noexcept { return world_; }
+  const std::vector<modules::ScannerRecord>& scanners() const noexcept { return scanners_; }
   const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
   /// Run time of the end of the run; empty: there is no report, or the run is still running.
   const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
@@ -55,14 +57,15 @@ class RunHistory {
   /// "static, vehicle"; bits without a name are numbered.
   std::string layers_of(std::uint32_t mask) const;
   /// Throws HistoryError (question).
-  const report::Scanner& scanner(const std::string& name) const;
+  const modules::ScannerRecord& scanner(const std::string& name) const;
 
  private:
   void load_world(const std::filesystem::path& directory);
 
   std::filesystem::path log_;
   bool salvage_;
-  report::WorldRecord world_;
+  contribution::WorldRecord world_;
+  std::vector<modules::ScannerRecord> scanners_;
   rtstdb::HistoryExtent extent_;
   std::optional<std::int64_t> end_ns_;
   rtstdb::Version latest_of_run_ = 0;  // according to the report; 0: there is none

@@ -1,9 +1,9 @@
 #pragma once
-// What happened in a run, for its report: "light of the ego's road turns green". Kinds are registered while
-// the run is configured; in the tick a kind and a number are noted, and the text is made after the run.
+// The events of a run for its report: "light of the ego's road turns green". A module registers its kinds of
+// events when it is configured. In the tick it notes a kind and a number; the text is made after the run.
 //
-// Threads: add_kind while configuring; note from any number of tick threads at once, without a lock; the rest
-// after the run.
+// Threads: add_kind while configuring; note from any number of tick threads at once, without a lock; events
+// and lost after the run.
 
 #include <atomic>
 #include <cstdint>
@@ -22,17 +22,18 @@ class EventLog {
     std::string text;
   };
 
-  /// At most `capacity` events are kept, the first ones; further ones are counted.
+  /// Keeps the first `capacity` events and counts the others.
   explicit EventLog(std::size_t capacity = 4096);
 
-  /// A "{}" in the text is replaced by the number noted, with `decimals` digits.
+  /// The number of the event, with `decimals` decimals, replaces a "{}" in the text.
   Kind add_kind(std::string text, int decimals = 1);
 
   void note(Kind kind, std::int64_t time_ns, double number = 0.0) noexcept;
 
-  /// By time; events of one instant in the order of their kinds, so that the list does not depend on which
-  /// thread was first.
+  /// By time, events of one instant in the order of their kinds: the list does not depend on the order in
+  /// which threads noted them.
   std::vector<Event> events() const;
+  /// The number of events that were not kept.
   std::uint64_t lost() const noexcept;
 
  private:

@@ -1,17 +1,18 @@
 #pragma once
-// The contract of a simulation module: configure, start, step, stop; inputs, outputs, parameters with unit
-// and range. It asks for no more than an FMI co-simulation unit could give, so that one can stand behind it.
+// The contract of a simulation module: inputs, outputs, and parameters with unit and range. It needs no more
+// than an FMI co-simulation unit provides, so that a module can wrap one.
 //
-// Life of a module:
-// - create, from its checked parameters: declares its ports. No world, no device.
-// - check_task: what the parameters ask of the task. `hil check` goes this far.
-// - configure, on an ordinary thread: creates its entities, prepares its queries, allocates everything
-//   it will ever need.
-// - step, once per release, in the tick: no allocation, no blocking lock, no file or console I/O. It reads
-//   its inputs, talks to the world through transactions, writes its outputs.
-// - contribute, after the last tick, on an ordinary thread: what the report shall show of it.
+// Calls, in this order:
+// - create, from the checked parameters: declares the ports. Opens no world and no device.
+// - check_task: checks the task against the parameters. `hil check` goes this far.
+// - configure, on an ordinary thread: creates the entities, prepares the queries and allocates all memory of
+//   the module.
+// - describe, on an ordinary thread: records what a history of the run needs.
+// - step, once per release, in the tick: reads the inputs, executes transactions, writes the outputs. It
+//   neither allocates nor takes a lock that blocks, and does no file or console I/O.
+// - contribute, after the last tick, on an ordinary thread: adds to the report.
 //
-// Time is run time throughout: 0 at the first tick; the world's time (rtstdb::WorldTime) is the same number.
+// All times are run time: 0 at the first tick. World time (rtstdb::WorldTime) has the same numbers.
 
 #include <cstdint>
 #include <memory>
@@ -24,41 +25,41 @@
 
 #include "runtime/config/condition.hpp"
 #include "runtime/config/schema.hpp"
+#include "runtime/contribution/contribution.hpp"
+#include "runtime/contribution/world_record.hpp"
 #include "runtime/modules/event_log.hpp"
 #include "runtime/modules/world.hpp"
-#include "runtime/report/run_record.hpp"
-#include "runtime/report/world_record.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::modules {
 
-/// A scalar that a module reads or writes. The signal of output `out` of module `m` is called "m.out".
+/// A scalar that a module reads or writes. The signal of output `out` of module `m` has the name "m.out".
 struct Port {
-  std::string name;   ///< unique among the module's inputs, or its outputs; may hold dots
-  std::string unit;   ///< SI symbol, "" when dimensionless
-  std::string about;  ///< one sentence for the documentation
-  double initial =
-      0.0;  ///< output: its value before the first step. Input: what is read when it is not connected
-  bool required = false;  ///< input: a scenario that leaves it unconnected is refused
+  std::string name;       ///< unique among the module's inputs, or its outputs; may contain dots
+  std::string unit;       ///< SI symbol, "" when dimensionless
+  std::string about;      ///< one sentence for the documentation
+  double initial = 0.0;   ///< value of an output before the first step, or of an input without a signal
+  bool required = false;  ///< input: a scenario that does not connect it is refused
 };
 
 struct Ports {
   std::vector<Port> inputs;
   std::vector<Port> outputs;
-  /// What the parameters name of the scenario's world, with their places: layers, and bodies of
-  /// world.entities or of modules that come earlier.
+  /// Layers and bodies that the parameters name, with their places in the scenario. A body is one of
+  /// world.entities or of an earlier module.
   std::vector<config::Word> layers{};
   std::vector<config::Word> bodies{};
-  /// Bodies that the module makes, without its own name: "ego" of module "traffic" is the body "traffic.ego".
+  /// Bodies that the module creates, without the module's name: "ego" of module "traffic" is the body
+  /// "traffic.ego".
   std::vector<std::string> makes{};
   /// Layers of those bodies, with their places. A scenario that lists no layers has these.
   std::vector<config::Word> layers_of_made{};
-  /// Shapes of those bodies, by their keys for World::shared_geometry; one may stand here more than once.
+  /// Shapes of those bodies, by their keys for World::shared_geometry; a key may occur more than once.
   std::vector<std::string> shapes{};
 };
 
-/// Thrown by configure: the scenario can not be set up (a mesh can not be read, the database refuses an
-/// entity). A sentence for the user that names the module.
+/// Thrown by configure: the scenario can not be set up, for example because the database refuses an entity. A
+/// sentence for the user that names the module.
 class SetupError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -66,26 +67,26 @@ class SetupError : public std::runtime_error {
   SetupError(const std::string& caller, const rtstdb::Error& error)
       : std::runtime_error(caller + ": " + error.message), code_(error.code) {}
 
-  /// bad_input or capacity: the scenario is at fault.
+  /// bad_input or capacity: the fault is in the scenario.
   rtstdb::ErrorCode code() const noexcept { return code_; }
 
  private:
   rtstdb::ErrorCode code_ = rtstdb::ErrorCode::bad_input;
 };
 
-/// What a module needs to know about its task.
+/// The properties of the task that steps a module.
 struct TaskFacts {
   std::string instance;  ///< the module's name in the scenario
   std::int64_t period_ns = 0;
   std::int64_t offset_ns = 0;    ///< run time of the first release
   std::int64_t deadline_ns = 0;  ///< from the release
-  std::uint64_t seed = 0;        ///< of the run; derive your own from it and the instance's name
-  /// The step runs on a thread of its own: others see its outputs at the deadline, and it reads the world as
-  /// it stood at the release (StepContext::version), whatever others write meanwhile.
+  std::uint64_t seed = 0;        ///< of the run; a module derives its seed from it and the instance's name
+  /// The step runs on a task thread: its outputs become visible at the deadline, and it reads the version of
+  /// the release (StepContext::version), whatever is committed while it runs.
   bool own_thread = false;
 };
 
-/// One step. Valid during step() alone.
+/// One step. Valid only during step().
 class StepContext {
  public:
   std::uint64_t run = 0;     ///< index of this run, from 0
@@ -95,19 +96,19 @@ class StepContext {
   rtstdb::ClockTime deadline{};
   /// The world's latest version at the release.
   rtstdb::Version version = 0;
-  /// By port, in the order of Ports::inputs. Unconnected ones read their `initial` and are not fresh.
+  /// By port, in the order of Ports::inputs. An input without a signal has its `initial` and is not fresh.
   std::span<const signals::SignalValue> inputs;
-  /// By port, in the order of Ports::outputs; holds the values of the last run.
+  /// By port, in the order of Ports::outputs; contains the values of the last run.
   std::span<double> outputs;
   EventLog* events = nullptr;
 
   rtstdb::WorldTime world_time() const noexcept { return rtstdb::world_time_ns(time_ns); }
-  /// Carries out the transaction, and accounts for the time this step waits for it.
+  /// Executes the transaction and adds the time that the step waits for it to blocked_ns.
   const rtstdb::Outcome& execute(rtstdb::Database& database, rtstdb::Transaction& transaction) noexcept;
 
   std::int64_t blocked_ns = 0;
   std::int64_t gpu_ns = 0;
-  /// What became of the first transaction of this step that came to nothing; idle: there was none.
+  /// The status of the first transaction of this step that failed; idle: none failed.
   rtstdb::Status failure = rtstdb::Status::idle;
 };
 
@@ -115,8 +116,8 @@ class Module {
  public:
   virtual ~Module() = default;
   virtual const Ports& ports() const noexcept = 0;
-  /// What the parameters (those that create had) ask and this task can not give, each with its place. As create,
-  /// it opens nothing; configure then takes it for granted.
+  /// Adds a mistake, with its place, for each parameter that the task does not permit. `parameters` are
+  /// those of create. Opens nothing; configure relies on it.
   virtual void check_task(const config::Value& parameters, const TaskFacts& task,
                           config::Diagnostics& diagnostics) const {
     (void)parameters, (void)task, (void)diagnostics;
@@ -124,21 +125,22 @@ class Module {
   /// Throws SetupError.
   virtual void configure(World& world, EventLog& events, const TaskFacts& task) = 0;
   virtual void step(StepContext& context) noexcept = 0;
-  /// What of this module a history of the run needs to know. After configure.
-  virtual void describe(report::WorldRecord& record) const { (void)record; }
-  virtual void contribute(report::RunRecord& record) const { (void)record; }
+  /// Adds what a history of the run needs to know of this module. After configure.
+  virtual void describe(std::vector<contribution::ModuleRecord>& records) const { (void)records; }
+  /// Adds to the report of the run: events, shapes and tracks of the map, sections. After the last tick.
+  virtual void contribute(contribution::Contribution& report) const { (void)report; }
 };
 
-/// A kind of module: what `type:` names in a scenario.
+/// A type of module, as `type:` names it in a scenario.
 struct ModuleType {
   std::string name;
   std::string about;          ///< one sentence for the documentation
   config::Schema parameters;  ///< a record
-  /// Finds what the schema can not say and adds it to the diagnostics; then returns null.
+  /// Returns null with mistakes for parameters that the schema permits but the module does not.
   std::unique_ptr<Module> (*create)(const config::Value& parameters, config::Diagnostics& diagnostics);
 };
 
-/// All module types of the program, by name (registry.cpp lists them).
+/// All module types of the program (table.def), by name.
 const std::vector<ModuleType>& module_types();
 const ModuleType* find_module_type(const std::string& name);
 

@@ -1,14 +1,17 @@
-#include "runtime/modules/collision/collision.hpp"
-#include "runtime/modules/detectors/detectors.hpp"
-#include "runtime/modules/laser_scanner/laser_scanner.hpp"
 #include "runtime/modules/module.hpp"
-#include "runtime/modules/vehicles/vehicles.hpp"
 
 namespace hil::modules {
 
+#define MODULE(folder) ModuleType folder##_type();
+#include "runtime/modules/table.def"
+#undef MODULE
+
 const std::vector<ModuleType>& module_types() {
-  static const std::vector<ModuleType> types{collision_type(), detectors_type(), laser_scanner_type(),
-                                             vehicles_type()};
+#define MODULE(folder) folder##_type(),
+  static const std::vector<ModuleType> types{
+#include "runtime/modules/table.def"
+  };
+#undef MODULE
   return types;
 }
 

@@ -29,16 +29,13 @@ std::optional<std::uint32_t> World::layer_bit(const std::string& layer) const {
   return 1u << (found - layers_.begin());
 }
 
-std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::string& who) const {
+std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::string& caller) const {
   std::uint32_t mask = 0;
   for (const std::string& layer : layers) {
     const auto bit = layer_bit(layer);
     if (!bit) {
-      const std::string near = config::nearest(layer, layers_);
-      std::string sentence = who;
-      sentence.append(": the scenario has no layer '").append(layer).append("'");
-      if (!near.empty()) sentence.append("; did you mean '").append(near).append("'?");
-      throw SetupError(sentence);
+      throw SetupError(caller + ": the scenario has no layer '" + layer + "'" +
+                       config::suggestion(layer, layers_));
     }
     mask |= *bit;
   }
@@ -71,7 +68,7 @@ rtstdb::Reservation* World::reserve(const rtstdb::ReservationOptions& options) {
 }
 
 rtstdb::EntityId World::create(const std::string& name, const rtstdb::EntityRow& row) {
-  if (by_name_.contains(name)) throw SetupError("two entities are called '" + name + "'");
+  if (by_name_.contains(name)) throw SetupError("two entities have the name '" + name + "'");
   creation_->begin({});
   const std::uint32_t ordinal = creation_->create(row);
   const rtstdb::Outcome& outcome = database_.execute(*creation_);
@@ -94,12 +91,17 @@ std::optional<rtstdb::EntityId> World::find(const std::string& name) const {
   return found->second;
 }
 
+rtstdb::EntityId World::entity_of(const std::string& name, const std::string& caller) const {
+  if (const auto entity = find(name)) return *entity;
+  throw SetupError(caller + ": there is no body '" + name + "' in world.entities or of an earlier module");
+}
+
 const std::string& World::name_of(rtstdb::EntityId entity) const {
   static const std::string unnamed;
   return entity.index < names_.size() ? names_[entity.index] : unnamed;
 }
 
-void World::describe(report::WorldRecord& record) const {
+void World::describe(contribution::WorldRecord& record) const {
   record.layers = layers_;
   for (std::uint32_t index = 0; index < names_.size(); ++index)
     if (!names_[index].empty()) record.entities.push_back({names_[index], index, generations_[index]});

@@ -1,5 +1,5 @@
 #pragma once
-// The world as modules see it while they are configured: the database, the layers' mask bits, and entities by
+// The world while modules are configured: the database, the mask bits of the layers, and the entities by
 // name.
 //
 // Threads: configuration, one thread.
@@ -14,7 +14,7 @@
 
 #include <rtstdb/database.hpp>
 
-#include "runtime/report/world_record.hpp"
+#include "runtime/contribution/world_record.hpp"
 
 namespace hil::modules {
 
@@ -26,33 +26,37 @@ class World {
 
   /// The mask bit of a layer; empty when the scenario has no layer of that name.
   std::optional<std::uint32_t> layer_bit(const std::string& layer) const;
-  /// The mask of several layers. Throws SetupError with the nearest known one; `who` begins its sentence.
-  std::uint32_t mask_of(const std::vector<std::string>& layers, const std::string& who) const;
+  /// The mask of several layers. Throws SetupError for an unknown one; the sentence begins with `caller`, as
+  /// "module scanner".
+  std::uint32_t mask_of(const std::vector<std::string>& layers, const std::string& caller) const;
   const std::vector<std::string>& layers() const noexcept { return layers_; }
 
-  /// Adds geometry. Throws SetupError with the database's words.
+  /// Adds geometry. Throws SetupError with the database's error text.
   rtstdb::GeometryId add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name);
 
-  /// The geometry of a shape, made at the first call with its key and shared from then on. Keys are of all
-  /// modules, so they begin with what the shape is ("car ..."). Throws SetupError.
+  /// The geometry of a shape, made at the first call with its key and shared from then on. All modules share
+  /// the keys, so a key begins with the kind of shape ("car ..."). Throws SetupError.
   rtstdb::GeometryId shared_geometry(const std::string& key,
                                      const std::function<rtstdb::TriangleMesh()>& make);
 
-  /// Creates an entity at run time 0 and remembers its name ("traffic.ego", "house_1"). Throws SetupError
-  /// when the name is taken or the database refuses the row.
+  /// Creates an entity at run time 0 with a name ("traffic.ego", "house_1"). Throws SetupError when the
+  /// name is in use or the database refuses the row.
   rtstdb::EntityId create(const std::string& name, const rtstdb::EntityRow& row);
 
-  /// Time of the database for a module's hard transactions, until the world ends. Null where it can not be kept; then the
-  /// database's sentence is among not_reserved, and they go without.
+  /// Reserves device time for a module's hard transactions, until the world is destroyed. Null when the
+  /// database refuses the reservation: not_reserved() then contains its reason, and the transactions have
+  /// none.
   rtstdb::Reservation* reserve(const rtstdb::ReservationOptions& options);
   const std::vector<std::string>& not_reserved() const noexcept { return not_reserved_; }
 
   std::optional<rtstdb::EntityId> find(const std::string& name) const;
-  /// The name create was given; empty for entities it did not make.
+  /// Throws SetupError when there is no entity of that name; the sentence begins with `caller`.
+  rtstdb::EntityId entity_of(const std::string& name, const std::string& caller) const;
+  /// The name that create() was given; empty for entities that it did not create.
   const std::string& name_of(rtstdb::EntityId entity) const;
-  /// Layers, and the entities that create made, by ascending index.
-  void describe(report::WorldRecord& record) const;
-  /// Box of the entity's geometry in the entity frame, unscaled; by the id create returned.
+  /// Fills in the layers, and the entities that create() created, by ascending index.
+  void describe(contribution::WorldRecord& record) const;
+  /// Box of the entity's geometry in the entity frame, unscaled. The entity is one that create() created.
   rtstdb::Bounds bounds_of(rtstdb::EntityId entity) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// What went wrong on a CAN bus or with a Modbus unit, in words: one sentence per counter that is not zero.
+// Sentences on the faults of a CAN bus or a Modbus unit: one for each counter that is not zero.
 
 #include <string>
 #include <vector>
@@ -8,13 +8,13 @@
 
 namespace hil::report {
 
-/// What the run itself did not send, or not log, as it was told to. They belong on the console too.
+/// Output values and frames that were changed, not sent or not logged. Shown on the console, too.
 std::vector<std::string> can_shortfalls(const CanBus& bus);
 
-/// What else its counters tell beyond the columns of the page's table, injected faults among it.
+/// Further counters that have no column in the table of the page, injected faults included.
 std::vector<std::string> can_remarks(const CanBus& bus);
 
-/// What its counters tell beyond requests and replies, for the page and the terminal.
+/// Counters other than requests and replies, for the page and the console.
 std::vector<std::string> unit_shortfalls(const ModbusUnit& unit);
 
 }  // namespace hil::report

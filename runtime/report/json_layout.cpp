@@ -20,14 +20,14 @@ bool is_plain(const Json& value) {
   return !value.is_structured() || value.empty();
 }
 
-/// A row such as [1.0, 2.0, 3]: short, and nothing inside it.
+/// A short list without lists or objects in it, such as [1.0, 2.0, 3].
 bool is_row(const Json& value) {
   return value.is_array() && std::ranges::all_of(value, is_plain);
 }
 
 void lay_out(std::string& out, const Json& value, std::size_t indent);
 
-/// Entries that fit share a line.
+/// As many entries per line as fit.
 void lay_out_wrapped(std::string& out, const Json& list, std::size_t indent) {
   std::string whole = on_one_line(list);
   if (indent + whole.size() <= line_width) {

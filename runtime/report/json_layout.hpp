@@ -1,7 +1,6 @@
 #pragma once
-// Lays a JSON value out so that a person can read it: objects and lists of objects one entry per line, lists
-// of plain numbers or words on one line, wrapped at 120 columns. Text that is not UTF-8 gets U+FFFD for each
-// wrong byte.
+// Formats a JSON value for human readers: objects and lists of objects with one entry per line, lists of
+// numbers or words on one line, wrapped at 120 columns. U+FFFD replaces each byte that is not UTF-8.
 
 #include <nlohmann/json.hpp>
 
@@ -9,8 +8,8 @@
 
 namespace hil::report {
 
-/// Ends with a newline. Numbers that are not finite come out as null. Text has to be UTF-8; else nlohmann's
-/// type_error.
+/// Ends with a newline. Numbers that are not finite become null. Throws nlohmann's type_error for text that
+/// is not UTF-8.
 std::string readable_json(const nlohmann::ordered_json& value);
 
 /// A JSON string literal, quotes included, of any bytes, by valid_utf8.

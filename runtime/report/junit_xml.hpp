@@ -1,6 +1,7 @@
 #pragma once
-// junit.xml: one test case per expectation, one for the run itself ("run completed") and one for its timing
-// ("timing not broken"), so that a CI system shows them one by one and the set is the same from run to run.
+// junit.xml: one test case per expectation, one for the run ("run completed") and one for its timing
+// ("timing not broken"), so that a CI system shows them separately and the set of cases is the same in
+// every run.
 
 #include <string>
 
@@ -8,11 +9,11 @@
 
 namespace hil::report {
 
-/// A test case's time is the run time in seconds at which its result was decided: the first failure of an
-/// expectation, the instant at which an `eventually` came true, else the end of the run. The time of the
-/// suite is wall-clock time. "run completed" is an error for io_failed, gpu_failed, interrupted and refused;
-/// "timing not broken" a failure for timing_broken. Misses and ticks given up that the verdict tolerates
-/// stand in the case's system-out.
+/// The time of a test case is the run time in seconds at which its result was decided: the first failure of
+/// an expectation, the instant at which an `eventually` became true, else the end of the run. The time of
+/// the suite is wall-clock time. "run completed" is an error for io_failed, gpu_failed, interrupted and
+/// refused; "timing not broken" is a failure for timing_broken. Its system-out has the misses and skipped
+/// ticks that the verdict tolerates.
 std::string junit_xml(const RunRecord& record);
 
 }  // namespace hil::report

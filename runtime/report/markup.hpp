@@ -1,8 +1,8 @@
 #pragma once
-// Writes XML, SVG and HTML of XML's strictness: every element closed, every attribute quoted, all text
-// escaped. Elements and attributes are named by the program; text and values may come from anywhere.
+// Writes XML, SVG and HTML that is well-formed XML: every element closed, every attribute quoted, all text
+// escaped. The program gives the names of elements and attributes; text and values may have any origin.
 //
-// Misuse (asserts): closing what is not open, taking a document with elements still open.
+// Misuse (asserts): close() without an open element, take() with open elements.
 
 #include <initializer_list>
 #include <string>
@@ -33,10 +33,10 @@ class Markup {
   /// <tag ...>text</tag>
   Markup& element(std::string_view tag, Attributes attributes, std::string_view text);
   Markup& element(std::string_view tag, std::string_view text) { return element(tag, {}, text); }
-  /// <tag .../>: SVG shapes and the elements of HTML that hold nothing (meta, br).
+  /// <tag .../>: SVG shapes and the empty elements of HTML (meta, br).
   Markup& leaf(std::string_view tag, Attributes attributes = {});
   Markup& text(std::string_view text);
-  /// Markup of the program's own; never anything from outside.
+  /// Markup of the program, never text of another origin.
   Markup& raw(std::string_view markup);
 
   std::string take();

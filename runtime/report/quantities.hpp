@@ -1,20 +1,20 @@
 #pragma once
-// Numbers as a reader wants them: with a unit and as many digits as mean something. Typographic by default
-// (µ, a real minus sign, narrow spaces between thousands); to_ascii for consoles.
+// Numbers for human readers: with a unit and the significant digits. Typographic (µ, a minus sign, narrow
+// spaces between thousands); to_ascii converts them for consoles.
 
 #include <cstdint>
 #include <string>
 
 namespace hil::report {
 
-/// Shown for what is not known.
+/// Shown for an unknown value.
 inline constexpr const char* dash = "\u2013";
 
-/// Something measured: three significant digits, the unit that suits. 412345 -> "412 µs", 8000000 -> "8.00
+/// A measured time: three significant digits, in a suitable unit. 412345 -> "412 µs", 8000000 -> "8.00
 /// ms", 0 -> "0".
 std::string measured_time(std::int64_t ns);
 
-/// Something chosen: all its digits and no more. 8000000 -> "8 ms", 1500000 -> "1.5 ms", 0 -> "0".
+/// A configured time: all its digits. 8000000 -> "8 ms", 1500000 -> "1.5 ms", 0 -> "0".
 std::string chosen_time(std::int64_t ns);
 
 /// An instant of the run in seconds with milliseconds: "4.217 s".
@@ -32,7 +32,7 @@ std::string bytes_text(std::uint64_t bytes);
 /// 1000 -> "1 kHz", 2.5 -> "2.5 Hz".
 std::string rate_text(double hz);
 
-/// Exactly so many decimals. Not finite: a dash.
+/// With `decimals` decimals. Not finite: a dash.
 std::string decimal(double value, int decimals);
 
 /// The shortest text that reads back as the same number. Not finite: a dash.

@@ -1,14 +1,15 @@
 #pragma once
-// The one list of what report.json and world.json hold: every struct of the record, every key, in the order of the file.
-// The writer and the reader both walk it, so they can not disagree.
+// The one list of what report.json and world.json hold: every struct of the record, every key, in the order
+// of the file. The writer and the reader both walk it, so they can not disagree. The records of modules in
+// world.json have keys of their own and are no part of the list.
 //
-// visit(key, member) is called once per member. Points travel as compact rows, see report_json.cpp.
+// visit(key, member) is called once per member. Points are stored as compact rows (report_json.cpp).
 
 #include <concepts>
 #include <type_traits>
 
+#include "runtime/contribution/world_record.hpp"
 #include "runtime/report/run_record.hpp"
-#include "runtime/report/world_record.hpp"
 
 namespace hil::report {
 
@@ -47,12 +48,12 @@ void each_field(T& gpu, Visit&& visit) {
 }
 
 template <Is<Quantiles> T, class Visit>
-void each_field(T& spread, Visit&& visit) {
-  visit("samples", spread.samples);
-  visit("p50", spread.p50);
-  visit("p99", spread.p99);
-  visit("p999", spread.p999);
-  visit("max", spread.max);
+void each_field(T& quantiles, Visit&& visit) {
+  visit("samples", quantiles.samples);
+  visit("p50", quantiles.p50);
+  visit("p99", quantiles.p99);
+  visit("p999", quantiles.p999);
+  visit("max", quantiles.max);
 }
 
 template <Is<Slack> T, class Visit>
@@ -273,7 +274,7 @@ template <Is<Expectation> T, class Visit>
 void each_field(T& expectation, Visit&& visit) {
   visit("name", expectation.name);
   visit("result", expectation.result);
-  if constexpr (std::is_const_v<T>) {  // for programs that read no more than this; the reader uses `result`
+  if constexpr (std::is_const_v<T>) {  // for programs that need no more; the reader uses `result`
     const bool passed = expectation.result == ExpectationResult::held;
     visit("passed", passed);
   }
@@ -318,7 +319,7 @@ void each_field(T& track, Visit&& visit) {
   visit("points", track.points);
 }
 
-template <Is<ScanFan> T, class Visit>
+template <Is<FieldOfView> T, class Visit>
 void each_field(T& fan, Visit&& visit) {
   visit("origin", fan.origin);
   visit("first_direction_rad", fan.first_direction_rad);
@@ -342,18 +343,52 @@ void each_field(T& view, Visit&& visit) {
   visit("scan_points", view.scan_points);
 }
 
-template <Is<ScanPicture> T, class Visit>
+template <Is<contribution::Dimension> T, class Visit>
+void each_field(T& dimension, Visit&& visit) {
+  visit("name", dimension.name);
+  visit("length_m", dimension.length_m);
+}
+
+template <Is<Picture> T, class Visit>
 void each_field(T& picture, Visit&& visit) {
   visit("title", picture.title);
   visit("caption", picture.caption);
   visit("entities", picture.entities);
   visit("subject", picture.subject);
   visit("right", picture.right);
-  visit("true_length_m", picture.true_length_m);
-  visit("measured_length_m", picture.measured_length_m);
-  visit("closed_form_length_m", picture.closed_form_length_m);
-  visit("tolerance_m", picture.tolerance_m);
+  visit("outline_length_m", picture.outline_length_m);
+  visit("dimensions", picture.dimensions);
   visit("points", picture.points);
+}
+
+template <Is<contribution::Column> T, class Visit>
+void each_field(T& column, Visit&& visit) {
+  visit("title", column.title);
+  visit("numeric", column.numeric);
+  visit("unit", column.unit);
+  visit("decimals", column.decimals);
+}
+
+template <Is<contribution::Cell> T, class Visit>
+void each_field(T& cell, Visit&& visit) {
+  visit("text", cell.text);
+  visit("number", cell.number);
+  visit("mark", cell.mark);
+}
+
+template <Is<contribution::Table> T, class Visit>
+void each_field(T& table, Visit&& visit) {
+  visit("columns", table.columns);
+  visit("rows", table.rows);
+}
+
+template <Is<Section> T, class Visit>
+void each_field(T& section, Visit&& visit) {
+  visit("name", section.name);
+  visit("title", section.title);
+  visit("text", section.text);
+  visit("pictures", section.pictures);
+  visit("tables", section.tables);
 }
 
 template <Is<RunRecord> T, class Visit>
@@ -392,44 +427,23 @@ void each_field(T& record, Visit&& visit) {
   visit("response_times", record.response_times);
   visit("events", record.events);
   visit("top_view", record.top_view);
-  visit("scan_comparison", record.scan_comparison);
+  visit("sections", record.sections);
 }
 
-template <Is<NamedEntity> T, class Visit>
+template <Is<contribution::NamedEntity> T, class Visit>
 void each_field(T& entity, Visit&& visit) {
   visit("name", entity.name);
   visit("index", entity.index);
   visit("generation", entity.generation);
 }
 
-template <Is<Scanner> T, class Visit>
-void each_field(T& scanner, Visit&& visit) {
-  visit("name", scanner.name);
-  visit("carrier_index", scanner.carrier_index);
-  visit("carrier_generation", scanner.carrier_generation);
-  visit("mount_m", scanner.mount_m);
-  visit("columns", scanner.columns);
-  visit("rows", scanner.rows);
-  visit("horizontal_rad", scanner.horizontal_rad);
-  visit("vertical_rad", scanner.vertical_rad);
-  visit("elevation_rad", scanner.elevation_rad);
-  visit("left_to_right", scanner.left_to_right);
-  visit("range_m", scanner.range_m);
-  visit("mask", scanner.mask);
-  visit("ignore_motion", scanner.ignore_motion);
-  visit("first_sweep_ns", scanner.first_sweep_ns);
-  visit("sweep_ns", scanner.sweep_ns);
-  visit("step_ns", scanner.step_ns);
-}
-
-template <Is<WorldRecord> T, class Visit>
+template <Is<contribution::WorldRecord> T, class Visit>
 void each_field(T& world, Visit&& visit) {
   visit("scenario", world.scenario);
   visit("database_id", world.database_id);
   visit("period_ns", world.period_ns);
   visit("layers", world.layers);
   visit("entities", world.entities);
-  visit("scanners", world.scanners);
 }
 
 }  // namespace hil::report

@@ -1,13 +1,16 @@
 #include "runtime/report/report_files.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <map>
 
+#include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/report_html.hpp"
-#include "runtime/report/html/scan_panel.hpp"
 #include "runtime/report/html/top_view.hpp"
 #include "runtime/report/html/world_window.hpp"
 #include "runtime/report/junit_xml.hpp"
@@ -18,18 +21,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse(const fs::path& path, const char* action, const std::string& answer) {
-  throw ReportError(path.string() + " can not be " + action + ": " + answer);
+[[noreturn]] void refuse(const fs::path& path, const char* action, const std::string& error) {
+  throw ReportError(path.string() + " can not be " + action + ": " + error);
 }
 
-std::string last_system_answer() {
+std::string last_system_error() {
   return errno != 0 ? std::strerror(errno) : "the system gave no reason";
 }
 
 void make_directory(const fs::path& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) refuse(directory, "made", error.message());
+  if (error) refuse(directory, "created", error.message());
 }
 
 void write_file(const fs::path& path, const std::function<void(std::ostream&)>& content) {
@@ -41,12 +44,12 @@ void write_file(const fs::path& path, const std::function<void(std::ostream&)>& 
   std::error_code error;
   std::string answer;
   if (!out) {
-    answer = last_system_answer();
+    answer = last_system_error();
   } else if (fs::rename(unfinished, path, error); error) {
     answer = error.message();
   }
   if (answer.empty()) return;
-  fs::remove(unfinished, error);  // on a full disk it takes the room of what is to be written yet
+  fs::remove(unfinished, error);  // it may fill the disk
   refuse(path, "written", answer);
 }
 
@@ -55,20 +58,33 @@ void write_text(const fs::path& path, const std::string& text) {
              [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
 }
 
+/// "scan-2.svg". A name from a changed report.json never leads out of the folder.
+std::string picture_file(std::string name, int number) {
+  for (char& letter : name) {
+    if (std::isalnum(static_cast<unsigned char>(letter)) == 0) letter = '_';
+  }
+  return name + '-' + std::to_string(number) + ".svg";
+}
+
 void write_pictures(const RunRecord& record, const fs::path& directory) {
   const bool has_top_view = record.top_view && has_content(*record.top_view);
-  if (!has_top_view && record.scan_comparison.empty()) return;
+  const bool has_pictures =
+      std::ranges::any_of(record.sections, [](const Section& section) { return !section.pictures.empty(); });
+  if (!has_top_view && !has_pictures) return;
   make_directory(directory);
   if (has_top_view) {
     Markup svg;
     draw_top_view(svg, *record.top_view, PictureUse::standalone_file);
     write_text(directory / "top-view.svg", svg.take());
   }
-  const PanelFrame frame = common_frame(record.scan_comparison);
-  for (std::size_t index = 0; index < record.scan_comparison.size(); ++index) {
-    Markup svg;
-    draw_scan_panel(svg, record.scan_comparison[index], frame, PictureUse::standalone_file);
-    write_text(directory / ("scan-" + std::to_string(index + 1) + ".svg"), svg.take());
+  std::map<std::string, int> written;  // by the section's name, so that sections of one name do not collide
+  for (const Section& section : record.sections) {
+    const PictureFrame frame = common_frame(section.pictures);
+    for (const Picture& picture : section.pictures) {
+      Markup svg;
+      draw_point_picture(svg, picture, frame, PictureUse::standalone_file);
+      write_text(directory / picture_file(section.name, ++written[section.name]), svg.take());
+    }
   }
 }
 
@@ -80,7 +96,7 @@ Record load(const fs::path& directory, const char* name, Record (*parse)(std::st
   errno = 0;
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in.is_open() || in.bad()) refuse(path, "read", last_system_answer());
+  if (!in.is_open() || in.bad()) refuse(path, "read", last_system_error());
   try {
     return parse(text);
   } catch (const ReportError& error) {
@@ -94,7 +110,7 @@ void write_report(const RunRecord& record, const fs::path& directory) {
   make_directory(directory);
   const std::string json = report_json(record);
   write_text(directory / "report.json", json);
-  // From what the file tells: it rounds, and the pages made again from it have to be these to the byte.
+  // From the content of the file, which is rounded: `hil report` has to make the same pages, byte for byte.
   remake_report(parse_report(json), directory);
 }
 

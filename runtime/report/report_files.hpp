@@ -1,9 +1,10 @@
 #pragma once
-// The files a run leaves in its folder, as far as they are functions of the record: report.json, report.html,
-// junit.xml, the pictures as SVG files, and trace.json.
+// The files of a run that are functions of its records: report.json, report.html, junit.xml, the pictures
+// as SVG files, trace.json and world.json.
 //
-// Each file is written beside its final name and renamed when it is whole, so a reader never meets half a
-// file, and none stays when the disk does not take it. All throw ReportError with the path and the system's answer.
+// Each file is written under a temporary name and renamed when it is complete, so that a reader never sees
+// a part of a file, and no part stays when the disk fails. All functions throw ReportError with the path
+// and the system's error.
 
 #include <filesystem>
 
@@ -15,8 +16,8 @@ namespace hil::report {
 /// report.json, then what remake_report writes. Makes the folder when it is missing.
 void write_report(const RunRecord& record, const std::filesystem::path& directory);
 
-/// junit.xml, report.html, pictures/top-view.svg (when the record has one) and pictures/scan-<n>.svg (n from
-/// 1): all that can be made again from report.json.
+/// junit.xml, report.html, pictures/top-view.svg (when the record has one) and pictures/<section>-<n>.svg
+/// (n from 1): all that can be made again from report.json.
 void remake_report(const RunRecord& record, const std::filesystem::path& directory);
 
 void write_trace(const TraceRecord& trace, const std::filesystem::path& directory);

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "runtime/report/file_checksum.hpp"
 #include "runtime/report/json_layout.hpp"
@@ -60,7 +62,7 @@ Json row(const PointM& point) {
 Json row(const TrackPoint& point) {
   return Json::array({point.time_ns, length(point.x_m), length(point.y_m)});
 }
-Json row(const ScanPoint& point) {
+Json row(const SensorPoint& point) {
   return Json::array({length(point.x_m), length(point.y_m), length(point.z_m), angle(point.azimuth_rad),
                       angle(point.elevation_rad), length(point.range_m), point.entity});
 }
@@ -147,7 +149,7 @@ void read_row(const Place& place, PointM& point) {
 void read_row(const Place& place, TrackPoint& point) {
   read_items(place, point.time_ns, point.x_m, point.y_m);
 }
-void read_row(const Place& place, ScanPoint& point) {
+void read_row(const Place& place, SensorPoint& point) {
   read_items(place, point.x_m, point.y_m, point.z_m, point.azimuth_rad, point.elevation_rad, point.range_m,
              point.entity);
 }
@@ -168,6 +170,12 @@ void read_word(const Place& place, ExpectationResult& result) {
       place.json.is_string() ? expectation_result_from(place.json.get<std::string>()) : std::nullopt;
   if (!found) place.refuse("the result of an expectation");
   result = *found;
+}
+void read_word(const Place& place, contribution::Mark& mark) {
+  const auto found =
+      place.json.is_string() ? contribution::mark_from(place.json.get<std::string>()) : std::nullopt;
+  if (!found) place.refuse("a mark");
+  mark = *found;
 }
 void read_word(const Place& place, Layer& layer) {
   const auto found = place.json.is_string() ? layer_from(place.json.get<std::string>()) : std::nullopt;
@@ -218,11 +226,60 @@ void read(const Place& place, T& value) {
   }
 }
 
+// ---- the records of modules in world.json ----
+
+/// Adds each record to the list that it names.
+void add_module_records(const WorldRecord& record, Json& world) {
+  for (const contribution::ModuleRecord& module : record.modules) {
+    Json object = Json::object();
+    object["name"] = written(module.name);
+    for (const contribution::Property& property : module.properties)
+      object[property.key] = std::visit([](const auto& value) { return written(value); }, property.value);
+    world[module.list].push_back(std::move(object));
+  }
+}
+
+contribution::Property property_at(const Place& place, const std::string& key) {
+  contribution::Property property{.key = key, .value = {}};
+  if (place.json.is_boolean()) {
+    read(place, property.value.emplace<bool>());
+  } else if (place.json.is_number_integer()) {
+    read(place, property.value.emplace<std::int64_t>());
+  } else if (place.json.is_number() || place.json.is_null()) {
+    read(place, property.value.emplace<double>());
+  } else if (place.json.is_array()) {
+    read(place, property.value.emplace<std::vector<double>>());
+  } else {
+    place.refuse("a number, true, false or a list of numbers");
+  }
+  return property;
+}
+
+/// Every list beside those of the world itself holds records of modules.
+void read_module_records(const Place& world, WorldRecord& record) {
+  for (const auto& [list_key, list] : world.json.items()) {
+    if (!list.is_array() || list_key == "layers" || list_key == "entities") continue;
+    const Place place = world.member(list_key.c_str());
+    for (std::size_t index = 0; index < list.size(); ++index) {
+      const Place item = place.item(index);
+      contribution::ModuleRecord module{.list = list_key, .name = {}, .properties = {}};
+      read(item.member("name"), module.name);
+      for (const auto& [key, value] : item.json.items()) {
+        if (key != "name") module.properties.push_back(property_at(item.member(key.c_str()), key));
+      }
+      record.modules.push_back(std::move(module));
+    }
+  }
+}
+
+// ---- whole files ----
+
 template <class Record>
 std::string file_of(const Record& record, int version) {
   Json json = Json::object();
   json["schema_version"] = version;
   json.update(written(record));
+  if constexpr (std::same_as<Record, WorldRecord>) add_module_records(record, json);
   return with_checksum(readable_json(json));
 }
 
@@ -247,6 +304,7 @@ Record parsed(const std::string& file, std::string_view text, int wanted) {
   if (const std::string fault = checksum_fault(text); !fault.empty()) throw ReportError(file + ": " + fault);
   Record record;
   read(whole, record);
+  if constexpr (std::same_as<Record, WorldRecord>) read_module_records(whole, record);
   return record;
 }
 

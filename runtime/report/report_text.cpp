@@ -99,10 +99,10 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   for (const Task& task : record.tasks)
     add_misses(out, task);
   for (const Task& task : record.tasks) {
-    if (const std::string sentence = releases_lost(task); !sentence.empty())
+    if (const std::string sentence = lost_releases_sentence(task); !sentence.empty())
       out += "  " + to_ascii(one_line(sentence)) + '\n';
   }
-  if (const std::string sentence = ticks_given_up(record); !sentence.empty())
+  if (const std::string sentence = skipped_ticks_sentence(record); !sentence.empty())
     out += "  " + to_ascii(sentence) + '\n';
   for (const CanBus& bus : record.can) {
     for (const std::string& sentence : can_shortfalls(bus))
@@ -120,15 +120,15 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   return out;
 }
 
-std::string ticks_given_up(const RunRecord& record) {
+std::string skipped_ticks_sentence(const RunRecord& record) {
   if (record.skipped_ticks == 0) return {};
   const std::uint64_t due = record.ticks + record.skipped_ticks;
-  return count_text(record.skipped_ticks) + " of " + counted(due, "tick", "ticks") + " given up (" +
+  return count_text(record.skipped_ticks) + " of " + counted(due, "tick", "ticks") + " skipped (" +
          percent(static_cast<double>(record.skipped_ticks) / static_cast<double>(due)) +
          "): they were more than four periods late";
 }
 
-std::string releases_lost(const Task& task) {
+std::string lost_releases_sentence(const Task& task) {
   if (task.skipped + task.aborted == 0) return {};
   const std::uint64_t releases = task.runs + task.skipped;
   std::string sentence = "task " + task.name + ": " + count_text(task.skipped) + " of " +
@@ -172,13 +172,13 @@ std::string reason_sentence(const RunRecord& record) {
       record.expectations, [](const Expectation& e) { return e.result != ExpectationResult::held; }));
   switch (record.verdict) {
     case Verdict::passed:
-      return record.expectations.empty() ? "The run came to its end; nothing was expected of it."
+      return record.expectations.empty() ? "The run completed; the scenario has no expectations."
                                          : "Every expectation held.";
     case Verdict::failed:
       return counted(failed, "expectation", "expectations") + " of " +
-             count_text(record.expectations.size()) + " did not hold.";
+             count_text(record.expectations.size()) + " were not held.";
     case Verdict::timing_broken:
-      return "The run could not keep its time.";
+      return "The timing of the run is broken.";
     case Verdict::io_failed:
       return "A device or a process outside the run failed.";
     case Verdict::gpu_failed:

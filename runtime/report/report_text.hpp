@@ -1,6 +1,6 @@
 #pragma once
-// What a console shows: one live line while a run goes on, a few lines when it has ended. Pure functions;
-// ASCII apart from the user's own words, no control characters, no colours.
+// The texts for a console: a live line during a run, and a few lines after it. Pure functions; ASCII apart
+// from names of the user, no control characters, no colours.
 
 #include <cstddef>
 #include <cstdint>
@@ -26,27 +26,27 @@ struct LiveStatus {
   std::vector<LiveBus> buses;
 };
 
-/// No line break, at most `columns` wide: what does not fit is left out from the end, whole words at a time.
+/// One line of at most `columns` columns, without its last fields if they do not fit.
 std::string live_line(const LiveStatus& status, std::size_t columns);
 
-/// Verdict, reason, what else failed outside the run, losses, expectations that did not hold, misses by task
-/// and cause, releases skipped, ticks given up, what was degraded, where the report lies. Each line ends with
-/// a newline. An empty place: there is no report.
+/// Verdict, reason, further failures, losses, expectations that were not held, misses by task and cause,
+/// skipped releases and ticks, what was degraded, and the place of the report (empty: there is none). Each
+/// line ends with a newline.
 std::string report_text(const RunRecord& record, const std::string& report_place);
 
-/// How many ticks were given up, of how many, and why; empty when none was. Typographic.
-std::string ticks_given_up(const RunRecord& record);
+/// The number of skipped ticks, with the reason; empty: none was skipped. Typographic (quantities.hpp).
+std::string skipped_ticks_sentence(const RunRecord& record);
 
-/// How many of the task's releases were skipped or aborted, of how many; empty when none was. Typographic.
-std::string releases_lost(const Task& task);
+/// The number of skipped and aborted releases of the task; empty: none. Typographic.
+std::string lost_releases_sentence(const Task& task);
 
-/// What was lost, since when, for how long and why. Typographic.
+/// What was lost, with begin, duration and cause. Typographic.
 std::string sentence_of(const Loss& loss);
 
 /// "Passed", "Failed", "Timing broken", ...
 const char* headline(Verdict verdict) noexcept;
 
-/// The record's reason, or a sentence that the verdict alone supports when it has none.
+/// The reason of the record, or a sentence on the verdict when it has none.
 std::string reason_sentence(const RunRecord& record);
 
 }  // namespace hil::report

@@ -1,36 +1,47 @@
 #pragma once
-// Everything a report of a run needs, as plain data. Whoever ran the run fills it once the run has ended;
-// every file of the report is a function of this record alone, so `hil report DIR` makes the same page again
-// from report.json.
+// The record of a run: all data of its report, as plain data that the session fills after the run. Each
+// file of the report is a function of this record, so `hil report DIR` makes the same page again from
+// report.json.
 //
 // Units: times in nanoseconds of run time (0 = first tick), durations in nanoseconds, lengths in metres,
-// angles in radians, rates in hertz, bus load as a fraction of the bus's bit rate. World frame: x east, y
-// north, z up. A double that is not known is NaN; it is written as null and shown as a dash. Text may hold
-// any bytes. Threads: plain data, no promise.
+// angles in radians, rates in hertz, bus load as a fraction of the bit rate. World frame: x east, y north,
+// z up. An unknown double is NaN; files have null for it and the page shows a dash. Text may contain any
+// bytes. Threads: plain data.
 
-#include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "runtime/contribution/contribution.hpp"
+
 namespace hil::report {
 
-/// Written into report.json. A file with another number is refused by the reader. It counts up with every key
-/// that is added, removed or changes its meaning, since the reader wants all of them.
-inline constexpr int schema_version = 6;
+/// Written into report.json. The reader refuses a file with another number. It grows with every key that is
+/// added, removed or changes its meaning, since the reader needs all keys.
+inline constexpr int schema_version = 7;
 
-inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+using contribution::Event;
+using contribution::FieldOfView;
+using contribution::Layer;
+using contribution::layer_from;
+using contribution::not_known;
+using contribution::Picture;
+using contribution::PointM;
+using contribution::Section;
+using contribution::SensorPoint;
+using contribution::Shape;
+using contribution::Track;
+using contribution::TrackPoint;
 
 enum class Verdict : std::uint8_t {
   passed,
   failed,         ///< an expectation did not hold
-  timing_broken,  ///< the run could not keep its time
+  timing_broken,  ///< too many ticks or releases were lost, --fail-on held, or the base thread hung
   io_failed,
   gpu_failed,
-  interrupted,  ///< ended by the user before its duration was over
-  refused,      ///< never began: what the scenario asks for can not be set up
+  interrupted,  ///< the user stopped it before its duration was over
+  refused,      ///< it did not begin: the scenario can not be set up
 };
 
 struct Scenario {
@@ -45,12 +56,12 @@ struct Override {
 };
 
 struct Realtime {
-  std::string scheduler;  ///< what was really used: "SCHED_FIFO", "SCHED_OTHER"
+  std::string scheduler;  ///< the one in effect: "SCHED_FIFO", "SCHED_OTHER"
   int priority = 0;
   bool locked_memory = false;
   std::vector<int> cpus;  ///< empty: no affinity
   std::string kernel;
-  std::vector<std::string> degraded;  ///< sentences: what was asked for, what the machine answered
+  std::vector<std::string> degraded;  ///< sentences on what the machine did not permit
 };
 
 struct Gpu {
@@ -59,7 +70,7 @@ struct Gpu {
   std::string api;
 };
 
-/// Quantiles of durations. `samples` 0: nothing was measured and the rest means nothing.
+/// Quantiles of durations. With `samples` 0 the other members have no meaning.
 struct Quantiles {
   std::uint64_t samples = 0;
   std::int64_t p50 = 0;
@@ -68,21 +79,21 @@ struct Quantiles {
   std::int64_t max = 0;
 };
 
-/// Deadline minus end of the work: positive is good.
+/// Deadline minus end of a run; negative for a miss.
 struct Slack {
   std::uint64_t samples = 0;
   std::int64_t min = 0;
   std::int64_t p50 = 0;
 };
 
-/// `count` values lay between `first_ns` and `last_ns`, both included.
+/// `count` values from `first_ns` to `last_ns`, both included.
 struct Bin {
   std::int64_t first_ns = 0;
   std::int64_t last_ns = 0;
   std::uint64_t count = 0;
 };
 
-/// Ascending, not overlapping; empty bins may be left out. Bins need not be equally wide.
+/// Ascending and disjoint bins of any width; empty ones may be missing.
 using Histogram = std::vector<Bin>;
 
 struct TaskHistograms {
@@ -113,41 +124,35 @@ struct Task {
   std::uint64_t runs = 0;      ///< without the warm-up
   std::uint64_t warmup_runs = 0;
   std::uint64_t deadline_misses = 0;
-  std::uint64_t overruns = 0;  ///< a release came while the task still ran
+  std::uint64_t overruns = 0;  ///< releases while the task still ran
   std::uint64_t skipped = 0;
   std::uint64_t aborted = 0;
   std::uint64_t over_budget = 0;
-  std::uint64_t without_answer = 0;  ///< runs, warm-up too, with a transaction that came to nothing
-  std::uint64_t warmup_trouble =
-      0;  ///< misses, overruns, skipped, aborted and over_budget of the warm-up, in none of those
+  std::uint64_t without_answer = 0;  ///< runs, warm-up runs included, in which a transaction failed
+  /// Misses, overruns, skipped, aborted and over_budget of the warm-up, which those counts do not include.
+  std::uint64_t warmup_trouble = 0;
   std::uint64_t page_faults = 0;
   Quantiles wake_latency_ns;
   Quantiles wall_ns;
   Quantiles cpu_ns;
-  Quantiles blocked_ns;  ///< waiting for the database
+  Quantiles blocked_ns;  ///< time waiting for the database
   Quantiles gpu_ns;
   Slack slack_ns;
   TaskHistograms histograms;
-  /// Of all misses, by cause; may add up to fewer than deadline_misses where records were lost.
+  /// Misses by cause; the sum is less than deadline_misses when records were lost.
   std::vector<CauseCount> misses_by_cause;
   std::int64_t worst_lateness_ns = 0;
-  std::vector<Miss> misses;  ///< the first ones in detail; the page says when there are more
+  std::vector<Miss> misses;  ///< the first ones
 };
 
-/// A part of the base tick. All stages, idle among them, add up to the run.
+/// A part of the base tick. All stages, idle included, add up to the run.
 struct BaseStage {
   std::string name;
   std::int64_t total_ns = 0;
   Quantiles per_tick_ns;
 };
 
-/// Something that happened at one instant: a light changed, braking began, the watchdog fired.
-struct Event {
-  std::int64_t time_ns = 0;
-  std::string text;
-};
-
-/// What transactions with queries of one kind were predicted to cost over what they did, by quantiles.
+/// Quantiles of predicted over actual device time of transactions with queries of one kind.
 struct CostPrediction {
   std::string kind;
   std::uint64_t count = 0;
@@ -156,7 +161,7 @@ struct CostPrediction {
   double p99 = 0.0;
 };
 
-/// Time of the database that was kept free for a module's hard transactions.
+/// Device time that the database keeps free for a module's hard transactions.
 struct Reservation {
   std::string name;
   std::int64_t period_ns = 0;
@@ -171,7 +176,7 @@ struct Reservation {
   std::int64_t longest_answer_ns = 0;
 };
 
-/// How well the database's scheduler foresaw, and what it promised.
+/// The cost predictions and reservations of the database's scheduler.
 struct Scheduler {
   std::uint64_t promised = 0;
   std::uint64_t kept = 0;
@@ -179,14 +184,13 @@ struct Scheduler {
   std::uint64_t restarts = 0;
   std::vector<CostPrediction> predicted_over_actual;
   std::vector<Reservation> reservations;
-  std::vector<std::string> not_reserved;  ///< why, in the database's words
+  std::vector<std::string> not_reserved;  ///< the database's reason for each refused reservation
 };
 
-/// What the database wrote down of the run's world (folder `database`), and whether the disk kept up.
+/// The database's log of the run (folder `database`).
 struct DatabaseLog {
   std::string durability;  ///< "volatile", "async", "group", "sync"; volatile: there is no log
-  std::uint64_t refused_transactions =
-      0;  ///< group, sync: writes that came to nothing, since the disk did not take them
+  std::uint64_t refused_transactions = 0;  ///< group, sync: writes that failed with the disk
   std::uint64_t latest_version = 0;
   std::uint64_t durable_version = 0;  ///< every version up to this one is on disk
   std::uint64_t bytes = 0;
@@ -195,11 +199,11 @@ struct DatabaseLog {
   std::uint64_t checkpoints = 0;
   std::int64_t longest_write_ns = 0;
   std::int64_t all_writes_ns = 0;
-  std::uint64_t ring_bytes = 0;  ///< what commits wait in for the disk
+  std::uint64_t ring_bytes = 0;  ///< capacity of the ring in which commits wait for the disk
   std::uint64_t ring_high_water_bytes = 0;
-  std::uint64_t gaps = 0;  ///< the ring was full, and commits went by unrecorded
+  std::uint64_t gaps = 0;  ///< how often the ring was full, so that commits were not recorded
   std::uint64_t commits_in_gaps = 0;
-  std::uint64_t faults = 0;  ///< calls that the disk refused
+  std::uint64_t faults = 0;  ///< failed system calls
   std::string last_fault;
 };
 
@@ -214,42 +218,42 @@ struct Transactions {
   std::uint64_t truncated = 0;
   std::uint64_t device_lost = 0;
   std::uint64_t bad_input = 0;
-  std::uint64_t firm_late_commits = 0;  ///< a broken promise of the database when above 0
+  std::uint64_t firm_late_commits = 0;  ///< above 0: a fault of the database
   std::uint64_t hard_misses = 0;
 };
 
-/// Received frames of one message that were longer than it (the rest is padding), or shorter (signals that a
-/// frame carries whole were updated).
+/// Received frames that were longer than their message (the rest is padding), or shorter (only signals that
+/// the frame contains completely were updated).
 struct FrameLengths {
   std::string message;
   std::uint64_t longer = 0;
   std::uint64_t shorter = 0;
 };
 
-/// The log holds what was on the bus: rx + tx + errors - fault_dropped_tx - log_dropped frames.
+/// The log contains what was on the bus: rx + tx + errors - fault_dropped_tx - log_dropped frames.
 struct CanBus {
   std::string bus;
   std::string driver;
   std::uint64_t rx = 0;
-  std::uint64_t tx = 0;         ///< sent, fault_dropped_tx among them
-  std::uint64_t dropped = 0;    ///< lost because someone was too slow
+  std::uint64_t tx = 0;         ///< sent, fault_dropped_tx included
+  std::uint64_t dropped = 0;    ///< lost since a queue was full
   std::uint64_t errors = 0;     ///< error frames
-  std::uint64_t no_buffer = 0;  ///< sends that found the queue full; each was tried once more
+  std::uint64_t no_buffer = 0;  ///< sends with a full queue; each was retried once
   std::uint64_t bad_checksum = 0;
   std::uint64_t bad_counter = 0;
   std::uint64_t unknown_id = 0;
   double bus_load_mean = not_known;    ///< of the whole tenths of a second in the run
-  double bus_load_peak = not_known;    ///< in the busiest of them
+  double bus_load_peak = not_known;    ///< the highest of one tenth of a second
   std::uint64_t send_errors = 0;       ///< sends that the bus refused, or that failed because it was lost
   std::string send_fault{};            ///< why the first frame that fails the run could not be sent
-  std::uint64_t wrong_kind = 0;        ///< received frames refused: remote requests, or of another format
+  std::uint64_t wrong_kind = 0;        ///< refused received frames: remote requests, or of another format
   std::uint64_t saturated = 0;         ///< output values beyond their signal's range
-  std::uint64_t refused_values = 0;    ///< output values that were no numbers
+  std::uint64_t refused_values = 0;    ///< output values that were not a number
   std::uint64_t dropped_releases = 0;  ///< ticks whose outputs were not sent
   std::uint64_t log_dropped = 0;       ///< frames missing in the log
   std::uint64_t lost_arrivals = 0;     ///< received values that response times lack
-  std::uint64_t fault_dropped_tx = 0;  ///< sent, dropped by the injection of faults: never on the bus
-  std::uint64_t fault_dropped_rx = 0;  ///< the same of other stations' frames
+  std::uint64_t fault_dropped_tx = 0;  ///< sent frames that fault injection dropped: never on the bus
+  std::uint64_t fault_dropped_rx = 0;  ///< frames of other stations that fault injection dropped
   std::uint64_t fault_corrupted = 0;
   std::uint64_t fault_delayed = 0;
   std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
@@ -267,26 +271,26 @@ struct ModbusUnit {
   std::uint64_t requests = 0;
   std::uint64_t replies = 0;
   std::uint64_t timeouts = 0;    ///< requests of a client without a whole reply in time
-  std::uint64_t errors = 0;      ///< exceptions, and replies or requests that are not valid
-  std::uint64_t reconnects = 0;  ///< of a client: connections after the first
+  std::uint64_t errors = 0;      ///< exceptions, and invalid replies or requests
+  std::uint64_t reconnects = 0;  ///< connections of a client after the first
   std::vector<ExceptionCount> exceptions;
   std::uint64_t saturated_outputs = 0;     ///< values beyond the range of their register
   std::uint64_t saturated_inputs = 0;      ///< values beyond the range of their register
   std::uint64_t not_a_number_outputs = 0;  ///< values that were not written
   std::uint64_t not_a_number_inputs = 0;   ///< values that were not read
-  std::uint64_t superseded = 0;           ///< sets of outputs that a newer one replaced before they were sent
-  std::uint64_t stale = 0;                ///< how often an input grew older than max_age
+  std::uint64_t superseded = 0;           ///< sets of outputs that a newer set replaced before they were sent
+  std::uint64_t stale = 0;                ///< how often an input became older than max_age
   std::uint64_t connections = 0;          ///< of a server, accepted
   std::uint64_t refused_connections = 0;  ///< of a server: no place, or no descriptor
-  std::uint64_t replaced_connections = 0;  ///< of a server: idle ones closed in favour of a new one
-  std::uint64_t dropped_connections = 0;   ///< of a server: silent, or replies not taken
+  std::uint64_t replaced_connections = 0;  ///< of a server: idle ones that it closed for a new client
+  std::uint64_t dropped_connections = 0;   ///< of a server: silent, or without reading the replies
 };
 
 struct Process {
   std::string name;
   std::string command;
   std::string exit;                        ///< in words: "exit code 0", "signal 11 (SIGSEGV)", "running"
-  std::optional<std::int64_t> died_at_ns;  ///< set only when it ended before the run did
+  std::optional<std::int64_t> died_at_ns;  ///< set only when it ended before the run
 };
 
 enum class ExpectationResult : std::uint8_t {
@@ -302,7 +306,7 @@ struct Expectation {
   std::optional<std::int64_t> first_failure_ns{};
   std::uint64_t evaluated_ticks = 0;     ///< ticks on which it was true or false
   std::uint64_t covered_ticks = 0;       ///< ticks of the run on which it was due to be evaluated
-  std::optional<std::int64_t> met_ns{};  ///< eventually: the instant at which it came true
+  std::optional<std::int64_t> met_ns{};  ///< eventually: the instant at which it became true
 };
 
 /// A bus, a Modbus unit or a process that was lost for longer than its time-out.
@@ -310,7 +314,7 @@ struct Loss {
   std::string what;  ///< "CAN bus car", "Modbus unit plc", "process dut"
   std::int64_t begin_ns = 0;
   std::int64_t duration_ns = 0;
-  bool to_the_end = false;  ///< it had not come back when the run ended
+  bool to_the_end = false;  ///< it was still lost when the run ended
   bool permitted = false;   ///< the scenario says may_be_lost
   std::string cause;        ///< in words; may be empty
 };
@@ -320,58 +324,9 @@ struct ResponseTime {
   std::int64_t limit_ns = 0;  ///< 0: no limit
   std::vector<std::int64_t> samples_ns;
   std::uint64_t unanswered = 0;
-  /// Unanswered requests that could not be judged: the replying device was not connected, or the run ended
-  /// before their time was over.
+  /// Unanswered requests that were not judged: the replying device was not connected, or the run ended
+  /// before their time limit.
   std::uint64_t not_judged = 0;
-};
-
-struct PointM {
-  double x_m = 0.0;
-  double y_m = 0.0;
-};
-
-/// How a shape is drawn, in this order, the ego on top.
-enum class Layer : std::uint8_t { ground, road, marking, detector, structure, pole, vehicle, ego };
-
-/// A body's outline on the ground, counter-clockwise or clockwise, not closed by a repeated point.
-struct Shape {
-  Layer layer = Layer::structure;
-  std::string label;
-  std::vector<PointM> footprint;
-  std::string body_layer{};  ///< the body's first layer in the scenario; empty: no body
-};
-
-struct TrackPoint {
-  std::int64_t time_ns = 0;
-  double x_m = 0.0;
-  double y_m = 0.0;
-};
-
-/// Where a vehicle went.
-struct Track {
-  std::string name;
-  bool ego = false;
-  std::vector<TrackPoint> points;
-};
-
-/// The stretch a scanner sweeps, from its first direction to its last (either turn), counted from +x to +y.
-struct ScanFan {
-  PointM origin;
-  double first_direction_rad = 0.0;
-  double last_direction_rad = 0.0;
-  double range_m = 0.0;
-};
-
-/// One beam's hit: where it was, the beam it came from, and the number of the body it met.
-/// The files keep 0.1 mm and 1 microradian.
-struct ScanPoint {
-  double x_m = 0.0;
-  double y_m = 0.0;
-  double z_m = 0.0;
-  double azimuth_rad = 0.0;
-  double elevation_rad = 0.0;
-  double range_m = 0.0;
-  std::uint32_t entity = 0;
 };
 
 struct ViewBox {
@@ -382,27 +337,11 @@ struct ViewBox {
 /// The world from above at one instant.
 struct TopView {
   std::int64_t time_ns = 0;
-  std::optional<ViewBox>
-      view;  ///< what to show; absent: everything that moves or was seen, and some room around it
+  std::optional<ViewBox> view;  ///< the part to show; absent: all bodies and tracks with a margin
   std::vector<Shape> shapes;
   std::vector<Track> tracks;
-  std::optional<ScanFan> fan;
-  std::vector<ScanPoint> scan_points;  ///< the last sweep's hits
-};
-
-/// One panel of the comparison of the paper's Figure 8: a body as the scanner saw it.
-struct ScanPicture {
-  std::string title;
-  std::string caption;
-  std::vector<std::string> entities;  ///< names for ScanPoint::entity
-  std::uint32_t subject = 0;          ///< the body that is measured
-  std::array<double, 2> right{
-      1.0, 0.0};  ///< unit vector in x, y: to the right as seen from the scanner; lengths are along it
-  double true_length_m = not_known;
-  double measured_length_m = not_known;
-  double closed_form_length_m = not_known;
-  double tolerance_m = not_known;  ///< how far measured and closed form may lie apart
-  std::vector<ScanPoint> points;
+  std::optional<FieldOfView> fan;
+  std::vector<SensorPoint> scan_points;  ///< measured by a sensor in its last sweep
 };
 
 struct RunRecord {
@@ -412,21 +351,21 @@ struct RunRecord {
   int exit_code = 0;
   std::string program_version;
   std::string clock;                ///< "realtime" or "virtual"
-  std::uint64_t ticks = 0;          ///< that ran
-  std::uint64_t skipped_ticks = 0;  ///< given up, since real time had run ahead
-  std::int64_t run_time_ns = 0;     ///< covered: by the ticks that ran and those given up
+  std::uint64_t ticks = 0;          ///< executed
+  std::uint64_t skipped_ticks = 0;  ///< not executed, since they were too late
+  std::int64_t run_time_ns = 0;     ///< of executed and skipped ticks
   std::int64_t period_ns = 0;       ///< of the base rate
-  std::int64_t duration_ns = 0;     ///< asked for; 0: until stopped
+  std::int64_t duration_ns = 0;     ///< of the scenario; 0: until stopped
   std::string started_at;           ///< ISO 8601
-  std::int64_t wall_ns = 0;         ///< how long the run took on the wall clock
+  std::int64_t wall_ns = 0;         ///< wall-clock time of the run
   std::uint64_t seed = 0;
   std::vector<Override> overrides;
   Realtime realtime;
   Gpu gpu;
   std::vector<Task> tasks;
   std::vector<BaseStage> base_stages;
-  std::vector<Event> watchdog;            ///< a hang, and the first times that ticks were given up
-  std::uint64_t watchdog_not_listed = 0;  ///< further times that ticks were given up
+  std::vector<Event> watchdog;            ///< a hang, and the first times that ticks were skipped
+  std::uint64_t watchdog_not_listed = 0;  ///< further times that ticks were skipped
   Transactions transactions;
   Scheduler scheduler;
   DatabaseLog database_log;
@@ -436,20 +375,18 @@ struct RunRecord {
   std::vector<Expectation> expectations;
   std::vector<Loss> losses;
   std::uint64_t losses_not_listed = 0;
-  /// Everything outside the run that makes it fail (exit code 4), one sentence each: what was lost, not sent,
-  /// not written; the most serious first.
+  /// The reasons for exit code 4, one sentence each, the most serious first: what was lost, not sent or not
+  /// written.
   std::vector<std::string> failures;
   std::vector<ResponseTime> response_times;
   std::vector<Event> events;
   std::optional<TopView> top_view;
-  std::vector<ScanPicture> scan_comparison;
+  std::vector<Section> sections;  ///< of modules
 };
 
 const char* to_string(ExpectationResult result) noexcept;
 const char* to_string(Verdict verdict) noexcept;
-const char* to_string(Layer layer) noexcept;
 std::optional<ExpectationResult> expectation_result_from(const std::string& word);
 std::optional<Verdict> verdict_from(const std::string& word);
-std::optional<Layer> layer_from(const std::string& word);
 
 }  // namespace hil::report

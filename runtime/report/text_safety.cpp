@@ -41,7 +41,8 @@ bool is_allowed(std::uint32_t code) {
   return code != 0xFFFEU && code != 0xFFFFU;
 }
 
-/// `bytes` with each character that `keep` does not want, and each byte that is no character, replaced.
+/// `bytes` with a replacement for each character for which `keep` is false, and for each byte that is not
+/// UTF-8.
 template <class Keep>
 std::string filtered(std::string_view bytes, Keep keep) {
   std::string out;

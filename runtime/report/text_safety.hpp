@@ -1,5 +1,5 @@
 #pragma once
-// Text of any origin (names, file contents, bus data) made fit for a document or a terminal.
+// Makes text of any origin (names, file contents, bus data) safe for a document or a terminal.
 
 #include <string>
 #include <string_view>
@@ -13,15 +13,14 @@ std::string valid_utf8(std::string_view bytes);
 /// character but tab, newline and carriage return, becomes U+FFFD.
 std::string clean_text(std::string_view bytes);
 
-/// clean_text, then & < > " ' and line breaks as character references: fit for element text and quoted
-/// attributes of XML and HTML alike.
+/// clean_text, then & < > " ' and line breaks as character references: for element text and quoted
+/// attributes of XML and HTML.
 std::string escape_markup(std::string_view bytes);
 
-/// clean_text on one line, for a terminal: no control character gets through, line breaks and tabs become
-/// spaces.
+/// clean_text on one line, for a terminal: without control characters; line breaks and tabs become spaces.
 std::string one_line(std::string_view bytes);
 
-/// How many columns a terminal gives to UTF-8 text without wide or combining characters.
+/// The number of columns of UTF-8 text without wide or combining characters on a terminal.
 std::size_t columns_of(std::string_view utf8);
 
 }  // namespace hil::report

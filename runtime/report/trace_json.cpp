@@ -16,7 +16,7 @@ void require_track(const TraceRecord& trace, std::uint32_t track) {
   std::abort();
 }
 
-/// The format counts in microseconds; nanoseconds go behind the point, exactly.
+/// The unit of the format is microseconds; the decimals are nanoseconds, exact.
 std::string microseconds(std::int64_t ns) {
   const auto bits = static_cast<std::uint64_t>(ns);
   const std::uint64_t size = ns < 0 ? ~bits + 1 : bits;
@@ -41,7 +41,7 @@ class EventList {
   bool first_ = true;
 };
 
-/// Thread ids start at 1; 0 stands for the process.
+/// Thread ids start at 1; 0 is the process.
 std::string where(std::uint32_t track) {
   return R"("pid":1,"tid":)" + std::to_string(track + 1);
 }

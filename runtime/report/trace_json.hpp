@@ -1,6 +1,6 @@
 #pragma once
 // trace.json: the run as a timeline in the Chrome trace event format, which Perfetto (ui.perfetto.dev) and
-// chrome://tracing open. It is made from the recorder's spans, not from the RunRecord, and is written once.
+// chrome://tracing open. It is made of the recorder's spans, not of the RunRecord, and written once.
 
 #include <cstdint>
 #include <iosfwd>
@@ -14,7 +14,7 @@ struct TraceTrack {
   std::string name;
 };
 
-/// `track` counts into TraceRecord::tracks (misuse otherwise: asserts). Empty `name`: the track's name.
+/// `track` is an index into TraceRecord::tracks; else misuse (asserts). Empty `name`: the name of the track.
 struct TraceSpan {
   std::uint32_t track = 0;
   std::uint64_t tick = 0;
@@ -38,7 +38,7 @@ struct TraceRecord {
   std::vector<TraceInstant> instants;
 };
 
-/// Streams, so the document is never whole in memory. The caller looks at the stream's state.
+/// Streams, so that the document is never completely in memory. The caller checks the state of the stream.
 void write_trace_json(std::ostream& out, const TraceRecord& trace);
 
 }  // namespace hil::report

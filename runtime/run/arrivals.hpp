@@ -1,9 +1,9 @@
 #pragma once
-// The samples of a device's inputs one by one, for those who have to see each of them: a tick knows only the
-// newest of the frames that came since the tick before.
+// All samples of a device's inputs, for judges that need each of them: a tick sees only the newest of the
+// frames that came since the tick before.
 //
-// Threads: keep from the thread that opens the run, before the device starts; all else from the base thread,
-// and lost() after the run.
+// Threads: keep from the thread that opens the run, before the device starts; the rest from the base thread,
+// lost() also after the run.
 
 #include <cstdint>
 #include <span>
@@ -22,15 +22,16 @@ struct Arrival {
 
 class Arrivals {
  public:
-  /// From now on, when the device can; a second time for one signal is no mistake.
+  /// Keeps all samples of this input from now on, if the device can. A second call for a signal has no
+  /// effect.
   void keep(io::Device& device, std::size_t input, signals::SignalId signal);
   bool keeps(signals::SignalId signal) const noexcept;
 
-  /// Just before the first tick: what came before it is forgotten.
+  /// Drops what came before the first tick.
   void begin() noexcept;
-  /// What came since it was called last. By signal, each oldest first; valid until the next call.
+  /// The samples since the last call, by signal, each signal's oldest first. Valid until the next call.
   std::span<const Arrival> collect() noexcept;
-  /// Since begin(): samples that are missing because the tick took them too late.
+  /// The number of samples since begin() that were lost since the tick took them too late.
   std::uint64_t lost() const noexcept;
 
  private:
@@ -41,7 +42,7 @@ class Arrivals {
   };
   std::uint64_t lost_by_devices() const noexcept;
 
-  /// A device keeps less; what one call does not take waits for the next.
+  /// Above the capacity of a device. The next call takes what one call leaves.
   static constexpr std::size_t max_per_signal = 8192;
   std::vector<Kept> kept_;
   std::vector<Arrival> collected_;

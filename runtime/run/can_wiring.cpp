@@ -15,11 +15,6 @@ namespace {
 using config::Diagnostics;
 using config::Word;
 
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
-  const std::string near = config::nearest(word, names);
-  return near.empty() ? std::string() : "; did you mean '" + near + "'?";
-}
-
 std::string milliseconds(std::int64_t duration_ns) {
   return config::format_number(static_cast<double>(duration_ns) * 1e-6) + " ms";
 }
@@ -48,8 +43,8 @@ const io::can::DbcMessage* find_message(const io::can::Dbc& database, const Word
     std::vector<std::string> names;
     for (const io::can::DbcMessage& known : database.messages)
       names.push_back(known.name);
-    diagnostics.add(word.place,
-                    "the CAN database has no message '" + word.text + "'" + did_you_mean(word.text, names));
+    diagnostics.add(word.place, "the CAN database has no message '" + word.text + "'" +
+                                    config::suggestion(word.text, names));
     return nullptr;
   }
   const std::vector<std::string> problems = io::can::coding_problems(*found, {}, use);
@@ -67,22 +62,22 @@ const io::can::DbcSignal* find_dbc_signal(const io::can::DbcMessage& message, co
   for (const io::can::DbcSignal& known : message.signals)
     names.push_back(known.name);
   diagnostics.add(signal.place, "message " + message.name + " has no signal '" + signal.text + "'" +
-                                    did_you_mean(signal.text, names));
+                                    config::suggestion(signal.text, names));
   return nullptr;
 }
 
-/// Adds a mistake for a constant that the signal's bits or its range can not hold.
+/// Adds a mistake for a constant beyond the bits or the range of the signal.
 void check_constant(const io::can::DbcSignal& signal, const Word& written, double value,
                     Diagnostics& diagnostics) {
   const io::can::SignalCodec codec(signal);
   if (codec.to_raw(value).verdict != io::can::SignalCodec::Verdict::saturated) return;
   diagnostics.add(written.place, "'" + written.text + "': " + config::format_number(value) +
-                                     " is out of range; the signal holds " +
+                                     " is out of range; the signal has the range " +
                                      config::format_number(codec.physical_minimum()) + " to " +
                                      config::format_number(codec.physical_maximum()));
 }
 
-/// Leaves `protection` empty after a mistake. The message can be used otherwise.
+/// Leaves `protection` empty after a mistake; the message can still be used.
 template <class Section>
 void take_protection(const Section& section, const io::can::DbcMessage& message, io::can::Use use,
                      io::can::Protection& protection, Diagnostics& diagnostics) {
@@ -142,8 +137,7 @@ std::int64_t period_of(const config::SentMessage& sent, const io::can::DbcMessag
   if (period_ns % bus_period_ns != 0) {
     diagnostics.add(sent.message.place, "the period of '" + message.name + "', " + milliseconds(period_ns) +
                                             source + ", is no multiple of the bus's period of " +
-                                            milliseconds(bus_period_ns) +
-                                            "; write 'period', or another 'rate'");
+                                            milliseconds(bus_period_ns) + "; set 'period' or another 'rate'");
   } else if (sent.offset_ns >= period_ns) {
     diagnostics.add(sent.message.place, "'offset': " + milliseconds(sent.offset_ns) +
                                             " has to be less than the message's period of " +
@@ -234,7 +228,7 @@ std::optional<double> value_named(const std::map<std::string, double>& values, c
   if (found != values.end() && !std::isnan(found->second)) return found->second;
   if (found != values.end()) {
     diagnostics.add(name.place,
-                    "'" + signal + "' has several values named '" + name.text + "'; write the number");
+                    "'" + signal + "' has several values with the name '" + name.text + "'; use the number");
     return std::nullopt;
   }
   std::vector<std::string> names;
@@ -273,7 +267,7 @@ void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMe
   }
   if (!by_default.empty()) {
     diagnostics.warn(sent.message.place, "nothing sets these signals of " + message.name +
-                                             "; they carry the start value that the DBC file gives to all "
+                                             "; they have the start value that the DBC file gives to all "
                                              "signals (BA_DEF_DEF_ GenSigStartValue): " +
                                              by_default);
   }
@@ -281,13 +275,13 @@ void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMe
     diagnostics.warn(sent.message.place,
                      "nothing sets these signals of " + message.name +
                          ", and their start values in the DBC file (GenSigStartValue, which is raw) do not "
-                         "fit their bits; they carry their safe values: " +
+                         "fit their bits; they have their safe values: " +
                          unfit);
   }
   if (unset.empty()) return;
   diagnostics.warn(sent.message.place,
                    "nothing sets these signals of " + message.name +
-                       ", and the DBC file gives them no start value; they carry their safe "
+                       ", and the DBC file gives them no start value; they have their safe "
                        "values: " +
                        unset);
 }

@@ -1,6 +1,6 @@
 #pragma once
-// The configuration of a CAN device, from a section of the scenario and its DBC file, which gives defaults;
-// and what the file tells about signals.
+// The configuration of a CAN device, from a section of the scenario and the defaults of its DBC file; and
+// properties of signals in the file.
 
 #include <map>
 #include <optional>
@@ -11,30 +11,30 @@
 
 namespace hil::run {
 
-/// What of the section fits the DBC file; messages that do not are left out, each with a mistake. Empty when
-/// nothing of the bus can be used. Each mistake has the place in the scenario that uses what is wrong, or the
-/// place in the DBC file. Statements of the file that are not understood give warnings.
+/// The configuration without the messages that do not fit the DBC file, each of which is a mistake. Empty
+/// when nothing of the bus can be used. A mistake has the place in the scenario that uses what is wrong, or
+/// the place in the DBC file. A statement of the file that is not understood gives a warning.
 std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenario& scenario,
                                                             const config::CanSection& section,
                                                             config::Diagnostics& diagnostics);
 
-/// The physical value of each name that the DBC file gives to a raw value of the signal (VAL_). NaN where a
-/// name stands for several values.
+/// The physical value of each name that the DBC file gives to a raw value of the signal (VAL_); NaN for a
+/// name of several values.
 std::map<std::string, double> named_values_of(const io::can::DbcSignal& signal);
 
 /// The value with this name; empty with a mistake when there is none, or several.
 std::optional<double> value_named(const std::map<std::string, double>& values, const config::Word& name,
                                   const std::string& signal, config::Diagnostics& diagnostics);
 
-/// The physical value of the signal's start value (GenSigStartValue). Empty: the file gives none that the
-/// signal can hold.
+/// The physical value of the signal's start value (GenSigStartValue). Empty: the file gives none that fits
+/// the signal.
 std::optional<double> start_value_of(const io::can::DbcSignal& signal);
 
-/// Warns of a sent message's signals that nothing sets and that have no start value.
+/// Warns of the signals of a sent message that nothing sets and that have no start value.
 void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMessage& message,
                            config::Diagnostics& diagnostics);
 
-/// "has 64 bits; ..." where a double can not hold every value of the signal; else empty.
+/// "has 64 bits; ..." for a signal whose values a double can not all represent; else empty.
 std::string precision_warning(const io::can::DbcSignal& signal);
 
 }  // namespace hil::run

@@ -13,7 +13,7 @@ std::string seconds(std::int64_t time_ns) {
   return report::to_ascii(report::instant(time_ns));
 }
 
-/// Rounded down, so that a share below a limit never reads like the limit.
+/// Rounded down, so that a share below a limit is never printed as the limit.
 std::string percent_text(double share) {
   char text[48];
   std::snprintf(text, sizeof text, "%g %%", std::floor(share * 1000.0 + 1e-9) / 10.0);
@@ -35,7 +35,7 @@ Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals:
   }
 }
 
-void Coverage::look(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept {
+void Coverage::check(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept {
   if (evaluated) ++evaluated_ticks_;
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     Watched& watched = watched_[i];
@@ -46,8 +46,9 @@ void Coverage::look(const signals::SignalTable& table, std::int64_t time_ns, boo
     if (!watched.stale_since_ns) watched.stale_since_ns = time_ns;
     const std::int64_t begin_ns = *watched.stale_since_ns;
     if (evaluated || watched.timeout_ns == 0 || time_ns - begin_ns <= watched.timeout_ns) continue;
-    if (!lapse_) lapse_ = Lapse{i, begin_ns, time_ns};
-    if (lapse_->watched == i && lapse_->begin_ns == begin_ns) lapse_->end_ns = time_ns;
+    if (!stale_interval_) stale_interval_ = StaleInterval{i, begin_ns, time_ns};
+    if (stale_interval_->watched == i && stale_interval_->begin_ns == begin_ns)
+      stale_interval_->end_ns = time_ns;
   }
 }
 
@@ -64,15 +65,15 @@ std::string Coverage::share_text(std::uint64_t part, std::uint64_t whole, const 
 }
 
 std::string Coverage::shortfall(std::uint64_t covered_ticks) const {
-  if (covered_ticks == 0) return "the run had no tick to judge";
+  if (covered_ticks == 0) return "the run had no tick";
   std::string text;
   if (!suffices(evaluated_ticks_, covered_ticks))
     text = "evaluated on " + share_text(evaluated_ticks_, covered_ticks, "ticks");
-  if (!lapse_) return text;
-  const Watched& watched = watched_[lapse_->watched];
+  if (!stale_interval_) return text;
+  const Watched& watched = watched_[stale_interval_->watched];
   return text + (text.empty() ? "" : "; ") + watched.name + " was not fresh from " +
-         seconds(lapse_->begin_ns) + " to " + seconds(lapse_->end_ns) + ", longer than its time-out of " +
-         seconds(watched.timeout_ns);
+         seconds(stale_interval_->begin_ns) + " to " + seconds(stale_interval_->end_ns) +
+         ", longer than its time-out of " + seconds(watched.timeout_ns);
 }
 
 }  // namespace hil::run

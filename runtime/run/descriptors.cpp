@@ -14,8 +14,8 @@
 namespace hil::run {
 namespace {
 
-/// Upper bounds: for the GPU driver, the database's log and the run's files together; for each bus, unit or
-/// program.
+/// Upper bounds: for the GPU driver, the database's log and the files of the run together; for each bus,
+/// unit or process.
 constexpr std::size_t needed_by_run = 64;
 constexpr std::size_t needed_by_each_device = 8;
 
@@ -24,7 +24,7 @@ std::size_t needed_by(const config::Scenario& scenario) {
          needed_by_each_device * (scenario.can.size() + scenario.modbus.size() + scenario.processes.size());
 }
 
-/// `wanted`, or as many as this process can open now.
+/// The number of descriptors that this process can open now, at most `wanted`.
 std::size_t descriptors_left(std::size_t wanted) {
   std::vector<int> opened;
   opened.reserve(wanted);
@@ -50,7 +50,7 @@ void require_descriptors(const config::Scenario& scenario) {
   setrlimit(RLIMIT_NOFILE, &limit);
   left = descriptors_left(needed);
   if (left == needed) return;
-  throw io::DeviceError("the run needs " + std::to_string(needed) + " more open files, and " +
+  throw io::DeviceError("the run needs " + std::to_string(needed) + " more open files, but only " +
                         std::to_string(left) + " are possible: the limit of open files is " +
                         std::to_string(limit.rlim_cur) + "; raise it to at least " + std::to_string(wanted) +
                         " (ulimit -n " + std::to_string(wanted) + ")");

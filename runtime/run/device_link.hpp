@@ -1,7 +1,7 @@
 #pragma once
-// A device at work in a run: its inputs become signals at the beginning of every tick, its outputs are
-// released by a task at the device's own rate. Under the virtual clock the same task moves the device on in
-// lock-step.
+// Connects a device to the signals of a run: its inputs become signals at the beginning of every tick, and
+// a task with the device's rate releases its outputs. Under the virtual clock the same task exchanges
+// frames with the device in lock-step.
 
 #include <memory>
 #include <string>
@@ -15,7 +15,7 @@ namespace hil::run {
 
 class DeviceLink final : public executive::Task {
  public:
-  /// Where an output's value comes from.
+  /// The source of an output's value.
   struct Source {
     signals::SignalId signal;  ///< invalid: the constant
     double constant = 0.0;
@@ -36,9 +36,9 @@ class DeviceLink final : public executive::Task {
   /// Base thread. While `hold` is true, step() releases the safe values of the outputs instead of their
   /// signals.
   void hold_safe_values(bool hold) noexcept { holds_safe_values_ = hold; }
-  /// The task's work: release the outputs of this tick; in lock-step also wait for the answers.
+  /// Releases the outputs of this tick; in lock-step also waits for the answers.
   void step(const executive::TickInfo& tick) noexcept override;
-  /// False once a lock-step exchange failed: the other side is gone.
+  /// False once a lock-step exchange failed: the other side does not answer.
   bool in_step() const noexcept { return in_step_; }
 
  private:

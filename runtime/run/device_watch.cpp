@@ -9,38 +9,39 @@ DeviceWatch::DeviceWatch(const std::vector<const io::Device*>& devices) {
     watched_.push_back({.device = device, .connected = true, .faulty = false});
 }
 
-void DeviceWatch::look(std::int64_t run_time_ns,
-                       const std::function<void(bool good, const std::string&)>& tell) {
+void DeviceWatch::check(std::int64_t run_time_ns,
+                        const std::function<void(bool good, const std::string&)>& report) {
   for (Watched& watched : watched_) {
-    take_events(watched, [&](const std::string& sentence) { tell(false, sentence); });
-    const io::DeviceHealth health = watched.device->health();
-    const bool faulty = !health.fault.empty();
-    if (health.connected == watched.connected && faulty == watched.faulty) continue;
-    watched.connected = health.connected;
+    take_events(watched, [&](const std::string& sentence) { report(false, sentence); });
+    const bool connected = watched.device->connected();
+    const std::string fault = watched.device->fault();
+    const bool faulty = !fault.empty();
+    if (connected == watched.connected && faulty == watched.faulty) continue;
+    watched.connected = connected;
     watched.faulty = faulty;
-    const bool good = health.connected && !faulty;
+    const bool good = connected && !faulty;
     std::string sentence = "device " + watched.device->name();
-    sentence += good               ? " works again"
-                : health.connected ? " has a fault"
-                : faulty           ? " is lost"
-                                   : " is not connected";
-    if (faulty) sentence += ": " + health.fault;
+    sentence += good        ? " works again"
+                : connected ? " has a fault"
+                : faulty    ? " is lost"
+                            : " is not connected";
+    if (faulty) sentence += ": " + fault;
     events_.push_back({run_time_ns, sentence});
-    tell(good, sentence);
+    report(good, sentence);
   }
 }
 
-void DeviceWatch::take_last_events(const std::function<void(const std::string&)>& tell) {
+void DeviceWatch::take_last_events(const std::function<void(const std::string&)>& report) {
   for (Watched& watched : watched_)
-    take_events(watched, tell);
+    take_events(watched, report);
 }
 
-void DeviceWatch::take_events(Watched& watched, const std::function<void(const std::string&)>& tell) {
+void DeviceWatch::take_events(Watched& watched, const std::function<void(const std::string&)>& report) {
   for (io::DeviceEvent& event : watched.device->events_since(watched.events)) {
     ++watched.events;
     // An event from before the run is listed at its beginning.
     const std::int64_t time_ns = std::max<io::RunTimeNs>(event.time_ns, 0);
-    tell(event.text);
+    report(event.text);
     events_.push_back({time_ns, std::move(event.text)});
   }
 }

@@ -1,8 +1,8 @@
 #pragma once
-// Records when devices get lost and come back during a run, and collects the devices' own events, for the
-// report.
+// Records for the report when devices become faulty or disconnected and when they recover, and collects the
+// devices' own events.
 //
-// Threads: look from one ordinary thread; events after it has ended.
+// Threads: check from one ordinary thread; events after it has ended.
 
 #include <cstdint>
 #include <functional>
@@ -19,13 +19,14 @@ class DeviceWatch {
   /// The devices outlive it.
   explicit DeviceWatch(const std::vector<const io::Device*>& devices);
 
-  /// Compares each device's health with the last look, takes its events, and calls `tell` with a sentence for
-  /// each change and event. The first look reports only what is lost.
-  void look(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& tell);
-  /// After the run: takes the events since the last look. Ignores the health of the devices, which are
+  /// Compares each device's state with that of the last check, takes its events, and calls `report` with a
+  /// sentence for each change and each event. The first check reports only devices that are not connected or
+  /// have a fault.
+  void check(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& report);
+  /// After the run: takes the events since the last check. Ignores the state of the devices, which are
   /// stopped.
-  void take_last_events(const std::function<void(const std::string&)>& tell);
-  /// All changes, with the run time of the look that saw them, and all events, with their own.
+  void take_last_events(const std::function<void(const std::string&)>& report);
+  /// All changes, with the run time of the check that found them, and all events, with their own time.
   const std::vector<report::Event>& events() const noexcept { return events_; }
 
  private:
@@ -35,7 +36,7 @@ class DeviceWatch {
     bool faulty = false;
     std::size_t events = 0;  ///< taken so far
   };
-  void take_events(Watched& watched, const std::function<void(const std::string&)>& tell);
+  void take_events(Watched& watched, const std::function<void(const std::string&)>& report);
 
   std::vector<Watched> watched_;
   std::vector<report::Event> events_;

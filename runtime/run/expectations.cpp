@@ -13,10 +13,10 @@ std::string at_second(std::int64_t time_ns) {
   return report::to_ascii(report::instant(time_ns));
 }
 
-/// A condition with the few signals that it mentions.
-class Watched {
+/// A condition with the signals that it mentions.
+class WatchedCondition {
  public:
-  Watched(const config::Condition& condition, const signals::SignalTable& table)
+  WatchedCondition(const config::Condition& condition, const signals::SignalTable& table)
       : text_(condition.text()),
         values_(condition.mentions().size()),
         unknown_(values_.size()),
@@ -60,26 +60,26 @@ class Watched {
   config::BoundCondition bound_;
 };
 
-class AtEveryTick final : public Judge {
+class EveryTickJudge final : public Judge {
  public:
-  AtEveryTick(const config::Expectation& expectation, const config::Condition& condition, bool wanted,
-              const signals::SignalTable& table)
+  EveryTickJudge(const config::Expectation& expectation, const config::Condition& condition, bool wanted,
+                 const signals::SignalTable& table)
       : name_(expectation.name),
-        watched_(condition, table),
-        coverage_(watched_.signals(), table, expectation.coverage),
+        condition_(condition, table),
+        coverage_(condition_.signals(), table, expectation.coverage),
         wanted_(wanted) {}
 
-  void look(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
-    const config::Truth truth = watched_.truth(table);
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
+    const config::Truth truth = condition_.truth(table);
     const bool evaluated = truth != config::Truth::unknown;
-    coverage_.look(table, time_ns, evaluated);
+    coverage_.check(table, time_ns, evaluated);
     if (evaluated && !first_failure_ns_ && (truth == config::Truth::yes) != wanted_)
       first_failure_ns_ = time_ns;
   }
 
   report::Expectation result(const Extent& extent) const override {
-    const std::string claim = (wanted_ ? "always " : "never ") + watched_.text();
+    const std::string claim = (wanted_ ? "always " : "never ") + condition_.text();
     report::Expectation result{.name = name_,
                                .result = report::ExpectationResult::held,
                                .detail = {},
@@ -100,31 +100,31 @@ class AtEveryTick final : public Judge {
 
  private:
   const std::string name_;
-  Watched watched_;
+  WatchedCondition condition_;
   Coverage coverage_;
   const bool wanted_;
   std::optional<std::int64_t> first_failure_ns_;
 };
 
-class Once final : public Judge {
+class EventuallyJudge final : public Judge {
  public:
-  Once(const config::Expectation& expectation, const config::Eventually& claim,
-       const signals::SignalTable& table)
+  EventuallyJudge(const config::Expectation& expectation, const config::Eventually& claim,
+                  const signals::SignalTable& table)
       : name_(expectation.name),
-        watched_(claim.condition, table),
-        coverage_(watched_.signals(), table, expectation.coverage),
+        condition_(claim.condition, table),
+        coverage_(condition_.signals(), table, expectation.coverage),
         by_ns_(claim.by_ns) {}
 
-  void look(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
     if (met_ns_) return;
-    const config::Truth truth = watched_.truth(table);
+    const config::Truth truth = condition_.truth(table);
     if (truth == config::Truth::yes) met_ns_ = time_ns;
-    if (!by_ns_ || time_ns <= *by_ns_) coverage_.look(table, time_ns, truth != config::Truth::unknown);
+    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != config::Truth::unknown);
   }
 
   report::Expectation result(const Extent& extent) const override {
-    const std::string claim = "eventually " + watched_.text();
+    const std::string claim = "eventually " + condition_.text();
     report::Expectation result{.name = name_,
                                .result = report::ExpectationResult::held,
                                .detail = {},
@@ -137,12 +137,13 @@ class Once final : public Judge {
       return result;
     }
     const std::int64_t limit_ns = std::min(by_ns_.value_or(extent.end_ns), extent.end_ns);
-    const std::string seen = met_ns_ ? "only at " + at_second(*met_ns_) + ", wanted by " + at_second(*by_ns_)
-                                     : "not in " + at_second(limit_ns);
+    const std::string observed =
+        met_ns_ ? "only at " + at_second(*met_ns_) + ", required by " + at_second(*by_ns_)
+                : "not in " + at_second(limit_ns);
     const std::string shortfall = coverage_.shortfall(result.covered_ticks);
     result.result =
         shortfall.empty() ? report::ExpectationResult::failed : report::ExpectationResult::not_checked;
-    result.detail = claim + ": " + seen + (shortfall.empty() ? "" : ", and " + shortfall);
+    result.detail = claim + ": " + observed + (shortfall.empty() ? "" : ", and " + shortfall);
     if (shortfall.empty()) result.first_failure_ns = limit_ns;
     return result;
   }
@@ -154,7 +155,7 @@ class Once final : public Judge {
   }
 
   const std::string name_;
-  Watched watched_;
+  WatchedCondition condition_;
   Coverage coverage_;
   const std::optional<std::int64_t> by_ns_;
   std::optional<std::int64_t> met_ns_;
@@ -165,13 +166,13 @@ class Once final : public Judge {
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
                                   const Arrivals& arrivals, std::uint64_t max_samples) {
   if (const auto* never = std::get_if<config::Never>(&expectation.claim)) {
-    return std::make_unique<AtEveryTick>(expectation, never->condition, false, table);
+    return std::make_unique<EveryTickJudge>(expectation, never->condition, false, table);
   }
   if (const auto* always = std::get_if<config::Always>(&expectation.claim)) {
-    return std::make_unique<AtEveryTick>(expectation, always->condition, true, table);
+    return std::make_unique<EveryTickJudge>(expectation, always->condition, true, table);
   }
   if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim)) {
-    return std::make_unique<Once>(expectation, *eventually, table);
+    return std::make_unique<EventuallyJudge>(expectation, *eventually, table);
   }
   return std::make_unique<ResponseJudge>(expectation, std::get<config::Response>(expectation.claim), table,
                                          arrivals, max_samples);

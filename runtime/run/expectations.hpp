@@ -1,12 +1,12 @@
 #pragma once
-// Judges what the scenario expects, tick by tick, without allocating. An expectation has held, has failed, or
-// was not checked (coverage.hpp says when).
+// Judges the expectations of a scenario on every tick, without allocation. The result of an expectation is
+// held, failed or not checked (coverage.hpp).
 //
-// never / always  fails on the first tick on which the condition is known to be true / false.
-// eventually      is met on the first tick on which the condition is known to be true, not later than `by`.
-// response        runtime/run/response_judge.hpp.
+// never, always  fails on the first tick on which the condition is known to be true, or false.
+// eventually     is held when the condition is known to be true on a tick not later than `by`.
+// response       runtime/run/response_judge.hpp.
 //
-// Threads: the base thread judges; results are read after the run.
+// Threads: check from the base thread; results after the run.
 
 #include <cstdint>
 #include <memory>
@@ -25,9 +25,9 @@ namespace hil::run {
 class Judge {
  public:
   virtual ~Judge() = default;
-  /// After every tick, with what arrived since the tick before.
-  virtual void look(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                    std::int64_t time_ns) noexcept = 0;
+  /// After every tick, with the samples that arrived since the tick before.
+  virtual void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+                     std::int64_t time_ns) noexcept = 0;
   virtual report::Expectation result(const Extent& extent) const = 0;
   /// Response times, where the expectation measures them.
   virtual std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const {
@@ -36,9 +36,9 @@ class Judge {
   }
 };
 
-/// Every name has been found in `table` when the scenario was wired. `arrivals` outlives the judge and knows
-/// already what it will keep. `max_samples`: so many response times are kept, a
-/// million at most.
+/// `table` contains all names of the expectation, since wire() checked them. `arrivals` outlives the judge
+/// and has the inputs that it keeps. `max_samples`: the number of response times that are kept, a million
+/// at most.
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
                                   const Arrivals& arrivals, std::uint64_t max_samples);
 

@@ -22,7 +22,7 @@ bool is_word_letter(char letter) {
   return std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '_' || letter == '.';
 }
 
-/// Adds a mistake for each word that is not a count, also where the condition has other mistakes.
+/// Adds a mistake for each word that is not a count, even when the condition has other mistakes.
 void check_words(const config::Value& value, config::Diagnostics& diagnostics) {
   constexpr std::array joining{"and", "or", "not"};
   const std::string& text = value.text();
@@ -43,14 +43,14 @@ void check_words(const config::Value& value, config::Diagnostics& diagnostics) {
   }
 }
 
-/// Without the quotation mark that stands before the text there.
-config::Place as_written(config::Place place) {
+/// The place in the user's text: the parsed text has a quotation mark before it.
+config::Place without_quote(config::Place place) {
   if (place.column > 1) --place.column;
   return place;
 }
 
 std::optional<config::Condition> parse_quoted(const std::string& text, config::Diagnostics& diagnostics) {
-  // A JSON string is a YAML string: the way for text of the command line to become a value with a place.
+  // A JSON string is a YAML string, and the YAML parser gives the text a place.
   const std::string quoted =
       nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
   const auto value = config::parse_text("--fail-on", quoted, config::Schema::text(), diagnostics);
@@ -66,7 +66,7 @@ std::optional<config::Condition> parse_fail_on(const std::string& text, config::
   config::Diagnostics quoted;
   auto condition = parse_quoted(text, quoted);
   for (const config::Mistake& mistake : quoted.mistakes())
-    diagnostics.add(as_written(mistake.place), mistake.message);
+    diagnostics.add(without_quote(mistake.place), mistake.message);
   return quoted.mistakes().empty() ? std::move(condition) : std::nullopt;
 }
 

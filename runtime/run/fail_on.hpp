@@ -1,5 +1,5 @@
 #pragma once
-// --fail-on: when a run counts as broken in its timing.
+// --fail-on: the condition under which the timing of a run counts as broken.
 
 #include <optional>
 #include <string>
@@ -10,11 +10,12 @@
 
 namespace hil::run {
 
-/// A condition over the run's counts: misses, overruns, skipped (releases never run), aborted, over_budget,
-/// skipped_ticks, lost_records, hard_misses, without_answer (runs of tasks). Empty with mistakes when it is not one.
+/// A condition over the counts of a run: misses, overruns, skipped (releases), aborted, over_budget,
+/// skipped_ticks, lost_records, hard_misses, without_answer (runs of tasks). Empty with mistakes when the
+/// text is no such condition.
 std::optional<config::Condition> parse_fail_on(const std::string& text, config::Diagnostics& diagnostics);
 
-/// `condition` comes from parse_fail_on.
+/// Whether the condition, of parse_fail_on, holds for the run.
 bool timing_broken(const config::Condition& condition, const executive::RunResult& result,
                    const report::RunRecord& record);
 

@@ -7,59 +7,69 @@ namespace hil::run {
 
 LossWatch::LossWatch(std::vector<Subject> subjects) {
   for (Subject& subject : subjects)
-    watched_.push_back({.subject = std::move(subject), .away_since_ns = {}, .first_look_ns = {}});
+    watched_.push_back({.subject = std::move(subject), .disconnected_since_ns = {}, .first_check_ns = {}});
 }
 
 bool LossWatch::is_loss(const Watched& watched, std::int64_t until_ns) noexcept {
   const std::int64_t timeout_ns = watched.subject.device->loss_timeout_ns();
-  return watched.away_since_ns && timeout_ns > 0 && until_ns - *watched.away_since_ns > timeout_ns;
+  return watched.disconnected_since_ns && timeout_ns > 0 &&
+         until_ns - *watched.disconnected_since_ns > timeout_ns;
 }
 
 bool LossWatch::never_answered(const Watched& watched) noexcept {
   const io::Device& device = *watched.subject.device;
-  return device.loss_timeout_ns() > 0 && watched.first_look_ns && !watched.has_answered &&
+  return device.loss_timeout_ns() > 0 && watched.first_check_ns && !watched.has_answered &&
          !device.has_answered();
 }
 
-void LossWatch::look(std::int64_t time_ns) noexcept {
+void LossWatch::check(std::int64_t time_ns) noexcept {
   outputs_must_be_safe_ = false;
   for (Watched& watched : watched_) {
-    if (!watched.first_look_ns) watched.first_look_ns = time_ns;
+    if (!watched.first_check_ns) watched.first_check_ns = time_ns;
     if (!watched.has_answered) watched.has_answered = watched.subject.device->has_answered();
     if (!watched.subject.device->connected()) {
-      if (!watched.away_since_ns) watched.away_since_ns = time_ns;
+      if (!watched.disconnected_since_ns) watched.disconnected_since_ns = time_ns;
       if (is_loss(watched, time_ns) && !watched.subject.may_be_lost) outputs_must_be_safe_ = true;
       continue;
     }
     if (is_loss(watched, time_ns)) {
       if (watched.kept_count < watched.kept.size()) {
-        watched.kept[watched.kept_count++] = {*watched.away_since_ns, time_ns};
+        watched.kept[watched.kept_count++] = {*watched.disconnected_since_ns, time_ns};
       } else {
         ++watched.not_kept;
       }
     }
-    watched.away_since_ns.reset();
+    watched.disconnected_since_ns.reset();
   }
 }
 
-std::vector<report::Loss> LossWatch::losses(std::int64_t end_ns) const {
+std::vector<report::Loss> LossWatch::losses(std::int64_t end_ns, std::span<const ProcessExit> exits) const {
   std::vector<report::Loss> all;
+  for (const ProcessExit& exit : exits) {
+    if (!exit.ended_early || exit.safe_on_exit) continue;
+    all.push_back({.what = "process " + exit.name,
+                   .begin_ns = exit.ended_at_ns,
+                   .duration_ns = end_ns - exit.ended_at_ns,
+                   .to_the_end = true,
+                   .permitted = exit.may_be_lost,
+                   .cause = exit.exit});
+  }
   for (const Watched& watched : watched_) {
-    const auto add = [&](Stretch stretch, bool to_the_end) {
+    const auto add = [&](Interval interval, bool to_the_end) {
       all.push_back({.what = watched.subject.name,
-                     .begin_ns = stretch.begin_ns,
-                     .duration_ns = stretch.end_ns - stretch.begin_ns,
+                     .begin_ns = interval.begin_ns,
+                     .duration_ns = interval.end_ns - interval.begin_ns,
                      .to_the_end = to_the_end,
                      .permitted = watched.subject.may_be_lost,
-                     .cause = to_the_end ? watched.subject.device->health().fault : std::string()});
+                     .cause = to_the_end ? watched.subject.device->fault() : std::string()});
     };
     if (never_answered(watched)) {
-      add({*watched.first_look_ns, end_ns}, true);
+      add({*watched.first_check_ns, end_ns}, true);
       continue;
     }
     for (std::size_t i = 0; i < watched.kept_count; ++i)
       add(watched.kept[i], false);
-    if (is_loss(watched, end_ns)) add({*watched.away_since_ns, end_ns}, true);
+    if (is_loss(watched, end_ns)) add({*watched.disconnected_since_ns, end_ns}, true);
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& left, const auto& right) { return left.begin_ns < right.begin_ns; });

@@ -1,18 +1,21 @@
 #pragma once
-// Detects the devices that are lost during a run. A device is lost when it is not connected for longer than
-// its time-out (io::Device::loss_timeout_ns), counted from the first tick on. A device that has a time-out
-// and never answered is lost, too, however short the run is.
+// Finds the losses of a run. A device is lost when it is not connected for longer than its time-out
+// (io::Device::loss_timeout_ns), counted from the first tick on. A device that has a time-out and never
+// answered is lost, too, however short the run is. A process is lost when it ends before the run and its
+// end does not end the run.
 //
-// Threads: look and outputs_must_be_safe from the base thread; losses after the run.
+// Threads: check and outputs_must_be_safe from the base thread; losses after the run.
 
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "io/device.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/run/process_watch.hpp"
 
 namespace hil::run {
 
@@ -26,27 +29,27 @@ class LossWatch {
   explicit LossWatch(std::vector<Subject> subjects);
 
   /// To be called after the inputs of a tick are latched. Neither allocates nor blocks.
-  void look(std::int64_t time_ns) noexcept;
+  void check(std::int64_t time_ns) noexcept;
   /// True while a device is lost whose loss is not permitted.
   bool outputs_must_be_safe() const noexcept { return outputs_must_be_safe_; }
 
-  /// The losses of all devices, in the order of their beginning, of each device the first 100 that ended. A
-  /// loss that goes on lasts until `end_ns`, and the device's fault is its cause.
-  std::vector<report::Loss> losses(std::int64_t end_ns) const;
-  /// The number of further losses.
+  /// All losses in the order of their beginning; of each device the first 100 that ended. A loss that goes on
+  /// lasts until `end_ns`, and the device's fault is its cause. `exits`: all processes of the run.
+  std::vector<report::Loss> losses(std::int64_t end_ns, std::span<const ProcessExit> exits) const;
+  /// The number of further losses of devices.
   std::uint64_t not_listed() const noexcept;
 
  private:
-  struct Stretch {
+  struct Interval {
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
   };
   struct Watched {
     Subject subject;
-    std::optional<std::int64_t> away_since_ns;
-    std::optional<std::int64_t> first_look_ns;
+    std::optional<std::int64_t> disconnected_since_ns;
+    std::optional<std::int64_t> first_check_ns;
     bool has_answered = false;
-    std::array<Stretch, 100> kept{};
+    std::array<Interval, 100> kept{};
     std::size_t kept_count = 0;
     std::uint64_t not_kept = 0;
   };

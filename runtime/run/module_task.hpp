@@ -1,6 +1,6 @@
 #pragma once
-// A module as a task of the executive: latches its inputs from the signal table, steps it, publishes its
-// outputs. Inputs and outputs are copies, so that a module on a thread of its own never touches the table.
+// A module as a task of the executive: copies its inputs from the signal table, steps it, and publishes its
+// outputs. A module works on copies, so that one on a task thread never accesses the table.
 
 #include <vector>
 
@@ -28,10 +28,10 @@ class ModuleTask final : public executive::Task {
   std::int64_t last_blocked_ns() const noexcept override { return context_.blocked_ns; }
   std::int64_t last_gpu_ns() const noexcept override { return context_.gpu_ns; }
 
-  /// Runs, those to warm up among them, with a transaction that came to nothing: their outputs tell of an earlier
-  /// instant. After the run.
+  /// The number of runs, warm-up runs included, in which a transaction failed: their outputs are those of
+  /// an earlier run. After the run.
   std::uint64_t runs_without_answer() const noexcept { return runs_without_answer_; }
-  /// What became of the first such transaction.
+  /// The status of the first such transaction.
   rtstdb::Status first_failure() const noexcept { return first_failure_; }
 
  private:
@@ -44,7 +44,7 @@ class ModuleTask final : public executive::Task {
   const rtstdb::Database& database_;
   const DeviceClock& run_clock_;
   std::vector<signals::SignalValue> inputs_;
-  // What a kept release reads: inputs and world as of its own tick.
+  // Inputs and version of a kept release, as of its tick.
   std::vector<signals::SignalValue> kept_inputs_;
   rtstdb::Version kept_version_ = 0;
   bool kept_ = false;

@@ -1,9 +1,9 @@
 #pragma once
-// The programs that a run starts (the device under test, simulated units) and the ordinary thread that looks
-// after them and the console while the run goes on.
+// The processes that a run starts (the device under test, simulated units), and the ordinary thread that
+// watches them while the run goes on.
 //
-// Threads: start and stop on one long-lived ordinary thread (the kernel ties a child to the thread that
-// started it).
+// Threads: construction and stop on one ordinary thread that outlives the processes, since the kernel ends
+// a child with the thread that started it.
 
 #include <atomic>
 #include <chrono>
@@ -19,16 +19,16 @@
 
 namespace hil::run {
 
-/// How one of them fared.
+/// How a process ended.
 struct ProcessExit {
   std::string name;
   std::string command;
-  bool ended_early = false;
+  bool ended_early = false;      ///< it ended before the run
   std::int64_t ended_at_ns = 0;  ///< run time, when ended_early
-  std::string exit;              ///< in words
-  bool safe_on_exit = true;      ///< its end ends the run
-  bool may_be_lost = false;      ///< its end does not make the run fail
-  std::string output_fault;      ///< why its output file lacks some of what it printed; empty: nothing
+  std::string exit{};            ///< in words: "exit code 0", "running"
+  bool safe_on_exit = true;      ///< its early end ends the run
+  bool may_be_lost = false;      ///< its early end does not make the run fail
+  std::string output_fault{};    ///< why its output file is incomplete; empty: it is complete
 };
 
 class ProcessWatch {
@@ -40,18 +40,18 @@ class ProcessWatch {
   };
   using RunTimeNow = std::function<std::int64_t()>;
 
-  /// Starts all, in order. Throws io::DeviceError when one can not be started; those started before are
-  /// stopped.
+  /// Starts all programs, in order. Throws io::DeviceError when one can not be started, and stops those
+  /// that were started before.
   ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_ns);
   ~ProcessWatch();
   ProcessWatch(const ProcessWatch&) = delete;
   ProcessWatch& operator=(const ProcessWatch&) = delete;
 
-  /// Each with its process id and its command.
+  /// A text for each process: name, process id and command.
   std::vector<std::string> started() const;
-  /// The process, and process group, of a program; -1: no such program.
+  /// The id of a process, and of its process group; -1: there is no such process.
   pid_t process_of(const std::string& name) const;
-  /// Ends the watch when its scope is left, however it is left.
+  /// Ends the watch in its destructor.
   class [[nodiscard]] Watching {
    public:
     explicit Watching(ProcessWatch& watch) noexcept : watch_(watch) {}
@@ -62,30 +62,30 @@ class ProcessWatch {
    private:
     ProcessWatch& watch_;
   };
-  /// While the answer lives, `on_death` is called, on the watching thread, for each program that ends by
-  /// itself, and `every_second` once a second. What they refer to lives longer.
-  Watching watch(std::function<void(const ProcessExit&)> on_death, std::function<void()> every_second);
-  /// Ends the watch; the programs run on. What ends from here on has ended because the run is over.
+  /// Until the result is destroyed, a thread calls `on_exit` for each process that ends, and `every_second`
+  /// once a second. What the two refer to lives longer.
+  Watching watch(std::function<void(const ProcessExit&)> on_exit, std::function<void()> every_second);
+  /// Ends the watch. The processes run on; one that ends later does not count as ended early.
   void end_watch();
-  /// The same once a program that the run needs has ended by itself, or after this time: one that dies lets go of its connections a moment before
-  /// its end can be seen.
-  void end_watch_after_an_end(std::chrono::milliseconds at_most);
-  /// Ends the watch and then the programs. What became of each, in their order.
+  /// Ends the watch as soon as a process with safe_on_exit has ended, at the latest after `timeout`. The
+  /// connections of a process close shortly before its exit can be seen.
+  void end_watch_after_exit(std::chrono::milliseconds timeout);
+  /// Ends the watch, then the processes. Returns how each ended, in their order.
   std::vector<ProcessExit> stop();
-  /// The first program that has ended already, in words; empty: all run.
-  std::string first_dead();
+  /// The first process that has ended, in words; empty: all run.
+  std::string first_ended();
 
  private:
   void serve();
-  void look_at_children();
+  void check_children();
 
   struct Watched {
     std::unique_ptr<io::process::Child> child;
-    ProcessExit exit_state;
+    ProcessExit exit;
   };
   RunTimeNow now_ns_;
   std::vector<Watched> watched_;
-  std::function<void(const ProcessExit&)> on_death_;
+  std::function<void(const ProcessExit&)> on_exit_;
   std::function<void()> every_second_;
   int wake_ = -1;
   std::atomic<bool> stopping_{false};

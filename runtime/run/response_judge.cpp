@@ -11,7 +11,7 @@ namespace hil::run {
 namespace {
 
 constexpr std::uint64_t max_pending = 65536;
-constexpr std::uint64_t max_kept = 1'000'000;  // room is made for all of them before the run
+constexpr std::uint64_t max_kept = 1'000'000;  // allocated before the run
 constexpr std::int64_t long_ago_ns = std::numeric_limits<std::int64_t>::min();
 
 std::string milliseconds_text(std::int64_t time_ns) {
@@ -45,7 +45,7 @@ ResponseJudge::ResponseJudge(const config::Expectation& expectation, const confi
 template <typename Use>
 void ResponseJudge::take(Side& side, const signals::SignalTable& table, std::span<const Arrival> arrived,
                          const Use& use) noexcept {
-  if (side.one_by_one) {
+  if (side.has_arrivals) {
     for (const Arrival& arrival : arrived) {
       if (arrival.signal == side.signal) use(Known{arrival.value, arrival.time_ns});
     }
@@ -58,14 +58,14 @@ void ResponseJudge::take(Side& side, const signals::SignalTable& table, std::spa
   use(Known{latched.value, latched.time_ns});
 }
 
-void ResponseJudge::look(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                         std::int64_t time_ns) noexcept {
+void ResponseJudge::check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+                          std::int64_t time_ns) noexcept {
   take(requests_, table, arrived, [this](Known request) { add_request(request); });
   take(replies_, table, arrived, [this](Known reply) { take_reply(reply); });
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
-  // A request without a time-out may come rarely: its absence is not a lack of coverage.
+  // A request without a time-out may be rare: its absence does not reduce the coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
-  coverage_.look(table, time_ns, may_be_rare || is_known(table, requests_.signal));
+  coverage_.check(table, time_ns, may_be_rare || is_known(table, requests_.signal));
 }
 
 std::string ResponseJudge::figures(const Unanswered& unanswered) const {
@@ -77,9 +77,9 @@ std::string ResponseJudge::figures(const Unanswered& unanswered) const {
             " not judged, since the replying device was not connected";
   if (unanswered.cut_off > 0)
     text += "; " + report::counted(unanswered.cut_off, "further request", "further requests") +
-            " not judged, since the run ended before their time was over";
-  if (!is_list_whole())
-    text += " (the list of times holds the first " + std::to_string(samples_ns_.size()) + ")";
+            " not judged, since the run ended before their time limit";
+  if (!has_all_samples())
+    text += " (the list of times has the first " + std::to_string(samples_ns_.size()) + ")";
   return text;
 }
 
@@ -118,9 +118,9 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
 }
 
 std::optional<report::ResponseTime> ResponseJudge::response_times(std::int64_t end_ns) const {
-  // What is told of the list under its name is told of all answers, unless it says otherwise.
+  // The name tells when the list lacks answers.
   const std::string name =
-      is_list_whole() ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + " answers)";
+      has_all_samples() ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + " answers)";
   const Unanswered unanswered = unanswered_by(end_ns);
   return report::ResponseTime{.name = name,
                               .limit_ns = within_ns_,
@@ -130,7 +130,7 @@ std::optional<report::ResponseTime> ResponseJudge::response_times(std::int64_t e
 }
 
 void ResponseJudge::add_request(Known request) noexcept {
-  if (pending_count_ == pending_.size()) give_up_first(1);
+  if (pending_count_ == pending_.size()) count_first_as_unanswered(1);
   pending_[(first_ + pending_count_++) % pending_.size()] = request;
   Known* earliest = nullptr;
   for (Known& reply : early_replies_) {
@@ -148,10 +148,10 @@ void ResponseJudge::take_reply(Known reply) noexcept {
 
 bool ResponseJudge::answer(Known reply) noexcept {
   for (std::size_t i = 0; i < pending_count_; ++i) {
-    // What came before a request is no answer to it.
+    // A reply before a request does not answer it.
     if (waiting(i).value != reply.value || waiting(i).time_ns > reply.time_ns) continue;
     const std::int64_t took_ns = reply.time_ns - waiting(i).time_ns;
-    give_up_first(i);  // an answer passes over older requests: those stay unanswered
+    count_first_as_unanswered(i);  // older requests stay unanswered
     ++answered_;
     slowest_ns_ = std::max(slowest_ns_, took_ns);
     if (took_ns > within_ns_ && !waiting(0).disconnected) {
@@ -165,7 +165,7 @@ bool ResponseJudge::answer(Known reply) noexcept {
   return false;
 }
 
-/// Marks the requests whose time is not over: the replying device is not connected.
+/// The replying device is not connected: marks the requests before their time limit.
 void ResponseJudge::mark_disconnected(std::int64_t time_ns) noexcept {
   for (std::size_t i = pending_count_; i-- > 0;) {
     Known& request = pending_[(first_ + i) % pending_.size()];
@@ -174,13 +174,13 @@ void ResponseJudge::mark_disconnected(std::int64_t time_ns) noexcept {
   }
 }
 
-void ResponseJudge::give_up_first(std::size_t count) noexcept {
+void ResponseJudge::count_first_as_unanswered(std::size_t count) noexcept {
   for (std::size_t i = 0; i < count; ++i) {
     if (waiting(i).disconnected) {
-      ++given_up_disconnected_;
+      ++unanswered_disconnected_;
     } else {
       note_failure(waiting(i).time_ns + within_ns_);
-      ++given_up_;
+      ++unanswered_;
     }
   }
   drop_first(count);
@@ -196,7 +196,7 @@ void ResponseJudge::note_failure(std::int64_t time_ns) noexcept {
 }
 
 ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) const {
-  Unanswered count{.judged = given_up_, .disconnected = given_up_disconnected_, .cut_off = 0};
+  Unanswered count{.judged = unanswered_, .disconnected = unanswered_disconnected_, .cut_off = 0};
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const Known& request = waiting(i);
     ++(request.disconnected                     ? count.disconnected

@@ -7,7 +7,9 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "io/device.hpp"
 
@@ -16,26 +18,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_of_a_log(const std::string& name) {
+bool is_log_file(const std::string& name) {
   return name == "lock" || name.starts_with("segment.") || name.starts_with("checkpoint.") ||
          name.starts_with("geometry.");
 }
 
-/// Nothing but a log's files, and the folder only when it is empty then.
+/// Removes the files of a log, and then the folder. Refuses a folder with other files.
 void remove_log(const fs::path& directory) {
   std::error_code error;
   if (!fs::exists(directory, error)) return;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
-    if (is_of_a_log(entry.path().filename().string())) fs::remove(entry.path(), error);
+    if (is_log_file(entry.path().filename().string())) fs::remove(entry.path(), error);
   error.clear();
   const auto left = fs::directory_iterator(directory, error);
   if (!error && left != fs::directory_iterator())
-    throw io::DeviceError(
-        directory.string() +
-        " is where the database's log goes, and holds what is no run's: " + left->path().filename().string());
+    throw io::DeviceError(directory.string() +
+                          " is the folder of the database's log, but contains another file: " +
+                          left->path().filename().string() + "; move it away or use another --out");
   fs::remove(directory, error);
   if (error)
     throw io::DeviceError(directory.string() + " of an earlier run can not be removed: " + error.message());
+}
+
+/// "scan-2.svg": a picture of a section of the report.
+bool is_section_picture(const std::string& name) {
+  const std::size_t dash = name.rfind('-');
+  if (dash == std::string::npos || !name.ends_with(".svg")) return false;
+  const std::string_view number = std::string_view(name).substr(dash + 1, name.size() - dash - 5);
+  return !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 void remove_result(const fs::path& file) {
@@ -54,18 +64,19 @@ fs::path database_folder(const fs::path& run_folder) {
 RunFolder::RunFolder(const fs::path& directory) : directory_(directory) {
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) throw io::DeviceError("folder " + directory.string() + " can not be made: " + error.message());
+  if (error)
+    throw io::DeviceError("folder " + directory.string() + " can not be created: " + error.message());
   lock_ = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ < 0) {
     throw io::DeviceError("folder " + directory.string() + " can not be opened: " + std::strerror(errno));
   }
   if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    const int answer = errno;
+    const int error_number = errno;
     ::close(lock_);
     throw io::DeviceError("folder " + directory.string() +
-                          (answer == EWOULDBLOCK
+                          (error_number == EWOULDBLOCK
                                ? std::string(" is in use by another run")
-                               : " can not be locked: " + std::string(std::strerror(answer))));
+                               : " can not be locked: " + std::string(std::strerror(error_number))));
   }
 }
 
@@ -73,8 +84,12 @@ void RunFolder::clear() const {
   clear_reports();
   for (const char* file : {"trace.json", "world.json", "run.log", "pictures/top-view.svg"})
     remove_result(directory_ / file);
-  for (int i = 1; fs::exists(directory_ / "pictures" / ("scan-" + std::to_string(i) + ".svg")); ++i)
-    remove_result(directory_ / "pictures" / ("scan-" + std::to_string(i) + ".svg"));
+  std::error_code error;
+  std::vector<fs::path> pictures;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / "pictures", error))
+    if (is_section_picture(entry.path().filename().string())) pictures.push_back(entry.path());
+  for (const fs::path& picture : pictures)
+    remove_result(picture);
   remove_log(database_folder(directory_));
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The folder that a run writes into, its own for as long as it lives.
+// The folder that a run writes into, locked against other runs.
 //
 // Threads: one.
 
@@ -7,22 +7,23 @@
 
 namespace hil::run {
 
-/// Where the database writes its log, below what a run leaves.
+/// The folder of the database's log in the folder of a run.
 std::filesystem::path database_folder(const std::filesystem::path& run_folder);
 
 class RunFolder {
  public:
-  /// Makes the folder when it is missing and locks it against other runs. Throws io::DeviceError when it can not be had.
+  /// Creates the folder if it is missing, and locks it. Throws io::DeviceError when it can not be created
+  /// or locked.
   explicit RunFolder(const std::filesystem::path& directory);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
 
-  /// Clears away the results of an earlier run (report, junit.xml, trace, pictures, world.json, the database's log), so that
-  /// nobody takes them for this run's. Other files stay. Throws io::DeviceError when that can not be done, or files that are
-  /// no run's lie among the log's; the report of the earlier run has gone then all the same.
+  /// Removes the results of an earlier run: report, junit.xml, trace, pictures, world.json, run.log, the
+  /// database's log. Other files stay. Throws io::DeviceError when a file can not be removed, or when the
+  /// folder of the log contains files that no run writes; the report of the earlier run is removed first.
   void clear() const;
-  /// Of them the verdict alone: report.json, report.html and junit.xml. Throws likewise.
+  /// Removes report.json, report.html and junit.xml of an earlier run. Throws io::DeviceError.
   void clear_reports() const;
 
  private:

@@ -8,9 +8,9 @@
 
 namespace hil::run {
 
-RunLog::RunLog(const std::filesystem::path& file, bool to_console, bool anew) {
+RunLog::RunLog(const std::filesystem::path& file, bool to_console, bool replace) {
   try {
-    const auto to_file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), anew);
+    const auto to_file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), replace);
     logger_ = std::make_shared<spdlog::logger>("hil", to_file);
   } catch (const spdlog::spdlog_ex& error) {
     throw io::DeviceError(error.what());

@@ -1,9 +1,8 @@
 #pragma once
-// What happens around a run, in words with the time on the wall: run.log in the run's folder and, when asked,
-// the console. What was opened and how, what programs were started, what became faulty and recovered, why it
-// ended.
+// run.log in the folder of a run, and optionally the console: what was opened and started, which devices
+// became faulty and recovered, and why the run ended, with wall-clock time.
 //
-// Threads: any but those of the tick; each line reaches the file at once.
+// Threads: any but those of the tick. Each line is written at once.
 
 #include <filesystem>
 #include <memory>
@@ -17,11 +16,11 @@ namespace hil::run {
 
 class RunLog {
  public:
-  /// Throws io::DeviceError when the file can not be written.
-  RunLog(const std::filesystem::path& file, bool to_console, bool anew = true);
+  /// Replaces an existing file, or appends to it. Throws io::DeviceError when the file can not be written.
+  RunLog(const std::filesystem::path& file, bool to_console, bool replace = true);
 
   void info(const std::string& sentence);
-  /// Something is not as it should be; the run goes on, or says elsewhere why not.
+  /// For a fault that does not end the run by itself.
   void warn(const std::string& sentence);
 
  private:

@@ -5,7 +5,7 @@
 namespace hil::run {
 namespace {
 
-report::Quantiles spread_of(const executive::Histogram& histogram) {
+report::Quantiles quantiles_of(const executive::Histogram& histogram) {
   const executive::Quantiles quantiles = histogram.quantiles();
   return {histogram.count(), quantiles.p50_ns, quantiles.p99_ns, quantiles.p999_ns, quantiles.max_ns};
 }
@@ -17,10 +17,10 @@ report::Histogram bins_of(const executive::Histogram& histogram) {
   return bins;
 }
 
-std::string in_words(executive::MissCause cause) {
-  std::string words = executive::to_string(cause);
-  std::replace(words.begin(), words.end(), '_', ' ');
-  return words;
+std::string cause_text(executive::MissCause cause) {
+  std::string text = executive::to_string(cause);
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
 }
 
 report::Task task_of(const executive::TaskResult& result) {
@@ -38,11 +38,11 @@ report::Task task_of(const executive::TaskResult& result) {
   task.aborted = result.aborted;
   task.over_budget = result.over_budget;
   task.page_faults = static_cast<std::uint64_t>(result.minor_faults + result.major_faults);
-  task.wake_latency_ns = spread_of(result.wake_latency);
-  task.wall_ns = spread_of(result.wall);
-  task.cpu_ns = spread_of(result.cpu);
-  task.blocked_ns = spread_of(result.blocked);
-  task.gpu_ns = spread_of(result.gpu);
+  task.wake_latency_ns = quantiles_of(result.wake_latency);
+  task.wall_ns = quantiles_of(result.wall);
+  task.cpu_ns = quantiles_of(result.cpu);
+  task.blocked_ns = quantiles_of(result.blocked);
+  task.gpu_ns = quantiles_of(result.gpu);
   task.slack_ns = {result.wall.count(), result.slack_min_ns, result.slack_p50_ns};
   task.histograms = {bins_of(result.wake_latency), bins_of(result.wall), bins_of(result.cpu),
                      bins_of(result.blocked)};
@@ -50,16 +50,16 @@ report::Task task_of(const executive::TaskResult& result) {
   for (std::size_t i = 0; i < result.misses_by_cause.size(); ++i) {
     if (result.misses_by_cause[i] == 0) continue;
     task.misses_by_cause.push_back(
-        {in_words(static_cast<executive::MissCause>(i)), result.misses_by_cause[i]});
+        {cause_text(static_cast<executive::MissCause>(i)), result.misses_by_cause[i]});
   }
   task.worst_lateness_ns = result.worst_lateness_ns;
   for (const executive::Miss& miss : result.misses)
-    task.misses.push_back({miss.tick, in_words(miss.cause), miss.lateness_ns});
+    task.misses.push_back({miss.tick, cause_text(miss.cause), miss.lateness_ns});
   return task;
 }
 
 report::BaseStage stage(const char* name, const executive::Histogram& histogram) {
-  return {name, histogram.total_ns(), spread_of(histogram)};
+  return {name, histogram.total_ns(), quantiles_of(histogram)};
 }
 
 void take_values(const io::modbus::ValueCounters& counters, report::ModbusUnit& unit) {
@@ -123,7 +123,7 @@ void take_executive(const executive::RunResult& result, const config::Scenario& 
   for (const executive::Skip& skip : result.base.skips) {
     record.watchdog.push_back(
         {static_cast<std::int64_t>(skip.tick) * result.period_ns,
-         std::to_string(skip.count) + " ticks given up (" + in_words(skip.cause) + ")"});
+         std::to_string(skip.count) + " ticks skipped (" + cause_text(skip.cause) + ")"});
   }
   record.watchdog_not_listed = result.base.times_skipped - result.base.skips.size();
 }
@@ -174,7 +174,7 @@ report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts) {
                                       .too_often = one.too_often,
                                       .too_long = one.too_long,
                                       .largest_cost_ns = one.largest_cost.count(),
-                                      .longest_answer_ns = one.longest_answer.count()});
+                                      .longest_answer_ns = one.longest_response.count()});
   }
   return scheduler;
 }
@@ -293,7 +293,7 @@ report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device) {
   unit.connections = counters.accepted;
   unit.refused_connections = counters.refused;
   unit.replaced_connections = counters.replaced;
-  unit.dropped_connections = counters.dropped_silent + counters.dropped_deaf;
+  unit.dropped_connections = counters.dropped_silent + counters.dropped_not_reading;
   take_values(device.value_counters(), unit);
   take_exceptions(counters.by_code, unit);
   return unit;

@@ -1,5 +1,5 @@
 #pragma once
-// The executive's, the database's and the devices' results in the report's own terms.
+// Converts the results of the executive, the database and the devices into the report's record.
 
 #include <rtstdb/database.hpp>
 
@@ -13,7 +13,8 @@
 
 namespace hil::run {
 
-/// `scenario_tasks` tells budget and policy; tasks of the result that are not in it are devices' tasks.
+/// Fills in what the executive measured. The scenario gives budget and overrun policy; a task that it does
+/// not list is a device's.
 void take_executive(const executive::RunResult& result, const config::Scenario& scenario,
                     report::RunRecord& record);
 report::TraceRecord trace_of(const executive::RunResult& result, const std::vector<report::Event>& events);

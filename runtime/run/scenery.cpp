@@ -18,10 +18,10 @@
 namespace hil::run {
 namespace {
 
-static_assert(config::farthest_m == rtstdb::max_coordinate_m);
-static_assert(config::fastest_mps == rtstdb::max_speed_mps);
-static_assert(config::fastest_turn_radps == rtstdb::max_angular_rate_radps);
-static_assert(config::smallest_scale == rtstdb::min_scale && config::largest_scale == rtstdb::max_scale);
+static_assert(config::max_coordinate_m == rtstdb::max_coordinate_m);
+static_assert(config::max_speed_mps == rtstdb::max_speed_mps);
+static_assert(config::max_angular_rate_radps == rtstdb::max_angular_rate_radps);
+static_assert(config::min_scale == rtstdb::min_scale && config::max_scale == rtstdb::max_scale);
 
 /// Equal for equal shapes: the kind, its sizes, and the path of a file.
 using ShapeKey = std::tuple<std::size_t, std::array<double, 3>, std::string>;
@@ -45,7 +45,7 @@ ShapeKey key_of(const config::Shape& shape) {
   return {shape.index(), sizes, std::move(path)};
 }
 
-/// Empty with a mistake when a file can not be used.
+/// Empty with a mistake when a mesh file can not be used.
 std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::Diagnostics& diagnostics) {
   if (const auto* box = std::get_if<config::BoxShape>(&shape)) {
     return rtstdb::make_box({box->size_m[0], box->size_m[1], box->size_m[2]});
@@ -65,7 +65,7 @@ std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::
   return std::nullopt;
 }
 
-/// Words of the scenario are checked where they are read; what a file holds is known only now.
+/// The reader of the scenario checks the scale of other shapes; the size of a mesh is known only now.
 void check_scale(const config::WorldEntity& entity, const rtstdb::Bounds& bounds,
                  config::Diagnostics& diagnostics) {
   if (!std::holds_alternative<config::FileShape>(entity.shape)) return;
@@ -87,15 +87,14 @@ rtstdb::Motion motion_of(const config::WorldEntity& entity) {
           .valid_from = {}};
 }
 
-/// Which colour an entity gets in the top view: by the name of its first layer, as the report's layers are
-/// called.
+/// How the top view draws the entity: by the name of its first layer.
 report::Layer report_layer(const config::WorldEntity& entity) {
   if (entity.mask.empty()) return report::Layer::structure;
   return report::layer_from(entity.mask.front().text).value_or(report::Layer::structure);
 }
 
-/// In the entity frame: points whose hull from above, however the body is turned, is its outline. A sphere's is the
-/// circle that no turn changes.
+/// Points in the entity frame whose convex hull, seen from above, is the outline of the body in any
+/// rotation. Not for spheres, whose outline is a circle.
 std::vector<glm::dvec3> rim(const config::Shape& shape, const rtstdb::Bounds& bounds) {
   std::vector<glm::dvec3> points;
   if (const auto* cylinder = std::get_if<config::CylinderShape>(&shape)) {
@@ -141,7 +140,7 @@ std::vector<report::PointM> hull(std::vector<report::PointM> points) {
         result.pop_back();
       result.push_back(*at);
     }
-    result.pop_back();  // the other half begins with it
+    result.pop_back();  // the first point of the other half
   };
   walk(points.begin(), points.end());
   walk(points.rbegin(), points.rend());
@@ -164,7 +163,7 @@ std::vector<report::PointM> footprint(const config::WorldEntity& entity, const r
 
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics) {
   Scenery scenery;
-  std::map<ShapeKey, std::optional<std::size_t>> known;  // empty: can not be made, and that has been said
+  std::map<ShapeKey, std::optional<std::size_t>> known;  // empty: can not be made, with a mistake
   for (const config::WorldEntity& entity : world.entities) {
     const auto [at, is_new] = known.try_emplace(key_of(entity.shape));
     if (is_new) {
@@ -172,7 +171,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
         at->second = scenery.meshes.size();
         scenery.bounds.push_back(rtstdb::bounds_of(*mesh));
         scenery.meshes.push_back(std::move(*mesh));
-        scenery.of.push_back(&entity);
+        scenery.first_entity.push_back(&entity);
       }
     }
     if (at->second) check_scale(entity, scenery.bounds[*at->second], diagnostics);
@@ -184,7 +183,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world) {
   std::vector<rtstdb::GeometryId> geometries;
   for (std::size_t i = 0; i < scenery.meshes.size(); ++i) {
-    geometries.push_back(world.add_geometry(scenery.meshes[i], scenery.of[i]->name.text));
+    geometries.push_back(world.add_geometry(scenery.meshes[i], scenery.first_entity[i]->name.text));
     scenery.meshes[i] = {};
   }
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {

@@ -1,5 +1,5 @@
 #pragma once
-// The bodies that a scenario lists under world.entities: geometry made or read, entities created, outlines
+// The bodies that a scenario lists under world.entities: their geometry, their entities, and their outlines
 // for the report.
 
 #include <cstddef>
@@ -12,23 +12,24 @@
 
 namespace hil::run {
 
-/// The shapes of the entities, each different one once.
+/// The different shapes of the entities.
 struct Scenery {
   std::vector<rtstdb::TriangleMesh> meshes;
-  std::vector<rtstdb::Bounds> bounds;          ///< by mesh
-  std::vector<const config::WorldEntity*> of;  ///< by mesh: the first entity of that shape
-  std::vector<std::size_t> mesh_of;            ///< by entity
+  std::vector<rtstdb::Bounds> bounds;                    ///< by mesh
+  std::vector<const config::WorldEntity*> first_entity;  ///< by mesh: the first entity of that shape
+  std::vector<std::size_t> mesh_of;                      ///< by entity
 };
 
-/// Makes the shapes and reads the mesh files. A file that can not be read or used, and an entity that its scale
-/// takes beyond the database's limits, is a mistake at its place; the scenery is then of no use.
+/// Makes the shapes and reads the mesh files. Adds a mistake for a file that can not be read or used, and
+/// for an entity whose scale is beyond the database's limits; the scenery is then not usable.
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics);
 
-/// Puts the entities into the world, and their meshes with them: those of `scenery` are gone afterwards. Throws
+/// Creates the entities, and their geometries from the meshes, which `scenery` then no longer has. Throws
 /// modules::SetupError.
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world);
 
-/// Outlines of the scenery from above, as it stands at an instant of run time. A mesh is seen as its turned box.
+/// Outlines of the scenery from above at an instant of run time. The outline of a mesh is that of its
+/// rotated box.
 std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery,
                                     std::int64_t time_ns);
 

@@ -3,19 +3,31 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <ctime>
+#include <memory>
+#include <optional>
+#include <system_error>
+#include <thread>
 #include <utility>
 
+#include "runtime/executive/executive.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
-#include "runtime/run/live_session.hpp"
+#include "runtime/run/judges.hpp"
+#include "runtime/run/process_watch.hpp"
+#include "runtime/run/run_context.hpp"
+#include "runtime/run/run_devices.hpp"
 #include "runtime/run/run_record_parts.hpp"
-#include "runtime/run/scenery.hpp"
+#include "runtime/run/run_world.hpp"
+#include "runtime/run/signal_log.hpp"
 
 namespace hil::run {
 namespace {
+
+constexpr double signal_log_rate_hz = 100.0;
 
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
@@ -26,7 +38,7 @@ std::string utc_now() {
   return text;
 }
 
-std::string kernel_words() {
+std::string kernel_text() {
   utsname names{};
   uname(&names);
   return std::string(names.sysname) + " " + names.release + " " + names.version;
@@ -44,13 +56,7 @@ executive::OverrunPolicy policy_of(config::Overrun overrun) {
   return executive::OverrunPolicy::skip;
 }
 
-std::string log_refusal(const report::DatabaseLog& log) {
-  return "the database's log refused " + std::to_string(log.refused_transactions) +
-         " transactions that write, under durability " + log.durability + ": " +
-         (log.last_fault.empty() ? "the disk was too slow" : log.last_fault);
-}
-
-/// What is known of a run before it begins.
+/// Fills in what is known before the run begins.
 void describe(const config::Scenario& scenario, const SessionOptions& options, report::RunRecord& record) {
   record.scenario = {scenario.name, scenario.file, scenario.about};
   record.clock = scenario.clock == config::ClockKind::virtual_time ? "virtual" : "realtime";
@@ -60,27 +66,157 @@ void describe(const config::Scenario& scenario, const SessionOptions& options, r
   record.program_version = HIL_VERSION;
 }
 
-}  // namespace
+/// One run while it lives: wires its world, devices, processes, judges and logs to the executive.
+class LiveSession final : public executive::TickHooks {
+ public:
+  LiveSession(Wiring wiring, const SessionOptions& options, const std::atomic<bool>& stop_requested)
+      : wiring_(std::move(wiring)),
+        scenario_(*wiring_.scenario),
+        context_(scenario_, options),
+        stop_requested_(stop_requested),
+        log_every_ticks_(std::max<std::uint64_t>(
+            1, static_cast<std::uint64_t>(scenario_.base_rate_hz / signal_log_rate_hz))),
+        devices_(wiring_, context_, arrivals_) {}
+  ~LiveSession() override { close_devices(); }
 
-report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
-                                    report::Verdict verdict, int exit_code, const std::string& why) {
-  report::RunRecord record;
-  describe(scenario, options, record);
-  record.started_at = utc_now();
-  record.period_ns = scenario.base_period_ns;
-  record.realtime.kernel = kernel_words();
-  record.verdict = verdict;
-  record.exit_code = exit_code;
-  record.reason = why;
-  for (const config::Expectation& expectation : scenario.expectations)
-    record.expectations.push_back({.name = expectation.name,
-                                   .result = report::ExpectationResult::not_checked,
-                                   .detail = "no part of the run was judged"});
-  return record;
+  void open();
+  SessionResult run();
+
+  void before_first_tick(std::int64_t start_ns) noexcept override {
+    context_.device_clock.set_origin(start_ns);
+    arrivals_.begin();
+  }
+  void begin_tick(const executive::TickInfo& tick) noexcept override { devices_.begin_tick(tick.time_ns); }
+  void end_tick(const executive::TickInfo& tick) noexcept override {
+    judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
+    if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
+    if (!devices_.in_step() || stop_requested_.load(std::memory_order_relaxed))
+      stop_.store(true, std::memory_order_relaxed);
+  }
+
+ private:
+  void start_processes();
+  void wait_for_stations();
+  void open_clients();
+  [[noreturn]] void refuse_ended_process(const std::string& process, const std::string& consequence) const;
+  executive::ExecutiveOptions executive_options();
+  void add_tasks(executive::Executive& executive);
+  executive::RunResult run_watched(executive::Executive& executive);
+  void end_on_process_exit(const ProcessExit& exit);
+  report::LiveStatus live_status(const executive::Executive& executive);
+  void close_devices() noexcept;
+  void close_logs();
+  void fill_record(const executive::RunResult& result, report::RunRecord& record) const;
+  void add_events(report::RunRecord& record) const;
+  void add_failures(std::int64_t end_ns, report::RunRecord& record) const;
+
+  // Members are destroyed in the reverse order: what is opened first lives longest.
+  Wiring wiring_;
+  const config::Scenario& scenario_;
+  RunContext context_;
+  const std::atomic<bool>& stop_requested_;  ///< by the user
+  std::atomic<bool> stop_{false};            ///< the executive stops at the next tick
+  const std::uint64_t log_every_ticks_;
+  std::unique_ptr<RunWorld> world_;
+  Arrivals arrivals_;
+  RunDevices devices_;
+  std::unique_ptr<ProcessWatch> processes_;
+  std::vector<ProcessExit> exits_;
+  std::optional<Judges> judges_;
+  std::unique_ptr<SignalLog> signal_log_;
+  std::vector<std::string> write_faults_;  ///< why files of the run lack something, one sentence each
+  std::uint64_t last_live_ticks_ = 0;
+};
+
+void LiveSession::open() {
+  context_.log.info("scenario " + scenario_.name + " from " + scenario_.file);
+  world_ = std::make_unique<RunWorld>(wiring_, context_);
+  devices_.open_buses();
+  devices_.choose_ports();
+  devices_.open_units(io::modbus::Role::server);  // processes may be its clients
+  start_processes();
+  wait_for_stations();
+  open_clients();
+  devices_.link();
+  judges_.emplace(scenario_, wiring_.signals, arrivals_);
+  signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
+                                            context_.is_virtual);
+}
+
+void LiveSession::start_processes() {
+  std::vector<ProcessWatch::Program> programs;
+  for (const config::ProcessSection& section : scenario_.processes) {
+    if (!section.enabled) continue;
+    ProcessWatch::Program program{
+        .child = {.name = section.name.text,
+                  .command = {},
+                  .search_folders = context_.options.program_folders,
+                  .working_folder = std::filesystem::path(scenario_.file).parent_path(),
+                  .output_file = context_.options.directory / (section.name.text + ".out")},
+        .safe_on_exit = section.safe_on_exit && !section.may_be_lost,
+        .may_be_lost = section.may_be_lost};
+    for (const config::CommandWord& word : section.command) {
+      program.child.command.push_back(
+          word.expand([this](const std::string& placeholder_section, const std::string& name) {
+            return devices_.address_of(placeholder_section, name);
+          }));
+    }
+    programs.push_back(std::move(program));
+  }
+  processes_ = std::make_unique<ProcessWatch>(programs, [this] { return context_.device_clock.report_ns(); });
+  for (const std::string& started : processes_->started())
+    context_.log.info("started " + started);
+}
+
+void LiveSession::refuse_ended_process(const std::string& process, const std::string& consequence) const {
+  throw io::DeviceError("process " + process + " before the run began; its output is in " +
+                        context_.options.directory.string() + consequence);
+}
+
+void LiveSession::wait_for_stations() {
+  const auto began = std::chrono::steady_clock::now();
+  while (!stop_requested_.load()) {  // a run that is to stop ends with its first tick
+    if (devices_.all_stations_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
+      return;
+    if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, "");
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+/// Connects to the units that hil is the client of. Processes of the run may serve them.
+void LiveSession::open_clients() {
+  try {
+    devices_.open_units(io::modbus::Role::client);
+  } catch (const io::DeviceError& error) {
+    const std::string ended = processes_->first_ended();
+    if (ended.empty()) throw;
+    refuse_ended_process(ended, std::string(". After that: ") + error.what());
+  }
+}
+
+executive::ExecutiveOptions LiveSession::executive_options() {
+  executive::ExecutiveOptions options;
+  options.base_period_ns = scenario_.base_period_ns;
+  options.duration_ticks = scenario_.duration_ticks;
+  options.clock = &context_.clock();
+  options.hooks = this;
+  options.realtime = {.scheduler = scenario_.realtime.scheduler == config::Scheduler::fifo
+                                       ? executive::Scheduler::fifo
+                                       : executive::Scheduler::other,
+                      .priority = scenario_.realtime.priority,
+                      .lock_memory = scenario_.realtime.lock_memory,
+                      .cpus = scenario_.realtime.cpus};
+  options.watchdog.timeout_ns = scenario_.realtime.watchdog_ns;
+  options.watchdog.safe_state = [this] {
+    devices_.enter_safe_state();
+    stop_.store(true);
+    context_.log.warn("the base thread makes no ticks: outputs go to their safe values");
+  };
+  return options;
 }
 
 void LiveSession::add_tasks(executive::Executive& executive) {
-  for (std::size_t i = 0; i < module_tasks_.size(); ++i) {
+  for (std::size_t i = 0; i < world_->tasks().size(); ++i) {
     const config::TaskSection& section = *wiring_.modules[i].section;
     executive.add_task({.name = section.module.text,
                         .every_ticks = section.every_ticks,
@@ -90,16 +226,71 @@ void LiveSession::add_tasks(executive::Executive& executive) {
                         .overrun = policy_of(section.overrun),
                         .warmup_runs = section.warmup_runs,
                         .thread = section.thread},
-                       *module_tasks_[i]);
+                       *world_->tasks()[i]);
   }
-  std::size_t link = 0;
-  const auto add_device = [&](const std::string& name, std::uint32_t every_ticks) {
-    executive.add_task({.name = name, .every_ticks = every_ticks, .thread = {}}, *links_[link++]);
-  };
-  for (const Bus& bus : buses_)
-    add_device("can." + bus.wired->section->bus.text, bus.wired->section->every_ticks);
-  for (const Unit& unit : units_)
-    add_device("modbus." + unit.wired->section->unit.text, unit.wired->section->every_ticks);
+  devices_.add_tasks(executive);
+}
+
+SessionResult LiveSession::run() {
+  executive::Executive executive(executive_options());
+  add_tasks(executive);
+  SessionResult session;
+  report::RunRecord& record = session.record;
+  record.started_at = utc_now();
+  context_.log.info("the run begins");
+  const auto began = std::chrono::steady_clock::now();
+  const executive::RunResult result = run_watched(executive);
+  record.wall_ns = (std::chrono::steady_clock::now() - began).count();
+  context_.log.info("the run is over after " + std::to_string(result.ticks) +
+                    " ticks; outputs go to their safe values");
+  const std::string step_fault = devices_.step_fault();
+  close_devices();
+  devices_.take_last_events();
+  context_.log.info("all devices and processes are closed");
+  write_faults_ = world_->close(record);
+  close_logs();
+  const bool interrupted = result.stopped && stop_requested_.load();
+  if (!step_fault.empty()) record.failures.push_back(step_fault);
+  fill_record(result, record);
+  decide({.result = result,
+          .gpu_lost = world_->device_lost(),
+          .interrupted = interrupted,
+          .max_lost = scenario_.realtime.max_lost,
+          .fail_on = context_.options.fail_on},
+         record);
+  for (const std::string& failure : record.failures)
+    context_.log.warn(failure);
+  if (const std::string sentence = report::skipped_ticks_sentence(record); !sentence.empty())
+    context_.log.warn(report::to_ascii(sentence));
+  for (const std::string& sentence : record.realtime.degraded)
+    context_.log.warn("degraded: " + sentence);
+  session.trace = trace_of(result, record.events);
+  return session;
+}
+
+/// Runs the executive while an ordinary thread watches processes, devices and the database, and prints the
+/// live line.
+executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
+  const ProcessWatch::Watching watching =
+      processes_->watch([this](const ProcessExit& exit) { end_on_process_exit(exit); },
+                        [this, &executive] {
+                          if (!world_->check()) stop_.store(true);
+                          devices_.check();
+                          if (context_.options.every_second)
+                            context_.options.every_second(live_status(executive));
+                        });
+  executive::RunResult result = executive.run(stop_);
+  if (!devices_.in_step()) processes_->end_watch_after_exit(std::chrono::milliseconds(100));
+  return result;
+}
+
+void LiveSession::end_on_process_exit(const ProcessExit& exit) {
+  if (exit.safe_on_exit) {
+    devices_.enter_safe_state();
+    stop_.store(true);
+  }
+  context_.log.warn("process " + exit.name + " " + exit.exit +
+                    (exit.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
 }
 
 report::LiveStatus LiveSession::live_status(const executive::Executive& executive) {
@@ -114,280 +305,124 @@ report::LiveStatus LiveSession::live_status(const executive::Executive& executiv
     if (task.runs > 0)
       status.min_slack_ns = std::min(status.min_slack_ns.value_or(task.slack_min_ns), task.slack_min_ns);
   }
-  for (const Bus& bus : buses_)
-    status.buses.push_back({bus.wired->section->bus.text, bus.device->counters().bus_load});
+  status.buses = devices_.bus_loads();
   return status;
 }
 
-void LiveSession::look_at_gpu() {
-  const rtstdb::Health health = database_->health();
-  // Another one takes its place in less time than lies between two looks, or does not.
-  if (health.device_lost && std::exchange(gpu_was_lost_, true)) stop_.store(true);
-  if (health.device_lost) return;
-  gpu_was_lost_ = false;
-  if (std::exchange(gpu_losses_, health.device_losses) != health.device_losses)
-    run_log_.warn(health.device_loss);
-}
-
-void LiveSession::look_at_log() {
-  const std::uint64_t refused = database_->counts().refused_by_log;
-  if (refused == 0 || std::exchange(log_has_refused_, true)) return;
-  run_log_.warn("the database's log refuses what modules write: the run ends");
-  stop_.store(true);
-}
-
+/// Safe values are sent before anything closes; processes end after the devices that talk to them.
 void LiveSession::close_devices() noexcept {
   if (processes_) processes_->end_watch();
-  // Safe values go out before anything closes.
-  for (const auto& link : links_)
-    link->device().enter_safe_state();
-  for (const auto& link : links_)
-    link->device().stop();
+  devices_.stop();
   if (processes_) exits_ = processes_->stop();
   processes_.reset();
 }
 
-executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
-  const ProcessWatch::Watching watching = processes_->watch(
-      [this](const ProcessExit& exit_state) {
-        if (exit_state.safe_on_exit) {
-          for (const auto& link : links_)
-            link->device().enter_safe_state();
-          stop_.store(true);
-        }
-        run_log_.warn("process " + exit_state.name + " " + exit_state.exit +
-                      (exit_state.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
-      },
-      [this, &executive] {
-        look_at_gpu();
-        look_at_log();
-        device_watch_->look(device_clock_.told_ns(), [this](bool good, const std::string& sentence) {
-          good ? run_log_.info(sentence) : run_log_.warn(sentence);
-        });
-        if (options_.every_second) options_.every_second(live_status(executive));
-      });
-  executive::RunResult result = executive.run(stop_);
-  if (!io_fault().empty()) processes_->end_watch_after_an_end(std::chrono::milliseconds(100));
-  return result;
-}
-
-SessionResult LiveSession::run(const std::atomic<bool>& stop_requested) {
-  executive::ExecutiveOptions options;
-  options.base_period_ns = scenario_.base_period_ns;
-  options.duration_ticks = scenario_.duration_ticks;
-  options.clock = &clock();
-  options.hooks = this;
-  options.realtime = {.scheduler = scenario_.realtime.scheduler == config::Scheduler::fifo
-                                       ? executive::Scheduler::fifo
-                                       : executive::Scheduler::other,
-                      .priority = scenario_.realtime.priority,
-                      .lock_memory = scenario_.realtime.lock_memory,
-                      .cpus = scenario_.realtime.cpus};
-  options.watchdog.timeout_ns = scenario_.realtime.watchdog_ns;
-  options.watchdog.safe_state = [this] {
-    for (const auto& link : links_)
-      link->device().enter_safe_state();
-    stop_.store(true);
-    run_log_.warn("the base thread makes no ticks: outputs go to their safe values");
-  };
-  executive::Executive executive(options);
-  add_tasks(executive);
-  SessionResult session;
-  report::RunRecord& record = session.record;
-  record.started_at = utc_now();
-  run_log_.info("the run begins");
-  const auto began = std::chrono::steady_clock::now();
-  const executive::RunResult result = run_watched(executive);
-  record.wall_ns = (std::chrono::steady_clock::now() - began).count();
-  run_log_.info("the run is over after " + std::to_string(result.ticks) +
-                " ticks; outputs go to their safe values");
-  const std::string fault = io_fault();
-  close_devices();
-  device_watch_->take_last_events([this](const std::string& sentence) { run_log_.warn(sentence); });
-  run_log_.info("all devices and processes are closed");
-  end_database(record);
-  end_logs();
-  const bool interrupted = result.stopped && stop_requested.load();
-  if (!fault.empty()) record.failures.push_back(fault);
-  fill_record(result, record);
-  decide({.result = result,
-          .gpu_lost = database_->health().device_lost,
-          .interrupted = interrupted,
-          .max_lost = scenario_.realtime.max_lost,
-          .fail_on = options_.fail_on},
-         record);
-  for (const std::string& failure : record.failures)
-    run_log_.warn(failure);
-  if (const std::string sentence = report::ticks_given_up(record); !sentence.empty())
-    run_log_.warn(report::to_ascii(sentence));
-  for (const std::string& sentence : record.realtime.degraded)
-    run_log_.warn("degraded: " + sentence);
-  session.trace = trace_of(result, record.events);
-  return session;
-}
-
-void LiveSession::end_database(report::RunRecord& record) {
-  const auto ended = database_->close();
-  const rtstdb::Durability durability = database_->durability();
-  const report::DatabaseLog& log = record.database_log =
-      database_log_of(durability, database_->latest().version, database_->counts());
-  if (log.refused_transactions > 0) write_faults_.push_back(log_refusal(log));
-  if (!ended) write_faults_.push_back("the database's log could not be ended: " + ended.error().message);
-  if (durability.mode == rtstdb::DurabilityMode::volatile_only) return;
-  if (log.durable_version < log.latest_version) {
-    write_faults_.push_back(
-        "the world's history is on disk up to version " + std::to_string(log.durable_version) + " of " +
-        std::to_string(log.latest_version) + (log.last_fault.empty() ? "" : ": " + log.last_fault));
-  } else if (log.commits_in_gaps > 0) {
-    write_faults_.push_back("the world's history lacks " + std::to_string(log.commits_in_gaps) +
-                            " commits: the disk was too slow");
-  }
-}
-
-void LiveSession::end_logs() {
+/// Closes signals.csv and collects why files of the run lack something. After close_devices.
+void LiveSession::close_logs() {
   const auto add = [this](const std::string& fault) {
     if (!fault.empty()) write_faults_.push_back(fault);
   };
-  add(log_->close());
-  if (const std::uint64_t rows = log_->lost_rows(); rows > 0)
+  add(signal_log_->close());
+  if (const std::uint64_t rows = signal_log_->lost_rows(); rows > 0)
     add("signals.csv lacks " + std::to_string(rows) + " rows: the disk was too slow");
+  for (const std::string& fault : devices_.log_faults())
+    add(fault);
   std::vector<std::string> files{"signals.csv", "run.log", "world.json"};
-  for (const Bus& bus : buses_) {
-    add(bus.device->log_fault());
-    const std::uint64_t frames = bus.device->counters().log_dropped;
-    const std::string file = "can-" + bus.device->name() + ".log";
-    if (frames > 0 && bus.device->log_fault().empty())
-      add(file + " lacks " + std::to_string(frames) + " frames: the disk was too slow");
+  for (const std::string& file : devices_.log_files())
     files.push_back(file);
-  }
-  for (const ProcessExit& exit_state : exits_) {
-    add(exit_state.output_fault);
-    files.push_back(exit_state.name + ".out");
+  for (const ProcessExit& exit : exits_) {
+    add(exit.output_fault);
+    files.push_back(exit.name + ".out");
   }
   if (scenario_.world.durability != config::Durability::none) files.push_back("database");
   for (const std::string& file : files) {
+    const std::filesystem::path path = context_.options.directory / file;
     std::error_code error;
-    if (!std::filesystem::exists(options_.directory / file, error))
-      add((options_.directory / file).string() + " was removed while the run went on");
+    if (!std::filesystem::exists(path, error)) add(path.string() + " was removed while the run went on");
   }
 }
 
-std::string LiveSession::io_fault() const {
-  for (const auto& link : links_) {
-    if (link->in_step()) continue;
-    const std::string fault = link->device().health().fault;
-    return "device " + link->device().name() + " fell out of step: " + (fault.empty() ? "no answer" : fault);
-  }
-  return {};
-}
-
-/// A run that the world gave no answer kept its time, and its outputs tell of an earlier instant.
-void LiveSession::tell_unanswered_runs(report::RunRecord& record) const {
-  for (std::size_t i = 0; i < module_tasks_.size(); ++i) {
-    report::Task& task = record.tasks[i];
-    task.without_answer = module_tasks_[i]->runs_without_answer();
-    if (task.without_answer == 0) continue;
-    record.realtime.degraded.push_back("task " + task.name + ": " + std::to_string(task.without_answer) +
-                                       " of " + std::to_string(task.runs + task.warmup_runs) +
-                                       " runs got no answer from the world (the first: " +
-                                       rtstdb::to_string(module_tasks_[i]->first_failure()) +
-                                       "); their outputs are those of an earlier run");
-  }
-}
-
-/// The most serious first: ended processes, then (added before this call) devices out of step, then losses,
-/// frames not sent, files not written.
-void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) const {
-  std::vector<std::string> ended;
-  for (const ProcessExit& exit_state : exits_) {
-    if (!exit_state.ended_early) continue;
-    if (exit_state.safe_on_exit) {
-      ended.push_back("process " + exit_state.name + " " + exit_state.exit +
-                      " before the run was over; outputs were set to their safe values");
-    } else {
-      record.losses.push_back({.what = "process " + exit_state.name,
-                               .begin_ns = exit_state.ended_at_ns,
-                               .duration_ns = end_ns - exit_state.ended_at_ns,
-                               .to_the_end = true,
-                               .permitted = exit_state.may_be_lost,
-                               .cause = exit_state.exit});
-    }
-  }
-  record.failures.insert(record.failures.begin(), ended.begin(), ended.end());
-  for (report::Loss& loss : loss_watch_->losses(end_ns))
-    record.losses.push_back(std::move(loss));
-  std::stable_sort(record.losses.begin(), record.losses.end(),
-                   [](const auto& left, const auto& right) { return left.begin_ns < right.begin_ns; });
-  record.losses_not_listed = loss_watch_->not_listed();
-  for (const report::Loss& loss : record.losses) {
-    if (!loss.permitted) record.failures.push_back(report::to_ascii(report::sentence_of(loss)));
-  }
-  for (const auto& link : links_) {
-    if (const std::string fault = link->device().send_fault(); !fault.empty())
-      record.failures.push_back(fault);
-  }
-  record.failures.insert(record.failures.end(), write_faults_.begin(), write_faults_.end());
-}
-
-void LiveSession::fill_record(const executive::RunResult& result, report::RunRecord& record) {
-  describe(scenario_, options_, record);
+void LiveSession::fill_record(const executive::RunResult& result, report::RunRecord& record) const {
+  describe(scenario_, context_.options, record);
   take_executive(result, scenario_, record);
-  tell_unanswered_runs(record);
-  record.realtime.kernel = kernel_words();
-  const rtstdb::DeviceInfo& device = database_->device();
-  record.gpu = {device.name, device.driver, device.api};
-  for (const std::string& sentence : degraded_.all())
-    record.realtime.degraded.push_back(sentence);
-  for (const std::string& sentence : database_->health().degraded)
-    record.realtime.degraded.push_back(sentence);
-  record.transactions = transactions_of(database_->counts());
-  record.scheduler = scheduler_of(database_->scheduler_counts());
-  record.scheduler.not_reserved = world_->not_reserved();
-  for (const Bus& bus : buses_)
-    record.can.push_back(can_bus_of(*bus.device));
-  for (const Unit& unit : units_) {
-    record.modbus.push_back(unit.client ? modbus_unit_of(*unit.client) : modbus_unit_of(*unit.server));
+  record.realtime.kernel = kernel_text();
+  world_->fill(record);
+  devices_.fill(record);
+  for (const ProcessExit& exit : exits_) {
+    record.processes.push_back({exit.name, exit.command, exit.exit,
+                                exit.ended_early ? std::optional(exit.ended_at_ns) : std::nullopt});
   }
-  for (const ProcessExit& exit_state : exits_) {
-    record.processes.push_back(
-        {exit_state.name, exit_state.command, exit_state.exit,
-         exit_state.ended_early ? std::optional(exit_state.ended_at_ns) : std::nullopt});
-  }
-  const Extent extent{.end_ns = result.run_time_ns,
-                      .ticks = std::max(scenario_.duration_ticks, record.ticks + record.skipped_ticks),
-                      .period_ns = record.period_ns};
-  for (const auto& judge : judges_) {
-    record.expectations.push_back(judge->result(extent));
-    if (auto times = judge->response_times(result.run_time_ns))
-      record.response_times.push_back(std::move(*times));
-  }
-  for (const modules::EventLog::Event& event : events_.events())
-    record.events.push_back({event.time_ns, event.text});
-  record.events.insert(record.events.end(), device_watch_->events().begin(), device_watch_->events().end());
-  for (const ProcessExit& exit_state : exits_) {
-    if (exit_state.ended_early)
-      record.events.push_back({exit_state.ended_at_ns, "process " + exit_state.name + " " + exit_state.exit});
-  }
-  std::stable_sort(record.events.begin(), record.events.end(),
-                   [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
-  record.top_view.emplace();
-  record.top_view->time_ns = result.run_time_ns;
-  record.top_view->shapes = outlines(scenario_, wiring_.scenery, result.run_time_ns);
-  for (const WiredModule& wired : wiring_.modules)
-    wired.module->contribute(record);
-  if (events_.lost() > 0) {
-    record.realtime.degraded.push_back("the event list lacks " + std::to_string(events_.lost()) +
+  judges_->fill({.end_ns = result.run_time_ns,
+                 .ticks = std::max(scenario_.duration_ticks, record.ticks + record.skipped_ticks),
+                 .period_ns = record.period_ns},
+                record);
+  add_events(record);
+  world_->add_contributions(result.run_time_ns, record);
+  if (const std::uint64_t lost = world_->events().lost(); lost > 0) {
+    record.realtime.degraded.push_back("the event list lacks " + std::to_string(lost) +
                                        " events: it was full");
   }
   add_failures(result.run_time_ns, record);
 }
 
+/// Events of modules, devices and processes, by time.
+void LiveSession::add_events(report::RunRecord& record) const {
+  for (const modules::EventLog::Event& event : world_->events().events())
+    record.events.push_back({event.time_ns, event.text});
+  record.events.insert(record.events.end(), devices_.events().begin(), devices_.events().end());
+  for (const ProcessExit& exit : exits_) {
+    if (exit.ended_early)
+      record.events.push_back({exit.ended_at_ns, "process " + exit.name + " " + exit.exit});
+  }
+  std::stable_sort(record.events.begin(), record.events.end(),
+                   [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
+}
+
+/// Adds the losses and the failures, the most serious first: ended processes, then (added before this call)
+/// devices out of step, then losses, frames not sent, files not written.
+void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) const {
+  std::vector<std::string> ended;
+  for (const ProcessExit& exit : exits_) {
+    if (!exit.ended_early || !exit.safe_on_exit) continue;
+    ended.push_back("process " + exit.name + " " + exit.exit +
+                    " before the run was over; outputs were set to their safe values");
+  }
+  record.failures.insert(record.failures.begin(), ended.begin(), ended.end());
+  record.losses = devices_.losses().losses(end_ns, exits_);
+  record.losses_not_listed = devices_.losses().not_listed();
+  for (const report::Loss& loss : record.losses) {
+    if (!loss.permitted) record.failures.push_back(report::to_ascii(report::sentence_of(loss)));
+  }
+  for (std::string& fault : devices_.send_faults())
+    record.failures.push_back(std::move(fault));
+  record.failures.insert(record.failures.end(), write_faults_.begin(), write_faults_.end());
+}
+
+}  // namespace
+
+report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
+                                    report::Verdict verdict, int exit_code, const std::string& reason) {
+  report::RunRecord record;
+  describe(scenario, options, record);
+  record.started_at = utc_now();
+  record.period_ns = scenario.base_period_ns;
+  record.realtime.kernel = kernel_text();
+  record.verdict = verdict;
+  record.exit_code = exit_code;
+  record.reason = reason;
+  for (const config::Expectation& expectation : scenario.expectations)
+    record.expectations.push_back({.name = expectation.name,
+                                   .result = report::ExpectationResult::not_checked,
+                                   .detail = "no tick of the run was evaluated"});
+  return record;
+}
+
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested) {
   require_descriptors(*wiring.scenario);
-  LiveSession session(std::move(wiring), options);
-  session.open(stop_requested);
-  return session.run(stop_requested);
+  LiveSession session(std::move(wiring), options, stop_requested);
+  session.open();
+  return session.run();
 }
 
 }  // namespace hil::run

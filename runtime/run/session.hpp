@@ -1,12 +1,12 @@
 #pragma once
-// One run: opens everything a wired scenario asks for, lets the executive run it, closes everything in order,
-// and leaves the record that the report is made of.
+// One run: opens what a wired scenario needs, runs the executive, closes everything, and returns the record
+// for the report.
 //
-// Order of opening: database (its driver's threads must not inherit real-time scheduling), static world,
-// modules, buses, processes, then the devices that talk to those processes. Closing goes the other way;
-// outputs go to their safe values first, whatever ended the run.
+// Order of opening: database (the threads of its driver must not inherit real-time scheduling), scenery,
+// modules, buses, processes, then the devices that communicate with those processes. Closing has the
+// reverse order. Outputs get their safe values first, whatever ended the run.
 //
-// Threads: one ordinary thread, which becomes the executive's base thread for the time of the run.
+// Threads: one ordinary thread, which is the executive's base thread during the run.
 
 #include <atomic>
 #include <filesystem>
@@ -25,7 +25,7 @@
 
 namespace hil::run {
 
-/// The GPU or its driver can not be had. A sentence for the user.
+/// There is no usable GPU or driver. A sentence for the user.
 class GpuError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -38,13 +38,12 @@ class MemoryError : public std::runtime_error {
 };
 
 struct SessionOptions {
-  std::filesystem::path directory;  ///< what the run leaves goes here; it is there (RunFolder)
+  std::filesystem::path directory;  ///< of the run's files; it exists (RunFolder)
   std::vector<report::Override> overrides;
   std::optional<config::Condition> fail_on;
-  std::vector<std::filesystem::path>
-      program_folders;  ///< where programs without '/' are looked for before PATH
-  std::function<void(const report::LiveStatus&)> every_second;  ///< on a thread of its own; may be empty
-  bool verbose = false;                                         ///< what run.log holds goes to stderr too
+  std::vector<std::filesystem::path> program_folders;  ///< searched before PATH for programs without '/'
+  std::function<void(const report::LiveStatus&)> every_second;  ///< called on another thread; may be empty
+  bool verbose = false;                                         ///< copies run.log to stderr
 };
 
 struct SessionResult {
@@ -52,13 +51,13 @@ struct SessionResult {
   report::TraceRecord trace;
 };
 
-/// The record of a run that did not begin, or of which no more is known: no expectation was checked.
+/// The record of a run that did not begin, or without any result: no expectation was checked.
 report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
-                                    report::Verdict verdict, int exit_code, const std::string& why);
+                                    report::Verdict verdict, int exit_code, const std::string& reason);
 
 /// Runs to the end, or until `stop_requested`. Throws GpuError, MemoryError, io::DeviceError,
-/// modules::SetupError or an exception of the standard library when the run can not begin; trouble after that
-/// is in the record.
+/// modules::SetupError or an exception of the standard library when the run can not begin. Later faults are
+/// in the record.
 SessionResult run_session(Wiring wiring, const SessionOptions& options,
                           const std::atomic<bool>& stop_requested);
 

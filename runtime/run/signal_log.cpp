@@ -15,7 +15,7 @@ void append_number(std::string& text, double value) {
   text.append(digits, end);
 }
 
-/// Seconds with all nine decimals, exact.
+/// Seconds with nine decimals, exact.
 void append_time(std::string& text, std::int64_t time_ns) {
   char digits[32];
   const auto end = std::to_chars(digits, digits + sizeof digits, time_ns / 1'000'000'000).ptr;
@@ -99,7 +99,7 @@ std::string SignalLog::close() {
   if (!file_.is_open()) return {};
   drain();
   file_.close();
-  if (!file_) return path_.string() + " could not be written whole";
+  if (!file_) return path_.string() + " could not be written completely";
   std::error_code error;
   const bool was_cut =
       std::filesystem::is_regular_file(path_, error) && std::filesystem::file_size(path_, error) != bytes_;

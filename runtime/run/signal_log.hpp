@@ -1,9 +1,10 @@
 #pragma once
-// signals.csv: every signal at a fixed rate. The tick fills rows of a preallocated ring; an ordinary thread
-// writes them. A ring that is full loses the row and counts it; under the virtual clock the tick itself
-// empties the ring, so nothing is lost there.
+// signals.csv: all signals at a fixed rate. The tick fills rows of a preallocated ring; an ordinary thread
+// writes them. When the ring is full, the row is lost and counted; under the virtual clock the tick writes
+// the rows of a full ring, so that none is lost.
 //
-// First line: "time_s" and the signals' names. Numbers are the shortest that read back as the same double.
+// First line: "time_s" and the names of the signals. Numbers are the shortest that read back as the same
+// double.
 
 #include <atomic>
 #include <cstdint>
@@ -19,16 +20,16 @@ namespace hil::run {
 
 class SignalLog {
  public:
-  /// Throws io::DeviceError when the file can not be made.
+  /// Throws io::DeviceError when the file can not be created.
   SignalLog(const std::filesystem::path& file, const signals::SignalTable& table, bool virtual_clock);
   ~SignalLog();
   SignalLog(const SignalLog&) = delete;
   SignalLog& operator=(const SignalLog&) = delete;
 
-  /// Base thread. Under the real-time clock without waiting or allocating.
+  /// Base thread. Under the real-time clock it neither blocks nor allocates.
   void take(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
-  /// Writes what is left and closes. Why the file lacks something, in a sentence: it could not be written, or
-  /// another program changed it. Empty: it lacks nothing.
+  /// Writes the remaining rows and closes the file. Returns a sentence when the file is incomplete, since
+  /// it could not be written or another program changed it; else empty.
   std::string close();
   std::uint64_t lost_rows() const noexcept { return lost_.load(); }
 
@@ -46,7 +47,7 @@ class SignalLog {
   std::atomic<std::uint64_t> written_{0}, read_{0};
   std::atomic<std::uint64_t> lost_{0};
   std::atomic<bool> stopping_{false};
-  std::ofstream file_;  ///< appends, so that a file that was cut is shorter than what was written
+  std::ofstream file_;  ///< appends, so that a file that another program cut is shorter than bytes_
   std::uint64_t bytes_ = 0;
   std::string text_;
   std::thread thread_;

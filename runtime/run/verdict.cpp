@@ -30,10 +30,10 @@ const report::Expectation* first_with(const report::RunRecord& record, report::E
 
 std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) {
   if (exceeds(record.skipped_ticks, record.ticks + record.skipped_ticks, max_lost))
-    return above(report::ticks_given_up(record), max_lost);
+    return above(report::skipped_ticks_sentence(record), max_lost);
   for (const report::Task& task : record.tasks) {
     if (exceeds(task.skipped + task.aborted, task.runs + task.skipped, max_lost))
-      return above(report::releases_lost(task), max_lost);
+      return above(report::lost_releases_sentence(task), max_lost);
     if (exceeds(task.without_answer, task.runs + task.warmup_runs, max_lost)) {
       return above("task " + task.name + ": " + std::to_string(task.without_answer) + " of " +
                        report::counted(task.runs + task.warmup_runs, "run", "runs") +
@@ -70,7 +70,7 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
     return conclude(report::Verdict::timing_broken, exit_timing_broken, lost);
   if (inputs.fail_on && timing_broken(*inputs.fail_on, inputs.result, record)) {
     return conclude(report::Verdict::timing_broken, exit_timing_broken,
-                    "--fail-on '" + inputs.fail_on->text() + "' came true");
+                    "the condition of --fail-on holds: " + inputs.fail_on->text());
   }
   if (inputs.interrupted) {
     return conclude(report::Verdict::interrupted, exit_interrupted,
@@ -85,7 +85,7 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
                     "expectation '" + unknown->name + "' was not checked: " + unknown->detail);
   }
   conclude(report::Verdict::passed, exit_passed,
-           record.expectations.empty() ? "the scenario expects nothing" : "every expectation held");
+           record.expectations.empty() ? "the scenario has no expectations" : "every expectation held");
 }
 
 }  // namespace hil::run

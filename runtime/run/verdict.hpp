@@ -1,8 +1,7 @@
 #pragma once
-// The verdict, exit code and reason of a run, from its record and from what only the session knows.
+// The verdict, exit code and reason of a run, from its record and from the state of the session.
 //
-// Where several verdicts apply, the GPU comes before I/O, I/O before timing, timing before interruption, and
-// expectations come last.
+// When several verdicts apply, the first of these counts: GPU, I/O, timing, interruption, expectations.
 
 #include <optional>
 #include <string>
@@ -21,23 +20,24 @@ enum ExitCode : int {
   exit_io_failed = 4,
   exit_gpu_failed = 5,
   exit_internal = 70,
-  exit_interrupted = 130,  ///< SIGINT, as shells have it
+  exit_interrupted = 130,  ///< as a shell reports SIGINT
 };
 
 struct VerdictInputs {
   const executive::RunResult& result;
   bool gpu_lost = false;
   bool interrupted = false;
-  double max_lost =
-      1.0;  ///< share of base ticks, of each task's releases and of each CAN bus's outputs that may be lost
+  /// The share of base ticks, of each task's releases and of each CAN bus's outputs that may be lost.
+  double max_lost = 1.0;
   const std::optional<config::Condition>& fail_on;
 };
 
-/// Fills in the verdict, exit code and reason of a record that is complete otherwise. record.failures decides
-/// about I/O.
+/// Fills in the verdict, exit code and reason of a record that is complete otherwise. An entry in
+/// record.failures is an I/O failure.
 void decide(const VerdictInputs& inputs, report::RunRecord& record);
 
-/// The first share of ticks, releases or unsent outputs above `max_lost`, in a sentence; empty: there is none.
+/// A sentence for the first share of ticks, releases or unsent outputs above `max_lost`; empty: there is
+/// none.
 std::string lost_beyond_limit(const report::RunRecord& record, double max_lost);
 
 }  // namespace hil::run

@@ -17,10 +17,6 @@ using config::Diagnostics;
 using config::Place;
 using config::Word;
 
-std::string did_you_mean(const std::string& candidate) {
-  return candidate.empty() ? std::string() : "; did you mean '" + candidate + "'?";
-}
-
 void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Place& place,
                 Diagnostics& diagnostics, std::vector<signals::SignalId>& ids) {
   if (const auto there = table.find(info.name)) {
@@ -32,12 +28,12 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
   ids.push_back(table.add(std::move(info)));
 }
 
-/// The signals there are, and the parts that could not be declared: "can.car.". Whoever asks for a signal of
-/// theirs is not to blame that it is missing.
+/// The signals, and the prefixes of parts that could not be declared ("can.car."): a missing signal with
+/// such a prefix is no further mistake.
 struct Known {
   const signals::SignalTable& table;
   std::vector<std::string> undeclared;
-  /// Why a double can not hold a signal exactly, by the signal's index.
+  /// By signal index: why a double can not represent the signal exactly.
   std::map<std::uint32_t, std::string> imprecise = {};
   /// Received signals to which neither the scenario nor the DBC file gives a time-out, by index.
   std::set<std::uint32_t> never_stale = {};
@@ -55,12 +51,12 @@ signals::SignalId find_signal(const Known& known, const Word& word, Diagnostics&
                   [&](const auto& p) { return word.text.starts_with(p); }))
     return {};
   diagnostics.add(word.place, "there is no signal '" + word.text + "'" +
-                                  did_you_mean(known.table.nearest_name(word.text)));
+                                  config::suggestion(word.text, known.table.names()));
   return {};
 }
 
-/// A value passes from a signal to its reader (a channel of a device, an input of a module) as it is, so both
-/// have to mean the same unit. Either may leave it open.
+/// A signal and its reader (a channel of a device, an input of a module) need the same unit, since values
+/// are not converted. Either may have none.
 template <class Reader>
 void check_unit(const signals::SignalTable& table, signals::SignalId signal, const Reader& reader,
                 const Place& place, Diagnostics& diagnostics) {
@@ -110,8 +106,7 @@ void connect_module(WiredModule& wired, const Known& known, Diagnostics& diagnos
       for (const modules::Port& other : ports)
         names.push_back(other.name);
       diagnostics.add(link.port.place, "module " + wired.section->module.text + " has no input '" +
-                                           link.port.text + "'" +
-                                           did_you_mean(config::nearest(link.port.text, names)));
+                                           link.port.text + "'" + config::suggestion(link.port.text, names));
     } else {
       const signals::SignalId signal = find_signal(known, link.signal, diagnostics);
       wired.links.inputs[static_cast<std::size_t>(port - ports.begin())] = signal;
@@ -151,8 +146,8 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
   const auto add_state = [&](const std::string& name) -> signals::SignalId {
     if (!wiring.signals.find(prefix + name)) return wiring.signals.add({prefix + name, "", writer});
     diagnostics.warn(place, "'" + prefix + name +
-                                "' is a signal of the device itself, so no signal says whether the "
-                                "device is connected, or fresh; give the device's signal another name");
+                                "' is a signal of the device itself, so there is no such signal of the "
+                                "device's state; give the device's signal another name");
     return {};
   };
   links.connected = add_state("connected");
@@ -160,8 +155,8 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
     links.fresh.push_back(add_state(group.name + ".fresh"));
 }
 
-/// Constants for every output, in the device's order, until connected.
-void start_with_safe_values(const io::Device& device, DeviceLink::Links& links) {
+/// Gives every output its safe value as a constant; connected outputs replace it.
+void set_safe_values(const io::Device& device, DeviceLink::Links& links) {
   for (const io::ChannelInfo& channel : device.outputs())
     links.outputs.push_back({.signal = {}, .constant = channel.safe_value});
 }
@@ -174,10 +169,10 @@ std::size_t output_index(const io::Device& device, const std::string& channel) {
 }
 
 struct CanProbe {
-  std::unique_ptr<io::can::CanDevice> device;  // never opened: tells the channels
+  std::unique_ptr<io::can::CanDevice> device;  // never opened; has the channels
   WiredCan wired;
 
-  /// Null for a message that was left out.
+  /// Null for a message that could not be configured.
   const io::can::DbcMessage* sent(const config::SentMessage& message) const {
     return used(message.message, wired.device.send);
   }
@@ -200,7 +195,7 @@ void describe_can_signals(const CanProbe& probe, Wiring& wiring, Known& known) {
   const std::string prefix = "can." + probe.wired.section->bus.text + ".";
   const auto describe = [&](const Word& name, const io::can::DbcMessage* used) {
     if (used == nullptr) {
-      // Signals may be right where the name of their message is misspelled here.
+      // The name of the message is a mistake here; a signal of the bus elsewhere may be right.
       const bool is_known = probe.wired.device.database.find_message(name.text) != nullptr;
       return known.undeclared.push_back(is_known ? prefix + name.text + "." : prefix);
     }
@@ -247,7 +242,7 @@ std::vector<CanProbe> declare_can(Wiring& wiring, Known& known, Diagnostics& dia
                    .wired = {.section = &section, .device = std::move(*config), .links = {}}};
     declare_inputs(*probe.device, "can." + section.bus.text + ".", section.bus.place, wiring,
                    probe.wired.links, diagnostics);
-    start_with_safe_values(*probe.device, probe.wired.links);
+    set_safe_values(*probe.device, probe.wired.links);
     describe_can_signals(probe, wiring, known);
     probes.push_back(std::move(probe));
   }
@@ -431,7 +426,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
     WiredModbus& wired = wiring.modbus.emplace_back(WiredModbus{.section = &section, .links = {}});
     declare_inputs(*modbus.back(), "modbus." + section.unit.text + ".", section.unit.place, wiring,
                    wired.links, diagnostics);
-    start_with_safe_values(*modbus.back(), wired.links);
+    set_safe_values(*modbus.back(), wired.links);
   }
 
   for (WiredModule& wired : wiring.modules)

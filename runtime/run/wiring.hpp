@@ -1,11 +1,11 @@
 #pragma once
-// Connects the parts of a scenario by their signals: who writes which, who reads which. Makes
-// the scenery's meshes, so that files are read once and refused in time. Opens no device, so
-// `hil check` can go this far; every mistake is reported with its place and the nearest name there is.
+// Connects the parts of a scenario by their signals, and makes the meshes of the scenery, so that mesh
+// files are read once and mistakes in them are found early. Opens no device, so that `hil check` can use
+// it. Every mistake has its place and the nearest known name.
 //
-// Names of signals: "<module>.<output>", "can.<bus>.<Message>.<Signal>", "modbus.<unit>.<entry>". In
-// addition, for every device, "can.<bus>.connected", "can.<bus>.<Message>.fresh", "modbus.<unit>.connected",
-// "modbus.<unit>.<entry>.fresh" (1 or 0), except where a signal of the device has that name.
+// Names of signals: "<module>.<output>", "can.<bus>.<Message>.<Signal>", "modbus.<unit>.<entry>". For every
+// device also "can.<bus>.connected", "can.<bus>.<Message>.fresh", "modbus.<unit>.connected" and
+// "modbus.<unit>.<entry>.fresh" (1 or 0), unless a signal of the device has that name.
 
 #include <memory>
 #include <optional>
@@ -42,7 +42,7 @@ struct WiredModbus {
 /// The scenario outlives it.
 struct Wiring {
   const config::Scenario* scenario = nullptr;
-  /// Those of the scenario; when it lists none, those of the bodies that modules make, too.
+  /// Those of the scenario; if it lists none, also those of the bodies that modules create.
   config::Layers layers;
   Scenery scenery;
   signals::SignalTable signals;
@@ -54,13 +54,13 @@ struct Wiring {
 /// The schemas of all module types, for config::load_scenario.
 config::SchemaOfModules module_schemas();
 
-/// What a module is told of its task.
+/// The properties of a module's task.
 modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section);
 
-/// Empty when there was any mistake.
+/// Empty when there is a mistake.
 std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics);
 
-/// What the devices are made of, from their sections. The endpoint is the one to use; a section may leave it
+/// The settings of a unit, from its section and the endpoint that it uses: the section may leave the port
 /// open.
 io::modbus::ClientSettings client_settings(const config::ModbusSection& section,
                                            const io::modbus::Endpoint& endpoint);

@@ -11,38 +11,39 @@ namespace {
 using config::Diagnostics;
 using config::Word;
 
-bool every_module_is_there(const Wiring& wiring) {
+bool all_modules_exist(const Wiring& wiring) {
   return std::none_of(wiring.modules.begin(), wiring.modules.end(),
                       [](const WiredModule& wired) { return wired.module == nullptr; });
 }
 
-/// Bodies that modules make are in layers of the scenario; one that lists none has their layers as well.
-void take_layers(Wiring& wiring, Diagnostics& diagnostics) {
+/// The layers of bodies that modules create have to be layers of the scenario; a scenario that lists none
+/// gets them.
+void add_layers(Wiring& wiring, Diagnostics& diagnostics) {
   const config::World& world = wiring.scenario->world;
   wiring.layers = world.layers;
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) continue;
-    std::string said;  // once for many bodies
+    std::string reported;  // one mistake for all bodies in one layer
     for (const Word& layer : wired.module->ports().layers_of_made) {
       const bool has_bit =
           (world.layers_are_listed ? wiring.layers.bit(layer.text) : wiring.layers.add(layer.text))
               .has_value();
-      if (has_bit || said == layer.text) continue;
-      said = layer.text;
+      if (has_bit || reported == layer.text) continue;
+      reported = layer.text;
       const std::string bodies =
           "module " + wired.section->module.text + " has bodies in the layer '" + layer.text;
       if (world.layers_are_listed) {
         diagnostics.add(layer.place, bodies + "', which world.layers does not list" +
                                          config::suggestion(layer.text, wiring.layers.names()));
       } else {
-        diagnostics.add(layer.place, bodies + "', which is one too many; there can be " +
-                                         std::to_string(config::Layers::capacity));
+        diagnostics.add(layer.place, bodies + "', which exceeds the limit of " +
+                                         std::to_string(config::Layers::capacity) + " layers");
       }
     }
   }
 }
 
-/// Layers and bodies that modules name are those of the scenario and of modules before them.
+/// Layers and bodies that modules name have to be those of the scenario, or of earlier modules.
 void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   const auto check = [&](const std::vector<Word>& named, const std::vector<std::string>& known,
                          const char* what) {
@@ -53,12 +54,12 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
     }
   };
   const config::World& world = wiring.scenario->world;
-  const bool all_layers_are_known = world.layers_are_listed || every_module_is_there(wiring);
+  const bool all_layers_are_known = world.layers_are_listed || all_modules_exist(wiring);
   std::vector<std::string> bodies;
   for (const config::WorldEntity& entity : world.entities)
     bodies.push_back(entity.name.text);
   for (const WiredModule& wired : wiring.modules) {
-    if (wired.module == nullptr) return;  // what it would have made is not known
+    if (wired.module == nullptr) return;  // its bodies are not known
     const modules::Ports& ports = wired.module->ports();
     if (all_layers_are_known) check(ports.layers, wiring.layers.names(), "layer");
     check(ports.bodies, bodies, "body");
@@ -67,8 +68,8 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   }
 }
 
-/// The database has room for what a scenario asks, and for no more.
-void check_room(const Wiring& wiring, Diagnostics& diagnostics) {
+/// The bodies, shapes and triangles have to fit into the database.
+void check_capacity(const Wiring& wiring, Diagnostics& diagnostics) {
   const config::World& world = wiring.scenario->world;
   const Scenery& scenery = wiring.scenery;
   std::size_t bodies = world.entities.size();
@@ -78,32 +79,32 @@ void check_room(const Wiring& wiring, Diagnostics& diagnostics) {
            std::to_string(world.max_geometries);
   };
   if (shapes > world.max_geometries)
-    diagnostics.add(scenery.of[world.max_geometries]->shape_place, too_many_shapes());
+    diagnostics.add(scenery.first_entity[world.max_geometries]->shape_place, too_many_shapes());
   std::size_t triangles = 0;
   for (std::size_t i = 0; i < shapes; ++i) {
     triangles += scenery.meshes[i].triangles.size();
     if (triangles <= rtstdb::max_triangles_total) continue;
-    diagnostics.add(scenery.of[i]->shape_place, std::to_string(triangles) +
-                                                    " triangles so far; all shapes together can have " +
-                                                    std::to_string(rtstdb::max_triangles_total));
+    diagnostics.add(scenery.first_entity[i]->shape_place,
+                    std::to_string(triangles) + " triangles so far; all shapes together can have " +
+                        std::to_string(rtstdb::max_triangles_total));
     break;
   }
   std::unordered_set<std::string> keys;
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) continue;
     const modules::Ports& ports = wired.module->ports();
-    const bool had_room = bodies <= world.max_entities;
-    const bool had_room_for_shapes = shapes <= world.max_geometries;
+    const bool bodies_did_fit = bodies <= world.max_entities;
+    const bool shapes_did_fit = shapes <= world.max_geometries;
     bodies += ports.makes.size();
     for (const std::string& key : ports.shapes)
       shapes += keys.insert(key).second ? 1 : 0;
-    if (had_room && bodies > world.max_entities) {
+    if (bodies_did_fit && bodies > world.max_entities) {
       diagnostics.add(wired.section->module.place,
                       "module " + wired.section->module.text + ": " + std::to_string(bodies) +
                           " bodies with those before it, but world.max_entities is " +
                           std::to_string(world.max_entities));
     }
-    if (had_room_for_shapes && shapes > world.max_geometries) {
+    if (shapes_did_fit && shapes > world.max_geometries) {
       diagnostics.add(wired.section->module.place,
                       "module " + wired.section->module.text + ": " + too_many_shapes());
     }
@@ -114,9 +115,9 @@ void check_room(const Wiring& wiring, Diagnostics& diagnostics) {
 
 void wire_world(Wiring& wiring, Diagnostics& diagnostics) {
   wiring.scenery = make_scenery(wiring.scenario->world, diagnostics);
-  take_layers(wiring, diagnostics);
+  add_layers(wiring, diagnostics);
   check_names(wiring, diagnostics);
-  check_room(wiring, diagnostics);
+  check_capacity(wiring, diagnostics);
 }
 
 }  // namespace hil::run

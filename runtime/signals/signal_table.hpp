@@ -56,8 +56,8 @@ class SignalTable {
 
   /// By name or alias.
   std::optional<SignalId> find(std::string_view name) const;
-  /// The known name with the smallest edit distance, or empty if none is near. For error messages.
-  std::string nearest_name(std::string_view name) const;
+  /// The names of all signals, without aliases, in the order they were added.
+  std::vector<std::string> names() const;
 
   std::size_t size() const noexcept { return infos_.size(); }
   const SignalInfo& info(SignalId id) const noexcept { return infos_[id.index]; }

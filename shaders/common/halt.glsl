@@ -6,15 +6,15 @@
 
 layout(buffer_reference, buffer_reference_align = 8, scalar) volatile buffer Halt { HaltWords words; };
 
-bool halt_is_wanted(uvec2 halt) { return (halt.x | halt.y) != 0u && Halt(halt).words.wanted != 0u; }
+bool halt_requested(uvec2 halt) { return (halt.x | halt.y) != 0u && Halt(halt).words.wanted != 0u; }
 
-// Marks this element and all later ones of its chunk as not started.
-void leave(uvec2 halt, uint element) { atomicMin(Halt(halt).words.first_unstarted, element); }
+// Reports that this element, and those after it in its chunk, were not started.
+void report_unstarted(uvec2 halt, uint element) { atomicMin(Halt(halt).words.first_unstarted, element); }
 
-// Whether the chunk was halted; the invocation then must not begin the element.
-bool is_left(uvec2 halt, uint element) {
-  const bool wanted = halt_is_wanted(halt);
-  if (wanted) leave(halt, element);
+// Whether the chunk is halted; then the element is reported as not started.
+bool skips_when_halted(uvec2 halt, uint element) {
+  const bool wanted = halt_requested(halt);
+  if (wanted) report_unstarted(halt, element);
   return wanted;
 }
 

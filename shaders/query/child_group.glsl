@@ -1,13 +1,13 @@
-// Groups: some children of one node, in one word; the node in the upper 24 bits, below it one bit a child. One word, because a
-// store to a place that differs from lane to lane is dear on lavapipe.
+// A group is some children of one node in one word: the node in the upper 24 bits, below it one bit per child. One word,
+// because lavapipe stores lane by lane where the address differs between lanes.
 #ifndef RTSTDB_QUERY_CHILD_GROUP_GLSL
 #define RTSTDB_QUERY_CHILD_GROUP_GLSL
 #include "shared/node.h"
 
-// Takes a child out of a group of nodes that have so many texels: its reference.
+// Removes one child from a group and returns its reference. `texels`: of one node.
 uint take_child(usamplerBuffer of, uint texels, inout uint group) {
   const uint rest = group & (group - 1u);
-  // The exponent of a power of two is the place of its bit.
+  // The exponent of a power of two is the index of its bit.
   const uint slot = uint(floatBitsToInt(float(int(group ^ rest))) >> 23) - 127u;
   const uvec4 refs = texelFetch(of, int((group >> 8) * texels + 4u + (slot >> 2)));
   const uint low = (slot & 1u) != 0u ? refs.y : refs.x;
@@ -27,7 +27,7 @@ References fetch_references(usamplerBuffer of, uint texels, uint node) {
   return References(texelFetch(of, base), texelFetch(of, base + 1));
 }
 
-// Which of them are leaves; slots without a child count as such.
+// One bit per slot that holds a leaf or no child.
 uint leaf_mask(References references) {
   const uvec4 first = references.first >> 31;
   const uvec4 second = references.second >> 31;

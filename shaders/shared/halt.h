@@ -5,8 +5,8 @@
 
 // The host reads and writes them while the chunk runs. Elements are numbered from the chunk's first.
 #define RTSTDB_FIELDS_HaltWords(F)                                                         \
-  F(uint, wanted)          /* not 0: elements that have not begun do not begin any more */ \
-  F(uint, first_unstarted) /* of those, the first */
+  F(uint, wanted)          /* not 0: the kernel starts no further elements */ \
+  F(uint, first_unstarted) /* the first element that was not started */
 RTSTDB_STRUCT(HaltWords)
 
 #endif

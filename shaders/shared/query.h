@@ -18,7 +18,7 @@ RTSTDB_CONSTANT(ray_texels, 4)
 RTSTDB_CONSTANT(hit_pairs, 8)
 
 // The number of rays that are retried at a time. The saved state of one search has two stacks of 96 groups
-// and 18 more words, and 5 for each hit of its list. The upper bit of its word in `again` marks the begin of
+// and 18 more words, and 5 for each hit of its list. The upper bit of its word in `retried_rays` marks the begin of
 // a search.
 RTSTDB_CONSTANT(paused_rays, 256)
 RTSTDB_CONSTANT(paused_ray_groups, 96)
@@ -29,15 +29,15 @@ RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
 #define RTSTDB_FIELDS_RayArgs(F)                                                                             \
   F(uint, root)                                                                                              \
   F(uint, first) /* see place_of_invocation */                                                               \
-  F(uint, end)   /* no ray from this place on is asked */                                                    \
+  F(uint, end)   /* one behind the last place */                                                             \
   F(uint, per_group)                                                                                         \
-  F(uint, is_retry)  /* 1: places are those in `again`, which names rays, and searches may pause; 0: rays */ \
-  F(uint, epoch_ns)  /* low word; rays lie less than two epochs after it, so it says enough */               \
+  F(uint, is_retry)  /* 1: places are those of `retried_rays`, and searches may pause; 0: places are rays */ \
+  F(uint, epoch_ns)  /* low word, which suffices: times are less than two epochs after it */               \
   F(uint, late_base) /* where the next epoch's instances begin */                                            \
-  F(uint, still)     /* 1: every ray asks at still_ns */                                                     \
+  F(uint, still)     /* 1: every ray has time still_ns */                                                    \
   F(uint, still_ns)  /* low word */                                                                          \
   F(uint, window_begin_ns) /* low word */                                                                    \
-  F(float, per_window_ns)  /* 1 over the window's length; 0: it is an instant */                             \
+  F(float, per_window_ns)  /* 1 over the window's length; 0: the window is an instant */                             \
   F(uint, hits_per_ray)                                                                                      \
   F(uvec2, hits)      /* their address, low word first */                                                    \
   F(float, faces)     /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                          \

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/ray_query.hpp"
+#include "rtstdb/query/ray/ray_query.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/gaps.hpp"
 #include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/prepare_on.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -33,25 +34,25 @@ TEST(ChunkPace, ChunksAreSmallerWhereTheyTakeLonger) {
   pace.learn({500e3, 500e3});
   EXPECT_EQ(pace.share(), 1.0);
   learn_twice(pace, {500e3, 20e6});
-  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0);
+  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 32.0) << "halved until it takes at most 1.5 times its time";
   learn_twice(pace, {12.5e3, 500e3});
-  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0) << "as large as they should be";
+  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0) << "as large as it should be";
   learn_twice(pace, {12.5e3, 12.5e3});
-  EXPECT_EQ(pace.share(), 1.0);
+  EXPECT_GT(pace.share(), 0.75) << "doubled as long as it takes at most 1.5 times its time";
   learn_twice(pace, {500e3, 1e3});
-  EXPECT_EQ(pace.share(), 1.0) << "none is larger than was thought";
+  EXPECT_LE(pace.share(), 1.0) << "no larger than predicted";
 }
 
-TEST(ChunkPace, OneThatIsSeenLateIsNoLonger) {
+TEST(ChunkPace, AChunkThatIsSeenLateIsNoLonger) {
   query::ChunkPace pace(500'000);
   for (int k = 0; k < 20; ++k) {
     pace.learn({500e3, k % 2 == 0 ? 900e3 : 100e3, k % 2 != 0});
-    EXPECT_EQ(pace.share(), k == 0 ? 500e3 / 900e3 : 1.0);
+    EXPECT_EQ(pace.share(), k == 0 ? 0.5 : 1.0);
   }
 }
 
-/// The host was elsewhere: they become no smaller for that, and larger again where they were small.
-TEST(ChunkPace, WhatTheHostDidMeanwhileIsNotTheChunks) {
+/// Time in which the host was busy does not make chunks smaller, and lets small ones grow again.
+TEST(ChunkPace, TimeOfTheHostIsNotTheChunks) {
   query::ChunkPace pace(500'000);
   for (int k = 0; k < 20; ++k) {
     pace.learn({500e3, 5e6, true});
@@ -143,16 +144,16 @@ class PacedRuns : public testing::Test {
   OneWorld world(Version version) const { return {states_, version, 0, {}}; }
 
   std::unique_ptr<query::GpuRayQuery> prepare() {
-    auto made = executor_->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = most});
+    auto made = prepare_on<query::GpuRayQuery>(*executor_, RayQueryOptions{.name = "rays", .capacity = most});
     EXPECT_TRUE(made.ok());
     return std::move(made).value();
   }
   /// What it took.
-  Nanoseconds ask(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows,
+  Nanoseconds ask(query::GpuRayQuery& query, std::span<const Ray> rays, const store::RowSource& rows,
                   query::ExecutorCallbacks* callbacks) {
     std::ranges::copy(rays, query.rays().begin());
     const auto count = static_cast<std::uint32_t>(rays.size());
-    query::TimeSpan times;
+    store::TimeSpan times;
     EXPECT_FALSE(query.check(count, rows, times));
     const query::Request request{
         .query = &query, .count = count, .per_chunk = per_chunk_, .chunk_time = chunk_time};

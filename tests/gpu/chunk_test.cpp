@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "rtstdb/query/dispatch_layout.hpp"
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/answer_words.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/random_questions.hpp"
@@ -40,115 +40,55 @@ class Chunks : public DatabaseTest {
     for (int k = 1; k <= 6; ++k)
       update_motion(ids[static_cast<std::size_t>(k)], {.valid_from = at_s(5.0 + 0.01 * k)},
                     at_s(5.0 + 0.01 * k));
-    const auto entities = database().snapshot({}).value();
-    const auto t = at_s(5.1);
+    entities_ = database().snapshot({}).value();
     rays_.resize(batch_size);
-    points_.resize(batch_size);
-    regions_.resize(batch_size);
-    overlaps_.resize(batch_size);
-    for (std::uint32_t i = 0; i < batch_size; ++i) {
-      rays_[i] = i % 100 == 7 ? ray_from({}, {0, 0, 1}, t) : random_ray(random, entities, scene, t, 0.5);
-      points_[i] = random_point(random, entities, scene, t, 0.5);
-      regions_[i] = random_region(random, entities, scene, t, 0.5);
-      overlaps_[i] = {.entity = entities[random.below(entities.size())].id, .t = t};
-      while (!has_geometry(entities, overlaps_[i].entity))
-        overlaps_[i].entity = entities[random.below(entities.size())].id;
+    for (Ray& ray : rays_)
+      ray = random_ray(random, entities_, scene, at_s(5.1), 0.5);
+  }
+
+  /// Each kind with the same elements every time.
+  std::vector<std::unique_ptr<KindCase>> all_kinds() {
+    std::vector<std::unique_ptr<KindCase>> all;
+    const ElementScene elements{entities_, {.radius_m = 12.0, .version_time = at_s(5.0)}, at_s(5.1), 0.5};
+    for (const AnyQueryOptions& options : options_of_every_kind()) {
+      all.push_back(prepare_case(database(), with(options, batch_size)));
+      Random random(42);
+      all.back()->fill(random, elements);
+      if (auto* rays = dynamic_cast<RayQuery*>(&all.back()->query())) {
+        for (std::size_t i = 7; i < batch_size; i += 100)
+          rays->rays()[i] = ray_from({}, {0, 0, 1}, at_s(5.1));
+      }
     }
+    return all;
   }
 
-  static bool has_geometry(std::span<const EntityState> entities, EntityId id) {
-    return std::ranges::any_of(
-        entities, [&](const EntityState& one) { return one.id == id && one.row.geometry.valid(); });
-  }
-
-  /// A prepared query of one kind with its elements filled in.
-  struct Asker {
-    std::function<void(Transaction&)> ask;
-    std::function<std::vector<Words>()> answers;
-  };
-
-  template <class Query, class Elements, class Source>
-  Asker asker(std::shared_ptr<Query> query, Elements elements, const Source& source) {
-    std::ranges::copy(source, elements.begin());
-    return {[query](Transaction& transaction) { transaction.add_query(*query, batch_size); },
-            [query] {
-              if constexpr (requires { query->hits(); })
-                return words_of(query->hits());
-              else
-                return words_of(query->answers());
-            }};
-  }
-  Asker prepared(RayQueryOptions options) {
-    options.capacity = batch_size;
-    const std::shared_ptr<RayQuery> query = std::move(database().prepare(options)).value();
-    return asker(query, query->rays(), rays_);
-  }
-  Asker prepared(NearestQueryOptions options) {
-    options.capacity = batch_size;
-    const std::shared_ptr<NearestQuery> query = std::move(database().prepare(options)).value();
-    return asker(query, query->points(), points_);
-  }
-  Asker prepared(RegionQueryOptions options) {
-    options.capacity = batch_size;
-    const std::shared_ptr<RegionQuery> query = std::move(database().prepare(options)).value();
-    return asker(query, query->regions(), regions_);
-  }
-  Asker prepared(OverlapQueryOptions options) {
-    options.capacity = batch_size;
-    const std::shared_ptr<OverlapQuery> query = std::move(database().prepare(options)).value();
-    return asker(query, query->overlaps(), overlaps_);
-  }
-
-  static constexpr std::size_t ray_kinds = 4;
-  /// Those of rays first.
-  std::vector<Asker> all_kinds() {
-    std::vector<Asker> askers;
-    askers.push_back(prepared(RayQueryOptions{.name = "closest"}));
-    askers.push_back(prepared(RayQueryOptions{.name = "any", .mode = RayMode::any}));
-    askers.push_back(prepared(RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3}));
-    askers.push_back(prepared(RayQueryOptions{.name = "still", .ignore_motion = true}));
-    for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
-      askers.push_back(prepared(RegionQueryOptions{.name = "regions", .level = level, .ids_per_region = 40}));
-      askers.push_back(prepared(RegionQueryOptions{.name = "counts", .level = level, .ids_per_region = 0}));
-    }
-    askers.push_back(
-        prepared(NearestQueryOptions{.name = "centers", .target = NearestTarget::center, .k = 4}));
-    askers.push_back(prepared(
-        NearestQueryOptions{.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true}));
-    askers.push_back(
-        prepared(NearestQueryOptions{.name = "triangles", .target = NearestTarget::triangle, .k = 5}));
-    askers.push_back(prepared(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 20}));
-    return askers;
-  }
-
-  Outcome run(const Asker& asker) {
-    const Outcome outcome = execute([&](Transaction& transaction) { asker.ask(transaction); });
+  Outcome run(KindCase& query) {
+    const Outcome outcome =
+        execute([&](Transaction& transaction) { transaction.add_query(query.query(), batch_size); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     return outcome;
   }
 
+  std::vector<EntityState> entities_;
   std::vector<Ray> rays_;
-  std::vector<Nearest> points_;
-  std::vector<Region> regions_;
-  std::vector<Overlap> overlaps_;
 };
 
 TEST_F(Chunks, AnswerAsTheWholeBatch) {
   std::vector<std::vector<Words>> whole;
   make_world(Nanoseconds(0));
-  for (const Asker& asker : all_kinds()) {
-    run(asker);
-    whole.push_back(asker.answers());
+  for (const auto& query : all_kinds()) {
+    run(*query);
+    whole.push_back(query->words());
   }
   // A nanosecond divides into single workgroups, the other into more, and not evenly.
   for (const Nanoseconds chunk : {Nanoseconds(1), Nanoseconds(150'000)}) {
     SCOPED_TRACE(testing::Message() << chunk.count() << " ns");
     make_world(chunk);
-    const auto askers = all_kinds();
-    for (std::size_t k = 0; k < askers.size(); ++k) {
-      run(askers[k]);  // before this nothing is known of the kind, and it is not divided
-      run(askers[k]);
-      EXPECT_TRUE(same(askers[k].answers(), whole[k])) << "query " << k;
+    const auto queries = all_kinds();
+    for (std::size_t k = 0; k < queries.size(); ++k) {
+      run(*queries[k]);  // before this nothing is known of the kind, and it is not divided
+      run(*queries[k]);
+      EXPECT_TRUE(same(queries[k]->words(), whole[k])) << queries[k]->name();
     }
   }
 }
@@ -156,11 +96,11 @@ TEST_F(Chunks, AnswerAsTheWholeBatch) {
 /// Small urgent ones at other versions take the slots, while every kind is asked in single workgroups.
 TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
   make_world(Nanoseconds(1));
-  const auto askers = all_kinds();
+  const auto queries = all_kinds();
   std::vector<std::vector<Words>> alone;
-  for (const Asker& asker : askers) {
-    run(asker);
-    alone.push_back(asker.answers());
+  for (const auto& query : queries) {
+    run(*query);
+    alone.push_back(query->words());
   }
   std::atomic<bool> stop = false;
   std::atomic<std::size_t> urgent_done = 0;
@@ -181,13 +121,13 @@ TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
     }
   });
   Nanoseconds interrupted{0};
-  for (std::size_t k = 0; k < askers.size(); ++k) {
-    const Outcome outcome = run(askers[k]);
+  for (std::size_t k = 0; k < queries.size(); ++k) {
+    const Outcome outcome = run(*queries[k]);
     interrupted += outcome.interrupted;
-    EXPECT_TRUE(same(askers[k].answers(), alone[k])) << "query " << k;
+    EXPECT_TRUE(same(queries[k]->words(), alone[k])) << queries[k]->name();
     // Some take many passes, in a slot that the others leave alone.
-    if (k < ray_kinds) {
-      EXPECT_EQ(outcome.status, Status::committed) << "query " << k;
+    if (dynamic_cast<RayQuery*>(&queries[k]->query()) != nullptr) {
+      EXPECT_EQ(outcome.status, Status::committed) << queries[k]->name();
     }
   }
   stop = true;
@@ -314,7 +254,7 @@ TEST_F(Urgent, QueriesPassSearchesThatWillPause) {
     const auto column = static_cast<float>(i % 4), row = static_cast<float>(i / 4 % 3);
     many.push_back(ray_from({0.3f * column - 0.45f, 0.3f * row - 0.8f, 45.0f}, {0, 0, 1}, at_s(5.1)));
   }
-  ASSERT_FALSE(query::run_side_by_side(many));
+  ASSERT_FALSE(query::are_coherent(many));
   EXPECT_LT(median_wait(many, 200), std::chrono::milliseconds(5));
 }
 
@@ -380,7 +320,7 @@ TEST_F(Urgent, QueriesPassRegionsThatTakeLong) {
     region.t = at_s(5.1);
   }
   const Nanoseconds wait = median_wait(*large.value(), many, 100);
-  const std::uint32_t under_way = query::fewest_places(std::thread::hardware_concurrency());
+  const std::uint32_t under_way = query::min_places(std::thread::hardware_concurrency());
   EXPECT_LT(wait, database().device().software ? 2 * under_way * one_of_the_crowd_ : Nanoseconds(5'000'000));
 }
 

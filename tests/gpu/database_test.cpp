@@ -13,14 +13,15 @@
 #include <utility>
 
 #include "rtstdb/open_database.hpp"
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/oracle/judge.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 
 namespace rtstdb::test {
 namespace {
 
 constexpr std::size_t failures_shown = 10;
 
-std::string in_words(const Ray& ray) {
+std::string describe(const Ray& ray) {
   std::ostringstream text;
   text.precision(9);
   text << "ray from (" << ray.origin_m.x << ", " << ray.origin_m.y << ", " << ray.origin_m.z << ") along ("
@@ -30,7 +31,7 @@ std::string in_words(const Ray& ray) {
   return text.str();
 }
 
-std::string in_words(const Nearest& point) {
+std::string describe(const Nearest& point) {
   std::ostringstream text;
   text.precision(9);
   text << "point (" << point.point_m.x << ", " << point.point_m.y << ", " << point.point_m.z << "), radius "
@@ -71,32 +72,27 @@ Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::si
   return tally;
 }
 
-/// `gaps`: of the i-th.
-template <class Gaps>
-Tally judge_regions(std::span<const RegionAnswer> answers, Gaps gaps) {
-  Tally tally = judge_all(
-      answers.size(), [&](std::size_t i) { return oracle::compare(gaps(i), answers[i]); },
-      [](std::size_t) { return std::string("region"); });
+/// Judges every element; `answers` has as many answers for each.
+template <class Element, class Answer, class Options>
+Tally judge_elements(const oracle::World& world, std::span<const Element> elements,
+                     std::span<const Answer> answers, const Options& options,
+                     const std::function<std::string(std::size_t)>& name) {
+  if (elements.empty()) return {};
+  const std::size_t each = answers.size() / elements.size();
+  EXPECT_EQ(elements.size() * each, answers.size());
+  return judge_all(
+      elements.size(),
+      [&](std::size_t i) {
+        return oracle::judge(world, elements[i], answers.subspan(i * each, each), options);
+      },
+      name);
+}
+
+void count_found(Tally& tally, std::span<const RegionAnswer> answers) {
   for (const RegionAnswer& answer : answers) {
     tally.hits += answer.found > 0 ? 1 : 0;
     tally.full += answer.overflow ? 1 : 0;
   }
-  return tally;
-}
-
-/// One ray's hits against all that the oracle has and the options let through.
-oracle::Judgement judge_hits(const oracle::World& world, const Ray& ray, std::span<const RayHit> hits,
-                             const RayQueryOptions& options) {
-  auto truth = oracle::trace_all(world, ray, options.ignore_motion);
-  if (options.faces != Faces::both) {
-    const bool front = options.faces == Faces::front;
-    std::erase_if(truth, [&](const oracle::RayTruth& hit) { return hit.front_face != front; });
-    const auto other = std::ranges::find_if(
-        hits, [&](const RayHit& hit) { return hit.status == HitStatus::hit && hit.front_face != front; });
-    if (other != hits.end())
-      return {oracle::Verdict::differs, "the side of a triangle that was not asked for"};
-  }
-  return oracle::compare_first(world, ray, options.ignore_motion, truth, hits);
 }
 
 }  // namespace
@@ -216,7 +212,7 @@ std::vector<RayHit> DatabaseTest::trace(std::span<const Ray> rays, const ReadAt&
   for (std::size_t i = 0; i < together.size(); ++i) {
     const RayHit& alone = hits[i / beside];
     EXPECT_TRUE(same_bits(together[i], alone))
-        << in_words(packets[i]) << ": together entity " << together[i].entity.index << " triangle "
+        << describe(packets[i]) << ": together entity " << together[i].entity.index << " triangle "
         << together[i].triangle << " lambda " << together[i].lambda << ", alone " << alone.entity.index
         << ", " << alone.triangle << ", " << alone.lambda;
   }
@@ -263,67 +259,45 @@ bool same_bits(const RayHit& a, const RayHit& b) {
 
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits, RayMode mode,
             bool ignore_motion) {
-  EXPECT_EQ(rays.size(), hits.size());
-  Tally tally = judge_all(
-      hits.size(),
-      [&](std::size_t i) {
-        const oracle::RayTruth truth = oracle::trace(world, rays[i], mode, ignore_motion);
-        return oracle::compare(world, rays[i], mode, ignore_motion, truth, hits[i]);
-      },
-      [&](std::size_t i) { return in_words(rays[i]); });
-  for (const RayHit& hit : hits)
-    tally.hits += hit.status == HitStatus::hit ? 1 : 0;
-  return tally;
+  return judge(world, rays, hits, RayQueryOptions{.mode = mode, .ignore_motion = ignore_motion});
 }
 
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
             const RayQueryOptions& options) {
-  if (options.mode != RayMode::first && options.faces == Faces::both)
-    return judge(world, rays, hits, options.mode, options.ignore_motion);
-  EXPECT_NE(options.mode, RayMode::any) << "the side of what is hit is not told";
+  EXPECT_TRUE(options.mode != RayMode::any || options.faces == Faces::both)
+      << "an answer of RayMode::any does not name the side";
   const std::size_t each = options.hits_per_ray;
-  EXPECT_EQ(rays.size() * each, hits.size());
-  const auto of_ray = [&](std::size_t i) { return hits.subspan(i * each, each); };
-  Tally tally = judge_all(
-      rays.size(), [&](std::size_t i) { return judge_hits(world, rays[i], of_ray(i), options); },
-      [&](std::size_t i) { return in_words(rays[i]); });
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    tally.hits += of_ray(i).front().status == HitStatus::hit ? 1 : 0;
-    tally.full += of_ray(i).back().status == HitStatus::hit ? 1 : 0;
+  Tally tally = judge_elements(world, rays, hits, options, [&](std::size_t i) { return describe(rays[i]); });
+  for (std::size_t i = 0; i + each <= hits.size(); i += each) {
+    tally.hits += hits[i].status == HitStatus::hit ? 1 : 0;
+    tally.full += hits[i + each - 1].status == HitStatus::hit ? 1 : 0;
   }
   return tally;
 }
 
 Tally judge(const oracle::World& world, std::span<const Region> regions,
+            std::span<const RegionAnswer> answers, const RegionQueryOptions& options) {
+  Tally tally = judge_elements(world, regions, answers, options, [](std::size_t) { return "region"; });
+  count_found(tally, answers);
+  return tally;
+}
+
+Tally judge(const oracle::World& world, std::span<const Region> regions,
             std::span<const RegionAnswer> answers, RegionLevel level) {
-  EXPECT_EQ(regions.size(), answers.size());
-  switch (level) {
-    case RegionLevel::surface:
-      return judge_regions(answers, [&](std::size_t i) { return oracle::surface_gaps(world, regions[i]); });
-    case RegionLevel::triangle:
-      return judge_regions(answers, [&](std::size_t i) { return oracle::triangle_gaps(world, regions[i]); });
-    case RegionLevel::bounds:
-      break;
-  }
-  return judge_regions(answers, [&](std::size_t i) { return oracle::gaps(world, regions[i]); });
+  return judge(world, regions, answers, RegionQueryOptions{.level = level});
 }
 
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
-            std::span<const OverlapAnswer> answers) {
-  EXPECT_EQ(overlaps.size(), answers.size());
-  return judge_regions(answers, [&](std::size_t i) { return oracle::gaps(world, overlaps[i]); });
+            std::span<const OverlapAnswer> answers, const OverlapQueryOptions& options) {
+  Tally tally = judge_elements(world, overlaps, answers, options, [](std::size_t) { return "overlap"; });
+  count_found(tally, answers);
+  return tally;
 }
 
 Tally judge(const oracle::World& world, std::span<const Nearest> points,
             std::span<const NearestAnswer> answers, const NearestQueryOptions& options) {
-  EXPECT_EQ(points.size(), answers.size());
-  Tally tally = judge_all(
-      answers.size(),
-      [&](std::size_t i) {
-        const auto truth = oracle::nearest(world, points[i], options);
-        return oracle::compare(world, points[i], options, truth, answers[i]);
-      },
-      [&](std::size_t i) { return in_words(points[i]); });
+  Tally tally =
+      judge_elements(world, points, answers, options, [&](std::size_t i) { return describe(points[i]); });
   for (const NearestAnswer& answer : answers) {
     tally.hits += answer.neighbors.size() == options.k ? 1 : 0;
     tally.inside += !answer.neighbors.empty() && answer.neighbors[0].distance_m < 0.0f ? 1 : 0;

@@ -77,9 +77,11 @@ Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<con
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
             const RayQueryOptions& options);
 Tally judge(const oracle::World& world, std::span<const Region> regions,
+            std::span<const RegionAnswer> answers, const RegionQueryOptions& options);
+Tally judge(const oracle::World& world, std::span<const Region> regions,
             std::span<const RegionAnswer> answers, RegionLevel level = RegionLevel::bounds);
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
-            std::span<const OverlapAnswer> answers);
+            std::span<const OverlapAnswer> answers, const OverlapQueryOptions& options = {});
 
 /// Hits: answers with as many neighbors as were asked for.
 Tally judge(const oracle::World& world, std::span<const Nearest> points,

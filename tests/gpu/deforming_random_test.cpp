@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tests/gpu/deforming_test.hpp"
-#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -30,14 +30,15 @@ Positions deformed(const TriangleMesh& mesh, Random& random) {
 class DeformingSoups : public Deforming {
  protected:
   /// Rows that show still and deforming geometry.
-  void fill(WorldTime time, std::uint32_t kept_shapes) {
+  void fill(WorldTime time, std::uint32_t retained_shapes) {
     options_ = {.radius_m = 4.0, .version_time = time};
     std::vector<GeometryId> geometries;
     std::vector<TriangleMesh> meshes = mixed_meshes(random_);
     meshes.push_back(make_sphere(1.0, 4));
     for (std::size_t i = 0; i < meshes.size(); ++i) {
       const bool deforms = i % 2 == 0 || i + 1 == meshes.size();
-      const GeometryId id = deforms ? add_deforming(meshes[i], {.kept_shapes = kept_shapes}) : add(meshes[i]);
+      const GeometryId id =
+          deforms ? add_deforming(meshes[i], {.retained_shapes = retained_shapes}) : add(meshes[i]);
       geometries.push_back(id);
       if (deforms) deforming_.push_back({id, meshes[i]});
     }
@@ -71,47 +72,18 @@ class DeformingSoups : public Deforming {
     for (Ray& ray : rays)
       ray = random_ray(random_, there.entities(), options_, time, 0.2);
     Tally tally = judge(there, rays, trace(rays, at));
-    for (const auto& [level, query] : regions_) {
-      for (Region& region : query->regions())
-        region = random_region(random_, there.entities(), options_, time, 0.2);
-      run(*query, 64, at);
-      judge(there, query->regions(), query->answers(), level);
+    for (const auto& query : queries_) {
+      query->fill(random_, {there.entities(), options_, time, 0.2});
+      const Outcome outcome =
+          execute([&](Transaction& t) { t.add_query(query->query(), query->capacity()); }, {}, at);
+      EXPECT_TRUE(outcome.done()) << query->name() << ": " << describe(outcome);
+      query->judge(there);
     }
-    for (const auto& [wanted, query] : nearest_) {
-      for (Nearest& point : query->points())
-        point = random_point(random_, there.entities(), options_, time, 0.2);
-      run(*query, 64, at);
-      judge(there, query->points(), query->answers(), wanted);
-    }
-    for (Overlap& overlap : overlaps_->overlaps())
-      overlap = {.entity = there.entities()[random_.below(there.entities().size())].id, .t = time};
-    run(*overlaps_, 16, at);
-    judge(there, overlaps_->overlaps(), overlaps_->answers());
     return tally;
   }
   void prepare_all() {
-    for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
-      auto query = database().prepare(
-          RegionQueryOptions{.name = "region", .capacity = 64, .level = level, .ids_per_region = 64});
-      regions_.emplace_back(level, std::move(query).value());
-    }
-    for (const NearestTarget target :
-         {NearestTarget::triangle, NearestTarget::surface, NearestTarget::bounds}) {
-      const NearestQueryOptions wanted{.name = "nearest",
-                                       .capacity = 64,
-                                       .target = target,
-                                       .k = 2,
-                                       .is_signed = target != NearestTarget::bounds};
-      nearest_.emplace_back(wanted, database().prepare(wanted).value());
-    }
-    overlaps_ = database()
-                    .prepare(OverlapQueryOptions{.name = "overlap", .capacity = 16, .ids_per_entity = 64})
-                    .value();
-  }
-  template <class Query>
-  void run(Query& query, std::uint32_t count, const ReadAt& read_at) {
-    const Outcome outcome = execute([&](Transaction& t) { t.add_query(query, count); }, {}, read_at);
-    EXPECT_TRUE(outcome.done()) << describe(outcome);
+    for (const AnyQueryOptions& options : options_of_every_kind())
+      queries_.push_back(prepare_case(database(), with(options, 32)));
   }
 
   Random random_{20};
@@ -119,9 +91,7 @@ class DeformingSoups : public Deforming {
   std::vector<std::pair<GeometryId, TriangleMesh>> deforming_;
   std::vector<EntityId> ids_;
   std::vector<EntityRow> rows_;
-  std::vector<std::pair<RegionLevel, std::unique_ptr<RegionQuery>>> regions_;
-  std::vector<std::pair<NearestQueryOptions, std::unique_ptr<NearestQuery>>> nearest_;
-  std::unique_ptr<OverlapQuery> overlaps_;
+  std::vector<std::unique_ptr<KindCase>> queries_;
 };
 
 TEST_F(DeformingSoups, AgreeWithTheOracleAtEveryKeptVersion) {

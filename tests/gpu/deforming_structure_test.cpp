@@ -15,7 +15,7 @@ namespace rtstdb::test {
 namespace {
 
 /// No entities; the shapes of the version that it is set to.
-class Shapes final : public query::RowSource {
+class Shapes final : public store::RowSource {
  public:
   void set(std::uint32_t geometry, Version version, const std::vector<glm::vec3>& positions_m) {
     shapes_[geometry] = {version, positions_m};
@@ -26,10 +26,10 @@ class Shapes final : public query::RowSource {
   std::uint32_t index_limit() const noexcept override { return 0; }
   const EntityState* row(std::uint32_t) const noexcept override { return nullptr; }
   bool changed_between(Version, std::vector<std::uint32_t>&) const noexcept override { return true; }
-  query::Shape shape(GeometryId geometry) const noexcept override { return shapes_.at(geometry.index); }
+  store::Shape shape(GeometryId geometry) const noexcept override { return shapes_.at(geometry.index); }
 
  private:
-  std::map<std::uint32_t, query::Shape> shapes_;
+  std::map<std::uint32_t, store::Shape> shapes_;
 };
 
 TriangleMesh soup(Random& random, std::uint32_t count) {

@@ -17,7 +17,7 @@ namespace {
 
 TEST_F(Deforming, EveryShapeIsSeenAtItsOwnVersion) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
-  const GeometryId geometry = add_deforming(box, {.kept_shapes = 3});
+  const GeometryId geometry = add_deforming(box, {.retained_shapes = 3});
   create(row_of(geometry));
   const Version first = database().latest().version;
   EXPECT_EQ(lambda(), 9.0f);
@@ -206,8 +206,8 @@ TEST_F(Deforming, RefusesWhatCanNotBeAShape) {
   EXPECT_EQ(outcome.bad_input.values[1], static_cast<double>(count - 1));
   EXPECT_NE(describe(outcome).find("room for"), std::string::npos) << describe(outcome);
 
-  for (const GeometryOptions& options : {GeometryOptions{.deforms = true, .kept_shapes = 0},
-                                         GeometryOptions{.deforms = true, .kept_shapes = 257},
+  for (const GeometryOptions& options : {GeometryOptions{.deforms = true, .retained_shapes = 0},
+                                         GeometryOptions{.deforms = true, .retained_shapes = 257},
                                          GeometryOptions{.deforms = true, .rebuild_growth = 0.9f},
                                          GeometryOptions{.deforms = true, .rebuild_growth = NAN}}) {
     const auto added = database().add_geometry(box, "box", options);
@@ -278,7 +278,7 @@ TEST_F(Deforming, DistancesHaveASignWhileItIsClosed) {
 /// What others ask while shapes are committed is one of the shapes, whole; and what is pinned stays.
 TEST_F(Deforming, OthersAskMeanwhile) {
   const TriangleMesh sphere = make_sphere(1.0, 3);
-  const GeometryId geometry = add_deforming(sphere, {.kept_shapes = max_kept_shapes});
+  const GeometryId geometry = add_deforming(sphere, {.retained_shapes = max_retained_shapes});
   create(row_of(geometry));
   const auto size_in = [](Version version) { return 1.0f + 0.01f * static_cast<float>(version % 100); };
   const Version first = committed(geometry, scaled(sphere, glm::vec3(size_in(2))));
@@ -333,8 +333,8 @@ TEST_F(Deforming, OthersAskMeanwhile) {
 /// shape of all is the same in both.
 TEST_F(Deforming, SlotsOfOtherShapesAreNotPatched) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
-  const GeometryId first = add_deforming(box, {.kept_shapes = 8});
-  const GeometryId second = add_deforming(box, {.kept_shapes = 8});
+  const GeometryId first = add_deforming(box, {.retained_shapes = 8});
+  const GeometryId second = add_deforming(box, {.retained_shapes = 8});
   std::vector<EntityRow> rows{row_of(first), row_of(second, {0.0, 50.0, 0.0})};
   for (int i = 0; i < 30; ++i)
     rows.push_back(row_of(second, {100.0 + 5.0 * i, 100.0, 0.0}));

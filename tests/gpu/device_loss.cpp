@@ -133,7 +133,7 @@ void DeviceLossTest::lose_at_calls_while_geometry_is_added(std::uint64_t every) 
 }
 
 void DeviceLossTest::lose_at_calls_while_queries_are_prepared(std::uint64_t every) {
-  for (const int step : {2, 3, 4}) {
+  for (const int step : LossWorld::query_steps()) {
     bool enough_calls = true;
     for (std::uint64_t call = 1; enough_calls && !HasFatalFailure(); call = next_call(call, every)) {
       SCOPED_TRACE(testing::Message() << "call " << call << " of step " << step);

@@ -1,4 +1,5 @@
-// A database with a directory: the world, its geometry and its shapes are there again when it is opened again.
+// A database with a directory: the world, its geometry and its shapes are there again when it is opened
+// again.
 
 #include <cstdlib>
 #include <filesystem>
@@ -66,7 +67,7 @@ TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
   open(with(DurabilityMode::async));
   const Recovery& recovery = database().recovery();
   EXPECT_TRUE(recovery.found);
-  EXPECT_TRUE(recovery.closed) << recovery.in_words;
+  EXPECT_TRUE(recovery.closed) << recovery.summary;
   EXPECT_EQ(recovery.version, latest.version);
   EXPECT_EQ(database().latest().version, latest.version);
   EXPECT_EQ(database().find_geometry("soft"), soft.value());
@@ -110,7 +111,7 @@ TEST_F(DurabilityTest, RefusesOptionsThatContradictOneAnother) {
   refused({.directory = directory, .flush_interval = Nanoseconds(-1)}, ErrorCode::bad_input,
           "flush_interval is -1");
   refused({.directory = directory, .flush_interval = Nanoseconds::max()}, ErrorCode::bad_input,
-          "flush_interval is 9223372036854775807 ns; 0 to 3600000000000 are possible");
+          "flush_interval is 9223372036854775807 ns; 0 to 3600000000000 are allowed");
   refused({.directory = directory, .ring_bytes = 100}, ErrorCode::bad_input, "ring_bytes is 100");
   refused({.directory = directory, .segment_bytes = 100}, ErrorCode::bad_input, "segment_bytes is 100");
   refused({.directory = directory_ / "not" / "there"}, ErrorCode::file, "No such file or directory");
@@ -128,7 +129,7 @@ TEST_F(DurabilityTest, RefusesDurationsThatNobodyLivesToSee) {
       const auto opened = Database::open(options);
       ASSERT_FALSE(opened.ok()) << name;
       EXPECT_EQ(opened.error().message, std::string(name) + " is " + std::to_string(duration.count()) +
-                                            " ns; 0 to 3600000000000 are possible");
+                                            " ns; 0 to 3600000000000 are allowed");
     }
   }
 }
@@ -140,12 +141,12 @@ TEST_F(DurabilityTest, RefusesSharesAndPrioritiesThatThereAreNot) {
   };
   DatabaseOptions share;
   share.max_reserved_share = 1.0000001;
-  EXPECT_EQ(refusal(share), "max_reserved_share is 1.0000001; above 0 to 1 is possible");
+  EXPECT_EQ(refusal(share), "max_reserved_share is 1.0000001; above 0 to 1 is allowed");
   for (const int priority : {-3, 1000}) {
     DatabaseOptions options;
     options.thread_priority = priority;
     EXPECT_EQ(refusal(options),
-              "thread_priority is " + std::to_string(priority) + "; 0, ordinary, and 1 to 99 are possible");
+              "thread_priority is " + std::to_string(priority) + "; 0, ordinary, and 1 to 99 are allowed");
   }
 }
 

@@ -11,7 +11,7 @@
 namespace rtstdb::test {
 
 /// Whatever the version, the same entities; one geometry deforms.
-class OneWorld final : public query::RowSource {
+class OneWorld final : public store::RowSource {
  public:
   OneWorld(std::span<const EntityState> states, Version version, Version shape,
            std::span<const glm::vec3> positions_m)
@@ -21,12 +21,12 @@ class OneWorld final : public query::RowSource {
   std::uint32_t index_limit() const noexcept override { return static_cast<std::uint32_t>(states_.size()); }
   const EntityState* row(std::uint32_t index) const noexcept override { return &states_[index]; }
   bool changed_between(Version, std::vector<std::uint32_t>&) const noexcept override { return true; }
-  query::Shape shape(GeometryId) const noexcept override { return shape_; }
+  store::Shape shape(GeometryId) const noexcept override { return shape_; }
 
  private:
   std::span<const EntityState> states_;
   Version version_;
-  query::Shape shape_;
+  store::Shape shape_;
 };
 
 /// Whoever runs in the gaps of a run.
@@ -36,10 +36,10 @@ class Gaps final : public query::ExecutorCallbacks {
   void begin_wait() noexcept override {}
   void end_wait() noexcept override {}
   bool preemption_requested() noexcept override { return awaited; }
-  Gap on_preemption_point() noexcept override {
+  Continuation on_preemption_point() noexcept override {
     ++count;
     in_each_();
-    return Gap::go_on;
+    return Continuation::go_on;
   }
   int count = 0;
   bool awaited = false;  ///< chunks that take longer than was thought are halted

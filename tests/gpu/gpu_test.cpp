@@ -24,8 +24,8 @@ T take(Result<T> result) {
 const ShaderInfo& test_shader_info(TestShader shader) {
   using namespace shared;  // NOLINT(google-build-using-namespace): the table names structs without a prefix
   static constexpr std::array table{
-#define SHADER(name, source, group_size, args, bindings) \
-  make_shader_info<args>(#name, source, group_size, bindings, name##_words),
+#define SHADER(name, source, defines, group_size, args, bindings) \
+  make_shader_info<args>(#name, source, defines, group_size, bindings, name##_words),
 #include "tests/gpu/shaders/table.def"
 #undef SHADER
   };

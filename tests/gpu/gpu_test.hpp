@@ -16,7 +16,7 @@
 namespace rtstdb::gpu::test {
 
 enum class TestShader : std::uint8_t {
-#define SHADER(name, source, group_size, args, bindings) name,
+#define SHADER(name, source, defines, group_size, args, bindings) name,
 #include "tests/gpu/shaders/table.def"
 #undef SHADER
   count

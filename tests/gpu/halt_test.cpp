@@ -3,20 +3,15 @@
 
 #include <algorithm>
 #include <chrono>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <vector>
 
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/nearest_query.hpp"
-#include "rtstdb/query/overlap_query.hpp"
-#include "rtstdb/query/ray_query.hpp"
-#include "rtstdb/query/region_query.hpp"
-#include "tests/gpu/answer_words.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/gaps.hpp"
 #include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -28,9 +23,10 @@ constexpr int attempts = 500;
 class HaltedRuns : public testing::Test {
  protected:
   struct Asked {
-    std::shared_ptr<query::PreparedQuery> query;
+    std::shared_ptr<KindCase> query;
     std::uint32_t count = 0;
-    std::function<std::vector<Words>()> answers;
+    std::vector<Words> answers() const { return query->words(); }
+    query::PreparedQuery& prepared() const { return query->prepared(); }
   };
 
   void SetUp() override {
@@ -62,95 +58,55 @@ class HaltedRuns : public testing::Test {
   }
   OneWorld world() const { return {states_, 1, 0, {}}; }
 
-  template <class Query, class Options, class Fill>
-  Asked prepare(Options options, std::uint32_t count, Fill fill) {
-    options.capacity = most;
-    auto made = executor_->prepare<Query>(options);
-    EXPECT_TRUE(made.ok());
-    const std::shared_ptr<Query> query = std::move(made).value();
+  Asked prepare(const AnyQueryOptions& options, std::uint32_t count) {
+    Asked asked{prepare_case(*executor_, with(options, most)), count};
     Random random(72);
-    fill(*query, random);
-    return {query, count, [query] {
-              if constexpr (requires { query->hits(); })
-                return words_of(query->hits());
-              else
-                return words_of(query->answers());
-            }};
+    asked.query->fill(random, {states_, scene, scene.version_time, 0.2});
+    return asked;
   }
   Asked rays(const RayQueryOptions& options, double window_s) {
-    return prepare<query::GpuRayQuery>(options, most, [&](query::GpuRayQuery& query, Random& random) {
-      for (Ray& ray : query.rays())
-        ray = random_ray(random, states_, scene, scene.version_time, window_s);
-    });
+    Asked asked = prepare(options, most);
+    Random random(72);
+    asked.query->fill(random, {states_, scene, scene.version_time, window_s});
+    return asked;
   }
   Asked neighbours(const RayQueryOptions& options, double window_s) {
-    return prepare<query::GpuRayQuery>(options, most - 3, [&](query::GpuRayQuery& query, Random& random) {
-      for (std::size_t i = 0; i < most; i += 8) {
-        const auto eight = random_neighbours(random, states_, scene, scene.version_time, window_s);
-        std::ranges::copy(eight, query.rays().begin() + static_cast<std::ptrdiff_t>(i));
-      }
-    });
+    Asked asked = prepare(options, most - 3);
+    const auto rays = dynamic_cast<RayQuery&>(asked.query->query()).rays();
+    Random random(72);
+    for (std::size_t i = 0; i < most; i += 8) {
+      const auto eight = random_neighbours(random, states_, scene, scene.version_time, window_s);
+      std::ranges::copy(eight, rays.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    return asked;
   }
-  Asked regions(const RegionQueryOptions& options) {
-    return prepare<query::GpuRegionQuery>(
-        options, most - 1, [&](query::GpuRegionQuery& query, Random& random) {
-          for (Region& region : query.regions())
-            region = random_region(random, states_, scene, scene.version_time, 0.2);
-        });
-  }
-  Asked points(const NearestQueryOptions& options) {
-    return prepare<query::GpuNearestQuery>(options, most, [&](query::GpuNearestQuery& query, Random& random) {
-      for (Nearest& point : query.points())
-        point = random_point(random, states_, scene, scene.version_time, 0.2);
-    });
-  }
-  Asked overlaps() {
-    return prepare<query::GpuOverlapQuery>(
-        OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 3}, most,
-        [&](query::GpuOverlapQuery& query, Random& random) {
-          for (Overlap& overlap : query.overlaps()) {
-            do {
-              overlap = {.entity = states_[random.below(states_.size())].id, .t = scene.version_time};
-            } while (!states_[overlap.entity.index].row.geometry.valid());
-          }
-        });
-  }
+  /// Of rays also those at one instant, and those that run side by side.
   std::vector<Asked> all_kinds() {
     std::vector<Asked> all;
-    for (const double window_s : {0.0, 0.2}) {
-      for (const RayMode mode : {RayMode::closest, RayMode::any}) {
-        all.push_back(rays({.name = "rays", .mode = mode}, window_s));
+    for (const AnyQueryOptions& options : options_of_every_kind())
+      all.push_back(prepare(options, most - 1));
+    for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+      all.push_back(rays({.name = "rays at one instant", .mode = mode}, 0.0));
+      for (const double window_s : {0.0, 0.2})
         all.push_back(neighbours({.name = "neighbours", .mode = mode}, window_s));
-      }
     }
-    all.push_back(rays({.name = "first", .mode = RayMode::first, .hits_per_ray = 3}, 0.2));
-    for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
-      all.push_back(regions({.name = "counts", .level = level, .ids_per_region = 0}));
-      // So few that the lowest have to be found.
-      all.push_back(regions({.name = "lists", .level = level, .ids_per_region = 4}));
-    }
-    all.push_back(points({.name = "centers", .target = NearestTarget::center, .k = 2}));
-    all.push_back(points({.name = "bounds", .target = NearestTarget::bounds, .k = 9}));
-    all.push_back(points({.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true}));
-    all.push_back(points({.name = "triangles", .target = NearestTarget::triangle, .k = 5}));
-    all.push_back(overlaps());
     return all;
   }
 
   query::RunStatus run(std::span<const Asked> all, query::ExecutorCallbacks* callbacks,
                        std::uint32_t per_chunk = 0) {
     const OneWorld rows = world();
-    query::TimeSpan times;
+    store::TimeSpan times;
     std::vector<query::Request> requests;
     for (const Asked& one : all) {
-      EXPECT_FALSE(one.query->check(one.count, rows, times));
+      EXPECT_FALSE(one.prepared().check(one.count, rows, times));
       requests.push_back(
-          {.query = one.query.get(), .count = one.count, .per_chunk = per_chunk, .chunk_time = chunk_time_});
+          {.query = &one.prepared(), .count = one.count, .per_chunk = per_chunk, .chunk_time = chunk_time_});
     }
     const query::RunReport report = executor_->run(rows, requests, times, callbacks);
     gpu_ns_ = report.gpu_ns;
     for (const Asked& one : all)
-      one.query->publish_answers(one.query->answered(), one.count);
+      one.prepared().publish_answers(one.prepared().answered(), one.count);
     return report.status;
   }
   static std::vector<std::vector<Words>> answers_of(std::span<const Asked> all) {
@@ -166,9 +122,9 @@ class HaltedRuns : public testing::Test {
   void run_at_another_version(const Asked& one, query::ExecutorCallbacks* callbacks = nullptr) {
     constexpr std::uint32_t few = 64;
     const OneWorld other_world(states_, 2, 0, {});
-    query::TimeSpan times;
-    const query::Request request{.query = one.query.get(), .count = few};
-    EXPECT_FALSE(one.query->check(few, other_world, times));
+    store::TimeSpan times;
+    const query::Request request{.query = &one.prepared(), .count = few};
+    EXPECT_FALSE(one.prepared().check(few, other_world, times));
     executor_->run(other_world, std::span(&request, 1), times, callbacks);
   }
   bool can_halt() const { return executor_->device_info().software; }
@@ -240,12 +196,19 @@ TEST_F(HaltedRuns, EndAtOnceForWhoeverRunsInTheirGaps) {
    public:
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
-    void on_outer_drained(Nanoseconds time) noexcept override { least = std::min(least, time); }
-    Gap on_preemption_point() noexcept override { return Gap::go_on; }
+    void begin_drain() noexcept override { began_ = std::chrono::steady_clock::now(); }
+    void end_drain() noexcept override {
+      least = std::min<Nanoseconds>(least, std::chrono::steady_clock::now() - began_);
+    }
+    Continuation on_preemption_point() noexcept override { return Continuation::go_on; }
     Nanoseconds least = Nanoseconds::max();
+
+   private:
+    std::chrono::steady_clock::time_point began_;
   };
   make_world(300);
-  const std::vector<Asked> large{points({.name = "large", .target = NearestTarget::triangle, .k = 9})};
+  const std::vector<Asked> large{
+      prepare(NearestQueryOptions{.name = "large", .target = NearestTarget::triangle, .k = 9}, most)};
   chunk_time_ = std::chrono::hours(1);  // they are never too late
   constexpr std::uint32_t chunks = 5;
   Gaps nobody([] {});
@@ -269,8 +232,9 @@ TEST_F(HaltedRuns, EndAtOnceForWhoeverRunsInTheirGaps) {
 /// let finish.
 TEST_F(HaltedRuns, ThrowLittleAwayForOthers) {
   make_world(300);
-  const std::vector<Asked> large{
-      points({.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true})};
+  const std::vector<Asked> large{prepare(
+      NearestQueryOptions{.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true},
+      most)};
   chunk_time_ = std::chrono::hours(1);
   constexpr std::uint32_t per_chunk = 16;  // all of them begin at once
   const Asked other = rays({.name = "other"}, 0.0);
@@ -294,18 +258,18 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
     bool preemption_requested() noexcept override { return true; }
-    Gap on_preemption_point() noexcept override { return Gap::finish_in_flight; }
+    Continuation on_preemption_point() noexcept override { return Continuation::finish_in_flight; }
   };
   for (const Asked& one : all_kinds()) {
     run(std::span(&one, 1), nullptr);
     const auto whole = one.answers();
     Enough enough;
     query::RunStatus status = query::RunStatus::done;
-    for (int attempt = 0; attempt < attempts && one.query->answered() == one.count; ++attempt) {
+    for (int attempt = 0; attempt < attempts && one.prepared().answered() == one.count; ++attempt) {
       chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
       status = run(std::span(&one, 1), &enough);
     }
-    const std::uint32_t answered = one.query->answered();
+    const std::uint32_t answered = one.prepared().answered();
     EXPECT_EQ(answered < one.count, can_halt());
     if (can_halt()) {
       EXPECT_EQ(status, query::RunStatus::partial);
@@ -314,11 +278,11 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     const auto now = one.answers();
     ASSERT_EQ(now.size(), whole.size());
     for (std::size_t i = 0; i < now.size(); ++i) {
-      const bool is_missing = now[i].empty() || now[i] == cut_short;
+      const bool is_missing = is_cut_short(now[i]);
       missing += is_missing ? 1 : 0;
       EXPECT_TRUE(is_missing || now[i] == whole[i]) << "element " << i;
     }
-    const std::uint32_t unanswered = one.count - answered + one.query->incomplete(answered);
+    const std::uint32_t unanswered = one.count - answered + one.prepared().incomplete(answered);
     EXPECT_EQ(missing, unanswered * (now.size() / one.count));
   }
 }
@@ -342,24 +306,24 @@ TEST_F(HaltedRuns, AnswerAsWholeOnesWhereTheyAreAskedAgain) {
   };
   std::vector<Asked> all;
   for (const std::uint32_t ids : {0u, 4u}) {
-    all.push_back(prepare<query::GpuRegionQuery>(
-        RegionQueryOptions{.name = "regions", .level = RegionLevel::triangle, .ids_per_region = ids}, asked,
-        [&](query::GpuRegionQuery& query, Random&) {
-          heaped(query.regions(), [](Region& region, glm::vec3 p_m) {
-            region.center_m = p_m;
-            region.half_extent_m = glm::vec3(0.5f);
-            region.t = scene.version_time;
-          });
-        }));
+    all.push_back(prepare(
+        RegionQueryOptions{.name = "regions", .level = RegionLevel::triangle, .ids_per_region = ids}, asked));
+    heaped(dynamic_cast<RegionQuery&>(all.back().query->query()).regions(),
+           [](Region& region, glm::vec3 p_m) {
+             region = {};
+             region.center_m = p_m;
+             region.half_extent_m = glm::vec3(0.5f);
+             region.t = scene.version_time;
+           });
   }
-  all.push_back(prepare<query::GpuNearestQuery>(
+  all.push_back(prepare(
       NearestQueryOptions{.name = "signed", .target = NearestTarget::surface, .k = 1, .is_signed = true},
-      asked, [&](query::GpuNearestQuery& query, Random&) {
-        heaped(query.points(), [](Nearest& point, glm::vec3 p_m) {
-          point.point_m = p_m;
-          point.t = scene.version_time;
-        });
-      }));
+      asked));
+  heaped(dynamic_cast<NearestQuery&>(all.back().query->query()).points(), [](Nearest& point, glm::vec3 p_m) {
+    point = {};
+    point.point_m = p_m;
+    point.t = scene.version_time;
+  });
   for (const Asked& one : all) {
     Gaps before_each_pass([] {});
     run(std::span(&one, 1), &before_each_pass);

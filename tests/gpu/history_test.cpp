@@ -115,7 +115,7 @@ class HistoryOfAWorld : public DatabaseTest {
     const TriangleMesh soft = make_sphere(3.0);
     const GeometryId shapes[] = {
         add(make_box({3.0, 4.0, 5.0})), add(make_cylinder(1.5, 6.0)),
-        database().add_geometry(soft, "soft", {.deforms = true, .kept_shapes = 4}).value()};
+        database().add_geometry(soft, "soft", {.deforms = true, .retained_shapes = 4}).value()};
     Asker asker(database());
     const auto transaction =
         database().make_transaction({.max_writes = 8,
@@ -265,7 +265,7 @@ TEST_F(HistoryOfAWorld, RefusesWithWhatThereIs) {
   EXPECT_EQ(open_history(options).error().code, ErrorCode::file);
   EXPECT_EQ(history_extent(options.directory).error().code, ErrorCode::file);
   std::filesystem::create_directory(options.directory);
-  EXPECT_NE(history_extent(options.directory).error().message.find("there is no database's log"),
+  EXPECT_NE(history_extent(options.directory).error().message.find("there is no log of a database"),
             std::string::npos);
   ASSERT_NO_FATAL_FAILURE(live());
   ASSERT_TRUE(database().close().ok());

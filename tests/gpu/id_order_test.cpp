@@ -1,4 +1,4 @@
-#include "rtstdb/query/id_order.hpp"
+#include "rtstdb/query/region/id_order.hpp"
 
 #include <gtest/gtest.h>
 

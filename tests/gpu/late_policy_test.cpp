@@ -5,7 +5,6 @@
 #include <array>
 #include <atomic>
 #include <functional>
-#include <string>
 #include <thread>
 #include <utility>
 
@@ -40,90 +39,31 @@ class LatePolicies : public DatabaseTest {
     for (int k = 0; k < 300; ++k)
       rows.push_back(row_of(body, 15.0 * random.vector()));
     ids_ = create(rows);
-    const auto point = [&] { return glm::vec3(15.0 * random.vector()); };
-    for (std::uint32_t k = 0; k < capacity; ++k) {
-      rays_.push_back(ray_from(point(), glm::vec3(random.direction())));
-      points_.emplace_back().point_m = point();
-      const auto shape = static_cast<RegionShape>(random.below(2));
-      regions_.push_back(region_of(shape, RegionTest::touching, point(), glm::vec3(2.0f)));
-      overlaps_.push_back({.entity = ids_[random.below(ids_.size())]});
-    }
+    for (std::uint32_t k = 0; k < capacity; ++k)
+      rays_.push_back(ray_from(glm::vec3(15.0 * random.vector()), glm::vec3(random.direction())));
   }
   void TearDown() override {
     all_.clear();
     DatabaseTest::TearDown();
   }
 
-  /// One prepared query of some kind, with its elements filled in.
-  struct Prepared {
-    std::string name;
-    std::shared_ptr<Query> query;
-    std::function<void(Transaction&, std::uint32_t count)> ask;
-    /// In words; empty for one that is incomplete.
-    std::function<std::vector<std::string>()> answers;
-  };
-
-  static std::string word(const RayHit& hit) {
-    if (hit.status == HitStatus::incomplete) return "";
-    return std::to_string(static_cast<int>(hit.status)) + " " + std::to_string(hit.entity.index) + " " +
-           std::to_string(hit.lambda);
-  }
-  static std::string word(const RegionAnswer& answer) {
-    if (answer.incomplete) return "";
-    std::string text = std::to_string(answer.found);
-    for (const EntityId id : answer.entities)
-      text += " " + std::to_string(id.index);
-    return text;
-  }
-  static std::string word(const NearestAnswer& answer) {
-    if (answer.incomplete) return "";
-    std::string text = "k";
-    for (const Neighbor& one : answer.neighbors)
-      text += " " + std::to_string(one.entity.index) + " " + std::to_string(one.distance_m);
-    return text;
-  }
-  template <class Of, class Elements, class Source>
-  void keep(const std::string& name, Result<std::unique_ptr<Of>> made, Elements elements,
-            const Source& source) {
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    const std::shared_ptr<Of> query = std::move(made).value();
-    std::ranges::copy(source, ((*query).*elements)().begin());
-    all_.push_back(
-        {name, query,
-         [query](Transaction& transaction, std::uint32_t count) { transaction.add_query(*query, count); },
-         [query] {
-           std::vector<std::string> words;
-           if constexpr (requires { query->hits(); }) {
-             for (const auto& answer : query->hits())
-               words.push_back(word(answer));
-           } else {
-             for (const auto& answer : query->answers())
-               words.push_back(word(answer));
-           }
-           return words;
-         }});
-  }
+  /// One query of each kind, with its elements filled in; the first is of rays.
   void prepare_all(LatePolicy late) {
     all_.clear();
-    keep("rays", database().prepare(RayQueryOptions{.name = "rays", .capacity = capacity, .late = late}),
-         &RayQuery::rays, rays_);
-    keep(
-        "points",
-        database().prepare(NearestQueryOptions{.name = "points", .capacity = capacity, .k = 2, .late = late}),
-        &NearestQuery::points, points_);
-    keep("regions",
-         database().prepare(
-             RegionQueryOptions{.name = "regions", .capacity = capacity, .ids_per_region = 8, .late = late}),
-         &RegionQuery::regions, regions_);
-    keep("overlaps",
-         database().prepare(OverlapQueryOptions{
-             .name = "overlaps", .capacity = capacity, .ids_per_entity = 8, .late = late}),
-         &OverlapQuery::overlaps, overlaps_);
+    const auto entities = database().snapshot({}).value();
+    const VersionInfo latest = database().latest();
+    for (const AnyQueryOptions& options : options_of_each_kind()) {
+      all_.push_back(prepare_case(database(), with(options, capacity, late)));
+      Random random(18);
+      all_.back()->fill(random,
+                        {entities, {.radius_m = 15.0, .version_time = latest.time}, latest.time, 0.0});
+    }
+    std::ranges::copy(rays_, dynamic_cast<RayQuery&>(all_.front()->query()).rays().begin());
   }
-  Outcome run(const Prepared& prepared, const Terms& terms, std::uint32_t count = capacity) {
+  Outcome run(KindCase& prepared, const Terms& terms, std::uint32_t count = capacity) {
     const auto transaction = database().make_transaction({.max_queries = 1});
     transaction->begin(terms);
-    prepared.ask(*transaction, count);
+    transaction->add_query(prepared.query(), count);
     return database().execute(*transaction);
   }
   Terms firm(Nanoseconds deadline) const {
@@ -133,32 +73,29 @@ class LatePolicies : public DatabaseTest {
   SteppingClock clock_;
   std::vector<EntityId> ids_;
   std::vector<Ray> rays_;
-  std::vector<Nearest> points_;
-  std::vector<Region> regions_;
-  std::vector<Overlap> overlaps_;
-  std::vector<Prepared> all_;
+  std::vector<std::unique_ptr<KindCase>> all_;
 };
 
 TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
   prepare_all(LatePolicy::partial);
-  for (const Prepared& prepared : all_) {
-    SCOPED_TRACE(prepared.name);
+  for (const auto& prepared : all_) {
+    SCOPED_TRACE(prepared->name());
     // Two readings before the first gap, some in each.
-    const Outcome partial = run(prepared, firm(Nanoseconds(1'800'000)));
+    const Outcome partial = run(*prepared, firm(Nanoseconds(1'800'000)));
     ASSERT_TRUE(partial.partial) << describe(partial);
-    const AnswerInfo info = prepared.query->answer_info();
-    const std::vector<std::string> some = prepared.answers();
+    const AnswerInfo info = prepared->query().answer_info();
+    const std::vector<Words> some = prepared->words();
     EXPECT_EQ(some.size(), capacity);
     EXPECT_GT(info.missing, 0u);
     EXPECT_LT(info.missing, capacity);
-    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count(some, "")), info.missing);
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), info.missing);
     EXPECT_EQ(info.version, database().latest().version);
-    EXPECT_EQ(run(prepared, {}).status, Status::committed);
-    const std::vector<std::string> whole = prepared.answers();
-    EXPECT_EQ(prepared.query->answer_info().missing, 0u);
+    EXPECT_TRUE(run(*prepared, {}).done());
+    const std::vector<Words> whole = prepared->words();
+    EXPECT_EQ(prepared->query().answer_info().missing, 0u);
     std::uint32_t different = 0;
     for (std::uint32_t k = 0; k < capacity; ++k)
-      different += !some[k].empty() && some[k] != whole[k];
+      different += !is_cut_short(some[k]) && some[k] != whole[k];
     EXPECT_EQ(different, 0u);
   }
 }
@@ -170,23 +107,24 @@ TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
   high.scale = glm::dvec3(1.0);
   create(high);
   prepare_all(LatePolicy::partial);
-  const Prepared& rays = all_.front();
+  KindCase& rays = *all_.front();
   EXPECT_EQ(run(rays, {}).status, Status::committed);
-  const std::vector<std::string> whole = rays.answers();
-  EXPECT_EQ(std::ranges::count(whole, ""), 0);
-  EXPECT_EQ(rays.query->answer_info().missing, 0u);
+  const std::vector<Words> whole = rays.words();
+  EXPECT_EQ(std::ranges::count_if(whole, is_cut_short), 0);
+  EXPECT_EQ(rays.query().answer_info().missing, 0u);
   std::uint32_t least = capacity;
   bool cut_off_again = false;
   for (int steps = 20; least > 0; steps += steps / 3) {
     ASSERT_LT(steps, 100'000);
     const Outcome outcome = run(rays, firm(Nanoseconds(steps * 100'000)));
     if (outcome.status == Status::missed && !outcome.partial) continue;
-    const std::vector<std::string> some = rays.answers();
-    const std::uint32_t missing = rays.query->answer_info().missing;
-    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count(some, "")), missing) << describe(outcome);
+    const std::vector<Words> some = rays.words();
+    const std::uint32_t missing = rays.query().answer_info().missing;
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), missing)
+        << describe(outcome);
     EXPECT_EQ(outcome.partial, missing > 0) << describe(outcome);
     for (std::uint32_t k = 0; k < capacity; ++k)
-      ASSERT_TRUE(some[k].empty() || some[k] == whole[k]) << "ray " << k;
+      ASSERT_TRUE(is_cut_short(some[k]) || some[k] == whole[k]) << "ray " << k;
     // The last elements that are asked at first are answered.
     cut_off_again = cut_off_again || (missing > 0 && missing < capacity / 10);
     least = std::min(least, missing);
@@ -234,8 +172,10 @@ class PartialAnswers : public LatePolicies {
 /// Urgent ones put another one at the index of one that goes, in a gap of a read that is given up there.
 TEST_F(PartialAnswers, NameWhoLivedThen) {
   prepare_all(LatePolicy::partial);
-  const Prepared& regions = all_[2];
-  const auto* query = static_cast<const RegionQuery*>(regions.query.get());
+  KindCase& regions = **std::ranges::find_if(all_, [](const auto& prepared) {
+    return dynamic_cast<const RegionQuery*>(&prepared->query()) != nullptr;
+  });
+  const auto* query = dynamic_cast<const RegionQuery*>(&regions.query());
   const auto rays = prepare_rays(RayMode::closest, false, 64);
   std::ranges::copy(std::span(rays_).first(64), rays->rays().begin());
   const auto goes = database().make_transaction({.max_writes = 1});
@@ -255,7 +195,7 @@ TEST_F(PartialAnswers, NameWhoLivedThen) {
       goes->remove(ids_[k]);
       database().submit(*goes);
       comes->begin(urgent);
-      comes->create(row_of(GeometryId{0}, glm::dvec3(points_[k].point_m)));
+      comes->create(row_of(GeometryId{0}, glm::dvec3(rays_[k].origin_m)));
       comes->add_query(*rays, 64);
       database().submit(*comes);
       submitted = true;
@@ -284,28 +224,28 @@ TEST_F(PartialAnswers, NameWhoLivedThen) {
 TEST_F(LatePolicies, LastGoodAnswersStayWhileOthersAreWritten) {
   prepare_all(LatePolicy::last_good);
   const Version first = database().latest().version;
-  std::vector<std::vector<std::string>> before;
-  for (const Prepared& prepared : all_) {
-    ASSERT_TRUE(run(prepared, {}).done());
-    before.push_back(prepared.answers());
+  std::vector<std::vector<Words>> before;
+  for (const auto& prepared : all_) {
+    ASSERT_TRUE(run(*prepared, {}).done());
+    before.push_back(prepared->words());
   }
   for (std::size_t k = 0; k < ids_.size(); k += 10)
     update_motion(ids_[k], {.p_world_m = {1.0, 2.0, 3.0}}, {});
   for (std::size_t k = 0; k < all_.size(); ++k) {
-    SCOPED_TRACE(all_[k].name);
+    SCOPED_TRACE(all_[k]->name());
     // In time to begin and not to be published: the device has written its answers.
     Outcome missed;
     for (int steps = 2; missed.computed == ClockTime{} || missed.done(); ++steps) {
       ASSERT_LT(steps, 60);
-      missed = run(all_[k], firm(Nanoseconds(steps * 100'000)));
+      missed = run(*all_[k], firm(Nanoseconds(steps * 100'000)));
       if (!missed.done()) continue;
       steps = 2;
-      before[k] = all_[k].answers();
+      before[k] = all_[k]->words();
     }
     EXPECT_EQ(missed.status, Status::missed);
     EXPECT_TRUE(missed.stale);
-    EXPECT_EQ(all_[k].answers(), before[k]);
-    const AnswerInfo& info = all_[k].query->answer_info();
+    EXPECT_EQ(all_[k]->words(), before[k]);
+    const AnswerInfo& info = all_[k]->query().answer_info();
     EXPECT_TRUE(info.stale);
     EXPECT_GE(info.version, first);
     EXPECT_GT(info.age.count(), 0);

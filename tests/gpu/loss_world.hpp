@@ -6,11 +6,13 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <rtstdb/database.hpp>
 
 #include "tests/gpu/fault_loader.hpp"
+#include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {
 
@@ -27,7 +29,9 @@ class LossWorld {
 
   explicit LossWorld(On device, DatabaseOptions options = {});
   /// In the order that the world needs; each fails where the database says so.
-  static constexpr int setup_steps = 6;
+  static int setup_steps();
+  /// Of them, those that prepare the queries of one kind.
+  static std::vector<int> query_steps();
   Result<void> set_up(int step);
   /// All of them; fails the test where one does.
   void set_up();
@@ -52,9 +56,7 @@ class LossWorld {
  private:
   Result<void> add_geometries();
   Result<void> add_geometry_that_deforms();
-  Result<void> prepare_rays();
-  Result<void> prepare_regions();
-  Result<void> prepare_nearest();
+  Result<void> prepare_queries(std::string_view kind);
   Result<void> create_entities();
   void add_writing_kinds();
 
@@ -63,10 +65,8 @@ class LossWorld {
   GeometryId newest_;
   TriangleMesh skin_;  // of the one that deforms
   std::vector<EntityId> entities_;
-  std::vector<std::unique_ptr<RayQuery>> rays_;
-  std::vector<std::unique_ptr<RegionQuery>> regions_;
-  std::vector<std::unique_ptr<NearestQuery>> nearest_;
-  std::unique_ptr<OverlapQuery> overlaps_;
+  std::vector<EntityState> states_;  // as they were created
+  std::vector<std::unique_ptr<KindCase>> queries_;
   std::vector<Kind> kinds_;
   std::unique_ptr<Transaction> transaction_;
 };

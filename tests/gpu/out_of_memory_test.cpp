@@ -12,6 +12,7 @@
 
 #include "tests/gpu/failing_allocation.hpp"
 #include "tests/support/rounds.hpp"
+#include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -136,12 +137,17 @@ TEST_F(OutOfMemoryLater, WhileVersionsAreLookedInto) {
 TEST_F(OutOfMemoryLater, WhileQueriesArePrepared) {
   const std::string name = "a name too long to lie in the string";
   const auto fail_to_prepare = [&](const auto& options) {
-    fail_in(97, [&] { return error_of(database_->prepare(options)); });
+    fail_in(307, [&] { return error_of(database_->prepare(options)); });
   };
-  fail_to_prepare(RayQueryOptions{.name = name, .capacity = 100});
-  fail_to_prepare(RegionQueryOptions{.name = name, .capacity = 100, .level = RegionLevel::triangle});
-  fail_to_prepare(NearestQueryOptions{.name = name, .capacity = 100, .is_signed = true});
-  fail_to_prepare(OverlapQueryOptions{.name = name, .capacity = 100});
+  for (const AnyQueryOptions& options : options_of_every_kind()) {
+    SCOPED_TRACE(kind_name(options));
+    std::visit(
+        [&](auto of_kind) {
+          of_kind.name = name;
+          fail_to_prepare(of_kind);
+        },
+        with(options, 100));
+  }
   expect_whole();
 }
 

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/ray_query.hpp"
+#include "rtstdb/query/ray/ray_query.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/gaps.hpp"
 #include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/prepare_on.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -44,16 +45,17 @@ class PausedInCompany : public testing::Test {
   OneWorld world(Version shape) const { return {states_, 10 + shape, shape, ball_.positions_m}; }
 
   query::GpuRayQuery& prepare() {
-    auto made = executor_->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = max_rays});
+    auto made =
+        prepare_on<query::GpuRayQuery>(*executor_, RayQueryOptions{.name = "rays", .capacity = max_rays});
     EXPECT_TRUE(made.ok());
     queries_.push_back(std::move(made).value());
     return *queries_.back();
   }
-  query::RunStatus ask(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows,
+  query::RunStatus ask(query::GpuRayQuery& query, std::span<const Ray> rays, const store::RowSource& rows,
                        query::ExecutorCallbacks* callbacks = nullptr) {
     std::ranges::copy(rays, query.rays().begin());
     const auto count = static_cast<std::uint32_t>(rays.size());
-    query::TimeSpan times;
+    store::TimeSpan times;
     EXPECT_FALSE(query.check(count, rows, times));
     const query::Request request{.query = &query, .count = count, .per_chunk = 64};
     const query::RunStatus status = executor_->run(rows, std::span(&request, 1), times, callbacks).status;
@@ -64,7 +66,7 @@ class PausedInCompany : public testing::Test {
   static Ray through_the_pile(WorldTime t = {}) { return ray_from({}, {0, 0, 1}, t); }
   static Ray past_it(WorldTime t = {}) { return ray_from({}, {0, 0, -1}, t); }
   /// The gaps that the same search has where nothing happens in them.
-  int gaps_alone(query::GpuRayQuery& query, std::span<const Ray> rays, const query::RowSource& rows) {
+  int gaps_alone(query::GpuRayQuery& query, std::span<const Ray> rays, const store::RowSource& rows) {
     Gaps gaps([] {});
     EXPECT_EQ(ask(query, rays, rows, &gaps), query::RunStatus::done);
     EXPECT_GT(gaps.count, 20);

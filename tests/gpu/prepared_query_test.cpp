@@ -2,9 +2,10 @@
 // next, and what that takes is no transaction's.
 
 #include "rtstdb/query/gpu_executor.hpp"
-#include "rtstdb/query/ray_query.hpp"
+#include "rtstdb/query/ray/ray_query.hpp"
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/prepare_on.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -16,7 +17,8 @@ TEST(PreparedQueriesOnTheDevice, AreConnectedAgainWhereThePoolHasGrown) {
                     DatabaseOptions{.max_entities = 4}))
           .value();
   const auto prepare = [&] {
-    return std::move(executor->prepare<query::GpuRayQuery>(RayQueryOptions{.name = "rays", .capacity = 4}))
+    return std::move(
+               prepare_on<query::GpuRayQuery>(*executor, RayQueryOptions{.name = "rays", .capacity = 4}))
         .value();
   };
   const auto first = prepare();

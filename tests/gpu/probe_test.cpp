@@ -63,8 +63,8 @@ TEST_P(Probe, EchoesEveryField) {
   const auto second = fill_fields(of, values.host().data() + of.size_bytes, serial);
   expected.insert(expected.end(), second.begin(), second.end());
 
-  auto pipeline =
-      device().create_pipeline(make_shader_info<NoArgs>(of.name, "probe/echo.comp", 1, "SS", of.probe_words));
+  auto pipeline = device().create_pipeline(
+      make_shader_info<NoArgs>(of.name, "probe/echo.comp", "", 1, "SS", of.probe_words));
   ASSERT_TRUE(pipeline.ok()) << pipeline.error().message;
   const Bindings bindings = make_bindings(pipeline.value(), {&values, &words});
   run([&](Recorder& recorder) { recorder.dispatch(pipeline.value(), bindings, {}, 1); });

@@ -5,20 +5,6 @@
 #include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
-namespace {
-
-/// What counts alone was answered, as the oracle judges it: a list that had no room.
-std::vector<RegionAnswer> counts_as_lists(std::span<const RegionAnswer> counts) {
-  std::vector<RegionAnswer> lists(counts.begin(), counts.end());
-  for (RegionAnswer& answer : lists) {
-    EXPECT_TRUE(answer.entities.empty() && answer.triangles.empty() && !answer.overflow);
-    answer.overflow = answer.found > 0;
-  }
-  return lists;
-}
-
-}  // namespace
-
 void RandomQuestions::fill(const RandomWorld& world) {
   random_ = Random(world.seed);
   scene_ = {.radius_m = world.radius_m, .version_time = at_s(random_.uniform(-1e5, 1e5))};
@@ -63,97 +49,41 @@ RandomQuestions::Window RandomQuestions::random_window() {
   return window;
 }
 
-template <class Query, class Elements, class Fill, class Judged>
-Tally RandomQuestions::ask_batches(Query& query, Elements elements, std::size_t count, Fill fill,
-                                   Judged judged) {
+template <class Fill>
+Tally RandomQuestions::ask_batches(KindCase& query, std::size_t count, Fill fill) {
   count = hil::tests::rounds(std::min<std::size_t>(count, batch + count / 3), count);
   Tally tally;
   while (tally.asked < count && !HasFailure()) {
-    const Window window = random_window();
-    for (auto& element : elements)
-      element = fill(window);
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(query, batch); });
+    fill(query, random_window());
+    const Outcome outcome =
+        execute([&](Transaction& transaction) { transaction.add_query(query.query(), batch); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
-    tally += judged();
+    tally += query.judge(*everything_);
   }
   return tally;
 }
 
-template <class MakeRay>
-Tally RandomQuestions::ask_rays(RayQueryOptions wanted, std::size_t count, MakeRay make_ray) {
-  wanted.capacity = batch;
-  const auto query = database().prepare(wanted).value();
-  // The query's own span need not be readable at speed.
-  std::vector<Ray> rays(batch);
-  return ask_batches(*query, query->rays(), count, make_ray, [&] {
-    std::ranges::copy(query->rays(), rays.begin());
-    return judge(*everything_, rays, query->hits(), wanted);
+Tally RandomQuestions::ask(const AnyQueryOptions& wanted, std::size_t count) {
+  const auto query = prepare_case(database(), with(wanted, batch));
+  if (query == nullptr) return {};
+  return ask_batches(*query, count, [&](KindCase& filled, const Window& window) {
+    filled.fill(random_, elements_in(window));
   });
 }
 
-Tally RandomQuestions::ask(RayQueryOptions wanted, std::size_t count) {
-  return ask_rays(std::move(wanted), count, [&](const Window& window) {
-    return random_ray(random_, everything_->entities(), scene_, window.first, window.length_s);
-  });
-}
-
-Tally RandomQuestions::ask_neighbours(RayQueryOptions wanted, std::size_t count) {
-  std::vector<Ray> neighbours;
-  std::size_t made = 0;
-  return ask_rays(std::move(wanted), count, [&](const Window& window) {
-    const std::size_t place = made++ % batch % 8;
-    if (place == 0) {
-      neighbours = random_neighbours(random_, everything_->entities(), scene_, window.first, window.length_s);
+Tally RandomQuestions::ask_neighbours(const RayQueryOptions& wanted, std::size_t count) {
+  const auto query = prepare_case(database(), with(wanted, batch));
+  if (query == nullptr) return {};
+  return ask_batches(*query, count, [&](KindCase& filled, const Window& window) {
+    const auto rays = dynamic_cast<RayQuery&>(filled.query()).rays();
+    std::vector<Ray> neighbours;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (i % 8 == 0)
+        neighbours =
+            random_neighbours(random_, everything_->entities(), scene_, window.first, window.length_s);
+      rays[i] = neighbours[i % 8];
     }
-    return neighbours[place];
   });
-}
-
-Tally RandomQuestions::ask(NearestQueryOptions wanted, std::size_t count) {
-  wanted.capacity = batch;
-  const auto query = database().prepare(wanted).value();
-  return ask_batches(
-      *query, query->points(), count,
-      [&](const Window& window) {
-        return random_point(random_, everything_->entities(), scene_, window.first, window.length_s);
-      },
-      [&] { return judge(*everything_, query->points(), query->answers(), wanted); });
-}
-
-Tally RandomQuestions::ask(RegionQueryOptions wanted, std::size_t count) {
-  wanted.capacity = batch;
-  const auto query = database().prepare(wanted).value();
-  return ask_batches(
-      *query, query->regions(), count,
-      [&](const Window& window) {
-        return random_region(random_, everything_->entities(), scene_, window.first, window.length_s);
-      },
-      [&] {
-        if (wanted.ids_per_region > 0)
-          return judge(*everything_, query->regions(), query->answers(), wanted.level);
-        return judge(*everything_, query->regions(), counts_as_lists(query->answers()), wanted.level);
-      });
-}
-
-Tally RandomQuestions::ask(OverlapQueryOptions wanted, std::size_t count) {
-  wanted.capacity = batch;
-  const auto query = database().prepare(wanted).value();
-  return ask_batches(
-      *query, query->overlaps(), count, [&](const Window& window) { return random_overlap(window); },
-      [&] {
-        if (wanted.ids_per_entity > 0) return judge(*everything_, query->overlaps(), query->answers());
-        return judge(*everything_, query->overlaps(), counts_as_lists(query->answers()));
-      });
-}
-
-Overlap RandomQuestions::random_overlap(const Window& window) {
-  const auto entities = everything_->entities();
-  Overlap overlap;
-  overlap.entity = entities[random_.below(entities.size())].id;
-  overlap.t = window.first +
-              Nanoseconds(static_cast<std::int64_t>(random_.uniform(0.0, 1.0) * window.length_s * 1e9));
-  if (random_.one_in(3)) overlap.mask = static_cast<std::uint32_t>(random_.below(16));
-  return overlap;
 }
 
 void expect_telling(const Tally& tally, double max_too_close) {

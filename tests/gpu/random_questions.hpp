@@ -3,8 +3,7 @@
 
 #include <optional>
 
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/random_scene.hpp"
+#include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {
 
@@ -24,12 +23,9 @@ class RandomQuestions : public DatabaseTest {
 
   /// Asks `count` questions in batches, each with a window of its own: an instant, or a millisecond to a second, from the version's
   /// time on or some seconds later. The short form of a test asks about a third. The capacity is set here. Stops at the first failure.
-  Tally ask(RayQueryOptions wanted, std::size_t count);
+  Tally ask(const AnyQueryOptions& wanted, std::size_t count);
   /// Rays that run side by side, eight after eight; the last of a batch are fewer.
-  Tally ask_neighbours(RayQueryOptions wanted, std::size_t count);
-  Tally ask(NearestQueryOptions wanted, std::size_t count);
-  Tally ask(RegionQueryOptions wanted, std::size_t count);
-  Tally ask(OverlapQueryOptions wanted, std::size_t count);
+  Tally ask_neighbours(const RayQueryOptions& wanted, std::size_t count);
 
   const oracle::World& everything() const { return *everything_; }
   Random& random() { return random_; }
@@ -41,12 +37,12 @@ class RandomQuestions : public DatabaseTest {
     double length_s = 0.0;
   };
   Window random_window();
-  Overlap random_overlap(const Window& window);
-  /// `fill(window)`: one element; `judged(query)`: the tally of a batch that was answered.
-  template <class MakeRay>
-  Tally ask_rays(RayQueryOptions wanted, std::size_t count, MakeRay make_ray);
-  template <class Query, class Elements, class Fill, class Judged>
-  Tally ask_batches(Query& query, Elements elements, std::size_t count, Fill fill, Judged judged);
+  ElementScene elements_in(const Window& window) const {
+    return {everything_->entities(), scene_, window.first, window.length_s};
+  }
+  /// `fill(query, window)`: every element of a batch.
+  template <class Fill>
+  Tally ask_batches(KindCase& query, std::size_t count, Fill fill);
 
   Random random_{0};
   SceneOptions scene_;

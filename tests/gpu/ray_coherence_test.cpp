@@ -1,6 +1,6 @@
 // Which batches of rays are traced side by side.
 
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,43 +22,43 @@ std::vector<Ray> row_of_rays(std::size_t count, float apart_rad = 1e-3f) {
 }
 
 TEST(RunSideBySide, RowsOfACamera) {
-  EXPECT_TRUE(run_side_by_side(row_of_rays(8)));
-  EXPECT_TRUE(run_side_by_side(row_of_rays(1000)));
-  EXPECT_TRUE(run_side_by_side(row_of_rays(8, 0.005f))) << "the last 0.035 rad from the first";
-  EXPECT_FALSE(run_side_by_side(row_of_rays(8, 0.007f))) << "0.049 rad";
+  EXPECT_TRUE(are_coherent(row_of_rays(8)));
+  EXPECT_TRUE(are_coherent(row_of_rays(1000)));
+  EXPECT_TRUE(are_coherent(row_of_rays(8, 0.005f))) << "the last 0.035 rad from the first";
+  EXPECT_FALSE(are_coherent(row_of_rays(8, 0.007f))) << "0.049 rad";
 }
 
 TEST(RunSideBySide, FewerThanEightDoNot) {
-  EXPECT_FALSE(run_side_by_side({}));
-  EXPECT_FALSE(run_side_by_side(row_of_rays(7)));
+  EXPECT_FALSE(are_coherent({}));
+  EXPECT_FALSE(are_coherent(row_of_rays(7)));
   // What is left over asks for nothing.
   auto rays = row_of_rays(15);
   for (std::size_t i = 8; i < rays.size(); ++i)
     rays[i].direction = {0.0f, 0.0f, 1.0f};
-  EXPECT_TRUE(run_side_by_side(rays));
+  EXPECT_TRUE(are_coherent(rays));
 }
 
 TEST(RunSideBySide, FromOnePlaceAndOfOneCarrier) {
   auto rays = row_of_rays(8);
   rays[7].origin_m.y += 0.009f;
-  EXPECT_TRUE(run_side_by_side(rays));
+  EXPECT_TRUE(are_coherent(rays));
   rays[7].origin_m.y += 0.002f;
-  EXPECT_FALSE(run_side_by_side(rays));
+  EXPECT_FALSE(are_coherent(rays));
   rays = row_of_rays(8);
   rays[3].carrier = EntityId{.index = 5, .generation = 1};
-  EXPECT_FALSE(run_side_by_side(rays));
+  EXPECT_FALSE(are_coherent(rays));
   for (Ray& ray : rays)
     ray.carrier = EntityId{.index = 5, .generation = 1};
-  EXPECT_TRUE(run_side_by_side(rays));
+  EXPECT_TRUE(are_coherent(rays));
 }
 
 TEST(RunSideBySide, WhateverTheDirectionsLength) {
   auto rays = row_of_rays(16);
   for (std::size_t i = 0; i < rays.size(); ++i)
     rays[i].direction *= i % 2 == 0 ? 1e-14f : 1e14f;
-  EXPECT_TRUE(run_side_by_side(rays));
+  EXPECT_TRUE(are_coherent(rays));
   rays[5].direction = -rays[5].direction;
-  EXPECT_FALSE(run_side_by_side(rays)) << "half of the groups";
+  EXPECT_FALSE(are_coherent(rays)) << "half of the groups";
 }
 
 /// One in eight groups may part, such as that at the end of a row.
@@ -66,18 +66,18 @@ TEST(RunSideBySide, MostGroupsDecide) {
   auto rays = row_of_rays(64 * 8);
   for (std::size_t group = 0; group < 8; ++group)
     rays[64 * group + 4].direction = {0.0f, 0.0f, 1.0f};
-  EXPECT_TRUE(run_side_by_side(rays));
+  EXPECT_TRUE(are_coherent(rays));
   rays[100].direction = {0.0f, 0.0f, 1.0f};
-  EXPECT_FALSE(run_side_by_side(rays));
+  EXPECT_FALSE(are_coherent(rays));
 }
 
 /// A batch is looked at from end to end, however long it is.
 TEST(RunSideBySide, ALongBatchIsLookedAtAllOver) {
   auto rays = row_of_rays(100'000, 1e-6f);
-  EXPECT_TRUE(run_side_by_side(rays));
+  EXPECT_TRUE(are_coherent(rays));
   for (std::size_t i = rays.size() / 2; i < rays.size(); i += 2)
     rays[i].direction = -rays[i].direction;
-  EXPECT_FALSE(run_side_by_side(rays));
+  EXPECT_FALSE(are_coherent(rays));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/random_questions.hpp"
 
 namespace rtstdb::test {
@@ -173,8 +173,8 @@ TEST_F(SameAnswers, WhoeverRunsBeside) {
     apart.reserve(order.size());
     for (const std::size_t i : order)
       apart.push_back(rays_[i]);
-    ASSERT_TRUE(query::run_side_by_side(rays_));
-    ASSERT_FALSE(query::run_side_by_side(apart));
+    ASSERT_TRUE(query::are_coherent(rays_));
+    ASSERT_FALSE(query::are_coherent(apart));
     const auto beside = trace_as_each_kind(rays_);
     const auto by_lanes = trace_as_each_kind(apart);
     make(entities, neighbours, {.use_subgroup_kernels = false});

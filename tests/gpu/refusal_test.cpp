@@ -7,6 +7,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "tests/gpu/database_test.hpp"
+#include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -271,14 +272,18 @@ TEST_F(Refusals, OptionsThatAreNoneOfTheEnumerators) {
   constexpr auto late = static_cast<LatePolicy>(3);
   expect_refused(RayQueryOptions{.name = "q", .capacity = 1, .mode = static_cast<RayMode>(3)}, "mode 3");
   expect_refused(RayQueryOptions{.name = "q", .capacity = 1, .faces = static_cast<Faces>(3)}, "faces 3");
-  expect_refused(RayQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
   expect_refused(RegionQueryOptions{.name = "q", .capacity = 1, .level = static_cast<RegionLevel>(3)},
                  "level 3");
-  expect_refused(RegionQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
   expect_refused(NearestQueryOptions{.name = "q", .capacity = 1, .target = static_cast<NearestTarget>(4)},
                  "target 4");
-  expect_refused(NearestQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
-  expect_refused(OverlapQueryOptions{.name = "q", .capacity = 1, .late = late}, "late policy 3");
+  for (const AnyQueryOptions& options : options_of_each_kind()) {
+    std::visit(
+        [&](auto of_kind) {
+          of_kind.name = "q";
+          expect_refused(of_kind, "late policy 3");
+        },
+        with(options, 1, late));
+  }
 }
 
 TEST_F(Refusals, PointsThatCanNotBeAsked) {

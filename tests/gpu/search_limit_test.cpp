@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rtstdb/query/ray_coherence.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 
 namespace rtstdb::test {
@@ -78,7 +78,7 @@ class LongSearches : public SearchLimits, public testing::WithParamInterface<Lan
       rays.push_back(side_by_side ? ray_from({0.0f, 0.0f, -20.0f}, glm::vec3(0.2f, 0.2f, 1.0f) * aside)
                                   : ray_from(from_m, aside));
     }
-    EXPECT_EQ(query::run_side_by_side(rays), side_by_side);
+    EXPECT_EQ(query::are_coherent(rays), side_by_side);
     return rays;
   }
   static void join(TriangleMesh& mesh, const TriangleMesh& other, const glm::vec3& place_m) {
@@ -210,7 +210,7 @@ TEST_F(SearchLimits, WhatLiesBehindAHitIsNotSearched) {
   for (const float y : {0.0f, 0.05f, 0.1f, 0.15f, 0.2f, 0.25f, 0.3f, 0.35f})
     for (const float x : {-0.2f, -0.15f, -0.1f, -0.05f, 0.0f, 0.05f, 0.1f, 0.15f})
       rays.push_back(ray_from({x, y, -1.0f}, {0, 0, 1}));
-  ASSERT_FALSE(query::run_side_by_side(rays));
+  ASSERT_FALSE(query::are_coherent(rays));
   const auto query = prepare_rays();
   const auto any = prepare_rays(RayMode::any);
   Nanoseconds with_wall{0};
@@ -393,7 +393,7 @@ TEST_F(DeepTrees, NeighboursAreAnsweredAsEachAlone) {
     fill(levels, 9);
     const auto query = prepare_rays();
     const std::vector<Ray> rays(16, through());
-    ASSERT_TRUE(query::run_side_by_side(rays));
+    ASSERT_TRUE(query::are_coherent(rays));
     ask(*query, std::span(rays).first(1));
     const RayHit alone = query->hits()[0];
     EXPECT_EQ(alone.status, HitStatus::hit) << levels << " levels";
@@ -436,7 +436,7 @@ TEST_F(DeepTrees, WhatWasPutAsideIsComeBackTo) {
     const glm::vec3 from_m(0.5 + 2.0 * random.normal(), 2.0 * random.normal(), random.one_in(2) ? -5.0 : 5.0);
     rays.push_back(ray_from(from_m, {0.3 * random.normal(), 0.3 * random.normal(), -from_m.z}));
   }
-  ASSERT_FALSE(query::run_side_by_side(rays));
+  ASSERT_FALSE(query::are_coherent(rays));
   std::vector<RayHit> hits[2];
   for (const bool use_subgroup_kernels : {false, true}) {
     for (const int turned : {10, 20}) {

@@ -14,7 +14,7 @@ namespace rtstdb::test {
 
 /// Versions are read in their order alone: rows are kept of the newest. One that was tried may be discarded, and what it
 /// touched is told to whoever had come to it, as the store does.
-class VersionRows final : public query::RowSource {
+class VersionRows final : public store::RowSource {
  public:
   explicit VersionRows(std::uint32_t most) : states_(most), changed_by_(most, 0), changed_before_(most, 0) {}
   /// The next version, from `time` on: every row as `make` has it, or none.
@@ -59,7 +59,7 @@ class VersionRows final : public query::RowSource {
     }
     return true;
   }
-  query::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
+  store::Shape shape(GeometryId /*geometry*/) const noexcept override { return {}; }
 
  private:
   void write(std::uint32_t index, const std::optional<EntityRow>& row) {

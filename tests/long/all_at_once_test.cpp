@@ -26,15 +26,15 @@ constexpr std::uint32_t entities = 32;
 class AllAtOnce : public testing::Test {
  protected:
   AllAtOnce() {
-    executor_.work = [this](const query::RowSource& rows, std::span<const query::Request>,
-                            const query::TimeSpan&) {
+    executor_.work = [this](const store::RowSource& rows, std::span<const query::Request>,
+                            const store::TimeSpan&) {
       std::uint64_t sum = 0;
       for (std::uint32_t index = 0; index < rows.index_limit(); ++index)
         sum += rows.row(index) != nullptr ? rows.row(index)->row.material : 0;
       seen_ = sum;
       return query::RunReport{};
     };
-    executor_.chunk = [this](const query::RowSource&, const query::Request&, std::uint32_t first,
+    executor_.chunk = [this](const store::RowSource&, const query::Request&, std::uint32_t first,
                              std::uint32_t end) {
       // Others commit meanwhile.
       const ClockTime until = clock_.now() + Nanoseconds(20) * (end - first);
@@ -68,7 +68,7 @@ class AllAtOnce : public testing::Test {
                                      .period = 20ms,
                                      .deadline = 20ms,
                                      .budget = 1ms,
-                                     .writes_and_asks = self == 3});
+                                     .writes_and_queries = self == 3});
         if (made) reservation = std::move(made).value();
       }
       for (std::size_t k = 0; k < transactions_[self].size(); ++k)

@@ -17,7 +17,7 @@ constexpr std::uint32_t max_entities = 48;
 constexpr std::uint32_t max_elements = 40'000;
 constexpr std::uint32_t rounds_of_a_life = 12;  // on average
 
-std::uint64_t digest_of(const query::RowSource& rows) {
+std::uint64_t digest_of(const store::RowSource& rows) {
   std::uint64_t sum = 0;
   for (std::uint32_t index = 0; index < rows.index_limit(); ++index) {
     const EntityState* state = rows.row(index);
@@ -36,8 +36,8 @@ class EngineSimulation::Query final : public RayQuery, public query::PreparedQue
   std::span<const RayHit> hits() const noexcept override { return {}; }
   query::QueryKind kind() const noexcept override { return query::QueryKind::ray_closest; }
   std::uint32_t capacity() const noexcept override { return max_elements; }
-  std::optional<BadInput> check(std::uint32_t, const query::RowSource& rows,
-                                query::TimeSpan& times) const noexcept override {
+  std::optional<BadInput> check(std::uint32_t, const store::RowSource& rows,
+                                store::TimeSpan& times) const noexcept override {
     times = {rows.time(), rows.time()};
     return std::nullopt;
   }
@@ -70,7 +70,6 @@ void SimulationCounts::add(const SimulationCounts& other) {
   given_back_waiting += other.given_back_waiting;
   passed_by_relief += other.passed_by_relief;
   full_queues += other.full_queues;
-  shared += other.shared;
   observations += other.observations;
   for (std::size_t k = 0; k < refused.size(); ++k)
     refused[k] += other.refused[k];
@@ -199,7 +198,6 @@ void EngineSimulation::let_the_log_finish() {
 
 void EngineSimulation::run_begins(std::span<const query::Request> requests) {
   if (!running_.empty()) ++counts_.in_gaps;
-  if (requests.size() > 1) ++counts_.shared;
   std::vector<Client*>& together = running_.emplace_back();
   for (const query::Request& request : requests) {
     auto& query = static_cast<Query&>(*request.query);
@@ -208,7 +206,7 @@ void EngineSimulation::run_begins(std::span<const query::Request> requests) {
   }
 }
 
-bool EngineSimulation::chunk_done(const query::RowSource& rows, const query::PreparedQuery& query,
+bool EngineSimulation::chunk_done(const store::RowSource& rows, const query::PreparedQuery& query,
                                   bool last) {
   ++counts_.steps;
   Client& client = static_cast<const Query&>(query).client;

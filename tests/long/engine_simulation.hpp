@@ -1,9 +1,9 @@
 #pragma once
-// The engine on a simulated machine, driven through a course of events that follows from a seed: transactions of every
-// class that write, read, ask, expect and are cancelled; a device that is slow, is lost and does not always come back; a
-// machine that stands still at a bad moment; a log on a disk that refuses, and processes that are killed and machines that lose
-// their power, after which the next engine goes on from the disk. What it says of each transaction, and what is there after each
-// end, is held against a model.
+// The engine on a simulated machine, driven through a course of events that follows from a seed: transactions
+// of every class that write, read, ask, expect and are cancelled; a device that is slow, is lost and does not
+// always come back; a machine that stands still at a bad moment; a log on a disk that refuses, and processes
+// that are killed and machines that lose their power, after which the next engine goes on from the disk. What
+// it says of each transaction, and what is there after each end, is held against a model.
 
 #include <array>
 #include <atomic>
@@ -32,7 +32,6 @@ struct SimulationCounts {
   std::uint64_t given_back_waiting = 0;  ///< device_lost without having run
   std::uint64_t passed_by_relief = 0;    ///< commits while another waits for the device
   std::uint64_t full_queues = 0;
-  std::uint64_t shared = 0;  ///< runs of several
   std::uint64_t observations = 0;
   std::array<std::uint64_t, 8> refused{};      ///< by rtstdb::RefusedBy
   std::uint64_t durable = 0, not_durable = 0;  ///< writers that were told so, in modes that tell
@@ -79,7 +78,8 @@ class EngineSimulation final : private DeviceEvents {
   explicit EngineSimulation(std::uint64_t seed);
   ~EngineSimulation() override;
 
-  /// So many steps, or until something is wrong: the step and what, in words; else empty. At its end the engine is closed.
+  /// So many steps, or until something is wrong: the step and what, in words; else empty. At its end the
+  /// engine is closed.
   std::string run(std::uint64_t steps);
   const SimulationCounts& counts() const { return counts_; }
 
@@ -88,7 +88,7 @@ class EngineSimulation final : private DeviceEvents {
   struct Client;
 
   void run_begins(std::span<const rtstdb::query::Request> requests) override;
-  bool chunk_done(const rtstdb::query::RowSource& rows, const rtstdb::query::PreparedQuery& query,
+  bool chunk_done(const rtstdb::store::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                   bool last) override;
   void run_ends(rtstdb::query::RunStatus status) override;
   bool may_pause() override;
@@ -124,7 +124,7 @@ class EngineSimulation final : private DeviceEvents {
   void judge_refusal(const EndedTransaction& ended);
   void judge_durability(const EndedTransaction& ended);
   void judge_counts();
-  static std::string in_words(const EndedTransaction& ended);
+  static std::string describe(const EndedTransaction& ended);
   void fail(const std::string& what);
 
   void wait_until_idle();

@@ -1,4 +1,5 @@
-// What is said of durability, transaction by transaction, and what is there when the database is opened again.
+// What is said of durability, transaction by transaction, and what is there when the database is opened
+// again.
 
 #include <algorithm>
 
@@ -28,17 +29,17 @@ void EngineSimulation::judge_durability(const EndedTransaction& ended) {
   const DurabilityMode mode = storage_.mode();
   const bool waits = mode == DurabilityMode::group || mode == DurabilityMode::sync;
   const bool written = outcome.done() && !ended.declared.writes.empty();
-  if (outcome.durable && (!waits || !written)) fail(in_words(ended) + "nothing of it waited for the disk");
+  if (outcome.durable && (!waits || !written)) fail(describe(ended) + "nothing of it waited for the disk");
   if (outcome.durable && outcome.version > storage_.promised())
-    fail(in_words(ended) + "said to be on disk, and the log says that it is not");
+    fail(describe(ended) + "said to be on disk, and the log says that it is not");
   if (outcome.durable && outcome.durable_at < outcome.published)
-    fail(in_words(ended) + "on disk before it was published");
-  const bool refused_by_disk = engine_->log() != nullptr && engine_->log()->state().faults > 0;
-  if (written && waits && !outcome.durable && (mode == DurabilityMode::sync || !refused_by_disk))
-    fail(in_words(ended) + "given back before it was on disk");
+    fail(describe(ended) + "on disk before it was published");
+  const bool last_write_failed = engine_->log() != nullptr && engine_->log()->state().faults > 0;
+  if (written && waits && !outcome.durable && (mode == DurabilityMode::sync || !last_write_failed))
+    fail(describe(ended) + "given back before it was on disk");
   if (written && waits) ++(outcome.durable ? counts_.durable : counts_.not_durable);
   if (!outcome.in_doubt) return;
-  if (mode != DurabilityMode::sync || outcome.done()) fail(in_words(ended) + "there is nothing to doubt");
+  if (mode != DurabilityMode::sync || outcome.done()) fail(describe(ended) + "there is nothing to doubt");
   ++counts_.in_doubt;
   model_.may_stand(outcome.version, ended.declared.writes);
 }
@@ -50,16 +51,16 @@ void EngineSimulation::judge_refusal(const EndedTransaction& ended) {
   switch (outcome.refused_by) {
     case RefusedBy::admission:
       if (!firm || outcome.earliest_feasible <= ended.declared.terms.deadline)
-        fail(in_words(ended) + "refused, and what was asked for is feasible");
+        fail(describe(ended) + "refused, and what was asked for is feasible");
       return;
     case RefusedBy::log_full:
     case RefusedBy::log_fault:
       if (storage_.mode() != DurabilityMode::group && storage_.mode() != DurabilityMode::sync)
-        fail(in_words(ended) + "the loop goes first");
-      if (ended.declared.writes.empty()) fail(in_words(ended) + "it has nothing for the log");
+        fail(describe(ended) + "the loop goes first");
+      if (ended.declared.writes.empty()) fail(describe(ended) + "it has nothing for the log");
       return;
     default:
-      fail(in_words(ended) + "refused by nobody");
+      fail(describe(ended) + "refused by nobody");
   }
 }
 

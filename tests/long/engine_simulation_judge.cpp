@@ -1,5 +1,6 @@
-// What the engine said of each transaction, against the model: one serial order of the commits explains every row that
-// was read and every world that was seen, and each outcome is what its terms and the course of events allow.
+// What the engine said of each transaction, against the model: one serial order of the commits explains every
+// row that was read and every world that was seen, and each outcome is what its terms and the course of
+// events allow.
 
 #include <algorithm>
 #include <set>
@@ -26,7 +27,7 @@ std::string name_of(EntityId id) {
 
 }  // namespace
 
-std::string EngineSimulation::in_words(const EndedTransaction& ended) {
+std::string EngineSimulation::describe(const EndedTransaction& ended) {
   return std::string(to_string(ended.declared.terms.deadline_class)) + " transaction of " +
          std::to_string(ended.declared.writes.size()) + " writes and " +
          std::to_string(ended.declared.asked) + " elements, " + describe(ended.outcome) + ": ";
@@ -48,7 +49,7 @@ void EngineSimulation::judge() {
   for (const EndedTransaction* commit : commits) {
     if (const std::string wrong = model_.commit(commit->outcome.version, commit->declared.writes);
         !wrong.empty())
-      return fail(in_words(*commit) + wrong);
+      return fail(describe(*commit) + wrong);
     committed_.push_back(commit->outcome.version);
   }
   storage_.note_promises();
@@ -99,27 +100,27 @@ void EngineSimulation::judge_done(const EndedTransaction& ended) {
   const bool reads_latest = !writes && declared.terms.read_at.kind == ReadAt::Kind::latest;
   if ((writes && outcome.version <= declared.newest_before) ||
       (reads_latest && outcome.version < declared.newest_before))
-    fail(in_words(ended) + "what it stands on is older than what was there before it was submitted");
+    fail(describe(ended) + "what it stands on is older than what was there before it was submitted");
   if (!writes && !reads_latest && outcome.version != declared.terms.read_at.version)
-    fail(in_words(ended) + "another version was asked for");
+    fail(describe(ended) + "another version was asked for");
   if (outcome.published < ended.last_chunk || outcome.published < declared.submitted)
-    fail(in_words(ended) + "published before it was computed");
+    fail(describe(ended) + "published before it was computed");
   const bool late = outcome.published > declared.terms.deadline;
   if (declared.terms.deadline_class == DeadlineClass::firm && late)
-    fail(in_words(ended) + "a firm deadline was broken");
+    fail(describe(ended) + "a firm deadline was broken");
   const bool may_be_late = declared.terms.deadline_class == DeadlineClass::hard ||
                            declared.terms.deadline_class == DeadlineClass::soft;
-  if (may_be_late && late != (outcome.status == Status::late)) fail(in_words(ended) + "late or not");
+  if (may_be_late && late != (outcome.status == Status::late)) fail(describe(ended) + "late or not");
   if (declared.asked > 0) {
     if (!ended.run || (*ended.run != query::RunStatus::done && *ended.run != query::RunStatus::truncated))
-      fail(in_words(ended) + "its queries were not answered");
+      fail(describe(ended) + "its queries were not answered");
     else if (outcome.truncated != (*ended.run == query::RunStatus::truncated))
-      fail(in_words(ended) + "truncated or not");
+      fail(describe(ended) + "truncated or not");
   }
   const Version seen_by_expectations = writes ? model_.before(outcome.version) : outcome.version;
   for (const auto& expected : declared.expected) {
     if (!holds(model_.rows(seen_by_expectations), expected.id, expected.written_by))
-      fail(in_words(ended) + "what it expected of " + name_of(expected.id) + " did not hold");
+      fail(describe(ended) + "what it expected of " + name_of(expected.id) + " did not hold");
   }
   judge_reads(ended);
 }
@@ -129,7 +130,7 @@ void EngineSimulation::judge_reads(const EndedTransaction& ended) {
   for (const auto& observed : ended.observed) {
     ++counts_.observations;
     if (observed.version != version || observed.digest != model_.digest(version))
-      fail(in_words(ended) + "its queries saw another world than version " + std::to_string(version));
+      fail(describe(ended) + "its queries saw another world than version " + std::to_string(version));
   }
   const ModelRows& rows = model_.rows(version);
   for (std::size_t k = 0; k < ended.reads.size(); ++k) {
@@ -140,7 +141,7 @@ void EngineSimulation::judge_reads(const EndedTransaction& ended) {
     ++counts_.observations;
     if (alive != read.has_value() || (alive && (read->row.material != found->second.material ||
                                                 read->written_by != found->second.written_by)))
-      fail(in_words(ended) + "it read " + name_of(id) + " as it is not in version " +
+      fail(describe(ended) + "it read " + name_of(id) + " as it is not in version " +
            std::to_string(version));
   }
 }
@@ -151,7 +152,7 @@ void EngineSimulation::judge_not_done(const EndedTransaction& ended) {
   const bool firm = declared.terms.deadline_class == DeadlineClass::firm;
   switch (outcome.status) {
     case Status::missed:
-      if (!firm || outcome.lateness <= Nanoseconds(0)) fail(in_words(ended) + "it had no deadline to miss");
+      if (!firm || outcome.lateness <= Nanoseconds(0)) fail(describe(ended) + "it had no deadline to miss");
       return;
     case Status::refused:
       return judge_refusal(ended);
@@ -159,30 +160,30 @@ void EngineSimulation::judge_not_done(const EndedTransaction& ended) {
       if (outcome.cancelled_by == CancelledBy::full_queue)
         ++counts_.full_queues;
       else if (outcome.cancelled_by != CancelledBy::caller || !declared.cancelled)
-        fail(in_words(ended) + "nobody cancelled it");
+        fail(describe(ended) + "nobody cancelled it");
       return;
     case Status::device_lost:
       if (!ended.run && firm)
         ++counts_.given_back_waiting;
       else if (!ended.run || *ended.run != query::RunStatus::device_lost)
-        fail(in_words(ended) + "the device was not lost");
+        fail(describe(ended) + "the device was not lost");
       return;
     case Status::conflict:
       return judge_conflict(ended);
     case Status::bad_input:
       return judge_bad_input(ended);
     default:
-      fail(in_words(ended) + "no such ending");
+      fail(describe(ended) + "no such ending");
   }
 }
 
 void EngineSimulation::judge_conflict(const EndedTransaction& ended) {
   const Outcome& outcome = ended.outcome;
   const std::size_t which = outcome.conflict.precondition;
-  if (which >= ended.declared.expected.size()) return fail(in_words(ended) + "it expected nothing");
+  if (which >= ended.declared.expected.size()) return fail(describe(ended) + "it expected nothing");
   const auto& expected = ended.declared.expected[which];
   if (holds(model_.rows(outcome.version), expected.id, expected.written_by))
-    fail(in_words(ended) + "what it expected of " + name_of(expected.id) + " held");
+    fail(describe(ended) + "what it expected of " + name_of(expected.id) + " held");
 }
 
 void EngineSimulation::judge_bad_input(const EndedTransaction& ended) {
@@ -190,7 +191,7 @@ void EngineSimulation::judge_bad_input(const EndedTransaction& ended) {
   if (fault.reason == BadInputReason::too_many_entities) return;
   if (fault.reason != BadInputReason::unknown_entity ||
       model_.lives_since(fault.entity, ended.declared.newest_before))
-    fail(in_words(ended) + "nothing was wrong with it");
+    fail(describe(ended) + "nothing was wrong with it");
 }
 
 void EngineSimulation::look_at_snapshot() {

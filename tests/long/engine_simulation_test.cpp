@@ -96,7 +96,6 @@ TEST(EngineSimulation, AModelExplainsEverything) {
   EXPECT_GT(counts.given_back_waiting, 0u);
   EXPECT_GT(counts.passed_by_relief, 0u);
   EXPECT_GT(counts.full_queues, 0u);
-  EXPECT_GT(counts.shared, 0u);
   expect_all_of_the_disk(counts);
 }
 

@@ -61,7 +61,7 @@ std::vector<Stream> streams(double load) {
 }
 
 struct Judged {
-  std::uint64_t ended = 0, committed = 0, missed = 0, refused = 0, cancelled = 0, partial = 0, shared = 0;
+  std::uint64_t ended = 0, committed = 0, missed = 0, refused = 0, cancelled = 0, partial = 0;
   std::uint64_t late_commits = 0, false_misses = 0, wrong_endings = 0;
 };
 
@@ -76,7 +76,6 @@ void judge(const Ended& one, Judged& judged) {
   judged.refused += outcome.status == Status::refused;
   judged.cancelled += outcome.status == Status::cancelled;
   judged.partial += outcome.partial;
-  judged.shared += outcome.shared_with > 0;
   switch (outcome.status) {
     case Status::committed:
     case Status::truncated:
@@ -112,7 +111,7 @@ TEST(FirmNeverLate, AtLoadsFromHalfToThreeTimesWhatCanBeDone) {
     Judged judged;
     world.run(at_each_load, [&](const Ended& one) { judge(one, judged); });
     std::cout << "load " << load << ": " << judged.ended << " transactions, " << judged.committed
-              << " committed (" << judged.partial << " in part, " << judged.shared << " in shared runs), "
+              << " committed (" << judged.partial << " in part), "
               << judged.missed << " missed, " << judged.refused << " refused, " << judged.cancelled
               << " cancelled; " << judged.late_commits << " firm commits after their deadline\n";
     EXPECT_EQ(judged.late_commits, 0u);

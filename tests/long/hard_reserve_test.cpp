@@ -60,7 +60,7 @@ const std::vector<Hard>& hard() {
       {{.name = "control", .period = 5ms, .deadline = 5ms, .budget = 500us}, 300, 0},
       {{.name = "move", .period = 10ms, .deadline = 8ms, .budget = 100us}, 0, 4},
       {{.name = "scan", .period = 40ms, .deadline = 40ms, .budget = 9ms}, 6000, 0},
-      {{.name = "contact", .period = 20ms, .deadline = 18ms, .budget = 1ms, .writes_and_asks = true},
+      {{.name = "contact", .period = 20ms, .deadline = 18ms, .budget = 1ms, .writes_and_queries = true},
        500,
        2}};
   return all;
@@ -120,14 +120,14 @@ TEST(HardReserve, NoneIsMissedInAFloodOfThreeTimesWhatCanBeDone) {
   for (const ReservationCounts& counts : judged.counts) {
     const std::string& name = counts.options.name;
     std::cout << name << ": " << counts.transactions << " kept, longest answer "
-              << counts.longest_answer.count() / 1000 << " us of " << counts.options.deadline.count() / 1000
+              << counts.longest_response.count() / 1000 << " us of " << counts.options.deadline.count() / 1000
               << ", largest cost " << counts.largest_cost.count() / 1000 << " us of "
               << counts.options.budget.count() / 1000 << "\n";
     EXPECT_GT(judged.came.at(name), transactions / 400) << name;
     EXPECT_EQ(judged.missed.at(name), 0u) << name;
     EXPECT_EQ(counts.kept, counts.transactions) << name;
     EXPECT_EQ(counts.transactions, judged.came.at(name)) << name;
-    EXPECT_EQ(counts.broken + counts.too_often + counts.too_long + counts.not_as_declared, 0u) << name;
+    EXPECT_EQ(counts.broken + counts.too_often + counts.too_long + counts.undeclared, 0u) << name;
   }
   std::cout << judged.restarts << " begun anew\n";
   EXPECT_GT(judged.restarts, transactions / 400) << "or writers did not stand in the way";

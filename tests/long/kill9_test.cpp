@@ -1,9 +1,11 @@
-// Processes that commit and are killed by SIGKILL, one after the other on one log: what was acknowledged as durable is there, nothing
-// is there in part, and what async mode lost is what it says it may lose: commits of the last flush_interval, and of the time that the disk
-// took. A machine that has other things to do lets the log's thread wait, or the engine's before it hands over what it has collected: for
-// so long, by the kernel's account, it may lose more.
+// Processes that commit and are killed by SIGKILL, one after the other on one log: what was acknowledged as
+// durable is there, nothing is there in part, and what async mode lost is what it says it may lose: commits
+// of the last flush_interval, and of the time that the disk took. A machine that has other things to do lets
+// the log's thread wait, or the engine's before it hands over what it has collected: for so long, by the
+// kernel's account, it may lose more.
 //
-// Transaction n writes n into four entities out of 64 and makes version n, so that what every version was can be told without asking.
+// Transaction n writes n into four entities out of 64 and makes version n, so that what every version was can
+// be told without asking.
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -40,7 +42,8 @@ constexpr Nanoseconds flush_interval{2'000'000};
 /// What a timer may be late where nobody waits for a processor.
 constexpr Nanoseconds timer_slack{1'000'000};
 
-/// What a virtual machine's host took of the processors since it began, in whole ticks. It is in no thread's account.
+/// What a virtual machine's host took of the processors since it began, in whole ticks. It is in no thread's
+/// account.
 Nanoseconds taken_by_host() {
   std::ifstream stat("/proc/stat");
   std::string label;
@@ -115,7 +118,7 @@ class Opened {
     options.durability.flush_interval = flush_interval;
     options.max_entities = entities;
     auto disk = log::open_directory(directory);
-    if (!disk) throw std::runtime_error(disk.error().in_words());
+    if (!disk) throw std::runtime_error(disk.error().describe());
     auto opened = transaction::CommitLog::open(
         std::make_shared<TimedDisk>(std::move(disk.value()), left.disk, clock), options);
     if (!opened) throw std::runtime_error(opened.error().message);
@@ -215,7 +218,8 @@ class Kill9 : public testing::Test {
     std::filesystem::remove_all(directory_);
   }
 
-  /// A process from its begin to its end by a signal, some time after its first commit. What it told, commit by commit.
+  /// A process from its begin to its end by a signal, some time after its first commit. What it told, commit
+  /// by commit.
   std::vector<Told> live(DurabilityMode mode) {
     left_ = new (shared_) Left;
     int ends[2];
@@ -250,7 +254,7 @@ class Kill9 : public testing::Test {
     const auto recovered = log::recover(*disk.value());
     ASSERT_TRUE(recovered.ok()) << recovered.error().message;
     const log::World& world = recovered.value().world;
-    const std::string found = recovered.value().report.in_words();
+    const std::string found = recovered.value().report.describe();
     const Version version = world.latest.version;
     ASSERT_GE(version, told.durable) << found;
     ASSERT_GE(version, at_) << found;
@@ -275,8 +279,8 @@ class Kill9 : public testing::Test {
     }
   }
 
-  /// From the oldest commit that was lost on, the log's thread waited for the flush_interval, or was in the disk, or at work, or one
-  /// of both threads waited for a processor.
+  /// From the oldest commit that was lost on, the log's thread waited for the flush_interval, or was in the
+  /// disk, or at work, or one of both threads waited for a processor.
   void look_at_loss(const Told& last, const Told& oldest_lost) {
     const Nanoseconds span = last.at - oldest_lost.at;
     const Nanoseconds disk = left_->disk.taken(clock_time_ns(left_->stopped_ns)) - oldest_lost.disk_took;

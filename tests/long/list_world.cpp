@@ -33,7 +33,7 @@ EntityRow row_of(Key key, Value value) {
   return row;
 }
 
-std::vector<Value> list_in(const rtstdb::query::RowSource& rows, Key key) {
+std::vector<Value> list_in(const rtstdb::store::RowSource& rows, Key key) {
   std::vector<const EntityState*> states;
   for (std::uint32_t index = 0; index < rows.index_limit(); ++index) {
     const EntityState* state = rows.row(index);
@@ -56,16 +56,16 @@ Ending ending_of(Status status) {
 
 }  // namespace
 
-std::optional<rtstdb::BadInput> ListQuery::check(std::uint32_t, const rtstdb::query::RowSource& rows,
-                                                 rtstdb::query::TimeSpan& times) const noexcept {
+std::optional<rtstdb::BadInput> ListQuery::check(std::uint32_t, const rtstdb::store::RowSource& rows,
+                                                 rtstdb::store::TimeSpan& times) const noexcept {
   times.first = std::min(times.first, rows.time());
   times.last = std::max(times.last, rows.time());
   return std::nullopt;
 }
 
-rtstdb::query::RunReport ListExecutor::run(const rtstdb::query::RowSource& rows,
+rtstdb::query::RunReport ListExecutor::run(const rtstdb::store::RowSource& rows,
                                            std::span<const rtstdb::query::Request> requests,
-                                           const rtstdb::query::TimeSpan&,
+                                           const rtstdb::store::TimeSpan&,
                                            rtstdb::query::ExecutorCallbacks* callbacks) noexcept {
   for (const bool second_half : {false, true}) {
     for (const rtstdb::query::Request& request : requests) {

@@ -28,8 +28,8 @@ class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQ
   std::span<const rtstdb::RayHit> hits() const noexcept override { return {}; }
   rtstdb::query::QueryKind kind() const noexcept override { return rtstdb::query::QueryKind::ray_closest; }
   std::uint32_t capacity() const noexcept override { return 64; }
-  std::optional<rtstdb::BadInput> check(std::uint32_t count, const rtstdb::query::RowSource& rows,
-                                        rtstdb::query::TimeSpan& times) const noexcept override;
+  std::optional<rtstdb::BadInput> check(std::uint32_t count, const rtstdb::store::RowSource& rows,
+                                        rtstdb::store::TimeSpan& times) const noexcept override;
 
   std::uint32_t answered() const noexcept override { return capacity(); }
   std::uint32_t incomplete(std::uint32_t) const noexcept override { return 0; }
@@ -45,9 +45,9 @@ class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQ
 /// commit. Now and then the device is lost.
 class ListExecutor final : public rtstdb::query::Executor {
  public:
-  rtstdb::query::RunReport run(const rtstdb::query::RowSource& rows,
+  rtstdb::query::RunReport run(const rtstdb::store::RowSource& rows,
                                std::span<const rtstdb::query::Request> requests,
-                               const rtstdb::query::TimeSpan& times,
+                               const rtstdb::store::TimeSpan& times,
                                rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
 
  private:

@@ -167,7 +167,8 @@ TEST_F(RealDeadlines, NoReservedOneIsMissedButForWhatTheMachineTook) {
     std::cout << count << " reserved every " << options.period.count() / 1000 << " us within "
               << options.deadline.count() / 1000 << " us beside " << flood.asked << " others: " << missed
               << " missed, " << unexcused << " of them not for what the machine took; longest answer "
-              << counts.longest_answer.count() / 1000 << " us, " << counts.too_long << " over their budget\n";
+              << counts.longest_response.count() / 1000 << " us, " << counts.too_long
+              << " over their budget\n";
     if (unexcused == 0) break;
   }
   EXPECT_EQ(unexcused, 0);

@@ -191,9 +191,9 @@ rtstdb::query::RunReport SimulatedLoad::carry_out(std::span<const rtstdb::query:
       const bool last = k + 1 == requests.size() && end == request.count;
       // Two that share are one chunk.
       if (last || callbacks == nullptr || request.per_chunk == 0) continue;
-      const ExecutorCallbacks::Gap gap = callbacks->on_preemption_point();
-      if (gap == ExecutorCallbacks::Gap::stop) return {.status = RunStatus::stopped};
-      if (gap == ExecutorCallbacks::Gap::finish_in_flight) return {.status = RunStatus::partial};
+      const ExecutorCallbacks::Continuation gap = callbacks->on_preemption_point();
+      if (gap == ExecutorCallbacks::Continuation::stop) return {.status = RunStatus::stopped};
+      if (gap == ExecutorCallbacks::Continuation::finish_in_flight) return {.status = RunStatus::partial};
     }
   }
   return {};

@@ -89,9 +89,9 @@ class SimulatedLoad {
   class Executor final : public rtstdb::query::Executor {
    public:
     explicit Executor(SimulatedLoad& load) : load_(load) {}
-    rtstdb::query::RunReport run(const rtstdb::query::RowSource&,
+    rtstdb::query::RunReport run(const rtstdb::store::RowSource&,
                                  std::span<const rtstdb::query::Request> requests,
-                                 const rtstdb::query::TimeSpan&,
+                                 const rtstdb::store::TimeSpan&,
                                  rtstdb::query::ExecutorCallbacks* callbacks) noexcept override {
       return load_.carry_out(requests, callbacks);
     }

@@ -22,7 +22,7 @@ class StillDevice : public io::Device {
   void enter_safe_state() noexcept override {}
   void stop() noexcept override {}
   bool connected() const noexcept override { return true; }
-  io::DeviceHealth health() const override { return {connected(), ""}; }
+  std::string fault() const override { return {}; }
   std::string send_fault() const override { return {}; }
 
  private:

@@ -12,7 +12,7 @@ import sys
 
 from xxh3 import xxh3_64
 
-SECTOR, FORMATS, WORDS_OF_MOTION = 512, (1, 2, 3), 14
+SECTOR, FORMAT, WORDS_OF_MOTION = 512, 3, 14
 MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
 COMMIT, GEOMETRY, TAKEN_BACK, GAP, MOVE = 1, 2, 3, 4, 5
 FROM_WORLD_TIME, TIME_AS_BEFORE = 1 << 14, 1 << 15  # reasons to leave out a motion's last word, and a move's world time
@@ -65,7 +65,7 @@ class Segment:
             struct.unpack_from("<8sIIQQQQQQ", self.data))
         if magic != b"RTSTLOG1" or checksum != xxh3_64(self.data[:56], self.database):
             return
-        check(self.format in FORMATS, f"segment {number}: format {self.format}")
+        check(self.format == FORMAT, f"segment {number}: format {self.format}")
         self.ok = told == number  # else it was copied over another one, or renamed
 
     def header_at(self, at):
@@ -201,7 +201,7 @@ def read_geometry(cursor):
 def read_mesh(directory, geometry, database):
     data = directory.read(f"geometry.{geometry['file']:010}")
     magic, form, _, told, number, positions, triangles, payload, checksum = Cursor(data).get("8sIIQQIIQQ")
-    check(magic == b"RTSTGEO1" and form in FORMATS and told == database and number == geometry["file"], "another file")
+    check(magic == b"RTSTGEO1" and form == FORMAT and told == database and number == geometry["file"], "another file")
     check(checksum == geometry["checksum"] == xxh3_64(data[:48], database), f"geometry {number}: damaged header")
     check(len(data) == 56 + 12 * (positions + triangles), f"geometry {number}: another length")
     check(payload == xxh3_64(data[56:], database), f"geometry {number}: damaged mesh")
@@ -280,7 +280,7 @@ def read_checkpoint(directory, number, database):
     cursor = Cursor(directory.read(f"checkpoint.{number:010}"))
     (magic, form, limit, told, as_number, version, time, following, segment, offset, group, link, _,
      checksum) = cursor.get("8sIIQQQqQQQQQqQ")
-    check(magic == b"RTSTCKP1" and form in FORMATS and as_number == number, f"checkpoint {number}: another header")
+    check(magic == b"RTSTCKP1" and form == FORMAT and as_number == number, f"checkpoint {number}: another header")
     check(checksum == xxh3_64(cursor.data[:96], told), f"checkpoint {number}: damaged header")
     if told != database:
         raise LookupError(f"checkpoint {number}: of another database")

@@ -1,15 +1,28 @@
 #pragma once
-// The database: one world of entities on one GPU.
+// A real-time spatio-temporal database (paper, Section 4): one world of entities on one GPU.
 //
-// Threads: open, add_geometry, prepare, reserve, watch and make_transaction are setup calls: they allocate and
-// block, and are not for the tick. submit, execute, wait, cancel and latest may be called from any number of threads
-// at once and are made for the tick. The database does its work on a thread of its own, and a second one helps it with long
-// answers; they and the Vulkan driver's threads are created inside open, so open must run before the caller raises its own
-// priority or pins itself (threads inherit both).
+// Units and frames: metres, seconds and radians in the right-handed world frame, unless a name says
+// otherwise.
+// Time bases: WorldTime for the simulated world, ClockTime for deadlines and costs (time.hpp).
 //
-// A device that is lost is replaced by the database itself: what was on it ends as device_lost, what waits is answered
-// later, what only writes goes on. Prepared queries and their spans stay. Until each kind of query has been asked once
-// again, transactions compile and allocate.
+// Threads:
+//   setup   open, add_geometry, prepare, watch, make_transaction, calibrate, reserve and close allocate and
+//           block. Any thread may call them, but not from the tick.
+//   tick    submit, execute, wait, cancel, latest and durable neither allocate nor take a lock. Any number of
+//           threads may call them at the same time.
+//   other   snapshot, geometry and the functions for counts and health may be called by any thread; they may
+//           allocate and block unless the function says otherwise.
+// The database executes transactions on an engine thread; a second thread helps it with large results. Both,
+// and the threads of the Vulkan driver, are created inside open. Threads inherit the priority and the CPU
+// affinity of their creator, so call open before the calling thread changes its own.
+//
+// Lifetime: transactions, prepared queries, standing queries and reservations must be destroyed before the
+// database.
+//
+// Device loss: the database opens another device by itself. A transaction that was using the lost device ends
+// as Status::device_lost; waiting transactions are executed when the new device is ready; transactions
+// without queries are executed meanwhile. Prepared queries and their spans stay valid. On the new device the
+// first batch of each kind of query compiles its kernels, so that transaction allocates and takes longer.
 
 #include <cstdint>
 #include <memory>
@@ -31,48 +44,55 @@ namespace rtstdb {
 
 enum class Validation : std::uint8_t {
   build_default,  ///< on in dev builds, off in release builds
-  on,             ///< the Khronos validation layer; a message counts as a fault, see Health
+  on,             ///< the Khronos validation layer; its messages are in Health::validation_messages
   off,
 };
 const char* to_string(Validation validation) noexcept;
 
 struct DatabaseOptions {
-  /// A device's index ("0"), a part of its name ("llvmpipe"), or "auto": discrete, then integrated, then
-  /// software.
+  /// A device's index in devices() ("0"), a part of its name ("llvmpipe"), or "auto": the first discrete
+  /// device, else the first integrated one, else the first software one.
   std::string gpu = "auto";
   Validation validation = Validation::build_default;
-  std::uint32_t max_entities = 4096;
-  std::uint32_t max_geometries = 1024;
-  /// How many row changes are kept for readers of older versions; one change is one written row. As many versions
-  /// before the latest are kept at the most, also of those that changed shapes alone.
+  std::uint32_t max_entities = 4096;    ///< alive at the same time; 1 to rtstdb::max_entities
+  std::uint32_t max_geometries = 1024;  ///< 1 to rtstdb::max_geometries
+  /// Number of row changes kept for readers of older versions; one change is one written row. It is also the
+  /// largest number of older versions kept. 1 to max_retained_changes.
   std::uint32_t retained_changes = 1u << 16;
-  /// Transactions waiting at once; one more is cancelled (best effort first).
+  /// Number of transactions that may wait at the same time. When the queue is full, the database cancels a
+  /// transaction (CancelledBy::full_queue), best effort first. 1 to max_queue_capacity.
   std::uint32_t queue_capacity = 256;
-  /// So long an urgent transaction that asks waits, about, for one that is being carried out: large batches are divided
-  /// into chunks, two of which are under way at a time. The first are as large as the cost model says, or small where
-  /// it knows little, each next one as the last two took, half of this. Where somebody waits, a chunk that takes longer is
-  /// halted, and the one behind it at once, as long as that throws little away: a device that is the processor itself
-  /// goes on to the end of the eight elements that each processor has begun; others do not halt. None is made smaller to take less than 0.2 ms, or 0.8 ms of which most goes with the dispatch
-  /// rather than its elements. What brings a version's structures to the device is not divided, nor what the
-  /// host does with a batch before its first chunk: up to some 30 ns for each element. Zero: nothing is, as
-  /// with a virtual clock. At most max_option_duration_ns, as spin.
+  /// Upper bound (approximate) on how long a higher-priority query waits for the running one. Large batches
+  /// are split into chunks; two chunks are in flight at a time. The cost model sizes the first chunks; each
+  /// later chunk is sized by the measured time of those before it, half of this bound per chunk.
+  /// If a higher-priority transaction waits and a chunk takes longer than predicted, the database halts it:
+  /// elements that have not started are executed later. This needs a device that shares memory with the host,
+  /// as software devices do; other devices finish the chunk. A halted chunk still finishes the elements that
+  /// it has started, up to eight per processor.
+  /// Not split, and so not covered by the bound: building the acceleration structures of a version, and
+  /// preparing a batch on the host, which takes time in proportion to its elements. Chunks are not made
+  /// shorter than 0.2 ms, or 0.8 ms where the fixed cost of a dispatch exceeds the cost of its elements.
+  /// Zero: batches are never split, as under a virtual clock. At most max_option_duration_ns.
   Nanoseconds chunk{1'000'000};
-  /// The share of each length of time that reservations may ask for together: above 0, at most 1. The rest is for what is
-  /// measured too low, and for all others.
+  /// Largest share of the engine's time that all reservations together may reserve: above 0, at most 1. The
+  /// rest covers costs that were measured too low, and transactions without a reservation.
   double max_reserved_share = 0.8;
-  /// So long, at most, one who waits for an outcome looks for it before he sleeps, and the database's thread for work: where
-  /// the processors are idle a wake-up takes longer than a small transaction. Neither does it where it does not pay, on one
-  /// processor, or with real-time priority (a waiting thread's is noticed within 10 ms). Zero: never.
+  /// Longest time that a waiting thread polls before it sleeps: in wait for an outcome, and in the engine
+  /// thread for work. Polling avoids a wake-up, which can take longer than a small transaction. A thread does
+  /// not poll where it does not pay: on a single processor, or under real-time scheduling (the priority of a
+  /// thread in wait is checked every 10 ms). Zero: never poll. At most max_option_duration_ns.
   Nanoseconds spin{30'000};
-  /// The deadline clock; null: CLOCK_MONOTONIC. Must outlive the database.
+  /// Clock of deadlines and costs; null: CLOCK_MONOTONIC. Must outlive the database.
   const Clock* clock = nullptr;
-  /// Row changes that wait for the thread that follows standing queries; allocated with the first of them. A version that finds no
-  /// room is not lost to them, but what it and those after it wrote is found at a later one (EventCause::gap).
-  std::uint32_t followed_changes = 1u << 14;
-  /// SCHED_FIFO priority of the database's threads, 0: ordinary. The driver's threads, which do the computing
-  /// on a software device, get two less. Where it is refused, Health says so.
+  /// Capacity, in row changes, of the queue from commits to the thread that evaluates standing queries;
+  /// allocated with the first standing query. When the queue is full, that thread skips versions and compares
+  /// with a later one; events found by that comparison have EventCause::gap. 1 to max_retained_changes.
+  std::uint32_t standing_queue_capacity = 1u << 14;
+  /// SCHED_FIFO priority of the database's threads: 1 to 99; 0: ordinary scheduling. The driver's threads,
+  /// which compute on a software device, get a priority lower by two, at least 1. If the operating system
+  /// refuses the priority, Health::degraded says so.
   int thread_priority = 0;
-  /// What survives; by default nothing.
+  /// What survives a crash; by default nothing.
   DurabilityOptions durability{};
 };
 
@@ -85,159 +105,197 @@ struct DeviceInfo {
 
 struct VersionInfo {
   Version version = 0;
-  WorldTime time{};  ///< from when it holds
+  WorldTime time{};  ///< the version covers world time from here on, up to the next version's time
 };
 
-/// Every submitted transaction is pending or counted once in the second group.
+/// Transactions since open. Each submitted transaction is either pending or counted once in the second group,
+/// which holds one count per final Status.
 struct TransactionCounts {
   std::uint64_t submitted = 0;
   std::uint64_t committed = 0, truncated = 0, late = 0, missed = 0, refused = 0, conflicts = 0, cancelled = 0,
                 bad_input = 0, device_lost = 0;
-  /// Firm commits that could be read only after their deadline: always 0, or the database broke its word.
+  /// Firm transactions that were published after their deadline. Always 0; anything else is a defect of the
+  /// database.
   std::uint64_t firm_late_commits = 0;
-  /// Firm commits made in time whose outcome reached its owner after the deadline: between the two the
-  /// operating system took the processor away.
-  std::uint64_t firm_handed_over_late = 0;
-  std::uint64_t hard_misses = 0;  ///< of those late: of class hard
-  /// Of those refused: writes that the log had no room for, or whose disk refuses. Group and sync alone.
+  /// Firm transactions published in time whose owner saw the outcome after the deadline, because the
+  /// operating system preempted the engine thread in between.
+  std::uint64_t firm_delivered_late = 0;
+  std::uint64_t hard_misses = 0;  ///< the hard ones among `late`
+  /// The ones among `refused` that the log refused: its ring is full or its disk fails (modes group and sync
+  /// only).
   std::uint64_t refused_by_log = 0;
 };
 
-/// Predicted over actual cost of the transactions that asked queries of one kind and were done.
+/// Ratio of predicted to actual cost, over the completed transactions whose queries are of one kind.
 struct CostPredictions {
   std::string_view kind{};
   std::uint64_t count = 0;
-  double p01 = 0.0, median = 0.0, p99 = 0.0;  ///< to 4 %, within 1/256 to 256
+  double p01 = 0.0, median = 0.0, p99 = 0.0;  ///< accurate to 4 %, clamped to 1/256 to 256
 };
 
-/// How well the scheduler foresaw.
+/// How well the scheduler predicted costs and kept deadlines, since open.
 struct SchedulerCounts {
   std::vector<CostPredictions> predictions{};
-  /// Firm transactions that were admitted by their predicted costs and carried out; those that were in time; and those
-  /// that were not, since more important ones came.
+  /// Firm transactions that were admitted by their predicted cost and started (`promised`); of these, the
+  /// ones published in time (`kept`), and the ones that missed because of transactions of higher priority
+  /// (`outranked`).
   std::uint64_t promised = 0, kept = 0, outranked = 0;
-  /// Those that stand, in the order in which they were made.
+  /// The existing reservations, in the order of their creation.
   std::vector<ReservationCounts> reservations{};
-  std::uint64_t restarts = 0;  ///< see Outcome::restarts
+  std::uint64_t restarts = 0;  ///< sum of Outcome::restarts
 };
 
-/// How the shapes of geometry that deforms came to the device so far.
+/// How the acceleration structures of deforming geometry were updated, since open.
 struct ShapeCounts {
-  std::uint64_t refits = 0;    ///< boxes made anew over the tree as it was
-  std::uint64_t rebuilds = 0;  ///< of them followed by another tree (GeometryOptions::rebuild_growth)
+  std::uint64_t refits = 0;    ///< updates that recomputed the boxes of an unchanged tree
+  std::uint64_t rebuilds = 0;  ///< refits after which the tree was rebuilt (GeometryOptions::rebuild_growth)
 };
 
 struct Health {
-  std::vector<std::string> degraded{};             ///< what the machine did not permit, in words
+  std::vector<std::string> degraded{};             ///< a sentence for each thing that the machine refused
   std::vector<std::string> validation_messages{};  ///< of the validation layer, when it is on
-  bool device_lost = false;         ///< there is none at present: what asks is answered device_lost
-  std::uint64_t device_losses = 0;  ///< so far
-  std::string device_loss{};        ///< what became of the last one, in words; empty: there was none
+  bool device_lost = false;         ///< no device at present: transactions with queries end as device_lost
+  std::uint64_t device_losses = 0;  ///< since open
+  std::string device_loss{};        ///< a sentence on the last device loss and its recovery; empty: none
 };
 
 class Database {
  public:
-  /// Errors: no_device with a sentence that says what was looked for, what was found and what to install. Where there is a directory
-  /// for what survives: file, when the disk refuses, another process has it, or what is there is damaged, with the place; capacity,
-  /// when the world that is there does not fit into the options.
+  /// Opens the device, starts the threads and, with DatabaseOptions::durability, recovers the world from the
+  /// log.
+  /// Errors:
+  ///   capacity       an option is outside its range, or the recovered world does not fit into the options
+  ///   bad_input      an option is outside its range (durations, shares, priorities, durability)
+  ///   no_device      no device fits; the message says what was requested, what was found and what to install
+  ///   file           the directory cannot be read or written, is open in another process, or is damaged; the
+  ///                  message holds the place
+  ///   out_of_memory  host or device memory
   static Result<std::unique_ptr<Database>> open(const DatabaseOptions& options);
-  /// The devices that open could choose from, in the order of their index. Empty: none, or no Vulkan at all.
+  /// The devices that open can choose from, by index. Empty: no device, or no Vulkan loader.
   static std::vector<DeviceInfo> devices();
 
-  /// As close, without an answer.
+  /// Closes the database as close() does and ignores its error. Misuse: a standing query still exists.
   virtual ~Database() = default;
 
+  /// The device in use; after a device loss, the last one opened.
   virtual const DeviceInfo& device() const noexcept = 0;
 
   // ---- setup ----
-  // Transactions wait meanwhile, also hard ones and those that only write: tens of milliseconds for a query or a small mesh, longer for large
-  // ones and to calibrate. Set up before the loop begins.
+  // Setup calls run on the engine thread, between transactions. All transactions wait for them, hard ones and
+  // ones without queries too. Finish setup before the loop begins.
 
-  /// Copies the mesh to the device and builds its structure there. Errors: what validate says; capacity; bad_input
-  /// for options that are out of their range. Where there is a log, the mesh is on disk when this returns; file, when the disk
-  /// refuses, or has not made room in the log for ten seconds.
+  /// Copies the mesh to the device and builds its bottom-level acceleration structure (BLAS; paper, Section
+  /// 4.2). Ids are assigned in ascending order. Names need not be unique. With a log, the mesh is on disk
+  /// when this returns.
+  /// Errors: those of validate; bad_input for options outside their range, and in a history (history.hpp);
+  /// capacity for more than DatabaseOptions::max_geometries or more triangles than the device can hold;
+  /// out_of_memory; device_lost, if no other device could be opened; file, if the disk fails or the log has
+  /// no room for ten seconds.
   virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                           const GeometryOptions& options) = 0;
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) {
     return add_geometry(mesh, name, {});
   }
-  /// The newest geometry of that name, also one that was there when the database was opened.
+  /// The last added geometry of that name, those recovered from the log included; empty: none.
   virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
-  /// Allocates the query's buffers and runs its pipeline once, since drivers compile at the first dispatch. Here and in
-  /// add_geometry, device_lost is an error only where another device does not take the lost one's place.
-  /// Errors: capacity, out_of_memory, device_lost; bad_input for options that contradict one another.
-  virtual Result<std::unique_ptr<RayQuery>> prepare(const RayQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<RegionQuery>> prepare(const RegionQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<NearestQuery>> prepare(const NearestQueryOptions& options) = 0;
-  virtual Result<std::unique_ptr<OverlapQuery>> prepare(const OverlapQueryOptions& options) = 0;
-  /// Registers a standing query: the membership in the latest version or a later one, and from then on who comes and goes. Errors:
-  /// bad_input for a question that one-shot queries refuse too or that nobody can be in for any time, for a carrier or an excluded entity
-  /// that does not live, for k or a ring's capacity out of range; out_of_memory.
+  /// Allocates the query's buffers and dispatches its kernels once, since drivers compile at the first
+  /// dispatch.
+  /// Errors: capacity, if a count is 0 or above its limit (limits.hpp); bad_input for options that contradict
+  /// one another; out_of_memory; device_lost, if no other device could be opened.
+  template <class Options>
+  Result<std::unique_ptr<typename Options::Prepared>> prepare(const Options& options) {
+    auto query = prepare_query(options);
+    if (!query) return query.error();
+    return std::unique_ptr<typename Options::Prepared>(
+        static_cast<typename Options::Prepared*>(query.value().release()));
+  }
+  /// Registers a standing query (standing.hpp). Its first events list the members in the latest version or a
+  /// later one; from then on an event follows for each entity that enters or exits.
+  /// Errors: bad_input for values that a one-shot query refuses too, for a region or radius that no entity
+  /// can be within for any length of time, for a carrier or an excluded entity that does not exist, for k or
+  /// ring_capacity outside its range; out_of_memory.
   virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& asked,
                                                        const StandingOptions& options) = 0;
   virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& asked,
                                                        const StandingOptions& options) = 0;
   virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& asked,
                                                        const StandingOptions& options) = 0;
-  /// Throws std::bad_alloc where memory runs out.
+  /// A transaction with room for as many operations as the options say. Throws std::bad_alloc if memory runs
+  /// out.
   virtual std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) = 0;
-  /// Carries out a transaction that is declared and not submitted some times on the world as it stands, with parts of its
-  /// batches and whole, to learn what it costs; publishes nothing, but version numbers are used up where it writes.
-  /// Afterwards it is declared as it was, and what its queries answer is not to be used. Nothing under a virtual clock.
-  /// Errors: bad_input for what would be its outcome, also for a conflict; device_lost.
+  /// Measures what a transaction costs, so that admission control can predict it. Executes a transaction that
+  /// is declared and not submitted several times on the latest version, with parts of its batches and whole.
+  /// Nothing is published, but version numbers are used up if it writes. Afterwards the transaction is
+  /// declared as before; the contents of its queries' answers are unspecified. Does nothing under a virtual
+  /// clock.
+  /// Errors: bad_input, if the transaction would end as bad_input or conflict; device_lost.
   virtual Result<void> calibrate(Transaction& transaction) = 0;
 
-  /// Keeps time free for transactions that name it (reservation.hpp), until it is destroyed. Calibrate what is dear first:
-  /// the longest piece of work that can not be interrupted is a chunk with the largest build of structures, or a commit of
-  /// as many rows, as was measured until now. Transactions wait meanwhile.
-  /// Errors: bad_input for options out of their range; capacity, with the sums, when it can not be kept beside those that
-  /// stand, and where DatabaseOptions::chunk is zero, so that no piece has an end.
+  /// Reserves engine time for the transactions that name the reservation (reservation.hpp), until it is
+  /// destroyed. Calibrate expensive transactions first: the test of feasibility counts the longest piece of
+  /// work that cannot be preempted, as measured so far (a chunk with the largest build of acceleration
+  /// structures, or a commit of as many rows).
+  /// Errors: bad_input for options outside their range; capacity, with the sums, if the reservation is not
+  /// feasible beside the existing ones, if max_reservations exist, and if DatabaseOptions::chunk is zero,
+  /// since then the longest piece has no bound.
   virtual Result<std::unique_ptr<Reservation>> reserve(const ReservationOptions& options) = 0;
 
   // ---- tick ----
-  /// Hands the transaction over and returns at once. Its outcome is final when its status says so.
+  /// Queues the transaction and returns at once. The outcome is final when Transaction::status() is neither
+  /// idle nor pending. Misuse: a transaction that was not begun since its last outcome, or of another
+  /// database.
   virtual void submit(Transaction& transaction) noexcept = 0;
-  /// Waits for the outcome of a submitted transaction.
+  /// Blocks until a submitted transaction has its outcome. One thread at a time for each transaction.
   virtual const Outcome& wait(Transaction& transaction) noexcept = 0;
+  /// submit and wait.
   const Outcome& execute(Transaction& transaction) noexcept {
     submit(transaction);
     return wait(transaction);
   }
-  /// Asks that a submitted transaction come to nothing. From any thread, which sees to it that the transaction is there
-  /// during the call. One that waits is cancelled at once, one that is being carried out between two chunks or before it
-  /// is published; whoever comes later changes nothing. Whichever it is, the transaction has one outcome.
+  /// Requests the cancellation of a submitted transaction and returns at once. Any thread may call it; the
+  /// caller keeps the transaction alive during the call. A waiting transaction is cancelled at once; a
+  /// running one at its next preemption point, or before it is published. A request that comes later, or for
+  /// a transaction that is not pending, has no effect. The transaction has one outcome in any case.
   virtual void cancel(Transaction& transaction) noexcept = 0;
+  /// The latest published version. Version 0, the empty world, holds from -max_world_time_ns on.
   virtual VersionInfo latest() const noexcept = 0;
-  /// Every version up to this one is on disk, or came to nothing. Without a log: 0.
+  /// Every published version up to this one is on disk. Without a log: 0.
   virtual Version durable() const noexcept = 0;
 
-  // ---- what survives
-  /// Sees to it that a version gets to the disk soon and waits for that, so long at most. False: it is not there, see durability().
-  /// Any thread; blocks.
-  virtual bool wait_until_durable(Version version, Nanoseconds at_most) noexcept = 0;
+  // ---- durability ----
+  /// Requests that a version be written to disk now, and blocks until it is there or the timeout `timeout`
+  /// has passed.
+  /// False: it is not on disk; durability() says why. Without a log: false. Any thread.
+  virtual bool wait_until_durable(Version version, Nanoseconds timeout) noexcept = 0;
   virtual Durability durability() const = 0;
-  /// What was found when the database was opened.
+  /// What open found in the log's directory.
   virtual const Recovery& recovery() const noexcept = 0;
-  /// Lets the transaction that runs finish, cancels all that wait, writes down what is left to write and ends the log. From then on
-  /// transactions are cancelled at once, and setup and looking into versions are misuse. Errors: file, when the disk refuses; what
-  /// durable() says is safe all the same. Again: does nothing. The log's directory is another database's to open once this one
-  /// is destroyed.
+  /// Waits for the running transaction, cancels all waiting ones (CancelledBy::closing), writes the rest of
+  /// the log and closes it. From then on, submitted transactions are cancelled at once; setup calls and
+  /// snapshot are misuse; standing queries have failed. The log's directory can be opened again only after
+  /// this database is destroyed. A second call has no effect.
+  /// Errors: file, if the disk fails; versions up to durable() are on disk all the same.
   virtual Result<void> close() = 0;
 
-  // ---- looking in from outside the tick ----
-  /// All entities of a version, by ascending index. Errors: bad_input when the version is unknown or no
-  /// longer kept; out_of_memory.
+  // ---- inspection, not for the tick ----
+  /// All entities of a version, by ascending index. Errors: bad_input if the version is unknown or no longer
+  /// kept; out_of_memory.
   virtual Result<std::vector<EntityState>> snapshot(const ReadAt& read_at) const = 0;
-  /// As it stands in the latest version; empty: there is no such geometry. Throws std::bad_alloc where memory runs out.
+  /// The mesh with its shape in the latest version; empty: no such geometry. Throws std::bad_alloc if memory
+  /// runs out.
   virtual std::optional<TriangleMesh> geometry(GeometryId id) const = 0;
-  /// As it stands in a version. Errors: bad_input when there is no such geometry, when the version is unknown, or
-  /// when a shape of geometry that deforms is no longer kept for it; out_of_memory.
+  /// The mesh with its shape in a version. Errors: bad_input if there is no such geometry, if the version is
+  /// unknown, or if the shape of a deforming geometry is no longer kept for that version; out_of_memory.
   virtual Result<TriangleMesh> geometry(GeometryId id, const ReadAt& read_at) const = 0;
   virtual TransactionCounts counts() const noexcept = 0;
   virtual SchedulerCounts scheduler_counts() const = 0;
   virtual ShapeCounts shape_counts() const noexcept = 0;
   virtual StandingCounts standing_counts() const noexcept = 0;
   virtual Health health() const = 0;
+
+ private:
+  /// A query of the options' class.
+  virtual Result<std::unique_ptr<Query>> prepare_query(const AnyQueryOptions& options) = 0;
 };
 
 }  // namespace rtstdb

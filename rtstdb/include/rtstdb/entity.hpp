@@ -2,11 +2,13 @@
 // An entity: a row that is a function of time (paper, Section 5, Table 1, plus the instant from which the
 // motion holds).
 //
-// Frames: "world" is right-handed, metres. "entity" is the frame its geometry is given in; its origin is the
-// centre of rotation. A point of the entity stands at time t at
+// Frames: "world" is right-handed, metres. "entity" is the frame of the entity's geometry; its origin is the
+// centre of rotation. At time t, the point p_entity of the entity is at
 //     p_world(t) = p + v (t - valid_from) + R(exp(w (t - valid_from)) q) (scale * p_entity)
-// with w in the world frame (rad/s). Rotation is exact, not the paper's Euler step (which turns 2 atan(w dt /
-// 2)).
+// with w in the world frame (rad/s). The rotation is exact (exponential map). The paper's forward Euler step
+// (Equation 1) instead turns by 2 atan(w dt / 2).
+//
+// Threads: pure functions and plain data.
 
 #include <glm/ext/quaternion_double.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -19,11 +21,13 @@
 
 namespace rtstdb {
 
-/// Numbers the commits with writes, ascending; 0 is the empty database. A number whose transaction came to
-/// nothing after it had begun is not given again, unless the process died before it was told of in the log.
+/// Number of a commit with writes, ascending; 0 is the empty world. A transaction that fails after its number
+/// was assigned uses the number up; only a crash before the log records that makes the number available
+/// again.
 using Version = std::uint64_t;
 
-/// Names an entity for good: `index` is re-used after a delete, `generation` is not. Default: no entity.
+/// Identifies an entity permanently: a later entity may have the same `index`, but then another `generation`.
+/// Default: no entity.
 struct EntityId {
   std::uint32_t index = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t generation = 0;
@@ -31,42 +35,45 @@ struct EntityId {
   auto operator<=>(const EntityId&) const = default;  // NOLINT(modernize-use-nullptr): no pointer
 };
 
+/// Identifies a geometry: the first one added has index 0. Default: no geometry.
 struct GeometryId {
   std::uint32_t index = std::numeric_limits<std::uint32_t>::max();
   bool valid() const noexcept { return index != std::numeric_limits<std::uint32_t>::max(); }
   auto operator<=>(const GeometryId&) const = default;
 };
 
+/// Position, orientation and constant velocities. Limits: max_coordinate_m, max_speed_mps,
+/// max_angular_rate_radps, max_world_time_ns.
 struct Motion {
-  glm::dvec3 p_world_m{0.0};
-  glm::dquat q_world{1.0, 0.0, 0.0,
-                     0.0};  ///< entity -> world; w first; normalised on entry, a zero quaternion is refused
+  glm::dvec3 p_world_m{0.0};  ///< of the entity's origin, at valid_from
+  /// Entity frame to world frame, at valid_from; w first. Normalised on write; a zero quaternion is refused.
+  glm::dquat q_world{1.0, 0.0, 0.0, 0.0};
   glm::dvec3 v_world_mps{0.0};
   glm::dvec3 w_world_radps{0.0};
-  WorldTime valid_from{};
+  WorldTime valid_from{};  ///< instant of p_world_m and q_world; any instant, also after the version's time
 };
 
-/// Mask bits decide who sees whom: a query sees an entity when (query mask & entity mask) != 0.
+/// A query considers an entity if (query mask & entity mask) != 0.
 inline constexpr std::uint32_t mask_all = 0xFFFFFFFFu;
 
 struct EntityRow {
-  GeometryId geometry{};  ///< invalid: nothing to be seen or touched, but the entity may carry queries
-  glm::dvec3 scale{1.0};  ///< per axis of the entity frame, positive
+  GeometryId geometry{};  ///< invalid: no query finds the entity, but it may carry queries
+  glm::dvec3 scale{1.0};  ///< for each axis of the entity frame; min_scale to max_scale
   std::uint32_t mask = mask_all;
-  std::uint32_t material = 0;  ///< the caller's number, handed back with hits
+  std::uint32_t material = 0;  ///< any number of the caller's; part of each hit
   Motion motion{};
 };
 
-/// Where an entity is at one instant.
+/// Position and orientation (entity frame to world frame) of an entity at one instant.
 struct Pose {
   glm::dvec3 p_world_m{0.0};
   glm::dquat q_world{1.0, 0.0, 0.0, 0.0};
 };
 
-/// The row read at time t. Defined for every t; in double precision.
+/// The pose at time t, before and after valid_from alike. Double precision.
 Pose pose_at(const Motion& motion, WorldTime t) noexcept;
 
-/// The same motion written down from `t` on: pose_at gives the same poses for both.
+/// The same motion with valid_from = t: pose_at gives the same poses for both, up to rounding.
 Motion rebased(const Motion& motion, WorldTime t) noexcept;
 
 }  // namespace rtstdb

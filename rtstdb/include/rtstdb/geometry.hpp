@@ -1,6 +1,10 @@
 #pragma once
-// Triangle geometry: from files, from procedural shapes, or from the caller. Entities move; a geometry stays as
-// it is, unless it was added as one that deforms: then its corners move by Transaction::update_geometry.
+// Triangle geometry: from files, from procedural shapes, or from the caller. Entities move. The geometry of
+// an entity does not change, unless it was added as deforming: then Transaction::update_geometry moves its
+// positions.
+//
+// Threads: all functions are pure except load_mesh, which reads files; any thread. They allocate: not for the
+// tick.
 
 #include <glm/ext/vector_double3.hpp>
 #include <glm/ext/vector_float3.hpp>
@@ -14,59 +18,66 @@
 
 namespace rtstdb {
 
-/// Entity frame, metres. A triangle's front is the side from which its corners run counter-clockwise.
+/// Entity frame, metres. Seen from its front, the corners of a triangle are in counter-clockwise order.
 struct TriangleMesh {
   std::vector<glm::vec3> positions_m{};
   std::vector<glm::uvec3> triangles{};
 };
 
+/// Axis-aligned box, metres.
 struct Bounds {
   glm::vec3 minimum_m{0.0f};
   glm::vec3 maximum_m{0.0f};
 };
 
 struct GeometryOptions {
-  /// Its corners may move, its triangles stay. It takes about 200 bytes a triangle on the device, where one that stays
-  /// takes 56.
+  /// Its positions may change; its triangles stay. It takes about 200 bytes for each triangle on the device;
+  /// other geometry takes 56.
   bool deforms = false;
-  /// How many shapes are kept, the newest among them, for queries that read older versions; one is 12 bytes a
-  /// position on the host. 1 to max_kept_shapes. For deforming ones, as all below.
-  std::uint32_t kept_shapes = 2;
-  /// The tree over its triangles stays while boxes are made anew. Where what it costs a ray, by the surface area
-  /// heuristic and beside what its triangles cost by themselves, has grown by more than this factor since it was
-  /// built, another one is built at once, which takes about ten times as long. At least 1; infinity: never.
+  /// Deforming geometry: number of shapes kept for queries at older versions, the newest included. A shape
+  /// takes 12 bytes for each position on the host. 1 to max_retained_shapes.
+  std::uint32_t retained_shapes = 2;
+  /// Deforming geometry: when the tree is rebuilt. A new shape refits the boxes of the existing tree. If the
+  /// cost of the tree by the surface area heuristic, relative to the cost of its triangles alone, has grown
+  /// by more than this factor since the tree was built, it is rebuilt at once, which takes about ten times as
+  /// long as a refit. At least 1; infinity: never.
   float rebuild_growth = 1.5f;
 };
 
-/// Refuses: no triangle, an index past the positions, NaN or infinite coordinates, coordinates beyond
-/// limits.hpp, a mesh whose triangles are all degenerate (bad_input); more than max_triangles_total triangles
-/// (capacity). The error names the triangle and its values. Single degenerate triangles (no area in double
-/// precision) among good ones are allowed: no ray ever hits them.
+/// Checks that a mesh can be added. Triangles without area (in double precision) are allowed beside others;
+/// no ray hits them.
+/// Errors: bad_input for a mesh without triangles, an index beyond the positions, a coordinate that is not
+/// finite or beyond max_coordinate_m, and a mesh whose triangles all have no area; capacity for more than
+/// max_triangles_total triangles. The message names the triangle and its values.
 Result<void> validate(const TriangleMesh& mesh);
 
-/// Box of all positions used by triangles, exact. The mesh has passed validate (misuse asserts).
+/// Bounds of the positions that triangles use, exact. Misuse: a mesh without triangles.
 Bounds bounds_of(const TriangleMesh& mesh);
 
-/// Reads OBJ, STL (text and binary), PLY, glTF 2 or GLB 2, told apart by the extension. All meshes of the file
-/// become one: node transforms applied (a mirroring one keeps fronts outside), polygons of up to
-/// max_polygon_corners triangulated, points, lines, materials and textures left out, corners neither welded
-/// nor sorted, axes as the file has them. `scale` multiplies coordinates (files in millimetres: 0.001) and
-/// must be positive. Errors: ErrorCode::file with the path, the place and the fault, among them a face of
-/// fewer than three corners, an index beyond the positions, an STL file whose count contradicts its size, data
-/// behind the last element of a PLY file, and in glTF a required extension that changes geometry, a primitive
-/// without positions, positions that are not floats, sparse accessors, a node with two parents, a transform
-/// with too few or too many numbers, and JSON that nests more than 100 levels deep (nodes may nest as deep as
-/// the file has nodes); then the errors of validate, with the path.
+/// Reads OBJ, STL (text and binary), PLY, glTF 2 or GLB 2; the file's extension says which. All meshes of the
+/// file are merged into one. Node transforms are applied (a mirroring one keeps fronts outside). Polygons of
+/// up to max_polygon_corners corners are triangulated. Points, lines, materials and textures are ignored.
+/// Corners are neither merged nor sorted; axes are those of the file. `scale` multiplies coordinates (files
+/// in millimetres: 0.001); it must be positive.
+/// Errors: file, with the path, the place and the fault. Among the faults are a face of fewer than three
+/// corners, an index beyond the positions, an STL file whose count contradicts its size, data after the last
+/// element of a PLY file, and in glTF: a required extension that changes geometry, a primitive without
+/// positions, positions that are not floats, sparse accessors, a node with two parents, a transform with too
+/// few or too many numbers, and JSON nested more than 100 levels deep (nodes may nest as deep as the file has
+/// nodes). Then the errors of validate, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
 
-/// Closed surfaces with outward fronts, centred on the origin. Sizes are full extents in metres, finite and
-/// positive (misuse asserts).
+/// Shapes centred on the origin. All but the rectangle are closed, with their fronts outside. Misuse: a size
+/// that is not finite and positive, and counts outside their range.
+/// A box with these edge lengths.
 TriangleMesh make_box(const glm::dvec3& size_m);
-/// The prism whose corners lie on the cylinder; axis along z. 4 * segments triangles, segments >= 3.
+/// A prism whose corners lie on the cylinder; its axis is z. 4 * segments triangles; segments from 3 to
+/// max_triangles_total / 4.
 TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segments = 32);
-/// A subdivided icosahedron, 20 * 4^subdivisions triangles; corners lie on the sphere; subdivisions <= 10.
+/// A subdivided icosahedron whose corners lie on the sphere. 20 * 4^subdivisions triangles; at most 10
+/// subdivisions.
 TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions = 3);
-/// An open rectangle in z = 0, front up.
+/// Two triangles in the plane z = 0, with their front toward +z.
 TriangleMesh make_rectangle(double size_x_m, double size_y_m);
 
 }  // namespace rtstdb

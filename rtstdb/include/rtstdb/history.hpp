@@ -1,14 +1,18 @@
 #pragma once
-// The past of a world that has a log (durability.hpp): any query as of any time or version that the log tells of, also long after the
-// process that wrote it has ended, and beside one that is writing it. Nothing in the directory is changed.
+// History: any query AS OF a past time or version that a log holds (durability.hpp), also after the process
+// that wrote the log has ended, and while another process writes it. Nothing in the directory is changed.
 //
-// A history is a Database that holds a stretch of the past: a version and all that came behind it up to another one. Transactions ask
-// it as they ask any, at ReadAt::pinned and ReadAt::as_of; answers are those that were given then, or would have been given: the same
-// versions, ids and rows, bit for bit. What a live database still keeps is asked for there, without a log.
+// A history is a Database that holds a range of versions of a log: a first version and all later ones up to a
+// last one. Transactions read it with ReadAt::pinned and ReadAt::as_of, as in a live database. Answers are
+// those that the live database gave or would have given: the same versions, ids and rows, bit for bit.
+// Versions that a live database still keeps can be read there, without a log.
 //
-// What differs: whatever writes is refused (RefusedBy::read_only), and so is add_geometry. ReadAt::latest is the stretch's last version.
-// Reading as of a time at which that did not hold any more, or may not have, is refused (BadInputReason::beyond_history); a query pinned to a version may ask
-// at later times, as everywhere, and is answered by the motions that were known then.
+// Differences from a live database:
+//   - Transactions with writes are refused (RefusedBy::read_only), and so is add_geometry.
+//   - ReadAt::latest is the last version of the range.
+//   - Reading AS OF a time that the last version does not cover, or may not cover, is refused
+//     (BadInputReason::beyond_history). A query at a pinned version may have later times, as everywhere; its
+//     answer follows from the motions known in that version.
 //
 // Threads: both functions are setup: they read files, allocate and block.
 
@@ -23,43 +27,48 @@
 namespace rtstdb {
 
 struct HistoryOptions {
-  /// Where the log is.
+  /// The log's directory.
   std::filesystem::path directory{};
-  /// The stretch: the version that was the latest at a time, or a numbered one; ReadAt::latest is the log's last for `to`, and for
-  /// `from` the same as `to`. Each row change in it takes about 200 bytes of memory, each shape its positions.
+  /// First and last version of the range, by number or by time (the version that covers it). ReadAt::latest:
+  /// for `to` the last version of the log, for `from` the same version as `to`. Each row change in the range
+  /// takes about 200 bytes of memory, each shape its positions.
   ReadAt from{};
   ReadAt to{};
-  /// A damaged log is read up to the version before the damage; of its time and later ones nothing can be asked AS OF, for what comes
-  /// behind may be of the same time. Else a stretch that comes to the damage is refused.
+  /// Reads a damaged log up to the version before the damage. The time of that version and later times cannot
+  /// be read AS OF, since lost versions may cover them. False: a range that reaches the damage is refused.
   bool salvage = false;
-  /// As in DatabaseOptions.
+  /// Device and validation as in DatabaseOptions.
   std::string gpu = "auto";
   Validation validation = Validation::build_default;
 };
 
-/// What a log tells of.
+/// The versions that a log holds.
 struct HistoryExtent {
   std::uint64_t database_id = 0;  ///< see Durability
-  /// The first version that can be had: 0, the empty world, or that of the oldest checkpoint where older segments were taken away.
+  /// The first readable version: 0, the empty world, or the version of the oldest checkpoint if older
+  /// segments were removed (DurabilityOptions::prune).
   VersionInfo first{};
   VersionInfo last{};
-  std::uint64_t commits = 0;  ///< each with a version of its own
+  std::uint64_t commits = 0;  ///< each makes one version
   struct Gap {
     Version first = 0, last = 0;
   };
-  /// Versions that were not recorded, since the disk was slower than they came. No stretch leads over them.
+  /// Versions that were not recorded because the disk was too slow. A range cannot span a gap.
   std::vector<Gap> gaps{};
-  bool closed = false;   ///< the log was ended on purpose: nothing came behind `last`
-  std::string damage{};  ///< salvage: what is wrong, in words; empty: nothing
+  bool closed = false;   ///< the log was closed by close(): no version follows `last`
+  std::string damage{};  ///< salvage: a sentence on the damage; empty: none
 };
 
-/// Reads the whole log and its meshes, but not its worlds. Errors: file for a directory without a database, and for what a recovery refuses (damage,
-/// with its place); out_of_memory.
+/// Reads the whole log and its meshes. `salvage`: as in HistoryOptions.
+/// Errors: file for a directory without a log, for a read error, and for damage (with its place) unless
+/// salvaged; out_of_memory.
 Result<HistoryExtent> history_extent(const std::filesystem::path& directory, bool salvage = false);
 
-/// Errors: file and no_device as Database::open has them; bad_input for a stretch that is not in the log (with what it has), leads over a
-/// gap, or ends before it begins; capacity for one with more changes or shapes than a database can keep (max_retained_changes,
-/// max_kept_shapes).
+/// Opens a range of a log as a database that cannot be written.
+/// Errors: file and no_device as in Database::open; bad_input for a range that the log does not hold (the
+/// message says what it holds), that spans a gap, or that ends before it begins; capacity for a range with
+/// more row changes or shapes than a database can keep (max_retained_changes, max_retained_shapes);
+/// out_of_memory.
 Result<std::unique_ptr<Database>> open_history(const HistoryOptions& options);
 
 }  // namespace rtstdb

@@ -1,22 +1,24 @@
 #pragma once
-// Prepared queries (paper, Section 4 and Table 2). A caller prepares a query once, with its capacity; in the
-// tick it fills the query's input span and adds the query to a transaction; after the transaction the answers
-// stand in the output span.
+// Prepared queries (paper, Section 4.3 and Table 2). The caller prepares a query once, with its capacity. In
+// the tick it fills the query's input span and adds the query to a transaction. When the transaction has
+// completed, the output span holds the answers.
 //
-// Common rules
-//   frame      world, right-handed, metres, unless the query is carried by an entity
-//   time       every element has its own WorldTime. None may be before the version's own time, and those of
-//              one batch (the elements of one query in one transaction) span at most max_query_window_ns;
-//              else the transaction is refused (BadInput: time_not_covered, window_too_long). A query that
-//              ignores motion uses the version's time. Where the times of all queries of a transaction span
-//              more, the queries are executed in several groups, each with its own structures, which costs
-//              more
+// Rules for all queries
+//   frame      world, right-handed, metres, unless the query element names a carrier
+//   time       Every element has its own WorldTime. No time may be before the version's time, and the times
+//              of one batch (the elements of one query in one transaction) may span at most
+//              max_query_window_ns; otherwise the transaction ends as bad_input (time_not_covered,
+//              window_too_long). A query that ignores motion uses the version's time. If the times of all
+//              queries of a transaction span more than that, the queries are executed in several groups, each
+//              with its own acceleration structures, which costs more.
 //   ties       lowest entity index first, then lowest triangle index
-//   order      answers do not depend on the order of the batch nor on how it was split. Boxes fit the span of a batch's times:
-//              of regions and nearest, close to the device's limits, that may decide whether a search is cut short, and what an
-//              incomplete answer lists. Rays have no such limit
-//   threads    a query belongs to one transaction at a time; between submit and completion the caller
-//              leaves it alone
+//   order      An answer depends neither on the order of the batch nor on its division into chunks, with one
+//              exception: bounds enclose the motion over the times of the whole batch, so close to the
+//              device's limits these times can decide whether a region or nearest search is incomplete, and
+//              what its answer lists. Ray searches have no such limit.
+//   capacity   exceeded capacities are flagged in the answer, never silent
+//   threads    A query belongs to one transaction at a time. From submit to the outcome, the caller neither
+//              writes its input span nor reads its answers.
 //   lifetime   a query must not outlive its Database
 
 #include <glm/ext/quaternion_float.hpp>
@@ -27,63 +29,73 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <variant>
 
 #include <rtstdb/entity.hpp>
 
 namespace rtstdb {
 
-/// What a query's spans hold when its transaction was not done in time. A transaction may ask queries with different ones.
+/// What a query's answers are when its transaction does not complete in time. The queries of one transaction
+/// may have different policies.
 enum class LatePolicy : std::uint8_t {
-  /// Answers of transactions that were done, late or not; else none.
+  /// Answers only of completed transactions (Outcome::done), late ones included; otherwise none.
   discard,
-  /// Those, and when a transaction comes to nothing, for whatever reason, the answers of the last one that was done stay:
-  /// Outcome::stale, and answer_info() says how old they are. Takes twice the memory for answers.
+  /// As discard, and if a transaction does not complete, for whatever reason, the answers of the last
+  /// completed one remain: Outcome::stale is set, and answer_info() tells their age. Needs twice the memory
+  /// for answers.
   last_good,
-  /// In a transaction without writes: what could be answered by the deadline. When all that is left to be answered are
-  /// queries of this kind, the transaction ends when it would else pass its deadline, whatever its class: it is done, and
-  /// truncated (Outcome::partial). A firm one that passes it nevertheless, or still has others to answer, is missed, and
-  /// the elements that were answered by then stand, with those of long searches that were answered while it passed. Queries
-  /// are answered in the order in which they were asked. Elements without an answer are marked as incomplete. Batches are
-  /// divided as usual (DatabaseOptions::chunk), and this is looked at between chunks: of a batch that is not divided, all is
-  /// answered or nothing. Never under a virtual clock. In a transaction with writes as discard: there is no version that
-  /// they could be answers to.
+  /// In a transaction without writes: the elements answered by the deadline. When only queries with this
+  /// policy are left to execute and the next chunk would pass the deadline, the transaction ends, whatever
+  /// its class: it completes as truncated (Outcome::partial). A firm transaction that passes its deadline
+  /// nevertheless, or has other queries left, is missed; the elements answered by then keep their answers,
+  /// and so do long searches that completed meanwhile. Queries are executed in the order in which they were
+  /// added. Elements without an answer are marked incomplete. The deadline is checked between chunks
+  /// (DatabaseOptions::chunk): a batch that is not split is answered whole or not at all. Has no effect under
+  /// a virtual clock. In a transaction with writes it acts as discard, since no version exists that the
+  /// answers could belong to.
   partial,
 };
 
-/// Whose answers a query's spans hold.
+/// Which transaction the answers in a query's spans come from.
 struct AnswerInfo {
-  std::uint32_t elements = 0;  ///< that the spans are about; 0: none
-  std::uint32_t missing = 0;   ///< of them, those marked as incomplete, for whatever reason
-  Version version = 0;         ///< the version that was asked
+  std::uint32_t elements = 0;  ///< number of elements with answers in the spans; 0: none
+  std::uint32_t missing = 0;   ///< those among them that are marked incomplete
+  Version version = 0;         ///< the version that was queried
   WorldTime version_time{};
-  ClockTime published{};  ///< when they could first be read; zero where the transaction was missed
-  bool stale =
-      false;  ///< LatePolicy::last_good: the last transaction came to nothing, they are of one before
-  Nanoseconds age{0};  ///< stale: from `published` until that transaction ended
+  ClockTime published{};  ///< when the answers were published; zero if the transaction was missed
+  /// LatePolicy::last_good: the last transaction did not complete; the answers are of an earlier one.
+  bool stale = false;
+  Nanoseconds age{0};  ///< stale: from `published` to the end of the last transaction
 };
 
-/// What all prepared queries can tell.
+/// Base of all prepared queries. Made by Database::prepare.
 class Query {
  public:
   virtual ~Query() = default;
-  /// After the outcome of a transaction that asked the query, until it is submitted again.
+  /// Valid from the outcome of a transaction with the query until the query is submitted again.
   virtual const AnswerInfo& answer_info() const noexcept = 0;
 };
 
 // ---- ray
 
+class RayQuery;
+
 enum class RayMode : std::uint8_t {
   closest,  ///< the hit with the smallest lambda
-  any,      ///< whether anything is hit: `status` alone is filled
+  any,      ///< whether anything is hit; only `status` is set
   first,    ///< the hits_per_ray hits with the smallest lambdas, in that order
 };
 
-/// Points on the ray: origin + lambda * direction, lambda in [lambda_min, lambda_max], where 0 <= lambda_min <=
-/// lambda_max. The direction need not be unit; its largest component is between 1e-15 and 1e15. With a carrier, origin and direction are given in the carrier's frame (unscaled) and move with
-/// it: the ray starts where the carrier is at `t`, and its origin's velocity takes part in `v_relative`.
-/// A triangle that a ray meets at an edge or a corner alone, or in whose plane it runs, is hit or not as rounding has it; between triangles
-/// that share an edge none slips through. One without area is hit by nobody. Ties are those of lambdas as single precision has them; a
-/// range that begins or ends at the lambda of a hit holds that hit.
+/// A ray at one instant: the points origin_m + lambda * direction with lambda in [lambda_min, lambda_max],
+/// where 0 <= lambda_min <= lambda_max. The direction need not have unit length; its largest component must
+/// be between 1e-15 and 1e15. With a carrier, origin and direction are in the carrier's frame (unscaled) and
+/// move with it: the ray starts at the carrier's pose at time `t`, and `v_relative_mps` subtracts the
+/// velocity of the moving origin.
+/// Precision: a range that begins or ends at the lambda of a hit includes that hit. Rays do not pass between
+/// triangles that share an edge. Rounding decides whether a ray hits a triangle that it meets only at an edge
+/// or a corner, or in whose plane it lies. No ray hits a triangle without area. Ties are of lambdas in single
+/// precision.
+/// Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", 2013.
 struct alignas(16) Ray {
   glm::vec3 origin_m{0.0f};
   glm::vec3 direction{1.0f, 0.0f, 0.0f};
@@ -94,13 +106,13 @@ struct alignas(16) Ray {
   EntityId carrier{};  ///< default: none, the ray is in the world frame
 };
 
-/// Which sides of triangles are hit.
+/// Which sides of triangles a ray hits.
 enum class Faces : std::uint8_t { both, front, back };
 
 enum class HitStatus : std::uint32_t {
   miss = 0,
   hit = 1,
-  incomplete = 2,  ///< the search was cut short: no answer may be drawn from it
+  incomplete = 2,  ///< the search did not complete: neither a hit nor a miss follows from it
 };
 
 struct RayHit {
@@ -110,73 +122,78 @@ struct RayHit {
   EntityId entity{};           ///< invalid on a miss
   std::uint32_t mask = 0;      ///< the entity's
   std::uint32_t material = 0;  ///< the entity's
-  std::uint32_t triangle = 0;
-  bool front_face = false;  ///< the ray came from the triangle's front
-  glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the side of the triangle's front
-  glm::vec3 v_relative_mps{
-      0.0f};  ///< world frame: velocity of the hit point minus velocity of the ray's origin
+  std::uint32_t triangle = 0;  ///< index in the mesh of the entity's geometry
+  bool front_face = false;     ///< the ray came from the triangle's front
+  glm::vec3 n_world{0.0f};     ///< unit geometric normal, on the front side of the triangle
+  /// World frame: velocity of the hit point, minus that of the ray's origin.
+  glm::vec3 v_relative_mps{0.0f};
 };
 
 struct RayQueryOptions {
-  std::string name{};  ///< shown in reports
-  std::uint32_t capacity = 0;
+  using Prepared = RayQuery;
+  std::string name{};          ///< for reports and error texts
+  std::uint32_t capacity = 0;  ///< rays in a batch: 1 to max_rays_per_query
   RayMode mode = RayMode::closest;
   std::uint32_t hits_per_ray = 1;  ///< RayMode::first: 1 to max_hits_per_ray; else 1
   Faces faces = Faces::both;
-  /// True: every entity stands still at its pose of the version's time, whatever the rays' times (the paper's
-  /// "temporal unaware" case). Carriers too. v_relative_mps is still made of the rows' velocities, at those
-  /// poses.
+  /// True: every entity, carriers included, stays at its pose at the version's time, whatever the times of
+  /// the rays (the paper's "temporal unaware" case, Section 6). v_relative_mps still follows from the
+  /// velocities of the rows.
   bool ignore_motion = false;
   LatePolicy late = LatePolicy::discard;
 };
 
-/// Rays and hits lie in memory of the host that the device reads and writes where it can: nothing is copied on the
-/// way. They stay where they are as long as the query lives.
-/// A search takes as long as it takes, in several dispatches if need be, and between them others run and deadlines are looked
-/// at. It is cut short (HitStatus::incomplete) by LatePolicy::partial; in a tree of more than 96 levels, which nobody has
-/// seen; and where such searches stand in the midst of one another, each more urgent than the one before, and others yet ask
-/// again and again for something else. Kept for them are, from the least urgent one on, the shapes of geometry that
-/// deforms of one, and versions and times of three, or of one in a world of more than 131,072 entities.
-/// Order: no answer depends on it. On a device whose subgroups have eight lanes, as lavapipe's have with 256 bits, nearest
-/// hits and RayMode::any take less time where eight neighbours in the batch, the first eight and so on, have one origin and
-/// carrier and run within 0.04 rad, as in the rows of a camera.
+/// Closest, any or first hits of rays (paper, Ray-Tracing Query; traversal as in Section 5.2).
+/// Memory: rays and hits are in host memory that the device reads and writes directly, if it can; the spans
+/// stay at their addresses for the lifetime of the query.
+/// Incomplete hits: a search may take several dispatches, with preemption points between them. It is
+/// incomplete only in these cases: LatePolicy::partial ended the transaction; a tree has more than 96 levels;
+/// or a chain of searches preempted one another, each of higher priority, and later transactions used up the
+/// slots that keep the world of a preempted search. There are slots for the shapes of deforming geometry of
+/// one preempted search, and for the versions and times of three, or of one in a world of more than 131,072
+/// entities, for the lowest priorities first.
+/// Performance: on a device with subgroups of eight lanes (lavapipe with 256 bits), RayMode::closest and
+/// RayMode::any are faster if each eight neighbours in the batch (elements 0 to 7 and so on) have the same
+/// origin and carrier and directions within 0.04 rad, as in the rows of a camera.
 class RayQuery : public Query {
  public:
-  virtual std::span<Ray> rays() noexcept = 0;  ///< capacity elements, the caller's to fill
-  /// Of as many rays as the last transaction asked for, hits_per_ray for each. RayMode::first: every triangle
-  /// that is crossed counts, so a ray through an edge has a hit on either side of it, at the same lambda; what
-  /// is left over is misses, and all of them are incomplete where the search was cut short.
+  virtual std::span<Ray> rays() noexcept = 0;  ///< `capacity` elements, to be filled by the caller
+  /// hits_per_ray hits for each ray of the last transaction. RayMode::first: every triangle counts that the
+  /// ray crosses, so a ray through an edge has a hit on each of the two triangles, at the same lambda. Unused
+  /// hits are misses; if the search was incomplete, all hits of the ray are marked incomplete.
   virtual std::span<const RayHit> hits() const noexcept = 0;
 };
 
 // ---- region
 
-/// What a region finds. Entities without geometry are never found.
+class RegionQuery;
+
+/// What a region query finds. Entities without geometry are never found.
 enum class RegionLevel : std::uint8_t {
-  bounds,    ///< entities, by their oriented bounds, which are solid
+  bounds,    ///< entities, by their oriented bounding boxes, which are solid
   surface,   ///< entities, by their triangles
-  triangle,  ///< triangles: each that is found, of whichever entity
+  triangle,  ///< single triangles of all entities
 };
 
-/// Regions hold their borders, and bounds and triangles theirs: touching from outside counts. Triangles without
-/// area count as the lines or points that they are. A surface is no body: a region deep inside a closed mesh
+/// Regions, boxes and triangles include their borders: touching from outside counts. Triangles without area
+/// count as the segments or points that they are. A surface is not solid: a region deep inside a closed mesh
 /// touches none of its triangles.
 enum class RegionShape : std::uint32_t { box, sphere, frustum };
 enum class RegionTest : std::uint32_t {
-  touching,  ///< bounds, surface, triangle: they and the region have a point in common
-  inside,    ///< bounds, surface, triangle: every corner lies in the region
+  touching,  ///< the box, surface or triangle has a point in common with the region
+  inside,    ///< every corner of the box, surface or triangle is in the region
 };
 
-/// A region at one instant, placed at center_m and turned by q, of a length above 1e-6 and below 1e6; with a carrier
-/// both are in the carrier's frame (unscaled).
+/// A region at one instant, with its centre at center_m and its orientation q, whose length must be between
+/// 1e-6 and 1e6. With a carrier, both are in the carrier's frame (unscaled).
 ///     box      extents 2 * half_extent_m
-///     sphere   of radius half_extent_m.x
-///     frustum  what a camera or a radar sees: center_m is its eye; it looks along x, with y to the left and z
-///              up, as sensors do. It begins near_m before the eye and ends half_extent_m.x before it, where it
-///              is half_extent_m.y wide and half_extent_m.z high to each side: these are the far distance
-///              times the tangents of half the angles of view.
-/// No extent is negative; of a frustum 0 <= near_m <= half_extent_m.x, which is above zero, and the others are at most
-/// 1e15 times as much.
+///     sphere   radius half_extent_m.x
+///     frustum  The field of view of a camera or a radar. center_m is the eye; the view direction is x, with
+///              y to the left and z up. It begins near_m in front of the eye and ends half_extent_m.x in
+///              front of it, where it extends half_extent_m.y and half_extent_m.z to each side: the far
+///              distance times the tangent of half the opening angle.
+/// No extent may be negative. A frustum needs 0 <= near_m <= half_extent_m.x, half_extent_m.x > 0, and side
+/// extents of at most 1e15 times half_extent_m.x.
 struct Region {
   RegionShape shape = RegionShape::box;
   RegionTest test = RegionTest::touching;
@@ -189,38 +206,44 @@ struct Region {
   EntityId carrier{};
 };
 
-/// A triangle of an entity: its place in the triangles of the entity's mesh.
+/// A triangle of an entity: `triangle` is its index in the mesh of the entity's geometry.
 struct EntityTriangle {
   EntityId entity{};
   std::uint32_t triangle = 0;
   friend bool operator==(const EntityTriangle&, const EntityTriangle&) = default;
 };
 
-/// Answer to one region. Entities by ascending index; at RegionLevel::triangle `triangles` instead, by entity
-/// and then by triangle. When more than the capacity were found, `found` is the true count, `overflow` is set
-/// and the list holds the lowest that fit. A query that only counts lists nothing and never overflows.
+/// Answer to one region: `entities` by ascending index, or, with RegionLevel::triangle, `triangles` by entity
+/// index and then by triangle index. If more were found than ids_per_region, `found` is the true number,
+/// `overflow` is set and the list holds the lowest ones. A query that only counts (ids_per_region = 0) never
+/// overflows. Nothing found: empty list, found = 0.
 ///
-/// Single precision decides at the border: what lies nearer to it than some units in the last place of the
-/// distances at play (from the world's origin, of the region's and the entity's size, of the way that they
-/// have moved) may be found or not.
+/// Single precision decides at the border: whatever is closer to it than a few units in the last place of the
+/// distances involved (from the world's origin, the sizes of region and entity, the distance moved since
+/// valid_from) may be found or not.
 struct RegionAnswer {
   std::span<const EntityId> entities{};
   std::span<const EntityTriangle> triangles{};
   std::uint32_t found = 0;  ///< entities, or triangles
   bool overflow = false;
-  /// Cut short by the device's limits: all that is listed was found, but more may have been, or lower ones.
+  /// The search reached the device's limits: all listed are in the region, but more may be, with lower
+  /// indices too.
   bool incomplete = false;
 };
 
 struct RegionQueryOptions {
-  std::string name{};
-  std::uint32_t capacity = 0;  ///< regions in a batch
+  using Prepared = RegionQuery;
+  std::string name{};          ///< for reports and error texts
+  std::uint32_t capacity = 0;  ///< regions in a batch: 1 to max_regions_per_query
   RegionLevel level = RegionLevel::bounds;
-  /// Entities, or triangles, that an answer lists at most. 0: the query only counts, which is faster.
+  /// Largest number of entities or triangles that an answer lists, up to max_ids_per_region. 0: the query
+  /// only counts, which is faster.
   std::uint32_t ids_per_region = 64;
   LatePolicy late = LatePolicy::discard;
 };
 
+/// Entities or triangles in a region (paper, Region Query). `regions` has `capacity` elements; `answers` has
+/// one for each region of the last transaction.
 class RegionQuery : public Query {
  public:
   virtual std::span<Region> regions() noexcept = 0;
@@ -229,64 +252,70 @@ class RegionQuery : public Query {
 
 // ---- nearest
 
-/// What the distance is measured to.
+class NearestQuery;
+
+/// What the distance of an entity is measured to.
 enum class NearestTarget : std::uint8_t {
-  center,    ///< the centre of the entity's oriented bounds; its origin may lie far outside of it
-  bounds,    ///< the entity's oriented bounds, which are solid: zero inside
-  surface,   ///< the entity's nearest triangle: one answer an entity
-  triangle,  ///< every triangle by itself: an entity may answer several times
+  center,    ///< the centre of its oriented bounding box, which need not be near its origin
+  bounds,    ///< its oriented bounding box, which is solid: the distance inside is zero
+  surface,   ///< its nearest triangle: at most one neighbor for each entity
+  triangle,  ///< each triangle separately: an entity may be found several times
 };
 
-/// What is nearest to a point at one instant (paper, Section 4 and Table 2), not farther than radius_m. With a carrier, the point is given
-/// in the carrier's frame (unscaled) and moves with it: it is where the carrier is at `t`, and its velocity
-/// takes part in `v_relative_mps`. Entities without geometry are never found. Triangles without area count as
-/// the lines or points that they are.
+/// A point at one instant whose nearest entities or triangles are searched, up to the distance radius_m. With
+/// a carrier, the point is in the carrier's frame (unscaled) and moves with it: it is at the carrier's pose
+/// at time `t`, and `v_relative_mps` subtracts its velocity. Entities without geometry are never found.
+/// Triangles without area count as the segments or points that they are.
 struct Nearest {
   glm::vec3 point_m{0.0f};
-  float radius_m = std::numeric_limits<float>::infinity();  ///< not negative; what lies on it is found
+  float radius_m = std::numeric_limits<float>::infinity();  ///< not negative; inclusive
   WorldTime t{};
   std::uint32_t mask = mask_all;
   EntityId carrier{};  ///< default: none, the point is in the world frame
-  /// Never found: most often the carrier itself; default: none. Alive, or the batch is refused.
+  /// An entity that is not found, usually the carrier; default: none. It must exist, or the transaction is
+  /// refused.
   EntityId excluded{};
 };
 
-/// By eight bytes, as the device writes it.
+/// One result of a nearest query, aligned to eight bytes as the device writes it.
 struct alignas(8) Neighbor {
   EntityId entity{};
   std::uint32_t mask = 0;      ///< the entity's
   std::uint32_t material = 0;  ///< the entity's
   std::uint32_t triangle = 0;  ///< surface, triangle
-  /// Metres. Negative where the query is signed, `has_sign` is set and the point lies inside the entity.
+  /// Negative if the query is signed, `has_sign` is set and the point is inside the entity.
   float distance_m = 0.0f;
   float u = 0.0f, v = 0.0f;        ///< surface, triangle: barycentric weights of the second and third corner
   bool has_sign = false;           ///< the query is signed and the entity's geometry is closed
-  glm::vec3 p_world_m{0.0f};       ///< the point of the target that is nearest
-  glm::vec3 v_relative_mps{0.0f};  ///< world frame: velocity of that point minus velocity of the query's
+  glm::vec3 p_world_m{0.0f};       ///< the nearest point of the target
+  glm::vec3 v_relative_mps{0.0f};  ///< world frame: velocity of that point, minus that of the query's point
 };
 
-/// Answer to one point: the nearest first, whatever its sign, thus by |distance_m|; at the same distance the
-/// lowest entity index, then the lowest triangle index. At most `k`, fewer where the radius holds no more;
-/// empty when it holds nothing.
+/// Answer to one point: at most k neighbors, by ascending |distance_m|; at equal distance the lowest entity
+/// index first, then the lowest triangle index. Fewer, or none, if the radius contains fewer.
 struct NearestAnswer {
   std::span<const Neighbor> neighbors{};
-  /// Cut short by the device's limits: no answer may be drawn from it, and `neighbors` is empty.
+  /// The search reached the device's limits: nothing follows from it, and `neighbors` is empty.
   bool incomplete = false;
 };
 
-/// The sign. A geometry is closed when its triangles, by the places of their corners, run along every edge as
-/// often in one direction as in the other: solids, also hollow ones and several that meet or overlap, whether
-/// or not their corners are shared by index. A point lies inside where the surface winds around it, whichever
-/// way its fronts face. Of an open geometry no sign is known: its distances are answered without one.
+/// Signed distances: a geometry is closed if, along every edge, as many triangles run in one direction as in
+/// the other, where edges are compared by the positions of their ends. Solids are closed, also hollow ones
+/// and several that touch or overlap, whether or not they share corners by index. A point is inside if the
+/// surface winds around it (winding number not zero), whichever side its fronts are on. Distances to an open
+/// geometry have no sign.
 struct NearestQueryOptions {
-  std::string name{};
-  std::uint32_t capacity = 0;  ///< points in a batch
+  using Prepared = NearestQuery;
+  std::string name{};          ///< for reports and error texts
+  std::uint32_t capacity = 0;  ///< points in a batch: 1 to max_points_per_query
   NearestTarget target = NearestTarget::surface;
-  std::uint32_t k = 1;     ///< answers to a point: 1 to max_neighbors
-  bool is_signed = false;  ///< for surface and triangle; refused for the other targets
+  std::uint32_t k = 1;     ///< neighbors of a point: 1 to max_neighbors
+  bool is_signed = false;  ///< only for surface and triangle; refused for the other targets
   LatePolicy late = LatePolicy::discard;
 };
 
+/// The k nearest entities or triangles (paper, Nearest Neighbor Query). `points` has `capacity` elements;
+/// `answers` has one for each point of the last transaction.
 class NearestQuery : public Query {
  public:
   virtual std::span<Nearest> points() noexcept = 0;
@@ -295,29 +324,51 @@ class NearestQuery : public Query {
 
 // ---- overlap
 
-/// Which entities' oriented bounds overlap (touching counts) the given entity's at time t: the broad phase of
-/// the paper's Intersection Query. The entity itself is never in its answer; it has to have a geometry (no_geometry).
+class OverlapQuery;
+
+/// The entities whose oriented bounding boxes overlap or touch the box of a given entity at time t: the broad
+/// phase of the paper's Intersection Query. The entity itself is not in its answer. It must have a geometry
+/// (no_geometry).
 struct Overlap {
   EntityId entity{};
   WorldTime t{};
-  std::uint32_t mask = mask_all;  ///< which others are looked at
+  std::uint32_t mask = mask_all;  ///< which other entities are considered
 };
 
-/// The same form as a region's answer.
+/// `entities`, `found`, `overflow` and `incomplete` as in a region's answer; `triangles` is empty.
 using OverlapAnswer = RegionAnswer;
 
 struct OverlapQueryOptions {
-  std::string name{};
-  std::uint32_t capacity = 0;
-  std::uint32_t ids_per_entity = 64;  ///< 0: the query only counts, which is faster
+  using Prepared = OverlapQuery;
+  std::string name{};          ///< for reports and error texts
+  std::uint32_t capacity = 0;  ///< entities in a batch: 1 to max_regions_per_query
+  /// Largest number of entities that an answer lists. 0: the query only counts, which is faster.
+  std::uint32_t ids_per_entity = 64;
   LatePolicy late = LatePolicy::discard;
 };
 
+/// `overlaps` has `capacity` elements; `answers` has one for each element of the last transaction.
 class OverlapQuery : public Query {
  public:
   virtual std::span<Overlap> overlaps() noexcept = 0;
   virtual std::span<const OverlapAnswer> answers() const noexcept = 0;
 };
+
+// ---- every kind
+
+namespace detail {
+template <class First, class... Rest>
+struct VariantOfRest {
+  using type = std::variant<Rest...>;
+};
+}  // namespace detail
+
+/// The options of a query of any kind (rtstdb/query_kinds.def).
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) , Class##Options
+using AnyQueryOptions = detail::VariantOfRest<void
+#include <rtstdb/query_kinds.def>
+                                              >::type;
+#undef QUERY_KIND
 
 const char* to_string(LatePolicy policy) noexcept;
 const char* to_string(RayMode mode) noexcept;

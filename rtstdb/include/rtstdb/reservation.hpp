@@ -1,22 +1,25 @@
 #pragma once
-// Time of the database kept free for one kind of work: so often, done so soon after it is submitted, costing so much at
-// most. Made by Database::reserve when the run is configured, and refused there when it and those that were made before
-// can not all be kept; named by Terms::reservation. It is given back by its destructor.
+// A reservation keeps engine time free for one kind of periodic transaction: a sporadic task with a period, a
+// relative deadline and a worst-case cost (budget). Database::reserve creates it at setup and refuses it if
+// it is not feasible beside the existing ones. Terms::reservation names it. Its destructor releases the time.
 //
-// What is promised. A transaction that names a reservation is due its `deadline` after it was submitted, and goes before
-// all that name none, whatever their importance; among reserved ones the one that is due first. It keeps to its
-// reservation when it comes within the period, costs no more than the budget, and writes and asks in one only where that
-// was declared. As long as all do, all are done by when they are due, but for what the operating system takes, and for
-// pieces of other work that take longer than was measured when the reservation was made.
+// Guarantee. A transaction that names a reservation has its deadline `deadline` after it was submitted. It
+// has priority over all transactions without a reservation, whatever their importance; among reserved ones
+// the earliest deadline goes first. A transaction conforms if it comes no earlier than the period allows,
+// costs no more than the budget, and combines writes with queries only if that was declared. If all reserved
+// transactions conform, all meet their deadlines, except for delays by the operating system and for pieces of
+// other work that take longer than was measured when the reservation was created.
 //
-// What does not keep to it is counted and waits for those that do:
-//   too often   the deadlines of a reservation's transactions are one period apart. One may come early by less than half a
-//               period, and is due as if it had not. One that comes earlier has the rank of its own terms.
-//   too long    from the first gap on in which it has cost more than its budget it has the rank of its own terms.
-//   not as declared   it writes and asks: it has the rank of its own terms.
+// A transaction that does not conform is counted, and waits for those that do:
+//   too often         The deadlines of a reservation's transactions are one period apart. A transaction that
+//                     comes early by less than half a period keeps the deadline of its period. An earlier one
+//                     has the priority of its own Terms.
+//   too long          From the first preemption point at which it has cost more than the budget, it has the
+//                     priority of its own Terms.
+//   undeclared        It combines writes with queries: it has the priority of its own Terms.
 //
-// Threads: a reservation is made and given back in setup; counts by any. It must not outlive its database, nor end while a
-// transaction that names it is pending (misuse).
+// Threads: creation and destruction are setup; any thread may call counts. A reservation must not outlive its
+// database, and must not be destroyed while a transaction that names it is pending (misuse).
 
 #include <cstdint>
 #include <string>
@@ -26,32 +29,34 @@
 namespace rtstdb {
 
 struct ReservationOptions {
-  std::string name{};       ///< shown in refusals and reports
-  Nanoseconds period{0};    ///< above zero
+  std::string name{};       ///< for reports and error texts
+  Nanoseconds period{0};    ///< shortest time between two transactions; above zero
   Nanoseconds deadline{0};  ///< from submitted to published; above zero, may be longer than the period
-  Nanoseconds budget{0};    ///< of Outcome::actual_cost; above zero, at most the deadline
-  /// Its transactions write and ask in one. Nobody else can write before such a one is done, and it is not interrupted: its
-  /// budget is counted as one piece.
-  bool writes_and_asks = false;
+  Nanoseconds budget{0};    ///< largest Outcome::actual_cost; above zero, at most the deadline
+  /// Its transactions combine writes with queries. Such a transaction blocks all other writes and is not
+  /// preempted, so the feasibility test counts its whole budget as one piece.
+  bool writes_and_queries = false;
 };
 
-/// Each transaction that named the reservation and has its outcome is counted in `transactions`, and in one of the others
-/// unless it came to nothing for a reason of its own (conflict, bad input, cancelled, device lost).
+/// `transactions` counts each transaction that named the reservation and has its outcome. It is also counted
+/// in one of the other counts, unless it did not complete for a reason of its own (conflict, bad input,
+/// cancelled, device lost).
 struct ReservationCounts {
   ReservationOptions options{};
   std::uint64_t transactions = 0;
-  std::uint64_t kept = 0;    ///< done by when they were due
-  std::uint64_t broken = 0;  ///< kept to their reservation and were not done by when they were due
-  std::uint64_t too_often = 0, too_long = 0, not_as_declared = 0;
+  std::uint64_t kept = 0;    ///< completed by their deadline
+  std::uint64_t broken = 0;  ///< conformed and did not complete by their deadline
+  std::uint64_t too_often = 0, too_long = 0, undeclared = 0;
   Nanoseconds largest_cost{0};
-  Nanoseconds longest_answer{0};  ///< from submitted to published, of those kept or broken
+  Nanoseconds longest_response{0};  ///< longest time from submitted to published, of those kept or broken
 };
 
+/// Made by Database::reserve.
 class Reservation {
  public:
   virtual ~Reservation() = default;
   virtual const ReservationOptions& options() const noexcept = 0;
-  /// Allocates. Each figure as it stands.
+  /// Allocates. The counts are read one by one, not at one instant.
   virtual ReservationCounts counts() const = 0;
 };
 

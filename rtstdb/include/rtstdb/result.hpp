@@ -1,8 +1,8 @@
 #pragma once
-// How rtstdb reports. Three kinds of failure, never mixed:
+// Results and errors. Three kinds of failure, never mixed:
 //   misuse of the API   an assertion that stays on in release builds (RTSTDB_ASSERT)
-//   bad input           refused with the values: Result<T> at setup, Outcome::bad_input in transactions
-//   expected events     values in the result: a missed deadline, an overflow, a lost device
+//   bad input           refused with its values: Result<T> at setup, Outcome::bad_input in transactions
+//   expected events     a missed deadline, an overflow, a lost device: values in the result
 
 #include <optional>
 #include <string>
@@ -12,28 +12,28 @@
 namespace rtstdb {
 
 enum class ErrorCode : unsigned char {
-  bad_input,      ///< a value that no caller may pass; the message holds it
-  no_device,      ///< no Vulkan device, or none that fits
-  capacity,       ///< a limit of limits.hpp or of the database's options would be passed
-  file,           ///< a file can not be read or is not what it should be
+  bad_input,      ///< a value that is not allowed; the message holds it
+  no_device,      ///< no Vulkan device, or none that has what rtstdb needs
+  capacity,       ///< a limit of limits.hpp or of the database's options would be exceeded
+  file,           ///< a file cannot be read or written, or has wrong contents
   device_lost,    ///< the GPU stopped answering
   out_of_memory,  ///< host or device memory
 };
 const char* to_string(ErrorCode code) noexcept;
 
-/// A refusal in words: one sentence with the values, fit to be shown to the user as it is.
+/// An error code with one sentence, which holds the values and is fit to be shown to the user.
 struct Error {
   ErrorCode code = ErrorCode::bad_input;
   std::string message{};
 };
 
-/// Each prints the misused public call and the fault to stderr, then aborts. value_of_error adds the sentence
-/// of the error, or that the result was moved from (null).
+/// Each prints the misused public function and the fault to stderr, then aborts. value_of_error adds the
+/// message of the error; null: the result was moved from.
 [[noreturn]] void misused(const char* call, const char* fault) noexcept;
 [[noreturn]] void value_of_error(const Error* error) noexcept;
 [[noreturn]] void error_of_value() noexcept;
 
-/// A value or an Error. Misuse (aborts): `value()` of an error, which prints the error's sentence, and
+/// A value or an Error. Misuse (aborts): `value()` of an error, which prints the error's message, and
 /// `error()` of a value.
 template <class T>
 class [[nodiscard]] Result {
@@ -82,13 +82,13 @@ class [[nodiscard]] Result<void> {
   std::optional<Error> error_;
 };
 
-/// Prints the broken rule with its place and aborts.
+/// Prints the violated rule with its file and line, then aborts.
 [[noreturn]] void assertion_failed(const char* rule, const char* file, int line) noexcept;
 
 }  // namespace rtstdb
 
-/// Aborts through misused() where `rule` is false. `fault` says what the caller did wrong and has to do
-/// instead.
+/// REQUIRE checks a rule for the caller of a public function: `fault` says what is wrong and what to do
+/// instead. ASSERT checks a rule inside the database. Both abort if the rule is false, in release builds too.
 #define RTSTDB_REQUIRE(rule, call, fault) ((rule) ? static_cast<void>(0) : ::rtstdb::misused(call, fault))
 #define RTSTDB_ASSERT(rule) \
   ((rule) ? static_cast<void>(0) : ::rtstdb::assertion_failed(#rule, __FILE__, __LINE__))

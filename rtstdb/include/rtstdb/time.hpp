@@ -1,9 +1,9 @@
 #pragma once
-// Two clocks that must not be mixed, as two types.
-//   WorldTime   the simulated world's own time: rows hold from one, queries ask at one. Zero is the
-//               caller's choice.
-//   ClockTime   the clock that deadlines and costs are measured on (CLOCK_MONOTONIC, or a virtual one). Zero
-//               means nothing.
+// Two time bases that must not be mixed, as two types.
+//   WorldTime   time of the simulated world: rows hold from a WorldTime on, queries have one. Its zero is
+//               chosen by the caller.
+//   ClockTime   time of the clock on which deadlines and costs are measured: CLOCK_MONOTONIC, or a virtual
+//               clock. Its zero has no meaning.
 
 #include <chrono>
 #include <cstdint>
@@ -37,22 +37,23 @@ constexpr ClockTime clock_time_ns(std::int64_t ns) {
   return ClockTime(Nanoseconds(ns));
 }
 
-/// Seconds from `from` to `to`. The difference is exact for any two times; the division rounds once.
+/// Seconds from `from` to `to`. The difference is exact for any two times; the division to seconds rounds
+/// once.
 constexpr double seconds_between(WorldTime from, WorldTime to) {
-  // Unsigned, because the distance of two far times does not fit a signed count.
+  // Unsigned, because the difference of two distant times overflows a signed count.
   const auto from_ns = static_cast<std::uint64_t>(from.time_since_epoch().count());
   const auto to_ns = static_cast<std::uint64_t>(to.time_since_epoch().count());
   return to >= from ? static_cast<double>(to_ns - from_ns) / 1e9
                     : -static_cast<double>(from_ns - to_ns) / 1e9;
 }
 
-/// The port through which the database reads the deadline clock. Thread-safe.
+/// Interface through which the database reads the clock of deadlines. Any number of threads at the same time.
 class Clock {
  public:
   virtual ~Clock() = default;
   virtual ClockTime now() const noexcept = 0;
-  /// True: time stands still while work is done, so admission by cost and time-outs make no sense and are
-  /// off.
+  /// True: time does not advance while the database works. Then admission by cost, chunks, calibration and
+  /// time-outs are off.
   virtual bool is_virtual() const noexcept { return false; }
 };
 

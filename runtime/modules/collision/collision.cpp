@@ -1,11 +1,16 @@
-#include "runtime/modules/collision/collision.hpp"
+// Contacts of one body: each step queries the bodies whose oriented bounds overlap its own.
+//
+// Outputs  hits   bodies that overlap now
+//          total  overlaps that began so far
 
 #include <algorithm>
+
+#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
 
-/// Bodies that are told apart; of more that touch at once only their number is known.
+/// The bodies of one answer that are listed. Of further ones only the number is known.
 constexpr std::uint32_t max_hits = 1024;
 
 bool before(const rtstdb::EntityId& a, const rtstdb::EntityId& b) noexcept {
@@ -27,23 +32,20 @@ class Collision final : public Module {
   const Ports& ports() const noexcept override { return ports_; }
 
   void configure(World& world, EventLog& events, const TaskFacts& task) override {
-    const auto body = world.find(body_);
-    if (!body)
-      throw SetupError("module " + task.instance + ": there is no body '" + body_ +
-                       "' (it has to come earlier)");
-    entity_ = *body;
-    mask_ = world.mask_of(layers_, "module " + task.instance);
+    const std::string caller = "module " + task.instance;
+    entity_ = world.entity_of(body_, caller);
+    mask_ = world.mask_of(layers_, caller);
     database_ = &world.database();
     auto query = database_->prepare(
         rtstdb::OverlapQueryOptions{.name = task.instance, .capacity = 1, .ids_per_entity = max_hits});
-    if (!query) throw SetupError("module " + task.instance, query.error());
+    if (!query) throw SetupError(caller, query.error());
     query_ = std::move(query).value();
     transaction_ = database_->make_transaction({.max_queries = 1});
     touching_.reserve(max_hits);
     touched_.reserve(max_hits);
     began_ = events.add_kind("COLLISION of " + body_ + " with {} bodies", 0);
     cut_ = events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
-                               std::to_string(max_hits) + " that are told apart; 'total' is at least so many",
+                               std::to_string(max_hits) + " that are listed; 'total' is a lower bound",
                            0);
   }
 
@@ -67,7 +69,8 @@ class Collision final : public Module {
   }
 
  private:
-  /// How many bodies touch that did not touch at the last answer. Where the list was cut, at least so many.
+  /// The number of bodies that touch and did not touch at the last answer; a lower bound when the list of
+  /// either answer is incomplete.
   double begun_to_touch(const rtstdb::OverlapAnswer& answer) noexcept {
     touched_.swap(touching_);
     touching_.assign(answer.entities.begin(), answer.entities.end());
@@ -98,17 +101,18 @@ class Collision final : public Module {
 ModuleType collision_type() {
   using config::Field;
   using config::Schema;
-  return {.name = "collision",
-          .about = "Whether one body touches others.",
-          .parameters = Schema::record({
-              Field::needed("body", Schema::text(),
-                            "The body that is watched, as 'module.vehicle' or an entity's name."),
-              Field::needed("against", Schema::list(Schema::text(), 1, 32),
-                            "Layers of the bodies it may not touch."),
-          }),
-          .create = [](const config::Value& parameters, config::Diagnostics&) -> std::unique_ptr<Module> {
-            return std::make_unique<Collision>(parameters);
-          }};
+  return {
+      .name = "collision",
+      .about = "Contacts of one body with others.",
+      .parameters = Schema::record({
+          Field::needed("body", Schema::text(),
+                        "The body whose contacts are counted: 'module.vehicle' or the name of an entity."),
+          Field::needed("against", Schema::list(Schema::text(), 1, 32),
+                        "Layers of the bodies that it must not touch."),
+      }),
+      .create = [](const config::Value& parameters, config::Diagnostics&) -> std::unique_ptr<Module> {
+        return std::make_unique<Collision>(parameters);
+      }};
 }
 
 }  // namespace hil::modules

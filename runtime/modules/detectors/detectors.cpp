@@ -1,10 +1,14 @@
-#include "runtime/modules/detectors/detectors.hpp"
+// Detector loops in the road: each step counts the bodies over each loop by a region query.
+//
+// Outputs  <loop>  bodies over the loop now
 
 #include <glm/gtc/quaternion.hpp>
 
 #include <cmath>
 
 #include <rtstdb/limits.hpp>
+
+#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -72,21 +76,20 @@ class Detectors final : public Module {
       context.outputs[i] = query_->answers()[i].found;
   }
 
-  void contribute(report::RunRecord& record) const override {
-    if (!record.top_view) return;
+  void contribute(contribution::Contribution& report) const override {
     for (const Loop& loop : loops_) {
       const glm::dvec2 center(loop.center_m);
       const glm::dvec2 along =
           0.5 * loop.size_m.x * glm::dvec2(std::cos(loop.heading_rad), std::sin(loop.heading_rad));
       const glm::dvec2 across =
           0.5 * loop.size_m.y * glm::dvec2(-std::sin(loop.heading_rad), std::cos(loop.heading_rad));
-      report::Shape shape{
-          .layer = report::Layer::detector, .label = loop.name, .footprint = {}, .body_layer = {}};
+      contribution::Shape shape{
+          .layer = contribution::Layer::detector, .label = loop.name, .footprint = {}, .body_layer = {}};
       for (const glm::dvec2& p : {center + along + across, center - along + across, center - along - across,
                                   center + along - across}) {
         shape.footprint.push_back({p.x, p.y});
       }
-      record.top_view->shapes.push_back(std::move(shape));
+      report.map.shapes.push_back(std::move(shape));
     }
   }
 
@@ -109,9 +112,9 @@ ModuleType detectors_type() {
   const auto size = Schema::quantity(Quantity::length_m, 0.01, 1e3);
   const auto loop = Schema::record({
       Field::needed("center", Schema::list(length, 3, 3), "Centre of the loop's box."),
-      Field::needed("size", Schema::list(size, 3, 3), "Full extents of the loop's box, before it is turned."),
+      Field::needed("size", Schema::list(size, 3, 3), "Full sizes of the loop's box before its rotation."),
       Field::with_default("heading", Schema::quantity(Quantity::angle_rad, -6.3, 6.3), "0 deg",
-                          "Turn about z."),
+                          "Rotation about z."),
   });
   return {.name = "detectors",
           .about = "Detector loops in the road.",

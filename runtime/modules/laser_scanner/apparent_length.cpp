@@ -28,7 +28,7 @@ std::optional<double> meeting_time_s(const ScanPattern& pattern, const SensorMot
     ((ahead_of_beam(middle_s) < 0.0) == rises ? low_s : high_s) = middle_s;
   }
   const double meets_s = 0.5 * (low_s + high_s);
-  // Behind the sensor the azimuth jumps by a whole turn: a change of sign too, but no meeting.
+  // Behind the sensor the azimuth jumps by a whole turn, which changes the sign without a meeting.
   if (std::abs(ahead_of_beam(meets_s)) > 1e-3) return std::nullopt;
   return meets_s;
 }

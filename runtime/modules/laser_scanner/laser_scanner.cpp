@@ -1,4 +1,13 @@
-#include "runtime/modules/laser_scanner/laser_scanner.hpp"
+// A laser scanner with one turning beam, carried by a body (paper, Section 6). Every beam has its own time
+// and meets bodies where they are at that time. Each step queries the beams that leave in the period after
+// its release. The outputs are an object list.
+//
+// The first sweep begins with the task's first release, so a sweep is a whole number of steps.
+//
+// Outputs  object<i>.valid, .x, .y (m), .vx, .vy (m/s over ground), .length (m), .age (ms): objects in the
+//          carrier's axes at the instant they were measured, `age` ago; the origin is the parameter list_origin
+//          object_count, scan_index, hits (beams of the last step that hit), digest (a hash of all answers so
+//          far: runs with equal digests have equal answers)
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -9,9 +18,12 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/config/numbers.hpp"
+#include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
+#include "runtime/modules/laser_scanner/scanner_record.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
+#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -19,7 +31,7 @@ namespace {
 constexpr std::size_t outputs_per_object = 7;
 constexpr std::size_t max_view_points = 4000;
 
-/// FNV-1a over words: cheap, and the same on every machine.
+/// FNV-1a over words: the same on every machine.
 class Digest {
  public:
   void add(std::uint32_t word) noexcept { value_ = (value_ ^ word) * 0x100000001B3ull; }
@@ -38,12 +50,12 @@ class LaserScanner final : public Module {
   void check_task(const config::Value& parameters, const TaskFacts& task,
                   config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskFacts& task) override;
-  void describe(report::WorldRecord& record) const override;
+  void describe(std::vector<contribution::ModuleRecord>& records) const override;
   void step(StepContext& context) noexcept override;
-  void contribute(report::RunRecord& record) const override;
+  void contribute(contribution::Contribution& report) const override;
 
  private:
-  std::uint64_t max_beams_in_a_step(std::int64_t step_ns) const noexcept;
+  std::uint64_t max_beams_per_step(std::int64_t step_ns) const noexcept;
   void fill_rays() noexcept;
   void begin_sweep(const StepContext& context) noexcept;
   void take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept;
@@ -71,12 +83,12 @@ class LaserScanner final : public Module {
   std::uint64_t first_beam_ = 0, end_beam_ = 0;
   rtstdb::Version sweep_version_ = 0;
   std::uint64_t sweeps_ = 0;
-  bool begun_ = false;  // a slice of this sweep has been answered
-  bool whole_ = false;  // all its slices so far have been
+  bool begun_ = false;     // a slice of this sweep has answers
+  bool complete_ = false;  // all its slices so far have
   Digest digest_;
 
   std::uint64_t view_every_ = 1;
-  std::vector<report::ScanPoint> view_, last_view_;
+  std::vector<contribution::SensorPoint> view_, last_view_;
   rtstdb::Motion last_carrier_;
 };
 
@@ -103,21 +115,22 @@ LaserScanner::LaserScanner(const config::Value& parameters)
         {.name = object + ".vx", .unit = "m/s", .about = "Over ground, along the carrier's x"});
     ports_.outputs.push_back(
         {.name = object + ".vy", .unit = "m/s", .about = "Over ground, along the carrier's y"});
-    ports_.outputs.push_back({.name = object + ".length", .unit = "m", .about = "Seen, along its velocity"});
-    ports_.outputs.push_back({.name = object + ".age", .unit = "ms", .about = "Since it was measured"});
+    ports_.outputs.push_back(
+        {.name = object + ".length", .unit = "m", .about = "Measured, along its velocity"});
+    ports_.outputs.push_back({.name = object + ".age", .unit = "ms", .about = "Time since it was measured"});
   }
   ports_.outputs.push_back({.name = "object_count", .unit = "", .about = "Slots that hold an object"});
   ports_.outputs.push_back({.name = "scan_index", .unit = "", .about = "Sweeps begun before this one"});
-  ports_.outputs.push_back({.name = "hits", .unit = "", .about = "Beams of the last step that hit"});
-  ports_.outputs.push_back({.name = "digest", .unit = "", .about = "Of every answer so far"});
+  ports_.outputs.push_back({.name = "hits", .unit = "", .about = "Beams of the last step that hit a body"});
+  ports_.outputs.push_back({.name = "digest", .unit = "", .about = "Hash of all answers so far"});
   view_every_ = (pattern_.beams() + max_view_points - 1) / max_view_points;
 }
 
-std::uint64_t LaserScanner::max_beams_in_a_step(std::int64_t step_ns) const noexcept {
-  std::uint64_t most = 0;
+std::uint64_t LaserScanner::max_beams_per_step(std::int64_t step_ns) const noexcept {
+  std::uint64_t max_beams = 0;
   for (std::int64_t t_ns = 0; t_ns < options_.pattern.period_ns; t_ns += step_ns)
-    most = std::max(most, pattern_.first_beam_at(t_ns + step_ns) - pattern_.first_beam_at(t_ns));
-  return most;
+    max_beams = std::max(max_beams, pattern_.first_beam_at(t_ns + step_ns) - pattern_.first_beam_at(t_ns));
+  return max_beams;
 }
 
 void LaserScanner::check_task(const config::Value& parameters, const TaskFacts& task,
@@ -136,18 +149,18 @@ void LaserScanner::check_task(const config::Value& parameters, const TaskFacts& 
                         (fewer > 0 ? rate_of(fewer) + " or " : "") + rate_of(fewer + 1) + " it is");
     return;
   }
-  const std::uint64_t beams = max_beams_in_a_step(task.period_ns);
+  const std::uint64_t beams = max_beams_per_step(task.period_ns);
   if (beams > rtstdb::max_rays_per_query) {
     diagnostics.add(parameters["columns"].place(),
-                    std::to_string(pattern_.beams()) + " beams in a sweep are " + std::to_string(beams) +
-                        " in a step of the task; " + std::to_string(rtstdb::max_rays_per_query) +
-                        " are possible: fewer beams, or a faster task");
+                    "a sweep of " + std::to_string(pattern_.beams()) + " beams has " + std::to_string(beams) +
+                        " in a step of the task; at most " + std::to_string(rtstdb::max_rays_per_query) +
+                        " are possible: use fewer beams or a faster task");
   }
   if (!options_.ignore_motion && task.period_ns > rtstdb::max_query_window_ns) {
     diagnostics.add(parameters["scan_rate"].place(),
                     "the beams of a step leave within the task's period of " +
-                        std::to_string(task.period_ns) + " ns; within " +
-                        std::to_string(rtstdb::max_query_window_ns) + " ns is possible: a faster task");
+                        std::to_string(task.period_ns) + " ns; at most " +
+                        std::to_string(rtstdb::max_query_window_ns) + " ns are possible: use a faster task");
   }
 }
 
@@ -155,33 +168,28 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts
   instance_ = task.instance;
   step_ns_ = task.period_ns;
   first_release_ns_ = task.offset_ns;
-  const std::string who = "module " + task.instance;
+  const std::string caller = "module " + task.instance;
   database_ = &world.database();
-  const auto body = [&](const std::string& name) {
-    const auto found = world.find(name);
-    if (!found) throw SetupError(who + ": there is no body '" + name + "' (it has to come earlier)");
-    return *found;
-  };
-  carrier_ = body(options_.carrier);
-  mask_ = world.mask_of(options_.layers, who);
-  object_mask_ = world.mask_of(options_.object_layers, who);
+  carrier_ = world.entity_of(options_.carrier, caller);
+  mask_ = world.mask_of(options_.layers, caller);
+  object_mask_ = world.mask_of(options_.object_layers, caller);
   std::vector<ComparedBody> compared;
   for (const std::string& name : options_.compare) {
-    const rtstdb::EntityId entity = body(name);
+    const rtstdb::EntityId entity = world.entity_of(name, caller);
     const rtstdb::Bounds bounds = world.bounds_of(entity);
     compared.push_back(
         {name, entity, bounds.maximum_m.x - bounds.minimum_m.x, bounds.maximum_m.y - bounds.minimum_m.y});
   }
   compared_motion_.resize(compared.size());
 
-  const std::uint64_t max_beams = max_beams_in_a_step(task.period_ns);
+  const std::uint64_t max_beams = max_beams_per_step(task.period_ns);
   const auto prepare = [&](const char* suffix, bool ignore_motion) {
     auto query = database_->prepare(
         rtstdb::RayQueryOptions{.name = task.instance + suffix,
                                 .capacity = static_cast<std::uint32_t>(std::max<std::uint64_t>(max_beams, 1)),
                                 .mode = rtstdb::RayMode::closest,
                                 .ignore_motion = ignore_motion});
-    if (!query) throw SetupError(who, query.error());
+    if (!query) throw SetupError(caller, query.error());
     return std::move(query).value();
   };
   moving_ = prepare("", options_.ignore_motion);
@@ -214,7 +222,7 @@ void LaserScanner::fill_rays() noexcept {
   if (still_) fill(*still_);
 }
 
-/// The first slice of a sweep that is answered: how the bodies move from here on.
+/// At the first slice of a sweep that has answers: takes the motions of the compared bodies.
 void LaserScanner::begin_sweep(const StepContext& context) noexcept {
   view_.swap(last_view_);
   view_.clear();
@@ -268,7 +276,7 @@ void LaserScanner::take_hits(StepContext& context, const rtstdb::Motion& carrier
     keep_view_point(hit, p_world_m, beam);
     if (comparison_) comparison_->add_hit(hit, column, pattern_.row_of(beam), false);
     if ((hit.mask & object_mask_) == 0) continue;
-    // The carrier does not turn fast enough within a beam's flight for its own rotation to matter here.
+    // The carrier's rotation adds a negligible velocity.
     const glm::dvec3 v_world = glm::dvec3(hit.v_relative_mps) + carrier.v_world_mps;
     objects_.add(hit.entity, column, beam_ns, p_world_m, v_world);
   }
@@ -291,9 +299,9 @@ void LaserScanner::step(StepContext& context) noexcept {
     sweep_version_ = context.version;
     ++sweeps_;
     begun_ = false;
-    whole_ = offset_ns == 0;
+    complete_ = offset_ns == 0;
   } else if (first_beam_ != end_beam_) {
-    whole_ = false;  // releases were skipped
+    complete_ = false;  // releases were skipped
   }
   end_beam_ = pattern_.first_beam_at(offset_ns + context.period_ns);
   const auto count = static_cast<std::uint32_t>(end_beam_ - first_beam_);
@@ -312,20 +320,20 @@ void LaserScanner::step(StepContext& context) noexcept {
   }
   transaction_->add_query(*moving_, count);
   if (!context.execute(*database_, *transaction_).done() || transaction_->state(0) == nullptr) {
-    whole_ = false;
+    complete_ = false;
     return;
   }
   if (still_) {
     terms.read_at = rtstdb::ReadAt::pinned(sweep_version_);
     still_transaction_->begin(terms);
     still_transaction_->add_query(*still_, count);
-    if (!context.execute(*database_, *still_transaction_).done()) whole_ = false;
+    if (!context.execute(*database_, *still_transaction_).done()) complete_ = false;
   }
   last_carrier_ = transaction_->state(0)->row.motion;
   const std::int64_t end_ns = context.time_ns + context.period_ns;
   const glm::dvec3 near_m = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(end_ns)).p_world_m;
   if (!begun_) {
-    objects_.end_sweep(context.time_ns, near_m);  // of a sweep whose end was skipped
+    objects_.end_sweep(context.time_ns, near_m);  // of the sweep before, if its end was skipped
     begin_sweep(context);
     begun_ = true;
   }
@@ -334,14 +342,14 @@ void LaserScanner::step(StepContext& context) noexcept {
   if (count > 0) objects_.advance(pattern_.column_of(end_beam_ - 1), end_ns, near_m);
   if (end_beam_ == pattern_.beams()) {
     objects_.end_sweep(end_ns, near_m);
-    if (comparison_ && whole_) comparison_->end_sweep();
+    if (comparison_ && complete_) comparison_->end_sweep();
   }
   objects_.forget(end_ns);
   write_outputs(context, last_carrier_);
 }
 
 void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept {
-  // On a thread of its own the outputs are seen at the deadline: the age counts until then.
+  // The outputs become visible at the deadline, so the age counts until then.
   const std::int64_t seen_ns = context.time_ns + context.period_ns;
   double count = 0.0;
   std::size_t out = 0;
@@ -366,46 +374,46 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
   context.outputs[out + 3] = digest_.number();
 }
 
-void LaserScanner::describe(report::WorldRecord& record) const {
+void LaserScanner::describe(std::vector<contribution::ModuleRecord>& records) const {
   const PatternOptions& pattern = options_.pattern;
-  record.scanners.push_back({.name = instance_,
-                             .carrier_index = carrier_.index,
-                             .carrier_generation = carrier_.generation,
-                             .mount_m = {options_.mount_m.x, options_.mount_m.y, options_.mount_m.z},
-                             .columns = pattern.columns,
-                             .rows = pattern.rows,
-                             .horizontal_rad = pattern.horizontal_rad,
-                             .vertical_rad = pattern.vertical_rad,
-                             .elevation_rad = pattern.elevation_rad,
-                             .left_to_right = pattern.left_to_right,
-                             .range_m = options_.range_m,
-                             .mask = mask_,
-                             .ignore_motion = options_.ignore_motion,
-                             .first_sweep_ns = first_release_ns_,
-                             .sweep_ns = pattern.period_ns,
-                             .step_ns = step_ns_});
+  records.push_back(to_module_record({.name = instance_,
+                                      .carrier_index = carrier_.index,
+                                      .carrier_generation = carrier_.generation,
+                                      .mount_m = {options_.mount_m.x, options_.mount_m.y, options_.mount_m.z},
+                                      .columns = pattern.columns,
+                                      .rows = pattern.rows,
+                                      .horizontal_rad = pattern.horizontal_rad,
+                                      .vertical_rad = pattern.vertical_rad,
+                                      .elevation_rad = pattern.elevation_rad,
+                                      .left_to_right = pattern.left_to_right,
+                                      .range_m = options_.range_m,
+                                      .mask = mask_,
+                                      .ignore_motion = options_.ignore_motion,
+                                      .first_sweep_ns = first_release_ns_,
+                                      .sweep_ns = pattern.period_ns,
+                                      .step_ns = step_ns_}));
 }
 
-void LaserScanner::contribute(report::RunRecord& record) const {
-  if (comparison_) comparison_->contribute(record);
-  if (objects_.passed_over() > 0) {
-    record.events.push_back(
-        {record.top_view ? record.top_view->time_ns : 0,
-         std::to_string(objects_.passed_over()) +
-             " hits are in no object: more bodies were in view at once than the list follows"});
+void LaserScanner::contribute(contribution::Contribution& report) const {
+  if (comparison_) contribute_comparison(*comparison_, report);
+  if (objects_.ignored_hits() > 0) {
+    report.events.push_back(
+        {report.end_ns,
+         std::to_string(objects_.ignored_hits()) +
+             " hits are in no object: more bodies were in view at once than the object list can follow"});
   }
-  if (!record.top_view || sweeps_ == 0) return;
-  record.top_view->scan_points = last_view_.empty() ? view_ : last_view_;
-  const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(record.top_view->time_ns));
+  if (sweeps_ == 0) return;
+  report.map.sensor_points = last_view_.empty() ? view_ : last_view_;
+  const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(report.end_ns));
   const glm::dvec3 sensor = pose.p_world_m + pose.q_world * options_.mount_m;
   const glm::dvec3 forward = pose.q_world * glm::dvec3(1.0, 0.0, 0.0);
   const double heading = std::atan2(forward.y, forward.x);
   const double half = 0.5 * options_.pattern.horizontal_rad;
   const double first = options_.pattern.left_to_right ? half : -half;
-  record.top_view->fan = report::ScanFan{.origin = {sensor.x, sensor.y},
-                                         .first_direction_rad = heading + first,
-                                         .last_direction_rad = heading - first,
-                                         .range_m = options_.range_m};
+  report.map.field_of_view = contribution::FieldOfView{.origin = {sensor.x, sensor.y},
+                                                       .first_direction_rad = heading + first,
+                                                       .last_direction_rad = heading - first,
+                                                       .range_m = options_.range_m};
 }
 
 }  // namespace
@@ -420,7 +428,7 @@ ModuleType laser_scanner_type() {
         for (const config::Value& body : values["compare"].items()) {
           if (body.text() != carrier) continue;
           diagnostics.add(body.place(), "'compare': " + config::in_quotes(carrier) +
-                                            " carries the scanner, which never sees it pass");
+                                            " carries the scanner, so its beams do not sweep over it");
           return nullptr;
         }
         return std::make_unique<LaserScanner>(values);

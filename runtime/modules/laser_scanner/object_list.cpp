@@ -7,7 +7,7 @@
 namespace hil::modules {
 namespace {
 
-/// Slower than this a body has no direction of its own; its length is then its longer horizontal extent.
+/// Below this speed a body has no direction; its length is then its longer horizontal extent.
 constexpr double standing_mps = 0.3;
 
 double seconds(std::int64_t from_ns, std::int64_t to_ns) {
@@ -26,7 +26,7 @@ void ObjectList::add(rtstdb::EntityId entity, std::uint32_t column, std::int64_t
       std::find_if(open_.begin(), open_.end(), [&](const Open& open) { return open.entity == entity; });
   if (found == open_.end()) {
     if (open_.size() == options_.max_open) {
-      ++passed_over_;
+      ++ignored_hits_;
       return;
     }
     Open fresh;

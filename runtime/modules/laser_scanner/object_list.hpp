@@ -1,11 +1,11 @@
 #pragma once
-// From hits to an object list, as a laser scanner's own controller makes it. Hits are told apart by the body
-// they met (an ideal segmentation; everything else is measured): each hit is moved by the body's measured
-// velocity to one instant, which undoes the distortion of the sweep, and the box around them gives the
-// object's centre and its length along its velocity. An object is closed when the sweep has passed it by some
-// columns.
+// Makes an object list of the hits of a sweep, as the controller of a laser scanner does. Segmentation is
+// ideal: the body that a hit met is known. Everything else is measured. Each hit is moved by the measured
+// velocity to one instant, which removes the distortion of the sweep; the box around the moved hits gives
+// the object's centre and its length along its velocity. An object is closed when the sweep is some columns
+// past it.
 //
-// World frame. No allocation after construction.
+// World frame. No allocation after construction. Threads: one.
 
 #include <glm/ext/vector_double3.hpp>
 
@@ -22,35 +22,36 @@ struct ScannedObject {
   std::int64_t time_ns = 0;  ///< the instant of everything below
   glm::dvec3 center_m{0.0};
   glm::dvec3 velocity_mps{0.0};
-  double length_m = 0.0;  ///< seen, along the velocity
+  double length_m = 0.0;  ///< measured, along the velocity
   std::uint32_t hits = 0;
 };
 
 class ObjectList {
  public:
   struct Options {
-    std::uint32_t max_open =
-        64;  ///< bodies in sight of the beam at once; hits on further ones are passed over and counted
-    std::uint32_t max_objects = 4;  ///< the nearest are kept
+    std::uint32_t max_open = 64;    ///< open objects at once; hits of further bodies are ignored and counted
+    std::uint32_t max_objects = 4;  ///< slots of the list; the nearest objects are kept
     std::uint32_t gap_columns = 3;  ///< columns without a hit that close an object
     std::uint32_t min_hits = 3;
-    std::int64_t keep_ns = 0;  ///< how long an object stands in the list without being seen again
+    std::int64_t keep_ns = 0;  ///< how long an object stays in the list after its last measurement
   };
   explicit ObjectList(const Options& options);
 
-  /// A hit on a body of interest, in the order of time.
+  /// Adds a hit. Hits come in the order of their times.
   void add(rtstdb::EntityId entity, std::uint32_t column, std::int64_t time_ns, const glm::dvec3& p_world_m,
            const glm::dvec3& v_world_mps) noexcept;
-  /// The sweep has come to `column`: closes what lies behind it. `near_m`: distances are from here.
+  /// The sweep has reached `column`: closes the objects that lie more than gap_columns behind it. Of too many
+  /// objects, those nearest to `near_m` are kept.
   void advance(std::uint32_t column, std::int64_t time_ns, const glm::dvec3& near_m) noexcept;
-  /// The sweep is over: closes everything.
+  /// The sweep is over: closes all objects.
   void end_sweep(std::int64_t time_ns, const glm::dvec3& near_m) noexcept;
-  /// Drops objects not seen for keep_ns.
+  /// Removes objects that were not measured for keep_ns.
   void forget(std::int64_t time_ns) noexcept;
 
-  /// In the order of their slots: an object keeps its slot as long as it is seen.
+  /// The slots; a free one has an invalid entity. An object keeps its slot as long as it is measured.
   std::span<const ScannedObject> slots() const noexcept { return slots_; }
-  std::uint64_t passed_over() const noexcept { return passed_over_; }
+  /// The number of hits that were ignored since max_open objects were open.
+  std::uint64_t ignored_hits() const noexcept { return ignored_hits_; }
 
  private:
   struct Open {
@@ -66,7 +67,7 @@ class ObjectList {
   const Options options_;
   std::vector<Open> open_;
   std::vector<ScannedObject> slots_;
-  std::uint64_t passed_over_ = 0;
+  std::uint64_t ignored_hits_ = 0;
 };
 
 }  // namespace hil::modules

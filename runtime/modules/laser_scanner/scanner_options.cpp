@@ -50,7 +50,7 @@ config::Schema scanner_schema() {
   return Schema::record({
       Field::needed("carrier", Schema::text(), "The body that carries the scanner, as 'module.vehicle'."),
       Field::with_default("mount", point, "[0 m, 0 m, 0 m]",
-                          "Where the scanner sits, in the carrier's frame."),
+                          "Position of the scanner in the carrier's frame."),
       Field::with_default("list_origin", point, "[0 m, 0 m, 0 m]",
                           "Origin of the object list, in the carrier's frame."),
       Field::with_default("scan_rate", Schema::quantity(Quantity::frequency_hz, 0.1, 100.0), "1 Hz",
@@ -61,23 +61,22 @@ config::Schema scanner_schema() {
                           "Vertical field of view."),
       Field::with_default("elevation", Schema::quantity(Quantity::angle_rad, -pi, pi), "0 deg",
                           "Elevation of the middle of the field of view."),
-      Field::with_default("columns", Schema::integer(2, 16384), "480", "Beams across a sweep."),
+      Field::with_default("columns", Schema::integer(2, 16384), "480", "Beams in a sweep."),
       Field::with_default("rows", Schema::integer(1, 8192), "270", "Beams in a column."),
       Field::with_default("sweep", Schema::one_of({"left_to_right", "right_to_left"}), "left_to_right",
-                          "Which way the beam turns."),
+                          "The direction in which the beam turns."),
       Field::with_default("range", Schema::quantity(Quantity::length_m, 0.1, 10000.0), "120 m",
-                          "How far a beam reaches."),
-      Field::needed("layers", layers, "Layers that beams meet."),
+                          "The range of a beam."),
+      Field::needed("layers", layers, "Layers that beams hit."),
       Field::needed("object_layers", layers, "Layers whose bodies go into the object list."),
       Field::with_default("max_objects", Schema::integer(1, 64), "4", "Slots of the object list."),
       Field::with_default("keep_objects", Schema::quantity(Quantity::duration_s, 0.0, 60.0), "1 s",
-                          "How long an object stands in the list without being seen again."),
+                          "How long an object stays in the list without a new hit."),
       Field::with_default("ignore_motion", Schema::boolean(), "false",
-                          "Whether bodies stand still during a sweep, whatever the beams' times."),
+                          "Whether bodies stand still during a sweep, whatever the times of the beams."),
       Field::with_default("compare", Schema::list(Schema::text(), 0, 8), "[]",
-                          "Bodies whose apparent length the report compares with the closed form; the sweep "
-                          "is then also shot "
-                          "without motion, which doubles its cost."),
+                          "Bodies whose apparent length the report compares with the closed form. The sweep "
+                          "is then also traced without motion, which doubles its cost."),
   });
 }
 

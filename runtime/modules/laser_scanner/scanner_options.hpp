@@ -1,5 +1,5 @@
 #pragma once
-// What a scenario says of a laser scanner.
+// The parameters of a laser scanner.
 
 #include <glm/ext/vector_double3.hpp>
 
@@ -12,7 +12,7 @@
 
 namespace hil::modules {
 
-/// Places in the carrier's frame.
+/// Positions are in the carrier's frame.
 struct ScannerOptions {
   std::string carrier;
   glm::dvec3 mount_m{0.0};
@@ -26,7 +26,7 @@ struct ScannerOptions {
 };
 
 config::Schema scanner_schema();
-/// Of parameters that passed the schema.
+/// `parameters` conform to the schema.
 ScannerOptions read_scanner_options(const config::Value& parameters);
 
 }  // namespace hil::modules

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace hil::modules {
 namespace {
 
-/// Of one body in one sweep.
-constexpr std::size_t max_points = 1u << 15;
-/// Cosine below which a face counts as turned away from a direction.
-constexpr double away = 0.3;
+/// A face whose normal has a smaller cosine with a direction counts as parallel to the direction.
+constexpr double max_parallel_cosine = 0.3;
 
 glm::dvec2 unit(double heading_rad) {
   return {std::cos(heading_rad), std::sin(heading_rad)};
@@ -21,8 +18,11 @@ glm::dvec2 unit(double heading_rad) {
 }  // namespace
 
 SweepComparison::SweepComparison(const ScanPattern& pattern, std::vector<ComparedBody> bodies)
-    : pattern_(pattern), bodies_(std::move(bodies)), collected_(bodies_.size()), findings_(bodies_.size()) {
-  for (Collected& collected : collected_) {
+    : pattern_(pattern),
+      bodies_(std::move(bodies)),
+      measurements_(bodies_.size()),
+      findings_(bodies_.size()) {
+  for (Measurements& collected : measurements_) {
     collected.moving.reserve(max_points);
     collected.still.reserve(max_points);
   }
@@ -36,31 +36,31 @@ void SweepComparison::begin_sweep(std::int64_t begin_ns, const SensorMotion& sen
                                   std::span<const std::optional<BodyMotion>> bodies) noexcept {
   begin_ns_ = begin_ns;
   sensor_ = sensor;
-  for (std::size_t i = 0; i < collected_.size(); ++i) {
-    collected_[i].motion = bodies[i];
-    collected_[i].moving.clear();
-    collected_[i].still.clear();
-    collected_[i].too_many = false;
+  for (std::size_t i = 0; i < measurements_.size(); ++i) {
+    measurements_[i].motion = bodies[i];
+    measurements_[i].moving.clear();
+    measurements_[i].still.clear();
+    measurements_[i].too_many = false;
   }
 }
 
 void SweepComparison::add_hit(const rtstdb::RayHit& hit, std::uint32_t column, std::uint32_t row,
                               bool still) noexcept {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].entity != hit.entity || !collected_[i].motion) continue;
-    std::vector<Seen>& seen = still ? collected_[i].still : collected_[i].moving;
-    if (seen.size() == max_points) {
-      collected_[i].too_many = findings_[i].too_many = true;
+    if (bodies_[i].entity != hit.entity || !measurements_[i].motion) continue;
+    std::vector<Point>& points = still ? measurements_[i].still : measurements_[i].moving;
+    if (points.size() == max_points) {
+      measurements_[i].too_many = findings_[i].too_many = true;
       return;
     }
     const glm::dvec3 p = glm::dvec3(pattern_.direction(column, row)) * static_cast<double>(hit.lambda);
-    const glm::dvec2 travel = unit(collected_[i].motion->heading_rad);
+    const glm::dvec2 travel = unit(measurements_[i].motion->heading_rad);
     const glm::dvec3 n = hit.n_world;
     const double along = glm::dot(glm::dvec2(n), travel);
-    seen.push_back(
+    points.push_back(
         {.point = {p.x, p.y, p.z, pattern_.azimuth_rad(column), pattern_.elevation_rad(row), hit.lambda, 0},
          .column = column,
-         .side = std::abs(n.z) < away && std::abs(along) < away});
+         .side = std::abs(n.z) < max_parallel_cosine && std::abs(along) < max_parallel_cosine});
     return;
   }
 }
@@ -71,30 +71,31 @@ double SweepComparison::column_width_m(const glm::dvec2& p_sensor_m, const glm::
   return pattern_.pitch_rad() * range_m / std::max(incidence, 0.1);
 }
 
-std::optional<SweepComparison::Measured> SweepComparison::measure(const std::vector<Seen>& seen,
+std::optional<SweepComparison::Measured> SweepComparison::measure(const std::vector<Point>& points,
                                                                   double heading_rad) const noexcept {
   Measured measured{.length_m = 0.0, .first_column = pattern_.columns(), .last_column = 0};
-  for (const Seen& s : seen) {
-    if (!s.side) continue;
-    measured.first_column = std::min(measured.first_column, s.column);
-    measured.last_column = std::max(measured.last_column, s.column);
+  for (const Point& point : points) {
+    if (!point.side) continue;
+    measured.first_column = std::min(measured.first_column, point.column);
+    measured.last_column = std::max(measured.last_column, point.column);
   }
-  // A side that touches the field of view's border may go on beyond it.
+  // A side that touches the border of the field of view may be longer than its measured part.
   if (measured.first_column == 0 || measured.first_column >= measured.last_column ||
       measured.last_column + 1 >= pattern_.columns()) {
     return std::nullopt;
   }
-  // Sensor frame: the body's direction as the sensor has it.
+  // The body's direction in the sensor frame.
   const glm::dvec2 along = unit(heading_rad - sensor_.heading_rad);
   glm::dvec2 sum[2] = {glm::dvec2(0.0), glm::dvec2(0.0)};
   double count[2] = {0.0, 0.0};
-  for (const Seen& s : seen) {
-    if (!s.side || (s.column != measured.first_column && s.column != measured.last_column)) continue;
-    const int edge = s.column == measured.first_column ? 0 : 1;
-    sum[edge] += glm::dvec2(s.point.x_m, s.point.y_m);
+  for (const Point& point : points) {
+    if (!point.side || (point.column != measured.first_column && point.column != measured.last_column))
+      continue;
+    const int edge = point.column == measured.first_column ? 0 : 1;
+    sum[edge] += glm::dvec2(point.point.x_m, point.point.y_m);
     count[edge] += 1.0;
   }
-  // A beam stands for its share of the sweep, half a column to each side.
+  // A beam represents half a column to each side.
   const glm::dvec2 first = sum[0] / count[0];
   const glm::dvec2 last = sum[1] / count[1];
   const double between_m = std::abs(glm::dot(first - last, along));
@@ -102,14 +103,14 @@ std::optional<SweepComparison::Measured> SweepComparison::measure(const std::vec
   return measured;
 }
 
-void SweepComparison::judge(std::size_t body) noexcept {
-  const Collected& collected = collected_[body];
+void SweepComparison::evaluate(std::size_t body) noexcept {
+  const Measurements& measured = measurements_[body];
   Finding& finding = findings_[body];
-  if (finding.complete || !collected.motion || collected.too_many) return;
+  if (finding.complete || !measured.motion || measured.too_many) return;
   const ComparedBody& facts = bodies_[body];
-  const BodyMotion& motion = *collected.motion;
-  const auto still = measure(collected.still, motion.heading_rad);
-  const auto moving = measure(collected.moving, motion.heading_rad);
+  const BodyMotion& motion = *measured.motion;
+  const auto still = measure(measured.still, motion.heading_rad);
+  const auto moving = measure(measured.moving, motion.heading_rad);
   if (!still || !moving) return;
   // The edges of the side that faces the sensor.
   const glm::dvec2 travel = unit(motion.heading_rad);
@@ -122,7 +123,7 @@ void SweepComparison::judge(std::size_t body) noexcept {
   if (!closed_form) return;
   const SensorMotion turned{.point = {}, .heading_rad = sensor_.heading_rad};
   const double pitch_m = column_width_m(turned.seen(side - sensor_.point.p_m, 0.0), turned.seen(travel, 0.0));
-  // Whole only when nothing stood in between: then the picture without motion has the true length.
+  // Without motion the measured length is the true length, unless another body hid a part of the side.
   if (std::abs(still->length_m - facts.length_m) > 0.01 * facts.length_m + pitch_m) return;
 
   finding.complete = true;
@@ -131,61 +132,15 @@ void SweepComparison::judge(std::size_t body) noexcept {
   finding.moving = *moving;
   finding.closed_form_m = *closed_form;
   finding.tolerance_m = 0.01 * *closed_form + pitch_m;
-  for (const Seen& s : collected.moving)
-    finding.moving_points.push_back(s.point);
-  for (const Seen& s : collected.still)
-    finding.still_points.push_back(s.point);
+  for (const Point& point : measured.moving)
+    finding.moving_points.push_back(point.point);
+  for (const Point& point : measured.still)
+    finding.still_points.push_back(point.point);
 }
 
 void SweepComparison::end_sweep() noexcept {
   for (std::size_t i = 0; i < bodies_.size(); ++i)
-    judge(i);
-}
-
-report::ScanPicture SweepComparison::picture(std::size_t body, bool still) const {
-  const Finding& finding = findings_[body];
-  const bool stretched = finding.closed_form_m > bodies_[body].length_m;
-  report::ScanPicture picture;
-  picture.entities = {bodies_[body].name};
-  picture.true_length_m = bodies_[body].length_m;
-  picture.tolerance_m = finding.tolerance_m;
-  char caption[160];
-  if (still) {
-    picture.title = "motion ignored";
-    std::snprintf(caption, sizeof caption, "%s, every beam at %.3f s", bodies_[body].name.c_str(),
-                  static_cast<double>(finding.begin_ns) * 1e-9);
-    picture.measured_length_m = finding.still.length_m;
-    picture.closed_form_length_m = bodies_[body].length_m;
-    picture.points = finding.still_points;
-  } else {
-    picture.title = stretched ? "moving with the beam: stretched" : "moving against the beam: compressed";
-    std::snprintf(caption, sizeof caption, "%s, sweep from %.3f s on", bodies_[body].name.c_str(),
-                  static_cast<double>(finding.begin_ns) * 1e-9);
-    picture.measured_length_m = finding.moving.length_m;
-    picture.closed_form_length_m = finding.closed_form_m;
-    picture.points = finding.moving_points;
-  }
-  picture.caption = caption;
-  // Seen from the sensor, right is -y.
-  picture.right = {0.0, -1.0};
-  return picture;
-}
-
-void SweepComparison::contribute(report::RunRecord& record) const {
-  bool first = true;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (!findings_[i].complete) {
-      record.events.push_back({record.top_view ? record.top_view->time_ns : 0,
-                               "no length of " + bodies_[i].name + " is compared: " +
-                                   (findings_[i].too_many ? "a sweep had more than " +
-                                                                std::to_string(max_points) + " points of it"
-                                                          : "no whole sweep saw its whole side")});
-      continue;
-    }
-    if (first) record.scan_comparison.push_back(picture(i, true));
-    first = false;
-    record.scan_comparison.push_back(picture(i, false));
-  }
+    evaluate(i);
 }
 
 }  // namespace hil::modules

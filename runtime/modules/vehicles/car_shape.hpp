@@ -1,5 +1,5 @@
 #pragma once
-// A car's outer shape: a body of full length and width, and a cabin on it.
+// The shape of a car: a body of full length and width, and a cabin on it.
 
 #include <string>
 
@@ -11,10 +11,10 @@ namespace hil::modules {
 /// on the origin.
 rtstdb::TriangleMesh make_car(const glm::dvec3& size_m);
 
-/// The same for equal sizes and for no others: what cars share their geometry by.
+/// The key for World::shared_geometry: equal only for equal sizes.
 std::string car_key(const glm::dvec3& size_m);
 
-/// Height above the ground up to which the body reaches its full length: the sides below it are upright.
+/// Height of the body, below the cabin. The sides of the body are upright.
 double body_height_m(const glm::dvec3& size_m) noexcept;
 
 }  // namespace hil::modules

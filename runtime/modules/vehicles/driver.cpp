@@ -6,8 +6,8 @@
 namespace hil::modules {
 
 double idm_acceleration(const DriverModel& driver, double speed_mps, const Ahead& ahead,
-                        double hardest_mps2) noexcept {
-  constexpr double out_of_sight_m = 1000.0;
+                        double max_deceleration_mps2) noexcept {
+  constexpr double no_leader_m = 1000.0;
   const double free_road = 1.0 - std::pow(speed_mps / driver.desired_speed_mps, 4.0);
   const double closing = speed_mps - ahead.speed_mps;
   const double wanted_gap =
@@ -15,11 +15,12 @@ double idm_acceleration(const DriverModel& driver, double speed_mps, const Ahead
       std::max(0.0, speed_mps * driver.headway_s +
                         speed_mps * closing /
                             (2.0 * std::sqrt(driver.acceleration_mps2 * driver.comfortable_mps2)));
-  if (ahead.gap_m <= 0.0) return -hardest_mps2;
-  // Nobody there: a car at its desired speed then keeps it exactly.
-  if (ahead.gap_m > out_of_sight_m) return std::max(driver.acceleration_mps2 * free_road, -hardest_mps2);
+  if (ahead.gap_m <= 0.0) return -max_deceleration_mps2;
+  // Without a leader a car at its desired speed keeps it exactly.
+  if (ahead.gap_m > no_leader_m)
+    return std::max(driver.acceleration_mps2 * free_road, -max_deceleration_mps2);
   const double interaction = wanted_gap / ahead.gap_m;
-  return std::max(driver.acceleration_mps2 * (free_road - interaction * interaction), -hardest_mps2);
+  return std::max(driver.acceleration_mps2 * (free_road - interaction * interaction), -max_deceleration_mps2);
 }
 
 bool can_stop(double speed_mps, double distance_m, double deceleration_mps2) noexcept {

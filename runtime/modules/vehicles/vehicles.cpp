@@ -1,4 +1,14 @@
-#include "runtime/modules/vehicles/vehicles.hpp"
+// Road vehicles on straight lanes. Each has a driver model (driver.hpp) that keeps the distance to the
+// vehicle ahead on the lane and stops at the stop line while the light is not green, unless the vehicle
+// runs its light. The device under test may brake a vehicle: the larger one of its deceleration and the
+// driver's counts.
+//
+// Inputs   light_<group>  state of a traffic light: 0 red, 1 red-yellow, 2 green, 3 yellow
+//          <vehicle>_brake_request  m/s2, at least 0; for vehicles with `braked_from_outside`
+// Outputs  <vehicle>.x, .y (centre, m), .speed (m/s), .acceleration (m/s2), .yaw_rate (rad/s)
+//
+// The module writes the row of a vehicle only when its motion changes: between two writes the row is a
+// function of time.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -9,6 +19,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "runtime/modules/module.hpp"
 #include "runtime/modules/vehicles/car_shape.hpp"
 #include "runtime/modules/vehicles/driver.hpp"
 
@@ -18,9 +29,10 @@ namespace {
 constexpr double green_light = 2.0;
 constexpr std::int64_t track_every_ns = 50'000'000;
 constexpr std::size_t max_track_points = 1u << 16;
-/// Periods that are made up for one by one after releases were skipped; more of them are driven in longer strides.
-constexpr std::int64_t max_strides = 64;
-/// Vehicles whose lanes lie this close and head the same way follow each other.
+/// Integration steps in one step of the module. After skipped releases there is one for each period that
+/// passed; beyond this number the steps are longer.
+constexpr std::int64_t max_integration_steps = 64;
+/// Vehicles with the same heading whose lanes are closer than this are on one lane.
 constexpr double same_lane_m = 1.0;
 
 struct Vehicle {
@@ -29,7 +41,7 @@ struct Vehicle {
   glm::dvec2 start_m{0.0};
   glm::dvec2 direction{1.0, 0.0};
   double heading_rad = 0.0;
-  double hardest_mps2 = 9.0;
+  double max_deceleration_mps2 = 9.0;
   double brake_lag_s = 0.1;
   bool is_ego = false;
   bool braked_from_outside = false;
@@ -46,12 +58,12 @@ struct Vehicle {
   double travelled_m = 0.0;
   double speed_mps = 0.0;
   double acceleration_mps2 = 0.0;
-  double brake_mps2 = 0.0;  ///< what the actuator has built up
+  double brake_mps2 = 0.0;  ///< deceleration of the brake actuator
   double written_speed_mps = -1.0;
   bool was_braking = false;
-  bool has_left = false;  ///< the world: its row stays as it was
+  bool has_left = false;  ///< the region that the database permits: its row is not written any more
   EventLog::Kind leaves;
-  std::vector<report::TrackPoint> track;
+  std::vector<contribution::TrackPoint> track;
 
   glm::dvec2 center_m() const { return start_m + direction * travelled_m; }
 };
@@ -63,7 +75,7 @@ class Vehicles final : public Module {
   const Ports& ports() const noexcept override { return ports_; }
   void configure(World& world, EventLog& events, const TaskFacts& task) override;
   void step(StepContext& context) noexcept override;
-  void contribute(report::RunRecord& record) const override;
+  void contribute(contribution::Contribution& report) const override;
 
  private:
   void declare_ports();
@@ -78,10 +90,10 @@ class Vehicles final : public Module {
   Ports ports_;
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::Transaction> transaction_;
-  std::int64_t driven_until_ns_ = 0;            ///< run time
-  rtstdb::Reservation* reservation_ = nullptr;  // the world's; null: there was no time to keep free
+  std::int64_t simulated_until_ns_ = 0;         ///< run time
+  rtstdb::Reservation* reservation_ = nullptr;  ///< of the world; null: refused
   EventLog::Kind braking_begins_, standing_;
-  /// A light that vehicles obey, and what it showed last.
+  /// A light that vehicles obey, and its last state.
   struct Light {
     std::size_t input = 0;
     double shown = -1.0;
@@ -101,28 +113,28 @@ config::Schema vehicle_schema() {
       Field::with_default("size", Schema::list(length(0.1, 50.0), 3, 3), "[4.5 m, 1.8 m, 1.5 m]",
                           "Length, width and height of the vehicle."),
       Field::needed("position", Schema::list(length(-1e4, 1e4), 2, 2),
-                    "Where its centre is at the start, x and y."),
+                    "Position of its centre at the start, x and y."),
       Field::with_default("heading", Schema::quantity(Quantity::angle_rad, -6.3, 6.3), "0 deg",
-                          "Where it drives, counted from +x to +y."),
-      Field::needed("speed", speed, "Its speed at the start."),
+                          "Direction of travel, counted from +x to +y."),
+      Field::needed("speed", speed, "Speed at the start."),
       Field::optional("desired_speed", Schema::quantity(Quantity::speed_mps, 0.1, 100.0),
-                      "The speed its driver wants; left out: the speed at the start."),
-      Field::with_default("acceleration", acceleration, "1.5 m/s2",
-                          "What its driver accelerates with from rest."),
+                      "Speed that its driver keeps on a free road; default: the speed at the start."),
+      Field::with_default("acceleration", acceleration, "1.5 m/s2", "Acceleration from rest."),
       Field::with_default("comfortable_deceleration", acceleration, "2.5 m/s2",
-                          "What its driver likes to brake with."),
-      Field::with_default("hardest_deceleration", acceleration, "9 m/s2", "What its brakes can do."),
+                          "Deceleration that its driver prefers."),
+      Field::with_default("hardest_deceleration", acceleration, "9 m/s2",
+                          "Maximum deceleration of its brakes."),
       Field::with_default("brake_lag", Schema::quantity(Quantity::duration_s, 0.0, 2.0), "100 ms",
-                          "Time constant with which a braking demand from outside builds up."),
+                          "Time constant of the brake actuator for a brake request."),
       Field::optional("stop_line", length(0.0, 1e4),
-                      "How far ahead of its front edge its stop line is at the start."),
-      Field::optional("light", Schema::text(), "Which light it obeys: the module's input light_NAME."),
+                      "Distance from its front edge to its stop line at the start."),
+      Field::optional("light", Schema::text(), "The light that it obeys: the module's input light_NAME."),
       Field::with_default("runs_light", Schema::boolean(), "false", "Whether it ignores that light."),
       Field::with_default("ego", Schema::boolean(), "false",
-                          "Whether it is the ego, drawn on top in the report."),
+                          "Whether it is the ego, which the report draws on top."),
       Field::with_default("braked_from_outside", Schema::boolean(), "false",
                           "Whether it has the input NAME_brake_request."),
-      Field::optional("layer", Schema::text(), "Its layer, when it is not the module's."),
+      Field::optional("layer", Schema::text(), "Its layer; default: the layer of the module."),
   });
 }
 
@@ -140,7 +152,7 @@ Vehicles::Vehicles(const config::Value& parameters, config::Diagnostics& diagnos
     v.driver.desired_speed_mps = value.has("desired_speed") ? value["desired_speed"].number() : v.speed_mps;
     v.driver.acceleration_mps2 = value["acceleration"].number();
     v.driver.comfortable_mps2 = value["comfortable_deceleration"].number();
-    v.hardest_mps2 = value["hardest_deceleration"].number();
+    v.max_deceleration_mps2 = value["hardest_deceleration"].number();
     v.brake_lag_s = value["brake_lag"].number();
     if (value.has("stop_line")) v.stop_line_m = value["stop_line"].number();
     if (value.has("light")) v.light = value["light"].text();
@@ -153,11 +165,10 @@ Vehicles::Vehicles(const config::Value& parameters, config::Diagnostics& diagnos
     v.is_ego = value["ego"].boolean();
     v.braked_from_outside = value["braked_from_outside"].boolean();
     if (v.driver.desired_speed_mps <= 0.0) {
-      diagnostics.add(value.place(), "vehicle '" + name + "' stands at the start and has no desired_speed");
+      diagnostics.add(value.place(), "vehicle '" + name + "' has speed 0 at the start and no desired_speed");
     }
     if (!v.light.empty() && !v.stop_line_m) {
-      diagnostics.add(value["light"].place(),
-                      "vehicle '" + name + "' has a light but no stop_line to stop at");
+      diagnostics.add(value["light"].place(), "vehicle '" + name + "' has a light but no stop_line");
     }
     vehicles_.push_back(std::move(v));
   }
@@ -180,7 +191,7 @@ void Vehicles::declare_ports() {
     if (v.braked_from_outside) {
       v.brake_input = input({.name = v.name + "_brake_request",
                              .unit = "m/s2",
-                             .about = "Deceleration asked for from outside"});
+                             .about = "Deceleration that the device under test requests"});
     }
     v.first_output = ports_.outputs.size();
     const glm::dvec2 at = v.center_m();
@@ -215,7 +226,7 @@ void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) 
     v.leaves = events.add_kind(v.name + " leaves the world");
     v.track.reserve(max_track_points);
   }
-  // Rows alone, and microseconds on any machine: a budget that holds where it is loaded too.
+  // A transaction that writes rows takes microseconds. The budget leaves room for a loaded machine.
   const auto vehicles = static_cast<std::int64_t>(vehicles_.size());
   const rtstdb::Nanoseconds budget{100'000 + 2'000 * vehicles};
   const rtstdb::Nanoseconds deadline(task.deadline_ns);
@@ -223,11 +234,11 @@ void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) 
                                 .period = rtstdb::Nanoseconds(task.period_ns),
                                 .deadline = deadline,
                                 .budget = std::min(budget, deadline)});
-  braking_begins_ = events.add_kind("the device under test asks for {} m/s2");
-  standing_ = events.add_kind("the ego stands, x = {} m", 2);
+  braking_begins_ = events.add_kind("the device under test requests {} m/s2");
+  standing_ = events.add_kind("the ego stops, x = {} m", 2);
   constexpr const char* states[] = {"red", "red-yellow", "green", "yellow"};
   for (std::size_t i = 0; i < ports_.inputs.size(); ++i) {
-    if (!ports_.inputs[i].required) continue;  // lights alone are
+    if (!ports_.inputs[i].required) continue;  // only lights are required
     Light light{.input = i, .turns = {}};
     for (std::size_t state = 0; state < 4; ++state) {
       light.turns[state] = events.add_kind(ports_.inputs[i].name + " turns " + states[state]);
@@ -253,9 +264,10 @@ Ahead Vehicles::nearest_ahead(const Vehicle& vehicle, const StepContext& context
   }
   if (vehicle.stop_line_m && !vehicle.runs_light && light_state(vehicle, context) != green_light) {
     const double to_line_m = *vehicle.stop_line_m - vehicle.travelled_m;
-    // Whoever is past the line, or can not stop any more, drives on. The line itself is the standstill gap
-    // away.
-    if (can_stop(vehicle.speed_mps, to_line_m + 0.5, vehicle.hardest_mps2 * 0.6) && to_line_m < ahead.gap_m) {
+    // A vehicle past the line, or too close to stop, drives on. The line counts as a leader's rear edge at
+    // the standstill gap behind it.
+    if (can_stop(vehicle.speed_mps, to_line_m + 0.5, vehicle.max_deceleration_mps2 * 0.6) &&
+        to_line_m < ahead.gap_m) {
       ahead = {to_line_m + vehicle.driver.standstill_gap_m, 0.0};
     }
   }
@@ -264,19 +276,19 @@ Ahead Vehicles::nearest_ahead(const Vehicle& vehicle, const StepContext& context
 
 void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s) noexcept {
   double acceleration = idm_acceleration(vehicle.driver, vehicle.speed_mps, nearest_ahead(vehicle, context),
-                                         vehicle.hardest_mps2);
+                                         vehicle.max_deceleration_mps2);
   if (vehicle.brake_input) {
     const signals::SignalValue& request = context.inputs[*vehicle.brake_input];
-    const double asked_mps2 = request.fresh ? std::clamp(request.value, 0.0, vehicle.hardest_mps2) : 0.0;
+    const double requested_mps2 =
+        request.fresh ? std::clamp(request.value, 0.0, vehicle.max_deceleration_mps2) : 0.0;
     const double share = vehicle.brake_lag_s > 0.0 ? 1.0 - std::exp(-dt_s / vehicle.brake_lag_s) : 1.0;
-    vehicle.brake_mps2 += (asked_mps2 - vehicle.brake_mps2) * share;
-    if (asked_mps2 > 0.0 && !vehicle.was_braking)
-      context.events->note(braking_begins_, context.time_ns, asked_mps2);
-    vehicle.was_braking = asked_mps2 > 0.0;
+    vehicle.brake_mps2 += (requested_mps2 - vehicle.brake_mps2) * share;
+    if (requested_mps2 > 0.0 && !vehicle.was_braking)
+      context.events->note(braking_begins_, context.time_ns, requested_mps2);
+    vehicle.was_braking = requested_mps2 > 0.0;
     if (vehicle.brake_mps2 > 0.05) acceleration = std::min(acceleration, -vehicle.brake_mps2);
   }
-  // A driver neither creeps at the line nor crawls for ever: below this speed, wanting to brake means
-  // standing.
+  // A vehicle that brakes below this speed stops, since the driver model alone would approach rest for ever.
   const bool comes_to_rest = vehicle.speed_mps > 0.0 && vehicle.speed_mps < 0.05 && acceleration < 0.0;
   const Travel moved = comes_to_rest ? Travel{0.0, 0.0} : travel(vehicle.speed_mps, acceleration, dt_s);
   if (vehicle.is_ego && vehicle.speed_mps > 0.0 && moved.speed_mps == 0.0) {
@@ -299,13 +311,13 @@ void Vehicles::watch_lights(const StepContext& context) noexcept {
 
 void Vehicles::step(StepContext& context) noexcept {
   watch_lights(context);
-  // Not always a period: releases are skipped when the tick is late or the last step took too long, and the
-  // world went on meanwhile.
-  const std::int64_t passed_ns = context.time_ns - std::exchange(driven_until_ns_, context.time_ns);
+  // More than a period when releases were skipped: the simulation makes up for them.
+  const std::int64_t passed_ns = context.time_ns - std::exchange(simulated_until_ns_, context.time_ns);
   if (passed_ns > 0) {
-    const std::int64_t strides = std::clamp<std::int64_t>(passed_ns / context.period_ns, 1, max_strides);
-    const double dt_s = static_cast<double>(passed_ns) / static_cast<double>(strides) * 1e-9;
-    for (std::int64_t stride = 0; stride < strides; ++stride) {
+    const std::int64_t steps =
+        std::clamp<std::int64_t>(passed_ns / context.period_ns, 1, max_integration_steps);
+    const double dt_s = static_cast<double>(passed_ns) / static_cast<double>(steps) * 1e-9;
+    for (std::int64_t step = 0; step < steps; ++step) {
       for (Vehicle& v : vehicles_)
         advance(v, context, dt_s);
     }
@@ -326,19 +338,19 @@ void Vehicles::write_rows(StepContext& context) noexcept {
     if (v.has_left) continue;
     const glm::dvec2 at = v.center_m();
     if (std::max(std::abs(at.x), std::abs(at.y)) > rtstdb::max_coordinate_m) {
-      // The database refuses such a row, and with it those of all others.
+      // The database would refuse the row, and with it the whole transaction.
       v.has_left = true;
       context.events->note(v.leaves, context.time_ns);
       continue;
     }
-    // At a constant speed the row of before says it all.
+    // At constant speed the last written row still holds.
     if (v.speed_mps == v.written_speed_mps && v.acceleration_mps2 == 0.0) continue;
     transaction_->update_motion(v.entity, motion_of(v, context.time_ns));
     v.written_speed_mps = v.speed_mps;
     any = true;
   }
   if (!any || context.execute(*database_, *transaction_).done()) return;
-  // Nothing is in: what the world has is old even for a vehicle that keeps its speed from here on.
+  // No row was written: all have to be written again, also those of vehicles with constant speed.
   for (Vehicle& v : vehicles_)
     v.written_speed_mps = -1.0;
 }
@@ -355,22 +367,21 @@ void Vehicles::write_outputs(StepContext& context) noexcept {
   }
 }
 
-void Vehicles::contribute(report::RunRecord& record) const {
-  if (!record.top_view) return;
+void Vehicles::contribute(contribution::Contribution& report) const {
   for (const Vehicle& v : vehicles_) {
     const glm::dvec2 at = v.center_m();
     const glm::dvec2 along = 0.5 * v.size_m.x * v.direction;
     const glm::dvec2 across = 0.5 * v.size_m.y * glm::dvec2(-v.direction.y, v.direction.x);
-    report::Shape shape{.layer = v.is_ego ? report::Layer::ego : report::Layer::vehicle,
-                        .label = v.name,
-                        .footprint = {},
-                        .body_layer = v.layer};
+    contribution::Shape shape{.layer = v.is_ego ? contribution::Layer::ego : contribution::Layer::vehicle,
+                              .label = v.name,
+                              .footprint = {},
+                              .body_layer = v.layer};
     for (const glm::dvec2& p :
          {at + along + across, at - along + across, at - along - across, at + along - across}) {
       shape.footprint.push_back({p.x, p.y});
     }
-    record.top_view->shapes.push_back(std::move(shape));
-    record.top_view->tracks.push_back({v.name, v.is_ego, v.track});
+    report.map.shapes.push_back(std::move(shape));
+    report.map.tracks.push_back({v.name, v.is_ego, v.track});
   }
 }
 

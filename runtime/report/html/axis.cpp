@@ -33,14 +33,14 @@ double rounded_up(double value) {
 
 }  // namespace
 
-double linear_step(double length, int most) {
-  return rounded_up(length / std::max(most - 1, 1));
+double linear_step(double length, int max_count) {
+  return rounded_up(length / std::max(max_count - 1, 1));
 }
 
-std::vector<double> linear_ticks(Interval range, int most) {
+std::vector<double> linear_ticks(Interval range, int max_count) {
   const double length = range.high - range.low;
   if (!(length > 0.0) || !std::isfinite(length)) return {};
-  const double step = linear_step(length, most);
+  const double step = linear_step(length, max_count);
   std::vector<double> ticks;
   const double first = std::ceil(range.low / step - slightly);
   const double last = std::floor(range.high / step + slightly);

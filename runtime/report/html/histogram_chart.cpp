@@ -15,8 +15,8 @@ constexpr double plot_left = 46.0;
 constexpr double plot_right = 478.0;
 constexpr double plot_height = 120.0;
 constexpr double mark_row = 15.0;
-constexpr double column_px = 5.0;  // narrower bins share a bar
-constexpr double below_one = 0.6;  // where the count axis starts, so that a single count is a visible bar
+constexpr double column_px = 5.0;  // narrower bins are one bar
+constexpr double below_one = 0.6;  // begin of the count axis, so that a count of one is a visible bar
 
 struct Unit {
   double ns;
@@ -147,7 +147,7 @@ class Drawing {
       const std::string text = tick_text(tick / unit.ns);
       const double half = text_width(text, 11.0) / 2.0;
       if (at - half < free_from || at + half > width)
-        continue;  // the tick stays, its number would run into the last one
+        continue;  // the tick has no number, since it would overlap the last one
       svg_text(out_, "", {at, bottom_ + 16.0}, "middle", text);
       free_from = at + half + 4.0;
     }
@@ -161,7 +161,7 @@ class Drawing {
     return shortest(std::round(value * 1e6) / 1e6);
   }
 
-  /// Whether the line of a mark further up runs through a label between these positions.
+  /// Whether the line of a mark above crosses a label between these positions.
   bool is_crossed(std::size_t row, double from, double to) const {
     const auto crosses = [&](const HistogramMark& mark) {
       const double at = x_(as_double(mark.value_ns));
@@ -215,7 +215,7 @@ Histogram histogram_of(std::span<const std::int64_t> samples_ns, std::size_t bin
   return histogram;
 }
 
-Quantiles spread_of(std::vector<std::int64_t> samples_ns) {
+Quantiles quantiles_of(std::vector<std::int64_t> samples_ns) {
   if (samples_ns.empty()) return {};
   std::ranges::sort(samples_ns);
   const auto at_share = [&](double share) {

@@ -1,6 +1,6 @@
 #pragma once
-// A histogram as a picture: time across, count upwards on a logarithmic axis, so that one late tick in a
-// million is seen.
+// A histogram as a picture: time on the horizontal axis, counts on a logarithmic vertical axis, so that one
+// late tick in a million is visible.
 
 #include <span>
 #include <string>
@@ -16,11 +16,10 @@ namespace hil::report {
 /// count as 0. Empty for no samples.
 Histogram histogram_of(std::span<const std::int64_t> samples_ns, std::size_t bins);
 
-/// The quantile by rank: the smallest sample that at least a share of `share` does not exceed. Empty spread
-/// for none.
-Quantiles spread_of(std::vector<std::int64_t> samples_ns);
+/// Quantiles by rank: the smallest sample that is not exceeded by at least that share of the samples.
+Quantiles quantiles_of(std::vector<std::int64_t> samples_ns);
 
-/// A vertical line with its name; each mark has a line of text of its own, so that two never overlap.
+/// A vertical line with its name. Each mark has its line of text, so that names do not overlap.
 struct HistogramMark {
   std::string label;
   std::int64_t value_ns = 0;
@@ -33,8 +32,8 @@ struct HistogramChart {
   std::vector<HistogramMark> marks;  ///< from the top down
 };
 
-/// Values of zero or less stand at the left end of a logarithmic axis. A histogram without counts draws a
-/// sentence.
+/// Values of zero or less are at the left end of a logarithmic axis. For a histogram without counts it
+/// draws a sentence.
 void draw_histogram(Markup& out, const Histogram& histogram, const HistogramChart& chart);
 
 }  // namespace hil::report

@@ -1,5 +1,5 @@
 #pragma once
-// Finds room for labels in a picture, so that none overlaps another or is cut off.
+// Places labels in a picture, so that none overlaps another or is cut off.
 
 #include <optional>
 #include <string>
@@ -28,11 +28,11 @@ class LabelPlacement {
  public:
   explicit LabelPlacement(PixelBox area) : area_(area) {}
 
-  /// Nothing will be placed here, but for a label inside a box that is reserved for its own shape.
+  /// No label will be placed here, except the label of the shape that the box belongs to.
   void reserve(const PixelBox& box) { taken_.push_back(box); }
 
-  /// The left end of the text's baseline: inside `around` when it fits there, else beside, above or below it.
-  /// Empty when every place is taken.
+  /// The left end of the text's baseline: inside `around` if it fits there, else beside, above or below it.
+  /// Empty: no place is free.
   std::optional<Pixel> place(const std::string& text, const PixelBox& around);
 
  private:

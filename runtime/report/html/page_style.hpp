@@ -1,14 +1,14 @@
 #pragma once
-// The style sheets, light and dark. No fonts, images or scripts from anywhere.
+// The style sheets, light and dark, without fonts, images or scripts.
 
 #include <string_view>
 
 namespace hil::report {
 
-/// Everything inside pictures; begins with the colours, so that it stands alone in an SVG file.
+/// The style of pictures, with the colours, so that it is complete in an SVG file.
 std::string_view picture_style();
 
-/// The page around them.
+/// The style of the page.
 std::string_view page_style();
 
 }  // namespace hil::report

@@ -21,7 +21,7 @@ std::string report_html(const RunRecord& record) {
   expectations_section(out, record);
   events_section(out, record);
   top_view_section(out, record);
-  scan_section(out, record);
+  contributed_sections(out, record);
   response_section(out, record);
   timing_section(out, record);
   misses_section(out, record);

@@ -1,7 +1,6 @@
 #pragma once
-// report.html: one file that holds everything it shows. No script, no font, image or link from elsewhere;
-// light or dark as the reader's system asks; prints. What the record says nothing about is left out or said
-// to be absent.
+// report.html: one self-contained file without scripts and without fonts, images or links from elsewhere;
+// light or dark by the setting of the reader's system; printable.
 
 #include <string>
 

@@ -126,9 +126,9 @@ void scheduler_section(Markup& out, const RunRecord& record) {
   if (!s.predicted_over_actual.empty()) {
     Table table(out, {{"Predicted over actual cost"},
                       {"Transactions", true},
-                      {"1 % below", true},
+                      {"p1", true},
                       {"Median", true},
-                      {"1 % above", true}});
+                      {"p99", true}});
     for (const CostPrediction& one : s.predicted_over_actual)
       table.row({one.kind, count_text(one.count), decimal(one.p01, 2), decimal(one.median, 2),
                  decimal(one.p99, 2)});
@@ -158,7 +158,7 @@ void database_log_section(Markup& out, const RunRecord& record) {
   out.element("h2", "Database log");
   out.open("div", {{"class", "card"}});
   if (log.durability == "volatile") {
-    out.element("p", "Nothing of the world's history was written down: world.durability is volatile.");
+    out.element("p", "The world's history was not recorded: world.durability is volatile.");
     out.close();
     return;
   }
@@ -168,7 +168,7 @@ void database_log_section(Markup& out, const RunRecord& record) {
                     {"Written", true},
                     {"Writes", true},
                     {"Longest write", true},
-                    {"Ring at most", true},
+                    {"Ring, max used", true},
                     {"Not recorded", true},
                     {"Refused", true},
                     {"Disk faults", true}});
@@ -195,20 +195,20 @@ void processes_section(Markup& out, const RunRecord& record) {
   if (record.processes.empty()) return;
   out.element("h2", "Processes");
   out.open("div", {{"class", "card"}});
-  Table table(out, {{"Process"}, {"Command"}, {"How it ended"}, {"Died during the run", true}});
+  Table table(out, {{"Process"}, {"Command"}, {"Exit"}, {"Ended during the run", true}});
   for (const Process& process : record.processes) {
-    const bool died = process.died_at_ns.has_value();
+    const bool ended_early = process.died_at_ns.has_value();
     table.row({process.name,
                process.command,
-               {process.exit, died ? "tone bad" : ""},
-               died ? instant(*process.died_at_ns) : std::string("no")});
+               {process.exit, ended_early ? "tone bad" : ""},
+               ended_early ? instant(*process.died_at_ns) : std::string("no")});
   }
   table.end();
   out.close();
 }
 
 void origin_section(Markup& out, const RunRecord& record) {
-  out.element("h2", "To run it again");
+  out.element("h2", "How to reproduce the run");
   out.open("div", {{"class", "card"}});
   Table table(out, {{"What"}, {"Value"}});
   table.row({{"Scenario file", "key"}, record.scenario.file});

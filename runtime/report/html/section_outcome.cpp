@@ -27,8 +27,8 @@ void fact(Markup& out, const char* name, const std::string& value) {
 
 std::string length_text(const RunRecord& record) {
   const std::string reached = chosen_time(record.run_time_ns);
-  const bool short_of_it = record.duration_ns > 0 && record.run_time_ns < record.duration_ns;
-  return (short_of_it ? reached + " of " + chosen_time(record.duration_ns) : reached) + ", " +
+  const bool ended_early = record.duration_ns > 0 && record.run_time_ns < record.duration_ns;
+  return (ended_early ? reached + " of " + chosen_time(record.duration_ns) : reached) + ", " +
          counted(record.ticks, "tick", "ticks");
 }
 
@@ -36,7 +36,7 @@ std::string clock_text(const RunRecord& record) {
   const bool measurable = record.wall_ns > 0 && record.ticks > 0;
   if (!measurable) return record.clock;
   const double speed = static_cast<double>(record.run_time_ns) / static_cast<double>(record.wall_ns);
-  return record.clock + ", " + measured_time(record.wall_ns) + " on the wall (" +
+  return record.clock + ", " + measured_time(record.wall_ns) + " of wall-clock time (" +
          decimal(speed, speed < 10 ? 2 : 0) + "×)";
 }
 
@@ -50,7 +50,7 @@ std::string misses_text(const RunRecord& record) {
   return counted(misses, "miss", "misses") + " in " + counted(runs, "task run", "task runs");
 }
 
-/// Where in the run something happened, as a dot on a line.
+/// The position of an instant in the run, as a dot on a line.
 void draw_instant(Markup& out, std::int64_t time_ns, std::int64_t end_ns) {
   const double share =
       end_ns > 0 ? std::clamp(static_cast<double>(time_ns) / static_cast<double>(end_ns), 0.0, 1.0) : 0.0;
@@ -74,7 +74,8 @@ void verdict_section(Markup& out, const RunRecord& record) {
   fact(out, "Base rate",
        record.period_ns > 0 ? rate_text(1e9 / static_cast<double>(record.period_ns)) : dash);
   fact(out, "Deadlines", misses_text(record));
-  if (const std::string sentence = ticks_given_up(record); !sentence.empty()) fact(out, "Ticks", sentence);
+  if (const std::string sentence = skipped_ticks_sentence(record); !sentence.empty())
+    fact(out, "Ticks", sentence);
   fact(out, "Started", record.started_at);
   fact(out, "GPU", record.gpu.device);
   fact(out, "Exit code", std::to_string(record.exit_code));
@@ -84,7 +85,7 @@ void verdict_section(Markup& out, const RunRecord& record) {
 void degraded_section(Markup& out, const RunRecord& record) {
   if (record.realtime.degraded.empty()) return;
   out.open("section", {{"class", "card warn"}});
-  out.element("h3", {{"class", "tone"}}, "Degraded: this machine did not grant everything the run asked for");
+  out.element("h3", {{"class", "tone"}}, "Degraded: what this machine does not permit");
   out.open("ul");
   for (const std::string& sentence : record.realtime.degraded)
     out.element("li", sentence);
@@ -95,10 +96,9 @@ void expectations_section(Markup& out, const RunRecord& record) {
   out.element("h2", "Expectations");
   out.open("div", {{"class", "card"}});
   if (record.expectations.empty()) {
-    out.element("p", {{"class", "soft"}}, "The scenario expects nothing.");
+    out.element("p", {{"class", "soft"}}, "The scenario has no expectations.");
   } else {
-    Table table(
-        out, {{"Result"}, {"Expectation"}, {"What was seen"}, {"Evaluated", true}, {"First failed", true}});
+    Table table(out, {{"Result"}, {"Expectation"}, {"Detail"}, {"Evaluated", true}, {"First failed", true}});
     for (const Expectation& expectation : record.expectations) {
       const bool held = expectation.result == ExpectationResult::held;
       table.row({{(held ? "✓ " : "✗ ") + std::string(to_string(expectation.result)),
@@ -116,7 +116,7 @@ void expectations_section(Markup& out, const RunRecord& record) {
 
 void failures_section(Markup& out, const RunRecord& record) {
   if (record.failures.empty() && record.losses.empty()) return;
-  out.element("h2", "Outside the run");
+  out.element("h2", "Failures and losses");
   out.open("div", {{"class", "card"}});
   if (!record.failures.empty()) {
     out.open("ul");
@@ -151,7 +151,7 @@ void events_section(Markup& out, const RunRecord& record) {
   for (const Event& event : record.watchdog)
     events.emplace_back(event, true);
   std::ranges::stable_sort(events, {}, [](const auto& entry) { return entry.first.time_ns; });
-  out.element("h2", "What happened");
+  out.element("h2", "Events");
   out.open("div", {{"class", "card"}});
   Table table(out, {{"Time", true}, {"Event"}, {"In the run"}});
   for (const auto& [event, watchdog] : events) {
@@ -164,7 +164,7 @@ void events_section(Markup& out, const RunRecord& record) {
   table.end();
   if (record.watchdog_not_listed > 0) {
     out.element("p", {{"class", "small soft"}},
-                "Ticks were given up " + count_text(record.watchdog_not_listed) +
+                "Ticks were skipped " + count_text(record.watchdog_not_listed) +
                     " more times; the recorder kept the first ones.");
   }
   out.close();

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "runtime/report/html/histogram_chart.hpp"
-#include "runtime/report/html/scan_panel.hpp"
+#include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/sections.hpp"
 #include "runtime/report/html/table.hpp"
 #include "runtime/report/html/top_view.hpp"
@@ -13,44 +15,36 @@
 namespace hil::report {
 namespace {
 
-std::string metres(double value_m) {
-  return std::isfinite(value_m) ? decimal(value_m, 3) + " m" : std::string(dash);
+Cell cell_of(const contribution::Column& column, const contribution::Cell& cell) {
+  static constexpr std::array css_classes{"", "tone good nowrap", "tone bad nowrap"};
+  std::string text = cell.text;
+  if (column.numeric && !std::isfinite(cell.number)) {
+    text = dash;
+  } else if (column.numeric) {
+    text = decimal(cell.number, column.decimals) + (column.unit.empty() ? "" : ' ' + column.unit);
+  }
+  return {std::move(text), css_classes[static_cast<std::size_t>(cell.mark)]};
 }
 
-void lengths_table(Markup& out, const std::vector<ScanPicture>& pictures) {
-  Table table(out, {{"Case"},
-                    {"True length", true},
-                    {"Measured", true},
-                    {"Closed form", true},
-                    {"Difference", true},
-                    {"Relative", true},
-                    {"Allowed", true},
-                    {"Result"}});
-  for (const ScanPicture& picture : pictures) {
-    const double difference_m = picture.measured_length_m - picture.closed_form_length_m;
-    const std::optional<bool> agreed = agrees(picture);
-    table.row({picture.title,
-               metres(picture.true_length_m),
-               metres(picture.measured_length_m),
-               metres(picture.closed_form_length_m),
-               metres(difference_m),
-               percent(difference_m / picture.closed_form_length_m, 2),
-               std::isfinite(picture.tolerance_m) ? "± " + metres(picture.tolerance_m) : std::string(dash),
-               {!agreed   ? dash
-                : *agreed ? "✓ agrees"
-                          : "✗ differs",
-                !agreed   ? ""
-                : *agreed ? "tone good nowrap"
-                          : "tone bad nowrap"}});
+void draw_table(Markup& out, const contribution::Table& content) {
+  std::vector<Column> columns;
+  for (const contribution::Column& column : content.columns)
+    columns.push_back({column.title, column.numeric});
+  Table table(out, std::move(columns));
+  for (const auto& content_row : content.rows) {
+    std::vector<Cell> cells;
+    for (std::size_t i = 0; i < content.columns.size(); ++i)
+      cells.push_back(i < content_row.size() ? cell_of(content.columns[i], content_row[i]) : Cell(""));
+    table.row(cells);
   }
   table.end();
 }
 
-/// The names of the bodies in the panels, with their colours.
-void cloud_legend(Markup& out, const std::vector<ScanPicture>& pictures) {
+/// The names of the entities in the pictures, with their colours.
+void cloud_legend(Markup& out, const std::vector<Picture>& pictures) {
   std::set<std::pair<std::uint32_t, std::string>> bodies;
-  for (const ScanPicture& picture : pictures) {
-    for (const ScanPoint& point : picture.points) {
+  for (const Picture& picture : pictures) {
+    for (const SensorPoint& point : picture.points) {
       if (point.entity < picture.entities.size())
         bodies.emplace(point.entity, picture.entities[point.entity]);
     }
@@ -68,26 +62,26 @@ void cloud_legend(Markup& out, const std::vector<ScanPicture>& pictures) {
 }
 
 void response_card(Markup& out, const ResponseTime& response) {
-  const Quantiles spread = spread_of(response.samples_ns);
+  const Quantiles quantiles = quantiles_of(response.samples_ns);
   const auto late =
       std::ranges::count_if(response.samples_ns, [&](std::int64_t ns) { return ns > response.limit_ns; });
   out.open("div", {{"class", "card"}}).element("h3", response.name);
-  std::string summary = counted(spread.samples, "answer", "answers");
-  if (spread.samples > 0) {
-    summary += ": median " + measured_time(spread.p50) + ", p99 " + measured_time(spread.p99) + ", longest " +
-               measured_time(spread.max);
+  std::string summary = counted(quantiles.samples, "answer", "answers");
+  if (quantiles.samples > 0) {
+    summary += ": median " + measured_time(quantiles.p50) + ", p99 " + measured_time(quantiles.p99) +
+               ", longest " + measured_time(quantiles.max);
   }
   if (response.limit_ns > 0) {
     summary += "; limit " + chosen_time(response.limit_ns) + ", " +
                count_text(static_cast<std::uint64_t>(late)) + " past it";
   }
   out.element("p", {{"class", "small"}}, summary + "; unanswered: " + count_text(response.unanswered) + ".");
-  if (spread.samples > 0) {
+  if (quantiles.samples > 0) {
     HistogramChart chart{"response time", Scale::Kind::linear, {}};
     if (response.limit_ns > 0) chart.marks.push_back({"limit", response.limit_ns, "mark-limit"});
-    chart.marks.push_back({"max", spread.max, "mark-max"});
-    chart.marks.push_back({"p99", spread.p99, "mark-p99"});
-    chart.marks.push_back({"p50", spread.p50, "mark-p50"});
+    chart.marks.push_back({"max", quantiles.max, "mark-max"});
+    chart.marks.push_back({"p99", quantiles.p99, "mark-p99"});
+    chart.marks.push_back({"p50", quantiles.p50, "mark-p50"});
     draw_histogram(out, histogram_of(response.samples_ns, 40), chart);
   }
   out.close();
@@ -107,13 +101,14 @@ void top_view_section(Markup& out, const RunRecord& record) {
   std::string caption;
   if (!record.top_view->scan_points.empty()) {
     caption =
-        "Scan hits lie where each beam met a body at the beam's own instant, so those on a moving body need "
-        "not lie on its outline here. ";
+        "A scan hit is where a beam met a body at the beam's instant, so the hits of a moving body need not "
+        "lie on "
+        "its outline here. ";
   }
-  if (!result.labels_without_room.empty()) {
-    caption += "No room for the names of: ";
-    for (const std::string& name : result.labels_without_room) {
-      caption += (&name == result.labels_without_room.data() ? "" : ", ") + name;
+  if (!result.labels_without_space.empty()) {
+    caption += "Names without space in the picture: ";
+    for (const std::string& name : result.labels_without_space) {
+      caption += (&name == result.labels_without_space.data() ? "" : ", ") + name;
     }
     caption += '.';
   }
@@ -121,30 +116,26 @@ void top_view_section(Markup& out, const RunRecord& record) {
   out.close();
 }
 
-void scan_section(Markup& out, const RunRecord& record) {
-  const auto& pictures = record.scan_comparison;
-  if (pictures.empty()) return;
-  out.element("h2", "What the scanner sees of a moving car");
-  out.open("div", {{"class", "card"}});
-  out.element("p", {{"class", "small soft"}},
-              "Points of one body as seen from the scanner, all panels to one scale. Each beam has its own "
-              "instant, so a body "
-              "that moves with the turning beam looks longer than it is and one that moves against it "
-              "shorter. The dashed "
-              "frame is the body's true length; the closed form follows from the two instants at which the "
-              "beam meets its "
-              "front and its rear.");
-  out.open("div", {{"class", "panels"}});
-  const PanelFrame frame = common_frame(pictures);
-  for (const ScanPicture& picture : pictures) {
-    out.open("figure").element("h3", picture.title);
-    draw_scan_panel(out, picture, frame, PictureUse::inline_in_page);
-    out.element("figcaption", picture.caption).close();
+void contributed_sections(Markup& out, const RunRecord& record) {
+  for (const Section& section : record.sections) {
+    out.element("h2", section.title);
+    out.open("div", {{"class", "card"}});
+    if (!section.text.empty()) out.element("p", {{"class", "small soft"}}, section.text);
+    if (!section.pictures.empty()) {
+      out.open("div", {{"class", "panels"}});
+      const PictureFrame frame = common_frame(section.pictures);
+      for (const Picture& picture : section.pictures) {
+        out.open("figure").element("h3", picture.title);
+        draw_point_picture(out, picture, frame, PictureUse::inline_in_page);
+        out.element("figcaption", picture.caption).close();
+      }
+      out.close();
+      cloud_legend(out, section.pictures);
+    }
+    for (const contribution::Table& table : section.tables)
+      draw_table(out, table);
+    out.close();
   }
-  out.close();
-  cloud_legend(out, pictures);
-  lengths_table(out, pictures);
-  out.close();
 }
 
 void response_section(Markup& out, const RunRecord& record) {

@@ -8,64 +8,64 @@
 namespace hil::report {
 namespace {
 
-std::string terms_of(const Task& task) {
-  std::string terms =
+std::string parameters_of(const Task& task) {
+  std::string text =
       rate_text(task.rate_hz) + ", " + (task.thread.empty() ? "base thread" : "thread " + task.thread);
-  if (task.deadline_ns > 0) terms += ", deadline " + chosen_time(task.deadline_ns);
-  if (task.budget_ns > 0) terms += ", budget " + chosen_time(task.budget_ns);
-  if (!task.overrun_policy.empty()) terms += ", on overrun " + task.overrun_policy;
-  return terms;
+  if (task.deadline_ns > 0) text += ", deadline " + chosen_time(task.deadline_ns);
+  if (task.budget_ns > 0) text += ", budget " + chosen_time(task.budget_ns);
+  if (!task.overrun_policy.empty()) text += ", on overrun " + task.overrun_policy;
+  return text;
 }
 
-std::string story_of(const Task& task) {
-  std::string story = counted(task.runs, "run", "runs") + " and " + count_text(task.warmup_runs) +
-                      " to warm up; " + counted(task.deadline_misses, "miss", "misses") + ", " +
-                      counted(task.overruns, "overrun", "overruns") + ", " + count_text(task.skipped) +
-                      " skipped";
-  if (task.aborted > 0) story += ", " + count_text(task.aborted) + " aborted";
-  if (task.warmup_trouble > 0)
-    story += ", " + count_text(task.warmup_trouble) + " of such while it warmed up";
+std::string counts_of(const Task& task) {
+  std::string text = counted(task.runs, "run", "runs") + " and " + count_text(task.warmup_runs) +
+                     " warm-up runs; " + counted(task.deadline_misses, "miss", "misses") + ", " +
+                     counted(task.overruns, "overrun", "overruns") + ", " + count_text(task.skipped) +
+                     " skipped";
+  if (task.aborted > 0) text += ", " + count_text(task.aborted) + " aborted";
+  if (task.warmup_trouble > 0) text += ", " + count_text(task.warmup_trouble) + " of these in the warm-up";
   if (task.without_answer > 0)
-    story += ", " + count_text(task.without_answer) + " without an answer of the world";
-  return story + "; " + counted(task.page_faults, "page fault", "page faults") + ".";
+    text += ", " + count_text(task.without_answer) + " runs without an answer from the world";
+  return text + "; " + counted(task.page_faults, "page fault", "page faults") + ".";
 }
 
-void spread_row(Table& table, const char* name, const Quantiles& spread) {
-  if (spread.samples == 0) {
+void quantiles_row(Table& table, const char* name, const Quantiles& quantiles) {
+  if (quantiles.samples == 0) {
     table.row({name, dash, dash, dash, dash});
     return;
   }
-  table.row({name, measured_time(spread.p50), measured_time(spread.p99), measured_time(spread.p999),
-             measured_time(spread.max)});
+  table.row({name, measured_time(quantiles.p50), measured_time(quantiles.p99), measured_time(quantiles.p999),
+             measured_time(quantiles.max)});
 }
 
 void chart(Markup& out, const char* title, const char* quantity, const Histogram& histogram,
-           const Quantiles& spread) {
+           const Quantiles& quantiles) {
   out.open("div").element("p", {{"class", "chart-title"}}, title);
-  draw_histogram(
-      out, histogram,
-      {quantity,
-       Scale::Kind::logarithmic,
-       {{"max", spread.max, "mark-max"}, {"p99", spread.p99, "mark-p99"}, {"p50", spread.p50, "mark-p50"}}});
+  draw_histogram(out, histogram,
+                 {quantity,
+                  Scale::Kind::logarithmic,
+                  {{"max", quantiles.max, "mark-max"},
+                   {"p99", quantiles.p99, "mark-p99"},
+                   {"p50", quantiles.p50, "mark-p50"}}});
   out.close();
 }
 
 void task_card(Markup& out, const Task& task) {
   out.open("section", {{"class", "card"}});
   out.element("h3", task.name);
-  out.element("p", {{"class", "small soft"}}, terms_of(task));
-  out.element("p", {{"class", "small"}}, story_of(task));
+  out.element("p", {{"class", "small soft"}}, parameters_of(task));
+  out.element("p", {{"class", "small"}}, counts_of(task));
   out.open("div", {{"class", "pair"}});
   chart(out, "Wake-up latency: from the release to the first instruction", "wake-up latency",
         task.histograms.wake_latency_ns, task.wake_latency_ns);
   chart(out, "Wall time of a run", "wall time", task.histograms.wall_ns, task.wall_ns);
   out.close();
   Table table(out, {{"Per run"}, {"p50", true}, {"p99", true}, {"p99.9", true}, {"max", true}});
-  spread_row(table, "Wake-up latency", task.wake_latency_ns);
-  spread_row(table, "Wall time", task.wall_ns);
-  spread_row(table, "CPU time", task.cpu_ns);
-  spread_row(table, "Blocked on the database", task.blocked_ns);
-  spread_row(table, "GPU time", task.gpu_ns);
+  quantiles_row(table, "Wake-up latency", task.wake_latency_ns);
+  quantiles_row(table, "Wall time", task.wall_ns);
+  quantiles_row(table, "CPU time", task.cpu_ns);
+  quantiles_row(table, "Waiting for the database", task.blocked_ns);
+  quantiles_row(table, "GPU time", task.gpu_ns);
   table.end();
   out.close();
 }
@@ -74,7 +74,7 @@ void task_card(Markup& out, const Task& task) {
 
 void task_cards_section(Markup& out, const RunRecord& record) {
   if (record.tasks.empty()) return;
-  out.element("h2", "Task by task");
+  out.element("h2", "Tasks");
   for (const Task& task : record.tasks)
     task_card(out, task);
 }

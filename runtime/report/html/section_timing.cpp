@@ -12,9 +12,9 @@ namespace {
 
 constexpr std::size_t misses_on_page = 200;
 
-/// A quantile of a spread, or a dash when nothing was measured.
-std::string of(const Quantiles& spread, std::int64_t quantile) {
-  return spread.samples == 0 ? std::string(dash) : measured_time(quantile);
+/// The text of a quantile, or a dash without samples.
+std::string of(const Quantiles& quantiles, std::int64_t quantile) {
+  return quantiles.samples == 0 ? std::string(dash) : measured_time(quantile);
 }
 
 void timing_head(Markup& out) {
@@ -28,7 +28,7 @@ void timing_head(Markup& out) {
   out.element("th", {{"colspan", "3"}, {"scope", "colgroup"}, {"class", "group"}}, "Per run, p99");
   out.element("th", {{"colspan", "2"}, {"scope", "colgroup"}, {"class", "group"}}, "Slack");
   out.close().open("tr");
-  for (const char* title : {"p50", "p99", "p99.9", "max", "wall", "CPU", "database", "least", "p50"}) {
+  for (const char* title : {"p50", "p99", "p99.9", "max", "wall", "CPU", "database", "min", "p50"}) {
     out.element("th", {{"scope", "col"}, {"class", "n"}}, title);
   }
   out.close().close();
@@ -58,13 +58,13 @@ void timing_row(Markup& out, const Task& task) {
   cell("Wall p99", of(task.wall_ns, task.wall_ns.p99), "n first");
   cell("CPU p99", of(task.cpu_ns, task.cpu_ns.p99));
   cell("Database p99", of(task.blocked_ns, task.blocked_ns.p99));
-  cell("Least slack", has_slack ? measured_time(slack.min) : dash,
+  cell("Slack min", has_slack ? measured_time(slack.min) : dash,
        has_slack && slack.min < 0 ? "n first tone bad" : "n first");
   cell("Slack p50", has_slack ? measured_time(slack.p50) : dash);
   out.close();
 }
 
-/// p99 as a bar and the maximum as a tick, against the budget; the bar ends at twice the budget.
+/// p99 as a bar and the maximum as a line, against the budget. The drawing ends at twice the budget.
 void draw_budget_use(Markup& out, const Task& task) {
   constexpr double width = 260.0;
   constexpr double full = 130.0;  // where 100 % lies
@@ -93,9 +93,9 @@ void budget_table(Markup& out, const RunRecord& record) {
                     {"Budget", true},
                     {"CPU p99", true},
                     {"CPU max", true},
-                    {"Max of budget", true},
-                    {"Runs over", true},
-                    {"p99 (bar), max (tick), up to twice the budget (red)"}});
+                    {"Max, of the budget", true},
+                    {"Runs over budget", true},
+                    {"p99 (bar) and max (line); the budget is the red line"}});
   for (const Task& task : record.tasks) {
     if (task.budget_ns <= 0) continue;
     const Quantiles& cpu = task.cpu_ns;
@@ -120,16 +120,16 @@ struct TaskMiss {
   const Miss* miss;
 };
 
-std::string causes_in_words(const RunRecord& record) {
+std::string causes_text(const RunRecord& record) {
   std::map<std::string, std::uint64_t> by_cause;
   for (const Task& task : record.tasks) {
     for (const auto& [cause, count] : task.misses_by_cause)
       by_cause[cause] += count;
   }
-  std::string words;
+  std::string text;
   for (const auto& [cause, count] : by_cause)
-    words += (words.empty() ? "" : ", ") + cause + " " + count_text(count);
-  return words;
+    text += (text.empty() ? "" : ", ") + cause + " " + count_text(count);
+  return text;
 }
 
 void miss_rows(Markup& out, const std::vector<TaskMiss>& misses, std::int64_t period_ns) {
@@ -159,10 +159,10 @@ void timing_section(Markup& out, const RunRecord& record) {
     timing_row(out, task);
   out.close().close().close();
   if (record.clock == "virtual") {
-    out.element("p", {{"class", "small soft"}},
-                "The clock was virtual: ticks came as fast as the machine could work, so wake-up latency and "
-                "slack say nothing "
-                "about real time.");
+    out.element(
+        "p", {{"class", "small soft"}},
+        "The clock was virtual: ticks followed one another as fast as they completed, so wake-up latency and "
+        "slack do not apply to real time.");
   }
   out.close();
   budget_table(out, record);
@@ -179,14 +179,14 @@ void misses_section(Markup& out, const RunRecord& record) {
   out.element("h2", "Deadline misses");
   out.open("div", {{"class", "card"}});
   if (counted_misses == 0 && misses.empty()) {
-    out.element("p", record.tasks.empty() ? "No task ran, so none was late."
-                                          : "None: every run of every task met its deadline.")
+    out.element("p",
+                record.tasks.empty() ? "No task ran." : "None: every run of every task met its deadline.")
         .close();
     return;
   }
   std::ranges::stable_sort(misses, {}, [](const TaskMiss& entry) { return entry.miss->tick; });
   std::string summary = counted(counted_misses, "miss", "misses");
-  if (const std::string causes = causes_in_words(record); !causes.empty()) summary += ". By cause: " + causes;
+  if (const std::string causes = causes_text(record); !causes.empty()) summary += ". By cause: " + causes;
   summary += '.';
   if (misses.size() < counted_misses) {
     summary += " The recorder kept the details of " + count_text(misses.size()) + " of them.";
@@ -205,7 +205,7 @@ void stages_section(Markup& out, const RunRecord& record) {
   double total_ns = 0.0;
   for (const BaseStage& stage : record.base_stages)
     total_ns += static_cast<double>(std::max<std::int64_t>(stage.total_ns, 0));
-  out.element("h2", "Where the base thread's time went");
+  out.element("h2", "Stages of the base thread");
   out.open("div", {{"class", "card"}});
   Table table(out, {{"Stage"},
                     {"Share", true},
@@ -216,9 +216,9 @@ void stages_section(Markup& out, const RunRecord& record) {
                     {"Share of the run"}});
   for (const BaseStage& stage : record.base_stages) {
     const double share = total_ns > 0.0 ? static_cast<double>(stage.total_ns) / total_ns : not_known;
-    const Quantiles& spread = stage.per_tick_ns;
-    table.open_row({stage.name, percent(share), measured_time(stage.total_ns), of(spread, spread.p50),
-                    of(spread, spread.p99), of(spread, spread.max)},
+    const Quantiles& per_tick = stage.per_tick_ns;
+    table.open_row({stage.name, percent(share), measured_time(stage.total_ns), of(per_tick, per_tick.p50),
+                    of(per_tick, per_tick.p99), of(per_tick, per_tick.max)},
                    "bar-cell");
     open_svg(out, 260.0, 18.0, percent(share), PictureUse::inline_in_page);
     out.leaf("rect", {{"class", "use-rest"}, {"x", 0.0}, {"y", 4.0}, {"width", 260.0}, {"height", 10.0}});

@@ -1,6 +1,6 @@
 #pragma once
-// The parts of report.html, each a function of the record. Each writes nothing when the record has nothing
-// for it, unless its absence is itself news.
+// The sections of report.html, each a function of the record. A section without content writes nothing, or
+// a sentence where the absence is a result (no deadline miss).
 
 #include "runtime/report/markup.hpp"
 #include "runtime/report/run_record.hpp"
@@ -16,7 +16,7 @@ void events_section(Markup& out, const RunRecord& record);
 
 // section_pictures.cpp
 void top_view_section(Markup& out, const RunRecord& record);
-void scan_section(Markup& out, const RunRecord& record);
+void contributed_sections(Markup& out, const RunRecord& record);
 void response_section(Markup& out, const RunRecord& record);
 
 // section_timing.cpp

@@ -1,5 +1,5 @@
 #pragma once
-// The frame every picture shares: a drawing area in pixels that scales with the page, and the classes of
+// The frame of all pictures: a drawing area in pixels that scales with the page, and the classes of
 // page_style.hpp.
 
 #include <span>
@@ -16,7 +16,7 @@ struct Pixel {
   double y = 0.0;
 };
 
-/// Standalone pictures carry their own style sheet; inline ones live off the page's.
+/// Standalone pictures contain a style sheet; inline ones use that of the page.
 enum class PictureUse { inline_in_page, standalone_file };
 
 /// Opens <svg>; the caller closes it.
@@ -25,10 +25,10 @@ void open_svg(Markup& out, double width, double height, const std::string& descr
 void svg_line(Markup& out, const char* css_class, Pixel from, Pixel to);
 /// `anchor`: "start", "middle" or "end".
 void svg_text(Markup& out, const char* css_class, Pixel at, const char* anchor, const std::string& text);
-/// An outline through pixel positions; nothing for fewer than two points.
+/// A path through pixel positions; empty for fewer than two points.
 std::string svg_path(std::span<const Pixel> pixels, bool closed);
-/// All dots as one path (stroke-linecap makes them round). Positions are rounded to a quarter of a pixel, and
-/// dots that fall onto one another are drawn once.
+/// All dots as one path (stroke-linecap makes them round). Positions are rounded to a quarter of a pixel;
+/// equal ones are drawn once.
 std::string svg_dots(std::span<const Pixel> pixels);
 
 /// An upper estimate of a text's width in a proportional font.

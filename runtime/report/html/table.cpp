@@ -1,10 +1,12 @@
 #include "runtime/report/html/table.hpp"
 
+#include <utility>
+
 #include "runtime/report/quantities.hpp"
 
 namespace hil::report {
 
-Table::Table(Markup& out, std::initializer_list<Column> columns) : out_(out), columns_(columns) {
+Table::Table(Markup& out, std::vector<Column> columns) : out_(out), columns_(std::move(columns)) {
   out_.open("div", {{"class", "scroll"}}).open("table").open("thead").open("tr");
   for (const Column& column : columns_) {
     out_.element("th", {{"scope", "col"}, {"class", column.numeric ? "n" : ""}}, column.title);
@@ -12,11 +14,11 @@ Table::Table(Markup& out, std::initializer_list<Column> columns) : out_(out), co
   out_.close().close().open("tbody");
 }
 
-const char* Table::label(std::size_t column) const {
-  return column < columns_.size() ? columns_[column].title : "";
+std::string Table::label(std::size_t column) const {
+  return column < columns_.size() ? columns_[column].title : std::string();
 }
 
-void Table::cells(std::initializer_list<Cell> cells) {
+void Table::cells(std::span<const Cell> cells) {
   std::size_t index = 0;
   for (const Cell& cell : cells) {
     const bool numeric = index < columns_.size() && columns_[index].numeric;
@@ -27,7 +29,7 @@ void Table::cells(std::initializer_list<Cell> cells) {
   }
 }
 
-Table& Table::row(std::initializer_list<Cell> row_cells) {
+Table& Table::row(std::span<const Cell> row_cells) {
   out_.open("tr");
   cells(row_cells);
   out_.close();
@@ -36,7 +38,7 @@ Table& Table::row(std::initializer_list<Cell> row_cells) {
 
 Table& Table::open_row(std::initializer_list<Cell> row_cells, const char* css_class_of_last) {
   out_.open("tr");
-  cells(row_cells);
+  cells(std::span(row_cells.begin(), row_cells.size()));
   out_.open("td", {{"class", css_class_of_last}, {"data-label", label(columns_.size() - 1)}});
   return *this;
 }

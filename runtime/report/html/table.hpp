@@ -3,6 +3,7 @@
 // beside its column's title.
 
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,7 @@
 namespace hil::report {
 
 struct Column {
-  const char* title;
+  std::string title;
   bool numeric = false;
 };
 
@@ -26,9 +27,10 @@ struct Cell {
 class Table {
  public:
   /// Opens the table. `end` closes it.
-  Table(Markup& out, std::initializer_list<Column> columns);
+  Table(Markup& out, std::vector<Column> columns);
   /// One cell per column; an empty one shows a dash.
-  Table& row(std::initializer_list<Cell> cells);
+  Table& row(std::initializer_list<Cell> cells) { return row(std::span(cells.begin(), cells.size())); }
+  Table& row(std::span<const Cell> cells);
   /// A row whose last column the caller fills with markup between this and close_row.
   Table& open_row(std::initializer_list<Cell> cells, const char* css_class_of_last);
   Table& close_row();
@@ -36,8 +38,8 @@ class Table {
 
  private:
   /// The column's title, shown beside each cell where the page is too narrow for columns.
-  const char* label(std::size_t column) const;
-  void cells(std::initializer_list<Cell> cells);
+  std::string label(std::size_t column) const;
+  void cells(std::span<const Cell> cells);
   Markup& out_;
   std::vector<Column> columns_;
 };

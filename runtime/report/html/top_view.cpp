@@ -28,7 +28,7 @@ struct Layout {
 constexpr Layout page_layout{1040.0, 46.0, 980.0, {}, 12, "top-view-area"};
 constexpr Layout phone_layout{360.0, 38.0, 314.0, {0.9, 1.5}, 5, "top-view-area-phone"};
 
-/// What a symbol stands for; `width_px` decides where a row of the legend ends.
+/// An entry of the legend: a symbol and its meaning.
 struct LegendEntry {
   const char* css_class;
   enum class Symbol { area, line, dot } symbol;
@@ -57,7 +57,7 @@ bool is_inside(const ViewBox& box, const PointM& point) {
          point.y_m <= box.maximum.y_m;
 }
 
-/// The points that the picture shows, as dots.
+/// The points inside the window, as dots.
 std::string dots(std::vector<PointM> points, const ViewBox& window, const WorldToPixels& place) {
   std::erase_if(points, [&](const PointM& point) { return !is_inside(window, point); });
   return svg_dots(place(points));
@@ -76,7 +76,7 @@ std::vector<PointM> each_second(const Track& track) {
   return points;
 }
 
-std::vector<PointM> outline_of(const ScanFan& fan) {
+std::vector<PointM> outline_of(const FieldOfView& fan) {
   constexpr int steps = 48;
   std::vector<PointM> outline{fan.origin};
   for (int step = 0; step <= steps; ++step) {
@@ -162,10 +162,10 @@ class Drawing {
   }
 
   void draw_track(const Track& track) {
-    const std::vector<Pixel> way = on_screen(track, place_);
-    for (const Pixel& at : way)
+    const std::vector<Pixel> path_px = on_screen(track, place_);
+    for (const Pixel& at : path_px)
       labels_.reserve({at.x - 3.0, at.y - 3.0, at.x + 3.0, at.y + 3.0});
-    const std::string path = svg_path(way, false);
+    const std::string path = svg_path(path_px, false);
     if (path.empty()) return;
     out_.open("path", {{"class", track.ego ? "track track-ego" : "track"}, {"d", path}});
     out_.element("title", track.name).close();
@@ -181,7 +181,7 @@ class Drawing {
 
   void hits() {
     std::vector<PointM> points;
-    for (const ScanPoint& point : view_.scan_points)
+    for (const SensorPoint& point : view_.scan_points)
       points.push_back({point.x_m, point.y_m});
     if (!points.empty()) out_.leaf("path", {{"class", "hits"}, {"d", dots(points, window_, place_)}});
   }
@@ -235,19 +235,19 @@ class Drawing {
   }
 
   std::vector<std::string> place_labels() {
-    // What moves is named first: it must not lose its room to a house.
+    // Moving bodies get their labels first.
     std::ranges::stable_sort(wanted_labels_,
                              [](const auto& a, const auto& b) { return a.shape->layer > b.shape->layer; });
-    std::vector<std::string> without_room;
+    std::vector<std::string> unplaced;
     for (const WantedLabel& wanted : wanted_labels_) {
       const auto at = labels_.place(wanted.shape->label, wanted.around);
       if (at) {
         svg_text(out_, "label", *at, "start", wanted.shape->label);
       } else {
-        without_room.push_back(wanted.shape->label);
+        unplaced.push_back(wanted.shape->label);
       }
     }
-    return without_room;
+    return unplaced;
   }
 
   void collect_legend() {
@@ -256,9 +256,9 @@ class Drawing {
       const auto of_layer = [wanted = layer](const Shape& shape) { return shape.layer == wanted; };
       if (std::ranges::any_of(view_.shapes, of_layer)) legend_.push_back(entry);
     }
-    if (!view_.tracks.empty()) legend_.push_back({"track", line, "way of a vehicle"});
+    if (!view_.tracks.empty()) legend_.push_back({"track", line, "track of a vehicle"});
     if (std::ranges::any_of(view_.tracks, &Track::ego))
-      legend_.push_back({"track track-ego", line, "way of the ego"});
+      legend_.push_back({"track track-ego", line, "track of the ego"});
     if (!view_.tracks.empty()) legend_.push_back({"second", dot, "position each second"});
     if (view_.fan) legend_.push_back({"fan", area, "field of view"});
     if (!view_.scan_points.empty()) legend_.push_back({"hits", dot, "scan hits"});

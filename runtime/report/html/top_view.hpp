@@ -9,13 +9,13 @@
 namespace hil::report {
 
 struct TopViewResult {
-  std::vector<std::string> labels_without_room;  ///< for the caption
+  std::vector<std::string> labels_without_space;  ///< names that the picture does not show
 };
 
 /// The page width at which the picture's text is readable.
 enum class PictureWidth { page, phone };
 
-/// Shapes, tracks and points with coordinates that are not finite are left out. Nothing to show gives an
+/// Ignores shapes, tracks and points with coordinates that are not finite. Without content it draws an
 /// empty frame of 100 m by 60 m around the origin.
 TopViewResult draw_top_view(Markup& out, const TopView& view, PictureUse use,
                             PictureWidth width = PictureWidth::page);

@@ -44,8 +44,8 @@ Bounds bounds_of_footprint(const Shape& shape) {
   return bounds;
 }
 
-/// Adds the static bodies to `bounds`, but for ground that is modelled as a body: from the largest on, those
-/// that cover everything smaller are left out.
+/// Adds the static bodies to `bounds`, except ground that is modelled as a body: the largest ones that
+/// cover all smaller ones.
 void add_structures(std::vector<Bounds> structures, Bounds& bounds) {
   std::ranges::sort(structures, {}, &Bounds::area);
   std::vector<Bounds> with_smaller{bounds};  // [i]: `bounds` and the structures before i
@@ -88,7 +88,7 @@ Bounds of_everything(const TopView& view) {
   Bounds bounds = of_tracks(view);
   for (const Shape& shape : view.shapes)
     bounds.add(bounds_of_footprint(shape));
-  for (const ScanPoint& point : view.scan_points)
+  for (const SensorPoint& point : view.scan_points)
     bounds.add(PointM{point.x_m, point.y_m});
   return bounds;
 }
@@ -111,7 +111,7 @@ ViewBox with_aspect(const ViewBox& box, const AspectLimits& aspect) {
   return box;
 }
 
-/// Keeps what lies on the inner side of one border: inside(p) >= 0, crossing by linear interpolation.
+/// The part of the polygon with inside(p) >= 0; edges that cross the border are interpolated.
 template <class Distance>
 std::vector<PointM> cut(const std::vector<PointM>& polygon, Distance inside) {
   std::vector<PointM> kept;

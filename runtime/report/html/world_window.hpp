@@ -1,5 +1,5 @@
 #pragma once
-// Which rectangle of the world a picture shows, and where its points fall in pixels.
+// The rectangle of the world that a picture shows, and its scale to pixels.
 
 #include <span>
 #include <vector>
@@ -17,12 +17,12 @@ struct AspectLimits {
   double tallest = 0.6;
 };
 
-/// Whether there is something to draw: a shape, a track or a point.
+/// Whether the view has a shape, a track or a point.
 bool has_content(const TopView& view);
 
-/// What the record asks for, else the bounding box of bodies, detectors and tracks with a margin of 6 %, at
-/// least 4 m, grown to the aspect. Ground, roads, markings, a static body under all the
-/// others, and scan points do not count; without bodies everything counts.
+/// The rectangle of the record; else the bounding box of bodies, detectors and tracks with a margin of 6 %,
+/// at least 4 m, extended to the aspect ratio. Ground, roads, markings, sensor points and a static body
+/// below all others do not count, unless there are no other bodies.
 ViewBox window_of(const TopView& view, const AspectLimits& aspect = {});
 
 /// The part of a polygon inside a rectangle (Sutherland-Hodgman; a concave outline may keep edges along the

@@ -7,12 +7,12 @@ namespace hil::stress {
 using rtstdb::Nanoseconds;
 using rtstdb::query::ExecutorCallbacks;
 using rtstdb::query::Request;
-using rtstdb::query::RowSource;
+using rtstdb::store::RowSource;
 using rtstdb::query::RunReport;
 using rtstdb::query::RunStatus;
 
 RunReport SimulatedDevice::run(const RowSource& rows, std::span<const Request> requests,
-                               const rtstdb::query::TimeSpan& /*times*/,
+                               const rtstdb::store::TimeSpan& /*times*/,
                                ExecutorCallbacks* callbacks) noexcept {
   events_.run_begins(requests);
   const RunStatus status = lost_ ? RunStatus::device_lost : run_chunks(rows, requests, callbacks);
@@ -40,7 +40,7 @@ RunStatus SimulatedDevice::run_chunks(const RowSource& rows, std::span<const Req
       if (last || callbacks == nullptr || !divided) continue;
       const auto gap = callbacks->on_preemption_point();
       if (lost_) return RunStatus::device_lost;  // in the gap
-      if (gap == ExecutorCallbacks::Gap::stop) return RunStatus::stopped;
+      if (gap == ExecutorCallbacks::Continuation::stop) return RunStatus::stopped;
     }
   }
   return chance_.one_in(40) ? RunStatus::truncated : RunStatus::done;

@@ -35,7 +35,7 @@ class DeviceEvents {
   virtual ~DeviceEvents() = default;
   virtual void run_begins(std::span<const rtstdb::query::Request> requests) = 0;
   /// A chunk has been carried out. True: the device was lost in it.
-  virtual bool chunk_done(const rtstdb::query::RowSource& rows, const rtstdb::query::PreparedQuery& query,
+  virtual bool chunk_done(const rtstdb::store::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                           bool last) = 0;
   virtual void run_ends(rtstdb::query::RunStatus status) = 0;
   /// Whether others are let in now; then pauses is called between begin_wait and end_wait, and returns when the
@@ -49,9 +49,9 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   SimulatedDevice(Chance& chance, SimulatedClock& clock, DeviceEvents& events)
       : chance_(chance), clock_(clock), events_(events) {}
 
-  rtstdb::query::RunReport run(const rtstdb::query::RowSource& rows,
+  rtstdb::query::RunReport run(const rtstdb::store::RowSource& rows,
                                std::span<const rtstdb::query::Request> requests,
-                               const rtstdb::query::TimeSpan& times,
+                               const rtstdb::store::TimeSpan& times,
                                rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
   bool lost() const noexcept override { return lost_; }
   bool revive(rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
@@ -64,7 +64,7 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   bool will_be_tried() const noexcept { return tries_; }
 
  private:
-  rtstdb::query::RunStatus run_chunks(const rtstdb::query::RowSource& rows,
+  rtstdb::query::RunStatus run_chunks(const rtstdb::store::RowSource& rows,
                                       std::span<const rtstdb::query::Request> requests,
                                       rtstdb::query::ExecutorCallbacks* callbacks);
   void let_others_in(rtstdb::query::ExecutorCallbacks* callbacks);

@@ -36,8 +36,8 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   const AnswerInfo& answer_info() const noexcept override { return info; }
   query::QueryKind kind() const noexcept override { return kind_; }
   std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(rays_.size()); }
-  std::optional<BadInput> check(std::uint32_t count, const query::RowSource& rows,
-                                query::TimeSpan& times) const noexcept override {
+  std::optional<BadInput> check(std::uint32_t count, const store::RowSource& rows,
+                                store::TimeSpan& times) const noexcept override {
     for (std::uint32_t k = 0; k < count; ++k) {
       const WorldTime t = rays_[k].t;
       if (t < rows.time()) {
@@ -88,13 +88,17 @@ constexpr std::uint32_t unmeasured_chunk = 4096;  ///< elements, before anything
 /// Does what `work` says; by default costs nothing.
 class SimulatedExecutor final : public query::Executor {
  public:
-  using Work = std::function<query::RunReport(const query::RowSource&, std::span<const query::Request>,
-                                              const query::TimeSpan&)>;
+  using Work = std::function<query::RunReport(const store::RowSource&, std::span<const query::Request>,
+                                              const store::TimeSpan&)>;
 
-  query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
-                       const query::TimeSpan& times, query::ExecutorCallbacks* callbacks) noexcept override {
+  query::RunReport run(const store::RowSource& rows, std::span<const query::Request> requests,
+                       const store::TimeSpan& times, query::ExecutorCallbacks* callbacks) noexcept override {
     using enum query::RunStatus;
-    if (outer_takes > Nanoseconds(0) && callbacks != nullptr) callbacks->on_outer_drained(outer_takes);
+    if (while_draining && callbacks != nullptr) {
+      callbacks->begin_drain();
+      while_draining();
+      callbacks->end_drain();
+    }
     for (const query::Request& request : requests)
       dynamic_cast<SimulatedQuery&>(*request.query).answer(0, chunk ? 0 : request.count, lambda);
     if (chunk) {
@@ -111,22 +115,23 @@ class SimulatedExecutor final : public query::Executor {
     return work ? work(rows, requests, times) : query::RunReport{};
   }
 
-  /// Set before the first transaction, or while none is under way.
+  /// Set before the first transaction, or while none is in execution.
   Work work;
   /// One chunk of a batch that is divided: elements [first, end) of a request. None: a batch is one step.
-  std::function<void(const query::RowSource&, const query::Request&, std::uint32_t first, std::uint32_t end)>
+  std::function<void(const store::RowSource&, const query::Request&, std::uint32_t first, std::uint32_t end)>
       chunk;
   /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
   /// Asked there.
   bool preemption_requested() const noexcept { return waits_ != nullptr && waits_->preemption_requested(); }
-  Nanoseconds outer_takes{
-      0};               ///< of what `work` or a chunk takes, so much is told to be for whoever's gap this is
+  /// What happens while a run waits, before it begins, for what the device executes of the run that it preempts; none: it
+  /// does not wait.
+  std::function<void()> while_draining;
   float lambda = 0.0f;  ///< of all hits
 
  private:
   query::ExecutorCallbacks* waits_ = nullptr;
-  query::RunStatus run_chunks(const query::RowSource& rows, std::span<const query::Request> requests,
+  query::RunStatus run_chunks(const store::RowSource& rows, std::span<const query::Request> requests,
                               query::ExecutorCallbacks* callbacks) {
     for (std::size_t k = 0; k < requests.size(); ++k) {
       const query::Request& request = requests[k];
@@ -140,11 +145,11 @@ class SimulatedExecutor final : public query::Executor {
         dynamic_cast<SimulatedQuery&>(*request.query).answer(first, end, lambda);
         if (last || callbacks == nullptr) continue;
         switch (callbacks->on_preemption_point()) {
-          case query::ExecutorCallbacks::Gap::go_on:
+          case query::ExecutorCallbacks::Continuation::go_on:
             break;
-          case query::ExecutorCallbacks::Gap::finish_in_flight:
+          case query::ExecutorCallbacks::Continuation::finish_in_flight:
             return query::RunStatus::partial;
-          case query::ExecutorCallbacks::Gap::stop:
+          case query::ExecutorCallbacks::Continuation::stop:
             return query::RunStatus::stopped;
         }
       }

@@ -7,8 +7,8 @@ namespace hil::test {
 
 class NoQueries final : public rtstdb::query::Executor {
  public:
-  rtstdb::query::RunReport run(const rtstdb::query::RowSource&, std::span<const rtstdb::query::Request>,
-                               const rtstdb::query::TimeSpan&,
+  rtstdb::query::RunReport run(const rtstdb::store::RowSource&, std::span<const rtstdb::query::Request>,
+                               const rtstdb::store::TimeSpan&,
                                rtstdb::query::ExecutorCallbacks*) noexcept override {
     return {};
   }

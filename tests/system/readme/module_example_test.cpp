@@ -1,4 +1,4 @@
-// What the README shows as a module of one's own does what it says.
+// The module that docs/guide/modules.md shows does what the page says.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class RangeFinderOfTheReadme : public ::testing::Test {
+class RangeFinderOfTheGuide : public ::testing::Test {
  protected:
   void SetUp() override {
     auto opened = rtstdb::Database::open({});
@@ -56,7 +56,7 @@ class RangeFinderOfTheReadme : public ::testing::Test {
   config::Diagnostics diagnostics_;
 };
 
-TEST_F(RangeFinderOfTheReadme, MeasuresFromTheMovingBodyToWhatItMeets) {
+TEST_F(RangeFinderOfTheGuide, MeasuresFromTheMovingBodyToWhatItMeets) {
   const auto module = make("{carrier: traffic.ego, layers: [structure], range: 80 m}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   const std::vector<double> at_once = step(*module, 0);
@@ -65,13 +65,13 @@ TEST_F(RangeFinderOfTheReadme, MeasuresFromTheMovingBodyToWhatItMeets) {
   EXPECT_NEAR(step(*module, 1'000 * ms)[0], 40.0, 1e-4) << "the car has moved on";
 }
 
-TEST_F(RangeFinderOfTheReadme, MeetsNothingBeyondItsRange) {
+TEST_F(RangeFinderOfTheGuide, MeetsNothingBeyondItsRange) {
   const auto module = make("{carrier: traffic.ego, layers: [structure], range: 30 m}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   EXPECT_EQ(step(*module, 0), (std::vector<double>{30.0, 0.0}));
 }
 
-TEST_F(RangeFinderOfTheReadme, SaysWhatItNamesOfTheWorldSoThatACheckCanFindMistakes) {
+TEST_F(RangeFinderOfTheGuide, SaysWhatItNamesOfTheWorldSoThatACheckCanFindMistakes) {
   const auto module = make("{carrier: traffic.ego, layers: [structure, vehicle]}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   ASSERT_EQ(module->ports().bodies.size(), 1U);

@@ -1,5 +1,5 @@
 #!/bin/sh
-# take_out_module.sh README DIR: the README's first two blocks of C++ become DIR/range_finder.hpp and .cpp.
+# take_out_module.sh PAGE DIR: the first two blocks of C++ of PAGE become DIR/range_finder.hpp and .cpp.
 set -eu
 mkdir -p "$2"
 awk -v hpp="$2/range_finder.hpp" -v cpp="$2/range_finder.cpp" '

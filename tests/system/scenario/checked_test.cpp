@@ -99,7 +99,7 @@ TEST(Checked, AUnitThatNeverAnswersEndsInExitCode4AndWhatReadsItWasNotChecked) {
 
 TEST(Checked, APlcThatDiesInMidRunIsLostAlsoWhenItComesBack) {
   const Folder folder;
-  const std::string map = std::string(HIL_SOURCE_DIR) + "/configs/crossing_plc.yaml";
+  const std::string map = std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing_plc.yaml";
   const auto start_plc = [&](const std::string& port) {
     return std::make_unique<Program>(std::vector<std::string>{
         built("hil-crossing-plc"), "--listen", "127.0.0.1:" + port, "--clock", "wall", "--minimum-green-ms",
@@ -183,7 +183,7 @@ TEST(Checked, ARunThatStoodStillForMostOfItsTimeIsBrokenAndCheckedNothing) {
 TEST(Checked, ARunFolderThatIsRemovedInMidRunIsNamed) {
   const SmallScenario scenario(std::string("duration: 3 s\n") + quiet_machine +
                                "can: [{bus: car, database: \"" + HIL_SOURCE_DIR +
-                               "/configs/crossing.dbc\", rate: 100 Hz}]\n");
+                               "/configs/crossing/crossing.dbc\", rate: 100 Hz}]\n");
   Program run(hil(scenario.run()));
   const std::string log = scenario.out() + "/run.log";
   ASSERT_TRUE(eventually([&] {

@@ -15,7 +15,7 @@ std::string built(const std::string& program) {
 }
 
 std::string crossing() {
-  return std::string(HIL_SOURCE_DIR) + "/configs/crossing.yaml";
+  return std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml";
 }
 
 std::vector<std::string> hil(std::vector<std::string> words) {
@@ -68,7 +68,7 @@ Folder::~Folder() {
 
 ScenarioCopy::ScenarioCopy() {
   for (const char* name : {"crossing.yaml", "crossing.dbc", "crossing_plc.yaml"}) {
-    std::filesystem::copy_file(std::string(HIL_SOURCE_DIR) + "/configs/" + name, folder_ / name);
+    std::filesystem::copy_file(std::string(HIL_SOURCE_DIR) + "/configs/crossing/" + name, folder_ / name);
   }
 }
 

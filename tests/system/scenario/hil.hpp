@@ -12,7 +12,7 @@ namespace hil::scenario_test {
 
 /// A built program's path: hil, hil-crossing-plc.
 std::string built(const std::string& program);
-/// configs/crossing.yaml of this checkout.
+/// configs/crossing/crossing.yaml of this checkout.
 std::string crossing();
 
 /// The words of `hil WORDS...`.

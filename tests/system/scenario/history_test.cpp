@@ -106,11 +106,11 @@ TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
   says(refusal({"near", "post", "--at", "4.001s"}), "the time 4.001 s lies after the end of the run at 4 s");
   says(refusal({"near", "post", "--at", "-1s"}), "the time -1 s lies before the begin of the run at 0 s");
   says(refusal({"near", "post", "--at", "1"}), "no unit");
-  says(refusal({"near", "post", "--at", "1s", "--until", "2s"}), "belong together");
-  says(refusal({"near", "post", "--at", "1s", "--until", "2s", "--every", "0s"}), "is no step");
+  says(refusal({"near", "post", "--at", "1s", "--until", "2s"}), "need each other");
+  says(refusal({"near", "post", "--at", "1s", "--until", "2s", "--every", "0s"}), "is not above zero");
   says(refusal({"near", "post", "--at", "1s", "--known-at", "2s"}), "is after --at");
   says(refusal({"near", "post", "--at", "0s", "--until", "4s", "--every", "1ns"}),
-       "more than 1000000 instants");
+       "at most 1000000 run times");
   says(refusal({"near", "post", "--at", "1s", "--layers", "movin"}), "did you mean 'moving'?");
   says(refusal({"near", "post", "--at", "1s", "--within", "-1m"}), "is negative");
   says(refusal({"near", "post", "--at", "1s", "--within", "101km"}), "no world is larger");
@@ -118,12 +118,12 @@ TEST_F(TwoBlocks, WhatCanNotBeAnsweredIsRefusedWithItsReason) {
   says(refusal({"near", "post", "--at", "1s", "--until", "5s", "--every", "3s"}),
        "the end of the run at 4 s");
   says(refusal({"near", "post", "--at", "9223372036.8s"}), "is longer than any run");
-  says(refusal({"region", "--at", "1s"}), "a region is a --sphere or a --box");
+  says(refusal({"region", "--at", "1s"}), "give one of --sphere and --box");
   says(refusal({"region", "--sphere", "0,0,0,-1", "--at", "1s"}),
        "--sphere: a size of -1.000000 m is negative");
   says(refusal({"region", "--box", "0,0,0,1,-2,1", "--at", "1s"}),
        "--box: a size of -2.000000 m is negative");
-  says(refusal({"ray", "--origin", "0,0,0", "--direction", "0,0,0", "--at", "1s"}), "has no length");
+  says(refusal({"ray", "--origin", "0,0,0", "--direction", "0,0,0", "--at", "1s"}), "is the zero vector");
   says(refusal({"ray", "--origin", "0,0,0", "--direction", "1,nan,0", "--at", "1s"}),
        "not every number is finite");
   says(refusal({"ray", "--origin", "0,0,0", "--direction", "1,0,0", "--range", "-5m", "--at", "1s"}),

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* holding = "4";
 constexpr const char* input = "3";
-// Addresses of configs/crossing_plc.yaml.
+// Addresses of configs/crossing/crossing_plc.yaml.
 constexpr int detector_ego = 0, override_mode = 4, light_ego = 0, light_cross = 1;
 constexpr int red = 0, green = 2, mode_all_red = 3, mode_cross_green = 2;
 

@@ -78,7 +78,7 @@ TEST(BadConfig, OneNameForTwoModules) {
   ScenarioCopy copy;
   copy.replace("module: detectors", "module: collision", "collision");
   expect_refused(run_copy(copy), 2,
-                 {copy.file() + ":", "the module 'collision' stands here twice; first in line"});
+                 {copy.file() + ":", "the module 'collision' is given twice; first in line"});
 }
 
 TEST(BadConfig, ASeedBelowZero) {

@@ -67,7 +67,7 @@ std::vector<io::can::LoggedFrame> read_can_log(const std::filesystem::path& file
 
 std::vector<double> values_on_bus(const std::vector<io::can::LoggedFrame>& frames, const std::string& name) {
   static const io::can::DbcResult database =
-      io::can::load_dbc(std::string(HIL_SOURCE_DIR) + "/configs/crossing.dbc");
+      io::can::load_dbc(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.dbc");
   const std::size_t dot = name.find('.');
   const io::can::DbcMessage* message = database.database.find_message(name.substr(0, dot));
   const io::can::DbcSignal* signal =

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""rules_test.py STYLE   breaks every rule of tools/style once, in a scratch tree, and expects it to be found by name and place."""
+"""rules_test.py STYLE   breaks each rule of tools/style in a temporary tree, and expects to find it."""
 
 import pathlib
 import subprocess
@@ -20,26 +20,33 @@ GOOD = {
     "io/bus.cpp": '#include "io/bus.hpp"\nconst char* folder = "/tmp/bus"; // ~/work/bus, net/work/bus\n',
     "runtime/run.cpp": '#include "io/bus.hpp"\n#include "rtstdb/row.hpp"\nint lines[1];\n' + "\n" * 497,
     "tests/row_test.cpp": '#include "rtstdb/row.hpp"\nTEST(Row, IsThere) {}\n',
+    "io/limits.hpp": '#pragma once\n#include "io/room.hpp"\nint least_significant_bit;  // room\n',
+    "io/notes.md": "| " + "x " * 60 + "|\nhttps://" + "x" * 120 + "\n",
     "docs/architecture.md": "Buses: `io/bus.cpp: Bus`, `bus.*`, `b*.cpp`; headers end in `.hpp`.\n",
     "docs/picture.png": b"\x89PNG\xff",
 }
 
 # Rule, the file that breaks it, its content, and the place that must be named.
 BREAKS = [
-    ("vulkan_stays_in_rtstdb_gpu", "rtstdb/store/store.cpp", "\nvk::raii::Device device;\n", "rtstdb/store/store.cpp:2"),
+    ("vulkan_stays_in_rtstdb_gpu", "rtstdb/store/store.cpp", "\nvk::raii::Device device;\n",
+     "rtstdb/store/store.cpp:2"),
     ("vulkan_stays_in_rtstdb_gpu", "runtime/cli.cpp", "#include <vulkan/vulkan.h>\n", "runtime/cli.cpp:1"),
     ("vulkan_stays_in_rtstdb_gpu", "io/a.cpp", "int x = VK_SUCCESS;\n", "io/a.cpp:1"),
     ("vulkan_stays_in_rtstdb_gpu", "bench/a.cpp", "void f() { vkDestroyDevice(); }\n", "bench/a.cpp:1"),
     ("dependencies_point_one_way", "io/a.cpp", '#include "rtstdb/entity.hpp"\n', "io/a.cpp:1"),
     ("dependencies_point_one_way", "io/a.cpp", "# include <runtime/config/scenario.hpp>\n", "io/a.cpp:1"),
     ("dependencies_point_one_way", "rtstdb/a.cpp", '\n\n#include "io/device.hpp"\n', "rtstdb/a.cpp:3"),
-    ("dependencies_point_one_way", "runtime/a.cpp", '#include "tests/support/guard.hpp"\n', "runtime/a.cpp:1"),
-    ("public_headers_stand_alone", "rtstdb/include/rtstdb/a.hpp", "#pragma once\n#include <nlohmann/json.hpp>\n",
+    ("dependencies_point_one_way", "runtime/a.cpp", '#include "tests/support/guard.hpp"\n',
+     "runtime/a.cpp:1"),
+    ("public_headers_stand_alone", "rtstdb/include/rtstdb/a.hpp",
+     "#pragma once\n#include <nlohmann/json.hpp>\n",
      "rtstdb/include/rtstdb/a.hpp:2"),
-    ("public_headers_stand_alone", "rtstdb/include/rtstdb/a.hpp", '#pragma once\n#include "rtstdb/gpu/device.hpp"\n',
+    ("public_headers_stand_alone",
+     "rtstdb/include/rtstdb/a.hpp", '#pragma once\n#include "rtstdb/gpu/device.hpp"\n',
      "rtstdb/include/rtstdb/a.hpp:2"),
     ("includes_go_by_repository_path", "io/can/a.cpp", '#include "../device.hpp"\n', "io/can/a.cpp:1"),
-    ("includes_go_by_repository_path", "shaders/a.comp", '#include "common/../shared/a.h"\n', "shaders/a.comp:1"),
+    ("includes_go_by_repository_path", "shaders/a.comp", '#include "common/../shared/a.h"\n',
+     "shaders/a.comp:1"),
     ("headers_are_read_once", "io/a.hpp", "int x;\n", "io/a.hpp"),
     ("files_are_short", "io/a.cpp", "int x;\n" * 501, "io/a.cpp: 501 lines"),
     ("files_are_short", "shaders/a.comp", "\n" * 501, "shaders/a.comp: 501 lines"),
@@ -48,11 +55,18 @@ BREAKS = [
     ("nothing_is_left_for_later", "docs/a.md", "One.\nTO" "DO: two\n", "docs/a.md:2"),
     ("nothing_is_left_for_later", "io/a.cpp", "// FIX" "ME\n", "io/a.cpp:1"),
     ("no_test_is_switched_off", "tests/a_test.cpp", "TEST(Row, DISABLED_Moves) {}\n", "tests/a_test.cpp:1"),
-    ("libraries_say_what_belongs_in_them", "io/can/CMakeLists.txt", "hil_library(can)\n", "io/can/CMakeLists.txt"),
+    ("libraries_say_what_belongs_in_them", "io/can/CMakeLists.txt", "hil_library(can)\n",
+     "io/can/CMakeLists.txt"),
     ("libraries_say_what_belongs_in_them", "rtstdb/store/CMakeLists.txt", "", "rtstdb/store/CMakeLists.txt"),
     ("nothing_names_one_machine", "configs/a.yaml", "mesh: /ho" "me/ann/car.obj\n", "configs/a.yaml:1"),
-    ("maps_name_what_is_there", "docs/paper_map.md", "\nRays: `io/bus.cpp`, `ray_*.comp`.\n", "docs/paper_map.md:2"),
+    ("maps_name_what_is_there", "docs/paper_map.md", "\nRays: `io/bus.cpp`, `ray_*.comp`.\n",
+     "docs/paper_map.md:2"),
     ("maps_name_what_is_there", "io/README.md", "`io/gone.hpp: Bus`\n", "io/README.md:1"),
+    ("lines_are_short", "io/a.cpp", "// " + "x " * 60 + "\n", "io/a.cpp:1: 123 columns"),
+    ("lines_are_short", "io/CMakeLists.txt", "\n# " + "x " * 60 + "\n", "io/CMakeLists.txt:2"),
+    ("names_are_plain", "io/a.cpp", "int crew_size;\n", "io/a.cpp:1: crew_size"),
+    ("names_are_plain", "io/a.hpp", "#pragma once\nclass ProcessFate;\n", "io/a.hpp:2: ProcessFate"),
+    ("names_are_plain", "shaders/build/a.comp", "uint most_rounds;\n", "shaders/build/a.comp:1"),
     ("nothing_names_one_machine", "README.md", "cd /wo" "rk/main\n", "README.md:1"),
 ]
 
@@ -63,7 +77,8 @@ def findings(files):
             file = pathlib.Path(folder, path)
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(content if isinstance(content, bytes) else content.encode())
-        done = subprocess.run([STYLE, "--rules", "--root", folder], capture_output=True, text=True, check=False)
+        command = [STYLE, "--rules", "--root", folder]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
     return done.returncode, done.stdout + done.stderr
 
 

@@ -18,7 +18,7 @@ const Protection protection{"Counter", "Checksum"};
 CanDeviceConfig crossing_config() {
   CanDeviceConfig config;
   config.name = "car";
-  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   config.send.push_back({"EgoStatus", 0, 0, protection, {}});
   config.send.push_back({"Object0", 0, 0, {}, {}});
   config.send.push_back({"ObjectHeader", 0, 0, protection, {}});
@@ -65,7 +65,8 @@ class RealDevice : public ::testing::Test {
   std::vector<Sample> samples_;
   std::vector<double> outputs_;
   MessageEncoder encoder_{
-      *load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database.find_message("BrakeCommand"), protection};
+      *load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database.find_message("BrakeCommand"),
+      protection};
 };
 
 TEST_F(RealDevice, CansendFromOutsideReachesASignal) {
@@ -230,12 +231,12 @@ TEST_F(RealDevice, ALostInterfaceMakesInputsSafeAndComesBack) {
   shell("ip link del vcan0");
   ASSERT_TRUE(eventually([&] { return !latched("BrakeCommand.Deceleration").fresh; }));
   EXPECT_EQ(latched("BrakeCommand.Deceleration").value, 0.5);
-  EXPECT_FALSE(device_->health().connected);
-  EXPECT_NE(device_->health().fault.find("'vcan0' is lost"), std::string::npos);
+  EXPECT_FALSE(device_->connected());
+  EXPECT_NE(device_->fault().find("'vcan0' is lost"), std::string::npos);
   device_->release_outputs(outputs_, 0);
   EXPECT_TRUE(eventually([&] { return device_->counters().send_errors == 3; }));
   shell("ip link add dev vcan0 type vcan && ip link set vcan0 up");
-  ASSERT_TRUE(eventually([&] { return device_->health().connected; }));
+  ASSERT_TRUE(eventually([&] { return device_->connected(); }));
   cansend(brake_command(2.0));
   EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 2.0; }));
 }

@@ -70,7 +70,7 @@ TEST(CrossingOnVcan, CandumpSawTheFramesOfOurLogInTheirOrder) {
 class BrakeCommands {
  public:
   BrakeCommands()
-      : database_(io::can::load_dbc(std::string(HIL_SOURCE_DIR) + "/configs/crossing.dbc").database),
+      : database_(io::can::load_dbc(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.dbc").database),
         message_(*database_.find_message("BrakeCommand")),
         encoder_(message_, {.counter_signal = "Counter", .checksum_signal = "Checksum"}) {}
 

@@ -181,7 +181,7 @@ TEST(Dbc, AFileThatIsNotThereIsOneClearProblem) {
 }
 
 TEST(Dbc, TheProjectsOwnDatabaseIsClean) {
-  const DbcResult result = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc");
+  const DbcResult result = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc");
   EXPECT_TRUE(result.ok() && result.warning_count == 0) << describe_problems(result, "crossing.dbc");
   EXPECT_EQ(result.database.find_message("EgoStatus")->cycle_time_ms, 10);
 }

@@ -111,7 +111,7 @@ TEST(MessageCoder, LostAndRepeatedFramesAreRefusedAndTheNextIsTaken) {
   EXPECT_EQ(decoder.check(frames[1]), MessageDecoder::Verdict::accepted);
   EXPECT_EQ(decoder.check(frames[3]), MessageDecoder::Verdict::bad_counter);  // 2 was lost
   EXPECT_EQ(decoder.check(frames[4]), MessageDecoder::Verdict::accepted);
-  decoder.forget_counter();
+  decoder.reset_counter();
   EXPECT_EQ(decoder.check(frames[0]), MessageDecoder::Verdict::accepted);
 }
 

@@ -11,13 +11,13 @@ TEST(SendOrder, EachOwnFrameThatComesBackMovesTheEarliestTimeToItsSend) {
   order.sent(0x100, 10);
   order.sent(0x100, 20);
   order.sent(0x200, 30);
-  order.came_back(0x300);
+  order.received_back(0x300);
   EXPECT_EQ(order.earliest_ns(), std::numeric_limits<RunTimeNs>::min()) << "another program's frame";
-  order.came_back(0x100);
+  order.received_back(0x100);
   EXPECT_EQ(order.earliest_ns(), 10);
-  order.came_back(0x200);
+  order.received_back(0x200);
   EXPECT_EQ(order.earliest_ns(), 30) << "the second 0x100 was lost on the way";
-  order.came_back(0x100);
+  order.received_back(0x100);
   EXPECT_EQ(order.earliest_ns(), 30);
 }
 
@@ -25,11 +25,11 @@ TEST(SendOrder, OfFramesThatNeverComeBackTheOldestAreForgotten) {
   SendOrder order;
   for (RunTimeNs time = 1; time <= 1'000; ++time)
     order.sent(static_cast<canid_t>(time), time);
-  order.came_back(744);
+  order.received_back(744);
   EXPECT_EQ(order.earliest_ns(), std::numeric_limits<RunTimeNs>::min());
-  order.came_back(745);
+  order.received_back(745);
   EXPECT_EQ(order.earliest_ns(), 745);
-  order.came_back(1'000);
+  order.received_back(1'000);
   EXPECT_EQ(order.earliest_ns(), 1'000);
 }
 

@@ -24,14 +24,14 @@ void expect_one_lost_exchange(const std::function<void(FakeConnection&)>& fault,
   EXPECT_LT(first.took, milliseconds(250));
   EXPECT_EQ(client.counters().timeouts, is_timeout ? 1U : 0U);
   EXPECT_EQ(client.counters().errors, is_timeout ? 0U : 1U);
-  EXPECT_FALSE(client.health().connected);
-  EXPECT_NE(client.health().fault.find(words), std::string::npos) << client.health().fault;
-  EXPECT_NE(client.health().fault.find("plc"), std::string::npos) << client.health().fault;
+  EXPECT_FALSE(client.connected());
+  EXPECT_NE(client.fault().find(words), std::string::npos) << client.fault();
+  EXPECT_NE(client.fault().find("plc"), std::string::npos) << client.fault();
   // The fake server may still be busy with the connection it spoilt.
-  EXPECT_TRUE(eventually([&] { return exchange_once(client, 2, 1).good; })) << client.health().fault;
+  EXPECT_TRUE(eventually([&] { return exchange_once(client, 2, 1).good; })) << client.fault();
   EXPECT_EQ(latched(client)[0].value, 7.0);
   EXPECT_GE(client.counters().reconnects, 1U);
-  EXPECT_EQ(client.health().fault, "");
+  EXPECT_EQ(client.fault(), "");
   client.stop();
 }
 
@@ -41,7 +41,7 @@ TEST(ClientFaults, ASilentServerIsATimeOut) {
         connection.receive();
         connection.receive();  // waits for the client to give up
       },
-      true, "writing holding 0: no whole reply within 30 ms");
+      true, "writing holding 0: no complete reply within 30 ms");
 }
 
 TEST(ClientFaults, AServerKilledMidReplyIsAnError) {
@@ -62,7 +62,7 @@ TEST(ClientFaults, ASlowLorisIsBoundedByTheResponseTimeOut) {
           std::this_thread::sleep_for(milliseconds(10));  // whole after 120 ms, each gap far below the limit
         }
       },
-      true, "no whole reply within 30 ms");
+      true, "no complete reply within 30 ms");
 }
 
 TEST(ClientFaults, AWrongTransactionIdIsNoAnswer) {
@@ -153,7 +153,7 @@ TEST(ClientFaults, NoiseIsNoAnswer) {
 TEST(ClientFaults, AHalfOpenConnectionIsNoticed) {
   // The server accepts and goes away without a word, as after a power cut: nothing is read, nothing answered.
   expect_one_lost_exchange([](FakeConnection&) { std::this_thread::sleep_for(milliseconds(60)); }, true,
-                           "no whole reply within 30 ms");
+                           "no complete reply within 30 ms");
 }
 
 /// The reply to each request comes after the time-out, with the value of the request's order. No reply may
@@ -290,16 +290,16 @@ TEST(ClientFaults, AUnitThatComesBackIsFoundAgainWithAllItsOutputs) {
   server.reset();
   ASSERT_TRUE(eventually([&] {
     client.release_outputs(std::vector{41.0}, 0);
-    return !client.health().connected;
+    return !client.connected();
   }));
-  EXPECT_NE(client.health().fault, "");
+  EXPECT_NE(client.fault(), "");
   EXPECT_TRUE(eventually([&] { return !latched(client)[0].fresh; }));
   server =
       std::make_unique<ServerDevice>(ServerSettings{.name = "unit", .endpoint = {"127.0.0.1", port}}, turned);
   server->start(clock, Pacing::realtime);
   // Nothing new is released: the device itself tries again and tells the unit what it should hold.
   EXPECT_TRUE(eventually([&] { return latched(*server)[0].value == 41.0; }));
-  EXPECT_TRUE(eventually([&] { return client.health().connected && client.health().fault.empty(); }));
+  EXPECT_TRUE(eventually([&] { return client.connected() && client.fault().empty(); }));
   EXPECT_GE(client.counters().reconnects, 1U);
   client.stop();
 }

@@ -1,10 +1,10 @@
-#include "io/modbus/crossing_plc/crossing_logic.hpp"
+#include "configs/crossing/plc/crossing_logic.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
 namespace {
 
 constexpr std::int64_t scan_ms = 20;
@@ -209,4 +209,4 @@ TEST(CrossingLogicDeathTest, TimeDoesNotGoBack) {
 }
 
 }  // namespace
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

@@ -5,12 +5,15 @@
 #include <sstream>
 
 #include "bench.hpp"
+#include "configs/crossing/plc/plc_registers.hpp"
 #include "io/modbus/client_device.hpp"
-#include "io/modbus/crossing_plc/plc_registers.hpp"
 #include "tests/paths.h"
 
-namespace hil::io::modbus::crossing_plc {
+namespace hil::crossing::plc {
 namespace {
+
+using namespace io;
+using namespace io::modbus;
 
 using bench::eventually;
 using bench::latched;
@@ -54,7 +57,7 @@ std::string stepped_run() {
     const RunTimeNs tick_ns = tick * 50'000'000LL;
     clock.set(tick_ns);
     client.release_outputs(std::vector<double>{tick >= 20 ? 1.0 : 0.0, 0, 0}, tick_ns);
-    EXPECT_TRUE(client.exchange(tick_ns)) << client.health().fault;
+    EXPECT_TRUE(client.exchange(tick_ns)) << client.fault();
     text << tick << ':';
     for (const Sample& sample : latched(client))
       text << ' ' << sample.value << '@' << sample.time_ns << sample.fresh;
@@ -85,7 +88,7 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
   SetClock clock;
   ClientDevice client(settings, register_map());
   client.start(clock, Pacing::lockstep);
-  EXPECT_TRUE(client.exchange(0)) << client.health().fault;
+  EXPECT_TRUE(client.exchange(0)) << client.fault();
   client.stop();
 }
 
@@ -174,7 +177,7 @@ TEST(CrossingPlc, MistakesOnTheCommandLineAreSaid) {
 
 TEST(CrossingPlc, TheRegisterMapFileSaysWhatTheProgramDoes) {
   const YAML::Node registers =
-      YAML::LoadFile(std::string(HIL_SOURCE_DIR) + "/configs/crossing_plc.yaml")["registers"];
+      YAML::LoadFile(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing_plc.yaml")["registers"];
   const RegisterMap map = register_map();
   EXPECT_TRUE(mistakes_in(map, Role::client).empty());
   ASSERT_EQ(registers.size(), map.entries.size());
@@ -194,4 +197,4 @@ TEST(CrossingPlc, TheRegisterMapFileSaysWhatTheProgramDoes) {
 }
 
 }  // namespace
-}  // namespace hil::io::modbus::crossing_plc
+}  // namespace hil::crossing::plc

@@ -117,8 +117,8 @@ TEST(OutsideTools, OurClientReadsAPymodbusUnitWithGaps) {
     ClientDevice client(settings, map);
     client.start(clock, Pacing::lockstep);
     client.release_outputs(std::vector<double>{7}, 0);
-    ASSERT_TRUE(client.exchange(0)) << client.health().fault;
-    EXPECT_EQ(client.health().fault, "");
+    ASSERT_TRUE(client.exchange(0)) << client.fault();
+    EXPECT_EQ(client.fault(), "");
     EXPECT_EQ(latched(client)[0].value, 100.0);
     EXPECT_EQ(latched(client)[1].value, 105.0);
     EXPECT_EQ(client.counters().by_code[2], max_gap == 0 ? 0U : 1U);
@@ -144,7 +144,7 @@ TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
   ClientDevice client(settings, map);
   client.start(clock, Pacing::lockstep);
   client.release_outputs(std::vector<double>{-0.125, 4242, 0}, 0);
-  ASSERT_TRUE(client.exchange(0)) << client.health().fault;
+  ASSERT_TRUE(client.exchange(0)) << client.fault();
   std::vector<Sample> samples = latched(client);
   EXPECT_EQ(samples[0].value, 130.0 * 65536 + 131);
   EXPECT_EQ(samples[1].value, 1.0);
@@ -158,7 +158,7 @@ TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
   ClientDevice reader(settings, map);
   reader.start(clock, Pacing::lockstep);
   reader.release_outputs({}, 1);
-  ASSERT_TRUE(reader.exchange(1)) << reader.health().fault;
+  ASSERT_TRUE(reader.exchange(1)) << reader.fault();
   samples = latched(reader);
   EXPECT_EQ(samples[0].value, -0.125);
   EXPECT_EQ(samples[1].value, 4242.0);
@@ -169,7 +169,7 @@ TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
   unit.kill();
   reader.release_outputs({}, 2);
   EXPECT_FALSE(reader.exchange(2));
-  EXPECT_NE(reader.health().fault.find("pymodbus"), std::string::npos);
+  EXPECT_NE(reader.fault().find("pymodbus"), std::string::npos);
 }
 
 }  // namespace

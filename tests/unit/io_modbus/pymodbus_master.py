@@ -1,7 +1,8 @@
 """A Modbus TCP client by pymodbus, the other side of a test: python3 pymodbus_master.py PORT.
 
-The server has, in this order of addresses: holding 0..3 'a' (u64, clients write), input 0..3 'b' (f64, 1234.5), coils 0..9
-(clients write). Ends with exit code 0 when every function answered as it should, and says what did not.
+The server has, in this order of addresses: holding 0..3 'a' (u64, clients write), input 0..3 'b'
+(f64, 1234.5), coils 0..9 (clients write). Exits with 0 when every function gave the expected reply, and
+prints which ones did not.
 """
 import struct
 import sys

@@ -1,4 +1,4 @@
-"""A Modbus TCP unit by pymodbus, the other side of a test. Prints 'listening 127.0.0.1:PORT' and serves until killed.
+"""A Modbus TCP unit by pymodbus, the peer of a test. Prints 'listening 127.0.0.1:PORT' and serves.
 
 Every table has 200 addresses; register i starts at 100 + i, bit i at i % 2. With the argument "sparse" the
 holding registers are 0, 5 and 20 only.

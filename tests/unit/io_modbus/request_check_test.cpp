@@ -42,13 +42,13 @@ TEST(Framing, JudgesEveryPrefix) {
 }
 
 TEST(Framing, RefusesWhatIsNoModbusAsSoonAsItShows) {
-  EXPECT_EQ(find_frame(Bytes{0, 1, 7}).framing, Framing::hopeless);
-  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 1}).framing, Framing::hopeless);
-  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 0}).framing, Framing::hopeless);
-  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 1}).framing, Framing::hopeless);  // a unit, no function
+  EXPECT_EQ(find_frame(Bytes{0, 1, 7}).framing, Framing::invalid);
+  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 1}).framing, Framing::invalid);
+  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 0}).framing, Framing::invalid);
+  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 1}).framing, Framing::invalid);  // a unit, no function
   EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 254}).framing, Framing::incomplete);
-  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 255}).framing, Framing::hopeless);
-  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 255, 255}).framing, Framing::hopeless);
+  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 255}).framing, Framing::invalid);
+  EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 255, 255}).framing, Framing::invalid);
 }
 
 struct Case {

@@ -53,7 +53,7 @@ struct Unit {
   void exchange(RunTimeNs time_ns, const std::vector<double>& values) {
     clock.set(time_ns);
     client.release_outputs(values, time_ns);
-    ASSERT_TRUE(client.exchange(time_ns)) << client.health().fault;
+    ASSERT_TRUE(client.exchange(time_ns)) << client.fault();
   }
 
   std::atomic<std::uint16_t> held{0};

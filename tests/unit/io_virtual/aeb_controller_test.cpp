@@ -5,11 +5,11 @@
 #include <cmath>
 #include <random>
 
-#include "io/virtual/aeb_controller/controller.hpp"
-#include "io/virtual/aeb_controller/station.hpp"
+#include "configs/crossing/aeb_controller/controller.hpp"
+#include "configs/crossing/aeb_controller/station.hpp"
 #include "tests/paths.h"
 
-namespace hil::io::aeb {
+namespace hil::crossing::aeb {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
@@ -91,13 +91,13 @@ TEST(FindConflict, MissesNoCollisionOfASteppedSimulation) {
 }
 
 TEST(BroughtToNow, MovesTheObjectAndTheEgo) {
-  const ObjectReport straight = brought_to_now({true, 50.0, -20.0, 1.0, 8.0, 4.0, 0.5}, {10.0, 0.0});
+  const ObjectReport straight = extrapolated({true, 50.0, -20.0, 1.0, 8.0, 4.0, 0.5}, {10.0, 0.0});
   EXPECT_DOUBLE_EQ(straight.x_m, 50.0 + 0.5 - 5.0);
   EXPECT_DOUBLE_EQ(straight.y_m, -16.0);
   EXPECT_EQ(straight.age_s, 0.0);
   // A quarter turn to the left on the spot: what was ahead is now on the right.
   const double quarter = std::acos(0.0);
-  const ObjectReport turned = brought_to_now({true, 10.0, 0.0, 2.0, 0.0, 4.0, 1.0}, {0.0, quarter});
+  const ObjectReport turned = extrapolated({true, 10.0, 0.0, 2.0, 0.0, 4.0, 1.0}, {0.0, quarter});
   EXPECT_NEAR(turned.x_m, 0.0, 1e-12);
   EXPECT_NEAR(turned.y_m, -12.0, 1e-12);
   EXPECT_NEAR(turned.velocity_y_mps, -2.0, 1e-12);
@@ -200,7 +200,7 @@ TEST(Controller, ACarThatObeysIsNotHit) {
 
 class StationTest : public ::testing::Test {
  protected:
-  can::Frame build(can::MessageEncoder& encoder, const std::vector<double>& values, RunTimeNs time_ns) {
+  can::Frame build(can::MessageEncoder& encoder, const std::vector<double>& values, io::RunTimeNs time_ns) {
     can::MessageEncoder::Tally tally;
     can::Frame frame = encoder.build(values, tally);
     encoder.confirm_sent();
@@ -208,7 +208,7 @@ class StationTest : public ::testing::Test {
     frame.time_ns = time_ns;
     return frame;
   }
-  const can::Dbc database_ = can::load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const can::Dbc database_ = can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   const can::Protection protection_{"Counter", "Checksum"};
   can::MessageEncoder ego_{*database_.find_message("EgoStatus"), protection_};
   can::MessageEncoder object0_{*database_.find_message("Object0"), {}};
@@ -264,11 +264,12 @@ TEST_F(StationTest, AnEmptyListIsAnsweredAndTheDegradedStateIsSaid) {
 
 TEST(StationDatabase, SaysWhatIsMissing) {
   EXPECT_TRUE(
-      Station::database_problems(can::load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database).empty());
+      Station::database_problems(can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database)
+          .empty());
   const auto problems = Station::database_problems(can::parse_dbc("BO_ 1 EgoStatus: 8 A\n").database);
   EXPECT_GE(problems.size(), 8U);
   EXPECT_EQ(problems.front(), "message 'EgoStatus' has no signal 'Speed'");
 }
 
 }  // namespace
-}  // namespace hil::io::aeb
+}  // namespace hil::crossing::aeb

@@ -46,7 +46,7 @@ virtual_bus::HubConfig hub_config(std::size_t expected_clients) {
 
 process::ChildConfig controller_config(const std::string& address) {
   const std::string program = HIL_BINARY_DIR "/bin/hil-aeb-controller";
-  const std::string database = HIL_SOURCE_DIR "/configs/crossing.dbc";
+  const std::string database = HIL_SOURCE_DIR "/configs/crossing/crossing.dbc";
   return {.name = "dut",
           .command = {program, "--bus", address, "--database", database},
           .search_folders = {},
@@ -116,7 +116,7 @@ std::string lockstep_log() {
       clock.set(now);
       set_danger(device, outputs, static_cast<double>(now) * 1e-9);
       device.release_outputs(outputs, now);
-      EXPECT_TRUE(device.exchange(now)) << device.health().fault;
+      EXPECT_TRUE(device.exchange(now)) << device.fault();
       device.latch_inputs(samples);
       EXPECT_TRUE(samples[request].fresh);
       EXPECT_EQ(samples[request].value, tick / 10);
@@ -161,7 +161,7 @@ TEST(CanDevice, AControllerThatDiesInLockstepIsSaid) {
   ASSERT_TRUE(device.exchange(0));
   controller.stop(1'000 * ms);
   EXPECT_FALSE(device.exchange(ms));
-  EXPECT_NE(device.health().fault.find("'aeb-controller' closed its connection"), std::string::npos);
+  EXPECT_NE(device.fault().find("'aeb-controller' closed its connection"), std::string::npos);
   std::filesystem::remove(scratch("dut-output"));
 }
 
@@ -280,7 +280,7 @@ TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
   start(crossing_config());
   virtual_bus::Client outside({address_, "outside"});
   outside.open(clock_, Pacing::realtime);
-  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   MessageEncoder encoder(*database.find_message("BrakeCommand"), protection);
   MessageEncoder::Tally tally;
   const auto build = [&] { return encoder.build(std::vector<double>{4.0, 0.0, 0.0, 3.0, 0.0, 0.0}, tally); };
@@ -301,7 +301,7 @@ TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
   EXPECT_EQ(counters.bad_checksum, 2U) << "one of them is too short to carry it";
   EXPECT_EQ(counters.bad_counter, 1U);
   EXPECT_TRUE(eventually([&] { return sample("BrakeCommand.Deceleration").value == 4.0; }));
-  EXPECT_TRUE(device_->health().connected);
+  EXPECT_TRUE(device_->connected());
 }
 
 TEST_F(RealtimeDevice, EveryFrameOfAKeptInputArrivesWithItsTimeAndTooManyAreCounted) {
@@ -315,7 +315,7 @@ TEST_F(RealtimeDevice, EveryFrameOfAKeptInputArrivesWithItsTimeAndTooManyAreCoun
   ASSERT_TRUE(device.keep_arrivals(counter));
   device.start(clock_, Pacing::realtime);
   outside.open(clock_, Pacing::realtime);
-  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   MessageEncoder encoder(*database.find_message("BrakeCommand"), protection);
   MessageEncoder::Tally tally;
   outputs_.resize(device.outputs().size());

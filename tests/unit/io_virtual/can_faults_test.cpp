@@ -1,5 +1,5 @@
-// A CAN device on a virtual bus that drops, corrupts and delays frames on purpose: what is counted, and what the
-// log shows.
+// A CAN device on a virtual bus that drops, corrupts and delays frames on purpose: what is counted, and what
+// the log shows.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -33,7 +33,7 @@ Logged logged_under(const virtual_bus::FaultConfig& faults) {
       std::filesystem::path(::testing::TempDir()) / ("faults-" + std::to_string(::getpid()) + ".log");
   CanDeviceConfig config;
   config.name = "car";
-  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   config.send.push_back({"EgoStatus", 10 * ms, 0, {}, {}});
   config.send.push_back({"ObjectHeader", 50 * ms, 0, {}, {}});
   config.log_file = log_file;
@@ -55,7 +55,7 @@ Logged logged_under(const virtual_bus::FaultConfig& faults) {
   for (int tick = 0; tick < 300; ++tick) {
     clock.set(tick * 10 * ms);
     device.release_outputs(outputs, clock.now_ns());
-    EXPECT_TRUE(device.exchange(clock.now_ns())) << device.health().fault;
+    EXPECT_TRUE(device.exchange(clock.now_ns())) << device.fault();
   }
   device.stop();
   over.store(true);

@@ -125,18 +125,18 @@ TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
   bus_->arriving = {error_frame(CAN_ERR_BUSOFF)};
   ticks(10, 20);
   EXPECT_FALSE(device_->connected());
-  EXPECT_NE(device_->health().fault.find("bus-off"), std::string::npos) << device_->health().fault;
+  EXPECT_NE(device_->fault().find("bus-off"), std::string::npos) << device_->fault();
   bus_->arriving = {error_frame(CAN_ERR_CRTL)};
   ticks(20, 30);
   EXPECT_FALSE(device_->connected()) << "another error says nothing of a restart";
   bus_->arriving = {error_frame(CAN_ERR_RESTARTED)};
   ticks(30, 40);
   EXPECT_TRUE(device_->connected());
-  EXPECT_EQ(device_->health().fault, "");
+  EXPECT_EQ(device_->fault(), "");
 }
 
 TEST_F(DrivenDevice, AFrameBehindAnOwnFrameIsNotDatedBeforeThatWasSent) {
-  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   const DbcMessage& message = *database.find_message("BrakeCommand");
   MessageEncoder encoder(message, protection);
   MessageEncoder::Tally tally;

@@ -16,7 +16,7 @@ inline const Protection protection{"Counter", "Checksum"};
 inline CanDeviceConfig crossing_config() {
   CanDeviceConfig config;
   config.name = "car";
-  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+  config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   config.send.push_back({"EgoStatus", 10 * ms, 0, protection, {}});
   config.send.push_back({"Object0", 100 * ms, 0, {}, {}});
   config.send.push_back({"ObjectHeader", 100 * ms, 0, protection, {}});

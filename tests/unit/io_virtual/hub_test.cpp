@@ -110,7 +110,7 @@ TEST_F(HubTest, FdAndExtendedFramesKeepTheirContent) {
   EXPECT_TRUE(back[0].same_content(sent));
 }
 
-TEST_F(HubTest, AClientThatDoesNotReadLosesFramesAndNobodyWaits) {
+TEST_F(HubTest, AClientThatDoesNotReadLosesFramesWithoutBlocking) {
   hub_.open(clock_, Pacing::realtime);
   auto slow = connect("slow");
   auto good = connect("good");
@@ -137,7 +137,7 @@ TEST_F(HubTest, AClientThatDoesNotReadLosesFramesAndNobodyWaits) {
     ASSERT_EQ(number_of(got[number]), number);
 }
 
-TEST_F(HubTest, GarbagePacketsAreCountedAndHarmNobody) {
+TEST_F(HubTest, InvalidPacketsAreCountedAndHarmless) {
   hub_.open(clock_, Pacing::realtime);
   sockaddr_un place{};
   place.sun_family = AF_UNIX;
@@ -250,8 +250,8 @@ TEST(HubOpening, SaysWhyAPlaceCanNotBeHad) {
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("another program listens"), std::string::npos);
   }
-  Client nobody(ClientConfig{"unix:/nowhere/at/all", "x", 10'000'000});
-  EXPECT_THROW(nobody.open(clock, Pacing::realtime), DeviceError);
+  Client unused(ClientConfig{"unix:/nowhere/at/all", "x", 10'000'000});
+  EXPECT_THROW(unused.open(clock, Pacing::realtime), DeviceError);
   Client wrong(ClientConfig{"tcp:somewhere", "x", 10'000'000});
   EXPECT_THROW(wrong.open(clock, Pacing::realtime), DeviceError);
 }

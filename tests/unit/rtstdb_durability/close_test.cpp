@@ -27,10 +27,10 @@ TEST_P(EveryMode, GoesOnWhereItWasClosed) {
     Life life(disk_, options());
     const Recovery& recovery = life.log().recovery();
     EXPECT_EQ(recovery.found, lives > 0);
-    EXPECT_EQ(recovery.version, version) << recovery.in_words;
-    EXPECT_EQ(recovery.closed, lives > 0) << recovery.in_words;
+    EXPECT_EQ(recovery.version, version) << recovery.summary;
+    EXPECT_EQ(recovery.closed, lives > 0) << recovery.summary;
     EXPECT_EQ(life.engine.latest().version, version);
-    EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+    EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
     for (int k = 0; k < 300 / one_in; ++k) {
       const Outcome& outcome = life.commit(model_, random_);
       ASSERT_TRUE(outcome.done()) << describe(outcome);
@@ -84,7 +84,7 @@ TEST_P(EveryMode, DoesNotWriteDownWhatCameToNothing) {
     EXPECT_FALSE(transaction->outcome().durable);
   }
   Life life(disk_, options());
-  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
   ASSERT_TRUE(life.commit(model_, random_).done());
 }
 

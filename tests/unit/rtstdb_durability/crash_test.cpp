@@ -1,4 +1,5 @@
-// The power goes at every call of the disk in turn: what is there afterwards is a state that was, and not before what was promised.
+// The power goes at every call of the disk in turn: what is there afterwards is a state that was, and not
+// before what was promised.
 
 #include "life.hpp"
 
@@ -17,8 +18,8 @@ class Crash : public testing::TestWithParam<DurabilityMode> {
     return options;
   }
 
-  /// A life with so many commits, in which the power goes at a call, and the next one, which looks at what is left. False: there
-  /// was no such call.
+  /// A life with so many commits, in which the power goes at a call, and the next one, which looks at what is
+  /// left. False: there was no such call.
   bool live_and_look(std::uint64_t crash_at_call, std::uint64_t seed);
   Version work(SimulatedDisk& disk, Model& model, std::mt19937_64& random, const std::atomic<bool>& crashed);
 };
@@ -39,7 +40,7 @@ Version Crash::work(SimulatedDisk& disk, Model& model, std::mt19937_64& random,
     const Outcome& outcome = life.commit(model, random);
     if (outcome.durable) promised = std::max(promised, outcome.version);
     EXPECT_TRUE(outcome.done() || outcome.status == Status::refused) << describe(outcome);
-    EXPECT_EQ(outcome.refused_by, outcome.done() ? RefusedBy::nobody : RefusedBy::log_fault);
+    EXPECT_EQ(outcome.refused_by, outcome.done() ? RefusedBy::none : RefusedBy::log_fault);
     // Async has few calls of the disk else.
     if (GetParam() == DurabilityMode::async && k % 3 == 0)
       life.log().wait_until_durable(outcome.version, Nanoseconds(50'000'000));
@@ -71,14 +72,14 @@ bool Crash::live_and_look(std::uint64_t crash_at_call, std::uint64_t seed) {
     EXPECT_TRUE(log.ok()) << log.error().message;
     if (!log) return crashed;
     const Recovery recovery = log.value()->recovery();
-    EXPECT_TRUE(model.knows(recovery.version)) << recovery.in_words;
+    EXPECT_TRUE(model.knows(recovery.version)) << recovery.summary;
     EXPECT_GE(recovery.version, model.newest_up_to(promised))
-        << "promised were " << promised << "; " << recovery.in_words;
+        << "promised were " << promised << "; " << recovery.summary;
     if (testing::Test::HasFailure()) return crashed;
     model.go_on_at(recovery.version);
     {
       Life life(std::move(log).value(), options());
-      EXPECT_EQ(in_words(life.image()), in_words(living(model.now()))) << recovery.in_words;
+      EXPECT_EQ(describe(life.image()), describe(living(model.now()))) << recovery.summary;
       for (int k = 0; k < 5; ++k)
         EXPECT_TRUE(life.commit(model, random).done());
       EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));

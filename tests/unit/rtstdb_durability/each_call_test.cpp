@@ -1,7 +1,8 @@
-// One call of the disk fails, each in turn, with EIO, and with ENOSPC where that can be: what was promised is there when the power goes at
-// once, and when it does not, the log becomes whole by itself.
+// One call of the disk fails, each in turn, with EIO, and with ENOSPC where that can be: what was promised is
+// there when the power goes at once, and when it does not, the log becomes whole by itself.
 //
-// The log has its turns where the test gives them, on a clock that moves when nothing else does: a life makes the same calls again.
+// The log has its turns where the test gives them, on a clock that moves when nothing else does: a life makes
+// the same calls again.
 
 #include <algorithm>
 #include <cerrno>
@@ -148,7 +149,7 @@ void Course::become_well() {
     for (int turns = 0; turns < 20; ++turns)
       turn();
     const bool whole = life_->log().durable() == life_->engine.latest().version;
-    if (outcome.done() && whole && !life_->log().state().refused_by_disk) return;
+    if (outcome.done() && whole && !life_->log().state().last_write_failed) return;
   }
   ADD_FAILURE() << "the log does not become well: " << life_->log().state().last_fault;
 }
@@ -172,10 +173,10 @@ void Course::close() {
 void Course::look(Version at_least) {
   begin();
   const Recovery recovery = life_->log().recovery();
-  ASSERT_TRUE(model.knows(recovery.version)) << recovery.in_words;
-  EXPECT_GE(recovery.version, at_least) << recovery.in_words;
+  ASSERT_TRUE(model.knows(recovery.version)) << recovery.summary;
+  EXPECT_GE(recovery.version, at_least) << recovery.summary;
   model.go_on_at(recovery.version);
-  EXPECT_EQ(in_words(life_->image()), in_words(living(model.now()))) << recovery.in_words;
+  EXPECT_EQ(describe(life_->image()), describe(living(model.now()))) << recovery.summary;
   become_well();
   close();
 }
@@ -190,7 +191,7 @@ std::vector<DiskCall> EachCall::live(const Failing& failing) {
   } else {
     course.become_well();
     const Version newest = course.model.newest_up_to(course.promised);
-    EXPECT_EQ(in_words(course.model.now()), in_words(course.model.image(newest))) << "all is on disk";
+    EXPECT_EQ(describe(course.model.now()), describe(course.model.image(newest))) << "all is on disk";
     course.close();
     course.look(newest);
   }
@@ -210,7 +211,7 @@ TEST_P(EachCall, ThatFailsLosesNothingPromisedAndIsMended) {
     ASSERT_GT(std::ranges::count_if(calls, may_find_no_room), 20);
     for (std::uint64_t call = 0; call < calls.size() && !HasFailure(); call += one_in) {
       const log::DiskError fault{calls[call], EIO, "it"};
-      SCOPED_TRACE("call " + std::to_string(call) + ", " + fault.in_words() +
+      SCOPED_TRACE("call " + std::to_string(call) + ", " + fault.describe() +
                    (end == End::power_lost ? ", then the power goes" : ""));
       live({call, EIO, end});
       if (may_find_no_room(calls[call])) live({call, ENOSPC, end});

@@ -1,5 +1,5 @@
-// A disk that refuses one call, or all of them, or is full: nobody waits for ever, nobody is told that something is safe which is not, and when
-// the disk is well again the log is whole.
+// A disk that refuses one call, or all of them, or is full: nobody waits for ever, nobody is told that
+// something is safe which is not, and when the disk is well again the log is whole.
 
 #include <cerrno>
 #include <thread>
@@ -32,8 +32,8 @@ class Fault : public testing::TestWithParam<DurabilityMode> {
   void expect_all_there() {
     Life life(disk_, options());
     EXPECT_EQ(life.engine.latest().version, model_.newest_up_to(life.engine.latest().version))
-        << life.log().recovery().in_words;
-    EXPECT_EQ(in_words(life.image()), in_words(living(model_.now()))) << life.log().recovery().in_words;
+        << life.log().recovery().summary;
+    EXPECT_EQ(describe(life.image()), describe(living(model_.now()))) << life.log().recovery().summary;
   }
 
   MonotonicClock monotonic_;
@@ -120,14 +120,14 @@ TEST_P(Fault, OfAllWritesIsToldAndMended) {
   EXPECT_EQ(refused, GetParam() != DurabilityMode::async);
   EXPECT_FALSE(life->log().wait_until_durable(safe + 1, Nanoseconds(20'000'000)));
   const Durability state = life->log().state();
-  EXPECT_TRUE(state.refused_by_disk);
+  EXPECT_TRUE(state.last_write_failed);
   EXPECT_GT(state.faults, 0u);
   EXPECT_NE(state.last_fault.find("write of segment."), std::string::npos) << state.last_fault;
   EXPECT_EQ(state.durable, safe);
   disk_.fail_kind(DiskCall::write, 0);
   commit_until_well(*life);
   EXPECT_TRUE(life->log().wait_until_durable(life->engine.latest().version, long_time));
-  EXPECT_FALSE(life->log().state().refused_by_disk);
+  EXPECT_FALSE(life->log().state().last_write_failed);
   life->engine.close();
   EXPECT_TRUE(life->log().close().ok());
   life.reset();

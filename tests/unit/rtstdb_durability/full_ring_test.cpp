@@ -1,4 +1,5 @@
-// A disk that takes long: async goes on and leaves a gap, group and sync refuse when there is no room; behind it everything is whole.
+// A disk that takes long: async goes on and leaves a gap, group and sync refuse when there is no room; behind
+// it everything is whole.
 
 #include "life.hpp"
 
@@ -54,7 +55,7 @@ TEST_F(FullRing, AsyncGoesOnAndIsWholeBehindTheGap) {
   }
   Life life(disk_, options(DurabilityMode::async));
   EXPECT_GT(life.log().recovery().checkpoint, gap_begins_after);
-  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
 }
 
 TEST_F(FullRing, AsyncClosesWholeWithinAGap) {
@@ -73,8 +74,8 @@ TEST_F(FullRing, AsyncClosesWholeWithinAGap) {
     EXPECT_EQ(life.log().durable(), life.engine.latest().version);
   }
   Life life(disk_, options(DurabilityMode::async));
-  EXPECT_TRUE(life.log().recovery().closed) << life.log().recovery().in_words;
-  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+  EXPECT_TRUE(life.log().recovery().closed) << life.log().recovery().summary;
+  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
 }
 
 TEST_F(FullRing, GroupRefusesAtOnceAndKeepsWhatItPromised) {

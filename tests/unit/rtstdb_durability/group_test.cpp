@@ -85,7 +85,7 @@ TEST(Group, TheDiskMakesNothingLate) {
   EXPECT_LE(outcome.published, deadline);
   EXPECT_GT(outcome.durable_at, deadline);
   EXPECT_EQ(life.engine.counts().firm_late_commits, 0u);
-  EXPECT_EQ(life.engine.counts().firm_handed_over_late, 0u);
+  EXPECT_EQ(life.engine.counts().firm_delivered_late, 0u);
   life.engine.close();
   disk.before_each(nullptr);
 }
@@ -99,7 +99,7 @@ TEST(Group, WhatIsHeldIsSettled) {
                                        .period = Nanoseconds(100'000'000),
                                        .deadline = Nanoseconds(100'000'000),
                                        .budget = Nanoseconds(10'000'000),
-                                       .writes_and_asks = true});
+                                       .writes_and_queries = true});
   ASSERT_TRUE(reserved.ok()) << reserved.error().message;
   auto reservation = std::move(reserved).value();
   const auto transaction = life.make();

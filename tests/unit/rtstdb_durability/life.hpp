@@ -1,6 +1,6 @@
 #pragma once
-// Databases, one life after the other, on one simulated disk: an engine with its log, what it does by a seed, and a model that
-// remembers what every version was.
+// Databases, one life after the other, on one simulated disk: an engine with its log, what it does by a seed,
+// and a model that remembers what every version was.
 
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ inline Image living(Image image) {
   return image;
 }
 
-inline std::string in_words(const Image& image) {
+inline std::string describe(const Image& image) {
   std::string text;
   for (std::size_t k = 0; k < image.size(); ++k) {
     if (!image[k].lives) continue;

@@ -1,4 +1,5 @@
-// The log's thread runs out of memory, wherever it asks for some: that is a fault as the disk's are, and mended when there is some again.
+// The log's thread runs out of memory, wherever it asks for some: that is a fault as the disk's are, and
+// mended when there is some again.
 
 #include <filesystem>
 
@@ -49,7 +50,7 @@ class Memory : public testing::TestWithParam<DurabilityMode> {
   }
   void expect_all_there() {
     Life life(open(), options());
-    EXPECT_EQ(in_words(life.image()), in_words(living(model_.now()))) << life.log().recovery().in_words;
+    EXPECT_EQ(describe(life.image()), describe(living(model_.now()))) << life.log().recovery().summary;
   }
 
   MonotonicClock monotonic_;
@@ -97,7 +98,7 @@ TEST_P(Memory, ThatHasRunOutAtTheEndIsTold) {
     Version promised = 0;
     {
       Life life(open(), options());
-      ASSERT_TRUE(model_.knows(life.engine.latest().version)) << life.log().recovery().in_words;
+      ASSERT_TRUE(model_.knows(life.engine.latest().version)) << life.log().recovery().summary;
       model_.go_on_at(life.engine.latest().version);
       hil::test::fail_allocations_of("rtstdb log", after);
       commit_some(life);

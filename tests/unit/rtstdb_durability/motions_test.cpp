@@ -1,10 +1,11 @@
-// Motions leave out in the log what they do not change. Whole engines with every kind of write, several to one entity, over closes, kills and
-// losses of power: what is found again, and every version that the log tells of, is what a snapshot was then, bit for bit.
+// Motions leave out in the log what they do not change. Whole engines with every kind of write, several to
+// one entity, over closes, kills and losses of power: what is found again, and every version that the log
+// tells of, is what a snapshot was then, bit for bit.
 
 #include <cmath>
 
 #include "life.hpp"
-#include "rtstdb/log/chronicle.hpp"
+#include "rtstdb/log/log_replay.hpp"
 #include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::transaction::test {
@@ -30,7 +31,7 @@ Rows living(const log::World& world) {
 }
 
 /// Holds all that a log tells to what was.
-class Held final : public log::ChronicleListener {
+class Held final : public log::ReplayListener {
  public:
   explicit Held(const std::map<Version, Rows>& images) : images_(images) {}
   void world(const log::World& world) override { expect_known(world); }
@@ -130,11 +131,11 @@ TEST_P(Motions, AreWhatTheyWere) {
     options.checkpoint_every_bytes = 2048u << below(4);
     Life life(disk_, options);
     const Version found = life.log().recovery().version;
-    ASSERT_TRUE(images_.contains(found)) << life.log().recovery().in_words;
+    ASSERT_TRUE(images_.contains(found)) << life.log().recovery().summary;
     EXPECT_TRUE(same(life.engine.snapshot(ReadAt::latest()).value(), images_.at(found)));
     images_.erase(images_.upper_bound(found), images_.end());
     Held held(images_);
-    const auto read = log::read_chronicle(disk_, false, held);
+    const auto read = log::replay_log(disk_, false, held);
     ASSERT_TRUE(read.ok()) << read.error().message;
     commits += held.commits;
     motions += held.motions;

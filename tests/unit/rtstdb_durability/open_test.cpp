@@ -37,7 +37,7 @@ TEST_F(OpenALog, RefusesAWorldThatDoesNotFit) {
   const auto opened = open_log(disk_, options);
   ASSERT_FALSE(opened.ok());
   EXPECT_EQ(opened.error().code, ErrorCode::capacity);
-  EXPECT_NE(opened.error().message.find("there is room for 1"), std::string::npos) << opened.error().message;
+  EXPECT_NE(opened.error().message.find("the options of the database allow 1"), std::string::npos) << opened.error().message;
 }
 
 TEST_F(OpenALog, RefusesDamageAndSalvages) {
@@ -59,12 +59,13 @@ TEST_F(OpenALog, RefusesDamageAndSalvages) {
   ASSERT_TRUE(model_.knows(version));
   model_.go_on_at(version);
   Life life(std::move(salvaged).value(), {});
-  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
   ASSERT_TRUE(life.commit(model_, random_).done());
   EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
 }
 
-/// Each in turn copied over the one before: salvage goes on from what is left, and what it writes opens without it.
+/// Each in turn copied over the one before: salvage goes on from what is left, and what it writes opens
+/// without it.
 TEST_F(OpenALog, SalvagesSegmentsUnderOtherNames) {
   LifeOptions small;
   small.segment_bytes = 8192;
@@ -100,7 +101,7 @@ TEST_F(OpenALog, SalvagesSegmentsUnderOtherNames) {
     model_.go_on_at(version);
     {
       Life life(std::move(salvaged).value(), small);
-      EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+      EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
       for (int more = 0; more < 5; ++more)
         ASSERT_TRUE(life.commit(model_, random_).done());
       ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
@@ -108,11 +109,12 @@ TEST_F(OpenALog, SalvagesSegmentsUnderOtherNames) {
     auto again = open_log(disk_, log_options(small));
     ASSERT_TRUE(again.ok()) << again.error().message;
     Life life(std::move(again).value(), small);
-    EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+    EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
   }
 }
 
-/// An older checkpoint helps where the newest can not be read, and the newest is as good as it was when it can be read again.
+/// An older checkpoint helps where the newest can not be read, and the newest is as good as it was when it
+/// can be read again.
 TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
   for (int round = 0; round < 20; ++round) {
     {
@@ -136,7 +138,7 @@ TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
     const Version version = model_.newest_up_to(~Version{0});
     {
       Life life(disk_, {.checkpoint_every_bytes = 0});
-      EXPECT_EQ(life.engine.latest().version, version) << life.log().recovery().in_words;
+      EXPECT_EQ(life.engine.latest().version, version) << life.log().recovery().summary;
       for (int k = 0; k < round % 3; ++k)
         ASSERT_TRUE(life.commit(model_, random_).done());
       ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
@@ -152,7 +154,7 @@ TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
     auto log = open_log(disk_, log_options({}));
     ASSERT_TRUE(log.ok()) << "round " << round << ": " << log.error().message;
     Life life(std::move(log).value(), {});
-    EXPECT_EQ(in_words(life.image()), in_words(living(model_.now()))) << life.log().recovery().in_words;
+    EXPECT_EQ(describe(life.image()), describe(living(model_.now()))) << life.log().recovery().summary;
   }
 }
 
@@ -172,14 +174,13 @@ TEST_F(OpenALog, ADamagedCheckpointIsFollowedByOneThatIsWhole) {
   disk_.set_contents(contents);
   {
     Life life(disk_, {.checkpoint_every_bytes = 0});
-    EXPECT_TRUE(life.log().recovery().in_words.starts_with("checkpoint.")) << life.log().recovery().in_words;
+    EXPECT_TRUE(life.log().recovery().summary.starts_with("checkpoint.")) << life.log().recovery().summary;
     while (life.log().state().checkpoints == 0)
       std::this_thread::yield();
   }
   Life life(disk_, {.checkpoint_every_bytes = 0});
-  EXPECT_TRUE(life.log().recovery().in_words.starts_with("from checkpoint."))
-      << life.log().recovery().in_words;
-  EXPECT_EQ(in_words(life.image()), in_words(living(model_.now())));
+  EXPECT_TRUE(life.log().recovery().summary.starts_with("from checkpoint.")) << life.log().recovery().summary;
+  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
   EXPECT_EQ(life.log().state().checkpoints, 0u);
 }
 
@@ -213,7 +214,7 @@ TEST_F(OpenALog, ShapesComeBack) {
       ASSERT_TRUE(geometry.ok());
       life.engine.call([&] {
         geometry.value().id = {0};
-        life.engine.keep_shapes({0}, store::ShapeHistory::make(mesh.positions_m, deforms.kept_shapes));
+        life.engine.keep_shapes({0}, store::ShapeHistory::make(mesh.positions_m, deforms.retained_shapes));
         life.log().record_geometry(geometry.value(), count);
       });
     } else {

@@ -20,7 +20,7 @@ TEST(DesignatedInitialisers, OfOptions) {
   EXPECT_EQ((DurabilityOptions{.mode = DurabilityMode::async}).directory, "");
   EXPECT_EQ((HistoryOptions{.directory = "x"}).gpu, "auto");
   EXPECT_EQ((HistoryOptions{.salvage = true}).from.kind, ReadAt::Kind::latest);
-  EXPECT_EQ((GeometryOptions{.deforms = true}).kept_shapes, 2u);
+  EXPECT_EQ((GeometryOptions{.deforms = true}).retained_shapes, 2u);
   EXPECT_EQ((RayQueryOptions{.name = "q"}).capacity, 0u);
   EXPECT_EQ((RayQueryOptions{.capacity = 1}).name, "");
   EXPECT_EQ((RegionQueryOptions{.name = "q"}).ids_per_region, 64u);
@@ -80,7 +80,7 @@ TEST(DesignatedInitialisers, OfWhatIsHandedOut) {
   EXPECT_EQ((ReservationCounts{.kept = 1}).options.name, "");
   EXPECT_EQ((ShapeCounts{.refits = 1}).rebuilds, 0u);
   EXPECT_TRUE((Health{.device_losses = 1}).degraded.empty());
-  EXPECT_EQ((Recovery{.found = true}).in_words, "");
+  EXPECT_EQ((Recovery{.found = true}).summary, "");
   EXPECT_EQ((Durability{.faults = 1}).last_fault, "");
   EXPECT_EQ((HistoryExtent{.commits = 1}).damage, "");
   EXPECT_EQ((LogFile{.bytes = 1}).damage, "");

@@ -80,15 +80,15 @@ TEST(ReadPly, ReadsEveryTypeInBothByteOrders) {
 }
 
 TEST(ReadPly, SaysWhereTheHeaderIsWrong) {
-  EXPECT_NE(refusal("poem\n").find("line 1: does not say 'ply'"), std::string::npos);
+  EXPECT_NE(refusal("poem\n").find("line 1: the first line is not 'ply'"), std::string::npos);
   EXPECT_NE(refusal("ply\nformat ascii 1.0\n").find("line 3: the file ends within the header"),
             std::string::npos);
   EXPECT_NE(refusal("ply\nend_header\n").find("without a format"), std::string::npos);
   EXPECT_NE(refusal("ply\nformat ascii 2.0\nend_header\n").find("line 2: a format that is neither"),
             std::string::npos);
   EXPECT_NE(refusal(text_ply("elephant\n", "")).find("line 3: unknown word 'elephant'"), std::string::npos);
-  EXPECT_NE(refusal(text_ply("element vertex many\n", "")).find("'many' is no count"), std::string::npos);
-  EXPECT_NE(refusal(text_ply("element vertex -1\n", "")).find("'-1' is no count"), std::string::npos);
+  EXPECT_NE(refusal(text_ply("element vertex many\n", "")).find("'many' is not a count"), std::string::npos);
+  EXPECT_NE(refusal(text_ply("element vertex -1\n", "")).find("'-1' is not a count"), std::string::npos);
   EXPECT_NE(refusal(text_ply("property float x\n", "")).find("before the first element"), std::string::npos);
   EXPECT_NE(refusal(text_ply("element vertex 1\nproperty half x\n", "")).find("unknown type 'half'"),
             std::string::npos);

@@ -87,12 +87,12 @@ TEST(RefusedMesh, APolygonThatWouldTakeTooLongToCut) {
   ASSERT_TRUE(most.ok()) << most.error().message;
   EXPECT_EQ(most.value().triangles.size(), max_polygon_corners - 2 + 1);
   expect_refused(folder.write("more.ply", ply_of_polygon(max_polygon_corners + 1)), ErrorCode::file,
-                 "PLY data: face 1 has 4097 corners; up to 4096 are cut into triangles");
+                 "PLY data: face 1 has 4097 corners; up to 4096 are triangulated");
   const auto most_obj = load_mesh(folder.write("most.obj", obj_of_polygon(max_polygon_corners)));
   ASSERT_TRUE(most_obj.ok()) << most_obj.error().message;
   EXPECT_EQ(most_obj.value().triangles.size(), max_polygon_corners - 2);
   expect_refused(folder.write("more.obj", obj_of_polygon(max_polygon_corners + 1)), ErrorCode::file,
-                 "has 4097 corners; up to 4096 are cut into triangles");
+                 "has 4097 corners; up to 4096 are triangulated");
 }
 
 TEST(RefusedMesh, AnExtensionThatIsNotRead) {
@@ -204,16 +204,17 @@ TEST(RefusedMesh, ATextStlWithADamagedFacet) {
   ASSERT_TRUE(whole.ok()) << whole.error().message;
   EXPECT_EQ(whole.value().triangles.size(), 1u);
   expect_refused(folder.write("body.stl", begin + end), ErrorCode::file,
-                 "line 6: 'endloop' stands where 'vertex' is due");
+                 "line 6: 'endloop' stands where 'vertex' is expected");
   expect_refused(folder.write("body.stl", begin + "vertex 0 1 zero\n" + end), ErrorCode::file,
-                 "line 6: 'zero' stands where a number is due");
+                 "line 6: 'zero' stands where a number is expected");
   expect_refused(folder.write("body.stl", begin + "vertex 0 1 0\nvertex 0 0 1\n" + end), ErrorCode::file,
-                 "line 7: 'vertex' stands where 'endloop' is due");
-  expect_refused(folder.write("body.stl", begin), ErrorCode::file, "the file ends where 'vertex' is due");
+                 "line 7: 'vertex' stands where 'endloop' is expected");
+  expect_refused(folder.write("body.stl", begin), ErrorCode::file,
+                 "the file ends where 'vertex' is expected");
   std::string carriage_returns = begin + end;
   std::replace(carriage_returns.begin(), carriage_returns.end(), '\n', '\r');
   expect_refused(folder.write("body.stl", carriage_returns), ErrorCode::file,
-                 "line 6: 'endloop' stands where 'vertex' is due");
+                 "line 6: 'endloop' stands where 'vertex' is expected");
 }
 
 /// Three corners, which the accessors below describe.

@@ -35,8 +35,8 @@ class CheckpointerTest : public testing::Test {
  protected:
   /// The header of what it comes to.
   CheckpointHeader finished() {
-    while (checkpointer.under_way())
-      checkpointer.go_on({.version = 100, .geometries = 0}, now);
+    while (checkpointer.in_progress())
+      checkpointer.advance({.version = 100, .geometries = 0}, now);
     const auto header = read_checkpoint_header(disk, 1);
     EXPECT_TRUE(header.ok()) << header.error().message;
     return header.ok() ? header.value() : CheckpointHeader{};
@@ -48,36 +48,37 @@ class CheckpointerTest : public testing::Test {
 };
 
 TEST_F(CheckpointerTest, NotesWhereTheLogStoodWhenItAskedFirst) {
-  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).did,
-            Checkpointer::Did::nothing);
+  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).progress,
+            Checkpointer::Progress::nothing);
   world.ready = true;
-  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 1024, .group = 9, .link = 2}, 9, now, 0).did,
-            Checkpointer::Did::something);
+  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 1024, .group = 9, .link = 2}, 9, now, 0).progress,
+            Checkpointer::Progress::something);
   const CheckpointHeader header = finished();
   EXPECT_EQ(header.segment, 5u);
   EXPECT_EQ(header.offset, 512u);
   EXPECT_EQ(header.group, 8u);
 }
 
-/// A segment that failed is not to be trusted: a checkpoint that leads on from it would have the log read there.
+/// A segment that failed is not to be trusted: a checkpoint that leads on from it would have the log read
+/// there.
 TEST_F(CheckpointerTest, ForgetsWhereItAskedWhenItIsGivenUp) {
-  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).did,
-            Checkpointer::Did::nothing);
-  checkpointer.give_up();
+  EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).progress,
+            Checkpointer::Progress::nothing);
+  checkpointer.abandon();
   world.ready = true;
-  EXPECT_EQ(checkpointer.begin({.segment = 6, .offset = 64, .group = 8, .link = 1}, 9, now, 0).did,
-            Checkpointer::Did::something);
+  EXPECT_EQ(checkpointer.begin({.segment = 6, .offset = 64, .group = 8, .link = 1}, 9, now, 0).progress,
+            Checkpointer::Progress::something);
   EXPECT_EQ(finished().segment, 6u);
 }
 
 /// What was asked for before is too old for the place that is noted now.
 TEST_F(CheckpointerTest, LeavesAWorldThatIsOlderThanTheNewPlaceAsksFor) {
   checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0);
-  checkpointer.give_up();
+  checkpointer.abandon();
   world.ready = true;
-  EXPECT_EQ(checkpointer.begin({.segment = 6, .offset = 64, .group = 8, .link = 1}, 11, now, 0).did,
-            Checkpointer::Did::given_up);
-  EXPECT_FALSE(checkpointer.under_way());
+  EXPECT_EQ(checkpointer.begin({.segment = 6, .offset = 64, .group = 8, .link = 1}, 11, now, 0).progress,
+            Checkpointer::Progress::abandoned);
+  EXPECT_FALSE(checkpointer.in_progress());
 }
 
 }  // namespace

@@ -1,11 +1,14 @@
-// A log that was written whole and then changed: what is read back is a state that was, or it is refused; and where the log was
-// closed it is the last state, or it is refused.
+// A log that was written whole and then changed: what is read back is a state that was, or it is refused; and
+// where the log was closed it is the last state, or it is refused.
 
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <string>
 
 #include "rtstdb/log/bytes.hpp"
+#include "rtstdb/log/checkpoint_reader.hpp"
+#include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/log/recovery.hpp"
 #include "sample_log.hpp"
 #include "tests/support/simulation/disk.hpp"
@@ -28,7 +31,7 @@ Result<Recovered> recovered_from(const Contents& contents, const RecoveryOptions
 void expect_known(const SampleLog& sample, const Recovered& recovered) {
   const auto image = sample.history.images.find(recovered.world.latest.version);
   ASSERT_NE(image, sample.history.images.end());
-  ASSERT_TRUE(image->second == image_of(recovered.world)) << recovered.report.in_words();
+  ASSERT_TRUE(image->second == image_of(recovered.world)) << recovered.report.describe();
 }
 
 struct Tally {
@@ -44,7 +47,7 @@ void read_damaged(const SampleLog& sample, const Contents& contents, bool closed
   }
   expect_known(sample, recovered.value());
   if (recovered.value().world.latest.version != sample.latest) {
-    ASSERT_FALSE(closed) << recovered.value().report.in_words();
+    ASSERT_FALSE(closed) << recovered.value().report.describe();
     ++tally.earlier;
   } else {
     ASSERT_EQ(in_lines(recovered.value().world), sample.latest_in_lines);
@@ -117,7 +120,7 @@ TEST(LogDamage, ALastSegmentThatIsShorterThanItWasMadeIsDamage) {
     contents.erase("checkpoint.0000000002");
     const auto refused = recovered_from(contents);
     ASSERT_FALSE(refused.ok()) << length;
-    const std::string cut = "the file has " + std::to_string(length) + " bytes and was made with 65536";
+    const std::string cut = "the file has " + std::to_string(length) + " bytes and was created with 65536";
     ASSERT_NE(refused.error().message.find(cut), std::string::npos) << refused.error().message;
     const auto recovered = recovered_from(contents, {.salvage = true});
     ASSERT_TRUE(recovered.ok()) << recovered.error().message << " at " << length;
@@ -171,7 +174,7 @@ class DamagedGroups : public testing::Test {
   }
   static void expect_refused(const Contents& contents, const GroupPlace& group) {
     const auto recovered = recovered_from(contents);
-    ASSERT_FALSE(recovered.ok()) << recovered.value().report.in_words();
+    ASSERT_FALSE(recovered.ok()) << recovered.value().report.describe();
     EXPECT_EQ(recovered.error().code, ErrorCode::file);
     const std::string place = group.file + ", offset " + std::to_string(group.offset) + ", group " +
                               std::to_string(group.header.number);
@@ -300,24 +303,60 @@ TEST_F(DamagedGroups, ASegmentUnderAnotherNumberIsRefused) {
   renamed.insert(std::move(newest));
   const auto recovered = recovered_from(renamed);
   ASSERT_FALSE(recovered.ok());
-  EXPECT_NE(recovered.error().message.find("segment.0000000099: it was written as " + names.back()),
+  EXPECT_NE(recovered.error().message.find("segment.0000000099: it is a copy of " + names.back()),
             std::string::npos)
       << recovered.error().message;
   EXPECT_TRUE(recovered_from(renamed, {.salvage = true}).ok());
 }
 
-TEST_F(DamagedGroups, AFormatThatIsNotKnownIsRefused) {
-  Contents contents = sample.contents;
-  auto& bytes = contents["segment.0000000001"];
-  SegmentHeader header;
-  std::memcpy(&header, bytes.data(), sizeof header);
-  header.format = format_version + 1;
+/// The header of the file with another format number and a valid checksum.
+template <class Header>
+void set_format(std::vector<std::byte>& file, std::uint32_t format) {
+  Header header;
+  std::memcpy(&header, file.data(), sizeof header);
+  header.format = format;
   header.checksum = header_checksum(header, header.database_id);
-  std::memcpy(bytes.data(), &header, sizeof header);
-  const auto recovered = recovered_from(contents);
-  ASSERT_FALSE(recovered.ok());
-  EXPECT_NE(recovered.error().message.find("format 4, and known are 1 to 3"), std::string::npos)
-      << recovered.error().message;
+  std::memcpy(file.data(), &header, sizeof header);
+}
+
+std::string other_format(std::uint32_t format) {
+  return "it has log format " + std::to_string(format) +
+         ", and this version of rtstdb reads format 3 only; open it with the version that wrote it";
+}
+
+TEST_F(DamagedGroups, OtherFormatsAreRefused) {
+  for (const std::uint32_t format : {1u, 2u, 4u}) {
+    Contents contents = sample.contents;
+    set_format<SegmentHeader>(contents["segment.0000000001"], format);
+    for (const bool salvage : {false, true}) {
+      const auto recovered = recovered_from(contents, {.salvage = salvage});
+      ASSERT_FALSE(recovered.ok());
+      EXPECT_EQ(recovered.error().message, "segment.0000000001: " + other_format(format));
+    }
+  }
+}
+
+TEST(LogDamage, CheckpointsAndGeometriesOfOtherFormatsAreRefused) {
+  const SampleLog sample = make_sample({.seed = 8});
+  for (const auto& [name, bytes] : sample.contents) {
+    hil::test::SimulatedDisk disk(1);
+    Contents contents = sample.contents;
+    if (name.starts_with("checkpoint.")) {
+      set_format<CheckpointHeader>(contents[name], 2);
+      disk.set_contents(contents);
+      const auto header = read_checkpoint_header(disk, std::stoull(name.substr(name.find('.') + 1)));
+      ASSERT_FALSE(header.ok());
+      EXPECT_EQ(header.error().message, name + ", offset 0: " + other_format(2));
+    } else if (name.starts_with("geometry.")) {
+      GeometryHeader header;
+      set_format<GeometryHeader>(contents[name], 1);
+      std::memcpy(&header, contents[name].data(), sizeof header);
+      disk.set_contents(contents);
+      const auto mesh = read_geometry_file(disk, header.database_id, header.number, header.checksum);
+      ASSERT_FALSE(mesh.ok());
+      EXPECT_EQ(mesh.error().message, name + ": " + other_format(1));
+    }
+  }
 }
 
 TEST(LogDamage, AGeometryFileThatIsDamagedOrGoneIsRefused) {
@@ -343,7 +382,7 @@ TEST(LogDamage, ADamagedCheckpointGivesWayToAnOlderOne) {
   ASSERT_TRUE(recovered.ok()) << recovered.error().message;
   EXPECT_EQ(recovered.value().report.checkpoint, 1u);
   ASSERT_EQ(recovered.value().report.damaged_checkpoints.size(), 1u);
-  EXPECT_NE(recovered.value().report.in_words().find("checkpoint.0000000002"), std::string::npos);
+  EXPECT_NE(recovered.value().report.describe().find("checkpoint.0000000002"), std::string::npos);
   EXPECT_EQ(in_lines(recovered.value().world), sample.latest_in_lines);
 
   contents["checkpoint.0000000001"][300] ^= std::byte{1};

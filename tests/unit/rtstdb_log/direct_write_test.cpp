@@ -1,5 +1,5 @@
-// Which writes go past the page cache, and that all of them arrive. The program's own pwrite, here, sees each and can refuse those that
-// do, as file systems may.
+// Which writes go past the page cache, and that all of them arrive. The program's own pwrite, here, sees each
+// and can refuse those that do, as file systems may.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 #include <iterator>
 #include <random>
 
+#include "rtstdb/log/page_buffer.hpp"
 #include "rtstdb/log/posix_disk.hpp"
-#include "rtstdb/log/whole_pages.hpp"
 
 namespace {
 
@@ -84,7 +84,7 @@ class DirectWrite : public testing::Test {
   std::filesystem::path path_;
   std::unique_ptr<Disk> disk_;
   std::unique_ptr<DiskFile> file_;
-  WholePages memory_{1 << 20};
+  PageBuffer memory_{1 << 20};
   std::vector<std::byte> expected_;
 };
 
@@ -130,9 +130,9 @@ TEST_F(DirectWrite, AFileSystemThatRefusesIsNotAskedAgain) {
   expect_all_there();
 }
 
-TEST(WholePages, BeginAtAPageAndAreZero) {
+TEST(PageBuffer, BeginAtAPageAndAreZero) {
   for (const std::size_t bytes : {std::size_t{1}, std::size_t{4096}, std::size_t{5 << 20}}) {
-    const WholePages pages(bytes);
+    const PageBuffer pages(bytes);
     ASSERT_EQ(pages.bytes().size(), bytes);
     EXPECT_EQ(reinterpret_cast<std::uintptr_t>(pages.bytes().data()) % disk_page_bytes, 0u);
     for (const std::byte byte : pages.bytes())

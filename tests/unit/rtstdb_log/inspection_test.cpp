@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "rtstdb/log/chronicle.hpp"
+#include "rtstdb/log/log_replay.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "sample_log.hpp"
 #include "tests/support/simulation/clock.hpp"
@@ -210,7 +210,7 @@ TEST(LogInspection, NoDatabaseIsRefused) {
 }
 
 /// What is told, made into worlds again.
-class Retelling final : public ChronicleListener {
+class Retelling final : public ReplayListener {
  public:
   explicit Retelling(const History& history) : history_(history) {}
   void world(const World& world) override {
@@ -262,7 +262,7 @@ TEST(LogChronicle, IsEveryVersionInItsOrder) {
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
   Retelling retelling(sample.history);
-  const auto report = read_chronicle(disk, false, retelling);
+  const auto report = replay_log(disk, false, retelling);
   ASSERT_TRUE(report.ok()) << report.error().message;
   std::vector<Version> standing(sample.history.standing.begin(), sample.history.standing.end());
   std::erase(standing, 0u);
@@ -278,7 +278,7 @@ TEST(LogChronicle, BeginsWithTheOldestCheckpointWhereNothingIsBeforeIt) {
   take_away_before(recovered, sample.contents);
   disk.set_contents(sample.contents);
   Retelling retelling(sample.history);
-  const auto report = read_chronicle(disk, false, retelling);
+  const auto report = replay_log(disk, false, retelling);
   ASSERT_TRUE(report.ok()) << report.error().message;
   const Version latest = sample.latest;
   EXPECT_EQ(retelling.told, (std::vector<Version>{latest - 3, latest - 2, latest - 1, latest}));
@@ -292,7 +292,8 @@ Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, hil::test::Sim
   return Writer::start(disk, clock, world.ring(), world, options, start_after(recover(disk).value(), 99));
 }
 
-/// A ring too small for what is committed while the disk stands still: behind the gap it goes on with a checkpoint.
+/// A ring too small for what is committed while the disk stands still: behind the gap it goes on with a
+/// checkpoint.
 TEST(LogChronicle, GoesOnBehindAGap) {
   SimulatedDisk disk(1);
   hil::test::SimulatedClock clock;
@@ -315,7 +316,7 @@ TEST(LogChronicle, GoesOnBehindAGap) {
   }
   ASSERT_TRUE(writer.value()->close(0).ok());
   Retelling retelling(history);
-  const auto report = read_chronicle(disk, false, retelling);
+  const auto report = replay_log(disk, false, retelling);
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_GE(retelling.gaps.size(), 2u);
   ASSERT_FALSE(retelling.told.empty());
@@ -326,7 +327,8 @@ TEST(LogChronicle, GoesOnBehindAGap) {
   EXPECT_EQ(all_of(inspected.value().damage), "");
 }
 
-/// A checkpoint that takes its time: behind the first gap there are commits, and other gaps, before a world is known again.
+/// A checkpoint that takes its time: behind the first gap there are commits, and other gaps, before a world
+/// is known again.
 TEST(LogChronicle, LeavesNoVersionOutBehindAGap) {
   for (const std::uint64_t seed : {8u, 9u, 10u, 11u}) {
     SimulatedDisk disk(seed);
@@ -347,7 +349,7 @@ TEST(LogChronicle, LeavesNoVersionOutBehindAGap) {
     }
     ASSERT_TRUE(writer.value()->close(0).ok());
     Retelling retelling(history);
-    const auto report = read_chronicle(disk, false, retelling);
+    const auto report = replay_log(disk, false, retelling);
     ASSERT_TRUE(report.ok()) << report.error().message;
     EXPECT_GE(retelling.gaps.size(), 2u);
     for (const Version version : history.standing)

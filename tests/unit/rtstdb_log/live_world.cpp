@@ -92,7 +92,7 @@ void History::forget_after(Version version) {
   standing.erase(standing.upper_bound(version), standing.end());
 }
 
-Version History::newest_standing(Version up_to) const {
+Version History::newest_valid(Version up_to) const {
   const auto after = standing.upper_bound(up_to);
   return after == standing.begin() ? 0 : *std::prev(after);
 }
@@ -127,7 +127,7 @@ LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_byte
 void LiveWorld::keep_shapes(const LoggedGeometry& geometry, std::span<const glm::vec3> positions_m,
                             Version version) {
   store_.keep_shapes(geometry.id,
-                     store::ShapeHistory::make(positions_m, geometry.options.kept_shapes, version));
+                     store::ShapeHistory::make(positions_m, geometry.options.retained_shapes, version));
   positions_of_[geometry.id.index] = positions_m.size();
 }
 
@@ -162,24 +162,8 @@ EntityRow LiveWorld::moved(EntityId entity) {
 }
 
 void LiveWorld::record(const store::WriteSet& set, bool may_collect) {
-  if (format_ < format_version) return record_in_old_format(set);
   const bool collects = may_collect && collects_some_ && below(2) == 0;
   if (!collects || !recorder_.collect(set)) recorder_.record(set);
-}
-
-void LiveWorld::record_in_old_format(store::WriteSet set) {
-  if (format_ == 1)
-    for (store::Write& write : set.writes)
-      write.unchanged = 0;
-  const std::int64_t time_ns = set.time.time_since_epoch().count();
-  set.time = world_time_ns(-1);  // from which no motion here holds: each tells from when it does
-  const CommitForm form = commit_form_of(set);
-  const auto room = ring_.reserve(form.bytes);
-  RTSTDB_ASSERT(!room.empty());
-  encode_commit(set, form, room);
-  std::memcpy(room.data() + sizeof(RecordHeader) + offsetof(CommitBody, world_time_ns), &time_ns,
-              sizeof time_ns);
-  ring_.commit();
 }
 
 store::WriteSet LiveWorld::random_set() {
@@ -237,7 +221,7 @@ Image LiveWorld::image() const {
     if (generations_[index] != 0) image.generations[index] = generations_[index];
   }
   for (const auto& [geometry, positions] : positions_of_) {
-    const query::Shape shape = snapshot.shape({geometry});
+    const store::Shape shape = snapshot.shape({geometry});
     if (shape.version != 0)
       image.shapes[geometry] = {shape.version, {shape.positions_m.begin(), shape.positions_m.end()}};
   }
@@ -292,7 +276,7 @@ void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
   generations_ = generations;
   next_version_ = set.version + 1;
   between();
-  recorder_.take_back(set.version);
+  recorder_.discard(set.version);
 }
 
 bool LiveWorld::add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file) {

@@ -1,6 +1,6 @@
 #pragma once
-// Plays the database before a log: a store that commits by a seed, what it was at each version, the side of the log that
-// records, and the source of checkpoints.
+// Plays the database before a log: a store that commits by a seed, what it was at each version, the side of
+// the log that records, and the source of checkpoints.
 
 #include <glm/ext/vector_float3.hpp>
 
@@ -41,7 +41,7 @@ struct History {
   std::set<Version> standing;  ///< published and not taken back
   void forget_after(Version version);
   /// The newest that stands up to a version.
-  Version newest_standing(Version up_to) const;
+  Version newest_valid(Version up_to) const;
 };
 
 class LiveWorld final : public WorldSource {
@@ -66,8 +66,6 @@ class LiveWorld final : public WorldSource {
 
   /// From now on every other commit waits for the recorder's hand_over.
   void collect_some() { collects_some_ = true; }
-  /// From now on commits are told as that format tells them; none is collected.
-  void write_format(std::uint32_t format) { format_ = format; }
   /// From now on checkpoints are told that their version is gone, so often in a thousand slices.
   void lose_slices_per_mille(std::uint32_t chance) { lost_slices_ = chance; }
 
@@ -85,7 +83,6 @@ class LiveWorld final : public WorldSource {
   /// As the entity's, but for some of it.
   EntityRow moved(EntityId entity);
   void record(const store::WriteSet& set, bool may_collect);
-  void record_in_old_format(store::WriteSet set);
   Image image() const;
   bool slice_is_lost() { return below(1000) < lost_slices_; }
 
@@ -101,7 +98,6 @@ class LiveWorld final : public WorldSource {
   Recorder recorder_;
   std::uint32_t lost_slices_ = 0;
   bool collects_some_ = false;
-  std::uint32_t format_ = format_version;
 
   Image checkpoint_;
 };

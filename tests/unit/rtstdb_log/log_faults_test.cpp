@@ -41,7 +41,7 @@ Life live(SimulatedDisk& disk) {
       if (k % 4 == 0) clock.advance(Nanoseconds(2'000'000'000));
       life.told = std::max(life.told, writer.value()->durable());
     }
-    world.recorder().tend();
+    world.recorder().maintain();
     if (writer.value()->close(0).ok()) life.told = world.latest();
   }
   life.calls = disk.calls();
@@ -54,7 +54,7 @@ void expect_nothing_lost(SimulatedDisk& disk, const Life& life) {
   ASSERT_TRUE(recovered.ok()) << recovered.error().message;
   const Version version = recovered.value().world.latest.version;
   ASSERT_TRUE(life.history.images.at(version) == image_of(recovered.value().world));
-  ASSERT_GE(version, life.history.newest_standing(life.told)) << recovered.value().report.in_words();
+  ASSERT_GE(version, life.history.newest_valid(life.told)) << recovered.value().report.describe();
 }
 
 TEST(LogFaults, AnErrorAtAnyCallLosesNothingThatWasTold) {

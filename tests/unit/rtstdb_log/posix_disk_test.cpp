@@ -56,7 +56,8 @@ TEST_F(PosixDiskTest, WritesReadsAndNames) {
   EXPECT_TRUE(disk.list().value().empty());
 }
 
-/// In a program that expects no signal. Both calls are refused, and the program lives; its own files are its own business.
+/// In a program that expects no signal. Both calls are refused, and the program lives; its own files are its
+/// own business.
 TEST_F(PosixDiskTest, AFileBeyondThePermittedSizeIsRefused) {
   const auto outcome = [this] {
     std::signal(SIGXFSZ, SIG_DFL);
@@ -91,7 +92,7 @@ TEST_F(PosixDiskTest, FaultsSayWhatAndWhere) {
   const auto again = disk.create("a");
   ASSERT_FALSE(again);
   EXPECT_EQ(again.error().number, EEXIST);
-  EXPECT_EQ(again.error().in_words(), "create of a: File exists");
+  EXPECT_EQ(again.error().describe(), "create of a: File exists");
   EXPECT_EQ(disk.open("none").error().number, ENOENT);
   EXPECT_EQ(disk.remove("none")->number, ENOENT);
   EXPECT_EQ(disk.rename("none", "b")->number, ENOENT);
@@ -112,7 +113,7 @@ TEST_F(PosixDiskTest, AFileThatWasDeletedIsNotOnTheDisk) {
   EXPECT_FALSE(file.value()->write(50, bytes(50, 7))) << "nothing else tells";
   const DiskFault gone = file.value()->sync();
   ASSERT_TRUE(gone);
-  EXPECT_EQ(gone->in_words(), "sync of a: No such file or directory");
+  EXPECT_EQ(gone->describe(), "sync of a: No such file or directory");
 }
 
 TEST_F(PosixDiskTest, OneHoldsTheLock) {

@@ -6,7 +6,7 @@
 
 #include "rtstdb/log/checkpoint_reader.hpp"
 #include "rtstdb/log/directory.hpp"
-#include "rtstdb/log/stretch.hpp"
+#include "rtstdb/log/version_range.hpp"
 #include "writer_test.hpp"
 
 namespace rtstdb::log::test {

@@ -65,7 +65,7 @@ class RandomSets {
  private:
   void leave_out(store::Write& write) {
     write.unchanged = static_cast<std::uint16_t>(1 + below(store::all_motion_words));
-    write.follows = static_cast<std::uint16_t>(below(1 << 16));
+    write.base_version_low = static_cast<std::uint16_t>(below(1 << 16));
     store::MotionWords words = store::words_of(write.state.row.motion);
     for (std::size_t k = 0; k < words.size(); ++k)
       if ((write.unchanged >> k & 1) != 0) words[k] = 0;

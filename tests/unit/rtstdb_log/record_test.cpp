@@ -17,13 +17,13 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-Bytes bytes_of(const store::WriteSet& set, const CommitForm& form) {
+Bytes bytes_of(const store::WriteSet& set, const CommitEncoding& form) {
   Bytes bytes(form.bytes);
   encode_commit(set, form, bytes);
   return bytes;
 }
-Bytes bytes_of(const store::WriteSet& set, std::optional<WorldTime> time_before = {}) {
-  return bytes_of(set, form_of(set, time_before));
+Bytes bytes_of(const store::WriteSet& set, std::optional<WorldTime> previous_time = {}) {
+  return bytes_of(set, encoding_of(set, previous_time));
 }
 RecordKind kind_of(const Bytes& bytes) {
   RecordHeader header;
@@ -34,7 +34,7 @@ RecordKind kind_of(const Bytes& bytes) {
 store::WriteSet move(Version version, WorldTime time) {
   store::WriteSet set{version, time, {{store::WriteKind::update_motion, {{1, 1}, {}, version}}}};
   set.writes[0].unchanged = store::all_motion_words & ~1u;
-  set.writes[0].follows = 77;
+  set.writes[0].base_version_low = 77;
   set.writes[0].state.row.motion = store::motion_of({std::bit_cast<std::uint64_t>(2.5)});
   return set;
 }
@@ -46,11 +46,11 @@ Bytes bytes_of(const LoggedGeometry& geometry) {
 Bytes bytes_of(const Record& record) {
   if (record.kind == RecordKind::commit) return bytes_of(record.commit);
   if (record.kind == RecordKind::geometry) return bytes_of(record.geometry);
-  Bytes bytes(record.kind == RecordKind::gap ? gap_bytes : taken_back_bytes);
+  Bytes bytes(record.kind == RecordKind::gap ? gap_bytes : discard_bytes);
   if (record.kind == RecordKind::gap) {
     encode_gap(record.version, record.to, bytes);
   } else {
-    encode_taken_back(record.version, bytes);
+    encode_discard(record.version, bytes);
   }
   return bytes;
 }
@@ -69,7 +69,7 @@ void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
     if (x.kind == store::WriteKind::remove) continue;
     ASSERT_EQ(store::words_of(x.state.row.motion), store::words_of(y.state.row.motion));
     ASSERT_EQ(x.unchanged, y.unchanged);
-    ASSERT_EQ(x.follows, y.follows);
+    ASSERT_EQ(x.base_version_low, y.base_version_low);
     if (x.kind == store::WriteKind::update_motion) continue;
     ASSERT_EQ(x.state.row.geometry, y.state.row.geometry);
     ASSERT_EQ(x.state.row.scale, y.state.row.scale);
@@ -85,27 +85,28 @@ void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
 }
 
 LoggedGeometry geometry_named(const std::string& name) {
-  return {{7}, name, {.deforms = true, .kept_shapes = 3, .rebuild_growth = 2.5f}, 12, 0x1122'3344'5566'7788};
+  return {
+      {7}, name, {.deforms = true, .retained_shapes = 3, .rebuild_growth = 2.5f}, 12, 0x1122'3344'5566'7788};
 }
 
 TEST(LogRecord, CommitsComeBack) {
   RandomSets random(1);
   RecordDecoder decoder;  // one for all: what it kept must not show, but for the time of the commit before
-  std::optional<WorldTime> time_before;
+  std::optional<WorldTime> previous_time;
   int moves = 0, without_time = 0;
   for (int round = 0; round < 4000; ++round) {
     store::WriteSet set = round % 2 == 0 ? random.set(20) : random.move();
-    if (time_before && random.below(2) == 0) set.time = *time_before;
+    if (previous_time && random.below(2) == 0) set.time = *previous_time;
     for (store::Write& write : set.writes)
       if ((write.unchanged >> 13 & 1) == 0 && random.below(2) == 0)
         write.state.row.motion.valid_from = set.time;
-    const CommitForm form = form_of(set, time_before);
+    const CommitEncoding form = encoding_of(set, previous_time);
     const Bytes bytes = bytes_of(set, form);
     moves += form.kind == RecordKind::move ? 1 : 0;
-    without_time += (form.left_out & world_time_as_before) != 0 ? 1 : 0;
-    time_before = set.time;
+    without_time += (form.omitted_words & same_world_time) != 0 ? 1 : 0;
+    previous_time = set.time;
     ASSERT_LE(bytes.size(), max_commit_bytes(set));
-    ASSERT_LE(bytes.size(), commit_form_of(set).bytes);
+    ASSERT_LE(bytes.size(), commit_record_encoding(set).bytes);
     ASSERT_EQ(bytes.size() % 8, 0u);
     ASSERT_EQ(decoder.decode(bytes), nullptr) << "round " << round;
     ASSERT_EQ(decoder.bytes(), bytes.size());
@@ -126,7 +127,7 @@ TEST(LogRecord, AMoveTakesThirtyTwoBytesWhereItsTimeIsTold) {
   EXPECT_EQ(bytes_of(also_later, world_time_ns(4)).size(), 48u);
   also_later.writes[0].state.row.motion.valid_from = now;
   EXPECT_EQ(bytes_of(also_later, world_time_ns(4)).size(), 40u) << "told by the world time";
-  EXPECT_EQ(commit_form_of(also_later).bytes, 56u) << "there, too";
+  EXPECT_EQ(commit_record_encoding(also_later).bytes, 56u) << "there, too";
 }
 
 TEST(LogRecord, AVersionThatFitsNoMoveIsToldAsACommit) {
@@ -146,11 +147,11 @@ TEST(LogRecord, AMoveWhoseTimeNothingTellsIsRefused) {
   RecordDecoder decoder;
   EXPECT_NE(decoder.decode(without_time), nullptr);
   EXPECT_EQ(RecordDecoder(now).decode(without_time), nullptr);
-  Bytes taken_back(taken_back_bytes), gap(gap_bytes);
-  encode_taken_back(8, taken_back);
+  Bytes discarded(discard_bytes), gap(gap_bytes);
+  encode_discard(8, discarded);
   encode_gap(7, 8, gap);
   const std::pair<Bytes, bool> between[] = {
-      {bytes_of(geometry_named("a name")), true}, {taken_back, false}, {gap, false}};
+      {bytes_of(geometry_named("a name")), true}, {discarded, false}, {gap, false}};
   for (const auto& [record, told] : between) {
     ASSERT_EQ(decoder.decode(bytes_of(move(8, now))), nullptr);
     ASSERT_EQ(decoder.decode(record), nullptr);
@@ -180,11 +181,11 @@ TEST(LogRecord, AMoveThatNoneWouldWriteIsRefused) {
   EXPECT_TRUE(refused([](Header&, MoveBody& body, std::int64_t&) { body.version &= ~max_move_version; }));
   EXPECT_TRUE(refused([](Header&, MoveBody& body, std::int64_t&) { body.index = max_entities; }));
   EXPECT_TRUE(refused([](Header&, MoveBody&, std::int64_t& time_ns) { time_ns = max_world_time_ns + 1; }));
-  EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.left_out ^= 2; }));
+  EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.omitted_words ^= 2; }));
   EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) {
-    const std::uint32_t left_out =
-        header.left_out | holds_from_world_time;  // both reasons, and as many words
-    header.left_out = static_cast<std::uint16_t>(left_out & ~2u);
+    const std::uint32_t omitted_words =
+        header.omitted_words | valid_from_is_world_time;  // both reasons, and as many words
+    header.omitted_words = static_cast<std::uint16_t>(omitted_words & ~2u);
   }));
   EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.kind = RecordKind::gap; }));
   EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.kind = RecordKind::commit; }));
@@ -193,13 +194,13 @@ TEST(LogRecord, AMoveThatNoneWouldWriteIsRefused) {
 TEST(LogRecord, AMotionTakesWhatHasChangedAlone) {
   RandomSets random(6);
   store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, random.row(), 9}}}};
-  EXPECT_EQ(commit_form_of(set).bytes, max_commit_bytes(set));
-  EXPECT_EQ(commit_form_of(set).bytes, 48u + 112u);
+  EXPECT_EQ(commit_record_encoding(set).bytes, max_commit_bytes(set));
+  EXPECT_EQ(commit_record_encoding(set).bytes, 48u + 112u);
   set.writes[0].unchanged = store::all_motion_words & ~0b1'0000'0000'0001u;
-  EXPECT_EQ(commit_form_of(set).bytes, 48u + 16u);
+  EXPECT_EQ(commit_record_encoding(set).bytes, 48u + 16u);
   EXPECT_EQ(max_commit_bytes(set), 48u + 112u);
   set.writes[0].unchanged = store::all_motion_words;
-  EXPECT_EQ(commit_form_of(set).bytes, 48u);
+  EXPECT_EQ(commit_record_encoding(set).bytes, 48u);
 }
 
 TEST(LogRecord, WordsAreCounted) {
@@ -212,7 +213,7 @@ TEST(LogRecord, AMotionThatLeavesOutWhatItCanNotIsRefused) {
   RecordDecoder decoder;
   const auto refused = [&](std::uint32_t what, std::size_t words) {
     store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, {}, 9}}}};
-    Bytes bytes = bytes_of(set, commit_form_of(set));
+    Bytes bytes = bytes_of(set, commit_record_encoding(set));
     bytes.resize(48 + 8 * words);
     const std::size_t at = sizeof(RecordHeader) + sizeof(CommitBody) + offsetof(StoredWrite, what);
     std::memcpy(bytes.data() + at, &what, sizeof what);
@@ -243,17 +244,17 @@ TEST(LogRecord, GeometriesComeBack) {
     EXPECT_EQ(back.file, geometry.file);
     EXPECT_EQ(back.file_checksum, geometry.file_checksum);
     EXPECT_EQ(back.options.deforms, geometry.options.deforms);
-    EXPECT_EQ(back.options.kept_shapes, geometry.options.kept_shapes);
+    EXPECT_EQ(back.options.retained_shapes, geometry.options.retained_shapes);
     EXPECT_EQ(back.options.rebuild_growth, geometry.options.rebuild_growth);
   }
 }
 
 TEST(LogRecord, VersionsTakenBackAndGapsComeBack) {
   RecordDecoder decoder;
-  Bytes bytes(taken_back_bytes);
-  encode_taken_back(77, bytes);
+  Bytes bytes(discard_bytes);
+  encode_discard(77, bytes);
   ASSERT_EQ(decoder.decode(bytes), nullptr);
-  EXPECT_EQ(decoder.record().kind, RecordKind::taken_back);
+  EXPECT_EQ(decoder.record().kind, RecordKind::discarded);
   EXPECT_EQ(decoder.record().version, 77u);
   bytes.resize(gap_bytes);
   encode_gap(78, 99, bytes);
@@ -312,8 +313,9 @@ TEST(LogRecord, NothingIsTakenThatWouldNotBeWritten) {
     if (decoder.decode(bytes) != nullptr) continue;
     ++taken;
     const Record& record = decoder.record();
-    const bool as_commit = kind_of(bytes) == RecordKind::commit;  // as it stands in older formats
-    const Bytes again = as_commit ? bytes_of(record.commit, commit_form_of(record.commit)) : bytes_of(record);
+    const bool as_commit = kind_of(bytes) == RecordKind::commit;  // a move may be one too
+    const Bytes again =
+        as_commit ? bytes_of(record.commit, commit_record_encoding(record.commit)) : bytes_of(record);
     bytes.resize(decoder.bytes());
     ASSERT_EQ(again, bytes) << "round " << round;
   }

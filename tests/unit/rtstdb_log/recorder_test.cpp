@@ -34,7 +34,7 @@ class Taker {
         const char* fault = decoder_.decode(records.subspan(place));
         ASSERT_EQ(fault, nullptr) << fault;
         const Record& record = decoder_.record();
-        if (record.kind == RecordKind::taken_back) continue;
+        if (record.kind == RecordKind::discarded) continue;
         versions.push_back(record.kind == RecordKind::gap ? record.to : record.commit.version);
         if (record.kind == RecordKind::commit) times[record.commit.version] = record.commit.time;
       }
@@ -54,15 +54,15 @@ TEST(LogRecorder, KeepsWhatIsCollectedUntilItIsHandedOver) {
   RandomSets random(1);
   Ring ring(std::size_t{1} << 16);
   Recorder recorder(ring);
-  EXPECT_FALSE(recorder.hand_over()) << "of nothing";
+  EXPECT_FALSE(recorder.flush()) << "of nothing";
   Taker taker(ring);
   for (Version version = 1; version <= 3; ++version)
     ASSERT_TRUE(recorder.collect(moves(random, version, 1)));
   EXPECT_EQ(recorder.records(), 3u);
   taker.take();
   EXPECT_TRUE(taker.versions.empty());
-  EXPECT_TRUE(recorder.hand_over());
-  EXPECT_FALSE(recorder.hand_over());
+  EXPECT_TRUE(recorder.flush());
+  EXPECT_FALSE(recorder.flush());
   taker.take();
   EXPECT_EQ(taker.versions, (std::vector<Version>{1, 2, 3}));
 }
@@ -83,7 +83,7 @@ TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
   ASSERT_EQ(decoder.decode(ring.view()), nullptr);
   EXPECT_EQ(decoder.record().kind, RecordKind::commit);
   ASSERT_TRUE(recorder.collect(moves(random, 4, 1)));
-  recorder.take_back(4);
+  recorder.discard(4);
   auto left = ring.view();
   RecordKind kinds[4] = {};
   for (RecordKind& kind : kinds) {
@@ -93,7 +93,7 @@ TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
   }
   EXPECT_EQ(kinds[1], RecordKind::geometry);
   EXPECT_EQ(kinds[2], RecordKind::commit);
-  EXPECT_EQ(kinds[3], RecordKind::taken_back);
+  EXPECT_EQ(kinds[3], RecordKind::discarded);
   EXPECT_TRUE(left.empty());
 }
 
@@ -125,10 +125,10 @@ TEST(LogRecorder, CountsWhatIsCollectedAsTaken) {
   EXPECT_FALSE(recorder.room_for(set));
   Taker taker(ring);
   taker.take();
-  recorder.tend();
+  recorder.maintain();
   ASSERT_FALSE(recorder.in_gap());
   ASSERT_TRUE(recorder.collect(moves(random, version + 1, 1)));
-  recorder.hand_over();
+  recorder.flush();
   taker.take();
   ASSERT_EQ(taker.versions.size(), version + 1);
   EXPECT_EQ(taker.versions[version - 1], version) << "the gap";
@@ -151,14 +151,14 @@ TEST(LogRecorder, LosesNothingWhateverTheOrderAndTheRoom) {
       if (collected || recorder.record(set)) {
         expected.push_back(version);
         times[version] = set.time;
-        if (random.below(20) == 0) recorder.take_back(version);
+        if (random.below(20) == 0) recorder.discard(version);
       }
-      if (random.below(5) == 0) recorder.hand_over();
+      if (random.below(5) == 0) recorder.flush();
       if (random.below(7) == 0) taker.take();
-      if (random.below(9) == 0) recorder.tend();
+      if (random.below(9) == 0) recorder.maintain();
     }
     for (int k = 0; k < 3; ++k) {
-      recorder.tend();
+      recorder.maintain();
       taker.take();
     }
     ASSERT_FALSE(recorder.in_gap());

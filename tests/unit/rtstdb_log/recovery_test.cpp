@@ -1,4 +1,5 @@
-// What is read back: the past, a log that is salvaged and goes on, and a store that goes on as if it had lived through it.
+// What is read back: the past, a log that is salvaged and goes on, and a store that goes on as if it had
+// lived through it.
 
 #include "rtstdb/log/recovery.hpp"
 
@@ -21,7 +22,7 @@ TEST(LogRecovery, AnEmptyDirectoryIsAnEmptyWorld) {
   SimulatedDisk disk(1);
   const Recovered recovered = recover(disk).value();
   EXPECT_EQ(recovered.world.latest.version, 0u);
-  EXPECT_EQ(recovered.report.in_words(), "there is no database yet");
+  EXPECT_EQ(recovered.report.describe(), "there is no log yet");
 }
 
 TEST(LogRecovery, EveryVersionOfThePastCanBeHad) {
@@ -34,7 +35,7 @@ TEST(LogRecovery, EveryVersionOfThePastCanBeHad) {
     const auto recovered = recover(disk, {.up_to_version = version});
     ASSERT_TRUE(recovered.ok()) << recovered.error().message;
     ASSERT_TRUE(image_of(recovered.value().world) == expected)
-        << "version " << version << ": " << recovered.value().report.in_words();
+        << "version " << version << ": " << recovered.value().report.describe();
   }
 }
 
@@ -120,7 +121,7 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
   }
   void expect_world(const Result<Recovered>& recovered, Version version) {
     ASSERT_TRUE(recovered.ok()) << recovered.error().message;
-    EXPECT_EQ(recovered.value().world.latest.version, version) << recovered.value().report.in_words();
+    EXPECT_EQ(recovered.value().world.latest.version, version) << recovered.value().report.describe();
     EXPECT_TRUE(image_of(recovered.value().world) == sample.history.images.at(version));
   }
 
@@ -149,7 +150,8 @@ TEST_P(SalvagedWithoutAGeometry, HasTheWorldBeforeItWasAddedAndGoesOn) {
   EXPECT_TRUE(again.value().report.damaged_checkpoints.empty());
 }
 
-/// The log has left the course of the checkpoints that know the geometry: they do not count any more, good again or not.
+/// The log has left the course of the checkpoints that know the geometry: they do not count any more, good
+/// again or not.
 TEST_P(SalvagedWithoutAGeometry, StaysOnItsCourseWhenTheGeometryIsBack) {
   const auto before = disk.contents();
   for (const int commits : {1, 3, 10, 30, 60, 120}) {
@@ -393,20 +395,6 @@ TEST(LogRecovery, ARestoredStoreGivesTheSameIdsAndVersionsAsOneThatLived) {
   }
 }
 
-TEST(LogRecovery, OlderFormatsAreReadAsTheyWere) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const std::uint32_t format = seed % 2 == 0 ? 1 : 2;
-    const SampleLog old = make_sample({.seed = seed, .commits = 60, .format = format});
-    const SampleLog now = make_sample({.seed = seed, .commits = 60});
-    hil::test::SimulatedDisk disk(seed);
-    disk.set_contents(old.contents);
-    const auto recovered = recover(disk);
-    ASSERT_TRUE(recovered.ok()) << recovered.error().message;
-    EXPECT_EQ(recovered.value().report.log.format, format);
-    EXPECT_EQ(in_lines(recovered.value().world), now.latest_in_lines);
-  }
-}
-
 // What a motion leaves out is in the row before it, and in no other.
 TEST(LogRecovery, AMotionIsCompletedFromTheRowBeforeIt) {
   World world;
@@ -418,7 +406,7 @@ TEST(LogRecovery, AMotionIsCompletedFromTheRowBeforeIt) {
   moves.state.row.motion = store::motion_of({});
   moves.state.row.motion.p_world_m.y = 5.0;
   moves.unchanged = store::all_motion_words & ~0b10u;
-  moves.follows = 1;
+  moves.base_version_low = 1;
   set = {70'000, world_time_ns(20), {moves}};
   ASSERT_EQ(world.apply(set), nullptr);
   row.motion.p_world_m.y = 5.0;
@@ -432,7 +420,7 @@ TEST(LogRecovery, AMotionIsCompletedFromTheRowBeforeIt) {
     return std::string(fault != nullptr ? fault : "");
   };
   EXPECT_NE(fault_of(moves).find("another version"), std::string::npos) << "it follows version 1";
-  moves.follows = 70'000 & 0xffff;
+  moves.base_version_low = 70'000 & 0xffff;
   moves.unchanged = store::all_motion_words & ~0b1000u;  // no orientation to be left with
   EXPECT_NE(fault_of(moves).find("none that can be written"), std::string::npos);
   EXPECT_EQ(store::words_of(world.rows[0].row.motion), store::words_of(row.motion)) << "nothing has changed";

@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "rtstdb/log/bytes.hpp"
 #include "rtstdb/log/segment_chain.hpp"
 #include "rtstdb/log/segment_walk.hpp"
 #include "rtstdb/log/writer.hpp"
@@ -10,33 +9,11 @@
 #include "tests/support/simulation/disk.hpp"
 
 namespace rtstdb::log::test {
-namespace {
-
-template <class Header>
-void set_format(std::vector<std::byte>& file, std::uint32_t format) {
-  Header header;
-  std::memcpy(&header, file.data(), sizeof header);
-  header.format = format;
-  header.checksum = header_checksum(header, header.database_id);
-  std::memcpy(file.data(), &header, sizeof header);
-}
-
-/// A geometry's stays: records refer to its checksum.
-void set_format(Contents& contents, std::uint32_t format) {
-  for (auto& [name, file] : contents) {
-    if (name.starts_with("segment.")) set_format<SegmentHeader>(file, format);
-    if (name.starts_with("checkpoint.")) set_format<CheckpointHeader>(file, format);
-  }
-}
-
-}  // namespace
-
 SampleLog make_sample(const SampleOptions& options) {
   SampleLog sample;
   hil::test::SimulatedDisk disk(options.seed);
   hil::test::SimulatedClock clock;
   LiveWorld world(options.seed, sample.history, 1 << 16);
-  world.write_format(options.format);
   Recovered nothing = recover(disk).value();
   WriterOptions writer_options;
   writer_options.segment_bytes = options.segment_bytes;
@@ -72,7 +49,6 @@ SampleLog make_sample(const SampleOptions& options) {
   step_to_the_end();
   if (options.closed) RTSTDB_ASSERT(writer.value()->close(0).ok());
   sample.contents = disk.contents();
-  set_format(sample.contents, options.format);
   sample.latest = world.latest();
   sample.latest_in_lines = in_lines(recover(disk).value().world);
   return sample;

@@ -20,7 +20,6 @@ struct SampleOptions {
   std::uint64_t segment_bytes = 4096;
   bool closed = true;
   bool checkpoints = true;
-  std::uint32_t format = format_version;
   int moves_at_the_end = 0;  ///< behind a checkpoint, and at the time of the version that it has
 };
 

@@ -1,6 +1,7 @@
 #pragma once
-// Seeded lives of a log: commits, checkpoints, rotations, disks that fail, are full or lie, crashes and processes that die. After each
-// the log is read back: it is a state that was, and not before what was said to be safe.
+// Seeded lives of a log: commits, checkpoints, rotations, disks that fail, are full or lie, crashes and
+// processes that die. After each the log is read back: it is a state that was, and not before what was said
+// to be safe.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,7 @@
 #include <random>
 
 #include "live_world.hpp"
-#include "rtstdb/log/stretch.hpp"
+#include "rtstdb/log/version_range.hpp"
 #include "rtstdb/log/writer.hpp"
 #include "tests/support/simulation/clock.hpp"
 #include "tests/support/simulation/disk.hpp"
@@ -90,9 +91,9 @@ class Simulation {
       if (what == 54) writer.flush_soon();
       if (what == 55) set_faults();
       if (what == 56) set_no_faults();
-      if (what >= 57 && what < 62) world.recorder().tend();
+      if (what >= 57 && what < 62) world.recorder().maintain();
       if (what >= 62 && what < 70) clock_.advance(Nanoseconds(1'000'000 << below(12)));
-      if (what >= 70 && below(4) != 0) world.recorder().hand_over();
+      if (what >= 70 && below(4) != 0) world.recorder().flush();
       // The machine's real time is for people alone: it may go backwards.
       if (what >= 70) writer.step(real_time_ns_ -= 1'000'000'000);
       ASSERT_GE(writer.durable(), told_in_life_);
@@ -106,7 +107,7 @@ class Simulation {
   void die(LiveWorld& world, Writer& writer) {
     if (below(4) == 0) {
       if (below(2) == 0) set_no_faults();
-      world.recorder().tend();
+      world.recorder().maintain();
       const bool closed = writer.close(0).ok();
       if (closed && !world.recorder().in_gap()) must_be_ = world.latest();
     }
@@ -125,12 +126,12 @@ class Simulation {
     const Version version = recovered.world.latest.version;
     const auto image = history_.images.find(version);
     ASSERT_NE(image, history_.images.end())
-        << "version " << version << " never was; " << recovered.report.in_words();
+        << "version " << version << " never was; " << recovered.report.describe();
     ASSERT_TRUE(image_of(recovered.world) == image->second)
-        << "version " << version << " was another; " << recovered.report.in_words();
-    ASSERT_GE(version, history_.newest_standing(told_))
-        << "told were " << told_ << "; " << recovered.report.in_words();
-    ASSERT_EQ(version, must_be_.value_or(version)) << recovered.report.in_words();
+        << "version " << version << " was another; " << recovered.report.describe();
+    ASSERT_GE(version, history_.newest_valid(told_))
+        << "told were " << told_ << "; " << recovered.report.describe();
+    ASSERT_EQ(version, must_be_.value_or(version)) << recovered.report.describe();
     must_be_.reset();
     ASSERT_TRUE(recovered.report.damaged_checkpoints.empty()) << recovered.report.damaged_checkpoints.front();
     check_without_checkpoints(recovered);
@@ -160,7 +161,7 @@ class Simulation {
     ASSERT_TRUE(image_of(replayed.value().world) == image->second)
         << "without checkpoints version " << version;
     ASSERT_TRUE(version == recovered.world.latest.version || replayed.value().report.gap_from != 0)
-        << replayed.value().report.in_words();
+        << replayed.value().report.describe();
   }
 
   /// Whatever was removed, and wherever a crash fell between: what is left can be read from its begin to its
@@ -170,7 +171,7 @@ class Simulation {
     const auto extent = read_extent(disk_, false);
     ASSERT_TRUE(extent.ok()) << extent.error().message;
     if (extent.value().gaps.empty()) {
-      ASSERT_EQ(extent.value().last.version, recovered.world.latest.version) << recovered.report.in_words();
+      ASSERT_EQ(extent.value().last.version, recovered.world.latest.version) << recovered.report.describe();
     }
     ASSERT_TRUE(pruned_ || extent.value().first.version == 0);
   }

@@ -1,4 +1,5 @@
-// The writer on a disk that does as it is told: what is written when, when the watermark moves, and what it does about faults.
+// The writer on a disk that does as it is told: what is written when, when the watermark moves, and what it
+// does about faults.
 
 #include "rtstdb/log/writer.hpp"
 
@@ -11,7 +12,7 @@
 #include <thread>
 
 #include "rtstdb/log/checkpoint_reader.hpp"
-#include "rtstdb/log/stretch.hpp"
+#include "rtstdb/log/version_range.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "writer_test.hpp"
 
@@ -231,19 +232,20 @@ TEST_F(WriterTest, ACheckpointThatWasBegunBeforeAFaultDoesNotEndIt) {
   commit(1);
   disk.fail_call(disk.calls() + 1, EIO);  // the sync of its group
   settle();
-  EXPECT_TRUE(writer->refused_by_disk());
+  EXPECT_TRUE(writer->last_write_failed());
   EXPECT_TRUE(writer->waits_for_checkpoint());
   EXPECT_EQ(writer->durable(), 3u);
   EXPECT_EQ(writer->statistics().checkpoints, 0u);
   clock.advance(Nanoseconds(20'000'000));
   settle();
-  EXPECT_FALSE(writer->refused_by_disk());
+  EXPECT_FALSE(writer->last_write_failed());
   EXPECT_EQ(writer->durable(), 4u);
   EXPECT_EQ(writer->statistics().checkpoints, 1u);
   EXPECT_EQ(version_after_crash(), 4u);
 }
 
-// The sync after a failed one says yes, and the pages are gone: what the writer had in that file is nowhere else on disk.
+// The sync after a failed one says yes, and the pages are gone: what the writer had in that file is nowhere
+// else on disk.
 TEST_F(WriterTest, WhatAFailedSyncDroppedIsWrittenElsewhere) {
   start();
   disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
@@ -301,7 +303,7 @@ TEST_F(SmallRing, WhatFindsNoRoomIsAGapAndACheckpointEndsIt) {
   settle();
   const Version before_gap = writer->durable();
   EXPECT_LT(before_gap, 40u);
-  world.recorder().tend();
+  world.recorder().maintain();
   EXPECT_FALSE(world.recorder().in_gap());
   commit(2);
   writer->step(0);
@@ -317,7 +319,7 @@ TEST_F(SmallRing, ACrashWithinAGapLeavesWhatWasBeforeIt) {
   commit(40);
   settle();
   const Version before_gap = writer->durable();
-  world.recorder().tend();
+  world.recorder().maintain();
   commit(2);
   writer->step(0);
   writer.reset();
@@ -325,7 +327,7 @@ TEST_F(SmallRing, ACrashWithinAGapLeavesWhatWasBeforeIt) {
   const RecoveryReport report = recover(disk).value().report;
   EXPECT_EQ(report.gap_from, before_gap + 1);
   EXPECT_EQ(report.gap_to, 40u);
-  EXPECT_NE(report.in_words().find("are not in the log"), std::string::npos);
+  EXPECT_NE(report.describe().find("are not in the log"), std::string::npos);
 }
 
 // ---- the committing thread
@@ -356,7 +358,7 @@ TEST_F(WriterTest, RecordingNeitherAllocatesNorCallsTheDiskWhileItStalls) {
   hil::allocation_guard::enter_tick();
   for (int k = 0; k < 2000; ++k, ++set.version)
     world.recorder().record(set);
-  world.recorder().tend();
+  world.recorder().maintain();
   hil::allocation_guard::leave_tick();
   EXPECT_EQ(hil::allocation_guard::seen().total(), 0u);
   EXPECT_TRUE(world.recorder().in_gap());

@@ -1,5 +1,5 @@
-// What following costs: counted in looks at entities, not in time, so that it is the same everywhere. And what it costs whom: the
-// side of it that commits, and the one that fetches, touch no heap.
+// The cost of standing queries, counted in examinations of entities, not in time, so that it is the same on
+// every machine. The threads that commit and that fetch events do not allocate.
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ namespace {
 
 namespace allocation_guard = hil::allocation_guard;
 
-/// 10,000 entities and one row written per version: each query looks at one entity, not at the world.
-TEST(Cost, OfAVersionIsThatOfWhatChanged) {
+/// 10,000 entities and one written row for each version: each query examines one entity, not the whole world.
+TEST(Cost, OfAVersionDependsOnItsChanges) {
   FollowedWorld world({.max_entities = 12'000}, 1 << 15);
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   std::vector<EntityId> all;
@@ -59,8 +59,9 @@ TEST(Cost, OfAVersionIsThatOfWhatChanged) {
   for (const auto& query : queries)
     world.catch_up(*query);
   const StandingCounts counts = world.follower().counts();
-  // One look at what was written for each query, one or two more for each crossing and each time that was looked ahead to, and pairs
-  // among the nearest: far from one at the world for each version, which would be 16 million.
+  // One examination of each written row for each query, one or two more for each crossing and each end of a
+  // look-ahead, and pairs among the nearest: far below an examination of the whole world for each version,
+  // which would be 16 million.
   const std::uint64_t looks = counts.examinations - at_first;
   EXPECT_GE(looks, versions * 5);
   EXPECT_LT(looks, versions * 5 * 20 + 5 * 10'000 * 3)
@@ -68,8 +69,8 @@ TEST(Cost, OfAVersionIsThatOfWhatChanged) {
   EXPECT_EQ(counts.rows, versions);
 }
 
-TEST(Cost, ThoseWhoCommitAllocateNothing) {
-  threads::Bell nobody;
+TEST(Cost, CommitsDoNotAllocate) {
+  threads::EventCount nobody;
   ChangeFeed feed(4, nobody);
   feed.make_room(64);
   const TriangleMesh soft = make_box({1.0, 1.0, 1.0});
@@ -82,7 +83,7 @@ TEST(Cost, ThoseWhoCommitAllocateNothing) {
   std::vector<Change> changes;
   allocation_guard::reset();
   for (int round = 0; round < 50; ++round) {
-    for (int version = 0; version < 5; ++version) {  // the last find no room
+    for (int version = 0; version < 5; ++version) {  // the last ones do not fit
       ++set.version;
       allocation_guard::enter_tick();
       feed.committed(set);
@@ -99,7 +100,7 @@ TEST(Cost, ThoseWhoCommitAllocateNothing) {
   EXPECT_EQ(feed.skipped(), 100u);
 }
 
-TEST(Cost, WhoFetchesAllocatesNothing) {
+TEST(Cost, FetchingDoesNotAllocate) {
   FollowedWorld world;
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   StandingRegion region;
@@ -121,7 +122,7 @@ TEST(Cost, WhoFetchesAllocatesNothing) {
   EXPECT_GT(fetched, 0u);
 }
 
-TEST(Cost, TheGuardSees) {
+TEST(Cost, AllocationGuardWorks) {
   allocation_guard::reset();
   allocation_guard::enter_tick();
   void* volatile memory = std::malloc(10);

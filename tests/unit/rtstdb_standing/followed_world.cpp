@@ -67,28 +67,28 @@ void FollowedWorld::pass(std::int64_t ns) {
 namespace {
 
 template <class Asked>
-std::unique_ptr<StandingQuery> registered(Follower& follower, const Asked& asked,
+std::unique_ptr<StandingQuery> registered(Follower& follower, const Asked& definition,
                                           const StandingOptions& options) {
-  const auto question = question_of(asked, options.name);
-  EXPECT_TRUE(question) << (question ? "" : question.error().message);
-  auto made = follower.watch(question.value(), options);
+  const auto spec = make_query_spec(definition, options.name);
+  EXPECT_TRUE(spec) << (spec ? "" : spec.error().message);
+  auto made = follower.watch(spec.value(), options);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return std::move(made).value();
 }
 
 }  // namespace
 
-std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingRegion& asked,
+std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingRegion& definition,
                                                     const StandingOptions& options) {
-  return registered(*follower_, asked, options);
+  return registered(*follower_, definition, options);
 }
-std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingRay& asked,
+std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingRay& definition,
                                                     const StandingOptions& options) {
-  return registered(*follower_, asked, options);
+  return registered(*follower_, definition, options);
 }
-std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingNearest& asked,
+std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingNearest& definition,
                                                     const StandingOptions& options) {
-  return registered(*follower_, asked, options);
+  return registered(*follower_, definition, options);
 }
 
 void FollowedWorld::catch_up(const StandingQuery& query) {

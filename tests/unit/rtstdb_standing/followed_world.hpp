@@ -1,5 +1,5 @@
 #pragma once
-// An engine without a device, a follower behind it, and what is expected of the events that come out.
+// An engine without a device, a follower, and the checks of its events.
 
 #include <cstdint>
 #include <memory>
@@ -28,15 +28,16 @@ class FollowedWorld {
   void update(EntityId id, const EntityRow& row, std::int64_t ns);
   void update_motion(EntityId id, const Motion& motion, std::int64_t ns);
   void remove(EntityId id, std::int64_t ns);
-  /// A version without an effect: world time goes on.
+  /// Commits a version without effect, so that world time advances.
   void pass(std::int64_t ns);
-  /// Declares, carries out; fails the test unless it is committed.
+  /// Declares and executes a transaction; fails the test unless it is committed.
   Outcome execute(const std::function<void(Transaction&)>& declare, std::int64_t ns);
 
-  std::unique_ptr<StandingQuery> watch(const StandingRegion& asked, const StandingOptions& options = {});
-  std::unique_ptr<StandingQuery> watch(const StandingRay& asked, const StandingOptions& options = {});
-  std::unique_ptr<StandingQuery> watch(const StandingNearest& asked, const StandingOptions& options = {});
-  /// Waits until it has been told of the latest version.
+  std::unique_ptr<StandingQuery> watch(const StandingRegion& definition, const StandingOptions& options = {});
+  std::unique_ptr<StandingQuery> watch(const StandingRay& definition, const StandingOptions& options = {});
+  std::unique_ptr<StandingQuery> watch(const StandingNearest& definition,
+                                       const StandingOptions& options = {});
+  /// Waits until the query has been evaluated for the latest version.
   void catch_up(const StandingQuery& query);
 
   oracle::World rows();
@@ -51,20 +52,20 @@ class FollowedWorld {
   transaction::Engine engine_;
   std::unique_ptr<Follower> follower_;
   std::unique_ptr<Transaction> transaction_;
-  EntityId clockwork_;  ///< what `pass` writes
+  EntityId clockwork_;  ///< the entity that `pass` writes
 };
 
-/// The events that wait, after all that the latest version brings have come.
+/// All pending events, after the latest version has been evaluated.
 std::vector<StandingEvent> events_of(FollowedWorld& world, StandingQuery& query);
 
-/// Members as a reader of the events knows them. Fails the test where events contradict one another.
+/// The members that follow from the events. Fails the test if events are inconsistent.
 class Members {
  public:
   void take(std::span<const StandingEvent> events);
   void take(const StandingEvent& event);
   bool holds(EntityId id) const;
   const std::vector<EntityId>& all() const { return members_; }  ///< ascending
-  /// All members have been told, and all losses.
+  /// The list of members is complete, and no loss is pending.
   bool whole(const StandingQuery& query) const { return whole_ && told_lost_ == query.lost(); }
   std::uint64_t told_lost() const { return told_lost_; }
 

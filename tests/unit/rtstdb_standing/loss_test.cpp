@@ -1,4 +1,4 @@
-// What is lost is told: rings that are full, feeds that are full, memory that runs out.
+// Losses are reported: full event rings, full change feeds, memory exhaustion.
 
 #include <gtest/gtest.h>
 
@@ -17,12 +17,12 @@ using hil::test::fail_allocations_of;
 using hil::test::stop_failing_allocations;
 
 StandingRegion around_origin(float half_m) {
-  StandingRegion asked;
-  asked.region.half_extent_m = {half_m, half_m, half_m};
-  return asked;
+  StandingRegion definition;
+  definition.region.half_extent_m = {half_m, half_m, half_m};
+  return definition;
 }
 
-/// Fetches until all members have been told.
+/// Fetches until the list of members is complete.
 void take_until_whole(FollowedWorld& world, StandingQuery& query, Members& members) {
   const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   world.catch_up(query);
@@ -31,22 +31,22 @@ void take_until_whole(FollowedWorld& world, StandingQuery& query, Members& membe
     ASSERT_LT(std::chrono::steady_clock::now(), patience) << "no complete";
     std::this_thread::yield();
   } while (!members.whole(query));
-  // What came behind `complete` while it was fetched.
+  // Events after `complete`.
   members.take(events_of(world, query));
 }
 
-std::vector<EntityId> truly_inside(FollowedWorld& world, const StandingRegion& asked) {
-  Region region = asked.region;
+std::vector<EntityId> truly_inside(FollowedWorld& world, const StandingRegion& definition) {
+  Region region = definition.region;
   const oracle::World rows = world.rows();
   region.t = rows.version_time();
   return oracle::found(oracle::gaps(rows, region));
 }
 
-TEST(Loss, AFullRingCountsAndTellsAllMembersAnew) {
+TEST(Loss, FullRingCountsAndListsMembersAgain) {
   FollowedWorld world;
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
-  const auto asked = around_origin(5.0f);
-  const auto query = world.watch(asked, {.name = "gate", .ring_capacity = 8});
+  const auto definition = around_origin(5.0f);
+  const auto query = world.watch(definition, {.name = "gate", .ring_capacity = 8});
   Members members;
   take_until_whole(world, *query, members);
   std::vector<EntityId> made;
@@ -59,7 +59,7 @@ TEST(Loss, AFullRingCountsAndTellsAllMembersAnew) {
   ASSERT_EQ(query->next_events(first), 8u);
   for (const StandingEvent& event : first)
     EXPECT_EQ(event.kind, EventKind::enter);
-  // The list is longer than the ring, and comes in pieces.
+  // The list is longer than the ring and arrives in pieces.
   std::vector<StandingEvent> all;
   const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   while (all.empty() || all.back().kind != EventKind::complete) {
@@ -76,13 +76,14 @@ TEST(Loss, AFullRingCountsAndTellsAllMembersAnew) {
   EXPECT_EQ(query->lost(), 92u);
 }
 
-/// One who fetches now and then, and writers that do not wait: at every `complete` and at the end the membership is whole.
-TEST(Loss, ASlowReaderEndsWithTheTrueMembers) {
+/// A slow reader and writers that do not wait for it: at each `complete` and at the end the membership is
+/// correct.
+TEST(Loss, SlowReaderEndsWithCorrectMembers) {
   std::mt19937 random(5);
   FollowedWorld world;
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
-  const auto asked = around_origin(8.0f);
-  const auto query = world.watch(asked, {.name = "gate", .ring_capacity = 4});
+  const auto definition = around_origin(8.0f);
+  const auto query = world.watch(definition, {.name = "gate", .ring_capacity = 4});
   std::vector<EntityId> alive;
   Members members;
   std::array<StandingEvent, 3> some;
@@ -105,7 +106,8 @@ TEST(Loss, ASlowReaderEndsWithTheTrueMembers) {
       world.update(alive[random() % alive.size()], row, now_ns);
     }
     if (random() % 16 == 0) take(std::span(some).first(query->next_events(some)));
-    // Where the follower came to run at the end alone, it would have less to tell than there is room for.
+    // Lets the follower run meanwhile; at the end alone it would have fewer events than the ring has room
+    // for.
     if (k % 50 == 49) world.catch_up(*query);
   }
   EXPECT_GT(query->lost(), 0u);
@@ -114,20 +116,21 @@ TEST(Loss, ASlowReaderEndsWithTheTrueMembers) {
     take(events_of(world, *query));
     ASSERT_LT(std::chrono::steady_clock::now(), patience);
   } while (!members.whole(*query));
-  EXPECT_EQ(members.all(), truly_inside(world, asked));
+  EXPECT_EQ(members.all(), truly_inside(world, definition));
   EXPECT_EQ(missing, query->lost());
   EXPECT_EQ(members.told_lost(), query->lost());
 }
 
-/// Commits that do not fit into the feed: what they did is told as found after a gap; crossings of others keep their times.
-TEST(Loss, AFullFeedIsCaughtUpWith) {
+/// Commits that do not fit into the feed: their effects have EventCause::gap; crossings of other entities
+/// keep their times.
+TEST(Loss, FullFeedIsCaughtUp) {
   FollowedWorld world({.max_entities = 256, .feed_capacity = 8});
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   const EntityId crosses = world.create(row_of(cube, {-7.5, 0.0, 0.0}, {1.0, 0.0, 0.0}), 0);
   const EntityId stays = world.create(row_of(cube), 0);
   const EntityId goes = world.create(row_of(cube, {1.0, 0.0, 0.0}), 0);
-  const auto asked = around_origin(5.0f);
-  const auto region = world.watch(asked);
+  const auto definition = around_origin(5.0f);
+  const auto region = world.watch(definition);
   StandingNearest point;
   point.k = 1;
   const auto nearest = world.watch(point);
@@ -150,7 +153,7 @@ TEST(Loss, AFullFeedIsCaughtUpWith) {
     come.push_back(used->created(k));
   const auto events = events_of(world, *region);
   members.take(events);
-  EXPECT_EQ(members.all(), truly_inside(world, asked));
+  EXPECT_EQ(members.all(), truly_inside(world, definition));
   ASSERT_EQ(events.size(), 1u + 2u + 20u);
   EXPECT_EQ(events[0].cause, EventCause::motion);
   EXPECT_EQ(events[0].entity, crosses);
@@ -164,15 +167,16 @@ TEST(Loss, AFullFeedIsCaughtUpWith) {
   const StandingCounts counts = world.follower().counts();
   EXPECT_EQ(counts.gaps, 1u);
   EXPECT_EQ(counts.skipped_versions, 1u);
-  // And it follows again.
+  // The evaluation continues.
   world.remove(come[5], 9'500'000'000);
   const auto after = events_of(world, *region);
   ASSERT_EQ(after.size(), 1u);
   EXPECT_EQ(after[0].cause, EventCause::write);
 }
 
-/// Commits as fast as they go against a feed of few rows: however it is caught up with, the members are true in the end.
-TEST(Loss, ManyGapsEndWithTheTrueMembers) {
+/// Commits at full speed with a feed of few rows: after any number of gaps, the members are correct at the
+/// end.
+TEST(Loss, ManyGapsEndWithCorrectMembers) {
   std::mt19937 random(11);
   FollowedWorld world({.max_entities = 512, .feed_capacity = 4}, 256);
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
@@ -184,8 +188,8 @@ TEST(Loss, ManyGapsEndWithTheTrueMembers) {
   alive.reserve(300);
   for (int k = 0; k < 300; ++k)
     alive.push_back(world.create(somewhere(), 0));
-  const auto asked = around_origin(8.0f);
-  const auto query = world.watch(asked, {.name = "gate", .ring_capacity = 1 << 16});
+  const auto definition = around_origin(8.0f);
+  const auto query = world.watch(definition, {.name = "gate", .ring_capacity = 1 << 16});
   Members members;
   for (int k = 0; k < 400; ++k) {
     world.execute(
@@ -203,13 +207,13 @@ TEST(Loss, ManyGapsEndWithTheTrueMembers) {
           std::int64_t{k} * 1'000'000);
   }
   take_until_whole(world, *query, members);
-  EXPECT_EQ(members.all(), truly_inside(world, asked));
+  EXPECT_EQ(members.all(), truly_inside(world, definition));
   EXPECT_GT(world.follower().counts().gaps, 0u);
   EXPECT_EQ(query->lost(), 0u);
 }
 
-/// A query for which no memory is left has failed and says so; the others go on, and so does the database.
-TEST(Loss, AQueryWithoutMemoryFailsInWords) {
+/// A query that runs out of memory fails with a reason; the other queries and the database continue.
+TEST(Loss, QueryWithoutMemoryFailsWithReason) {
   FollowedWorld world({.max_entities = 4096});
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   const auto query = world.watch(around_origin(5.0f), {.name = "greedy"});
@@ -230,7 +234,7 @@ TEST(Loss, AQueryWithoutMemoryFailsInWords) {
   EXPECT_EQ(query->status(), StandingStatus::failed);
   EXPECT_EQ(query->reason(), "standing query 'greedy': no memory was left to follow it");
   stop_failing_allocations();
-  // It can be asked again.
+  // It can be registered again.
   const auto again = world.watch(around_origin(5.0f));
   world.pass(120'000'000'000);
   Members later;
@@ -239,8 +243,9 @@ TEST(Loss, AQueryWithoutMemoryFailsInWords) {
   EXPECT_EQ(query->status(), StandingStatus::failed);
 }
 
-/// Wherever the follower's thread runs out of memory: an error where a query is registered, a failed one later, and nothing worse.
-TEST(Loss, MemoryThatRunsOutAnywhereIsNoEnd) {
+/// The follower runs out of memory at any allocation: an error at registration, or a failed query later, and
+/// nothing else.
+TEST(Loss, SurvivesMemoryExhaustionAnywhere) {
   int refused = 0;
   int failed = 0;
   int untouched = 0;
@@ -252,9 +257,9 @@ TEST(Loss, MemoryThatRunsOutAnywhereIsNoEnd) {
     fail_allocations_of("rtstdb follower", after);
     StandingNearest nearest;
     nearest.k = 3;
-    const auto question =
-        after % 2 == 0 ? question_of(nearest, "gate") : question_of(around_origin(5.0f), "gate");
-    auto made = world.follower().watch(question.value(), {.name = "gate"});
+    const auto spec =
+        after % 2 == 0 ? make_query_spec(nearest, "gate") : make_query_spec(around_origin(5.0f), "gate");
+    auto made = world.follower().watch(spec.value(), {.name = "gate"});
     for (int k = 0; k < 60; ++k)
       world.create(row_of(cube, {-30.0 - k, 0.0, 0.0}, {10.0, 0.0, 0.0}), 1'000'000 * k);
     world.pass(2'000'000'000);

@@ -1,6 +1,7 @@
-// Random worlds with random writes, every kind of question, carried or not: events against a reference that has nothing in common with
-// how they are found. The reference asks the oracle at many instants between versions who is in; where that is certain, the
-// events up to the instant have to say the same. At each crossing the oracle's gap has to change its sign, within some nanometres.
+// Random worlds with random writes and every kind of standing query, carried or not: events are compared with
+// an independent reference. At many instants between versions, the reference computes the members with the
+// oracle; where it is certain, the events up to the instant must agree. At each crossing, the oracle's
+// distance must change its sign within some nanometres.
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -27,17 +28,18 @@ constexpr int worlds = 12;
 constexpr int samples_between = 64;
 #endif
 constexpr int versions = 40;
-/// Nearer to the border than this, the reference says nothing at an instant that is not a crossing.
+/// Nearer to the border than this, the reference is uncertain, except at a crossing.
 constexpr double certain_m = 1e-6;
-/// So long before and after a crossing the sign is the old and the new one.
+/// This long before and after a crossing, the sign must be the old and the new one.
 constexpr Nanoseconds around{2000};
-/// A crossing's gap: what rounding, a thick border and a nanosecond's way at the speeds here (up to 1 km/s at the end of a lever) can make.
+/// Largest distance from the border at a crossing: rounding, the thickness of the border, and a nanosecond at
+/// up to 1 km/s.
 constexpr double at_crossing_m = 1e-6;
 
 struct Asked {
-  explicit Asked(const StandingRegion& asked) : region(asked) {}
-  explicit Asked(const StandingRay& asked) : ray(asked) {}
-  explicit Asked(const StandingNearest& asked) : nearest(asked) {}
+  explicit Asked(const StandingRegion& definition) : region(definition) {}
+  explicit Asked(const StandingRay& definition) : ray(definition) {}
+  explicit Asked(const StandingNearest& definition) : nearest(definition) {}
 
   std::optional<StandingRegion> region;
   std::optional<StandingRay> ray;
@@ -50,7 +52,7 @@ struct Asked {
   }
 };
 
-/// How far an entity is from being a member; negative inside.
+/// Signed distance of an entity from being a member; negative inside.
 struct Gap {
   EntityId entity;
   double gap_m = 0.0;
@@ -82,13 +84,14 @@ double center_gap_m(const oracle::World& world, const Region& region, const glm:
     const glm::dvec3 beyond = glm::abs(p) - half;
     return std::max({beyond.x, beyond.y, beyond.z});
   }
-  // Distances to the sides that go through the eye.
+  // Distances to the sides through the eye.
   const double side_m = (std::abs(p.y) * half.x - half.y * p.x) / std::hypot(half.x, half.y);
   const double roof_m = (std::abs(p.z) * half.x - half.z * p.x) / std::hypot(half.x, half.z);
   return std::max({p.x - half.x, static_cast<double>(region.near_m) - p.x, side_m, roof_m});
 }
 
-/// By slabs: how much the box has to grow for the ray to meet it. Negative: how much it could shrink. By halving.
+/// How much the box must grow for the ray to meet it (negative: how much it may shrink), by bisection with
+/// the slab test.
 double ray_gap_m(const oracle::World& world, const Ray& ray, const OrientedBox& box, WorldTime t) {
   const Pose carrier = carrier_pose(world, ray.carrier, t);
   const glm::dvec3 from_m = carrier.p_world_m + carrier.q_world * glm::dvec3(ray.origin_m) - box.center_m;
@@ -119,17 +122,19 @@ double ray_gap_m(const oracle::World& world, const Ray& ray, const OrientedBox& 
   return enough;
 }
 
-std::vector<Gap> nearest_gaps(const oracle::World& world, const StandingNearest& asked, WorldTime t) {
-  Nearest point = asked.point;
+std::vector<Gap> nearest_gaps(const oracle::World& world, const StandingNearest& definition, WorldTime t) {
+  Nearest point = definition.point;
   point.t = t;
   point.radius_m = std::numeric_limits<float>::infinity();
   NearestQueryOptions options;
-  options.target = asked.target == StandingTarget::center ? NearestTarget::center : NearestTarget::bounds;
+  options.target =
+      definition.target == StandingTarget::center ? NearestTarget::center : NearestTarget::bounds;
   options.k = 1000;
   const auto truth = oracle::nearest_brute_force(world, point, options);
-  // Members are told from others by the distance of the last of them and the first of these; and by the radius.
-  const double radius_m = static_cast<double>(asked.point.radius_m);
-  const std::size_t k = asked.k;
+  // Members are separated from the others by the distances of the last member and the first other one, and by
+  // the radius.
+  const double radius_m = static_cast<double>(definition.point.radius_m);
+  const std::size_t k = definition.k;
   std::vector<Gap> gaps;
   for (std::size_t place = 0; place < truth.size(); ++place) {
     double gap_m = truth[place].distance_m - radius_m;
@@ -140,29 +145,30 @@ std::vector<Gap> nearest_gaps(const oracle::World& world, const StandingNearest&
   return gaps;
 }
 
-std::vector<Gap> gaps_at(const oracle::World& world, const Asked& asked, WorldTime t) {
+std::vector<Gap> gaps_at(const oracle::World& world, const Asked& definition, WorldTime t) {
   std::vector<Gap> gaps;
-  if (asked.nearest) return nearest_gaps(world, *asked.nearest, t);
-  if (asked.region && asked.region->target == StandingTarget::bounds) {
-    Region region = asked.region->region;
+  if (definition.nearest) return nearest_gaps(world, *definition.nearest, t);
+  if (definition.region && definition.region->target == StandingTarget::bounds) {
+    Region region = definition.region->region;
     region.t = t;
     for (const oracle::EntityGap& gap : oracle::gaps(world, region))
       gaps.push_back({gap.entity, gap.gap_m});
   } else {
-    const std::uint32_t mask = asked.region ? asked.region->region.mask : asked.ray->ray.mask;
+    const std::uint32_t mask = definition.region ? definition.region->region.mask : definition.ray->ray.mask;
     for (const EntityState& state : world.entities()) {
       if (!state.row.geometry.valid() || (state.row.mask & mask) == 0) continue;
       const OrientedBox box = bounds_at(world, state, t);
-      gaps.push_back({state.id, asked.region ? center_gap_m(world, asked.region->region, box.center_m, t)
-                                             : ray_gap_m(world, asked.ray->ray, box, t)});
+      gaps.push_back({state.id, definition.region
+                                    ? center_gap_m(world, definition.region->region, box.center_m, t)
+                                    : ray_gap_m(world, definition.ray->ray, box, t)});
     }
   }
-  std::erase_if(gaps, [&](const Gap& gap) { return gap.entity == asked.excluded(); });
+  std::erase_if(gaps, [&](const Gap& gap) { return gap.entity == definition.excluded(); });
   return gaps;
 }
 
-double gap_of(const oracle::World& world, const Asked& asked, EntityId entity, WorldTime t) {
-  for (const Gap& gap : gaps_at(world, asked, t))
+double gap_of(const oracle::World& world, const Asked& definition, EntityId entity, WorldTime t) {
+  for (const Gap& gap : gaps_at(world, definition, t))
     if (gap.entity == entity) return gap.gap_m;
   return std::numeric_limits<double>::infinity();
 }
@@ -211,18 +217,18 @@ std::vector<Asked> random_questions(Dice& dice, std::span<const EntityId> carrie
   for (const bool carried : {false, true}) {
     for (const RegionShape shape : {RegionShape::box, RegionShape::sphere, RegionShape::frustum}) {
       for (int way = 0; way < 3; ++way) {
-        StandingRegion asked;
-        asked.region.shape = shape;
-        asked.region.test = way == 1 ? RegionTest::inside : RegionTest::touching;
-        asked.target = way == 2 ? StandingTarget::center : StandingTarget::bounds;
-        asked.region.center_m = glm::vec3(dice.vector(5.0));
-        asked.region.half_extent_m = glm::vec3(dice.from(4, 12), dice.from(2, 9), dice.from(2, 9));
-        asked.region.near_m = shape == RegionShape::frustum && dice.one_in(2) ? 1.5f : 0.0f;
-        if (!dice.one_in(3)) asked.region.q = glm::quat(dice.turn());
-        asked.region.mask = dice.one_in(3) ? 1u : mask_all;
-        asked.region.carrier = carried_by(carried);
-        if (dice.one_in(2)) asked.excluded = carriers[0];
-        all.emplace_back(asked);
+        StandingRegion definition;
+        definition.region.shape = shape;
+        definition.region.test = way == 1 ? RegionTest::inside : RegionTest::touching;
+        definition.target = way == 2 ? StandingTarget::center : StandingTarget::bounds;
+        definition.region.center_m = glm::vec3(dice.vector(5.0));
+        definition.region.half_extent_m = glm::vec3(dice.from(4, 12), dice.from(2, 9), dice.from(2, 9));
+        definition.region.near_m = shape == RegionShape::frustum && dice.one_in(2) ? 1.5f : 0.0f;
+        if (!dice.one_in(3)) definition.region.q = glm::quat(dice.turn());
+        definition.region.mask = dice.one_in(3) ? 1u : mask_all;
+        definition.region.carrier = carried_by(carried);
+        if (dice.one_in(2)) definition.excluded = carriers[0];
+        all.emplace_back(definition);
       }
     }
     StandingRay ray;
@@ -247,7 +253,7 @@ std::vector<Asked> random_questions(Dice& dice, std::span<const EntityId> carrie
 }
 
 struct Watched {
-  Asked asked;
+  Asked definition;
   std::unique_ptr<StandingQuery> query;
   Members members;
   std::vector<StandingEvent> waiting;
@@ -257,16 +263,16 @@ struct Tally {
   std::size_t compared = 0, unsure = 0, crossings = 0, writes = 0;
 };
 
-std::unique_ptr<StandingQuery> watch(FollowedWorld& world, const Asked& asked) {
-  if (asked.region) return world.watch(*asked.region);
-  if (asked.ray) return world.watch(*asked.ray);
-  return world.watch(*asked.nearest);
+std::unique_ptr<StandingQuery> watch(FollowedWorld& world, const Asked& definition) {
+  if (definition.region) return world.watch(*definition.region);
+  if (definition.ray) return world.watch(*definition.ray);
+  return world.watch(*definition.nearest);
 }
 
 /// A sample nobody who is certainly in is missing, nobody who is certainly out is there.
 void compare(const oracle::World& world, const Watched& watched, WorldTime t, Tally& tally,
              const char* when) {
-  for (const Gap& gap : gaps_at(world, watched.asked, t)) {
+  for (const Gap& gap : gaps_at(world, watched.definition, t)) {
     if (std::abs(gap.gap_m) < certain_m) {
       ++tally.unsure;
       continue;
@@ -278,18 +284,18 @@ void compare(const oracle::World& world, const Watched& watched, WorldTime t, Ta
   }
 }
 
-/// Events of (from, to) against the rows that held then.
+/// Compares the events of (from, to) with the rows of that time.
 void judge_motion(const oracle::World& rows, Watched& watched, WorldTime from, WorldTime to, Tally& tally) {
   auto next = watched.waiting.begin();
   const auto take_until = [&](WorldTime t) {
     for (; next != watched.waiting.end() && next->cause == EventCause::motion && next->time <= t; ++next) {
       watched.members.take(*next);
       ++tally.crossings;
-      const double gap_m = gap_of(rows, watched.asked, next->entity, next->time);
+      const double gap_m = gap_of(rows, watched.definition, next->entity, next->time);
       EXPECT_LT(std::abs(gap_m), at_crossing_m) << "at a crossing";
       const double sign = next->kind == EventKind::enter ? 1.0 : -1.0;
-      EXPECT_GT(sign * gap_of(rows, watched.asked, next->entity, next->time - around), -certain_m);
-      EXPECT_LT(sign * gap_of(rows, watched.asked, next->entity, next->time + around), certain_m);
+      EXPECT_GT(sign * gap_of(rows, watched.definition, next->entity, next->time - around), -certain_m);
+      EXPECT_LT(sign * gap_of(rows, watched.definition, next->entity, next->time + around), certain_m);
       EXPECT_GE(next->time, from);
       EXPECT_LT(next->time, to);
     }
@@ -354,14 +360,14 @@ void run_world(std::uint32_t seed, Tally& tally) {
     alive.push_back(world.create(random_row(dice, 0), 0));
   constexpr std::size_t kept = 4;
   std::vector<Watched> all;
-  for (const Asked& asked : random_questions(dice, std::span(alive).first(kept)))
-    all.push_back({asked, watch(world, asked), {}, {}});
+  for (const Asked& definition : random_questions(dice, std::span(alive).first(kept)))
+    all.push_back({definition, watch(world, definition), {}, {}});
   std::int64_t now_ns = 0;
   for (int k = 0; k < versions; ++k) {
     const oracle::World rows = world.rows();
     const WorldTime from = rows.version_time();
     for (Watched& watched : all) {
-      // What the version brought by writing; crossings come with the next one.
+      // The effects of the version's writes; crossings follow with the next version.
       for (const StandingEvent& event : events_of(world, *watched.query))
         watched.waiting.push_back(event);
       for (const StandingEvent& event : watched.waiting) {
@@ -379,7 +385,7 @@ void run_world(std::uint32_t seed, Tally& tally) {
     for (std::size_t which = 0; which < all.size(); ++which) {
       Watched& watched = all[which];
       watched.waiting = events_of(world, *watched.query);
-      SCOPED_TRACE("seed " + std::to_string(seed) + ", version " + std::to_string(k) + ", question " +
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", version " + std::to_string(k) + ", spec " +
                    std::to_string(which));
       ASSERT_NO_FATAL_FAILURE(judge_motion(rows, watched, from, at_ns(now_ns), tally));
     }

@@ -1,4 +1,4 @@
-// Bad questions are refused when they are registered, with what was wrong.
+// Bad standing queries are refused at registration, with the wrong values.
 
 #include <gtest/gtest.h>
 
@@ -13,42 +13,49 @@ namespace rtstdb::standing::test {
 namespace {
 
 template <class Asked>
-void expect_refused(const Asked& asked, const std::string& words) {
-  const auto question = question_of(asked, "gate");
-  ASSERT_FALSE(question) << words;
-  EXPECT_EQ(question.error().code, ErrorCode::bad_input);
-  EXPECT_NE(question.error().message.find("standing query 'gate'"), std::string::npos);
-  EXPECT_NE(question.error().message.find(words), std::string::npos) << question.error().message;
+void expect_refused(const Asked& definition, const std::string& words) {
+  const auto spec = make_query_spec(definition, "gate");
+  ASSERT_FALSE(spec) << words;
+  EXPECT_EQ(spec.error().code, ErrorCode::bad_input);
+  EXPECT_NE(spec.error().message.find("standing query 'gate'"), std::string::npos);
+  EXPECT_NE(spec.error().message.find(words), std::string::npos) << spec.error().message;
 }
 
 TEST(Refusal, OfRegions) {
   StandingRegion good;
   good.region.half_extent_m = {1.0f, 2.0f, 3.0f};
-  ASSERT_TRUE(question_of(good, "gate"));
+  ASSERT_TRUE(make_query_spec(good, "gate"));
   const auto with = [&](const auto& change) {
-    StandingRegion asked = good;
-    change(asked);
-    return asked;
+    StandingRegion definition = good;
+    change(definition);
+    return definition;
   };
-  expect_refused(with([](auto& asked) { asked.region.center_m.y = NAN; }), "nan");
-  expect_refused(with([](auto& asked) { asked.region.center_m.z = 2e5f; }), "200000");
-  expect_refused(with([](auto& asked) { asked.region.half_extent_m.x = -0.5f; }), "-0.5, 2, 3");
-  expect_refused(with([](auto& asked) { asked.region.half_extent_m.x = INFINITY; }), "inf");
-  expect_refused(with([](auto& asked) { asked.region.q = {0.0f, 0.0f, 0.0f, 0.0f}; }), "orientation");
-  expect_refused(with([](auto& asked) { asked.region.q = {NAN, 0.0f, 0.0f, 0.0f}; }), "orientation");
-  expect_refused(with([](auto& asked) { asked.region.shape = static_cast<RegionShape>(7); }), "7, 0");
-  expect_refused(with([](auto& asked) { asked.target = static_cast<StandingTarget>(9); }), "9");
-  expect_refused(with([](auto& asked) {
-                   asked.region.shape = RegionShape::frustum;
-                   asked.region.near_m = 1.5f;
+  expect_refused(with([](auto& definition) { definition.region.center_m.y = NAN; }), "nan");
+  expect_refused(with([](auto& definition) { definition.region.center_m.z = 2e5f; }), "200000");
+  expect_refused(with([](auto& definition) { definition.region.half_extent_m.x = -0.5f; }), "-0.5, 2, 3");
+  expect_refused(with([](auto& definition) { definition.region.half_extent_m.x = INFINITY; }), "inf");
+  expect_refused(with([](auto& definition) {
+                   definition.region.q = {0.0f, 0.0f, 0.0f, 0.0f};
+                 }),
+                 "orientation");
+  expect_refused(with([](auto& definition) {
+                   definition.region.q = {NAN, 0.0f, 0.0f, 0.0f};
+                 }),
+                 "orientation");
+  expect_refused(with([](auto& definition) { definition.region.shape = static_cast<RegionShape>(7); }),
+                 "7, 0");
+  expect_refused(with([](auto& definition) { definition.target = static_cast<StandingTarget>(9); }), "9");
+  expect_refused(with([](auto& definition) {
+                   definition.region.shape = RegionShape::frustum;
+                   definition.region.near_m = 1.5f;
                  }),
                  "1.5, 1");
 }
 
-TEST(Refusal, OfRegionsThatHoldNobody) {
+TEST(Refusal, OfEmptyRegions) {
   StandingRegion flat;
   flat.region.half_extent_m = {1.0f, 0.0f, 3.0f};
-  EXPECT_TRUE(question_of(flat, "gate")) << "bounds can touch a curtain";
+  EXPECT_TRUE(make_query_spec(flat, "gate")) << "bounds can touch a curtain";
   flat.target = StandingTarget::center;
   expect_refused(flat, "empty");
   flat.target = StandingTarget::bounds;
@@ -64,65 +71,66 @@ TEST(Refusal, OfRegionsThatHoldNobody) {
 }
 
 TEST(Refusal, OfRays) {
-  StandingRay asked;
-  ASSERT_TRUE(question_of(asked, "gate"));
-  asked.ray.direction = {};
-  expect_refused(asked, "direction");
-  asked.ray.direction = {0.0f, NAN, 1.0f};
-  expect_refused(asked, "nan");
-  asked.ray = {};
-  asked.ray.lambda_min = 3.0f;
-  asked.ray.lambda_max = 2.0f;
-  expect_refused(asked, "3, 2");
-  asked.ray.lambda_min = -1.0f;
-  expect_refused(asked, "-1, 2");
-  asked.ray = {};
-  asked.ray.origin_m.x = -INFINITY;
-  expect_refused(asked, "-inf");
+  StandingRay definition;
+  ASSERT_TRUE(make_query_spec(definition, "gate"));
+  definition.ray.direction = {};
+  expect_refused(definition, "direction");
+  definition.ray.direction = {0.0f, NAN, 1.0f};
+  expect_refused(definition, "nan");
+  definition.ray = {};
+  definition.ray.lambda_min = 3.0f;
+  definition.ray.lambda_max = 2.0f;
+  expect_refused(definition, "3, 2");
+  definition.ray.lambda_min = -1.0f;
+  expect_refused(definition, "-1, 2");
+  definition.ray = {};
+  definition.ray.origin_m.x = -INFINITY;
+  expect_refused(definition, "-inf");
 }
 
 TEST(Refusal, OfNearest) {
-  StandingNearest asked;
-  ASSERT_TRUE(question_of(asked, "gate"));
-  asked.k = 0;
-  expect_refused(asked, "0, 32");
-  asked.k = max_neighbors + 1;
-  expect_refused(asked, "33, 32");
-  asked.k = 1;
-  asked.point.radius_m = -1.0f;
-  expect_refused(asked, "-1");
-  asked.point.radius_m = NAN;
-  expect_refused(asked, "nan");
-  asked.point.radius_m = 0.0f;
-  EXPECT_TRUE(question_of(asked, "gate")) << "bounds can hold the point";
-  asked.target = StandingTarget::center;
-  expect_refused(asked, "zero");
+  StandingNearest definition;
+  ASSERT_TRUE(make_query_spec(definition, "gate"));
+  definition.k = 0;
+  expect_refused(definition, "0, 32");
+  definition.k = max_neighbors + 1;
+  expect_refused(definition, "33, 32");
+  definition.k = 1;
+  definition.point.radius_m = -1.0f;
+  expect_refused(definition, "-1");
+  definition.point.radius_m = NAN;
+  expect_refused(definition, "nan");
+  definition.point.radius_m = 0.0f;
+  EXPECT_TRUE(make_query_spec(definition, "gate")) << "bounds can hold the point";
+  definition.target = StandingTarget::center;
+  expect_refused(definition, "zero");
 }
 
-TEST(Refusal, OfTheDeadAndOfRings) {
+TEST(Refusal, OfUnknownEntitiesAndRings) {
   FollowedWorld world;
   const EntityId alive = world.create(EntityRow{}, 0);
   const EntityId dead = world.create(EntityRow{}, 0);
   world.remove(dead, 0);
-  StandingRegion asked;
-  asked.region.half_extent_m = {1.0f, 1.0f, 1.0f};
+  StandingRegion definition;
+  definition.region.half_extent_m = {1.0f, 1.0f, 1.0f};
   const auto refused = [&](const StandingRegion& wanted, const StandingOptions& options) {
-    auto made = world.follower().watch(question_of(wanted, options.name).value(), options);
+    auto made = world.follower().watch(make_query_spec(wanted, options.name).value(), options);
     EXPECT_FALSE(made);
     return made ? std::string() : made.error().message;
   };
-  asked.region.carrier = dead;
-  EXPECT_EQ(refused(asked, {.name = "gate"}), "standing query 'gate': its carrier 2.1 does not live");
-  asked.region.carrier = alive;
-  asked.excluded = {dead.index, 7};
-  EXPECT_EQ(refused(asked, {.name = "gate"}), "standing query 'gate': the excluded entity 2.7 does not live");
-  asked.excluded = {};
-  EXPECT_NE(refused(asked, {.name = "gate", .ring_capacity = 1}).find("ring_capacity is 1"),
+  definition.region.carrier = dead;
+  EXPECT_EQ(refused(definition, {.name = "gate"}), "standing query 'gate': its carrier 2.1 does not exist");
+  definition.region.carrier = alive;
+  definition.excluded = {dead.index, 7};
+  EXPECT_EQ(refused(definition, {.name = "gate"}),
+            "standing query 'gate': the excluded entity 2.7 does not exist");
+  definition.excluded = {};
+  EXPECT_NE(refused(definition, {.name = "gate", .ring_capacity = 1}).find("ring_capacity is 1"),
             std::string::npos);
-  EXPECT_NE(refused(asked, {.name = "gate", .ring_capacity = max_standing_events + 1}).find("4194305"),
+  EXPECT_NE(refused(definition, {.name = "gate", .ring_capacity = max_standing_events + 1}).find("4194305"),
             std::string::npos);
   EXPECT_EQ(world.follower().counts().queries, 0u);
-  const auto query = world.watch(asked);
+  const auto query = world.watch(definition);
   EXPECT_EQ(world.follower().counts().queries, 1u);
 }
 

@@ -1,4 +1,5 @@
-// The bounds that searches trust: no point's path, seen from a body that moves too, bends or goes faster than they say.
+// The bounds of relative motion: no point exceeds the bounds of velocity and acceleration in the frame of a
+// moving body.
 
 #include "rtstdb/standing/relative_motion.hpp"
 
@@ -37,7 +38,7 @@ class RandomMotions {
 
 constexpr std::int64_t step_ns = 100'000;
 
-/// Differences of places at three instants, and what rounding makes of them.
+/// Velocity and acceleration from the differences of three positions, with their rounding error.
 struct Path {
   glm::dvec3 v{0.0}, a{0.0};
   template <class Place>
@@ -52,7 +53,7 @@ struct Path {
 };
 constexpr double rounding = 2e-4;
 
-TEST(RelativeMotion, NoPathBendsMoreThanItsBounds) {
+TEST(RelativeMotion, NoPointExceedsItsBounds) {
   RandomMotions dice(3);
   double tightest = 0.0;
   for (int round = 0; round < 4000; ++round) {
@@ -69,11 +70,11 @@ TEST(RelativeMotion, NoPathBendsMoreThanItsBounds) {
     if (dice.one_in(3) && from.w_world_radps != glm::dvec3(0.0))
       n = glm::conjugate(from.q_world) * glm::normalize(from.w_world_radps);
     const double lever_m = glm::length(r);
-    const auto of_bounds = motion.of_seen(a, b, lever_m);
-    const auto from_bounds = motion.from_seen(a, b, lever_m);
-    const double of_bend = motion.of_bend(a, b, n, lever_m);
-    const double from_bend = motion.from_bend(a, b, n, lever_m);
-    const auto turn = motion.turn(n);
+    const auto target_bounds = motion.target_bounds(a, b, lever_m);
+    const auto observer_bounds = motion.observer_bounds(a, b, lever_m);
+    const double target_acceleration = motion.target_acceleration(a, b, n, lever_m);
+    const double observer_acceleration = motion.observer_acceleration(a, b, n, lever_m);
+    const auto edge_bounds = motion.direction_bounds(n);
     for (int k = 0; k < 8; ++k) {
       const auto ns =
           begin_ns + static_cast<std::int64_t>(dice.from(0.0, 1.0) * static_cast<double>(end_ns - begin_ns));
@@ -81,27 +82,29 @@ TEST(RelativeMotion, NoPathBendsMoreThanItsBounds) {
         const auto view = motion.at(t);
         return view.offset_m + view.rotation * r;
       });
-      ASSERT_LE(glm::length(seen.v), of_bounds.speed_mps + rounding) << round;
-      ASSERT_LE(glm::length(seen.a), of_bounds.acceleration_mps2 + rounding) << round;
-      ASSERT_LE(std::abs(glm::dot(n, seen.a)), of_bend + rounding) << round;
+      ASSERT_LE(glm::length(seen.v), target_bounds.speed_mps + rounding) << round;
+      ASSERT_LE(glm::length(seen.a), target_bounds.acceleration_mps2 + rounding) << round;
+      ASSERT_LE(std::abs(glm::dot(n, seen.a)), target_acceleration + rounding) << round;
       const Path back(ns, [&](std::int64_t t) {
         const auto view = motion.at(t);
         return (r - view.offset_m) * view.rotation;
       });
-      ASSERT_LE(glm::length(back.v), from_bounds.speed_mps + rounding) << round;
-      ASSERT_LE(glm::length(back.a), from_bounds.acceleration_mps2 + rounding) << round;
-      ASSERT_LE(std::abs(glm::dot(n, back.a)), from_bend + rounding) << round;
+      ASSERT_LE(glm::length(back.v), observer_bounds.speed_mps + rounding) << round;
+      ASSERT_LE(glm::length(back.a), observer_bounds.acceleration_mps2 + rounding) << round;
+      ASSERT_LE(std::abs(glm::dot(n, back.a)), observer_acceleration + rounding) << round;
       const Path edge(ns, [&](std::int64_t t) { return motion.at(t).rotation * n; });
-      ASSERT_LE(glm::length(edge.v), turn.rate + rounding) << round;
-      ASSERT_LE(glm::length(edge.a), turn.bend + rounding) << round;
-      if (of_bend > 1.0) tightest = std::max(tightest, std::abs(glm::dot(n, seen.a)) / of_bend);
+      ASSERT_LE(glm::length(edge.v), edge_bounds.rate + rounding) << round;
+      ASSERT_LE(glm::length(edge.a), edge_bounds.second_derivative + rounding) << round;
+      if (target_acceleration > 1.0)
+        tightest = std::max(tightest, std::abs(glm::dot(n, seen.a)) / target_acceleration);
     }
   }
   EXPECT_GT(tightest, 0.9) << "and they are no idle bounds";
 }
 
-/// Bodies that turn alike, do not turn, or turn about the axis that is looked along: nothing bends there, so a search needs two looks.
-TEST(RelativeMotion, WhatStaysStraightIsKnownToBe) {
+/// Bodies that rotate alike, do not rotate, or rotate about the tested axis: the bound along the axis is
+/// zero, so a search needs two samples.
+TEST(RelativeMotion, StraightPathsHaveZeroBounds) {
   Motion car;
   car.p_world_m = {5.0, 7.0, 0.0};
   car.v_world_mps = {20.0, 3.0, 0.0};
@@ -109,7 +112,7 @@ TEST(RelativeMotion, WhatStaysStraightIsKnownToBe) {
   const glm::dvec3 up(0.0, 0.0, 1.0);
   const auto bends = [&](const Motion& of, const Motion& from, const glm::dvec3& n) {
     const RelativeMotion motion(of, from);
-    return motion.of_bend(motion.at(0), motion.at(2'000'000'000), n, 3.0);
+    return motion.target_acceleration(motion.at(0), motion.at(2'000'000'000), n, 3.0);
   };
   Motion straight = car;
   straight.w_world_radps = {};

@@ -1,4 +1,5 @@
-// Many threads at once: writers commit, readers fetch, queries come and go. For the thread sanitizer, and for what must hold all the same.
+// Many threads at the same time: writers commit, readers fetch, queries are registered and destroyed. For the
+// thread sanitizer, and for the consistency of the events.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,7 @@ EntityRow somewhere(std::mt19937& random, GeometryId cube) {
   return row_of(cube, {anywhere(), anywhere(), 0.0}, {anywhere(), anywhere(), 0.0});
 }
 
-TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
+TEST(Threads, WritersReadersAndShortLivedQueries) {
   FollowedWorld world({.max_entities = 256, .feed_capacity = 256});
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   std::mt19937 random(3);
@@ -31,9 +32,9 @@ TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
   alive.reserve(50);
   for (int k = 0; k < 50; ++k)
     alive.push_back(world.create(somewhere(random, cube), 0));
-  StandingRegion asked;
-  asked.region.half_extent_m = {8.0f, 8.0f, 8.0f};
-  const auto lasting = world.watch(asked, {.name = "gate", .ring_capacity = 32});
+  StandingRegion definition;
+  definition.region.half_extent_m = {8.0f, 8.0f, 8.0f};
+  const auto lasting = world.watch(definition, {.name = "gate", .ring_capacity = 32});
   std::atomic<bool> over{false};
 
   std::thread reader([&] {
@@ -46,7 +47,7 @@ TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
     };
     while (!over.load())
       fetch();
-    // All that came is consistent: Members says so. The last list makes it true.
+    // Members checks that the events are consistent. After the last list, it is correct.
     const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
     world.catch_up(*lasting);
     do {
@@ -56,7 +57,7 @@ TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
     } while (!members.whole(*lasting));
     while (fetch() > 0) {
     }
-    Region region = asked.region;
+    Region region = definition.region;
     const oracle::World rows = world.rows();
     region.t = rows.version_time();
     EXPECT_EQ(members.all(), oracle::found(oracle::gaps(rows, region)));
@@ -70,7 +71,7 @@ TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
       while (!over.load()) {
         std::unique_ptr<StandingQuery> query;
         if (own() % 2 == 0) {
-          query = world.watch(asked, {.name = "gate", .ring_capacity = 8});
+          query = world.watch(definition, {.name = "gate", .ring_capacity = 8});
         } else {
           StandingNearest nearest;
           nearest.k = 1 + static_cast<std::uint32_t>(own() % 6);
@@ -100,7 +101,7 @@ TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
         for (int n = 0; n < 3; ++n)
           transaction->update(alive[own() % alive.size()], somewhere(own, cube));
         world.engine().submit(*transaction);
-        world.engine().wait(*transaction);  // another may have taken time further: then it is refused
+        world.engine().wait(*transaction);  // refused if another writer has advanced the time further
       }
     });
   }
@@ -114,17 +115,17 @@ TEST(Threads, WritersReadersAndQueriesThatComeAndGo) {
   EXPECT_GT(world.engine().counts().committed, static_cast<std::uint64_t>(versions) / 4);
 }
 
-TEST(Threads, ADatabaseThatClosesHasItsFollowerEnded) {
+TEST(Threads, ClosingTheDatabaseEndsTheFollower) {
   for (int k = 0; k < 20; ++k) {
     FollowedWorld world;
     const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
     world.create(row_of(cube), 0);
-    StandingRegion asked;
-    asked.region.half_extent_m = {8.0f, 8.0f, 8.0f};
-    auto query = world.watch(asked);
+    StandingRegion definition;
+    definition.region.half_extent_m = {8.0f, 8.0f, 8.0f};
+    auto query = world.watch(definition);
     world.create(row_of(cube), 0);
     query.reset();
-    if (k % 2 == 0) query = world.watch(asked);
+    if (k % 2 == 0) query = world.watch(definition);
   }
 }
 

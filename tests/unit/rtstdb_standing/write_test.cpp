@@ -1,4 +1,5 @@
-// What writes do to members at once: they appear, jump, go, become another; carriers too, and shapes.
+// The immediate effects of writes on members: entities and carriers are created, jump, are removed, and
+// replaced; shapes change.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ class Writes : public testing::Test {
  protected:
   Writes() {
     cube = world.add(make_box({1.0, 1.0, 1.0}));
-    asked.region.half_extent_m = {5.0f, 5.0f, 5.0f};
+    definition.region.half_extent_m = {5.0f, 5.0f, 5.0f};
   }
 
   struct Told {
@@ -23,8 +24,8 @@ class Writes : public testing::Test {
     EntityId entity;
     friend bool operator==(const Told&, const Told&) = default;
   };
-  /// Those by writes, all at this time.
-  std::vector<Told> told(StandingQuery& query, std::int64_t ns) {
+  /// The events with EventCause::write, all at this time.
+  std::vector<Told> events(StandingQuery& query, std::int64_t ns) {
     std::vector<Told> all;
     for (const StandingEvent& event : events_of(world, query)) {
       if (event.cause == EventCause::list) continue;
@@ -38,36 +39,36 @@ class Writes : public testing::Test {
 
   FollowedWorld world;
   GeometryId cube;
-  StandingRegion asked;
+  StandingRegion definition;
 };
 
 TEST_F(Writes, CreateJumpMaskAndRemove) {
-  const auto query = world.watch(asked);
-  EXPECT_TRUE(told(*query, 0).empty());
+  const auto query = world.watch(definition);
+  EXPECT_TRUE(events(*query, 0).empty());
   const EntityId one = world.create(row_of(cube), 10);
-  EXPECT_EQ(told(*query, 10), (std::vector<Told>{{enter, one}}));
+  EXPECT_EQ(events(*query, 10), (std::vector<Told>{{enter, one}}));
   world.update(one, row_of(cube, {20.0, 0.0, 0.0}), 20);
-  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{exit, one}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{exit, one}}));
   world.update(one, row_of(cube, {5.5, 0.0, 0.0}), 20);  // touches
-  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{enter, one}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{enter, one}}));
   EntityRow unseen = row_of(cube);
   unseen.mask = 0;
   world.update(one, unseen, 30);
-  EXPECT_EQ(told(*query, 30), (std::vector<Told>{{exit, one}}));
+  EXPECT_EQ(events(*query, 30), (std::vector<Told>{{exit, one}}));
   world.update(one, row_of(GeometryId{}), 31);
-  EXPECT_TRUE(told(*query, 31).empty());
+  EXPECT_TRUE(events(*query, 31).empty());
   world.update(one, row_of(cube), 32);
-  EXPECT_EQ(told(*query, 32), (std::vector<Told>{{enter, one}}));
+  EXPECT_EQ(events(*query, 32), (std::vector<Told>{{enter, one}}));
   world.remove(one, 40);
-  EXPECT_EQ(told(*query, 40), (std::vector<Told>{{exit, one}}));
+  EXPECT_EQ(events(*query, 40), (std::vector<Told>{{exit, one}}));
 }
 
-TEST_F(Writes, AnIndexThatIsUsedAgainIsAnotherEntity) {
+TEST_F(Writes, ReusedIndexIsAnotherEntity) {
   const EntityId one = world.create(row_of(cube), 0);
-  const auto region = world.watch(asked);
+  const auto region = world.watch(definition);
   const auto nearest = world.watch(StandingNearest{});
-  static_cast<void>(told(*region, 0));
-  static_cast<void>(told(*nearest, 0));
+  static_cast<void>(events(*region, 0));
+  static_cast<void>(events(*nearest, 0));
   EntityId other;
   std::uint32_t ordinal = 0;
   Transaction* used = nullptr;
@@ -80,16 +81,16 @@ TEST_F(Writes, AnIndexThatIsUsedAgainIsAnotherEntity) {
       10);
   other = used->created(ordinal);
   ASSERT_EQ(other.index, one.index);
-  EXPECT_EQ(told(*region, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
-  EXPECT_EQ(told(*nearest, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
+  EXPECT_EQ(events(*region, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
+  EXPECT_EQ(events(*nearest, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
 }
 
-TEST_F(Writes, ACarrierThatJumpsTakesTheQuestionAlong) {
+TEST_F(Writes, JumpingCarrierMovesTheQuery) {
   const EntityId carrier = world.create(EntityRow{}, 0);
   const EntityId here = world.create(row_of(cube), 0);
   const EntityId there = world.create(row_of(cube, {100.0, 0.0, 0.0}), 0);
-  asked.region.carrier = carrier;
-  const auto region = world.watch(asked);
+  definition.region.carrier = carrier;
+  const auto region = world.watch(definition);
   StandingNearest point;
   point.point.carrier = carrier;
   const auto nearest = world.watch(point);
@@ -99,68 +100,68 @@ TEST_F(Writes, ACarrierThatJumpsTakesTheQuestionAlong) {
   beam.ray.carrier = carrier;
   const auto ray = world.watch(beam);
   for (StandingQuery* query : {region.get(), nearest.get(), ray.get()})
-    static_cast<void>(told(*query, 0));
+    static_cast<void>(events(*query, 0));
   EntityRow jumped;
   jumped.motion.p_world_m = {100.0, 0.0, 0.0};
   world.update(carrier, jumped, 10);
   for (StandingQuery* query : {region.get(), nearest.get(), ray.get()})
-    EXPECT_EQ(told(*query, 10), (std::vector<Told>{{exit, here}, {enter, there}}));
+    EXPECT_EQ(events(*query, 10), (std::vector<Told>{{exit, here}, {enter, there}}));
 }
 
-TEST_F(Writes, WhenTheCarrierIsRemovedAllLeaveAndTheQueryHasEnded) {
+TEST_F(Writes, RemovingTheCarrierEndsTheQuery) {
   const EntityId carrier = world.create(EntityRow{}, 0);
   const EntityId one = world.create(row_of(cube), 0);
-  asked.region.carrier = carrier;
-  const auto query = world.watch(asked, {.name = "bumper"});
-  static_cast<void>(told(*query, 0));
+  definition.region.carrier = carrier;
+  const auto query = world.watch(definition, {.name = "bumper"});
+  static_cast<void>(events(*query, 0));
   EXPECT_EQ(query->status(), StandingStatus::following);
   EXPECT_EQ(query->reason(), "");
   world.remove(carrier, 10);
-  EXPECT_EQ(told(*query, 10), (std::vector<Told>{{exit, one}}));
+  EXPECT_EQ(events(*query, 10), (std::vector<Told>{{exit, one}}));
   const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   while (query->status() == StandingStatus::following && std::chrono::steady_clock::now() < patience)
     std::this_thread::yield();
   EXPECT_EQ(query->status(), StandingStatus::ended);
   EXPECT_EQ(query->reason(), "standing query 'bumper': its carrier was removed");
-  // Who takes its index carries nothing.
+  // An entity with the same index is not the carrier.
   world.create(EntityRow{}, 20);
   world.create(row_of(cube), 30);
-  EXPECT_TRUE(told(*query, 30).empty());
+  EXPECT_TRUE(events(*query, 30).empty());
 }
 
-TEST_F(Writes, TheExcludedIsNeverAMember) {
+TEST_F(Writes, ExcludedEntityIsNeverAMember) {
   const EntityId self = world.create(row_of(cube), 0);
   const EntityId other = world.create(row_of(cube, {2.0, 0.0, 0.0}), 0);
-  asked.excluded = self;
-  asked.region.carrier = self;
-  const auto query = world.watch(asked);
+  definition.excluded = self;
+  definition.region.carrier = self;
+  const auto query = world.watch(definition);
   Members members;
   members.take(events_of(world, *query));
   EXPECT_EQ(members.all(), std::vector{other});
 }
 
-TEST_F(Writes, ShapesThatChangeMoveTheBounds) {
+TEST_F(Writes, ShapeChangesMoveTheBounds) {
   const TriangleMesh flat = make_box({1.0, 1.0, 1.0});
   const GeometryId soft = world.add(flat, true);
   TriangleMesh wide = flat;
   for (glm::vec3& p : wide.positions_m)
     p.x *= 20.0f;
   const EntityId before = world.create(row_of(soft, {12.0, 0.0, 0.0}), 0);
-  const auto query = world.watch(asked);
-  EXPECT_TRUE(told(*query, 0).empty());
+  const auto query = world.watch(definition);
+  EXPECT_TRUE(events(*query, 0).empty());
   world.execute([&](Transaction& transaction) { transaction.update_geometry(soft, wide.positions_m); }, 10);
-  EXPECT_EQ(told(*query, 10), (std::vector<Told>{{enter, before}}));
-  // Who registers later sees the shape as it stands.
-  const auto later = world.watch(asked);
+  EXPECT_EQ(events(*query, 10), (std::vector<Told>{{enter, before}}));
+  // A query registered later uses the current shape.
+  const auto later = world.watch(definition);
   Members members;
   members.take(events_of(world, *later));
   EXPECT_EQ(members.all(), std::vector{before});
   world.execute([&](Transaction& transaction) { transaction.update_geometry(soft, flat.positions_m); }, 20);
-  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{exit, before}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{exit, before}}));
 }
 
-/// When hardly anybody is left, the far count too, who were not watched closely while there were many.
-TEST_F(Writes, TheFarAreFoundWhenTheNearHaveGone) {
+/// When few entities are left, distant ones become members that were outside the guard while there were many.
+TEST_F(Writes, DistantEntitiesAreFoundAfterNearOnesAreRemoved) {
   StandingNearest point;
   point.k = 3;
   std::vector<EntityId> near;
@@ -180,17 +181,18 @@ TEST_F(Writes, TheFarAreFoundWhenTheNearHaveGone) {
   members.take(events_of(world, *query));
   EXPECT_EQ(members.all(), std::vector{near[0]});
   const EntityId far = world.create(row_of(cube, {900.0, 0.0, 0.0}), 20);
-  EXPECT_EQ(told(*query, 20), (std::vector<Told>{{enter, far}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{enter, far}}));
 }
 
-/// The nearest of those that the point lies inside of is that with the lowest index, whoever was there first.
-TEST_F(Writes, AmongThoseThatHoldThePointTheLowestIndexCounts) {
+/// Of the entities that contain the point, the one with the lowest index is the nearest, whichever was there
+/// first.
+TEST_F(Writes, LowestIndexOfThoseThatContainThePoint) {
   const EntityId low = world.create(row_of(cube, {-3.0, 0.0, 0.0}, {1.0, 0.0, 0.0}), 0);
   const EntityId high = world.create(row_of(cube), 0);
   const auto query = world.watch(StandingNearest{});
   world.pass(4'000'000'000);
   const auto events = events_of(world, *query);
-  ASSERT_EQ(events.size(), 7u);  // reset, present, complete; low comes, high goes, and back
+  ASSERT_EQ(events.size(), 7u);  // reset, present, complete; low enters, high exits, and back
   EXPECT_EQ(events[1].entity, high);
   EXPECT_EQ(events[3].entity, low);
   EXPECT_EQ(events[3].kind, enter);

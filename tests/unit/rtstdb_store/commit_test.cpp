@@ -94,11 +94,11 @@ TEST(Commit, StagingTellsWhatAMotionLeavesAsItWas) {
       2, {update_motion({0, 1}, first), update_motion({0, 1}, second), update_motion({1, 1}, row.motion)});
   ASSERT_FALSE(commit(store, set));
   EXPECT_EQ(set.writes[0].unchanged, all_motion_words & ~(1u << 0 | 1u << 10));
-  EXPECT_EQ(set.writes[0].follows, 1u);
+  EXPECT_EQ(set.writes[0].base_version_low, 1u);
   EXPECT_EQ(set.writes[1].unchanged, all_motion_words & ~(1u << 13));
-  EXPECT_EQ(set.writes[1].follows, 2u) << "the write before it, of the same version";
+  EXPECT_EQ(set.writes[1].base_version_low, 2u) << "the write before it, of the same version";
   EXPECT_EQ(set.writes[2].unchanged, all_motion_words);
-  EXPECT_EQ(set.writes[2].follows, 1u);
+  EXPECT_EQ(set.writes[2].base_version_low, 1u);
 }
 
 struct Refusal {

@@ -54,7 +54,7 @@ TEST_F(ThreeVersions, AsOfATimeReadsTheVersionThatCoversIt) {
 }
 
 TEST_F(ThreeVersions, AreAllThatIsKnownWhereTheyEnd) {
-  store_.ends_at(world_time_ns(25));
+  store_.end_history_at(world_time_ns(25));
   EXPECT_EQ(read(store_, ReadAt::as_of(world_time_ns(24))).version(), 3u);
   EXPECT_EQ(refused(store_, ReadAt::as_of(world_time_ns(25))).reason, BadInputReason::beyond_history);
   EXPECT_EQ(refused(store_, ReadAt::as_of(WorldTime::max())).reason, BadInputReason::beyond_history);

@@ -16,9 +16,9 @@ namespace {
 /// Each block done once, by whom.
 struct Done {
   explicit Done(std::uint32_t count) : times(count, 0), by(count, 9) {}
-  void mark(std::uint32_t block, std::uint32_t hand) {
+  void mark(std::uint32_t block, std::uint32_t thread) {
     ++times[block];
-    by[block] = hand;
+    by[block] = thread;
   }
   std::vector<int> times;
   std::vector<std::uint32_t> by;
@@ -29,21 +29,21 @@ TEST(ForkJoin, DoesEachBlockOnceAndShowsWhatWasDone) {
   for (std::uint32_t round = 0; round < 3000; ++round) {
     const std::uint32_t count = round % 70;
     Done done(count);
-    both.each(count, [&](std::uint32_t block, std::uint32_t hand) { done.mark(block, hand); });
+    both.for_each_block(count, [&](std::uint32_t block, std::uint32_t thread) { done.mark(block, thread); });
     EXPECT_EQ(done.times, std::vector<int>(count, 1)) << "round " << round;
-    for (const std::uint32_t hand : done.by)
-      EXPECT_LT(hand, ForkJoin::hands);
+    for (const std::uint32_t thread : done.by)
+      EXPECT_LT(thread, ForkJoin::thread_count);
   }
 }
 
 TEST(ForkJoin, BothTakeBlocks) {
   ForkJoin both(0);
   // Whoever takes one stays until the other has, too: this ends only when the other thread comes.
-  std::array<std::atomic<bool>, ForkJoin::hands> came{};
-  both.each(2, [&](std::uint32_t, std::uint32_t hand) {
-    came[hand] = true;
-    came[hand].notify_all();
-    came[1 - hand].wait(false);
+  std::array<std::atomic<bool>, ForkJoin::thread_count> came{};
+  both.for_each_block(2, [&](std::uint32_t, std::uint32_t thread) {
+    came[thread] = true;
+    came[thread].notify_all();
+    came[1 - thread].wait(false);
   });
   EXPECT_TRUE(came[0]);
   EXPECT_TRUE(came[1]);
@@ -54,8 +54,8 @@ TEST(ForkJoin, WaitsForWhatTheOtherHasBegun) {
   for (int round = 0; round < 20; ++round) {
     std::atomic<bool> other_is_inside{false};
     bool other_has_ended = false;
-    both.each(2, [&](std::uint32_t, std::uint32_t hand) {
-      if (hand == 0) return other_is_inside.wait(false);
+    both.for_each_block(2, [&](std::uint32_t, std::uint32_t thread) {
+      if (thread == 0) return other_is_inside.wait(false);
       other_is_inside = true;
       other_is_inside.notify_all();
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -69,7 +69,7 @@ TEST(ForkJoin, ASingleBlockStaysWithTheCaller) {
   ForkJoin both(0);
   for (int round = 0; round < 1000; ++round) {
     std::thread::id by;
-    both.each(1, [&](std::uint32_t, std::uint32_t) { by = std::this_thread::get_id(); });
+    both.for_each_block(1, [&](std::uint32_t, std::uint32_t) { by = std::this_thread::get_id(); });
     EXPECT_EQ(by, std::this_thread::get_id());
   }
 }
@@ -78,7 +78,7 @@ TEST(ForkJoin, ComesAndGoes) {
   for (int round = 0; round < 300; ++round) {
     ForkJoin both(0);
     std::atomic<int> done{0};
-    if (round % 2 == 0) both.each(8, [&](std::uint32_t, std::uint32_t) { ++done; });
+    if (round % 2 == 0) both.for_each_block(8, [&](std::uint32_t, std::uint32_t) { ++done; });
     EXPECT_EQ(done, round % 2 == 0 ? 8 : 0);
   }
 }
@@ -90,7 +90,7 @@ TEST(ForkJoin, AllocatesNothing) {
   guard::reset();
   guard::enter_tick();
   for (int round = 0; round < 100; ++round)
-    both.each(64, [&](std::uint32_t block, std::uint32_t hand) { done.mark(block, hand); });
+    both.for_each_block(64, [&](std::uint32_t block, std::uint32_t thread) { done.mark(block, thread); });
   guard::leave_tick();
   EXPECT_EQ(guard::seen().total(), 0u);
 }

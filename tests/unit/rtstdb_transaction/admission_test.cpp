@@ -23,7 +23,7 @@ class Admission : public testing::Test {
       if (happens && request.query == &large_ && first > 0) std::exchange(happens, nullptr)();
     };
     // Until it is known.
-    for (std::uint32_t k = 0; k < 2 * CostModel::samples_needed; ++k) {
+    for (std::uint32_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
       const std::uint32_t count = 100 * (1 + k % 4);
       ask(*transaction_, small_, terms(DeadlineClass::soft), count);
       world_.execute(*transaction_);
@@ -160,7 +160,7 @@ TEST_F(Admission, CountsOnGapsThatTakeAsLongAsTheyDid) {
     if (request.query != &large_) return;
     if (++gaps == 1) ask_firm();
     if (gaps == 2) before = transaction_->status();
-    world_.executor.outer_takes = gap;
+    if (gaps == 2) world_.executor.while_draining = [&] { world_.clock.advance(gap); };
     if (gaps >= 2 && gaps < 20) {
       ask(*passing, passes, terms(DeadlineClass::soft, ClockTime::max(), 7), 100);
       world_.engine.submit(*passing);
@@ -175,7 +175,7 @@ TEST_F(Admission, CountsOnGapsThatTakeAsLongAsTheyDid) {
   };
   ask(*running_, large_, terms(DeadlineClass::soft), 20'000);
   world_.execute(*running_);
-  world_.executor.outer_takes = Nanoseconds(0);
+  world_.executor.while_draining = nullptr;
   EXPECT_EQ(before, Status::committed) << "in time while gaps took no longer than was thought";
   EXPECT_GE(gaps, 20);
 }

@@ -24,7 +24,7 @@ TEST(Allocation, TicksAllocateNothing) {
   changed.reserve(64);
   Version device_version = 0;
   int runs = 0;
-  world.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+  world.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
     changed.clear();
     static_cast<void>(rows.changed_between(device_version, changed));
     device_version = rows.version();

@@ -1,4 +1,4 @@
-#include "rtstdb/transaction/cost_model.hpp"
+#include "rtstdb/scheduler/cost_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,9 @@
 namespace rtstdb::transaction::test {
 namespace {
 
+using scheduler::CostLine;
+using scheduler::CostModel;
+
 store::WriteSet rows(std::size_t count) {
   store::WriteSet set;
   set.writes.resize(count);
@@ -18,90 +21,90 @@ store::WriteSet rows(std::size_t count) {
 TEST(CostLine, FindsBaseAndSlopeInNoise) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 2000.0);
-  query::CostSamples line;
+  CostLine line;
   for (int k = 0; k < 500; ++k) {
     const double count = 1.0 + static_cast<double>(random() % 1000);
-    learn(line, count, 50'000.0 + 120.0 * count + noise(random));
+    line.learn(count, 50'000.0 + 120.0 * count + noise(random));
   }
-  EXPECT_NEAR(predict_ns(line, 0), 50'000.0, 3000.0);
-  EXPECT_NEAR(predict_ns(line, 1000), 170'000.0, 3000.0);
+  EXPECT_NEAR(line.predict_ns(0), 50'000.0, 3000.0);
+  EXPECT_NEAR(line.predict_ns(1000), 170'000.0, 3000.0);
 }
 
 TEST(CostLine, FollowsAChangedMachine) {
-  query::CostSamples line;
+  CostLine line;
   for (int k = 0; k < 500; ++k)
-    learn(line, k % 50, 1000.0 + 10.0 * (k % 50));
+    line.learn(k % 50, 1000.0 + 10.0 * (k % 50));
   for (int k = 0; k < 400; ++k)
-    learn(line, k % 50, 9000.0 + 40.0 * (k % 50));
-  EXPECT_NEAR(predict_ns(line, 20), 9800.0, 100.0);
+    line.learn(k % 50, 9000.0 + 40.0 * (k % 50));
+  EXPECT_NEAR(line.predict_ns(20), 9800.0, 100.0);
 }
 
 /// The world has grown, or has been emptied. One sample is a hiccup of the machine; a second like it is none.
 TEST(CostLine, FollowsSoonWhereCostsAreFarFromWhatTheyWere) {
   for (const double now_ns : {20'000.0, 50.0}) {
     SCOPED_TRACE(now_ns);
-    query::CostSamples line;
+    CostLine line;
     const auto learn_some = [&](int how_many, double cost_ns) {
       for (int k = 0; k < how_many; ++k)
-        learn(line, 64, cost_ns);
+        line.learn(64, cost_ns);
     };
     learn_some(200, 1000.0);
     learn_some(1, now_ns);
-    EXPECT_NEAR(predict_ns(line, 64), 1000.0, 400.0);
+    EXPECT_NEAR(line.predict_ns(64), 1000.0, 400.0);
     learn_some(20, 1000.0);
     learn_some(1, now_ns);
-    EXPECT_NEAR(predict_ns(line, 64), 1000.0, 700.0) << "others lay between them";
+    EXPECT_NEAR(line.predict_ns(64), 1000.0, 700.0) << "others lay between them";
     learn_some(4, now_ns);
-    EXPECT_LT(predict_ns(line, 64), 4.0 * now_ns);
-    EXPECT_GT(promised_ns(line, 64), now_ns);
+    EXPECT_LT(line.predict_ns(64), 4.0 * now_ns);
+    EXPECT_GT(line.promised_ns(64), now_ns);
   }
 }
 
 TEST(CostLine, OfCountsSeenLongAgoNothingIsMade) {
-  query::CostSamples line;
-  learn(line, 1, 1000.0);
+  CostLine line;
+  line.learn(1, 1000.0);
   for (int k = 0; k < 2'000; ++k)
-    learn(line, 0, k % 3 == 0 ? 0.0 : 1000.0);
-  EXPECT_LT(predict_ns(line, 16), 20'000.0);
+    line.learn(0, k % 3 == 0 ? 0.0 : 1000.0);
+  EXPECT_LT(line.predict_ns(16), 20'000.0);
 }
 
 TEST(CostLine, OneCountSaysLittleAboutOthers) {
-  query::CostSamples line;
-  EXPECT_EQ(predict_ns(line, 5), 0.0);
+  CostLine line;
+  EXPECT_EQ(line.predict_ns(5), 0.0);
   for (int k = 0; k < 50; ++k)
-    learn(line, 64, 1000.0);
-  EXPECT_NEAR(predict_ns(line, 64), 1000.0, 1e-6);
-  EXPECT_NEAR(predict_ns(line, 128), 2000.0, 1e-6);
-  EXPECT_NEAR(predict_ns(line, 1), 1000.0, 1e-6);
+    line.learn(64, 1000.0);
+  EXPECT_NEAR(line.predict_ns(64), 1000.0, 1e-6);
+  EXPECT_NEAR(line.predict_ns(128), 2000.0, 1e-6);
+  EXPECT_NEAR(line.predict_ns(1), 1000.0, 1e-6);
 }
 
 TEST(CostLine, NeverFallsNorGoesBelowZero) {
-  query::CostSamples falling;
+  CostLine falling;
   for (int k = 0; k < 50; ++k)
-    learn(falling, k, 1000.0 - k);
-  EXPECT_GE(predict_ns(falling, 1e6), predict_ns(falling, 0));
-  query::CostSamples steep;
+    falling.learn(k, 1000.0 - k);
+  EXPECT_GE(falling.predict_ns(1e6), falling.predict_ns(0));
+  CostLine steep;
   for (int k = 0; k < 50; ++k)
-    learn(steep, k, static_cast<double>(k * k));
+    steep.learn(k, static_cast<double>(k * k));
   for (const double count : {0.0, 1.0, 10.0, 1000.0})
-    EXPECT_GE(predict_ns(steep, count), 0.0) << count;
+    EXPECT_GE(steep.predict_ns(count), 0.0) << count;
 }
 
 TEST(CostLine, RemembersHowFarTheLastSamplesLayAbove) {
-  query::CostSamples line;
+  CostLine line;
   for (int k = 0; k < 100; ++k)
-    learn(line, 64, 1000.0);
-  EXPECT_NEAR(line.above, 1.0, 1e-9);
-  learn(line, 64, 2500.0);
-  EXPECT_NEAR(line.above, 2.5, 1e-6);
-  learn(line, 64, 1e9);
-  EXPECT_EQ(line.above, 4.0) << "what the operating system did is not promised";
+    line.learn(64, 1000.0);
+  EXPECT_NEAR(line.above(), 1.0, 1e-9);
+  line.learn(64, 2500.0);
+  EXPECT_NEAR(line.above(), 2.5, 1e-6);
+  line.learn(64, 1e9);
+  EXPECT_EQ(line.above(), 4.0) << "what the operating system did is not promised";
   for (int k = 0; k < 1000; ++k)
-    learn(line, 64, 1000.0);
-  EXPECT_GT(line.above, 1.5) << "what happens once in a thousand times";
+    line.learn(64, 1000.0);
+  EXPECT_GT(line.above(), 1.5) << "what happens once in a thousand times";
   for (int k = 0; k < 9000; ++k)
-    learn(line, 64, 1000.0);
-  EXPECT_LT(line.above, 1.01);
+    line.learn(64, 1000.0);
+  EXPECT_LT(line.above(), 1.01);
 }
 
 TEST(CostModel, APreparedQueryIsPredictedByItsOwnOnceItIsKnown) {
@@ -114,7 +117,7 @@ TEST(CostModel, APreparedQueryIsPredictedByItsOwnOnceItIsKnown) {
     const query::Request request{&query, 100};
     return model.predict(rows(0), std::span(&request, 1))->mean;
   };
-  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
+  for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
     const query::Request requests[] = {{&cheap, 100}, {&dear, 100}};
     model.learn_writes(rows(0), Nanoseconds(0));
     model.learn_queries(std::span(requests).first(1), Nanoseconds(10'000));
@@ -175,7 +178,7 @@ TEST(CostModel, WhatOthersOfItsKindCostSaysLittle) {
   CostModel model;
   SimulatedQuery known(10'000), unknown(10'000);
   const query::Request request{&known, 1'000};
-  for (std::uint64_t k = 0; k < CostModel::own_samples_needed; ++k)
+  for (std::uint64_t k = 0; k < CostModel::min_query_samples; ++k)
     model.learn_queries(std::span(&request, 1), Nanoseconds(500'000));
   EXPECT_EQ(divided(model, known, 1'900).per_chunk, 0u);
   EXPECT_EQ(divided(model, known, 2'100).per_chunk, 1'000u);
@@ -189,7 +192,7 @@ TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
   SimulatedQuery query(10'000);
   const auto run = [&](const query::Request& request, Nanoseconds cost,
                        const query::StructureWork& structures = {}) {
-    model.learn_dearest(std::span(&request, 1), cost, structures);
+    model.learn_worst_elements(std::span(&request, 1), cost, structures);
     model.learn_queries(std::span(&request, 1), Nanoseconds(500'000));
   };
   const query::Request whole{&query, 1'000}, hundred{&query, 100};
@@ -199,7 +202,7 @@ TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "a machine that is busy";
   run(whole, Nanoseconds(50'000'000), {.refitted = true, .rows = 1'000, .entities = 1'000});
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "structures";
-  model.learn_dearest(few, Nanoseconds(50'000'000), {});
+  model.learn_worst_elements(few, Nanoseconds(50'000'000), {});
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "so few tell nothing";
 
   run(whole, Nanoseconds(50'000'000));
@@ -236,12 +239,12 @@ TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
   SimulatedQuery rays(1000, 0, query::QueryKind::ray_closest);
   SimulatedQuery regions(1000, 0, query::QueryKind::region);
   const query::Request both[] = {{&rays, 100}, {&regions, 10}};
-  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
+  for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
     EXPECT_FALSE(model.predict(rows(1), {}));
     model.learn_writes(rows(1), Nanoseconds(500));
   }
   EXPECT_EQ(model.predict(rows(1), {})->mean, Nanoseconds(500));
-  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
+  for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
     model.learn_queries(std::span(both, 1), Nanoseconds(10'000));
   }
   EXPECT_EQ(model.predict(rows(1), std::span(both, 1))->mean, Nanoseconds(10'500));

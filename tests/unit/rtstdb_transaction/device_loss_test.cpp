@@ -15,8 +15,8 @@ using namespace std::chrono_literals;
 /// Is lost when a run is told so, and comes back as it is told.
 class LosableExecutor final : public query::Executor {
  public:
-  query::RunReport run(const query::RowSource& rows, std::span<const query::Request> requests,
-                       const query::TimeSpan& times, query::ExecutorCallbacks* callbacks) noexcept override {
+  query::RunReport run(const store::RowSource& rows, std::span<const query::Request> requests,
+                       const store::TimeSpan& times, query::ExecutorCallbacks* callbacks) noexcept override {
     if (lost_) return {.status = query::RunStatus::device_lost};
     const query::RunReport report = inner.run(rows, requests, times, callbacks);
     if (lose_next_run.exchange(false)) lost_ = true;
@@ -151,7 +151,7 @@ TEST_F(DeviceLoss, ThatStaysIsToldEachTimeAndWritesGoOn) {
 TEST_F(DeviceLoss, TakesAllThatStandInOneAnother) {
   constexpr std::uint32_t many = 3 * 4096;
   SimulatedQuery large(many, 3);
-  executor_.inner.chunk = [&](const query::RowSource&, const query::Request& request, std::uint32_t first,
+  executor_.inner.chunk = [&](const store::RowSource&, const query::Request& request, std::uint32_t first,
                               std::uint32_t) {
     clock_.advance(500us);
     if (request.query == &large && first == 0)

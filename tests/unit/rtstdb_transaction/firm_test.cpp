@@ -49,7 +49,7 @@ TEST_F(FirmAtTheEdge, DeadlinePassesBetweenComputedAndPublished) {
 
   Version device_version = 2;  // an executor that was brought to the version taken back
   std::vector<std::uint32_t> changed;
-  world_.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+  world_.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
     EXPECT_TRUE(rows.changed_between(device_version, changed));
     return query::RunReport{};
   };
@@ -67,7 +67,7 @@ TEST_F(FirmAtTheEdge, DeadlinePassesAfterPublishing) {
   EXPECT_EQ(outcome.status, Status::committed);
   EXPECT_EQ(world_.material(entity_), 2);
   EXPECT_EQ(world_.engine.counts().firm_late_commits, 0u);
-  EXPECT_EQ(world_.engine.counts().firm_handed_over_late, 1u);
+  EXPECT_EQ(world_.engine.counts().firm_delivered_late, 1u);
 }
 
 TEST_F(FirmAtTheEdge, TheFirstInstantThereIsHasPassedByTheLongestTime) {
@@ -115,7 +115,7 @@ class Flood {
         seen_(exits_.size(), false),
         world_(engine_options(32, entities, 4096)) {
     world_.clock.per_reading_ns = 7;
-    world_.executor.work = [this, random = std::mt19937_64(seed)](const query::RowSource& rows, const auto&,
+    world_.executor.work = [this, random = std::mt19937_64(seed)](const store::RowSource& rows, const auto&,
                                                                   const auto&) mutable {
       // What stands in the rows of a version that is not this transaction's own was committed by somebody.
       for (std::uint32_t index = 0; index < rows.index_limit(); ++index) {

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 class Gaps : public testing::Test {
  protected:
   Gaps() {
-    world_.executor.chunk = [this](const query::RowSource& rows, const query::Request& request,
+    world_.executor.chunk = [this](const store::RowSource& rows, const query::Request& request,
                                    std::uint32_t first, std::uint32_t) {
       const int label = dynamic_cast<SimulatedQuery&>(*request.query).label;
       trace_.push_back(label);
@@ -29,7 +29,7 @@ class Gaps : public testing::Test {
       if (label == large && happens && first == 2 * unmeasured_chunk) happens();
     };
   }
-  std::int64_t material_in(const query::RowSource& rows) const {
+  std::int64_t material_in(const store::RowSource& rows) const {
     const EntityState* state = rows.find(entity_);
     return state != nullptr ? std::int64_t{state->row.material} : -1;
   }
@@ -158,7 +158,7 @@ TEST(GapsInAShortHistory, ACommitWaitsThatAnInterruptedReaderWouldNotSurvive) {
   const auto fits = world.make();
   const auto too_much = world.make();
   std::vector<std::uint32_t> seen;
-  world.executor.chunk = [&](const query::RowSource& rows, const query::Request& request, std::uint32_t begin,
+  world.executor.chunk = [&](const store::RowSource& rows, const query::Request& request, std::uint32_t begin,
                              std::uint32_t) {
     if (request.query != &large) return;
     seen.push_back(rows.find(first)->row.material);
@@ -186,7 +186,7 @@ TEST(GapsInAShortHistory, ACommitWaitsThatAnInterruptedReaderWouldNotSurvive) {
 class RandomGaps {
  public:
   explicit RandomGaps(unsigned seed) : random_(seed) {
-    world_.executor.chunk = [this](const query::RowSource&, const query::Request& request,
+    world_.executor.chunk = [this](const store::RowSource&, const query::Request& request,
                                    std::uint32_t first, std::uint32_t end) {
       world_.clock.advance(Nanoseconds(125) * (end - first));
       chunk(dynamic_cast<SimulatedQuery&>(*request.query).label, first == 0, end == request.count);

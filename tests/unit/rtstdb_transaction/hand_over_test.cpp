@@ -1,4 +1,4 @@
-#include "rtstdb/transaction/hand_over.hpp"
+#include "rtstdb/scheduler/hand_over.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,9 @@
 
 namespace rtstdb::transaction {
 namespace {
+
+using scheduler::HandOver;
+using scheduler::HandOverLink;
 
 struct Item : HandOverLink {
   std::uint32_t producer = 0;

@@ -28,7 +28,7 @@ class CanaryPairs : public testing::Test {
   static constexpr std::uint32_t pairs = 8;
 
   void SetUp() override {
-    world_.executor.work = [this](const query::RowSource& rows, const auto&, const auto&) {
+    world_.executor.work = [this](const store::RowSource& rows, const auto&, const auto&) {
       for (std::uint32_t pair = 0; pair < pairs; ++pair)
         look(rows, pair);
       return query::RunReport{};
@@ -46,7 +46,7 @@ class CanaryPairs : public testing::Test {
     return row;
   }
 
-  void look(const query::RowSource& rows, std::uint32_t pair) {
+  void look(const store::RowSource& rows, std::uint32_t pair) {
     const EntityState* a = rows.row(2 * pair);
     const EntityState* b = rows.row(2 * pair + 1);
     ++looked_;

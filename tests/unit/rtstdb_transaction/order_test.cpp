@@ -123,7 +123,7 @@ TEST(Order, AFullQueueShedsTheLeastUrgentBestEffortFirst) {
 TEST(Order, AdmissionCountsTheWorkThatGoesBefore) {
   Held held(64);
   held.cost = 1ms;
-  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k)
+  for (std::uint64_t k = 0; k < scheduler::CostModel::min_samples; ++k)
     held.submit(terms(DeadlineClass::soft));
   held.let_go();
   const std::size_t measured = held.waiting.size();

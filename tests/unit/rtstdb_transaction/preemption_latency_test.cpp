@@ -1,8 +1,8 @@
-#include "rtstdb/transaction/preemption_latency.hpp"
+#include "rtstdb/scheduler/preemption_latency.hpp"
 
 #include <gtest/gtest.h>
 
-namespace rtstdb::transaction::test {
+namespace rtstdb::scheduler::test {
 namespace {
 
 using namespace std::chrono_literals;

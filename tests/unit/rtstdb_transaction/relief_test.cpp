@@ -34,7 +34,7 @@ TEST_F(Relief, CommitsAWriteAndLeavesTheReadersVersionAlone) {
   Status written = Status::idle;
   std::uint32_t seen = 0;
   world_.executor.while_waiting = [&] { written = write(2); };
-  world_.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+  world_.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
     seen = rows.find(first_)->row.material;
     return query::RunReport{};
   };
@@ -86,7 +86,7 @@ TEST(ReliefInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) 
     writer->create(row_of(3));  // two changes; the history holds one
     world.engine.submit(*writer);
   };
-  world.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+  world.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
     seen = rows.find(first)->row.material;
     return query::RunReport{};
   };
@@ -120,7 +120,7 @@ TEST(ReliefOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
     EXPECT_EQ(world.engine.wait(*writers[0]).status, Status::committed) << "it waited for the device";
     update(*writers[1], 2.0f);
   };
-  world.executor.work = [&](const query::RowSource& rows, const auto&, const auto&) {
+  world.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
     seen = rows.shape(GeometryId{0}).positions_m[2].x;
     return query::RunReport{};
   };

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 class Reserving : public testing::Test {
  protected:
   Reserving() {
-    world_.executor.chunk = [this](const query::RowSource&, const query::Request& request,
+    world_.executor.chunk = [this](const store::RowSource&, const query::Request& request,
                                    std::uint32_t first, std::uint32_t end) {
       const int label = dynamic_cast<SimulatedQuery&>(*request.query).label;
       trace_.push_back(label);
@@ -63,14 +63,11 @@ TEST_F(Reserving, IsRefusedWithTheSums) {
   const auto drive = reserve({.name = "drive", .period = 10ms, .deadline = 5ms, .budget = 2ms});
   EXPECT_EQ(refusal({.name = "scan", .period = 20ms, .deadline = 6ms, .budget = 2ms}),
             "reservation 'scan' (period 20 ms, deadline 6 ms, budget 2 ms) can not be kept: within 6 ms up "
-            "to 5 ms are "
-            "asked for ('drive' 2 ms, 'scan' 2 ms, a piece of other work that can not be interrupted 1 ms), "
-            "and 80 % of "
-            "them are 4.8 ms");
+            "to 5 ms may be demanded ('drive' 2 ms, 'scan' 2 ms, and 1 ms of other work that can not be "
+            "preempted); 80 % of it, which can be reserved, is 4.8 ms");
   EXPECT_EQ(refusal({.name = "scan", .period = 20ms, .deadline = 20ms, .budget = 12ms}),
-            "reservation 'scan' (period 20 ms, deadline 20 ms, budget 12 ms) can not be kept: all together "
-            "take 80 % of "
-            "the time; less than 80 % can be reserved");
+            "reservation 'scan' (period 20 ms, deadline 20 ms, budget 12 ms) can not be kept: all "
+            "reservations together take 80 % of the time; less than 80 % can be reserved");
   const auto scan = reserve({.name = "scan", .period = 20ms, .deadline = 7ms, .budget = 2ms});
 }
 
@@ -79,11 +76,11 @@ TEST_F(Reserving, RefusesWhatIsNoReservation) {
     return refusal({.name = "r", .period = period, .deadline = deadline, .budget = budget});
   };
   EXPECT_EQ(message(0ms, 1ms, 1ms),
-            "reservation 'r' (period 0 ms, deadline 1 ms, budget 1 ms): the period lies above 0 and is at "
-            "most 3600000 ms");
+            "reservation 'r' (period 0 ms, deadline 1 ms, budget 1 ms): the period must be above 0 and "
+            "at most 3600000 ms");
   EXPECT_EQ(message(1h + 1ns, 1ms, 1ms),
-            "reservation 'r' (period 3600000.000001 ms, deadline 1 ms, budget 1 ms): the period lies above 0 "
-            "and is at most 3600000 ms");
+            "reservation 'r' (period 3600000.000001 ms, deadline 1 ms, budget 1 ms): the period must be above "
+            "0 and at most 3600000 ms");
   EXPECT_NE(message(2h, 1ms, 1ms), "");
   EXPECT_NE(message(1ms, 0ms, 0ms), "");
   EXPECT_NE(message(1ms, 2h, 1ms), "");
@@ -99,7 +96,7 @@ TEST_F(Reserving, WithoutChunksNothingCanBePromised) {
   const auto refused = world.engine.reserve({.name = "r", .period = 1s, .deadline = 1s, .budget = 1ms});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().message,
-            "reservation 'r': chunk is 0, so that there is no end to what may go on before it");
+            "reservation 'r': DatabaseOptions::chunk is 0, so that other work can not be preempted");
 }
 
 TEST_F(Reserving, TheLongestMeasuredPieceCounts) {
@@ -138,8 +135,8 @@ TEST_F(Reserving, GoesBeforeWhatIsMostImportantByWhenItIsDue) {
   EXPECT_EQ(trace_, (std::vector<int>{large, large, 2, 1, 3, large, large, large, large, large, large}));
   EXPECT_EQ(slow->counts().kept, 1u);
   EXPECT_EQ(fast->counts().kept, 1u);
-  EXPECT_EQ(fast->counts().longest_answer, 500us);
-  EXPECT_EQ(slow->counts().longest_answer, 1ms);
+  EXPECT_EQ(fast->counts().longest_response, 500us);
+  EXPECT_EQ(slow->counts().longest_response, 1ms);
   EXPECT_EQ(slow->counts().largest_cost, 500us);
 }
 
@@ -215,7 +212,7 @@ TEST_F(Reserving, LongerThanItsBudgetIsPassed) {
 TEST_F(Reserving, WritesAndAsksAreDeclared) {
   const auto plain = reserve({.name = "plain", .period = 100ms, .deadline = 50ms, .budget = 5ms});
   const auto both =
-      reserve({.name = "both", .period = 100ms, .deadline = 50ms, .budget = 5ms, .writes_and_asks = true});
+      reserve({.name = "both", .period = 100ms, .deadline = 50ms, .budget = 5ms, .writes_and_queries = true});
   const auto write_and_ask = [&](const std::unique_ptr<Reservation>& reservation) {
     large_->begin(reserved(reservation));
     large_->update(entity_, row_of(2));
@@ -230,7 +227,7 @@ TEST_F(Reserving, WritesAndAsksAreDeclared) {
   };
   write_and_ask(plain);
   EXPECT_EQ(trace_[2], 1);
-  EXPECT_EQ(plain->counts().not_as_declared, 1u);
+  EXPECT_EQ(plain->counts().undeclared, 1u);
   write_and_ask(both);
   EXPECT_EQ(trace_.back(), 1) << "it is one piece";
   EXPECT_EQ(both->counts().kept, 1u);
@@ -238,7 +235,7 @@ TEST_F(Reserving, WritesAndAsksAreDeclared) {
 
 TEST_F(Reserving, OneThatHasStagedBeginsAnewBehindAReservedWriter) {
   const auto declared =
-      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_asks = true});
+      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_queries = true});
   large_->begin(terms(DeadlineClass::soft, ClockTime::max(), 7));
   large_->update(entity_, row_of(5));
   large_->read(entity_);
@@ -254,7 +251,7 @@ TEST_F(Reserving, OneThatHasStagedBeginsAnewBehindAReservedWriter) {
   EXPECT_EQ(outcome.restarts, 1u);
   EXPECT_EQ(outcome.actual_cost, 4ms) << "of the last time";
   EXPECT_EQ(small_->outcome().status, Status::committed);
-  EXPECT_EQ(declared->counts().longest_answer, 500us);
+  EXPECT_EQ(declared->counts().longest_response, 500us);
   EXPECT_LT(small_->outcome().version, outcome.version);
   EXPECT_EQ(world_.material(entity_), 5);
   EXPECT_EQ(trace_,
@@ -264,7 +261,7 @@ TEST_F(Reserving, OneThatHasStagedBeginsAnewBehindAReservedWriter) {
 
 TEST_F(Reserving, OneThatBeginsAnewCanBeCancelledAndMissed) {
   const auto declared =
-      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_asks = true});
+      reserve({.name = "w", .period = 100ms, .deadline = 20ms, .budget = 2ms, .writes_and_queries = true});
   const auto interrupt = [&](const Terms& given) {
     large_->begin(given);
     large_->update(entity_, row_of(5));

@@ -1,6 +1,6 @@
 // What is promised to reservations beside simulations that share nothing with it.
 
-#include "rtstdb/transaction/reserved_demand.hpp"
+#include "rtstdb/scheduler/reserved_demand.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-namespace rtstdb::transaction {
+namespace rtstdb::scheduler {
 namespace {
 
 using namespace std::chrono_literals;
@@ -54,7 +54,7 @@ TEST(ReservedDemand, IsExactWhereNothingIsUninterrupted) {
     const auto shortfall = first_shortfall(demands, 0ns, 1.0);
     if (shortfall && shortfall->kind != Shortfall::Kind::within_length) {
       // At just as much as there is nothing is left to show that it does; it may hold all the same.
-      EXPECT_GE(shortfall->share, 1.0 - 1e-9);
+      EXPECT_GE(shortfall->utilization, 1.0 - 1e-9);
       continue;
     }
     std::int64_t all_again = 1;
@@ -182,21 +182,21 @@ TEST(ReservedDemand, SaysWhatIsAskedFor) {
   ASSERT_TRUE(shortfall);
   EXPECT_EQ(shortfall->kind, Shortfall::Kind::within_length);
   EXPECT_EQ(shortfall->length, 8ms);
-  EXPECT_EQ(shortfall->asked, (std::vector<Nanoseconds>{2ms, 4ms}));
+  EXPECT_EQ(shortfall->demanded, (std::vector<Nanoseconds>{2ms, 4ms}));
   EXPECT_EQ(shortfall->piece, 3ms);
   const auto earlier = first_shortfall(demands, 1ms, 0.9);
   ASSERT_TRUE(earlier);
   EXPECT_EQ(earlier->length, 5ms);
-  EXPECT_EQ(earlier->asked, (std::vector<Nanoseconds>{2ms, 0ms}));
+  EXPECT_EQ(earlier->demanded, (std::vector<Nanoseconds>{2ms, 0ms}));
   EXPECT_EQ(earlier->piece, 3ms) << "of the second, which may have begun";
-  const auto in_the_long_run = first_shortfall(demands, 0ns, 0.4);
-  ASSERT_TRUE(in_the_long_run);
-  EXPECT_EQ(in_the_long_run->kind, Shortfall::Kind::in_the_long_run);
-  EXPECT_DOUBLE_EQ(in_the_long_run->share, 0.4);
+  const auto overloaded = first_shortfall(demands, 0ns, 0.4);
+  ASSERT_TRUE(overloaded);
+  EXPECT_EQ(overloaded->kind, Shortfall::Kind::utilization);
+  EXPECT_DOUBLE_EQ(overloaded->utilization, 0.4);
   const std::vector<Demand> close{{1us, 1us, 999ns, 0ns}, {1h, 1ms, 1ns, 0ns}};
   const auto too_close = first_shortfall(close, 0ns, 0.999 + 1e-9);
   ASSERT_TRUE(too_close);
 }
 
 }  // namespace
-}  // namespace rtstdb::transaction
+}  // namespace rtstdb::scheduler

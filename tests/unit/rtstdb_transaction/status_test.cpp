@@ -62,8 +62,8 @@ TEST_F(Statuses, CommittedWithItsFiveInstants) {
 }
 
 TEST_F(Statuses, WhatItWaitsForTheDeviceIsNotItsCost) {
-  executor_takes(5ms);
-  world_.executor.outer_takes = 4ms;
+  executor_takes(1ms);
+  world_.executor.while_draining = [&] { world_.clock.advance(4ms); };
   for (int k = 0; k < 40; ++k) {
     const auto transaction = change(terms(DeadlineClass::soft, now_ + 1s));
     const Outcome& outcome = world_.execute(*transaction);
@@ -119,7 +119,7 @@ TEST_F(Statuses, AFirmTransactionWhoseDeadlineHasPassedIsNotStarted) {
 
 TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
   executor_takes(2ms);
-  for (std::uint64_t k = 0; k < CostModel::samples_needed; ++k) {
+  for (std::uint64_t k = 0; k < scheduler::CostModel::min_samples; ++k) {
     const auto transaction = change(terms(DeadlineClass::firm, world_.clock.peek() + 10ms));
     ASSERT_EQ(world_.execute(*transaction).status, Status::committed)
         << "nothing is refused before it is measured";
@@ -144,7 +144,7 @@ TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
 
 TEST_F(Statuses, APredictionThatWasTooHighIsFoundOut) {
   executor_takes(2ms);
-  for (std::uint64_t k = 0; k < 2 * CostModel::samples_needed; ++k) {
+  for (std::uint64_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
     world_.execute(*change(terms(DeadlineClass::soft)));
   }
   executor_takes(10us);
@@ -293,8 +293,8 @@ TEST_F(Statuses, ReadingAVersionThatIsNotThere) {
 }
 
 TEST_F(Statuses, AskingForNothingIsAllowed) {
-  std::optional<query::TimeSpan> asked;
-  world_.executor.work = [&](const auto&, const auto&, const query::TimeSpan& times) {
+  std::optional<store::TimeSpan> asked;
+  world_.executor.work = [&](const auto&, const auto&, const store::TimeSpan& times) {
     asked = times;
     return query::RunReport{};
   };
@@ -361,13 +361,13 @@ TEST(MisuseDeathTest, Aborts) {
   transaction->begin({});
   transaction->create(row_of(1));
   EXPECT_DEATH(transaction->create(row_of(2)), "Transaction::create: more writes than .*max_writes");
-  EXPECT_DEATH(transaction->add_query(query, 3), "Transaction::ask: more elements than the query's capacity");
+  EXPECT_DEATH(transaction->add_query(query, 3), "Transaction::add_query: more elements than the query's capacity");
   transaction->add_query(query, 2);
-  EXPECT_DEATH(transaction->add_query(query, 2), "Transaction::ask: more queries than .*max_queries");
+  EXPECT_DEATH(transaction->add_query(query, 2), "Transaction::add_query: more queries than .*max_queries");
   const auto twice = world.make(1, 2);
   twice->begin({});
   twice->add_query(query, 1);
-  EXPECT_DEATH(twice->add_query(query, 1), "Transaction::ask: the query is in the transaction already");
+  EXPECT_DEATH(twice->add_query(query, 1), "Transaction::add_query: the query is in the transaction already");
   EXPECT_DEATH(world.engine.wait(*transaction), "Database::wait: the transaction was not submitted");
   EXPECT_DEATH(static_cast<void>(transaction->created(0)),
                "Transaction::created: the transaction was not submitted");
@@ -400,7 +400,7 @@ TEST(MisuseDeathTest, ATransactionThatWasNeverBegun) {
   EXPECT_DEATH(never.expect_exists(EntityId{}), "Transaction::expect_exists" + fault);
   EXPECT_DEATH(never.expect_written_by(EntityId{}, 1), "Transaction::expect_written_by" + fault);
   EXPECT_DEATH(static_cast<void>(never.read(EntityId{})), "Transaction::read" + fault);
-  EXPECT_DEATH(never.add_query(query, 1), "Transaction::ask" + fault);
+  EXPECT_DEATH(never.add_query(query, 1), "Transaction::add_query" + fault);
   EXPECT_DEATH(world.engine.submit(never), "Database::submit" + fault);
   EXPECT_DEATH(static_cast<void>(world.engine.calibrate(never)), "Database::calibrate" + fault);
 }

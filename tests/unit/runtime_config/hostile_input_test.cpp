@@ -117,7 +117,7 @@ TEST(HostileInput, ABillionLaughsAreRefused) {
   }
   const Diagnostics diagnostics = refusal_of(text.str());
   ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
-  EXPECT_NE(diagnostics.to_text().find("more than 250000 values"), std::string::npos);
+  EXPECT_NE(diagnostics.to_text().find("at most 250000 values"), std::string::npos);
   EXPECT_GT(diagnostics.mistakes()[0].place.line, 3U);
 }
 

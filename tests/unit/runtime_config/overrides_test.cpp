@@ -94,7 +94,7 @@ TEST(Overrides, BadValuesStandBehindTheEqualsSign) {
   EXPECT_EQ(
       mistakes_with({"duration=7"}),
       "--set duration:1:10: 'duration': '7' has no unit; a duration is written in s, ms, us, ns, min\n");
-  EXPECT_EQ(mistakes_with({"seed="}), "--set seed:1:1: nothing is written here\n");
+  EXPECT_EQ(mistakes_with({"seed="}), "--set seed:1:1: the text is empty; a document has keys and values\n");
   EXPECT_EQ(mistakes_with({"tasks.traffic.rate=300 Hz"}).substr(0, 31), "--set tasks.traffic.rate:1:20: ");
 }
 

@@ -64,7 +64,7 @@ TEST(RegisterMapFile, MistakesHavePlaces) {
   const std::string start = "registers:\n- {name: a, table: holding, address: 0, type: u32, access: write}\n";
   EXPECT_TRUE(is_only_mistake(
       mistakes_of(start + "- {name: a, table: holding, address: 9, type: u16, access: read}\n"), 3, 10,
-      "'a' stands here twice; first in line 2"));
+      "'a' is given twice; first in line 2"));
   EXPECT_TRUE(is_only_mistake(
       mistakes_of(start + "- {name: ab, table: holding, address: 1, type: u16, access: read}\n"), 3, 3,
       "overlaps"));

@@ -67,7 +67,7 @@ TEST(ScenarioMistakes, OfNamesInTwoFilesNameTheFile) {
   EXPECT_FALSE(files.load(testing::scenario_text, diagnostics, {"tasks.traffic.module=scanner"}));
   ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
   EXPECT_NE(diagnostics.to_text().find(
-                "the module 'scanner' stands here twice; first in line 1 of --set tasks.traffic.module"),
+                "the module 'scanner' is given twice; first in line 1 of --set tasks.traffic.module"),
             std::string::npos)
       << diagnostics.to_text();
 }
@@ -124,14 +124,14 @@ TEST(ScenarioMistakes, OfModules) {
       is_refused_with("{columns: 140, range", "@{range", "missing key 'columns' (Columns of the scan.)"));
   EXPECT_TRUE(is_refused_with("range: 80 m", "range: @80 kg", "a length is written in m, cm, mm, km"));
   EXPECT_TRUE(is_refused_with("module: scanner", "module: @traffic",
-                              "the module 'traffic' stands here twice; first in line 27"));
+                              "the module 'traffic' is given twice; first in line 27"));
   EXPECT_TRUE(is_refused_with("request: can.car.BrakeCommand.Dec", "request: @can..car.Dec",
                               "is not a signal's name"));
 }
 
 TEST(ScenarioMistakes, OfTheWorld) {
   EXPECT_TRUE(
-      is_refused_with("name: sheet", "name: @ball", "the entity 'ball' stands here twice; first in line 22"));
+      is_refused_with("name: sheet", "name: @ball", "the entity 'ball' is given twice; first in line 22"));
   EXPECT_TRUE(
       is_refused_with("sphere: 1 m}", "sphere: 1 m, @box: [1 m, 1 m, 1 m]}", "'box' next to 'sphere'"));
   EXPECT_TRUE(is_refused_with("[2 m, 3 m]", "[2 m, @0 m]", "out of range"));
@@ -167,7 +167,7 @@ TEST(ScenarioMistakes, OfLayers) {
   EXPECT_TRUE(is_refused(with_change("mask: [ground]", "mask: [@ground]", one_ground),
                          "unknown layer 'ground'; did you mean 'grund'?"));
   EXPECT_TRUE(is_refused(with_change("[static, grund]", "[static, ground, @static]", listed),
-                         "the layer 'static' stands here twice"));
+                         "the layer 'static' is given twice"));
   std::string many = "scenario: many\nworld:\n  entities:\n";
   for (int i = 0; i < 33; ++i) {
     const std::string n = std::to_string(i);
@@ -183,14 +183,15 @@ TEST(ScenarioMistakes, OfCanBuses) {
   EXPECT_TRUE(
       is_refused_with("\"socketcan:vcan0\"", "@\"socketcan:a_name_much_too_long\"", "1 to 15 characters"));
   EXPECT_TRUE(is_refused(with_change("bus: bench", "bus: @car", with_change("/{can.bench}", "")),
-                         "the bus 'car' stands here twice; first in line 45"));
+                         "the bus 'car' is given twice; first in line 45"));
   EXPECT_TRUE(is_refused_with("period: 20 ms", "period: @15 ms",
                               "no multiple of the bus's period of 10 ms; the nearest are 10 ms and 20 ms"));
   EXPECT_TRUE(is_refused_with("offset: 10 ms", "offset: @20 ms", "less than the message's period of 20 ms"));
   EXPECT_TRUE(is_refused_with("Mode: 3}", "Mode: @1e999}", "'1e999' is too large"));
-  EXPECT_TRUE(is_refused_with("Mode: 3}", "@Counter: 3}", "'Counter' is the counter; it fills itself"));
+  EXPECT_TRUE(
+      is_refused_with("Mode: 3}", "@Counter: 3}", "'Counter' is the counter, which hil sets; leave it out"));
   EXPECT_TRUE(is_refused_with("message: Status", "message: @BrakeCommand",
-                              "the received message 'BrakeCommand' stands here twice"));
+                              "the received message 'BrakeCommand' is given twice"));
   EXPECT_TRUE(is_refused_with("drop: 0.25", "drop: @25", "from 0 to 1"));
   EXPECT_TRUE(is_refused_with("rate: 50 Hz}", "rate: 50 Hz, faults: @{drop: 1}}", "only a virtual bus"));
   EXPECT_TRUE(is_refused(with_change("\"socketcan:vcan0\"", "@\"socketcan:vcan0\"",
@@ -234,12 +235,12 @@ TEST(ScenarioMistakes, OfModbusUnits) {
   EXPECT_TRUE(is_refused_with("127.0.0.1:auto", "@::1:502", "is not HOST:PORT"));
   EXPECT_TRUE(is_refused_with("[light, demand]", "[@ligth, demand]",
                               "unknown register 'ligth'; did you mean 'light'?"));
-  EXPECT_TRUE(is_refused_with("[light, demand]", "[light, @light]", "stands here twice"));
+  EXPECT_TRUE(is_refused_with("[light, demand]", "[light, @light]", "is given twice"));
   EXPECT_TRUE(is_refused_with("[light, demand]", "[@detector]", "'detector' is written, not read"));
   EXPECT_TRUE(is_refused_with("{detector: detectors.ego}", "{@light: detectors.ego}",
                               "'light' is read, not written"));
-  EXPECT_TRUE(
-      is_refused_with("{detector: detectors.ego}", "{@alive: detectors.ego}", "'alive' fills itself"));
+  EXPECT_TRUE(is_refused_with("{detector: detectors.ego}", "{@alive: detectors.ego}",
+                              "hil sets the register 'alive'"));
   EXPECT_TRUE(is_refused_with("registers: map.yaml", "registers: @nap.yaml", "there is no such file"));
 }
 
@@ -294,12 +295,12 @@ TEST(ScenarioMistakes, OfProcesses) {
   EXPECT_TRUE(is_refused_with("[plc, \"{modbus.plc}\"]", "@[]", "at least 1"));
   EXPECT_TRUE(
       is_refused("scenario: a\nmodbus: [{unit: u, device: @\"h:auto\", registers: map.yaml, rate: 10 Hz}]\n",
-                 "no process is told of it by {modbus.u}"));
+                 "no process has it in its command as {modbus.u}"));
 }
 
 TEST(ScenarioMistakes, OfExpectations) {
   EXPECT_TRUE(is_refused_with("collision.ego > 0", "collision.ego >@", "the condition ends"));
-  EXPECT_TRUE(is_refused_with("name: it stops", "name: @alive", "the expectation 'alive' stands here twice"));
+  EXPECT_TRUE(is_refused_with("name: it stops", "name: @alive", "the expectation 'alive' is given twice"));
   EXPECT_TRUE(is_refused_with("eventually: \"ego.speed == 0\", by: 9 s",
                               "always: \"ego.speed == 0\", by: @9 s",
                               "'by' belongs to 'eventually', not to 'always'"));
@@ -360,7 +361,7 @@ TEST(ScenarioMistakes, OfTheFileItself) {
   EXPECT_TRUE(is_only_mistake(device, 0, 0, "is not a regular file"));
   Diagnostics empty;
   EXPECT_FALSE(load_scenario(folder.write("empty.yaml", ""), {}, {}, empty));
-  EXPECT_TRUE(is_only_mistake(empty, 1, 1, "nothing is written here"));
+  EXPECT_TRUE(is_only_mistake(empty, 1, 1, "the text is empty; a document has keys and values"));
 }
 
 }  // namespace

@@ -47,7 +47,8 @@ TEST(Yaml, TextIsWhatIsWritten) {
 
 TEST(Yaml, NothingWrittenIsAMistake) {
   for (const char* text : {"", "\n\n", "# only a remark\n", "---\n", "~", "null\n"}) {
-    EXPECT_TRUE(is_only_mistake(mistakes_of(text), 1, 1, "nothing is written here")) << text;
+    EXPECT_TRUE(is_only_mistake(mistakes_of(text), 1, 1, "the text is empty; a document has keys and values"))
+        << text;
   }
 }
 
@@ -92,8 +93,8 @@ TEST(Yaml, ColumnsCountCharacters) {
 
 TEST(Yaml, DuplicateKeysNameTheFirst) {
   EXPECT_TRUE(
-      is_only_mistake(mistakes_of("a: 1\nb: 2\na: 3\n"), 3, 1, "'a' stands here twice; first in line 1"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a:\n  x: {y: 1, y: 2}\n"), 2, 13, "'y' stands here twice"));
+      is_only_mistake(mistakes_of("a: 1\nb: 2\na: 3\n"), 3, 1, "'a' is given twice; first in line 1"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a:\n  x: {y: 1, y: 2}\n"), 2, 13, "'y' is given twice"));
 }
 
 TEST(Yaml, AnchorsAreCopied) {

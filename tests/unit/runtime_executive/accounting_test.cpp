@@ -166,7 +166,7 @@ TEST(Accounting, KeepsTheFirstTimesThatTicksWereGivenUpAndCountsAll) {
   EXPECT_EQ(result.ticks + result.base.skipped_ticks, 200U);
 }
 
-TEST(Accounting, TraceReachesBackAsFarAsAsked) {
+TEST(Accounting, TheTraceHasTheConfiguredLength) {
   FakeRun fake(1'000);
   fake.options.accounting.trace_ns = 100 * ms;
   ScriptedTask task;

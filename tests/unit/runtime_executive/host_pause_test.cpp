@@ -32,9 +32,9 @@ int run_and_judge(int beat_pipe) {
   options.watchdog.timeout_ns = 1000 * ms;
   std::atomic<bool> safe{false};
   options.watchdog.safe_state = [&] { safe = true; };
-  bool told = false;  // a busy machine may skip any one tick
+  bool signalled = false;  // a busy machine may skip any one tick
   ScriptedTask task([&](const TickInfo& tick) {
-    if (tick.tick >= 100 && !std::exchange(told, true)) (void)!write(beat_pipe, "x", 1);
+    if (tick.tick >= 100 && !std::exchange(signalled, true)) (void)!write(beat_pipe, "x", 1);
   });
   ScriptedTask own;
   Executive executive(options);

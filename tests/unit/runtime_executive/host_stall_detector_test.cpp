@@ -8,63 +8,64 @@ namespace {
 constexpr std::int64_t ms = 1'000'000;
 
 TEST(HostStallDetector, KnowsOfNoPauseWithoutEvidence) {
-  const HostStallDetector witness;
-  EXPECT_EQ(witness.pause_ns(0, 1'000 * ms, 1'000 * ms), 0);
+  const HostStallDetector stall_detector;
+  EXPECT_EQ(stall_detector.pause_ns(0, 1'000 * ms, 1'000 * ms), 0);
 }
 
 TEST(HostStallDetector, TakesAnOversleptStretchThatTheThreadSharedForAPause) {
-  HostStallDetector witness;
-  witness.note_sleep(100 * ms, 300 * ms, 0);
-  EXPECT_EQ(witness.pause_ns(95 * ms, 305 * ms, 205 * ms), 200 * ms);
-  EXPECT_EQ(witness.pause_ns(250 * ms, 400 * ms, 150 * ms), 50 * ms) << "the overlap only";
-  EXPECT_EQ(witness.pause_ns(300 * ms, 500 * ms, 200 * ms), 0) << "elsewhere";
+  HostStallDetector stall_detector;
+  stall_detector.note_sleep(100 * ms, 300 * ms, 0);
+  EXPECT_EQ(stall_detector.pause_ns(95 * ms, 305 * ms, 205 * ms), 200 * ms);
+  EXPECT_EQ(stall_detector.pause_ns(250 * ms, 400 * ms, 150 * ms), 50 * ms) << "the overlap only";
+  EXPECT_EQ(stall_detector.pause_ns(300 * ms, 500 * ms, 200 * ms), 0) << "elsewhere";
 }
 
-TEST(HostStallDetector, IsNotBelievedWhenTheThreadRanMeanwhile) {
-  HostStallDetector witness;
-  witness.note_sleep(100 * ms, 300 * ms, 0);
-  EXPECT_EQ(witness.pause_ns(100 * ms, 300 * ms, 1 * ms), 0) << "only the witness was starved";
+TEST(HostStallDetector, NoPauseIfTheThreadRan) {
+  HostStallDetector stall_detector;
+  stall_detector.note_sleep(100 * ms, 300 * ms, 0);
+  EXPECT_EQ(stall_detector.pause_ns(100 * ms, 300 * ms, 1 * ms), 0) << "only the stall_detector was starved";
 }
 
 TEST(HostStallDetector, OrdinaryOversleepingIsNoPause) {
-  HostStallDetector witness;
-  witness.note_sleep(100 * ms, 101 * ms, 0);
-  EXPECT_EQ(witness.pause_ns(99 * ms, 102 * ms, 3 * ms), 0);
+  HostStallDetector stall_detector;
+  stall_detector.note_sleep(100 * ms, 101 * ms, 0);
+  EXPECT_EQ(stall_detector.pause_ns(99 * ms, 102 * ms, 3 * ms), 0);
 }
 
 TEST(HostStallDetector, TheProcessStoodStillWhereNoneOfItsThreadsRan) {
-  HostStallDetector witness;
-  EXPECT_EQ(witness.standstill_ns(0, 1'000 * ms), 0);
-  witness.note_sleep(100 * ms, 300 * ms, 5 * ms);
-  EXPECT_EQ(witness.standstill_ns(90 * ms, 310 * ms), 195 * ms);
-  EXPECT_EQ(witness.standstill_ns(200 * ms, 310 * ms), 95 * ms) << "any of it may have been when it ran";
-  EXPECT_EQ(witness.standstill_ns(297 * ms, 310 * ms), 0);
-  EXPECT_EQ(witness.standstill_ns(310 * ms, 400 * ms), 0);
-  witness.note_sleep(500 * ms, 600 * ms, 180 * ms);
-  EXPECT_EQ(witness.standstill_ns(500 * ms, 600 * ms), 0) << "only the witness was starved";
-  witness.note_sleep(700 * ms, 750 * ms, 0);
-  EXPECT_EQ(witness.standstill_ns(0, 1'000 * ms), 245 * ms);
-  witness.note_steal(800 * ms, 0);
-  witness.note_steal(900 * ms, 50 * ms);
-  EXPECT_EQ(witness.standstill_ns(800 * ms, 900 * ms), 0) << "another processor's, perhaps";
+  HostStallDetector stall_detector;
+  EXPECT_EQ(stall_detector.standstill_ns(0, 1'000 * ms), 0);
+  stall_detector.note_sleep(100 * ms, 300 * ms, 5 * ms);
+  EXPECT_EQ(stall_detector.standstill_ns(90 * ms, 310 * ms), 195 * ms);
+  EXPECT_EQ(stall_detector.standstill_ns(200 * ms, 310 * ms), 95 * ms)
+      << "any of it may have been when it ran";
+  EXPECT_EQ(stall_detector.standstill_ns(297 * ms, 310 * ms), 0);
+  EXPECT_EQ(stall_detector.standstill_ns(310 * ms, 400 * ms), 0);
+  stall_detector.note_sleep(500 * ms, 600 * ms, 180 * ms);
+  EXPECT_EQ(stall_detector.standstill_ns(500 * ms, 600 * ms), 0) << "only the stall_detector was starved";
+  stall_detector.note_sleep(700 * ms, 750 * ms, 0);
+  EXPECT_EQ(stall_detector.standstill_ns(0, 1'000 * ms), 245 * ms);
+  stall_detector.note_steal(800 * ms, 0);
+  stall_detector.note_steal(900 * ms, 50 * ms);
+  EXPECT_EQ(stall_detector.standstill_ns(800 * ms, 900 * ms), 0) << "another processor's, perhaps";
 }
 
 TEST(HostStallDetector, StolenTimeIsAPause) {
-  HostStallDetector witness;
-  witness.note_steal(100 * ms, 5'000 * ms);
-  EXPECT_EQ(witness.pause_ns(0, 200 * ms, 200 * ms), 0) << "what was stolen before is no news";
-  witness.note_steal(120 * ms, 5'010 * ms);
-  EXPECT_EQ(witness.pause_ns(100 * ms, 120 * ms, 12 * ms), 10 * ms);
-  EXPECT_EQ(witness.pause_ns(100 * ms, 120 * ms, 6 * ms), 6 * ms);
-  EXPECT_EQ(witness.pause_ns(100 * ms, 120 * ms, 1 * ms), 0);
+  HostStallDetector stall_detector;
+  stall_detector.note_steal(100 * ms, 5'000 * ms);
+  EXPECT_EQ(stall_detector.pause_ns(0, 200 * ms, 200 * ms), 0) << "what was stolen before is no news";
+  stall_detector.note_steal(120 * ms, 5'010 * ms);
+  EXPECT_EQ(stall_detector.pause_ns(100 * ms, 120 * ms, 12 * ms), 10 * ms);
+  EXPECT_EQ(stall_detector.pause_ns(100 * ms, 120 * ms, 6 * ms), 6 * ms);
+  EXPECT_EQ(stall_detector.pause_ns(100 * ms, 120 * ms, 1 * ms), 0);
 }
 
 TEST(HostStallDetector, ForgetsTheOldestOnly) {
-  HostStallDetector witness;
+  HostStallDetector stall_detector;
   for (std::int64_t i = 0; i < 300; ++i)
-    witness.note_sleep(i * 100 * ms, i * 100 * ms + 50 * ms, 0);
-  EXPECT_EQ(witness.pause_ns(0, 60 * ms, 60 * ms), 0);
-  EXPECT_EQ(witness.pause_ns(29'900 * ms, 29'950 * ms, 50 * ms), 50 * ms);
+    stall_detector.note_sleep(i * 100 * ms, i * 100 * ms + 50 * ms, 0);
+  EXPECT_EQ(stall_detector.pause_ns(0, 60 * ms, 60 * ms), 0);
+  EXPECT_EQ(stall_detector.pause_ns(29'900 * ms, 29'950 * ms, 50 * ms), 50 * ms);
 }
 
 }  // namespace

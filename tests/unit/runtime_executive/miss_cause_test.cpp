@@ -137,7 +137,7 @@ TEST(MissCause, HostPauseInTheStepAndBeforeIt) {
   EXPECT_EQ(parts[MissCause::late_wakeup], 1'000 * us);
 }
 
-TEST(MissCause, AWaitForTheDatabaseInWhichNobodyRanIsAPause) {
+TEST(MissCause, AWaitForTheDatabaseInWhichNoThreadRanIsAPause) {
   RunEvidence run = quiet_run();
   run.finish_ns = run.start_ns + 50'100 * us;
   run.blocked_ns = 49'800 * us;

@@ -151,24 +151,24 @@ TEST(MissInjection, PageFault) {
   run.run_and_expect(MissCause::page_fault, 150 * us);
 }
 
-TEST(MissInjection, HostPauseSeenByTheWitness) {
+TEST(MissInjection, HostPauseFoundByTheStallDetector) {
   Injection run;
   run.fake.options.catch_up_ticks = 1'000;
   run.fake.probe.host_ns = run.fake.clock.now_ns();
   run.spec.deadline_ns = 1 * ms;
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
-    // Let the witness fall asleep at an instant near this one, then stop both clocks for 40 ms and let it
+    // Let the detector fall asleep at an instant near this one, then stop both clocks for 40 ms and let it
     // wake.
-    const auto let_witness_look = [&] {
+    const auto let_detector_look = [&] {
       for (const int before = run.fake.probe.host_looks; run.fake.probe.host_looks < before + 4;)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     };
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    let_witness_look();
+    let_detector_look();
     run.fake.clock.advance(40 * ms);
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    let_witness_look();
+    let_detector_look();
   };
   run.run_and_expect(MissCause::host_pause, 39 * ms);
 }
@@ -181,10 +181,11 @@ TEST(MissInjection, HostPauseSeenAsStolenTime) {
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    while (run.fake.probe.steal_looks == 0)  // the witness has to know where to count from
+    while (run.fake.probe.steal_looks == 0)  // the stall_detector has to know where to count from
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     run.fake.clock.advance(12 * ms);
-    // The witness ran on: it saw its clock move in small steps, and may look at what was stolen at any of them.
+    // The stall_detector ran on: it saw its clock move in small steps, and may look at what was stolen at any
+    // of them.
     for (int step = 0; step < 12; ++step) {
       run.fake.probe.host_ns += ms;
       run.fake.probe.steal_ns += 900 * us;

@@ -27,8 +27,8 @@ using testing::spec_of;
 using Ticks = std::vector<std::uint64_t>;
 constexpr std::int64_t ms = 1'000'000;
 
-/// Waits until a task's thread, whose step has ended, has told the executive so: it then sleeps. Three looks in a row, since it may
-/// fall asleep for a moment on its way there.
+/// Waits until a task's thread, whose step has ended, has told the executive so: it then sleeps. Three looks
+/// in a row, since it may fall asleep for a moment on its way there.
 void wait_until_it_sleeps(pid_t thread) {
   for (int asleep = 0; asleep < 3; ++asleep) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -153,7 +153,7 @@ TEST(OwnThread, QueueKeepsOneReleaseAndRunsItAsSoonAsItIsFree) {
   EXPECT_EQ(task.misses[1].cause, task.misses[0].cause) << "it was late because the run before was";
 }
 
-TEST(OwnThread, AbortAsksTheStepToStopAndDropsItsOutputs) {
+TEST(OwnThread, AbortStopsTheStepAndDropsItsOutputs) {
   FakeRun fake(20);
   HeldTask held(fake);
   held.at_tick = [&](std::uint64_t tick) {

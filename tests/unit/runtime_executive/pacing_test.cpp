@@ -55,7 +55,7 @@ TEST(Pacing, JitterNeverSkipsOrHalvesATask) {
   EXPECT_FALSE(result.stopped);
 }
 
-TEST(Pacing, TickInfoTellsTheRelease) {
+TEST(Pacing, TickInfoDescribesTheRelease) {
   FakeRun fake(20);
   std::vector<TickInfo> seen;
   ScriptedTask task([&](const TickInfo& tick) { seen.push_back(tick); });

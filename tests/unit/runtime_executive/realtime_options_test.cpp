@@ -68,7 +68,7 @@ TEST(RealtimeOptions, RefusesNonsenseWithItsValues) {
   EXPECT_EQ(why_refused(options), "CPU -1; from 0 to 1023");
 }
 
-TEST(RealtimeOptions, NothingAskedNothingRefused) {
+TEST(RealtimeOptions, WithoutOptionsNothingIsRefused) {
   const RunResult result = short_real_run({});
   EXPECT_EQ(result.realtime.scheduler, Scheduler::other);
   EXPECT_FALSE(result.realtime.memory_locked);

@@ -34,7 +34,7 @@ TEST(SpscRing, FullRingLosesAndCounts) {
   EXPECT_EQ(drained(ring), std::vector<int>{6});
 }
 
-TEST(SpscRing, DrainLeavesWhatArrivesMeanwhile) {
+TEST(SpscRing, DrainLeavesRecordsThatArriveDuringIt) {
   SpscRing<int> ring(8);
   ring.push(1);
   ring.drain([&](int value) { ring.push(value + 1); });

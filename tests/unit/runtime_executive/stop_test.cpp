@@ -26,7 +26,7 @@ std::ptrdiff_t threads_of_this_process() {
   return std::distance(fs::directory_iterator("/proc/self/task"), fs::directory_iterator());
 }
 
-TEST(Stop, EndsAfterTheTickInWhichItWasAskedFor) {
+TEST(Stop, EndsAfterTheTickOfTheRequest) {
   FakeRun fake(0);
   std::uint64_t last = 0;
   int ends = 0;
@@ -44,7 +44,7 @@ TEST(Stop, EndsAfterTheTickInWhichItWasAskedFor) {
   EXPECT_EQ(result.ticks, 8U);
 }
 
-TEST(Stop, AskedForBeforehandRunsNothing) {
+TEST(Stop, ARequestBeforeTheRunRunsNothing) {
   FakeRun fake(100);
   fake.stop = true;
   ScriptedTask task;

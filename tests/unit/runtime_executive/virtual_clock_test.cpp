@@ -104,12 +104,12 @@ TEST(VirtualClock, OutputsAppearAtTheDeadlineTickAndNotBefore) {
     EXPECT_EQ(tick.tick, 5 * tick.run) << "publish is told the release of its run";
   };
   std::vector<std::int64_t> seen;
-  ScriptedTask witness([&](const TickInfo&) { seen.push_back(visible); });
+  ScriptedTask stall_detector([&](const TickInfo&) { seen.push_back(visible); });
   Executive executive(options);
   TaskSpec spec = spec_of("own", 5, "own");
   spec.deadline_ns = 3 * ms;
   executive.add_task(spec, own);
-  executive.add_task(spec_of("witness"), witness);
+  executive.add_task(spec_of("stall_detector"), stall_detector);
   const std::atomic<bool> stop{false};
   executive.run(stop);
   EXPECT_EQ(seen, (std::vector<std::int64_t>{-1, -1, -1, 0, 0, 0, 0, 0, 1, 1, 1, 1}));

@@ -199,13 +199,13 @@ TEST(ObjectList, CountsTheHitsThatItPassesOver) {
   ObjectList list(narrow);
   for (std::uint32_t i = 0; i < 3; ++i)
     see(list, i, {10.0 + i, 0.0, 0.0}, 10, 0);
-  EXPECT_EQ(list.passed_over(), 5U);
+  EXPECT_EQ(list.ignored_hits(), 5U);
   list.end_sweep(0, origin);
   EXPECT_EQ(valid_slots(list), 2U);
   // What is closed makes room.
   see(list, 2, {12.0, 0.0, 0.0}, 10, 0);
   list.end_sweep(0, origin);
-  EXPECT_EQ(list.passed_over(), 5U);
+  EXPECT_EQ(list.ignored_hits(), 5U);
   EXPECT_EQ(valid_slots(list), 3U);
 }
 
@@ -230,7 +230,7 @@ TEST(ObjectList, HitsOfMoreBodiesThanItFollowsAreCounted) {
   ObjectList list(options());
   for (std::uint32_t i = 0; i < 10; ++i)
     see(list, i, {10.0 + i, 0.0, 0.0}, 10, 0);
-  EXPECT_EQ(list.passed_over(), 10U) << "five hits of each of the two bodies beyond eight";
+  EXPECT_EQ(list.ignored_hits(), 10U) << "five hits of each of the two bodies beyond eight";
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
-// What a comparison says when it has nothing to show. What it shows is held to the closed form by
-// figure8_test.
-
-#include "runtime/modules/laser_scanner/sweep_comparison.hpp"
+// The events of a comparison without a length, and its table. figure8_test compares measured lengths with the
+// closed form.
 
 #include <gtest/gtest.h>
+
+#include "runtime/modules/laser_scanner/comparison_section.hpp"
 
 namespace hil::modules {
 namespace {
@@ -25,11 +25,11 @@ class Comparison : public ::testing::Test {
     }
     comparison_.end_sweep();
   }
-  report::RunRecord record() const {
-    report::RunRecord record;
-    record.top_view.emplace().time_ns = 7 * second_ns;
-    comparison_.contribute(record);
-    return record;
+  contribution::Contribution contributed() const {
+    contribution::Contribution report;
+    report.end_ns = 7 * second_ns;
+    contribute_comparison(comparison_, report);
+    return report;
   }
 
   const ScanPattern pattern_{
@@ -41,20 +41,32 @@ class Comparison : public ::testing::Test {
 
 TEST_F(Comparison, ABodyThatWasNeverWhollyInViewIsNamed) {
   sweep(5);
-  const report::RunRecord said = record();
-  EXPECT_TRUE(said.scan_comparison.empty());
-  ASSERT_EQ(said.events.size(), 1U);
-  EXPECT_EQ(said.events[0].text, "no length of traffic.van is compared: no whole sweep saw its whole side");
-  EXPECT_EQ(said.events[0].time_ns, 7 * second_ns);
+  const contribution::Contribution report = contributed();
+  EXPECT_TRUE(report.sections.empty());
+  ASSERT_EQ(report.events.size(), 1U);
+  EXPECT_EQ(report.events[0].text, "the length of traffic.van is not compared: no sweep saw its whole side");
+  EXPECT_EQ(report.events[0].time_ns, 7 * second_ns);
 }
 
-TEST_F(Comparison, MorePointsThanItKeepsAreSaid) {
+TEST_F(Comparison, ABodyWithTooManyPointsIsNamed) {
   sweep((1 << 15) + 1);
-  const report::RunRecord said = record();
-  EXPECT_TRUE(said.scan_comparison.empty());
-  ASSERT_EQ(said.events.size(), 1U);
-  EXPECT_EQ(said.events[0].text,
-            "no length of traffic.van is compared: a sweep had more than 32768 points of it");
+  const contribution::Contribution report = contributed();
+  EXPECT_TRUE(report.sections.empty());
+  ASSERT_EQ(report.events.size(), 1U);
+  EXPECT_EQ(report.events[0].text,
+            "the length of traffic.van is not compared: a sweep had more than 32768 points of it");
+}
+
+TEST(LengthsTable, ALengthAgreesWithinItsTolerance) {
+  const contribution::Table table = lengths_table(
+      {{.title = "near", .true_m = 4.5, .measured_m = 4.5, .closed_form_m = 4.6, .tolerance_m = 0.11},
+       {.title = "far", .true_m = 4.5, .measured_m = 4.5, .closed_form_m = 4.6, .tolerance_m = 0.09}});
+  ASSERT_EQ(table.rows.size(), 2U);
+  for (const auto& row : table.rows)
+    ASSERT_EQ(row.size(), table.columns.size());
+  EXPECT_EQ(table.rows[0].back().mark, contribution::Mark::good);
+  EXPECT_EQ(table.rows[1].back().mark, contribution::Mark::bad);
+  EXPECT_NEAR(table.rows[1][4].number, -0.1, 1e-12) << "measured less closed form";
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
 // Vehicles in a world: what their rows say while they drive.
 
-#include "runtime/modules/vehicles/vehicles.hpp"
-
 #include <gtest/gtest.h>
 
 #include "runtime/config/parse.hpp"
+#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -21,7 +20,7 @@ class VehiclesIn : public ::testing::Test {
   }
 
   std::unique_ptr<Module> make(const std::string& parameters, const std::string& instance = "traffic") {
-    const ModuleType type = vehicles_type();
+    const ModuleType& type = *find_module_type("vehicles");
     const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
     if (!value) return nullptr;
     auto module = type.create(*value, diagnostics_);

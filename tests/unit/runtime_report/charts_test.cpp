@@ -10,7 +10,7 @@
 #include "runtime/report/html/axis.hpp"
 #include "runtime/report/html/histogram_chart.hpp"
 #include "runtime/report/html/label_placement.hpp"
-#include "runtime/report/html/scan_panel.hpp"
+#include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/top_view.hpp"
 #include "runtime/report/html/world_window.hpp"
 #include "sample_record.hpp"
@@ -160,16 +160,16 @@ TEST(HistogramOf, CountsEverySampleOnce) {
 }
 
 TEST(SpreadOf, IsTheRankedSample) {
-  EXPECT_EQ(spread_of({}).samples, 0U);
+  EXPECT_EQ(quantiles_of({}).samples, 0U);
   std::vector<std::int64_t> samples;
   for (std::int64_t value = 1000; value >= 1; --value)
     samples.push_back(value);
-  const Quantiles spread = spread_of(samples);
+  const Quantiles spread = quantiles_of(samples);
   EXPECT_EQ(spread.p50, 500);
   EXPECT_EQ(spread.p99, 990);
   EXPECT_EQ(spread.p999, 999);
   EXPECT_EQ(spread.max, 1000);
-  EXPECT_EQ(spread_of({7}).p50, 7);
+  EXPECT_EQ(quantiles_of({7}).p50, 7);
 }
 
 TEST(LabelPlacement, NeverOverlapsNorLeavesTheArea) {
@@ -271,7 +271,7 @@ TEST(TopView, BearsNothingAndNonsense) {
                 {Layer::pole, "dot", {{1, 1}}}};
   odd.tracks = {
       {"empty", false, {}}, {"one", true, {{0, 1, 1}}}, {"far", false, {{0, 1e300, -1e300}, {1, 0, 0}}}};
-  odd.fan = ScanFan{{0, 0}, 0, not_known, 10};
+  odd.fan = FieldOfView{{0, 0}, 0, not_known, 10};
   odd.scan_points = {{not_known, 0, 0, 0, 0, 0, 0}, {1e300, 1e300, 0, 0, 0, 0, 4'000'000'000U}};
   odd.view = ViewBox{{5, 5}, {-5, -5}};
   const std::string text = drawn(odd, PictureUse::standalone_file);
@@ -368,16 +368,16 @@ TEST(TopView, NamesWithoutRoomAreHandedBack) {
       count += text->text.starts_with("vehicle number") ? 1 : 0;
     return count;
   }();
-  EXPECT_GT(result.labels_without_room.size(), 0U);
-  EXPECT_EQ(shown + result.labels_without_room.size(), 60U);
+  EXPECT_GT(result.labels_without_space.size(), 0U);
+  EXPECT_EQ(shown + result.labels_without_space.size(), 60U);
 }
 
-TEST(ScanPanel, ShowsMeasuredClosedFormAndTrueLength) {
-  const auto pictures = test::full_record().scan_comparison;
-  const PanelFrame frame = common_frame(pictures);
-  for (const ScanPicture& picture : pictures) {
+TEST(PointPicture, ShowsItsDimensionsToOneScale) {
+  const auto pictures = test::full_record().sections.at(0).pictures;
+  const PictureFrame frame = common_frame(pictures);
+  for (const Picture& picture : pictures) {
     Markup out;
-    draw_scan_panel(out, picture, frame, PictureUse::inline_in_page);
+    draw_point_picture(out, picture, frame, PictureUse::inline_in_page);
     const XmlElement svg = parse_strictly(out.take());
     expect_text_inside(svg);
     // Dimension lines are as long, against each other, as the lengths they stand for.
@@ -387,38 +387,32 @@ TEST(ScanPanel, ShowsMeasuredClosedFormAndTrueLength) {
       if (length > 0.0) lengths.push_back(length);
     }
     ASSERT_GE(lengths.size(), 3U);
-    EXPECT_NEAR(lengths[0] / lengths[2], picture.measured_length_m / picture.true_length_m, 0.002);
-    EXPECT_NEAR(lengths[1] / lengths[2], picture.closed_form_length_m / picture.true_length_m, 0.002);
+    for (const std::size_t i : {0U, 1U}) {
+      EXPECT_NEAR(lengths[i] / lengths[2], picture.dimensions[i].length_m / picture.dimensions[2].length_m,
+                  0.002);
+    }
   }
 }
 
-TEST(ScanPanel, ElongatesWithTheScanAndCompressesAgainstIt) {
-  const auto pictures = test::full_record().scan_comparison;
-  EXPECT_GT(pictures.at(1).measured_length_m, 1.2 * pictures.at(0).measured_length_m);
-  EXPECT_LT(pictures.at(2).measured_length_m, 0.9 * pictures.at(0).measured_length_m);
-}
-
-TEST(ScanPanel, BearsNoPointsAndNoLengths) {
-  const std::vector<ScanPicture> pictures(1);
+TEST(PointPicture, BearsNoPointsAndNoLengths) {
+  const std::vector<Picture> pictures{{.title = "empty", .caption = "", .entities = {}, .dimensions = {{}}}};
   Markup out;
-  draw_scan_panel(out, pictures.front(), common_frame(pictures), PictureUse::standalone_file);
+  draw_point_picture(out, pictures.front(), common_frame(pictures), PictureUse::standalone_file);
   const std::string text = out.take();
   EXPECT_NO_THROW(parse_strictly(text));
   EXPECT_NE(text.find("no point of the body was seen"), std::string::npos);
-  EXPECT_NE(text.find("measured not known"), std::string::npos);
+  EXPECT_NE(text.find("not known"), std::string::npos);
   EXPECT_EQ(text.find("nan"), std::string::npos);
 }
 
-TEST(ScanPanel, AgreementIsWithinTheToleranceOrUnknown) {
-  ScanPicture picture;
-  EXPECT_FALSE(agrees(picture).has_value());
-  picture.measured_length_m = 4.5;
-  picture.closed_form_length_m = 4.6;
-  EXPECT_FALSE(agrees(picture).has_value());
-  picture.tolerance_m = 0.11;
-  EXPECT_EQ(agrees(picture), true);
-  picture.tolerance_m = 0.09;
-  EXPECT_EQ(agrees(picture), false);
+TEST(PointPicture, BearsAnyNumberOfDimensions) {
+  for (std::size_t count = 0; count < 6; ++count) {
+    const std::vector<Picture> pictures{
+        {.title = "t", .dimensions = std::vector<contribution::Dimension>(count, {"length", 2.0})}};
+    Markup out;
+    draw_point_picture(out, pictures.front(), common_frame(pictures), PictureUse::standalone_file);
+    expect_text_inside(parse_strictly(out.take()));
+  }
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ TEST_F(ReportFiles, RefusalsNameThePath) {
   EXPECT_EQ(message([&] { load_report(directory_); }),
             (directory_ / "report.json").string() + ": schema_version is missing");
   std::ofstream(directory_ / "file") << "x";
-  EXPECT_NE(message([&] { write_report(RunRecord{}, directory_ / "file"); }).find("can not be made"),
+  EXPECT_NE(message([&] { write_report(RunRecord{}, directory_ / "file"); }).find("can not be created"),
             std::string::npos);
   fs::create_directories(directory_ / "taken" / "report.json");
   EXPECT_NE(message([&] {

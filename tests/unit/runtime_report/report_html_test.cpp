@@ -104,28 +104,28 @@ TEST(ReportHtml, SaysWhatTheRecordHolds) {
                                "12.4 %",
                                "plc at 127.0.0.1:40213",
                                "plc at 127.0.0.1:40213: 1 request refused with exception 2.",
-                               "panel: 10 connections refused: no place was free",
+                               "panel: 10 connections refused: max_clients was reached",
                                "signal 11 (SIGSEGV)",
                                "car_1 runs its red light",
                                "Watchdog: no tick for 20 ms",
-                               "Ticks were given up 3 more times",
-                               "4 of such while it warmed up",
+                               "Ticks were skipped 3 more times",
+                               "4 of these in the warm-up",
                                "dut.enabled=false",
                                "Motion ignored",
                                "With the scan",
                                "Against the scan",
                                "limit 50.0 ms",
                                "car: 5 output values beyond the range",
-                               "car: 7 output values that no signal can carry",
+                               "car: 7 output values that were not a number",
                                "car: 11 ticks whose outputs were not sent",
                                "car: 13 frames missing in the log",
                                "car: 1 frame could not be sent",
                                "car: 3 received frames refused",
                                "car: 17 received values missing",
-                               "car: 19 sent frames dropped on purpose",
-                               "car: 23 frames of other stations dropped on purpose",
-                               "car: 29 frames corrupted on purpose",
-                               "car: 1\u202F031 frames delayed on purpose",
+                               "car: 19 sent frames dropped by fault injection",
+                               "car: 23 frames of other stations dropped by fault injection",
+                               "car: 29 frames corrupted by fault injection",
+                               "car: 1\u202F031 frames delayed by fault injection",
                                "y north"}) {
     EXPECT_NE(text.find(expected), std::string::npos) << expected;
   }
@@ -169,7 +169,7 @@ TEST(ReportHtml, RowsHaveAsManyCellsAsTheirTableHasColumns) {
 
 TEST(ReportHtml, BearsHostileTextEverywhere) {
   RunRecord record = test::full_record();
-  record.scan_comparison.resize(1);
+  record.sections.at(0).pictures.resize(1);
   for (const std::string& text : test::hostile_texts()) {
     each_field(record, FillText{text});
     ASSERT_EQ(record.tasks.at(0).misses.at(0).cause, text) << "the filler reaches nested records";
@@ -197,7 +197,7 @@ TEST(ReportHtml, EveryVerdictHasItsTone) {
 TEST(ReportHtml, AnInterruptedRunSaysHowFarItCame) {
   RunRecord record;
   record.verdict = Verdict::interrupted;
-  record.ticks = 2'400;  // and 100 given up: the run reached its 2.5 s all the same
+  record.ticks = 2'400;  // and 100 skipped: the run still covers 2.5 s
   record.skipped_ticks = 100;
   record.run_time_ns = 2'500'000'000;
   record.wall_ns = 2'500'000'000;
@@ -206,7 +206,7 @@ TEST(ReportHtml, AnInterruptedRunSaysHowFarItCame) {
   record.duration_ns = 10'000'000'000;
   EXPECT_NE(report_html(record).find("2.5 s of 10 s, 2\u202F400 ticks"), std::string::npos);
   EXPECT_NE(report_html(record).find("(1.00×)"), std::string::npos);
-  EXPECT_NE(report_html(record).find("100 of 2\u202F500 ticks given up (4.0 %)"), std::string::npos);
+  EXPECT_NE(report_html(record).find("100 of 2\u202F500 ticks skipped (4.0 %)"), std::string::npos);
 }
 
 TEST(ReportHtml, MoreMissesThanItListsOrKnowsAreTold) {

@@ -85,29 +85,29 @@ TEST(WorldJson, WriteReadWriteGivesTheSameBytes) {
   world.period_ns = 1'000'000;
   world.layers = {"ground", "vehicle"};
   world.entities = {{"house", 0, 1}, {"traffic.ego", 11, 3}};
-  world.scanners = {{"scanner",
-                     11,
-                     3,
-                     {1.5, -0.1, 0.85},
-                     480,
-                     270,
-                     2.44346,
-                     0.69813,
-                     -0.1,
-                     false,
-                     120.0,
-                     3,
-                     true,
-                     10,
-                     20,
-                     5}};
+  const std::vector<double> mount_m{1.5, -0.1, 0.85};
+  world.modules = {{.list = "scanners",
+                    .name = "scanner",
+                    .properties = {{"mount_m", mount_m},
+                                   {"columns", std::int64_t{480}},
+                                   {"horizontal_rad", 2.44346},
+                                   {"range_m", 120.0},
+                                   {"ignore_motion", true}}},
+                   {.list = "cameras", .name = "front", .properties = {}}};
   for (const WorldRecord& record : {WorldRecord{}, world}) {
     const std::string first = world_json(record);
     EXPECT_EQ(world_json(parse_world(first)), first);
   }
   const WorldRecord read = parse_world(world_json(world));
-  EXPECT_EQ(read.scanners.front().mount_m, world.scanners.front().mount_m) << "to the bit";
-  EXPECT_EQ(read.scanners.front().horizontal_rad, 2.44346);
+  ASSERT_EQ(read.modules.size(), 2U);
+  EXPECT_EQ(read.modules[0].list, "scanners");
+  EXPECT_EQ(read.modules[0].name, "scanner");
+  ASSERT_EQ(read.modules[0].properties.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(read.modules[0].properties[i].key, world.modules[0].properties[i].key);
+    EXPECT_EQ(read.modules[0].properties[i].value, world.modules[0].properties[i].value) << "to the bit";
+  }
+  EXPECT_EQ(read.modules[1].list, "cameras");
   try {
     parse_world(R"({"schema_version": 0})");
     FAIL() << "another version";
@@ -143,12 +143,13 @@ TEST(ReportJson, KeepsTheExtremesOfEveryType) {
 TEST(ReportJson, WritesWhatIsNotANumberAsNull) {
   RunRecord record = test::full_record();
   record.can.at(0).bus_load_mean = not_known;
-  record.scan_comparison.at(0).measured_length_m = HUGE_VAL;
+  record.sections.at(0).pictures.at(0).dimensions.at(0).length_m = HUGE_VAL;
   record.top_view->scan_points.at(0).x_m = -HUGE_VAL;
   const std::string text = report_json(record);
   const Json json = Json::parse(text);
   EXPECT_TRUE(json.at("can").at(0).at("bus_load_mean").is_null());
-  EXPECT_TRUE(json.at("scan_comparison").at(0).at("measured_length_m").is_null());
+  const Json picture = json.at("sections").at(0).at("pictures").at(0);
+  EXPECT_TRUE(picture.at("dimensions").at(0).at("length_m").is_null());
   EXPECT_TRUE(json.at("top_view").at("scan_points").at(0).at(0).is_null());
   EXPECT_TRUE(std::isnan(parse_report(text).can.at(0).bus_load_mean));
   EXPECT_EQ(report_json(parse_report(text)), text);

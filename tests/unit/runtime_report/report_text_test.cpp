@@ -47,7 +47,7 @@ TEST(ReportText, SaysVerdictReasonsMissesAndPlace) {
           "  traffic: 2 of 9900 runs missed the deadline (late wake-up 1, own work 1; latest by 402 us)\n"),
       std::string::npos);
   EXPECT_EQ(text.find("detectors"), std::string::npos);
-  EXPECT_NE(text.find("  20 of 10000 ticks given up (0.2 %): they were more than four periods late\n"),
+  EXPECT_NE(text.find("  20 of 10000 ticks skipped (0.2 %): they were more than four periods late\n"),
             std::string::npos)
       << text;
   EXPECT_NE(text.find("  degraded: SCHED_FIFO"), std::string::npos);
@@ -58,12 +58,11 @@ TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
   const std::string text = report_text(test::full_record(), "d");
   for (const char* line :
        {"  can.car: 5 output values beyond the range of the signal: its limit was sent instead\n",
-        "  can.car: 7 output values that no signal can carry (not a number): the value before was sent "
-        "again\n",
+        "  can.car: 7 output values that were not a number: the last value was sent again\n",
         "  can.car: 11 ticks whose outputs were not sent: the bus's thread was too slow\n",
-        "  can.car: 13 frames missing in the log: the disk was too slow, or refused them\n"})
+        "  can.car: 13 frames missing in the log: the disk was too slow or failed\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
-  EXPECT_EQ(text.find("on purpose"), std::string::npos) << "that was asked for";
+  EXPECT_EQ(text.find("fault injection"), std::string::npos) << "the scenario requests it";
   RunRecord sound;
   sound.can = {{"car", "virtual", 1, 1, 2, 3, 4, 5, 6, 7, 0.5}};
   EXPECT_EQ(report_text(sound, "d").find("can.car"), std::string::npos);
@@ -75,23 +74,22 @@ TEST(ReportText, SaysWhatAModbusUnitDidNotTakeOrGive) {
   for (const std::string& line :
        {plc + "2 requests had no answer in time\n", plc + "1 request refused with exception 2\n",
         plc + "2 requests refused with exception 6\n",
-        plc + "1 time connected anew after the connection was lost\n",
+        plc + "1 time connected again after the connection was lost\n",
         plc + "4 output values beyond the range of the register: its limit was written instead\n",
         plc + "5 input values beyond the range of the register: its limit was read instead\n",
-        plc + "6 output values that no register can carry (not a number): the register kept its value\n",
+        plc + "6 output values that were not a number: the register kept its value\n",
         plc + "7 input values that were not a finite number: the signal kept its value\n",
         plc + "8 ticks whose outputs were replaced by newer ones before they were sent: the unit or hil's "
-              "own thread was too slow\n",
-        plc + "9 times an input grew older than max_age and reads its safe value\n",
+              "thread was too slow\n",
+        plc + "9 times an input became older than max_age and had its safe value\n",
         std::string("  modbus.panel: 1 connection closed for bytes that are not Modbus TCP\n"),
+        std::string("  modbus.panel: 10 connections refused: max_clients was reached, or the system had "
+                    "no descriptor\n"),
+        std::string("  modbus.panel: 11 idle connections closed for another client (max_clients)\n"),
         std::string(
-            "  modbus.panel: 10 connections refused: no place was free (max_clients), or the system had "
-            "no descriptor\n"),
-        std::string("  modbus.panel: 11 idle connections closed in favour of another client (max_clients)\n"),
-        std::string(
-            "  modbus.panel: 12 connections dropped: the client was silent, or did not take its replies\n")})
+            "  modbus.panel: 12 connections dropped: the client was silent, or did not read its replies\n")})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
-  EXPECT_EQ(text.find("a reply that fits"), std::string::npos) << "all three errors are exceptions";
+  EXPECT_EQ(text.find("an invalid reply"), std::string::npos) << "all three errors are exceptions";
   RunRecord sound;
   sound.modbus.resize(1);
   sound.modbus[0].device = "plc";

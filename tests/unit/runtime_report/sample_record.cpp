@@ -139,7 +139,7 @@ TopView crossing() {
   view.tracks = {straight_track("ego", true, {-50, -2}, {-11, -2}),
                  straight_track("car_1", false, {2, -60}, {2, 14}),
                  straight_track("car_2", false, {2, -52}, {2, 24})};
-  view.fan = ScanFan{{-9.5, -2}, 70 * degree, -70 * degree, 40.0};
+  view.fan = FieldOfView{{-9.5, -2}, 70 * degree, -70 * degree, 40.0};
   for (int step = 0; step < 60; ++step) {
     view.scan_points.push_back({1.1, 11.6 + step * 0.08, 0.6, 0, 0, 15.0, 1});
     view.scan_points.push_back({13.0, -12.0 - step * 0.14, 2.0, 0, 0, 24.0, 2});
@@ -166,10 +166,16 @@ double range_to_box(double azimuth, double elevation, PointM minimum, PointM max
 }
 
 /// A scanner 1.2 m above the ground looks along +x and turns from left to right in one second.
-ScanPicture scan_of_car(const char* title, const char* caption, double speed_mps) {
+Picture scan_of_car(const char* title, const char* caption, double speed_mps) {
   constexpr int columns = 700;
-  ScanPicture picture{title, caption, {"ground", "car_1", "house"}, 1, {0.0, -1.0}, 4.5, not_known, not_known,
-                      0.12,  {}};
+  Picture picture{.title = title,
+                  .caption = caption,
+                  .entities = {"ground", "car_1", "house"},
+                  .subject = 1,
+                  .right = {0.0, -1.0},
+                  .outline_length_m = 4.5,
+                  .dimensions = {},
+                  .points = {}};
   double lowest = 1e9;
   double highest = -1e9;
   for (int column = 0; column < columns; ++column) {
@@ -195,8 +201,8 @@ ScanPicture scan_of_car(const char* title, const char* caption, double speed_mps
       highest = std::max(highest, y_m);
     }
   }
-  picture.measured_length_m = highest - lowest;
-  picture.closed_form_length_m = picture.measured_length_m + 0.021;
+  const double measured_m = highest - lowest;
+  picture.dimensions = {{"measured", measured_m}, {"closed form", measured_m + 0.021}, {"true length", 4.5}};
   return picture;
 }
 
@@ -233,7 +239,7 @@ Histogram tailed_histogram(std::int64_t middle_ns, std::uint64_t count, std::uin
 RunRecord full_record() {
   RunRecord record;
   record.scenario = {
-      "crossing", "configs/crossing.yaml",
+      "crossing", "configs/crossing/crossing.yaml",
       "An ego car with a laser scanner drives toward a crossing; one car from the right runs its red light."};
   record.verdict = Verdict::failed;
   record.reason = "1 of 2 expectations did not hold: no collision.";
@@ -350,12 +356,28 @@ RunRecord full_record() {
                    {6'210 * millisecond, "dut died: signal 11 (SIGSEGV)"},
                    {8'412 * millisecond, "ego collides with car_1"}};
   record.top_view = crossing();
-  record.scan_comparison = {
-      scan_of_car("Motion ignored", "Every beam meets the car where it stood at the middle of the scan.",
-                  0.0),
-      scan_of_car("With the scan", "The car drives to the right, as the beam turns: elongated.", -9.0),
-      scan_of_car("Against the scan", "The car drives to the left, toward the turning beam: compressed.",
-                  9.0)};
+  record.sections = {
+      {.name = "scan",
+       .title = "What the scanner sees of a moving car",
+       .text = "Each beam has its own instant.",
+       .pictures = {scan_of_car("Motion ignored",
+                                "Every beam meets the car where it stood at the middle of the scan.", 0.0),
+                    scan_of_car("With the scan", "The car drives to the right, as the beam turns: elongated.",
+                                -9.0),
+                    scan_of_car("Against the scan",
+                                "The car drives to the left, toward the turning beam: compressed.", 9.0)},
+       .tables = {{.columns = {{.title = "Case"},
+                               {.title = "Measured", .numeric = true, .unit = "m", .decimals = 3},
+                               {.title = "Tolerance", .numeric = true, .unit = "m", .decimals = 3},
+                               {.title = "Result"}},
+                   .rows = {{{.text = "Motion ignored"},
+                             {.number = 4.4871},
+                             {},
+                             {.text = "agrees", .mark = contribution::Mark::good}},
+                            {{.text = "With the scan"},
+                             {.number = 5.9},
+                             {.number = 0.12},
+                             {.text = "differs", .mark = contribution::Mark::bad}}}}}}};
   return record;
 }
 

@@ -60,7 +60,7 @@ class FrameByFrame : public ::testing::Test {
   void tick(const std::vector<Judge*>& judges, std::int64_t time_ns) {
     const std::span<const Arrival> arrived = arrivals_.collect();
     for (Judge* const judge : judges)
-      judge->look(table_, arrived, time_ns);
+      judge->check(table_, arrived, time_ns);
   }
   static void expect_answered(const Judge& judge, const std::vector<std::int64_t>& took_ns) {
     const auto result = judge.result({1'000 * ms, 1, ms});

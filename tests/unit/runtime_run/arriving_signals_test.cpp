@@ -36,7 +36,7 @@ class Arriving : public Expectations {
     for (std::int64_t time = from_ms; time < to_ms; ++time) {
       hear(mode_, mode, fresh, time * ms);
       table_.write(fresh_, fresh ? 1.0 : 0.0, time * ms);
-      judge.look(table_, {}, time * ms);
+      judge.check(table_, {}, time * ms);
     }
   }
   static bool says(const report::Expectation& result, const std::string& words) {
@@ -149,20 +149,20 @@ TEST_F(Arriving, RequestsWhileTheReplyingBusIsAwayAreCountedApart) {
   for (int i = 1; i <= 40; ++i) {
     look(*claim, i, i * 100 * ms);
     hear(answer_, i, true, i * 100 * ms + 10 * ms);
-    claim->look(table_, {}, i * 100 * ms + 10 * ms);
+    claim->check(table_, {}, i * 100 * ms + 10 * ms);
   }
   look(*claim, 41, 4'100 * ms);
   table_.write(connected_, 0.0, 4'120 * ms);
-  claim->look(table_, {}, 4'120 * ms);
+  claim->check(table_, {}, 4'120 * ms);
   table_.write(connected_, 1.0, 4'300 * ms);
-  claim->look(table_, {}, 4'300 * ms);
+  claim->check(table_, {}, 4'300 * ms);
   look(*claim, 42, 4'980 * ms);
   const auto result = claim->result({5'000 * ms, 1, ms});
   EXPECT_EQ(result.result, Result::held) << result.detail;
   EXPECT_TRUE(says(result, "40 requests, 0 unanswered")) << result.detail;
   EXPECT_TRUE(says(result, "1 further request not judged, since the replying device was not connected"))
       << result.detail;
-  EXPECT_TRUE(says(result, "1 further request not judged, since the run ended before their time was over"))
+  EXPECT_TRUE(says(result, "1 further request not judged, since the run ended before their time limit"))
       << result.detail;
   EXPECT_EQ(claim->response_times(5'000 * ms)->not_judged, 2U);
 }
@@ -173,7 +173,7 @@ TEST_F(Arriving, TooManyRequestsThatWereNotJudgedAreNotChecked) {
   table_.write(connected_, 1.0, 0);
   look(*claim, 1, 100 * ms);
   hear(answer_, 1, true, 110 * ms);
-  claim->look(table_, {}, 110 * ms);
+  claim->check(table_, {}, 110 * ms);
   table_.write(connected_, 0.0, 190 * ms);
   for (int i = 2; i <= 9; ++i)
     look(*claim, i, i * 100 * ms);

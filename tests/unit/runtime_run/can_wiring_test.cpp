@@ -153,7 +153,7 @@ TEST_F(CanWiring, AStartValueThatDoesNotFitIsAWarningWithTheValue) {
   folder_.write("test.dbc", changed("SG_ 256 Level 7", "SG_ 256 Level 9999", database));
   ASSERT_TRUE(wired(scenario)) << diagnostics_.to_text();
   ASSERT_EQ(diagnostics_.warning_count(), 1U) << diagnostics_.to_text();
-  EXPECT_NE(diagnostics_.warnings()[0].message.find("do not fit their bits; they carry their safe values: "
+  EXPECT_NE(diagnostics_.warnings()[0].message.find("do not fit their bits; they have their safe values: "
                                                     "'Level' (9999)"),
             std::string::npos)
       << diagnostics_.to_text();
@@ -227,10 +227,10 @@ TEST_F(CanWiring, ValueNamesInConditionsAreJudged) {
     const auto mode = table.find("can.car.Status.Mode");
     ASSERT_TRUE(mode);
     table.write(*mode, 12.0, 0);
-    judge->look(table, {}, 0);
+    judge->check(table, {}, 0);
     EXPECT_NE(judge->result({1, 1, 1'000'000}).result, report::ExpectationResult::held);
     table.write(*mode, 14.0, 1'000'000);
-    judge->look(table, {}, 1'000'000);
+    judge->check(table, {}, 1'000'000);
     EXPECT_EQ(judge->result({2'000'000, 2, 1'000'000}).result, report::ExpectationResult::held);
   }
   EXPECT_TRUE(wired(changed("can.car.Status.Mode == LimpHome", "\"'limp home' != can.car.Status.Mode\"")))
@@ -239,7 +239,8 @@ TEST_F(CanWiring, ValueNamesInConditionsAreJudged) {
 
 TEST_F(CanWiring, ValueNamesThatThereAreNotAreRefusedWithTheNearest) {
   EXPECT_TRUE(refuses(changed("KeyState: On", "KeyState: Onn"), 11, "did you mean 'On'?"));
-  EXPECT_TRUE(refuses(changed("KeyState: On", "KeyState: twice"), 11, "several values named 'twice'"));
+  EXPECT_TRUE(
+      refuses(changed("KeyState: On", "KeyState: twice"), 11, "several values with the name 'twice'"));
   EXPECT_TRUE(refuses(changed("KeyState: On", "Level: On"), 11, "'Command.Level' has no value names"));
   EXPECT_TRUE(refuses(changed("KeyState: On", "KeyState: traffic.ego.on"), 11, "there is no signal"));
   EXPECT_TRUE(refuses(changed("- message: Status\n", "- {message: Status, safe: {Mode: Limphome}}\n"), 13,

@@ -60,11 +60,11 @@ TEST(DeviceClock, SettlesAStampOfTheOpeningToWhenItWasBeforeTheFirstTick) {
 TEST(DeviceClock, TellsOfTheOpeningAtTheFirstTick) {
   executive::VirtualClock machine;
   DeviceClock clock(machine);
-  EXPECT_EQ(clock.told_ns(), 0);
+  EXPECT_EQ(clock.report_ns(), 0);
   clock.set_origin(2 * s);
-  EXPECT_EQ(clock.told_ns(), 0);
+  EXPECT_EQ(clock.report_ns(), 0);
   machine.sleep_until(5 * s);
-  EXPECT_EQ(clock.told_ns(), 3 * s);
+  EXPECT_EQ(clock.report_ns(), 3 * s);
 }
 
 /// One station of a CAN bus and the device that listens to it, while a run opens.
@@ -73,7 +73,7 @@ class OpeningBus : public ::testing::Test {
   void SetUp() override {
     io::can::CanDeviceConfig config;
     config.name = "car";
-    config.database = io::can::load_dbc(HIL_SOURCE_DIR "/configs/crossing.dbc").database;
+    config.database = io::can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
     config.receive.push_back({"BrakeCommand", 200 * ms, {}, {}});
     auto hub = std::make_unique<io::virtual_bus::Hub>(
         io::virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}});

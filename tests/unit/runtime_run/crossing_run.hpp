@@ -1,5 +1,5 @@
 #pragma once
-// configs/crossing.yaml, run in this process under the virtual clock, and its signals.csv.
+// configs/crossing/crossing.yaml, run in this process under the virtual clock, and its signals.csv.
 
 #include <map>
 #include <string>

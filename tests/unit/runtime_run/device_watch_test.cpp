@@ -10,9 +10,13 @@ namespace {
 class Patient final : public tests::StillDevice {
  public:
   Patient() : StillDevice("plc") {}
-  io::DeviceHealth state{.connected = true, .fault = {}};
+  struct State {
+    bool connected = true;
+    std::string fault{};
+  };
+  State state;
   bool connected() const noexcept override { return state.connected; }
-  io::DeviceHealth health() const override { return state; }
+  std::string fault() const override { return state.fault; }
   std::vector<io::DeviceEvent> events_since(std::size_t first) const override {
     return {happened.begin() + static_cast<std::ptrdiff_t>(first), happened.end()};
   }
@@ -23,7 +27,7 @@ class Watch : public ::testing::Test {
  protected:
   std::vector<std::string> look(std::int64_t time_ns) {
     std::vector<std::string> told;
-    watch_.look(time_ns, [&](bool good, const std::string& sentence) {
+    watch_.check(time_ns, [&](bool good, const std::string& sentence) {
       told.push_back((good ? "good: " : "bad: ") + sentence);
     });
     return told;

@@ -66,7 +66,7 @@ TEST_F(Expectations, EventuallyKeepsItsTimeLimit) {
   const auto result = late->result(until(9 * ms));
   EXPECT_EQ(result.result, Result::failed);
   EXPECT_EQ(result.first_failure_ns, 5 * ms);
-  EXPECT_NE(result.detail.find("only at 0.006 s, wanted by 0.005 s"), std::string::npos) << result.detail;
+  EXPECT_NE(result.detail.find("only at 0.006 s, required by 0.005 s"), std::string::npos) << result.detail;
 }
 
 TEST_F(Expectations, EventuallyFailsWithinTheRunEvenWhenItWasCutShort) {
@@ -92,9 +92,9 @@ TEST_F(Expectations, ResponsesAreMeasuredFromTheValuesOwnTimes) {
   const auto judge = responses(50 * ms, 3);
   for (int i = 1; i <= 3; ++i) {
     ask(*judge, i, i * 100 * ms);
-    judge->look(table_, {}, i * 100 * ms + ms);  // the same value looked at again is no second request
+    judge->check(table_, {}, i * 100 * ms + ms);  // the same value looked at again is no second request
     answer(*judge, i, i * 100 * ms + i * 10 * ms);
-    judge->look(table_, {}, i * 100 * ms + 60 * ms);
+    judge->check(table_, {}, i * 100 * ms + 60 * ms);
   }
   const auto result = judge->result(until(1'000 * ms));
   EXPECT_EQ(result.result, Result::held) << result.detail;
@@ -199,7 +199,7 @@ TEST_F(Expectations, ASignalThatIsFreshAgainWithItsOldValueHasNotChanged) {
   ask(*judge, 1, 10 * ms);
   answer(*judge, 1, 12 * ms);
   table_.write(request_, {.value = 0.0, .time_ns = 100 * ms, .fresh = false});
-  judge->look(table_, {}, 100 * ms);
+  judge->check(table_, {}, 100 * ms);
   ask(*judge, 1, 200 * ms);
   EXPECT_EQ(judge->response_times(1'000 * ms)->unanswered, 0U);
   ask(*judge, 2, 300 * ms);
@@ -211,7 +211,7 @@ TEST_F(Expectations, WhatCameBeforeARequestIsNoAnswerToIt) {
   const auto judge = responses(50 * ms);
   table_.write(request_, 3.0, 100 * ms);
   table_.write(reply_, 3.0, 99 * ms);
-  judge->look(table_, {}, 101 * ms);
+  judge->check(table_, {}, 101 * ms);
   EXPECT_TRUE(judge->response_times(120 * ms)->samples_ns.empty());
   answer(*judge, 4, 105 * ms);
   answer(*judge, 3, 110 * ms);
@@ -233,10 +233,10 @@ TEST_F(Expectations, TooFewRequestsProveNothingHoweverWellTheyWereAnswered) {
 TEST_F(Expectations, ValuesThatAreNotFreshAreNoRequestsAndNoAnswers) {
   const auto judge = responses(50 * ms);
   table_.write(request_, {.value = 1.0, .time_ns = 0, .fresh = false});
-  judge->look(table_, {}, 0);
+  judge->check(table_, {}, 0);
   ask(*judge, 2, 100 * ms);
   table_.write(reply_, {.value = 2.0, .time_ns = 110 * ms, .fresh = false});
-  judge->look(table_, {}, 110 * ms);
+  judge->check(table_, {}, 110 * ms);
   const auto result = judge->result(until(1'000 * ms));
   EXPECT_EQ(result.result, Result::failed);
   EXPECT_NE(result.detail.find("1 requests, 1 unanswered"), std::string::npos) << result.detail;
@@ -285,7 +285,7 @@ TEST_F(Expectations, OfALongRunTheFirstMillionTimesAreKeptAndTheReportSaysSo) {
   EXPECT_EQ(
       result.detail,
       "bus.Header.Counter answered by bus.Command.AnswerTo within 50.00 ms: 1000001 requests, 0 unanswered, "
-      "1 late, slowest 60.00 ms (the list of times holds the first 1000000)");
+      "1 late, slowest 60.00 ms (the list of times has the first 1000000)");
   const auto times = claim->response_times(answers * ms);
   ASSERT_TRUE(times);
   EXPECT_EQ(times->samples_ns.size(), 1'000'000U);

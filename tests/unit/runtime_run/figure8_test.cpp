@@ -136,12 +136,12 @@ Expected closed_form(const Scanner& scanner, const Body& ego, const Body& body) 
 /// tells when a point was taken.
 template <typename TimeOf>
 double measured(const Scanner& scanner, const Body& ego, const Body& body, const Expected& expected,
-                const report::ScanPicture& picture, TimeOf t_of) {
+                const report::Picture& picture, TimeOf t_of) {
   double least = 1e300;
   double most = -1e300;
   double farthest_off_m = 0.0;
   const Point along = turned(ego, body.travel);
-  for (const report::ScanPoint& p : picture.points) {
+  for (const report::SensorPoint& p : picture.points) {
     const double t_s = t_of(p);
     // Beside the body at that instant: is it on one of its long sides?
     const Point middle = seen(scanner, ego, body.center(t_s), t_s);
@@ -161,8 +161,19 @@ double measured(const Scanner& scanner, const Body& ego, const Body& body, const
   return most - least + expected.pitch_m;
 }
 
+double length_of(const report::Picture& picture, const std::string& name) {
+  for (const contribution::Dimension& dimension : picture.dimensions) {
+    if (dimension.name == name) return dimension.length_m;
+  }
+  throw std::runtime_error("the picture has no dimension " + name);
+}
+
+const std::vector<report::Picture>& pictures_of(const CrossingRun& run) {
+  return run.record.sections.at(0).pictures;
+}
+
 /// "traffic.northbound, sweep from 1.000 s on"
-double begin_of(const report::ScanPicture& picture) {
+double begin_of(const report::Picture& picture) {
   const std::size_t digits = picture.caption.find_first_of("0123456789", picture.caption.find(", "));
   double begin_s = -1.0;
   if (digits == std::string::npos || std::sscanf(picture.caption.c_str() + digits, "%lf", &begin_s) != 1)
@@ -177,7 +188,7 @@ struct Findings {
 Findings check(const CrossingRun& run) {
   const Scanner scanner = scanner_of(run.scenario);
   Findings findings;
-  for (const report::ScanPicture& picture : run.record.scan_comparison) {
+  for (const report::Picture& picture : pictures_of(run)) {
     SCOPED_TRACE(picture.title + ": " + picture.caption);
     const std::string& name = picture.entities.at(0);
     const double begin_s = begin_of(picture);
@@ -186,24 +197,24 @@ Findings check(const CrossingRun& run) {
     const Expected expected = closed_form(scanner, ego, body);
     const bool still = picture.title == "motion ignored";
     EXPECT_GT(picture.points.size(), 100U);
-    EXPECT_DOUBLE_EQ(picture.true_length_m, body.length_m);
+    EXPECT_DOUBLE_EQ(length_of(picture, "true length"), body.length_m);
     if (still) {
       ++findings.still;
       const double again_m = measured(scanner, ego, body, expected, picture, [](const auto&) { return 0.0; });
       EXPECT_NEAR(again_m, body.length_m, 0.01 * body.length_m + expected.pitch_m);
-      EXPECT_NEAR(picture.measured_length_m, again_m, 0.02 + 0.5 * expected.pitch_m);
+      EXPECT_NEAR(length_of(picture, "measured"), again_m, 0.02 + 0.5 * expected.pitch_m);
       continue;
     }
-    const auto time_of = [&](const report::ScanPoint& p) {
+    const auto time_of = [&](const report::SensorPoint& p) {
       return (0.5 - (scanner.left_to_right ? p.azimuth_rad : -p.azimuth_rad) / scanner.horizontal_rad) *
              scanner.period_s;
     };
     const double again_m = measured(scanner, ego, body, expected, picture, time_of);
     const double tolerance_m = 0.01 * expected.length_m + expected.pitch_m;
     EXPECT_NEAR(again_m, expected.length_m, tolerance_m);
-    EXPECT_NEAR(picture.measured_length_m, expected.length_m, tolerance_m);
-    EXPECT_NEAR(picture.closed_form_length_m, expected.length_m, 0.01);
-    EXPECT_NEAR(picture.measured_length_m, again_m, 0.02 + 0.5 * expected.pitch_m);
+    EXPECT_NEAR(length_of(picture, "measured"), expected.length_m, tolerance_m);
+    EXPECT_NEAR(length_of(picture, "closed form"), expected.length_m, 0.01);
+    EXPECT_NEAR(length_of(picture, "measured"), again_m, 0.02 + 0.5 * expected.pitch_m);
     // It is not the true length that was measured: the two differ by more than the tolerance.
     EXPECT_GT(std::abs(expected.length_m - body.length_m), tolerance_m);
     ++(expected.length_m > body.length_m ? findings.stretched : findings.compressed);
@@ -226,7 +237,7 @@ TEST(Figure8, ATaskWithAnOffsetScansWholeSweepsTheSame) {
   EXPECT_EQ(found.compressed, 1);
   EXPECT_EQ(found.stretched, 1);
   EXPECT_EQ(found.still, 1);
-  for (const report::ScanPicture& picture : run.record.scan_comparison)
+  for (const report::Picture& picture : pictures_of(run))
     EXPECT_NE(picture.caption.find(".009 s"), std::string::npos) << picture.caption;
 }
 
@@ -244,14 +255,15 @@ TEST(Figure8, WithMotionIgnoredThePassingCarsHaveTheirTrueLength) {
   const CrossingRun run = run_crossing({"duration=4 s", "tasks.scanner.parameters.ignore_motion=true"});
   const Scanner scanner = scanner_of(run.scenario);
   int seen_moving = 0;
-  for (const report::ScanPicture& picture : run.record.scan_comparison) {
+  for (const report::Picture& picture : pictures_of(run)) {
     if (picture.title == "motion ignored") continue;
     ++seen_moving;
     const double begin_s = begin_of(picture);
     const Body ego = body_of(run, "traffic.ego", begin_s);
     const Body body = body_of(run, picture.entities.at(0), begin_s);
     const double pitch_m = closed_form(scanner, ego, body).pitch_m;
-    EXPECT_NEAR(picture.measured_length_m, body.length_m, 0.01 * body.length_m + pitch_m) << picture.caption;
+    EXPECT_NEAR(length_of(picture, "measured"), body.length_m, 0.01 * body.length_m + pitch_m)
+        << picture.caption;
   }
   EXPECT_EQ(seen_moving, 2);
 }

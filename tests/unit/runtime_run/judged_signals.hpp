@@ -51,15 +51,15 @@ class Expectations : public ::testing::Test {
 
   void look(Judge& judge, double speed, std::int64_t time_ns) {
     table_.write(speed_, speed, time_ns);
-    judge.look(table_, {}, time_ns);
+    judge.check(table_, {}, time_ns);
   }
   void ask(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(request_, value, time_ns);
-    judge.look(table_, {}, time_ns);
+    judge.check(table_, {}, time_ns);
   }
   void answer(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(reply_, value, time_ns);
-    judge.look(table_, {}, time_ns);
+    judge.check(table_, {}, time_ns);
   }
 };
 

@@ -23,7 +23,7 @@ class Plug final : public tests::StillDevice {
 
 void look(LossWatch& watch, std::int64_t from_ms, std::int64_t to_ms) {
   for (std::int64_t time = from_ms; time < to_ms; ++time)
-    watch.look(time * ms);
+    watch.check(time * ms);
 }
 
 TEST(LossWatch, AGapAsLongAsTheTimeOutIsNoLossAndALongerOneIs) {
@@ -34,7 +34,7 @@ TEST(LossWatch, AGapAsLongAsTheTimeOutIsNoLossAndALongerOneIs) {
   look(watch, 100, 110);
   plc.is_in = true;
   look(watch, 110, 200);
-  EXPECT_TRUE(watch.losses(200 * ms).empty());
+  EXPECT_TRUE(watch.losses(200 * ms, {}).empty());
   plc.is_in = false;
   look(watch, 200, 211);
   EXPECT_FALSE(watch.outputs_must_be_safe());
@@ -43,7 +43,7 @@ TEST(LossWatch, AGapAsLongAsTheTimeOutIsNoLossAndALongerOneIs) {
   plc.is_in = true;
   look(watch, 215, 300);
   EXPECT_FALSE(watch.outputs_must_be_safe());
-  const auto losses = watch.losses(300 * ms);
+  const auto losses = watch.losses(300 * ms, {});
   ASSERT_EQ(losses.size(), 1U);
   EXPECT_EQ(losses[0].what, "Modbus unit plc");
   EXPECT_EQ(losses[0].begin_ns, 200 * ms);
@@ -57,7 +57,7 @@ TEST(LossWatch, WhatNeverConnectsIsLostFromTheFirstTickToTheEnd) {
   plc.is_in = false;
   LossWatch watch({{&plc, "Modbus unit plc", false}});
   look(watch, 0, 50);
-  const auto losses = watch.losses(50 * ms);
+  const auto losses = watch.losses(50 * ms, {});
   ASSERT_EQ(losses.size(), 1U);
   EXPECT_EQ(losses[0].begin_ns, 0);
   EXPECT_EQ(losses[0].duration_ns, 50 * ms);
@@ -67,16 +67,16 @@ TEST(LossWatch, WhatNeverConnectsIsLostFromTheFirstTickToTheEnd) {
 TEST(LossWatch, WhatNeverAnswersIsLostInAShortRunToo) {
   Plug plc(1'000 * ms);
   LossWatch never_run({{&plc, "Modbus unit plc", false}});
-  EXPECT_TRUE(never_run.losses(0).empty()) << "no tick ran";
+  EXPECT_TRUE(never_run.losses(0, {}).empty()) << "no tick ran";
   plc.is_in = false;
   LossWatch watch({{&plc, "Modbus unit plc", false}});
   look(watch, 0, 50);
-  ASSERT_EQ(watch.losses(50 * ms).size(), 1U);
-  EXPECT_EQ(watch.losses(50 * ms)[0].duration_ns, 50 * ms);
-  EXPECT_TRUE(watch.losses(50 * ms)[0].to_the_end);
+  ASSERT_EQ(watch.losses(50 * ms, {}).size(), 1U);
+  EXPECT_EQ(watch.losses(50 * ms, {})[0].duration_ns, 50 * ms);
+  EXPECT_TRUE(watch.losses(50 * ms, {})[0].to_the_end);
   plc.is_in = true;
   look(watch, 50, 51);
-  EXPECT_TRUE(watch.losses(51 * ms).empty());
+  EXPECT_TRUE(watch.losses(51 * ms, {}).empty());
 }
 
 TEST(LossWatch, ALossThatIsPermittedHoldsNoOutputs) {
@@ -88,7 +88,7 @@ TEST(LossWatch, ALossThatIsPermittedHoldsNoOutputs) {
   bus.is_in = false;
   look(watch, 50, 70);
   EXPECT_TRUE(watch.outputs_must_be_safe());
-  const auto losses = watch.losses(70 * ms);
+  const auto losses = watch.losses(70 * ms, {});
   ASSERT_EQ(losses.size(), 2U);
   EXPECT_TRUE(losses[0].permitted);
   EXPECT_FALSE(losses[1].permitted);
@@ -99,7 +99,7 @@ TEST(LossWatch, WithoutATimeOutNothingIsLost) {
   server.is_in = false;
   LossWatch watch({{&server, "Modbus unit hmi", false}});
   look(watch, 0, 5'000);
-  EXPECT_TRUE(watch.losses(5'000 * ms).empty());
+  EXPECT_TRUE(watch.losses(5'000 * ms, {}).empty());
 }
 
 TEST(LossWatch, OfVeryManyLossesTheFirstHundredAreKeptAndTheOthersCountedWithoutAllocating) {
@@ -115,8 +115,36 @@ TEST(LossWatch, OfVeryManyLossesTheFirstHundredAreKeptAndTheOthersCountedWithout
   }
   allocation_guard::leave_tick();
   EXPECT_EQ(allocation_guard::seen().total(), 0U);
-  EXPECT_EQ(watch.losses(1'500 * ms).size(), 100U);
+  EXPECT_EQ(watch.losses(1'500 * ms, {}).size(), 100U);
   EXPECT_EQ(watch.not_listed(), 50U);
+}
+
+TEST(LossWatch, AProcessThatEndsIsALossUnlessItsEndEndsTheRun) {
+  Plug plc(10 * ms);
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  plc.is_in = false;
+  look(watch, 0, 50);
+  plc.is_in = true;
+  look(watch, 50, 100);
+  const std::vector<ProcessExit> exits{
+      {.name = "dut", .command = "", .ended_early = true, .ended_at_ns = 30 * ms, .exit = "exit code 1"},
+      {.name = "logger",
+       .command = "",
+       .ended_early = true,
+       .ended_at_ns = 20 * ms,
+       .exit = "exit code 2",
+       .safe_on_exit = false,
+       .may_be_lost = true},
+      {.name = "viewer", .command = "", .exit = "running", .safe_on_exit = false}};
+  const auto losses = watch.losses(100 * ms, exits);
+  ASSERT_EQ(losses.size(), 2U);
+  EXPECT_EQ(losses[0].what, "Modbus unit plc") << "the earlier loss first";
+  EXPECT_EQ(losses[1].what, "process logger");
+  EXPECT_EQ(losses[1].begin_ns, 20 * ms);
+  EXPECT_EQ(losses[1].duration_ns, 80 * ms);
+  EXPECT_TRUE(losses[1].to_the_end);
+  EXPECT_TRUE(losses[1].permitted);
+  EXPECT_EQ(losses[1].cause, "exit code 2");
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST(ProcessWatch, WaitsForTheEndOfOneThatIsAboutToEnd) {
   {
     const ProcessWatch::Watching watching = watch.watch(deaths.watcher(), {});
     ASSERT_TRUE(comes_true([&] { return deaths.all().size() == 1; })) << "one that nobody needs";
-    watch.end_watch_after_an_end(20s);
+    watch.end_watch_after_exit(20s);
   }
   ASSERT_EQ(deaths.all().size(), 2u);
   EXPECT_EQ(deaths.all().back().name, "dut");
@@ -145,7 +145,7 @@ TEST(ProcessWatch, WhatEndsAfterTheWatchHasNotEndedEarly) {
 TEST(ProcessWatch, NamesTheFirstThatIsDeadBeforeTheWatch) {
   ProcessWatch watch({shell("plc", "sleep 100"), shell("dut", "exit 7")}, [] { return std::int64_t{0}; });
   std::string dead;
-  ASSERT_TRUE(comes_true([&] { return !(dead = watch.first_dead()).empty(); }));
+  ASSERT_TRUE(comes_true([&] { return !(dead = watch.first_ended()).empty(); }));
   EXPECT_EQ(dead, "dut exited with code 7");
 }
 

@@ -178,7 +178,7 @@ TEST(SignalLog, AFullDiskIsReported) {
   SignalLog log("/dev/full", table, true);
   for (int i = 0; i < 1'000; ++i)
     log.take(table, i * ms);
-  EXPECT_EQ(log.close(), "/dev/full could not be written whole");
+  EXPECT_EQ(log.close(), "/dev/full could not be written completely");
 }
 
 TEST(SignalLog, AFileThatCanNotBeMadeIsRefusedWithItsName) {

@@ -1,5 +1,5 @@
 // No heap traffic in the steps of the crossing's modules, in real time, with the real database: every module
-// of configs/crossing.yaml is stepped by the executive as in a session, and what its task does on the tick's
+// of configs/crossing/crossing.yaml is stepped by the executive as in a session, and what its task does on the tick's
 // threads is counted after the warm-up.
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ class Guarded final : public executive::Task {
 TEST(StepAllocation, NoModuleOfTheCrossingTouchesTheHeapInRealTime) {
   config::Diagnostics diagnostics;
   const auto scenario = config::load_scenario(
-      std::string(HIL_SOURCE_DIR) + "/configs/crossing.yaml",
+      std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml",
       std::vector<std::string>{"tasks.scanner.parameters.columns=240", "tasks.scanner.parameters.rows=60",
                                "realtime.scheduler=other"},
       module_schemas(), diagnostics);

@@ -26,22 +26,6 @@ class VersionOnly final : public rtstdb::Database {
                                                   const rtstdb::GeometryOptions& /*options*/) override {
     return refused();
   }
-  rtstdb::Result<std::unique_ptr<rtstdb::RayQuery>> prepare(
-      const rtstdb::RayQueryOptions& /*options*/) override {
-    return refused();
-  }
-  rtstdb::Result<std::unique_ptr<rtstdb::RegionQuery>> prepare(
-      const rtstdb::RegionQueryOptions& /*options*/) override {
-    return refused();
-  }
-  rtstdb::Result<std::unique_ptr<rtstdb::NearestQuery>> prepare(
-      const rtstdb::NearestQueryOptions& /*options*/) override {
-    return refused();
-  }
-  rtstdb::Result<std::unique_ptr<rtstdb::OverlapQuery>> prepare(
-      const rtstdb::OverlapQueryOptions& /*options*/) override {
-    return refused();
-  }
   std::unique_ptr<rtstdb::Transaction> make_transaction(
       const rtstdb::TransactionOptions& /*options*/) override {
     return nullptr;
@@ -113,10 +97,7 @@ class AnyTransaction final : public rtstdb::Transaction {
   void update_geometry(rtstdb::GeometryId /*geometry*/,
                        std::span<const glm::vec3> /*positions_m*/) noexcept override {}
   std::uint32_t read(rtstdb::EntityId /*entity*/) noexcept override { return 0; }
-  void add_query(rtstdb::RayQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
-  void add_query(rtstdb::RegionQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
-  void add_query(rtstdb::NearestQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
-  void add_query(rtstdb::OverlapQuery& /*query*/, std::uint32_t /*count*/) noexcept override {}
+  void add_query(rtstdb::Query& /*query*/, std::uint32_t /*count*/) noexcept override {}
   rtstdb::EntityId created(std::uint32_t /*ordinal*/) const noexcept override { return {}; }
   const rtstdb::EntityState* state(std::uint32_t /*ordinal*/) const noexcept override { return nullptr; }
   rtstdb::Status status() const noexcept override { return {}; }

@@ -306,10 +306,11 @@ TEST_F(WiringOf, AnUnknownSignalOfAMessageHasTheNearestName) {
 TEST_F(WiringOf, AConstantThatItsSignalDoesNotHoldIsAMistake) {
   const struct {
     const char *from, *to, *at, *words;
-  } cases[] = {{"Mode: 3", "Mode: 16", "Mode: 16", "'Mode': 16 is out of range; the signal holds 0 to 15"},
-               {"Mode: 3", "Mode: -5", "Mode: -5", "-5 is out of range"},
-               {"Speed: traffic.ego.speed", "Speed: 1e300", "Speed: 1e300", "holds -100 to 100"},
-               {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "Mode: 1e300", "holds 0 to 15"}};
+  } cases[] = {
+      {"Mode: 3", "Mode: 16", "Mode: 16", "'Mode': 16 is out of range; the signal has the range 0 to 15"},
+      {"Mode: 3", "Mode: -5", "Mode: -5", "-5 is out of range"},
+      {"Speed: traffic.ego.speed", "Speed: 1e300", "Speed: 1e300", "holds -100 to 100"},
+      {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "Mode: 1e300", "holds 0 to 15"}};
   for (const auto& one : cases) {
     diagnostics_ = {};
     EXPECT_TRUE(refuses(changed(one.from, one.to), one.at, one.words)) << one.to;
@@ -330,7 +331,7 @@ TEST_F(WiringOf, WhatADeviceFillsItselfIsNotFedBySignals) {
     EXPECT_FALSE(
         config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_));
     EXPECT_EQ(diagnostics_.count(), 1U) << diagnostics_.to_text();
-    EXPECT_TRUE(has_mistake(text, one.at, "fills itself"));
+    EXPECT_TRUE(has_mistake(text, one.at, "hil sets"));
   }
 }
 
@@ -376,7 +377,7 @@ TEST_F(WiringOf, AMistakeInOneMessageDoesNotHideThoseOfTheSameBus) {
 }
 
 TEST_F(WiringOf, TheCrossingOfTheRepositoryIsWired) {
-  auto loaded = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing.yaml", {},
+  auto loaded = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml", {},
                                       module_schemas(), diagnostics_);
   ASSERT_TRUE(loaded) << diagnostics_.to_text();
   EXPECT_TRUE(wire(*loaded, diagnostics_)) << diagnostics_.to_text();

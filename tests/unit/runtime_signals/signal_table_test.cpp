@@ -61,16 +61,13 @@ TEST(SignalTable, KeepsWhatWasWrittenAndWhen) {
   EXPECT_EQ(table.values()[1].value, 2.0);
 }
 
-TEST(SignalTable, NamesTheNearestSignal) {
+TEST(SignalTable, ListsItsNamesWithoutAliases) {
   SignalTable table;
-  EXPECT_EQ(table.nearest_name("anything"), "");
-  table.add({"traffic.ego_speed", "m/s", "traffic"});
+  EXPECT_TRUE(table.names().empty());
+  const SignalId speed = table.add({"traffic.ego_speed", "m/s", "traffic"});
   table.add({"detectors.ego", "", "detectors"});
-  EXPECT_EQ(table.nearest_name("trafic.ego_speed"), "traffic.ego_speed");
-  EXPECT_EQ(table.nearest_name("detector.ego"), "detectors.ego");
-  EXPECT_EQ(table.nearest_name("detectors.ego"), "detectors.ego");
-  EXPECT_EQ(table.nearest_name("can.car.Brake"), "") << "a far guess would mislead";
-  EXPECT_EQ(table.nearest_name(""), "");
+  table.add_alias("traffic.speed", speed);
+  EXPECT_EQ(table.names(), (std::vector<std::string>{"traffic.ego_speed", "detectors.ego"}));
 }
 
 TEST(SignalTableDeathTest, RefusesTheSameNameTwice) {

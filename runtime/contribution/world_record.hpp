@@ -1,0 +1,43 @@
+#pragma once
+// The names of a run's world, which the database's log does not hold: entities, layers, and what a module
+// records of itself. It is written as world.json before the first tick, so that a history can be read even of
+// a run that was killed.
+//
+// Units: nanoseconds of run time, which is world time. Threads: plain data.
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace hil::contribution {
+
+/// Named as in the scenario: "house_1", "traffic.ego".
+struct NamedEntity {
+  std::string name;
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+};
+
+struct Property {
+  std::string key;
+  std::variant<bool, std::int64_t, double, std::vector<double>> value;
+};
+
+/// What a module records of itself for the history of the run.
+struct ModuleRecord {
+  std::string list;  ///< the key of world.json whose list holds the record: "scanners"
+  std::string name;  ///< of the module in the scenario
+  std::vector<Property> properties;
+};
+
+struct WorldRecord {
+  std::string scenario;
+  std::string database_id;  ///< of the log that the names belong to, in hexadecimal; empty: there is no log
+  std::int64_t period_ns = 0;       ///< of the base rate
+  std::vector<std::string> layers;  ///< by bit of the masks
+  std::vector<NamedEntity> entities;
+  std::vector<ModuleRecord> modules;
+};
+
+}  // namespace hil::contribution

@@ -1,0 +1,54 @@
+#pragma once
+// What a history needs of a laser scanner to query its beams again: the module writes it into world.json
+// (contribution::ModuleRecord, in the list "scanners"), and `hil history` reads it back.
+//
+// Units: nanoseconds of run time, which is world time; metres; radians. Threads: plain data.
+
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "runtime/contribution/world_record.hpp"
+#include "runtime/modules/laser_scanner/scan_pattern.hpp"
+
+namespace hil::modules {
+
+/// The key of world.json whose list holds the scanners.
+inline constexpr const char* scanner_list = "scanners";
+
+struct ScannerRecord {
+  std::string name;  ///< of the module in the scenario
+  std::uint32_t carrier_index = 0;
+  std::uint32_t carrier_generation = 0;
+  std::array<double, 3> mount_m{};  ///< in the carrier's frame
+  std::uint32_t columns = 0;
+  std::uint32_t rows = 0;
+  double horizontal_rad = 0.0;
+  double vertical_rad = 0.0;
+  double elevation_rad = 0.0;
+  bool left_to_right = true;
+  double range_m = 0.0;
+  std::uint32_t mask = 0;
+  bool ignore_motion = false;
+  std::int64_t first_sweep_ns = 0;
+  std::int64_t sweep_ns = 0;
+  /// The beams of one step of the module are one query, on the version at the step's begin.
+  std::int64_t step_ns = 0;
+};
+
+contribution::ModuleRecord to_module_record(const ScannerRecord& scanner);
+
+/// A sentence that begins with "world.json" and names the property: it is missing, of another type, or beyond
+/// the limits of the module's parameters.
+class ScannerRecordError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws ScannerRecordError.
+ScannerRecord to_scanner_record(const contribution::ModuleRecord& record);
+
+ScanPattern pattern_of(const ScannerRecord& scanner);
+
+}  // namespace hil::modules

@@ -1,0 +1,104 @@
+#pragma once
+// The CAN buses and Modbus units of a run: opens them, exchanges their values with the signals every tick,
+// watches them, and closes them.
+//
+// Opening: open_buses, choose_ports and open_units(server) before the programs that use their addresses are
+// started; open_units(client) and link after that.
+//
+// Threads: opening, stop and the record on the thread that opens the run; begin_tick and the tasks on the
+// base thread; check, bus_loads and enter_safe_state on any ordinary thread while the run goes on.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/virtual/hub.hpp"
+#include "runtime/executive/executive.hpp"
+#include "runtime/report/report_text.hpp"
+#include "runtime/run/arrivals.hpp"
+#include "runtime/run/bus_stations.hpp"
+#include "runtime/run/device_watch.hpp"
+#include "runtime/run/loss_watch.hpp"
+#include "runtime/run/run_context.hpp"
+#include "runtime/run/wiring.hpp"
+
+namespace hil::run {
+
+class RunDevices {
+ public:
+  /// All of them outlive it. `arrivals` keeps the samples that expectations judge one by one.
+  RunDevices(Wiring& wiring, RunContext& context, Arrivals& arrivals)
+      : wiring_(wiring), context_(context), arrivals_(arrivals) {}
+
+  // All of opening throws io::DeviceError.
+  void open_buses();
+  void choose_ports();
+  void open_units(io::modbus::Role role);
+  /// Whether all programs that have a virtual bus's address have connected to it (BusStations).
+  bool all_stations_connected(const ProcessWatch& processes, std::int64_t waited_ns) const;
+  void link();
+
+  /// The text for {section.name} in a command: an address, or the kind of clock.
+  std::string address_of(const std::string& section, const std::string& name) const;
+
+  /// Adds a task for each device, named "can.<bus>" or "modbus.<unit>".
+  void add_tasks(executive::Executive& executive);
+  /// Latches the inputs; the devices' tasks release safe values while a loss is not permitted.
+  void begin_tick(std::int64_t time_ns) noexcept;
+  /// False once a device failed in a lock-step exchange.
+  bool in_step() const noexcept;
+  /// The reason for that, in a sentence; empty: all are in step.
+  std::string step_fault() const;
+
+  /// Writes changes of the devices' states and their events to run.log.
+  void check();
+  std::vector<report::LiveBus> bus_loads() const;
+  void enter_safe_state() noexcept;
+  /// Sends the safe values, then closes all devices.
+  void stop() noexcept;
+  /// After stop: writes the events since the last check to run.log.
+  void take_last_events();
+
+  /// Fills in can and modbus.
+  void fill(report::RunRecord& record) const;
+  const std::vector<report::Event>& events() const noexcept { return device_watch_->events(); }
+  const LossWatch& losses() const noexcept { return *loss_watch_; }
+  /// Why outputs could not be sent, a sentence for each device concerned.
+  std::vector<std::string> send_faults() const;
+  /// The log files of the buses, and why they lack frames, in sentences.
+  std::vector<std::string> log_files() const;
+  std::vector<std::string> log_faults() const;
+
+ private:
+  struct Bus {
+    const WiredCan* wired = nullptr;
+    std::unique_ptr<io::can::CanDevice> device;
+    io::virtual_bus::Hub* hub = nullptr;  ///< of a virtual bus
+    BusStations stations;
+  };
+  struct Unit {
+    const WiredModbus* wired = nullptr;
+    io::modbus::Endpoint endpoint;
+    std::unique_ptr<io::modbus::ClientDevice> client;
+    std::unique_ptr<io::modbus::ServerDevice> server;
+    io::Device& device() const {
+      return client ? static_cast<io::Device&>(*client) : static_cast<io::Device&>(*server);
+    }
+  };
+  void keep_judged_arrivals(Bus& bus);
+  std::function<void()> thread_start(std::optional<int> priority, const std::string& name);
+
+  Wiring& wiring_;
+  RunContext& context_;
+  Arrivals& arrivals_;
+  std::vector<Bus> buses_;
+  std::vector<Unit> units_;
+  std::vector<std::unique_ptr<DeviceLink>> links_;  ///< buses, then units
+  std::optional<DeviceWatch> device_watch_;
+  std::optional<LossWatch> loss_watch_;
+};
+
+}  // namespace hil::run

@@ -1,0 +1,175 @@
+#include "runtime/run/run_world.hpp"
+
+#include <utility>
+
+#include "io/device.hpp"
+#include "runtime/config/world_limits.hpp"
+#include "runtime/contribution/world_record.hpp"
+#include "runtime/report/quantities.hpp"
+#include "runtime/report/report_files.hpp"
+#include "runtime/run/run_folder.hpp"
+#include "runtime/run/run_record_parts.hpp"
+#include "runtime/run/scenery.hpp"
+
+namespace hil::run {
+namespace {
+
+/// Files of the log are allocated ahead: this is the least that a short run leaves.
+constexpr std::uint64_t log_segment_bytes = std::uint64_t{2} << 20;
+
+rtstdb::DurabilityOptions durability_of(const RunContext& context) {
+  static_assert(config::min_log_ring_bytes == rtstdb::min_ring_bytes &&
+                config::max_log_ring_bytes == rtstdb::max_ring_bytes);
+  const config::World& world = context.scenario.world;
+  rtstdb::DurabilityOptions options;
+  if (world.durability == config::Durability::none) return options;
+  options.directory = database_folder(context.options.directory);
+  options.mode = durability_mode(world.durability);
+  options.flush_interval = rtstdb::Nanoseconds(world.flush_interval_ns);
+  options.ring_bytes = world.log_ring_bytes;
+  options.segment_bytes = log_segment_bytes;
+  return options;
+}
+
+std::string log_refusal(const report::DatabaseLog& log) {
+  return "the database's log refused " + std::to_string(log.refused_transactions) +
+         " transactions that write, under durability " + log.durability + ": " +
+         (log.last_fault.empty() ? "the disk was too slow" : log.last_fault);
+}
+
+}  // namespace
+
+RunWorld::RunWorld(Wiring& wiring, RunContext& context) : wiring_(wiring), context_(context) {
+  open_database();
+  context_.log.info("GPU: " + database_->device().name + ", " + database_->device().driver);
+  world_ = std::make_unique<modules::World>(*database_, wiring_.layers.names());
+  create_scenery(context_.scenario, wiring_.scenery, *world_);
+  for (WiredModule& wired : wiring_.modules) {
+    const modules::TaskFacts facts = task_facts(context_.scenario, *wired.section);
+    wired.module->configure(*world_, events_, facts);
+    tasks_.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
+                                                  wiring_.signals, *database_, context_.device_clock,
+                                                  events_));
+  }
+  write_world_record();
+}
+
+void RunWorld::open_database() {
+  const config::World& world = context_.scenario.world;
+  rtstdb::DatabaseOptions options;
+  options.gpu = world.gpu;
+  options.max_entities = world.max_entities;
+  options.max_geometries = world.max_geometries;
+  options.retained_changes = world.retained_changes;
+  options.queue_capacity = world.queue_capacity;
+  options.chunk = rtstdb::Nanoseconds(world.chunk_ns);
+  options.clock = &context_.database_clock;
+  options.durability = durability_of(context_);
+  if (!context_.is_virtual && context_.scenario.realtime.scheduler == config::Scheduler::fifo)
+    options.thread_priority = context_.scenario.realtime.priority;
+  auto opened = rtstdb::Database::open(options);
+  if (!opened && opened.error().code == rtstdb::ErrorCode::file)
+    throw io::DeviceError(opened.error().message);
+  if (!opened && opened.error().code == rtstdb::ErrorCode::out_of_memory)
+    throw MemoryError(opened.error().message);
+  if (!opened) throw GpuError(opened.error().message);
+  database_ = std::move(opened).value();
+}
+
+void RunWorld::write_world_record() const {
+  contribution::WorldRecord record;
+  record.scenario = context_.scenario.name;
+  if (const std::uint64_t id = database_->durability().database_id; id != 0)
+    record.database_id = report::id_text(id);
+  record.period_ns = context_.scenario.base_period_ns;
+  world_->describe(record);
+  for (const WiredModule& wired : wiring_.modules)
+    wired.module->describe(record.modules);
+  try {
+    report::write_world(record, context_.options.directory);
+  } catch (const report::ReportError& error) {
+    throw io::DeviceError(error.what());
+  }
+}
+
+bool RunWorld::check() {
+  bool can_go_on = true;
+  const rtstdb::Health health = database_->health();
+  if (health.device_lost) {
+    // The database replaces a lost device within one check; one that is lost at two checks stays lost.
+    can_go_on = !std::exchange(was_lost_, true);
+  } else {
+    was_lost_ = false;
+    if (std::exchange(reported_losses_, health.device_losses) != health.device_losses)
+      context_.log.warn(health.device_loss);
+  }
+  if (database_->counts().refused_by_log > 0 && !std::exchange(log_has_refused_, true)) {
+    context_.log.warn("the database's log refuses what modules write: the run ends");
+    can_go_on = false;
+  }
+  return can_go_on;
+}
+
+std::vector<std::string> RunWorld::close(report::RunRecord& record) {
+  std::vector<std::string> faults;
+  const auto ended = database_->close();
+  const rtstdb::Durability durability = database_->durability();
+  const report::DatabaseLog& log = record.database_log =
+      database_log_of(durability, database_->latest().version, database_->counts());
+  if (log.refused_transactions > 0) faults.push_back(log_refusal(log));
+  if (!ended) faults.push_back("the database's log could not be ended: " + ended.error().message);
+  if (durability.mode == rtstdb::DurabilityMode::volatile_only) return faults;
+  if (log.durable_version < log.latest_version) {
+    faults.push_back("the world's history is on disk up to version " + std::to_string(log.durable_version) +
+                     " of " + std::to_string(log.latest_version) +
+                     (log.last_fault.empty() ? "" : ": " + log.last_fault));
+  } else if (log.commits_in_gaps > 0) {
+    faults.push_back("the world's history lacks " + std::to_string(log.commits_in_gaps) +
+                     " commits: the disk was too slow");
+  }
+  return faults;
+}
+
+/// A run of a task whose query failed kept its time, but its outputs are those of an earlier instant.
+void RunWorld::add_unanswered_runs(report::RunRecord& record) const {
+  for (std::size_t i = 0; i < tasks_.size(); ++i) {
+    report::Task& task = record.tasks[i];
+    task.without_answer = tasks_[i]->runs_without_answer();
+    if (task.without_answer == 0) continue;
+    record.realtime.degraded.push_back(
+        "task " + task.name + ": " + std::to_string(task.without_answer) + " of " +
+        std::to_string(task.runs + task.warmup_runs) + " runs got no answer from the world (the first: " +
+        rtstdb::to_string(tasks_[i]->first_failure()) + "); their outputs are those of an earlier run");
+  }
+}
+
+void RunWorld::fill(report::RunRecord& record) const {
+  add_unanswered_runs(record);
+  const rtstdb::DeviceInfo& device = database_->device();
+  record.gpu = {device.name, device.driver, device.api};
+  for (const std::string& sentence : context_.degraded.all())
+    record.realtime.degraded.push_back(sentence);
+  for (const std::string& sentence : database_->health().degraded)
+    record.realtime.degraded.push_back(sentence);
+  record.transactions = transactions_of(database_->counts());
+  record.scheduler = scheduler_of(database_->scheduler_counts());
+  record.scheduler.not_reserved = world_->not_reserved();
+}
+
+void RunWorld::add_contributions(std::int64_t end_ns, report::RunRecord& record) const {
+  contribution::Contribution all;
+  all.end_ns = end_ns;
+  all.map.shapes = outlines(context_.scenario, wiring_.scenery, end_ns);
+  for (const WiredModule& wired : wiring_.modules)
+    wired.module->contribute(all);
+  record.events.insert(record.events.end(), all.events.begin(), all.events.end());
+  record.sections = std::move(all.sections);
+  record.top_view = report::TopView{.time_ns = end_ns,
+                                    .view = {},
+                                    .shapes = std::move(all.map.shapes),
+                                    .tracks = std::move(all.map.tracks),
+                                    .fan = all.map.field_of_view,
+                                    .scan_points = std::move(all.map.sensor_points)};
+}
+
+}  // namespace hil::run

@@ -1,0 +1,66 @@
+#pragma once
+// The world of a run: the database, the scenery, and the modules as tasks. Constructing it opens all of them;
+// close() ends the database.
+//
+// Threads: construction, close and the record on the thread that opens the run; check on one ordinary thread
+// while the run goes on.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+#include "runtime/modules/event_log.hpp"
+#include "runtime/modules/world.hpp"
+#include "runtime/report/run_record.hpp"
+#include "runtime/run/module_task.hpp"
+#include "runtime/run/run_context.hpp"
+#include "runtime/run/wiring.hpp"
+
+namespace hil::run {
+
+class RunWorld {
+ public:
+  /// Opens the database, creates the scenery, configures the modules and writes world.json. Throws GpuError,
+  /// MemoryError, io::DeviceError or modules::SetupError. `wiring` and `context` outlive it.
+  RunWorld(Wiring& wiring, RunContext& context);
+
+  /// By the order of the scenario's tasks.
+  const std::vector<std::unique_ptr<ModuleTask>>& tasks() const noexcept { return tasks_; }
+  /// The device is lost, and no other one has taken its place.
+  bool device_lost() const { return database_->health().device_lost; }
+
+  /// Reports to run.log when the device was lost and replaced, and when the log refuses transactions.
+  /// False: the run has to end, since the world can not be queried or written any more.
+  bool check();
+
+  /// Ends the database, fills in record.database_log and returns why the history lacks something, in
+  /// sentences. Transactions fail from here on.
+  std::vector<std::string> close(report::RunRecord& record);
+
+  /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.
+  void fill(report::RunRecord& record) const;
+  /// Fills in the map and the sections, and adds events: what the scenery and the modules contribute.
+  void add_contributions(std::int64_t end_ns, report::RunRecord& record) const;
+  /// The events that modules noted in the tick.
+  const modules::EventLog& events() const noexcept { return events_; }
+
+ private:
+  void open_database();
+  void write_world_record() const;
+  void add_unanswered_runs(report::RunRecord& record) const;
+
+  Wiring& wiring_;
+  RunContext& context_;
+  std::unique_ptr<rtstdb::Database> database_;
+  std::unique_ptr<modules::World> world_;
+  modules::EventLog events_;
+  std::vector<std::unique_ptr<ModuleTask>> tasks_;
+  std::uint64_t reported_losses_ = 0;  ///< of the device
+  bool was_lost_ = false;              ///< at the last check
+  bool log_has_refused_ = false;
+};
+
+}  // namespace hil::run

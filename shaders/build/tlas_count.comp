@@ -1,5 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/prelude.glsl"
-#define BUILD_TLAS
-#include "build/tree_count.glsl"

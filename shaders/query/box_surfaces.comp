@@ -1,7 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/prelude.glsl"
-// What boxes hold: entities, by their triangles.
-#define REGION_SURFACE
-#define REGION_BOX
-#include "query/region_triangles.glsl"

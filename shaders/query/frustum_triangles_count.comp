@@ -1,7 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/prelude.glsl"
-// How many triangles frusta hold.
-#define REGION_FRUSTUM
-#define REGION_COUNT
-#include "query/region_triangles.glsl"

@@ -1,9 +1,0 @@
-#ifndef RTSTDB_QUERY_HALT_TOGETHER_GLSL
-#define RTSTDB_QUERY_HALT_TOGETHER_GLSL
-#include "common/halt.glsl"
-#include "query/lanes.glsl"
-
-// The same for all lanes of a subgroup, each of which may have read another word.
-bool all_halt(uvec2 halt) { return of_lane(halt_is_wanted(halt) ? 1u : 0u, 0u) != 0u; }
-
-#endif

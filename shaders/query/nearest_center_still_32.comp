@@ -1,8 +1,0 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-#include "common/prelude.glsl"
-// Entities by the centre of their bounds, where all points ask at the window's one instant: up to 32.
-#define NEAREST_CENTER
-#define NEAREST_STILL
-#define LIST_SIZE 32
-#include "query/nearest.glsl"

@@ -1,0 +1,190 @@
+#include "tests/gpu/kind_cases.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+namespace rtstdb::test {
+namespace {
+
+// ---- ray
+
+std::vector<RayQueryOptions> options_worth_a_test(const RayQuery* /*kind*/) {
+  return {{.name = "closest"},
+          {.name = "any", .mode = RayMode::any},
+          {.name = "first", .mode = RayMode::first, .hits_per_ray = 3},
+          {.name = "still", .ignore_motion = true}};
+}
+
+Ray random_element(Random& random, const ElementScene& at, const Ray* /*type*/) {
+  return random_ray(random, at.entities, at.scene, at.first, at.window_s);
+}
+
+// ---- region and overlap
+
+std::vector<RegionQueryOptions> options_worth_a_test(const RegionQuery* /*kind*/) {
+  std::vector<RegionQueryOptions> all;
+  for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::surface, RegionLevel::triangle}) {
+    // So few that the lowest have to be found.
+    all.push_back({.name = std::string("lists by ") + to_string(level), .level = level, .ids_per_region = 8});
+    all.push_back(
+        {.name = std::string("counts by ") + to_string(level), .level = level, .ids_per_region = 0});
+  }
+  return all;
+}
+
+Region random_element(Random& random, const ElementScene& at, const Region* /*type*/) {
+  return random_region(random, at.entities, at.scene, at.first, at.window_s);
+}
+
+std::vector<OverlapQueryOptions> options_worth_a_test(const OverlapQuery* /*kind*/) {
+  return {{.name = "overlaps", .ids_per_entity = 8}, {.name = "overlap counts", .ids_per_entity = 0}};
+}
+
+Overlap random_element(Random& random, const ElementScene& at, const Overlap* /*type*/) {
+  Overlap overlap;
+  const EntityState* state = nullptr;
+  while (state == nullptr || !state->row.geometry.valid())
+    state = &at.entities[random.below(at.entities.size())];
+  overlap.entity = state->id;
+  overlap.t = at.first + Nanoseconds(static_cast<std::int64_t>(random.uniform(0.0, 1.0) * at.window_s * 1e9));
+  if (random.one_in(3)) overlap.mask = static_cast<std::uint32_t>(random.below(16));
+  return overlap;
+}
+
+// ---- nearest
+
+std::vector<NearestQueryOptions> options_worth_a_test(const NearestQuery* /*kind*/) {
+  return {{.name = "signed", .target = NearestTarget::surface, .k = 3, .is_signed = true},
+          {.name = "centers", .target = NearestTarget::center, .k = 4},
+          {.name = "bounds", .target = NearestTarget::bounds, .k = 9},
+          {.name = "nearest triangle", .target = NearestTarget::triangle},
+          {.name = "triangles", .target = NearestTarget::triangle, .k = 5}};
+}
+
+Nearest random_element(Random& random, const ElementScene& at, const Nearest* /*type*/) {
+  return random_point(random, at.entities, at.scene, at.first, at.window_s);
+}
+
+// ---- every kind
+
+template <class Class>
+struct KindOf;
+#define QUERY_KIND(kind, Class, Element_, elements_, Answer_, answers_, ...)                \
+  template <>                                                                               \
+  struct KindOf<Class> {                                                                    \
+    using Options = Class##Options;                                                         \
+    using Element = Element_;                                                               \
+    using Answer = Answer_;                                                                 \
+    static constexpr std::string_view name = #kind;                                         \
+    static std::span<Element> elements(Class& query) { return query.elements_(); }          \
+    static std::span<const Answer> answers(const Class& query) { return query.answers_(); } \
+  };
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
+
+template <class Class>
+class CaseOf final : public KindCase {
+  using Kind = KindOf<Class>;
+
+ public:
+  CaseOf(typename Kind::Options options, std::unique_ptr<Class> query)
+      : KindCase(options.name), options_(std::move(options)), query_(std::move(query)) {}
+
+  Query& query() noexcept override { return *query_; }
+  void fill(Random& random, const ElementScene& scene) override {
+    for (auto& element : Kind::elements(*query_))
+      element = random_element(random, scene, static_cast<const typename Kind::Element*>(nullptr));
+  }
+  std::vector<Words> words() const override { return words_of(Kind::answers(*query_)); }
+  Tally judge(const oracle::World& world) override {
+    const std::uint32_t count = query_->answer_info().elements;
+    // The query's own span may be slow to read.
+    const auto elements = Kind::elements(*query_).first(count);
+    const std::vector<typename Kind::Element> copy(elements.begin(), elements.end());
+    return test::judge(world, std::span<const typename Kind::Element>(copy), Kind::answers(*query_),
+                       options_);
+  }
+
+ private:
+  typename Kind::Options options_;
+  std::unique_ptr<Class> query_;
+};
+
+/// `prepare`: gives a Result of the query's unique_ptr for the options of any kind.
+template <class Prepare>
+Result<std::unique_ptr<KindCase>> make_case(const AnyQueryOptions& any, Prepare prepare) {
+  return std::visit(
+      [&](const auto& options) -> Result<std::unique_ptr<KindCase>> {
+        using Class = typename std::remove_cvref_t<decltype(options)>::Prepared;
+        auto query = prepare(options);
+        if (!query) return query.error();
+        return std::unique_ptr<KindCase>(std::make_unique<CaseOf<Class>>(options, std::move(query).value()));
+      },
+      any);
+}
+
+std::unique_ptr<KindCase> expect_made(Result<std::unique_ptr<KindCase>> made) {
+  if (made) return std::move(made).value();
+  ADD_FAILURE() << made.error().message;
+  return nullptr;
+}
+
+}  // namespace
+
+std::vector<AnyQueryOptions> options_of_every_kind() {
+  std::vector<AnyQueryOptions> all;
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...)               \
+  for (const auto& options : options_worth_a_test(static_cast<const Class*>(nullptr))) \
+    all.emplace_back(options);
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
+  return all;
+}
+
+std::vector<AnyQueryOptions> options_of_each_kind() {
+  std::vector<AnyQueryOptions> all;
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) \
+  all.emplace_back(options_worth_a_test(static_cast<const Class*>(nullptr)).front());
+#include <rtstdb/query_kinds.def>
+#undef QUERY_KIND
+  return all;
+}
+
+AnyQueryOptions with(AnyQueryOptions options, std::uint32_t capacity, LatePolicy late) {
+  std::visit(
+      [&](auto& of_kind) {
+        of_kind.capacity = capacity;
+        of_kind.late = late;
+      },
+      options);
+  return options;
+}
+
+std::string_view kind_name(const AnyQueryOptions& options) {
+  return std::visit(
+      [](const auto& of_kind) {
+        return KindOf<typename std::remove_cvref_t<decltype(of_kind)>::Prepared>::name;
+      },
+      options);
+}
+
+Result<std::unique_ptr<KindCase>> try_to_prepare_case(Database& database, const AnyQueryOptions& options) {
+  return make_case(options, [&](const auto& of_kind) { return database.prepare(of_kind); });
+}
+
+std::unique_ptr<KindCase> prepare_case(Database& database, const AnyQueryOptions& options) {
+  return expect_made(try_to_prepare_case(database, options));
+}
+
+std::unique_ptr<KindCase> prepare_case(query::GpuExecutor& executor, const AnyQueryOptions& options) {
+  return expect_made(make_case(options, [&](const auto& of_kind) {
+    using Class = typename std::remove_cvref_t<decltype(of_kind)>::Prepared;
+    auto made = executor.prepare(of_kind);
+    if (!made) return Result<std::unique_ptr<Class>>(made.error());
+    return Result<std::unique_ptr<Class>>(
+        std::unique_ptr<Class>(dynamic_cast<Class*>(made.value().release())));
+  }));
+}
+
+}  // namespace rtstdb::test

@@ -1,0 +1,143 @@
+// Queries that take several stages, each over its own places: on the executor, with a query that records which parts it is
+// given and has no kernel.
+
+#include <memory>
+#include <vector>
+
+#include "rtstdb/query/gpu_executor.hpp"
+#include "tests/gpu/gaps.hpp"
+#include "tests/gpu/gpu_test.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+constexpr std::uint32_t elements = 640;
+
+/// Stage 0 searches the elements, and leaves the first two incomplete once; stage 1 has no places; stage 2 has `last_places`.
+class StagedQuery final : public query::GpuQuery {
+ public:
+  explicit StagedQuery(std::uint32_t last_places)
+      : GpuQuery(elements, LatePolicy::discard), last_places_(last_places) {}
+  ~StagedQuery() override { leave(); }
+
+  query::QueryKind kind() const noexcept override { return query::QueryKind::nearest; }
+  std::optional<BadInput> check(std::uint32_t /*count*/, const store::RowSource& rows,
+                                store::TimeSpan& times) const noexcept override {
+    times = {rows.time(), rows.time()};
+    return std::nullopt;
+  }
+  void record(const query::BatchPart& part, const query::Recording& /*recording*/) noexcept override {
+    recorded.push_back(part);
+  }
+
+  std::vector<query::BatchPart> recorded, unpacked;
+  std::vector<std::uint32_t> answered_before_stage_2;
+
+ private:
+  query::DeviceNeeds device_needs(const gpu::DeviceLimits& /*limits*/) override { return {}; }
+  std::vector<const gpu::Buffer*> bound_buffers(gpu::ShaderId /*shader*/, std::uint32_t /*slot*/,
+                                                const accel::GeometryPool& /*pool*/,
+                                                const accel::Tlas& /*tlas*/) const override {
+    return {};
+  }
+  void unpack(const query::BatchPart& part, const accel::TlasView& /*view*/) noexcept override {
+    unpacked.push_back(part);
+    if (part.stage == 0 && !part.is_retry && part.range.first == 0) {
+      note_incomplete(0);
+      note_incomplete(1);
+    }
+  }
+  bool is_incomplete(std::uint32_t /*place*/) const noexcept override { return false; }
+  void mark_incomplete(std::uint32_t /*place*/) noexcept override {}
+  std::uint32_t stages() const noexcept override { return 3; }
+  std::uint32_t begin_stage(std::uint32_t stage) noexcept override {
+    if (stage == 2) answered_before_stage_2.push_back(answered());
+    return stage == 2 ? last_places_ : 0;
+  }
+
+  const std::uint32_t last_places_;
+};
+
+/// The places of a stage, in order and each once. Returns how many parts they came in.
+std::size_t expect_covered(const std::vector<query::BatchPart>& parts, std::uint32_t stage, bool is_retry,
+                           std::uint32_t places) {
+  std::uint32_t next = 0;
+  std::size_t count = 0;
+  for (const query::BatchPart& part : parts) {
+    if (part.stage != stage || part.is_retry != is_retry) continue;
+    EXPECT_EQ(part.range.first, next);
+    next = part.range.end;
+    ++count;
+  }
+  EXPECT_EQ(next, places);
+  return count;
+}
+
+class QueryStages : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto created = query::GpuExecutor::create(
+        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
+        {});
+    ASSERT_TRUE(created.ok()) << created.error().message;
+    executor_ = std::move(created).value();
+  }
+  query::RunStatus run(StagedQuery& query, query::ExecutorCallbacks* callbacks) {
+    const OneWorld rows({}, 1, 0, {});
+    store::TimeSpan times;
+    EXPECT_FALSE(query.check(elements, rows, times));
+    const query::Request request{.query = &query,
+                                 .count = elements,
+                                 .per_chunk = 64,
+                                 .chunk_time = Nanoseconds(1'000'000'000)};
+    return executor_->run(rows, std::span(&request, 1), times, callbacks).status;
+  }
+  std::unique_ptr<query::GpuExecutor> executor_;
+};
+
+TEST_F(QueryStages, FollowOneAnotherWithPreemptionPointsBetween) {
+  StagedQuery query(200);
+  std::vector<std::uint32_t> stage_at_gap;
+  Gaps gaps([&] { stage_at_gap.push_back(query.stage()); });
+  EXPECT_EQ(run(query, &gaps), query::RunStatus::done);
+  EXPECT_GT(expect_covered(query.recorded, 0, false, elements), 1u);
+  expect_covered(query.recorded, 0, true, 2);
+  EXPECT_GT(expect_covered(query.recorded, 2, false, 200), 1u);
+  expect_covered(query.unpacked, 0, false, elements);
+  expect_covered(query.unpacked, 0, true, 2);
+  expect_covered(query.unpacked, 2, false, 200);
+  EXPECT_TRUE(std::ranges::is_sorted(query.unpacked, {}, &query::BatchPart::stage));
+  EXPECT_TRUE(std::ranges::count(stage_at_gap, 0u) > 0 && std::ranges::count(stage_at_gap, 2u) > 0);
+  EXPECT_EQ(query.answered_before_stage_2, std::vector{0u});
+  EXPECT_EQ(query.answered(), elements);
+}
+
+TEST_F(QueryStages, CompleteABatchWhoseLastStageHasNoPlaces) {
+  StagedQuery query(0);
+  EXPECT_EQ(run(query, nullptr), query::RunStatus::done);
+  expect_covered(query.recorded, 0, false, elements);
+  expect_covered(query.recorded, 2, false, 0);
+  EXPECT_EQ(query.answered(), elements);
+}
+
+TEST_F(QueryStages, LeaveABatchUnansweredThatEndsBetweenThem) {
+  class StopsInStage2 final : public query::ExecutorCallbacks {
+   public:
+    explicit StopsInStage2(const StagedQuery& query) : query_(query) {}
+    void begin_wait() noexcept override {}
+    void end_wait() noexcept override {}
+    Gap on_preemption_point() noexcept override {
+      return query_.stage() == 2 ? Gap::finish_in_flight : Gap::go_on;
+    }
+
+   private:
+    const StagedQuery& query_;
+  };
+  StagedQuery query(200);
+  StopsInStage2 stops(query);
+  EXPECT_EQ(run(query, &stops), query::RunStatus::partial);
+  EXPECT_EQ(query.answered(), 0u);
+}
+
+}  // namespace
+}  // namespace rtstdb::test
