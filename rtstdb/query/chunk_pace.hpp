@@ -31,15 +31,16 @@ class ChunkPace {
     share_ = share;
     previous_ = {};
     current_ = other_ = {};
-    is_mostly_dispatch_ = true;  // so that a second size is tried, unless the first is too long for a dispatch
+    is_mostly_dispatch_ =
+        true;  // so that a second size is tried, unless the first is too long for a dispatch
   }
 
   void learn(const Chunk& chunk) noexcept {
     const Measured last{chunk.predicted_ns / chunk_ns_, chunk.took_ns / chunk_ns_};
     // Two chunks together: where the host wakes late, one seems longer and the next one shorter.
     const bool is_first = previous_.size == 0.0;
-    const Measured both = is_first ? last
-                                   : Measured{(last.size + previous_.size) / 2.0, (last.took + previous_.took) / 2.0};
+    const Measured both =
+        is_first ? last : Measured{(last.size + previous_.size) / 2.0, (last.took + previous_.took) / 2.0};
     const bool one_size = !is_first && !is_other_size(last, previous_);
     previous_ = last;
     if (chunk.completed_before_wait) {
@@ -88,9 +89,8 @@ class ChunkPace {
     if (is_other_size(measured, current_)) other_ = current_;
     current_ = measured;
     if (other_.size == 0.0) return;
-    const auto& [small, large] = std::minmax(current_, other_, [](const Measured& a, const Measured& b) {
-      return a.size < b.size;
-    });
+    const auto& [small, large] =
+        std::minmax(current_, other_, [](const Measured& a, const Measured& b) { return a.size < b.size; });
     is_mostly_dispatch_ = large.took / small.took - 1.0 < 0.5 * (large.size / small.size - 1.0);
   }
   static bool is_other_size(const Measured& a, const Measured& b) noexcept {
