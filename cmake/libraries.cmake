@@ -61,16 +61,18 @@ function(hil_library name)
 endfunction()
 
 # One test program per folder of tests. ctest runs each of its suites as one test.
-#   LABEL    unit needs nothing but this computer, gpu needs a Vulkan device, system needs the built programs (and what its folder
-#            in tests/system names), long takes much time: tools/test --long alone builds and runs it
-#   LONG     its tests have a long form too (tests/support/rounds.hpp): tools/test --long runs them once more under the label long
-#            and names that begin with Long/, with HIL_TESTS_LONG in the environment and this timeout in seconds; LONG_FILTER chooses
-#            suites of them, as --gtest_filter does
+#   LABEL    unit needs nothing but this computer, gpu needs a Vulkan device, system needs the built programs
+#            (and what its folder in tests/system names), long takes much time: tools/test --long alone builds
+#            and runs it
+#   LONG     its tests have a long form too (tests/support/rounds.hpp): tools/test --long runs them once more
+#            under the label long and names that begin with Long/, with HIL_TESTS_LONG in the environment and
+#            this timeout in seconds; LONG_FILTER chooses suites of them, as --gtest_filter does
 #   SERIAL   it measures time and runs alone; all long tests do
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
 #   RUNNER   a program that prepares the machine: the whole program then runs as one test, RUNNER PROGRAM
 #   SEPARATE as for hil_library
-#   TIMEOUT  in seconds for a suite, 600 by default; three times as long with sanitizers. It ends a test that hangs, on slow machines too.
+#   TIMEOUT  in seconds for a suite, 600 by default; three times as long with sanitizers. It ends a test that
+#            hangs, on slow machines too.
 # The target hil_tests_<label> builds all programs of a label; tools/test says which of them a sanitizer takes.
 function(hil_test name)
   cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;LONG;LONG_FILTER;RUNNER" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
