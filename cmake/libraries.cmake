@@ -73,7 +73,7 @@ endfunction()
 #   SEPARATE as for hil_library
 #   TIMEOUT  in seconds for a suite, 600 by default; three times as long with sanitizers. It ends a test that
 #            hangs, on slow machines too.
-# The target hil_tests_<label> builds all programs of a label; tools/test says which of them a sanitizer takes.
+# The target hil_tests_<label> builds all programs of a label; tools/test says which a sanitizer takes.
 function(hil_test name)
   cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;LONG;LONG_FILTER;RUNNER" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
   if(NOT TEST_LABEL MATCHES "^(unit|gpu|system|long)$")
