@@ -124,7 +124,7 @@ TEST_F(QueryStages, LeaveABatchUnansweredThatEndsBetweenThem) {
     explicit StopsInStage2(const StagedQuery& query) : query_(query) {}
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
-    Gap on_preemption_point() noexcept override {
+    Continuation on_preemption_point() noexcept override {
       return query_.stage() == 2 ? Gap::finish_in_flight : Gap::go_on;
     }
 
