@@ -125,7 +125,7 @@ TEST_F(QueryStages, LeaveABatchUnansweredThatEndsBetweenThem) {
     void begin_wait() noexcept override {}
     void end_wait() noexcept override {}
     Continuation on_preemption_point() noexcept override {
-      return query_.stage() == 2 ? Gap::finish_in_flight : Gap::go_on;
+      return query_.stage() == 2 ? Continuation::finish_in_flight : Continuation::go_on;
     }
 
    private:
