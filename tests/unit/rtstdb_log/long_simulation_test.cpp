@@ -3,7 +3,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-TEST(LogSimulationAtLength, EveryCrashLeavesAStateThatWasAndNothingToldIsLost) {
+TEST(LogSimulationAtLength, EveryCrashLeavesAnEarlierStateAndLosesNoDurableVersion) {
   simulate(20'000);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A clock that stands still until it is moved.
+// A clock that only the test advances.
 
 #include <rtstdb/time.hpp>
 

@@ -3,7 +3,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-TEST(LogSimulation, EveryCrashLeavesAStateThatWasAndNothingToldIsLost) {
+TEST(LogSimulation, EveryCrashLeavesAnEarlierStateAndLosesNoDurableVersion) {
   simulate(150);
 }
 
