@@ -17,7 +17,7 @@ const uint max_rounds = 65000u;
 // them: a value that the body computes outright and that is used behind the loop is the one of the last round, made from
 // what their variables were when they left. (Seen: region_triangles.glsl lost one entity in 1 of 10,000 answers.)
 
-// Lanes of one subgroup may use up each other's rounds, which no lane can count. TracedRay last of all, this tells: a loop of two
+// Lanes of one subgroup may use up each other's rounds, which no lane can count. Called last of all, this tells: a loop of two
 // rounds makes only one when loops have stopped. `loop_probe` is 2, unknown to the compiler.
 bool loops_still_turn(uint loop_probe) {
   uint rounds = 0u;

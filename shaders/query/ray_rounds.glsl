@@ -1,5 +1,5 @@
 // How many rounds rays make in one dispatch: so many that few need a second one, and so few that others wait for about a millisecond
-// at the most (docs/decisions/0015).
+// at the most (docs/decisions/0027).
 #ifndef RTSTDB_QUERY_RAY_ROUNDS_GLSL
 #define RTSTDB_QUERY_RAY_ROUNDS_GLSL
 #include "common/loops.glsl"

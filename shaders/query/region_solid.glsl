@@ -63,8 +63,8 @@ bool box_holds(OrientedBox a, bool inside, OrientedBox b) {
 // Inside: the corner that is farthest from the centre lies in the sphere.
 bool sphere_holds(vec3 center, float radius, bool inside, OrientedBox b) {
   const vec3 p = abs(rotate(conjugate(b.q), center - b.center));
-  const vec3 offset = inside ? p + b.half_extent : max(p - b.half_extent, vec3(0.0));
-  return dot(offset, offset) <= radius * radius;
+  const vec3 reach = inside ? p + b.half_extent : max(p - b.half_extent, vec3(0.0));
+  return dot(reach, reach) <= radius * radius;
 }
 
 bool holds(Shape shape, OrientedBox b) {

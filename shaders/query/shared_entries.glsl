@@ -174,14 +174,14 @@ Entries find_entries(Bounds world, vec3 d, int t_ns, uint instance_base, uint ro
     const bool opens = inner && count - 1u + children <= 8u;
     // In place of the one, its children.
     const bool is_child = lane >= at && lane < at + children;
-    const uint source_lane = lane_of_child(entered, lane - at);
+    const uint from_lane = lane_of_child(entered, lane - at);
     const uint other_lane = lane < at ? lane : (lane + 1u - children) & 7u;
     const Child child = child_of(texels, child_lane);
     const uvec4 head = of_lane(texels, 0u);
     // Rounded once, no corner comes to lie within the vertices that it bounds, which are of the same numbers.
-    const vec3 child_low = of_lane(uintBitsToFloat(head.xyz) + quantum_of(head) * child.low, source_lane);
-    const vec3 child_high = of_lane(uintBitsToFloat(head.xyz) + quantum_of(head) * child.high, source_lane);
-    const uint child_ref = of_lane(child_reference(texels, child_lane), source_lane);
+    const vec3 child_low = of_lane(uintBitsToFloat(head.xyz) + quantum_of(head) * child.low, from_lane);
+    const vec3 child_high = of_lane(uintBitsToFloat(head.xyz) + quantum_of(head) * child.high, from_lane);
+    const uint child_ref = of_lane(child_reference(texels, child_lane), from_lane);
     const vec3 other_low = of_lane(entries.low, other_lane);
     const vec3 other_high = of_lane(entries.high, other_lane);
     const uint other_ref = of_lane(entries.reference, other_lane);

@@ -16,7 +16,7 @@
 // Behind it, for what it reads of instances and triangles.
 #include "query/ray.glsl"
 
-// When lanes turn to something else; found by trying (docs/decisions/0015). Down the entities' tree they go while so many have a way
+// When lanes turn to something else; found by trying (docs/decisions/0026). Down the entities' tree they go while so many have a way
 // there,
 const uint enough_going = 6u;
 // or while there are fewer items than lanes.

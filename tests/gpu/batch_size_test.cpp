@@ -7,7 +7,7 @@
 #include <string>
 
 #include "rtstdb/open_database.hpp"
-#include "rtstdb/query/spread.hpp"
+#include "rtstdb/query/dispatch_layout.hpp"
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
 
@@ -18,7 +18,7 @@ TEST(SpreadOut, CoversEachPlaceOnceAndIsNoSlowerThanFullGroups) {
   for (std::uint32_t processors = 0; processors <= 33; ++processors) {
     for (std::uint32_t places = 0; places <= 2500; ++places) {
       SCOPED_TRACE(testing::Message() << places << " places, " << processors << " processors");
-      const query::Spread spread = query::spread_out(places, processors);
+      const query::DispatchLayout spread = query::spread_out(places, processors);
       ASSERT_GE(spread.groups * spread.per_group, places);
       ASSERT_TRUE(places == 0 ? spread.groups == 0 : (spread.groups - 1) * spread.per_group < places);
       ASSERT_EQ(spread.per_group % 8, 0u);

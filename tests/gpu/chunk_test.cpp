@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "rtstdb/query/dispatch_layout.hpp"
 #include "rtstdb/query/ray_coherence.hpp"
-#include "rtstdb/query/spread.hpp"
 #include "tests/gpu/answer_words.hpp"
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/random_questions.hpp"
@@ -122,7 +122,7 @@ class Chunks : public DatabaseTest {
   }
 
   Outcome run(const Asker& asker) {
-    const Outcome outcome = execute([&](Transaction& transaction) { asker.add_query(transaction); });
+    const Outcome outcome = execute([&](Transaction& transaction) { asker.ask(transaction); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     return outcome;
   }

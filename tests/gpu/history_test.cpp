@@ -157,7 +157,7 @@ class HistoryOfAWorld : public DatabaseTest {
       Then& then = then_[transaction->outcome().version];
       then.time = now;
       then.asked_at = at_s(0.1 * k + 0.05);
-      then.answers = asker.add_query({}, then.asked_at, static_cast<std::uint32_t>(k));
+      then.answers = asker.ask({}, then.asked_at, static_cast<std::uint32_t>(k));
       then.rows = database().snapshot({}).value();
     }
     hits_ = asker.hits();
@@ -182,8 +182,8 @@ class HistoryOfAWorld : public DatabaseTest {
     for (const Version version : order) {
       const Then& then = then_.at(version);
       const auto seed = static_cast<std::uint32_t>(version - then_.begin()->first);
-      EXPECT_EQ(asker.add_query(ReadAt::pinned(version), then.asked_at, seed), then.answers) << version;
-      EXPECT_EQ(asker.add_query(ReadAt::as_of(then.asked_at), then.asked_at, seed), then.answers) << version;
+      EXPECT_EQ(asker.ask(ReadAt::pinned(version), then.asked_at, seed), then.answers) << version;
+      EXPECT_EQ(asker.ask(ReadAt::as_of(then.asked_at), then.asked_at, seed), then.answers) << version;
       const auto rows = history.snapshot(ReadAt::pinned(version)).value();
       ASSERT_EQ(rows.size(), then.rows.size());
       for (std::size_t k = 0; k < rows.size(); ++k) {

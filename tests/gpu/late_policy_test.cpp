@@ -123,7 +123,7 @@ class LatePolicies : public DatabaseTest {
   Outcome run(const Prepared& prepared, const Terms& terms, std::uint32_t count = capacity) {
     const auto transaction = database().make_transaction({.max_queries = 1});
     transaction->begin(terms);
-    prepared.add_query(*transaction, count);
+    prepared.ask(*transaction, count);
     return database().execute(*transaction);
   }
   Terms firm(Nanoseconds deadline) const {

@@ -81,7 +81,7 @@ class SharedRuns : public DatabaseTest {
       submit(first_, through(), terms_of_first());
       submit(second_, through(), {});
       submit(last_, past(), {});
-      callbacks();
+      meanwhile();
       const Outcome& of_last = database().wait(*last_.transaction);
       EXPECT_EQ(of_last.status, Status::committed) << describe(of_last);
       const bool together = of_last.shared_with == 2;
