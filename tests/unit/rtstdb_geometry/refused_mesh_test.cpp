@@ -204,17 +204,17 @@ TEST(RefusedMesh, ATextStlWithADamagedFacet) {
   ASSERT_TRUE(whole.ok()) << whole.error().message;
   EXPECT_EQ(whole.value().triangles.size(), 1u);
   expect_refused(folder.write("body.stl", begin + end), ErrorCode::file,
-                 "line 6: 'endloop' stands where 'vertex' is expected");
+                 "line 6: 'endloop' is found where 'vertex' is expected");
   expect_refused(folder.write("body.stl", begin + "vertex 0 1 zero\n" + end), ErrorCode::file,
-                 "line 6: 'zero' stands where a number is expected");
+                 "line 6: 'zero' is found where a number is expected");
   expect_refused(folder.write("body.stl", begin + "vertex 0 1 0\nvertex 0 0 1\n" + end), ErrorCode::file,
-                 "line 7: 'vertex' stands where 'endloop' is expected");
+                 "line 7: 'vertex' is found where 'endloop' is expected");
   expect_refused(folder.write("body.stl", begin), ErrorCode::file,
                  "the file ends where 'vertex' is expected");
   std::string carriage_returns = begin + end;
   std::replace(carriage_returns.begin(), carriage_returns.end(), '\n', '\r');
   expect_refused(folder.write("body.stl", carriage_returns), ErrorCode::file,
-                 "line 6: 'endloop' stands where 'vertex' is expected");
+                 "line 6: 'endloop' is found where 'vertex' is expected");
 }
 
 /// Three corners, which the accessors below describe.

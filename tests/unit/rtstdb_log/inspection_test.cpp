@@ -137,7 +137,7 @@ TEST(LogInspection, ComparesCheckpointsWithTheCommits) {
     exchanged[name] = bytes;
     const LogContents contents = contents_of(exchanged);
     ASSERT_FALSE(contents.damage.empty()) << name;
-    found += all_of(contents.damage).find("is not as the commits left it") != std::string::npos ||
+    found += all_of(contents.damage).find("differs from the result of the commits") != std::string::npos ||
              all_of(contents.damage).find("that no record adds") != std::string::npos;
   }
   EXPECT_GT(found, 0u);
