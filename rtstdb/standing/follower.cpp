@@ -28,8 +28,7 @@ std::string error_prefix(const StandingOptions& options) {
 /// The user's object. Its destructor unregisters the watch and then destroys it.
 class Follower::Handle final : public StandingQuery {
  public:
-  Handle(Follower& follower, std::unique_ptr<Watch> watch)
-      : follower_(follower), watch_(std::move(watch)) {}
+  Handle(Follower& follower, std::unique_ptr<Watch> watch) : follower_(follower), watch_(std::move(watch)) {}
   ~Handle() override {
     if (!registered) return;
     Command command{.kind = Command::Kind::remove, .watch = watch_.get()};
