@@ -9,7 +9,7 @@
 namespace hil::config {
 namespace {
 
-constexpr std::size_t longest_word = 64;
+constexpr std::size_t longest_word = 255;
 
 char lower(char letter) {
   return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
