@@ -88,7 +88,7 @@ gpu::WaitResult Submit::wait(bool awaited, Submit* next) {
   if (halt_ && halt_options_.halt_after.count() > 0) {
     halted_early_ = awaited && halt_options_.early;
     DeviceIdle check_at = halted_early_ ? std::chrono::steady_clock::now()
-                                      : std::max(started_, *device_idle_) + halt_options_.halt_after;
+                                        : std::max(started_, *device_idle_) + halt_options_.halt_after;
     while (true) {
       const auto left = check_at - std::chrono::steady_clock::now();
       const gpu::WaitResult waited = timeline_.wait(in_flight_, nanoseconds(left));

@@ -18,7 +18,7 @@ namespace rtstdb::accel {
 /// When a submission may be halted: the device then starts no further elements of it.
 struct HaltOptions {
   std::chrono::nanoseconds halt_after{0};  ///< device time after which it may be halted; zero: never
-  bool early = false;  ///< finish(awaited = true) may halt it before that
+  bool early = false;                      ///< finish(awaited = true) may halt it before that
 };
 
 /// What a Submit calls around its waits for the device, on the thread that waits.

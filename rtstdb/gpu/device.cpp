@@ -97,7 +97,6 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   timestamp_period_ns = static_cast<double>(core.timestampPeriod);
   timestamp_bits = physical_device.getQueueFamilyProperties()[queue_family].timestampValidBits;
   memory_types = describe_memory(physical_device);
-  shared = compile_on_first_dispatch = options.shared;
 }
 
 void Device::Impl::name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const {
@@ -166,7 +165,7 @@ const DeviceLimits& Device::limits() const noexcept {
   return impl_->limits;
 }
 void Device::compile_on_first_dispatch(bool late) noexcept {
-  if (!impl_->shared) impl_->compile_on_first_dispatch = late;
+  impl_->compile_on_first_dispatch = late;
 }
 bool Device::compiles_on_first_dispatch() const noexcept {
   return impl_->compile_on_first_dispatch;

@@ -244,8 +244,8 @@ struct DeviceOptions {
   bool imports_host_memory = true;
   bool use_subgroup_kernels = true;  ///< false: never use kernels for a given subgroup size (for tests)
   std::uint32_t processors = 0;      ///< overrides DeviceLimits::processors; 0: as detected
-  /// One device for all callers of this process with the same options. It compiles kernels on their first dispatch and is
-  /// never closed (for tests, which open hundreds of databases).
+  /// One device for all callers of this process with the same options, which is never closed (for tests, which open
+  /// hundreds of databases).
   bool shared = false;
 };
 

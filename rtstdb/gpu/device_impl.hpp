@@ -29,7 +29,6 @@ struct Device::Impl {
   std::vector<MemoryTraits> memory_types;
   std::uint32_t queue_family = 0;
   bool imports_host_memory = false;
-  bool shared = false;
   bool compile_on_first_dispatch = false;
   vk::raii::Device device;
   vk::raii::Queue queue;

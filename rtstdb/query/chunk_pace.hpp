@@ -31,15 +31,16 @@ class ChunkPace {
     share_ = share;
     previous_ = {};
     current_ = other_ = {};
-    is_mostly_dispatch_ = true;  // so that a second size is tried, unless the first is too long for a dispatch
+    is_mostly_dispatch_ =
+        true;  // so that a second size is tried, unless the first is too long for a dispatch
   }
 
   void learn(const Chunk& chunk) noexcept {
     const Measured last{chunk.predicted_ns / chunk_ns_, chunk.took_ns / chunk_ns_};
     // Two chunks together: where the host wakes late, one seems longer and the next one shorter.
     const bool is_first = previous_.size == 0.0;
-    const Measured both = is_first ? last
-                                   : Measured{(last.size + previous_.size) / 2.0, (last.took + previous_.took) / 2.0};
+    const Measured both =
+        is_first ? last : Measured{(last.size + previous_.size) / 2.0, (last.took + previous_.took) / 2.0};
     const bool one_size = !is_first && !is_other_size(last, previous_);
     previous_ = last;
     if (chunk.completed_before_wait) {

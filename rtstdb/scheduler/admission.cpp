@@ -74,12 +74,10 @@ std::optional<Status> Admission::decide_by_cost(ScheduledTransaction& transactio
   if (breaks_none && (!firm || in_time || refused_in_a_row_ >= refusals)) {
     transaction.promised = firm && in_time && all_known_before(transaction, deadline);
     // What others take of its slack makes it later, so that more of the reserved transactions may come before it.
-    const Nanoseconds reserved =
-        firm ? parts_.reservations.still_to_come(end, deadline) : Nanoseconds(0);
+    const Nanoseconds reserved = firm ? parts_.reservations.still_to_come(end, deadline) : Nanoseconds(0);
     transaction.slack = std::max(deadline - end - reserved, Nanoseconds(0));
-    for_each_lower_priority(transaction, deadline, [&](ScheduledTransaction& other) {
-      other.slack -= transaction.promised_cost;
-    });
+    for_each_lower_priority(transaction, deadline,
+                            [&](ScheduledTransaction& other) { other.slack -= transaction.promised_cost; });
     if (firm) refused_in_a_row_ = 0;
     return std::nullopt;
   }

@@ -129,8 +129,7 @@ void CostModel::divide(std::span<query::Request> requests, Nanoseconds half) con
     const CostLine& line = line_of(request);
     const double element_ns = line.element_ns(request.count);
     const bool is_known = element_ns > 0.0;
-    const double per_chunk =
-        is_known ? std::clamp(chunk_ns / element_ns, 1.0, 1e9) : unmeasured_per_chunk;
+    const double per_chunk = is_known ? std::clamp(chunk_ns / element_ns, 1.0, 1e9) : unmeasured_per_chunk;
     request.per_chunk = static_cast<std::uint32_t>(per_chunk);
     request.initial_chunk_fraction = 1.0;
     if (request.count >= min_divided && is_known)

@@ -23,8 +23,7 @@ void PredictionAccuracy::ended(const ScheduledTransaction& transaction, Status s
       increment(outranked_);
     }
   }
-  if (!done || outcome.partial || outcome.predicted_cost.count() <= 0 ||
-      outcome.actual_cost.count() <= 0)
+  if (!done || outcome.partial || outcome.predicted_cost.count() <= 0 || outcome.actual_cost.count() <= 0)
     return;
   const double octaves_above = std::log2(static_cast<double>(outcome.predicted_cost.count()) /
                                          static_cast<double>(outcome.actual_cost.count()));

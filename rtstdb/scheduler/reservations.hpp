@@ -98,8 +98,9 @@ class Reservations {
  private:
   std::vector<ReservationImpl*> admitted_;  ///< the engine's lock; changed under the mutex too
   mutable std::mutex counting_;
-  std::uint32_t in_progress_ = 0;   ///< reserved transactions between admitted and ended
-  std::uint64_t busy_period_ = 1;  ///< number of the stretch of time with reserved work; another begins after it
+  std::uint32_t in_progress_ = 0;  ///< reserved transactions between admitted and ended
+  std::uint64_t busy_period_ =
+      1;  ///< number of the stretch of time with reserved work; another begins after it
 };
 
 }  // namespace rtstdb::scheduler

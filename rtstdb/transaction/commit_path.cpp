@@ -22,7 +22,8 @@ Status CommitPath::execute(TransactionImpl& transaction, query::ExecutorCallback
 Status CommitPath::write(TransactionImpl& transaction, scheduler::Run& run,
                          query::ExecutorCallbacks* callbacks) noexcept {
   if (!preconditions_hold(transaction, parts_.store.latest_snapshot())) return Status::conflict;
-  if (const auto refused = parts_.log != nullptr ? parts_.log->refuses(transaction.write_set()) : std::nullopt) {
+  if (const auto refused =
+          parts_.log != nullptr ? parts_.log->refuses(transaction.write_set()) : std::nullopt) {
     transaction.draft().refused_by = *refused;
     return Status::refused;
   }
@@ -82,8 +83,7 @@ Status CommitPath::publish_durably(TransactionImpl& transaction, const scheduler
 
 Status CommitPath::read(TransactionImpl& transaction, scheduler::Run& run,
                         query::ExecutorCallbacks* callbacks) noexcept {
-  const auto purpose =
-      transaction.has_queries() ? store::ReadFor::rows_and_shapes : store::ReadFor::rows;
+  const auto purpose = transaction.has_queries() ? store::ReadFor::rows_and_shapes : store::ReadFor::rows;
   const auto found = parts_.store.read(transaction.terms().read_at, purpose);
   if (const auto* fault = std::get_if<BadInput>(&found)) {
     transaction.draft().bad_input = *fault;
@@ -93,7 +93,8 @@ Status CommitPath::read(TransactionImpl& transaction, scheduler::Run& run,
   if (!preconditions_hold(transaction, version)) return Status::conflict;
   run.reading = version.version();
   QueryCost cost;
-  if (const auto failure = parts_.queries.execute(transaction, run, version, callbacks, cost)) return *failure;
+  if (const auto failure = parts_.queries.execute(transaction, run, version, callbacks, cost))
+    return *failure;
   if (!published_in_time(transaction, run, cost)) return Status::missed;
   return done(transaction, version);
 }

@@ -200,7 +200,8 @@ Result<void> Engine::calibrate(Transaction& transaction) {
   Outcome outcome = std::exchange(declared.draft(), Outcome{});
   if (status == Status::committed) return {};
   outcome.status = status;
-  return Error{status == Status::device_lost ? ErrorCode::device_lost : ErrorCode::bad_input, describe(outcome)};
+  return Error{status == Status::device_lost ? ErrorCode::device_lost : ErrorCode::bad_input,
+               describe(outcome)};
 }
 
 Result<std::unique_ptr<Reservation>> Engine::reserve(const ReservationOptions& options) {
@@ -211,7 +212,8 @@ Result<std::unique_ptr<Reservation>> Engine::reserve(const ReservationOptions& o
     try {
       admitted = admit_reservation(*reservation);
     } catch (const std::bad_alloc&) {
-      admitted = Error{ErrorCode::out_of_memory, "reservation '" + options.name + "' does not fit into memory"};
+      admitted =
+          Error{ErrorCode::out_of_memory, "reservation '" + options.name + "' does not fit into memory"};
     }
   });
   if (!admitted) return admitted.error();
@@ -227,7 +229,8 @@ Result<void> Engine::admit_reservation(scheduler::ReservationImpl& reservation) 
                      "': DatabaseOptions::chunk is 0, so that other work can not be preempted"};
   }
   const scheduler::CostModel::Pieces pieces = costs_.longest_pieces();
-  return reservations_.add(reservation, std::max(chunk_ + pieces.structures, pieces.commit), max_reserved_share_);
+  return reservations_.add(reservation, std::max(chunk_ + pieces.structures, pieces.commit),
+                           max_reserved_share_);
 }
 
 void Engine::remove_reservation(scheduler::ReservationImpl& reservation) noexcept {
@@ -264,8 +267,8 @@ void Engine::give_back(TransactionImpl& transaction, Status status) noexcept {
 
 void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
   settle(transaction, status);
-  const bool firm_commit = transaction.is(DeadlineClass::firm) &&
-                           (status == Status::committed || status == Status::truncated);
+  const bool firm_commit =
+      transaction.is(DeadlineClass::firm) && (status == Status::committed || status == Status::truncated);
   const ClockTime deadline = transaction.terms().deadline;
   give_back(transaction, status);
   if (firm_commit && clock_.now() > deadline) outcomes_.handed_over_late();
@@ -283,8 +286,7 @@ void Engine::run_thread() noexcept {
   while (!is_closing()) {
     const std::uint32_t heard = bell_.count();
     if (work_once()) continue;
-    if (!spin_before_sleep_.until(spin_, [&] { return bell_.count() != heard; }))
-      bell_.wait(heard);
+    if (!spin_before_sleep_.until(spin_, [&] { return bell_.count() != heard; })) bell_.wait(heard);
   }
   cancel_all();
   helper_.lock().unlock();
@@ -378,8 +380,8 @@ void Engine::execute(TransactionImpl& transaction) noexcept {
     latest_.set(store_.latest());
   }
   accuracy_.ended(transaction, status);
-  const bool is_held = log_ != nullptr && log_->mode() == DurabilityMode::group && transaction.writes() &&
-                       is_done(status);
+  const bool is_held =
+      log_ != nullptr && log_->mode() == DurabilityMode::group && transaction.writes() && is_done(status);
   if (!is_held) return finish(transaction, status);
   settle(transaction, status);
   transaction.draft().status = status;

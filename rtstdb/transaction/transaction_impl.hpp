@@ -84,8 +84,8 @@ class TransactionImpl final : public Transaction, public scheduler::ScheduledTra
   const TransactionOptions options_;
   const Engine& engine_;
   std::vector<Precondition> preconditions_;
-  std::vector<glm::vec3> positions_m_;          ///< of the write set's shapes; reserved once, so that it never moves
-  std::vector<std::uint32_t> creates_;          ///< by ordinal of create: index in the write set
+  std::vector<glm::vec3> positions_m_;  ///< of the write set's shapes; reserved once, so that it never moves
+  std::vector<std::uint32_t> creates_;  ///< by ordinal of create: index in the write set
   std::vector<std::uint32_t> declared_counts_;  ///< by request
   std::vector<EntityState> reads_;              ///< once answered, an invalid id is an absent entity
   bool begun_ = false;

@@ -11,8 +11,8 @@
 #include <rtstdb/database.hpp>
 
 #include "tests/gpu/failing_allocation.hpp"
-#include "tests/support/rounds.hpp"
 #include "tests/gpu/kind_cases.hpp"
+#include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
 namespace {

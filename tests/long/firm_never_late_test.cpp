@@ -111,9 +111,9 @@ TEST(FirmNeverLate, AtLoadsFromHalfToThreeTimesWhatCanBeDone) {
     Judged judged;
     world.run(at_each_load, [&](const Ended& one) { judge(one, judged); });
     std::cout << "load " << load << ": " << judged.ended << " transactions, " << judged.committed
-              << " committed (" << judged.partial << " in part), "
-              << judged.missed << " missed, " << judged.refused << " refused, " << judged.cancelled
-              << " cancelled; " << judged.late_commits << " firm commits after their deadline\n";
+              << " committed (" << judged.partial << " in part), " << judged.missed << " missed, "
+              << judged.refused << " refused, " << judged.cancelled << " cancelled; " << judged.late_commits
+              << " firm commits after their deadline\n";
     EXPECT_EQ(judged.late_commits, 0u);
     EXPECT_EQ(judged.false_misses, 0u);
     EXPECT_EQ(judged.wrong_endings, 0u);

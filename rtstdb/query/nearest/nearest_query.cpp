@@ -239,7 +239,7 @@ void GpuNearestQuery::unpack(const BatchPart& part, const accel::TlasView& /*vie
 void GpuNearestQuery::pull(std::uint32_t first_place, std::uint32_t end_place) const noexcept {
   const std::size_t bytes_per_point = options_.k * sizeof(Neighbor);
   neighbors_[slots().written()].invalidate(first_place * bytes_per_point,
-                                     (end_place - first_place) * bytes_per_point);
+                                           (end_place - first_place) * bytes_per_point);
 }
 
 bool GpuNearestQuery::unpack_answer(std::uint32_t place) noexcept {

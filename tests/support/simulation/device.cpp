@@ -7,9 +7,9 @@ namespace hil::stress {
 using rtstdb::Nanoseconds;
 using rtstdb::query::ExecutorCallbacks;
 using rtstdb::query::Request;
-using rtstdb::store::RowSource;
 using rtstdb::query::RunReport;
 using rtstdb::query::RunStatus;
+using rtstdb::store::RowSource;
 
 RunReport SimulatedDevice::run(const RowSource& rows, std::span<const Request> requests,
                                const rtstdb::store::TimeSpan& /*times*/,

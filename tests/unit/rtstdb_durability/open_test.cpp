@@ -37,7 +37,8 @@ TEST_F(OpenALog, RefusesAWorldThatDoesNotFit) {
   const auto opened = open_log(disk_, options);
   ASSERT_FALSE(opened.ok());
   EXPECT_EQ(opened.error().code, ErrorCode::capacity);
-  EXPECT_NE(opened.error().message.find("the options of the database allow 1"), std::string::npos) << opened.error().message;
+  EXPECT_NE(opened.error().message.find("the options of the database allow 1"), std::string::npos)
+      << opened.error().message;
 }
 
 TEST_F(OpenALog, RefusesDamageAndSalvages) {

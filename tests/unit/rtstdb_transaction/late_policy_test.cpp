@@ -87,9 +87,8 @@ TEST_F(Late, LastGoodStaysAndSaysHowOldItIs) {
     EXPECT_EQ(info.version, 1u);
     EXPECT_EQ(info.published, published);
     EXPECT_EQ(info.age, 10ms + again * 2ms) << "a miss is seen in the gap after 2 ms";
-    EXPECT_EQ(
-        describe(outcome),
-        "missed: the firm deadline had passed by 0.300 ms; nothing was done; earlier answers remain");
+    EXPECT_EQ(describe(outcome),
+              "missed: the firm deadline had passed by 0.300 ms; nothing was done; earlier answers remain");
   }
   run({}, {&last_good_});
   EXPECT_FALSE(transaction_->outcome().stale);

@@ -68,4 +68,4 @@ TEST(PreemptionLatencyTest, AreForgottenByHalfEverySecond) {
 }
 
 }  // namespace
-}  // namespace rtstdb::transaction::test
+}  // namespace rtstdb::scheduler::test

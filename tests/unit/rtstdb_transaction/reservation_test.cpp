@@ -78,9 +78,10 @@ TEST_F(Reserving, RefusesWhatIsNoReservation) {
   EXPECT_EQ(message(0ms, 1ms, 1ms),
             "reservation 'r' (period 0 ms, deadline 1 ms, budget 1 ms): the period must be above 0 and "
             "at most 3600000 ms");
-  EXPECT_EQ(message(1h + 1ns, 1ms, 1ms),
-            "reservation 'r' (period 3600000.000001 ms, deadline 1 ms, budget 1 ms): the period must be above "
-            "0 and at most 3600000 ms");
+  EXPECT_EQ(
+      message(1h + 1ns, 1ms, 1ms),
+      "reservation 'r' (period 3600000.000001 ms, deadline 1 ms, budget 1 ms): the period must be above "
+      "0 and at most 3600000 ms");
   EXPECT_NE(message(2h, 1ms, 1ms), "");
   EXPECT_NE(message(1ms, 0ms, 0ms), "");
   EXPECT_NE(message(1ms, 2h, 1ms), "");

@@ -361,7 +361,8 @@ TEST(MisuseDeathTest, Aborts) {
   transaction->begin({});
   transaction->create(row_of(1));
   EXPECT_DEATH(transaction->create(row_of(2)), "Transaction::create: more writes than .*max_writes");
-  EXPECT_DEATH(transaction->add_query(query, 3), "Transaction::add_query: more elements than the query's capacity");
+  EXPECT_DEATH(transaction->add_query(query, 3),
+               "Transaction::add_query: more elements than the query's capacity");
   transaction->add_query(query, 2);
   EXPECT_DEATH(transaction->add_query(query, 2), "Transaction::add_query: more queries than .*max_queries");
   const auto twice = world.make(1, 2);

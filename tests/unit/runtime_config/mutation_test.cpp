@@ -23,9 +23,10 @@ void expect_places(const Diagnostics& diagnostics, const std::string& text) {
 
 TEST(Mutation, ScenariosNeverCrashAndEveryMistakeHasAPlace) {
   const ScenarioFolder files;
-  int accepted = 0;
-  int refused = 0;
-  for (std::uint64_t seed = 0; seed < hil::tests::rounds(3000); ++seed) {
+  std::uint64_t accepted = 0;
+  std::uint64_t refused = 0;
+  const std::uint64_t seeds = hil::tests::rounds(1000, 20'000);
+  for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const std::string text = TextMutator(seed).mutate(testing::scenario_text);
     Diagnostics diagnostics;
     const auto scenario = files.load(text, diagnostics);
@@ -34,13 +35,13 @@ TEST(Mutation, ScenariosNeverCrashAndEveryMistakeHasAPlace) {
     if (::testing::Test::HasFatalFailure()) FAIL() << "seed " << seed;
     ++(scenario ? accepted : refused);
   }
-  EXPECT_GT(accepted, 2);  // both ways are walked
-  EXPECT_GT(refused, 150);
+  EXPECT_GT(accepted, 0u);  // both ways are walked
+  EXPECT_GT(refused, seeds / 2);
 }
 
 TEST(Mutation, RegisterMapsNeverCrash) {
   const testing::TemporaryFolder folder;
-  for (std::uint64_t seed = 0; seed < hil::tests::rounds(2000); ++seed) {
+  for (std::uint64_t seed = 0; seed < hil::tests::rounds(1000, 20'000); ++seed) {
     const std::string text = TextMutator(seed + 1'000'000).mutate(testing::register_map_text);
     Diagnostics diagnostics;
     const auto map = load_register_map(folder.write("map.yaml", text), io::modbus::Role::client, diagnostics);
@@ -52,7 +53,7 @@ TEST(Mutation, RegisterMapsNeverCrash) {
 
 TEST(Mutation, OverridesNeverCrash) {
   const ScenarioFolder files;
-  for (std::uint64_t seed = 0; seed < hil::tests::rounds(2000); ++seed) {
+  for (std::uint64_t seed = 0; seed < hil::tests::rounds(600, 20'000); ++seed) {
     TextMutator mutator(seed + 2'000'000);
     const std::vector<std::string> overrides{mutator.mutate("tasks.scanner.parameters.columns=96"),
                                              mutator.mutate("dut.command=[a, \"{can.car}\"]"),
