@@ -56,7 +56,7 @@ class WriterByHand {
 
   /// Puts this many commits into the ring.
   void put(std::uint32_t commits) {
-    const log::CommitEncoding form = log::form_of(set_, {});
+    const log::CommitEncoding form = log::encoding_of(set_, {});
     for (std::uint32_t k = 0; k < commits; ++k) {
       ++set_.version;
       log::encode_commit(set_, form, ring_.reserve(form.bytes));

@@ -3,17 +3,21 @@
 #include <linux/can.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
+#include "io/can/dbc_completion.hpp"
+#include "io/can/dbc_keywords.hpp"
 #include "io/can/dbc_text.hpp"
 
 namespace hil::io::can {
 
 namespace {
 
+using Severity = DbcProblem::Severity;
+
 constexpr std::uint32_t extended_flag = 0x80000000U;
-constexpr std::uint32_t pseudo_message_id = 0xC0000000U;  // VECTOR__INDEPENDENT_SIG_MSG: signals of no frame
 // Per message; more signals are a mistake, and would be slow to check
 constexpr std::size_t max_signals = 2048;
 
@@ -28,6 +32,20 @@ std::string identifier_defect(std::uint64_t file_id) {
            " has bit 31 set, which marks a 29-bit identifier, and needs more than 29 bits besides";
   if (is_extended || id <= CAN_SFF_MASK) return {};
   return identifier + " needs more than 11 bits, and bit 31, which marks a 29-bit identifier, is not set";
+}
+
+/// Sorts the ranges and joins those that overlap.
+void merge_ranges(std::vector<MultiplexRange>& ranges) {
+  std::sort(ranges.begin(), ranges.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::size_t kept = 0;
+  for (const MultiplexRange& range : ranges) {
+    if (kept > 0 && range.first <= ranges[kept - 1].last) {
+      ranges[kept - 1].last = std::max(ranges[kept - 1].last, range.last);
+    } else {
+      ranges[kept++] = range;
+    }
+  }
+  ranges.resize(kept);
 }
 
 }  // namespace
@@ -51,11 +69,13 @@ DbcResult DbcParser::parse() {
     parse_statement(keyword);
   }
   complete_messages();
-  if (!is_blank && result_.database.messages.empty())
-    report(Severity::fatal, first_position,
-           "the file gives no message: it has no BO_ statement that is understood");
-  locate_problems();
-  return std::move(result_);
+  if (!is_blank && draft_.database.messages.empty())
+    problems_.report(Severity::fatal, first_position,
+                     "the file gives no message: it has no BO_ statement that is understood");
+  DbcResult result;
+  result.database = std::move(draft_.database);
+  problems_.write_into(result, lines_);
+  return result;
 }
 
 void DbcParser::parse_statement(std::string_view keyword) {
@@ -110,7 +130,7 @@ void DbcParser::parse_nodes() {
   while (true) {
     const std::string_view node = scanner_.peek_identifier();
     if (node.empty() || is_dbc_keyword(node)) return;
-    result_.database.nodes.emplace_back(scanner_.identifier());
+    draft_.database.nodes.emplace_back(scanner_.identifier());
     scanner_.accept(',');
   }
 }
@@ -120,7 +140,7 @@ void DbcParser::parse_message() {
   const auto file_id = scanner_.number<std::uint64_t>();
   if (!file_id) return static_cast<void>(fail("a message's identifier, 0 to 4294967295"));
   scanner_.skip_space();
-  MessageNote note;
+  DbcMessageNote note;
   note.position = scanner_.position();
   DbcMessage message;
   message.name = scanner_.identifier();
@@ -131,55 +151,58 @@ void DbcParser::parse_message() {
   if (!length) return static_cast<void>(fail("the message's length in bytes"));
   const std::string_view sender = scanner_.peek_identifier();
   if (sender.empty() || is_dbc_keyword(sender)) {
-    report(Severity::error, statement_position_,
-           "message '" + message.name + "' names no node that sends it");
+    problems_.report(Severity::error, statement_position_,
+                     "message '" + message.name + "' names no node that sends it");
   } else {
     message.sender = scanner_.identifier();
   }
   if (*file_id == pseudo_message_id) return;
-  notes_.push_back(std::move(note));
+  draft_.notes.push_back(std::move(note));
   add_message(std::move(message), *file_id, *length);
 }
 
 void DbcParser::add_message(DbcMessage message, std::uint64_t file_id, std::uint64_t length) {
-  const std::size_t index = result_.database.messages.size();
-  const std::size_t position = notes_.back().position;
+  const std::size_t index = draft_.database.messages.size();
+  const std::size_t position = draft_.notes.back().position;
   message.is_extended = (file_id & extended_flag) != 0;
   message.id = static_cast<std::uint32_t>(file_id & ~std::uint64_t{extended_flag});
   message.length_bytes = static_cast<std::uint16_t>(std::min<std::uint64_t>(length, UINT16_MAX));
-  result_.database.messages.push_back(std::move(message));
-  DbcMessage& added = result_.database.messages.back();
+  draft_.database.messages.push_back(std::move(message));
+  DbcMessage& added = draft_.database.messages.back();
   signals_wanted_ = true;
   signals_skipped_ = false;
 
   const std::string defect = identifier_defect(file_id);
-  if (!defect.empty()) make_unusable(added, position, defect);
+  if (!defect.empty()) problems_.make_unusable(added, position, defect);
   if (length > CANFD_MAX_DLEN)
-    make_unusable(added, position, "it has " + std::to_string(length) + " bytes, and a frame has at most 64");
+    problems_.make_unusable(added, position,
+                            "it has " + std::to_string(length) + " bytes, and a frame has at most 64");
   const auto share = [&](std::size_t earlier_index, const std::string& what) {
-    DbcMessage& earlier = result_.database.messages[earlier_index];
-    make_unusable(earlier, notes_[earlier_index].position, what + " message '" + added.name + "'");
-    make_unusable(added, position, what + " message '" + earlier.name + "'");
+    DbcMessage& earlier = draft_.database.messages[earlier_index];
+    problems_.make_unusable(earlier, draft_.notes[earlier_index].position,
+                            what + " message '" + added.name + "'");
+    problems_.make_unusable(added, position, what + " message '" + earlier.name + "'");
   };
-  const auto [same_id, is_new_id] = message_by_id_.emplace(static_cast<std::uint32_t>(file_id), index);
+  const auto [same_id, is_new_id] = draft_.message_by_id.emplace(static_cast<std::uint32_t>(file_id), index);
   if (!is_new_id && defect.empty()) share(same_id->second, "its identifier is also that of");
-  const auto [same_name, is_new_name] = message_by_name_.emplace(added.name, index);
+  const auto [same_name, is_new_name] = draft_.message_by_name.emplace(added.name, index);
   if (!is_new_name) share(same_name->second, "its name is also that of another");
 }
 
 void DbcParser::parse_signal() {
   if (!signals_wanted_) {
-    if (!signals_skipped_) report(Severity::error, statement_position_, "a signal outside of a message");
+    if (!signals_skipped_)
+      problems_.report(Severity::error, statement_position_, "a signal outside of a message");
     return scanner_.skip_to_statement_line(statement_position_);
   }
   if (unknown_position_) {  // it may have been meant as another message
-    result_.database.messages.back().unusable.push_back(
+    draft_.database.messages.back().unusable.push_back(
         "line " + std::to_string(lines_.place_of(*unknown_position_).line) +
         " of the DBC file, before one of its signals, is not understood");
     unknown_position_.reset();
   }
   DbcSignal signal;
-  SignalNote note;
+  DbcSignalNote note;
   std::string defect;
   scanner_.skip_space();
   note.position = scanner_.position();
@@ -192,40 +215,30 @@ void DbcParser::parse_signal() {
     skip_receivers();
     return add_signal(std::move(signal), note, defect);
   }
-  result_.database.messages.back().unusable.push_back(
+  draft_.database.messages.back().unusable.push_back(
       "the signal in line " + std::to_string(lines_.place_of(statement_position_).line) +
       " of the DBC file is not understood");
 }
 
-void DbcParser::add_signal(DbcSignal signal, const SignalNote& note, const std::string& defect) {
-  DbcMessage& message = result_.database.messages.back();
-  if (!defect.empty()) return make_unusable(message, note.position, "signal '" + signal.name + "' " + defect);
+void DbcParser::add_signal(DbcSignal signal, const DbcSignalNote& note, const std::string& defect) {
+  DbcMessage& message = draft_.database.messages.back();
+  if (!defect.empty())
+    return problems_.make_unusable(message, note.position, "signal '" + signal.name + "' " + defect);
   if (message.signals.size() >= max_signals) {
-    if (message.signals.size() == max_signals && notes_.back().signal_by_name.contains(signal.name)) return;
-    return make_unusable(message, note.position, "it has more than 2048 signals");
+    if (message.signals.size() == max_signals && draft_.notes.back().signal_by_name.contains(signal.name))
+      return;
+    return problems_.make_unusable(message, note.position, "it has more than 2048 signals");
   }
-  if (!notes_.back().signal_by_name.emplace(signal.name, message.signals.size()).second) {
-    return make_unusable(message, note.position, "two of its signals are named '" + signal.name + "'");
+  if (!draft_.notes.back().signal_by_name.emplace(signal.name, message.signals.size()).second) {
+    return problems_.make_unusable(message, note.position,
+                                   "two of its signals are named '" + signal.name + "'");
   }
   message.signals.push_back(std::move(signal));
-  notes_.back().signals.push_back(note);
-}
-
-// Receivers are names, separated by commas, or by blanks in one line.
-void DbcParser::skip_receivers() {
-  while (true) {
-    const std::string_view receiver = scanner_.peek_identifier();
-    if (receiver.empty() || is_dbc_keyword(receiver)) break;
-    scanner_.identifier();
-    if (!scanner_.accept(',') && scanner_.is_first_in_line()) break;
-  }
-  if (scanner_.at_end() || scanner_.is_first_in_line() || is_dbc_keyword(scanner_.peek_identifier())) return;
-  report(Severity::warning, scanner_.position(), "what follows the signal's unit is no list of receivers");
-  scanner_.skip_to_statement_line(scanner_.position());
+  draft_.notes.back().signals.push_back(note);
 }
 
 // Nothing, "M", "m3", "m3M", or "m" if SG_MUL_VAL_ gives the values.
-bool DbcParser::parse_multiplex_mark(DbcSignal& signal, SignalNote& note) {
+bool DbcParser::parse_multiplex_mark(DbcSignal& signal, DbcSignalNote& note) {
   if (scanner_.peek() == ':') return scanner_.accept(':');
   const std::size_t position = scanner_.position();
   std::string_view mark = scanner_.identifier();
@@ -291,6 +304,108 @@ bool DbcParser::parse_scaling(DbcSignal& signal, std::string& defect) {
   return true;
 }
 
+void DbcParser::parse_value_table() {
+  const std::string_view name = word();
+  if (name.empty()) return static_cast<void>(fail("the name of a value table"));
+  std::map<std::int64_t, std::string> values;
+  if (parse_value_list(values))
+    draft_.database.value_tables.insert_or_assign(std::string(name), std::move(values));
+}
+
+void DbcParser::parse_values() {
+  const auto id = scanner_.number<std::uint32_t>();
+  if (!id) {  // values of an environment variable
+    if (word().empty()) return static_cast<void>(fail("a message's identifier"));
+    return skip_statement();
+  }
+  scanner_.skip_space();
+  const std::size_t position = scanner_.position();
+  const std::string_view name = word();
+  if (name.empty()) return static_cast<void>(fail("a signal's name"));
+  std::map<std::int64_t, std::string> values;
+  if (!parse_value_list(values)) return;
+  if (DbcSignal* signal = draft_.find_signal(*id, name, position, problems_))
+    signal->value_names = std::move(values);
+}
+
+// SIG_VALTYPE_ id signal : 1 ;
+void DbcParser::parse_value_type() {
+  const auto id = scanner_.number<std::uint32_t>();
+  if (!id) return static_cast<void>(fail("a message's identifier"));
+  scanner_.skip_space();
+  const std::size_t position = scanner_.position();
+  const std::string_view name = word();
+  DbcSignal* const signal = name.empty() ? nullptr : draft_.find_signal(*id, name, position, problems_);
+  scanner_.accept(':');
+  const auto kind = scanner_.number<std::uint32_t>();
+  if (name.empty() || !kind || *kind > 2) {
+    // Without this statement the signals of the message would be decoded wrongly.
+    if (DbcMessage* const message = draft_.message_of_id(*id))
+      message->unusable.emplace_back("a SIG_VALTYPE_ statement of it is not understood");
+    return static_cast<void>(fail(name.empty() ? "a signal's name" : "0 (integer), 1 (float) or 2 (double)"));
+  }
+  expect_semicolon();
+  if (signal == nullptr || *kind == 0) return;
+  if (signal->length_bits != 32 * *kind) {
+    return problems_.make_unusable(*draft_.message_of_id(*id), position,
+                                   "signal '" + signal->name + "' has " +
+                                       std::to_string(signal->length_bits) + " bits, and a " +
+                                       (*kind == 1 ? "float has 32" : "double has 64"));
+  }
+  signal->type = *kind == 1 ? ValueType::float32 : ValueType::float64;
+}
+
+// SG_MUL_VAL_ id signal switch first-last, first-last ;
+void DbcParser::parse_extended_multiplexing() {
+  const auto id = scanner_.number<std::uint32_t>();
+  if (!id) return static_cast<void>(fail("a message's identifier"));
+  scanner_.skip_space();
+  const std::size_t position = scanner_.position();
+  const std::string_view name = word();
+  scanner_.skip_space();
+  const std::size_t switch_position = scanner_.position();
+  const std::string_view switch_name = name.empty() ? name : word();
+  std::vector<MultiplexRange> ranges;
+  const auto read_ranges = [&] {
+    if (name.empty()) return fail("the name of the multiplexed signal");
+    if (switch_name.empty()) return fail("the name of the multiplexer signal");
+    do {
+      const auto first = scanner_.number<std::uint64_t>();
+      if (!first || !scanner_.accept('-')) return fail("a range of multiplexer values such as 3-5");
+      const auto last = scanner_.number<std::uint64_t>();
+      if (!last || *last < *first) return fail("the last value of the range, not below the first");
+      ranges.push_back({*first, *last});
+    } while (scanner_.accept(','));
+    return true;
+  };
+  if (!read_ranges()) {
+    if (DbcMessage* const message = draft_.message_of_id(*id))
+      message->unusable.emplace_back("a SG_MUL_VAL_ statement of it is not understood");
+    return;
+  }
+  expect_semicolon();
+  DbcSignal* const selected = draft_.find_signal(*id, name, position, problems_);
+  DbcSignal* const selector = draft_.find_signal(*id, switch_name, switch_position, problems_);
+  if (selected == nullptr || selector == nullptr) return;
+  DbcMessage& message = *draft_.message_of_id(*id);
+  if (selected == selector)
+    return problems_.make_unusable(message, switch_position,
+                                   "signal '" + selected->name + "' selects itself");
+  const auto index_of = [&](const DbcSignal* signal) {
+    return static_cast<std::size_t>(signal - message.signals.data());
+  };
+  bool& has_ranges = draft_.note_of(message).signals[index_of(selected)].has_extended_ranges;
+  if (has_ranges && selected->multiplexer != static_cast<int>(index_of(selector)))
+    return problems_.make_unusable(message, switch_position,
+                                   "signal '" + selected->name + "' is selected by two multiplexers");
+  if (!has_ranges) selected->multiplex_ranges.clear();
+  selected->multiplex_ranges.insert(selected->multiplex_ranges.end(), ranges.begin(), ranges.end());
+  merge_ranges(selected->multiplex_ranges);
+  selected->multiplexer = static_cast<int>(index_of(selector));
+  selector->is_multiplexer = true;
+  has_ranges = true;
+}
+
 // CM_ [object] "text" ;
 void DbcParser::parse_comment() {
   const std::string_view object = parse_object();
@@ -304,121 +419,67 @@ void DbcParser::parse_comment() {
   expect_semicolon();
 }
 
-// Skips the statement up to its ';', or up to a line that begins with a keyword.
-void DbcParser::skip_statement() {
-  while (!scanner_.accept(';')) {
-    if (scanner_.at_end() || scanner_.at_statement_line()) return static_cast<void>(fail_unfinished());
-    if (scanner_.peek() == '"') {
-      if (!scanner_.quoted()) return static_cast<void>(fail_unfinished());
-    } else if (scanner_.identifier().empty()) {
-      scanner_.skip_byte();
+// BA_DEF_ [object] "name" type ... ;
+void DbcParser::parse_attribute_definition() {
+  parse_object();
+  const auto name = scanner_.quoted();
+  if (!name) return static_cast<void>(fail("an attribute's name in double quotes"));
+  std::vector<std::string>& words = attributes_.words_of(dbc_text(*name));
+  if (scanner_.peek_identifier() != "ENUM") return skip_statement();
+  scanner_.identifier();
+  words.clear();
+  do {
+    const auto word = scanner_.quoted();
+    if (!word) return skip_statement();
+    words.push_back(dbc_text(*word));
+  } while (scanner_.accept(','));
+  expect_semicolon();
+}
+
+// BA_DEF_DEF_ "name" value ;
+void DbcParser::parse_attribute_default() {
+  const auto name = scanner_.quoted();
+  if (!name) return static_cast<void>(fail("an attribute's name in double quotes"));
+  auto value = parse_attribute_value();
+  if (!value) return static_cast<void>(fail("the attribute's default value"));
+  expect_semicolon();
+  attributes_.set_default(dbc_text(*name), *std::move(value));
+}
+
+// BA_ "name" [object] value ;
+void DbcParser::parse_attribute() {
+  const auto name = scanner_.quoted();
+  if (!name) return static_cast<void>(fail("an attribute's name in double quotes"));
+  const std::string_view object = parse_object();
+  std::uint32_t id = 0;
+  std::string_view owner;
+  if (!object.empty()) {
+    if (object == "BO_" || object == "SG_") {
+      const auto number = scanner_.number<std::uint32_t>();
+      if (!number) return static_cast<void>(fail("a message's identifier"));
+      id = *number;
     }
+    if (object != "BO_") owner = word();
+    if (object != "BO_" && owner.empty()) return static_cast<void>(fail("a name"));
   }
+  const auto value = parse_attribute_value();
+  if (!value) return static_cast<void>(fail("the attribute's value"));
+  expect_semicolon();
+  if (object == "BO_") attributes_.set_of_message(*name, id, *value, statement_position_, draft_, problems_);
+  if (object == "SG_")
+    attributes_.set_of_signal(*name, id, owner, *value, statement_position_, draft_, problems_);
+  if (object == "BU_") attributes_.set_of_node(*name, owner, *value);
 }
 
-void DbcParser::expect_semicolon() {
-  if (!scanner_.accept(';')) fail_unfinished();
-}
-
-/// The identifier here; empty when there is none, or when it begins the next statement.
-std::string_view DbcParser::word() {
-  return scanner_.at_statement_line() ? std::string_view() : scanner_.identifier();
-}
-
-/// The kind of object that a comment or an attribute belongs to: BU_, BO_, SG_ or EV_. Empty: none of them.
-std::string_view DbcParser::parse_object() {
-  if (!is_dbc_object(scanner_.peek_identifier())) return {};
-  object_may_be_statement_ = scanner_.at_statement_line();
-  return scanner_.identifier();
-}
-
-DbcMessage* DbcParser::message_of_id(std::uint32_t file_id) {
-  const auto found = message_by_id_.find(file_id);
-  return found == message_by_id_.end() ? nullptr : &result_.database.messages[found->second];
-}
-
-void DbcParser::report_unknown_message(std::uint32_t file_id, std::size_t position) {
-  if (file_id == pseudo_message_id) return;
-  report(Severity::warning, position, "no message has the identifier " + std::to_string(file_id));
-}
-
-DbcSignal* DbcParser::signal_of(std::uint32_t file_id, std::string_view name, std::size_t position) {
-  DbcMessage* const message = message_of_id(file_id);
-  if (message == nullptr) {
-    report_unknown_message(file_id, position);
-    return nullptr;
+void DbcParser::complete_messages() {
+  std::uint64_t overlap_steps = 0;
+  for (std::size_t index = 0; index < draft_.notes.size(); ++index) {
+    DbcMessage& message = draft_.database.messages[index];
+    attributes_.apply_to(message, draft_.notes[index], problems_);
+    link_multiplexers(message, draft_.notes[index], problems_);
+    find_overlaps(message, draft_.notes[index], overlap_steps, problems_);
   }
-  const auto& signals = note_of(*message).signal_by_name;
-  const auto found = signals.find(std::string(name));
-  if (found == signals.end()) {
-    report(Severity::warning, position,
-           "message '" + message->name + "' has no signal '" + std::string(name) + "'");
-    return nullptr;
-  }
-  return &message->signals[found->second];
-}
-
-/// Reports that the text here is not the expected one, and moves to the next statement. Returns false.
-bool DbcParser::fail(std::string_view expected) {
-  if (statement_has_semicolon_) {
-    const std::size_t failed_at = scanner_.position();
-    const bool is_string_open = scanner_.peek() == '"' && !scanner_.quoted();
-    scanner_.move_to(failed_at);
-    if (scanner_.at_end() || scanner_.at_statement_line() || is_string_open || object_may_be_statement_)
-      return fail_unfinished();
-  }
-  scanner_.skip_space();
-  const std::size_t position = scanner_.position();
-  std::string found = scanner_.at_end() ? "the end of the file" : "'";
-  for (std::size_t at = position; at < text_.size() && at < position + 20; ++at) {
-    const char c = text_[at];
-    if (c == '\n' || c == '\r') break;
-    found.push_back(c >= ' ' && c <= '~' ? c : '?');
-  }
-  if (!scanner_.at_end()) found.push_back('\'');
-  report(Severity::error, position,
-         "expected " + std::string(expected) + ", found " + found + "; the statement is left out");
-  scanner_.skip_to_statement_line(statement_position_);
-  return false;
-}
-
-/// Reports that the statement ends without its ';', and moves to the next statement. Returns false.
-bool DbcParser::fail_unfinished() {
-  report(Severity::error, statement_position_, "this statement has no ';' at its end");
-  if (!scanner_.at_statement_line() || object_may_be_statement_)
-    scanner_.skip_to_statement_line(statement_position_);
-  return false;
-}
-
-void DbcParser::make_unusable(DbcMessage& message, std::size_t position, const std::string& reason) {
-  if (std::find(message.unusable.begin(), message.unusable.end(), reason) != message.unusable.end()) return;
-  message.unusable.push_back(reason);
-  report(Severity::unusable, position, "message '" + message.name + "' can not be used: " + reason);
-}
-
-void DbcParser::report(Severity severity, std::size_t position, std::string text) {
-  ++(severity <= Severity::warning ? result_.warning_count : result_.error_count);
-  if (severity == Severity::fatal) ++result_.fatal_count;
-  if (severity != Severity::fatal && result_.problems.size() >= DbcResult::kept_problems) return;
-  if (result_.problems.size() >= DbcResult::kept_problems) {
-    result_.problems.pop_back();  // a fatal problem is always listed
-    problem_positions_.pop_back();
-  }
-  result_.problems.push_back({severity, 0, 0, std::move(text)});
-  problem_positions_.push_back(position);
-}
-
-/// Sets the lines and columns of the problems, in one pass over the text.
-void DbcParser::locate_problems() {
-  std::vector<std::size_t> order(problem_positions_.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return problem_positions_[a] < problem_positions_[b]; });
-  for (const std::size_t index : order) {
-    const LineCounter::Place place = lines_.place_of(problem_positions_[index]);
-    result_.problems[index].line = place.line;
-    result_.problems[index].column = place.column;
-  }
+  attributes_.apply_long_names(draft_, problems_);
 }
 
 }  // namespace hil::io::can

@@ -65,7 +65,7 @@ class TlasBuilder {
   /// instances' boxes from its motion boxes at the end of the window; null: from the bounds of `bound`.
   std::uint64_t record(std::uint64_t most, const Bound* source, const Bound& bound, gpu::Recorder& recorder);
   bool take_levels(std::vector<std::uint32_t>& levels);
-  /// The total work in the weights of tlas_ahead.cpp, and the number of passes.
+  /// The total work in the weights of tlas_next_slot.cpp, and the number of passes.
   static std::uint64_t work(std::uint32_t count) noexcept;
   static std::uint32_t passes(std::uint32_t count) noexcept;
 

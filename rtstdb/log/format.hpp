@@ -17,8 +17,8 @@
 // So a log continues after a torn group, or after a file with a failed write, without a change of the
 // existing bytes.
 //
-// A log of another format is refused. A new format gets the next number, so that the numbers of older logs stay unique: 1 and 2
-// were earlier encodings of motions.
+// A log of another format is refused. A new format gets the next number, so that the numbers of older logs
+// stay unique: 1 and 2 were earlier encodings of motions.
 //
 // Each checksum is seeded with the database's id. A header's checksum covers the members before it; a payload
 // checksum covers the payload.

@@ -198,11 +198,11 @@ class Inspection {
     }
   }
 
-  template <class Look>
-  void for_each(LogFileKind kind, const std::vector<std::uint64_t>& numbers, const Look& look) {
+  template <class Visit>
+  void for_each(LogFileKind kind, const std::vector<std::uint64_t>& numbers, const Visit& visit) {
     std::size_t k = 0;
     for (std::size_t place = 0; place < contents_.files.size(); ++place)
-      if (contents_.files[place].kind == kind) look(place, numbers[k++]);
+      if (contents_.files[place].kind == kind) visit(place, numbers[k++]);
   }
 
   void inspect_checkpoints(ReplayInspector& inspector) {

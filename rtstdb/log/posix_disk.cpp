@@ -52,11 +52,11 @@ class DirectIo {
  public:
   DirectIo() = default;
   explicit DirectIo(Descriptor descriptor) : descriptor_(std::move(descriptor)) {
-    struct statx told {};
-    if (!is_open() || ::statx(descriptor_.get(), "", AT_EMPTY_PATH, STATX_DIOALIGN, &told) != 0) return;
-    if ((told.stx_mask & STATX_DIOALIGN) == 0) return;  // older kernel: it fails with EINVAL instead
-    sector_bytes_ = told.stx_dio_offset_align;
-    memory_alignment_ = told.stx_dio_mem_align;
+    struct statx status {};
+    if (!is_open() || ::statx(descriptor_.get(), "", AT_EMPTY_PATH, STATX_DIOALIGN, &status) != 0) return;
+    if ((status.stx_mask & STATX_DIOALIGN) == 0) return;  // older kernel: it fails with EINVAL instead
+    sector_bytes_ = status.stx_dio_offset_align;
+    memory_alignment_ = status.stx_dio_mem_align;
     if (sector_bytes_ == 0) close();
   }
 

@@ -60,8 +60,7 @@ class ChunkPace {
 
   double next_share(const Measured& measured) const noexcept {
     double size = measured.size, took = measured.took;
-    const double max_dispatch = std::max(max_took, max_dispatch_ns / chunk_ns_);
-    if (is_mostly_dispatch_ && took > min_took && took < max_dispatch) {
+    if (is_mostly_dispatch_ && took > min_took && took < max_dispatch_ns / chunk_ns_) {
       size *= 2.0;
     } else {
       for (; took > max_took; took /= 2.0)
@@ -70,7 +69,8 @@ class ChunkPace {
         size *= 2.0;
     }
     const bool may_exceed = is_mostly_dispatch_ && other_.size > 0.0;
-    return std::clamp(size, 1.0 / 4096.0, may_exceed ? limit : max_share_);
+    const double largest = may_exceed ? std::clamp(2.0 * measured.size, max_share_, limit) : max_share_;
+    return std::clamp(size, 1.0 / 4096.0, largest);
   }
 
   void learn_upper_bound(const Measured& measured) noexcept {
@@ -89,9 +89,16 @@ class ChunkPace {
     if (is_other_size(measured, current_)) other_ = current_;
     current_ = measured;
     if (other_.size == 0.0) return;
-    const auto& [small, large] =
-        std::minmax(current_, other_, [](const Measured& a, const Measured& b) { return a.size < b.size; });
-    is_mostly_dispatch_ = large.took / small.took - 1.0 < 0.5 * (large.size / small.size - 1.0);
+    const auto& [small, large] = std::minmax(current_, other_, [](const Measured& a, const Measured& b) {
+      return a.size < b.size;
+    });
+    if (large.took < min_took * small.took) {
+      // The elements have become cheaper: that says nothing about the dispatch.
+      other_ = {};
+      is_mostly_dispatch_ = false;
+    } else {
+      is_mostly_dispatch_ = large.took / small.took - 1.0 < 0.5 * (large.size / small.size - 1.0);
+    }
   }
   static bool is_other_size(const Measured& a, const Measured& b) noexcept {
     return b.size > 0.0 && (a.size >= 1.5 * b.size || b.size >= 1.5 * a.size);

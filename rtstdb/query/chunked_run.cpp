@@ -6,30 +6,30 @@
 namespace rtstdb::query {
 namespace {
 
-/// One that is asked alone takes about as long as so many in a group.
+/// A retried element takes about as long as this many elements in groups.
 constexpr std::uint32_t alone_is_worth = 8;
 
-/// What a chunk takes however few are in it, about: how dear they are it does not say.
+/// The time of a dispatch alone, about: it says nothing about the cost of elements.
 constexpr double dispatch_ns = 100e3;
 
-/// Halted before any of its elements came to an end, a chunk is followed by one with so many times fewer of them.
+/// A chunk that was halted before any element was complete is followed by one with this many times fewer elements.
 constexpr std::uint32_t fewer_after_none = 8;
 
-/// A chunk that is as full as this takes nothing more in.
+/// A chunk that is filled to this part takes no elements of the next request.
 constexpr double nearly_full = 0.95;
 
 }  // namespace
 
 RunReport ChunkedRun::run() noexcept {
   const auto ended = [&](RunStatus status) {
-    // What is still under way writes into the queries' buffers.
+    // What is still in flight writes into the queries' buffers.
     for (accel::Submit& lane : lanes_) {
       if (!lane.finish()) status = RunStatus::device_lost;
       gpu_ns_ += lane.take_gpu_ns();
     }
     return RunReport{.status = status, .gpu_ns = gpu_ns_};
   };
-  // What setup took is not this transaction's.
+  // The time of earlier submissions is not this run's.
   for (accel::Submit& lane : lanes_)
     lane.take_gpu_ns();
   if (!bring_up(lanes_[0])) return ended(RunStatus::device_lost);
@@ -67,7 +67,7 @@ bool ChunkedRun::bring_up(accel::Submit& lane) noexcept {
 std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
   Cursor next;
   pass_over(next, pass);
-  // Structures may have been recorded for nothing.
+  // Without elements the recorded structure work is submitted alone.
   if (at_end(next) && begun_ && !lanes_[0].run()) return RunStatus::device_lost;
   std::optional<Chunk> under_way;
   for (std::uint32_t turn = 0; under_way || !at_end(next); ++turn) {
@@ -75,7 +75,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
     accel::Submit& other = lanes_[(turn + 1) % 2];
     std::optional<Chunk> before = std::exchange(under_way, std::nullopt);
     if (before && other.first_unstarted() < before->elements) {
-      // It was halted for whoever ran in the gap: the next one begins with what it left.
+      // A nested run has halted it: the next chunk begins with what it left.
       if (!finish(other, *before, pass, nullptr)) return RunStatus::device_lost;
       unpack(*before, pass);
       next = std::exchange(before, std::nullopt)->end;
@@ -91,7 +91,7 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
     if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
     unpack(*before, pass);
     if (before->halted) {
-      // The one behind it is halted as well, and what it did is done once more.
+      // The chunk behind it is halted too, and its elements are executed again.
       if (std::exchange(under_way, std::nullopt)) {
         if (!lane.finish()) return RunStatus::device_lost;
         const std::int64_t took_ns = lane.take_gpu_ns();
@@ -115,7 +115,7 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
     const auto worth_ns = static_cast<std::int64_t>(chunk.elements * element_ns_);
     if (chunk.elements == 0 || lane.halted_early())
       thrown_away_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
-    // How little it had done says nothing of what is to come.
+    // How much was complete says nothing about the elements.
     if (lane.halted_early()) return true;
     follow_halt(chunk, asked);
   } else {
@@ -135,7 +135,7 @@ void ChunkedRun::cut(Chunk& chunk, std::uint32_t first_unstarted, Pass pass) noe
     before += range.end - range.first;
     at = {at.request + 1, 0};
   }
-  // Neighbours stay together; those that are asked again are alone.
+  // Neighbours stay together; retried elements are alone.
   const std::uint32_t step = pass == Pass::all ? neighbours : 1;
   const std::uint32_t answered = (first_unstarted - before) / step * step;
   at.element += answered;
@@ -229,7 +229,7 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
     case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
     case ExecutorCallbacks::Continuation::finish_in_flight:
-      // Whoever ran in the gap may have brought the slot to another version: what was found could not be named any more.
+      // A nested run may have brought the slot to another version: then the hits in flight can not be resolved any more.
       if (structures_.runs != runs || !under_way) return RunStatus::partial;
       if (!finish(other, *under_way, pass, nullptr)) return RunStatus::device_lost;
       unpack(*under_way, pass);
@@ -239,7 +239,7 @@ std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::
   }
   if (structures_.runs == runs) return std::nullopt;
   if (!bring_up(next)) return RunStatus::device_lost;
-  // Structures that had to be made anew are by themselves, so that it is seen what the chunk takes.
+  // Structure work is submitted alone, so that the time of the next chunk is its own.
   if (more && !std::exchange(brought_up_, false)) return std::nullopt;
   begun_ = false;
   const bool is_up = next.run();

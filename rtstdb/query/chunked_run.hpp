@@ -1,8 +1,12 @@
 #pragma once
-// One run of the executor: structures brought to the version, then the batches in chunks, two of which are under way at
-// a time, so that the device finds the next one when it is done with one. Between them others may run, for whom the one that has just begun
-// is halted at once. Where somebody waits for a gap and a chunk takes longer than was thought, it is halted as well. The next one begins
-// with what it left.
+// One run of the executor: brings the structures to the version, then executes the batches in chunks. Two chunks are in
+// flight at a time, so that the device does not idle between them. After each chunk is a preemption point, where nested
+// runs may execute.
+//
+// A nested run halts the chunk that is still in flight. A chunk that takes longer than predicted is halted when a
+// preemption point is requested. The elements that a halted chunk did not start belong to the next chunk.
+//
+// Threads: the engine's.
 
 #include <array>
 #include <chrono>
@@ -17,15 +21,15 @@
 
 namespace rtstdb::query {
 
-/// What runs share.
+/// What all runs share.
 struct Structures {
   gpu::Device& device;
   accel::GeometryPool& pool;
   accel::Tlas& tlas;
-  std::uint64_t runs = 0;  ///< begun so far: another one may have taken a slot, or a place for a shape
+  std::uint64_t runs = 0;  ///< begun so far; where it grew, another run may have taken a slot or a shape's place
 };
 
-/// What one run submits with; a chunk takes one of the two.
+/// The submissions of one run; chunks take them in turn.
 using Lanes = std::array<accel::Submit, 2>;
 
 class ChunkedRun {
@@ -41,15 +45,15 @@ class ChunkedRun {
         pace_(chunk_ns()),
         whole_for_(usual_whole_for()) {}
 
-  /// What is under way of others has been waited for: this writes what the device reads.
+  /// Executes the run. Nothing of other runs is in flight, since this writes what the device reads.
   RunReport run() noexcept;
 
  private:
-  /// Of the device's time, one part in so many may be thrown away so that others wait less.
+  /// Of the device time of a run, at most 1 / spared_part may be discarded to shorten the waits of others.
   static constexpr std::int64_t spared_part = 5;
 
   enum class Pass : std::uint8_t { all, again };
-  /// Before an element of a request; behind all of them is {requests, 0}.
+  /// A position before an element of a request; the end is {number of requests, 0}.
   struct Cursor {
     std::size_t request = 0;
     std::uint32_t element = 0;
@@ -57,13 +61,13 @@ class ChunkedRun {
   struct Chunk {
     Cursor begin, end;
     std::uint32_t elements = 0;
-    bool halted = false;        // it was meant to end later
-    double predicted_ns = 0.0;  // what it should take; 0: no matter, structures are brought up with it
+    bool halted = false;        // it ended before its elements were complete
+    double predicted_ns = 0.0;  // 0: not to be learned from, structures are brought up in the same submission
   };
 
-  /// Begins the lane. False: the device is lost.
+  /// Begins the lane's recorder and records what brings the structures to the version. False: the device is lost.
   bool bring_up(accel::Submit& lane) noexcept;
-  /// What ended the run; none when all chunks of the pass are done.
+  /// The status with which the run ends; none: all chunks of the pass are complete.
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
   ExecutorCallbacks::Continuation let_others_run(Pass pass) noexcept;
   /// All passes that ask again what is incomplete.
@@ -76,36 +80,37 @@ class ChunkedRun {
   std::optional<RunStatus> gap(accel::Submit& next, bool more, accel::Submit& other,
                                std::optional<Chunk>& under_way, Pass pass) noexcept;
   Chunk take(Cursor& next, Pass pass) const noexcept;
-  /// What was started last in this lane is done, or halted: then the chunk ends where it was. `behind`: what was started after it, if
-  /// anything was, which is halted with it. False: the device is lost.
+  /// Waits until the lane's chunk is complete or halted; a halted one is cut. `behind`: the submission after it, which is
+  /// halted with it; may be null. False: the device is lost.
   bool finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Submit* behind) noexcept;
-  /// Of the chunk only the elements before this one were answered.
+  /// The chunk ends before its element `first_unstarted`.
   void cut(Chunk& chunk, std::uint32_t first_unstarted, Pass pass) noexcept;
-  /// That chunk, of so many elements, has been halted and cut. If none came to an end the next one gets more time, for fewer.
+  /// After a chunk of `asked` elements was halted and cut: where none was completed, the next one gets more time and fewer
+  /// elements.
   void follow_halt(const Chunk& chunk, std::uint32_t asked) noexcept;
   void learn(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept;
-  /// Past requests that nothing is left of.
+  /// Moves past requests of which nothing is left.
   void pass_over(Cursor& next, Pass pass) const noexcept;
   std::int64_t chunk_ns() const noexcept {
     return requests_.empty() ? 0 : requests_.front().chunk_time.count();
   }
-  /// Whether what is halted early for others has cost no more of the device's time than there is for that. Where answers come from a second
-  /// dispatch, or elements are dear, it leaves little that stands.
+  /// Whether chunks may be halted early: what that has discarded is within its share of the device time. A halt discards much
+  /// where answers come from a second dispatch, or where elements are expensive.
   bool spares_others() const noexcept { return thrown_away_ns_ * spared_part <= gpu_ns_; }
-  /// A chunk that takes so long may be halted.
+  /// The device time after which a chunk may be halted.
   std::chrono::nanoseconds usual_whole_for() const noexcept {
     return std::chrono::nanoseconds((spares_others() ? 1 : 2) * chunk_ns());
   }
   bool at_end(const Cursor& next) const noexcept { return next.request == requests_.size(); }
-  /// So many or, where fewer would spare the device nothing, more.
+  /// `elements`, rounded up to a number that the device executes as fast.
   std::uint32_t at_least(std::uint32_t elements, std::size_t request, Pass pass) const noexcept;
   std::uint32_t total(std::size_t request, Pass pass) const noexcept;
   std::uint32_t per_chunk(std::size_t request, Pass pass) const noexcept;
-  /// Of these, so much is a chunk.
+  /// The size of a chunk, as ChunkPace::share.
   double share(std::size_t request) const noexcept;
   void record(const Chunk& chunk, Pass pass, accel::Submit& lane) noexcept;
   void unpack(const Chunk& chunk, Pass pass) noexcept;
-  /// What it has of a request's places; misuse where the request is not between its first and its last.
+  /// The places of a request in the chunk. Misuse for a request that has none in it.
   PlaceRange part(const Chunk& chunk, std::size_t request, Pass pass) const noexcept;
   template <class Each>
   void each_part(const Chunk& chunk, Pass pass, Each each) noexcept;
@@ -121,15 +126,15 @@ class ChunkedRun {
   ExecutorCallbacks* const callbacks_;
   accel::TlasView view_;
   std::optional<std::uint32_t> slot_;  // of the view, once there is one
-  bool begun_ = false;                 // the next lane, by bring_up
-  bool brought_up_ = false;            // with structures that did not stand
+  bool begun_ = false;                 // bring_up has begun the next lane
+  bool brought_up_ = false;            // and recorded structure work in it
   bool in_later_stage_ = false;        // some query is in a stage after its first
   ChunkPace pace_;
   std::int64_t gpu_ns_ = 0, thrown_away_ns_ = 0;  // the second is part of the first
-  double element_ns_ = 0.0;                       // in the last chunk that was whole
+  double element_ns_ = 0.0;                       // of the last chunk that was not halted
   std::chrono::nanoseconds whole_for_;
-  std::uint32_t undivided_per_chunk_ = 0;  // 0: those that are not to be divided are not
-  std::size_t known_ = 0;  // requests of the pass that a chunk was learnt from, and all before them
+  std::uint32_t undivided_per_chunk_ = 0;  // chunk size of requests that are not divided; 0: they are one chunk
+  std::size_t known_ = 0;                  // the requests of the pass before this one had a chunk learned
 };
 
 }  // namespace rtstdb::query

@@ -1,7 +1,6 @@
 #include "rtstdb/query/gpu_executor.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -64,25 +63,23 @@ class CompileNow {
 
 Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(OpenDevice open, const DatabaseOptions& options) {
   std::unique_ptr<GpuExecutor> executor(new GpuExecutor(std::move(open), options));
-  const auto begun = std::chrono::steady_clock::now();
-  if (auto made = executor->make_epoch(false); !made) return made.error();
-  executor->device_info_ = executor->epoch_->device.info();
-  executor->revival_took_ = std::chrono::steady_clock::now() - begun;
+  if (auto opened = executor->device_.open(); !opened) return opened.error();
+  executor->device_info_ = executor->device_.epoch().device.info();
   return executor;
 }
 
 Result<GeometryId> GpuExecutor::add_geometry(const std::shared_ptr<const TriangleMesh>& mesh,
                                              const GeometryOptions& options) {
-  return on_device([&] { return add_here(mesh, options); });
+  return device_.execute_setup([&] { return add_to_pool(mesh, options); });
 }
 
-Result<GeometryId> GpuExecutor::add_here(const std::shared_ptr<const TriangleMesh>& mesh,
+Result<GeometryId> GpuExecutor::add_to_pool(const std::shared_ptr<const TriangleMesh>& mesh,
                                          const GeometryOptions& options) {
-  DeviceEpoch& epoch = *epoch_;
+  DeviceEpoch& epoch = device_.epoch();
   const CompileNow here(epoch.device);
   auto index = epoch.pool.add(epoch.device, mesh, epoch.setup_lane(), options);
   if (!epoch.pool.is_whole()) {
-    broken_ = true;  // another epoch is made from what the host keeps
+    device_.mark_broken();
     return index.error();
   }
   // Also after a refusal: the pool may have grown before it.
@@ -91,23 +88,23 @@ Result<GeometryId> GpuExecutor::add_here(const std::shared_ptr<const TriangleMes
     // Drivers compile again for buffers of another size.
     if (connected) {
       prepared_->visit([&](GpuQuery& query) {
-        if (query.epoch == epoch_number_) connected = connect(query);
+        if (query.epoch == device_.epoch_number()) connected = connect(query);
         return static_cast<bool>(connected);
       });
     }
     if (!connected) {
-      broken_ = true;  // the next epoch knows nothing of what was added
+      device_.mark_broken();  // the next epoch is made without the new geometry
       return connected.error();
     }
   }
   if (!index) return index.error();
-  geometry_count_ = epoch.pool.count();
+  device_.keep_geometries();
   return GeometryId{index.value()};
 }
 
 Result<std::unique_ptr<GpuQuery>> GpuExecutor::prepare(const AnyQueryOptions& options) {
-  return on_device([&]() -> Result<std::unique_ptr<GpuQuery>> {
-    auto query = make_any_query(epoch_->device, options);
+  return device_.execute_setup([&]() -> Result<std::unique_ptr<GpuQuery>> {
+    auto query = make_any_query(device_.epoch().device, options);
     if (!query) return query;
     if (auto joined = join(*query.value()); !joined) return joined.error();
     return query;
@@ -115,15 +112,15 @@ Result<std::unique_ptr<GpuQuery>> GpuExecutor::prepare(const AnyQueryOptions& op
 }
 
 Result<void> GpuExecutor::join(GpuQuery& query) {
-  const CompileNow here(epoch_->device);
-  query.epoch = epoch_number_;
+  const CompileNow here(device_.epoch().device);
+  query.epoch = device_.epoch_number();
   if (auto connected = connect(query); !connected) return connected;
   query.join(prepared_, fork_join_);
   return {};
 }
 
 Result<void> GpuExecutor::connect(GpuQuery& query) {
-  DeviceEpoch& epoch = *epoch_;
+  DeviceEpoch& epoch = device_.epoch();
   query.bound = false;
   if (auto bound = query.bind(epoch.device, epoch.pool, epoch.tlas); !bound) return bound;
   query.bound = true;
@@ -135,8 +132,8 @@ Result<void> GpuExecutor::connect(GpuQuery& query) {
   return {};
 }
 
-bool GpuExecutor::is_here(GpuQuery& query) noexcept {
-  if (query.bound && query.epoch == epoch_number_ && query.bound_generation == epoch_->pool.generation())
+bool GpuExecutor::bring_here(GpuQuery& query) noexcept {
+  if (query.bound && query.epoch == device_.epoch_number() && query.bound_generation == device_.epoch().pool.generation())
     return true;
   try {
     return static_cast<bool>(move_here(query));
@@ -147,13 +144,13 @@ bool GpuExecutor::is_here(GpuQuery& query) noexcept {
 
 Result<void> GpuExecutor::move_here(GpuQuery& query) {
   query.bound = false;
-  if (query.epoch != epoch_number_) {
-    if (auto moved = query.move_to(epoch_->device); !moved) return moved;
-    query.epoch = epoch_number_;
+  if (query.epoch != device_.epoch_number()) {
+    if (auto moved = query.move_to(device_.epoch().device); !moved) return moved;
+    query.epoch = device_.epoch_number();
   }
-  if (auto bound = query.bind(epoch_->device, epoch_->pool, epoch_->tlas); !bound) return bound;
+  if (auto bound = query.bind(device_.epoch().device, device_.epoch().pool, device_.epoch().tlas); !bound) return bound;
   query.bound = true;
-  query.bound_generation = epoch_->pool.generation();
+  query.bound_generation = device_.epoch().pool.generation();
   return {};
 }
 
@@ -162,9 +159,9 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   // Every request may be empty.
   if (times.first > times.last) return {};
   if (lost()) return lost_report;
-  DeviceEpoch& epoch = *epoch_;
+  DeviceEpoch& epoch = device_.epoch();
   for (const Request& request : requests) {
-    if (!is_here(*static_cast<GpuQuery*>(request.query))) return lost_report;
+    if (!bring_here(*static_cast<GpuQuery*>(request.query))) return lost_report;
   }
   if (depth_ > 0) {
     if (callbacks != nullptr) callbacks->begin_drain();
@@ -190,14 +187,14 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   for (accel::Submit& lane : lanes)
     lane.set_wait_callbacks(nullptr);
   --depth_;
-  note_counts();
-  if (report.status != RunStatus::device_lost) pace_.answered();
+  device_.publish_counts();
+  if (report.status != RunStatus::device_lost) device_.note_answered();
   return report;
 }
 
 bool GpuExecutor::drain_outer_runs() noexcept {
   for (std::uint32_t outer = 0; outer < depth_; ++outer) {
-    for (accel::Submit& lane : epoch_->lanes[outer]) {
+    for (accel::Submit& lane : device_.epoch().lanes[outer]) {
       if (!lane.finish(true)) return false;
     }
   }
@@ -206,7 +203,7 @@ bool GpuExecutor::drain_outer_runs() noexcept {
 
 RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
                                    const TimeSpan& times, ExecutorCallbacks* callbacks) noexcept {
-  Structures& structures = epoch_->structures;
+  Structures& structures = device_.epoch().structures;
   if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, callbacks).run();
   // A query whose window has not run has an empty batch, not the batch of an earlier run.
   for (const Request& request : requests)
@@ -238,10 +235,18 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
   return all;
 }
 
-void GpuExecutor::note_counts() noexcept {
-  const accel::GeometryPool::Counts counts = epoch_->pool.counts();
-  refits_.store(shapes_before_.refits + counts.refits, std::memory_order_relaxed);
-  builds_.store(shapes_before_.rebuilds + counts.builds, std::memory_order_relaxed);
+bool GpuExecutor::revive(ExecutorCallbacks* callbacks) noexcept {
+  if (!lost()) return true;
+  RTSTDB_ASSERT(depth_ == 0);
+  if (callbacks != nullptr) callbacks->begin_wait();
+  bool revived = false;
+  try {
+    revived = static_cast<bool>(device_.revive(RevivableDevice::Patience::keeps_pace));
+  } catch (const std::exception&) {
+    // Out of memory, or of threads. What is left of the epoch is dropped by the next attempt.
+  }
+  if (callbacks != nullptr) callbacks->end_wait();
+  return revived;
 }
 
 }  // namespace rtstdb::query

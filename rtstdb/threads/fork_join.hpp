@@ -3,8 +3,8 @@
 // helper does not get a processor, the caller executes all blocks; the caller waits for blocks that the
 // helper has begun.
 //
-// Threads: one thread constructs the object and calls for_each_block; the body of the loop runs on it and on the
-// helper.
+// Threads: one thread constructs the object and calls for_each_block; the body of the loop runs on it and on
+// the helper.
 
 #include <atomic>
 #include <cstdint>

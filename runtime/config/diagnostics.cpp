@@ -9,7 +9,7 @@
 namespace hil::config {
 namespace {
 
-constexpr std::size_t longest_word = 64;
+constexpr std::size_t longest_word = 255;
 
 char lower(char letter) {
   return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
@@ -39,6 +39,21 @@ std::size_t distance(std::string_view from, std::string_view to) {
     }
   }
   return rows[from.size() % 3][to.size()];
+}
+
+/// In single quotes, at most `longest_shown` bytes, with '?' for unprintable ones.
+std::string quoted(std::string_view text, std::size_t longest_shown) {
+  const bool shortened = text.size() > longest_shown;
+  std::size_t length = std::min(text.size(), longest_shown);
+  // Never cut a character in two.
+  while (shortened && length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U)
+    --length;
+  std::string shown = "'";
+  for (const char letter : text.substr(0, length)) {
+    const auto byte = static_cast<unsigned char>(letter);
+    shown += byte < 0x20U || byte == 0x7FU ? '?' : letter;
+  }
+  return shown + (shortened ? "...'" : "'");
 }
 
 }  // namespace
@@ -111,7 +126,7 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
   constexpr std::size_t max_listed = 24;
   if (candidates.empty()) return {};
   const std::string near = nearest(word, candidates);
-  if (!near.empty()) return "; did you mean " + in_quotes(near) + "?";
+  if (!near.empty()) return "; did you mean " + quoted(near, longest_word) + "?";
   std::string list = "; known here: ";
   for (std::size_t i = 0; i < std::min(candidates.size(), max_listed); ++i) {
     list += (i == 0 ? "" : ", ") + candidates[i];
@@ -121,8 +136,8 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
 
 std::string all_known(std::string_view word, const std::vector<std::string>& candidates) {
   const std::string near = nearest(word, candidates);
-  std::string list =
-      near.empty() ? "; known here: " : "; did you mean " + in_quotes(near) + "? Known here: " + near;
+  std::string list = near.empty() ? "; known here: "
+                                  : "; did you mean " + quoted(near, longest_word) + "? Known here: " + near;
   bool first = near.empty();
   for (const std::string& candidate : candidates) {
     if (candidate == near) continue;
@@ -134,17 +149,7 @@ std::string all_known(std::string_view word, const std::vector<std::string>& can
 
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest_shown = 60;
-  const bool shortened = text.size() > longest_shown;
-  std::size_t length = std::min(text.size(), longest_shown);
-  // Never cut a character in two.
-  while (shortened && length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U)
-    --length;
-  std::string shown = "'";
-  for (const char letter : text.substr(0, length)) {
-    const auto byte = static_cast<unsigned char>(letter);
-    shown += byte < 0x20U || byte == 0x7FU ? '?' : letter;
-  }
-  return shown + (shortened ? "...'" : "'");
+  return quoted(text, longest_shown);
 }
 
 }  // namespace hil::config

@@ -58,7 +58,7 @@ class Diagnostics {
 
 /// The candidate nearest to `word` (Damerau-Levenshtein, case ignored), or empty when none is near enough to
 /// be meant: as a rule one slip per three letters, at most three. Of equally near ones, the first. A word
-/// above 64 letters is near to nothing.
+/// above 255 letters is near to nothing.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 /// "; did you mean 'x'?" for the nearest candidate; else "; known here: a, b, c"; empty when there are no

@@ -69,9 +69,6 @@ Json row(const SensorPoint& point) {
 Json row(const std::array<double, 2>& pair) {
   return Json::array({number(pair[0]), number(pair[1])});
 }
-Json row(const std::array<double, 3>& three) {
-  return Json::array({number(three[0]), number(three[1]), number(three[2])});
-}
 
 template <class T>
 concept Row = requires(const T& value) {
@@ -155,9 +152,6 @@ void read_row(const Place& place, SensorPoint& point) {
 }
 void read_row(const Place& place, std::array<double, 2>& pair) {
   read_items(place, pair[0], pair[1]);
-}
-void read_row(const Place& place, std::array<double, 3>& three) {
-  read_items(place, three[0], three[1], three[2]);
 }
 
 void read_word(const Place& place, Verdict& verdict) {

@@ -90,7 +90,7 @@ TEST_F(DeviceLoss, ThatStaysIsToldAtOnceAndWritesAreCommitted) {
   const Health health = lost_.database().health();
   EXPECT_TRUE(health.device_lost);
   EXPECT_EQ(health.device_losses, 1u);
-  EXPECT_NE(health.device_loss.find("did not come back"), std::string::npos) << health.device_loss;
+  EXPECT_NE(health.device_loss.find("could not be opened again"), std::string::npos) << health.device_loss;
   for (LossWorld* world : {&lost_, &whole_}) {
     const auto writer = world->database().make_transaction({.max_writes = 1});
     writer->begin({});

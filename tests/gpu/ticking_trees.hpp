@@ -55,9 +55,9 @@ class TickingTrees : public gpu::test::GpuTest, public testing::WithParamInterfa
   std::optional<accel::TlasView> prepare(std::uint64_t elements, std::uint64_t shapes = 0) {
     return prepare(tlas_, {.times = {time_, time_}, .elements = elements, .shapes = shapes});
   }
-  std::optional<accel::TlasView> prepare(accel::Tlas& tlas, const accel::Tlas::Wanted& wanted) {
+  std::optional<accel::TlasView> prepare(accel::Tlas& tlas, const accel::TlasRequest& request) {
     submit_.begin();
-    const auto view = tlas.prepare(rows_, wanted, submit_);
+    const auto view = tlas.prepare(rows_, request, submit_);
     EXPECT_TRUE(view.has_value() && submit_.run());
     return view;
   }

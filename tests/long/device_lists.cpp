@@ -51,7 +51,7 @@ struct RawRead {
   std::vector<EntityId> bodies;
 };
 
-std::vector<Value> describe(const RawRead& read, const MadeBy& made_by) {
+std::vector<Value> values_of(const RawRead& read, const MadeBy& made_by) {
   std::vector<Made> values;
   values.reserve(read.bodies.size());
   for (const EntityId body : read.bodies) {
@@ -125,7 +125,7 @@ class DeviceLists::Client {
   void put_into_words(const MadeBy& made_by, std::vector<Recorded>& history) {
     for (Attempt& attempt : attempts_) {
       for (const RawRead& raw : attempt.raw)
-        attempt.recorded.reads.push_back({raw.key, describe(raw, made_by)});
+        attempt.recorded.reads.push_back({raw.key, values_of(raw, made_by)});
       history.push_back(std::move(attempt.recorded));
     }
   }

@@ -30,7 +30,7 @@ std::string name_of(EntityId id) {
 std::string EngineSimulation::describe(const EndedTransaction& ended) {
   return std::string(to_string(ended.declared.terms.deadline_class)) + " transaction of " +
          std::to_string(ended.declared.writes.size()) + " writes and " +
-         std::to_string(ended.declared.asked) + " elements, " + describe(ended.outcome) + ": ";
+         std::to_string(ended.declared.asked) + " elements, " + rtstdb::describe(ended.outcome) + ": ";
 }
 
 void EngineSimulation::fail(const std::string& what) {

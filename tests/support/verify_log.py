@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""verify_log.py DIRECTORY...   reads logs of rtstdb and says what each holds, or where it is damaged.
+"""verify_log.py DIRECTORY...   reads logs of rtstdb and prints what each holds, or where it is damaged.
 
 Written from the description of the format alone (rtstdb/log/format.hpp), sharing no code with what writes it. For each directory
 a line "== DIRECTORY", then "refused: WHY", or the newest version: its rows, free indices and geometries, one to a line, numbers of
@@ -14,8 +14,8 @@ from xxh3 import xxh3_64
 
 SECTOR, FORMAT, WORDS_OF_MOTION = 512, 3, 14
 MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
-COMMIT, GEOMETRY, TAKEN_BACK, GAP, MOVE = 1, 2, 3, 4, 5
-FROM_WORLD_TIME, TIME_AS_BEFORE = 1 << 14, 1 << 15  # reasons to leave out a motion's last word, and a move's world time
+COMMIT, GEOMETRY, DISCARD, GAP, MOVE = 1, 2, 3, 4, 5
+VALID_FROM_WORLD_TIME, SAME_WORLD_TIME = 1 << 14, 1 << 15  # reasons to omit the last word of a motion, and the world time of a move
 CREATE, UPDATE, UPDATE_MOTION, REMOVE = 1, 2, 3, 4
 
 
@@ -29,7 +29,7 @@ def check(condition, why):
 
 
 class Cursor:
-    """Fields one behind the other, never past the end."""
+    """Reads fields one after the other, never past the end."""
 
     def __init__(self, data, at=0):
         self.data, self.at = data, at
@@ -61,12 +61,12 @@ class Segment:
         self.ok = False
         if len(self.data) < 64:
             return
-        (magic, self.format, self.sectors, self.database, told, self.first_group, self.link, _, checksum) = (
+        (magic, self.format, self.sectors, self.database, stored_number, self.first_group, self.link, _, checksum) = (
             struct.unpack_from("<8sIIQQQQQQ", self.data))
         if magic != b"RTSTLOG1" or checksum != xxh3_64(self.data[:56], self.database):
             return
         check(self.format == FORMAT, f"segment {number}: format {self.format}")
-        self.ok = told == number  # else it was copied over another one, or renamed
+        self.ok = stored_number == number  # otherwise it was copied over another one, or renamed
 
     def header_at(self, at):
         """(flags, number, payload bytes, records, link, payload checksum, checksum), or None."""
@@ -103,9 +103,9 @@ class Directory:
 
 
 def completed(change, before, version):
-    """The motion that a write leaves behind where it says what is different alone."""
+    """The motion that a write leaves, with its omitted words from the row before."""
     unchanged, follows, words = change
-    check(not unchanged or follows == before[0] & 0xFFFF, f"version {version} does not follow what it says")
+    check(not unchanged or follows == before[0] & 0xFFFF, f"version {version} does not follow its base version")
     motion, at = b"", 0
     for k in range(WORDS_OF_MOTION):
         if unchanged >> k & 1:
@@ -127,7 +127,7 @@ class World:
         if index < len(self.geometries):
             old = self.geometries[index]
             check(all(old[key] == geometry[key] for key in ("file", "checksum", "name", "options")),
-                  f"geometry {index} is told differently")
+                  f"geometry {index} is different")
             return
         check(index == len(self.geometries), f"geometry {index} is not the next")
         self.geometries.append(geometry)
@@ -158,11 +158,11 @@ class World:
         for index, positions in shapes:
             check(index < len(self.geometries) and self.geometries[index]["options"][0] == 1, "it does not deform")
             geometry = self.geometries[index]
-            check(len(positions) == 12 * geometry["positions"], "another number of corners")
+            check(len(positions) == 12 * geometry["positions"], "another number of positions")
             geometry["shape"], geometry["shape_by"] = positions, version
         self.version, self.time, self.next = version, time, max(self.next, version + 1)
 
-    def take_back(self, version):
+    def discard(self, version):
         check(self.before is not None and version == self.version, f"{version} is not the last")
         self.version, self.time, self.rows, self.generations, shapes = self.before
         for geometry, (shape, by) in zip(self.geometries, shapes):
@@ -176,9 +176,9 @@ class World:
                 if self.generations[index]:
                     yield f"free {index} generation {self.generations[index]}"
                 continue
-            by, geometry, look, motion = self.rows[index]
-            mask, material = struct.unpack_from("<II", look, 24)
-            doubles = struct.unpack("<3Q", look[:24]) + struct.unpack("<13Q", motion[:104])
+            by, geometry, appearance, motion = self.rows[index]
+            mask, material = struct.unpack_from("<II", appearance, 24)
+            doubles = struct.unpack("<3Q", appearance[:24]) + struct.unpack("<13Q", motion[:104])
             yield (f"row {index} generation {self.generations[index]} by {by} geometry {geometry} mask {mask} "
                    f"material {material} " + " ".join(f"{bits:016x}" for bits in doubles) +
                    f" from {struct.unpack('<q', motion[104:])[0]}")
@@ -200,8 +200,8 @@ def read_geometry(cursor):
 
 def read_mesh(directory, geometry, database):
     data = directory.read(f"geometry.{geometry['file']:010}")
-    magic, form, _, told, number, positions, triangles, payload, checksum = Cursor(data).get("8sIIQQIIQQ")
-    check(magic == b"RTSTGEO1" and form == FORMAT and told == database and number == geometry["file"], "another file")
+    magic, form, _, database_id, number, positions, triangles, payload, checksum = Cursor(data).get("8sIIQQIIQQ")
+    check(magic == b"RTSTGEO1" and form == FORMAT and database_id == database and number == geometry["file"], "another file")
     check(checksum == geometry["checksum"] == xxh3_64(data[:48], database), f"geometry {number}: damaged header")
     check(len(data) == 56 + 12 * (positions + triangles), f"geometry {number}: another length")
     check(payload == xxh3_64(data[56:], database), f"geometry {number}: damaged mesh")
@@ -215,36 +215,36 @@ def read_shape(cursor):
     return index, data
 
 
-def read_change(body, left_out, follows, time):
-    """What an update_motion tells: (words that stay, of which version's row, the others)."""
-    unchanged = left_out & (1 << WORDS_OF_MOTION) - 1
-    check(left_out < TIME_AS_BEFORE and (unchanged or not follows), "no motion")
-    told = WORDS_OF_MOTION - bin(unchanged).count("1")
-    if not left_out & FROM_WORLD_TIME:
-        return unchanged, follows, body.take(8 * told)
-    check(not unchanged >> 13, "a time left out twice")
-    return unchanged, follows, body.take(8 * told - 8) + struct.pack("<q", time)
+def read_change(body, omitted, follows, time):
+    """An update_motion: (unchanged words, version of the row before, the other words)."""
+    unchanged = omitted & (1 << WORDS_OF_MOTION) - 1
+    check(omitted < SAME_WORLD_TIME and (unchanged or not follows), "no motion")
+    stored = WORDS_OF_MOTION - bin(unchanged).count("1")
+    if not omitted & VALID_FROM_WORLD_TIME:
+        return unchanged, follows, body.take(8 * stored)
+    check(not unchanged >> 13, "a time omitted twice")
+    return unchanged, follows, body.take(8 * stored - 8) + struct.pack("<q", time)
 
 
-def read_move(body, left_out, time):
-    """As a commit; `time` is that of the commit before it, or None."""
+def read_move(body, omitted, time):
+    """A move record as a commit; `time` is that of the previous commit, or None."""
     version, index, generation = body.get("QII")
     version, follows = version & (1 << 48) - 1, version >> 48
     check(version > 0 and index < MAX_ENTITIES, "no move")
-    if not left_out & TIME_AS_BEFORE:
+    if not omitted & SAME_WORLD_TIME:
         time = body.get("q")[0]
-    check(time is not None, "a move whose time nothing tells")
-    change = read_change(body, left_out & ~TIME_AS_BEFORE, follows, time)
+    check(time is not None, "a move without a world time")
+    change = read_change(body, omitted & ~SAME_WORLD_TIME, follows, time)
     return version, time, [(UPDATE_MOTION, index, generation, NONE, change)], []
 
 
 def read_records(payload, time):
-    """(kind, value) each; `time` is that of the commit before them, or None."""
+    """Yields (kind, value, time); `time` is that of the previous commit, or None."""
     cursor = Cursor(payload)
     while cursor.left():
-        kind, left_out, length = cursor.get("HHI")
+        kind, omitted, length = cursor.get("HHI")
         check(length >= 8 and length % 8 == 0, "no length of a record")
-        check(kind == MOVE or not left_out, "what it does not have is left out")
+        check(kind == MOVE or not omitted, "a record other than a move omits words")
         body = Cursor(cursor.take(length - 8))
         if kind == COMMIT:
             version, time, writes, shapes = body.get("QqII")
@@ -261,28 +261,28 @@ def read_records(payload, time):
                 listed.append((write, index, generation, geometry if write <= UPDATE else NONE, row))
             value = (version, time, listed, [read_shape(body) for _ in range(shapes)])
         elif kind == MOVE:
-            kind, value = COMMIT, read_move(body, left_out, time)
+            kind, value = COMMIT, read_move(body, omitted, time)
             time = value[1]
         elif kind == GEOMETRY:
             value = read_geometry(body)
-        elif kind == TAKEN_BACK:
+        elif kind == DISCARD:
             value, time = body.get("Q")[0], None
         elif kind == GAP:
             value, time = body.get("QQ"), None
         else:
             raise Refused(f"a record of kind {kind}")
-        check(body.left() == 0, "bytes left over in a record")
+        check(body.left() == 0, "extra bytes in a record")
         yield kind, value, time
 
 
 def read_checkpoint(directory, number, database):
-    """The world, and the position from which the log goes on."""
+    """The world, and the position of the first group after it."""
     cursor = Cursor(directory.read(f"checkpoint.{number:010}"))
-    (magic, form, limit, told, as_number, version, time, following, segment, offset, group, link, _,
+    (magic, form, limit, database_id, as_number, version, time, following, segment, offset, group, link, _,
      checksum) = cursor.get("8sIIQQQqQQQQQqQ")
     check(magic == b"RTSTCKP1" and form == FORMAT and as_number == number, f"checkpoint {number}: another header")
-    check(checksum == xxh3_64(cursor.data[:96], told), f"checkpoint {number}: damaged header")
-    if told != database:
+    check(checksum == xxh3_64(cursor.data[:96], database_id), f"checkpoint {number}: damaged header")
+    if database_id != database:
         raise LookupError(f"checkpoint {number}: of another database")
     world = World()
     world.version, world.time, world.next = version, time, following
@@ -308,13 +308,13 @@ def read_checkpoint(directory, number, database):
             by = body.get("Q")[0]
             where, positions = read_shape(body)
             world.geometries[where].update(shape=positions, shape_by=by)
-        check(body.left() == 0, "bytes left over in a chunk")
+        check(body.left() == 0, "extra bytes in a chunk")
     check(cursor.left() == 0 and index == limit, f"checkpoint {number}: it does not end as it should")
     return world, (segment, offset, group, link)
 
 
 def segments_from(segments, position):
-    """(segment, first group, end group) in order: those of a newer segment take the place of an older one's."""
+    """(segment, end group) in order: groups of a newer segment replace those of an older one."""
     chosen, end = [], None
     for segment in reversed(segments):
         if not segment.ok:
@@ -380,20 +380,20 @@ def verify(path):
     check(position[0] or segments or not directory.numbers("geometry"), "geometries without a log")
     for geometry in world.geometries:
         read_mesh(directory, geometry, database)
-    begun_with = world.version
-    for place, records in groups(segments, position, world.time if begun_with else None):
+    first_version = world.version
+    for place, records in groups(segments, position, world.time if first_version else None):
         for kind, value, _ in records:
             try:
-                if kind == COMMIT and value[0] > begun_with:
+                if kind == COMMIT and value[0] > first_version:
                     world.apply(value)
-                elif kind == TAKEN_BACK and value > begun_with:
-                    world.take_back(value)
+                elif kind == DISCARD and value > first_version:
+                    world.discard(value)
                 elif kind == GEOMETRY:
                     if value["index"] >= len(world.geometries):
                         read_mesh(directory, value, database)
                     world.add_geometry(value)
-                elif kind == GAP and value[1] > begun_with:
-                    check(not damaged, f"only a damaged checkpoint goes on behind {value}")
+                elif kind == GAP and value[1] > first_version:
+                    check(not damaged, f"only a damaged checkpoint continues after {value}")
                     return world
             except Refused as why:
                 raise Refused(f"{place}: {why}") from why

@@ -214,11 +214,11 @@ class Database {
   /// Errors: bad_input for values that a one-shot query refuses too, for a region or radius that no entity
   /// can be within for any length of time, for a carrier or an excluded entity that does not exist, for k or
   /// ring_capacity outside its range; out_of_memory.
-  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& asked,
+  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& query,
                                                        const StandingOptions& options) = 0;
-  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& asked,
+  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingRay& query,
                                                        const StandingOptions& options) = 0;
-  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& asked,
+  virtual Result<std::unique_ptr<StandingQuery>> watch(const StandingNearest& query,
                                                        const StandingOptions& options) = 0;
   /// A transaction with room for as many operations as the options say. Throws std::bad_alloc if memory runs
   /// out.

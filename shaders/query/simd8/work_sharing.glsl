@@ -16,7 +16,7 @@
 // After steps.glsl, whose functions it uses.
 #include "query/ray/ray_buffers.glsl"
 
-// When the lanes change between the loops; measured optima. They stay in the TLAS while this many lanes have nodes left there,
+// When the lanes change between the loops; measured optima (docs/decisions/0026). They stay in the TLAS while this many lanes have nodes left there,
 const uint enough_going = 6u;
 // or while there are fewer work items than lanes.
 const uint enough_items = 8u;

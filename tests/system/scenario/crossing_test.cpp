@@ -59,8 +59,8 @@ TEST(VirtualCrossing, TheControllerStopsTheCarBeforeTheOneThatRunsItsRed) {
       return event["text"].template get<std::string>().find(words) != std::string::npos;
     });
   };
-  EXPECT_TRUE(says("the device under test asks for")) << report["events"];
-  EXPECT_TRUE(says("the ego stands")) << report["events"];
+  EXPECT_TRUE(says("the device under test requests")) << report["events"];
+  EXPECT_TRUE(says("the ego stops")) << report["events"];
   for (const auto& process : report["processes"])
     EXPECT_EQ(process["exit"], "exited with code 0") << process;
 

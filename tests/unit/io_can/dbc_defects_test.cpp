@@ -9,7 +9,7 @@ namespace hil::io::can {
 namespace {
 
 struct Defect {
-  const char* text;    ///< statements of message 'M', and of what makes it unusable
+  const char* text;    ///< statements of message 'M' and of the defect that makes it unusable
   const char* reason;  ///< part of it
   std::size_t line;
   std::size_t column;

@@ -249,7 +249,7 @@ constexpr double limit_s = 20.0;  // the sanitizers' own share is most of it
 constexpr double limit_s = 0.7;
 #endif
 
-/// CPU time of this thread: what others do on the machine does not count.
+/// CPU time of this thread, which other load on the machine does not affect.
 double parse_seconds(const std::string& text, DbcResult& result) {
   const auto now_s = [] {
     timespec now{};
@@ -294,7 +294,7 @@ TEST(DbcFuzz, TenMegabytesOfNoiseAreRefusedAtOnce) {
   EXPECT_TRUE(result.ok());
 }
 
-/// Switches with thousands of values each, and chains of switches, are what takes longest to compare.
+/// Multiplexers with thousands of values each, and chains of them, are the most expensive to compare.
 TEST(DbcFuzz, HugeMultiplexingIsRefusedAtOnce) {
   std::string wide = "BO_ 1 A: 8 E\n SG_ S M : 0|8@1+ (1,0) [0|0] \"\" X\n";
   std::string values;

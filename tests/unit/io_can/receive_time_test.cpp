@@ -60,7 +60,7 @@ TEST(ReceiveTime, AStepShorterThanTheWindowNeverMakesAFrameFresher) {
     Machine machine;
     ReceiveTime time;
     time.socket_empty(machine.clocks());
-    machine.pass(10 * s);  // nobody reads the socket
+    machine.pass(10 * s);  // no thread reads the socket
     const std::int64_t stamp = machine.stamp();
     machine.pass(1 * s);
     machine.set_wall_clock_by(step);

@@ -1,6 +1,6 @@
 #pragma once
-// What the tests of this folder share: clocks, sockets without libmodbus, a server that does what a script
-// says, processes.
+// Shared by the tests of this folder: clocks, sockets without libmodbus, a server that follows a script,
+// processes.
 
 #include <gtest/gtest.h>
 
@@ -37,9 +37,9 @@ class RawClient {
  public:
   explicit RawClient(std::uint16_t port);
   void send(const Bytes& bytes);
-  /// The next whole frame; empty when the other side closed, or nothing came in time.
+  /// The next complete frame; empty when the peer closed, or nothing arrived in time.
   Bytes receive_frame(milliseconds limit = milliseconds(5000));
-  /// True when the other side closes the connection within the limit. Reads and drops what comes before.
+  /// True when the peer closes the connection within the limit. Reads and discards what arrives before.
   bool closed_within(milliseconds limit);
   int fd() const { return socket_.get(); }
 

@@ -297,7 +297,7 @@ TEST(ClientFaults, AUnitThatComesBackIsFoundAgainWithAllItsOutputs) {
   server =
       std::make_unique<ServerDevice>(ServerSettings{.name = "unit", .endpoint = {"127.0.0.1", port}}, turned);
   server->start(clock, Pacing::realtime);
-  // Nothing new is released: the device itself tries again and tells the unit what it should hold.
+  // Nothing new is released: the device retries by itself and sends the unit its outputs again.
   EXPECT_TRUE(eventually([&] { return latched(*server)[0].value == 41.0; }));
   EXPECT_TRUE(eventually([&] { return client.connected() && client.fault().empty(); }));
   EXPECT_GE(client.counters().reconnects, 1U);
@@ -305,7 +305,7 @@ TEST(ClientFaults, AUnitThatComesBackIsFoundAgainWithAllItsOutputs) {
 }
 
 TEST(ClientFaults, PausesBetweenAttemptsAreBounded) {
-  // The server accepts and closes at once, for ever.
+  // The server accepts and closes at once, without end.
   FakeServer server([](FakeConnection&, int) {});
   RunningClock clock;
   ClientDevice client(quick(server.port()), two_words());

@@ -1,4 +1,4 @@
-// Strangers at the other end: mbpoll and pymodbus. A machine without them fails these tests.
+// Foreign programs as peers: mbpoll and pymodbus. These tests fail on a machine without them.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -165,7 +165,7 @@ TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
   EXPECT_EQ(samples[2].value, 0.0);
   EXPECT_EQ(reader.counters().errors, 0U);
 
-  // The unit dies; the next exchange says so within its limit.
+  // The unit dies; the next exchange reports it within its limit.
   unit.kill();
   reader.release_outputs({}, 2);
   EXPECT_FALSE(reader.exchange(2));

@@ -1,4 +1,4 @@
-// The server device against clients that misbehave. A sound client beside them must not notice.
+// The server device with misbehaving clients, which must not affect a well-behaved client.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 

@@ -165,7 +165,7 @@ TEST(CanDevice, AControllerThatDiesInLockstepIsSaid) {
   std::filesystem::remove(scratch("dut-output"));
 }
 
-/// A station that is lost takes nothing from the others: they are told.
+/// A lost station is reported and does not affect the others.
 TEST(CanDevice, SafeValuesGoOutAlsoWhenAStationIsLostInLockstep) {
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(1));
   process::Child controller(controller_config(hub->address()));

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-/// Sent frames and other stations' frames in the log of so many ticks in lock-step under `faults`.
+/// The frames that were sent and received in the log of this many lock-step ticks under `faults`.
 struct Logged {
   CanCounters counters;
   std::size_t tx = 0, rx = 0;

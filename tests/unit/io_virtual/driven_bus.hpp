@@ -24,7 +24,7 @@ inline CanDeviceConfig crossing_config() {
   return config;
 }
 
-/// A bus that takes no frame while `full` or `error` says so, and delivers the frames of `arriving`.
+/// A bus that accepts no frame while `full` or `error` is set, and delivers the frames of `arriving`.
 class DrivenBus final : public Bus {
  public:
   const std::string& name() const noexcept override { return name_; }

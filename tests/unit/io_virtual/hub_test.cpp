@@ -74,7 +74,7 @@ TEST_F(HubTest, EveryFrameGoesToEveryOtherStationInOneOrder) {
 
   const auto at_one = receive_all(*one);
   const auto at_two = receive_all(*two);
-  ASSERT_EQ(at_one.size(), 2U);  // what the others sent
+  ASSERT_EQ(at_one.size(), 2U);  // the frames of the other stations
   ASSERT_EQ(at_two.size(), 3U);
   std::size_t next_one = 0;
   std::size_t next_two = 0;

@@ -149,7 +149,7 @@ TEST(Process, LeavesNoGrandchildren) {
   ASSERT_TRUE(child.wait_for_exit(5 * second_ns));
   const int grandchild = std::stoi(content_of(file));
   for (int wait = 0; wait < 500 && alive(grandchild); ++wait) {
-    // It is not ours to reap; it is gone, or it waits for its reaper as a zombie.
+    // This process can not reap it; it has ended, or is a zombie.
     if (content_of("/proc/" + std::to_string(grandchild) + "/stat").find(") Z ") != std::string::npos) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     ASSERT_LT(wait, 499) << "it still lives";

@@ -1,4 +1,5 @@
-// With a log, too, the tick's calls allocate nothing: neither the client's thread nor the engine's.
+// With a log, the calls of the tick do not allocate either, neither on the client's thread nor on the
+// engine's.
 
 #include <chrono>
 
@@ -15,7 +16,7 @@ INSTANTIATE_TEST_SUITE_P(Durability, AllocationWithALog, every_mode(), mode_name
 TEST_P(AllocationWithALog, TicksAllocateNothing) {
   LifeOptions options;
   options.mode = GetParam();
-  options.ring_bytes = 4096;  // async fills it, and leaves gaps
+  options.ring_bytes = 4096;  // async fills it, so gaps occur
   options.checkpoint_every_bytes = 20'000;
   SimulatedDisk disk(1);
   Life life(disk, options);
@@ -37,7 +38,7 @@ TEST_P(AllocationWithALog, TicksAllocateNothing) {
   };
   for (std::uint32_t k = 0; k < 2000 / one_in || k % 100 != 0 || a_checkpoint_is_awaited(); ++k) {
     transaction->begin(terms(DeadlineClass::firm, life.clock.peek() + Nanoseconds(1'000'000)));
-    // By turns one that async collects and one that it does not.
+    // Alternates between a commit that async collects and one that it does not.
     for (std::uint32_t write = 0; write < (k % 2 == 0 ? 4u : 1u); ++write)
       transaction->update(id, body(k));
     const Outcome& outcome = life.execute(*transaction);

@@ -1,4 +1,4 @@
-// A database that was closed goes on where it was, in every mode.
+// A closed database continues with the same world, in every mode.
 
 #include "life.hpp"
 
@@ -21,7 +21,7 @@ class EveryMode : public testing::TestWithParam<DurabilityMode> {
 
 INSTANTIATE_TEST_SUITE_P(Durability, EveryMode, every_mode(), mode_name);
 
-TEST_P(EveryMode, GoesOnWhereItWasClosed) {
+TEST_P(EveryMode, ContinuesAfterClose) {
   Version version = 0;
   for (int lives = 0; lives < 4; ++lives) {
     Life life(disk_, options());
@@ -57,7 +57,7 @@ TEST_P(EveryMode, WaitsForTheDisk) {
   EXPECT_FALSE(life.log().wait_until_durable(version + 1, Nanoseconds(2'000'000)));
 }
 
-TEST_P(EveryMode, DoesNotWriteDownWhatCameToNothing) {
+TEST_P(EveryMode, DoesNotRecordFailedTransactions) {
   {
     Life life(disk_, options());
     ASSERT_TRUE(life.commit(model_, random_).done());
@@ -70,7 +70,7 @@ TEST_P(EveryMode, DoesNotWriteDownWhatCameToNothing) {
     transaction->expect_exists({20, 1});
     transaction->create(body(78));
     EXPECT_EQ(life.execute(*transaction).status, Status::conflict);
-    // Firm, and too late by the reading after it was published.
+    // Firm, and late at the clock reading after its publication.
     transaction->begin(terms(DeadlineClass::firm, life.clock.peek() + Nanoseconds(1000)));
     transaction->create(body(79));
     life.executor.work = [&](const auto&, const auto&, const auto&) {
@@ -88,7 +88,7 @@ TEST_P(EveryMode, DoesNotWriteDownWhatCameToNothing) {
   ASSERT_TRUE(life.commit(model_, random_).done());
 }
 
-TEST_P(EveryMode, GivesEveryTransactionBackWhenItCloses) {
+TEST_P(EveryMode, EndsEveryTransactionWhenItCloses) {
   std::vector<std::unique_ptr<Transaction>> transactions;
   Life life(disk_, options());
   for (int k = 0; k < 50; ++k) {

@@ -1,5 +1,5 @@
-// The power goes at every call of the disk in turn: what is there afterwards is a state that was, and not
-// before what was promised.
+// A power loss at each disk operation in turn: the recovered state existed, and is not older than the durable
+// version.
 
 #include "life.hpp"
 
@@ -18,8 +18,8 @@ class Crash : public testing::TestWithParam<DurabilityMode> {
     return options;
   }
 
-  /// A life with so many commits, in which the power goes at a call, and the next one, which looks at what is
-  /// left. False: there was no such call.
+  /// Runs a database with this many commits and a power loss at one disk operation, then one that checks the
+  /// recovered state. False: there was no such operation.
   bool live_and_look(std::uint64_t crash_at_call, std::uint64_t seed);
   Version work(SimulatedDisk& disk, Model& model, std::mt19937_64& random, const std::atomic<bool>& crashed);
 };
@@ -29,7 +29,7 @@ constexpr DiskCall all_calls[] = {DiskCall::create,      DiskCall::open,        
                                   DiskCall::preallocate, DiskCall::list,           DiskCall::rename,
                                   DiskCall::remove,      DiskCall::sync_directory, DiskCall::lock};
 
-/// Returns what was promised: the newest version that a transaction was told, or the log told, is on disk.
+/// Returns the newest version that an outcome or the log reported as durable.
 Version Crash::work(SimulatedDisk& disk, Model& model, std::mt19937_64& random,
                     const std::atomic<bool>& crashed) {
   auto log = open_log(disk, log_options(options()));
@@ -41,7 +41,7 @@ Version Crash::work(SimulatedDisk& disk, Model& model, std::mt19937_64& random,
     if (outcome.durable) promised = std::max(promised, outcome.version);
     EXPECT_TRUE(outcome.done() || outcome.status == Status::refused) << describe(outcome);
     EXPECT_EQ(outcome.refused_by, outcome.done() ? RefusedBy::none : RefusedBy::log_fault);
-    // Async has few calls of the disk else.
+    // Otherwise async makes few disk operations.
     if (GetParam() == DurabilityMode::async && k % 3 == 0)
       life.log().wait_until_durable(outcome.version, Nanoseconds(50'000'000));
     promised = std::max(promised, life.log().durable());
@@ -66,7 +66,7 @@ bool Crash::live_and_look(std::uint64_t crash_at_call, std::uint64_t seed) {
   for (const DiskCall call : all_calls)
     disk.fail_kind(call, 0);
   disk.kill();
-  // And again, twice: a life that goes on behind a crash has to be as good as the first.
+  // Twice more: a database that continues after a crash must be as good as the first.
   for (int lives = 0; lives < 2; ++lives) {
     auto log = open_log(disk, log_options(options()));
     EXPECT_TRUE(log.ok()) << log.error().message;
@@ -91,14 +91,14 @@ bool Crash::live_and_look(std::uint64_t crash_at_call, std::uint64_t seed) {
   return crashed;
 }
 
-TEST_P(Crash, AtEveryCallOfTheDisk) {
+TEST_P(Crash, AtEveryDiskOperation) {
   std::uint64_t call = 0;
   bool there = true;
   for (; there && !HasFailure(); call += one_in) {
     SCOPED_TRACE("crash at call " + std::to_string(call));
     there = live_and_look(call, call + 1);
   }
-  // How many calls there are depends on how many commits shared a group.
+  // The number of operations depends on how many commits shared a group.
   EXPECT_GT(call, 30u);
 }
 

@@ -1,8 +1,8 @@
-// One call of the disk fails, each in turn, with EIO, and with ENOSPC where that can be: what was promised is
-// there when the power goes at once, and when it does not, the log becomes whole by itself.
+// Each disk operation in turn fails, with EIO, and with ENOSPC if that is possible. After an immediate power
+// loss, the durable version is there; without one, the log repairs itself.
 //
-// The log has its turns where the test gives them, on a clock that moves when nothing else does: a life makes
-// the same calls again.
+// The test drives the log thread step by step, on a clock that advances only when nothing else happens, so
+// that each run makes the same disk operations.
 
 #include <algorithm>
 #include <cerrno>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr int commits = 12;
 
-/// Gives a log its turns, and lets time pass where it has nothing to do.
+/// Drives a log step by step, and advances the clock when it has nothing to do.
 class Turns final : public LogDriver {
  public:
   explicit Turns(SimulatedClock& clock) : clock_(clock) {}
@@ -34,7 +34,7 @@ class Turns final : public LogDriver {
 enum class End : std::uint8_t { power_lost, made_well };
 
 struct Failing {
-  std::uint64_t call = ~std::uint64_t{0};  ///< counted from when the disk holds a first log
+  std::uint64_t call = ~std::uint64_t{0};  ///< counted from the end of the first log
   int error_number = EIO;
   End end = End::made_well;
 };
@@ -49,11 +49,11 @@ class EachCall : public testing::TestWithParam<DurabilityMode> {
     options.checkpoint_every_bytes = 3000;
     return options;
   }
-  /// All the calls that were made, by kind.
+  /// All operations, by kind.
   std::vector<DiskCall> live(const Failing& failing);
 };
 
-/// A disk with a log on it, and lives on that.
+/// A disk with a log, and databases that continue it.
 class Course {
  public:
   Course(const LifeOptions& options, const Failing& failing) : options_(options), failing_(failing) {
@@ -136,13 +136,13 @@ void Course::work() {
     const bool may_be_unsafe =
         options_.mode == DurabilityMode::async || (options_.mode == DurabilityMode::group && has_failed());
     EXPECT_TRUE(!outcome.done() || outcome.durable || may_be_unsafe) << describe(outcome);
-    // Two turns write a group, or a part of a checkpoint.
+    // Two steps write a group, or a part of a checkpoint.
     for (int turns = 0; turns < 2; ++turns)
       turn();
   }
 }
 
-/// The fault is over: with time alone, and commits that find out, everything is on disk.
+/// After the fault: with time and further commits, everything gets to disk.
 void Course::become_well() {
   for (int tries = 0; tries < 100; ++tries) {
     const Outcome& outcome = commit();
@@ -203,7 +203,7 @@ bool may_find_no_room(DiskCall call) {
          call == DiskCall::rename;
 }
 
-TEST_P(EachCall, ThatFailsLosesNothingPromisedAndIsMended) {
+TEST_P(EachCall, ThatFailsLosesNoDurableVersionAndIsRepaired) {
   for (const End end : {End::power_lost, End::made_well}) {
     const std::vector<DiskCall> calls = live({.end = end});
     ASSERT_EQ(calls, live({.end = end})) << "a life does not make the same calls again";

@@ -1,5 +1,5 @@
-// A disk that refuses one call, or all of them, or is full: nobody waits for ever, nobody is told that
-// something is safe which is not, and when the disk is well again the log is whole.
+// A disk that fails once, always, or is full: no transaction waits for ever, none is reported as durable that
+// is not, and after the failure the log is complete.
 
 #include <cerrno>
 #include <thread>
@@ -20,7 +20,7 @@ class Fault : public testing::TestWithParam<DurabilityMode> {
     options.flush_interval = Nanoseconds(100'000);
     return options;
   }
-  /// Commits until one is done and durable, or, in async mode, done.
+  /// Commits until one is completed and, except in async mode, durable.
   void commit_until_well(Life& life) {
     const ClockTime end = monotonic_.now() + long_time;
     while (monotonic_.now() < end) {
@@ -44,11 +44,11 @@ class Fault : public testing::TestWithParam<DurabilityMode> {
 
 INSTANTIATE_TEST_SUITE_P(Durability, Fault, every_mode(), mode_name);
 
-TEST_P(Fault, OfOneCallIsMended) {
+TEST_P(Fault, OfOneOperationIsRepaired) {
   for (int life_number = 0; life_number < 60 / one_in && !HasFailure(); ++life_number) {
     SCOPED_TRACE("life " + std::to_string(life_number));
     auto log = open_log(disk_, log_options(options()));
-    if (!log) log = open_log(disk_, log_options(options()));  // the fault that was meant for the life before
+    if (!log) log = open_log(disk_, log_options(options()));  // the fault hit this open instead
     ASSERT_TRUE(log.ok()) << log.error().message;
     Life life(std::move(log).value(), options());
     disk_.fail_call(disk_.calls() + random_() % 40, EIO);
@@ -61,22 +61,22 @@ TEST_P(Fault, OfOneCallIsMended) {
     ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time))
         << life.log().state().last_fault;
   }
-  bool opened = false;  // until no fault is left for the life that looks
+  bool opened = false;  // until no fault is left for the database that checks
   for (int tries = 0; tries < 60 && !opened; ++tries)
     opened = open_log(disk_, log_options(options())).ok();
   ASSERT_TRUE(opened);
   expect_all_there();
 }
 
-// Tried again, a checkpoint may be a second off by then.
-TEST_P(Fault, OfCheckpointsAloneKeepsNoCommitWaiting) {
+// The next retry of a checkpoint may be a second away.
+TEST_P(Fault, OfCheckpointsDelaysNoCommit) {
   LifeOptions calm = options();
   calm.segment_bytes = 1 << 20;
   Life life(disk_, calm);
   ASSERT_TRUE(life.commit(model_, random_).done());
   ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
   int created = 0;
-  disk_.before_each([&](DiskCall call) {  // behind the segment that takes the place of the one that fails
+  disk_.before_each([&](DiskCall call) {  // after the segment that replaces the failed one
     if (call == DiskCall::create && ++created == 2) disk_.fail_kind(DiskCall::create, EIO);
   });
   disk_.fail_call(disk_.calls() + 1, EIO);
@@ -100,7 +100,7 @@ TEST_P(Fault, OfCheckpointsAloneKeepsNoCommitWaiting) {
   commit_until_well(life);
 }
 
-TEST_P(Fault, OfAllWritesIsToldAndMended) {
+TEST_P(Fault, OfAllWritesIsReportedAndRepaired) {
   auto life = std::make_unique<Life>(disk_, options());
   ASSERT_TRUE(life->commit(model_, random_).done());
   ASSERT_TRUE(life->log().wait_until_durable(life->engine.latest().version, long_time));
@@ -134,7 +134,7 @@ TEST_P(Fault, OfAllWritesIsToldAndMended) {
   expect_all_there();
 }
 
-TEST_P(Fault, OfAFullDiskIsMendedByRoom) {
+TEST_P(Fault, OfAFullDiskIsRepairedByFreeSpace) {
   auto life = std::make_unique<Life>(disk_, options());
   ASSERT_TRUE(life->commit(model_, random_).done());
   disk_.set_capacity(20'000);
@@ -154,7 +154,7 @@ TEST_P(Fault, OfAFullDiskIsMendedByRoom) {
   expect_all_there();
 }
 
-TEST_P(Fault, AtTheEndIsTold) {
+TEST_P(Fault, AtTheEndIsReported) {
   {
     Life life(disk_, options());
     ASSERT_TRUE(life.commit(model_, random_).done());

@@ -1,5 +1,5 @@
-// A disk that takes long: async goes on and leaves a gap, group and sync refuse when there is no room; behind
-// it everything is whole.
+// A slow disk: async continues with a gap; group and sync refuse writes when the ring is full. Afterwards
+// everything is complete.
 
 #include "life.hpp"
 
@@ -20,7 +20,7 @@ class FullRing : public testing::Test {
   Model model_;
 };
 
-TEST_F(FullRing, AsyncGoesOnAndIsWholeBehindTheGap) {
+TEST_F(FullRing, AsyncContinuesAndIsCompleteAfterTheGap) {
   Version gap_begins_after = 0;
   {
     Life life(disk_, options(DurabilityMode::async));
@@ -35,7 +35,7 @@ TEST_F(FullRing, AsyncGoesOnAndIsWholeBehindTheGap) {
     EXPECT_GT(state.ring_high_water, 3500u);
     EXPECT_EQ(state.ring_bytes, 4096u);
     EXPECT_EQ(state.durable, 0u);
-    // What a crash would leave now is a state from before the gap.
+    // A crash now would leave a state before the gap.
     SimulatedDisk crashed(1);
     crashed.set_contents(disk_.contents());
     const auto recovered = log::recover(crashed);
@@ -58,7 +58,7 @@ TEST_F(FullRing, AsyncGoesOnAndIsWholeBehindTheGap) {
   EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
 }
 
-TEST_F(FullRing, AsyncClosesWholeWithinAGap) {
+TEST_F(FullRing, AsyncClosesCompleteWithinAGap) {
   {
     Life life(disk_, options(DurabilityMode::async));
     DiskGate gate(disk_, DiskCall::sync);
@@ -78,7 +78,7 @@ TEST_F(FullRing, AsyncClosesWholeWithinAGap) {
   EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
 }
 
-TEST_F(FullRing, GroupRefusesAtOnceAndKeepsWhatItPromised) {
+TEST_F(FullRing, GroupRefusesAtOnceAndLosesNoDurableVersion) {
   {
     Life life(disk_, options(DurabilityMode::group));
     const auto creator = life.make();
@@ -96,14 +96,14 @@ TEST_F(FullRing, GroupRefusesAtOnceAndKeepsWhatItPromised) {
       held.back()->update(id, body(100 + k));
       life.engine.submit(*held.back());
       if (k == 0) gate.wait_until_somebody_stands_there();
-      // Whoever is held is published all the same.
+      // Transactions that wait for the disk are published all the same.
       while (held.back()->status() == Status::pending && life.engine.latest().version < k + 2)
         std::this_thread::yield();
       if (held.back()->status() == Status::pending) continue;
       refused = true;
       EXPECT_EQ(held.back()->outcome().refused_by, RefusedBy::log_full);
       EXPECT_NE(describe(held.back()->outcome()).find("no room"), std::string::npos);
-      // Reading goes on.
+      // Reads are still executed.
       creator->begin({});
       creator->read(id);
       EXPECT_TRUE(life.execute(*creator).done());
@@ -129,7 +129,7 @@ TEST_F(FullRing, GroupRefusesAtOnceAndKeepsWhatItPromised) {
   EXPECT_EQ(life.image()[0].material, 7u);
 }
 
-TEST_F(FullRing, ARecordThatNeverFitsIsRefusedWhereItIsPromised) {
+TEST_F(FullRing, RecordThatNeverFitsIsRefusedByGroupAndSync) {
   Life life(disk_, options(DurabilityMode::sync));
   const auto large = life.engine.make_transaction(room_for(30, 0, 0));
   large->begin({});

@@ -1,4 +1,5 @@
-// Group mode: commits that come while the disk is busy share the next group, and the engine goes on meanwhile.
+// Group mode: commits that arrive while the disk is busy share the next group, and the engine continues
+// meanwhile.
 
 #include <thread>
 
@@ -35,7 +36,7 @@ TEST(Group, CommitsOfSeveralClientsShareOneWrite) {
       transaction->create(body(2 + k));
       outcomes[k] = life.execute(*transaction);
     });
-  // All are published while the disk is busy: the engine waits for nobody.
+  // All are published while the disk is busy: the engine does not wait for it.
   while (life.engine.latest().version < 1 + clients)
     std::this_thread::yield();
   EXPECT_EQ(first->status(), Status::pending);
@@ -52,7 +53,7 @@ TEST(Group, CommitsOfSeveralClientsShareOneWrite) {
   EXPECT_EQ(life.engine.counts().committed, 1 + clients);
 }
 
-TEST(Group, CancellingWhatIsHeldChangesNothing) {
+TEST(Group, CancellingAHeldTransactionHasNoEffect) {
   SimulatedDisk disk(1);
   Life life(disk, group_mode());
   DiskGate gate(disk, DiskCall::sync);
@@ -69,8 +70,8 @@ TEST(Group, CancellingWhatIsHeldChangesNothing) {
   EXPECT_EQ(life.image()[0].material, 1u);
 }
 
-/// A deadline is about publishing: what the disk takes beyond it makes nothing late.
-TEST(Group, TheDiskMakesNothingLate) {
+/// A deadline applies to publication: the time of the disk does not count.
+TEST(Group, DiskTimeDoesNotMakeLate) {
   SimulatedDisk disk(1);
   Life life(disk, group_mode());
   disk.before_each([&](DiskCall call) {
@@ -90,8 +91,8 @@ TEST(Group, TheDiskMakesNothingLate) {
   disk.before_each(nullptr);
 }
 
-/// What waits for the disk has its answers, and has used its reservation.
-TEST(Group, WhatIsHeldIsSettled) {
+/// A transaction that waits for the disk has its answers, and its reservation is used up.
+TEST(Group, HeldTransactionIsSettled) {
   SimulatedDisk disk(1);
   Life life(disk, group_mode());
   SimulatedQuery query(8);

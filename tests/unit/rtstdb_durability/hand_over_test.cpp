@@ -1,4 +1,5 @@
-// In async mode a commit comes to the log's thread when the engine has nothing else to do, and before it waits for anything.
+// In async mode, the engine passes collected commits to the log thread when it has nothing else to do, and
+// before it waits for anything.
 
 #include <atomic>
 #include <chrono>
@@ -9,7 +10,7 @@
 namespace rtstdb::transaction::test {
 namespace {
 
-/// Holds the engine's thread.
+/// Blocks the engine thread.
 class Gate {
  public:
   void pass() {
@@ -35,7 +36,7 @@ class HandingOver : public testing::Test {
     ASSERT_TRUE(life_.execute(*writer_).done());
     id_ = writer_->created(0);
   }
-  /// Another thread's write, while the engine waits.
+  /// A write by another thread while the engine is blocked.
   Version write(std::uint32_t material) {
     writer_->begin({});
     writer_->update(id_, body(material));
@@ -59,13 +60,13 @@ class HandingOver : public testing::Test {
   EntityId id_;
 };
 
-TEST_F(HandingOver, WhenTheEngineRests) {
+TEST_F(HandingOver, WhenTheEngineIsIdle) {
   EXPECT_TRUE(becomes_durable(write(2)));
 }
 
-TEST_F(HandingOver, WhatCameInAGapOfAQuery) {
-  // Not a write alone: such pass while the chunk is under way.
-  constexpr std::uint32_t chunk = 4096;  // elements, before anything is known of a kind
+TEST_F(HandingOver, AtAPreemptionPoint) {
+  // Not a write without queries: that is executed during the chunk.
+  constexpr std::uint32_t chunk = 4096;  // elements of a first chunk of an unknown kind
   SimulatedQuery large(3 * chunk, 0);
   bool durable = false;
   life_.executor.chunk = [&](const auto&, const query::Request& request, std::uint32_t first, std::uint32_t) {
@@ -85,13 +86,13 @@ TEST_F(HandingOver, WhatCameInAGapOfAQuery) {
   EXPECT_TRUE(durable) << "it waited for the query";
 }
 
-TEST_F(HandingOver, BeforeAQueryThatTakesLong) {
+TEST_F(HandingOver, BeforeALongQuery) {
   Gate gate;
   life_.executor.work = [&](const auto&, const auto&, const auto&) {
     gate.pass();
     return query::RunReport{};
   };
-  // Both are there before the engine looks, and it goes from one to the other without a rest.
+  // Both are queued before the engine runs, so it is not idle in between.
   writer_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
   writer_->update(id_, body(2));
   ask();
@@ -106,7 +107,7 @@ TEST_F(HandingOver, BeforeAQueryThatTakesLong) {
 }
 
 TEST_F(HandingOver, BeforeAJob) {
-  // Both are given while the engine can not look: a commit, and what takes long.
+  // Both are queued while the engine is blocked: a commit and a long job.
   Gate before;
   Gate job;
   std::thread first([&] { life_.engine.call([&] { before.pass(); }); });
@@ -124,8 +125,8 @@ TEST_F(HandingOver, BeforeAJob) {
   second.join();
 }
 
-TEST_F(HandingOver, BehindATransactionThatRecordsNothing) {
-  // There may be any number of such. The next commit stands at the gate, so the engine does not rest.
+TEST_F(HandingOver, AfterATransactionWithoutARecord) {
+  // There may be any number of these. The next commit is queued, so the engine is not idle.
   class Listener final : public CommitListener {
    public:
     void committed(const store::WriteSet& set) noexcept override {
@@ -156,7 +157,7 @@ TEST_F(HandingOver, BehindATransactionThatRecordsNothing) {
   life_.engine.listen(nullptr);
 }
 
-TEST_F(HandingOver, WhatPassesAQueryThatWaits) {
+TEST_F(HandingOver, WritesDuringAWaitingQuery) {
   bool durable = false;
   life_.executor.while_waiting = [&] { durable = becomes_durable(write(2)); };
   life_.executor.work = [](const auto&, const auto&, const auto&) { return query::RunReport{}; };
@@ -165,8 +166,8 @@ TEST_F(HandingOver, WhatPassesAQueryThatWaits) {
   EXPECT_TRUE(durable) << "it waited for the query";
 }
 
-TEST_F(HandingOver, WhenMoreAreThereThanItTakes) {
-  // Never a rest in between.
+TEST_F(HandingOver, WhenMoreAreQueuedThanFit) {
+  // The engine is never idle in between.
   std::vector<std::unique_ptr<Transaction>> many;
   for (std::uint32_t k = 0; k < 60; ++k) {
     many.push_back(life_.make());
@@ -183,8 +184,8 @@ TEST_F(HandingOver, WhenMoreAreThereThanItTakes) {
   EXPECT_EQ(life_.log().state().commits_in_gaps, 0u);
 }
 
-TEST_F(HandingOver, BeforeTheEnd) {
-  // The engine is told to end while it is at work, and does not rest any more.
+TEST_F(HandingOver, BeforeClose) {
+  // The engine is closed while it works, and is not idle any more.
   std::atomic<bool> at_work{false};
   life_.executor.work = [&](const auto&, const auto&, const auto&) {
     at_work.store(true);

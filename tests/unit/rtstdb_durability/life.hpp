@@ -1,6 +1,6 @@
 #pragma once
-// Databases, one life after the other, on one simulated disk: an engine with its log, what it does by a seed,
-// and a model that remembers what every version was.
+// Databases on one simulated disk, one after the other ("lives"): an engine with its log, random
+// transactions, and a model that keeps the state of every version.
 
 #include <gtest/gtest.h>
 
@@ -21,14 +21,14 @@ namespace rtstdb::transaction::test {
 using hil::test::SimulatedDisk;
 using log::DiskCall;
 
-/// Sanitizers are slow: they do one in so many of what is done over and over.
+/// Sanitizers are slow: with them, one in this many repetitions is executed.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr int one_in = 8;
 #else
 inline constexpr int one_in = 1;
 #endif
 
-/// For what has to happen at last.
+/// Time limit for events that must happen eventually.
 inline constexpr Nanoseconds long_time{60'000'000'000};
 
 /// For tests of each mode that has a log.
@@ -39,9 +39,9 @@ inline std::string mode_name(const testing::TestParamInfo<DurabilityMode>& mode)
   return to_string(mode.param);
 }
 
-/// What the world is, to a test: by index who lives there, and what was written last.
+/// The state of the world in a test: the entity at each index, and its last write.
 struct Slot {
-  std::uint32_t generation = 0;  ///< the last that was given
+  std::uint32_t generation = 0;  ///< the last generation of the index
   bool lives = false;
   std::uint32_t material = 0;
   Version written_by = 0;
@@ -49,7 +49,7 @@ struct Slot {
 };
 using Image = std::vector<Slot>;
 
-/// Without what a snapshot does not tell: the generations of those who are gone.
+/// Without the generations of removed entities, which a snapshot does not contain.
 inline Image living(Image image) {
   for (Slot& slot : image)
     if (!slot.lives) slot = {};
@@ -73,14 +73,15 @@ inline EntityRow body(std::uint32_t material) {
   return row;
 }
 
-/// Knows of every version what it was, without asking the database.
+/// A model of the database: the state of every version.
 class Model {
  public:
   static constexpr std::uint32_t room = 24;
 
   /// Declares a random transaction: one to three writes.
   void declare(Transaction& transaction, std::mt19937_64& random);
-  /// What was declared has become that version, or may have: then the world goes on as if it had not.
+  /// The declared transaction has become that version; or it may have: then the world continues as if it had
+  /// not.
   void is_done(Version version);
   void may_be_done(Version version);
   /// The database was opened again at that version.
@@ -89,7 +90,7 @@ class Model {
   const Image& now() const { return now_; }
   bool knows(Version version) const { return images_.contains(version); }
   const Image& image(Version version) const { return images_.at(version); }
-  /// The newest that is certain, of those up to a version.
+  /// The newest certain version up to a version.
   Version newest_up_to(Version version) const {
     Version newest = 0;
     for (const auto& [number, certain] : certain_)
@@ -131,7 +132,7 @@ inline CommitLogOptions log_options(const LifeOptions& options) {
   return made;
 }
 
-/// The disk outlives the log.
+/// The disk must outlive the log.
 inline Result<std::unique_ptr<CommitLog>> open_log(SimulatedDisk& disk, const CommitLogOptions& options) {
   return CommitLog::open(std::shared_ptr<log::Disk>(std::shared_ptr<void>(), &disk), options);
 }
@@ -147,7 +148,7 @@ class Life {
  public:
   // The analyzer does not follow the engine's constructor.
   // NOLINTBEGIN(clang-analyzer-optin.cplusplus.UninitializedObject)
-  /// The disk lets it be opened (else it ends the test).
+  /// Aborts the test if the disk does not allow it to open.
   Life(SimulatedDisk& disk, const LifeOptions& options)
       : Life(std::move(open_log(disk, log_options(options))).value(), options) {}
   Life(std::unique_ptr<CommitLog> log, const LifeOptions& options)
@@ -159,7 +160,7 @@ class Life {
     engine.submit(transaction);
     return engine.wait(transaction);
   }
-  /// One random transaction, and what has become of it, told to the model.
+  /// Executes one random transaction and reports its outcome to the model.
   const Outcome& commit(Model& model, std::mt19937_64& random, const Terms& given = {});
   CommitLog& log() { return *engine.log(); }
   Image image();
@@ -172,7 +173,7 @@ class Life {
   std::unique_ptr<Transaction> transaction_ = make();
 };
 
-/// Holds whoever calls the disk with one kind of call, until it is opened. The disk may outlive it.
+/// Blocks threads in one kind of disk operation until it is opened. The disk may outlive it.
 class DiskGate {
  public:
   DiskGate(SimulatedDisk& disk, DiskCall call) {

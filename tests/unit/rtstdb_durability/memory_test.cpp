@@ -1,5 +1,5 @@
-// The log's thread runs out of memory, wherever it asks for some: that is a fault as the disk's are, and
-// mended when there is some again.
+// The log thread runs out of memory at any allocation: it is handled as a disk failure, and repaired when
+// there is memory again.
 
 #include <filesystem>
 
@@ -33,7 +33,7 @@ class Memory : public testing::TestWithParam<DurabilityMode> {
     EXPECT_TRUE(log.ok()) << log.error().message;
     return std::move(log).value();
   }
-  /// Each is done, or was refused since the log can not be written.
+  /// Each transaction is completed, or refused because the log cannot be written.
   void commit_some(Life& life) {
     for (int k = 0; k < 40; ++k) {
       const Outcome& outcome = life.commit(model_, random_);
@@ -64,7 +64,7 @@ const int step = hil::tests::is_long() ? one_in : 5 * one_in;
 
 INSTANTIATE_TEST_SUITE_P(Durability, Memory, every_mode(), mode_name);
 
-TEST_P(Memory, ThatRunsOutAnywhereIsMended) {
+TEST_P(Memory, ThatRunsOutAnywhereIsRepaired) {
   int rounds = 0;
   {
     Life life(open(), options());
@@ -89,8 +89,8 @@ TEST_P(Memory, ThatRunsOutAnywhereIsMended) {
   expect_all_there();
 }
 
-/// What was promised is there, and whoever closes the log hears of it.
-TEST_P(Memory, ThatHasRunOutAtTheEndIsTold) {
+/// The durable version is there, and close() reports the failure.
+TEST_P(Memory, ThatRunsOutAtCloseIsReported) {
   int refused = 0;
   bool failed = true;
   for (int after = 0; failed && !HasFailure(); after += step) {

@@ -1,6 +1,6 @@
-// Motions leave out in the log what they do not change. Whole engines with every kind of write, several to
-// one entity, over closes, kills and losses of power: what is found again, and every version that the log
-// tells of, is what a snapshot was then, bit for bit.
+// Records of motions omit unchanged words. Engines with every kind of write, several to one entity, over
+// closes, kills and power losses: the recovered world and every version in the log equal the snapshots of
+// that time, bit for bit.
 
 #include <cmath>
 
@@ -30,7 +30,7 @@ Rows living(const log::World& world) {
   return rows;
 }
 
-/// Holds all that a log tells to what was.
+/// Compares the replay of a log with the snapshots.
 class Held final : public log::ReplayListener {
  public:
   explicit Held(const std::map<Version, Rows>& images) : images_(images) {}
@@ -61,7 +61,7 @@ class Motions : public testing::TestWithParam<DurabilityMode> {
   std::uint32_t below(std::uint32_t limit) { return static_cast<std::uint32_t>(random_() % limit); }
   Motion changed(Motion motion) {
     if (below(2) == 0) motion.p_world_m.x += 0.5;
-    if (below(3) == 0) motion.p_world_m.y = -motion.p_world_m.y;  // another zero
+    if (below(3) == 0) motion.p_world_m.y = -motion.p_world_m.y;  // changes the sign of zero
     if (below(3) == 0) motion.v_world_mps.z = 5e-324;
     if (below(3) == 0) motion.w_world_radps.x = below(2) == 0 ? -0.0 : 0.0;
     const double angle = below(70) * 0.1;
@@ -69,7 +69,7 @@ class Motions : public testing::TestWithParam<DurabilityMode> {
     if (below(3) == 0) motion.valid_from = world_time_ns(below(5));
     return motion;
   }
-  /// Up to eight writes, often to an entity that was written to before. Whether there are any.
+  /// Declares up to eight writes, often to an entity that was written before. Returns whether there are any.
   bool declare(Transaction& transaction, Rows rows) {
     bool any = false;
     std::size_t room = Model::room - rows.size();
@@ -120,7 +120,7 @@ class Motions : public testing::TestWithParam<DurabilityMode> {
 
 INSTANTIATE_TEST_SUITE_P(Durability, Motions, every_mode(), mode_name);
 
-TEST_P(Motions, AreWhatTheyWere) {
+TEST_P(Motions, AreRecoveredExactly) {
   int commits = 0;
   int motions = 0;
   for (int life_number = 0; life_number < 40 / one_in && !HasFailure(); ++life_number) {

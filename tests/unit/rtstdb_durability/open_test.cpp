@@ -1,4 +1,4 @@
-// What is refused when a log is opened, and geometry that comes back.
+// Refusals when a log is opened, and recovered geometry.
 
 #include <cerrno>
 #include <thread>
@@ -22,7 +22,7 @@ class OpenALog : public testing::Test {
   Model model_;
 };
 
-TEST_F(OpenALog, OneDatabaseHasIt) {
+TEST_F(OpenALog, IsExclusive) {
   Life life(disk_, {});
   const auto second = open_log(disk_, log_options({}));
   ASSERT_FALSE(second.ok());
@@ -65,9 +65,9 @@ TEST_F(OpenALog, RefusesDamageAndSalvages) {
   EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
 }
 
-/// Each in turn copied over the one before: salvage goes on from what is left, and what it writes opens
-/// without it.
-TEST_F(OpenALog, SalvagesSegmentsUnderOtherNames) {
+/// Each segment in turn is copied over the one before: salvage continues from the rest, and the continued log
+/// opens without salvage.
+TEST_F(OpenALog, SalvagesOverwrittenSegments) {
   LifeOptions small;
   small.segment_bytes = 8192;
   small.checkpoint_every_bytes = 0;
@@ -75,7 +75,7 @@ TEST_F(OpenALog, SalvagesSegmentsUnderOtherNames) {
     Life life(disk_, small);
     for (int k = 1; k <= 240; ++k) {
       ASSERT_TRUE(life.commit(model_, random_).done());
-      // The log keeps up: behind a gap nothing would be read.
+      // Without gaps, since nothing after a gap would be read.
       if (k % 40 == 0) {
         ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
       }
@@ -114,18 +114,18 @@ TEST_F(OpenALog, SalvagesSegmentsUnderOtherNames) {
   }
 }
 
-/// An older checkpoint helps where the newest can not be read, and the newest is as good as it was when it
-/// can be read again.
-TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
+/// An older checkpoint is used while the newest one cannot be read; the newest is used again when it can be
+/// read.
+TEST_F(OpenALog, CheckpointThatIsTemporarilyUnreadable) {
   for (int round = 0; round < 20; ++round) {
     {
       Life life(disk_, {.checkpoint_every_bytes = 1});
       for (int k = 0; k < 8; ++k)
         ASSERT_TRUE(life.commit(model_, random_).done());
       ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
-      // Mostly long enough for a checkpoint behind the last group.
+      // Usually long enough for a checkpoint after the last group.
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      disk_.fail_kind(DiskCall::write, EIO);  // it is not closed
+      disk_.fail_kind(DiskCall::write, EIO);  // so that it is not closed
     }
     disk_.fail_kind(DiskCall::write, 0);
     auto contents = disk_.contents();
@@ -147,7 +147,7 @@ TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
     }
     disk_.fail_kind(DiskCall::write, 0);
     contents = disk_.contents();
-    // As if the power had gone before the one that takes its place came.
+    // As after a power loss before its replacement was written.
     std::erase_if(contents, [](const auto& file) { return file.first.starts_with("checkpoint."); });
     for (const auto& [name, bytes] : checkpoints)
       contents[name] = bytes;
@@ -159,8 +159,8 @@ TEST_F(OpenALog, ACheckpointThatCouldNotBeReadForALife) {
   }
 }
 
-/// So that it is not asked about again, when there is a gap that it has nothing to do with.
-TEST_F(OpenALog, ADamagedCheckpointIsFollowedByOneThatIsWhole) {
+/// Otherwise an unrelated gap later would be refused because of the damaged checkpoint.
+TEST_F(OpenALog, DamagedCheckpointIsFollowedByANewOne) {
   {
     Life life(disk_, {.checkpoint_every_bytes = 1});
     for (int k = 0; k < 8; ++k)
@@ -185,7 +185,7 @@ TEST_F(OpenALog, ADamagedCheckpointIsFollowedByOneThatIsWhole) {
   EXPECT_EQ(life.log().state().checkpoints, 0u);
 }
 
-TEST_F(OpenALog, EveryRefusalOfTheDiskIsAnError) {
+TEST_F(OpenALog, EveryDiskFailureIsAnError) {
   commit_some(20);
   const auto contents = disk_.contents();
   for (std::uint64_t call = 0;; ++call) {
@@ -194,13 +194,13 @@ TEST_F(OpenALog, EveryRefusalOfTheDiskIsAnError) {
     disk.fail_call(call, EIO);
     const auto opened = open_log(disk, log_options({}));
     if (disk.calls() <= call) break;
-    if (opened.ok()) continue;  // removing what was not finished
+    if (opened.ok()) continue;  // the removal of unfinished files
     EXPECT_EQ(opened.error().code, ErrorCode::file);
     EXPECT_NE(opened.error().message.find("Input/output error"), std::string::npos) << opened.error().message;
   }
 }
 
-TEST_F(OpenALog, ShapesComeBack) {
+TEST_F(OpenALog, ShapesAreRecovered) {
   const TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
   GeometryOptions deforms;
   deforms.deforms = true;

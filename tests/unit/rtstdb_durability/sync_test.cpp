@@ -1,4 +1,5 @@
-// Sync mode: nothing can be read before it is on disk, and what came too late is taken back there as well.
+// Sync mode: no version is readable before it is on disk, and late firm transactions are discarded in the log
+// too.
 
 #include <cerrno>
 #include <thread>
@@ -20,7 +21,7 @@ class Sync : public testing::Test {
   Model model_;
 };
 
-TEST_F(Sync, NothingIsReadBeforeItIsOnDisk) {
+TEST_F(Sync, NothingIsReadableBeforeItIsOnDisk) {
   Life life(disk_, options());
   ASSERT_TRUE(life.commit(model_, random_).durable);
   const Version before = life.engine.latest().version;
@@ -43,7 +44,7 @@ TEST_F(Sync, NothingIsReadBeforeItIsOnDisk) {
   EXPECT_EQ(life.engine.wait(*reader).version, writer->outcome().version);
 }
 
-TEST_F(Sync, WhatTheDiskMadeLateIsTakenBackThereToo) {
+TEST_F(Sync, TransactionMadeLateByTheDiskIsDiscardedInTheLog) {
   {
     Life life(disk_, options());
     ASSERT_TRUE(life.commit(model_, random_).durable);
@@ -59,7 +60,7 @@ TEST_F(Sync, WhatTheDiskMadeLateIsTakenBackThereToo) {
     EXPECT_FALSE(outcome.durable);
     EXPECT_EQ(life.engine.latest().version, before);
     EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
-    // The power goes at once: what the owner was told is on disk.
+    // After an immediate power loss: the reported outcome is on disk.
     disk_.before_each(nullptr);
     SimulatedDisk after(1);
     disk_.at_crash_keep(SimulatedDisk::Keeps::nothing);
@@ -67,7 +68,7 @@ TEST_F(Sync, WhatTheDiskMadeLateIsTakenBackThereToo) {
     const auto recovered = log::recover(after);
     ASSERT_TRUE(recovered.ok());
     EXPECT_EQ(recovered.value().world.latest.version, before);
-    // A soft one is late, and stands.
+    // A soft transaction is late and committed.
     disk_.before_each([&](DiskCall call) {
       if (call == DiskCall::sync) life.clock.advance(Nanoseconds(1'000'000));
     });
@@ -83,7 +84,7 @@ TEST_F(Sync, WhatTheDiskMadeLateIsTakenBackThereToo) {
   EXPECT_TRUE(life.commit(model_, random_).durable);
 }
 
-TEST_F(Sync, WhatWasTooLateBeforeTheDiskIsNotWritten) {
+TEST_F(Sync, TransactionLateBeforeTheDiskIsNotWritten) {
   Life life(disk_, options());
   ASSERT_TRUE(life.commit(model_, random_).durable);
   const std::uint64_t groups = life.log().state().groups;
@@ -100,8 +101,8 @@ TEST_F(Sync, WhatWasTooLateBeforeTheDiskIsNotWritten) {
   EXPECT_EQ(life.log().state().groups, groups);
 }
 
-/// The sync of its group fails, so nobody knows whether it is on disk; a crash decides.
-TEST_F(Sync, ARefusingDiskLeavesDoubtThatIsTold) {
+/// The sync of its group fails, so whether it is on disk is unknown until a crash.
+TEST_F(Sync, DiskFailureIsReportedAsInDoubt) {
   int stood = 0, fell = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SimulatedDisk disk(seed);

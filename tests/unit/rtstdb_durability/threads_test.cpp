@@ -1,4 +1,4 @@
-// Eight threads commit, look and wait at once, while the log is written, turned over and checkpointed.
+// Eight threads commit, read and wait at the same time, while the log is written, rotated and checkpointed.
 
 #include <thread>
 
@@ -11,12 +11,12 @@ class Threads : public testing::TestWithParam<DurabilityMode> {};
 
 INSTANTIATE_TEST_SUITE_P(Durability, Threads, every_mode(), mode_name);
 
-TEST_P(Threads, EightCommitAtOnce) {
+TEST_P(Threads, EightThreadsCommit) {
   LifeOptions options;
   options.mode = GetParam();
   options.segment_bytes = 16384;
   options.checkpoint_every_bytes = 10'000;
-  options.retained_changes = 16;  // checkpoints are overtaken
+  options.retained_changes = 16;  // checkpoints lose their version
   SimulatedDisk disk(1);
   constexpr std::uint32_t threads = 8;
   std::vector<EntityId> ids(threads);

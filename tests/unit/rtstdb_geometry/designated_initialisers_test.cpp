@@ -38,7 +38,7 @@ TEST(DesignatedInitialisers, OfOptions) {
   EXPECT_EQ((ReadAt{.version = 1}).kind, ReadAt::Kind::latest);
 }
 
-TEST(DesignatedInitialisers, OfQuestions) {
+TEST(DesignatedInitialisers, OfQueries) {
   EXPECT_FALSE((Ray{.origin_m = {1, 2, 3}}).carrier.valid());
   EXPECT_FALSE((Region{.center_m = {1, 2, 3}}).carrier.valid());
   EXPECT_FALSE((Nearest{.point_m = {1, 2, 3}}).excluded.valid());
@@ -63,7 +63,7 @@ TEST(DesignatedInitialisers, OfRowsAndMeshes) {
   EXPECT_EQ((Error{.code = ErrorCode::file}).message, "");
 }
 
-TEST(DesignatedInitialisers, OfWhatIsHandedOut) {
+TEST(DesignatedInitialisers, OfResults) {
   EXPECT_EQ((Outcome{.partial = true}).bad_input.reason, BadInputReason::none);
   EXPECT_FALSE((BadInput{.element = 1}).entity.valid());
   EXPECT_FALSE((Conflict{.precondition = 1}).entity.valid());

@@ -1,4 +1,4 @@
-// What load_mesh says of files that are no meshes, or broken ones.
+// The errors of load_mesh for files that are no meshes, or damaged ones.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ void expect_refused(const std::filesystem::path& file, ErrorCode code, const std
   EXPECT_NE(message.find(words), std::string::npos) << message;
 }
 
-TEST(RefusedMesh, NoFileToSpeakOf) {
+TEST(RefusedMesh, MissingFiles) {
   const Folder folder;
   expect_refused(folder.path() / "absent.obj", ErrorCode::file, "does not exist");
   expect_refused(folder.path(), ErrorCode::file, "is a directory");
@@ -81,7 +81,7 @@ std::string obj_of_polygon(std::uint32_t corners) {
   return text + face + "\n";
 }
 
-TEST(RefusedMesh, APolygonThatWouldTakeTooLongToCut) {
+TEST(RefusedMesh, PolygonWithTooManyCorners) {
   const Folder folder;
   const auto most = load_mesh(folder.write("most.ply", ply_of_polygon(max_polygon_corners)));
   ASSERT_TRUE(most.ok()) << most.error().message;
@@ -101,7 +101,7 @@ TEST(RefusedMesh, AnExtensionThatIsNotRead) {
   expect_refused(folder.write("body", "x"), ErrorCode::file, "''");
 }
 
-TEST(RefusedMesh, AScaleThatIsNone) {
+TEST(RefusedMesh, InvalidScale) {
   const Folder folder;
   const auto file = folder.write("body.obj", mesh_files::obj(make_box({1.0, 1.0, 1.0})));
   for (const double scale : {0.0, -1.0, std::nan(""), HUGE_VAL})
@@ -132,8 +132,8 @@ TEST(RefusedMesh, AFileWithPositionsOnly) {
                  "no triangle");
 }
 
-/// A vertex that is left out makes every index behind it another one's.
-TEST(RefusedMesh, AnObjLineThatSaysNothing) {
+/// A skipped vertex would shift the indices of all later ones.
+TEST(RefusedMesh, InvalidObjVertex) {
   const Folder folder;
   const auto refused = [&](const std::string& text, const std::string& words) {
     expect_refused(folder.write("body.obj", text), ErrorCode::file, words);
@@ -149,7 +149,7 @@ TEST(RefusedMesh, AnObjLineThatSaysNothing) {
   refused("f -1 -2 -3\n" + rest, "line 1: 'f -1 -2 -3' has a corner '-1'");
 }
 
-/// A face of no, one or two corners was left out in silence.
+/// A face of fewer than three corners is not skipped silently.
 TEST(RefusedMesh, AFaceWithoutThreeCorners) {
   const Folder folder;
   const std::string rest = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -204,17 +204,17 @@ TEST(RefusedMesh, ATextStlWithADamagedFacet) {
   ASSERT_TRUE(whole.ok()) << whole.error().message;
   EXPECT_EQ(whole.value().triangles.size(), 1u);
   expect_refused(folder.write("body.stl", begin + end), ErrorCode::file,
-                 "line 6: 'endloop' stands where 'vertex' is expected");
+                 "line 6: 'endloop' is found where 'vertex' is expected");
   expect_refused(folder.write("body.stl", begin + "vertex 0 1 zero\n" + end), ErrorCode::file,
-                 "line 6: 'zero' stands where a number is expected");
+                 "line 6: 'zero' is found where a number is expected");
   expect_refused(folder.write("body.stl", begin + "vertex 0 1 0\nvertex 0 0 1\n" + end), ErrorCode::file,
-                 "line 7: 'vertex' stands where 'endloop' is expected");
+                 "line 7: 'vertex' is found where 'endloop' is expected");
   expect_refused(folder.write("body.stl", begin), ErrorCode::file,
                  "the file ends where 'vertex' is expected");
   std::string carriage_returns = begin + end;
   std::replace(carriage_returns.begin(), carriage_returns.end(), '\n', '\r');
   expect_refused(folder.write("body.stl", carriage_returns), ErrorCode::file,
-                 "line 6: 'endloop' stands where 'vertex' is expected");
+                 "line 6: 'endloop' is found where 'vertex' is expected");
 }
 
 /// Three corners, which the accessors below describe.
@@ -307,7 +307,7 @@ TEST(RefusedMesh, ObjLinesThatEndWithACarriageReturn) {
                  "line 6: 'f 1 2' has 2 corners; a face has three or more");
 }
 
-/// By sums that wrap the reader would step over the same chunk for ever.
+/// With a sum that wraps around, the reader would visit the same chunk for ever.
 TEST(RefusedMesh, GlbChunksThatDoNotLieInTheFile) {
   const Folder folder;
   const std::string whole = mesh_files::glb(make_box({1.0, 1.0, 1.0}), plain_node);
@@ -324,7 +324,7 @@ TEST(RefusedMesh, GlbChunksThatDoNotLieInTheFile) {
   expect_refused(folder.write("longer.glb", longer), ErrorCode::file, "says that it has");
 }
 
-TEST(RefusedMesh, CoordinatesThatAreNone) {
+TEST(RefusedMesh, InvalidCoordinates) {
   const Folder folder;
   TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
   mesh.positions_m[3].y = std::nanf("");
@@ -352,8 +352,7 @@ TEST(RefusedMesh, AMissingBuffer) {
   expect_refused(folder.write("no_buffer.gltf", text), ErrorCode::file, "can not be read: ");
 }
 
-/// Whatever is cut off or flipped: a mesh that validates, or a refusal that names the file; never an
-/// exception.
+/// A truncated or changed file gives a valid mesh or an error that names the file; never an exception.
 void expect_mesh_or_refusal(const std::filesystem::path& file) {
   const Result<TriangleMesh> loaded = load_mesh(file);
   if (loaded.ok()) {

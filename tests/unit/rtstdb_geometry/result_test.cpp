@@ -1,4 +1,4 @@
-// What a result does when the one that is not there is read, and what enumerators are called.
+// Misuse of results, and the names of enumerators.
 
 #include <gtest/gtest.h>
 

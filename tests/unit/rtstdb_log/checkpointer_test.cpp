@@ -1,4 +1,4 @@
-// Checkpoints of a world that takes its time.
+// Checkpoints of a source that is not ready at once.
 
 #include "rtstdb/log/checkpointer.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 using hil::test::SimulatedDisk;
 
-/// An empty world that is there when `ready`.
+/// A source of an empty world, available when `ready`.
 class SlowWorld final : public WorldSource {
  public:
   std::optional<WorldHead> begin(Version /*not_before*/) override {
@@ -33,7 +33,7 @@ class SlowWorld final : public WorldSource {
 
 class CheckpointerTest : public testing::Test {
  protected:
-  /// The header of what it comes to.
+  /// The header of the finished checkpoint.
   CheckpointHeader finished() {
     while (checkpointer.in_progress())
       checkpointer.advance({.version = 100, .geometries = 0}, now);
@@ -47,7 +47,7 @@ class CheckpointerTest : public testing::Test {
   Checkpointer checkpointer{disk, world, 77, 1, 64, {Nanoseconds(1), Nanoseconds(1)}};
 };
 
-TEST_F(CheckpointerTest, NotesWhereTheLogStoodWhenItAskedFirst) {
+TEST_F(CheckpointerTest, KeepsThePositionOfTheFirstRequest) {
   EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).progress,
             Checkpointer::Progress::nothing);
   world.ready = true;
@@ -59,9 +59,8 @@ TEST_F(CheckpointerTest, NotesWhereTheLogStoodWhenItAskedFirst) {
   EXPECT_EQ(header.group, 8u);
 }
 
-/// A segment that failed is not to be trusted: a checkpoint that leads on from it would have the log read
-/// there.
-TEST_F(CheckpointerTest, ForgetsWhereItAskedWhenItIsGivenUp) {
+/// A failed segment is not trusted: a checkpoint whose position is in it would make recovery read it.
+TEST_F(CheckpointerTest, ForgetsThePositionWhenAbandoned) {
   EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).progress,
             Checkpointer::Progress::nothing);
   checkpointer.abandon();
@@ -71,8 +70,8 @@ TEST_F(CheckpointerTest, ForgetsWhereItAskedWhenItIsGivenUp) {
   EXPECT_EQ(finished().segment, 6u);
 }
 
-/// What was asked for before is too old for the place that is noted now.
-TEST_F(CheckpointerTest, LeavesAWorldThatIsOlderThanTheNewPlaceAsksFor) {
+/// The world of an earlier request is too old for the position of the new one.
+TEST_F(CheckpointerTest, AbandonsAWorldOlderThanTheNewPosition) {
   checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0);
   checkpointer.abandon();
   world.ready = true;

@@ -1,5 +1,5 @@
-// A log that was written whole and then changed: what is read back is a state that was, or it is refused; and
-// where the log was closed it is the last state, or it is refused.
+// Logs that were changed after they were written. Recovery returns a state that existed or refuses the log;
+// if the log was closed, it returns the last state or refuses the log.
 
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ void flip_every_bit(const SampleLog& sample, bool closed, std::size_t step, Tall
   }
 }
 
-TEST(LogDamage, EveryBitOfAClosedLogIsRefusedOrHarmless) {
+TEST(LogDamage, EveryFlippedBitOfAClosedLogIsRefusedOrHarmless) {
   const SampleLog sample = make_sample({.commits = 9, .segment_bytes = 2048});
   Tally tally;
   flip_every_bit(sample, true, stride, tally);
@@ -76,7 +76,7 @@ TEST(LogDamage, EveryBitOfAClosedLogIsRefusedOrHarmless) {
   EXPECT_GT(tally.latest, 100u / stride);
 }
 
-TEST(LogDamage, EveryBitOfAnOpenLogLeavesAStateThatWas) {
+TEST(LogDamage, EveryFlippedBitOfAnOpenLogLeavesAnEarlierState) {
   const SampleLog sample = make_sample({.seed = 2, .commits = 9, .segment_bytes = 2048, .closed = false});
   Tally tally;
   flip_every_bit(sample, false, stride, tally);
@@ -84,13 +84,13 @@ TEST(LogDamage, EveryBitOfAnOpenLogLeavesAStateThatWas) {
   EXPECT_GT(tally.earlier, 10u / stride);
 }
 
-TEST(LogDamage, SomeBitsOfALargerLogAreRefusedOrHarmless) {
+TEST(LogDamage, SomeFlippedBitsOfALargerLogAreRefusedOrHarmless) {
   const SampleLog sample = make_sample({.seed = 3, .commits = 400, .segment_bytes = 1 << 15});
   Tally tally;
   flip_every_bit(sample, true, 1009 * stride, tally);
 }
 
-TEST(LogDamage, ALogCutAnywhereIsAPrefixOrRefused) {
+TEST(LogDamage, TruncatedLogIsAPrefixOrRefused) {
   for (const bool closed : {false, true}) {
     const SampleLog sample = make_sample({.seed = 4, .commits = 12, .segment_bytes = 5120, .closed = closed});
     Tally tally;
@@ -107,8 +107,8 @@ TEST(LogDamage, ALogCutAnywhereIsAPrefixOrRefused) {
   }
 }
 
-/// A crash shortens no file: what is missing was there. By salvage it is a prefix.
-TEST(LogDamage, ALastSegmentThatIsShorterThanItWasMadeIsDamage) {
+/// A crash does not shorten a file, so a shorter file is damaged. Salvage recovers a prefix.
+TEST(LogDamage, ShortenedLastSegmentIsDamage) {
   const SampleLog sample = make_sample({.seed = 5, .commits = 20, .segment_bytes = 1 << 16, .closed = false});
   ASSERT_EQ(sample.contents.count("segment.0000000002"), 0u);
   Version before = 0;
@@ -131,8 +131,8 @@ TEST(LogDamage, ALastSegmentThatIsShorterThanItWasMadeIsDamage) {
   EXPECT_EQ(before, sample.latest);
 }
 
-/// What a crash leaves of it: the same length, and zeros where nothing was written.
-TEST(LogDamage, ALastSegmentWithoutItsLastGroupsIsAPrefix) {
+/// A crash leaves the length of a file, with zeros where nothing was written.
+TEST(LogDamage, LastSegmentWithoutItsLastGroupsIsAPrefix) {
   const SampleLog sample = make_sample({.seed = 5, .commits = 20, .segment_bytes = 1 << 16, .closed = false});
   Version before = 0;
   const std::size_t end = groups_of(sample.contents).back().offset + groups_of(sample.contents).back().bytes;
@@ -150,8 +150,8 @@ TEST(LogDamage, ALastSegmentWithoutItsLastGroupsIsAPrefix) {
   }
 }
 
-/// A closing group says that nothing is missing, however long the file is.
-TEST(LogDamage, AClosedLogNeedsNoBytesBehindItsEnd) {
+/// With a closing group the log is complete, whatever the length of the file.
+TEST(LogDamage, ClosedLogNeedsNoBytesAfterItsEnd) {
   const SampleLog sample = make_sample({.seed = 5, .commits = 20, .segment_bytes = 1 << 16});
   Contents contents = sample.contents;
   const std::size_t end = groups_of(sample.contents).back().offset + groups_of(sample.contents).back().bytes;
@@ -185,7 +185,7 @@ class DamagedGroups : public testing::Test {
   std::vector<GroupPlace> groups;
 };
 
-TEST_F(DamagedGroups, AHoleIsRefusedWithItsPlaceAndVersions) {
+TEST_F(DamagedGroups, HoleIsRefusedWithItsPlaceAndVersions) {
   ASSERT_GT(groups.size(), 10u);
   for (std::size_t k = 0; k + 1 < groups.size(); ++k) {
     Contents contents = sample.contents;
@@ -199,7 +199,7 @@ TEST_F(DamagedGroups, AHoleIsRefusedWithItsPlaceAndVersions) {
   }
 }
 
-TEST_F(DamagedGroups, AHoleIsOpenedUpToItWhereItIsSalvaged) {
+TEST_F(DamagedGroups, SalvageOpensUpToTheHole) {
   for (std::size_t k = 1; k + 1 < groups.size(); ++k) {
     Contents contents = sample.contents;
     std::ranges::fill(bytes_of(contents, groups[k]), std::byte{0});
@@ -224,7 +224,7 @@ TEST_F(DamagedGroups, ExchangedGroupsAreRefused) {
   EXPECT_GT(exchanged, 0);
 }
 
-TEST_F(DamagedGroups, AGroupThatStandsTwiceIsRefused) {
+TEST_F(DamagedGroups, DuplicateGroupIsRefused) {
   int doubled = 0;
   for (std::size_t k = 0; k + 2 < groups.size(); ++k) {
     if (groups[k].file != groups[k + 1].file || groups[k].bytes != groups[k + 1].bytes) continue;
@@ -238,7 +238,7 @@ TEST_F(DamagedGroups, AGroupThatStandsTwiceIsRefused) {
 
 // ---- files
 
-TEST_F(DamagedGroups, AMissingSegmentIsRefused) {
+TEST_F(DamagedGroups, MissingSegmentIsRefused) {
   std::set<std::string> names;
   for (const GroupPlace& group : groups)
     names.insert(group.file);
@@ -254,7 +254,7 @@ TEST_F(DamagedGroups, AMissingSegmentIsRefused) {
   EXPECT_FALSE(recovered_from(none).ok());
 }
 
-TEST_F(DamagedGroups, ASegmentOfAnotherDatabaseIsRefused) {
+TEST_F(DamagedGroups, SegmentOfAnotherDatabaseIsRefused) {
   const SampleLog other =
       make_sample({.seed = 6, .database_id = 99, .commits = 30, .closed = false, .checkpoints = false});
   Contents contents = sample.contents;
@@ -267,8 +267,8 @@ TEST_F(DamagedGroups, ASegmentOfAnotherDatabaseIsRefused) {
       << recovered.error().message;
 }
 
-/// Exchanged, copied over another one, or renamed: damage like any other, which salvage opens up to.
-TEST_F(DamagedGroups, ASegmentUnderAnotherNumberIsRefused) {
+/// Segments that were exchanged, copied over another one, or renamed: damage, up to which salvage opens.
+TEST_F(DamagedGroups, SegmentWithAnotherNumberIsRefused) {
   std::vector<std::string> names;
   for (const auto& [name, bytes] : sample.contents)
     if (name.starts_with("segment.")) names.push_back(name);
@@ -359,7 +359,7 @@ TEST(LogDamage, CheckpointsAndGeometriesOfOtherFormatsAreRefused) {
   }
 }
 
-TEST(LogDamage, AGeometryFileThatIsDamagedOrGoneIsRefused) {
+TEST(LogDamage, DamagedOrMissingGeometryFileIsRefused) {
   const SampleLog sample = make_sample({.seed = 8});
   for (const auto& [name, bytes] : sample.contents) {
     if (!name.starts_with("geometry.")) continue;
@@ -373,7 +373,7 @@ TEST(LogDamage, AGeometryFileThatIsDamagedOrGoneIsRefused) {
   }
 }
 
-TEST(LogDamage, ADamagedCheckpointGivesWayToAnOlderOne) {
+TEST(LogDamage, DamagedCheckpointIsReplacedByAnOlderOne) {
   const SampleLog sample = make_sample({.seed = 9});
   ASSERT_EQ(sample.contents.count("checkpoint.0000000002"), 1u);
   Contents contents = sample.contents;

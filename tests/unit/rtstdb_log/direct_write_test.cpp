@@ -1,5 +1,5 @@
-// Which writes go past the page cache, and that all of them arrive. The program's own pwrite, here, sees each
-// and can refuse those that do, as file systems may.
+// Which writes use direct I/O, and that all of them arrive. The test replaces pwrite: it sees each call and
+// can refuse direct I/O, as some file systems do.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ class DirectWrite : public testing::Test {
     std::filesystem::remove_all(path_);
   }
 
-  /// Found out by trying: 1 where whole sectors, not of a whole page, may go past the cache.
+  /// Determined by a trial: whether single sectors, not only whole pages, can use direct I/O.
   int possible() const {
     const int probe = ::open((path_ / "probe").c_str(), O_WRONLY | O_CREAT | O_DIRECT | O_CLOEXEC, 0600);
     if (probe < 0) return 0;
@@ -88,7 +88,7 @@ class DirectWrite : public testing::Test {
   std::vector<std::byte> expected_;
 };
 
-TEST_F(DirectWrite, WholeSectorsGoPastTheCacheWhereThatIsPossible) {
+TEST_F(DirectWrite, WholeSectorsUseDirectIoIfPossible) {
   write(sector, 0, 8 * sector);
   write(9 * sector, 0, sector);
   write(10 * sector, 0, memory_.bytes().size());
@@ -97,17 +97,17 @@ TEST_F(DirectWrite, WholeSectorsGoPastTheCacheWhereThatIsPossible) {
   expect_all_there();
 }
 
-TEST_F(DirectWrite, AllElseGoesThroughTheCache) {
-  write(0, 0, 100);               // no whole sector
-  write(2 * sector, 0, 700);      // a tail
-  write(8 * sector + 8, 0, 512);  // not at a sector
-  write(16 * sector, 1, sector);  // not where memory is fit
+TEST_F(DirectWrite, OtherWritesUseTheCache) {
+  write(0, 0, 100);               // not a whole sector
+  write(2 * sector, 0, 700);      // not whole sectors
+  write(8 * sector + 8, 0, 512);  // unaligned offset
+  write(16 * sector, 1, sector);  // unaligned memory
   EXPECT_EQ(seen.direct, 0);
   EXPECT_EQ(seen.cached, 4);
   expect_all_there();
 }
 
-TEST_F(DirectWrite, BothWaysMixAsTheyCome) {
+TEST_F(DirectWrite, DirectAndCachedWritesMix) {
   std::mt19937_64 random(2);
   for (int k = 0; k < 300; ++k) {
     const bool whole = random() % 2 == 0;
@@ -120,7 +120,7 @@ TEST_F(DirectWrite, BothWaysMixAsTheyCome) {
   expect_all_there();
 }
 
-TEST_F(DirectWrite, AFileSystemThatRefusesIsNotAskedAgain) {
+TEST_F(DirectWrite, RefusedDirectIoIsNotRetried) {
   refuse_direct = true;
   write(0, 0, 4 * sector);
   refuse_direct = false;
@@ -130,7 +130,7 @@ TEST_F(DirectWrite, AFileSystemThatRefusesIsNotAskedAgain) {
   expect_all_there();
 }
 
-TEST(PageBuffer, BeginAtAPageAndAreZero) {
+TEST(PageBuffer, IsPageAlignedAndZero) {
   for (const std::size_t bytes : {std::size_t{1}, std::size_t{4096}, std::size_t{5 << 20}}) {
     const PageBuffer pages(bytes);
     ASSERT_EQ(pages.bytes().size(), bytes);

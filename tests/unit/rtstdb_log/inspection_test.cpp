@@ -1,4 +1,4 @@
-// What is told of a log's directory: all of it where it is whole, and every damage where it is not.
+// The inspection of a log: its contents if it is whole, every damage if it is not; and its replay.
 
 #include "rtstdb/log/inspection.hpp"
 
@@ -34,7 +34,7 @@ std::string all_of(const std::vector<std::string>& sentences) {
   return text;
 }
 
-TEST(LogInspection, TellsAllOfAWholeLog) {
+TEST(LogInspection, ReportsAllOfAWholeLog) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const bool closed = seed % 2 == 0;
     const SampleLog sample = make_sample({.seed = seed, .commits = 40, .closed = closed});
@@ -65,7 +65,7 @@ TEST(LogInspection, TellsAllOfAWholeLog) {
   }
 }
 
-TEST(LogInspection, NamesACheckpointThatASalvageHasLeft) {
+TEST(LogInspection, NamesAbandonedCheckpoints) {
   SampleLog sample = make_sample({.seed = 2, .commits = 40});
   const auto is_checkpoint = [](const auto& file) { return file.first.starts_with("checkpoint."); };
   const auto found = std::ranges::find_if(sample.contents, is_checkpoint);
@@ -81,8 +81,8 @@ TEST(LogInspection, NamesACheckpointThatASalvageHasLeft) {
   EXPECT_NE(file->note, "");
 }
 
-/// One bit anywhere that counts. What is torn could not be told from what was never whole.
-TEST(LogInspection, FindsEveryBitThatTurned) {
+/// Any flipped bit in used bytes. The log is closed, since a torn end is not damage.
+TEST(LogInspection, FindsEveryFlippedBit) {
   std::mt19937_64 random(5);
   const SampleLog sample = make_sample({.seed = 3, .commits = 30, .closed = true});
   std::map<std::string, std::uint64_t> end_of_groups;
@@ -95,17 +95,17 @@ TEST(LogInspection, FindsEveryBitThatTurned) {
     const std::uint64_t counts = segment ? std::max(end_of_groups[name], std::uint64_t{64}) : bytes.size();
     for (int k = 0; k < 60; ++k) {
       const std::uint64_t at = random() % counts;
-      if (segment && at >= sizeof(SegmentHeader) && at < sector_bytes) continue;  // nothing stands there
+      if (segment && at >= sizeof(SegmentHeader) && at < sector_bytes) continue;  // unused
       Contents damaged = sample.contents;
       damaged[name][at] ^= static_cast<std::byte>(1u << random() % 8);
       SimulatedDisk disk(1);
       disk.set_contents(damaged);
       const auto contents = inspect(disk);
-      if (!contents) continue;  // refused altogether
+      if (!contents) continue;  // refused as a whole
       const LogContents& told = contents.value();
-      // Padding of a group to its sector is not in any checksum, and holds nothing.
+      // The padding of a group is covered by no checksum and is unused.
       const bool nothing_lost = told.extent.last.version == sample.latest && told.damage.empty();
-      // Without its closing group the log looks like one that was cut off there.
+      // Without its closing group the log looks like one that was not closed.
       if (nothing_lost && !told.torn.empty()) {
         EXPECT_FALSE(told.extent.closed);
         continue;
@@ -126,8 +126,8 @@ TEST(LogInspection, FindsEveryBitThatTurned) {
   EXPECT_GT(tried, 200u);
 }
 
-/// Right by every checksum, and of another world.
-TEST(LogInspection, HoldsCheckpointsToTheCommits) {
+/// A checkpoint with valid checksums and the wrong world.
+TEST(LogInspection, ComparesCheckpointsWithTheCommits) {
   const SampleLog sample = make_sample({.seed = 4, .commits = 30});
   const SampleLog other = make_sample({.seed = 5, .commits = 30});
   std::size_t found = 0;
@@ -137,14 +137,14 @@ TEST(LogInspection, HoldsCheckpointsToTheCommits) {
     exchanged[name] = bytes;
     const LogContents contents = contents_of(exchanged);
     ASSERT_FALSE(contents.damage.empty()) << name;
-    found += all_of(contents.damage).find("is not as the commits left it") != std::string::npos ||
+    found += all_of(contents.damage).find("differs from the result of the commits") != std::string::npos ||
              all_of(contents.damage).find("that no record adds") != std::string::npos;
   }
   EXPECT_GT(found, 0u);
 }
 
-/// A checkpoint of a version may have a geometry that was added behind that version's commit.
-TEST(LogInspection, AGeometryAddedBehindTheLastCommitIsNoDamage) {
+/// A checkpoint may contain a geometry that was added after the commit of its version.
+TEST(LogInspection, GeometryAddedAfterTheLastCommitIsNoDamage) {
   SimulatedDisk disk(1);
   hil::test::SimulatedClock clock;
   History history;
@@ -174,7 +174,7 @@ TEST(LogInspection, AGeometryAddedBehindTheLastCommitIsNoDamage) {
   EXPECT_EQ(contents.value().entities, history.images.at(world.latest()).rows.size());
 }
 
-TEST(LogInspection, WhatWasCutOffIsNoDamage) {
+TEST(LogInspection, TornEndIsNoDamage) {
   SampleLog sample = make_sample({.seed = 6, .commits = 30, .closed = false, .checkpoints = false});
   const GroupPlace last = groups_of(sample.contents).back();
   auto& bytes = sample.contents[last.file];
@@ -186,8 +186,8 @@ TEST(LogInspection, WhatWasCutOffIsNoDamage) {
   EXPECT_EQ(contents.opens_at, contents.extent.last.version);
 }
 
-/// What it says of salvage is what salvage does.
-TEST(LogInspection, TellsWhetherSalvageOpens) {
+/// The prediction for salvage is what salvage does.
+TEST(LogInspection, ReportsWhetherSalvageOpens) {
   const SampleLog sample = make_sample({.seed = 6, .commits = 30, .checkpoints = false});
   Contents exchanged = sample.contents;
   std::swap(exchanged["segment.0000000001"], exchanged["segment.0000000002"]);
@@ -204,12 +204,12 @@ TEST(LogInspection, TellsWhetherSalvageOpens) {
   EXPECT_NE(contents.refusal.find("it belongs to database"), std::string::npos) << contents.refusal;
 }
 
-TEST(LogInspection, NoDatabaseIsRefused) {
+TEST(LogInspection, MissingLogIsRefused) {
   SimulatedDisk disk(1);
   EXPECT_FALSE(inspect(disk).ok());
 }
 
-/// What is told, made into worlds again.
+/// Rebuilds the worlds from the replay.
 class Retelling final : public ReplayListener {
  public:
   explicit Retelling(const History& history) : history_(history) {}
@@ -257,7 +257,7 @@ class Retelling final : public ReplayListener {
   bool after_gap_ = false;
 };
 
-TEST(LogChronicle, IsEveryVersionInItsOrder) {
+TEST(LogReplay, PassesEveryVersionInOrder) {
   const SampleLog sample = make_sample({.seed = 7, .commits = 60});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
@@ -270,12 +270,12 @@ TEST(LogChronicle, IsEveryVersionInItsOrder) {
   EXPECT_TRUE(retelling.gaps.empty());
 }
 
-TEST(LogChronicle, BeginsWithTheOldestCheckpointWhereNothingIsBeforeIt) {
+TEST(LogReplay, BeginsWithTheOldestCheckpointAfterPruning) {
   SampleLog sample = make_sample({.seed = 7, .commits = 60, .moves_at_the_end = 4});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
   const Recovered recovered = recover(disk).value();
-  take_away_before(recovered, sample.contents);
+  remove_before(recovered, sample.contents);
   disk.set_contents(sample.contents);
   Retelling retelling(sample.history);
   const auto report = replay_log(disk, false, retelling);
@@ -292,9 +292,9 @@ Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, hil::test::Sim
   return Writer::start(disk, clock, world.ring(), world, options, start_after(recover(disk).value(), 99));
 }
 
-/// A ring too small for what is committed while the disk stands still: behind the gap it goes on with a
+/// A ring too small for the commits while the disk stalls: after the gap, the replay continues with a
 /// checkpoint.
-TEST(LogChronicle, GoesOnBehindAGap) {
+TEST(LogReplay, ContinuesAfterAGap) {
   SimulatedDisk disk(1);
   hil::test::SimulatedClock clock;
   History history;
@@ -307,7 +307,7 @@ TEST(LogChronicle, GoesOnBehindAGap) {
   };
   for (int round = 0; round < 3; ++round) {
     for (int k = 0; k < 80; ++k)
-      world.commit();  // more than the ring takes
+      world.commit();  // more than the ring holds
     write_all();
     for (int k = 0; k < 5; ++k) {
       world.commit();
@@ -327,9 +327,8 @@ TEST(LogChronicle, GoesOnBehindAGap) {
   EXPECT_EQ(all_of(inspected.value().damage), "");
 }
 
-/// A checkpoint that takes its time: behind the first gap there are commits, and other gaps, before a world
-/// is known again.
-TEST(LogChronicle, LeavesNoVersionOutBehindAGap) {
+/// A slow checkpoint: after the first gap there are commits and further gaps before a world is known again.
+TEST(LogReplay, OmitsNoVersionAfterAGap) {
   for (const std::uint64_t seed : {8u, 9u, 10u, 11u}) {
     SimulatedDisk disk(seed);
     hil::test::SimulatedClock clock;
@@ -339,10 +338,10 @@ TEST(LogChronicle, LeavesNoVersionOutBehindAGap) {
     ASSERT_TRUE(writer.ok());
     for (int round = 0; round < 6; ++round) {
       for (int k = 0; k < 80; ++k)
-        world.commit();  // more than the ring takes
+        world.commit();  // more than the ring holds
       for (int k = 0; k < 30; ++k) {
         world.commit();
-        writer.value()->step(0);  // one thing at a time: commits go on while the checkpoint is made
+        writer.value()->step(0);  // one step at a time: commits continue during the checkpoint
       }
     }
     while (writer.value()->step(0).worked) {

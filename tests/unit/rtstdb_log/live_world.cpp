@@ -152,7 +152,7 @@ EntityRow LiveWorld::moved(EntityId entity) {
   if (below(3) == 0) return row;
   store::MotionWords words = store::words_of(row.motion);
   const store::MotionWords before = store::words_of(store_.latest_snapshot().row(entity.index)->row.motion);
-  const bool turns = below(2) == 0;  // a unit quaternion stays one only as a whole
+  const bool turns = below(2) == 0;  // a part of a quaternion would not be normalised
   for (std::size_t k = 0; k < words.size(); ++k) {
     const bool of_orientation = k >= 3 && k <= 6;
     if (of_orientation ? !turns : below(3) != 0) words[k] = before[k];
@@ -255,7 +255,7 @@ void LiveWorld::commit(store::WriteSet set) {
   record(set, true);
 }
 
-void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
+void LiveWorld::commit_and_discard(const std::function<void()>& between) {
   store::WriteSet set = random_set();
   const auto fault = store_.stage(set);
   RTSTDB_ASSERT(!fault);
@@ -265,7 +265,7 @@ void LiveWorld::commit_and_take_back(const std::function<void()>& between) {
     return;
   }
   record(set, false);
-  // Until the log has it that it came to nothing, a crash may leave it standing.
+  // Until the discard is in the log, the version may exist after a crash.
   const std::vector<std::uint32_t> generations = generations_;
   for (const store::Write& write : set.writes)
     if (write.kind == store::WriteKind::create)

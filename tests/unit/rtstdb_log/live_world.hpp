@@ -1,6 +1,6 @@
 #pragma once
-// Plays the database before a log: a store that commits by a seed, what it was at each version, the side of
-// the log that records, and the source of checkpoints.
+// A simulated database for tests of the log: a store with random commits, its state at each version, the
+// recorder, and the source of checkpoints.
 
 #include <glm/ext/vector_float3.hpp>
 
@@ -21,33 +21,33 @@
 
 namespace rtstdb::log::test {
 
-/// All that a version is, to be compared.
+/// The state of a version, for comparison.
 struct Image {
   VersionInfo latest;
   std::map<std::uint32_t, EntityState> rows;
-  std::map<std::uint32_t, std::uint32_t> generations;  ///< that are not 0
+  std::map<std::uint32_t, std::uint32_t> generations;  ///< only those that are not 0
   std::map<std::uint32_t, std::pair<Version, std::vector<glm::vec3>>> shapes;
 };
 bool operator==(const Image& a, const Image& b);
 Image image_of(const World& world);
-/// Everything of a version on one line each, for people and for comparison with the verifier in Python.
+/// The state of a version as text lines, for comparison with the verifier in Python.
 std::string in_lines(const World& world);
 
 inline constexpr std::uint32_t live_entities = 12;
 
-/// What outlives a crash in a test: which states there were.
+/// The states that existed; survives simulated crashes.
 struct History {
   std::map<Version, Image> images;
-  std::set<Version> standing;  ///< published and not taken back
+  std::set<Version> standing;  ///< published and not discarded
   void forget_after(Version version);
-  /// The newest that stands up to a version.
+  /// The newest published version up to a version.
   Version newest_valid(Version up_to) const;
 };
 
 class LiveWorld final : public WorldSource {
  public:
   LiveWorld(std::uint64_t seed, History& history, std::size_t ring_bytes);
-  /// Goes on from what was recovered.
+  /// Continues from a recovered world.
   LiveWorld(std::uint64_t seed, History& history, std::size_t ring_bytes, const Recovered& recovered);
 
   Ring& ring() { return ring_; }
@@ -57,16 +57,16 @@ class LiveWorld final : public WorldSource {
 
   /// A random commit, recorded when it is published.
   void commit();
-  /// One that moves an entity, from the time of the latest version on. One lives.
+  /// A commit that moves one entity, at the time of the latest version. At least one entity must exist.
   void commit_move();
-  /// As a firm transaction in sync mode that is late: recorded, then taken back; `between` the two.
-  void commit_and_take_back(const std::function<void()>& between = [] {});
-  /// A geometry with a file of its own; false: the disk or the ring refuses.
+  /// As a late firm transaction in sync mode: recorded, then discarded; calls `between` in between.
+  void commit_and_discard(const std::function<void()>& between = [] {});
+  /// Adds a geometry with its file; false: the disk fails or the ring is full.
   bool add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file);
 
-  /// From now on every other commit waits for the recorder's hand_over.
-  void collect_some() { collects_some_ = true; }
-  /// From now on checkpoints are told that their version is gone, so often in a thousand slices.
+  /// From now on, about half of the commits are collected until the recorder's flush.
+  void collect_some_commits() { collects_some_ = true; }
+  /// From now on, this many of a thousand slices report that the version is no longer kept.
   void lose_slices_per_mille(std::uint32_t chance) { lost_slices_ = chance; }
 
   std::optional<WorldHead> begin(Version not_before) override;
@@ -80,7 +80,7 @@ class LiveWorld final : public WorldSource {
   store::WriteSet random_set();
   void commit(store::WriteSet set);
   EntityRow random_row();
-  /// As the entity's, but for some of it.
+  /// The entity's row with some words of its motion changed.
   EntityRow moved(EntityId entity);
   void record(const store::WriteSet& set, bool may_collect);
   Image image() const;
@@ -89,7 +89,7 @@ class LiveWorld final : public WorldSource {
   std::mt19937_64 random_;
   History& history_;
   std::vector<LoggedGeometry> geometries_;
-  std::map<std::uint32_t, std::vector<glm::vec3>> shapes_to_write_;  // that a staged set points into
+  std::map<std::uint32_t, std::vector<glm::vec3>> shapes_to_write_;  // memory of the shapes of a staged set
   std::map<std::uint32_t, std::size_t> positions_of_;
   store::Store store_;
   std::vector<std::uint32_t> generations_;

@@ -1,4 +1,4 @@
-// A log whose disk fails or loses power at every single call.
+// A disk failure, or a power loss, at each single disk operation.
 
 #include <gtest/gtest.h>
 
@@ -18,8 +18,7 @@ using hil::test::SimulatedDisk;
 
 constexpr std::uint64_t id_of_log = 77;
 
-/// The same life of a log each time, with whatever faults the disk has been told of; the watermark at its
-/// end.
+/// Runs the same sequence each time, with the faults set on the disk; returns the durable version at its end.
 struct Life {
   History history;
   Version told = 0;
@@ -35,7 +34,7 @@ Life live(SimulatedDisk& disk) {
   if (writer) {
     for (int k = 0; k < 40; ++k) {
       if (k == 5 || k == 20) world.add_geometry(disk, id_of_log, static_cast<std::uint64_t>(k));
-      if (k % 9 == 4) world.commit_and_take_back();
+      if (k % 9 == 4) world.commit_and_discard();
       world.commit();
       writer.value()->step(0);
       if (k % 4 == 0) clock.advance(Nanoseconds(2'000'000'000));
@@ -57,12 +56,12 @@ void expect_nothing_lost(SimulatedDisk& disk, const Life& life) {
   ASSERT_GE(version, life.history.newest_valid(life.told)) << recovered.value().report.describe();
 }
 
-TEST(LogFaults, AnErrorAtAnyCallLosesNothingThatWasTold) {
+TEST(LogFaults, ErrorAtAnyCallLosesNoDurableVersion) {
   SimulatedDisk whole(1);
   const std::uint64_t calls = live(whole).calls;
   ASSERT_GT(calls, 150u);
   for (const int number : {EIO, ENOSPC}) {
-    for (std::uint64_t call = 3; call < calls; ++call) {  // before that the empty directory is read
+    for (std::uint64_t call = 3; call < calls; ++call) {  // the calls before read the empty directory
       SCOPED_TRACE("error " + std::to_string(number) + " at call " + std::to_string(call));
       SimulatedDisk disk(call);
       disk.fail_call(call, number);
@@ -72,7 +71,7 @@ TEST(LogFaults, AnErrorAtAnyCallLosesNothingThatWasTold) {
   }
 }
 
-TEST(LogFaults, ACrashAtAnyCallLosesNothingThatWasTold) {
+TEST(LogFaults, CrashAtAnyCallLosesNoDurableVersion) {
   SimulatedDisk whole(1);
   const std::uint64_t calls = live(whole).calls;
   for (std::uint64_t call = 3; call < calls; ++call) {

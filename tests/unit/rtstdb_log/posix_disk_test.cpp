@@ -1,4 +1,4 @@
-// The port on the machine's own file system.
+// The Disk of a POSIX file system.
 
 #include "rtstdb/log/posix_disk.hpp"
 
@@ -30,7 +30,7 @@ class PosixDiskTest : public testing::Test {
   std::filesystem::path path_;
 };
 
-TEST_F(PosixDiskTest, WritesReadsAndNames) {
+TEST_F(PosixDiskTest, WritesReadsAndRenames) {
   auto opened = open_directory(path_);
   ASSERT_TRUE(opened);
   Disk& disk = *opened.value();
@@ -56,9 +56,9 @@ TEST_F(PosixDiskTest, WritesReadsAndNames) {
   EXPECT_TRUE(disk.list().value().empty());
 }
 
-/// In a program that expects no signal. Both calls are refused, and the program lives; its own files are its
-/// own business.
-TEST_F(PosixDiskTest, AFileBeyondThePermittedSizeIsRefused) {
+/// In a program that does not handle SIGXFSZ: both calls fail, and the program survives. The signal of the
+/// program's own files is unaffected.
+TEST_F(PosixDiskTest, FileBeyondTheSizeLimitIsRefused) {
   const auto outcome = [this] {
     std::signal(SIGXFSZ, SIG_DFL);
     const rlimit most{.rlim_cur = 8192, .rlim_max = RLIM_INFINITY};
@@ -84,7 +84,7 @@ TEST_F(PosixDiskTest, AFileBeyondThePermittedSizeIsRefused) {
   EXPECT_EXIT(of_the_program(), testing::KilledBySignal(SIGXFSZ), "");
 }
 
-TEST_F(PosixDiskTest, FaultsSayWhatAndWhere) {
+TEST_F(PosixDiskTest, FaultsNameOperationAndFile) {
   auto opened = open_directory(path_);
   ASSERT_TRUE(opened);
   Disk& disk = *opened.value();
@@ -102,7 +102,7 @@ TEST_F(PosixDiskTest, FaultsSayWhatAndWhere) {
   EXPECT_FALSE(open_existing_directory(path_ / "none"));
 }
 
-TEST_F(PosixDiskTest, AFileThatWasDeletedIsNotOnTheDisk) {
+TEST_F(PosixDiskTest, SyncOfADeletedFileFails) {
   auto opened = open_directory(path_);
   ASSERT_TRUE(opened);
   auto file = opened.value()->create("a");
@@ -116,7 +116,7 @@ TEST_F(PosixDiskTest, AFileThatWasDeletedIsNotOnTheDisk) {
   EXPECT_EQ(gone->describe(), "sync of a: No such file or directory");
 }
 
-TEST_F(PosixDiskTest, OneHoldsTheLock) {
+TEST_F(PosixDiskTest, LockIsExclusive) {
   auto first = open_directory(path_);
   auto second = open_directory(path_);
   {
@@ -129,7 +129,7 @@ TEST_F(PosixDiskTest, OneHoldsTheLock) {
   EXPECT_TRUE(second.value()->lock(lock_name));
 }
 
-TEST_F(PosixDiskTest, NamesOfFilesAreTheirOwn) {
+TEST_F(PosixDiskTest, ListingParsesFileNames) {
   auto opened = open_directory(path_);
   Disk& disk = *opened.value();
   for (const char* name :
@@ -147,7 +147,7 @@ TEST_F(PosixDiskTest, NamesOfFilesAreTheirOwn) {
   EXPECT_EQ(listing.value().geometries, Numbers{5});
 }
 
-TEST(DatabaseId, IsAnotherEachTime) {
+TEST(DatabaseId, IsDifferentEachTime) {
   EXPECT_NE(new_database_id(), new_database_id());
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 class PruneTest : public WriterTest {};
 
-TEST_F(PruneTest, WhatCheckpointsHaveLeftBehindIsPruned) {
+TEST_F(PruneTest, FilesBeforeTheOlderCheckpointArePruned) {
   const WriterOptions options{.segment_bytes = 2048, .checkpoint_every_bytes = 4096, .prune = true};
   start(options);
   for (int k = 0; k < 400; ++k) {
@@ -29,7 +29,7 @@ TEST_F(PruneTest, WhatCheckpointsHaveLeftBehindIsPruned) {
   const Version oldest = read_checkpoint_header(disk, listing.checkpoints.front()).value().version;
   EXPECT_EQ(read_extent(disk, false).value().first.version, oldest);
   EXPECT_EQ(version_after_crash(), 400u);
-  // The older of the two goes on where the newer one is damaged.
+  // The older of the two is used if the newer one is damaged.
   auto contents = disk.contents();
   contents[checkpoint_name(listing.checkpoints.back())][40] ^= std::byte{1};
   disk.set_contents(contents);
@@ -38,7 +38,7 @@ TEST_F(PruneTest, WhatCheckpointsHaveLeftBehindIsPruned) {
   EXPECT_EQ(writer->durable(), 400u);
 }
 
-TEST_F(PruneTest, ACrashWhileTheLogIsPrunedLeavesALogThatCanBeRead) {
+TEST_F(PruneTest, CrashDuringPruningLeavesAReadableLog) {
   start();
   start();  // the first segments have no groups, and each begins with group 1
   start({.segment_bytes = 2048, .checkpoint_every_bytes = 4096});
@@ -67,7 +67,7 @@ TEST_F(PruneTest, ACrashWhileTheLogIsPrunedLeavesALogThatCanBeRead) {
   EXPECT_GT(removed, 1000u);
 }
 
-TEST_F(PruneTest, NothingIsPrunedUnlessThatIsAsked) {
+TEST_F(PruneTest, NothingIsPrunedByDefault) {
   start({.segment_bytes = 2048, .checkpoint_every_bytes = 4096});
   for (int k = 0; k < 100; ++k) {
     commit(1);

@@ -1,5 +1,5 @@
 #pragma once
-// Write sets as staging leaves them, by a seed: every kind, ids and values at their limits too.
+// Random staged write sets of all kinds, with ids and values at their limits too.
 
 #include <cmath>
 #include <random>
@@ -33,7 +33,7 @@ class RandomSets {
     return normalised(row);
   }
 
-  /// Of one entity, and nothing else.
+  /// A set that consists of one update_motion.
   store::WriteSet move() {
     store::WriteSet set{1 + random_() % 1000, world_time_ns(static_cast<std::int64_t>(random_() >> 2)), {}};
     const EntityId id{below(max_entities), static_cast<std::uint32_t>(random_())};

@@ -1,4 +1,4 @@
-// Records to bytes and back, and what is refused.
+// Encoding and decoding of records, and refused records.
 
 #include "rtstdb/log/record.hpp"
 
@@ -30,7 +30,7 @@ RecordKind kind_of(const Bytes& bytes) {
   std::memcpy(&header, bytes.data(), sizeof header);
   return header.kind;
 }
-/// The move of one entity, of whose motion one number is another.
+/// The move of one entity in which one word of the motion has changed.
 store::WriteSet move(Version version, WorldTime time) {
   store::WriteSet set{version, time, {{store::WriteKind::update_motion, {{1, 1}, {}, version}}}};
   set.writes[0].unchanged = store::all_motion_words & ~1u;
@@ -89,9 +89,9 @@ LoggedGeometry geometry_named(const std::string& name) {
       {7}, name, {.deforms = true, .retained_shapes = 3, .rebuild_growth = 2.5f}, 12, 0x1122'3344'5566'7788};
 }
 
-TEST(LogRecord, CommitsComeBack) {
+TEST(LogRecord, CommitsRoundTrip) {
   RandomSets random(1);
-  RecordDecoder decoder;  // one for all: what it kept must not show, but for the time of the commit before
+  RecordDecoder decoder;  // shared by all rounds: only the time of the previous commit may carry over
   std::optional<WorldTime> previous_time;
   int moves = 0, without_time = 0;
   for (int round = 0; round < 4000; ++round) {
@@ -117,7 +117,7 @@ TEST(LogRecord, CommitsComeBack) {
   EXPECT_GT(without_time, 500);
 }
 
-TEST(LogRecord, AMoveTakesThirtyTwoBytesWhereItsTimeIsTold) {
+TEST(LogRecord, MoveWithWorldTimeTakes32Bytes) {
   const WorldTime now = world_time_ns(5);
   EXPECT_EQ(bytes_of(move(9, now), now).size(), 32u);
   EXPECT_EQ(bytes_of(move(9, now), world_time_ns(4)).size(), 40u);
@@ -130,7 +130,7 @@ TEST(LogRecord, AMoveTakesThirtyTwoBytesWhereItsTimeIsTold) {
   EXPECT_EQ(commit_record_encoding(also_later).bytes, 56u) << "there, too";
 }
 
-TEST(LogRecord, AVersionThatFitsNoMoveIsToldAsACommit) {
+TEST(LogRecord, LargeVersionIsEncodedAsCommit) {
   RecordDecoder decoder;
   for (const Version version : {Version{max_move_version}, Version{max_move_version + 1}, ~Version{0}}) {
     const store::WriteSet set = move(version, world_time_ns(5));
@@ -141,7 +141,7 @@ TEST(LogRecord, AVersionThatFitsNoMoveIsToldAsACommit) {
   }
 }
 
-TEST(LogRecord, AMoveWhoseTimeNothingTellsIsRefused) {
+TEST(LogRecord, MoveWithoutWorldTimeIsRefused) {
   const WorldTime now = world_time_ns(5);
   const Bytes without_time = bytes_of(move(9, now), now);
   RecordDecoder decoder;
@@ -159,7 +159,7 @@ TEST(LogRecord, AMoveWhoseTimeNothingTellsIsRefused) {
   }
 }
 
-TEST(LogRecord, AMoveThatNoneWouldWriteIsRefused) {
+TEST(LogRecord, InvalidMoveIsRefused) {
   const WorldTime now = world_time_ns(5);
   const auto refused = [&](const auto& change) {
     Bytes bytes = bytes_of(move(9, now));
@@ -184,14 +184,14 @@ TEST(LogRecord, AMoveThatNoneWouldWriteIsRefused) {
   EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.omitted_words ^= 2; }));
   EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) {
     const std::uint32_t omitted_words =
-        header.omitted_words | valid_from_is_world_time;  // both reasons, and as many words
+        header.omitted_words | valid_from_is_world_time;  // both reasons, with the same number of words
     header.omitted_words = static_cast<std::uint16_t>(omitted_words & ~2u);
   }));
   EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.kind = RecordKind::gap; }));
   EXPECT_TRUE(refused([](Header& header, MoveBody&, std::int64_t&) { header.kind = RecordKind::commit; }));
 }
 
-TEST(LogRecord, AMotionTakesWhatHasChangedAlone) {
+TEST(LogRecord, MotionHoldsOnlyChangedWords) {
   RandomSets random(6);
   store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, random.row(), 9}}}};
   EXPECT_EQ(commit_record_encoding(set).bytes, max_commit_bytes(set));
@@ -209,7 +209,7 @@ TEST(LogRecord, WordsAreCounted) {
               static_cast<std::uint32_t>(std::popcount(mask)));
 }
 
-TEST(LogRecord, AMotionThatLeavesOutWhatItCanNotIsRefused) {
+TEST(LogRecord, InvalidOmittedWordsAreRefused) {
   RecordDecoder decoder;
   const auto refused = [&](std::uint32_t what, std::size_t words) {
     store::WriteSet set{9, world_time_ns(0), {{store::WriteKind::update_motion, {{1, 1}, {}, 9}}}};
@@ -232,7 +232,7 @@ TEST(LogRecord, AMotionThatLeavesOutWhatItCanNotIsRefused) {
   EXPECT_TRUE(refused(77u << 16, 14)) << "it follows, and leaves nothing out";
 }
 
-TEST(LogRecord, GeometriesComeBack) {
+TEST(LogRecord, GeometriesRoundTrip) {
   RecordDecoder decoder;
   for (const std::size_t length : {0, 1, 7, 8, 9, 4096}) {
     const LoggedGeometry geometry = geometry_named(std::string(length, 'x'));
@@ -249,7 +249,7 @@ TEST(LogRecord, GeometriesComeBack) {
   }
 }
 
-TEST(LogRecord, VersionsTakenBackAndGapsComeBack) {
+TEST(LogRecord, DiscardedVersionsAndGapsRoundTrip) {
   RecordDecoder decoder;
   Bytes bytes(discard_bytes);
   encode_discard(77, bytes);
@@ -266,20 +266,21 @@ TEST(LogRecord, VersionsTakenBackAndGapsComeBack) {
   EXPECT_NE(decoder.decode(bytes), nullptr);
 }
 
-TEST(LogRecord, OneThatIsCutShortIsRefused) {
+TEST(LogRecord, TruncatedRecordIsRefused) {
   RandomSets random(2);
   RecordDecoder decoder;
   for (int round = 0; round < 50; ++round) {
     const Bytes bytes = bytes_of(random.set(3));
     for (std::size_t count = 0; count < bytes.size(); ++count) {
       const Bytes cut(bytes.begin(),
-                      bytes.begin() + static_cast<std::ptrdiff_t>(count));  // ASan sees reads behind it
+                      bytes.begin() + static_cast<std::ptrdiff_t>(
+                                          count));  // the address sanitizer detects reads beyond it
       ASSERT_NE(decoder.decode(cut), nullptr) << count << " of " << bytes.size();
     }
   }
 }
 
-TEST(LogRecord, OneWhoseLengthLiesIsRefused) {
+TEST(LogRecord, WrongLengthIsRefused) {
   RandomSets random(3);
   RecordDecoder decoder;
   for (int round = 0; round < 200; ++round) {
@@ -296,8 +297,8 @@ TEST(LogRecord, OneWhoseLengthLiesIsRefused) {
   }
 }
 
-// Whatever is changed: it is refused, or it is a record that would be written in just these bytes.
-TEST(LogRecord, NothingIsTakenThatWouldNotBeWritten) {
+// A changed record is refused, or encoding it again gives exactly its bytes.
+TEST(LogRecord, AcceptedRecordsEncodeToTheSameBytes) {
   RandomSets random(4);
   int taken = 0;
   for (int round = 0; round < 20'000; ++round) {
@@ -309,7 +310,7 @@ TEST(LogRecord, NothingIsTakenThatWouldNotBeWritten) {
       changed =
           random.below(2) == 0 ? changed ^ std::byte(1u << random.below(8)) : std::byte(random.below(256));
     }
-    RecordDecoder decoder;  // that knows no time
+    RecordDecoder decoder;  // without a previous commit
     if (decoder.decode(bytes) != nullptr) continue;
     ++taken;
     const Record& record = decoder.record();
@@ -322,7 +323,7 @@ TEST(LogRecord, NothingIsTakenThatWouldNotBeWritten) {
   EXPECT_GT(taken, 100);
 }
 
-TEST(LogRecord, RowsThatNoWriteMayHaveAreRefused) {
+TEST(LogRecord, InvalidRowsAreRefused) {
   RandomSets random(5);
   RecordDecoder decoder;
   const auto refused = [&](const auto& change) {

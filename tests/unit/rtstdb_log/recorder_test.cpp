@@ -1,4 +1,4 @@
-// What is collected comes into the ring whole, in order with all else, and always finds its room.
+// Collected records are put into the ring completely and in order, and always fit.
 
 #include "rtstdb/log/recorder.hpp"
 
@@ -13,7 +13,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-/// One commit, of bodies that are somewhere.
+/// A commit that moves some entities.
 store::WriteSet moves(RandomSets& random, Version version, std::uint32_t writes, WorldTime time = {}) {
   store::WriteSet set{version, time, {}};
   for (std::uint32_t k = 0; k < writes; ++k)
@@ -21,13 +21,13 @@ store::WriteSet moves(RandomSets& random, Version version, std::uint32_t writes,
   return set;
 }
 
-/// Takes what can be seen, in order; nothing else is put meanwhile.
+/// Takes all visible records in order; no record is put meanwhile.
 class Taker {
  public:
   explicit Taker(Ring& ring) : ring_(ring) {}
 
   void take() {
-    // Twice: not all of it lies in one piece.
+    // Twice, since the records may wrap around.
     for (int k = 0; k < 2; ++k) {
       const auto records = ring_.view();
       for (std::size_t place = 0; place < records.size(); place += decoder_.bytes()) {
@@ -42,7 +42,7 @@ class Taker {
     }
   }
 
-  std::vector<Version> versions;  ///< of commits, and of gaps their last
+  std::vector<Version> versions;  ///< of commits, and the last version of each gap
   std::map<Version, WorldTime> times;
 
  private:
@@ -50,7 +50,7 @@ class Taker {
   RecordDecoder decoder_;
 };
 
-TEST(LogRecorder, KeepsWhatIsCollectedUntilItIsHandedOver) {
+TEST(LogRecorder, KeepsCollectedRecordsUntilFlush) {
   RandomSets random(1);
   Ring ring(std::size_t{1} << 16);
   Recorder recorder(ring);
@@ -67,7 +67,7 @@ TEST(LogRecorder, KeepsWhatIsCollectedUntilItIsHandedOver) {
   EXPECT_EQ(taker.versions, (std::vector<Version>{1, 2, 3}));
 }
 
-TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
+TEST(LogRecorder, OtherRecordsFollowCollectedOnes) {
   RandomSets random(2);
   Ring ring(std::size_t{1} << 16);
   Recorder recorder(ring);
@@ -79,7 +79,7 @@ TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
   const LoggedGeometry geometry{{0}, "box", {}, 1, 2};
   ASSERT_TRUE(recorder.collect(moves(random, 3, 1)));
   ASSERT_TRUE(recorder.record(geometry));
-  RecordDecoder decoder(WorldTime{});  // of the commits before
+  RecordDecoder decoder(WorldTime{});  // world time of the previous commits
   ASSERT_EQ(decoder.decode(ring.view()), nullptr);
   EXPECT_EQ(decoder.record().kind, RecordKind::commit);
   ASSERT_TRUE(recorder.collect(moves(random, 4, 1)));
@@ -97,7 +97,7 @@ TEST(LogRecorder, AnyOtherRecordGoesBehindWhatIsCollected) {
   EXPECT_TRUE(left.empty());
 }
 
-TEST(LogRecorder, CollectsNothingThatIsLarge) {
+TEST(LogRecorder, DoesNotCollectLargeRecords) {
   RandomSets random(3);
   Ring ring(std::size_t{1} << 16);
   Recorder recorder(ring);
@@ -110,10 +110,10 @@ TEST(LogRecorder, CollectsNothingThatIsLarge) {
   EXPECT_LT(version, 100u) << "it has an end";
 }
 
-TEST(LogRecorder, CountsWhatIsCollectedAsTaken) {
+TEST(LogRecorder, CollectedRecordsCountAsUsedRoom) {
   RandomSets random(4);
   const store::WriteSet set = moves(random, 1, 1);
-  // Room for a few sets, and for what is kept free to take one back.
+  // Room for a few sets, and for the reserve for a discard record.
   Ring ring(std::size_t{4096});
   Recorder recorder(ring);
   Version version = 1;
@@ -135,7 +135,7 @@ TEST(LogRecorder, CountsWhatIsCollectedAsTaken) {
   EXPECT_EQ(taker.versions[version], version + 1);
 }
 
-TEST(LogRecorder, LosesNothingWhateverTheOrderAndTheRoom) {
+TEST(LogRecorder, LosesNoVersionWhateverOrderAndRoom) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     RandomSets random(seed);
     Ring ring(1024 + 8 * random.below(2000));
@@ -163,7 +163,7 @@ TEST(LogRecorder, LosesNothingWhateverTheOrderAndTheRoom) {
     }
     ASSERT_FALSE(recorder.in_gap());
     ASSERT_TRUE(std::ranges::is_sorted(taker.versions)) << "seed " << seed;
-    // What was not recorded is in gaps, each told by its last version.
+    // Versions that were not recorded are in gaps; each gap counts with its last version.
     ASSERT_TRUE(std::ranges::includes(taker.versions, expected)) << "seed " << seed;
     EXPECT_EQ(recorder.gap_versions(), 2000 - expected.size()) << "seed " << seed;
     ASSERT_EQ(taker.times, times) << "seed " << seed;

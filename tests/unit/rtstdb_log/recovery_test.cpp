@@ -1,5 +1,5 @@
-// What is read back: the past, a log that is salvaged and goes on, and a store that goes on as if it had
-// lived through it.
+// Recovery: earlier versions, a salvaged log that is continued, and a store that continues from a recovered
+// world.
 
 #include "rtstdb/log/recovery.hpp"
 
@@ -18,14 +18,14 @@ namespace {
 
 using hil::test::SimulatedDisk;
 
-TEST(LogRecovery, AnEmptyDirectoryIsAnEmptyWorld) {
+TEST(LogRecovery, EmptyDirectoryIsAnEmptyWorld) {
   SimulatedDisk disk(1);
   const Recovered recovered = recover(disk).value();
   EXPECT_EQ(recovered.world.latest.version, 0u);
   EXPECT_EQ(recovered.report.describe(), "there is no log yet");
 }
 
-TEST(LogRecovery, EveryVersionOfThePastCanBeHad) {
+TEST(LogRecovery, RecoversEveryVersion) {
   const SampleLog sample = make_sample({.seed = 11, .commits = 60});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
@@ -39,7 +39,7 @@ TEST(LogRecovery, EveryVersionOfThePastCanBeHad) {
   }
 }
 
-TEST(LogRecovery, EveryInstantOfThePastCanBeHad) {
+TEST(LogRecovery, RecoversEveryInstant) {
   const SampleLog sample = make_sample({.seed = 12, .commits = 60});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
@@ -56,7 +56,7 @@ TEST(LogRecovery, EveryInstantOfThePastCanBeHad) {
   }
 }
 
-TEST(LogRecovery, ASalvagedLogGoesOnAndIsWhole) {
+TEST(LogRecovery, SalvagedLogContinuesUndamaged) {
   SampleLog sample = make_sample({.seed = 13, .commits = 40, .closed = false, .checkpoints = false});
   const auto groups = groups_of(sample.contents);
   const GroupPlace& damaged = groups[groups.size() / 2];
@@ -89,7 +89,7 @@ TEST(LogRecovery, ASalvagedLogGoesOnAndIsWhole) {
 
 class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
  protected:
-  /// A geometry that checkpoints know is gone, or not what it was.
+  /// A geometry file that checkpoints refer to is missing or damaged.
   SalvagedWithoutAGeometry()
       : sample(make_sample({.seed = 14, .commits = 40, .closed = false})), whole(sample.contents.at(file)) {
     if (GetParam())
@@ -98,7 +98,7 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
       sample.contents.at(file)[100] ^= std::byte{1};
     disk.set_contents(sample.contents);
   }
-  /// Goes on from there, without closing the log, and says what is durable then.
+  /// Continues the log without closing it, and returns the durable version.
   Version commit(const Recovered& salvaged, int count, std::uint64_t checkpoint_every_bytes) {
     hil::test::SimulatedClock clock;
     sample.history.forget_after(salvaged.world.latest.version);
@@ -125,13 +125,13 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
     EXPECT_TRUE(image_of(recovered.value().world) == sample.history.images.at(version));
   }
 
-  const std::string file = geometry_name(9);  // of the second geometry; the first checkpoint is newer
+  const std::string file = geometry_name(9);  // the second geometry; the first checkpoint is newer
   SampleLog sample;
   const std::vector<std::byte> whole;
   SimulatedDisk disk{1};
 };
 
-TEST_P(SalvagedWithoutAGeometry, HasTheWorldBeforeItWasAddedAndGoesOn) {
+TEST_P(SalvagedWithoutAGeometry, ContinuesFromTheWorldBeforeTheGeometry) {
   const auto refused = recover(disk);
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find(file), std::string::npos) << refused.error().message;
@@ -150,9 +150,9 @@ TEST_P(SalvagedWithoutAGeometry, HasTheWorldBeforeItWasAddedAndGoesOn) {
   EXPECT_TRUE(again.value().report.damaged_checkpoints.empty());
 }
 
-/// The log has left the course of the checkpoints that know the geometry: they do not count any more, good
-/// again or not.
-TEST_P(SalvagedWithoutAGeometry, StaysOnItsCourseWhenTheGeometryIsBack) {
+/// The salvaged log has set the checkpoints with the geometry aside: they stay unused, even if the file is
+/// repaired.
+TEST_P(SalvagedWithoutAGeometry, IgnoresOldCheckpointsWhenTheGeometryIsBack) {
   const auto before = disk.contents();
   for (const int commits : {1, 3, 10, 30, 60, 120}) {
     for (const std::uint64_t checkpoint_every_bytes : {0u, 2000u}) {
@@ -175,8 +175,8 @@ TEST_P(SalvagedWithoutAGeometry, StaysOnItsCourseWhenTheGeometryIsBack) {
   }
 }
 
-/// A crash before the log goes on: nothing has been left yet.
-TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItGoesOn) {
+/// A crash before the log is continued: no checkpoint has been set aside.
+TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItContinues) {
   const Version newest = sample.history.images.rbegin()->first;
   const auto salvaged = recover(disk, {.salvage = true});
   ASSERT_TRUE(salvaged.ok());
@@ -189,8 +189,8 @@ TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItGoesOn) {
   expect_world(recover(disk), newest);
 }
 
-/// Put there by hand: it is refused, and, salvaged, gone on from.
-TEST_P(SalvagedWithoutAGeometry, ACheckpointThatIsPutBackIsAnotherCourse) {
+/// A checkpoint that was renamed back by hand: refused; salvage continues from it.
+TEST_P(SalvagedWithoutAGeometry, RestoredCheckpointIsRefused) {
   const auto is_checkpoint = [](const auto& one) { return one.first.starts_with("checkpoint."); };
   const Version newest = sample.latest;
   History before = sample.history;
@@ -229,8 +229,8 @@ TEST_P(SalvagedWithoutAGeometry, ACheckpointThatIsPutBackIsAnotherCourse) {
 INSTANTIATE_TEST_SUITE_P(LogRecovery, SalvagedWithoutAGeometry, testing::Bool(),
                          [](const auto& gone) { return gone.param ? "gone" : "damaged"; });
 
-/// Not even where a damaged log is opened up to the damage: who can not read now may read later.
-TEST(LogRecovery, WhatTheDiskDoesNotReadIsNoDamage) {
+/// With salvage too: a read error may be temporary.
+TEST(LogRecovery, ReadErrorIsNoDamage) {
   for (const bool checkpoints : {false, true}) {
     const SampleLog sample =
         make_sample({.seed = 14, .commits = 40, .closed = false, .checkpoints = checkpoints});
@@ -249,9 +249,9 @@ TEST(LogRecovery, WhatTheDiskDoesNotReadIsNoDamage) {
   }
 }
 
-// ---- where reading ends between records
+// ---- recovery that ends within a group
 
-/// No checkpoint is to be had.
+/// A source that has no world.
 class NoWorld final : public WorldSource {
  public:
   std::optional<WorldHead> begin(Version) override { return std::nullopt; }
@@ -266,7 +266,7 @@ store::WriteSet one_write(Version version, store::WriteKind kind) {
 
 class EndWithinRecords : public testing::Test {
  protected:
-  /// A writer begins where the log is read to; what `put` records is on disk when the power goes.
+  /// A writer continues the recovered log; the records of `put` are on disk at the power loss.
   void live(const RecoveryOptions& options, const std::function<void(Recorder&)>& put) {
     Ring ring(2048);
     Recorder recorder(ring);
@@ -285,7 +285,7 @@ class EndWithinRecords : public testing::Test {
   NoWorld source;
 };
 
-TEST_F(EndWithinRecords, WhatIsBeforeAGapIsKeptWithoutACheckpoint) {
+TEST_F(EndWithinRecords, VersionsBeforeAGapAreKeptWithoutACheckpoint) {
   live({}, [](Recorder& recorder) {
     recorder.record(one_write(1, store::WriteKind::create));
     store::WriteSet long_one = one_write(2, store::WriteKind::update);
@@ -301,10 +301,10 @@ TEST_F(EndWithinRecords, WhatIsBeforeAGapIsKeptWithoutACheckpoint) {
   }
 }
 
-TEST_F(EndWithinRecords, WhatIsSalvagedOfAGroupIsNotTakenForTheLogs) {
+TEST_F(EndWithinRecords, SalvagedPartOfAGroupIsNotDurableByTheGroups) {
   live({}, [](Recorder& recorder) {
     recorder.record(one_write(1, store::WriteKind::create));
-    recorder.record(one_write(2, store::WriteKind::create));  // where one lives
+    recorder.record(one_write(2, store::WriteKind::create));  // where an entity lives
   });
   ASSERT_FALSE(recover(disk).ok());
   ASSERT_EQ(recover(disk, {.salvage = true}).value().world.latest.version, 1u);
@@ -317,7 +317,7 @@ TEST_F(EndWithinRecords, WhatIsSalvagedOfAGroupIsNotTakenForTheLogs) {
   EXPECT_EQ(recovered.value().report.gap_to, 1u);
 }
 
-// ---- a store that goes on
+// ---- a store that continues
 
 store::StoreOptions options() {
   return {.max_entities = live_entities,
@@ -326,7 +326,7 @@ store::StoreOptions options() {
           .max_geometries = 8};
 }
 
-/// The ids that live, each with the version that wrote it.
+/// The ids of the living entities, each with the version that wrote it.
 std::vector<std::pair<EntityId, Version>> states(const store::Store& store) {
   std::vector<std::pair<EntityId, Version>> all;
   const store::Snapshot snapshot = store.latest_snapshot();
@@ -344,7 +344,7 @@ std::optional<BadInput> commit(store::Store& store, store::WriteSet& set) {
   return std::nullopt;
 }
 
-TEST(LogRecovery, ARestoredStoreGivesTheSameIdsAndVersionsAsOneThatLived) {
+TEST(LogRecovery, RestoredStoreAssignsTheSameIdsAndVersions) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     std::mt19937_64 random(seed);
     store::Store lived(options());
@@ -395,8 +395,8 @@ TEST(LogRecovery, ARestoredStoreGivesTheSameIdsAndVersionsAsOneThatLived) {
   }
 }
 
-// What a motion leaves out is in the row before it, and in no other.
-TEST(LogRecovery, AMotionIsCompletedFromTheRowBeforeIt) {
+// Omitted words are those of the row before, and of no other row.
+TEST(LogRecovery, MotionIsCompletedFromTheRowBefore) {
   World world;
   EntityRow row;
   row.motion.v_world_mps = {1.0, -0.0, 3.0};
@@ -421,12 +421,12 @@ TEST(LogRecovery, AMotionIsCompletedFromTheRowBeforeIt) {
   };
   EXPECT_NE(fault_of(moves).find("another version"), std::string::npos) << "it follows version 1";
   moves.base_version_low = 70'000 & 0xffff;
-  moves.unchanged = store::all_motion_words & ~0b1000u;  // no orientation to be left with
-  EXPECT_NE(fault_of(moves).find("none that can be written"), std::string::npos);
+  moves.unchanged = store::all_motion_words & ~0b1000u;  // leaves an invalid orientation
+  EXPECT_NE(fault_of(moves).find("invalid values"), std::string::npos);
   EXPECT_EQ(store::words_of(world.rows[0].row.motion), store::words_of(row.motion)) << "nothing has changed";
 }
 
-// Also where others of the same commit follow it.
+// Also if later writes of the same commit change the row again.
 TEST(LogRecovery, EachWriteHasTheRowThatItLeaves) {
   World world;
   EntityRow row;
@@ -445,7 +445,7 @@ TEST(LogRecovery, EachWriteHasTheRowThatItLeaves) {
   EXPECT_EQ(set.writes[1].state.row.motion.p_world_m.y, 5.0);
 }
 
-TEST(LogRecovery, WhatWasBeforeARestoredStoreIsTooOld) {
+TEST(LogRecovery, VersionsBeforeTheRestoredOneAreTooOld) {
   World world;
   store::WriteSet set{9, world_time_ns(1000), {{store::WriteKind::create, {{0, 1}, {}, 9}}}};
   ASSERT_EQ(world.apply(set), nullptr);

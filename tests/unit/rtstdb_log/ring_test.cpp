@@ -1,4 +1,4 @@
-// The ring against a queue, between two threads, and at its limits.
+// The ring compared with a queue, between two threads, and at its limits.
 
 #include "rtstdb/log/ring.hpp"
 
@@ -14,7 +14,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-/// A record of that size whose every byte follows from its number.
+/// A record of that size whose bytes follow from its number.
 bool put(Ring& ring, std::uint32_t bytes, std::uint32_t number) {
   const auto room = ring.reserve(bytes);
   if (room.empty()) return false;
@@ -25,7 +25,7 @@ bool put(Ring& ring, std::uint32_t bytes, std::uint32_t number) {
   return true;
 }
 
-/// Takes all that is seen; the sizes, or a failure where a byte is wrong.
+/// Takes all visible records; returns their sizes, or fails if a byte is wrong.
 std::vector<std::uint32_t> take(Ring& ring, std::uint32_t& number) {
   std::vector<std::uint32_t> sizes;
   const auto records = ring.view();
@@ -42,7 +42,7 @@ std::vector<std::uint32_t> take(Ring& ring, std::uint32_t& number) {
   return sizes;
 }
 
-TEST(LogRing, GivesWhatAQueueGives) {
+TEST(LogRing, BehavesLikeAQueue) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     std::mt19937_64 random(seed);
     Ring ring(64 + 8 * (random() % 40));
@@ -75,7 +75,7 @@ TEST(LogRing, GivesWhatAQueueGives) {
   }
 }
 
-TEST(LogRing, KnowsWhetherTwoRecordsHaveRoom) {
+TEST(LogRing, ReportsRoomForTwoRecords) {
   std::mt19937_64 random(7);
   Ring ring(256);
   std::uint32_t read = 0;
@@ -92,7 +92,7 @@ TEST(LogRing, KnowsWhetherTwoRecordsHaveRoom) {
   EXPECT_GT(written, 1000u);
 }
 
-TEST(LogRing, HandsOverFromThreadToThread) {
+TEST(LogRing, PassesRecordsBetweenThreads) {
   Ring ring(4096);
   constexpr std::uint32_t count = 50'000;
   std::thread putting([&] {

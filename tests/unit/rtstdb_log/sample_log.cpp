@@ -26,7 +26,7 @@ SampleLog make_sample(const SampleOptions& options) {
       world.add_geometry(disk, options.database_id, static_cast<std::uint64_t>(commit));
     if (options.checkpoints && (commit == options.commits / 3 || commit == options.commits / 2))
       writer.value()->checkpoint_soon();
-    if (commit % 7 == 3) world.commit_and_take_back();
+    if (commit % 7 == 3) world.commit_and_discard();
     world.commit();
     if (commit % 3 != 0) {
       while (writer.value()->step(0).worked) {
@@ -54,7 +54,7 @@ SampleLog make_sample(const SampleOptions& options) {
   return sample;
 }
 
-void take_away_before(const Recovered& recovered, Contents& contents) {
+void remove_before(const Recovered& recovered, Contents& contents) {
   for (const std::uint64_t segment : recovered.listing.segments)
     if (segment < recovered.report.read_from.segment) contents.erase(segment_name(segment));
   for (const std::uint64_t checkpoint : recovered.listing.checkpoints)

@@ -1,5 +1,5 @@
 #pragma once
-// A whole log in memory, written by a seed, to be damaged.
+// A random log in memory, for tests that damage it.
 
 #include <cstdint>
 #include <map>
@@ -20,7 +20,7 @@ struct SampleOptions {
   std::uint64_t segment_bytes = 4096;
   bool closed = true;
   bool checkpoints = true;
-  int moves_at_the_end = 0;  ///< behind a checkpoint, and at the time of the version that it has
+  int moves_at_the_end = 0;  ///< after a checkpoint, at the time of its version
 };
 
 struct SampleLog {
@@ -31,17 +31,17 @@ struct SampleLog {
 };
 
 SampleLog make_sample(const SampleOptions& options);
-/// Segments and checkpoints older than those it was recovered from.
-void take_away_before(const Recovered& recovered, Contents& contents);
+/// Removes the segments and checkpoints before those used by the recovery.
+void remove_before(const Recovered& recovered, Contents& contents);
 
-/// Where a group lies.
+/// The place of a group.
 struct GroupPlace {
   std::string file;
   std::uint64_t offset = 0;
   GroupHeader header;
   std::uint64_t bytes = 0;
 };
-/// All that count, in order.
+/// All valid groups, in order.
 std::vector<GroupPlace> groups_of(const Contents& contents);
 
 }  // namespace rtstdb::log::test

@@ -1,7 +1,7 @@
 #pragma once
-// Seeded lives of a log: commits, checkpoints, rotations, disks that fail, are full or lie, crashes and
-// processes that die. After each the log is read back: it is a state that was, and not before what was said
-// to be safe.
+// Random simulations of a log: commits, checkpoints, rotations, disks that fail, are full or lie, crashes and
+// killed processes. After each of them, recovery must return a state that existed and is not older than the
+// durable version.
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ class Simulation {
     check(recovered.value());
     if (testing::Test::HasFatalFailure()) return;
     LiveWorld world(random_(), history_, std::size_t{1} << (10 + below(4)), recovered.value());
-    world.collect_some();
+    world.collect_some_commits();
     world.lose_slices_per_mille(below(2) == 0 ? 0 : 50);
     WriterOptions options;
     options.segment_bytes = 512u << below(5);
@@ -65,7 +65,7 @@ class Simulation {
     } else {
       crash_or_kill();
     }
-    // What the dead process would clean up stays.
+    // Files that the killed process would have removed stay.
     disk_.fail_kind(DiskCall::remove, EIO);
     started = Error{};
     disk_.fail_kind(DiskCall::remove, 0);
@@ -85,7 +85,7 @@ class Simulation {
     for (std::uint32_t step = 5 + below(150); step > 0; --step, ++steps_) {
       const std::uint32_t what = below(100);
       if (what < 45) world.commit();
-      if (what >= 45 && what < 50) world.commit_and_take_back();
+      if (what >= 45 && what < 50) world.commit_and_discard();
       if (what >= 50 && what < 53) world.add_geometry(disk_, database_id, next_file++);
       if (what == 53) writer.checkpoint_soon();
       if (what == 54) writer.flush_soon();
@@ -94,7 +94,7 @@ class Simulation {
       if (what >= 57 && what < 62) world.recorder().maintain();
       if (what >= 62 && what < 70) clock_.advance(Nanoseconds(1'000'000 << below(12)));
       if (what >= 70 && below(4) != 0) world.recorder().flush();
-      // The machine's real time is for people alone: it may go backwards.
+      // The real time is only informative: it may decrease.
       if (what >= 70) writer.step(real_time_ns_ -= 1'000'000'000);
       ASSERT_GE(writer.durable(), told_in_life_);
       told_in_life_ = writer.durable();
@@ -146,7 +146,7 @@ class Simulation {
     told_ = std::min(told_, version);
   }
 
-  /// The log alone tells the same, up to a gap: no checkpoint is ahead of it.
+  /// The log without checkpoints leads to the same world, up to a gap: no checkpoint is ahead of it.
   void check_without_checkpoints(const Recovered& recovered) {
     if (pruned_) return;
     auto contents = disk_.contents();
@@ -164,7 +164,7 @@ class Simulation {
         << replayed.value().report.describe();
   }
 
-  /// Whatever was removed, and wherever a crash fell between: what is left can be read from its begin to its
+  /// After pruning, and after crashes during pruning, the remaining log can be read from its begin to its
   /// end.
   void check_history(const Recovered& recovered) {
     if (recovered.report.database_id == 0) return;
@@ -177,7 +177,7 @@ class Simulation {
   }
 
   std::uint64_t seed_;
-  bool pruned_ = false;  // in some life
+  bool pruned_ = false;  // in any simulated process
   std::mt19937_64 random_;
   SimulatedDisk disk_;
   hil::test::SimulatedClock clock_;
@@ -188,13 +188,13 @@ class Simulation {
   std::uint64_t steps_ = 0;
 };
 
-// HIL_LOG_SEED runs one seed, as a failure prints it; HIL_LOG_SEEDS another number of them.
+// HIL_LOG_SEED runs one seed, which a failure prints; HIL_LOG_SEEDS sets the number of seeds.
 inline std::uint64_t from_environment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
-/// Twelve lives of each of so many seeds.
+/// Runs twelve simulated processes for each of the seeds.
 inline void simulate(std::uint64_t seeds) {
   const std::uint64_t only = from_environment("HIL_LOG_SEED", 0);
   const std::uint64_t first = std::max<std::uint64_t>(only, 1);

@@ -5,7 +5,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-TEST(LogSimulation, EveryCrashLeavesAStateThatWasAndNothingToldIsLost) {
+TEST(LogSimulation, EveryCrashLeavesAnEarlierStateAndLosesNoDurableVersion) {
   simulate(hil::tests::rounds(150, 20'000));
 }
 

@@ -1,5 +1,5 @@
-// The verifier in Python, which knows the format and none of this code, reads the same directories: the same rows, and the same
-// logs refused.
+// The verifier in Python was written from the format alone and shares no code. It must read the same rows and
+// refuse the same logs.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -42,7 +42,7 @@ class VerifierTest : public testing::Test {
 
   std::filesystem::path directory(std::size_t number) const { return path_ / std::to_string(number); }
 
-  /// A directory for the verifier, and what it should say of it.
+  /// Adds a directory for the verifier and its expected output.
   void add(const Contents& contents) {
     const auto folder = directory(expected_.size());
     std::filesystem::create_directories(folder);
@@ -124,7 +124,7 @@ TEST_F(VerifierTest, FindsTheSameDamage) {
   compare();
 }
 
-TEST_F(VerifierTest, FindsSegmentsUnderOtherNames) {
+TEST_F(VerifierTest, FindsRenamedSegments) {
   const SampleLog sample = make_sample({.seed = 7, .commits = 40, .segment_bytes = 2048});
   std::vector<std::string> names;
   for (const auto& [name, bytes] : sample.contents)
@@ -142,7 +142,7 @@ TEST_F(VerifierTest, FindsSegmentsUnderOtherNames) {
   compare();
 }
 
-TEST_F(VerifierTest, ReadsWhatARealDiskHas) {
+TEST_F(VerifierTest, ReadsALogOnARealDisk) {
   History history;
   for (std::uint64_t life = 1; life <= 3; ++life) {
     auto opened = open_directory(directory(0));

@@ -1,5 +1,5 @@
-// A range of a log is what was: every version in it, whichever it begins and ends with, and nothing where the
-// log does not say.
+// Ranges of a log: every version in every range is as it was, and versions that the log does not hold are
+// refused.
 
 #include "rtstdb/log/version_range.hpp"
 
@@ -37,7 +37,7 @@ std::unique_ptr<store::Store> store_of(VersionRange& range) {
   return store;
 }
 
-/// Of the history's images, the shapes at a version, as far as they were moved.
+/// The changed shapes at a version, from the images of the history.
 void expect_same(store::Store& store, Version version, const Image& image) {
   const auto read = store.read(ReadAt::pinned(version), store::ReadFor::rows_and_shapes);
   const auto* snapshot = std::get_if<store::Snapshot>(&read);
@@ -55,7 +55,7 @@ void expect_same(store::Store& store, Version version, const Image& image) {
   }
 }
 
-TEST(LogStretch, EveryVersionOfEveryStretchIsWhatItWas) {
+TEST(LogVersionRange, EveryVersionOfEveryRangeIsCorrect) {
   const SampleLog sample = make_sample({.seed = 21, .commits = 45});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
@@ -88,7 +88,7 @@ TEST(LogStretch, EveryVersionOfEveryStretchIsWhatItWas) {
   EXPECT_GT(with_shapes, 100u);
 }
 
-TEST(LogStretch, TimesNameTheVersionsThatHeldThen) {
+TEST(LogVersionRange, TimesSelectTheVersionsThatCoverThem) {
   const SampleLog sample = make_sample({.seed = 22, .commits = 40});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
@@ -120,7 +120,7 @@ TEST(LogStretch, TimesNameTheVersionsThatHeldThen) {
   }
 }
 
-TEST(LogStretch, WhatALogDoesNotHaveIsRefusedWithWhatItHas) {
+TEST(LogVersionRange, MissingVersionsAreRefusedWithTheExtent) {
   const SampleLog sample = make_sample({.seed = 23, .commits = 30});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
@@ -146,12 +146,12 @@ TEST(LogStretch, WhatALogDoesNotHaveIsRefusedWithWhatItHas) {
             "there is no database");
 }
 
-/// What salvaged stretches of one damaged file's log say.
+/// Checks salvaged ranges of a log with one damaged file.
 class SalvagedTimes {
  public:
   explicit SalvagedTimes(std::uint64_t seed) : sample_(make_sample({.seed = seed, .commits = 40})) {}
 
-  /// One byte of each file, at three places.
+  /// Damages one byte of a file, at three places.
   void damage_each_file() {
     for (const auto& [name, bytes] : sample_.contents) {
       for (const std::size_t place : {std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {
@@ -206,8 +206,8 @@ class SalvagedTimes {
   SampleLog sample_;
 };
 
-/// Whatever file is damaged, salvaged it says of a time what was, or nothing.
-TEST(LogStretch, ADamagedLogNeverTellsOfATimeBehindItsDamage) {
+/// Whichever file is damaged, a salvaged range answers correctly for a time, or refuses it.
+TEST(LogVersionRange, DamagedLogRefusesTimesAfterTheDamage) {
   std::size_t answered = 0, refused = 0, geometries = 0;
   for (std::uint64_t seed = 25; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
@@ -223,7 +223,7 @@ TEST(LogStretch, ADamagedLogNeverTellsOfATimeBehindItsDamage) {
   EXPECT_GT(geometries, 20u);
 }
 
-TEST(LogStretch, OlderSegmentsMayBeTakenAway) {
+TEST(LogVersionRange, OlderSegmentsMayBeRemoved) {
   SampleLog sample = make_sample({.seed = 24, .commits = 60});
   SimulatedDisk disk(1);
   disk.set_contents(sample.contents);
@@ -253,8 +253,8 @@ TEST(LogStretch, OlderSegmentsMayBeTakenAway) {
       "version 1 is not in the log; the log has version " + std::to_string(rest.first.version) + " of ");
 }
 
-// Their records do not tell it.
-TEST(LogStretch, MovesBehindACheckpointHaveItsTime) {
+// Their records omit the world time.
+TEST(LogVersionRange, MovesAfterACheckpointHaveItsTime) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     SampleLog sample = make_sample({.seed = seed, .commits = 60, .moves_at_the_end = 4});
     SimulatedDisk disk(1);
@@ -269,7 +269,7 @@ TEST(LogStretch, MovesBehindACheckpointHaveItsTime) {
       EXPECT_EQ(range.value().last().version, sample.latest);
       EXPECT_EQ(range.value().last().time, time);
     }
-    take_away_before(recovered, sample.contents);
+    remove_before(recovered, sample.contents);
     disk.set_contents(sample.contents);
     const auto extent = read_extent(disk, false);
     ASSERT_TRUE(extent.ok()) << extent.error().message;
@@ -278,7 +278,7 @@ TEST(LogStretch, MovesBehindACheckpointHaveItsTime) {
   }
 }
 
-TEST(LogStretch, NothingIsMadeUpWhereVersionsAreMissing) {
+TEST(LogVersionRange, GapsAreRefused) {
   SimulatedDisk disk(1);
   hil::test::SimulatedClock clock;
   History history;

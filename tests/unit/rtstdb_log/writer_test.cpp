@@ -1,5 +1,5 @@
-// The writer on a disk that does as it is told: what is written when, when the watermark moves, and what it
-// does about faults.
+// The writer on a simulated disk: what it writes when, when the durable version advances, and how it handles
+// faults.
 
 #include "rtstdb/log/writer.hpp"
 
@@ -19,7 +19,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-TEST_F(WriterTest, AGroupIsDurableWhenItWasSynced) {
+TEST_F(WriterTest, GroupIsDurableAfterSync) {
   start();
   EXPECT_EQ(writer->durable(), 0u);
   commit(3);
@@ -32,7 +32,7 @@ TEST_F(WriterTest, AGroupIsDurableWhenItWasSynced) {
   EXPECT_EQ(writer->statistics().groups, 1u);
 }
 
-TEST_F(WriterTest, ACloseIsSeenAndNothingIsCut) {
+TEST_F(WriterTest, ClosedLogIsRecognised) {
   start();
   commit(5);
   ASSERT_TRUE(writer->close(0).ok());
@@ -42,7 +42,7 @@ TEST_F(WriterTest, ACloseIsSeenAndNothingIsCut) {
   EXPECT_EQ(recovered.report.log.cut_bytes, 0u);
 }
 
-TEST_F(WriterTest, ALogThatWasClosedGoesOn) {
+TEST_F(WriterTest, ClosedLogContinues) {
   start();
   commit(5);
   ASSERT_TRUE(writer->close(0).ok());
@@ -53,8 +53,8 @@ TEST_F(WriterTest, ALogThatWasClosedGoesOn) {
   EXPECT_EQ(version_after_crash(), 7u);
 }
 
-/// There is room for what is written, and none for a segment that is allocated ahead.
-TEST_F(WriterTest, ADiskThatIsNearlyFullTakesALogThatGoesOn) {
+/// The disk has room for the data but not for a segment allocated ahead.
+TEST_F(WriterTest, LogContinuesOnANearlyFullDisk) {
   start({.segment_bytes = 1 << 16, .checkpoint_every_bytes = 0});
   commit(5);
   ASSERT_TRUE(writer->close(0).ok());
@@ -73,7 +73,7 @@ TEST_F(WriterTest, ADiskThatIsNearlyFullTakesALogThatGoesOn) {
       << "a file that grows is as long as what was written";
 }
 
-TEST_F(WriterTest, SegmentsEndWhereTheyAreFull) {
+TEST_F(WriterTest, FullSegmentIsFollowedByANewOne) {
   start({.segment_bytes = 4096, .checkpoint_every_bytes = 0});
   for (int k = 0; k < 50; ++k) {
     commit(1);
@@ -85,7 +85,7 @@ TEST_F(WriterTest, SegmentsEndWhereTheyAreFull) {
   EXPECT_EQ(version_after_crash(), 50u);
 }
 
-TEST_F(WriterTest, AGroupLongerThanASegmentHasOneOfItsOwn) {
+TEST_F(WriterTest, LargeGroupHasItsOwnSegment) {
   start({.segment_bytes = 1024, .checkpoint_every_bytes = 0});
   commit(20);
   settle();
@@ -94,7 +94,7 @@ TEST_F(WriterTest, AGroupLongerThanASegmentHasOneOfItsOwn) {
   EXPECT_EQ(version_after_crash(), 21u);
 }
 
-TEST_F(WriterTest, RecordsWaitForOthersAndNoLonger) {
+TEST_F(WriterTest, RecordsWaitForTheFlushInterval) {
   start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(5'000'000)});
   commit(1);
   settle();
@@ -115,7 +115,7 @@ TEST_F(WriterTest, RecordsWaitForOthersAndNoLonger) {
   EXPECT_EQ(writer->durable(), 3u);
 }
 
-TEST_F(WriterTest, ACheckpointShortensWhatIsReplayed) {
+TEST_F(WriterTest, CheckpointShortensRecovery) {
   start({.segment_bytes = 1 << 16, .checkpoint_every_bytes = 8192, .rows_per_slice = 3});
   for (int k = 0; k < 60; ++k) {
     commit(1);
@@ -129,10 +129,10 @@ TEST_F(WriterTest, ACheckpointShortensWhatIsReplayed) {
   EXPECT_LT(report.versions, 40u);
 }
 
-TEST_F(WriterTest, ACheckpointDoesNotWaitForAVersionThatWasTakenBack) {
+TEST_F(WriterTest, CheckpointDoesNotWaitForADiscardedVersion) {
   start();
   commit(2);
-  world.commit_and_take_back();
+  world.commit_and_discard();
   settle();
   writer->checkpoint_soon();
   settle();
@@ -142,13 +142,13 @@ TEST_F(WriterTest, ACheckpointDoesNotWaitForAVersionThatWasTakenBack) {
 
 // ---- faults
 
-/// The place of a checkpoint lies between what is taken back and what takes it back.
-TEST_F(WriterTest, ACheckpointIsNotBegunBeforeWhatTakesAVersionBack) {
+/// The position of a checkpoint must not be between a commit and the record that discards it.
+TEST_F(WriterTest, CheckpointDoesNotBeginBeforeADiscardRecord) {
   start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(3'000'000)});
   commit(1);
   settle();
   clock.advance(Nanoseconds(3'000'000));
-  world.commit_and_take_back([this] { writer->step(0); });
+  world.commit_and_discard([this] { writer->step(0); });
   ASSERT_EQ(writer->records_on_disk(), 2u) << "the commit alone";
   writer->checkpoint_soon();
   settle();
@@ -160,8 +160,8 @@ TEST_F(WriterTest, ACheckpointIsNotBegunBeforeWhatTakesAVersionBack) {
   EXPECT_EQ(version_after_crash(), 1u);
 }
 
-/// Else an older checkpoint and the log would not lead to what the newest has.
-TEST_F(WriterTest, ACheckpointWaitsForTheRecordsOfItsGeometries) {
+/// Otherwise an older checkpoint and the log would not lead to the world of the newest checkpoint.
+TEST_F(WriterTest, CheckpointWaitsForItsGeometries) {
   start({.segment_bytes = 8192, .checkpoint_every_bytes = 0, .flush_interval = Nanoseconds(3'000'000)});
   commit(2);
   settle();
@@ -175,13 +175,13 @@ TEST_F(WriterTest, ACheckpointWaitsForTheRecordsOfItsGeometries) {
   settle();
   EXPECT_EQ(writer->records_on_disk(), 3u);
   EXPECT_EQ(writer->statistics().checkpoints, 1u);
-  start();  // on a log that has it
+  start();  // continues the log that has it
   writer->checkpoint_soon();
   settle();
   EXPECT_EQ(writer->statistics().checkpoints, 1u);
 }
 
-TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
+TEST_F(WriterTest, FailedSyncHoldsTheDurableVersionUntilACheckpoint) {
   start();
   commit(2);
   settle();
@@ -207,14 +207,14 @@ TEST_F(WriterTest, AFailedSyncHoldsTheWatermarkUntilACheckpointIsThere) {
   EXPECT_EQ(version_after_crash(), 4u);
 }
 
-// A disk that is well again when the log is closed, and not a moment before, has all of it.
-TEST_F(WriterTest, AtItsEndNothingIsWaitedForToBeTriedAgain) {
+// The disk works again just when the log is closed: then all records are on disk.
+TEST_F(WriterTest, CloseRetriesWithoutWaiting) {
   start();
   commit(2);
   disk.fail_call(disk.calls() + 1, EIO);  // the sync of their group
   settle();
   clock.advance(Nanoseconds(1'000'000'000));
-  writer->step(0);  // their group once more, elsewhere
+  writer->step(0);  // their group again, in a new segment
   disk.fail_kind(DiskCall::rename, EIO);
   settle();
   disk.fail_kind(DiskCall::rename, 0);
@@ -223,7 +223,7 @@ TEST_F(WriterTest, AtItsEndNothingIsWaitedForToBeTriedAgain) {
   EXPECT_EQ(version_after_crash(), 2u);
 }
 
-TEST_F(WriterTest, ACheckpointThatWasBegunBeforeAFaultDoesNotEndIt) {
+TEST_F(WriterTest, CheckpointBegunBeforeAFaultDoesNotCount) {
   start();
   commit(3);
   settle();
@@ -244,9 +244,8 @@ TEST_F(WriterTest, ACheckpointThatWasBegunBeforeAFaultDoesNotEndIt) {
   EXPECT_EQ(version_after_crash(), 4u);
 }
 
-// The sync after a failed one says yes, and the pages are gone: what the writer had in that file is nowhere
-// else on disk.
-TEST_F(WriterTest, WhatAFailedSyncDroppedIsWrittenElsewhere) {
+// The sync after a failed one succeeds although its pages were dropped: the data in that file are lost.
+TEST_F(WriterTest, DataOfAFailedSyncIsWrittenAgain) {
   start();
   disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
   for (int round = 0; round < 5; ++round) {
@@ -262,7 +261,7 @@ TEST_F(WriterTest, WhatAFailedSyncDroppedIsWrittenElsewhere) {
   EXPECT_EQ(version_after_crash(), world.latest());
 }
 
-TEST_F(WriterTest, AFullDiskIsTriedAgainAtGrowingIntervals) {
+TEST_F(WriterTest, FullDiskIsRetriedAtGrowingIntervals) {
   start();
   commit(2);
   settle();
@@ -295,7 +294,7 @@ class SmallRing : public WriterTest {
   SmallRing() : WriterTest(2048) {}
 };
 
-TEST_F(SmallRing, WhatFindsNoRoomIsAGapAndACheckpointEndsIt) {
+TEST_F(SmallRing, FullRingMakesAGapThatACheckpointEnds) {
   start();
   commit(40);
   EXPECT_TRUE(world.recorder().in_gap());
@@ -314,7 +313,7 @@ TEST_F(SmallRing, WhatFindsNoRoomIsAGapAndACheckpointEndsIt) {
   EXPECT_EQ(version_after_crash(), 42u);
 }
 
-TEST_F(SmallRing, ACrashWithinAGapLeavesWhatWasBeforeIt) {
+TEST_F(SmallRing, CrashWithinAGapLeavesTheWorldBefore) {
   start();
   commit(40);
   settle();
@@ -332,7 +331,7 @@ TEST_F(SmallRing, ACrashWithinAGapLeavesWhatWasBeforeIt) {
 
 // ---- the committing thread
 
-TEST_F(WriterTest, RecordingNeitherAllocatesNorCallsTheDiskWhileItStalls) {
+TEST_F(WriterTest, RecordingNeitherAllocatesNorUsesTheDisk) {
   start();
   std::mutex mutex;
   std::condition_variable changed;
@@ -373,7 +372,7 @@ TEST_F(WriterTest, RecordingNeitherAllocatesNorCallsTheDiskWhileItStalls) {
   EXPECT_GT(writer->statistics().ring_high_water, writer->statistics().ring_bytes * 9 / 10);
 }
 
-TEST(LogThreads, OneCommitsOneWritesAndOthersLookOn) {
+TEST(LogThreads, CommitterWriterAndReadersRunTogether) {
   SimulatedDisk disk(1);
   hil::test::SimulatedClock clock;
   History history;

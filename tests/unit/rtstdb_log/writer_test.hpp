@@ -1,5 +1,5 @@
 #pragma once
-// A writer on a simulated disk, and the world that it writes.
+// A fixture with a writer on a simulated disk, and its world.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ class WriterTest : public testing::Test {
     for (; count > 0; --count)
       world.commit();
   }
-  /// What a loss of power leaves, at worst.
+  /// The worst contents of the disk after a power loss.
   Version version_after_crash() {
     disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
     disk.crash();

@@ -1,4 +1,4 @@
-// Rows of older versions, against a list of all changes that there were; and how long it takes to find one.
+// Rows of older versions, compared with a list of all changes; and the number of steps to find one.
 
 #include "rtstdb/store/change_history.hpp"
 
@@ -19,7 +19,7 @@ EntityState state_of(std::uint32_t index, Version version) {
   return state;
 }
 
-/// A history, and beside it who wrote each row, version by version.
+/// A history, and a reference that lists who wrote each row in each version.
 class Told {
  public:
   Told(std::uint32_t entities, std::uint32_t retained) : history_(entities, retained) {
@@ -47,11 +47,11 @@ class Told {
   std::vector<std::vector<Version>> writers_;
 };
 
-TEST(ChangeHistoryTest, TellsEachRowOfEachVersionThatIsKept) {
+TEST(ChangeHistoryTest, FindsEachRowOfEachKeptVersion) {
   for (const std::uint32_t retained : {1u, 2u, 17u, 100u, 1'000u, 5'000u}) {
     std::mt19937 random(retained);
     Told told(3, retained);
-    // One row changes nearly always, one at times, one hardly ever; and for a while others alone.
+    // One row changes nearly always, one sometimes, one rarely; for a while only others change.
     for (int i = 0; i < 2'500; ++i) {
       const std::uint32_t one = random() % 200 == 0 ? 2 : random() % 20 == 0 ? 1 : 0;
       told.change(i > 1'000 && i < 1'600 ? std::max(one, 1u) : one);
@@ -61,8 +61,9 @@ TEST(ChangeHistoryTest, TellsEachRowOfEachVersionThatIsKept) {
   }
 }
 
-/// The n-th is found in steps that grow with the logarithm of n: one by one it would take a thousand times as long behind 60,000 changes.
-TEST(ChangeHistoryTest, FindsARowBehindManyChangesSoon) {
+/// The number of steps grows with the logarithm of the number of newer changes: a linear search would need a
+/// thousand times as many after 60,000 changes.
+TEST(ChangeHistoryTest, FindsARowAfterManyChangesInFewSteps) {
   constexpr std::uint32_t changes = 60'000;
   ChangeHistory history(1, changes);
   EntityState current = state_of(0, 0);

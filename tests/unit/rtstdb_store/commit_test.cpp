@@ -1,4 +1,4 @@
-// What a write set does, and what is refused, whole.
+// Effects of write sets, and their refusal as a whole.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(Commit, TheEmptyWorldIsVersionZero) {
+TEST(Commit, EmptyWorldIsVersionZero) {
   Store store(options(4));
   EXPECT_EQ(store.latest().version, 0u);
   EXPECT_EQ(store.latest().time, world_time_ns(-max_world_time_ns));
@@ -37,7 +37,7 @@ TEST(Commit, CreatesTakeTheLowestFreeIndex) {
   EXPECT_EQ(store.latest_snapshot().find({0, 2})->row.material, 4u);
 }
 
-TEST(Commit, WritesSeeThoseBeforeThem) {
+TEST(Commit, WritesSeeEarlierWrites) {
   Store store(options(4));
   Motion motion;
   motion.p_world_m = {7, 8, 9};
@@ -58,7 +58,7 @@ TEST(Commit, WritesSeeThoseBeforeThem) {
   EXPECT_EQ(now.find({1, 2})->written_by, 1u);
 }
 
-TEST(Commit, TheWriteSetAloneRebuildsTheVersion) {
+TEST(Commit, WriteSetRebuildsTheVersion) {
   Store store(options(8));
   Store copy(options(8));
   Motion motion;
@@ -79,8 +79,8 @@ TEST(Commit, TheWriteSetAloneRebuildsTheVersion) {
   }
 }
 
-// What a log need not repeat, told of each write by itself; another sign of zero is another number.
-TEST(Commit, StagingTellsWhatAMotionLeavesAsItWas) {
+// The unchanged words of each write; zeros of different signs differ.
+TEST(Commit, StagingFindsUnchangedWords) {
   Store store(options(8));
   EntityRow row = row_at(1);
   row.motion.w_world_radps = {0.0, 2.0, 3.0};
@@ -188,7 +188,7 @@ TEST(Commit, WorldTimeDoesNotGoBack) {
   EXPECT_EQ(beyond->element, BadInput::no_element) << "the terms, and no write";
 }
 
-TEST(Commit, ADiscardedSetLeavesNothingButAGapInTheNumbers) {
+TEST(Commit, DiscardedSetUsesUpItsVersionNumber) {
   Store store(options(4));
   ASSERT_FALSE(commit(store, set_of(1, {create(row_at(1)), create(row_at(2))})));
   for (const bool published : {false, true}) {

@@ -17,7 +17,7 @@ namespace {
 
 using Rows = std::map<std::uint32_t, EntityState>;
 
-/// The plainest thing that does what the store should.
+/// A simple reference implementation of the store.
 struct Model {
   struct Copy {
     WorldTime time;
@@ -36,7 +36,7 @@ struct Model {
     return changes.size() > retained_changes ? changes[changes.size() - retained_changes - 1] : 0;
   }
 
-  /// Rows and generations after the set, or none when a write is at fault.
+  /// Rows and generations after the set; none if a write is invalid.
   struct Applied {
     Rows rows;
     std::map<std::uint32_t, std::uint32_t> generations;
@@ -120,7 +120,7 @@ class Comparison {
     const std::uint32_t index = below(model_.max_entities + 1);
     const auto generation = model_.generations.find(index);
     const std::uint32_t newest = generation == model_.generations.end() ? 0 : generation->second;
-    // Mostly the newest one; sometimes the next, which this very set may have created, or an old one.
+    // Usually the newest generation; sometimes the next, which this set may have created, or an old one.
     return {index, newest + (below(8) == 0 ? 1 : 0) - (below(40) == 0 ? 1 : 0)};
   }
 
@@ -209,7 +209,7 @@ class Comparison {
     }
   }
 
-  /// Between a kept version and any other, published or discarded: every difference is named.
+  /// changed_between lists every difference between a kept version and any other, published or discarded.
   void expect_changes() {
     const Version latest = store_.latest().version;
     const Version kept =

@@ -1,5 +1,5 @@
 #pragma once
-// Rows and write sets for the store's tests.
+// Rows and write sets for tests of the store.
 
 #include <cstdint>
 #include <initializer_list>
@@ -16,7 +16,7 @@ inline StoreOptions options(std::uint32_t max_entities, std::uint32_t retained_c
   return {max_entities, retained_changes, [](GeometryId id) { return id.index < known_geometries; }};
 }
 
-/// A row that is told from others by `x`.
+/// A row that `x` distinguishes from others.
 inline EntityRow row_at(double x, std::uint32_t geometry = 0) {
   EntityRow row;
   row.geometry = GeometryId{geometry};
@@ -45,7 +45,7 @@ inline WriteSet set_of(std::int64_t time_ns, std::initializer_list<Write> writes
   return {0, world_time_ns(time_ns), writes};
 }
 
-/// Stages, publishes and settles; the fault where there is one.
+/// Stages, publishes and settles; returns the fault, if any.
 inline std::optional<BadInput> commit(Store& store, WriteSet& set) {
   if (auto fault = store.stage(set)) return fault;
   store.publish();

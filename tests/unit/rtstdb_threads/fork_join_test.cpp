@@ -13,7 +13,7 @@
 namespace rtstdb::threads {
 namespace {
 
-/// Each block done once, by whom.
+/// How often each block was executed, and by which thread.
 struct Done {
   explicit Done(std::uint32_t count) : times(count, 0), by(count, 9) {}
   void mark(std::uint32_t block, std::uint32_t thread) {
@@ -24,7 +24,7 @@ struct Done {
   std::vector<std::uint32_t> by;
 };
 
-TEST(ForkJoin, DoesEachBlockOnceAndShowsWhatWasDone) {
+TEST(ForkJoin, ExecutesEachBlockOnce) {
   ForkJoin both(0);
   for (std::uint32_t round = 0; round < 3000; ++round) {
     const std::uint32_t count = round % 70;
@@ -36,9 +36,9 @@ TEST(ForkJoin, DoesEachBlockOnceAndShowsWhatWasDone) {
   }
 }
 
-TEST(ForkJoin, BothTakeBlocks) {
+TEST(ForkJoin, BothThreadsTakeBlocks) {
   ForkJoin both(0);
-  // Whoever takes one stays until the other has, too: this ends only when the other thread comes.
+  // A thread that takes a block waits until the other has one too, so the loop ends only with both threads.
   std::array<std::atomic<bool>, ForkJoin::thread_count> came{};
   both.for_each_block(2, [&](std::uint32_t, std::uint32_t thread) {
     came[thread] = true;
@@ -49,7 +49,7 @@ TEST(ForkJoin, BothTakeBlocks) {
   EXPECT_TRUE(came[1]);
 }
 
-TEST(ForkJoin, WaitsForWhatTheOtherHasBegun) {
+TEST(ForkJoin, WaitsForBlocksOfTheHelper) {
   ForkJoin both(0);
   for (int round = 0; round < 20; ++round) {
     std::atomic<bool> other_is_inside{false};
@@ -65,7 +65,7 @@ TEST(ForkJoin, WaitsForWhatTheOtherHasBegun) {
   }
 }
 
-TEST(ForkJoin, ASingleBlockStaysWithTheCaller) {
+TEST(ForkJoin, SingleBlockIsExecutedByTheCaller) {
   ForkJoin both(0);
   for (int round = 0; round < 1000; ++round) {
     std::thread::id by;
@@ -74,7 +74,7 @@ TEST(ForkJoin, ASingleBlockStaysWithTheCaller) {
   }
 }
 
-TEST(ForkJoin, ComesAndGoes) {
+TEST(ForkJoin, IsCreatedAndDestroyed) {
   for (int round = 0; round < 300; ++round) {
     ForkJoin both(0);
     std::atomic<int> done{0};
@@ -83,7 +83,7 @@ TEST(ForkJoin, ComesAndGoes) {
   }
 }
 
-TEST(ForkJoin, AllocatesNothing) {
+TEST(ForkJoin, DoesNotAllocate) {
   namespace guard = hil::allocation_guard;
   ForkJoin both(0);
   Done done(64);

@@ -158,6 +158,43 @@ TEST(CostModel, StructuresAreMeasuredApart) {
   EXPECT_NEAR(predicted(rows(0)), 50'000.0, 2'000.0) << "it needed them the last times";
 }
 
+TEST(QueryCostTable, KeepsTheQueriesThatRanLast) {
+  using scheduler::QueryCostTable;
+  QueryCostTable table;
+  EXPECT_EQ(table.find(1), nullptr);
+  table.use(1).structures_share = 0.5;
+  for (std::uint64_t id = 2; id <= QueryCostTable::capacity; ++id)
+    table.use(id);
+  ASSERT_NE(table.find(1), nullptr) << "as many as the table holds";
+  EXPECT_EQ(table.find(1)->structures_share, 0.5);
+  table.use(1);
+  for (std::uint64_t id = QueryCostTable::capacity + 1; id <= 2 * QueryCostTable::capacity - 128; ++id)
+    table.use(id);
+  EXPECT_NE(table.find(1), nullptr) << "the others of its set ran longer ago";
+  EXPECT_EQ(table.find(129), nullptr);
+  for (std::uint64_t id = 1; id <= 8; ++id)
+    table.use(10 * QueryCostTable::capacity + 1 + 128 * id);
+  EXPECT_EQ(table.find(1), nullptr);
+  EXPECT_EQ(table.use(1).structures_share, 0.0) << "nothing is left of it";
+}
+
+TEST(CostModel, AQueryThatIsForgottenIsPredictedByItsKind) {
+  CostModel model;
+  SimulatedQuery cheap(1000);
+  const query::Request request{&cheap, 100};
+  for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
+    model.learn_writes(rows(0), Nanoseconds(0));
+    model.learn_queries(std::span(&request, 1), Nanoseconds(10'000));
+  }
+  std::vector<std::unique_ptr<SimulatedQuery>> others;
+  for (std::size_t k = 0; k < 2 * scheduler::QueryCostTable::capacity; ++k) {
+    others.push_back(std::make_unique<SimulatedQuery>(100));
+    const query::Request other{others.back().get(), 100};
+    model.learn_queries(std::span(&other, 1), Nanoseconds(20'000));
+  }
+  EXPECT_NEAR(static_cast<double>(model.predict(rows(0), std::span(&request, 1))->mean.count()), 20'000.0, 100.0);
+}
+
 /// As the model divides one that asks so many; chunks of half a millisecond.
 query::Request divided(const CostModel& model, SimulatedQuery& query, std::uint32_t count) {
   query::Request request{&query, count};

@@ -19,8 +19,8 @@ TEST(Nearest, StaysSilentWhenNothingIsMeant) {
   EXPECT_EQ(nearest("", keys), "");
   EXPECT_EQ(nearest("x", {"y"}), "");  // one slip, but the whole word
   EXPECT_EQ(nearest("rate", {}), "");
-  EXPECT_EQ(nearest(std::string(65, 'a'), {std::string(65, 'a') + "b"}), "");
-  EXPECT_EQ(nearest(std::string(64, 'a'), {std::string(63, 'a')}), std::string(63, 'a'));
+  EXPECT_EQ(nearest(std::string(256, 'a'), {std::string(256, 'a') + "b"}), "");
+  EXPECT_EQ(nearest(std::string(255, 'a'), {std::string(254, 'a')}), std::string(254, 'a'));
 }
 
 TEST(Nearest, TakesTheFirstOfEquallyNearOnes) {

@@ -19,7 +19,7 @@ namespace {
 
 using testing::spec_of;
 
-/// Keeps the compiler from leaving out an allocation whose memory nobody uses.
+/// Prevents the compiler from removing an allocation whose memory is unused.
 void* volatile escaped = nullptr;
 
 template <typename Action>

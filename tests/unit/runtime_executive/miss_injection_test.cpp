@@ -1,4 +1,4 @@
-// Each cause of a miss, brought about in a whole executive on fake time, and named by it.
+// Injects each cause of a miss into a complete executive on fake time and checks that it is named.
 
 #include <gtest/gtest.h>
 
@@ -135,7 +135,7 @@ TEST(MissInjection, Preempted) {
   run.task.on_step = [&](const TickInfo& tick) {
     run.fake.work(50 * us);
     if (tick.tick == 5)
-      run.fake.clock.advance(600 * us);  // the clock goes on, the thread's CPU time does not
+      run.fake.clock.advance(600 * us);  // the clock advances, the thread's CPU time does not
   };
   run.run_and_expect(MissCause::preempted, 150 * us);
 }
@@ -181,10 +181,10 @@ TEST(MissInjection, HostPauseSeenAsStolenTime) {
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    while (run.fake.probe.steal_looks == 0)  // the stall_detector has to know where to count from
+    while (run.fake.probe.steal_looks == 0)  // the stall detector has to know where to count from
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     run.fake.clock.advance(12 * ms);
-    // The stall_detector ran on: it saw its clock move in small steps, and may look at what was stolen at any
+    // The stall detector ran on: it saw its clock move in small steps, and may look at what was stolen at any
     // of them.
     for (int step = 0; step < 12; ++step) {
       run.fake.probe.host_ns += ms;

@@ -157,7 +157,7 @@ TEST(OwnThread, AbortStopsTheStepAndDropsItsOutputs) {
   FakeRun fake(20);
   HeldTask held(fake);
   held.at_tick = [&](std::uint64_t tick) {
-    if (tick == 1) held.started.acquire();  // only a step that runs can be asked to stop
+    if (tick == 1) held.started.acquire();  // only a running step can be aborted
     if (tick == 5) {
       held.ended.acquire();  // ended by abort() in tick 4
       wait_until_it_sleeps(held.thread);
@@ -199,7 +199,7 @@ TEST(OwnThread, TasksThatShareAThreadRunByPeriodAndNameEachOther) {
   });
   fake.hooks.on_end = [&](const TickInfo& tick) {
     if (tick.tick == 0) slow_started.acquire();
-    if (tick.tick == 7) {  // fast was released at 1 with its deadline at 6, and waits behind slow
+    if (tick.tick == 7) {  // fast was released at 1 with its deadline at 6, and waits for slow
       slow_may_end.release();
       slow_ended.acquire();
       fast_ended.acquire();
@@ -271,7 +271,7 @@ TEST(OwnThread, LiveSnapshotCanBeReadWhileItRuns) {
   std::uint64_t looks = 0;
   std::thread reader([&] {
     LiveSnapshot last;
-    // The beat counter lets a reader wait for ticks instead of guessing a time.
+    // The heartbeat lets a reader wait for ticks instead of guessing a time.
     while (last.ticks_begun < 50) {
       const LiveSnapshot now = executive.live();
       EXPECT_GE(now.ticks_begun, last.ticks_begun);

@@ -1,4 +1,4 @@
-// A run that is asked to stop ends in order within one tick and leaves no thread behind.
+// A stop request ends a run in order within one tick and leaves no thread behind.
 
 #include <gtest/gtest.h>
 

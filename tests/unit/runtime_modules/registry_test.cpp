@@ -101,7 +101,7 @@ TEST(Registry, VehiclesThatCanNotBeDrivenAreMistakesWithTheirPlaces) {
          diagnostics);
   ASSERT_EQ(diagnostics.count(), 2U) << diagnostics.to_text();
   EXPECT_EQ(diagnostics.mistakes()[0].place.line, 2U);
-  EXPECT_NE(diagnostics.mistakes()[0].message.find("'parked' stands at the start"), std::string::npos);
+  EXPECT_NE(diagnostics.mistakes()[0].message.find("'parked' has speed 0 at the start"), std::string::npos);
   EXPECT_EQ(diagnostics.mistakes()[1].place.line, 3U);
   EXPECT_NE(diagnostics.mistakes()[1].message.find("'blind' has a light but no stop_line"),
             std::string::npos);

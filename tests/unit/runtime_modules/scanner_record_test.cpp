@@ -10,22 +10,22 @@
 namespace hil::modules {
 namespace {
 
-const ScannerRecord scanner{.name = "lidar",
-                            .carrier_index = 11,
-                            .carrier_generation = 3,
-                            .mount_m = {1.5, -0.1, 0.85},
-                            .columns = 480,
-                            .rows = 270,
-                            .horizontal_rad = 2.44346,
-                            .vertical_rad = 0.69813,
-                            .elevation_rad = -0.1,
-                            .left_to_right = false,
-                            .range_m = 120.0,
-                            .mask = 0xFFFF'FFFFU,
-                            .ignore_motion = true,
-                            .first_sweep_ns = 10,
-                            .sweep_ns = 20,
-                            .step_ns = 5};
+const ScannerRecord lidar{.name = "lidar",
+                          .carrier_index = 11,
+                          .carrier_generation = 3,
+                          .mount_m = {1.5, -0.1, 0.85},
+                          .columns = 480,
+                          .rows = 270,
+                          .horizontal_rad = 2.44346,
+                          .vertical_rad = 0.69813,
+                          .elevation_rad = -0.1,
+                          .left_to_right = false,
+                          .range_m = 120.0,
+                          .mask = 0xFFFF'FFFFU,
+                          .ignore_motion = true,
+                          .first_sweep_ns = 10,
+                          .sweep_ns = 20,
+                          .step_ns = 5};
 
 contribution::Property& property(contribution::ModuleRecord& record, const std::string& key) {
   return *std::ranges::find(record.properties, key, &contribution::Property::key);
@@ -41,13 +41,13 @@ std::string refusal(const contribution::ModuleRecord& record) {
 }
 
 TEST(ScannerRecord, IsReadBackAsItWasWritten) {
-  const contribution::ModuleRecord record = to_module_record(scanner);
+  const contribution::ModuleRecord record = to_module_record(lidar);
   EXPECT_EQ(record.list, "scanners");
   const ScannerRecord read = to_scanner_record(record);
   EXPECT_EQ(read.name, "lidar");
-  EXPECT_EQ(read.mount_m, scanner.mount_m);
-  EXPECT_EQ(read.mask, scanner.mask);
-  EXPECT_EQ(read.horizontal_rad, scanner.horizontal_rad);
+  EXPECT_EQ(read.mount_m, lidar.mount_m);
+  EXPECT_EQ(read.mask, lidar.mask);
+  EXPECT_EQ(read.horizontal_rad, lidar.horizontal_rad);
   EXPECT_EQ(read.left_to_right, false);
   EXPECT_EQ(to_module_record(read).properties.size(), record.properties.size());
   for (std::size_t i = 0; i < record.properties.size(); ++i)
@@ -55,7 +55,7 @@ TEST(ScannerRecord, IsReadBackAsItWasWritten) {
 }
 
 TEST(ScannerRecord, ADamagedRecordIsRefusedWithItsProperty) {
-  contribution::ModuleRecord record = to_module_record(scanner);
+  contribution::ModuleRecord record = to_module_record(lidar);
   property(record, "columns").value = 480.5;
   EXPECT_EQ(refusal(record),
             "world.json: scanner 'lidar': property 'columns' has a value of another type or range");
@@ -65,7 +65,7 @@ TEST(ScannerRecord, ADamagedRecordIsRefusedWithItsProperty) {
   property(record, "columns").value = std::int64_t{1};
   EXPECT_NE(refusal(record).find("1 columns of 270 beams is beyond the limits"), std::string::npos)
       << refusal(record);
-  record = to_module_record(scanner);
+  record = to_module_record(lidar);
   property(record, "range_m").value = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(refusal(record).find("the range"), std::string::npos) << refusal(record);
   record.properties.pop_back();

@@ -47,7 +47,7 @@ TEST_F(WorldOf, AnUnknownLayerIsRefusedWithTheNearest) {
             }),
             "module loops: the scenario has no layer 'vehicel'; did you mean 'vehicle'?");
   EXPECT_EQ(refusal([&] { world_->mask_of({"zebra"}, "module loops"); }),
-            "module loops: the scenario has no layer 'zebra'");
+            "module loops: the scenario has no layer 'zebra'; known here: ground, structure, vehicle");
 }
 
 TEST_F(WorldOf, BodiesOfOneShapeShareItsGeometry) {
@@ -82,7 +82,7 @@ TEST_F(WorldOf, TwoEntitiesOfOneNameAreRefused) {
   rtstdb::EntityRow row;
   row.geometry = world_->add_geometry(rtstdb::make_box({2.0, 4.0, 6.0}), "box");
   const rtstdb::EntityId first = world_->create("house", row);
-  EXPECT_EQ(refusal([&] { world_->create("house", row); }), "two entities are called 'house'");
+  EXPECT_EQ(refusal([&] { world_->create("house", row); }), "two entities have the name 'house'");
   EXPECT_EQ(world_->find("house"), first);
 }
 

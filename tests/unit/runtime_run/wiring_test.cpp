@@ -309,8 +309,8 @@ TEST_F(WiringOf, AConstantThatItsSignalDoesNotHoldIsAMistake) {
   } cases[] = {
       {"Mode: 3", "Mode: 16", "Mode: 16", "'Mode': 16 is out of range; the signal has the range 0 to 15"},
       {"Mode: 3", "Mode: -5", "Mode: -5", "-5 is out of range"},
-      {"Speed: traffic.ego.speed", "Speed: 1e300", "Speed: 1e300", "holds -100 to 100"},
-      {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "Mode: 1e300", "holds 0 to 15"}};
+      {"Speed: traffic.ego.speed", "Speed: 1e300", "Speed: 1e300", "has the range -100 to 100"},
+      {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "Mode: 1e300", "has the range 0 to 15"}};
   for (const auto& one : cases) {
     diagnostics_ = {};
     EXPECT_TRUE(refuses(changed(one.from, one.to), one.at, one.words)) << one.to;

@@ -146,9 +146,9 @@ TEST_F(WorldWiringOf, ASweepIsAWholeNumberOfTheTasksPeriods) {
 
 TEST_F(WorldWiringOf, AStepHasNoMoreBeamsThanAQueryTakes) {
   EXPECT_EQ(mistakes_of(scanner("1 Hz", "columns: 2048, rows: 2048")), "");
-  EXPECT_TRUE(
-      begins(mistakes_of(scanner("1 Hz", "columns: 16384, rows: 8192")),
-             "scenario.yaml:8:72: 134217728 beams in a sweep are 134217728 in a step of the task; 4194304"));
+  EXPECT_TRUE(begins(
+      mistakes_of(scanner("1 Hz", "columns: 16384, rows: 8192")),
+      "scenario.yaml:8:72: a sweep of 134217728 beams has 134217728 in a step of the task; at most 4194304"));
   EXPECT_TRUE(
       begins(mistakes_of(scanner("0.5 Hz", "scan_rate: 0.5 Hz")),
              "scenario.yaml:8:74: the beams of a step leave within the task's period of 2000000000 ns"));
@@ -157,7 +157,7 @@ TEST_F(WorldWiringOf, AStepHasNoMoreBeamsThanAQueryTakes) {
 
 TEST_F(WorldWiringOf, AScannerIsNotComparedWithItsCarrier) {
   EXPECT_EQ(mistakes_of(scanner("100 Hz", "compare: [a]")),
-            "scenario.yaml:8:73: 'compare': 'a' carries the scanner, which never sees it pass\n");
+            "scenario.yaml:8:73: 'compare': 'a' carries the scanner, so its beams do not sweep over it\n");
 }
 
 TEST_F(WorldWiringOf, DetectorsHaveALoop) {

@@ -1,9 +1,11 @@
-// The executor's device: how it is opened, what becomes of it when it is lost, and how another one takes its place.
+#include "rtstdb/query/revivable_device.hpp"
 
+#include <chrono>
 #include <exception>
+#include <string>
 #include <utility>
 
-#include "rtstdb/query/gpu_executor.hpp"
+#include "rtstdb/query/gpu_query.hpp"
 
 namespace rtstdb::query {
 namespace {
@@ -20,10 +22,17 @@ std::string times(std::uint64_t count) {
 
 }  // namespace
 
-Result<void> GpuExecutor::make_epoch(bool late) {
+Result<void> RevivableDevice::open() {
+  const auto begun = Clock::now();
+  if (auto made = make_epoch(false); !made) return made;
+  revival_took_ = Clock::now() - begun;
+  return {};
+}
+
+Result<void> RevivableDevice::make_epoch(bool compiles_late) {
   auto device = open_(compiled_);
   if (!device) return device.error();
-  device.value()->compile_on_first_dispatch(late);
+  device.value()->compile_on_first_dispatch(compiles_late);
   auto epoch = DeviceEpoch::create(std::move(device).value(), options_, kept_);
   if (!epoch) return epoch.error();
   const std::lock_guard lock(health_mutex_);
@@ -34,13 +43,13 @@ Result<void> GpuExecutor::make_epoch(bool late) {
   return {};
 }
 
-void GpuExecutor::drop_epoch() {
+void RevivableDevice::drop_epoch() {
   kept_ = epoch_->pool.kept();
-  kept_.resize(geometry_count_);  // what was being added is not there
+  kept_.resize(geometry_count_);  // without a geometry that was being added
   if (auto compiled = epoch_->device.pipeline_cache_data(); !compiled.empty())
     compiled_ = std::move(compiled);
   shapes_before_ = shape_counts();
-  prepared_->visit([](GpuQuery& query) {
+  queries_.visit([](GpuQuery& query) {
     query.leave_device();
     query.epoch = 0;
     return true;
@@ -51,21 +60,7 @@ void GpuExecutor::drop_epoch() {
   epoch_.reset();
 }
 
-bool GpuExecutor::revive(ExecutorCallbacks* callbacks) noexcept {
-  if (!lost()) return true;
-  RTSTDB_ASSERT(depth_ == 0);
-  if (callbacks != nullptr) callbacks->begin_wait();
-  bool revived = false;
-  try {
-    revived = static_cast<bool>(try_to_revive(Patience::keeps_pace));
-  } catch (const std::exception&) {
-    // Out of memory, or of threads; what of the epoch is still there goes the next time.
-  }
-  if (callbacks != nullptr) callbacks->end_wait();
-  return revived;
-}
-
-Result<void> GpuExecutor::try_to_revive(Patience patience) {
+Result<void> RevivableDevice::revive(Patience patience) {
   if (!lost()) return {};
   const auto begun = Clock::now();
   if (epoch_ != nullptr) {
@@ -95,18 +90,24 @@ Result<void> GpuExecutor::try_to_revive(Patience patience) {
   return {};
 }
 
-Result<void> GpuExecutor::not_revived(const Error& why) {
+Result<void> RevivableDevice::not_revived(const Error& why) {
   const auto now = Clock::now();
   pace_.failed(now);
   const std::lock_guard lock(health_mutex_);
   health_.device_lost = true;
-  health_.device_loss = "the device is lost and did not come back: " + why.message +
-                        "; it is tried again in " + milliseconds(pace_.left(now));
+  health_.device_loss = "the device is lost and could not be opened again: " + why.message +
+                        "; the next attempt is in " + milliseconds(pace_.left(now));
   const bool no_memory = why.code == ErrorCode::out_of_memory;
   return Error{no_memory ? why.code : ErrorCode::device_lost, health_.device_loss};
 }
 
-Health GpuExecutor::device_health() const {
+void RevivableDevice::publish_counts() noexcept {
+  const accel::GeometryPool::Counts counts = epoch_->pool.counts();
+  refits_.store(shapes_before_.refits + counts.refits, std::memory_order_relaxed);
+  builds_.store(shapes_before_.rebuilds + counts.builds, std::memory_order_relaxed);
+}
+
+Health RevivableDevice::health() const {
   const std::lock_guard lock(health_mutex_);
   Health health = health_;
   if (epoch_ == nullptr) return health;
