@@ -89,9 +89,8 @@ class ChunkPace {
     if (is_other_size(measured, current_)) other_ = current_;
     current_ = measured;
     if (other_.size == 0.0) return;
-    const auto& [small, large] = std::minmax(current_, other_, [](const Measured& a, const Measured& b) {
-      return a.size < b.size;
-    });
+    const auto& [small, large] =
+        std::minmax(current_, other_, [](const Measured& a, const Measured& b) { return a.size < b.size; });
     if (large.took < min_took * small.took) {
       // The elements have become cheaper: that says nothing about the dispatch.
       other_ = {};

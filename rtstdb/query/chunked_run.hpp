@@ -26,7 +26,8 @@ struct Structures {
   gpu::Device& device;
   accel::GeometryPool& pool;
   accel::Tlas& tlas;
-  std::uint64_t runs = 0;  ///< begun so far; where it grew, another run may have taken a slot or a shape's place
+  std::uint64_t runs =
+      0;  ///< begun so far; where it grew, another run may have taken a slot or a shape's place
 };
 
 /// The submissions of one run; chunks take them in turn.
@@ -133,8 +134,9 @@ class ChunkedRun {
   std::int64_t gpu_ns_ = 0, thrown_away_ns_ = 0;  // the second is part of the first
   double element_ns_ = 0.0;                       // of the last chunk that was not halted
   std::chrono::nanoseconds whole_for_;
-  std::uint32_t undivided_per_chunk_ = 0;  // chunk size of requests that are not divided; 0: they are one chunk
-  std::size_t known_ = 0;                  // the requests of the pass before this one had a chunk learned
+  std::uint32_t undivided_per_chunk_ =
+      0;                   // chunk size of requests that are not divided; 0: they are one chunk
+  std::size_t known_ = 0;  // the requests of the pass before this one had a chunk learned
 };
 
 }  // namespace rtstdb::query
