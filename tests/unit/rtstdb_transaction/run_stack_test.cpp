@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "simulated.hpp"
+#include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
