@@ -29,7 +29,7 @@ std::size_t BusStations::connection_count() const noexcept {
 
 bool BusStations::all_connected(io::virtual_bus::Hub& hub, const ProcessWatch& processes,
                                 std::int64_t waited_ns) const {
-  if (lockstep_) hub.take_in_clients();
+  if (lockstep_) hub.accept_waiting_clients();
   std::map<pid_t, std::size_t> connections;  // by process group
   for (const io::virtual_bus::ClientCounters& client : hub.client_counters()) {
     if (client.connected && (client.greeted || !lockstep_)) ++connections[client.process_group];

@@ -68,7 +68,7 @@ void SimulationCounts::add(const SimulationCounts& other) {
   losses += other.losses;
   losses_in_gaps += other.losses_in_gaps;
   given_back_waiting += other.given_back_waiting;
-  passed_by_relief += other.passed_by_relief;
+  passed_by_write_helper += other.passed_by_write_helper;
   full_queues += other.full_queues;
   observations += other.observations;
   for (std::size_t k = 0; k < refused.size(); ++k)
@@ -246,14 +246,14 @@ bool EngineSimulation::may_pause() {
   constexpr std::uint32_t submitted = 3;
   const bool may_be_shed = pending + submitted >= queue_capacity;
   if (one_is_staged || idle || may_be_shed || probe_->pending() || !chance_.one_in(3)) return false;
-  // All of it before the relief can begin: what it does first must not depend on how soon it is there.
+  // All of it before the write helper can begin: what it does first must not depend on how soon it is there.
   submit_some(submitted);
   submit_probe();
   return true;
 }
 
 void EngineSimulation::pauses() {
-  if (engine_->wait(*probe_->transaction).done()) ++counts_.passed_by_relief;
+  if (engine_->wait(*probe_->transaction).done()) ++counts_.passed_by_write_helper;
 }
 
 void EngineSimulation::submit_probe() {

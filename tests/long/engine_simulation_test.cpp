@@ -94,7 +94,7 @@ TEST(EngineSimulation, AModelExplainsEverything) {
   EXPECT_GT(counts.in_gaps, 0u);
   EXPECT_GT(counts.losses_in_gaps, 0u);
   EXPECT_GT(counts.given_back_waiting, 0u);
-  EXPECT_GT(counts.passed_by_relief, 0u);
+  EXPECT_GT(counts.passed_by_write_helper, 0u);
   EXPECT_GT(counts.full_queues, 0u);
   expect_all_of_the_disk(counts);
 }

@@ -39,7 +39,7 @@ class DeviceEvents {
                           bool last) = 0;
   virtual void run_ends(rtstdb::query::RunStatus status) = 0;
   /// Whether others are let in now; then pauses is called between begin_wait and end_wait, and returns when the
-  /// engine's relief has done all that there is to do.
+  /// engine's write helper has done all that there is to do.
   virtual bool may_pause() = 0;
   virtual void pauses() = 0;
 };

@@ -29,7 +29,7 @@ class Awaited : public testing::Test {
     other_->add_query(other_query_, 1);
     world_.engine.submit(*other_);
   }
-  /// The relief's thread has to see it.
+  /// The write helper's thread has to see it.
   bool becomes_awaited() {
     for (int k = 0; k < 5'000 && !world_.executor.preemption_requested(); ++k)
       std::this_thread::sleep_for(1ms);

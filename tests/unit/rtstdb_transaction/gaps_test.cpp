@@ -121,7 +121,7 @@ TEST_F(Gaps, WhatComesIsRefusedAtOnceWhileALongOneRuns) {
   happens = [&] {
     ask(*small_, small_query_, terms(DeadlineClass::firm, world_.clock.peek() - 1ns, 7));
     world_.engine.submit(*small_);
-    EXPECT_EQ(world_.engine.wait(*small_).status, Status::missed) << "by the relief";
+    EXPECT_EQ(world_.engine.wait(*small_).status, Status::missed) << "by the write helper";
   };
   EXPECT_EQ(run_large(terms(DeadlineClass::soft)).status, Status::committed);
   EXPECT_EQ(trace_.size(), 8u);

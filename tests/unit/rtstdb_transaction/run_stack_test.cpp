@@ -36,7 +36,8 @@ TEST(RunStackTest, TellsWhoIsPreemptedByWhom) {
   EXPECT_EQ(runs.preempted_by_innermost(), nullptr);
   runs.push(static_cast<TransactionImpl&>(*higher), start + 1ms);
   EXPECT_EQ(runs.depth(), 2u);
-  EXPECT_EQ(runs.preempted_by_innermost(), nullptr) << "it executes beside the outer one, which waits for the device";
+  EXPECT_EQ(runs.preempted_by_innermost(), nullptr)
+      << "it executes beside the outer one, which waits for the device";
   EXPECT_EQ(outer.time.total(start + 2ms), 2ms);
   runs.pop();
   outer.time.stop(start + 3ms);

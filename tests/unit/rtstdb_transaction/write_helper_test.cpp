@@ -9,7 +9,7 @@
 namespace rtstdb::transaction::test {
 namespace {
 
-class Relief : public testing::Test {
+class WriteHelping : public testing::Test {
  protected:
   /// Writes `material` to the first entity and waits for it, as another thread's tick does.
   Status write(std::uint32_t material) {
@@ -30,7 +30,7 @@ class Relief : public testing::Test {
   std::unique_ptr<Transaction> reader_ = world_.make();
 };
 
-TEST_F(Relief, CommitsAWriteAndLeavesTheReadersVersionAlone) {
+TEST_F(WriteHelping, CommitsAWriteAndLeavesTheReadersVersionAlone) {
   Status written = Status::idle;
   std::uint32_t seen = 0;
   world_.executor.while_waiting = [&] { written = write(2); };
@@ -45,7 +45,7 @@ TEST_F(Relief, CommitsAWriteAndLeavesTheReadersVersionAlone) {
   EXPECT_LT(reader_->outcome().version, writer_->outcome().version);
 }
 
-TEST_F(Relief, CommitsManyWritesDuringOneWait) {
+TEST_F(WriteHelping, CommitsManyWritesDuringOneWait) {
   int committed = 0;
   world_.executor.while_waiting = [&] {
     for (std::uint32_t k = 0; k < 100; ++k)
@@ -55,7 +55,7 @@ TEST_F(Relief, CommitsManyWritesDuringOneWait) {
   EXPECT_EQ(committed, 100);
 }
 
-TEST_F(Relief, TakesAWriteThatCameBeforeTheWait) {
+TEST_F(WriteHelping, TakesAWriteThatCameBeforeTheWait) {
   const auto early = world_.make();
   early->begin({});
   early->update(first_, row_of(7));
@@ -135,7 +135,7 @@ TEST(ReliefOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
   EXPECT_FALSE(world.engine.shape(GeometryId{0}, 3, ReadAt::pinned(0)).ok());
 }
 
-TEST_F(Relief, LeavesTransactionsWithQueriesWaiting) {
+TEST_F(WriteHelping, LeavesTransactionsWithQueriesWaiting) {
   const auto mixed = world_.make();
   SimulatedQuery other(1);
   bool first_run = true;
