@@ -142,7 +142,7 @@ Result<void> CommitLog::close() noexcept {
   return closed_;
 }
 
-// ---- the engine's thread
+// ---- the engine thread
 
 std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const noexcept {
   if (mode() == DurabilityMode::async) return std::nullopt;
@@ -331,7 +331,7 @@ void CommitLog::return_held() noexcept {
 }
 
 void CommitLog::end_log() noexcept {
-  // The engine's thread has ended: its side of the ring belongs to this thread.
+  // The engine thread has ended: its side of the ring belongs to this thread.
   recorder_.flush();
   try {
     closed_ = close_writer();
