@@ -40,8 +40,8 @@ class LogOwner : public JobTaker {
  public:
   /// Gives back a transaction that was held; its outcome says whether it is durable.
   virtual void return_held(TransactionImpl& transaction) noexcept = 0;
-  /// The ring has space again: the engine thread should call tend().
-  virtual void tend_log_soon() noexcept = 0;
+  /// The ring has space again: the engine thread should call end_gap_if_possible().
+  virtual void end_gap_soon() noexcept = 0;
 };
 
 /// Replaces the log's thread in a simulation, which decides when the log works.
@@ -105,7 +105,7 @@ class CommitLog {
   /// the disk refuses.
   bool take_back(Version version) noexcept;
   /// Ends a gap of the log when there is space again. To be called regularly.
-  void tend() noexcept;
+  void end_gap_if_possible() noexcept;
   /// Whether the ring has space for record_geometry.
   bool room_for(const log::LoggedGeometry& geometry) const noexcept;
   void record_geometry(const log::LoggedGeometry& geometry, std::size_t positions);
@@ -133,7 +133,7 @@ class CommitLog {
   Result<void> close_writer();
   void publish_progress() noexcept;
   void return_held() noexcept;
-  void sleep(LogBell::Heard heard, const log::Writer::Step& step) noexcept;
+  void sleep(LogBell::Counts seen, const log::Writer::Step& step) noexcept;
 
   void ring_bell() noexcept;
 

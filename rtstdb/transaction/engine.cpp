@@ -293,7 +293,7 @@ void Engine::run_thread() noexcept {
 }
 
 bool Engine::work_once() noexcept {
-  if (log_ != nullptr) log_->tend();
+  if (log_ != nullptr) log_->end_gap_if_possible();
   if (revival_.is_needed()) {
     hand_over_log();
     revival_.revive(*this);

@@ -134,7 +134,7 @@ class Engine final : private query::ExecutorCallbacks,
   // LogOwner
   void take_job(EngineJob& job) noexcept override;
   void return_held(TransactionImpl& transaction) noexcept override;
-  void tend_log_soon() noexcept override { ring(); }
+  void end_gap_soon() noexcept override { ring(); }
   // scheduler::ReservationOwner
   void remove_reservation(scheduler::ReservationImpl& reservation) noexcept override;
 
