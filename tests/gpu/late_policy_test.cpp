@@ -137,7 +137,7 @@ TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
   EXPECT_TRUE(cut_off_again);
 }
 
-/// At one of its readings on the database's thread somebody submits; when that is done, hardly any time is left.
+/// At one of its readings on the engine thread somebody submits; when that is done, hardly any time is left.
 class InterruptingClock final : public Clock {
  public:
   ClockTime now() const noexcept override {

@@ -100,7 +100,7 @@ class EngineSimulation final : private DeviceEvents {
   void judge_recovery(rtstdb::Version found);
   void let_the_log_finish();
 
-  // On the engine's thread.
+  // On the engine thread.
   void play_round();
   void submit_some(std::uint32_t most);
   Client* free_client();
