@@ -80,12 +80,14 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
   prepare_all(LatePolicy::partial);
   for (const auto& prepared : all_) {
     SCOPED_TRACE(prepared->name());
-    // Two readings before the first gap, some in each.
-    const Outcome partial = run(*prepared, firm(Nanoseconds(1'800'000)));
+    // Two readings before the first gap, some in each; a busy machine may add others before the first chunk.
+    Outcome partial;
+    for (int tries = 0; tries < 20 && prepared->query().answer_info().elements == 0; ++tries)
+      partial = run(*prepared, firm(Nanoseconds(1'800'000)));
     ASSERT_TRUE(partial.partial) << describe(partial);
     const AnswerInfo info = prepared->query().answer_info();
     const std::vector<Words> some = prepared->words();
-    EXPECT_EQ(some.size(), capacity);
+    ASSERT_EQ(some.size(), capacity);
     EXPECT_GT(info.missing, 0u);
     EXPECT_LT(info.missing, capacity);
     EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), info.missing);

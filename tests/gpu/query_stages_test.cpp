@@ -86,10 +86,8 @@ class QueryStages : public testing::Test {
     const OneWorld rows({}, 1, 0, {});
     query::TimeSpan times;
     EXPECT_FALSE(query.check(elements, rows, times));
-    const query::Request request{.query = &query,
-                                 .count = elements,
-                                 .per_chunk = 64,
-                                 .chunk_time = Nanoseconds(1'000'000'000)};
+    const query::Request request{
+        .query = &query, .count = elements, .per_chunk = 64, .chunk_time = Nanoseconds(1'000'000'000)};
     return executor_->run(rows, std::span(&request, 1), times, callbacks).status;
   }
   std::unique_ptr<query::GpuExecutor> executor_;
