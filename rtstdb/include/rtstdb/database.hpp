@@ -158,9 +158,9 @@ struct ShapeCounts {
 struct Health {
   std::vector<std::string> degraded{};             ///< a sentence for each thing that the machine refused
   std::vector<std::string> validation_messages{};  ///< of the validation layer, when it is on
-  bool device_lost = false;         ///< no device at present; see "Device loss" above
-  std::uint64_t device_losses = 0;  ///< since open
-  std::string device_loss{};        ///< a sentence on the last device loss and its recovery; empty: none
+  bool device_lost = false;                        ///< no device at present; see "Device loss" above
+  std::uint64_t device_losses = 0;                 ///< since open
+  std::string device_loss{};  ///< a sentence on the last device loss and its recovery; empty: none
 };
 
 class Database {
