@@ -1,6 +1,6 @@
 #pragma once
-// A recorder and a timeline used in turn: record, start, finish. Several may be in flight; the device executes them in
-// the order in which they were started.
+// A recorder and a timeline used in turn: record, start, finish. Several may be in flight; the device
+// executes them in the order in which they were started.
 //
 // Threads: one at a time.
 
@@ -48,25 +48,25 @@ class Submit {
   void set_wait_callbacks(WaitCallbacks* callbacks) noexcept { callbacks_ = callbacks; }
   /// Ends the recorder and submits it. False: the device is lost.
   bool start(const HaltOptions& halt = {});
-  /// Waits for the started submission; a second call returns the same. False: the device is lost.
-  /// The submission is halted as its HaltOptions allow when `awaited` (its end is waited for by a preempting run) or
-  /// WaitCallbacks::halt_requested say so, and with it `next`, which was started after it and may be null.
+  /// Waits for the started submission; a second call returns the same. False: the device is lost. The
+  /// submission is halted as its HaltOptions allow when `awaited` (its end is waited for by a preempting run)
+  /// or WaitCallbacks::halt_requested say so, and with it `next`, which was started after it and may be null.
   bool finish(bool awaited = false, Submit* next = nullptr);
   bool run() { return start() && finish(); }
 
-  /// Address of the HaltWords for dispatches that can be halted (shaders/common/halt.glsl). Zero on a device that does
-  /// not share the host's memory: nothing is halted there.
+  /// Address of the HaltWords for dispatches that can be halted (shaders/common/halt.glsl). Zero on a device
+  /// that does not share the host's memory: nothing is halted there.
   glm::uvec2 halt_address() const noexcept { return halt_ ? halt_.address() : glm::uvec2(0); }
-  /// Of the submission that was finished last: its first element that did not start because of a halt; without one,
-  /// the largest number.
+  /// Of the submission that was finished last: its first element that did not start because of a halt;
+  /// without one, the largest number.
   std::uint32_t first_unstarted() const noexcept;
   /// The submission that was finished last was halted before its halt_after.
   bool halted_early() const noexcept { return halted_early_; }
-  /// Of a device that the host times: the submission that was finished last had completed before finish was called, and
-  /// took less than was measured.
+  /// Of a device that the host times: the submission that was finished last had completed before finish was
+  /// called, and took less than was measured.
   bool completed_before_wait() const noexcept { return completed_before_wait_; }
-  /// Device time of all submissions since the last call. The host times a software device, from the start until the end
-  /// of the wait: there a timestamp takes longer than a small dispatch.
+  /// Device time of all submissions since the last call. The host times a software device, from the start
+  /// until the end of the wait: there a timestamp takes longer than a small dispatch.
   std::int64_t take_gpu_ns() noexcept { return std::exchange(gpu_ns_, 0); }
 
  private:

@@ -6,7 +6,8 @@
 
 namespace rtstdb::oracle {
 
-/// The space in front of the eye between two distances; at the far one it extends half_width_m and half_height_m to each side.
+/// The space in front of the eye between two distances; at the far one it extends half_width_m and
+/// half_height_m to each side.
 struct Frustum {
   glm::dvec3 eye_m{0.0};
   glm::dvec3 axis[3]{

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::uint32_t leaf_triangles = 4;
 
-/// Counts edges by direction, identified by the positions of their ends. The mesh is closed when both directions of every
-/// edge occur equally often.
+/// Counts edges by direction, identified by the positions of their ends. The mesh is closed when both
+/// directions of every edge occur equally often.
 bool is_closed(const TriangleMesh& mesh) {
   struct Edge {
     std::array<float, 6> ends;

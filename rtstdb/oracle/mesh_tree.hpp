@@ -1,6 +1,7 @@
 #pragma once
-// A geometry with a binary tree of boxes over its triangles, in double precision. Conservative: a walk visits every
-// triangle that a box or ray may touch, or that may be near enough. Constant after its creation: any thread.
+// A geometry with a binary tree of boxes over its triangles, in double precision. Conservative: a walk visits
+// every triangle that a box or ray may touch, or that may be near enough. Constant after its creation: any
+// thread.
 
 #include <glm/common.hpp>
 #include <glm/ext/vector_double3.hpp>
@@ -35,13 +36,13 @@ class MeshTree {
   /// Whether distances have a sign, see NearestQueryOptions.
   bool closed() const noexcept { return closed_; }
 
-  /// Calls visit(triangle) for every triangle whose box, enlarged by `grow` per axis, the ray meets within its range,
-  /// and perhaps for others. The visitor may reduce ray.lambda_max.
+  /// Calls visit(triangle) for every triangle whose box, enlarged by `grow` per axis, the ray meets within
+  /// its range, and perhaps for others. The visitor may reduce ray.lambda_max.
   template <class Visit>
   void walk(LocalRay& ray, const glm::dvec3& grow, Visit&& visit) const;
 
-  /// Calls visit(triangle) for every triangle within `limit` of the point, and perhaps for others. Point and distance
-  /// are those of the mesh scaled by `scale`. The visitor may reduce the limit.
+  /// Calls visit(triangle) for every triangle within `limit` of the point, and perhaps for others. Point and
+  /// distance are those of the mesh scaled by `scale`. The visitor may reduce the limit.
   template <class Visit>
   void walk_near(const glm::dvec3& point, const glm::dvec3& scale, const double& limit, Visit&& visit) const;
 

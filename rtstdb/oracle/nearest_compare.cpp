@@ -1,4 +1,5 @@
-// Judges a single-precision nearest answer: every neighbor against its own target, then the list against the truth.
+// Judges a single-precision nearest answer: every neighbor against its own target, then the list against the
+// truth.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>

@@ -17,9 +17,9 @@ double along_edge(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& p)
 
 }  // namespace
 
-// The nearest of four points: the perpendicular foot on the face, where it lies inside the triangle, and the nearest points
-// of the three edges. Slower than classifying Voronoi regions (Ericson, Real-Time Collision Detection, 2005, 5.1.5), but
-// right for slivers, for which rounding confuses the regions.
+// The nearest of four points: the perpendicular foot on the face, where it lies inside the triangle, and the
+// nearest points of the three edges. Slower than classifying Voronoi regions (Ericson, Real-Time Collision
+// Detection, 2005, 5.1.5), but right for slivers, for which rounding confuses the regions.
 TrianglePoint nearest_on_triangle(const std::array<glm::dvec3, 3>& c, const glm::dvec3& p) noexcept {
   TrianglePoint best;
   double best_square = std::numeric_limits<double>::infinity();

@@ -3,12 +3,12 @@
 // judgement of a single-precision answer against them.
 //
 // Threads: a World is constant after its creation, and all functions are pure: any number of threads. They
-// allocate. The engine refuses bad input (unknown carrier, a direction without length, NaN); here it is misuse
-// and asserts.
+// allocate. The engine refuses bad input (unknown carrier, a direction without length, NaN); here it is
+// misuse and asserts.
 //
-// Judgement. Single precision determines a point of the query only within `noise_m`: the sum of the magnitudes
-// involved (distances from the world's origin, distance along the ray, the entity's extent, and its path since
-// the last whole second or since its motion began) times noise_factor units in the last place.
+// Judgement. Single precision determines a point of the query only within `noise_m`: the sum of the
+// magnitudes involved (distances from the world's origin, distance along the ray, the entity's extent, and
+// its path since the last whole second or since its motion began) times noise_factor units in the last place.
 //     agrees     the same answer within the tolerances below
 //     too_close  another answer, which moving the query by noise_m could make right
 //     differs    wrong
@@ -34,8 +34,8 @@ namespace rtstdb::oracle {
 /// The rows of one version with their geometry.
 class World {
  public:
-  /// `entities`: ascending by index, as from Database::snapshot. `meshes`: by GeometryId::index, copied; null is
-  /// allowed where no entity uses the geometry. `version_time`: from when the version is valid.
+  /// `entities`: ascending by index, as from Database::snapshot. `meshes`: by GeometryId::index, copied; null
+  /// is allowed where no entity uses the geometry. `version_time`: from when the version is valid.
   World(std::vector<EntityState> entities, std::span<const TriangleMesh* const> meshes,
         WorldTime version_time = {});
   /// Other rows with the same geometry, whose trees are shared.
@@ -78,13 +78,13 @@ struct RayTruth {
 /// The answer to one ray. closest: the smallest lambda in [lambda_min, lambda_max]; among hits whose lambdas
 /// differ by a relative 1e-12 at most (a shared edge, two coinciding faces) the lowest entity index, then the
 /// lowest triangle index. any: only `status` is set. The test is watertight: a ray through a shared edge or
-/// corner of a closed surface hits at least one of the triangles there. ignore_motion: every entity has its pose
-/// of the version's time; v_relative still uses the rows' velocities.
+/// corner of a closed surface hits at least one of the triangles there. ignore_motion: every entity has its
+/// pose of the version's time; v_relative still uses the rows' velocities.
 RayTruth trace(const World& world, const Ray& ray, RayMode mode = RayMode::closest,
                bool ignore_motion = false);
 
-/// Every hit of the ray, both hits where two triangles share an edge included, ascending by lambda, then entity
-/// index, then triangle index.
+/// Every hit of the ray, both hits where two triangles share an edge included, ascending by lambda, then
+/// entity index, then triangle index.
 std::vector<RayTruth> trace_all(const World& world, const Ray& ray, bool ignore_motion = false);
 
 /// The same, testing every triangle of every entity: verifies the trees.
@@ -96,9 +96,9 @@ RayTruth trace_brute_force(const World& world, const Ray& ray, RayMode mode = Ra
 /// One entity that the mask admits, and its gap to the region.
 struct EntityGap {
   EntityId entity;
-  /// Not above zero: in the answer. touching: the largest separation of the two bodies along a separating axis
-  /// (boxes, frustum) or their distance (sphere), negative when they overlap. inside: how far the bounds reach
-  /// out of the region.
+  /// Not above zero: in the answer. touching: the largest separation of the two bodies along a separating
+  /// axis (boxes, frustum) or their distance (sphere), negative when they overlap. inside: how far the bounds
+  /// reach out of the region.
   double gap_m = 0.0;
   double noise_m = 0.0;  ///< see the top of this file
 };
@@ -107,8 +107,8 @@ struct EntityGap {
 std::vector<EntityGap> gaps(const World& world, const Region& region);
 std::vector<EntityGap> gaps(const World& world, const Overlap& overlap);
 
-/// RegionLevel::surface: the smallest gap of the entity's triangles for touching, the largest for inside. For a far
-/// entity the gap may be too small.
+/// RegionLevel::surface: the smallest gap of the entity's triangles for touching, the largest for inside. For
+/// a far entity the gap may be too small.
 std::vector<EntityGap> surface_gaps(const World& world, const Region& region);
 
 /// RegionLevel::triangle: one triangle and its gap, as EntityGap for bounds.
@@ -141,8 +141,8 @@ struct NeighborTruth {
   double noise_m = 0.0;  ///< see the top of this file
 };
 
-/// The answer to one point with the options' target, k and is_signed. Distances that differ by less than 1e-12 of
-/// the magnitudes are equal.
+/// The answer to one point with the options' target, k and is_signed. Distances that differ by less than
+/// 1e-12 of the magnitudes are equal.
 std::vector<NeighborTruth> nearest(const World& world, const Nearest& point,
                                    const NearestQueryOptions& options);
 
@@ -167,31 +167,31 @@ inline constexpr double normal_tolerance = 1e-3;
 /// Relative to the sum of the speeds that make up v_relative.
 inline constexpr double velocity_relative_tolerance = 1e-4;
 
-/// Same entity and triangle: agrees when lambda is within lambda_relative_tolerance or noise_m along the ray, the
-/// point of u and v within noise_m, normal and velocity within their tolerances, and the side the same. Otherwise
-/// the answered triangle must pass within noise_m of the ray, in range, and no certain hit, which noise_m can not
-/// undo, may lie in front of it (for an answered miss: anywhere; for RayMode::first hits in front are allowed). An
-/// incomplete answer differs.
+/// Same entity and triangle: agrees when lambda is within lambda_relative_tolerance or noise_m along the ray,
+/// the point of u and v within noise_m, normal and velocity within their tolerances, and the side the same.
+/// Otherwise the answered triangle must pass within noise_m of the ray, in range, and no certain hit, which
+/// noise_m can not undo, may lie in front of it (for an answered miss: anywhere; for RayMode::first hits in
+/// front are allowed). An incomplete answer differs.
 Judgement compare(const World& world, const Ray& ray, RayMode mode, bool ignore_motion, const RayTruth& truth,
                   const RayHit& answer);
 
-/// The answer to one ray of RayMode::first; `truth`: trace_all. Hits come first, ascending by lambda, no triangle
-/// twice, then misses. Each hit is judged as above within the noise of its lambda. Every hit of the truth in front
-/// of the last answered one (anywhere, when the list is not full) must be listed, unless it is within its noise of
-/// an edge.
+/// The answer to one ray of RayMode::first; `truth`: trace_all. Hits come first, ascending by lambda, no
+/// triangle twice, then misses. Each hit is judged as above within the noise of its lambda. Every hit of the
+/// truth in front of the last answered one (anywhere, when the list is not full) must be listed, unless it is
+/// within its noise of an edge.
 Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
                         std::span<const RayTruth> truth, std::span<const RayHit> answers);
 
-/// Ids ascend strictly; every id with a gap below -noise_m is listed, none with a gap above noise_m; `found` is
-/// their number. With `overflow`, `entities` is the beginning of such a list and shorter than `found`.
+/// Ids ascend strictly; every id with a gap below -noise_m is listed, none with a gap above noise_m; `found`
+/// is their number. With `overflow`, `entities` is the beginning of such a list and shorter than `found`.
 Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer);
 /// The same for `triangles`.
 Judgement compare(std::span<const TriangleGap> truth, const RegionAnswer& answer);
 
-/// Neighbors are in order and listed once. Of each, distance, point on the target, u and v, and velocity are right
-/// within its noise, and so is the sign unless the distance is below noise_m. A target that is not listed is not
-/// nearer by more than its noise than the last one, or than the radius where fewer than k are listed. The same
-/// targets in the same order agree. An incomplete answer differs.
+/// Neighbors are in order and listed once. Of each, distance, point on the target, u and v, and velocity are
+/// right within its noise, and so is the sign unless the distance is below noise_m. A target that is not
+/// listed is not nearer by more than its noise than the last one, or than the radius where fewer than k are
+/// listed. The same targets in the same order agree. An incomplete answer differs.
 Judgement compare(const World& world, const Nearest& point, const NearestQueryOptions& options,
                   std::span<const NeighborTruth> truth, const NearestAnswer& answer);
 

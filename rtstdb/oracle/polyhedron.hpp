@@ -34,8 +34,8 @@ Polyhedron polyhedron_of(const OrientedBox& box);
 /// A triangle without area gives a line or a point.
 Polyhedron polyhedron_of(const std::array<glm::dvec3, 3>& triangle_m);
 
-/// The largest gap along any separating axis, negative when the bodies overlap. A result above `enough_m` may be less than
-/// the largest gap.
+/// The largest gap along any separating axis, negative when the bodies overlap. A result above `enough_m` may
+/// be less than the largest gap.
 double separation_m(const Polyhedron& a, const Polyhedron& b,
                     double enough_m = std::numeric_limits<double>::infinity());
 

@@ -38,8 +38,8 @@ Measured measured_to_triangle(const PosedEntity& entity, std::uint32_t triangle,
 /// The point in the entity's frame, rotated but not scaled, so that lengths are those of the world.
 glm::dvec3 in_frame_of(const PosedEntity& entity, const glm::dvec3& point_m) noexcept;
 
-/// Whether the entity's closed surface winds around the point: the signed solid angles of its triangles (Van Oosterom
-/// and Strackee 1983) add up to a multiple of the sphere's, not zero.
+/// Whether the entity's closed surface winds around the point: the signed solid angles of its triangles (Van
+/// Oosterom and Strackee 1983) add up to a multiple of the sphere's, not zero.
 bool winds_around(const PosedEntity& entity, const glm::dvec3& point_m) noexcept;
 
 /// Velocity of the entity's point minus that of the query's.

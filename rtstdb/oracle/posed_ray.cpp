@@ -20,7 +20,8 @@ bool visible(const EntityState& state, std::uint32_t mask) noexcept {
   return state.row.geometry.valid() && (state.row.mask & mask) != 0;
 }
 
-/// The instant at which the row is stored in single precision: the last whole second, or the begin of its motion if later.
+/// The instant at which the row is stored in single precision: the last whole second, or the begin of its
+/// motion if later.
 double since_written_down_s(const Motion& motion, WorldTime t) noexcept {
   constexpr std::int64_t second_ns = 1'000'000'000;
   const std::int64_t rest_ns = t.time_since_epoch().count() % second_ns;

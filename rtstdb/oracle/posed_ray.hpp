@@ -32,8 +32,8 @@ struct PosedRay {
   LocalRay in_frame_of(const PosedEntity& entity) const noexcept;
   /// False: the entity's bounding sphere is farther than `margin_m` from the ray's line.
   bool passes(const PosedEntity& entity, double margin_m) const noexcept;
-  /// The noise, in single precision, of the ray's point at `lambda` relative to a part of the entity that is `arm_m` from
-  /// the entity's origin.
+  /// The noise, in single precision, of the ray's point at `lambda` relative to a part of the entity that is
+  /// `arm_m` from the entity's origin.
   double noise_m(const PosedEntity& entity, double lambda, double arm_m) const noexcept;
 };
 

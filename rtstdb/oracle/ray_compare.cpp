@@ -1,5 +1,5 @@
-// Judges a single-precision ray answer. For an answer that differs from the truth, the neighbourhood of the ray is searched
-// for triangles that noise could have made the answer.
+// Judges a single-precision ray answer. For an answer that differs from the truth, the neighbourhood of the
+// ray is searched for triangles that noise could have made the answer.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -35,8 +35,8 @@ struct Stretch {
   }
 };
 
-/// The interval in which the ray stays within noise of the triangle: between two planes beside it, three planes outside its
-/// edges, and its enlarged box, which cuts off the far tips that the edge planes leave.
+/// The interval in which the ray stays within noise of the triangle: between two planes beside it, three
+/// planes outside its edges, and its enlarged box, which cuts off the far tips that the edge planes leave.
 Stretch near_triangle(const PosedRay& ray, const std::array<glm::dvec3, 3>& c, double noise_m) {
   const double slack = noise_m / ray.length;
   Stretch stretch{ray.lambda_min - slack, ray.lambda_max + slack};

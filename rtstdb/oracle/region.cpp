@@ -20,8 +20,8 @@ double extent_along(const OrientedBox& box, const glm::dvec3& direction) {
          box.half_extent_m.z * std::abs(glm::dot(box.axis[2], direction));
 }
 
-/// Separating axis test: two boxes are apart exactly when one of 15 axes separates them. Returns the largest gap along any of
-/// them.
+/// Separating axis test: two boxes are apart exactly when one of 15 axes separates them. Returns the largest
+/// gap along any of them.
 double separation_m(const OrientedBox& a, const OrientedBox& b) {
   double largest = -std::numeric_limits<double>::infinity();
   const auto try_axis = [&](const glm::dvec3& axis) {

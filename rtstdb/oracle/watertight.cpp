@@ -6,8 +6,8 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// ax * by - ay * bx with the exact sign. Rounding is monotonic, so rounded products that differ have the right order; for equal
-/// ones the rounding errors decide. Swapping the arguments changes the sign alone.
+/// ax * by - ay * bx with the exact sign. Rounding is monotonic, so rounded products that differ have the
+/// right order; for equal ones the rounding errors decide. Swapping the arguments changes the sign alone.
 double edge_function(double ax, double ay, double bx, double by) noexcept {
   const double left = ax * by;
   const double right = ay * bx;

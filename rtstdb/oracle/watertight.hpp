@@ -15,10 +15,10 @@ struct TriangleHit {
   double u = 0.0, v = 0.0;  ///< weights of the second and third corner
 };
 
-/// Each corner is sheared so that the ray becomes the third axis; then the signs of three edge functions decide. The
-/// edge function of a shared edge has the same value with opposite sign in both triangles, to the last bit, so no ray
-/// passes between. Borders count as inside. None for a triangle that has no area along the ray (edge-on). lambda lies
-/// in [lambda_min, lambda_max].
+/// Each corner is sheared so that the ray becomes the third axis; then the signs of three edge functions
+/// decide. The edge function of a shared edge has the same value with opposite sign in both triangles, to the
+/// last bit, so no ray passes between. Borders count as inside. None for a triangle that has no area along
+/// the ray (edge-on). lambda lies in [lambda_min, lambda_max].
 class WatertightTest {
  public:
   explicit WatertightTest(const LocalRay& ray) noexcept;

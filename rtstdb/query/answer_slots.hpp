@@ -8,8 +8,8 @@
 
 namespace rtstdb::query {
 
-/// The slot that the caller reads, and the slot that the next run writes. With LatePolicy::last_good these differ, so that
-/// the last valid answers stay readable.
+/// The slot that the caller reads, and the slot that the next run writes. With LatePolicy::last_good these
+/// differ, so that the last valid answers stay readable.
 class AnswerSlots {
  public:
   explicit AnswerSlots(LatePolicy late) : count_(late == LatePolicy::last_good ? 2 : 1) {}

@@ -1,7 +1,7 @@
 #pragma once
-// The size of the next chunk, from what the last ones took: halved while they take too long, doubled while they are short.
-// Part of a chunk's time is its dispatch, whatever its size: where a chunk of another size takes about as long, smaller
-// chunks would be no shorter, and the size is doubled.
+// The size of the next chunk, from what the last ones took: halved while they take too long, doubled while
+// they are short. Part of a chunk's time is its dispatch, whatever its size: where a chunk of another size
+// takes about as long, smaller chunks would be no shorter, and the size is doubled.
 //
 // Threads: one at a time.
 
@@ -21,19 +21,19 @@ class ChunkPace {
   /// A chunk should take `chunk_ns`.
   explicit ChunkPace(std::int64_t chunk_ns) noexcept : chunk_ns_(static_cast<double>(chunk_ns)) {}
 
-  /// The size of the next chunk, as a multiple of the number of elements that is predicted to take the planned time. Above 1
-  /// only where chunks turned out to be mostly dispatch.
+  /// The size of the next chunk, as a multiple of the number of elements that is predicted to take the
+  /// planned time. Above 1 only where chunks turned out to be mostly dispatch.
   double relative_size() const noexcept { return relative_size_; }
 
-  /// The next elements may cost more than predicted: the size is at most `relative_size` until a chunk of them was
-  /// measured.
+  /// The next elements may cost more than predicted: the size is at most `relative_size` until a chunk of
+  /// them was measured.
   void begin_with(double relative_size) noexcept {
     if (relative_size >= relative_size_) return;
     relative_size_ = relative_size;
     previous_ = {};
     current_ = other_size_ = {};
-    // Nothing is known of the new size. Assumed to be mostly dispatch, a chunk that is not too long for that is followed by
-    // one of twice the size, and comparing the two corrects the assumption.
+    // Nothing is known of the new size. Assumed to be mostly dispatch, a chunk that is not too long for that
+    // is followed by one of twice the size, and comparing the two corrects the assumption.
     is_mostly_dispatch_ = true;
   }
 

@@ -12,7 +12,8 @@ constexpr std::uint32_t alone_is_worth = 8;
 /// The time of a dispatch alone, about: it says nothing about the cost of elements.
 constexpr double dispatch_ns = 100e3;
 
-/// A chunk that was halted before any element was complete is followed by one with this many times fewer elements.
+/// A chunk that was halted before any element was complete is followed by one with this many times fewer
+/// elements.
 constexpr std::uint32_t fewer_after_none = 8;
 
 /// A chunk that is filled to this part takes no elements of the next request.
@@ -71,9 +72,9 @@ bool ChunkedRun::bring_up(accel::Submit& lane) noexcept {
 //   host    start 0, 1 | wait for 0    | unpack 0, preemption point,       | unpack 1, ...
 //                                        start 2, wait for 1
 //
-// A halt of chunk n - 1 ends chunk n with it; the answers of chunk n are discarded, and the next chunk begins with the
-// first element that chunk n - 1 did not start. A nested run at the preemption point may halt chunk n; the next round then
-// completes what is left of it first, and goes on behind it.
+// A halt of chunk n - 1 ends chunk n with it; the answers of chunk n are discarded, and the next chunk begins
+// with the first element that chunk n - 1 did not start. A nested run at the preemption point may halt chunk
+// n; the next round then completes what is left of it first, and goes on behind it.
 std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
   Cursor next;
   pass_over(next, pass);
@@ -182,7 +183,8 @@ void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before
 }
 
 ExecutorCallbacks::Continuation ChunkedRun::offer_preemption_point(Pass pass) noexcept {
-  // Paused searches, and stages that build on earlier ones, would begin again in a slot that another run has rebuilt.
+  // Paused searches, and stages that build on earlier ones, would begin again in a slot that another run has
+  // rebuilt.
   const bool keeps_structures = pass == Pass::again || in_later_stage_;
   const bool slot_stays = keeps_structures && structures_.tlas.pin(view_.slot);
   const bool shapes_stay = keeps_structures && structures_.pool.pin(rows_);
@@ -241,7 +243,8 @@ std::optional<RunStatus> ChunkedRun::preemption_point(accel::Submit& next_lane, 
     case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
     case ExecutorCallbacks::Continuation::finish_in_flight:
-      // A nested run may have brought the slot to another version: then the hits in flight can not be resolved any more.
+      // A nested run may have brought the slot to another version: then the hits in flight can not be
+      // resolved any more.
       if (structures_.runs != runs || !in_flight) return RunStatus::partial;
       if (!finish(lane_in_flight, *in_flight, pass, nullptr)) return RunStatus::device_lost;
       unpack(*in_flight, pass);

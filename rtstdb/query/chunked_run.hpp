@@ -1,10 +1,11 @@
 #pragma once
-// One run of the executor: brings the structures to the version, then executes the batches in chunks. Two chunks are in
-// flight at a time, so that the device does not idle between them. After each chunk is a preemption point, where nested
-// runs may execute.
+// One run of the executor: brings the structures to the version, then executes the batches in chunks. Two
+// chunks are in flight at a time, so that the device does not idle between them. After each chunk is a
+// preemption point, where nested runs may execute.
 //
-// A nested run halts the chunk that is still in flight. A chunk that takes longer than predicted is halted when a
-// preemption point is requested. The elements that a halted chunk did not start belong to the next chunk.
+// A nested run halts the chunk that is still in flight. A chunk that takes longer than predicted is halted
+// when a preemption point is requested. The elements that a halted chunk did not start belong to the next
+// chunk.
 //
 // Threads: the engine's.
 
@@ -50,8 +51,8 @@ class ChunkedRun {
   RunReport run() noexcept;
 
  private:
-  /// Of the device time of a run, at most 1 / repeated_divisor may be spent on elements that are executed again because
-  /// of halts.
+  /// Of the device time of a run, at most 1 / repeated_divisor may be spent on elements that are executed
+  /// again because of halts.
   static constexpr std::int64_t repeated_divisor = 5;
 
   enum class Pass : std::uint8_t { all, again };
@@ -67,7 +68,8 @@ class ChunkedRun {
     double predicted_ns = 0.0;  // 0: not to be learned from, structures are brought up in the same submission
   };
 
-  /// Begins the lane's recorder and records what brings the structures to the version. False: the device is lost.
+  /// Begins the lane's recorder and records what brings the structures to the version. False: the device is
+  /// lost.
   bool bring_up(accel::Submit& lane) noexcept;
   /// The status with which the run ends; none: all chunks of the pass are complete.
   std::optional<RunStatus> run_pass(Pass pass) noexcept;
@@ -79,19 +81,19 @@ class ChunkedRun {
   bool begin_next_stage() noexcept;
   /// Before each retry pass and each later stage.
   std::optional<RunStatus> preemption_point_between_passes() noexcept;
-  /// The preemption point between two chunks of a pass. `next_lane` is the lane of the next chunk, if `has_next`;
-  /// `lane_in_flight` that of the chunk `in_flight`.
+  /// The preemption point between two chunks of a pass. `next_lane` is the lane of the next chunk, if
+  /// `has_next`; `lane_in_flight` that of the chunk `in_flight`.
   std::optional<RunStatus> preemption_point(accel::Submit& next_lane, bool has_next,
                                             accel::Submit& lane_in_flight, std::optional<Chunk>& in_flight,
                                             Pass pass) noexcept;
   Chunk take(Cursor& next, Pass pass) const noexcept;
-  /// Waits until the lane's chunk is complete or halted; a halted one is cut. `behind`: the submission after it, which is
-  /// halted with it; may be null. False: the device is lost.
+  /// Waits until the lane's chunk is complete or halted; a halted one is cut. `behind`: the submission after
+  /// it, which is halted with it; may be null. False: the device is lost.
   bool finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Submit* behind) noexcept;
   /// The chunk ends before its element `first_unstarted`.
   void cut(Chunk& chunk, std::uint32_t first_unstarted, Pass pass) noexcept;
-  /// After a chunk of `submitted` elements was halted and cut: where none was completed, the next one gets more time and fewer
-  /// elements.
+  /// After a chunk of `submitted` elements was halted and cut: where none was completed, the next one gets
+  /// more time and fewer elements.
   void follow_halt(const Chunk& chunk, std::uint32_t submitted) noexcept;
   void learn(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept;
   /// Moves past requests of which nothing is left.
@@ -99,8 +101,8 @@ class ChunkedRun {
   std::int64_t chunk_ns() const noexcept {
     return requests_.empty() ? 0 : requests_.front().chunk_time.count();
   }
-  /// Whether chunks may be halted early: what that has discarded is within its share of the device time. A halt discards much
-  /// where answers come from a second dispatch, or where elements are expensive.
+  /// Whether chunks may be halted early: what that has discarded is within its share of the device time. A
+  /// halt discards much where answers come from a second dispatch, or where elements are expensive.
   bool may_halt_early() const noexcept { return repeated_ns_ * repeated_divisor <= gpu_ns_; }
   /// The device time after which a chunk may be halted.
   std::chrono::nanoseconds usual_halt_after() const noexcept {
@@ -139,8 +141,8 @@ class ChunkedRun {
   std::int64_t repeated_ns_ = 0;         // of that, for elements that halts left to be executed again
   double element_ns_ = 0.0;              // of the last chunk that was not halted
   std::chrono::nanoseconds halt_after_;  // for the next chunk
-  /// Chunk size of requests that the cost model does not divide, once one of them was halted before any of its elements was
-  /// complete; 0: each is one chunk.
+  /// Chunk size of requests that the cost model does not divide, once one of them was halted before any of
+  /// its elements was complete; 0: each is one chunk.
   std::uint32_t undivided_per_chunk_ = 0;
   std::size_t measured_requests_ = 0;  // in this pass, chunks of the requests before this one were measured
 };

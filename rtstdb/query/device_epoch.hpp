@@ -1,6 +1,7 @@
 #pragma once
-// Everything that the executor has on a device, with the device itself. When the device is lost, the whole epoch is destroyed
-// and a new one is created from the host's copies. Queries own their part (GpuQuery::move_to).
+// Everything that the executor has on a device, with the device itself. When the device is lost, the whole
+// epoch is destroyed and a new one is created from the host's copies. Queries own their part
+// (GpuQuery::move_to).
 //
 // Threads: the engine thread.
 
@@ -15,8 +16,8 @@ namespace rtstdb::query {
 
 class DeviceEpoch {
  public:
-  /// With the geometries in `kept`. On a device that compiles late, no kernel is compiled here. Errors: capacity and
-  /// out_of_memory of the device; device_lost.
+  /// With the geometries in `kept`. On a device that compiles late, no kernel is compiled here. Errors:
+  /// capacity and out_of_memory of the device; device_lost.
   static Result<std::unique_ptr<DeviceEpoch>> create(std::unique_ptr<gpu::Device> device_given,
                                                      const DatabaseOptions& options,
                                                      const accel::KeptGeometries& kept);

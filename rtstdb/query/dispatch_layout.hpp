@@ -1,5 +1,6 @@
 #pragma once
-// How the places of a dispatch are distributed over workgroups (place_of_invocation in shaders/common/places.glsl).
+// How the places of a dispatch are distributed over workgroups (place_of_invocation in
+// shaders/common/places.glsl).
 
 #include <algorithm>
 #include <cstdint>
@@ -22,14 +23,14 @@ struct DispatchLayout {
 /// This many neighbouring places stay in one chunk: a subgroup, on lavapipe with 256 bits.
 inline constexpr std::uint32_t neighbours = 8;
 
-/// Chunks are multiples of this many places, unless they are halted: with fewer, a processor or lanes of a subgroup would be
-/// idle. `processors`: of a software device; else 0.
+/// Chunks are multiples of this many places, unless they are halted: with fewer, a processor or lanes of a
+/// subgroup would be idle. `processors`: of a software device; else 0.
 constexpr std::uint32_t min_places(std::uint32_t processors) noexcept {
   return processors == 0 ? places_per_group : std::min(neighbours * processors, places_per_group);
 }
 
-/// A software device runs each group on one of its `processors`, so a small batch is divided into enough groups for all of
-/// them, of about the same size. Other devices (0 processors) get full groups.
+/// A software device runs each group on one of its `processors`, so a small batch is divided into enough
+/// groups for all of them, of about the same size. Other devices (0 processors) get full groups.
 constexpr DispatchLayout spread_out(std::uint32_t places, std::uint32_t processors) noexcept {
   const auto divided_up = [](std::uint32_t a, std::uint32_t b) { return a / b + (a % b != 0 ? 1 : 0); };
   const std::uint32_t full = divided_up(places, places_per_group);
@@ -40,7 +41,8 @@ constexpr DispatchLayout spread_out(std::uint32_t places, std::uint32_t processo
   return {per_group, divided_up(places, per_group)};
 }
 
-/// Calls `dispatch(args, groups)` piece by piece, with at most `max_groups` groups each; `args.first` is where the piece begins.
+/// Calls `dispatch(args, groups)` piece by piece, with at most `max_groups` groups each; `args.first` is
+/// where the piece begins.
 template <class Args, class Dispatch>
 void in_pieces(const DispatchLayout& layout, std::uint32_t max_groups, Args args,
                Dispatch dispatch) noexcept {

@@ -1,5 +1,6 @@
 #pragma once
-// Checks that elements of several kinds share: finite numbers, a time that the version covers, a carrier that exists.
+// Checks that elements of several kinds share: finite numbers, a time that the version covers, a carrier that
+// exists.
 
 #include <glm/ext/vector_float3.hpp>
 #include <glm/ext/vector_float4.hpp>

@@ -8,7 +8,8 @@
 
 namespace rtstdb::query {
 
-/// Errors: bad_input. `what` names the option in the message; `last` is the last enumerator, and the first is 0.
+/// Errors: bad_input. `what` names the option in the message; `last` is the last enumerator, and the first is
+/// 0.
 template <class Enumerator>
 Result<void> check_enumerator(const std::string& query, const char* what, Enumerator value, Enumerator last) {
   if (value <= last) return {};

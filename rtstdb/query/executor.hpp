@@ -1,6 +1,6 @@
 #pragma once
-// The port between the transaction engine and the GPU: what a prepared query is to the engine, and who executes batches of
-// queries. Tests of the engine bring a simulated executor.
+// The port between the transaction engine and the GPU: what a prepared query is to the engine, and who
+// executes batches of queries. Tests of the engine bring a simulated executor.
 //
 // Threads: everything here is called on the engine thread, except PreparedQuery's constructor and destructor.
 
@@ -45,8 +45,8 @@ class PreparedQuery {
  public:
   /// Unique within the process, from 1 on.
   const std::uint64_t id = next_id();
-  /// Set by a run: by how much its most expensive chunk exceeded the predicted cost; 0: no chunk did, or the batch was
-  /// not divided.
+  /// Set by a run: by how much its most expensive chunk exceeded the predicted cost; 0: no chunk did, or the
+  /// batch was not divided.
   double worst_cost_ratio = 0.0;
   /// What the caller gets about the answers that it reads.
   AnswerInfo info;
@@ -56,8 +56,8 @@ class PreparedQuery {
   LatePolicy late() const noexcept { return late_; }
   virtual QueryKind kind() const noexcept = 0;
   virtual std::uint32_t capacity() const noexcept = 0;
-  /// Checks the first `count` elements: values finite, carriers alive, sizes positive, times not before the version's.
-  /// Widens `times` by their times. Returns the first fault.
+  /// Checks the first `count` elements: values finite, carriers alive, sizes positive, times not before the
+  /// version's. Widens `times` by their times. Returns the first fault.
   virtual std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                         TimeSpan& times) const noexcept = 0;
   /// Number of elements that the last run has answered so far, in the executor's order.
@@ -68,11 +68,11 @@ class PreparedQuery {
   virtual bool has_retries() const noexcept { return false; }
   /// Whether an answer of the last run is incomplete or has overflowed.
   virtual bool truncated() const noexcept = 0;
-  /// The caller reads the answers of the last run from now on, for `count` elements. All but the first `answered`, in the
-  /// executor's order, are marked as incomplete.
+  /// The caller reads the answers of the last run from now on, for `count` elements. All but the first
+  /// `answered`, in the executor's order, are marked as incomplete.
   virtual void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept = 0;
-  /// The answers of the last run are not published. With LatePolicy::last_good the caller goes on reading the earlier ones,
-  /// else it reads none.
+  /// The answers of the last run are not published. With LatePolicy::last_good the caller goes on reading the
+  /// earlier ones, else it reads none.
   virtual void discard_answers() noexcept = 0;
 
  protected:
@@ -127,8 +127,9 @@ struct RunReport {
   StructureWork structures = {};
 };
 
-/// What an executor calls during a run, on the thread that called run. Between begin_wait and end_wait, and inside
-/// on_preemption_point, other transactions may commit; the rows of the version that the run reads stay as they are.
+/// What an executor calls during a run, on the thread that called run. Between begin_wait and end_wait, and
+/// inside on_preemption_point, other transactions may commit; the rows of the version that the run reads stay
+/// as they are.
 class ExecutorCallbacks {
  public:
   /// How a run goes on after a preemption point.
@@ -144,32 +145,32 @@ class ExecutorCallbacks {
   virtual void end_wait() noexcept = 0;
   /// Called in a wait. True: a preemption point is wanted; the chunk in flight may end early.
   virtual bool preemption_requested() noexcept { return false; }
-  /// Around the time in which a nested run waits, before it begins, for what the device still executes of the run that it
-  /// preempts.
+  /// Around the time in which a nested run waits, before it begins, for what the device still executes of the
+  /// run that it preempts.
   virtual void begin_drain() noexcept {}
   virtual void end_drain() noexcept {}
-  /// A chunk is complete and others follow. Inside the call the executor may be run again (a nested run), on any version,
-  /// with other queries, and with preemption points of its own.
+  /// A chunk is complete and others follow. Inside the call the executor may be run again (a nested run), on
+  /// any version, with other queries, and with preemption points of its own.
   virtual Continuation on_preemption_point() noexcept = 0;
 };
 
 /// The largest number of runs that may be nested in the outermost one.
 inline constexpr std::uint32_t max_nesting = 6;
 
-/// Executes batches of prepared queries on a version: brings the device's copy of rows and structures to that version, runs
-/// the queries, leaves the answers in their output spans.
+/// Executes batches of prepared queries on a version: brings the device's copy of rows and structures to that
+/// version, runs the queries, leaves the answers in their output spans.
 class Executor {
  public:
   virtual ~Executor() = default;
-  /// `times` covers all elements of all requests. Returns when the answers are there or the run has ended early.
-  /// `callbacks` may be null: then no batch is divided.
+  /// `times` covers all elements of all requests. Returns when the answers are there or the run has ended
+  /// early. `callbacks` may be null: then no batch is divided.
   virtual RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
                         ExecutorCallbacks* callbacks) noexcept = 0;
 
   /// There is no device: run returns device_lost at once.
   virtual bool lost() const noexcept { return false; }
-  /// Opens another device where the device is lost, unless the last attempt failed too recently. True: there is a device. Not
-  /// inside a run. The whole call is one wait of `callbacks`, which may be null.
+  /// Opens another device where the device is lost, unless the last attempt failed too recently. True: there
+  /// is a device. Not inside a run. The whole call is one wait of `callbacks`, which may be null.
   virtual bool revive(ExecutorCallbacks* /*callbacks*/) noexcept { return !lost(); }
   /// How long revive takes, about.
   virtual Nanoseconds revival_takes() const noexcept { return Nanoseconds(0); }

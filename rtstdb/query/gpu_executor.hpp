@@ -1,9 +1,11 @@
 #pragma once
-// The executor on the GPU: executes batches of prepared queries on the device's geometry pool and TLAS slots. Batches that
-// are not divided, in a scene whose structures need no submission of their own, take one submission.
+// The executor on the GPU: executes batches of prepared queries on the device's geometry pool and TLAS slots.
+// Batches that are not divided, in a scene whose structures need no submission of their own, take one
+// submission.
 //
-// A lost device is replaced (RevivableDevice). A prepared query moves to the new device when it runs there for the first
-// time, and a kernel is compiled at its first dispatch, so that the first answer waits for nothing that it does not need.
+// A lost device is replaced (RevivableDevice). A prepared query moves to the new device when it runs there
+// for the first time, and a kernel is compiled at its first dispatch, so that the first answer waits for
+// nothing that it does not need.
 //
 // Threads: after create, the engine's; setup calls are made on it (Engine::call). Functions that say so: any.
 
@@ -26,8 +28,8 @@ class GpuExecutor final : public Executor {
   // ---- setup; a device that is lost before or during these calls is replaced, and the call repeated once
   Result<GeometryId> add_geometry(const std::shared_ptr<const TriangleMesh>& mesh,
                                   const GeometryOptions& options);
-  /// Creates the query, binds it to the pool and the slots, and has its kernels compiled. add_geometry binds all
-  /// prepared queries again when the pool has grown.
+  /// Creates the query, binds it to the pool and the slots, and has its kernels compiled. add_geometry binds
+  /// all prepared queries again when the pool has grown.
   Result<std::unique_ptr<GpuQuery>> prepare(const AnyQueryOptions& options);
 
   /// Of the geometry that was added last.
@@ -57,8 +59,8 @@ class GpuExecutor final : public Executor {
   /// Moves and binds the query where it is not on this device yet. False: the device can not hold it.
   bool bring_here(GpuQuery& query) noexcept;
   Result<void> move_here(GpuQuery& query);
-  /// Waits for what the device executes of the runs that this one preempts. They ask for their slots again when they
-  /// resume, so that nothing of theirs has to stay. False: the device is lost.
+  /// Waits for what the device executes of the runs that this one preempts. They ask for their slots again
+  /// when they resume, so that nothing of theirs has to stay. False: the device is lost.
   bool drain_outer_runs() noexcept;
   /// Executes the requests in as many successive runs as their times need windows. Between two of them is a
   /// preemption point.

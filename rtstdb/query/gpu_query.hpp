@@ -1,11 +1,12 @@
 #pragma once
-// The base of every query kind on the GPU. It holds what all kinds share: pipelines and bindings, buffers on the device
-// and their loss, the order of a batch, stages, retries of incomplete elements, and the slots of the answers. A kind
-// says what it needs on a device, checks and packs its elements, records its dispatches and unpacks the answers.
+// The base of every query kind on the GPU. It holds what all kinds share: pipelines and bindings, buffers on
+// the device and their loss, the order of a batch, stages, retries of incomplete elements, and the slots of
+// the answers. A kind says what it needs on a device, checks and packs its elements, records its dispatches
+// and unpacks the answers.
 //
-// Terms. An element is one query of a batch. A place is an element's position in the order in which the device searches
-// the batch. A part is a range of places that one chunk searches. A stage is a pass over all places that begins when the
-// one before it is complete: most kinds have one.
+// Terms. An element is one query of a batch. A place is an element's position in the order in which the
+// device searches the batch. A part is a range of places that one chunk searches. A stage is a pass over all
+// places that begins when the one before it is complete: most kinds have one.
 //
 // Threads: the engine thread, but for join, leave and what they call.
 
@@ -80,8 +81,8 @@ class GpuQuery : public PreparedQuery {
  public:
   // ---- setup: the executor calls these
 
-  /// Creates everything that the query needs on the device; spans that callers hold stay valid. Errors: capacity,
-  /// out_of_memory, device_lost: then it may be called again.
+  /// Creates everything that the query needs on the device; spans that callers hold stay valid. Errors:
+  /// capacity, out_of_memory, device_lost: then it may be called again.
   Result<void> move_to(gpu::Device& device);
   /// Destroys everything that the query has on its device. Until move_to, nothing else may be called.
   void leave_device() noexcept;
@@ -98,24 +99,25 @@ class GpuQuery : public PreparedQuery {
 
   // ---- a run: the executor calls these
 
-  /// Begins a batch of the first `count` elements, which have passed check, in the order that suits the device.
+  /// Begins a batch of the first `count` elements, which have passed check, in the order that suits the
+  /// device.
   void begin_batch(std::uint32_t count) noexcept;
   /// Places of the stage that runs.
   std::uint32_t places() const noexcept { return places_; }
   std::uint32_t stage() const noexcept { return stage_; }
   /// Begins the next stage that has places. False: the batch has no such stage. Between passes.
   bool begin_next_stage() noexcept;
-  /// How many incomplete places the next pass searches again; 0: none is left. Between passes. On lavapipe the elements of a
-  /// group share one limit of work, so whether an element completes in the first pass depends on its neighbours in
-  /// the batch; a retried element has a limit of its own.
+  /// How many incomplete places the next pass searches again; 0: none is left. Between passes. On lavapipe
+  /// the elements of a group share one limit of work, so whether an element completes in the first pass
+  /// depends on its neighbours in the batch; a retried element has a limit of its own.
   virtual std::uint32_t next_retry_batch() noexcept;
   /// This many retried elements take the device about as long as one.
   virtual std::uint32_t min_retry_batch() const noexcept { return groups_at_once(limits_.processors); }
-  /// Packs the part's elements and records the dispatches that search them. Parts begin at multiples of `neighbours`. Two
-  /// parts may be in flight, whose views may differ in everything but the version.
+  /// Packs the part's elements and records the dispatches that search them. Parts begin at multiples of
+  /// `neighbours`. Two parts may be in flight, whose views may differ in everything but the version.
   virtual void record(const BatchPart& part, const Recording& recording) noexcept = 0;
-  /// Moves the part's answers to where the caller reads them. Where the part was halted, it ends before the first element
-  /// that was not started.
+  /// Moves the part's answers to where the caller reads them. Where the part was halted, it ends before the
+  /// first element that was not started.
   void take_answers(const BatchPart& part, const accel::TlasView& view) noexcept;
 
   // ---- PreparedQuery
@@ -147,7 +149,8 @@ class GpuQuery : public PreparedQuery {
   virtual std::vector<const gpu::Buffer*> bound_buffers(gpu::ShaderId shader, std::uint32_t slot,
                                                         const accel::GeometryPool& pool,
                                                         const accel::Tlas& tlas) const = 0;
-  /// See take_answers. Calls note_incomplete for each place that the search left incomplete, unless the part is a retry.
+  /// See take_answers. Calls note_incomplete for each place that the search left incomplete, unless the part
+  /// is a retry.
   virtual void unpack(const BatchPart& part, const accel::TlasView& view) noexcept = 0;
   /// Whether the written answer at a place is incomplete.
   virtual bool is_incomplete(std::uint32_t place) const noexcept = 0;
@@ -162,8 +165,8 @@ class GpuQuery : public PreparedQuery {
   virtual void order_batch(std::uint32_t /*count*/) noexcept {}
   /// Stages of each batch. With several, elements count as answered when the last stage is complete.
   virtual std::uint32_t stages() const noexcept { return 1; }
-  /// Begins stage 1 or a later one and returns how many places it has. Between stages other runs may rebuild the slot: a
-  /// stage that uses places of an earlier view compares TlasView::contents.
+  /// Begins stage 1 or a later one and returns how many places it has. Between stages other runs may rebuild
+  /// the slot: a stage that uses places of an earlier view compares TlasView::contents.
   virtual std::uint32_t begin_stage(std::uint32_t /*stage*/) noexcept { return 0; }
 
   // ---- what a kind uses
@@ -197,7 +200,8 @@ class GpuQuery : public PreparedQuery {
     });
   }
 
-  /// Every final class calls this first in its destructor, so that nobody binds a query that is half destroyed.
+  /// Every final class calls this first in its destructor, so that nobody binds a query that is half
+  /// destroyed.
   void leave() noexcept {
     if (queries_) queries_->leave(*this);
   }

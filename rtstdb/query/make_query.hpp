@@ -1,6 +1,6 @@
 #pragma once
-// The registry of query kinds on the GPU side: one function per line of rtstdb/query_kinds.def. Each is defined in the
-// folder of its kind.
+// The registry of query kinds on the GPU side: one function per line of rtstdb/query_kinds.def. Each is
+// defined in the folder of its kind.
 
 #include <memory>
 #include <utility>
@@ -9,7 +9,8 @@
 
 namespace rtstdb::query {
 
-// Makes a query on a device. Errors: bad_input and capacity for options that are not allowed; what the device can not hold.
+// Makes a query on a device. Errors: bad_input and capacity for options that are not allowed; what the device
+// can not hold.
 #define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) \
   Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const Class##Options& options);
 #include <rtstdb/query_kinds.def>

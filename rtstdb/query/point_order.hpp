@@ -1,7 +1,7 @@
 #pragma once
-// An order in which near points are neighbours: searches that a device runs together then visit the same nodes and take about
-// the same time. Points are sorted by the Morton code of their cell in a grid over all points, and within a cell by number.
-// No answer depends on it.
+// An order in which near points are neighbours: searches that a device runs together then visit the same
+// nodes and take about the same time. Points are sorted by the Morton code of their cell in a grid over all
+// points, and within a cell by number. No answer depends on it.
 
 #include <algorithm>
 #include <cstddef>
@@ -14,7 +14,8 @@
 
 namespace rtstdb::query {
 
-/// Prefetches the element that an iteration in this order reaches soon after `place`: such elements are scattered in memory.
+/// Prefetches the element that an iteration in this order reaches soon after `place`: such elements are
+/// scattered in memory.
 template <class Element>
 void call_ahead(std::span<Element> elements, std::span<const std::uint32_t> order,
                 std::size_t place) noexcept {
@@ -30,8 +31,8 @@ class PointOrder {
   PointOrder() = default;
   explicit PointOrder(std::uint32_t capacity);
 
-  /// The number of the point at each place; valid until the next call. At most `capacity` points with finite coordinates. Does
-  /// not allocate.
+  /// The number of the point at each place; valid until the next call. At most `capacity` points with finite
+  /// coordinates. Does not allocate.
   std::span<const std::uint32_t> of(std::span<const Nearest> points) noexcept;
   /// The same for regions, by their centres.
   std::span<const std::uint32_t> of(std::span<const Region> regions) noexcept;

@@ -1,8 +1,9 @@
 #pragma once
 // The executor's device and everything on it (DeviceEpoch): opens it, and replaces it after a loss.
 //
-// A lost device takes its whole epoch with it. The next epoch is made from what the host keeps: geometry, and the compiled
-// kernels that the lost device handed out. A prepared query moves to the new device when it runs there for the first time.
+// A lost device takes its whole epoch with it. The next epoch is made from what the host keeps: geometry, and
+// the compiled kernels that the lost device handed out. A prepared query moves to the new device when it runs
+// there for the first time.
 //
 // Threads: the engine's, except health and shape_counts: any.
 
@@ -50,8 +51,8 @@ class RevivableDevice {
   /// How long the last one took to open.
   Nanoseconds revival_takes() const noexcept { return revival_took_; }
 
-  /// Executes a setup step, and once more where the device is lost during the first attempt. An exception breaks the
-  /// epoch: it is not known what was left half done.
+  /// Executes a setup step, and once more where the device is lost during the first attempt. An exception
+  /// breaks the epoch: it is not known what was left half done.
   template <class Step>
   auto execute_setup(Step step) -> decltype(step());
   /// Something was left half done on the device: another epoch replaces this one.

@@ -1,6 +1,6 @@
 #pragma once
-// When the executor next tries to replace a lost device: at once after a device that had answered, and after longer and longer
-// pauses when no device can be opened or each is lost before it answers.
+// When the executor next tries to replace a lost device: at once after a device that had answered, and after
+// longer and longer pauses when no device can be opened or each is lost before it answers.
 
 #include <algorithm>
 #include <chrono>

@@ -5,8 +5,8 @@
 namespace rtstdb::scheduler {
 namespace {
 
-/// After this many consecutive refusals one transaction is admitted without a promise. The second number holds for those
-/// that would be in time at their mean cost.
+/// After this many consecutive refusals one transaction is admitted without a promise. The second number
+/// holds for those that would be in time at their mean cost.
 constexpr std::uint32_t max_refusals = 15, max_refusals_of_likely = 3;
 
 /// An owner that submits again with the deadline that a refusal names needs at least this long.
@@ -74,7 +74,8 @@ std::optional<Status> Admission::decide_by_cost(ScheduledTransaction& transactio
   const std::uint32_t refusals = is_likely ? max_refusals_of_likely : max_refusals;
   if (breaks_none && (!firm || in_time || refused_in_a_row_ >= refusals)) {
     transaction.promised = firm && in_time && all_known_before(transaction, deadline);
-    // What others take of its slack makes it later, so that more of the reserved transactions may come before it.
+    // What others take of its slack makes it later, so that more of the reserved transactions may come before
+    // it.
     const Nanoseconds reserved = firm ? parts_.reservations.still_to_come(end, deadline) : Nanoseconds(0);
     transaction.slack = std::max(deadline - end - reserved, Nanoseconds(0));
     for_each_lower_priority(transaction, deadline,
@@ -154,7 +155,8 @@ std::optional<ClockTime> Admission::first_broken(const ScheduledTransaction& tra
 
 ClockTime Admission::earliest_feasible(ClockTime now,
                                        const ScheduledTransaction& transaction) const noexcept {
-  // A later deadline lets more of the others go before, and breaks fewer promises: it is raised until it can be kept.
+  // A later deadline lets more of the others go before, and breaks fewer promises: it is raised until it can
+  // be kept.
   const ClockTime resubmitted = now + std::max(resubmit_time, transaction.promised_cost / 8);
   ClockTime deadline = transaction.terms().deadline;
   while (true) {

@@ -1,14 +1,16 @@
 #pragma once
-// Admission control: decides about each transaction that is handed over whether it waits for its turn or ends at once.
+// Admission control: decides about each transaction that is handed over whether it waits for its turn or ends
+// at once.
 //
-// A firm transaction whose deadline has passed is missed. One whose predicted end lies behind its deadline is refused, and
-// so is one that would break what was promised to another firm transaction of its importance. The predicted end is: now,
-// what is left of the runs in execution, the promised costs of all that go before it, its own, and the budgets of
-// reserved transactions that may still come before. A refusal names the earliest deadline that would be admitted.
+// A firm transaction whose deadline has passed is missed. One whose predicted end lies behind its deadline is
+// refused, and so is one that would break what was promised to another firm transaction of its importance.
+// The predicted end is: now, what is left of the runs in execution, the promised costs of all that go before
+// it, its own, and the budgets of reserved transactions that may still come before. A refusal names the
+// earliest deadline that would be admitted.
 //
-// Nothing is predicted under a virtual clock, nor where a kind of work in the transaction has too few measurements. Since
-// refused work gives no measurements, a prediction that is too high could refuse for ever: so after a number of
-// consecutive refusals one transaction is admitted without a promise.
+// Nothing is predicted under a virtual clock, nor where a kind of work in the transaction has too few
+// measurements. Since refused work gives no measurements, a prediction that is too high could refuse for
+// ever: so after a number of consecutive refusals one transaction is admitted without a promise.
 //
 // Threads: whoever holds the engine's lock. No function allocates.
 
@@ -39,8 +41,8 @@ class Admission {
   Admission(const AdmissionParts& parts, Nanoseconds chunk, bool read_only) noexcept
       : parts_(parts), chunk_(chunk), read_only_(read_only) {}
 
-  /// None: the transaction is admitted, and the members of ScheduledTransaction that admission sets are set. Else the status
-  /// with which it ends; its outcome says why.
+  /// None: the transaction is admitted, and the members of ScheduledTransaction that admission sets are set.
+  /// Else the status with which it ends; its outcome says why.
   std::optional<Status> decide(ScheduledTransaction& transaction) noexcept;
 
  private:
@@ -58,10 +60,12 @@ class Admission {
   template <class Each>
   void for_each_lower_priority(const ScheduledTransaction& transaction, ClockTime deadline,
                                Each each) const noexcept;
-  /// The earliest deadline of those of its importance whose promise the transaction would break; none: it breaks none.
+  /// The earliest deadline of those of its importance whose promise the transaction would break; none: it
+  /// breaks none.
   std::optional<ClockTime> first_broken(const ScheduledTransaction& transaction,
                                         ClockTime deadline) const noexcept;
-  /// The earliest deadline, not before its own, with which the transaction is admitted when it is submitted at once.
+  /// The earliest deadline, not before its own, with which the transaction is admitted when it is submitted
+  /// at once.
   ClockTime earliest_feasible(ClockTime now, const ScheduledTransaction& transaction) const noexcept;
 
   const AdmissionParts parts_;

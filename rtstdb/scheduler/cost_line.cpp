@@ -8,7 +8,8 @@ namespace {
 /// The weight of a sample halves within 34 samples.
 constexpr double decay = 0.98;
 
-/// The excess of a sample halves within 693 samples: rare events have to be remembered to keep 999 promises of 1,000.
+/// The excess of a sample halves within 693 samples: rare events have to be remembered to keep 999 promises
+/// of 1,000.
 constexpr double above_decay = 0.999;
 
 /// The excess of expensive elements halves within 44 samples: they may be rare.
@@ -43,7 +44,8 @@ void CostLine::learn(double count, double cost_ns) noexcept {
   double kept = decay;
   above_ = 1.0 + (above_ - 1.0) * above_decay;
   if (expected_ns > 0.0 && costs_have_changed(cost_ns / expected_ns)) {
-    // All earlier samples together weigh as much as this one. If they were cheaper, their excess is no measure any more.
+    // All earlier samples together weigh as much as this one. If they were cheaper, their excess is no
+    // measure any more.
     kept = std::min(decay, 1.0 / weight_);
     if (outliers_in_a_row_ > 0) above_ = 1.0 + (above_ - 1.0) / 2.0;
   } else if (expected_ns > 0.0) {

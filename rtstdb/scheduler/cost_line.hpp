@@ -1,7 +1,7 @@
 #pragma once
-// Cost as a function of a count: a line fitted by weighted least squares to samples whose weight decays. The line never
-// falls and never goes below zero. Beside it the class keeps how far the last samples lay above the line, and what the
-// most expensive elements cost.
+// Cost as a function of a count: a line fitted by weighted least squares to samples whose weight decays. The
+// line never falls and never goes below zero. Beside it the class keeps how far the last samples lay above
+// the line, and what the most expensive elements cost.
 //
 // Threads: one at a time. No function allocates.
 
@@ -16,16 +16,17 @@ class CostLine {
 
   /// A sample: `count` elements took `cost_ns` together.
   void learn(double count, double cost_ns) noexcept;
-  /// A part of a run over `count` elements cost `element_ns` per element. It is remembered, and decays, where it is far
-  /// above the line.
+  /// A part of a run over `count` elements cost `element_ns` per element. It is remembered, and decays, where
+  /// it is far above the line.
   void learn_worst_element(double count, double element_ns) noexcept;
 
-  /// The expected cost; zero before the first sample. Where all samples have the same count, a larger count costs in
-  /// proportion and a smaller one the same.
+  /// The expected cost; zero before the first sample. Where all samples have the same count, a larger count
+  /// costs in proportion and a smaller one the same.
   double predict_ns(double count) const noexcept;
   /// The expected cost plus 1.25 times the largest excess of the last samples.
   double promised_ns(double count) const noexcept;
-  /// The cost of one more element beside `count` of them, at least a quarter of their mean; zero before the first sample.
+  /// The cost of one more element beside `count` of them, at least a quarter of their mean; zero before the
+  /// first sample.
   double element_ns(double count) const noexcept;
   /// The cost of the most expensive element, element_ns where none is known to be far above it.
   double worst_element_ns(double count) const noexcept;

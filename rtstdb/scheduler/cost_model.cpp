@@ -14,12 +14,12 @@ constexpr double unmeasured_first_chunk = 64.0;
 /// Fraction of a chunk that the first chunk of a known query gets: others of the batch may cost more.
 constexpr double max_first_fraction = 0.5;
 
-/// Shorter chunks would be mostly dispatch. The cost of an element is learned with its dispatch, so chunks would become
-/// smaller and smaller.
+/// Shorter chunks would be mostly dispatch. The cost of an element is learned with its dispatch, so chunks
+/// would become smaller and smaller.
 constexpr Nanoseconds min_chunk{200'000};
 
-/// Fewer elements are not divided because of what others cost: what seems expensive may be time that the operating system
-/// took, and dividing them would double their cost.
+/// Fewer elements are not divided because of what others cost: what seems expensive may be time that the
+/// operating system took, and dividing them would double their cost.
 constexpr std::uint32_t min_divided = 512;
 
 /// What a run that was given up would have cost is known up to this factor.

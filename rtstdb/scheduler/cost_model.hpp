@@ -1,7 +1,7 @@
 #pragma once
-// Predicts what a transaction costs from what earlier ones took: a line (CostLine) for each kind of query and for each
-// prepared query; one for rows written and one for positions of shapes; and lines for bringing a version's structures to
-// the device, by rows where the tree is refitted and by entities where it is built.
+// Predicts what a transaction costs from what earlier ones took: a line (CostLine) for each kind of query and
+// for each prepared query; one for rows written and one for positions of shapes; and lines for bringing a
+// version's structures to the device, by rows where the tree is refitted and by entities where it is built.
 //
 // Threads: one at a time. Allocates in the constructor alone.
 
@@ -33,7 +33,8 @@ class CostModel {
   /// With fewer samples than this of a prepared query the line of its kind predicts it.
   static constexpr std::uint64_t min_query_samples = 8;
 
-  /// The cost of a transaction with these writes and requests. None: a kind of work in it has fewer than min_samples.
+  /// The cost of a transaction with these writes and requests. None: a kind of work in it has fewer than
+  /// min_samples.
   std::optional<Prediction> predict(const store::WriteSet& writes,
                                     std::span<const query::Request> requests) const noexcept;
 
@@ -44,27 +45,28 @@ class CostModel {
   };
   Pieces longest_pieces() const noexcept;
 
-  /// The time that a chunk should take: `half` (half of what a higher-priority transaction may wait), or longer where the
-  /// dispatch itself would be most of it.
+  /// The time that a chunk should take: `half` (half of what a higher-priority transaction may wait), or
+  /// longer where the dispatch itself would be most of it.
   static Nanoseconds chunk_time(Nanoseconds half) noexcept;
-  /// Sets per_chunk, initial_chunk_fraction and chunk_time of each request for chunks that take chunk_time(half). The
-  /// requests are not divided where all together take no more than two chunks, even if each element costs what the most
-  /// expensive one did.
+  /// Sets per_chunk, initial_chunk_fraction and chunk_time of each request for chunks that take
+  /// chunk_time(half). The requests are not divided where all together take no more than two chunks, even if
+  /// each element costs what the most expensive one did.
   void divide(std::span<query::Request> requests, Nanoseconds half) const noexcept;
 
-  /// A transaction with these writes took `cost`, its queries excluded. The time to bring a shape to the device counts
-  /// with the queries that need it.
+  /// A transaction with these writes took `cost`, its queries excluded. The time to bring a shape to the
+  /// device counts with the queries that need it.
   void learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept;
-  /// One run of the executor took `cost`. It is split in proportion to the predictions; parts without samples get what
-  /// the others leave.
+  /// One run of the executor took `cost`. It is split in proportion to the predictions; parts without samples
+  /// get what the others leave.
   void learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
                      const query::StructureWork& structures = {}) noexcept;
-  /// Learns how expensive single elements of a run were. To be called before learn_queries, and also for a run that was
-  /// given up.
+  /// Learns how expensive single elements of a run were. To be called before learn_queries, and also for a
+  /// run that was given up.
   void learn_worst_elements(std::span<const query::Request> requests, Nanoseconds cost,
                             const query::StructureWork& structures) noexcept;
-  /// A run that was given up after `cost`: learns what all of it would have cost, judged by what it had answered, where
-  /// that is clearly more than predicted. An incomplete run can not show that work has become cheaper.
+  /// A run that was given up after `cost`: learns what all of it would have cost, judged by what it had
+  /// answered, where that is clearly more than predicted. An incomplete run can not show that work has become
+  /// cheaper.
   void learn_stopped(std::span<const query::Request> requests, Nanoseconds cost,
                      const query::StructureWork& structures) noexcept;
 

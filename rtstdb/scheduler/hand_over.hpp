@@ -1,7 +1,7 @@
 #pragma once
-// A lock-free list from any number of threads to one receiver. Each item carries its own link, so that push neither
-// allocates nor fails for lack of space; an item is in one list at a time. An item that is pushed while the list is
-// closed is either taken by the receiver or its push fails.
+// A lock-free list from any number of threads to one receiver. Each item carries its own link, so that push
+// neither allocates nor fails for lack of space; an item is in one list at a time. An item that is pushed
+// while the list is closed is either taken by the receiver or its push fails.
 
 #include <atomic>
 

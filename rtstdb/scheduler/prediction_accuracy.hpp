@@ -1,5 +1,6 @@
 #pragma once
-// How good predictions were: predicted over actual costs by kind of query, and which promises of admission were kept.
+// How good predictions were: predicted over actual costs by kind of query, and which promises of admission
+// were kept.
 //
 // Threads: ended by whoever holds the engine's lock, read by any. Only read allocates.
 

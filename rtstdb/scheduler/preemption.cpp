@@ -6,8 +6,8 @@
 namespace rtstdb::scheduler {
 namespace {
 
-/// A reservation with writes is declared as one piece: no other reserved transaction could write at its preemption
-/// points, and the others would only make the piece longer.
+/// A reservation with writes is declared as one piece: no other reserved transaction could write at its
+/// preemption points, and the others would only make the piece longer.
 bool is_one_piece(const ScheduledTransaction& transaction) noexcept {
   return transaction.reserved && transaction.writes();
 }

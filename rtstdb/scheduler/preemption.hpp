@@ -1,16 +1,17 @@
 #pragma once
-// Preemption: which waiting transaction may run at a preemption point of the innermost run, when a run in execution is
-// asked for one, and how long that takes.
+// Preemption: which waiting transaction may run at a preemption point of the innermost run, when a run in
+// execution is asked for one, and how long that takes.
 //
 //   while a run waits for the device   the write helper finds that a preemption point would be of use: request_if_useful
 //   the executor                       sees requested(), ends the chunk early and reports a preemption point
 //   the engine                         suspend; next() and execute, as long as there is one; resume
 //
-// Two rules limit who may run above others. A second run can not stage writes, and a commit must keep the versions
-// readable that the runs below read. A reserved transaction that can not run above the innermost run because of that
-// makes it restart; nothing of it was published.
+// Two rules limit who may run above others. A second run can not stage writes, and a commit must keep the
+// versions readable that the runs below read. A reserved transaction that can not run above the innermost run
+// because of that makes it restart; nothing of it was published.
 //
-// Threads: whoever holds the engine's lock, except requested(): the engine thread between begin_wait and end_wait.
+// Threads: whoever holds the engine's lock, except requested(): the engine thread between begin_wait and
+// end_wait.
 
 #include <atomic>
 #include <optional>
@@ -59,8 +60,8 @@ class Preemption {
   void end_wait() noexcept;
   /// Requests a preemption point where a waiting transaction would run at it.
   void request_if_useful() noexcept;
-  /// Whether the executor should end the chunk in flight early: a preemption point is requested, the run that waits was
-  /// cancelled, or its firm deadline has passed.
+  /// Whether the executor should end the chunk in flight early: a preemption point is requested, the run that
+  /// waits was cancelled, or its firm deadline has passed.
   bool requested() const noexcept;
 
   /// An upper estimate of how long a higher-priority transaction waits until the device is free for it.

@@ -1,7 +1,7 @@
 #pragma once
-// An upper estimate of the preemption latency: how long those that preempt others waited until the device was free for
-// them. It is a chunk where elements cost what was predicted, else the time to halt one; and where single elements take
-// long, their time.
+// An upper estimate of the preemption latency: how long those that preempt others waited until the device was
+// free for them. It is a chunk where elements cost what was predicted, else the time to halt one; and where
+// single elements take long, their time.
 //
 // Threads: one at a time.
 
@@ -14,7 +14,8 @@ namespace rtstdb::scheduler {
 
 class PreemptionLatency {
  public:
-  /// A transaction waited this long. A single long wait may be the operating system's: it raises the estimate by half.
+  /// A transaction waited this long. A single long wait may be the operating system's: it raises the estimate
+  /// by half.
   void learn(Nanoseconds wait, ClockTime now) noexcept {
     const Nanoseconds before = longest(now);
     longest_ = std::max(before, std::min(wait, std::max(before + before / 2, Nanoseconds(min_step))));

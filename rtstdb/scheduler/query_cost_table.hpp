@@ -1,7 +1,7 @@
 #pragma once
-// What the cost model knows of each prepared query, by the query's id. The capacity is fixed, so that the tick allocates
-// nothing: a set-associative table in which a new query replaces the one of its set that ran longest ago. As ids count
-// up, the last `capacity` prepared queries always fit.
+// What the cost model knows of each prepared query, by the query's id. The capacity is fixed, so that the
+// tick allocates nothing: a set-associative table in which a new query replaces the one of its set that ran
+// longest ago. As ids count up, the last `capacity` prepared queries always fit.
 //
 // Threads: one at a time.
 

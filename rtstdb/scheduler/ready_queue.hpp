@@ -1,6 +1,6 @@
 #pragma once
-// The admitted transactions that wait, in their order: reserved ones by when they are due; then higher importance, then
-// earlier deadline, then earlier arrival.
+// The admitted transactions that wait, in their order: reserved ones by when they are due; then higher
+// importance, then earlier deadline, then earlier arrival.
 //
 // Threads: whoever holds the engine's lock. Allocates in the constructor alone.
 
@@ -45,9 +45,9 @@ class ReadyQueue {
     return found;
   }
 
-  /// Chooses the transaction to be cancelled when a newcomer meets a full queue, and takes it out of the queue: the last
-  /// of the best-effort ones, the newcomer included; without one, and with a reserved newcomer, the last that is not
-  /// reserved; else the newcomer, which is in no queue.
+  /// Chooses the transaction to be cancelled when a newcomer meets a full queue, and takes it out of the
+  /// queue: the last of the best-effort ones, the newcomer included; without one, and with a reserved
+  /// newcomer, the last that is not reserved; else the newcomer, which is in no queue.
   ScheduledTransaction& shed(ScheduledTransaction& newcomer) noexcept;
 
   /// Whether a newcomer with this deadline would go before `other`.

@@ -1,14 +1,15 @@
 #pragma once
-// The reservations that were admitted, the transactions that use them, and how well they are kept. The contract for users
-// is in rtstdb/reservation.hpp.
+// The reservations that were admitted, the transactions that use them, and how well they are kept. The
+// contract for users is in rtstdb/reservation.hpp.
 //
-// A transaction is reserved from its release on: its deadline less the reservation's, or its submission if that is later,
-// and at least a period after the release before. After a moment without reserved work releases count anew. So no length
-// of time holds more work than the feasibility check assumed (reserved_demand.hpp), whatever the callers do. Whether one
-// comes too often is judged by deadlines, so that a single late submission does not make all later ones late.
+// A transaction is reserved from its release on: its deadline less the reservation's, or its submission if
+// that is later, and at least a period after the release before. After a moment without reserved work
+// releases count anew. So no length of time holds more work than the feasibility check assumed
+// (reserved_demand.hpp), whatever the callers do. Whether one comes too often is judged by deadlines, so that
+// a single late submission does not make all later ones late.
 //
-// Threads: add and remove by any, one at a time, while the engine executes nothing; the functions about transactions by
-// whoever holds the engine's lock, unless they say otherwise; counts by any.
+// Threads: add and remove by any, one at a time, while the engine executes nothing; the functions about
+// transactions by whoever holds the engine's lock, unless they say otherwise; counts by any.
 
 #include <atomic>
 #include <cstdint>
@@ -67,11 +68,12 @@ class ReservationImpl final : public Reservation {
 
 class Reservations {
  public:
-  /// This many reserved transactions can preempt one another. With more reservations, each is one piece for the others.
+  /// This many reserved transactions can preempt one another. With more reservations, each is one piece for
+  /// the others.
   static constexpr std::size_t max_nested = 4;
 
-  /// Admits the reservation, or says why it can not be kept. `piece`: the longest piece of other work that can not be
-  /// preempted; `share`: see DatabaseOptions::max_reserved_share.
+  /// Admits the reservation, or says why it can not be kept. `piece`: the longest piece of other work that
+  /// can not be preempted; `share`: see DatabaseOptions::max_reserved_share.
   Result<void> add(ReservationImpl& reservation, Nanoseconds piece, double share);
   void remove(ReservationImpl& reservation) noexcept;
   std::vector<ReservationCounts> counts() const;
@@ -83,8 +85,8 @@ class Reservations {
   ClockTime end_with_reserved(ClockTime now, ClockTime end) const noexcept;
 
   // ---- in the order of a transaction's life; without a reservation they do nothing
-  /// The submitting thread. Gives a transaction without a deadline that of its reservation. Misuse where the reservation
-  /// has another owner.
+  /// The submitting thread. Gives a transaction without a deadline that of its reservation. Misuse where the
+  /// reservation has another owner.
   static void submitted(ScheduledTransaction& transaction, const ReservationOwner& owner) noexcept;
   /// Sets whether it is reserved, and when it is due.
   void admitted(ScheduledTransaction& transaction) noexcept;

@@ -1,7 +1,8 @@
 #pragma once
-// Feasibility of reservations: sporadic tasks, earliest deadline first, by the processor demand criterion (Baruah, Mok,
-// Rosier 1990) with blocking. For each length of time, the jobs with deadlines inside it and one piece of a job with a
-// deadline beyond it, which was begun before and can not be preempted, must fit into the share that is reserved.
+// Feasibility of reservations: sporadic tasks, earliest deadline first, by the processor demand criterion
+// (Baruah, Mok, Rosier 1990) with blocking. For each length of time, the jobs with deadlines inside it and
+// one piece of a job with a deadline beyond it, which was begun before and can not be preempted, must fit
+// into the share that is reserved.
 //
 // Threads: any. Setup: allocates.
 
@@ -31,7 +32,8 @@ struct Shortfall {
   double utilization = 0.0;                ///< the other kinds: of all demands together
 };
 
-/// `piece`: the longest one of all other work; `share`: of the time, 0 to 1. None: all reservations can be kept.
+/// `piece`: the longest one of all other work; `share`: of the time, 0 to 1. None: all reservations can be
+/// kept.
 std::optional<Shortfall> first_shortfall(std::span<const Demand> demands, Nanoseconds piece, double share);
 
 }  // namespace rtstdb::scheduler

@@ -1,13 +1,14 @@
 #pragma once
-// The transactions in execution, one above the other: who was preempted by whom, and the time that counts for each.
+// The transactions in execution, one above the other: who was preempted by whom, and the time that counts for
+// each.
 //
-// A run is preempted at one of its preemption points by the run above it, which ends before it resumes. One run may
-// stand above a run that is not preempted: a transaction that only writes, executed by the write helper while the run
-// below waits for the device.
+// A run is preempted at one of its preemption points by the run above it, which ends before it resumes. One
+// run may stand above a run that is not preempted: a transaction that only writes, executed by the write
+// helper while the run below waits for the device.
 //
-// The time of a run counts while the engine or the device works for it. It stops when the run is preempted. At the
-// begin of a run above, the device may still work for the preempted one: that time counts for the preempted run, not for
-// the one that waits.
+// The time of a run counts while the engine or the device works for it. It stops when the run is preempted.
+// At the begin of a run above, the device may still work for the preempted one: that time counts for the
+// preempted run, not for the one that waits.
 //
 // Threads: whoever holds the engine's lock.
 
@@ -58,7 +59,8 @@ struct Run {
 
 class RunStack {
  public:
-  /// Begins a run above all others; its time counts from `now` on. Misuse with more than max_nesting + 2 runs.
+  /// Begins a run above all others; its time counts from `now` on. Misuse with more than max_nesting + 2
+  /// runs.
   Run& push(ScheduledTransaction& transaction, ClockTime now) noexcept {
     RTSTDB_ASSERT(count_ < runs_.size());
     Run& run = runs_[count_++];

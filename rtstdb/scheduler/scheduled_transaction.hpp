@@ -1,8 +1,8 @@
 #pragma once
 // A transaction as the scheduler sees it: its terms, its work, and what the scheduler has decided about it.
 //
-// Threads: the owner's while it declares; from submission to outcome, whoever holds the engine's lock. The functions
-// about cancelling are safe in any thread.
+// Threads: the owner's while it declares; from submission to outcome, whoever holds the engine's lock. The
+// functions about cancelling are safe in any thread.
 
 #include <atomic>
 #include <cstdint>
@@ -54,7 +54,8 @@ class ScheduledTransaction : public HandOverLink {
   std::uint64_t arrival = 0;     ///< number of admission, for the order among equals
   bool cost_known = false;       ///< the cost model predicted it
   Nanoseconds promised_cost{0};  ///< predicted with a safety margin; zero: not known
-  /// Of that, what it needs to be done in time: queries whose answers may be partial count one chunk together.
+  /// Of that, what it needs to be done in time: queries whose answers may be partial count one chunk
+  /// together.
   Nanoseconds required_cost{0};
   bool promised = false;  ///< firm, and admitted because it will be in time
   Nanoseconds slack{0};   ///< promised: the cost that may still be scheduled before it

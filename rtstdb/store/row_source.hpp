@@ -1,8 +1,8 @@
 #pragma once
 // One version of the world, read by index: a port, so that those who read rows need not know the store.
 //
-// Threads: as the implementation says. Pointers and spans stay valid until the store changes next; an executor lets
-// others change it only inside ExecutorCallbacks (query/executor.hpp).
+// Threads: as the implementation says. Pointers and spans stay valid until the store changes next; an
+// executor lets others change it only inside ExecutorCallbacks (query/executor.hpp).
 
 #include <cstdint>
 #include <span>
@@ -34,9 +34,9 @@ class RowSource {
   virtual std::uint32_t index_limit() const noexcept = 0;
   /// The state of the entity at `index` in this version; null: there is none.
   virtual const EntityState* row(std::uint32_t index) const noexcept = 0;
-  /// Appends each index whose row differs between `other` (older or newer) and this version, and perhaps further ones.
-  /// False: the difference is no longer known, every row may differ. Does not allocate when `indices` has capacity for
-  /// index_limit() more.
+  /// Appends each index whose row differs between `other` (older or newer) and this version, and perhaps
+  /// further ones. False: the difference is no longer known, every row may differ. Does not allocate when
+  /// `indices` has capacity for index_limit() more.
   virtual bool changed_between(Version other, std::vector<std::uint32_t>& indices) const noexcept = 0;
   /// The shape in this version of a geometry that deforms.
   virtual Shape shape(GeometryId geometry) const noexcept = 0;

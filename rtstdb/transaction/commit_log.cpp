@@ -20,7 +20,8 @@
 namespace rtstdb::transaction {
 namespace {
 
-/// How often the thread checks whether the engine has made its copy of the world, or the disk accepts writes again.
+/// How often the thread checks whether the engine has made its copy of the world, or the disk accepts writes
+/// again.
 constexpr Nanoseconds check_interval{1'000'000};
 
 std::int64_t real_time_ns() {

@@ -1,13 +1,13 @@
 #pragma once
-// The engine's side of the log: recovers the world, records commits into a ring, and owns the thread that brings them to
-// the disk and gives back what waits for that.
+// The engine's side of the log: recovers the world, records commits into a ring, and owns the thread that
+// brings them to the disk and gives back what waits for that.
 //
 //   async   record -> ring                           the thread writes each flush_interval, or when the ring is half full
 //   group   record -> ring, hold                     the thread writes, then gives back all whose version is on disk
 //   sync    record -> ring, the engine waits         the thread writes, and wakes the engine
 //
-// Threads: open, restore and start are setup. The functions of the engine thread neither allocate nor take a lock nor,
-// except in sync mode, wait.
+// Threads: open, restore and start are setup. The functions of the engine thread neither allocate nor take a
+// lock nor, except in sync mode, wait.
 
 #include <atomic>
 #include <cstdint>
@@ -64,7 +64,8 @@ struct CommitLogOptions {
 
 class CommitLog {
  public:
-  /// Locks the directory, recovers the world and writes a first segment. Errors: file, capacity; see Database::open.
+  /// Locks the directory, recovers the world and writes a first segment. Errors: file, capacity; see
+  /// Database::open.
   static Result<std::unique_ptr<CommitLog>> open(std::shared_ptr<log::Disk> disk,
                                                  const CommitLogOptions& options);
   CommitLog(const CommitLog&) = delete;
@@ -85,24 +86,25 @@ class CommitLog {
   /// Writes the mesh to a file of its own and syncs it. One thread at a time.
   Result<log::LoggedGeometry> write_geometry(const TriangleMesh& mesh, std::string_view name,
                                              const GeometryOptions& options);
-  /// After the last commit: writes what is recorded, ends the log, gives back what is held and ends the thread. A second
-  /// call returns the same.
+  /// After the last commit: writes what is recorded, ends the log, gives back what is held and ends the
+  /// thread. A second call returns the same.
   Result<void> close() noexcept;
 
   // ---- the engine thread
   /// Group and sync mode: why these writes can not become durable now; none: they can.
   std::optional<RefusedBy> refuses(const store::WriteSet& set) const noexcept;
-  /// Async and group mode: records a published set. In async mode the log's thread may see it only after hand_over.
+  /// Async and group mode: records a published set. In async mode the log's thread may see it only after
+  /// hand_over.
   void record(const store::WriteSet& set) noexcept;
   /// Shows the log's thread all that is recorded. To be called before the engine waits for anything.
   void hand_over() noexcept;
-  /// Group mode: the transaction is done and has its status in its outcome. It is given back when its version is on disk, or
-  /// when the disk refuses.
+  /// Group mode: the transaction is done and has its status in its outcome. It is given back when its version
+  /// is on disk, or when the disk refuses.
   void hold(TransactionImpl& transaction) noexcept;
   /// Sync mode: records a staged set and waits until it is on disk. False: the disk refuses.
   bool write_through(const store::WriteSet& set) noexcept;
-  /// Sync mode: records that the version, which was recorded last, does not count, and waits until that is on disk. False:
-  /// the disk refuses.
+  /// Sync mode: records that the version, which was recorded last, does not count, and waits until that is on
+  /// disk. False: the disk refuses.
   bool take_back(Version version) noexcept;
   /// Ends a gap of the log when there is space again. To be called regularly.
   void end_gap_if_possible() noexcept;

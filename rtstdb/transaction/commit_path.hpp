@@ -6,12 +6,12 @@
 //   reads    the version that its terms name -> queries -> in time?
 //   sync     stage -> queries -> on disk? -> publish -> in time? -> settle; else discard, and taken back in the log
 //
-// When a firm transaction counts as in time: only who holds the engine's lock reads rows, so a version is readable by
-// every later transaction and snapshot as soon as Store::publish has run. The clock is read after that (`published`). If
-// the firm deadline has passed by this reading, the version is discarded before anything could read it, and the transaction
-// is missed. So a firm commit was readable before its deadline by a reading taken afterwards, whatever the operating
-// system did to the thread in between. The owner sees the status after a wake-up; a status that is seen after the deadline
-// is counted (firm_handed_over_late).
+// When a firm transaction counts as in time: only who holds the engine's lock reads rows, so a version is
+// readable by every later transaction and snapshot as soon as Store::publish has run. The clock is read after
+// that (`published`). If the firm deadline has passed by this reading, the version is discarded before
+// anything could read it, and the transaction is missed. So a firm commit was readable before its deadline by
+// a reading taken afterwards, whatever the operating system did to the thread in between. The owner sees the
+// status after a wake-up; a status that is seen after the deadline is counted (firm_handed_over_late).
 //
 // Threads: whoever holds the engine's lock.
 
@@ -41,12 +41,14 @@ class CommitPath {
  public:
   explicit CommitPath(const CommitParts& parts) noexcept : parts_(parts) {}
 
-  /// Fills the transaction's outcome and returns its status; `pending`: it must restart. The transaction is not given
-  /// back. Others may be executed by this path inside `callbacks`, those that Preemption::can_execute accepts.
+  /// Fills the transaction's outcome and returns its status; `pending`: it must restart. The transaction is
+  /// not given back. Others may be executed by this path inside `callbacks`, those that
+  /// Preemption::can_execute accepts.
   Status execute(TransactionImpl& transaction, query::ExecutorCallbacks* callbacks) noexcept;
 
-  /// Executes the transaction without publishing anything, parts of it and all of it, as often as the cost model needs.
-  /// Committed, or the status that says why it can not be executed; then the outcome says more. See Database::calibrate.
+  /// Executes the transaction without publishing anything, parts of it and all of it, as often as the cost
+  /// model needs. Committed, or the status that says why it can not be executed; then the outcome says more.
+  /// See Database::calibrate.
   Status calibrate(TransactionImpl& transaction) noexcept;
 
  private:

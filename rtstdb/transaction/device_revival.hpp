@@ -1,6 +1,7 @@
 #pragma once
-// A lost device: another one is opened while the write helper goes on with transactions that only write. A transaction with
-// queries waits for the new device, unless its deadline is firm and comes before the device can.
+// A lost device: another one is opened while the write helper goes on with transactions that only write. A
+// transaction with queries waits for the new device, unless its deadline is firm and comes before the device
+// can.
 //
 // Threads: whoever holds the engine's lock; revive releases it in its wait (ExecutorCallbacks).
 
@@ -22,8 +23,8 @@ class DeviceRevival {
   bool is_needed() const noexcept { return executor_.lost(); }
   /// Misuse inside a run of the executor.
   void revive(query::ExecutorCallbacks& callbacks) noexcept;
-  /// Takes a transaction out of the queue that the new device will come too late for; null: none. Such a transaction ends
-  /// as device_lost.
+  /// Takes a transaction out of the queue that the new device will come too late for; null: none. Such a
+  /// transaction ends as device_lost.
   scheduler::ScheduledTransaction* pop_unmeetable() noexcept;
 
  private:

@@ -1,17 +1,17 @@
 #pragma once
-// The database engine: takes transactions from any thread, executes them one after the other, and gives each back with
-// exactly one outcome. It wires the parts; what each decides is described in its header.
+// The database engine: takes transactions from any thread, executes them one after the other, and gives each
+// back with exactly one outcome. It wires the parts; what each decides is described in its header.
 //
 //   submit -> HandOver -> Admission -> ReadyQueue -> CommitPath (QueryExecution -> Executor) -> outcome, owner woken
 //                                                      |  at preemption points: Preemption, and so on, nested
 //
-// Threads: its own, which executes transactions; the WriteHelper's, which executes writes while the engine's waits for the
-// device; and the CommitLog's. Whoever executes holds one lock. A cancelled transaction is marked, and given back by
-// whoever handles it next.
+// Threads: its own, which executes transactions; the WriteHelper's, which executes writes while the engine's
+// waits for the device; and the CommitLog's. Whoever executes holds one lock. A cancelled transaction is
+// marked, and given back by whoever handles it next.
 //
-// Threads of the callers: submit, wait, cancel, latest, counts, snapshot, shape, call and execute_job by any; constructor,
-// destructor, make_transaction, listen, calibrate and reserve are setup. submit, wait, cancel and latest neither allocate
-// nor take a lock.
+// Threads of the callers: submit, wait, cancel, latest, counts, snapshot, shape, call and execute_job by any;
+// constructor, destructor, make_transaction, listen, calibrate and reserve are setup. submit, wait, cancel
+// and latest neither allocate nor take a lock.
 
 #include <atomic>
 #include <cstdint>
@@ -65,8 +65,8 @@ class Engine final : private query::ExecutorCallbacks,
                      private scheduler::ReservationOwner,
                      private WriteHelper::Work {
  public:
-  /// Only the engine thread calls the executor. Executor and clock outlive the engine. With a log, the world begins as it
-  /// was recovered.
+  /// Only the engine thread calls the executor. Executor and clock outlive the engine. With a log, the world
+  /// begins as it was recovered.
   Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
          std::unique_ptr<CommitLog> log = nullptr);
   /// Closes.
@@ -76,7 +76,8 @@ class Engine final : private query::ExecutorCallbacks,
 
   std::unique_ptr<Transaction> make_transaction(const TransactionOptions& options) const;
 
-  /// The transaction is this engine's and was begun since its last outcome (misuse). After close it ends as cancelled.
+  /// The transaction is this engine's and was begun since its last outcome (misuse). After close it ends as
+  /// cancelled.
   void submit(Transaction& transaction) noexcept;
   /// Waits for the outcome. Misuse when the transaction was never submitted.
   const Outcome& wait(Transaction& transaction) noexcept;
@@ -88,15 +89,15 @@ class Engine final : private query::ExecutorCallbacks,
   /// All entities of a version, by ascending index. The engine copies in slices while the caller waits.
   /// Errors: bad_input when the version is unknown or no longer kept. Misuse after close.
   Result<std::vector<EntityState>> snapshot(const ReadAt& read_at);
-  /// The `positions` vertices of a geometry that deforms, in a version. Errors: bad_input when the version is unknown or its
-  /// shapes are no longer kept. Misuse after close.
+  /// The `positions` vertices of a geometry that deforms, in a version. Errors: bad_input when the version is
+  /// unknown or its shapes are no longer kept. Misuse after close.
   Result<std::vector<glm::vec3>> shape(GeometryId geometry, std::size_t positions, const ReadAt& read_at);
   /// The geometry deforms from now on. Inside call.
   void keep_shapes(GeometryId geometry, std::unique_ptr<store::ShapeHistory::Ring> shapes) noexcept {
     store_.keep_shapes(geometry, std::move(shapes));
   }
-  /// Runs `work`, which must not throw, on the engine thread between two transactions, and waits for it. For setup:
-  /// transactions wait as long. Misuse after close.
+  /// Runs `work`, which must not throw, on the engine thread between two transactions, and waits for it. For
+  /// setup: transactions wait as long. Misuse after close.
   void call(const std::function<void()>& work);
   /// Has the job done by the engine thread, and waits for it. Misuse after close.
   void execute_job(EngineJob& job) noexcept;
@@ -115,8 +116,8 @@ class Engine final : private query::ExecutorCallbacks,
   /// What the machine did not permit, one sentence each.
   const std::vector<std::string>& degraded() const noexcept { return degraded_; }
 
-  /// Completes the transaction in execution, cancels all that wait, ends the threads and the log, which keeps the result
-  /// (CommitLog::close). A second call does nothing. One thread at a time.
+  /// Completes the transaction in execution, cancels all that wait, ends the threads and the log, which keeps
+  /// the result (CommitLog::close). A second call does nothing. One thread at a time.
   void close() noexcept;
   /// Whether close was called.
   bool is_closing() const noexcept { return closing_.load(std::memory_order_acquire); }

@@ -1,6 +1,6 @@
 #pragma once
-// Work for the engine thread that is no transaction: a look at the rows, a setup step on the device. It is done in
-// steps between transactions, so that a transaction waits for one step at most.
+// Work for the engine thread that is no transaction: a look at the rows, a setup step on the device. It is
+// done in steps between transactions, so that a transaction waits for one step at most.
 
 #include "rtstdb/scheduler/hand_over.hpp"
 #include "rtstdb/store/store.hpp"

@@ -1,5 +1,6 @@
 #pragma once
-// Group mode: transactions that are committed and wait until the disk has their version, by ascending version.
+// Group mode: transactions that are committed and wait until the disk has their version, by ascending
+// version.
 //
 // Threads: hold by the engine's, count by any, all else by the log's.
 
@@ -19,8 +20,8 @@ class HeldTransactions {
   void hold(TransactionImpl& transaction) noexcept;
   std::uint32_t count() const noexcept { return count_.load(std::memory_order_acquire); }
 
-  /// Takes the next transaction whose version is at most `durable`, or, where the disk refuses, the next one; null: none.
-  /// Its outcome says whether and since when (`now`) it is durable.
+  /// Takes the next transaction whose version is at most `durable`, or, where the disk refuses, the next one;
+  /// null: none. Its outcome says whether and since when (`now`) it is durable.
   TransactionImpl* release(Version durable, bool refused, const Clock& clock) noexcept;
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
-// The latest published version, written by one thread and read by any without a lock: a ring of the last versions, so that
-// a reader reads a slot that is not being written.
+// The latest published version, written by one thread and read by any without a lock: a ring of the last
+// versions, so that a reader reads a slot that is not being written.
 
 #include <array>
 #include <atomic>

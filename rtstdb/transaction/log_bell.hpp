@@ -1,9 +1,9 @@
 #pragma once
-// How the log's thread sleeps and is woken: it sleeps until any ring, or, when its work may wait for more, until a time or an
-// urgent ring. Ringing makes a system call only where it wakes the thread.
+// How the log's thread sleeps and is woken: it sleeps until any ring, or, when its work may wait for more,
+// until a time or an urgent ring. Ringing makes a system call only where it wakes the thread.
 //
-// The first thread that rings a sleeper claims to wake it, and the others make no system call: on a busy machine the woken
-// thread may run much later, and many commits ring before that.
+// The first thread that rings a sleeper claims to wake it, and the others make no system call: on a busy
+// machine the woken thread may run much later, and many commits ring before that.
 //
 // Threads: one sleeps; any rings. Ringing neither allocates nor blocks.
 
@@ -66,7 +66,8 @@ class LogBell {
     if (sleeps_.load(std::memory_order_seq_cst) != kind ||
         !sleeps_.compare_exchange_strong(seen, Sleep::none, std::memory_order_seq_cst))
       return;
-    // The sleeper may read this ring as seen and sleep after the wake-up: another count keeps it from sleeping.
+    // The sleeper may read this ring as seen and sleep after the wake-up: another count keeps it from
+    // sleeping.
     rings.fetch_add(1, std::memory_order_seq_cst);
     threads::futex_wake_all(&rings);
   }

@@ -1,5 +1,6 @@
 #pragma once
-// Executes the reads and queries of one transaction on one version, and teaches the cost model what they took.
+// Executes the reads and queries of one transaction on one version, and teaches the cost model what they
+// took.
 //
 // Threads: whoever holds the engine's lock; the executor releases it in its waits (ExecutorCallbacks).
 
@@ -28,9 +29,9 @@ class QueryExecution {
                  Nanoseconds chunk) noexcept
       : executor_(executor), clock_(clock), costs_(costs), chunk_(chunk) {}
 
-  /// Answers the reads and the queries of the transaction, and fills its outcome. None: they are answered, all or (partial)
-  /// some. Else the status with which the transaction fails; `pending` when it must restart. Calls `callbacks`, which may
-  /// be null, as query::Executor says. Sets `cost`.
+  /// Answers the reads and the queries of the transaction, and fills its outcome. None: they are answered,
+  /// all or (partial) some. Else the status with which the transaction fails; `pending` when it must restart.
+  /// Calls `callbacks`, which may be null, as query::Executor says. Sets `cost`.
   std::optional<Status> execute(TransactionImpl& transaction, const scheduler::Run& run,
                                 const store::RowSource& rows, query::ExecutorCallbacks* callbacks,
                                 QueryCost& cost) noexcept;

@@ -8,7 +8,8 @@ namespace rtstdb::transaction {
 
 bool SnapshotJob::step(const store::Store& store) noexcept {
   if (!snapshot_ || !snapshot_->still_kept()) {
-    // The first attempt, or the version is no longer kept. Only ReadAt::latest may move on to another version.
+    // The first attempt, or the version is no longer kept. Only ReadAt::latest may move on to another
+    // version.
     const ReadAt again =
         snapshot_ && read_at_.kind != ReadAt::Kind::latest ? ReadAt::pinned(snapshot_->version()) : read_at_;
     const auto found = store.read(again);

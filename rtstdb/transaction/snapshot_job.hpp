@@ -1,6 +1,7 @@
 #pragma once
-// Copies the rows of one version for a caller outside the engine, one slice per step. When commits push the version out of
-// the history between two steps, the copy begins again; after some attempts it takes all rows in one step.
+// Copies the rows of one version for a caller outside the engine, one slice per step. When commits push the
+// version out of the history between two steps, the copy begins again; after some attempts it takes all rows
+// in one step.
 //
 // Threads: step by the engine's, all else by the owner's.
 

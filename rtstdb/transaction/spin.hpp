@@ -1,6 +1,7 @@
 #pragma once
-// Polling for a short time before a thread sleeps: a wake-up takes longer than most transactions. A thread polls only
-// where the thread that it waits for can run at the same time, and only while polling succeeds often enough.
+// Polling for a short time before a thread sleeps: a wake-up takes longer than most transactions. A thread
+// polls only where the thread that it waits for can run at the same time, and only while polling succeeds
+// often enough.
 
 #include <rtstdb/time.hpp>
 
@@ -11,11 +12,12 @@ namespace rtstdb::transaction {
 /// How long threads of this process may spin: `wanted`, or zero where the process has one processor.
 Nanoseconds spin_where_possible(Nanoseconds wanted) noexcept;
 
-/// Whether the calling thread has a real-time policy: it would keep threads from running that it waits for. A system call.
+/// Whether the calling thread has a real-time policy: it would keep threads from running that it waits for. A
+/// system call.
 bool is_realtime_thread() noexcept;
 
-/// The spinning of one thread, with its record of success: after some failures it spins only rarely. A thread with a real-time
-/// policy does not spin, from 10 ms after it got the policy.
+/// The spinning of one thread, with its record of success: after some failures it spins only rarely. A thread
+/// with a real-time policy does not spin, from 10 ms after it got the policy.
 class Spin {
  public:
   /// Polls `happened` for at most `timeout`. Returns what it returned last. Neither blocks nor allocates.

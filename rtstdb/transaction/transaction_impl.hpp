@@ -1,8 +1,9 @@
 #pragma once
-// A declared transaction: its terms, preconditions, writes, reads and queries, in memory that it allocates once.
+// A declared transaction: its terms, preconditions, writes, reads and queries, in memory that it allocates
+// once.
 //
-// Threads: the owner's while it declares. Between mark_pending and finish everything belongs to the engine, except
-// status, wait and request_cancel, which are safe in any thread.
+// Threads: the owner's while it declares. Between mark_pending and finish everything belongs to the engine,
+// except status, wait and request_cancel, which are safe in any thread.
 
 #include <cstdint>
 #include <span>

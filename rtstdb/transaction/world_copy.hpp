@@ -1,7 +1,8 @@
 #pragma once
-// The world for the log's checkpoints: a copy of one version, which the engine thread makes slice by slice between
-// transactions, so that a transaction waits for one slice at most. When commits push the version out of the history while it
-// is copied, the copy begins again with the latest version and larger slices; the last attempt copies all in one step.
+// The world for the log's checkpoints: a copy of one version, which the engine thread makes slice by slice
+// between transactions, so that a transaction waits for one slice at most. When commits push the version out
+// of the history while it is copied, the copy begins again with the latest version and larger slices; the
+// last attempt copies all in one step.
 //
 // Threads: add by the engine's, attach in setup, all else by the log's.
 

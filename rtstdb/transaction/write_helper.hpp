@@ -1,7 +1,7 @@
 #pragma once
-// The engine's lock, and a second thread that works under it while the engine thread waits for the device: it admits
-// new transactions and commits those that only write. So a write waits microseconds for the queries of another
-// transaction.
+// The engine's lock, and a second thread that works under it while the engine thread waits for the device: it
+// admits new transactions and commits those that only write. So a write waits microseconds for the queries of
+// another transaction.
 //
 // Threads: as each function says.
 

@@ -51,8 +51,8 @@ bool is_memory_limited() {
   return false;
 }
 
-/// Forwards signals that a program sends, since they reach this process alone. A terminal sends its signals to
-/// the child too.
+/// Forwards signals that a program sends, since they reach this process alone. A terminal sends its signals
+/// to the child too.
 void pass_on(int signal, siginfo_t* information, void* /*context*/) {
   if (information->si_code <= 0 && child_process > 0) kill(child_process, signal);
 }

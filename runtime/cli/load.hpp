@@ -1,6 +1,6 @@
 #pragma once
-// Loads a scenario file with the overrides of the command line and wires it. Mistakes and warnings go to stderr,
-// all at once.
+// Loads a scenario file with the overrides of the command line and wires it. Mistakes and warnings go to
+// stderr, all at once.
 
 #include <cstddef>
 #include <memory>

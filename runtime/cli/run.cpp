@@ -98,8 +98,8 @@ std::size_t terminal_columns() {
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-/// Writes the report, then the trace, which is large. When a file can not be written, the run fails and no file
-/// in the folder says that it passed. Returns whether there is a report.
+/// Writes the report, then the trace, which is large. When a file can not be written, the run fails and no
+/// file in the folder says that it passed. Returns whether there is a report.
 bool write_files(run::SessionResult& result, const std::filesystem::path& directory) {
   report::RunRecord& record = result.record;
   try {
@@ -161,8 +161,8 @@ int write_refusal(const config::Scenario& scenario, const run::SessionOptions& o
   return exit_code;
 }
 
-/// Removes the reports of an earlier run, so that they are not taken for this one's. The recorded world of that
-/// run stays: a mistake in the arguments must not delete a history.
+/// Removes the reports of an earlier run, so that they are not taken for this one's. The recorded world of
+/// that run stays: a mistake in the arguments must not delete a history.
 int refuse_scenario(const std::string& directory) {
   std::error_code absent;
   if (directory.empty() || !std::filesystem::is_directory(directory, absent)) return run::exit_bad_config;

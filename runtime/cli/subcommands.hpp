@@ -1,6 +1,6 @@
 #pragma once
-// The subcommands of hil. Each function adds one to the app. When the command line names it, CLI11 runs it and
-// it sets the exit code (run/verdict.hpp).
+// The subcommands of hil. Each function adds one to the app. When the command line names it, CLI11 runs it
+// and it sets the exit code (run/verdict.hpp).
 
 #include <CLI/CLI.hpp>
 

@@ -10,9 +10,9 @@
 
 namespace hil::config {
 
-/// Adds every mistake in the tree to `diagnostics` and returns the correct parts: records, maps and lists lack
-/// the wrong parts, and is_whole is then false. Empty when no part is correct. An unknown key is a mistake but
-/// leaves its record whole.
+/// Adds every mistake in the tree to `diagnostics` and returns the correct parts: records, maps and lists
+/// lack the wrong parts, and is_whole is then false. Empty when no part is correct. An unknown key is a
+/// mistake but leaves its record whole.
 std::optional<Value> check_tree(const TreeNode& tree, const Schema& schema, Diagnostics& diagnostics);
 
 /// The same for a value of Kind::any.

@@ -1,9 +1,10 @@
 #pragma once
 // The one way from a user's YAML to checked values.
 //
-// One pass finds all mistakes of a file, each with its place. Three mistakes hide the rest: a file that can not
-// be read, bytes that are not text, and text that is not YAML. Time and memory are bounded for any file: at most max_file_bytes (1 MiB; source_text.hpp), 64 levels, 250'000
-// values with aliases written out (tree.hpp) and Diagnostics::capacity mistakes.
+// One pass finds all mistakes of a file, each with its place. Three mistakes hide the rest: a file that can
+// not be read, bytes that are not text, and text that is not YAML. Time and memory are bounded for any file:
+// at most max_file_bytes (1 MiB; source_text.hpp), 64 levels, 250'000 values with aliases written out
+// (tree.hpp) and Diagnostics::capacity mistakes.
 //
 // Threads: pure functions of the file system and their arguments; a Diagnostics belongs to one thread.
 

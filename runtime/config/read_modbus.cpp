@@ -98,7 +98,8 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
   }
 }
 
-/// A client touches only the registers that the scenario names; without `read`, it reads all that can be read.
+/// A client touches only the registers that the scenario names; without `read`, it reads all that can be
+/// read.
 void keep_used_registers(ModbusSection& section) {
   const auto is_named = [](const std::optional<Word>& word, const RegisterEntry& entry) {
     return word && word->text == entry.name;

@@ -69,7 +69,8 @@ bool mentions(const ProcessSection& process, const std::string& unit) {
   return false;
 }
 
-/// Refuses a free port (auto) of a client when no process's command names the unit, so that no server knows it.
+/// Refuses a free port (auto) of a client when no process's command names the unit, so that no server knows
+/// it.
 void check_automatic_ports(const Scenario& scenario, const Reading& reading) {
   for (const ModbusSection& section : scenario.modbus) {
     if (section.port || section.host.empty() || section.role != io::modbus::Role::client) continue;

@@ -1,7 +1,7 @@
 #pragma once
 // A scenario as the rest of the program sees it: checked, complete, in SI units, immutable. Names that are
-// looked up later, when the parts are wired together (a signal, a message of a DBC file), keep their place for
-// error texts.
+// looked up later, when the parts are wired together (a signal, a message of a DBC file), keep their place
+// for error texts.
 //
 // Threads: immutable once loaded; any thread may read.
 
@@ -303,9 +303,9 @@ Schema scenario_schema();
 Schema register_map_schema();
 
 /// Reads the scenario, its modules' parameters and its register maps, and checks all that can be checked
-/// without opening a device: the schemas, that rates divide the base rate, that offsets, deadlines and periods
-/// fit, that names are unique, and that names refer to something in the file. Reports all mistakes at once and
-/// is empty when there was one. `overrides`: see overrides.hpp.
+/// without opening a device: the schemas, that rates divide the base rate, that offsets, deadlines and
+/// periods fit, that names are unique, and that names refer to something in the file. Reports all mistakes at
+/// once and is empty when there was one. `overrides`: see overrides.hpp.
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const SchemaOfModules& modules, Diagnostics& diagnostics);
 

@@ -1,8 +1,8 @@
 #pragma once
 // The sections of a scenario, one reader each. For the files of this folder; scenario.hpp is the public side.
 //
-// Values come from check_tree and may be incomplete. Each reader skips what is not whole, since its mistake is
-// already reported, and reads the rest, so that one mistake hides no other.
+// Values come from check_tree and may be incomplete. Each reader skips what is not whole, since its mistake
+// is already reported, and reads the rest, so that one mistake hides no other.
 
 #include <cstdint>
 #include <map>
@@ -29,8 +29,8 @@ struct Reading {
   std::vector<std::string> modbus_units;  ///< the same
 };
 
-/// Names that must be unique. A second one is a mistake that names the line of the first, and its file when it
-/// is another one (--set).
+/// Names that must be unique. A second one is a mistake that names the line of the first, and its file when
+/// it is another one (--set).
 class UniqueNames {
  public:
   /// `what`: "module", "bus", ...

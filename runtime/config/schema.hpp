@@ -1,10 +1,11 @@
 #pragma once
-// What a configuration may contain, as data. Each part of the program describes its own section with a Schema,
-// and the parser (parse.hpp) checks a file against it. A checked value is complete (defaults filled in), in SI
-// units and within its range.
+// What a configuration may contain, as data. Each part of the program describes its own section with a
+// Schema, and the parser (parse.hpp) checks a file against it. A checked value is complete (defaults filled
+// in), in SI units and within its range.
 //
 // The schema alone decides what a scalar means: `name: no` is the text "no" where text is expected. Where a
-// boolean is expected, only true and false are accepted (yes, no, on, off, True and quoted words are mistakes).
+// boolean is expected, only true and false are accepted (yes, no, on, off, True and quoted words are
+// mistakes).
 //
 // Threads: schemas and values are immutable; share them freely. Building a schema that contradicts itself
 // (two fields of one name, a default that its own schema refuses) is misuse and asserts.

@@ -1,6 +1,6 @@
 #pragma once
-// The text of one file, or of one --set option. It is kept as long as a value read from it, so that error texts
-// can name places in it.
+// The text of one file, or of one --set option. It is kept as long as a value read from it, so that error
+// texts can name places in it.
 
 #include <cstddef>
 #include <cstdint>

@@ -7,8 +7,8 @@ uint interleaved(uint group, uint count) {
   return group < evens ? 2u * group : 2u * (group - evens) + 1u;
 }
 
-// The place that this invocation searches. The first `per_group` invocations of a workgroup have consecutive places
-// behind those of the previous workgroup; the others get an index beyond every range. See
+// The place that this invocation searches. The first `per_group` invocations of a workgroup have consecutive
+// places behind those of the previous workgroup; the others get an index beyond every range. See
 // rtstdb/query/dispatch_layout.hpp. Lavapipe assigns contiguous halves of the workgroups to its threads, and
 // interleaving gives both halves similar work.
 uint place_of_invocation(uint first, uint per_group) {

@@ -1,5 +1,5 @@
-// A group is some children of one node in one word: the node in the upper 24 bits, below it one bit per child. One word,
-// because lavapipe stores lane by lane where the address differs between lanes.
+// A group is some children of one node in one word: the node in the upper 24 bits, below it one bit per
+// child. One word, because lavapipe stores lane by lane where the address differs between lanes.
 #ifndef RTSTDB_QUERY_CHILD_GROUP_GLSL
 #define RTSTDB_QUERY_CHILD_GROUP_GLSL
 #include "shared/node.h"

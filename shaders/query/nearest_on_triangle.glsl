@@ -14,8 +14,8 @@ float exact_dot(vec3 a, vec3 b) {
   return product;
 }
 
-// The nearest point on the edge from a to b, relative to the query point; `along`: the weight of b. The computation starts
-// from the nearer end, so both triangles of an edge find the same point to the last bit.
+// The nearest point on the edge from a to b, relative to the query point; `along`: the weight of b. The
+// computation starts from the nearer end, so both triangles of an edge find the same point to the last bit.
 void nearest_on_edge(vec3 a, vec3 b, out vec3 offset, out float along) {
   const bool turned = exact_dot(b, b) < exact_dot(a, a);
   const vec3 from = turned ? b : a;
@@ -26,9 +26,10 @@ void nearest_on_edge(vec3 a, vec3 b, out vec3 offset, out float along) {
   along = turned ? 1.0 - share : share;
 }
 
-// The nearest point of the three edges and of the face, where the perpendicular foot lies inside the triangle. So the result
-// is a point of the triangle, even for a sliver. Classifying Voronoi regions (Ericson, Real-Time Collision Detection, 2005,
-// 5.1.5) saves nothing where branches are masked. Corners are relative to the query point.
+// The nearest point of the three edges and of the face, where the perpendicular foot lies inside the
+// triangle. So the result is a point of the triangle, even for a sliver. Classifying Voronoi regions
+// (Ericson, Real-Time Collision Detection, 2005, 5.1.5) saves nothing where branches are masked. Corners are
+// relative to the query point.
 TrianglePoint nearest_on_triangle(vec3 a, vec3 b, vec3 c) {
   vec3 on_ab, on_ac, on_bc;
   float along_ab, along_ac, along_bc;

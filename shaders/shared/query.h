@@ -18,8 +18,8 @@ RTSTDB_CONSTANT(ray_texels, 4)
 RTSTDB_CONSTANT(hit_pairs, 8)
 
 // The number of rays that are retried at a time. The saved state of one search has two stacks of 96 groups
-// and 18 more words, and 5 for each hit of its list. The upper bit of its word in `retried_rays` marks the begin of
-// a search.
+// and 18 more words, and 5 for each hit of its list. The upper bit of its word in `retried_rays` marks the
+// begin of a search.
 RTSTDB_CONSTANT(paused_rays, 256)
 RTSTDB_CONSTANT(paused_ray_groups, 96)
 RTSTDB_CONSTANT(paused_ray_words, 210)

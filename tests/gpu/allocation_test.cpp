@@ -1,5 +1,5 @@
-// The real-time path: recording, submitting, waiting and reading timestamps allocate nothing of ours, nor does
-// a transaction that asks.
+// The real-time path: recording, submitting, waiting and reading timestamps allocate nothing of ours, nor
+// does a transaction that asks.
 
 #include <algorithm>
 #include <atomic>

@@ -48,8 +48,8 @@ inline std::vector<Words> words_of(std::span<const RayHit> hits) {
   return of_hits;
 }
 
-/// By region. What was found before a search was cut short depends on the tree, which is another one where a slot was made anew;
-/// so does, at the edge of the limit, whether it was: nothing is said of such a region.
+/// By region. What was found before a search was cut short depends on the tree, which is another one where a
+/// slot was made anew; so does, at the edge of the limit, whether it was: nothing is said of such a region.
 inline std::vector<Words> words_of(std::span<const RegionAnswer> answers) {
   std::vector<Words> of_regions;
   for (const RegionAnswer& answer : answers) {

@@ -1,5 +1,5 @@
-// Batches of every size are shared out to as many processors as a software device may have, and each element gets the answer that
-// it gets in a batch of many.
+// Batches of every size are shared out to as many processors as a software device may have, and each element
+// gets the answer that it gets in a batch of many.
 
 #include <algorithm>
 #include <cstdlib>

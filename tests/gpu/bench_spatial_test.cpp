@@ -75,7 +75,8 @@ TEST_F(RaysJudged, RaysThatHitNothingAreRefused) {
   EXPECT_THROW(judge(0.0), std::runtime_error);
 }
 
-/// At each corner of a cube three triangles that fill a box of 1 m: a root with eight leaves is the best tree.
+/// At each corner of a cube three triangles that fill a box of 1 m: a root with eight leaves is the best
+/// tree.
 TEST(TreeCosts, AreThoseOfARootWithEightLeaves) {
   rtstdb::TriangleMesh mesh;
   for (std::uint32_t cluster = 0; cluster < 8; ++cluster) {

@@ -1,5 +1,6 @@
-// Worlds that change in every way from version to version: few rows, many, all; entities that come and go, down to one; geometry that
-// is lost and found. However the tree of a version came to be, patched, renewed, refitted or built, its answers are the oracle's.
+// Worlds that change in every way from version to version: few rows, many, all; entities that come and go,
+// down to one; geometry that is lost and found. However the tree of a version came to be, patched, renewed,
+// refitted or built, its answers are the oracle's.
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
-// Chunks of a run follow what the last ones took, whatever is done in its gaps. On the executor itself, so that every gap is filled.
+// Chunks of a run follow what the last ones took, whatever is done in its gaps. On the executor itself, so
+// that every gap is filled.
 
 #include "rtstdb/query/chunk_pace.hpp"
 
@@ -84,7 +85,8 @@ TEST(ChunkPace, ItMayBeginSmall) {
   EXPECT_EQ(pace.relative_size(), relative_size) << "never larger for it";
 }
 
-/// What a chunk takes however few are in it; the device's own time for all of them is 100 chunks of those that are thought to be one.
+/// What a chunk takes however few are in it; the device's own time for all of them is 100 chunks of those
+/// that are thought to be one.
 double share_of_dispatches(double dispatch_ns, double chunk_ns, double thought_too_much) {
   query::ChunkPace pace(static_cast<std::int64_t>(chunk_ns));
   pace.begin_with(0.5);
@@ -101,7 +103,8 @@ double share_of_dispatches(double dispatch_ns, double chunk_ns, double thought_t
   return by_dispatches_ns / took_ns;
 }
 
-/// Also where what such batches took was learnt with their dispatches, so that elements are thought to be dearer than they are.
+/// Also where what such batches took was learnt with their dispatches, so that elements are thought to be
+/// dearer than they are.
 TEST(ChunkPace, ChunksAreNotMostlyDispatches) {
   for (const double chunk_ns : {200e3, 500e3, 5e6}) {
     for (const double dispatch_ns : {1e3, 80e3, 200e3, 400e3}) {

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::uint32_t batch_size = 500;
 
-/// Every kind of query, each over the same elements in a world made from the same seed, among them some that take more than a
-/// dispatch gives.
+/// Every kind of query, each over the same elements in a world made from the same seed, among them some that
+/// take more than a dispatch gives.
 class Chunks : public DatabaseTest {
  protected:
   void make_world(Nanoseconds chunk, bool with_dense = true) {
@@ -136,7 +136,8 @@ TEST_F(Chunks, AnswerAsTheWholeBatchWithOthersInTheirGaps) {
   EXPECT_GT(urgent_done, 100u);
 }
 
-/// What they took is learnt with the dispatches of their chunks; so chunks would become ever smaller and batches ever dearer.
+/// What they took is learnt with the dispatches of their chunks; so chunks would become ever smaller and
+/// batches ever dearer.
 TEST_F(Chunks, CostNoMoreTheMoreOftenTheyAreAsked) {
   constexpr std::uint32_t many = 20'000;
   const auto cost = [&](Nanoseconds chunk) {
@@ -163,7 +164,8 @@ TEST_F(Chunks, CostNoMoreTheMoreOftenTheyAreAsked) {
   EXPECT_LT(divided, 6 * whole);
 }
 
-/// A crowd of batches without end, and the median time that an urgent small query waits for its answers beside them.
+/// A crowd of batches without end, and the median time that an urgent small query waits for its answers
+/// beside them.
 class Urgent : public Chunks {
  protected:
   /// The database knows what they cost from the first `known` of them.

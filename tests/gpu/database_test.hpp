@@ -56,7 +56,8 @@ class DatabaseTest : public testing::Test {
                                          std::uint32_t capacity = 4096);
   /// In batches of the query's capacity; fails the test unless the outcome is committed.
   std::vector<RayHit> trace(RayQuery& query, std::span<const Ray> rays, const ReadAt& read_at = {});
-  /// For the nearest hits; the first few thousand also as packets, each ray beside itself, with the same bits.
+  /// For the nearest hits; the first few thousand also as packets, each ray beside itself, with the same
+  /// bits.
   std::vector<RayHit> trace(std::span<const Ray> rays, const ReadAt& read_at = {});
   RayHit trace(const Ray& ray, const ReadAt& read_at = {});
 

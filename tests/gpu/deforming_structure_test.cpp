@@ -1,5 +1,5 @@
-// The structure of geometry that deforms as it lies on the device, through many shapes: boxes contain what is below
-// them after each, trees that have become dear are built anew where they stand, and nothing else moves.
+// The structure of geometry that deforms as it lies on the device, through many shapes: boxes contain what is
+// below them after each, trees that have become dear are built anew where they stand, and nothing else moves.
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -84,7 +84,8 @@ class DeformingStructures : public StructureTest {
     shapes_.set(geometry, version, mesh.positions_m);
     ASSERT_TRUE(pool_.show(device(), shapes_, submit_));
   }
-  /// Looks at all of the structure that stands at `root`. Returns what it costs a ray, zero for one without area.
+  /// Looks at all of the structure that stands at `root`. Returns what it costs a ray, zero for one without
+  /// area.
   double check(std::uint32_t root, const TriangleMesh& mesh) {
     Walk walk(mesh, read(pool_.nodes()), read(pool_.triangles()));
     const ExactBox box = walk.visit(root, 1);
@@ -169,7 +170,8 @@ TEST_F(DeformingStructures, AreBuiltAnewWhereTheyHaveBecomeDear) {
   EXPECT_GT(check_shown(never, now), 3.0 * fresh);
 }
 
-/// Triangles as large as the whole are dear in any tree. A tree that was built over them is no good for anything else.
+/// Triangles as large as the whole are dear in any tree. A tree that was built over them is no good for
+/// anything else.
 TEST_F(DeformingStructures, ComeBackFromDisorder) {
   const TriangleMesh body = make_sphere(1.0, 4);
   const double fresh = check(root_of(add(body)), body);

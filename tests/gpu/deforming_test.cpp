@@ -1,5 +1,5 @@
-// Geometry that deforms: which shape is seen at which version, what is refused, what stays as it was, and other threads'
-// queries while shapes are committed.
+// Geometry that deforms: which shape is seen at which version, what is refused, what stays as it was, and
+// other threads' queries while shapes are committed.
 
 #include "tests/gpu/deforming_test.hpp"
 
@@ -329,8 +329,8 @@ TEST_F(Deforming, OthersAskMeanwhile) {
   EXPECT_LT(too_old, asked / 2) << "shapes of more versions are kept than are made during a question";
 }
 
-/// A slot of a version is brought to a later one by its few changed rows: not where a shape has changed too, though the newest
-/// shape of all is the same in both.
+/// A slot of a version is brought to a later one by its few changed rows: not where a shape has changed too,
+/// though the newest shape of all is the same in both.
 TEST_F(Deforming, SlotsOfOtherShapesAreNotPatched) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
   const GeometryId first = add_deforming(box, {.retained_shapes = 8});

@@ -1,6 +1,6 @@
 #pragma once
-// The device of a database is lost at calls that are counted, beside a database that is left alone. Which calls: every
-// one in the long form, a sample in the short one.
+// The device of a database is lost at calls that are counted, beside a database that is left alone. Which
+// calls: every one in the long form, a sample in the short one.
 
 #include <algorithm>
 #include <chrono>
@@ -19,7 +19,8 @@ class DeviceLossTest : public testing::Test {
   /// One round of a kind in both; lost ones are asked again until they are done.
   void expect_same(std::size_t kind, unsigned round);
   void expect_same_rows();
-  /// The round is lost at that call and leaves nothing, then it is done and answers the same. False: it has fewer calls.
+  /// The round is lost at that call and leaves nothing, then it is done and answers the same. False: it has
+  /// fewer calls.
   bool lose_at(std::uint64_t call, std::size_t kind, unsigned round);
 
   // `every`: every so manieth call is looked at, and the first few.

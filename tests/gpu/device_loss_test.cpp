@@ -1,5 +1,5 @@
-// The device is lost, at every call: nothing that was committed goes, nothing that was not stays, and the same answers
-// come again soon.
+// The device is lost, at every call: nothing that was committed goes, nothing that was not stays, and the
+// same answers come again soon.
 
 #include "tests/gpu/device_loss.hpp"
 
@@ -112,7 +112,8 @@ TEST_F(DeviceLoss, ThatStaysIsToldAtOnceAndWritesAreCommitted) {
   EXPECT_EQ(added.value(), expected.value());
 }
 
-/// The device lives on, but not all that is there could be connected to a pool that had grown: nobody waits for it for ever.
+/// The device lives on, but not all that is there could be connected to a pool that had grown: nobody waits
+/// for it for ever.
 TEST_F(DeviceLoss, OfAPoolThatIsNotWhole) {
   const TriangleMesh more_than_the_pool_has = make_sphere(0.8, 6);
   bool added = false;
@@ -134,8 +135,8 @@ TEST_F(DeviceLoss, OfAPoolThatIsNotWhole) {
   EXPECT_GT(refused, 0);
 }
 
-/// Half a second, or half of what it takes here and now to open the same database and to ask it: a machine that is
-/// busy, or a sanitizer, makes both slow.
+/// Half a second, or half of what it takes here and now to open the same database and to ask it: a machine
+/// that is busy, or a sanitizer, makes both slow.
 TEST_F(DeviceLoss, IsFollowedByAnAnswerSoon) {
   const auto since = [](SteadyClock::time_point begun) { return SteadyClock::now() - begun; };
   auto begun = SteadyClock::now();

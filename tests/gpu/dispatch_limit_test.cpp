@@ -1,5 +1,5 @@
-// Batches of rays of more groups than a device takes in one dispatch: they go in pieces, and the answers are the same. Every other
-// dispatch keeps to what Vulkan guarantees.
+// Batches of rays of more groups than a device takes in one dispatch: they go in pieces, and the answers are
+// the same. Every other dispatch keeps to what Vulkan guarantees.
 
 #include <bit>
 #include <cstdlib>

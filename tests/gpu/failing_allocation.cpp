@@ -69,8 +69,8 @@ Ranges find_ranges() {
   return ranges;
 }
 
-/// `caller`: who asked for memory. Templates of the C++ library are in this program too, and other libraries use them:
-/// so nobody else may stand on the stack.
+/// `caller`: who asked for memory. Templates of the C++ library are in this program too, and other libraries
+/// use them: so nobody else may stand on the stack.
 bool is_ours(const void* caller) {
   static const Ranges ranges = find_ranges();
   if (!ranges.program.holds(caller) && !ranges.transparent_holds(caller)) return false;

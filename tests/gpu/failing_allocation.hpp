@@ -1,8 +1,8 @@
 #pragma once
-// Allocations of C++ that fail on demand, in a program that links failing_allocation.cpp. Only this program's own count:
-// those with nothing on the stack but code of this program and of the C and C++ libraries. What the Vulkan loader, a
-// layer or the driver allocates, on their threads or inside calls of ours, is theirs: they are other libraries, and not
-// ours to mend.
+// Allocations of C++ that fail on demand, in a program that links failing_allocation.cpp. Only this program's
+// own count: those with nothing on the stack but code of this program and of the C and C++ libraries. What
+// the Vulkan loader, a layer or the driver allocates, on their threads or inside calls of ours, is theirs:
+// they are other libraries, and not ours to mend.
 
 #include <cstdint>
 

@@ -53,7 +53,8 @@ constexpr std::array<const char*, function_count> function_names{
 #undef FUNCTION_NAME
         "vkCreateDevice"};
 
-/// The result that `times` calls give instead of doing anything, behind `after` that are carried out; 0 times: all is well.
+/// The result that `times` calls give instead of doing anything, behind `after` that are carried out; 0
+/// times: all is well.
 struct Setting {
   std::atomic<int> result{VK_SUCCESS};
   std::atomic<int> after{0};

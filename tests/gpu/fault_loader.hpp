@@ -29,7 +29,8 @@ class FaultLoader {
   FaultLoader(const FaultLoader&) = delete;
   FaultLoader& operator=(const FaultLoader&) = delete;
 
-  /// `times` calls of the function give that result instead of doing anything: the next ones, but for the first `after`.
+  /// `times` calls of the function give that result instead of doing anything: the next ones, but for the
+  /// first `after`.
   void fail(const char* function, int result, int times, int after = 0) {
     ASSERT_EQ(set_(function, result, times, after), 0) << function;
     for (const char*& touched : touched_) {
@@ -43,8 +44,8 @@ class FaultLoader {
   void allow_groups(std::uint32_t groups) { allow_groups_(groups); }
   /// In all dispatches that were ever recorded, but for indirect ones.
   std::uint64_t groups() const { return groups_(); }
-  /// From the n-th call on that can fail, the device is lost, and only another one is not; counted from now on, those
-  /// of all devices. 0: never.
+  /// From the n-th call on that can fail, the device is lost, and only another one is not; counted from now
+  /// on, those of all devices. 0: never.
   void lose_at_call(std::uint64_t call) { lose_(call); }
   /// Since lose_at_call.
   std::uint64_t calls() const { return calls_(); }

@@ -194,8 +194,8 @@ TEST_F(GeometryStructures, HaveChildrenInTheSlotsThatTheyLieTowards) {
   EXPECT_GT(walk.slot_gain(), 100.0 * (extent.x + extent.y + extent.z));
 }
 
-/// What a ray pays by the surface area heuristic, so that no change makes trees worse unnoticed: 13.6 and 31.6,
-/// and without rotations 13.8 and 36.0.
+/// What a ray pays by the surface area heuristic, so that no change makes trees worse unnoticed: 13.6 and
+/// 31.6, and without rotations 13.8 and 36.0.
 TEST_F(GeometryStructures, AreCheapForRays) {
   EXPECT_LT(cost_of(make_sphere(1.0, 6)), 13.7);
   const TriangleMesh soup = mesh_of(20'000, [&](std::uint32_t) {

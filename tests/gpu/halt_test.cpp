@@ -1,5 +1,5 @@
-// Chunks that are halted, since they take longer than was thought and somebody waits: what they answer. On the executor itself, so that
-// every one is.
+// Chunks that are halted, since they take longer than was thought and somebody waits: what they answer. On
+// the executor itself, so that every one is.
 
 #include <algorithm>
 #include <chrono>
@@ -155,7 +155,8 @@ TEST_F(HaltedRuns, AnswerAsWholeOnes) {
     for (std::size_t k = 0; k < all.size(); ++k) {
       Gaps gaps([] {});
       gaps.awaited = true;
-      // Soon, when some have begun; and at once, when none has: then it gets more time each time. All may have begun before.
+      // Soon, when some have begun; and at once, when none has: then it gets more time each time. All may
+      // have begun before.
       for (int attempt = 0; attempt < 2 || (attempt < attempts && gaps.count == 0 && can_halt()); ++attempt) {
         chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
         run(std::span(&all[k], 1), &gaps);
@@ -233,8 +234,8 @@ TEST_F(HaltedRuns, EndAtOnceForWhoeverRunsInTheirGaps) {
   expect_same(large, whole);
 }
 
-/// Signs are found in a second dispatch: of what is halted at once nothing stands. Where that would take much of the device's time, it is
-/// let finish.
+/// Signs are found in a second dispatch: of what is halted at once nothing stands. Where that would take much
+/// of the device's time, it is let finish.
 TEST_F(HaltedRuns, ThrowLittleAwayForOthers) {
   make_world(300);
   const std::vector<Asked> large{prepare(
@@ -292,7 +293,8 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
   }
 }
 
-/// Each alone in a group, at piles in which eight together came to no end, a tower where signs are counted, and with lists too short.
+/// Each alone in a group, at piles in which eight together came to no end, a tower where signs are counted,
+/// and with lists too short.
 TEST_F(HaltedRuns, AnswerAsWholeOnesWhereTheyAreAskedAgain) {
   make_world(12);
   double height_m = 20.0;

@@ -1,7 +1,7 @@
 #pragma once
-// Every query kind as tests prepare it, from rtstdb/query_kinds.def: no test lists the kinds. A new kind adds to
-// kind_cases.cpp the options that are worth a test and its random elements, to answer_words.hpp the words of its answers,
-// and to database_test.hpp how they are judged and counted.
+// Every query kind as tests prepare it, from rtstdb/query_kinds.def: no test lists the kinds. A new kind adds
+// to kind_cases.cpp the options that are worth a test and its random elements, to answer_words.hpp the words
+// of its answers, and to database_test.hpp how they are judged and counted.
 
 #include <cstdint>
 #include <functional>
@@ -53,7 +53,8 @@ inline bool is_cut_short(const Words& words) {
   return words.empty() || words == cut_short;
 }
 
-/// The options that are worth a test, of every kind: each uses other kernels or buffers. Their capacity is not set.
+/// The options that are worth a test, of every kind: each uses other kernels or buffers. Their capacity is
+/// not set.
 std::vector<AnyQueryOptions> options_of_every_kind();
 /// The first of them of each kind.
 std::vector<AnyQueryOptions> options_of_each_kind();

@@ -1,5 +1,5 @@
-// What each kind of query leaves on the device of a transaction that was not done in time: the answers of before, or those
-// that were there by the deadline, each as in a whole batch.
+// What each kind of query leaves on the device of a transaction that was not done in time: the answers of
+// before, or those that were there by the deadline, each as in a whole batch.
 
 #include <algorithm>
 #include <array>
@@ -105,8 +105,8 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
   }
 }
 
-/// Rays through a pile are asked again in one pass after the other, and the deadline comes in the midst of these: what it cuts off is
-/// without an answer, and counted.
+/// Rays through a pile are asked again in one pass after the other, and the deadline comes in the midst of
+/// these: what it cuts off is without an answer, and counted.
 TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
   EntityRow high = row_of(DatabaseTest::add(pile(100'000)));
   high.scale = glm::dvec3(1.0);

@@ -1,6 +1,6 @@
-// A million random questions of each kind and more, over many worlds, against the oracle; and boxes of moving entities of
-// thousands of worlds. The short forms run with every test: ray_random_test, ray_first_test, nearest_random_test,
-// region_random_test, motion_box_test.
+// A million random questions of each kind and more, over many worlds, against the oracle; and boxes of moving
+// entities of thousands of worlds. The short forms run with every test: ray_random_test, ray_first_test,
+// nearest_random_test, region_random_test, motion_box_test.
 
 #include <algorithm>
 #include <ostream>

@@ -1,6 +1,6 @@
 #pragma once
-// A small world with every kind of query, geometry that stays and geometry that deforms, in a database whose device can
-// be lost at any call; and the same in one that is left alone, to compare with.
+// A small world with every kind of query, geometry that stays and geometry that deforms, in a database whose
+// device can be lost at any call; and the same in one that is left alone, to compare with.
 
 #include <cstdint>
 #include <functional>

@@ -81,8 +81,9 @@ WorldBox box_within(const Extents& extents, const glm::dvec3& scale, const Pose&
   return box;
 }
 
-/// How much larger than needed the box of a leaf may be along each side: what a corner's way bends while it turns by phi, and
-/// what the bounds' own turning adds between the ends; never more than the ball around them allows.
+/// How much larger than needed the box of a leaf may be along each side: what a corner's way bends while it
+/// turns by phi, and what the bounds' own turning adds between the ends; never more than the ball around them
+/// allows.
 double slack_m(const EntityRow& row, double reach, double window_s) {
   const Motion& motion = row.motion;
   const double phi_rad = glm::length(motion.w_world_radps) * window_s;

@@ -1,7 +1,7 @@
 #pragma once
-// Random worlds whose trees of entities are read back from the device: at any instant of the window, no triangle of an entity may
-// stand outside of the box of its leaf or of any node above, nor may its oriented bounds by more than those nodes tell; and no box may
-// be much larger than it has to be.
+// Random worlds whose trees of entities are read back from the device: at any instant of the window, no
+// triangle of an entity may stand outside of the box of its leaf or of any node above, nor may its oriented
+// bounds by more than those nodes tell; and no box may be much larger than it has to be.
 
 #include <string>
 #include <vector>
@@ -17,7 +17,8 @@ namespace rtstdb::test {
 class MotionBoxFuzz : public gpu::test::GpuTest {
  protected:
   void SetUp() override;
-  /// The world of this seed in some versions, so that its tree is built, refitted and patched. Fails the test with the seed.
+  /// The world of this seed in some versions, so that its tree is built, refitted and patched. Fails the test
+  /// with the seed.
   void fuzz(std::uint64_t seed);
 
   std::size_t points() const { return points_; }

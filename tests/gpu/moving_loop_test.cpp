@@ -1,5 +1,6 @@
-// A loop over a large world that moves: each tick changes little and asks little, while slots for the windows to come are made, with
-// trees that are built in parts. Every so often all answers are held against the oracle's.
+// A loop over a large world that moves: each tick changes little and asks little, while slots for the windows
+// to come are made, with trees that are built in parts. Every so often all answers are held against the
+// oracle's.
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
-// Allocations fail while a database opens, takes in geometry and prepares queries: one of them, or all from one on; in the long form each
-// in turn, in the short one some. Each time there is an error to read, the database that is there goes on, and nothing is left behind (the
-// address sanitizer looks).
+// Allocations fail while a database opens, takes in geometry and prepares queries: one of them, or all from
+// one on; in the long form each in turn, in the short one some. Each time there is an error to read, the
+// database that is there goes on, and nothing is left behind (the address sanitizer looks).
 
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ DatabaseOptions small() {
   return options;
 }
 
-/// Calls `step`, which gives its error, until there are not so many allocations, with every so manieth one failing (in the short form); by
-/// turns that one alone, or all from it on. How many there are, about.
+/// Calls `step`, which gives its error, until there are not so many allocations, with every so manieth one
+/// failing (in the short form); by turns that one alone, or all from it on. How many there are, about.
 std::uint64_t fail_in(std::uint64_t every, const std::function<Result<void>()>& step) {
   std::uint64_t number = 1;
   Then then = Then::goes_on;

@@ -1,5 +1,6 @@
-// Searches that go on through many dispatches while others ask, in each gap, for what would take their structures: another slot of the same
-// version, other shapes of what deforms, another of few slots. On the executor itself, so that every gap is one of those.
+// Searches that go on through many dispatches while others ask, in each gap, for what would take their
+// structures: another slot of the same version, other shapes of what deforms, another of few slots. On the
+// executor itself, so that every gap is one of those.
 
 #include <algorithm>
 #include <functional>
@@ -138,8 +139,8 @@ TEST_F(PausedInCompany, OthersAskAtOtherTimesOfALargeWorld) {
   EXPECT_EQ(gaps.count, alone) << "searches began again";
 }
 
-/// In a gap of another such search, which has the one place that can be kept: then the inner one's shape goes, whenever somebody asks for a
-/// third.
+/// In a gap of another such search, which has the one place that can be kept: then the inner one's shape
+/// goes, whenever somebody asks for a third.
 class Thefts : public PausedInCompany {
  protected:
   struct Seen {
@@ -185,8 +186,8 @@ TEST_F(Thefts, WithoutEndLeaveSearchesIncompleteAndSaySo) {
   EXPECT_EQ(seen.incomplete, 40u);
 }
 
-/// More rays than are asked again at a time: thefts in some passes of the first, and in as many of the others, are no reason to give up
-/// any.
+/// More rays than are asked again at a time: thefts in some passes of the first, and in as many of the
+/// others, are no reason to give up any.
 TEST_F(Thefts, NowAndThenAreMadeUpFor) {
   constexpr int passes = 24,
                 robbed = 11;  // each that is not robbed makes a thousand of 20,000 rounds, and some more

@@ -1,5 +1,6 @@
-// Rays whose searches take many dispatches, in random worlds made for it. A pile of triangles that are all the same is met as the first
-// of them is: so each world has a twin whose piles are one triangle high, where no search pauses, and answers have the same bits.
+// Rays whose searches take many dispatches, in random worlds made for it. A pile of triangles that are all
+// the same is met as the first of them is: so each world has a twin whose piles are one triangle high, where
+// no search pauses, and answers have the same bits.
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
-// Moving worlds against Embree and nanoflann, which know nothing of motion: for each of several instants of a window
-// they are given the world as it stands then, and answer what was asked for that instant.
+// Moving worlds against Embree and nanoflann, which know nothing of motion: for each of several instants of a
+// window they are given the world as it stands then, and answer what was asked for that instant.
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,8 @@ std::ostream& operator<<(std::ostream& out, const Case& one) {
   return out << one.name;
 }
 
-/// Windows that begin 0.7 s after the version and are longer than 0.3 s meet two epochs (rtstdb/accel/tlas.hpp).
+/// Windows that begin 0.7 s after the version and are longer than 0.3 s meet two epochs
+/// (rtstdb/accel/tlas.hpp).
 constexpr Case cases[] = {
     {"one_body_a_second", 81, 1, 0.3, 1.0},
     {"forty_within_a_millisecond", 82, 40, 4.0, 1e-3},
@@ -210,7 +211,8 @@ TEST_P(PeersInMotion, RaysAreStoppedWhereEmbreesAre) {
   EXPECT_LE(otherwise, asked.size() / 1000);
 }
 
-/// k nearest of everybody, however far. Ties may fall either way: what has to be the same is how far the nearest are.
+/// k nearest of everybody, however far. Ties may fall either way: what has to be the same is how far the
+/// nearest are.
 class NearestOfPeersInMotion : public PeersInMotion {
  protected:
   static constexpr std::size_t points_per_instant = 1000;

@@ -1,5 +1,5 @@
-// Queries that take several stages, each over its own places: on the executor, with a query that records which parts it is
-// given and has no kernel.
+// Queries that take several stages, each over its own places: on the executor, with a query that records
+// which parts it is given and has no kernel.
 
 #include <memory>
 #include <vector>
@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::uint32_t elements = 640;
 
-/// Stage 0 searches the elements, and leaves the first two incomplete once; stage 1 has no places; stage 2 has `last_places`.
+/// Stage 0 searches the elements, and leaves the first two incomplete once; stage 1 has no places; stage 2
+/// has `last_places`.
 class StagedQuery final : public query::GpuQuery {
  public:
   explicit StagedQuery(std::uint32_t last_places)

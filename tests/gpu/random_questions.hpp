@@ -1,5 +1,6 @@
 #pragma once
-// Random questions of every kind about random worlds, each answer held to the oracle: the body of all random tests, short and long.
+// Random questions of every kind about random worlds, each answer held to the oracle: the body of all random
+// tests, short and long.
 
 #include <optional>
 
@@ -21,8 +22,9 @@ class RandomQuestions : public DatabaseTest {
   /// In three versions, the last of which is asked: entities are deleted, changed and made anew in between.
   void fill(const RandomWorld& world);
 
-  /// Asks `count` questions in batches, each with a window of its own: an instant, or a millisecond to a second, from the version's
-  /// time on or some seconds later. The short form of a test asks about a third. The capacity is set here. Stops at the first failure.
+  /// Asks `count` questions in batches, each with a window of its own: an instant, or a millisecond to a
+  /// second, from the version's time on or some seconds later. The short form of a test asks about a third.
+  /// The capacity is set here. Stops at the first failure.
   Tally ask(const AnyQueryOptions& wanted, std::size_t count);
   /// Rays that run side by side, eight after eight; the last of a batch are fewer.
   Tally ask_neighbours(const RayQueryOptions& wanted, std::size_t count);
@@ -49,8 +51,8 @@ class RandomQuestions : public DatabaseTest {
   std::optional<oracle::World> everything_;
 };
 
-/// A world that shows nothing, or in which everything is hit, proves nothing: fails the test unless a fifth to four fifths of the
-/// questions hit, and unless the oracle left open no more than that share.
+/// A world that shows nothing, or in which everything is hit, proves nothing: fails the test unless a fifth
+/// to four fifths of the questions hit, and unless the oracle left open no more than that share.
 void expect_telling(const Tally& tally, double max_too_close);
 
 }  // namespace rtstdb::test

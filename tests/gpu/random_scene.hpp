@@ -47,8 +47,9 @@ EntityRow random_row(Random& random, std::span<const GeometryId> geometries, con
 Ray random_ray(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                WorldTime first, double window_s);
 
-/// Eight such rays that run side by side: from within a centimetre of one place, each into a direction, with a time, a mask and a
-/// range of its own. Of 24 such groups one parts after the third, or is of eight that stand anywhere.
+/// Eight such rays that run side by side: from within a centimetre of one place, each into a direction, with
+/// a time, a mask and a range of its own. Of 24 such groups one parts after the third, or is of eight that
+/// stand anywhere.
 std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
                                    const SceneOptions& options, WorldTime first, double window_s);
 

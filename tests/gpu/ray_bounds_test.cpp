@@ -1,5 +1,6 @@
-// What a ray meets hangs on the ray and the triangle alone, also where rounding is much beside what is asked: close to large triangles,
-// at the ends of a range, along the outline of what is far away. No box on the way may decide it, for neighbours enter other boxes.
+// What a ray meets hangs on the ray and the triangle alone, also where rounding is much beside what is asked:
+// close to large triangles, at the ends of a range, along the outline of what is far away. No box on the way
+// may decide it, for neighbours enter other boxes.
 
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"

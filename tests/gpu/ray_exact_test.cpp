@@ -56,7 +56,8 @@ TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
   EXPECT_EQ(hit.lambda, 4.0f);
 }
 
-/// What rounding may have taken from the nearest hit is much where its triangle is large, and little of one a hair behind.
+/// What rounding may have taken from the nearest hit is much where its triangle is large, and little of one a
+/// hair behind.
 TEST_F(RayTies, OfALargeTriangleWithASmallOneBehind) {
   for (const bool use_subgroup_kernels : {true, false}) {
     open({}, {.use_subgroup_kernels = use_subgroup_kernels});
@@ -117,8 +118,8 @@ TEST_F(RayTies, CloseToLargeTriangles) {
   }
 }
 
-/// Of a small triangle far beside a ray nothing is left of its edge functions but rounding. Rays that run side by side are held
-/// against all triangles that one of them may meet.
+/// Of a small triangle far beside a ray nothing is left of its edge functions but rounding. Rays that run
+/// side by side are held against all triangles that one of them may meet.
 class FarBodies : public DatabaseTest {
  protected:
   /// A camera that looks along x, a pixel of 2 mrad.
@@ -460,7 +461,8 @@ TEST_F(RayExtremes, TinyAndHugeScales) {
   }
 }
 
-/// From the edge of the world a box that holds nothing, and is inside out, looks like any other: its slot is no child all the same.
+/// From the edge of the world a box that holds nothing, and is inside out, looks like any other: its slot is
+/// no child all the same.
 TEST_F(RayExtremes, EmptySlotsAreNotEnteredFromFarAway) {
   for (const bool use_subgroup_kernels : {true, false}) {
     open({}, {.use_subgroup_kernels = use_subgroup_kernels});

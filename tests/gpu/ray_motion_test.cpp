@@ -164,7 +164,8 @@ TEST_F(RayMotion, AnswersDoNotDependOnTheWindow) {
   }
 }
 
-/// Single precision knows best where a motion began: rays that ask then see fast bodies where they are, early or late in a second.
+/// Single precision knows best where a motion began: rays that ask then see fast bodies where they are, early
+/// or late in a second.
 TEST_F(RayMotion, FastBodiesAreWhereTheirMotionBegins) {
   const GeometryId box = add(make_box({1.0, 1.0, 1.0}));
   Random random(5);

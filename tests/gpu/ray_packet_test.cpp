@@ -1,5 +1,6 @@
-// Coherent rays, as those of a camera's image, are traced as packets (shaders/query/simd8/packet.glsl): whatever the image, the
-// world's place and the bodies before it, the answers have the bits of those of single rays.
+// Coherent rays, as those of a camera's image, are traced as packets (shaders/query/simd8/packet.glsl):
+// whatever the image, the world's place and the bodies before it, the answers have the bits of those of
+// single rays.
 
 #include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/database_test.hpp"
@@ -10,7 +11,8 @@ namespace {
 
 class RayPackets : public DatabaseTest {
  protected:
-  /// One finely meshed body that fills the image, turned and stretched, and small ones before, within and behind it.
+  /// One finely meshed body that fills the image, turned and stretched, and small ones before, within and
+  /// behind it.
   void make(std::uint64_t seed, double far_m, const gpu::DeviceOptions& device) {
     open({}, device);
     Random random(seed);
@@ -61,7 +63,8 @@ class RayPackets : public DatabaseTest {
     return hits;
   }
 
-  /// One after the other from one place, a hundredth of a radian apart at most, in groups that each look elsewhere.
+  /// One after the other from one place, a hundredth of a radian apart at most, in groups that each look
+  /// elsewhere.
   static std::vector<Ray> neighbours(Random& random, const SceneOptions& scene,
                                      std::span<const EntityRow> rows) {
     std::vector<Ray> rays(random.one_in(2) ? 1 + random.below(200) : 1 + random.below(3000));
@@ -122,8 +125,9 @@ TEST_F(RayPackets, AnswerAsLoneRays) {
   EXPECT_GT(missed, 2'500u);
 }
 
-/// Many bodies of all kinds and sizes, turned and stretched, some of them around the eye; rays of any length, range and mask, some along
-/// an axis; batches of any size, and at one instant, whether their bodies move or not.
+/// Many bodies of all kinds and sizes, turned and stretched, some of them around the eye; rays of any length,
+/// range and mask, some along an axis; batches of any size, and at one instant, whether their bodies move or
+/// not.
 TEST_F(RayPackets, AreThoseOfLoneRaysInAnyScene) {
   std::size_t hit = 0;
   std::size_t together = 0;

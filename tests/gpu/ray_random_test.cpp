@@ -161,7 +161,8 @@ TEST_F(SameAnswers, WhateverTheOrder) {
   }
 }
 
-/// Neighbours that run side by side are traced together; others, and all where lanes do not work together, by a lane each.
+/// Neighbours that run side by side are traced together; others, and all where lanes do not work together, by
+/// a lane each.
 TEST_F(SameAnswers, WhoeverRunsBeside) {
   for (const std::uint32_t entities : {1u, 200u, 2500u}) {
     const auto neighbours = [](auto&&... scene) { return random_neighbours(scene...); };

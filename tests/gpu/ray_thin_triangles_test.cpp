@@ -12,7 +12,8 @@ namespace {
 
 constexpr int triangles = 300;
 
-/// Corners on whole multiples of a millimetre's likes, in a row of three: exactly on a line, and no two in one place.
+/// Corners on whole multiples of a millimetre's likes, in a row of three: exactly on a line, and no two in
+/// one place.
 std::vector<glm::vec3> corners_on_lines(Random& random) {
   constexpr double unit_m = 1.0 / 1024.0;
   const auto whole = [&](int most) {

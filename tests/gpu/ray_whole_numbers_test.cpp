@@ -1,5 +1,5 @@
-// Soups and rays of small whole numbers, where many a ray meets edges, corners and planes to the last bit: what a ray crosses is decided
-// without rounding here.
+// Soups and rays of small whole numbers, where many a ray meets edges, corners and planes to the last bit:
+// what a ray crosses is decided without rounding here.
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
-// Batches of many long answers, which two threads put in order, and of versions that follow one another at one instant.
+// Batches of many long answers, which two threads put in order, and of versions that follow one another at
+// one instant.
 
 #include <algorithm>
 
@@ -85,8 +86,8 @@ INSTANTIATE_TEST_SUITE_P(Levels, LongAnswers,
 
 class OneInstant : public DatabaseTest, public testing::WithParamInterface<std::uint32_t> {};
 
-/// Bodies that are turned from version to version, few or many, while all questions are about one instant: what is written down of
-/// bodies for it follows them.
+/// Bodies that are turned from version to version, few or many, while all questions are about one instant:
+/// what is written down of bodies for it follows them.
 TEST_P(OneInstant, FollowsTheVersions) {
   const std::uint32_t entities = GetParam();
   const GeometryId bar = add(make_box({4.0, 0.2, 0.2}));

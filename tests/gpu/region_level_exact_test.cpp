@@ -256,7 +256,8 @@ TEST_F(RegionLevels, ASurfaceIsNoBodyAndNoBox) {
 }
 
 TEST_F(RegionLevels, ScaleIsThatOfTheEntity) {
-  // The unit square from 0 to 1, stretched to 4 by 0.5, turned by a quarter about z: x from -0.5 to 0, y to 4.
+  // The unit square from 0 to 1, stretched to 4 by 0.5, turned by a quarter about z: x from -0.5 to 0, y to
+  // 4.
   const GeometryId square = add({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}});
   EntityRow row = row_of(square, {10.0, 0.0, 0.0});
   row.scale = {4.0, 0.5, 3.0};

@@ -125,8 +125,8 @@ TriangleMesh slivers(Random& random, std::uint32_t count) {
   return mesh;
 }
 
-/// Regions that are blown up until they only just find something, and a hair more or less; edges of regions and
-/// of triangles nearly parallel to one another among them.
+/// Regions that are blown up until they only just find something, and a hair more or less; edges of regions
+/// and of triangles nearly parallel to one another among them.
 TEST_F(RegionBorders, AreWhereTheOracleHasThem) {
   Random random(61);
   const SceneOptions options{.radius_m = 3.0, .version_time = at_s(5.0)};
@@ -177,8 +177,8 @@ TEST_F(RegionBorders, AreWhereTheOracleHasThem) {
   RecordProperty("too_close", std::to_string(close));
 }
 
-/// Triangles hardly wider than rounding, whose normals single precision does not know, and small regions about a
-/// point of each.
+/// Triangles hardly wider than rounding, whose normals single precision does not know, and small regions
+/// about a point of each.
 TEST_F(RegionBorders, SliversAreFoundWhereTheyAre) {
   Random random(62);
   constexpr std::uint32_t batch = 600;

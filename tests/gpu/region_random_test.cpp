@@ -136,7 +136,8 @@ TEST_F(Regions, AFrustumLooksAlongXWithYToTheLeftAndZUp) {
   const auto ids = boxes(1);
   const auto query = prepare(4, 14);
   const auto regions = query->regions();
-  // The box reaches from -0.5 to 0.5. Ten metres before the eye the view is 2 m wide and 4 m high to each side.
+  // The box reaches from -0.5 to 0.5. Ten metres before the eye the view is 2 m wide and 4 m high to each
+  // side.
   const auto seen_from = [](const glm::vec3& eye_m, float near_m, RegionTest test) {
     Region made;
     made.shape = RegionShape::frustum;

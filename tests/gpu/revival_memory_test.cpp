@@ -1,4 +1,5 @@
-// A call that sets up finds the device lost and has no memory to bring it back: an error to read, and the next call tries again.
+// A call that sets up finds the device lost and has no memory to bring it back: an error to read, and the
+// next call tries again.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Searches that take more than a dispatch gives: of rays whole, in as many dispatches as they need; of regions incomplete,
-// never wrong.
+// Searches that take more than a dispatch gives: of rays whole, in as many dispatches as they need; of
+// regions incomplete, never wrong.
 
 #include <algorithm>
 #include <cmath>
@@ -61,12 +61,12 @@ TEST_F(SearchLimits, ManyRaysThroughPilesAreAnswered) {
   }
 }
 
-/// How the lanes of a subgroup go about their rays: as one packet, each its own, each its own but some entities of others, or
-/// each its own on a device where lanes do not work together.
+/// How the lanes of a subgroup go about their rays: as one packet, each its own, each its own but some
+/// entities of others, or each its own on a device where lanes do not work together.
 enum class Lanes : std::uint8_t { packet, apart, work_sharing, alone };
 
-/// On lavapipe eight neighbours in the batch share one allowance of rounds. What a ray is answered must not depend on them, and
-/// none may be taken for a miss when the allowance ends.
+/// On lavapipe eight neighbours in the batch share one allowance of rounds. What a ray is answered must not
+/// depend on them, and none may be taken for a miss when the allowance ends.
 class LongSearches : public SearchLimits, public testing::WithParamInterface<Lanes> {
  protected:
   /// Side by side they are traced together.
@@ -122,8 +122,8 @@ TEST_P(LongSearches, AreAnsweredInABatchAsEachAlone) {
   }
 }
 
-/// A packet goes through children in the order that suits its first ray, a ray alone in that which suits itself: which of two piles and a
-/// wall comes first is not the same for all of them.
+/// A packet goes through children in the order that suits its first ray, a ray alone in that which suits
+/// itself: which of two piles and a wall comes first is not the same for all of them.
 TEST_F(SearchLimits, WhicheverRayLeads) {
   for (const RayMode mode : {RayMode::closest, RayMode::any}) {
     open({});
@@ -153,7 +153,8 @@ TEST_F(SearchLimits, WhicheverRayLeads) {
   }
 }
 
-/// A ray by itself looks among what is far away first, where any hit will do, and one in a packet among what is near.
+/// A ray by itself looks among what is far away first, where any hit will do, and one in a packet among what
+/// is near.
 TEST_P(LongSearches, FindAnyHitBeforeAndBehindWhatIsCostly) {
   const TriangleMesh wall = make_box({50.0, 50.0, 0.1});
   for (const float wall_z_m : {-15.0f, 15.0f}) {
@@ -201,7 +202,8 @@ INSTANTIATE_TEST_SUITE_P(Neighbours, LongSearches,
                            return "OfLoneLanes";
                          });
 
-/// Lanes may be in the wall and in the pile behind it at once, for the same ray. The pile alone takes many dispatches.
+/// Lanes may be in the wall and in the pile behind it at once, for the same ray. The pile alone takes many
+/// dispatches.
 TEST_F(SearchLimits, WhatLiesBehindAHitIsNotSearched) {
   const EntityId wall = create(row_of(add(make_box({4.0, 4.0, 0.1})), {0.0, 0.0, 2.0}));
   create(row_of(add(pile(100'000)), {0.0, 0.0, 5.0}));
@@ -326,8 +328,8 @@ TEST_F(DeepTrees, AreSearchedWhole) {
   EXPECT_EQ(query->hits()[1].status, HitStatus::miss);
 }
 
-/// Centres each of which differs from all behind it in one bit of its code, as many as the code has bits; and around each what holds all
-/// that are behind it, so that it is at that that a node is opened.
+/// Centres each of which differs from all behind it in one bit of its code, as many as the code has bits; and
+/// around each what holds all that are behind it, so that it is at that that a node is opened.
 class DeepestTrees : public SearchLimits {
  protected:
   static constexpr std::uint32_t levels = 63;
@@ -386,7 +388,8 @@ TEST_F(DeepestTrees, OfEntities) {
   expect_all_is_looked_at();
 }
 
-/// Rays that are traced together have half the stack, which 21 levels of both trees pass: they are asked again one by one.
+/// Rays that are traced together have half the stack, which 21 levels of both trees pass: they are asked
+/// again one by one.
 TEST_F(DeepTrees, NeighboursAreAnsweredAsEachAlone) {
   for (const int levels : {2, 9, 18, 21}) {
     open({});
@@ -428,7 +431,8 @@ TEST_F(DeepTrees, AnyHitBeforeAndBehindThemIsFound) {
   }
 }
 
-/// Rays that pass by all triangles but one, from either side, have to come back to whatever they have put aside.
+/// Rays that pass by all triangles but one, from either side, have to come back to whatever they have put
+/// aside.
 TEST_F(DeepTrees, WhatWasPutAsideIsComeBackTo) {
   Random random(9);
   std::vector<Ray> rays;

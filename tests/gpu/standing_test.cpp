@@ -1,5 +1,6 @@
-// Standing queries of a whole database: after all events of a version the members are those that one-shot queries find there, on the
-// device and in single precision, but for what lies nearer to the border than that can tell.
+// Standing queries of a whole database: after all events of a version the members are those that one-shot
+// queries find there, on the device and in single precision, but for what lies nearer to the border than that
+// can tell.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>

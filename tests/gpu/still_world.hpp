@@ -1,6 +1,6 @@
 #pragma once
-// A world at one instant as a single mesh that stands still, made by a formula of its own in double precision: what
-// programs that know nothing of motion are asked about.
+// A world at one instant as a single mesh that stands still, made by a formula of its own in double
+// precision: what programs that know nothing of motion are asked about.
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
-// The structure of a geometry as it lies on the device, read back and walked: every triangle in one leaf, boxes that
-// contain what is below them.
+// The structure of a geometry as it lies on the device, read back and walked: every triangle in one leaf,
+// boxes that contain what is below them.
 
 #include <algorithm>
 #include <bit>

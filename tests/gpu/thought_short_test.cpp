@@ -1,5 +1,5 @@
-// Batches that are thought to take less than a chunk, since so many of their kind were cheap, and take long: whoever waits for them does
-// not wait for their end. Of each kind whose time goes into another dispatch.
+// Batches that are thought to take less than a chunk, since so many of their kind were cheap, and take long:
+// whoever waits for them does not wait for their end. Of each kind whose time goes into another dispatch.
 
 #include <algorithm>
 #include <chrono>
@@ -78,8 +78,8 @@ class ThoughtShort : public DatabaseTest, public testing::WithParamInterface<Sho
     ask_(*batch_, height_m);
     database().submit(*batch_);
   }
-  /// What `wait` takes, the median, while a dear batch is at it that came behind cheap ones; where that was at its end already, `wait` says
-  /// no.
+  /// What `wait` takes, the median, while a dear batch is at it that came behind cheap ones; where that was
+  /// at its end already, `wait` says no.
   template <class Wait>
   void expect_short(Wait wait) {
     std::vector<Nanoseconds> waits;

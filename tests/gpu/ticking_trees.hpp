@@ -15,7 +15,8 @@
 
 namespace rtstdb::test {
 
-/// A small world is built by one workgroup, a large one by many passes. The parameter is how many entities there are.
+/// A small world is built by one workgroup, a large one by many passes. The parameter is how many entities
+/// there are.
 class TickingTrees : public gpu::test::GpuTest, public testing::WithParamInterface<std::uint32_t> {
  protected:
   void SetUp() override {

@@ -1,4 +1,5 @@
-// The slot for the next window, made a part with each batch: none waits for a refit of all, and nobody can tell.
+// The slot for the next window, made a part with each batch: none waits for a refit of all, and nobody can
+// tell.
 
 #include <algorithm>
 #include <bit>
@@ -120,7 +121,8 @@ class AheadTrees : public TickingTrees {
     std::ranges::sort(places);
     EXPECT_EQ(places, first_ones(GetParam()));
   }
-  /// Whether the slot is what one made for this version alone is, if their instants are written down from one epoch.
+  /// Whether the slot is what one made for this version alone is, if their instants are written down from one
+  /// epoch.
   bool expect_as_made_anew(const accel::TlasView& view) {
     accel::Tlas fresh = make_tlas(1);
     const auto beside = prepare(fresh, {.times = {time_, time_}});
@@ -165,8 +167,8 @@ TEST_P(AheadTrees, AreReachedWhereManyChange) {
   }
 }
 
-/// Where as many change in a few ticks as a renewal is good for, the next window begins with a refit, as it would without; and
-/// hardly any slot is made in vain.
+/// Where as many change in a few ticks as a renewal is good for, the next window begins with a refit, as it
+/// would without; and hardly any slot is made in vain.
 TEST_P(AheadTrees, AreLeftWhereTooManyChange) {
   auto before = tlas_.counts();
   for (std::uint32_t k = 0; k < 3000; ++k) {
@@ -384,8 +386,8 @@ TEST_P(AheadTrees, AreGivenUpWhereATreeIsBuiltMeanwhile) {
   EXPECT_GT(since(before).ahead_built, 0u);
 }
 
-/// A tree that knows nothing any more of where its entities are is built when the window ends. (A small one is built ahead before it
-/// comes to that.)
+/// A tree that knows nothing any more of where its entities are is built when the window ends. (A small one
+/// is built ahead before it comes to that.)
 class LargeAheadTrees : public AheadTrees {};
 
 TEST_P(LargeAheadTrees, AreNotUsedWithATreeThatIsWorthNothing) {

@@ -1,5 +1,5 @@
-// Small batches, ticks that follow one another: where few rows change slots are patched, where more do they are renewed, and
-// nobody can tell.
+// Small batches, ticks that follow one another: where few rows change slots are patched, where more do they
+// are renewed, and nobody can tell.
 
 #include <algorithm>
 #include <bit>

@@ -112,8 +112,8 @@ TEST_P(TreesFromVersionToVersion, CostTheSameWhetherTheWindowIsAnInstantOrNot) {
 
 INSTANTIATE_TEST_SUITE_P(Sizes, TreesFromVersionToVersion, testing::Values(100u, 1500u, 2500u));
 
-/// Versions in which all move, some turn fast, some come and go, and once the whole world is elsewhere. At last one is so far
-/// away that the upper words of the codes tell few others apart.
+/// Versions in which all move, some turn fast, some come and go, and once the whole world is elsewhere. At
+/// last one is so far away that the upper words of the codes tell few others apart.
 class MovingWorlds : public DatabaseTest, public testing::WithParamInterface<std::uint32_t> {};
 
 TEST_P(MovingWorlds, AreSeenAsTheyAreInEveryVersion) {

@@ -12,8 +12,8 @@
 
 namespace rtstdb::test {
 
-/// Versions are read in their order alone: rows are kept of the newest. One that was tried may be discarded, and what it
-/// touched is told to whoever had come to it, as the store does.
+/// Versions are read in their order alone: rows are kept of the newest. One that was tried may be discarded,
+/// and what it touched is told to whoever had come to it, as the store does.
 class VersionRows final : public store::RowSource {
  public:
   explicit VersionRows(std::uint32_t most) : states_(most), changed_by_(most, 0), changed_before_(most, 0) {}

@@ -1,5 +1,6 @@
-// admission is honest: of the firm transactions that were admitted by what they would cost, at least 99.9 % are done in
-// time, though costs are random and there is more to do than can be done. How well costs were foreseen is printed.
+// admission is honest: of the firm transactions that were admitted by what they would cost, at least 99.9 %
+// are done in time, though costs are random and there is more to do than can be done. How well costs were
+// foreseen is printed.
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-// Eight threads submit everything there is at once: all classes, deadlines, reservations that come and go, late policies,
-// small readers that share runs, long ones that are interrupted, and each cancels the others. For the thread sanitizer above
-// all; the outcomes are judged too.
+// Eight threads submit everything there is at once: all classes, deadlines, reservations that come and go,
+// late policies, small readers that share runs, long ones that are interrupted, and each cancels the others.
+// For the thread sanitizer above all; the outcomes are judged too.
 
 #include <gtest/gtest.h>
 

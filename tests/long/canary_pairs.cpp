@@ -102,7 +102,8 @@ class CanaryPairs::Reader {
  private:
   ReadAt read_at() {
     const VersionInfo latest = world_.database_->latest();
-    // Writers take time on by microseconds; what is asked must not be before the version that comes to be read.
+    // Writers take time on by microseconds; what is asked must not be before the version that comes to be
+    // read.
     ahead_ = latest.time + Nanoseconds(100'000'000);
     const Version back = random_() % 200;
     switch (random_() % 4) {

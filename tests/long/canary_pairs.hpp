@@ -1,6 +1,7 @@
 #pragma once
-// Pairs of bodies that are always moved together, in a database with a device, and readers who ask where they are by rays, regions and
-// distances at once: whoever sees one half of a pair in another place than the other has seen a version that never was.
+// Pairs of bodies that are always moved together, in a database with a device, and readers who ask where they
+// are by rays, regions and distances at once: whoever sees one half of a pair in another place than the other
+// has seen a version that never was.
 
 #include <array>
 #include <atomic>

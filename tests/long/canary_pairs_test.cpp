@@ -1,5 +1,5 @@
-// Four readers and two writers at once: never half a pair, and never another place than that version's, neither in the latest version
-// nor in a pinned one nor as of a past time.
+// Four readers and two writers at once: never half a pair, and never another place than that version's,
+// neither in the latest version nor in a pinned one nor as of a past time.
 
 #include "tests/long/canary_pairs.hpp"
 

@@ -1,5 +1,5 @@
-// cancel at every state: one that waits, runs, stands interrupted, shares a run, has to begin anew, or is being published;
-// reserved or not. Each has one outcome, and left what that says.
+// cancel at every state: one that waits, runs, stands interrupted, shares a run, has to begin anew, or is
+// being published; reserved or not. Each has one outcome, and left what that says.
 
 #include <gtest/gtest.h>
 
@@ -18,8 +18,8 @@ using namespace rtstdb::transaction::test;
 
 constexpr std::uint32_t chunk = 4096;
 
-/// A long batch is under way when a writer that asks interrupts it, which a reserved one makes begin anew; then two small
-/// readers share a run.
+/// A long batch is under way when a writer that asks interrupts it, which a reserved one makes begin anew;
+/// then two small readers share a run.
 class Scene {
  public:
   enum Who : std::size_t { batch, writer, reserved, first_reader, second_reader, count };
@@ -47,7 +47,8 @@ class Scene {
             .value();
   }
 
-  /// Cancels one of them at a reading of the clock. How many of them were cancelled; negative: something is wrong.
+  /// Cancels one of them at a reading of the clock. How many of them were cancelled; negative: something is
+  /// wrong.
   int run(Who whom, int reading) {
     begun_ = {};
     world_.clock.advance(200ms);

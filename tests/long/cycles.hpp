@@ -35,8 +35,8 @@ class DependencyGraph {
   /// An edge from one to itself, or with an end that is no transaction, is none.
   void add(std::uint32_t from, std::uint32_t to, Dependency dependency);
 
-  /// A shortest cycle through one of the transactions that lie on any, by edges whose bit is set in `dependencies`;
-  /// empty: there is none.
+  /// A shortest cycle through one of the transactions that lie on any, by edges whose bit is set in
+  /// `dependencies`; empty: there is none.
   std::vector<Edge> cycle(unsigned dependencies) const;
 
  private:

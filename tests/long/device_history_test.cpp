@@ -1,4 +1,5 @@
-// Four clients append and read at once in a database with a device: one serial order explains what they saw, in agreement with real time.
+// Four clients append and read at once in a database with a device: one serial order explains what they saw,
+// in agreement with real time.
 
 #include <gtest/gtest.h>
 

@@ -170,8 +170,9 @@ void EngineSimulation::end_life() {
   storage_.rest();
 }
 
-/// Nothing is under way, but for what the log holds, and the device will not be tried by itself. In this order: what was
-/// submitted since the first line is seen in the last, and what ended meanwhile was the last to submit anything.
+/// Nothing is under way, but for what the log holds, and the device will not be tried by itself. In this
+/// order: what was submitted since the first line is seen in the last, and what ended meanwhile was the last
+/// to submit anything.
 bool EngineSimulation::is_idle() const {
   const std::uint64_t submissions = submissions_;
   const auto pending = std::ranges::count_if(clients_, [](const auto& client) { return client->pending(); });
@@ -271,7 +272,8 @@ void EngineSimulation::submit_probe() {
     probe.transaction->create(row);
   else
     probe.transaction->update(write.id, row);
-  // What the log holds would be waited for in vain here: this one comes to nothing, when all before it are done.
+  // What the log holds would be waited for in vain here: this one comes to nothing, when all before it are
+  // done.
   if (storage_.mode() == DurabilityMode::group) {
     probe.now.declared.expected.push_back({{max_entities, 1}, 0});
     probe.transaction->expect_written_by({max_entities, 1}, 0);

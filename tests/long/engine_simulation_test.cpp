@@ -1,4 +1,5 @@
-// Courses of events through the engine on a simulated machine, each from a seed. HIL_SIM_SEED=n plays one again.
+// Courses of events through the engine on a simulated machine, each from a seed. HIL_SIM_SEED=n plays one
+// again.
 
 #include "tests/long/engine_simulation.hpp"
 

@@ -1,5 +1,5 @@
-// firm-never-late: whatever the load, what costs turn out to be, who cancels, and however the clock jumps, no firm commit is
-// published after its deadline; and none is called missed before that has passed.
+// firm-never-late: whatever the load, what costs turn out to be, who cancels, and however the clock jumps, no
+// firm commit is published after its deadline; and none is called missed before that has passed.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// hard-reserve: whatever else comes, reserved transactions that keep to their reservations are done when they are due.
+// hard-reserve: whatever else comes, reserved transactions that keep to their reservations are done when they
+// are due.
 
 #include <gtest/gtest.h>
 
@@ -18,8 +19,8 @@ using rtstdb::Status;
 
 const std::uint64_t transactions = tests::rounds(40'000, 3'000'000);
 
-/// Three times what can be done: short and long readers, writers, and writers that ask; all soft, most important and with
-/// deadlines that lie before all others.
+/// Three times what can be done: short and long readers, writers, and writers that ask; all soft, most
+/// important and with deadlines that lie before all others.
 std::vector<Stream> flood() {
   const Stream soft{.at_random = true,
                     .deadline_class = DeadlineClass::soft,
@@ -54,7 +55,8 @@ struct Hard {
   std::uint32_t elements = 0, rows = 0;
 };
 
-/// Budgets hold the dearest of what they cost: 1.3 us for an element, and what submissions and readings of the clock take.
+/// Budgets hold the dearest of what they cost: 1.3 us for an element, and what submissions and readings of
+/// the clock take.
 const std::vector<Hard>& hard() {
   static const std::vector<Hard> all{
       {{.name = "control", .period = 5ms, .deadline = 5ms, .budget = 500us}, 300, 0},

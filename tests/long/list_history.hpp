@@ -1,11 +1,11 @@
 #pragma once
 // What clients of a database did and saw, and whether one serial order explains it.
 //
-// The objects are lists that can only be appended to and read whole. Every appended value is another one, so a list
-// that was read tells in which order the transactions before it wrote, whatever the database says of itself; that makes
-// every transaction's place recoverable from what was seen alone (Kingsbury and Alvaro 2020, "Elle: Inferring Isolation
-// Anomalies from Experimental Observations"). Strict serializability is asked for: the order must also agree with real
-// time, except for transactions that chose to read the past.
+// The objects are lists that can only be appended to and read whole. Every appended value is another one, so
+// a list that was read tells in which order the transactions before it wrote, whatever the database says of
+// itself; that makes every transaction's place recoverable from what was seen alone (Kingsbury and Alvaro
+// 2020, "Elle: Inferring Isolation Anomalies from Experimental Observations"). Strict serializability is
+// asked for: the order must also agree with real time, except for transactions that chose to read the past.
 
 #include <cstddef>
 #include <cstdint>
@@ -67,8 +67,8 @@ struct Finding {
 };
 
 struct HistoryOptions {
-  /// The last transactions of the history read every list after all appends had ended: a committed append that
-  /// no read holds is lost.
+  /// The last transactions of the history read every list after all appends had ended: a committed append
+  /// that no read holds is lost.
   bool final_reads = true;
   std::size_t max_findings = 20;
 };

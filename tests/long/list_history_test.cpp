@@ -167,7 +167,8 @@ TEST(ListHistory, SerialExecutionsPassInAnyOrderOfTheirRecords) {
   }
 }
 
-/// One read of a serial execution loses or gains its last value: nearly always another answer than any order has.
+/// One read of a serial execution loses or gains its last value: nearly always another answer than any order
+/// has.
 TEST(ListHistory, OneWrongReadAmongHundredsIsFound) {
   std::size_t found = 0;
   std::size_t tried = 0;

@@ -207,8 +207,8 @@ class ListClient {
     recorded_.push_back(std::move(recorded));
   }
 
-  /// Two transactions that together are one: the second is made on condition that nobody appended to what the first had
-  /// read.
+  /// Two transactions that together are one: the second is made on condition that nobody appended to what the
+  /// first had read.
   void append_by_what_was_read() {
     const std::vector<Key> keys = some_lists();
     Recorded recorded;

@@ -1,10 +1,10 @@
 #pragma once
-// Lists that can only be appended to, kept in a database whose queries are answered by reading rows: what the judge of
-// list_history.hpp needs of it.
+// Lists that can only be appended to, kept in a database whose queries are answered by reading rows: what the
+// judge of list_history.hpp needs of it.
 //
-// An entity is a value (its material) of a list (its mask); a list's values stand in the order of the versions that wrote
-// them. Each list has a head, an entity that every append writes too, so that an append can be made on condition that
-// nobody appended since.
+// An entity is a value (its material) of a list (its mask); a list's values stand in the order of the
+// versions that wrote them. Each list has a head, an entity that every append writes too, so that an append
+// can be made on condition that nobody appended since.
 
 #include <cstdint>
 #include <optional>
@@ -41,8 +41,8 @@ class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQ
   std::vector<ListRead> lists;  ///< by key; values are the answer
 };
 
-/// Answers half of the lists before it waits for its device, and half after, as a device does that reads while others
-/// commit. Now and then the device is lost.
+/// Answers half of the lists before it waits for its device, and half after, as a device does that reads
+/// while others commit. Now and then the device is lost.
 class ListExecutor final : public rtstdb::query::Executor {
  public:
   rtstdb::query::RunReport run(const rtstdb::store::RowSource& rows,
@@ -60,8 +60,8 @@ class ListWorld {
 
   ListWorld();
 
-  /// Clients append and read at once, until each has made so many transactions; then every list is read, and all is
-  /// cleared. The same seed gives the same intentions, not the same interleaving.
+  /// Clients append and read at once, until each has made so many transactions; then every list is read, and
+  /// all is cleared. The same seed gives the same intentions, not the same interleaving.
   std::vector<Recorded> run(std::uint32_t seed, int clients, int transactions_each);
   rtstdb::TransactionCounts counts() const { return engine_.counts(); }
 

@@ -1,7 +1,7 @@
 #pragma once
-// What the machine itself took of the time between two instants: read before and after something that may have been late.
-// Threads that could run and did not, by the kernel's account; time stolen by the host; and how much a bare thread beside
-// them overslept.
+// What the machine itself took of the time between two instants: read before and after something that may
+// have been late. Threads that could run and did not, by the kernel's account; time stolen by the host; and
+// how much a bare thread beside them overslept.
 
 #include <atomic>
 #include <cstdint>

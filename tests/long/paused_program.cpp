@@ -1,5 +1,5 @@
-// The program that paused_test.cpp stops and lets go on: firm transactions every millisecond, on the machine's clock, for as
-// long as its standard input is open. Then it tells what became of them.
+// The program that paused_test.cpp stops and lets go on: firm transactions every millisecond, on the
+// machine's clock, for as long as its standard input is open. Then it tells what became of them.
 
 #include <poll.h>
 #include <unistd.h>

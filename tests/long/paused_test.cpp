@@ -1,5 +1,5 @@
-// A process that is stopped and goes on: no firm commit after its deadline, no miss that was none, and how long it stood
-// still is seen by who waits.
+// A process that is stopped and goes on: no firm commit after its deadline, no miss that was none, and how
+// long it stood still is seen by who waits.
 
 #include <gtest/gtest.h>
 #include <spawn.h>

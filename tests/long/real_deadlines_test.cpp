@@ -1,6 +1,7 @@
-// Reservations and promises on a real device and the machine's clock. What is late is held against what the machine took
-// meanwhile (MachineTime); the strict claims are made where time is simulated. A machine may do worse than it did while it
-// was measured, which nothing here can tell: so one round of three has to be without a fault.
+// Reservations and promises on a real device and the machine's clock. What is late is held against what the
+// machine took meanwhile (MachineTime); the strict claims are made where time is simulated. A machine may do
+// worse than it did while it was measured, which nothing here can tell: so one round of three has to be
+// without a fault.
 
 #include <gtest/gtest.h>
 
@@ -86,7 +87,8 @@ class RealDeadlines : public testing::Test {
   }
   ClockTime in(Nanoseconds time) const { return clock_.now() + time; }
 
-  /// Soft work from three threads, each of which asks again as soon as it has its answer: long, short, and with writes.
+  /// Soft work from three threads, each of which asks again as soon as it has its answer: long, short, and
+  /// with writes.
   class Flood {
    public:
     explicit Flood(RealDeadlines& test) {

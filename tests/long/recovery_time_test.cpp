@@ -1,4 +1,5 @@
-// A hundred thousand entities and ten seconds of log, of a loop that moves a hundred of them each millisecond: opened in at most 3 s.
+// A hundred thousand entities and ten seconds of log, of a loop that moves a hundred of them each
+// millisecond: opened in at most 3 s.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// Eight clients append and read at once: one serial order explains what they saw, in agreement with real time.
+// Eight clients append and read at once: one serial order explains what they saw, in agreement with real
+// time.
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
-// Loads on an engine whose clock, device and costs are simulated: streams of transactions that come when they come, while
-// others are carried out. Time passes in the device's work and a little at each reading of the clock, and in nothing else;
-// so what is late is the scheduler's doing.
+// Loads on an engine whose clock, device and costs are simulated: streams of transactions that come when they
+// come, while others are carried out. Time passes in the device's work and a little at each reading of the
+// clock, and in nothing else; so what is late is the scheduler's doing.
 
 #include <cstdint>
 #include <functional>
@@ -66,8 +66,8 @@ class SimulatedLoad {
   const rtstdb::transaction::test::SimulatedClock& clock() const { return world_.clock; }
   /// Before the first run. Streams stay where they are.
   void add(const Stream& stream);
-  /// Until so many have come; then all are waited for. `ended` is called once for each, on a thread of its own choice, never
-  /// on two at once.
+  /// Until so many have come; then all are waited for. `ended` is called once for each, on a thread of its
+  /// own choice, never on two at once.
   void run(std::uint64_t transactions, const std::function<void(const Ended&)>& ended);
   std::uint64_t left_out() const { return left_out_; }
 

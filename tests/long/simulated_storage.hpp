@@ -1,6 +1,7 @@
 #pragma once
-// A disk and the log on it, one life of the database after the other: by the seed the log is in one mode or another, has its turn now
-// and then, and the disk refuses, is full, stands still, and loses what was not synced when the power goes.
+// A disk and the log on it, one life of the database after the other: by the seed the log is in one mode or
+// another, has its turn now and then, and the disk refuses, is full, stands still, and loses what was not
+// synced when the power goes.
 //
 // The log has no thread of its own here: it does its work where the simulation gives it a turn.
 
@@ -21,8 +22,8 @@ class SimulatedStorage final : public rtstdb::transaction::LogDriver {
  public:
   SimulatedStorage(std::uint64_t seed, Chance& chance, SimulatedClock& clock);
 
-  /// Draws how the next life is to be and opens the log: null where this machine has no disk. The fault in words where a disk that does
-  /// what it should can not be opened.
+  /// Draws how the next life is to be and opens the log: null where this machine has no disk. The fault in
+  /// words where a disk that does what it should can not be opened.
   rtstdb::Result<std::unique_ptr<rtstdb::transaction::CommitLog>> open(std::uint32_t max_entities);
   /// Of the life that was opened last.
   rtstdb::DurabilityMode mode() const noexcept { return mode_; }
@@ -31,7 +32,8 @@ class SimulatedStorage final : public rtstdb::transaction::LogDriver {
   void give_turn();
   /// By chance the disk becomes better or worse.
   void change_weather();
-  /// What is held is given back by that: the log has turns until it does, and time passes. Once without anything that runs.
+  /// What is held is given back by that: the log has turns until it does, and time passes. Once without
+  /// anything that runs.
   void work_on();
   void log_is_waited_for() noexcept override { work_on(); }
 

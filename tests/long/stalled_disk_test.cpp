@@ -1,5 +1,6 @@
-// A disk that stands still for seconds while a loop commits each millisecond in async mode: the loop misses nothing but for what the
-// machine itself took (MachineTime), or what it misses as often beside a disk that is well, and the log says how full its ring was.
+// A disk that stands still for seconds while a loop commits each millisecond in async mode: the loop misses
+// nothing but for what the machine itself took (MachineTime), or what it misses as often beside a disk that
+// is well, and the log says how full its ring was.
 
 #include <gtest/gtest.h>
 
@@ -32,9 +33,9 @@ constexpr std::chrono::milliseconds stall = 5s;
 /// Longer than any machine keeps a thread from running in this test, and much shorter than the stall.
 constexpr auto never_that_long = stall / 2;
 
-/// A miss that the machine's account, which is kept in coarse steps and does not know all that a host takes, does not explain is looked
-/// for again; one that comes of the disk comes each time. On a machine that others share two rounds of five have such a one, on some
-/// every round, with the disk and without.
+/// A miss that the machine's account, which is kept in coarse steps and does not know all that a host takes,
+/// does not explain is looked for again; one that comes of the disk comes each time. On a machine that others
+/// share two rounds of five have such a one, on some every round, with the disk and without.
 constexpr int rounds = 4;
 /// What a commit of one row takes in the ring where it changes nothing, not even the time.
 constexpr std::size_t min_record_bytes = 24;
@@ -71,7 +72,8 @@ Loop run_loop(const MachineTime& machine, std::chrono::nanoseconds length, const
   return loop;
 }
 
-/// Whether so many more unexcused misses of one loop than of another, as long a one, are more than chance has.
+/// Whether so many more unexcused misses of one loop than of another, as long a one, are more than chance
+/// has.
 bool is_more_than_chance(std::size_t more, std::size_t fewer) {
   const auto difference = static_cast<double>(more) - static_cast<double>(fewer);
   return difference > 3.0 * std::sqrt(static_cast<double>(more + fewer));

@@ -1,5 +1,6 @@
 #pragma once
-// The simplest world that commits can be carried out on: what every version of it holds. Shares no code with the store.
+// The simplest world that commits can be carried out on: what every version of it holds. Shares no code with
+// the store.
 
 #include <cstdint>
 #include <map>
@@ -35,7 +36,8 @@ class WorldModel {
   std::string commit(rtstdb::Version version, const std::vector<ModelWrite>& writes);
   /// Nobody could read it, and nobody knows whether a log tells of it.
   void may_stand(rtstdb::Version version, const std::vector<ModelWrite>& writes);
-  /// Whoever opened the database again found that version: what came after it never was. What does not fit is told.
+  /// Whoever opened the database again found that version: what came after it never was. What does not fit is
+  /// told.
   std::string go_on_at(rtstdb::Version version);
   /// The rows of a version: those of the last commit up to it.
   const ModelRows& rows(rtstdb::Version version) const;

@@ -1,6 +1,6 @@
 #pragma once
-// How much a test does: its short form in every run, its long form with tools/test --long, less where a sanitizer makes
-// it ten times as slow.
+// How much a test does: its short form in every run, its long form with tools/test --long, less where a
+// sanitizer makes it ten times as slow.
 
 #include <algorithm>
 #include <cstdint>

@@ -1,5 +1,6 @@
 #pragma once
-// The nearest query on the GPU: shaders/query/nearest/nearest.comp searches, nearest_sign.comp gives distances their sign.
+// The nearest query on the GPU: shaders/query/nearest/nearest.comp searches, nearest_sign.comp gives
+// distances their sign.
 
 #include <span>
 #include <vector>
@@ -26,7 +27,8 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
                                 TimeSpan& times) const noexcept override;
   void record(const BatchPart& part, const Recording& recording) noexcept override;
 
-  /// Allocates what the caller reads and writes. After the first move_to, which refuses what the device can not hold.
+  /// Allocates what the caller reads and writes. After the first move_to, which refuses what the device can
+  /// not hold.
   void allocate_host_memory();
 
  private:

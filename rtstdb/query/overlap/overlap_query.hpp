@@ -1,5 +1,6 @@
 #pragma once
-// The overlap query on the GPU: a region search in each entity's own oriented bounds, which the entity carries.
+// The overlap query on the GPU: a region search in each entity's own oriented bounds, which the entity
+// carries.
 
 #include <span>
 #include <vector>

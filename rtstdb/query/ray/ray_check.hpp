@@ -18,7 +18,8 @@ Result<void> check_ray_options(const RayQueryOptions& options);
 std::optional<BadInput> check_ray(const Ray& ray, std::uint32_t element, bool ignore_motion,
                                   const RowSource& rows) noexcept;
 
-/// The range of a direction's largest component in which every product of the search is a finite, normal float.
+/// The range of a direction's largest component in which every product of the search is a finite, normal
+/// float.
 inline constexpr float min_direction_component = 1e-15f;
 inline constexpr float max_direction_component = 1e15f;
 

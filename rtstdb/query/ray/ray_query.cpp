@@ -32,7 +32,8 @@ static_assert(sizeof(RayHit) == 8 * shared::hit_pairs && offsetof(RayHit, entity
               offsetof(RayHit, front_face) == 36 && sizeof(bool) == 1 && offsetof(RayHit, n_world) == 40 &&
               offsetof(RayHit, v_relative_mps) == 52);
 
-/// Words that the kernels write once for all rays of a batch (IncompleteBuffer in shaders/query/ray/ray_buffers.glsl).
+/// Words that the kernels write once for all rays of a batch (IncompleteBuffer in
+/// shaders/query/ray/ray_buffers.glsl).
 enum Flag : std::uint8_t { some_incomplete, some_unanswered, some_paused };
 
 std::uint32_t low_word(WorldTime t) noexcept {
@@ -45,8 +46,9 @@ constexpr std::size_t words_of_paused_search(const RayQueryOptions& options) noe
   return shared::paused_ray_words + hits * shared::paused_hit_words;
 }
 
-/// In the order that GpuRayQuery::kernel_for expects: for rays at one instant, for moving rays; then the same two as
-/// packets and with work sharing, on devices whose subgroups have eight lanes. A list of hits has one kernel for all rays.
+/// In the order that GpuRayQuery::kernel_for expects: for rays at one instant, for moving rays; then the same
+/// two as packets and with work sharing, on devices whose subgroups have eight lanes. A list of hits has one
+/// kernel for all rays.
 std::vector<gpu::ShaderId> ray_shaders(const RayQueryOptions& options, bool eight_lanes) {
   using enum gpu::ShaderId;
   std::vector<gpu::ShaderId> shaders;

@@ -45,8 +45,8 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void mark_incomplete(std::uint32_t ray) noexcept override;
 
   std::span<RayHit> written_hits() const noexcept { return hit_memory_[slots().written()].as<RayHit>(); }
-  /// `moving`: rays move with carriers or have different times. Where the device has fewer kernels, the one that gives
-  /// the same answers.
+  /// `moving`: rays move with carriers or have different times. Where the device has fewer kernels, the one
+  /// that gives the same answers.
   const Kernel& kernel_for(bool moving, std::uint32_t entities) const noexcept;
   /// The kernel whose searches pause and go on in a later dispatch.
   const Kernel& pausing_kernel() const noexcept { return kernel(1 % kernel_count()); }
@@ -58,8 +58,8 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   // What check found in the batch that is recorded next.
   mutable bool carried_ = false;
   mutable bool coherent_ = false;
-  /// By place of the retry pass: the contents of the slot (TlasView::contents) that the paused search went through; 0: it
-  /// begins.
+  /// By place of the retry pass: the contents of the slot (TlasView::contents) that the paused search went
+  /// through; 0: it begins.
   std::array<std::uint64_t, shared::paused_rays> searched_contents_{};
   std::uint32_t restarts_ =
       0;  // passes in which searches of the window began again, since their slot had other contents

@@ -1,7 +1,7 @@
 #pragma once
-// Sorts indices. In a short list, each index is placed by the number of smaller ones, without branches on their values. In a
-// longer list, each index sets its bit in a bit field, which is then read in order; a second level has one bit per word that
-// is not zero.
+// Sorts indices. In a short list, each index is placed by the number of smaller ones, without branches on
+// their values. In a longer list, each index sets its bit in a bit field, which is then read in order; a
+// second level has one bit per word that is not zero.
 
 #include <algorithm>
 #include <array>
@@ -24,7 +24,8 @@ class IdOrder {
   /// Up to this length counting is faster.
   static constexpr std::size_t max_counted = 64;
 
-  /// Calls `each` with the ids in ascending order, once per distinct id. They are below max_entities. Does not allocate.
+  /// Calls `each` with the ids in ascending order, once per distinct id. They are below max_entities. Does
+  /// not allocate.
   template <class Each>
   void ascending(std::span<const std::uint32_t> ids, Each each) noexcept {
     if (ids.size() <= max_counted)
@@ -38,7 +39,8 @@ class IdOrder {
   static void by_counting(std::span<const std::uint32_t> ids, Each each) noexcept {
     constexpr std::size_t vector_width = 8;
     static_assert(max_counted % vector_width == 0);
-    // Signed, since processors before AVX-512 compare signed vectors alone. Entries behind the last id are above all ids.
+    // Signed, since processors before AVX-512 compare signed vectors alone. Entries behind the last id are
+    // above all ids.
     std::array<std::int32_t, max_counted> keys;
     std::array<std::int32_t, max_counted> sorted;
     const std::size_t rounded = (ids.size() + vector_width - 1) / vector_width * vector_width;

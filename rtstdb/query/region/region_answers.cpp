@@ -108,7 +108,8 @@ std::span<const EntityId> RegionSearch::unpack_entities(std::size_t begin, std::
   const std::size_t ids_begin = std::size_t{record} * options_.ids_per_region;
   const auto ids = all_ids.subspan(ids_begin, listed);
   const auto entities = std::span(answers_[slots().written()].entities).subspan(begin, listed);
-  // Identities are scattered in memory, and another processor wrote the next region's ids: both are prefetched.
+  // Identities are scattered in memory, and another processor wrote the next region's ids: both are
+  // prefetched.
   for (const std::uint32_t index : ids)
     __builtin_prefetch(&view.identities[index]);
   const auto next_ids =

@@ -1,6 +1,6 @@
 #pragma once
-// The search for what lies in regions, with its kernels and its lists of answers. Region and overlap queries are two ways
-// to say which region each element means.
+// The search for what lies in regions, with its kernels and its lists of answers. Region and overlap queries
+// are two ways to say which region each element means.
 
 #include <array>
 #include <optional>
@@ -14,8 +14,8 @@
 
 namespace rtstdb::query {
 
-/// One kernel searches the regions of one shape group: those of one shape, but that boxes and spheres are one group at
-/// RegionLevel::bounds.
+/// One kernel searches the regions of one shape group: those of one shape, but that boxes and spheres are one
+/// group at RegionLevel::bounds.
 inline constexpr std::size_t shape_groups = 3;
 constexpr std::size_t shape_group(RegionLevel level, RegionShape shape) noexcept {
   return level == RegionLevel::bounds && shape == RegionShape::sphere ? 0 : static_cast<std::size_t>(shape);
@@ -48,7 +48,8 @@ class RegionSearch : public GpuQuery {
   /// Packs elements, by their numbers, into as many records.
   virtual void pack(std::span<const std::uint32_t> elements, std::span<shared::RegionRecord> records,
                     const Recording& recording) const noexcept = 0;
-  /// Puts the elements in order, one shape group after the other. Default: as they are, all of the first group.
+  /// Puts the elements in order, one shape group after the other. Default: as they are, all of the first
+  /// group.
   void order_batch(std::uint32_t count) noexcept override;
   /// What order_batch writes: the element at each place, and the groups' ends.
   std::span<std::uint32_t> order() noexcept { return order_; }
@@ -94,7 +95,8 @@ class RegionSearch : public GpuQuery {
   bool overflows(const shared::RegionCount& count) const noexcept {
     return options_.ids_per_region > 0 && count.found > options_.ids_per_region;
   }
-  /// Decides where the answers of these places begin, and notes what is incomplete. Returns the number of ids.
+  /// Decides where the answers of these places begin, and notes what is incomplete. Returns the number of
+  /// ids.
   std::size_t lay_out(PlaceRange range) noexcept;
   /// Writes the answer at a place from the record that the device left.
   void unpack_answer(std::uint32_t place, std::uint32_t record, const accel::TlasView& view,

@@ -1,12 +1,13 @@
 // The search for entities by their centres or bounds, which needs the TLAS alone. Part of nearest.comp.
 //
-// Visits a node's entities at once, then its nearest inner child. The other children go on the stack as one group and are
-// measured again when the group is popped, with the reach of that time; a group that is out of reach as a whole is skipped.
+// Visits a node's entities at once, then its nearest inner child. The other children go on the stack as one
+// group and are measured again when the group is popped, with the reach of that time; a group that is out of
+// reach as a whole is skipped.
 #ifndef RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
 #define RTSTDB_QUERY_NEAREST_ENTITIES_GLSL
 
-// A group is the unvisited children of one node: the node in the upper 24 bits, below it one bit per child. The stack holds
-// at most one group per level of the tree.
+// A group is the unvisited children of one node: the node in the upper 24 bits, below it one bit per child.
+// The stack holds at most one group per level of the tree.
 const uint stack_size = 96u;
 uint groups[stack_size];
 float squares[stack_size];  // distance to the nearest child of each group, squared
@@ -28,8 +29,8 @@ vec3 in_quanta(MotionNode wide, vec3 point) {
   return from * uintBitsToFloat(0x7F000000u - floatBitsToUint(wide.begin.quantum));
 }
 
-// The squared distance to a child's box, enlarged by the node's overhang. Maxima of floats are taken as integers: positive
-// floats have the order of their bits, and negative values do not matter here.
+// The squared distance to a child's box, enlarged by the node's overhang. Maxima of floats are taken as
+// integers: positive floats have the order of their bits, and negative values do not matter here.
 float child_square(MotionNode wide, uint k, vec3 from) {
   const vec3 lo = vec3(edge_at(wide, 0u, 0u, k), edge_at(wide, 1u, 0u, k), edge_at(wide, 2u, 0u, k));
   const vec3 hi = vec3(edge_at(wide, 0u, 2u, k), edge_at(wide, 1u, 2u, k), edge_at(wide, 2u, 2u, k));

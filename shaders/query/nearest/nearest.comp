@@ -1,11 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The search of every nearest query: depth first, the nearest box first, skipping what lies beyond the k-th best distance so
-// far. At the leaves of the TLAS, entities have their pose at the query's own time. rtstdb/query.hpp defines the fields.
+// The search of every nearest query: depth first, the nearest box first, skipping what lies beyond the k-th
+// best distance so far. At the leaves of the TLAS, entities have their pose at the query's own time.
+// rtstdb/query.hpp defines the fields.
 //
-// In searches for triangles, one iteration of a loop visits at most one node and at most one leaf. Lanes reach leaves at
-// different times, and in a loop over nodes alone most of the cost would be lanes that wait for others to reach a leaf.
+// In searches for triangles, one iteration of a loop visits at most one node and at most one leaf. Lanes
+// reach leaves at different times, and in a loop over nodes alone most of the cost would be lanes that wait
+// for others to reach a leaf.
 //
 // Macros: LIST_SIZE, the largest k, and one of these:
 //   NEAREST_CENTER, NEAREST_BOUNDS   entities by the centre of their bounds, or by the bounds; only the TLAS is searched
@@ -51,7 +53,8 @@ uint depth = 0u;
 uint rounds = 0u;
 bool cut_short = false;
 
-// The search skips what lies beyond `reach`. `box_limit`: its square, enlarged by the rounding error of box distances.
+// The search skips what lies beyond `reach`. `box_limit`: its square, enlarged by the rounding error of box
+// distances.
 float reach;
 float box_limit;
 
@@ -91,8 +94,9 @@ Candidate chosen(bool first, Candidate a, Candidate b) {
 }
 #endif
 
-// Each insertion moves the whole list by constant indices, so the list stays in registers; a list of variable length would
-// be memory that each lane indexes separately. For k below LIST_SIZE, entries with a negative distance fill the front.
+// Each insertion moves the whole list by constant indices, so the list stays in registers; a list of variable
+// length would be memory that each lane indexes separately. For k below LIST_SIZE, entries with a negative
+// distance fill the front.
 Candidate list[LIST_SIZE];
 
 void clear_list() {
@@ -191,7 +195,8 @@ bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 // ---- leaves
 
 #ifdef NEAREST_STILL
-// From the point to the entity's centre. At one instant all instances have one epoch, and `place` is the instance itself.
+// From the point to the entity's centre. At one instant all instances have one epoch, and `place` is the
+// instance itself.
 vec3 offset_to_center(uint place, vec3 point) {
   precise vec3 offset = texelFetch(centers, int(place * still_center_texels)).xyz - point;
   return offset;

@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The sign of each neighbor's distance: whether the entity's closed surface winds around the point. A vertical ray in the
-// entity's frame starts at the point; each triangle that it crosses counts with the sign of its side. This needs the
-// triangles alone and does not depend on the entity's scale, unlike angle-weighted pseudonormals (Baerentzen and Aanaes 2005).
+// The sign of each neighbor's distance: whether the entity's closed surface winds around the point. A
+// vertical ray in the entity's frame starts at the point; each triangle that it crosses counts with the sign
+// of its side. This needs the triangles alone and does not depend on the entity's scale, unlike
+// angle-weighted pseudonormals (Baerentzen and Aanaes 2005).
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -25,9 +26,9 @@ const uint stack_size = 128u;
 // Every inner node pushes at most 8 references.
 const uint stack_limit = stack_size - 8u;
 
-// The winding of an edge around the origin, seen from above: +1 or -1 where it crosses the half line towards +y, by its
-// direction. The reversed edge gives exactly the opposite, so over a closed surface the sum is right also where the vertical
-// ray meets edges and corners.
+// The winding of an edge around the origin, seen from above: +1 or -1 where it crosses the half line towards
+// +y, by its direction. The reversed edge gives exactly the opposite, so over a closed surface the sum is
+// right also where the vertical ray meets edges and corners.
 int crossing(vec2 a, vec2 b) {
   precise float side = a.x * b.y - a.y * b.x;
   const bool leftwards = a.x > 0.0 && b.x <= 0.0;
@@ -42,7 +43,8 @@ int winding_above(vec3 a, vec3 b, vec3 c) {
   const float wa = twice_area(b.xy, c.xy);
   const float wb = twice_area(c.xy, a.xy);
   const float wc = twice_area(a.xy, b.xy);
-  // The height at which the ray crosses, clamped to the corners' heights: rounding may move it far off for a steep triangle.
+  // The height at which the ray crosses, clamped to the corners' heights: rounding may move it far off for a
+  // steep triangle.
   const float sum = wa + wb + wc;
   const float height = (wa * a.z + wb * b.z + wc * c.z) / (sum == 0.0 ? 1.0 : sum);
   const float clamped = clamp(height, min(a.z, min(b.z, c.z)), max(a.z, max(b.z, c.z)));

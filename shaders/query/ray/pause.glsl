@@ -1,5 +1,6 @@
-// Saves the state of a ray's search at the end of a dispatch and restores it in the next, so that a retried ray may take any
-// number of iterations. A search visits the same nodes in the same order wherever it pauses, so its result is the same.
+// Saves the state of a ray's search at the end of a dispatch and restores it in the next, so that a retried
+// ray may take any number of iterations. A search visits the same nodes in the same order wherever it pauses,
+// so its result is the same.
 //
 // Included after traverse.glsl and ray_buffers.glsl, with RAY_PAUSES defined.
 #ifndef RTSTDB_QUERY_RAY_PAUSE_GLSL
@@ -19,7 +20,8 @@ const uint list_words = paused_hit_words * RAY_LIST;
 const uint list_words = 0u;
 #endif
 
-// Where the saved search of the ray at a place of `retried_rays` begins; its first word is 0 when the search has ended.
+// Where the saved search of the ray at a place of `retried_rays` begins; its first word is 0 when the search
+// has ended.
 uint pause_at(uint place) { return place * (paused_ray_words + list_words); }
 
 void carry_over(bool resumes, inout uint at, inout uint word) {

@@ -1,7 +1,7 @@
 // How every ray kernel reads a ray and writes its hit. rtstdb/query.hpp defines the fields.
 //
-// Included after the traversal (traverse.glsl, simd8/packet.glsl or simd8/work_sharing.glsl). Macros: RAY_ANY, RAY_MOVING
-// (ray.comp).
+// Included after the traversal (traverse.glsl, simd8/packet.glsl or simd8/work_sharing.glsl). Macros:
+// RAY_ANY, RAY_MOVING (ray.comp).
 #include "common/exact_cross.glsl"
 #include "common/halt.glsl"
 #include "common/pairs.glsl"
@@ -11,8 +11,8 @@ layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
 layout(set = 0, binding = 6, scalar) writeonly buffer IncompleteBuffer {
   uint some_incomplete;
-  // Set where loops have stopped (common/loops.glsl) in a subgroup that processes all rays of its group: some have no answer.
-  // The subgroup's own limit of iterations should prevent this.
+  // Set where loops have stopped (common/loops.glsl) in a subgroup that processes all rays of its group: some
+  // have no answer. The subgroup's own limit of iterations should prevent this.
   uint some_unanswered;
   uint some_paused;
 };
@@ -65,7 +65,8 @@ TracedRay read_ray(uint index) {
     ray.v_origin = velocity_at(i, ray.t_ns, ray.origin);
   }
 #endif
-  // Scaled by a power of two, which is exact, so that no product of the search overflows or underflows for any direction.
+  // Scaled by a power of two, which is exact, so that no product of the search overflows or underflows for
+  // any direction.
   const uint exponent = floatBitsToUint(largest(ray.direction)) >> 23;
   ray.unit = uintBitsToFloat(254u - exponent << 23);
   ray.direction *= ray.unit;
@@ -81,7 +82,8 @@ void write_hit(uint place, Found found, TracedRay ray) {
   const int corners = int(found.slot * triangle_texels);
   const vec3 across = direction_across(triangle_texel(corners).xyz, triangle_texel(corners + 1).xyz,
                                        triangle_texel(corners + 2).xyz);
-  // Normals rotate with the body and scale inversely. Lengths are brought near one first, so that no square underflows.
+  // Normals rotate with the body and scale inversely. Lengths are brought near one first, so that no square
+  // underflows.
   const vec3 n = across / largest(across) / i.scale;
   const vec3 n_world = normalize(rotate(orientation_of(i, ray.t_ns), n / largest(n)));
   const vec3 v_relative_mps =

@@ -1,5 +1,5 @@
-// A ray in the frame of an entity, and its intersection with a triangle there. All ray kernels use these functions, so an
-// answer has the same bits from any of them.
+// A ray in the frame of an entity, and its intersection with a triangle there. All ray kernels use these
+// functions, so an answer has the same bits from any of them.
 #ifndef RTSTDB_QUERY_RAY_RAY_TRIANGLE_GLSL
 #define RTSTDB_QUERY_RAY_RAY_TRIANGLE_GLSL
 #include "common/instance.glsl"
@@ -14,7 +14,8 @@ struct Segment {
       minus_o;  // not o: the compiler would move the negation into the expression for o and evaluate it at every visit
   vec3 d;
   vec3 inverse_d;
-  // For triangles: the dominant axis of the direction, and the shear that makes the ray the z axis (see test_corners).
+  // For triangles: the dominant axis of the direction, and the shear that makes the ray the z axis (see
+  // test_corners).
   uint axis;
   vec3 shear;
   uint octant;
@@ -29,16 +30,17 @@ vec3 quantum_of(uvec4 head) {
               uintBitsToFloat((head.w >> 16 & 0xFFu) << 23));
 }
 
-// Rounding error of the content of a node's boxes relative to the ray's origin, for its transformation and the tests: less
-// than this part of the largest distance along an axis.
+// Rounding error of the content of a node's boxes relative to the ray's origin, for its transformation and
+// the tests: less than this part of the largest distance along an axis.
 float blur_of(vec3 origin_from_ray, vec3 quantum) {
   const ivec3 farthest = floatBitsToInt(abs(origin_from_ray) + 255.0 * quantum);
   return 1e-6 * intBitsToFloat(max(max(farthest.x, farthest.y), farthest.z));
 }
 
 vec3 inverse_direction(vec3 d) {
-  // Beside the largest component, a component this small moves the ray by nothing over the width of a world; and its inverse
-  // times the coordinates of any box stays finite, also for large or fast bodies far beyond the limit of positions.
+  // Beside the largest component, a component this small moves the ray by nothing over the width of a world;
+  // and its inverse times the coordinates of any box stays finite, also for large or fast bodies far beyond
+  // the limit of positions.
   const float tiny = 1e-17 * max(max(abs(d.x), abs(d.y)), abs(d.z));
   const vec3 safe =
       mix(d, mix(vec3(tiny), vec3(-tiny), lessThan(d, vec3(0.0))), lessThan(abs(d), vec3(tiny)));
@@ -53,8 +55,9 @@ vec3 axis_last(vec3 p, uint axis) {
 
 uint octant_of(vec3 d) { return (d.x < 0.0 ? 1u : 0u) | (d.y < 0.0 ? 2u : 0u) | (d.z < 0.0 ? 4u : 0u); }
 
-// The order of slots that begins with the nearest child or, where any hit is enough, with the farthest: a ray often begins
-// at a surface or inside near boxes, which it crosses in part, while it crosses farther ones from side to side.
+// The order of slots that begins with the nearest child or, where any hit is enough, with the farthest: a ray
+// often begins at a surface or inside near boxes, which it crosses in part, while it crosses farther ones
+// from side to side.
 uint order_of(uint octant) {
 #ifdef RAY_ANY
   return octant ^ 7u;
@@ -80,7 +83,8 @@ Segment make_segment(vec3 minus_o, vec3 d, float blur_m) {
   return ray;
 }
 
-// A ray in the world, where each node has its own rounding bound, so that a far entity does not enlarge the boxes of others.
+// A ray in the world, where each node has its own rounding bound, so that a far entity does not enlarge the
+// boxes of others.
 Segment make_segment(vec3 minus_o, vec3 d) { return make_segment(minus_o, d, 0.0); }
 
 struct Found {
@@ -99,12 +103,12 @@ Found nothing_within(float lambda_max) {
   return Found(status_miss, lambda_max, 0.0, 0.0, no_entity, no_entity, 0u, 0u, false);
 }
 
-// A box that begins beyond this lambda holds no hit that is nearer or ties; covers the rounding of boxes. Not negative, so
-// that it may be compared as an integer.
+// A box that begins beyond this lambda holds no hit that is nearer or ties; covers the rounding of boxes. Not
+// negative, so that it may be compared as an integer.
 float reach_of(Found best) { return max(best.lambda * 1.000001, 1e-37); }
 
-// The ray in the frame of an instance at `t_ns`. The direction is not normalised, so that lambda is the same in both frames.
-// `root`: the head of the geometry's first node.
+// The ray in the frame of an instance at `t_ns`. The direction is not normalised, so that lambda is the same
+// in both frames. `root`: the head of the geometry's first node.
 Segment enter_instance(Segment world, Instance i, int t_ns, uvec4 root) {
   const vec4 q = conjugate(orientation_of(i, t_ns));
   precise vec3 minus_o = position_of(i, t_ns) + world.minus_o;
@@ -113,8 +117,8 @@ Segment enter_instance(Segment world, Instance i, int t_ns, uvec4 root) {
                       blur_of(uintBitsToFloat(root.xyz) + minus_o_there, quantum_of(root)));
 }
 
-// Whether a hit replaces the best so far: the nearer one, then the lower entity, then the lower triangle. Without a best,
-// whether it lies in the range.
+// Whether a hit replaces the best so far: the nearer one, then the lower entity, then the lower triangle.
+// Without a best, whether it lies in the range.
 bool precedes(float lambda, uint entity, uint triangle, Found best) {
   const bool nearer = lambda < best.lambda || best.status == status_miss || entity < best.entity ||
                       (entity == best.entity && triangle < best.triangle);
@@ -126,7 +130,8 @@ float greater_of(float a, float b) { return b > a ? b : a; }
 vec3 least(vec3 a, vec3 b) { return mix(a, b, lessThan(b, a)); }
 vec3 most(vec3 a, vec3 b) { return mix(a, b, greaterThan(b, a)); }
 
-// Whether all are above zero, compared as integers: positive floats have the order of their bits, and -0 is not positive.
+// Whether all are above zero, compared as integers: positive floats have the order of their bits, and -0 is
+// not positive.
 bool all_above(vec3 v) {
   const ivec3 bits = floatBitsToInt(v);
   return min(min(bits.x, bits.y), bits.z) > 0;
@@ -145,17 +150,20 @@ float edge_function(vec2 p, vec2 q) {
   return area;
 }
 
-// Watertight test (Woop, Benthin and Wald 2013). Each corner is sheared by itself so that the ray becomes the z axis, so all
-// triangles that share a corner get the same point, and both triangles of an edge get the same products (`precise` keeps the
-// compiler from fusing them): no ray passes between them. An edge belongs to both. Corners are relative to the ray's origin,
-// with an error that grows with their distance alone, not with the size of the triangle.
+// Watertight test (Woop, Benthin and Wald 2013). Each corner is sheared by itself so that the ray becomes the
+// z axis, so all triangles that share a corner get the same point, and both triangles of an edge get the same
+// products (`precise` keeps the compiler from fusing them): no ray passes between them. An edge belongs to
+// both. Corners are relative to the ray's origin, with an error that grows with their distance alone, not
+// with the size of the triangle.
 //
-// For a triangle far beside the ray, the edge products are rounding noise of either sign. Such a triangle is rejected by its
-// corners: the ray lies between the corners of every triangle that it hits, by the same numbers.
+// For a triangle far beside the ray, the edge products are rounding noise of either sign. Such a triangle is
+// rejected by its corners: the ray lies between the corners of every triangle that it hits, by the same
+// numbers.
 //
-// The hit is clamped to the triangle's bounds, by the arithmetic with which boxes are entered. So a box that is skipped,
-// because it lies beyond the nearest hit or outside the range, holds no hit that another order of traversal would accept. For
-// a large triangle the barycentric weights alone may place the hit outside of the bounds.
+// The hit is clamped to the triangle's bounds, by the arithmetic with which boxes are entered. So a box that
+// is skipped, because it lies beyond the nearest hit or outside the range, holds no hit that another order of
+// traversal would accept. For a large triangle the barycentric weights alone may place the hit outside of the
+// bounds.
 void test_corners(Segment ray, vec4 t0, vec4 t1, vec3 t2, uint slot, float lambda_min, float faces,
                   uint instance, uint entity, inout Found best) {
   const uint triangle = floatBitsToUint(t0.w);

@@ -34,8 +34,8 @@ float blur_of(uvec4 head, Segment world) {
   return blur_of(uintBitsToFloat(head.xyz) + world.minus_o, quantum_of(head));
 }
 
-// Whether the ray enters the box between two corners, in quanta. Compared as integers: floats that are not negative have the
-// order of their bits, and negative ones are below all of them.
+// Whether the ray enters the box between two corners, in quanta. Compared as integers: floats that are not
+// negative have the order of their bits, and negative ones are below all of them.
 bool enters(Slabs slabs, vec3 near, vec3 far) {
   const ivec3 begin = floatBitsToInt(near * slabs.slope + slabs.offset);
   const ivec3 end = floatBitsToInt(far * slabs.far_slope + slabs.far_offset);

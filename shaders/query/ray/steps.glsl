@@ -1,7 +1,8 @@
-// The steps of a search by one lane for one ray. Tests of children and pushes have no branches, since on lavapipe masked lanes
-// run the body of a branch anyway.
+// The steps of a search by one lane for one ray. Tests of children and pushes have no branches, since on
+// lavapipe masked lanes run the body of a branch anyway.
 //
-// Macros: RAY_ANY, RAY_MOVING, RAY_LIST (ray.comp); RAY_PAUSES where a search may go on in another dispatch (pause.glsl).
+// Macros: RAY_ANY, RAY_MOVING, RAY_LIST (ray.comp); RAY_PAUSES where a search may go on in another dispatch
+// (pause.glsl).
 #ifndef RTSTDB_QUERY_RAY_STEPS_GLSL
 #define RTSTDB_QUERY_RAY_STEPS_GLSL
 #include "query/ray/rounds.glsl"
@@ -13,7 +14,8 @@ layout(set = 0, binding = 1) uniform samplerBuffer triangles;
 layout(set = 0, binding = 2) uniform usamplerBuffer tlas;
 layout(set = 0, binding = 3) uniform samplerBuffer instances;
 
-// At most one group per level of a tree: a binary tree has at most a level for each bit of a code (63) and of a place (32).
+// At most one group per level of a tree: a binary tree has at most a level for each bit of a code (63) and of
+// a place (32).
 const uint stack_size = paused_ray_groups;
 
 Instance instance_at(uint index) { return fetch_instance(instances, index); }
@@ -30,7 +32,8 @@ void test_triangle(Segment ray, uint slot, float lambda_min, float faces, uint i
 }
 
 #ifdef RAY_LIST
-// The nearest hits so far, in order; empty entries have an infinite lambda. The other fields of a hit are computed at the end.
+// The nearest hits so far, in order; empty entries have an infinite lambda. The other fields of a hit are
+// computed at the end.
 float list_lambda[RAY_LIST];
 uint list_entity[RAY_LIST];
 uint list_triangle[RAY_LIST];
@@ -69,9 +72,10 @@ void keep(Found one) {
 }
 #endif
 
-// A group is the children of one node that are still to be visited: the node in the upper 24 bits, below it one bit per child
-// in the order of visits: bit i is slot i ^ order. One word, because lavapipe stores lane by lane where the address differs
-// between lanes. The extra entry takes the writes of lanes that have no work when the stack is full.
+// A group is the children of one node that are still to be visited: the node in the upper 24 bits, below it
+// one bit per child in the order of visits: bit i is slot i ^ order. One word, because lavapipe stores lane
+// by lane where the address differs between lanes. The extra entry takes the writes of lanes that have no
+// work when the stack is full.
 uint entity_stack[stack_size + 1u];
 uint geometry_stack[stack_size + 1u];
 
@@ -95,8 +99,8 @@ uint in_group_order(uint slots, uint order) {
   return (order & 4u) != 0u ? (bits & 0x0Fu) << 4 | bits >> 4 : bits;
 }
 
-// `entered`: the group's bit for each slot that the ray enters. `used`: the slots that have a child; the box of an empty slot is
-// inside out, but rounding may let a distant ray enter it.
+// `entered`: the group's bit for each slot that the ray enters. `used`: the slots that have a child; the box
+// of an empty slot is inside out, but rounding may let a distant ray enter it.
 uint as_group(uint node, uint entered[8], uint used, uint order) {
   const uint mask = ((entered[0] | entered[1]) | (entered[2] | entered[3])) |
                     ((entered[4] | entered[5]) | (entered[6] | entered[7]));
@@ -159,8 +163,8 @@ uint enter_entities(uint node, float share, Segment ray, float lambda_min, float
 }
 #endif
 
-// The state of a search in one tree, without its stack. `rounds`: loop iterations so far, of max_rounds; a search with a lower
-// limit begins with a higher count.
+// The state of a search in one tree, without its stack. `rounds`: loop iterations so far, of max_rounds; a
+// search with a lower limit begins with a higher count.
 struct Search {
   uint depth;
   uint rounds;
@@ -183,7 +187,8 @@ bool may_go_on(Search search) {
 #endif
 }
 
-// The next child to visit, of the group `at_hand` or else of the group on top of the stack; ref_none when none is left.
+// The next child to visit, of the group `at_hand` or else of the group on top of the stack; ref_none when
+// none is left.
 uint take_next(bool of_entities, inout Search search, uint at_hand, uint order) {
   const bool pop = (at_hand & 0xFFu) == 0u;
   const bool done = pop && search.depth == 0u;
@@ -257,8 +262,8 @@ uint unless_found(uint current, Found best) {
 #endif
 }
 
-// Goes from `below` of a geometry's tree to the next leaf and tests all leaves that follow one another. Ends at an inner node,
-// when none is left, or when the search pauses.
+// Goes from `below` of a geometry's tree to the next leaf and tests all leaves that follow one another. Ends
+// at an inner node, when none is left, or when the search pauses.
 uint go_through_leaves(uint below, inout Search search, Segment ray, float lambda_min, float faces,
                        uint last_kept, uint instance, uint entity, inout Found best) {
   uint current = descend_geometry(below, search, ray, lambda_min, reach_of(best));

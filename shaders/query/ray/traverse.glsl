@@ -36,14 +36,16 @@ void find_instances(inout TraversalState state, float share, Segment world, floa
   } while (another_round(goes_on(state.current, state.pending) && may_go_on(state.search)));
 }
 
-// A ray's search through both levels of the structure (paper, Section 5.2): in each level, a loop over nodes and a loop over
-// leaves ("while-while", Aila and Laine 2009). Ends when nothing is left, or when it pauses.
+// A ray's search through both levels of the structure (paper, Section 5.2): in each level, a loop over nodes
+// and a loop over leaves ("while-while", Aila and Laine 2009). Ends when nothing is left, or when it pauses.
 //
-// `t_ns`: since the epoch of the instances from `instance_base` on. `share`: the part of the window that has passed then.
+// `t_ns`: since the epoch of the instances from `instance_base` on. `share`: the part of the window that has
+// passed then.
 //
-// On lavapipe every lane runs the body of a loop in each iteration, masked or not, and a condition before the body costs one
-// more iteration. So conditions stand at the end, and instances are collected before they are entered: lanes find them at
-// very different times, and entering each at once would restart the inner loops for few lanes.
+// On lavapipe every lane runs the body of a loop in each iteration, masked or not, and a condition before the
+// body costs one more iteration. So conditions stand at the end, and instances are collected before they are
+// entered: lanes find them at very different times, and entering each at once would restart the inner loops
+// for few lanes.
 void trace(inout TraversalState state, Segment world, float lambda_min, int t_ns, float share,
            uint instance_base, uint mask, float faces, uint last_kept) {
   do {

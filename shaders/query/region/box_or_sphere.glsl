@@ -31,8 +31,8 @@ Shape shape_of(OrientedBox at, RegionRecord record) {
   return shape;
 }
 
-// Separating axis test of two oriented boxes (Gottschalk, Lin and Manocha 1996). Touching counts. Inside: no corner of b lies
-// beyond a face of a.
+// Separating axis test of two oriented boxes (Gottschalk, Lin and Manocha 1996). Touching counts. Inside: no
+// corner of b lies beyond a face of a.
 bool box_holds(OrientedBox a, bool inside, OrientedBox b) {
   const vec4 to_a = conjugate(a.q);
   const vec3 t = rotate(to_a, b.center - a.center);

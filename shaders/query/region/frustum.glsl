@@ -1,4 +1,5 @@
-// Frusta as regions, and their tests against oriented boxes. In its own frame a frustum looks along x from the origin.
+// Frusta as regions, and their tests against oriented boxes. In its own frame a frustum looks along x from
+// the origin.
 #ifndef RTSTDB_QUERY_REGION_FRUSTUM_GLSL
 #define RTSTDB_QUERY_REGION_FRUSTUM_GLSL
 #include "common/packed_edges.glsl"
@@ -15,8 +16,8 @@ struct Shape {
   vec4 planes[6];  // normals to the inside, and the distance of the origin
 };
 
-// The smallest and the largest value of dot(axis, p) over the frustum, in its own frame. They occur at corners, which lie at
-// the near and the far distance along four edges.
+// The smallest and the largest value of dot(axis, p) over the frustum, in its own frame. They occur at
+// corners, which lie at the near and the far distance along four edges.
 vec2 frustum_span(Shape shape, vec3 axis) {
   const float aside = dot(abs(axis.yz), shape.opening);
   const float low = axis.x - aside;
@@ -83,8 +84,8 @@ ChildMasks children_of(PackedNode node, Shape shape) {
   return masks;
 }
 
-// Separating axis test of two convex bodies: face normals and cross products of edges. Touching counts. Inside: no corner of b
-// lies beyond a face.
+// Separating axis test of two convex bodies: face normals and cross products of edges. Touching counts.
+// Inside: no corner of b lies beyond a face.
 bool holds(Shape shape, OrientedBox b) {
   const vec4 to_own = conjugate(shape.q);
   const vec3 t = rotate(to_own, b.center - shape.eye);

@@ -1,5 +1,5 @@
-// Counts and lists what a region finds. Included after the declarations of `args`, `ids` and `rounds`. Macros: REGION_KEY, the
-// type of an entry of `ids`.
+// Counts and lists what a region finds. Included after the declarations of `args`, `ids` and `rounds`.
+// Macros: REGION_KEY, the type of an entry of `ids`.
 uint found = 0u;
 
 #if defined(REGION_COUNT)

@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The search of region and overlap queries for entities by their bounds: down the TLAS by axis-aligned boxes, then the exact
-// test of oriented boxes at the query's own time, for those that cross the region's border.
+// The search of region and overlap queries for entities by their bounds: down the TLAS by axis-aligned boxes,
+// then the exact test of oriented boxes at the query's own time, for those that cross the region's border.
 //
-// Leaves are collected in lists, and each list has a loop of its own: on lavapipe lanes wait for one another in every loop,
-// and with lists they wait only for the lane with the most entries in total.
+// Leaves are collected in lists, and each list has a loop of its own: on lavapipe lanes wait for one another
+// in every loop, and with lists they wait only for the lane with the most entries in total.
 //
-// Macros: REGION_MOVING where regions have different times (right for one instant too, but slower); REGION_FRUSTUM for frusta
-// instead of boxes and spheres; and one of these, or none to list what is found:
+// Macros: REGION_MOVING where regions have different times (right for one instant too, but slower);
+// REGION_FRUSTUM for frusta instead of boxes and spheres; and one of these, or none to list what is found:
 //   REGION_LOWEST   for regions that found more ids than fit: finds the lowest ids, by a heap
 //   REGION_COUNT    counts, without ids
 #define REGION_BOUNDS

@@ -20,7 +20,8 @@ OrientedBox posed(samplerBuffer instances, RegionRecord record) {
   return box;
 }
 
-// Bits of a node's children: `meeting`, all that meet the region and perhaps others; `within`, some that lie in it.
+// Bits of a node's children: `meeting`, all that meet the region and perhaps others; `within`, some that lie
+// in it.
 struct ChildMasks {
   uint meeting;
   uint within;

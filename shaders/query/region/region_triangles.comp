@@ -1,12 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The search of regions by triangles: down the TLAS to an entity, then down its geometry by axis-aligned boxes in the entity's
-// frame, rotated but not scaled; then the exact test, for triangles that cross the region's border. Leaves are collected in
-// lists, as in region_bounds.comp.
+// The search of regions by triangles: down the TLAS to an entity, then down its geometry by axis-aligned
+// boxes in the entity's frame, rotated but not scaled; then the exact test, for triangles that cross the
+// region's border. Leaves are collected in lists, as in region_bounds.comp.
 //
-// Macros: REGION_BOX, REGION_SPHERE or REGION_FRUSTUM; REGION_SURFACE to find entities by their triangles instead of triangles;
-// and one of these, or none to list what is found:
+// Macros: REGION_BOX, REGION_SPHERE or REGION_FRUSTUM; REGION_SURFACE to find entities by their triangles
+// instead of triangles; and one of these, or none to list what is found:
 //   REGION_LOWEST   for regions that found more than fits: finds the lowest, by a heap
 //   REGION_COUNT    counts alone
 #define REGION_MOVING

@@ -4,9 +4,10 @@
 #include "query/region/box_or_sphere.glsl"
 #include "query/region/triangle_plane.glsl"
 
-// The separating axes that are perpendicular to an edge and to one of the box's axes, all three at once. `on` lies on the edge,
-// `off` is the opposite corner. Components along the box's axis cancel exactly, so the rounding error is proportional to the
-// length of the separating axis, also where edge and axis are nearly parallel; a null axis separates nothing.
+// The separating axes that are perpendicular to an edge and to one of the box's axes, all three at once. `on`
+// lies on the edge, `off` is the opposite corner. Components along the box's axis cancel exactly, so the
+// rounding error is proportional to the length of the separating axis, also where edge and axis are nearly
+// parallel; a null axis separates nothing.
 bool edge_is_apart(vec3 half_extent, vec3 edge, vec3 on, vec3 off) {
   const vec3 s0 = edge.zxy * on.yzx - edge.yzx * on.zxy;
   const vec3 s1 = edge.zxy * off.yzx - edge.yzx * off.zxy;
@@ -37,7 +38,8 @@ bool holds_triangle(Shape shape, vec3 a, vec3 b, vec3 c) {
   return shape.wants_inside ? inside : box_touches(half_extent, a, b, c);
 }
 
-// Tests children along the region's axes too, so that children beside a rotated box are skipped. `axes`: of the box.
+// Tests children along the region's axes too, so that children beside a rotated box are skipped. `axes`: of
+// the box.
 ChildMasks children_near(PackedNode node, Shape shape, mat3 axes) {
   ChildMasks masks = children_of(node, shape);
   const vec3 half_extent = shape.box.half_extent;

@@ -1,4 +1,5 @@
-// Tests of triangles against frusta. Corners are in the frustum's frame: relative to its eye, looking along x.
+// Tests of triangles against frusta. Corners are in the frustum's frame: relative to its eye, looking along
+// x.
 #ifndef RTSTDB_QUERY_REGION_TRIANGLE_IN_FRUSTUM_GLSL
 #define RTSTDB_QUERY_REGION_TRIANGLE_IN_FRUSTUM_GLSL
 #include "query/region/frustum.glsl"
@@ -15,9 +16,10 @@ bvec4 beyond(vec4 s0, vec4 s1, vec4 low, vec4 high) {
   return greaterThan(max(min(s0, s1) - high, low - max(s0, s1)), vec4(0.0));
 }
 
-// The separating axes that are perpendicular to an edge of the triangle and to one of the frustum. `on` lies on the edge, `off`
-// is the opposite corner. Along one of the four slanted edges, the frustum is a rectangle whose coordinates are the depths of
-// its sides, so the rounding error is proportional to the length of the axis, also where both edges are nearly parallel.
+// The separating axes that are perpendicular to an edge of the triangle and to one of the frustum. `on` lies
+// on the edge, `off` is the opposite corner. Along one of the four slanted edges, the frustum is a rectangle
+// whose coordinates are the depths of its sides, so the rounding error is proportional to the length of the
+// axis, also where both edges are nearly parallel.
 bool edge_is_apart(Shape shape, vec3 edge, vec3 on, vec3 off, vec4 edge_sides, vec4 on_sides,
                    vec4 off_sides) {
   const vec2 widest = 2.0 * shape.far * shape.opening;
@@ -36,7 +38,8 @@ bool edge_is_apart(Shape shape, vec3 edge, vec3 on, vec3 off, vec4 edge_sides, v
   return any(slanted) || any(upright);
 }
 
-// The distance of the triangle's plane from the frustum, times the normal's length; not above zero where they meet.
+// The distance of the triangle's plane from the frustum, times the normal's length; not above zero where they
+// meet.
 float plane_gap(Shape shape, vec3 normal, float at) {
   const vec2 span = frustum_span(shape, normal);
   return max(at - span.y, span.x - at);

@@ -1,5 +1,5 @@
-// A beam: bounds around the eight rays of a packet, and which children of a node these rays may enter. Each lane tests one
-// child.
+// A beam: bounds around the eight rays of a packet, and which children of a node these rays may enter. Each
+// lane tests one child.
 //
 // Macros: RAY_MOVING where rays have different times.
 #ifndef RTSTDB_QUERY_SIMD8_BEAM_GLSL
@@ -7,7 +7,8 @@
 #include "query/simd8/lanes.glsl"
 #include "query/ray/ray_triangle.glsl"
 
-// Which child of a node a lane decodes: lane j takes slot j ^ octant, so that a packet visits children in the order of lanes.
+// Which child of a node a lane decodes: lane j takes slot j ^ octant, so that a packet visits children in the
+// order of lanes.
 struct ChildLane {
   uint octant;
   bool upper;  // one of slots 4 to 7, whose edges are in the second word
@@ -39,9 +40,9 @@ Child child_of(uvec4 texels, ChildLane child_lane) {
 
 // Bounds of the rays of a packet along each axis (interval arithmetic: Boulos, Wald and Shirley 2006).
 //
-// Where all rays have one direction along an axis, one bound gives the earliest lambda at the low edges of boxes, the other
-// one at the high edges. Where they have both directions, each ray meets the edge that faces it first, and no edge ends all
-// of them.
+// Where all rays have one direction along an axis, one bound gives the earliest lambda at the low edges of
+// boxes, the other one at the high edges. Where they have both directions, each ray meets the edge that faces
+// it first, and no edge ends all of them.
 struct Beam {
   vec3 minus_o_low;
   vec3 minus_o_high;
@@ -101,8 +102,8 @@ float blur_of(uvec4 head, Beam world) {
   return blur_of(max(abs(low), abs(high)), quantum_of(head));
 }
 
-// Whether a ray of the beam may enter a box, from lambda at its planes. Compared as integers: floats that are not negative
-// have the order of their bits, and negative ones are below all of them.
+// Whether a ray of the beam may enter a box, from lambda at its planes. Compared as integers: floats that are
+// not negative have the order of their bits, and negative ones are below all of them.
 bool enters(vec3 lambda_low, vec3 lambda_high, bvec3 both_ways, Range range) {
   const ivec3 at_low = floatBitsToInt(lambda_low);
   const ivec3 at_high = floatBitsToInt(lambda_high);
@@ -128,7 +129,8 @@ uint children_entered(uvec4 texels, ChildLane child_lane, Beam beam, float blur_
 }
 
 #ifdef RAY_MOVING
-// The same in the TLAS. `shares`: the range of the rays' times as parts of the window. `ends`: edges at the window's end.
+// The same in the TLAS. `shares`: the range of the rays' times as parts of the window. `ends`: edges at the
+// window's end.
 uint entities_entered(uvec4 texels, uvec4 ends, ChildLane child_lane, vec2 shares, Beam beam, Range range) {
   const uvec4 head = of_lane(texels, 0u);
   const Child child = child_of(texels, child_lane);

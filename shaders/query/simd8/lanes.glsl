@@ -1,5 +1,5 @@
-// Reductions and scans over the eight lanes of a subgroup, by shuffles: on lavapipe a shuffle is one or two instructions, while
-// all other subgroup operations run lane by lane.
+// Reductions and scans over the eight lanes of a subgroup, by shuffles: on lavapipe a shuffle is one or two
+// instructions, while all other subgroup operations run lane by lane.
 #ifndef RTSTDB_QUERY_SIMD8_LANES_GLSL
 #define RTSTDB_QUERY_SIMD8_LANES_GLSL
 

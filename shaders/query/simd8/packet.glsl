@@ -1,10 +1,11 @@
-// Packets: eight coherent rays that one subgroup traverses together (Wald, Slusallek, Benthin and Wagner 2001). Each lane has a
-// ray; all lanes visit every child that the beam around the rays enters. Addresses and branches are the same for all lanes, so
-// a node is fetched once, each lane decodes and tests one child, and the stack is spread over the lanes of a few words. Each
-// ray tests triangles by itself, so answers have the same bits as those of ray/traverse.glsl.
+// Packets: eight coherent rays that one subgroup traverses together (Wald, Slusallek, Benthin and Wagner
+// 2001). Each lane has a ray; all lanes visit every child that the beam around the rays enters. Addresses and
+// branches are the same for all lanes, so a node is fetched once, each lane decodes and tests one child, and
+// the stack is spread over the lanes of a few words. Each ray tests triangles by itself, so answers have the
+// same bits as those of ray/traverse.glsl.
 //
-// For subgroups of eight lanes, all of them active. Rays that diverge make the packet slow: rtstdb/query/ray/ray_coherence.hpp
-// decides which batches come here.
+// For subgroups of eight lanes, all of them active. Rays that diverge make the packet slow:
+// rtstdb/query/ray/ray_coherence.hpp decides which batches come here.
 //
 // Macros: RAY_ANY, RAY_MOVING (ray/ray.comp).
 #ifndef RTSTDB_QUERY_SIMD8_PACKET_GLSL
@@ -19,8 +20,8 @@
 const uint stack_words = 3u;
 const uint stack_size = 8u * stack_words;
 
-// The state of a search. A group is the unvisited children of one node: the node in the upper 24 bits, below it one bit per
-// lane of a child. Group k of the stack is in lane k & 7 of word k >> 3.
+// The state of a search. A group is the unvisited children of one node: the node in the upper 24 bits, below
+// it one bit per lane of a child. Group k of the stack is in lane k & 7 of word k >> 3.
 struct Search {
   uint depth;
   uint rounds;   // loop iterations of the subgroup so far
@@ -46,15 +47,16 @@ uint top_of(Search search, uint bottom) {
   return search.depth == bottom ? 0u : top < 8u ? low : top < 16u ? middle : high;
 }
 
-// The texel that a lane loads: one of the node, whose references are in texels 4 and 5; in lanes 6 and 7 the references of
-// `waiting`, the node on top of the stack. Both are loaded together, before it is known which node comes next.
+// The texel that a lane loads: one of the node, whose references are in texels 4 and 5; in lanes 6 and 7 the
+// references of `waiting`, the node on top of the stack. Both are loaded together, before it is known which
+// node comes next.
 int lane_texel(uint node, uint waiting, uint texels) {
   const uint lane = gl_SubgroupInvocationID;
   return int(lane < 6u ? node * texels + lane : waiting * texels + lane - 2u);
 }
 
-// The next child to visit, of those just entered or else of the group on top of the stack; ref_none when none is left above
-// `bottom`.
+// The next child to visit, of those just entered or else of the group on top of the stack; ref_none when none
+// is left above `bottom`.
 uint take_next(inout Search search, uvec4 texels, uint node, uint entered, uint waiting, uint bottom,
                uint octant) {
   const bool pop = entered == 0u;
@@ -164,8 +166,8 @@ uint unless_found(uint current, float lambda_min) {
 #endif
 }
 
-// The loops of trace in ray/traverse.glsl, for a packet. `has_ray`: whether the lane's ray belongs to the packet; `first_lane` has
-// one. `rounds`: of the subgroup so far, at most `allowed`.
+// The loops of trace in ray/traverse.glsl, for a packet. `has_ray`: whether the lane's ray belongs to the
+// packet; `first_lane` has one. `rounds`: of the subgroup so far, at most `allowed`.
 Found trace_packet(bool has_ray, uint first_lane, Segment world, float lambda_min, float lambda_max, int t_ns,
                    float share, uint instance_base, uint mask, uint root, float faces, uint loop_probe,
                    inout uint rounds, uint allowed) {

@@ -1,5 +1,5 @@
-// The structures that rays search, bound as images: on lavapipe a texel of an image is loaded without a function call, and the
-// lanes of a packet load one texel each.
+// The structures that rays search, bound as images: on lavapipe a texel of an image is loaded without a
+// function call, and the lanes of a packet load one texel each.
 #ifndef RTSTDB_QUERY_SIMD8_RAY_IMAGES_GLSL
 #define RTSTDB_QUERY_SIMD8_RAY_IMAGES_GLSL
 #include "common/instance.glsl"

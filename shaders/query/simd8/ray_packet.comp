@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Ray queries for batches of coherent rays: a workgroup is one subgroup, which traces its group's rays eight at a time.
+// Ray queries for batches of coherent rays: a workgroup is one subgroup, which traces its group's rays eight
+// at a time.
 //
 // Macros: RAY_ANY, RAY_MOVING (ray/ray.comp).
 #include "query/simd8/halt_together.glsl"
@@ -16,8 +17,8 @@ bool are_coherent(vec3 apart, vec3 a, vec3 b) {
   return largest(apart) <= 0.1 && along > 0.0 && along * along >= 0.99 * dot(a, a) * dot(b, b);
 }
 
-// Rays that diverge from the first one are traced as a packet of their own. Where a row of an image ends, eight rays include
-// some of the next row: a beam around both would enter most of the world.
+// Rays that diverge from the first one are traced as a packet of their own. Where a row of an image ends,
+// eight rays include some of the next row: a beam around both would enter most of the world.
 Found trace_together(bool has_ray, TracedRay ray, inout uint rounds, uint allowed) {
   Found found = nothing_within(0.0);
   found.status = status_incomplete;

@@ -1,10 +1,11 @@
-// Work sharing between the lanes of a subgroup. With one ray per lane, lanes wait for one another most of the time: rays find
-// instances at different rates, and their searches inside instances take different times. Here a lane goes down the TLAS for
-// its own ray, and each instance that the ray finds becomes a work item, which any lane without work takes. The result returns
-// to the ray's own lane. (Compare Garanzha and Loop 2010, whose rays wait in queues.)
+// Work sharing between the lanes of a subgroup. With one ray per lane, lanes wait for one another most of the
+// time: rays find instances at different rates, and their searches inside instances take different times.
+// Here a lane goes down the TLAS for its own ray, and each instance that the ray finds becomes a work item,
+// which any lane without work takes. The result returns to the ray's own lane. (Compare Garanzha and Loop
+// 2010, whose rays wait in queues.)
 //
-// A ray's result does not depend on the lanes that run its items: hits are computed and compared by the code of
-// ray/traverse.glsl.
+// A ray's result does not depend on the lanes that run its items: hits are computed and compared by the code
+// of ray/traverse.glsl.
 //
 // For subgroups of eight lanes, all of them active: they go through all loops together.
 //
@@ -16,11 +17,13 @@
 // After steps.glsl, whose functions it uses.
 #include "query/ray/ray_buffers.glsl"
 
-// When the lanes change between the loops; measured optima (docs/decisions/0026). They stay in the TLAS while this many lanes have nodes left there,
+// When the lanes change between the loops; measured optima (docs/decisions/0026). They stay in the TLAS while
+// this many lanes have nodes left there,
 const uint enough_going = 6u;
 // or while there are fewer work items than lanes.
 const uint enough_items = 8u;
-// They stay in the geometries while this many lanes have an item, and take next rays when this many have none.
+// They stay in the geometries while this many lanes have an item, and take next rays when this many have
+// none.
 const uint enough_at_work = 4u;
 const uint enough_free = 4u;
 
@@ -94,7 +97,8 @@ void find_instances(inout RayState state, WorkItem item) {
   } while (going >= enough_going || (going != 0u && items < enough_items));
 }
 
-// Gives the first pending instance of rays that have one to lanes without an item, both in the order of lanes.
+// Gives the first pending instance of rays that have one to lanes without an item, both in the order of
+// lanes.
 void take_items(inout RayState state, inout uint owner, inout uint leaf) {
   const bool idle = owner == nobody;
   const bool has_one = state.pending.leaf[0] != ref_none;

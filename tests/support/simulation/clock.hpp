@@ -10,7 +10,8 @@
 
 namespace hil::test {
 
-/// Advances when a test says so, by `per_reading_ns` at every reading, and by a jump that is planned some readings ahead.
+/// Advances when a test says so, by `per_reading_ns` at every reading, and by a jump that is planned some
+/// readings ahead.
 class SimulatedClock final : public rtstdb::Clock {
  public:
   rtstdb::ClockTime now() const noexcept override {

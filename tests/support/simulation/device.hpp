@@ -1,8 +1,8 @@
 #pragma once
 // A simulated device that takes time, is lost and comes back as a seed says.
 //
-// One seed is one course of events: chance is drawn on the engine thread alone, and the engine's other thread works in
-// pauses() alone, which waits until it is done.
+// One seed is one course of events: chance is drawn on the engine thread alone, and the engine's other thread
+// works in pauses() alone, which waits until it is done.
 
 #include <atomic>
 #include <cstdint>
@@ -38,8 +38,8 @@ class DeviceEvents {
   virtual bool chunk_done(const rtstdb::store::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                           bool last) = 0;
   virtual void run_ends(rtstdb::query::RunStatus status) = 0;
-  /// Whether others are let in now; then pauses is called between begin_wait and end_wait, and returns when the
-  /// engine's write helper has done all that there is to do.
+  /// Whether others are let in now; then pauses is called between begin_wait and end_wait, and returns when
+  /// the engine's write helper has done all that there is to do.
   virtual bool may_pause() = 0;
   virtual void pauses() = 0;
 };
@@ -57,8 +57,8 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   bool revive(rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
   rtstdb::Nanoseconds revival_takes() const noexcept override { return rtstdb::Nanoseconds(300'000); }
 
-  /// A lost device is tried once after it was lost, after each run that it could not do, and after each of these calls:
-  /// not by how often the engine happens to look.
+  /// A lost device is tried once after it was lost, after each run that it could not do, and after each of
+  /// these calls: not by how often the engine happens to look.
   void try_again() noexcept { tries_ = lost_; }
   /// Any thread; false: not before the next of them, and it is not being tried.
   bool will_be_tried() const noexcept { return tries_; }

@@ -1,8 +1,8 @@
 #pragma once
-// A disk in memory that does what real ones do at worst, by a seed: calls that fail, a full disk, calls that take long, and
-// crashes. After a crash only what was synced is certain: of sectors written since, any subset is there, and names that
-// changed since the directory was synced have changed or not. A sync of a file that fails drops what it had to write, and later
-// ones say nothing of that.
+// A disk in memory that does what real ones do at worst, by a seed: calls that fail, a full disk, calls that
+// take long, and crashes. After a crash only what was synced is certain: of sectors written since, any subset
+// is there, and names that changed since the directory was synced have changed or not. A sync of a file that
+// fails drops what it had to write, and later ones say nothing of that.
 //
 // Threads: as the port says. Faults are set by anybody at any time.
 

@@ -124,8 +124,8 @@ class SimulatedExecutor final : public query::Executor {
   std::function<void()> while_waiting;
   /// Asked there.
   bool preemption_requested() const noexcept { return waits_ != nullptr && waits_->preemption_requested(); }
-  /// What happens while a run waits, before it begins, for what the device executes of the run that it preempts; none: it
-  /// does not wait.
+  /// What happens while a run waits, before it begins, for what the device executes of the run that it
+  /// preempts; none: it does not wait.
   std::function<void()> while_draining;
   float lambda = 0.0f;  ///< of all hits
 

@@ -1,6 +1,6 @@
 #pragma once
-// A disk behind which another one is, that keeps account of how long its calls take. The account may lie in memory that another process
-// reads when this one has been killed.
+// A disk behind which another one is, that keeps account of how long its calls take. The account may lie in
+// memory that another process reads when this one has been killed.
 //
 // Threads: one calls at a time; the account is anybody's.
 

@@ -1,5 +1,5 @@
-// A minute of the crossing in real time under SCHED_FIFO, with cyclictest beside it as the yardstick of what the machine
-// gives in that minute.
+// A minute of the crossing in real time under SCHED_FIFO, with cyclictest beside it as the yardstick of what
+// the machine gives in that minute.
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -39,8 +39,8 @@ TEST(CrossingMinute, NoTaskIsLateByItsOwnFaultAndWakeUpsKeepToCyclictest) {
   for (const auto& event : report["watchdog"])
     given_up += std::stoull(event["text"].get<std::string>());
   EXPECT_EQ(report["ticks"].get<std::uint64_t>() + given_up, minute_ms);
-  // A host that takes a processor away without a word makes work of it. How often, says cyclictest, which has no work: on a machine of
-  // one's own never.
+  // A host that takes a processor away without a word makes work of it. How often, says cyclictest, which has
+  // no work: on a machine of one's own never.
   std::uint64_t by_own_work = 0;
   for (const auto& task : report["tasks"]) {
     for (const auto& miss : task["misses"]) {

@@ -42,8 +42,8 @@ bool fifo_permitted(std::string& why_not) {
     GTEST_SKIP() << why_not;                                                                \
   }
 
-/// Computes for a given CPU time, and says when its CPU clock leapt from one look to the next: then a host had taken the processor
-/// without telling, and the kernel counts it as the task's.
+/// Computes for a given CPU time, and says when its CPU clock leapt from one look to the next: then a host
+/// had taken the processor without telling, and the kernel counts it as the task's.
 class SpinningTask final : public Task {
  public:
   explicit SpinningTask(std::int64_t spin_ns) : spin_ns_(spin_ns) { taken_at_.reserve(1000); }

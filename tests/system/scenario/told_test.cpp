@@ -18,7 +18,8 @@ nlohmann::json named(const nlohmann::json& list, const std::string& name) {
 
 TEST(WhatIsTold, AQueuedRunReadsTheWorldOfItsOwnRelease) {
   const Folder folder;
-  // More beams than any machine shoots in time, of a sensor that moves with a car whose row is written at each tick.
+  // More beams than any machine shoots in time, of a sensor that moves with a car whose row is written at
+  // each tick.
   write_text(folder / "queue.yaml", R"(
 scenario: queue
 base_rate: 1 kHz

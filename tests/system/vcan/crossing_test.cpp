@@ -106,8 +106,8 @@ TEST(CrossingOnVcan, CansendFromOutsideReachesASignalAndTheCar) {
   const auto cansend = [](const std::string& frame) {
     EXPECT_EQ(io::can::Tool({"cansend", "vcan0", frame}).finish(), 0) << frame;
   };
-  // 6 s: time to build up for brakes whose ticks come late. From one program: where it takes long to start one for each frame, a command
-  // has timed out before the next.
+  // 6 s: time to build up for brakes whose ticks come late. From one program: where it takes long to start
+  // one for each frame, a command has timed out before the next.
   constexpr std::size_t commanded = 150;
   std::string played;
   for (std::size_t i = 0; i < commanded; ++i) {

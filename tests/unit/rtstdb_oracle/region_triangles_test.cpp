@@ -37,7 +37,8 @@ using Numbers = std::vector<std::uint32_t>;
 using enum RegionShape;
 using enum RegionTest;
 
-/// Of a single triangle from (0, 0, 0) to (1, 0, 0) and (0, 1, 0); a line along (1, 1, 1) and a point beside it.
+/// Of a single triangle from (0, 0, 0) to (1, 0, 0) and (0, 1, 0); a line along (1, 1, 1) and a point beside
+/// it.
 Scene flat_things() {
   Scene scene;
   scene.place({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {4, 4, 4}, {6, 6, 6}, {9, 9, 9}},
@@ -117,8 +118,8 @@ TEST(RegionSurfaces, TouchesWithOneTriangleAndIsInsideWithAll) {
   EXPECT_EQ(surface_gaps(scene.world(), region_of(sphere, touching, {50, 0, 0}, {1, 0, 0})).size(), 1u);
 }
 
-/// A common point proves that they touch, and a point of the triangle that lies outside, that it is not inside;
-/// where no point of many is common, they do not overlap deeply.
+/// A common point proves that they touch, and a point of the triangle that lies outside, that it is not
+/// inside; where no point of many is common, they do not overlap deeply.
 TEST(RegionTriangles, NoPointContradicts) {
   Random random(71);
   int touching_count = 0;

@@ -59,8 +59,8 @@ TEST_F(Admission, CountsWhatIsLeftOfTheOneThatRuns) {
   EXPECT_LE(refused.earliest_feasible, refused.submitted + 19400us);
 }
 
-/// From then on elements cost so many times as much, and all that is asked is firm, at the deadline that is named: what comes too
-/// late is given up between two chunks, and no run is done.
+/// From then on elements cost so many times as much, and all that is asked is firm, at the deadline that is
+/// named: what comes too late is given up between two chunks, and no run is done.
 TEST_F(Admission, LearnsFromWhatItGivesUp) {
   for (const int times : {2, 3, 8}) {
     SCOPED_TRACE(times);
@@ -143,7 +143,8 @@ TEST_F(Admission, ANewcomerDoesNotBreakAPromise) {
   EXPECT_EQ(third->status(), Status::committed);
 }
 
-/// Those who pass the one that runs wait 20 ms for it in each gap, though it takes no longer than was thought.
+/// Those who pass the one that runs wait 20 ms for it in each gap, though it takes no longer than was
+/// thought.
 TEST_F(Admission, CountsOnGapsThatTakeAsLongAsTheyDid) {
   constexpr Nanoseconds gap = 20ms;
   const auto passing = world_.make();
@@ -213,8 +214,8 @@ TEST(Calibration, KnowsTheCostsBeforeTheFirstTransaction) {
             "bad_input: entity 9 (generation 9) does not exist, in write 0; nothing was done");
 }
 
-/// Firm transactions that come at random while others run, one and a half times what can be done; who is refused asks
-/// again at once for the deadline that was named.
+/// Firm transactions that come at random while others run, one and a half times what can be done; who is
+/// refused asks again at once for the deadline that was named.
 class RandomAdmission : public Admission {
  protected:
   struct Asker {

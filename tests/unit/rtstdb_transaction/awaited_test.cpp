@@ -1,4 +1,5 @@
-// When the chunk under way may end early: while a transaction waits for the device, whether a gap would be of use.
+// When the chunk under way may end early: while a transaction waits for the device, whether a gap would be of
+// use.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +15,8 @@ using namespace std::chrono_literals;
 
 class Awaited : public testing::Test {
  protected:
-  /// A reader of importance 3 runs, and `happens` in its first wait for the device. Again: when nobody runs any more.
+  /// A reader of importance 3 runs, and `happens` in its first wait for the device. Again: when nobody runs
+  /// any more.
   Status read(const std::function<void()>& happens,
               const Terms& given = terms(DeadlineClass::soft, ClockTime::max(), 3)) {
     world_.executor.while_waiting = [&, done = false]() mutable {

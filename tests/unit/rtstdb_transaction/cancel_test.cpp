@@ -94,8 +94,8 @@ TEST_F(Cancelling, WhatHasItsOutcomeKeepsIt) {
   EXPECT_EQ(world_.engine.counts().cancelled, 0u);
 }
 
-/// Every reading of the clock is a step of the transaction's way: submitted, admitted, started, asked, each gap,
-/// computed, published.
+/// Every reading of the clock is a step of the transaction's way: submitted, admitted, started, asked, each
+/// gap, computed, published.
 TEST_F(Cancelling, AtEveryStepLeavesAllOrNothing) {
   int cancelled = 0;
   int committed = 0;

@@ -182,7 +182,8 @@ TEST(GapsInAShortHistory, ACommitWaitsThatAnInterruptedReaderWouldNotSurvive) {
   EXPECT_EQ(world.material(first), 2);
 }
 
-/// Transactions that submit others in their chunks, at random, and a model that says at every chunk whose it has to be.
+/// Transactions that submit others in their chunks, at random, and a model that says at every chunk whose it
+/// has to be.
 class RandomGaps {
  public:
   explicit RandomGaps(unsigned seed) : random_(seed) {

@@ -140,7 +140,8 @@ TEST(Order, AdmissionCountsTheWorkThatGoesBefore) {
   EXPECT_EQ(status(3), Status::committed);
   EXPECT_EQ(status(4), Status::refused);
   EXPECT_EQ(held.waiting[measured + 3]->outcome().predicted_cost, 1ms);
-  // Until 3 ms nothing else comes before it; the work due at 4 ms would. An eighth of it is left to ask again.
+  // Until 3 ms nothing else comes before it; the work due at 4 ms would. An eighth of it is left to ask
+  // again.
   EXPECT_EQ(held.waiting[measured + 4]->outcome().earliest_feasible, now + 3125us);
 }
 

@@ -1,4 +1,5 @@
-// Reservations as a caller has them: refused with the sums, kept before all others, and held to what they said.
+// Reservations as a caller has them: refused with the sums, kept before all others, and held to what they
+// said.
 
 #include <gtest/gtest.h>
 

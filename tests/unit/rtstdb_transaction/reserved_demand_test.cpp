@@ -18,7 +18,8 @@ struct Job {
   std::int64_t deadline = 0, left = 0;
 };
 
-/// Earliest deadline first by single steps of time; each job can be interrupted at any step. All come at once at first.
+/// Earliest deadline first by single steps of time; each job can be interrupted at any step. All come at once
+/// at first.
 bool all_in_time_interrupted_at_will(const std::vector<Demand>& demands, std::int64_t until) {
   std::vector<Job> jobs;
   for (std::int64_t now = 0; now < until; ++now) {
@@ -71,8 +72,8 @@ TEST(ReservedDemand, IsExactWhereNothingIsUninterrupted) {
   EXPECT_GT(refused, 300);
 }
 
-/// Pieces that nobody interrupts: other work that is always there, and the demands' own; jobs come as seldom as they must,
-/// or later. Time is lost besides, up to what the share leaves of each stretch of `lost_every`.
+/// Pieces that nobody interrupts: other work that is always there, and the demands' own; jobs come as seldom
+/// as they must, or later. Time is lost besides, up to what the share leaves of each stretch of `lost_every`.
 class Uninterrupted {
  public:
   Uninterrupted(const std::vector<Demand>& demands, std::int64_t piece, double share, unsigned seed)

@@ -1,6 +1,6 @@
 // No heap traffic in the steps of the crossing's modules, in real time, with the real database: every module
-// of configs/crossing/crossing.yaml is stepped by the executive as in a session, and what its task does on the tick's
-// threads is counted after the warm-up.
+// of configs/crossing/crossing.yaml is stepped by the executive as in a session, and what its task does on
+// the tick's threads is counted after the warm-up.
 
 #include <gtest/gtest.h>
 
