@@ -44,10 +44,8 @@ function(hil_shader_table target table root directory)
   set(includes "")
   set(missing "")
   foreach(line IN LISTS lines)
-    set(name_form "[a-z0-9_]+")
-    set(defines_form "[A-Za-z0-9_= ]*")
-    if(NOT line MATCHES
-       "^ *SHADER\\((${name_form}), *\"([^\"]+)\", *\"(${defines_form})\", *[0-9]+, *[A-Za-z0-9_]+, *\"[STFI]*\"\\)$")
+    set(columns "([a-z0-9_]+), *\"([^\"]+)\", *\"([A-Za-z0-9_= ]*)\", *[0-9]+, *[A-Za-z0-9_]+, *\"[STFI]*\"")
+    if(NOT line MATCHES "^ *SHADER\\(${columns}\\)$")
       message(FATAL_ERROR "${table}: not a line of the form "
         "SHADER(name, \"source\", \"DEFINE NAME=value\", group_size, Args, \"STFI\"): ${line}")
     endif()

@@ -150,10 +150,8 @@ std::vector<Figure> measure_urgent(const SuiteOptions& options) {
     figures.insert(figures.end(), more.begin(), more.end());
   };
   const auto measure = [&](const auto* kind) {
-    if constexpr (requires { large_batch(world, kind); }) {
-      auto large = large_batch(world, kind);
-      append(world.waits_beside(large.name, std::move(large.batch)));
-    }
+    auto large = large_batch(world, kind);
+    append(world.waits_beside(large.name, std::move(large.batch)));
   };
 #define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) \
   measure(static_cast<const rtstdb::Class*>(nullptr));

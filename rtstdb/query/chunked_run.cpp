@@ -40,7 +40,7 @@ RunReport ChunkedRun::run() noexcept {
     if (const auto status = run_pass(Pass::all)) return ended(*status);
     if (const auto status = next_retry_batch()) return ended(*status);
     if (!begin_next_stage()) break;
-    if (const auto status = gap_between_passes()) return ended(*status);
+    if (const auto status = preemption_point_between_passes()) return ended(*status);
   }
   for (std::size_t k = 0; k < requests_.size(); ++k)
     truncated = truncated || query(k).truncated();
@@ -50,7 +50,7 @@ RunReport ChunkedRun::run() noexcept {
 bool ChunkedRun::bring_up(accel::Submit& lane) noexcept {
   if (!structures_.pool.show(structures_.device, rows_, lane)) return false;
   lane.begin();
-  begun_ = true;
+  recording_begun_ = true;
   std::uint64_t elements = 0;
   for (const Request& request : requests_)
     elements += request.count;
@@ -58,50 +58,61 @@ bool ChunkedRun::bring_up(accel::Submit& lane) noexcept {
       rows_, {.times = times_, .elements = elements, .shapes = structures_.pool.shown(), .slot = slot_},
       lane);
   if (!view) return false;
-  brought_up_ = view->contents != view_.contents;
+  records_structure_work_ = view->contents != view_.contents;
   view_ = *view;
   slot_ = view_.slot;
   return true;
 }
 
+// One round of the loop starts chunk n on lane n % 2 and then completes chunk n - 1 on the other lane:
+//
+//   device             | chunk 0       | chunk 1                           | chunk 2 ...
+//   lane               | 0             | 1                                 | 0
+//   host    start 0, 1 | wait for 0    | unpack 0, preemption point,       | unpack 1, ...
+//                                        start 2, wait for 1
+//
+// A halt of chunk n - 1 ends chunk n with it; the answers of chunk n are discarded, and the next chunk begins with the
+// first element that chunk n - 1 did not start. A nested run at the preemption point may halt chunk n; the next round then
+// completes what is left of it first, and goes on behind it.
 std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
   Cursor next;
   pass_over(next, pass);
   // Without elements the recorded structure work is submitted alone.
-  if (at_end(next) && begun_ && !lanes_[0].run()) return RunStatus::device_lost;
-  std::optional<Chunk> under_way;
-  for (std::uint32_t turn = 0; under_way || !at_end(next); ++turn) {
-    accel::Submit& lane = lanes_[turn % 2];
-    accel::Submit& other = lanes_[(turn + 1) % 2];
-    std::optional<Chunk> before = std::exchange(under_way, std::nullopt);
-    if (before && other.first_unstarted() < before->elements) {
+  if (at_end(next) && recording_begun_ && !lanes_[0].run()) return RunStatus::device_lost;
+  std::optional<Chunk> in_flight;
+  for (std::uint32_t number = 0; in_flight || !at_end(next); ++number) {
+    accel::Submit& lane = lanes_[number % 2];
+    accel::Submit& previous_lane = lanes_[(number + 1) % 2];
+    std::optional<Chunk> previous = std::exchange(in_flight, std::nullopt);
+    if (previous && previous_lane.first_unstarted() < previous->elements) {
       // A nested run has halted it: the next chunk begins with what it left.
-      if (!finish(other, *before, pass, nullptr)) return RunStatus::device_lost;
-      unpack(*before, pass);
-      next = std::exchange(before, std::nullopt)->end;
+      if (!finish(previous_lane, *previous, pass, nullptr)) return RunStatus::device_lost;
+      unpack(*previous, pass);
+      next = std::exchange(previous, std::nullopt)->end;
     }
     if (!at_end(next)) {
-      if (!std::exchange(begun_, false)) lane.begin();
-      under_way = take(next, pass);
-      if (std::exchange(brought_up_, false)) under_way->predicted_ns = 0.0;
-      record(*under_way, pass, lane);
-      if (!lane.start({.halt_after = whole_for_, .early = spares_others()})) return RunStatus::device_lost;
+      if (!std::exchange(recording_begun_, false)) lane.begin();
+      in_flight = take(next, pass);
+      if (std::exchange(records_structure_work_, false)) in_flight->predicted_ns = 0.0;
+      record(*in_flight, pass, lane);
+      if (!lane.start({.halt_after = halt_after_, .early = may_halt_early()})) return RunStatus::device_lost;
     }
-    if (!before) continue;
-    if (!finish(other, *before, pass, under_way ? &lane : nullptr)) return RunStatus::device_lost;
-    unpack(*before, pass);
-    if (before->halted) {
+    if (!previous) continue;
+    if (!finish(previous_lane, *previous, pass, in_flight ? &lane : nullptr)) return RunStatus::device_lost;
+    unpack(*previous, pass);
+    if (previous->halted) {
       // The chunk behind it is halted too, and its elements are executed again.
-      if (std::exchange(under_way, std::nullopt)) {
+      if (std::exchange(in_flight, std::nullopt)) {
         if (!lane.finish()) return RunStatus::device_lost;
         const std::int64_t took_ns = lane.take_gpu_ns();
         gpu_ns_ += took_ns;
-        thrown_away_ns_ += took_ns;
+        repeated_ns_ += took_ns;
       }
-      next = before->end;
+      next = previous->end;
     }
-    if (!under_way && at_end(next)) break;
-    if (const auto ended = gap(other, !at_end(next), lane, under_way, pass)) return ended;
+    if (!in_flight && at_end(next)) break;
+    if (const auto ended = preemption_point(previous_lane, !at_end(next), lane, in_flight, pass))
+      return ended;
   }
   return std::nullopt;
 }
@@ -110,17 +121,17 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
   if (!lane.finish(false, behind)) return false;
   const std::int64_t took_ns = lane.take_gpu_ns();
   gpu_ns_ += took_ns;
-  if (const std::uint32_t asked = chunk.elements; lane.first_unstarted() < asked) {
+  if (const std::uint32_t submitted = chunk.elements; lane.first_unstarted() < submitted) {
     cut(chunk, lane.first_unstarted(), pass);
     const auto worth_ns = static_cast<std::int64_t>(chunk.elements * element_ns_);
     if (chunk.elements == 0 || lane.halted_early())
-      thrown_away_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
+      repeated_ns_ += std::max(took_ns - worth_ns, std::int64_t{0});
     // How much was complete says nothing about the elements.
     if (lane.halted_early()) return true;
-    follow_halt(chunk, asked);
+    follow_halt(chunk, submitted);
   } else {
-    element_ns_ = static_cast<double>(took_ns) / std::max(asked, 1u);
-    whole_for_ = usual_whole_for();
+    element_ns_ = static_cast<double>(took_ns) / std::max(submitted, 1u);
+    halt_after_ = usual_halt_after();
   }
   if (chunk.predicted_ns > 0.0)
     learn(chunk, static_cast<double>(took_ns), lane.completed_before_wait(), pass);
@@ -146,20 +157,20 @@ void ChunkedRun::cut(Chunk& chunk, std::uint32_t first_unstarted, Pass pass) noe
   chunk.halted = true;
 }
 
-void ChunkedRun::follow_halt(const Chunk& chunk, std::uint32_t asked) noexcept {
-  whole_for_ = chunk.elements == 0 ? 2 * whole_for_ : usual_whole_for();
+void ChunkedRun::follow_halt(const Chunk& chunk, std::uint32_t submitted) noexcept {
+  halt_after_ = chunk.elements == 0 ? 2 * halt_after_ : usual_halt_after();
   if (chunk.elements > 0) return;
   if (per_chunk(chunk.end.request, Pass::all) > 0)
-    pace_.begin_with(pace_.share() / fewer_after_none);
+    pace_.begin_with(pace_.relative_size() / fewer_after_none);
   else
-    undivided_per_chunk_ = std::max(asked / fewer_after_none, 1u);
+    undivided_per_chunk_ = std::max(submitted / fewer_after_none, 1u);
 }
 
 void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept {
   const std::size_t request = chunk.begin.request;
-  if (request >= known_) {
+  if (request >= measured_requests_) {
     pace_.begin_with(requests_[request].initial_chunk_fraction);
-    known_ = request + 1;
+    measured_requests_ = request + 1;
   }
   pace_.learn({chunk.predicted_ns, took_ns, completed_before_wait});
   const bool is_short = took_ns <= static_cast<double>(requests_[request].chunk_time.count());
@@ -170,15 +181,15 @@ void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before
   });
 }
 
-ExecutorCallbacks::Continuation ChunkedRun::let_others_run(Pass pass) noexcept {
+ExecutorCallbacks::Continuation ChunkedRun::offer_preemption_point(Pass pass) noexcept {
   // Paused searches, and stages that build on earlier ones, would begin again in a slot that another run has rebuilt.
   const bool keeps_structures = pass == Pass::again || in_later_stage_;
   const bool slot_stays = keeps_structures && structures_.tlas.pin(view_.slot);
   const bool shapes_stay = keeps_structures && structures_.pool.pin(rows_);
-  const ExecutorCallbacks::Continuation gap = callbacks_->on_preemption_point();
+  const ExecutorCallbacks::Continuation continuation = callbacks_->on_preemption_point();
   if (shapes_stay) structures_.pool.unpin(rows_);
   if (slot_stays) structures_.tlas.unpin(view_.slot);
-  return gap;
+  return continuation;
 }
 
 std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
@@ -190,8 +201,8 @@ std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
       some = some || query(k).retry_batch > 0;
     }
     if (!some) return std::nullopt;
-    if (const auto status = gap_between_passes()) return status;
-    known_ = 0;
+    if (const auto status = preemption_point_between_passes()) return status;
+    measured_requests_ = 0;
     if (const auto status = run_pass(Pass::again)) return status;
   }
 }
@@ -202,14 +213,14 @@ bool ChunkedRun::begin_next_stage() noexcept {
     some = query(k).begin_next_stage() || some;
   in_later_stage_ = some;
   pace_ = ChunkPace(chunk_ns());
-  known_ = 0;
+  measured_requests_ = 0;
   return some;
 }
 
-std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
+std::optional<RunStatus> ChunkedRun::preemption_point_between_passes() noexcept {
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
-  switch (let_others_run(Pass::again)) {
+  switch (offer_preemption_point(Pass::again)) {
     case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
     case ExecutorCallbacks::Continuation::finish_in_flight:
@@ -221,29 +232,30 @@ std::optional<RunStatus> ChunkedRun::gap_between_passes() noexcept {
   return std::nullopt;
 }
 
-std::optional<RunStatus> ChunkedRun::gap(accel::Submit& next, bool more, accel::Submit& other,
-                                         std::optional<Chunk>& under_way, Pass pass) noexcept {
+std::optional<RunStatus> ChunkedRun::preemption_point(accel::Submit& next_lane, bool has_next,
+                                                      accel::Submit& lane_in_flight,
+                                                      std::optional<Chunk>& in_flight, Pass pass) noexcept {
   if (callbacks_ == nullptr) return std::nullopt;
   const std::uint64_t runs = structures_.runs;
-  switch (let_others_run(pass)) {
+  switch (offer_preemption_point(pass)) {
     case ExecutorCallbacks::Continuation::stop:
       return RunStatus::stopped;
     case ExecutorCallbacks::Continuation::finish_in_flight:
       // A nested run may have brought the slot to another version: then the hits in flight can not be resolved any more.
-      if (structures_.runs != runs || !under_way) return RunStatus::partial;
-      if (!finish(other, *under_way, pass, nullptr)) return RunStatus::device_lost;
-      unpack(*under_way, pass);
+      if (structures_.runs != runs || !in_flight) return RunStatus::partial;
+      if (!finish(lane_in_flight, *in_flight, pass, nullptr)) return RunStatus::device_lost;
+      unpack(*in_flight, pass);
       return RunStatus::partial;
     case ExecutorCallbacks::Continuation::go_on:
       break;
   }
   if (structures_.runs == runs) return std::nullopt;
-  if (!bring_up(next)) return RunStatus::device_lost;
+  if (!bring_up(next_lane)) return RunStatus::device_lost;
   // Structure work is submitted alone, so that the time of the next chunk is its own.
-  if (more && !std::exchange(brought_up_, false)) return std::nullopt;
-  begun_ = false;
-  const bool is_up = next.run();
-  gpu_ns_ += next.take_gpu_ns();
+  if (has_next && !std::exchange(records_structure_work_, false)) return std::nullopt;
+  recording_begun_ = false;
+  const bool is_up = next_lane.run();
+  gpu_ns_ += next_lane.take_gpu_ns();
   return is_up ? std::nullopt : std::optional(RunStatus::device_lost);
 }
 
@@ -257,8 +269,8 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
   double filled = 0.0;
   while (!at_end(next) && filled < nearly_full) {
     const std::uint32_t left = total(next.request, pass) - next.element;
-    const double thought_most = per_chunk(next.request, pass);
-    const double most = share(next.request) * thought_most;
+    const double predicted_per_chunk = per_chunk(next.request, pass);
+    const double most = share(next.request) * predicted_per_chunk;
     const double room = std::ceil((1.0 - filled) * most);
     std::uint32_t taken = left;
     if (most > 0.0 && room < left) {
@@ -269,7 +281,7 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
     }
     if (most > 0.0)
       chunk.predicted_ns +=
-          taken / thought_most * static_cast<double>(requests_[next.request].chunk_time.count());
+          taken / predicted_per_chunk * static_cast<double>(requests_[next.request].chunk_time.count());
     next.element += taken;
     chunk.elements += taken;
     chunk.end = next;
@@ -290,15 +302,16 @@ std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
   if (callbacks_ == nullptr) return 0;
-  const std::uint32_t thought = requests_[request].per_chunk;
-  const std::uint32_t most = thought > 0 ? thought : undivided_per_chunk_;
+  const std::uint32_t predicted = requests_[request].per_chunk;
+  const std::uint32_t most = predicted > 0 ? predicted : undivided_per_chunk_;
   return pass == Pass::all || most == 0 ? most
                                         : std::max(query(request).min_retry_batch(), most / alone_is_worth);
 }
 
 double ChunkedRun::share(std::size_t request) const noexcept {
-  return request < known_ ? pace_.share()
-                          : std::min(pace_.share(), requests_[request].initial_chunk_fraction);
+  return request < measured_requests_
+             ? pace_.relative_size()
+             : std::min(pace_.relative_size(), requests_[request].initial_chunk_fraction);
 }
 
 PlaceRange ChunkedRun::part(const Chunk& chunk, std::size_t request, Pass pass) const noexcept {

@@ -2,7 +2,7 @@
 // Everything that the executor has on a device, with the device itself. When the device is lost, the whole epoch is destroyed
 // and a new one is created from the host's copies. Queries own their part (GpuQuery::move_to).
 //
-// Threads: the database's thread.
+// Threads: the engine thread.
 
 #include <array>
 #include <memory>

@@ -2,7 +2,7 @@
 // The port between the transaction engine and the GPU: what a prepared query is to the engine, and who executes batches of
 // queries. Tests of the engine bring a simulated executor.
 //
-// Threads: everything here is called on the engine's thread, except PreparedQuery's constructor and destructor.
+// Threads: everything here is called on the engine thread, except PreparedQuery's constructor and destructor.
 
 #include <atomic>
 #include <cstdint>

@@ -74,7 +74,7 @@ Result<GeometryId> GpuExecutor::add_geometry(const std::shared_ptr<const Triangl
 }
 
 Result<GeometryId> GpuExecutor::add_to_pool(const std::shared_ptr<const TriangleMesh>& mesh,
-                                         const GeometryOptions& options) {
+                                            const GeometryOptions& options) {
   DeviceEpoch& epoch = device_.epoch();
   const CompileNow here(epoch.device);
   auto index = epoch.pool.add(epoch.device, mesh, epoch.setup_lane(), options);
@@ -133,7 +133,8 @@ Result<void> GpuExecutor::connect(GpuQuery& query) {
 }
 
 bool GpuExecutor::bring_here(GpuQuery& query) noexcept {
-  if (query.bound && query.epoch == device_.epoch_number() && query.bound_generation == device_.epoch().pool.generation())
+  if (query.bound && query.epoch == device_.epoch_number() &&
+      query.bound_generation == device_.epoch().pool.generation())
     return true;
   try {
     return static_cast<bool>(move_here(query));
@@ -148,7 +149,8 @@ Result<void> GpuExecutor::move_here(GpuQuery& query) {
     if (auto moved = query.move_to(device_.epoch().device); !moved) return moved;
     query.epoch = device_.epoch_number();
   }
-  if (auto bound = query.bind(device_.epoch().device, device_.epoch().pool, device_.epoch().tlas); !bound) return bound;
+  if (auto bound = query.bind(device_.epoch().device, device_.epoch().pool, device_.epoch().tlas); !bound)
+    return bound;
   query.bound = true;
   query.bound_generation = device_.epoch().pool.generation();
   return {};

@@ -17,7 +17,7 @@ namespace rtstdb::query {
 
 class GpuExecutor final : public Executor {
  public:
-  /// `open` is also called later, on the engine's thread.
+  /// `open` is also called later, on the engine thread.
   static Result<std::unique_ptr<GpuExecutor>> create(OpenDevice open, const DatabaseOptions& options);
 
   /// Of the device that the database was opened with.

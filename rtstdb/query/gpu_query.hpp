@@ -7,7 +7,7 @@
 // the batch. A part is a range of places that one chunk searches. A stage is a pass over all places that begins when the
 // one before it is complete: most kinds have one.
 //
-// Threads: the database's thread, but for join, leave and what they call.
+// Threads: the engine thread, but for join, leave and what they call.
 
 #include <glm/vec2.hpp>
 

@@ -2,7 +2,7 @@
 // The queries that are prepared and not yet destroyed. When buffers that they are bound to change, setup binds all of them
 // again and has their kernels compiled, so that the tick does not.
 //
-// Threads: any. The owner's thread may destroy a query while the database's thread binds it.
+// Threads: any. The owner's thread may destroy a query while the engine thread binds it.
 
 #include <algorithm>
 #include <mutex>

@@ -37,6 +37,7 @@ void Admission::predict(ScheduledTransaction& transaction) const noexcept {
     transaction.draft().predicted_cost = cost->mean;
     transaction.cost_known = true;
     transaction.promised_cost = cost->promised;
+    // The queries whose answers may be partial can end after one chunk.
     transaction.required_cost = cost->required + std::min(cost->promised - cost->required, chunk_);
   }
   if (!transaction.reserved) return;
@@ -116,10 +117,10 @@ Nanoseconds Admission::remaining_before(ClockTime now, const ScheduledTransactio
     const ScheduledTransaction& other = *run.transaction;
     const bool innermost = &run == &parts_.preemption.runs().innermost();
     const bool preempts = may_nest && ReadyQueue::comes_before(transaction, deadline, other);
-    const Nanoseconds as_promised = other.promised_cost - run.time.total(now);
+    const Nanoseconds left_as_promised = other.promised_cost - run.time.total(now);
     // Of a run that takes longer than promised, or whose cost is not known, a chunk is left.
-    const Nanoseconds chunk = as_promised > Nanoseconds(0) ? chunk_ : longest_chunk;
-    const Nanoseconds left = std::max(as_promised, innermost ? chunk : Nanoseconds(0));
+    const Nanoseconds chunk = left_as_promised > Nanoseconds(0) ? chunk_ : longest_chunk;
+    const Nanoseconds left = std::max(left_as_promised, innermost ? chunk : Nanoseconds(0));
     if (preempts && divided) {
       sum += innermost ? std::min(left, longest_chunk) : Nanoseconds(0);
     } else {

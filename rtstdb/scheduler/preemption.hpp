@@ -10,7 +10,7 @@
 // readable that the runs below read. A reserved transaction that can not run above the innermost run because of that
 // makes it restart; nothing of it was published.
 //
-// Threads: whoever holds the engine's lock, except requested(): the engine's thread between begin_wait and end_wait.
+// Threads: whoever holds the engine's lock, except requested(): the engine thread between begin_wait and end_wait.
 
 #include <atomic>
 #include <optional>
@@ -76,7 +76,7 @@ class Preemption {
   RunStack runs_;
   PreemptionLatency latency_;
   ClockTime drain_began_{};
-  const ScheduledTransaction* waiting_for_device_ = nullptr;  ///< the engine's thread
+  const ScheduledTransaction* waiting_for_device_ = nullptr;  ///< the engine thread
   std::atomic<bool> requested_{false};
   std::optional<ClockTime> requested_at_;
 };

@@ -54,9 +54,10 @@ class ScheduledTransaction : public HandOverLink {
   std::uint64_t arrival = 0;     ///< number of admission, for the order among equals
   bool cost_known = false;       ///< the cost model predicted it
   Nanoseconds promised_cost{0};  ///< predicted with a safety margin; zero: not known
-  Nanoseconds required_cost{0};  ///< of that, what it needs to be done in time: some answers may be partial
-  bool promised = false;         ///< firm, and admitted because it will be in time
-  Nanoseconds slack{0};          ///< promised: the cost that may still be scheduled before it
+  /// Of that, what it needs to be done in time: queries whose answers may be partial count one chunk together.
+  Nanoseconds required_cost{0};
+  bool promised = false;  ///< firm, and admitted because it will be in time
+  Nanoseconds slack{0};   ///< promised: the cost that may still be scheduled before it
 
   // ---- set by Reservations
   bool reserved = false;  ///< it is scheduled before all that are not

@@ -142,7 +142,7 @@ Result<void> CommitLog::close() noexcept {
   return closed_;
 }
 
-// ---- the engine's thread
+// ---- the engine thread
 
 std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const noexcept {
   if (mode() == DurabilityMode::async) return std::nullopt;
@@ -192,7 +192,7 @@ bool CommitLog::take_back(Version version) noexcept {
   return on_disk();
 }
 
-void CommitLog::tend() noexcept {
+void CommitLog::end_gap_if_possible() noexcept {
   if (!in_gap_.load(std::memory_order_relaxed)) return;
   recorder_.maintain();
   if (recorder_.in_gap()) return;
@@ -233,14 +233,14 @@ bool CommitLog::wait_until_durable(Version version, Nanoseconds at_most) noexcep
   const ClockTime begun = monotonic_clock_.now();
   const ClockTime end = at_most < ClockTime::max() - begun ? begun + at_most : ClockTime::max();
   while (true) {
-    const std::uint32_t heard = progress_.load(std::memory_order_seq_cst);
+    const std::uint32_t seen = progress_.load(std::memory_order_seq_cst);
     if (durable() >= version) return true;
     const Nanoseconds left = end - monotonic_clock_.now();
     if (left <= Nanoseconds(0)) return false;
     writer_->flush_soon();
     bell_.ring_urgently();
     waiters_.fetch_add(1, std::memory_order_seq_cst);
-    threads::futex_wait_for(progress_, heard, left);
+    threads::futex_wait_for(progress_, seen, left);
     waiters_.fetch_sub(1, std::memory_order_relaxed);
   }
 }
@@ -248,14 +248,14 @@ bool CommitLog::wait_until_durable(Version version, Nanoseconds at_most) noexcep
 template <class Condition>
 void CommitLog::wait_until(Condition holds) noexcept {
   while (true) {
-    const std::uint32_t heard = progress_.load(std::memory_order_seq_cst);
+    const std::uint32_t seen = progress_.load(std::memory_order_seq_cst);
     if (holds()) return;
     if (is_driven_) {
       options_.driver->log_is_waited_for();
       continue;
     }
     waiters_.fetch_add(1, std::memory_order_seq_cst);
-    threads::futex_wait(progress_, heard);
+    threads::futex_wait(progress_, seen);
     waiters_.fetch_sub(1, std::memory_order_relaxed);
   }
 }
@@ -288,9 +288,9 @@ Durability CommitLog::state() const {
 
 void CommitLog::run_thread() noexcept {
   while (!closing_.load(std::memory_order_acquire)) {
-    const LogBell::Heard heard = bell_.hear();
+    const LogBell::Counts seen = bell_.counts();
     const log::Writer::Step step = work();
-    if (!step.worked) sleep(heard, step);
+    if (!step.worked) sleep(seen, step);
   }
   end_log();
 }
@@ -299,19 +299,18 @@ log::Writer::Step CommitLog::work() noexcept {
   const log::Writer::Step step = writer_->step(real_time_ns());
   publish_progress();
   return_held();
-  if (in_gap_.load(std::memory_order_acquire) && ring_.used() <= ring_.capacity() / 2)
-    owner_->tend_log_soon();
+  if (in_gap_.load(std::memory_order_acquire) && ring_.used() <= ring_.capacity() / 2) owner_->end_gap_soon();
   return step;
 }
 
-void CommitLog::sleep(LogBell::Heard heard, const log::Writer::Step& step) noexcept {
+void CommitLog::sleep(LogBell::Counts seen, const log::Writer::Step& step) noexcept {
   const bool polls = world_copy_.under_way() || in_gap_.load(std::memory_order_acquire);
-  if (step.wake_at == ClockTime::max() && !polls) return bell_.sleep(heard);
+  if (step.wake_at == ClockTime::max() && !polls) return bell_.sleep(seen);
   const ClockTime now = clock_.now();
   const Nanoseconds at_most = polls || step.wake_at <= now ? check_interval : step.wake_at - now;
   // The next attempt, a checkpoint's, may be far off: a commit wakes the thread before that.
-  if (!polls && !step.has_records) return bell_.sleep(heard, at_most);
-  bell_.doze(heard, at_most);
+  if (!polls && !step.has_records) return bell_.sleep(seen, at_most);
+  bell_.sleep_until_urgent(seen, at_most);
 }
 
 void CommitLog::publish_progress() noexcept {
@@ -331,7 +330,7 @@ void CommitLog::return_held() noexcept {
 }
 
 void CommitLog::end_log() noexcept {
-  // The engine's thread has ended: its side of the ring belongs to this thread.
+  // The engine thread has ended: its side of the ring belongs to this thread.
   recorder_.flush();
   try {
     closed_ = close_writer();

@@ -6,7 +6,7 @@
 //   group   record -> ring, hold                     the thread writes, then gives back all whose version is on disk
 //   sync    record -> ring, the engine waits         the thread writes, and wakes the engine
 //
-// Threads: open, restore and start are setup. The functions of the engine's thread neither allocate nor take a lock nor,
+// Threads: open, restore and start are setup. The functions of the engine thread neither allocate nor take a lock nor,
 // except in sync mode, wait.
 
 #include <atomic>
@@ -40,8 +40,8 @@ class LogOwner : public JobTaker {
  public:
   /// Gives back a transaction that was held; its outcome says whether it is durable.
   virtual void return_held(TransactionImpl& transaction) noexcept = 0;
-  /// The ring has space again: the engine's thread should call tend().
-  virtual void tend_log_soon() noexcept = 0;
+  /// The ring has space again: the engine thread should call end_gap_if_possible().
+  virtual void end_gap_soon() noexcept = 0;
 };
 
 /// Replaces the log's thread in a simulation, which decides when the log works.
@@ -89,7 +89,7 @@ class CommitLog {
   /// call returns the same.
   Result<void> close() noexcept;
 
-  // ---- the engine's thread
+  // ---- the engine thread
   /// Group and sync mode: why these writes can not become durable now; none: they can.
   std::optional<RefusedBy> refuses(const store::WriteSet& set) const noexcept;
   /// Async and group mode: records a published set. In async mode the log's thread may see it only after hand_over.
@@ -105,7 +105,7 @@ class CommitLog {
   /// the disk refuses.
   bool take_back(Version version) noexcept;
   /// Ends a gap of the log when there is space again. To be called regularly.
-  void tend() noexcept;
+  void end_gap_if_possible() noexcept;
   /// Whether the ring has space for record_geometry.
   bool room_for(const log::LoggedGeometry& geometry) const noexcept;
   void record_geometry(const log::LoggedGeometry& geometry, std::size_t positions);
@@ -133,7 +133,7 @@ class CommitLog {
   Result<void> close_writer();
   void publish_progress() noexcept;
   void return_held() noexcept;
-  void sleep(LogBell::Heard heard, const log::Writer::Step& step) noexcept;
+  void sleep(LogBell::Counts seen, const log::Writer::Step& step) noexcept;
 
   void ring_bell() noexcept;
 
@@ -151,7 +151,7 @@ class CommitLog {
   Recovery recovery_;
   std::uint64_t database_id_ = 0, next_geometry_file_ = 1;
 
-  log::Recorder recorder_;  ///< the engine's thread; the log's, once that has ended
+  log::Recorder recorder_;  ///< the engine thread; the log's, once that has ended
   WorldCopy world_copy_;
   std::unique_ptr<log::Writer> writer_;
   LogOwner* owner_ = nullptr;

@@ -279,7 +279,7 @@ void Engine::finish_cancelled(TransactionImpl& transaction, CancelledBy by) noex
   finish(transaction, Status::cancelled);
 }
 
-// ---- the engine's thread
+// ---- the engine thread
 
 void Engine::run_thread() noexcept {
   helper_.lock().lock();
@@ -293,7 +293,7 @@ void Engine::run_thread() noexcept {
 }
 
 bool Engine::work_once() noexcept {
-  if (log_ != nullptr) log_->tend();
+  if (log_ != nullptr) log_->end_gap_if_possible();
   if (revival_.is_needed()) {
     hand_over_log();
     revival_.revive(*this);
@@ -452,7 +452,7 @@ query::ExecutorCallbacks::Continuation Engine::on_preemption_point() noexcept {
 
 void Engine::take_job(EngineJob& job) noexcept {
   if (jobs_.give(job)) return ring();
-  // The engine's thread has ended, or does the last jobs.
+  // The engine thread has ended, or does the last jobs.
   const std::lock_guard guard(helper_.lock());
   while (!job.step(store_)) {
   }

@@ -49,10 +49,10 @@
 namespace rtstdb::transaction {
 
 struct EngineOptions {
-  store::StoreOptions store;  ///< geometry_known is called on the engine's thread
+  store::StoreOptions store;  ///< geometry_known is called on the engine thread
   std::uint32_t queue_capacity = 256;
   Nanoseconds chunk{0};  ///< see DatabaseOptions
-  /// SCHED_FIFO priority of the engine's threads; 0: ordinary. Where it is refused, degraded() says so.
+  /// SCHED_FIFO priority of the engine threads; 0: ordinary. Where it is refused, degraded() says so.
   int thread_priority = 0;
   double max_reserved_share = 0.8;
   Nanoseconds spin{0};  ///< see DatabaseOptions
@@ -65,7 +65,7 @@ class Engine final : private query::ExecutorCallbacks,
                      private scheduler::ReservationOwner,
                      private WriteHelper::Work {
  public:
-  /// Only the engine's thread calls the executor. Executor and clock outlive the engine. With a log, the world begins as it
+  /// Only the engine thread calls the executor. Executor and clock outlive the engine. With a log, the world begins as it
   /// was recovered.
   Engine(EngineOptions options, query::Executor& executor, const Clock& clock,
          std::unique_ptr<CommitLog> log = nullptr);
@@ -95,10 +95,10 @@ class Engine final : private query::ExecutorCallbacks,
   void keep_shapes(GeometryId geometry, std::unique_ptr<store::ShapeHistory::Ring> shapes) noexcept {
     store_.keep_shapes(geometry, std::move(shapes));
   }
-  /// Runs `work`, which must not throw, on the engine's thread between two transactions, and waits for it. For setup:
+  /// Runs `work`, which must not throw, on the engine thread between two transactions, and waits for it. For setup:
   /// transactions wait as long. Misuse after close.
   void call(const std::function<void()>& work);
-  /// Has the job done by the engine's thread, and waits for it. Misuse after close.
+  /// Has the job done by the engine thread, and waits for it. Misuse after close.
   void execute_job(EngineJob& job) noexcept;
   /// Sets who is told of each commit; null: nobody. Misuse after close.
   void listen(CommitListener* listener);
@@ -134,11 +134,11 @@ class Engine final : private query::ExecutorCallbacks,
   // LogOwner
   void take_job(EngineJob& job) noexcept override;
   void return_held(TransactionImpl& transaction) noexcept override;
-  void tend_log_soon() noexcept override { ring(); }
+  void end_gap_soon() noexcept override { ring(); }
   // scheduler::ReservationOwner
   void remove_reservation(scheduler::ReservationImpl& reservation) noexcept override;
 
-  // The engine's thread.
+  // The engine thread.
   void run_thread() noexcept;
   bool work_once() noexcept;
   void cancel_all() noexcept;
@@ -182,12 +182,12 @@ class Engine final : private query::ExecutorCallbacks,
   std::atomic<std::uint64_t> restarts_{0};
   scheduler::HandOver submitted_;
   JobQueue jobs_;
-  threads::EventCount bell_;  ///< rung when the engine's thread has something to look at
+  threads::EventCount bell_;  ///< rung when the engine thread has something to look at
   std::atomic<std::uint32_t> cancels_requested_{0};
   std::atomic<bool> closing_{false};
   LatestVersion latest_;  ///< written under the lock, read by any
 
-  // The lock, held by the engine's thread except in its waits for the device; what it protects follows.
+  // The lock, held by the engine thread except in its waits for the device; what it protects follows.
   WriteHelper helper_{*this};
   store::Store store_;
   CommitListener* listener_ = nullptr;

@@ -1,5 +1,5 @@
 #pragma once
-// Work for the engine's thread that is no transaction: a look at the rows, a setup step on the device. It is done in
+// Work for the engine thread that is no transaction: a look at the rows, a setup step on the device. It is done in
 // steps between transactions, so that a transaction waits for one step at most.
 
 #include "rtstdb/scheduler/hand_over.hpp"
@@ -11,7 +11,7 @@ namespace rtstdb::transaction {
 class EngineJob : public scheduler::HandOverLink {
  public:
   virtual ~EngineJob() = default;
-  /// The engine's thread: one step. True: it was the last.
+  /// The engine thread: one step. True: it was the last.
   virtual bool step(const store::Store& store) noexcept = 0;
 
   // Any thread.
@@ -28,7 +28,7 @@ class EngineJob : public scheduler::HandOverLink {
   threads::FutexCell state_{in_progress};
 };
 
-/// Takes jobs and has them done on the engine's thread.
+/// Takes jobs and has them done on the engine thread.
 class JobTaker {
  public:
   virtual ~JobTaker() = default;

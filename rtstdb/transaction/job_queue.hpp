@@ -1,5 +1,5 @@
 #pragma once
-// The jobs that wait for the engine's thread, oldest first.
+// The jobs that wait for the engine thread, oldest first.
 //
 // Threads: give by any; all else by the engine's.
 

@@ -56,6 +56,7 @@ void settle(TransactionImpl& transaction, Status status, const Clock& clock) noe
   Outcome& outcome = transaction.draft();
   const bool done = is_done(status);
   const bool keeps_partial = status == Status::missed && may_be_partial(transaction);
+  if (!done) outcome.partial = false;  // unless answers of a preemption point are kept below
   for (const query::Request& request : transaction.requests()) {
     query::PreparedQuery& query = *request.query;
     if (done) {

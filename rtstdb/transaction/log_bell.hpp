@@ -18,29 +18,29 @@ namespace rtstdb::transaction {
 
 class LogBell {
  public:
-  struct Heard {
+  struct Counts {
     std::uint32_t rings = 0, urgent_rings = 0;
   };
   /// The rings so far. To be read before the thread looks for work.
-  Heard hear() const noexcept {
+  Counts counts() const noexcept {
     return {rings_.load(std::memory_order_seq_cst), urgent_rings_.load(std::memory_order_seq_cst)};
   }
-  /// Until a ring, or not at all where one came since `heard`.
-  void sleep(Heard heard) noexcept {
+  /// Until a ring, or not at all where one came since `seen`.
+  void sleep(Counts seen) noexcept {
     begin_sleep(Sleep::until_rung);
-    threads::futex_wait(rings_, heard.rings);
+    threads::futex_wait(rings_, seen.rings);
     end_sleep();
   }
   /// The same, at most for this long.
-  void sleep(Heard heard, Nanoseconds at_most) noexcept {
+  void sleep(Counts seen, Nanoseconds at_most) noexcept {
     begin_sleep(Sleep::until_rung);
-    threads::futex_wait_for(rings_, heard.rings, at_most);
+    threads::futex_wait_for(rings_, seen.rings, at_most);
     end_sleep();
   }
-  /// Until an urgent ring, at most for this long; not at all where one came since `heard`.
-  void doze(Heard heard, Nanoseconds at_most) noexcept {
+  /// Until an urgent ring, at most for this long; not at all where one came since `seen`.
+  void sleep_until_urgent(Counts seen, Nanoseconds at_most) noexcept {
     begin_sleep(Sleep::until_urgent);
-    threads::futex_wait_for(urgent_rings_, heard.urgent_rings, at_most);
+    threads::futex_wait_for(urgent_rings_, seen.urgent_rings, at_most);
     end_sleep();
   }
 
@@ -66,7 +66,7 @@ class LogBell {
     if (sleeps_.load(std::memory_order_seq_cst) != kind ||
         !sleeps_.compare_exchange_strong(seen, Sleep::none, std::memory_order_seq_cst))
       return;
-    // The sleeper may read this ring as heard and sleep after the wake-up: another count keeps it from sleeping.
+    // The sleeper may read this ring as seen and sleep after the wake-up: another count keeps it from sleeping.
     rings.fetch_add(1, std::memory_order_seq_cst);
     threads::futex_wake_all(&rings);
   }

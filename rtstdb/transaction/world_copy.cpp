@@ -76,7 +76,7 @@ void WorldCopy::end() noexcept {
   copying_.shapes = {};
 }
 
-// ---- the engine's thread
+// ---- the engine thread
 
 bool WorldCopy::Copying::still_kept(const store::Store& store) const noexcept {
   const auto found = store.read(ReadAt::pinned(version.version), store::ReadFor::rows_and_shapes);

@@ -1,5 +1,5 @@
 #pragma once
-// The world for the log's checkpoints: a copy of one version, which the engine's thread makes slice by slice between
+// The world for the log's checkpoints: a copy of one version, which the engine thread makes slice by slice between
 // transactions, so that a transaction waits for one slice at most. When commits push the version out of the history while it
 // is copied, the copy begins again with the latest version and larger slices; the last attempt copies all in one step.
 //
@@ -25,7 +25,7 @@ class WorldCopy final : public log::WorldSource {
   void add(const log::LoggedGeometry& geometry, std::size_t positions);
   std::vector<log::LoggedGeometry> geometries() const;
 
-  /// Whether the engine's thread is making a copy.
+  /// Whether the engine thread is making a copy.
   bool under_way() const noexcept { return copying_.given && !copying_.is_done(); }
 
   std::optional<log::WorldHead> begin(Version not_before) override;

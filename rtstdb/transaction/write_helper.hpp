@@ -1,5 +1,5 @@
 #pragma once
-// The engine's lock, and a second thread that works under it while the engine's thread waits for the device: it admits
+// The engine's lock, and a second thread that works under it while the engine thread waits for the device: it admits
 // new transactions and commits those that only write. So a write waits microseconds for the queries of another
 // transaction.
 //
@@ -39,7 +39,7 @@ class WriteHelper {
   /// Whoever executes transactions holds it.
   std::mutex& lock() noexcept { return lock_; }
 
-  // ---- the engine's thread, holding the lock
+  // ---- the engine thread, holding the lock
   /// Releases the lock for a wait for the device. `has_work()` says whether there is work already.
   template <class HasWork>
   void begin_wait(HasWork has_work) noexcept {
@@ -53,13 +53,13 @@ class WriteHelper {
   void end_wait() noexcept;
 
   // ---- any thread
-  /// There may be work. Wakes the helper where the engine's thread waits for the device.
+  /// There may be work. Wakes the helper where the engine thread waits for the device.
   void ring() noexcept {
     if (in_wait_.load(std::memory_order_seq_cst)) bell_.notify();
   }
 
   // ---- the helper's thread, in work_in_wait
-  /// The engine's thread waits for the lock.
+  /// The engine thread waits for the lock.
   bool device_is_done() const noexcept { return device_is_done_.load(std::memory_order_relaxed); }
 
  private:

@@ -84,7 +84,6 @@ Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {
 
 // The position in `live` identifies an instance. Entities without a geometry come after the first
 // `visible_count` ones. They have instances, since they may carry queries, but are not in the tree.
-// instances (they may carry queries) but no place in the tree.
 void main() {
   if (gl_GlobalInvocationID.x >= args.count) return;
   const uint place =

@@ -32,7 +32,7 @@ RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
   F(uint, end)   /* one behind the last place */                                                             \
   F(uint, per_group)                                                                                         \
   F(uint, is_retry)  /* 1: places are those of `retried_rays`, and searches may pause; 0: places are rays */ \
-  F(uint, epoch_ns)  /* low word, which suffices: times are less than two epochs after it */               \
+  F(uint, epoch_ns)  /* low word, which suffices: times are less than two seconds after it */              \
   F(uint, late_base) /* where the next epoch's instances begin */                                            \
   F(uint, still)     /* 1: every ray has time still_ns */                                                    \
   F(uint, still_ns)  /* low word */                                                                          \

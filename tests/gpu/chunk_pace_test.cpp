@@ -30,24 +30,24 @@ void learn_twice(query::ChunkPace& pace, const query::ChunkPace::Chunk& chunk) {
 
 TEST(ChunkPace, ChunksAreSmallerWhereTheyTakeLonger) {
   query::ChunkPace pace(500'000);
-  EXPECT_EQ(pace.share(), 1.0);
+  EXPECT_EQ(pace.relative_size(), 1.0);
   pace.learn({500e3, 500e3});
-  EXPECT_EQ(pace.share(), 1.0);
+  EXPECT_EQ(pace.relative_size(), 1.0);
   learn_twice(pace, {500e3, 20e6});
-  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 32.0) << "halved until it takes at most 1.5 times its time";
+  EXPECT_DOUBLE_EQ(pace.relative_size(), 1.0 / 32.0) << "halved until it takes at most 1.5 times its time";
   learn_twice(pace, {12.5e3, 500e3});
-  EXPECT_DOUBLE_EQ(pace.share(), 1.0 / 40.0) << "as large as it should be";
+  EXPECT_DOUBLE_EQ(pace.relative_size(), 1.0 / 40.0) << "as large as it should be";
   learn_twice(pace, {12.5e3, 12.5e3});
-  EXPECT_GT(pace.share(), 0.75) << "doubled as long as it takes at most 1.5 times its time";
+  EXPECT_GT(pace.relative_size(), 0.75) << "doubled as long as it takes at most 1.5 times its time";
   learn_twice(pace, {500e3, 1e3});
-  EXPECT_LE(pace.share(), 1.0) << "no larger than predicted";
+  EXPECT_LE(pace.relative_size(), 1.0) << "no larger than predicted";
 }
 
 TEST(ChunkPace, AChunkThatIsSeenLateIsNoLonger) {
   query::ChunkPace pace(500'000);
   for (int k = 0; k < 20; ++k) {
     pace.learn({500e3, k % 2 == 0 ? 900e3 : 100e3, k % 2 != 0});
-    EXPECT_EQ(pace.share(), k == 0 ? 0.5 : 1.0);
+    EXPECT_EQ(pace.relative_size(), k == 0 ? 0.5 : 1.0);
   }
 }
 
@@ -56,14 +56,14 @@ TEST(ChunkPace, TimeOfTheHostIsNotTheChunks) {
   query::ChunkPace pace(500'000);
   for (int k = 0; k < 20; ++k) {
     pace.learn({500e3, 5e6, true});
-    EXPECT_EQ(pace.share(), 1.0);
+    EXPECT_EQ(pace.relative_size(), 1.0);
   }
   learn_twice(pace, {500e3, 50e6});
   learn_twice(pace, {5e3, 500e3});
-  EXPECT_DOUBLE_EQ(pace.share(), 0.01);
+  EXPECT_DOUBLE_EQ(pace.relative_size(), 0.01);
   for (int k = 0; k < 10; ++k) {
-    pace.learn({500e3 * pace.share(), 5e6, true});
-    EXPECT_DOUBLE_EQ(pace.share(), std::min(0.02 * std::pow(2.0, k), 1.0));
+    pace.learn({500e3 * pace.relative_size(), 5e6, true});
+    EXPECT_DOUBLE_EQ(pace.relative_size(), std::min(0.02 * std::pow(2.0, k), 1.0));
   }
 }
 
@@ -72,16 +72,16 @@ TEST(ChunkPace, ItMayBeginSmall) {
   query::ChunkPace pace(500'000);
   learn_twice(pace, {500e3, 500e3});
   pace.begin_with(1.0 / 256.0);
-  EXPECT_EQ(pace.share(), 1.0 / 256.0);
+  EXPECT_EQ(pace.relative_size(), 1.0 / 256.0);
   for (int k = 0; k < 12; ++k)
-    pace.learn({500e3 * pace.share(), 80e3 + 500e3 * pace.share()});
-  EXPECT_GT(pace.share(), 0.5);
+    pace.learn({500e3 * pace.relative_size(), 80e3 + 500e3 * pace.relative_size()});
+  EXPECT_GT(pace.relative_size(), 0.5);
   pace.begin_with(1.0 / 256.0);
   learn_twice(pace, {500e3 / 256.0, 5e6});
-  EXPECT_LT(pace.share(), 1.0 / 256.0) << "dearer still";
-  const double share = pace.share();
+  EXPECT_LT(pace.relative_size(), 1.0 / 256.0) << "dearer still";
+  const double relative_size = pace.relative_size();
   pace.begin_with(0.5);
-  EXPECT_EQ(pace.share(), share) << "never larger for it";
+  EXPECT_EQ(pace.relative_size(), relative_size) << "never larger for it";
 }
 
 /// What a chunk takes however few are in it; the device's own time for all of them is 100 chunks of those that are thought to be one.
@@ -90,7 +90,7 @@ double share_of_dispatches(double dispatch_ns, double chunk_ns, double thought_t
   pace.begin_with(0.5);
   double took_ns = 0.0, by_dispatches_ns = 0.0, longest_ns = 0.0;
   for (double left_ns = 100.0 * chunk_ns; left_ns > 0.0;) {
-    const double own_ns = std::min(pace.share() * chunk_ns / thought_too_much, left_ns);
+    const double own_ns = std::min(pace.relative_size() * chunk_ns / thought_too_much, left_ns);
     left_ns -= own_ns;
     by_dispatches_ns += dispatch_ns;
     took_ns += dispatch_ns + own_ns;

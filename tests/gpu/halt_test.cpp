@@ -99,9 +99,14 @@ class HaltedRuns : public testing::Test {
     store::TimeSpan times;
     std::vector<query::Request> requests;
     for (const Asked& one : all) {
-      EXPECT_FALSE(one.prepared().check(one.count, rows, times));
-      requests.push_back(
-          {.query = &one.prepared(), .count = one.count, .per_chunk = per_chunk, .chunk_time = chunk_time_});
+      query::TimeSpan of_one;
+      EXPECT_FALSE(one.prepared().check(one.count, rows, of_one));
+      times = {std::min(times.first, of_one.first), std::max(times.last, of_one.last)};
+      requests.push_back({.query = &one.prepared(),
+                          .count = one.count,
+                          .times = of_one,
+                          .per_chunk = per_chunk,
+                          .chunk_time = chunk_time_});
     }
     const query::RunReport report = executor_->run(rows, requests, times, callbacks);
     gpu_ns_ = report.gpu_ns;

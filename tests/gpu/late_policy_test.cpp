@@ -80,12 +80,17 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
   prepare_all(LatePolicy::partial);
   for (const auto& prepared : all_) {
     SCOPED_TRACE(prepared->name());
-    // Two readings before the first gap, some in each.
-    const Outcome partial = run(*prepared, firm(Nanoseconds(1'800'000)));
-    ASSERT_TRUE(partial.partial) << describe(partial);
+    // How often the clock is read before the first preemption point depends on how long the device takes.
+    Outcome partial;
+    for (int readings = 18; !partial.partial; readings += 6) {
+      ASSERT_LT(readings, 1000);
+      partial = run(*prepared, firm(Nanoseconds(readings * 100'000)));
+      ASSERT_TRUE(partial.partial || partial.status == Status::missed) << describe(partial);
+      ASSERT_TRUE(partial.partial || prepared->words().empty()) << "partial answers that are not named so";
+    }
     const AnswerInfo info = prepared->query().answer_info();
     const std::vector<Words> some = prepared->words();
-    EXPECT_EQ(some.size(), capacity);
+    ASSERT_EQ(some.size(), capacity);
     EXPECT_GT(info.missing, 0u);
     EXPECT_LT(info.missing, capacity);
     EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), info.missing);
@@ -132,7 +137,7 @@ TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
   EXPECT_TRUE(cut_off_again);
 }
 
-/// At one of its readings on the database's thread somebody submits; when that is done, hardly any time is left.
+/// At one of its readings on the engine thread somebody submits; when that is done, hardly any time is left.
 class InterruptingClock final : public Clock {
  public:
   ClockTime now() const noexcept override {

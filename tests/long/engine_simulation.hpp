@@ -29,8 +29,8 @@ struct SimulationCounts {
   std::array<std::uint64_t, 16> ended{};  ///< by rtstdb::Status
   std::uint64_t in_gaps = 0;              ///< runs inside of another's
   std::uint64_t losses = 0, losses_in_gaps = 0;
-  std::uint64_t given_back_waiting = 0;  ///< device_lost without having run
-  std::uint64_t passed_by_write_helper = 0;    ///< commits while another waits for the device
+  std::uint64_t given_back_waiting = 0;      ///< device_lost without having run
+  std::uint64_t passed_by_write_helper = 0;  ///< commits while another waits for the device
   std::uint64_t full_queues = 0;
   std::uint64_t observations = 0;
   std::array<std::uint64_t, 8> refused{};      ///< by rtstdb::RefusedBy
@@ -100,7 +100,7 @@ class EngineSimulation final : private DeviceEvents {
   void judge_recovery(rtstdb::Version found);
   void let_the_log_finish();
 
-  // On the engine's thread.
+  // On the engine thread.
   void play_round();
   void submit_some(std::uint32_t most);
   Client* free_client();

@@ -62,7 +62,7 @@ void SimulatedLoad::run(std::uint64_t transactions, const std::function<void(con
   ended_ = ended;
   to_come_ = transactions;
   bool done = false;
-  // On the engine's thread, between two transactions: all that is simulated is touched there alone.
+  // On the engine thread, between two transactions: all that is simulated is touched there alone.
   while (!done) {
     world_.engine.call([&] {
       step();

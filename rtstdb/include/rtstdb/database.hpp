@@ -21,11 +21,15 @@
 //
 // Device loss: the database opens another device by itself. A transaction that was using the lost device ends
 // as Status::device_lost; waiting transactions are executed when the new device is ready; transactions
-// without queries are executed meanwhile. Prepared queries and their spans stay valid. On the new device the
-// first batch of each kind of query compiles its kernels, so that transaction allocates and takes longer.
+// without queries are executed meanwhile. A waiting firm transaction with queries whose deadline lies before
+// the expected return of the device ends as device_lost at once. If no device can be opened, the database
+// tries again after growing pauses, and transactions with queries end as device_lost in between. Prepared
+// queries and their spans stay valid. On the new device the first batch of each kind of query compiles its
+// kernels, so that transaction allocates and takes longer.
 
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -154,9 +158,9 @@ struct ShapeCounts {
 struct Health {
   std::vector<std::string> degraded{};             ///< a sentence for each thing that the machine refused
   std::vector<std::string> validation_messages{};  ///< of the validation layer, when it is on
-  bool device_lost = false;         ///< no device at present: transactions with queries end as device_lost
-  std::uint64_t device_losses = 0;  ///< since open
-  std::string device_loss{};        ///< a sentence on the last device loss and its recovery; empty: none
+  bool device_lost = false;                        ///< no device at present; see "Device loss" above
+  std::uint64_t device_losses = 0;                 ///< since open
+  std::string device_loss{};  ///< a sentence on the last device loss and its recovery; empty: none
 };
 
 class Database {
@@ -204,10 +208,14 @@ class Database {
   /// one another; out_of_memory; device_lost, if no other device could be opened.
   template <class Options>
   Result<std::unique_ptr<typename Options::Prepared>> prepare(const Options& options) {
-    auto query = prepare_query(options);
-    if (!query) return query.error();
-    return std::unique_ptr<typename Options::Prepared>(
-        static_cast<typename Options::Prepared*>(query.value().release()));
+    try {
+      auto query = prepare_query(options);
+      if (!query) return query.error();
+      return std::unique_ptr<typename Options::Prepared>(
+          static_cast<typename Options::Prepared*>(query.value().release()));
+    } catch (const std::bad_alloc&) {
+      return Error{ErrorCode::out_of_memory, "out of memory"};  // so short that it allocates nothing
+    }
   }
   /// Registers a standing query (standing.hpp). Its first events list the members in the latest version or a
   /// later one; from then on an event follows for each entity that enters or exits.

@@ -141,7 +141,9 @@ enum class RefusedBy : std::uint8_t {
   /// Modes group and sync: the log's ring has no room for its writes; if they need more than half of the
   /// ring, it never has.
   log_full,
-  log_fault,  ///< modes group and sync: the log's disk fails
+  /// Modes group and sync: the log's disk fails; in mode sync also until the checkpoint after a failure is on
+  /// disk.
+  log_fault,
   read_only,  ///< it writes, and the database is a history (history.hpp)
 };
 

@@ -216,7 +216,7 @@ void GpuNearestQuery::dispatch_part(const Kernel& kernel, const BatchPart& part,
                                  .neighbors = neighbors_[slots().written()].address(),
                                  .halt = recording.halt.words,
                                  .halt_from = recording.halt.from,
-                                 .loop_probe = 2};
+                                 .loop_probe = 2 /* two rounds, see loops_still_turn */};
   dispatch(kernel, recording, layout, args);
 }
 

@@ -253,7 +253,7 @@ void GpuRayQuery::record(const BatchPart& part, const Recording& recording) noex
                                                                        : -1.0f,
                              .halt = halt.words,
                              .halt_from = halt.from,
-                             .loop_probe = 2};
+                             .loop_probe = 2 /* two rounds, see loops_still_turn */};
   dispatch(part.is_retry ? pausing_kernel() : kernel_for(carried_ || window_s > 0.0, view.entities),
            recording, layout, args);
 }

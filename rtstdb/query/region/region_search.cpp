@@ -152,7 +152,7 @@ void RegionSearch::record(const BatchPart& part, const Recording& recording) noe
                                   .capacity = options_.ids_per_region,
                                   .halt = recording.halt.words,
                                   .halt_from = recording.halt.from,
-                                  .loop_probe = 2};
+                                  .loop_probe = 2 /* two rounds, see loops_still_turn */};
     dispatch(kernel(*index), recording, layout, args);
   };
   const bool one_instant = recording.view.window_begin == recording.view.window_end;

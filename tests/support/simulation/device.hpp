@@ -1,7 +1,7 @@
 #pragma once
 // A simulated device that takes time, is lost and comes back as a seed says.
 //
-// One seed is one course of events: chance is drawn on the database's thread alone, and the engine's other thread works in
+// One seed is one course of events: chance is drawn on the engine thread alone, and the engine's other thread works in
 // pauses() alone, which waits until it is done.
 
 #include <atomic>

@@ -158,7 +158,7 @@ class SimulatedExecutor final : public query::Executor {
   }
 };
 
-/// Holds the engine's thread inside the executor until opened.
+/// Holds the engine thread inside the executor until opened.
 class Gate {
  public:
   void pass() {

@@ -223,7 +223,7 @@ TEST_F(TwoBlocks, ALogThatIsGoneIsNoRunThatKeptNone) {
     if (!file.path().filename().string().starts_with("geometry")) std::filesystem::remove(file.path());
   const Ended ended = run_hil({"db", "verify", out()});
   EXPECT_EQ(ended.code, 4);
-  EXPECT_NE(ended.errors.find("no segment"), std::string::npos) << ended.errors;
+  EXPECT_NE(ended.errors.find("no log segment"), std::string::npos) << ended.errors;
 }
 
 TEST_F(TwoBlocks, TheSameRunInTheSameFolderBeginsALogOfItsOwn) {

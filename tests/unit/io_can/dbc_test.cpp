@@ -190,8 +190,8 @@ TEST(Dbc, TheProjectsOwnDatabaseIsClean) {
 TEST(Dbc, EveryDatabaseOfAFolderLoads) {
   const char* const chosen = std::getenv("HIL_DBC_FOLDER");
   std::size_t files = 0;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(chosen != nullptr ? chosen : HIL_SOURCE_DIR "/configs")) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(
+           chosen != nullptr ? chosen : HIL_SOURCE_DIR "/configs")) {
     if (entry.path().extension() != ".dbc") continue;
     ++files;
     const DbcResult result = load_dbc(entry.path());

@@ -102,7 +102,7 @@ TEST_F(FullRing, GroupRefusesAtOnceAndLosesNoDurableVersion) {
       if (held.back()->status() == Status::pending) continue;
       refused = true;
       EXPECT_EQ(held.back()->outcome().refused_by, RefusedBy::log_full);
-      EXPECT_NE(describe(held.back()->outcome()).find("no room"), std::string::npos);
+      EXPECT_NE(describe(held.back()->outcome()).find("no space"), std::string::npos);
       // Reads are still executed.
       creator->begin({});
       creator->read(id);

@@ -192,7 +192,8 @@ TEST(CostModel, AQueryThatIsForgottenIsPredictedByItsKind) {
     const query::Request other{others.back().get(), 100};
     model.learn_queries(std::span(&other, 1), Nanoseconds(20'000));
   }
-  EXPECT_NEAR(static_cast<double>(model.predict(rows(0), std::span(&request, 1))->mean.count()), 20'000.0, 100.0);
+  EXPECT_NEAR(static_cast<double>(model.predict(rows(0), std::span(&request, 1))->mean.count()), 20'000.0,
+              100.0);
 }
 
 /// As the model divides one that asks so many; chunks of half a millisecond.

@@ -40,7 +40,7 @@ class LosableExecutor final : public query::Executor {
   std::function<void()> while_reviving;
 
  private:
-  bool lost_ = false;  // the engine's thread alone
+  bool lost_ = false;  // the engine thread alone
 };
 
 class DeviceLoss : public testing::Test {

@@ -199,7 +199,7 @@ class Flood {
   int in_flight_;
   std::uint32_t each_;
   std::vector<Fate> exits_;
-  std::vector<bool> seen_;  ///< the engine's thread alone, until it is joined or idle
+  std::vector<bool> seen_;  ///< the engine thread alone, until it is joined or idle
   std::atomic<std::uint64_t> late_firm_commits_{0};
   World world_;
 };

@@ -58,7 +58,7 @@ class CanaryPairs : public testing::Test {
   }
 
   World world_{engine_options(64, 64, 256)};
-  std::uint64_t looked_ = 0;  ///< the engine's thread alone, until all is done
+  std::uint64_t looked_ = 0;  ///< the engine thread alone, until all is done
   std::uint64_t halves_ = 0;
 };
 

@@ -22,16 +22,16 @@ TEST(LogBell, EveryRingIsHeard) {
   std::atomic<std::uint32_t> put{0}, taken{0};
   std::thread sleeper([&] {
     while (taken.load() < rounds) {
-      const LogBell::Heard heard = bell.hear();
+      const LogBell::Counts seen = bell.counts();
       if (put.load() != taken.load()) {
         taken.store(put.load());
         continue;
       }
       // By turns, as the log's thread does; it would wake by itself after long enough for the test to fail.
       if (taken.load() % 3 != 0) {
-        bell.sleep(heard);
+        bell.sleep(seen);
       } else {
-        bell.doze(heard, std::chrono::minutes(10));
+        bell.sleep_until_urgent(seen, std::chrono::minutes(10));
       }
     }
   });
@@ -56,9 +56,9 @@ TEST(LogBell, EveryRingOfManyIsHeard) {
   std::atomic<std::uint32_t> put{0}, taken{0};
   std::thread sleeper([&] {
     while (taken.load() < threads * rounds) {
-      const LogBell::Heard heard = bell.hear();
+      const LogBell::Counts seen = bell.counts();
       if (put.load() == taken.load()) {
-        bell.sleep(heard);
+        bell.sleep(seen);
       } else {
         taken.store(put.load());
       }
@@ -86,9 +86,9 @@ TEST(LogBell, EveryRingOfManyIsHeard) {
 TEST(LogBell, APlainRingLetsDozeOn) {
   LogBell bell;
   const auto begun = std::chrono::steady_clock::now();
-  const LogBell::Heard heard = bell.hear();
+  const LogBell::Counts seen = bell.counts();
   bell.ring();
-  bell.doze(heard, std::chrono::milliseconds(20));
+  bell.sleep_until_urgent(seen, std::chrono::milliseconds(20));
   EXPECT_GE(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(19));
 }
 

@@ -73,7 +73,7 @@ TEST_F(WriteHelping, TakesAWriteThatCameBeforeTheWait) {
   EXPECT_EQ(written, Status::committed);
 }
 
-TEST(ReliefInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) {
+TEST(WriteHelpingInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) {
   World world(engine_options(64, 64, 1));
   const EntityId first = world.create(1);
   const auto writer = world.make();
@@ -99,7 +99,7 @@ TEST(ReliefInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) 
 }
 
 /// Two shapes are kept: while the older is read, no third may come.
-TEST(ReliefOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
+TEST(WriteHelpingOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
   World world;
   world.engine.call([&] {
     world.engine.keep_shapes(GeometryId{0}, store::ShapeHistory::make(std::vector<glm::vec3>(3), 2));
