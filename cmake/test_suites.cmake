@@ -1,5 +1,5 @@
-# Read by ctest: adds one test for each suite of a GoogleTest program. The cases of a suite run in one
-# process, which shares what is expensive to open; it leaves their results in RESULTS/<test>.json, which
+# Read by ctest: adds one test, PROGRAM.SUITE, for each suite of a GoogleTest program. The cases of a suite run in
+# one process, which shares what is expensive to open; it leaves their results in RESULTS/<test>.json, which
 # tools/tally counts.
 function(hil_add_suites program prefix filter results)
   execute_process(COMMAND ${program} --gtest_list_tests "--gtest_filter=${filter}"
@@ -9,9 +9,10 @@ function(hil_add_suites program prefix filter results)
     return()
   endif()
   string(REGEX MATCHALL "(^|\n)[A-Za-z0-9_/]+\\." suites "${listed}")
+  get_filename_component(name "${program}" NAME)
   foreach(suite IN LISTS suites)
     string(REGEX REPLACE "[\n.]" "" suite "${suite}")
-    set(test "${prefix}${suite}")
+    set(test "${prefix}${name}.${suite}")
     string(REPLACE "/" "_" file "${test}")
     add_test("${test}" "${program}" "--gtest_filter=${suite}.*" "--gtest_output=json:${results}/${file}.json")
     set_tests_properties("${test}" PROPERTIES ${ARGN})
