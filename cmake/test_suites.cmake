@@ -1,5 +1,5 @@
-# Read by ctest: adds one test, PROGRAM.SUITE, for each suite of a GoogleTest program. The cases of a suite run in
-# one process, which shares what is expensive to open; it leaves their results in RESULTS/<test>.json, which
+# Read by ctest: adds one test, PROGRAM.SUITE, for each suite of a GoogleTest program. The cases of a suite run
+# in one process, which shares what is expensive to open; it leaves their results in RESULTS/<test>.json, which
 # tools/tally counts.
 function(hil_add_suites program prefix filter results)
   execute_process(COMMAND ${program} --gtest_list_tests "--gtest_filter=${filter}"
