@@ -1,6 +1,6 @@
-# Read by ctest: adds one test, PROGRAM.SUITE, for each suite of a GoogleTest program. The cases of a suite run
-# in one process, which shares what is expensive to open; it leaves their results in RESULTS/<test>.json, which
-# tools/tally counts.
+# Read by ctest: adds one test, PROGRAM.SUITE, for each suite of a GoogleTest program. The cases of a suite
+# run in one process, which shares what is expensive to open; it leaves their results in RESULTS/<test>.json,
+# which tools/tally counts.
 function(hil_add_suites program prefix filter results)
   execute_process(COMMAND ${program} --gtest_list_tests "--gtest_filter=${filter}"
     OUTPUT_VARIABLE listed RESULT_VARIABLE failed TIMEOUT 60)
