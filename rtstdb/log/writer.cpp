@@ -154,7 +154,7 @@ void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
   synced_ = {std::max(synced_.version, group_.newest_version()), group_.geometries()};
   bytes_since_checkpoint_ += bytes;
   records_on_disk_.fetch_add(group_.records(), std::memory_order_release);
-  refused_by_disk_ = false;
+  last_write_failed_ = false;
   const bool has_gap = group_.gap_to() != 0;
   if (has_gap) {
     waits_for_checkpoint_ = true;
@@ -175,7 +175,7 @@ void Writer::segment_failed(const DiskError& fault, ClockTime now) {
   segment_.reset();
   checkpointer_.abandon();  // a checkpoint that begins after the failure is needed
   waits_for_checkpoint_ = true;
-  refused_by_disk_ = true;
+  last_write_failed_ = true;
   retry_.failed(now);
   note_fault(fault);
 }
@@ -224,13 +224,13 @@ bool Writer::step_checkpoint(ClockTime now, std::int64_t real_time_ns) {
   if (again) checkpoint_soon_.store(true, std::memory_order_relaxed);
   if (step.fault) {
     note_fault(*step.fault);
-    if (waits_for_checkpoint_) refused_by_disk_ = true;
+    if (waits_for_checkpoint_) last_write_failed_ = true;
   }
   return step.progress != Checkpointer::Progress::nothing && step.progress != Checkpointer::Progress::failed;
 }
 
 void Writer::checkpoint_is_on_disk(Version version) {
-  if (version >= needed_version_) waits_for_checkpoint_ = refused_by_disk_ = false;
+  if (version >= needed_version_) waits_for_checkpoint_ = last_write_failed_ = false;
   move_watermark();
   {
     const std::lock_guard lock(statistics_mutex_);

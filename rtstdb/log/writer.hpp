@@ -84,7 +84,7 @@ class Writer {
   /// The durable version does not advance before a checkpoint of a version after the failure or gap.
   bool waits_for_checkpoint() const noexcept { return waits_for_checkpoint_.load(std::memory_order_acquire); }
   /// The last write failed and is retried.
-  bool last_write_failed() const noexcept { return refused_by_disk_.load(std::memory_order_acquire); }
+  bool last_write_failed() const noexcept { return last_write_failed_.load(std::memory_order_acquire); }
   /// Requests that waiting records be written now.
   void flush_soon() noexcept { flush_soon_.store(true, std::memory_order_relaxed); }
   /// Requests a checkpoint.
@@ -133,7 +133,7 @@ class Writer {
   Version needed_version_;  // smallest version of a checkpoint that waits_for_checkpoint_ accepts
   std::atomic<Version> durable_{0};
   std::atomic<std::uint64_t> records_on_disk_{0};
-  std::atomic<bool> refused_by_disk_{false};
+  std::atomic<bool> last_write_failed_{false};
   std::atomic<bool> flush_soon_{false}, checkpoint_soon_{false};
 
   mutable std::mutex statistics_mutex_;

@@ -12,7 +12,7 @@
 // measurements. Since refused work gives no measurements, a prediction that is too high could refuse for
 // ever: so after a number of consecutive refusals one transaction is admitted without a promise.
 //
-// Threads: whoever holds the engine's lock. No function allocates.
+// Threads: the thread that holds the engine's lock. No function allocates.
 
 #include <cstdint>
 #include <optional>

@@ -2,7 +2,7 @@
 // How good predictions were: predicted over actual costs by kind of query, and which promises of admission
 // were kept.
 //
-// Threads: ended by whoever holds the engine's lock, read by any. Only read allocates.
+// Threads: ended by the thread that holds the engine's lock, read by any. Only read allocates.
 
 #include <array>
 #include <atomic>

@@ -2,16 +2,17 @@
 // Preemption: which waiting transaction may run at a preemption point of the innermost run, when a run in
 // execution is asked for one, and how long that takes.
 //
-//   while a run waits for the device   the write helper finds that a preemption point would be of use: request_if_useful
-//   the executor                       sees requested(), ends the chunk early and reports a preemption point
-//   the engine                         suspend; next() and execute, as long as there is one; resume
+//   write helper, while a run waits for the device   request_if_useful
+//   executor                                         sees requested(), ends the chunk early, reports a
+//                                                    preemption point
+//   engine                                           suspend; next() and execute in a loop; resume
 //
 // Two rules limit who may run above others. A second run can not stage writes, and a commit must keep the
 // versions readable that the runs below read. A reserved transaction that can not run above the innermost run
 // because of that makes it restart; nothing of it was published.
 //
-// Threads: whoever holds the engine's lock, except requested(): the engine thread between begin_wait and
-// end_wait.
+// Threads: the thread that holds the engine's lock, except requested(): the engine thread between begin_wait
+// and end_wait.
 
 #include <atomic>
 #include <optional>

@@ -2,7 +2,7 @@
 // The admitted transactions that wait, in their order: reserved ones by when they are due; then higher
 // importance, then earlier deadline, then earlier arrival.
 //
-// Threads: whoever holds the engine's lock. Allocates in the constructor alone.
+// Threads: the thread that holds the engine's lock. Allocates in the constructor alone.
 
 #include <cstdint>
 #include <vector>

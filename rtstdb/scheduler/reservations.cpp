@@ -95,7 +95,7 @@ ReservationCounts ReservationImpl::counts() const {
           .broken = read(broken_),
           .too_often = read(too_often_),
           .too_long = read(too_long_),
-          .undeclared = read(not_as_declared_),
+          .undeclared = read(undeclared_),
           .largest_cost = Nanoseconds(largest_cost_ns_.load(std::memory_order_relaxed)),
           .longest_response = Nanoseconds(longest_answer_ns_.load(std::memory_order_relaxed))};
 }
@@ -175,7 +175,7 @@ void Reservations::admitted(ScheduledTransaction& transaction) noexcept {
   if (reservation == nullptr) return;
   const ReservationOptions& options = reservation->options_;
   if (!options.writes_and_queries && !transaction.write_set().empty() && !transaction.requests().empty())
-    return count_one(reservation->not_as_declared_);
+    return count_one(reservation->undeclared_);
   const ClockTime submitted = transaction.outcome().submitted;
   // A deadline further off would make those after it seem to come too often.
   const ClockTime deadline =

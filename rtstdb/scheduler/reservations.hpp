@@ -9,7 +9,7 @@
 // a single late submission does not make all later ones late.
 //
 // Threads: add and remove by any, one at a time, while the engine executes nothing; the functions about
-// transactions by whoever holds the engine's lock, unless they say otherwise; counts by any.
+// transactions by the thread that holds the engine's lock, unless they say otherwise; counts by any.
 
 #include <atomic>
 #include <cstdint>
@@ -58,11 +58,11 @@ class ReservationImpl final : public Reservation {
   const ReservationOptions options_;
   ReservationOwner& owner_;
   std::atomic<std::uint32_t> pending_{0};
-  // Whoever holds the engine's lock.
+  // The thread that holds the engine's lock.
   ClockTime next_deadline_{};         ///< of a transaction one period after the last
   ClockTime release_{};               ///< of the last
   std::uint64_t release_period_ = 0;  ///< the busy period of that release
-  Counter transactions_{0}, kept_{0}, broken_{0}, too_often_{0}, too_long_{0}, not_as_declared_{0};
+  Counter transactions_{0}, kept_{0}, broken_{0}, too_often_{0}, too_long_{0}, undeclared_{0};
   std::atomic<std::int64_t> largest_cost_ns_{0}, longest_answer_ns_{0};
 };
 

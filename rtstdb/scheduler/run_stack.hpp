@@ -10,7 +10,7 @@
 // At the begin of a run above, the device may still work for the preempted one: that time counts for the
 // preempted run, not for the one that waits.
 //
-// Threads: whoever holds the engine's lock.
+// Threads: the thread that holds the engine's lock.
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 #pragma once
 // A transaction as the scheduler sees it: its terms, its work, and what the scheduler has decided about it.
 //
-// Threads: the owner's while it declares; from submission to outcome, whoever holds the engine's lock. The
-// functions about cancelling are safe in any thread.
+// Threads: the owner's while it declares; from submission to outcome, the thread that holds the engine's
+// lock. The functions about cancelling are safe in any thread.
 
 #include <atomic>
 #include <cstdint>

@@ -2,9 +2,9 @@
 // The engine's side of the log: recovers the world, records commits into a ring, and owns the thread that
 // brings them to the disk and gives back what waits for that.
 //
-//   async   record -> ring                           the thread writes each flush_interval, or when the ring is half full
-//   group   record -> ring, hold                     the thread writes, then gives back all whose version is on disk
-//   sync    record -> ring, the engine waits         the thread writes, and wakes the engine
+//   async   record -> ring                     the thread writes each flush_interval or half a ring
+//   group   record -> ring, hold               the thread writes, then gives back what is on disk
+//   sync    record -> ring, the engine waits   the thread writes, and wakes the engine
 //
 // Threads: open, restore and start are setup. The functions of the engine thread neither allocate nor take a
 // lock nor, except in sync mode, wait.

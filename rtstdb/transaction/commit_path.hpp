@@ -4,16 +4,17 @@
 //   writes   stage -> queries on the staged version -> publish -> in time? -> record in the log -> settle
 //                  \-> failed or late: discard
 //   reads    the version that its terms name -> queries -> in time?
-//   sync     stage -> queries -> on disk? -> publish -> in time? -> settle; else discard, and taken back in the log
+//   sync     stage -> queries -> on disk? -> publish -> in time? -> settle
+//                  \-> failed or late: discard, in the log too
 //
 // When a firm transaction counts as in time: only who holds the engine's lock reads rows, so a version is
 // readable by every later transaction and snapshot as soon as Store::publish has run. The clock is read after
 // that (`published`). If the firm deadline has passed by this reading, the version is discarded before
 // anything could read it, and the transaction is missed. So a firm commit was readable before its deadline by
 // a reading taken afterwards, whatever the operating system did to the thread in between. The owner sees the
-// status after a wake-up; a status that is seen after the deadline is counted (firm_handed_over_late).
+// status after a wake-up; a status that is seen after the deadline is counted (firm_delivered_late).
 //
-// Threads: whoever holds the engine's lock.
+// Threads: the thread that holds the engine's lock.
 
 #include <rtstdb/time.hpp>
 

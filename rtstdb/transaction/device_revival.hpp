@@ -3,7 +3,7 @@
 // transaction with queries waits for the new device, unless its deadline is firm and comes before the device
 // can.
 //
-// Threads: whoever holds the engine's lock; revive releases it in its wait (ExecutorCallbacks).
+// Threads: the thread that holds the engine's lock; revive releases it in its wait (ExecutorCallbacks).
 
 #include <optional>
 

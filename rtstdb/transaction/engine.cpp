@@ -271,7 +271,7 @@ void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
       transaction.is(DeadlineClass::firm) && (status == Status::committed || status == Status::truncated);
   const ClockTime deadline = transaction.terms().deadline;
   give_back(transaction, status);
-  if (firm_commit && clock_.now() > deadline) outcomes_.handed_over_late();
+  if (firm_commit && clock_.now() > deadline) outcomes_.count_delivered_late();
 }
 
 void Engine::finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept {
@@ -328,7 +328,7 @@ void Engine::cancel_all() noexcept {
   jobs_.finish(store_);
 }
 
-// ---- whoever holds the lock
+// ---- the thread that holds the lock
 
 void Engine::receive() noexcept {
   received_at_ = bell_.count();

@@ -2,12 +2,12 @@
 // The database engine: takes transactions from any thread, executes them one after the other, and gives each
 // back with exactly one outcome. It wires the parts; what each decides is described in its header.
 //
-//   submit -> HandOver -> Admission -> ReadyQueue -> CommitPath (QueryExecution -> Executor) -> outcome, owner woken
+//   submit -> HandOver -> Admission -> ReadyQueue -> CommitPath (QueryExecution -> Executor) -> outcome
 //                                                      |  at preemption points: Preemption, and so on, nested
 //
 // Threads: its own, which executes transactions; the WriteHelper's, which executes writes while the engine's
-// waits for the device; and the CommitLog's. Whoever executes holds one lock. A cancelled transaction is
-// marked, and given back by whoever handles it next.
+// waits for the device; and the CommitLog's. The thread that executes holds one lock. A cancelled transaction
+// is marked, and given back by the thread that handles it next.
 //
 // Threads of the callers: submit, wait, cancel, latest, counts, snapshot, shape, call and execute_job by any;
 // constructor, destructor, make_transaction, listen, calibrate and reserve are setup. submit, wait, cancel
@@ -143,7 +143,7 @@ class Engine final : private query::ExecutorCallbacks,
   void run_thread() noexcept;
   bool work_once() noexcept;
   void cancel_all() noexcept;
-  // Whoever holds the lock.
+  // The thread that holds the lock.
   /// Admits or ends what was handed over, and gives back what was cancelled in the queue.
   void receive() noexcept;
   /// The transaction waits for its turn. A full queue cancels one transaction, perhaps this one.

@@ -17,7 +17,7 @@ class EngineJob : public scheduler::HandOverLink {
   // Any thread.
   void wait() noexcept { state_.wait_while(in_progress); }
   bool is_done() const noexcept { return state_.get() == done; }
-  /// Whoever called the last step; the job may be destroyed as soon as its owner sees this.
+  /// The thread that called the last step; the job may be destroyed as soon as its owner sees this.
   void mark_done() noexcept { state_.set_and_wake(done); }
   /// The owner, once it is done: the job may be given again.
   void begin_anew() noexcept { state_.set(in_progress); }

@@ -2,7 +2,7 @@
 // The late policies of queries: which answers the owner of a transaction gets when its deadline passes.
 // Decided at the preemption points of its run and when it is given back.
 //
-// Threads: whoever holds the engine's lock.
+// Threads: the thread that holds the engine's lock.
 
 #include <rtstdb/time.hpp>
 

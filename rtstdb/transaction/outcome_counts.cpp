@@ -27,7 +27,7 @@ TransactionCounts OutcomeCounts::read() const noexcept {
   counts.bad_input = ended_as(Status::bad_input);
   counts.device_lost = ended_as(Status::device_lost);
   counts.firm_late_commits = firm_late_commits_.load(std::memory_order_relaxed);
-  counts.firm_delivered_late = firm_handed_over_late_.load(std::memory_order_relaxed);
+  counts.firm_delivered_late = firm_delivered_late_.load(std::memory_order_relaxed);
   counts.refused_by_log = refused_by_log_.load(std::memory_order_relaxed);
   counts.hard_misses = hard_misses_.load(std::memory_order_relaxed);
   counts.submitted = submitted_.load(std::memory_order_relaxed);

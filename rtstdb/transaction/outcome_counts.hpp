@@ -17,7 +17,7 @@ class OutcomeCounts {
   /// A transaction with these terms has this outcome and is about to be given back.
   void ended(Status status, const Outcome& outcome, const Terms& terms) noexcept;
   /// Its owner got a firm commit after the deadline, although it was published before.
-  void handed_over_late() noexcept { firm_handed_over_late_.fetch_add(1, std::memory_order_relaxed); }
+  void count_delivered_late() noexcept { firm_delivered_late_.fetch_add(1, std::memory_order_relaxed); }
   /// The counts are read one after the other: their sum is right once nothing is pending.
   TransactionCounts read() const noexcept;
 
@@ -30,7 +30,7 @@ class OutcomeCounts {
   Counter submitted_{0};
   std::array<Counter, static_cast<std::size_t>(Status::bad_input) + 1> ended_{};
   Counter firm_late_commits_{0};
-  Counter firm_handed_over_late_{0};
+  Counter firm_delivered_late_{0};
   Counter hard_misses_{0};
   Counter refused_by_log_{0};
 };

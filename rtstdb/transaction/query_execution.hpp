@@ -2,7 +2,8 @@
 // Executes the reads and queries of one transaction on one version, and teaches the cost model what they
 // took.
 //
-// Threads: whoever holds the engine's lock; the executor releases it in its waits (ExecutorCallbacks).
+// Threads: the thread that holds the engine's lock; the executor releases it in its waits
+// (ExecutorCallbacks).
 
 #include <optional>
 

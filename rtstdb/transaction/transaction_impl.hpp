@@ -23,7 +23,7 @@ class Engine;
 
 struct Precondition {
   EntityId entity;
-  bool any_version = true;  ///< the entity exists, whoever wrote it
+  bool any_version = true;  ///< the entity exists, in whichever version
   Version written_by = 0;   ///< otherwise: the version that wrote it last
 };
 

@@ -36,7 +36,7 @@ class WriteHelper {
   void stop() noexcept;
   std::thread& thread() noexcept { return thread_; }
 
-  /// Whoever executes transactions holds it.
+  /// The thread that executes transactions holds it.
   std::mutex& lock() noexcept { return lock_; }
 
   // ---- the engine thread, holding the lock

@@ -158,7 +158,7 @@ int export_log(const std::string& directory, const ExportOptions& options) {
     note(read.error().message);
     exit_code = run::exit_io_failed;
   } else if (!read.value().empty()) {
-    note("damaged, and exported up to " + history::in_words(extent.last) + ": " + read.value());
+    note("damaged, and exported up to " + history::describe(extent.last) + ": " + read.value());
   }
   note(missing);
   note(history::not_closed(extent));

@@ -125,7 +125,7 @@ std::string RunHistory::damage() const {
 
 std::string RunHistory::shortfall() const {
   if (latest_of_run_ <= extent_.last.version) return {};
-  return "the log ends with " + in_words(extent_.last) + ", but the run continued to version " +
+  return "the log ends with " + describe(extent_.last) + ", but the run continued to version " +
          std::to_string(latest_of_run_);
 }
 

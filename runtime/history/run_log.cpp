@@ -93,7 +93,7 @@ std::string missing_versions(const RunLog& run, const rtstdb::HistoryExtent& ext
   const std::string missing = first == durable ? "version " + std::to_string(first) + " is missing"
                                                : "versions " + std::to_string(first) + " to " +
                                                      std::to_string(durable) + " are missing";
-  return "it ends with " + in_words(extent.last) + ", but according to the run's report version " +
+  return "it ends with " + describe(extent.last) + ", but according to the run's report version " +
          std::to_string(durable) + " was on disk: " + missing;
 }
 
@@ -103,7 +103,7 @@ std::string missing_of(const RunLog& run, const rtstdb::HistoryExtent& extent, b
   const std::string sentence = run.log.string() + ": " + missing;
   if (salvage) return sentence;
   throw HistoryError(Kind::file, sentence + "; take an undamaged copy, or read up to " +
-                                     in_words(extent.last) + " with --salvage");
+                                     describe(extent.last) + " with --salvage");
 }
 
 rtstdb::HistoryExtent read_extent(const RunLog& run, bool salvage) {
@@ -114,7 +114,7 @@ rtstdb::HistoryExtent read_extent(const RunLog& run, bool salvage) {
     const auto salvaged = rtstdb::history_extent(run.log, true);
     if (salvaged && !salvaged.value().damage.empty())
       sentence +=
-          "; take an undamaged copy, or read up to " + in_words(salvaged.value().last) + " with --salvage";
+          "; take an undamaged copy, or read up to " + describe(salvaged.value().last) + " with --salvage";
   }
   throw HistoryError(Kind::file, sentence);
 }
@@ -123,10 +123,10 @@ std::string not_closed(const rtstdb::HistoryExtent& extent) {
   if (extent.closed || !extent.damage.empty()) return {};
   return "the log was not closed (the run was killed, is still running, or its disk refused writes): it "
          "ends with " +
-         in_words(extent.last);
+         describe(extent.last);
 }
 
-std::string in_words(const rtstdb::VersionInfo& version) {
+std::string describe(const rtstdb::VersionInfo& version) {
   if (version.version == 0) return "version 0, the empty world";
   return "version " + std::to_string(version.version) + " of " +
          report::to_ascii(

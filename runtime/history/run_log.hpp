@@ -48,6 +48,6 @@ rtstdb::HistoryExtent read_extent(const RunLog& run, bool salvage);
 std::string not_closed(const rtstdb::HistoryExtent& extent);
 
 /// "version 7 of 1.5 s"
-std::string in_words(const rtstdb::VersionInfo& version);
+std::string describe(const rtstdb::VersionInfo& version);
 
 }  // namespace hil::history

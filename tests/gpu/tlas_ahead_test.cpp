@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <vector>
 
 #include "shaders/shared/entity.h"
 #include "shaders/shared/node.h"
 #include "tests/gpu/ticking_trees.hpp"
+#include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -412,7 +414,9 @@ TEST_P(LargeAheadTrees, AreNotUsedWithATreeThatIsWorthNothing) {
   EXPECT_EQ(since(before).builds, 1u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, AheadTrees, testing::Values(600u, 2500u));
+INSTANTIATE_TEST_SUITE_P(Sizes, AheadTrees,
+                         testing::ValuesIn(hil::tests::is_long() ? std::vector{600u, 2500u, 9000u}
+                                                                 : std::vector{600u, 2500u}));
 INSTANTIATE_TEST_SUITE_P(Sizes, LargeAheadTrees, testing::Values(2500u, 9000u));
 
 }  // namespace

@@ -5,8 +5,8 @@
 //
 // Macros:
 //   RAY_ANY     a ray stops at its first hit
-//   RAY_MOVING  rays have different times, or some move with a carrier; this variant also retries rays that were cut short,
-//               in as many dispatches as they take
+//   RAY_MOVING  rays have different times, or some move with a carrier; this variant also retries rays that
+//               were cut short, in as many dispatches as they take
 //   RAY_LIST=n  keeps up to n hits of each ray
 #ifdef RAY_MOVING
 #define RAY_PAUSES

@@ -197,6 +197,9 @@ TEST(ProcessWatch, CallsOnceASecond) {
   ASSERT_TRUE(comes_true([&] { return calls.load() == 2; }));
   EXPECT_GE(std::chrono::steady_clock::now() - began, 1'990ms);
   watch.stop();
+  const int after = calls.load();
+  std::this_thread::sleep_for(1'100ms);  // longer than the time between two calls
+  EXPECT_EQ(calls.load(), after);
 }
 
 }  // namespace
