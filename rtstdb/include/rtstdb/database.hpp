@@ -29,7 +29,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <new>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -208,14 +207,10 @@ class Database {
   /// one another; out_of_memory; device_lost, if no other device could be opened.
   template <class Options>
   Result<std::unique_ptr<typename Options::Prepared>> prepare(const Options& options) {
-    try {
-      auto query = prepare_query(options);
-      if (!query) return query.error();
-      return std::unique_ptr<typename Options::Prepared>(
-          static_cast<typename Options::Prepared*>(query.value().release()));
-    } catch (const std::bad_alloc&) {
-      return Error{ErrorCode::out_of_memory, "out of memory"};  // so short that it allocates nothing
-    }
+    auto query = prepare_query(options);
+    if (!query) return query.error();
+    return std::unique_ptr<typename Options::Prepared>(
+        static_cast<typename Options::Prepared*>(query.value().release()));
   }
   /// Registers a standing query (standing.hpp). Its first events list the members in the latest version or a
   /// later one; from then on an event follows for each entity that enters or exits.
