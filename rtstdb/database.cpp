@@ -335,10 +335,10 @@ class DatabaseImpl final : public Database {
     return *added;
   }
 
-  Result<std::unique_ptr<Query>> prepare_query(const AnyQueryOptions& options) override {
+  Result<std::unique_ptr<Query>> prepare_query(QueryOptionsRef options) override {
     using Made = std::unique_ptr<query::GpuQuery>;
     const std::string& name =
-        std::visit([](const auto& of_kind) -> const std::string& { return of_kind.name; }, options);
+        std::visit([](const auto* of_kind) -> const std::string& { return of_kind->name; }, options);
     require_open("Database::prepare");
     return catch_out_of_memory<std::unique_ptr<Query>>(
         "query", name, [&]() -> Result<std::unique_ptr<Query>> {

@@ -102,7 +102,7 @@ Result<GeometryId> GpuExecutor::add_to_pool(const std::shared_ptr<const Triangle
   return GeometryId{index.value()};
 }
 
-Result<std::unique_ptr<GpuQuery>> GpuExecutor::prepare(const AnyQueryOptions& options) {
+Result<std::unique_ptr<GpuQuery>> GpuExecutor::prepare(QueryOptionsRef options) {
   return device_.execute_setup([&]() -> Result<std::unique_ptr<GpuQuery>> {
     auto query = make_any_query(device_.epoch().device, options);
     if (!query) return query;

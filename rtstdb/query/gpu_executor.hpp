@@ -30,7 +30,7 @@ class GpuExecutor final : public Executor {
                                   const GeometryOptions& options);
   /// Creates the query, binds it to the pool and the slots, and has its kernels compiled. add_geometry binds
   /// all prepared queries again when the pool has grown.
-  Result<std::unique_ptr<GpuQuery>> prepare(const AnyQueryOptions& options);
+  Result<std::unique_ptr<GpuQuery>> prepare(QueryOptionsRef options);
 
   /// Of the geometry that was added last.
   Bounds last_bounds() const noexcept { return device_.epoch().pool.bounds(device_.geometry_count() - 1); }

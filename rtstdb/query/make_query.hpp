@@ -17,7 +17,7 @@ namespace rtstdb::query {
 #undef QUERY_KIND
 
 /// A query of any kind, whose late policy is checked here. Errors: see above.
-Result<std::unique_ptr<GpuQuery>> make_any_query(gpu::Device& device, const AnyQueryOptions& options);
+Result<std::unique_ptr<GpuQuery>> make_any_query(gpu::Device& device, QueryOptionsRef options);
 
 /// Creates on the device what a new query needs.
 template <class Kind>

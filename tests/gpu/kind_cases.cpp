@@ -180,7 +180,7 @@ std::unique_ptr<KindCase> prepare_case(Database& database, const AnyQueryOptions
 std::unique_ptr<KindCase> prepare_case(query::GpuExecutor& executor, const AnyQueryOptions& options) {
   return expect_made(make_case(options, [&](const auto& of_kind) {
     using Class = typename std::remove_cvref_t<decltype(of_kind)>::Prepared;
-    auto made = executor.prepare(of_kind);
+    auto made = executor.prepare(&of_kind);
     if (!made) return Result<std::unique_ptr<Class>>(made.error());
     return Result<std::unique_ptr<Class>>(
         std::unique_ptr<Class>(dynamic_cast<Class*>(made.value().release())));

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "rtstdb/query/executor.hpp"
@@ -18,6 +19,13 @@
 #include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {
+
+/// The options of a query of any kind.
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) , Class##Options
+using AnyQueryOptions = rtstdb::detail::VariantOfRest<void
+#include <rtstdb/query_kinds.def>
+                                                      >::type;
+#undef QUERY_KIND
 
 /// Where random elements lie: among these entities, at times from `first` on.
 struct ElementScene {

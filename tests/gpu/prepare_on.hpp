@@ -8,9 +8,9 @@
 namespace rtstdb::test {
 
 /// `Kind`: the class on the GPU side that make_query makes for these options.
-template <class Kind>
-Result<std::unique_ptr<Kind>> prepare_on(query::GpuExecutor& executor, const AnyQueryOptions& options) {
-  auto made = executor.prepare(options);
+template <class Kind, class Options>
+Result<std::unique_ptr<Kind>> prepare_on(query::GpuExecutor& executor, const Options& options) {
+  auto made = executor.prepare(&options);
   if (!made) return made.error();
   return std::unique_ptr<Kind>(static_cast<Kind*>(made.value().release()));
 }

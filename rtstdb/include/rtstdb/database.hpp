@@ -207,7 +207,7 @@ class Database {
   /// one another; out_of_memory; device_lost, if no other device could be opened.
   template <class Options>
   Result<std::unique_ptr<typename Options::Prepared>> prepare(const Options& options) {
-    auto query = prepare_query(options);
+    auto query = prepare_query(&options);
     if (!query) return query.error();
     return std::unique_ptr<typename Options::Prepared>(
         static_cast<typename Options::Prepared*>(query.value().release()));
@@ -298,7 +298,7 @@ class Database {
 
  private:
   /// A query of the options' class.
-  virtual Result<std::unique_ptr<Query>> prepare_query(const AnyQueryOptions& options) = 0;
+  virtual Result<std::unique_ptr<Query>> prepare_query(QueryOptionsRef options) = 0;
 };
 
 }  // namespace rtstdb

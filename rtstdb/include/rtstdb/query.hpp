@@ -363,9 +363,9 @@ struct VariantOfRest {
 };
 }  // namespace detail
 
-/// The options of a query of any kind (rtstdb/query_kinds.def).
-#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) , Class##Options
-using AnyQueryOptions = detail::VariantOfRest<void
+/// Refers to the options of a query of any kind (rtstdb/query_kinds.def).
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) , const Class##Options*
+using QueryOptionsRef = detail::VariantOfRest<void
 #include <rtstdb/query_kinds.def>
                                               >::type;
 #undef QUERY_KIND

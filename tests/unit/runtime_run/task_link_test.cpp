@@ -26,8 +26,7 @@ class VersionOnly final : public rtstdb::Database {
                                                   const rtstdb::GeometryOptions& /*options*/) override {
     return refused();
   }
-  rtstdb::Result<std::unique_ptr<rtstdb::Query>> prepare_query(
-      const rtstdb::AnyQueryOptions& /*options*/) override {
+  rtstdb::Result<std::unique_ptr<rtstdb::Query>> prepare_query(rtstdb::QueryOptionsRef /*options*/) override {
     return refused();
   }
   std::unique_ptr<rtstdb::Transaction> make_transaction(
