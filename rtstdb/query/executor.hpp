@@ -21,7 +21,7 @@ using store::Shape;
 using store::TimeSpan;
 
 /// The cost class of a query: queries of one class share their estimates of cost.
-enum class QueryKind : std::uint8_t {
+enum class CostClass : std::uint8_t {
 #define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) __VA_ARGS__,
 #include <rtstdb/query_kinds.def>
 #undef QUERY_KIND
@@ -29,7 +29,7 @@ enum class QueryKind : std::uint8_t {
 };
 
 /// Its name in rtstdb/query_kinds.def. Not for `count`.
-constexpr std::string_view to_string(QueryKind kind) noexcept {
+constexpr std::string_view to_string(CostClass kind) noexcept {
   std::string_view names =
 #define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) #__VA_ARGS__ ", "
 #include <rtstdb/query_kinds.def>
@@ -54,7 +54,7 @@ class PreparedQuery {
   explicit PreparedQuery(LatePolicy late = LatePolicy::discard) : late_(late) {}
   virtual ~PreparedQuery() = default;
   LatePolicy late() const noexcept { return late_; }
-  virtual QueryKind kind() const noexcept = 0;
+  virtual CostClass cost_class() const noexcept = 0;
   virtual std::uint32_t capacity() const noexcept = 0;
   /// Checks the first `count` elements: values finite, carriers alive, sizes positive, times not before the
   /// version's. Widens `times` by their times. Returns the first fault.

@@ -7,7 +7,7 @@ namespace rtstdb::scheduler {
 
 namespace {
 
-/// Elements per chunk of a kind of query that never ran, and elements of its first chunk.
+/// Elements per chunk of a cost class that was never run, and elements of its first chunk.
 constexpr double unmeasured_per_chunk = 4096.0;
 constexpr double unmeasured_first_chunk = 64.0;
 
@@ -65,7 +65,7 @@ bool CostModel::has_own_line(const query::Request& request) const noexcept {
 
 const CostLine& CostModel::line_of(const query::Request& request) const noexcept {
   const QueryCosts* const costs = queries_.find(request.query->id);
-  return costs != nullptr && costs->line.samples() >= min_query_samples ? costs->line : kind_line(request);
+  return costs != nullptr && costs->line.samples() >= min_query_samples ? costs->line : class_line(request);
 }
 
 std::optional<Prediction> CostModel::predict(const store::WriteSet& writes,
@@ -78,7 +78,7 @@ std::optional<Prediction> CostModel::predict(const store::WriteSet& writes,
     sum.add(positions_, positions_of(writes));
   }
   for (const query::Request& request : requests) {
-    if (kind_line(request).samples() < min_samples) return std::nullopt;
+    if (class_line(request).samples() < min_samples) return std::nullopt;
     sum.add(line_of(request), request.count, !writes.empty() || request.query->late() != LatePolicy::partial);
   }
   const query::StructureWork structures = expected(writes, requests);
@@ -134,7 +134,7 @@ void CostModel::divide(std::span<query::Request> requests, Nanoseconds half) con
     request.initial_chunk_fraction = 1.0;
     if (request.count >= min_divided && is_known)
       request.initial_chunk_fraction = std::min(element_ns / line.worst_element_ns(request.count), 1.0);
-    // The cost of other queries of the kind says little.
+    // The cost of other queries of the class says little.
     if (!is_known || (request.count >= min_divided && !has_own_line(request)))
       request.initial_chunk_fraction =
           std::min(request.initial_chunk_fraction, unmeasured_first_chunk / per_chunk);
@@ -161,7 +161,7 @@ void CostModel::learn_worst_elements(std::span<const query::Request> requests, N
     } else if (!structures.any()) {
       element_ns = ratio * line_of(request).element_ns(request.count);
     }
-    kind_line(request).learn_worst_element(request.count, element_ns);
+    class_line(request).learn_worst_element(request.count, element_ns);
     queries_.use(request.query->id).line.learn_worst_element(request.count, element_ns);
   }
 }
@@ -259,7 +259,7 @@ void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseco
   for (const query::Request& request : requests) {
     QueryCosts* const costs = queries_.find(request.query->id);
     if (costs == nullptr) continue;  // another query of this run has taken its place
-    kind_line(request).learn(request.count, costs->last_share_ns);
+    class_line(request).learn(request.count, costs->last_share_ns);
     costs->line.learn(request.count, costs->last_share_ns);
     costs->structures_share += structures_weight * ((structures.any() ? 1.0 : 0.0) - costs->structures_share);
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Predicts what a transaction costs from what earlier ones took: a line (CostLine) for each kind of query and
+// Predicts what a transaction costs from what earlier ones took: a line (CostLine) for each cost class and
 // for each prepared query; one for rows written and one for positions of shapes; and lines for bringing a
 // version's structures to the device, by rows where the tree is refitted and by entities where it is built.
 //
@@ -30,7 +30,7 @@ class CostModel {
  public:
   /// With fewer samples than this of a kind of work nothing is predicted that contains it.
   static constexpr std::uint64_t min_samples = 16;
-  /// With fewer samples than this of a prepared query the line of its kind predicts it.
+  /// With fewer samples than this of a prepared query the line of its cost class predicts it.
   static constexpr std::uint64_t min_query_samples = 8;
 
   /// The cost of a transaction with these writes and requests. None: a kind of work in it has fewer than
@@ -83,14 +83,14 @@ class CostModel {
   /// The structure work that a transaction is likely to cause.
   query::StructureWork expected(const store::WriteSet& writes,
                                 std::span<const query::Request> requests) const noexcept;
-  CostLine& kind_line(const query::Request& request) noexcept {
-    return kinds_[static_cast<std::size_t>(request.query->kind())];
+  CostLine& class_line(const query::Request& request) noexcept {
+    return class_lines_[static_cast<std::size_t>(request.query->cost_class())];
   }
-  const CostLine& kind_line(const query::Request& request) const noexcept {
-    return kinds_[static_cast<std::size_t>(request.query->kind())];
+  const CostLine& class_line(const query::Request& request) const noexcept {
+    return class_lines_[static_cast<std::size_t>(request.query->cost_class())];
   }
   bool has_own_line(const query::Request& request) const noexcept;
-  /// The line that predicts the request: the query's own, or its kind's.
+  /// The line that predicts the request: the query's own, or its cost class's.
   const CostLine& line_of(const query::Request& request) const noexcept;
 
   CostLine writes_;
@@ -99,7 +99,7 @@ class CostModel {
   double max_rows_ = 0.0, max_positions_ = 0.0;        ///< of one transaction
   double max_refitted_rows_ = 0.0, max_shapes_ = 0.0;  ///< of one run
   std::uint32_t entities_ = 0;                         ///< of the version that was queried last
-  std::array<CostLine, static_cast<std::size_t>(query::QueryKind::count)> kinds_;
+  std::array<CostLine, static_cast<std::size_t>(query::CostClass::count)> class_lines_;
   QueryCostTable queries_;
 };
 

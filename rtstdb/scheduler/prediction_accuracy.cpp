@@ -30,13 +30,13 @@ void PredictionAccuracy::ended(const ScheduledTransaction& transaction, Status s
   const double bucket =
       std::round((std::clamp<double>(octaves_above, -octaves, octaves) + octaves) * per_octave);
   for (const query::Request& request : transaction.requests())
-    increment(predicted_over_actual_[static_cast<std::size_t>(request.query->kind())]
+    increment(predicted_over_actual_[static_cast<std::size_t>(request.query->cost_class())]
                                     [static_cast<std::size_t>(bucket)]);
 }
 
-CostPredictions PredictionAccuracy::read(query::QueryKind kind, const Histogram& histogram) {
+CostPredictions PredictionAccuracy::read(query::CostClass cost_class, const Histogram& histogram) {
   std::array<std::uint64_t, buckets> counts{};
-  CostPredictions found{.kind = query::to_string(kind)};
+  CostPredictions found{.cost_class = query::to_string(cost_class)};
   for (std::size_t k = 0; k < buckets; ++k)
     found.count += counts[k] = histogram[k].load(std::memory_order_relaxed);
   const auto quantile = [&](double share) {
@@ -55,8 +55,8 @@ CostPredictions PredictionAccuracy::read(query::QueryKind kind, const Histogram&
 
 SchedulerCounts PredictionAccuracy::read() const {
   SchedulerCounts counts;
-  for (std::size_t k = 0; k < kinds; ++k) {
-    const CostPredictions found = read(static_cast<query::QueryKind>(k), predicted_over_actual_[k]);
+  for (std::size_t k = 0; k < cost_classes; ++k) {
+    const CostPredictions found = read(static_cast<query::CostClass>(k), predicted_over_actual_[k]);
     if (found.count > 0) counts.predictions.push_back(found);
   }
   counts.promised = promised_.load(std::memory_order_relaxed);

@@ -97,7 +97,7 @@ ReservationCounts ReservationImpl::counts() const {
           .too_long = read(too_long_),
           .undeclared = read(undeclared_),
           .largest_cost = Nanoseconds(largest_cost_ns_.load(std::memory_order_relaxed)),
-          .longest_response = Nanoseconds(longest_answer_ns_.load(std::memory_order_relaxed))};
+          .longest_response = Nanoseconds(longest_response_ns_.load(std::memory_order_relaxed))};
 }
 
 Result<void> Reservations::add(ReservationImpl& reservation, Nanoseconds piece, double share) {
@@ -214,7 +214,7 @@ void Reservations::ended(ScheduledTransaction& transaction, Status status) noexc
       const bool in_time = ended <= transaction.due;
       // The deadline of a firm one may be shorter than the reserved one: then it is missed before it is due.
       if (done || !in_time) count_one(in_time ? reservation->kept_ : reservation->broken_);
-      if (done) raise_to(reservation->longest_answer_ns_, outcome.published - outcome.submitted);
+      if (done) raise_to(reservation->longest_response_ns_, outcome.published - outcome.submitted);
     }
     if (--in_progress_ == 0) ++busy_period_;
   }

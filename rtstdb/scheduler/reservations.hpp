@@ -63,7 +63,7 @@ class ReservationImpl final : public Reservation {
   ClockTime release_{};               ///< of the last
   std::uint64_t release_period_ = 0;  ///< the busy period of that release
   Counter transactions_{0}, kept_{0}, broken_{0}, too_often_{0}, too_long_{0}, undeclared_{0};
-  std::atomic<std::int64_t> largest_cost_ns_{0}, longest_answer_ns_{0};
+  std::atomic<std::int64_t> largest_cost_ns_{0}, longest_response_ns_{0};
 };
 
 class Reservations {

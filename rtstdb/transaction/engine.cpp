@@ -99,8 +99,8 @@ void Engine::set_priority(std::thread& thread, int priority) {
   const int refusal =
       pthread_setschedparam(thread.native_handle(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters);
   if (refusal == 0 || !degraded_.empty()) return;  // both threads are refused for the same reason
-  degraded_.push_back("the database's thread runs without SCHED_FIFO priority " + std::to_string(priority) +
-                      ": " + std::generic_category().message(refusal));
+  degraded_.push_back("the database's engine thread runs without SCHED_FIFO priority " +
+                      std::to_string(priority) + ": " + std::generic_category().message(refusal));
 }
 
 void Engine::close() noexcept {

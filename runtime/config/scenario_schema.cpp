@@ -50,10 +50,10 @@ Schema realtime_schema() {
       Field::with_default(
           "scheduler", Schema::one_of({"fifo", "other"}), "fifo",
           "The Linux scheduling class of the base thread. What the machine refuses is reported as degraded."),
-      Field::with_default(
-          "priority", Schema::integer(2, highest_priority), "60",
-          "The priority of the base thread under fifo. The database's thread has the same priority, the GPU "
-          "driver's threads two less, task threads one less and lower, never below 1."),
+      Field::with_default("priority", Schema::integer(2, highest_priority), "60",
+                          "The priority of the base thread under fifo. The database's engine thread has the "
+                          "same priority, the GPU "
+                          "driver's threads two less, task threads one less and lower, never below 1."),
       Field::with_default("lock_memory", Schema::boolean(), "true",
                           "Whether all memory of the program stays in RAM."),
       Field::with_default("cpus", Schema::list(Schema::integer(0, 1023), 0, 1024), "[]",

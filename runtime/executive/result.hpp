@@ -34,7 +34,7 @@ struct TaskResult {
   std::uint64_t skipped = 0;          ///< releases without a run: because of overruns and of skipped ticks
   std::uint64_t aborted = 0;  ///< runs that were aborted, or cancelled before they started, at their deadline
   std::uint64_t over_budget = 0;  ///< runs that used more CPU time than their budget
-  std::uint64_t warmup_trouble =
+  std::uint64_t warmup_problems =
       0;  ///< the part of the five counters above that belongs to the warm-up and is not included in them
   std::int64_t minor_faults = 0;  ///< page faults, after the warm-up
   std::int64_t major_faults = 0;

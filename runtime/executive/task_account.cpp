@@ -78,7 +78,7 @@ TaskResult TaskAccount::result(const TaskSlot& slot) const {
   result.skipped = counted.skipped.get();
   result.aborted = counted.aborted.get();
   result.over_budget = counted.over_budget.get();
-  result.warmup_trouble = counted.warmup_trouble.get();
+  result.warmup_problems = counted.warmup_problems.get();
   if (result.response.count() > 0) {
     result.slack_min_ns = result.deadline_ns - result.response.max_ns();
     result.slack_p50_ns = result.deadline_ns - result.response.quantile_ns(0.5);

@@ -28,12 +28,12 @@ struct TaskCounters {
   LiveNumber<std::uint64_t> skipped;
   LiveNumber<std::uint64_t> aborted;
   LiveNumber<std::uint64_t> over_budget;
-  LiveNumber<std::uint64_t> warmup_trouble;
+  LiveNumber<std::uint64_t> warmup_problems;
   LiveNumber<std::int64_t> slack_min_ns{std::numeric_limits<std::int64_t>::max()};
 
   /// Counts an event, for warm-up runs separately.
   void count_event(LiveNumber<std::uint64_t>& kind, bool warmup, std::uint64_t times = 1) noexcept {
-    (warmup ? warmup_trouble : kind).add(times);
+    (warmup ? warmup_problems : kind).add(times);
   }
 };
 

@@ -100,7 +100,7 @@ void each_field(T& task, Visit&& visit) {
   visit("aborted", task.aborted);
   visit("over_budget", task.over_budget);
   visit("without_answer", task.without_answer);
-  visit("warmup_trouble", task.warmup_trouble);
+  visit("warmup_problems", task.warmup_problems);
   visit("page_faults", task.page_faults);
   visit("wake_latency_ns", task.wake_latency_ns);
   visit("wall_ns", task.wall_ns);
@@ -165,7 +165,7 @@ void each_field(T& transactions, Visit&& visit) {
 
 template <Is<CostPrediction> T, class Visit>
 void each_field(T& prediction, Visit&& visit) {
-  visit("kind", prediction.kind);
+  visit("cost_class", prediction.cost_class);
   visit("count", prediction.count);
   visit("p01", prediction.p01);
   visit("median", prediction.median);
@@ -184,7 +184,7 @@ void each_field(T& reservation, Visit&& visit) {
   visit("too_often", reservation.too_often);
   visit("too_long", reservation.too_long);
   visit("largest_cost_ns", reservation.largest_cost_ns);
-  visit("longest_answer_ns", reservation.longest_answer_ns);
+  visit("longest_response_ns", reservation.longest_response_ns);
 }
 
 template <Is<Scheduler> T, class Visit>
@@ -267,7 +267,7 @@ void each_field(T& process, Visit&& visit) {
   visit("name", process.name);
   visit("command", process.command);
   visit("exit", process.exit);
-  visit("died_at_ns", process.died_at_ns);
+  visit("ended_early_at_ns", process.ended_early_at_ns);
 }
 
 template <Is<Expectation> T, class Visit>

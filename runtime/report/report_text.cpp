@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/report/bus_words.hpp"
+#include "runtime/report/bus_fault_text.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/text_safety.hpp"
 

@@ -130,7 +130,7 @@ struct Task {
   std::uint64_t over_budget = 0;
   std::uint64_t without_answer = 0;  ///< runs, warm-up runs included, in which a transaction failed
   /// Misses, overruns, skipped, aborted and over_budget of the warm-up, which those counts do not include.
-  std::uint64_t warmup_trouble = 0;
+  std::uint64_t warmup_problems = 0;
   std::uint64_t page_faults = 0;
   Quantiles wake_latency_ns;
   Quantiles wall_ns;
@@ -154,7 +154,7 @@ struct BaseStage {
 
 /// Quantiles of predicted over actual device time of transactions with queries of one kind.
 struct CostPrediction {
-  std::string kind;
+  std::string cost_class;
   std::uint64_t count = 0;
   double p01 = 0.0;
   double median = 0.0;
@@ -173,7 +173,7 @@ struct Reservation {
   std::uint64_t too_often = 0;
   std::uint64_t too_long = 0;
   std::int64_t largest_cost_ns = 0;
-  std::int64_t longest_answer_ns = 0;
+  std::int64_t longest_response_ns = 0;
 };
 
 /// The cost predictions and reservations of the database's scheduler.
@@ -289,8 +289,8 @@ struct ModbusUnit {
 struct Process {
   std::string name;
   std::string command;
-  std::string exit;                        ///< in words: "exit code 0", "signal 11 (SIGSEGV)", "running"
-  std::optional<std::int64_t> died_at_ns;  ///< set only when it ended before the run
+  std::string exit;  ///< in words: "exit code 0", "signal 11 (SIGSEGV)", "running"
+  std::optional<std::int64_t> ended_early_at_ns;  ///< set only when it ended before the run
 };
 
 enum class ExpectationResult : std::uint8_t {

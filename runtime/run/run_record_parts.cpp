@@ -46,7 +46,7 @@ report::Task task_of(const executive::TaskResult& result) {
   task.slack_ns = {result.wall.count(), result.slack_min_ns, result.slack_p50_ns};
   task.histograms = {bins_of(result.wake_latency), bins_of(result.wall), bins_of(result.cpu),
                      bins_of(result.blocked)};
-  task.warmup_trouble = result.warmup_trouble;
+  task.warmup_problems = result.warmup_problems;
   for (std::size_t i = 0; i < result.misses_by_cause.size(); ++i) {
     if (result.misses_by_cause[i] == 0) continue;
     task.misses_by_cause.push_back(
@@ -162,7 +162,7 @@ report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts) {
   scheduler.restarts = counts.restarts;
   for (const rtstdb::CostPredictions& one : counts.predictions)
     scheduler.predicted_over_actual.push_back(
-        {std::string(one.kind), one.count, one.p01, one.median, one.p99});
+        {std::string(one.cost_class), one.count, one.p01, one.median, one.p99});
   for (const rtstdb::ReservationCounts& one : counts.reservations) {
     scheduler.reservations.push_back({.name = one.options.name,
                                       .period_ns = one.options.period.count(),
@@ -174,7 +174,7 @@ report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts) {
                                       .too_often = one.too_often,
                                       .too_long = one.too_long,
                                       .largest_cost_ns = one.largest_cost.count(),
-                                      .longest_answer_ns = one.longest_response.count()});
+                                      .longest_response_ns = one.longest_response.count()});
   }
   return scheduler;
 }

@@ -21,7 +21,7 @@ class StagedQuery final : public query::GpuQuery {
       : GpuQuery(elements, LatePolicy::discard), last_places_(last_places) {}
   ~StagedQuery() override { leave(); }
 
-  query::QueryKind kind() const noexcept override { return query::QueryKind::nearest; }
+  query::CostClass cost_class() const noexcept override { return query::CostClass::nearest; }
   std::optional<BadInput> check(std::uint32_t /*count*/, const store::RowSource& rows,
                                 store::TimeSpan& times) const noexcept override {
     times = {rows.time(), rows.time()};

@@ -70,9 +70,9 @@ void judge(const LoadOptions& options, bool with_reservation) {
             << 100.0 * static_cast<double>(kept) / static_cast<double>(promised) << " %), "
             << load.engine().counts().refused << " refused; predicted over actual cost:\n";
   for (const rtstdb::CostPredictions& one : counts.predictions) {
-    std::cout << "  " << one.kind << ": 1 % below " << one.p01 << ", median " << one.median << ", 1 % above "
-              << one.p99 << " (" << one.count << ")\n";
-    EXPECT_NEAR(one.median, 1.0, 0.1) << one.kind;
+    std::cout << "  " << one.cost_class << ": 1 % below " << one.p01 << ", median " << one.median
+              << ", 1 % above " << one.p99 << " (" << one.count << ")\n";
+    EXPECT_NEAR(one.median, 1.0, 0.1) << one.cost_class;
   }
   EXPECT_GT(promised, transactions / 4);
   EXPECT_GE(static_cast<double>(kept), 0.999 * static_cast<double>(promised));

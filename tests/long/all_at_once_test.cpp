@@ -52,7 +52,7 @@ class AllAtOnce : public testing::Test {
         transaction = engine_.make_transaction(room_for(4, 1, 2));
       constexpr LatePolicy policies[] = {LatePolicy::discard, LatePolicy::last_good, LatePolicy::partial};
       for (std::size_t q = 0; q < queries_[k].size(); ++q) {
-        queries_[k][q] = std::make_unique<SimulatedQuery>(4 * 4096, 0, query::QueryKind::ray_closest,
+        queries_[k][q] = std::make_unique<SimulatedQuery>(4 * 4096, 0, query::CostClass::ray_closest,
                                                           policies[(k + q) % 3]);
       }
     }

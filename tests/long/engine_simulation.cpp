@@ -34,7 +34,7 @@ class EngineSimulation::Query final : public RayQuery, public query::PreparedQue
   explicit Query(Client& client_given) : client(client_given) {}
   std::span<Ray> rays() noexcept override { return {}; }
   std::span<const RayHit> hits() const noexcept override { return {}; }
-  query::QueryKind kind() const noexcept override { return query::QueryKind::ray_closest; }
+  query::CostClass cost_class() const noexcept override { return query::CostClass::ray_closest; }
   std::uint32_t capacity() const noexcept override { return max_elements; }
   std::optional<BadInput> check(std::uint32_t, const store::RowSource& rows,
                                 store::TimeSpan& times) const noexcept override {

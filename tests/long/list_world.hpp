@@ -26,7 +26,9 @@ class ListQuery final : public rtstdb::RayQuery, public rtstdb::query::PreparedQ
  public:
   std::span<rtstdb::Ray> rays() noexcept override { return {}; }
   std::span<const rtstdb::RayHit> hits() const noexcept override { return {}; }
-  rtstdb::query::QueryKind kind() const noexcept override { return rtstdb::query::QueryKind::ray_closest; }
+  rtstdb::query::CostClass cost_class() const noexcept override {
+    return rtstdb::query::CostClass::ray_closest;
+  }
   std::uint32_t capacity() const noexcept override { return 64; }
   std::optional<rtstdb::BadInput> check(std::uint32_t count, const rtstdb::store::RowSource& rows,
                                         rtstdb::store::TimeSpan& times) const noexcept override;

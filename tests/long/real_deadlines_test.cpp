@@ -203,7 +203,7 @@ TEST_F(RealDeadlines, PromisesAreKeptButForWhatTheMachineTook) {
     std::cout << promised << " promised, " << after.kept - before.kept << " kept; " << unexcused
               << " missed not for what the machine took; predicted over actual cost:\n";
     for (const CostPredictions& one : after.predictions)
-      std::cout << "  " << one.kind << ": 1 % below " << one.p01 << ", median " << one.median
+      std::cout << "  " << one.cost_class << ": 1 % below " << one.p01 << ", median " << one.median
                 << ", 1 % above " << one.p99 << " (" << one.count << ")\n";
     if (unexcused <= promised / 1000) break;
   }

@@ -51,9 +51,10 @@ void SimulatedLoad::add(const Stream& stream) {
   for (std::uint32_t k = 0; k < stream.slots; ++k) {
     Slot& slot = flow->slots.emplace_back();
     slot.transaction = world_.engine.make_transaction({.max_writes = stream.rows, .max_queries = 1});
-    const auto kind = stream.max_elements > 2000 ? rtstdb::query::QueryKind::nearest
-                                                 : rtstdb::query::QueryKind::ray_closest;
-    slot.query = std::make_unique<SimulatedQuery>(std::max(1u, stream.max_elements), 0, kind, stream.late);
+    const auto cost_class = stream.max_elements > 2000 ? rtstdb::query::CostClass::nearest
+                                                       : rtstdb::query::CostClass::ray_closest;
+    slot.query =
+        std::make_unique<SimulatedQuery>(std::max(1u, stream.max_elements), 0, cost_class, stream.late);
   }
   flows_.push_back(std::move(flow));
 }

@@ -131,7 +131,7 @@ struct TransactionCounts {
 
 /// Ratio of predicted to actual cost, over the completed transactions whose queries are of one kind.
 struct CostPredictions {
-  std::string_view kind{};
+  std::string_view cost_class{};  ///< its name in rtstdb/query_kinds.def
   std::uint64_t count = 0;
   double p01 = 0.0, median = 0.0, p99 = 0.0;  ///< accurate to 4 %, clamped to 1/256 to 256
 };

@@ -22,7 +22,7 @@ class GpuNearestQuery final : public NearestQuery, public GpuQuery {
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
-  QueryKind kind() const noexcept override { return QueryKind::nearest; }
+  CostClass cost_class() const noexcept override { return CostClass::nearest; }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
   void record(const BatchPart& part, const Recording& recording) noexcept override;

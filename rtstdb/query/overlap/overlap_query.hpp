@@ -19,7 +19,7 @@ class GpuOverlapQuery final : public OverlapQuery, public RegionSearch {
   std::span<const OverlapAnswer> answers() const noexcept override { return published_answers(); }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
-  QueryKind kind() const noexcept override { return QueryKind::overlap; }
+  CostClass cost_class() const noexcept override { return CostClass::overlap; }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
 

@@ -96,16 +96,16 @@ GpuRayQuery::GpuRayQuery(const RayQueryOptions& options)
   hits_.resize(slots().count());
 }
 
-QueryKind GpuRayQuery::kind() const noexcept {
+CostClass GpuRayQuery::cost_class() const noexcept {
   switch (options_.mode) {
     case RayMode::any:
-      return QueryKind::ray_any;
+      return CostClass::ray_any;
     case RayMode::first:
-      return QueryKind::ray_first;
+      return CostClass::ray_first;
     case RayMode::closest:
       break;
   }
-  return QueryKind::ray_closest;
+  return CostClass::ray_closest;
 }
 
 DeviceNeeds GpuRayQuery::device_needs(const gpu::DeviceLimits& limits) {

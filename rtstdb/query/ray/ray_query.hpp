@@ -24,7 +24,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
-  QueryKind kind() const noexcept override;
+  CostClass cost_class() const noexcept override;
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
   std::uint32_t next_retry_batch() noexcept override;

@@ -35,16 +35,16 @@ GpuRegionQuery::GpuRegionQuery(const RegionQueryOptions& options, const RegionSe
       regions_(options.capacity),
       point_order_(options.capacity) {}
 
-QueryKind GpuRegionQuery::kind() const noexcept {
+CostClass GpuRegionQuery::cost_class() const noexcept {
   switch (level_) {
     case RegionLevel::surface:
-      return QueryKind::region_surface;
+      return CostClass::region_surface;
     case RegionLevel::triangle:
-      return QueryKind::region_triangle;
+      return CostClass::region_triangle;
     case RegionLevel::bounds:
       break;
   }
-  return QueryKind::region;
+  return CostClass::region;
 }
 
 namespace {

@@ -18,7 +18,7 @@ class GpuRegionQuery final : public RegionQuery, public RegionSearch {
   std::span<const RegionAnswer> answers() const noexcept override { return published_answers(); }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
-  QueryKind kind() const noexcept override;
+  CostClass cost_class() const noexcept override;
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
 

@@ -1,4 +1,4 @@
-#include "runtime/report/bus_words.hpp"
+#include "runtime/report/bus_fault_text.hpp"
 #include "runtime/report/html/sections.hpp"
 #include "runtime/report/html/table.hpp"
 #include "runtime/report/quantities.hpp"
@@ -130,7 +130,7 @@ void scheduler_section(Markup& out, const RunRecord& record) {
                       {"Median", true},
                       {"p99", true}});
     for (const CostPrediction& one : s.predicted_over_actual)
-      table.row({one.kind, count_text(one.count), decimal(one.p01, 2), decimal(one.median, 2),
+      table.row({one.cost_class, count_text(one.count), decimal(one.p01, 2), decimal(one.median, 2),
                  decimal(one.p99, 2)});
     table.end();
   }
@@ -197,11 +197,11 @@ void processes_section(Markup& out, const RunRecord& record) {
   out.open("div", {{"class", "card"}});
   Table table(out, {{"Process"}, {"Command"}, {"Exit"}, {"Ended during the run", true}});
   for (const Process& process : record.processes) {
-    const bool ended_early = process.died_at_ns.has_value();
+    const bool ended_early = process.ended_early_at_ns.has_value();
     table.row({process.name,
                process.command,
                {process.exit, ended_early ? "tone bad" : ""},
-               ended_early ? instant(*process.died_at_ns) : std::string("no")});
+               ended_early ? instant(*process.ended_early_at_ns) : std::string("no")});
   }
   table.end();
   out.close();

@@ -23,7 +23,7 @@ std::string counts_of(const Task& task) {
                      counted(task.overruns, "overrun", "overruns") + ", " + count_text(task.skipped) +
                      " skipped";
   if (task.aborted > 0) text += ", " + count_text(task.aborted) + " aborted";
-  if (task.warmup_trouble > 0) text += ", " + count_text(task.warmup_trouble) + " of these in the warm-up";
+  if (task.warmup_problems > 0) text += ", " + count_text(task.warmup_problems) + " of these in the warm-up";
   if (task.without_answer > 0)
     text += ", " + count_text(task.without_answer) + " runs without an answer from the world";
   return text + "; " + counted(task.page_faults, "page fault", "page faults") + ".";

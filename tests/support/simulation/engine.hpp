@@ -22,11 +22,11 @@ using hil::test::SimulatedClock;
 class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
  public:
   explicit SimulatedQuery(std::uint32_t capacity, int label_given = 0,
-                          query::QueryKind kind = query::QueryKind::ray_closest,
+                          query::CostClass cost_class = query::CostClass::ray_closest,
                           LatePolicy late = LatePolicy::discard)
       : PreparedQuery(late),
         label(label_given),
-        kind_(kind),
+        cost_class_(cost_class),
         rays_(capacity),
         hits_(capacity),
         kept_(capacity) {}
@@ -34,7 +34,7 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   std::span<Ray> rays() noexcept override { return rays_; }
   std::span<const RayHit> hits() const noexcept override { return std::span(kept_).first(readable_); }
   const AnswerInfo& answer_info() const noexcept override { return info; }
-  query::QueryKind kind() const noexcept override { return kind_; }
+  query::CostClass cost_class() const noexcept override { return cost_class_; }
   std::uint32_t capacity() const noexcept override { return static_cast<std::uint32_t>(rays_.size()); }
   std::optional<BadInput> check(std::uint32_t count, const store::RowSource& rows,
                                 store::TimeSpan& times) const noexcept override {
@@ -77,7 +77,7 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   bool is_truncated = false;
 
  private:
-  query::QueryKind kind_;
+  query::CostClass cost_class_;
   std::vector<Ray> rays_;
   std::vector<RayHit> hits_, kept_;
   std::uint32_t answered_ = 0, readable_ = 0;

@@ -179,7 +179,7 @@ TEST(Ending, AKilledControllerPutsOutputsInTheirSafeState) {
   expect_lost(run, "dut", "signal 9");
   const auto report = read_report(run.out());
   EXPECT_EQ(report["processes"][0]["name"], "dut");
-  EXPECT_GT(report["processes"][0]["died_at_ns"].get<std::int64_t>(), 0);
+  EXPECT_GT(report["processes"][0]["ended_early_at_ns"].get<std::int64_t>(), 0);
   EXPECT_LT(run.seconds_to_end(), 5.0);
 }
 

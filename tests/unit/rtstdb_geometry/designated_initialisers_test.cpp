@@ -75,7 +75,7 @@ TEST(DesignatedInitialisers, OfResults) {
   EXPECT_EQ((AnswerInfo{.elements = 1}).version, 0u);
   EXPECT_EQ((DeviceInfo{.software = true}).name, "");
   EXPECT_EQ((TransactionCounts{.submitted = 1}).committed, 0u);
-  EXPECT_EQ((CostPredictions{.count = 1}).kind, "");
+  EXPECT_EQ((CostPredictions{.count = 1}).cost_class, "");
   EXPECT_TRUE((SchedulerCounts{.promised = 1}).predictions.empty());
   EXPECT_EQ((ReservationCounts{.kept = 1}).options.name, "");
   EXPECT_EQ((ShapeCounts{.refits = 1}).rebuilds, 0u);

@@ -282,7 +282,7 @@ TEST_F(RandomAdmission, KeepsWhatItPromises) {
       << "but by more important ones no promise is broken";
   EXPECT_GE(counts.kept, counts.promised * 3 / 4);
   ASSERT_EQ(counts.predictions.size(), 1u);
-  EXPECT_EQ(counts.predictions[0].kind, "ray_closest");
+  EXPECT_EQ(counts.predictions[0].cost_class, "ray_closest");
   EXPECT_NEAR(counts.predictions[0].median, 1.0, 0.04);
 }
 

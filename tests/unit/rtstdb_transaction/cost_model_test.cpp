@@ -274,8 +274,8 @@ TEST(CostModel, NoChunkIsMostlyItsDispatch) {
 
 TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
   CostModel model;
-  SimulatedQuery rays(1000, 0, query::QueryKind::ray_closest);
-  SimulatedQuery regions(1000, 0, query::QueryKind::region);
+  SimulatedQuery rays(1000, 0, query::CostClass::ray_closest);
+  SimulatedQuery regions(1000, 0, query::CostClass::region);
   const query::Request both[] = {{&rays, 100}, {&regions, 10}};
   for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
     EXPECT_FALSE(model.predict(rows(1), {}));
@@ -291,8 +291,8 @@ TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
 
 TEST(CostModel, TellsKindsInOneTransactionApart) {
   CostModel model;
-  SimulatedQuery rays(1000, 0, query::QueryKind::ray_closest);
-  SimulatedQuery regions(1000, 0, query::QueryKind::region);
+  SimulatedQuery rays(1000, 0, query::CostClass::ray_closest);
+  SimulatedQuery regions(1000, 0, query::CostClass::region);
   std::mt19937 random(3);
   const auto cost = [](double ray_count, double region_count) {
     return Nanoseconds(static_cast<std::int64_t>(20'000 + 100 * ray_count + 20'000 + 1000 * region_count));

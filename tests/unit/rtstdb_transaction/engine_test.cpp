@@ -117,7 +117,9 @@ TEST(EngineThread, PriorityIsSetOrItsRefusalIsTold) {
   } else {
     EXPECT_EQ(policy, SCHED_OTHER);
     ASSERT_EQ(engine.degraded().size(), 1u);
-    EXPECT_EQ(engine.degraded()[0].rfind("the database's thread runs without SCHED_FIFO priority 7: ", 0), 0u)
+    EXPECT_EQ(
+        engine.degraded()[0].rfind("the database's engine thread runs without SCHED_FIFO priority 7: ", 0),
+        0u)
         << engine.degraded()[0];
   }
 

@@ -42,8 +42,8 @@ class Late : public testing::Test {
   std::vector<int> asked_;
   std::function<void()> after_chunk;
   SimulatedQuery discard_{batch, 0};
-  SimulatedQuery last_good_{batch, 1, query::QueryKind::ray_any, LatePolicy::last_good};
-  SimulatedQuery partial_{batch, 2, query::QueryKind::ray_first, LatePolicy::partial};
+  SimulatedQuery last_good_{batch, 1, query::CostClass::ray_any, LatePolicy::last_good};
+  SimulatedQuery partial_{batch, 2, query::CostClass::ray_first, LatePolicy::partial};
   std::unique_ptr<Transaction> transaction_ = world_.make(2, 4);
 };
 

@@ -242,7 +242,7 @@ TEST(Pacing, WarmupRunsAreCountedApart) {
   EXPECT_EQ(counted.runs, 2U);
   EXPECT_EQ(counted.deadline_misses, 0U);
   EXPECT_EQ(counted.over_budget, 0U);
-  EXPECT_EQ(counted.warmup_trouble, 6U) << "three misses, three times over budget";
+  EXPECT_EQ(counted.warmup_problems, 6U) << "three misses, three times over budget";
   EXPECT_TRUE(counted.misses.empty());
   EXPECT_EQ(counted.wall.max_ns(), 100 * us) << "histograms begin after the warm-up";
   EXPECT_EQ(counted.slack_min_ns, 900 * us);

@@ -65,7 +65,7 @@ TEST(ReportJson, HasEveryKeyOfTheDesign) {
       "modbus.dropped_connections expectations.name expectations.passed "
       "expectations.detail "
       "scenario.name scenario.file seed overrides started_at processes.name processes.exit "
-      "processes.died_at_ns");
+      "processes.ended_early_at_ns");
   for (std::string path; paths >> path;) {
     if (path == "tasks.misses") continue;  // a task without misses has an empty list; looked at below
     expect_path(json, path, path);

@@ -71,7 +71,7 @@ std::vector<Task> tasks() {
                     tailed_histogram(41'000, 9'900, 2),
                     tailed_histogram(39'000, 9'900, 3),
                     {}});
-  traffic.warmup_trouble = 4;
+  traffic.warmup_problems = 4;
   traffic.misses_by_cause = {{"late wake-up", 1}, {"own work", 1}};
   traffic.worst_lateness_ns = 402'113;
   traffic.misses = {{3'117, "late wake-up", 402'113}, {7'040, "own work", 12'400}};

@@ -1,4 +1,4 @@
-#include "runtime/report/bus_words.hpp"
+#include "runtime/report/bus_fault_text.hpp"
 
 #include <algorithm>
 
