@@ -2,10 +2,11 @@
 //
 // Included after the traversal (traverse.glsl, simd8/packet.glsl or simd8/work_sharing.glsl). Macros:
 // RAY_ANY, RAY_MOVING (ray.comp).
-#include "common/exact_cross.glsl"
 #include "common/halt.glsl"
 #include "common/pairs.glsl"
 #include "common/places.glsl"
+#include "query/ray/ray_args.glsl"
+#include "query/ray/traced_ray.glsl"
 
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer rays;
@@ -22,24 +23,6 @@ layout(set = 0, binding = 7, scalar) readonly buffer PlacesBuffer { uint places[
 
 Destination destination_of_hit(uint place) { return destination_of(args.hits, place, 8u * hit_pairs); }
 
-float largest(vec3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
-
-vec3 velocity_at(Instance i, int t_ns, vec3 point) { return i.v + cross(i.w, point - position_of(i, t_ns)); }
-
-// A ray in the world frame. `unit`: the caller's lambda per lambda of this ray.
-struct TracedRay {
-  vec3 origin;
-  vec3 direction;
-  float unit;
-  vec3 v_origin;
-  float lambda_min;
-  float lambda_max;
-  uint mask;
-  int t_ns;
-  uint instance_base;
-  float share;  // of the window that has passed
-};
-
 TracedRay read_ray(uint index) {
   const int base = int(index * ray_texels);
   const vec4 r0 = texelFetch(rays, base);
@@ -55,23 +38,15 @@ TracedRay read_ray(uint index) {
   ray.origin = r0.xyz;
   ray.direction = vec3(r0.w, r1.xy);
   ray.v_origin = vec3(0.0);
+  ray.lambda_min = r1.z;
+  ray.lambda_max = r1.w;
 #ifdef RAY_MOVING
   const uint carrier = floatBitsToUint(r2.w);
   if (carrier != no_entity) {
-    const Instance i = instance_at(places[carrier] + ray.instance_base);
-    const vec4 q = orientation_of(i, ray.t_ns);
-    ray.origin = position_of(i, ray.t_ns) + rotate(q, ray.origin);
-    ray.direction = rotate(q, ray.direction);
-    ray.v_origin = velocity_at(i, ray.t_ns, ray.origin);
+    carry(instance_at(places[carrier] + ray.instance_base), ray);
   }
 #endif
-  // Scaled by a power of two, which is exact, so that no product of the search overflows or underflows for
-  // any direction.
-  const uint exponent = floatBitsToUint(largest(ray.direction)) >> 23;
-  ray.unit = uintBitsToFloat(254u - exponent << 23);
-  ray.direction *= ray.unit;
-  ray.lambda_min = r1.z * uintBitsToFloat(exponent << 23);
-  ray.lambda_max = min(r1.w * uintBitsToFloat(exponent << 23), 3.4e38);
+  scale_direction(ray);
   ray.mask = floatBitsToUint(r2.z);
   return ray;
 }
@@ -80,12 +55,8 @@ void write_hit(uint place, Found found, TracedRay ray) {
   const bool hit = found.status == status_hit;
   const Instance i = instance_at(hit ? found.instance : 0u);
   const int corners = int(found.slot * triangle_texels);
-  const vec3 across = direction_across(triangle_texel(corners).xyz, triangle_texel(corners + 1).xyz,
-                                       triangle_texel(corners + 2).xyz);
-  // Normals rotate with the body and scale inversely. Lengths are brought near one first, so that no square
-  // underflows.
-  const vec3 n = across / largest(across) / i.scale;
-  const vec3 n_world = normalize(rotate(orientation_of(i, ray.t_ns), n / largest(n)));
+  const vec3 n_world = world_normal(i, ray.t_ns, triangle_texel(corners).xyz, triangle_texel(corners + 1).xyz,
+                                    triangle_texel(corners + 2).xyz);
   const vec3 v_relative_mps =
       velocity_at(i, ray.t_ns, ray.origin + found.lambda * ray.direction) - ray.v_origin;
   const uvec4 identity = texelFetch(identities, int(hit ? found.entity : 0u));

@@ -6,8 +6,6 @@
 #include "shared/node.h"
 #include "shared/query.h"
 
-layout(push_constant, scalar) uniform Push { RayArgs args; };
-
 // A ray in the frame of the tree that is traversed.
 struct Segment {
   vec3

@@ -5,6 +5,7 @@
 // (pause.glsl).
 #ifndef RTSTDB_QUERY_RAY_STEPS_GLSL
 #define RTSTDB_QUERY_RAY_STEPS_GLSL
+#include "query/ray/ray_args.glsl"
 #include "query/ray/rounds.glsl"
 #include "query/simd8/together.glsl"
 #include "query/ray/slabs.glsl"

@@ -13,6 +13,7 @@
 #include "query/simd8/beam.glsl"
 #include "query/simd8/lanes.glsl"
 #include "query/simd8/ray_images.glsl"
+#include "query/ray/ray_args.glsl"
 #include "query/ray/rounds.glsl"
 #include "query/ray/ray_triangle.glsl"
 
