@@ -41,13 +41,6 @@ layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
 
 const float nowhere = 3.4e38;  // farther than anything
 
-#ifndef NEAREST_ENTITY
-const uint stack_size = 128u;
-// Every inner node pushes at most 7 references.
-const uint stack_limit = stack_size - 8u;
-uint stack_ref[stack_size];
-float stack_square[stack_size];
-#endif
 uint depth = 0u;
 
 uint rounds = 0u;
@@ -123,31 +116,16 @@ void offer(Candidate candidate) {
 
 // ---- boxes
 
-#ifndef NEAREST_ENTITY
+#ifdef NEAREST_ENTITY
+bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
+#else
+#include "query/nearest_first.glsl"
+
 float box_square(vec3 lo, vec3 hi, vec3 point) {
   precise vec3 below = lo - point;
   precise vec3 above = point - hi;
   const vec3 gap = max(max(below, above), vec3(0.0));
   return dot(gap, gap);
-}
-
-// Before the child that is offered next stands the nearest so far; the one that gives way waits on the stack.
-void offer_child(uint ref, vec3 lo, vec3 hi, vec3 point, inout uint nearest, inout float nearest_square) {
-  const float square = box_square(lo, hi, point);
-  const bool in_reach = square <= box_limit && ref != ref_none;
-  const bool nearer = in_reach && square < nearest_square;
-  stack_ref[depth] = nearer ? nearest : ref;
-  stack_square[depth] = nearer ? nearest_square : square;
-  depth += (nearer ? nearest != ref_none : in_reach) ? 1u : 0u;
-  nearest = nearer ? ref : nearest;
-  nearest_square = nearer ? square : nearest_square;
-}
-
-uint unless_full(uint nearest) {
-  const bool full = depth > stack_limit;
-  cut_short = cut_short || full;
-  depth = full ? 0u : depth;
-  return full ? ref_none : nearest;
 }
 
 // Returns the child whose box is nearest and pushes the others within reach.
@@ -158,7 +136,7 @@ uint nearest_entity_child(uint node, float share, vec3 point) {
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     precise vec3 lo = child_lo(wide, k);
     precise vec3 hi = child_hi(wide, k);
-    offer_child(child_reference(wide, k), lo, hi, point, nearest, nearest_square);
+    offer_child(child_reference(wide, k), box_square(lo, hi, point), nearest, nearest_square);
   }
   return unless_full(nearest);
 }
@@ -171,26 +149,11 @@ uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     precise vec3 lo = child_lo(wide, k) * scale;
     precise vec3 hi = child_hi(wide, k) * scale;
-    offer_child(child_reference(wide, k), lo, hi, point, nearest, nearest_square);
+    offer_child(child_reference(wide, k), box_square(lo, hi, point), nearest, nearest_square);
   }
   return unless_full(nearest);
 }
-
-// Pops the next reference above `bottom` that is within reach, or ref_none.
-uint next_waiting(uint bottom) {
-  uint next = ref_none;
-  if (depth > bottom) do {
-      ++rounds;
-      if (next == ref_none && depth > bottom) {
-        --depth;
-        next = stack_square[depth] <= box_limit ? stack_ref[depth] : ref_none;
-      }
-    } while (next == ref_none && depth > bottom);
-  return next;
-}
 #endif
-
-bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 
 // ---- leaves
 

@@ -1,0 +1,218 @@
+// A cone in the world at its instant, in the frame of an instance, and against boxes and triangles there.
+//
+// Included after the bindings `instances`, `triangles` and the arguments `args` are declared.
+#ifndef RTSTDB_QUERY_CONE_CONE_GLSL
+#define RTSTDB_QUERY_CONE_CONE_GLSL
+#include "common/instance.glsl"
+#include "common/wide_node.glsl"
+#include "query/cone/contact.glsl"
+#include "query/ray/traced_ray.glsl"
+#include "shared/cone.h"
+
+// Rounding bounds of boxes, as parts of the largest distance along an axis. A box of a tree has a larger one
+// than a triangle's box below it, and covers that of a ray (blur_of). So no answer depends on the order in
+// which boxes are visited.
+const float triangle_blur = 2e-6;
+const float geometry_blur = 4e-6;
+const float world_blur = 8e-6;
+
+// What boxes need of a cone: the axis, and one over the largest and the least component along each axis of
+// the frame that the cone's points have for z = 1.
+struct ConeSlopes {
+  vec3 axis;
+  vec3 per_most;
+  vec3 per_least;
+};
+
+ConeSlopes slopes_of(vec3 axis, float tangent) {
+  const vec3 across =
+      tangent * sqrt(vec3(dot(axis.yz, axis.yz), dot(axis.xz, axis.xz), dot(axis.xy, axis.xy)));
+  // For the rounding of the quotients too.
+  const vec3 margin = 2e-6 * (abs(axis) + across);
+  return ConeSlopes(axis, inverse_direction(axis + across + margin),
+                    inverse_direction(axis - across - margin));
+}
+
+// A lower bound of the axial coordinates that the cone and a box have in common; `nowhere`: they do not meet.
+// The corners are relative to the apex. Monotonic: a box in another one has no lower bound than that.
+float box_bound(ConeSlopes cone, vec3 lo, vec3 hi) {
+  precise vec3 from_lo = lo * cone.per_most;
+  precise vec3 from_hi = hi * cone.per_least;
+  const bvec3 above = greaterThan(cone.per_most, vec3(0.0));
+  const bvec3 below = lessThan(cone.per_least, vec3(0.0));
+  const vec3 enters = max(mix(vec3(-nowhere), from_lo, above), mix(vec3(-nowhere), from_hi, below));
+  const vec3 leaves = min(mix(from_lo, vec3(nowhere), above), mix(from_hi, vec3(nowhere), below));
+  precise vec3 at_lo = cone.axis * lo;
+  precise vec3 at_hi = cone.axis * hi;
+  const vec3 least_along = min(at_lo, at_hi);
+  const vec3 most_along = max(at_lo, at_hi);
+  precise float first = least_along.x + least_along.y + least_along.z;
+  precise float last = most_along.x + most_along.y + most_along.z;
+  const float enter = max(max(enters.x, max(enters.y, enters.z)), max(first, 0.0));
+  const float leave = min(min(leaves.x, min(leaves.y, leaves.z)), last);
+  return enter <= leave ? enter : nowhere;
+}
+
+// A cone in the world.
+struct TracedCone {
+  TracedRay axis;
+  float m_per_lambda;  // length of the axis' direction
+  mat3 basis;    // two directions across the axis, and the axis
+  HalfAngle angle;
+  ConeSlopes slopes;
+};
+
+bool is_ray(HalfAngle angle) { return angle.sine == 0.0; }
+
+// An orthonormal basis whose third vector is the axis (Duff et al. 2017, "Building an Orthonormal Basis,
+// Revisited").
+mat3 basis_of(vec3 axis) {
+  const float side = axis.z < 0.0 ? -1.0 : 1.0;
+  const float a = -1.0 / (side + axis.z);
+  const float b = axis.x * axis.y * a;
+  return mat3(vec3(1.0 + side * axis.x * axis.x * a, side * b, -side * axis.x),
+              vec3(b, side + axis.y * axis.y * a, -axis.y), axis);
+}
+
+TracedCone traced_cone(ConeRecord record) {
+  TracedCone cone;
+  cone.axis.origin = record.apex_m;
+  cone.axis.direction = record.direction;
+  cone.axis.v_origin = vec3(0.0);
+  cone.axis.lambda_min = 0.0;
+  cone.axis.lambda_max = record.lambda_max;
+  cone.axis.mask = record.mask;
+  cone.axis.t_ns = record.t_ns;
+  cone.axis.instance_base = record.instance_base;
+  cone.axis.share = record.share;
+  if (record.carrier != no_entity)
+    carry(fetch_instance(instances, record.carrier + record.instance_base), cone.axis);
+  scale_direction(cone.axis);
+  cone.m_per_lambda = length(cone.axis.direction);
+  cone.basis = basis_of(cone.axis.direction / cone.m_per_lambda);
+  cone.angle = HalfAngle(record.sine, record.cosine, record.tangent);
+  cone.slopes = slopes_of(cone.basis[2], record.tangent);
+  return cone;
+}
+
+// The bound of a child of a TLAS's node. `wide`: its origin is relative to the apex.
+float entity_child_bound(ConeSlopes slopes, MotionNode wide, uint k) {
+  const float blur = world_blur * largest(abs(wide.begin.origin) + 255.0 * wide.begin.quantum);
+  precise vec3 lo = child_lo(wide, k) - blur;
+  precise vec3 hi = child_hi(wide, k) + blur;
+  return box_bound(slopes, lo, hi);
+}
+
+// A cone in the frame of an instance, which is rotated but not scaled, so that the cone stays round. Corners
+// of the geometry are made relative to the apex first and scaled then: rounding grows with their distance
+// from the apex alone.
+struct ConeInFrame {
+  Segment axis;   // in the frame of the geometry
+  mat3 to_cone;   // from this frame to the cone's coordinates
+  vec3 scale;
+  vec3 farthest_m;  // by axis, at least the largest distance of the geometry along any axis
+  ConeSlopes slopes;
+};
+
+ConeInFrame enter_instance(TracedCone cone, Instance i, uvec4 root) {
+  const vec4 q = conjugate(orientation_of(i, cone.axis.t_ns));
+  ConeInFrame there;
+  there.axis = enter_instance(make_segment(-cone.axis.origin, cone.axis.direction), i, cone.axis.t_ns, root);
+  const vec3 axis = rotate(q, cone.basis[2]);
+  there.to_cone = transpose(mat3(rotate(q, cone.basis[0]), rotate(q, cone.basis[1]), axis));
+  there.scale = i.scale;
+  const vec3 extent = abs(uintBitsToFloat(root.xyz) + there.axis.minus_o) + 255.0 * quantum_of(root);
+  there.farthest_m = max(vec3(largest(extent * i.scale)), largest(extent) * i.scale);
+  there.slopes = slopes_of(axis, cone.angle.tangent);
+  return there;
+}
+
+// The bound of a child of a geometry's node. `wide`: its origin is relative to the apex.
+float geometry_child_bound(ConeInFrame there, WideNode wide, uint k) {
+  const vec3 blur = geometry_blur * there.farthest_m;
+  precise vec3 lo = child_lo(wide, k) * there.scale - blur;
+  precise vec3 hi = child_hi(wide, k) * there.scale + blur;
+  return box_bound(there.slopes, lo, hi);
+}
+
+WideNode fetch_geometry_node(usamplerBuffer nodes, uint node, ConeInFrame there) {
+  WideNode wide = fetch_wide_node(nodes, node);
+  wide.origin += there.axis.minus_o;
+  return wide;
+}
+
+MotionNode fetch_entity_node(usamplerBuffer tlas, uint node, TracedCone cone) {
+  MotionNode wide = fetch_motion_node(tlas, node, cone.axis.share);
+  wide.begin.origin -= cone.axis.origin;
+  return wide;
+}
+
+// The corners of a triangle of the geometry, in its frame.
+struct Corners {
+  vec3 a, b, c;
+  uint triangle;
+  bool has_area;
+};
+
+Corners fetch_corners(uint slot) {
+  const int base = int(slot * triangle_texels);
+  const vec4 t0 = texelFetch(triangles, base);
+  const vec4 t1 = texelFetch(triangles, base + 1);
+  return Corners(t0.xyz, t1.xyz, texelFetch(triangles, base + 2).xyz, floatBitsToUint(t0.w),
+                 floatBitsToUint(t1.w) != triangle_without_area);
+}
+
+// A point of the geometry in the cone's coordinates.
+vec3 in_cone(ConeInFrame there, vec3 corner) {
+  precise vec3 from_apex = (corner + there.axis.minus_o) * there.scale;
+  return there.to_cone * from_apex;
+}
+
+// The difference of two points of the geometry in the cone's coordinates.
+vec3 step_in_cone(ConeInFrame there, vec3 from, vec3 to) {
+  precise vec3 step = (to - from) * there.scale;
+  return there.to_cone * step;
+}
+
+// The first contact with a triangle. `lambda` is that of the scaled direction.
+struct TriangleContact {
+  bool found;
+  float lambda;
+  float u;
+  float v;
+  bool front;
+};
+
+// Where a ray along the axis meets the triangle is a contact of every cone, so no cone passes between
+// triangles that share an edge; it is the only one of a cone without an opening.
+TriangleContact contact_with(ConeInFrame there, TracedCone cone, uint slot) {
+  const bool is_thin = is_ray(cone.angle);
+  Found hit = nothing_within(cone.axis.lambda_max);
+  const int base = int(slot * triangle_texels);
+  test_corners(there.axis, texelFetch(triangles, base), texelFetch(triangles, base + 1),
+               texelFetch(triangles, base + 2).xyz, slot, 0.0, is_thin ? args.faces : 0.0, 0u, 0u, hit);
+  const bool hits = hit.status == status_hit;
+  TriangleContact contact = TriangleContact(hits, hit.lambda, hit.u, hit.v, hit.front);
+  const Corners corners = fetch_corners(slot);
+  float facing;
+  Contact first = first_contact(in_cone(there, corners.a), step_in_cone(there, corners.a, corners.b),
+                                step_in_cone(there, corners.a, corners.c), cone.angle, facing);
+  offer_contact(first, hits, hit.lambda * cone.m_per_lambda, hit.u, hit.v);
+  // Not before the triangle's own box, by the arithmetic of boxes.
+  const vec3 blur = triangle_blur * there.farthest_m;
+  const vec3 a = (corners.a + there.axis.minus_o) * there.scale;
+  const vec3 b = (corners.b + there.axis.minus_o) * there.scale;
+  const vec3 c = (corners.c + there.axis.minus_o) * there.scale;
+  const float bound = box_bound(there.slopes, min(a, min(b, c)) - blur, max(a, max(b, c)) + blur);
+  const float lambda = max(first.z, bound) / cone.m_per_lambda;
+  const bool meets = first.z < nowhere && bound < nowhere && lambda <= cone.axis.lambda_max &&
+                     corners.has_area && facing * args.faces >= 0.0;
+  contact.found = is_thin ? contact.found : meets;
+  contact.lambda = is_thin ? contact.lambda : lambda;
+  contact.u = is_thin ? contact.u : first.u;
+  contact.v = is_thin ? contact.v : first.v;
+  contact.front = is_thin ? contact.front : facing > 0.0;
+  return contact;
+}
+
+#endif

@@ -1,0 +1,253 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/prelude.glsl"
+// The returns of a cone with the fraction of the beam that reaches each entity past all nearer ones. A
+// workgroup for each cone; cone.comp has found the entities.
+//
+// The area A that an entity's triangles cover in the beam is exact. How much of it is visible is estimated
+// along a fixed pattern of directions: of S layers that they meet, V are the nearest surface. The fraction is
+// A V / S. Where no direction meets the entity, it counts whether its contact is visible from the apex. So a
+// partly covered beam has an exact fraction, and an entity smaller than the pattern resolves is not lost
+// (docs/decisions/0041-fractions-of-a-beam.md).
+//
+// The first lanes are a direction each, the next ones a contact each. For areas every lane is a triangle.
+#include "common/halt.glsl"
+#include "common/loops.glsl"
+#include "common/places.glsl"
+#include "shared/cone.h"
+#include "shared/query.h"
+
+const uint lanes = 96u;
+layout(local_size_x = 96) in;
+layout(push_constant, scalar) uniform Push { ConeArgs args; };
+layout(set = 0, binding = 0) uniform samplerBuffer instances;
+layout(set = 0, binding = 1, scalar) readonly buffer ConesBuffer { ConeRecord cones[]; };
+layout(set = 0, binding = 2, scalar) buffer CountsBuffer { ConeCount counts[]; };
+layout(set = 0, binding = 3) uniform usamplerBuffer identities;
+layout(set = 0, binding = 4) uniform samplerBuffer triangles;
+layout(set = 0, binding = 5) uniform usamplerBuffer nodes;
+
+layout(buffer_reference, buffer_reference_align = 4, scalar) readonly buffer Contacts {
+  ConeContact contacts[];
+};
+
+#include "query/cone/cone.glsl"
+#include "query/cone/covered_area.glsl"
+#include "query/cone/returns.glsl"
+
+shared float areas[beam_entities * lanes];
+shared uint layers[beam_entities];
+shared uint nearest_in[beam_entities];  // directions
+shared float shares[beam_entities];
+shared uint is_halted;
+shared uint some_cut_short;
+shared uint some_reach_beyond;  // the farthest entity that was searched
+
+const uint stack_size = 128u;
+// Every inner node pushes at most 8 references.
+const uint stack_limit = stack_size - 8u;
+uint stack[stack_size];
+uint depth = 0u;
+uint rounds = 0u;
+bool cut_short = false;
+// The loops after the search take less than this.
+const uint rounds_at_end = 400u;
+
+// Below this sine a beam is thinner than positions are precise, and has the fraction of a ray.
+const float least_sine = 1e-6;
+
+// A direction from the apex: the points whose (x, y) times `upright` is z times `towards`.
+struct Direction {
+  float upright;
+  vec2 towards;
+};
+
+// Spread evenly over the beam's cross-section: a spiral of equal areas (Vogel 1979).
+Direction pattern_direction(uint k, HalfAngle angle) {
+  const float turn = float(int(k)) * 2.3999632;
+  const float radius = sqrt((float(int(k)) + 0.5) / float(int(beam_directions)));
+  return Direction(angle.cosine, angle.sine * radius * vec2(cos(turn), sin(turn)));
+}
+
+Direction direction_to(vec3 point) {
+  return Direction(1.0, point.z > 0.0 ? point.xy / point.z : vec2(0.0));
+}
+
+// Where a direction meets a triangle, as a ray does (test_corners); `nowhere`: it does not.
+float meets_at(Direction along, vec3 a, vec3 b, vec3 c, float z_max) {
+  precise vec2 a2 = along.upright * a.xy - along.towards * a.z;
+  precise vec2 b2 = along.upright * b.xy - along.towards * b.z;
+  precise vec2 c2 = along.upright * c.xy - along.towards * c.z;
+  const float wa = edge_function(c2, b2);
+  const float wb = edge_function(a2, c2);
+  const float wc = edge_function(b2, a2);
+  const bool inside =
+      ((wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0)) && !beside(a2, b2, c2);
+  const float sum = wa + wb + wc;
+  const float z = (wa * a.z + wb * b.z + wc * c.z) / (sum == 0.0 ? 1.0 : sum);
+  return inside && sum != 0.0 && z > 0.0 && z <= z_max ? z : nowhere;
+}
+
+// What a lane has found along its direction.
+struct Sight {
+  float z;  // the nearest surface
+  uint entity;
+  uint instance;
+  uint layers;  // of the entity that is searched
+};
+
+// Pushes the children of a node that the cone meets.
+void push_children(uint node, ConeInFrame there, float z_max) {
+  const WideNode wide = fetch_geometry_node(nodes, node, there);
+  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
+    const uint ref = child_reference(wide, k);
+    stack[depth] = ref;
+    depth += ref != ref_none && geometry_child_bound(there, wide, k) <= z_max ? 1u : 0u;
+  }
+  cut_short = cut_short || depth > stack_limit;
+}
+
+// Searches all triangles of an entity in the cone. Returns the area of those that this lane has measured. All
+// lanes visit the same nodes and triangles.
+float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
+                    inout Sight sight) {
+  const Instance i = fetch_instance(instances, contact.instance);
+  const ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
+  sight.layers = 0u;
+  depth = 0u;
+  stack[depth++] = i.blas_root;
+  uint slot = 0u;
+  uint end = 0u;  // of the leaf's triangles
+  float area = 0.0;
+  bool done = false;
+  do {
+    // A triangle for every lane.
+    uint mine = ref_none;
+    uint seen = 0u;
+    ++rounds;
+    do {
+      ++rounds;
+      if (slot < end) {
+        const Corners corners = fetch_corners(slot);
+        const vec3 a = in_cone(there, corners.a);
+        const vec3 n =
+            cross(step_in_cone(there, corners.a, corners.b), step_in_cone(there, corners.a, corners.c));
+        const bool counts = corners.has_area && -dot(n, a) * args.faces >= 0.0;
+        const float z = meets_at(along, a, in_cone(there, corners.b), in_cone(there, corners.c), z_max);
+        const bool meets = counts && z < nowhere;
+        const bool nearer = meets && (z < sight.z || (z == sight.z && contact.instance < sight.instance));
+        sight.layers += meets ? 1u : 0u;
+        sight.z = nearer ? z : sight.z;
+        sight.entity = nearer ? entity : sight.entity;
+        sight.instance = nearer ? contact.instance : sight.instance;
+        mine = counts && seen == gl_LocalInvocationID.x ? slot : mine;
+        ++seen;
+        ++slot;
+      } else if (depth > 0u) {
+        const uint current = stack[--depth];
+        const bool is_leaf = (current & ref_leaf_bit) != 0u;
+        slot = is_leaf ? current & ref_triangle_first_mask : 0u;
+        end = is_leaf ? slot + (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
+        if (!is_leaf) push_children(current, there, z_max);
+      }
+      cut_short = cut_short || rounds > max_rounds - rounds_at_end;
+      done = cut_short || (slot >= end && depth == 0u);
+    } while (seen < lanes && !done);
+    const Corners corners = fetch_corners(mine != ref_none ? mine : 0u);
+    const float covered =
+        covered_area(in_cone(there, corners.a), step_in_cone(there, corners.a, corners.b),
+                     step_in_cone(there, corners.a, corners.c), cone.angle, z_max);
+    area += mine != ref_none ? covered : 0.0;
+  } while (!done);
+  return area;
+}
+
+// The share of the beam that reaches an entity. `of`: its contact.
+float share_of(uint entity, FullContact of, bool is_visible) {
+  float area = 0.0;
+  for (uint lane = 0u; lane < lanes; ++lane) area += areas[entity * lanes + lane];
+  area *= 0.31830989;  // 1 / pi
+  const uint all = layers[entity];
+  // Fronts and backs of a closed geometry cover the same part of the beam.
+  const bool twice = of.instance.closed && args.faces == 0.0;
+  const float alone = is_visible ? min(area * (twice ? 0.5 : 1.0), 1.0) : 0.0;
+  const float estimated = area * float(int(nearest_in[entity])) / float(int(max(all, 1u)));
+  return all == 0u ? alone : estimated;
+}
+
+void main() {
+  const uint index = args.first + interleaved(gl_WorkGroupID.x, gl_NumWorkGroups.x);
+  const uint lane = gl_LocalInvocationID.x;
+  if (lane == 0u) {
+    is_halted = index < args.end && skips_when_halted(args.halt, index + args.halt_from) ? 1u : 0u;
+    some_cut_short = some_reach_beyond = 0u;
+  }
+  if (lane < beam_entities) {
+    layers[lane] = nearest_in[lane] = 0u;
+    shares[lane] = 0.0;
+  }
+  barrier();
+  if (index >= args.end || is_halted != 0u) return;
+
+  const ConeRecord record = cones[index];
+  const ConeCount count = counts[record.place];
+  const TracedCone cone = traced_cone(record);
+  Contacts found = Contacts(args.contacts);
+  const uint first_contact = record.place * beam_contacts;
+  const uint entities = min(count.found, beam_entities);
+  const bool is_beam = cone.angle.sine > least_sine;
+  const float z_max = min(cone.axis.lambda_max * cone.m_per_lambda, 1e30);
+
+  const bool is_contact = lane >= beam_directions && lane - beam_directions < entities;
+  const uint own = is_contact ? lane - beam_directions : 0u;
+  FullContact contact;
+  contact.point = vec3(0.0);
+  if (count.found > 0u) contact = full_contact(cone, found.contacts[first_contact + own]);
+  Direction along = pattern_direction(lane, cone.angle);
+  if (is_contact) along = direction_to(contact.point);
+
+  Sight sight = Sight(nowhere, no_entity, no_entity, 0u);
+  bool is_visible = true;
+  uint entity = 0u;
+  if (is_beam && entities > 0u) do {
+      ++rounds;
+      const Sight before = sight;
+      areas[entity * lanes + lane] =
+          search_entity(cone, entity, found.contacts[first_contact + entity], along, z_max, sight);
+      if (lane < beam_directions && sight.layers > 0u) atomicAdd(layers[entity], sight.layers);
+      // A contact does not hide itself.
+      if (is_contact && entity == own) sight = before;
+      ++entity;
+    } while (entity < entities);
+  // In front by more than rounding.
+  if (is_contact) is_visible = sight.z >= contact.point.z * (1.0 - 1e-6);
+  if (lane < beam_directions && sight.entity != no_entity) atomicAdd(nearest_in[sight.entity], 1u);
+  if (count.found > beam_entities && lane < beam_directions && is_beam) {
+    const float beyond = found.contacts[first_contact + beam_entities].lambda * cone.m_per_lambda;
+    if (sight.z > beyond * (1.0 - 1e-6)) atomicOr(some_reach_beyond, 1u);
+  }
+  if (cut_short || count.incomplete != 0u || !loops_still_turn(args.loop_probe)) atomicOr(some_cut_short, 1u);
+  barrier();
+
+  if (is_contact) shares[own] = is_beam ? share_of(own, contact, is_visible) : own == 0u ? 1.0 : 0.0;
+  barrier();
+
+  float total = 0.0;
+  uint returns = 0u;
+  uint rank = 0u;
+  for (uint k = 0u; k < beam_entities; ++k) {
+    const bool reached = shares[k] > 0.0;
+    total += shares[k];
+    rank += reached && k < own ? 1u : 0u;
+    returns += reached ? 1u : 0u;
+  }
+  const bool incomplete = some_cut_short != 0u || !loops_still_turn(args.loop_probe);
+  const bool overflow = some_reach_beyond != 0u;
+  returns = incomplete ? 0u : returns;
+  const uint first_return = record.place * args.returns_per_cone;
+  if (is_contact && !incomplete && shares[own] > 0.0 && rank < args.returns_per_cone)
+    write_return(first_return + rank, cone, contact, shares[own] / max(total, 1.0), overflow);
+  if (lane < args.returns_per_cone && lane >= returns)
+    write_no_return(first_return + lane, incomplete ? status_incomplete : status_miss, overflow);
+  if (lane == 0u) counts[record.place] = ConeCount(count.found, incomplete ? 1u : 0u, overflow ? 1u : 0u);
+}
