@@ -120,6 +120,8 @@ std::string fault_itself(const BadInput& fault) {
       return name(fault.entity) + " has no geometry";
     case BadInputReason::bad_nearest:
       return sentence("radius_m is %g; it must be 0 or above", fault.values[0]);
+    case BadInputReason::bad_cone:
+      return sentence("a cone is not valid: %g", fault.values[0]);
     case BadInputReason::geometry_does_not_deform:
       return sentence("geometry %.0f was not added as one that deforms", fault.values[0]);
     case BadInputReason::wrong_position_count:
@@ -302,6 +304,8 @@ const char* to_string(BadInputReason reason) noexcept {
       return "bad_region";
     case BadInputReason::bad_nearest:
       return "bad_nearest";
+    case BadInputReason::bad_cone:
+      return "bad_cone";
     case BadInputReason::geometry_does_not_deform:
       return "geometry_does_not_deform";
     case BadInputReason::wrong_position_count:

@@ -21,6 +21,10 @@ inline constexpr std::uint32_t max_regions_per_query = (1u << 16) - 1;
 inline constexpr std::uint32_t max_ids_per_region = 1u << 16;
 inline constexpr std::uint32_t max_points_per_query = 1u << 20;
 inline constexpr std::uint32_t max_neighbors = 32;
+inline constexpr std::uint32_t max_cones_per_query = 1u << 20;
+inline constexpr std::uint32_t max_returns_per_cone = 8;
+/// The nearest entities of a cone among which ConeQueryOptions::fractions distributes the beam.
+inline constexpr std::uint32_t max_entities_per_beam = 16;
 inline constexpr std::uint32_t max_standing_events = 1u << 22;
 inline constexpr std::uint32_t max_queue_capacity = 1u << 16;
 inline constexpr std::uint32_t max_retained_changes = 1u << 26;

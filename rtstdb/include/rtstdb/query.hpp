@@ -322,6 +322,77 @@ class NearestQuery : public Query {
   virtual std::span<const NearestAnswer> answers() const noexcept = 0;
 };
 
+// ---- cone
+
+class ConeQuery;
+
+/// A beam at one instant: the points p whose distance from the axis is at most tan(opening_angle_rad / 2)
+/// times their axial coordinate z >= 0, both from the apex origin_m, up to z = lambda_max times the length of
+/// `direction`. `direction` and `carrier` are those of a Ray; lambda counts along the axis. The opening angle
+/// is the full one, from side to side: 0 <= opening_angle_rad < pi. With 0 the cone is a ray, and its return
+/// has the bits of the closest hit of a RayQuery.
+struct Cone {
+  glm::vec3 origin_m{0.0f};
+  glm::vec3 direction{1.0f, 0.0f, 0.0f};
+  float opening_angle_rad = 0.0f;
+  float lambda_max = 1e30f;  ///< not negative
+  WorldTime t{};
+  std::uint32_t mask = mask_all;
+  EntityId carrier{};  ///< default: none, the cone is in the world frame
+};
+
+/// The first contact of a cone with one entity, aligned to eight bytes as the device writes it: the point of
+/// its triangles in the cone with the least lambda. Where several have it, any of them. No cone meets a
+/// triangle without area. A cone whose axis hits a triangle, as a ray does, meets it.
+struct alignas(8) ConeReturn {
+  HitStatus status = HitStatus::miss;
+  float lambda = 0.0f;
+  float u = 0.0f, v = 0.0f;    ///< of the contact: barycentric weights of the second and third corner
+  EntityId entity{};           ///< invalid on a miss
+  std::uint32_t mask = 0;      ///< the entity's
+  std::uint32_t material = 0;  ///< the entity's
+  std::uint32_t triangle = 0;  ///< index in the mesh of the entity's geometry
+  bool front_face = false;     ///< the apex is in front of the triangle
+  /// ConeQueryOptions::fractions: more than max_entities_per_beam entities are in the cone, and the nearest
+  /// ones leave a part of the beam to those that were not searched. Set in all returns of the cone.
+  bool overflow = false;
+  glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the front side of the triangle
+  /// World frame: velocity of the contact point, minus that of the apex.
+  glm::vec3 v_relative_mps{0.0f};
+  /// ConeQueryOptions::fractions: the part of the beam's cross-section that reaches the entity past all
+  /// nearer ones; else 0. The fractions of a cone sum to at most 1.
+  float fraction = 0.0f;
+};
+
+struct ConeQueryOptions {
+  using Prepared = ConeQuery;
+  std::string name{};                   ///< for reports and error texts
+  std::uint32_t capacity = 0;           ///< cones in a batch: 1 to max_cones_per_query
+  std::uint32_t returns_per_cone = 1;   ///< 1 to max_returns_per_cone
+  Faces faces = Faces::both;            ///< front: triangles that have the apex in front of them
+  /// True: the returns are the entities that a part of the beam reaches, among the max_entities_per_beam ones
+  /// with the least lambda, each with its fraction. False: all entities in the cone, hidden ones too.
+  bool fractions = false;
+  LatePolicy late = LatePolicy::discard;
+};
+
+/// The first entities in cones (paper, Cone-Tracing Query; exact, on triangles).
+/// Fractions: a surface covers the part of the cross-section into which the apex projects it, triangles of
+/// the side that `faces` excludes are transparent. What one entity alone covers is exact; where surfaces lie
+/// behind one another, 64 fixed directions estimate what is visible, to a few hundredths of the beam. An
+/// entity that none of the 64 meets has the fraction that it covers if its contact is visible, else none. So
+/// an entity may be left out of which less than about a hundredth of the beam sees a part. A beam narrower
+/// than 2e-6 rad reaches its first entity alone.
+/// Incomplete returns: a search with more than about 20,000 triangles in the cone may be incomplete on
+/// fractions, and one that visits more than about 20,000 nodes and triangles in any case.
+class ConeQuery : public Query {
+ public:
+  virtual std::span<Cone> cones() noexcept = 0;  ///< `capacity` elements, to be filled by the caller
+  /// returns_per_cone for each cone of the last transaction, by ascending lambda, then by entity index.
+  /// Unused ones are misses; if the search was incomplete, all returns of the cone are marked incomplete.
+  virtual std::span<const ConeReturn> returns() const noexcept = 0;
+};
+
 // ---- overlap
 
 class OverlapQuery;

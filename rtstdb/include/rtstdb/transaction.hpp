@@ -97,11 +97,12 @@ enum class BadInputReason : std::uint8_t {
   snapshot_too_old,
   beyond_history,  ///< values: the requested time (s), and the time from which on nothing is known (s)
   unknown_version,
-  bad_ray,           ///< its direction
+  bad_ray,           ///< the direction of a ray or a cone
   bad_lambda_range,  ///< of a ray
   bad_region,
   unknown_region_kind,  ///< a shape or a test that is not one of the enumerators
   bad_nearest,
+  bad_cone,     ///< its opening angle or its lambda_max
   no_geometry,  ///< the entity of an overlap query has none
   geometry_does_not_deform,
   wrong_position_count,
@@ -118,7 +119,7 @@ struct BadInput {
   double values[4] = {};
   bool in_geometry_update = false;
   Version version = 0;  ///< snapshot_too_old, unknown_version: the requested version; 0 if requested by time
-  /// not_finite, out_of_limits, bad_region, bad_nearest: the wrong member, such as "scale.x", its value, and
+  /// not_finite, out_of_limits, bad_region, bad_nearest, bad_cone: the wrong member, such as "scale.x", its value, and
   /// its lower and upper limit (infinite: no limit). Otherwise empty. The text is a constant.
   std::string_view field{};
   double value = 0.0;

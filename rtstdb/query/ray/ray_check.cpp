@@ -12,17 +12,6 @@
 namespace rtstdb::query {
 namespace {
 
-std::optional<BadInput> check_direction(const glm::vec3& d, std::uint32_t element) noexcept {
-  const glm::vec4 values(d, 0.0f);
-  if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
-    return with_field(refused(BadInputReason::not_finite, element, values),
-                      {"direction.x", "direction.y", "direction.z"}, glm::dvec3(d));
-  const float largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-  if (largest < min_direction_component || largest > max_direction_component)
-    return refused(BadInputReason::bad_ray, element, values);
-  return std::nullopt;
-}
-
 /// False for NaN.
 bool is_range(float lambda_min, float lambda_max) noexcept {
   return lambda_min >= 0.0f && lambda_max >= lambda_min && std::isfinite(lambda_min);
@@ -55,6 +44,17 @@ Result<void> check_ray_options(const RayQueryOptions& options) {
   if (auto known = check_enumerator(options.name, "mode", options.mode, RayMode::first); !known) return known;
   if (auto known = check_enumerator(options.name, "faces", options.faces, Faces::back); !known) return known;
   return check_hits_per_ray(options);
+}
+
+std::optional<BadInput> check_direction(const glm::vec3& d, std::uint32_t element) noexcept {
+  const glm::vec4 values(d, 0.0f);
+  if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
+    return with_field(refused(BadInputReason::not_finite, element, values),
+                      {"direction.x", "direction.y", "direction.z"}, glm::dvec3(d));
+  const float largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+  if (largest < min_direction_component || largest > max_direction_component)
+    return refused(BadInputReason::bad_ray, element, values);
+  return std::nullopt;
 }
 
 std::optional<BadInput> check_ray(const Ray& ray, std::uint32_t element, bool ignore_motion,

@@ -18,6 +18,9 @@ Result<void> check_ray_options(const RayQueryOptions& options);
 std::optional<BadInput> check_ray(const Ray& ray, std::uint32_t element, bool ignore_motion,
                                   const RowSource& rows) noexcept;
 
+/// not_finite, or bad_ray for a direction that is too short or too long.
+std::optional<BadInput> check_direction(const glm::vec3& direction, std::uint32_t element) noexcept;
+
 /// The range of a direction's largest component in which every product of the search is a finite, normal
 /// float.
 inline constexpr float min_direction_component = 1e-15f;
