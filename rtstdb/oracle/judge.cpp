@@ -60,6 +60,11 @@ Judgement judge(const World& world, const Overlap& overlap, std::span<const Over
   return judge_gaps(gaps(world, overlap), of_element.front(), options.ids_per_entity > 0);
 }
 
+Judgement judge(const World& world, const Cone& cone, std::span<const ConeReturn> of_element,
+                const ConeQueryOptions& options) {
+  return compare(world, cone, options, contacts(world, cone, options.faces), of_element);
+}
+
 Judgement judge(const World& world, const Nearest& point, std::span<const NearestAnswer> of_element,
                 const NearestQueryOptions& options) {
   return compare(world, point, options, nearest(world, point, options), of_element.front());

@@ -150,6 +150,40 @@ std::vector<NeighborTruth> nearest(const World& world, const Nearest& point,
 std::vector<NeighborTruth> nearest_brute_force(const World& world, const Nearest& point,
                                                const NearestQueryOptions& options);
 
+// ---- cone
+
+/// The first contact of a cone with an entity, in double precision.
+struct ConeTruth {
+  EntityId entity;
+  std::uint32_t triangle = 0;
+  double lambda = 0.0;
+  double u = 0.0, v = 0.0;
+  bool front_face = false;
+  glm::dvec3 n_world{0.0};
+  glm::dvec3 v_relative_mps{0.0};
+  double noise_m = 0.0;  ///< see the top of this file
+};
+
+/// The first contacts with all entities in the cone, by ascending lambda, then by entity index. Of a cone
+/// without an opening: the closest hits of a ray. In each cross-section of the cone the distance of a
+/// triangle from the axis is a convex function of the axial coordinate; a search finds where it first falls
+/// below the cone's radius.
+std::vector<ConeTruth> contacts(const World& world, const Cone& cone, Faces faces = Faces::both);
+
+/// The same, testing every triangle of every entity: verifies the trees.
+std::vector<ConeTruth> contacts_brute_force(const World& world, const Cone& cone, Faces faces = Faces::both);
+
+struct BeamFraction {
+  EntityId entity;
+  double fraction = 0.0;
+};
+
+/// The parts of the beam's cross-section that reach each entity, from rays along `directions` directions that
+/// are spread evenly over it; entities that none reaches are left out. By ascending entity index. Of a cone
+/// without an opening: its first entity.
+std::vector<BeamFraction> beam_fractions(const World& world, const Cone& cone, Faces faces,
+                                         std::uint32_t directions);
+
 // ---- judging an answer
 
 enum class Verdict : std::uint8_t { agrees, too_close, differs };
@@ -194,5 +228,21 @@ Judgement compare(std::span<const TriangleGap> truth, const RegionAnswer& answer
 /// listed. The same targets in the same order agree. An incomplete answer differs.
 Judgement compare(const World& world, const Nearest& point, const NearestQueryOptions& options,
                   std::span<const NeighborTruth> truth, const NearestAnswer& answer);
+
+/// Directions with which `judge` samples a beam, and the difference between a fraction and that of the
+/// samples that is allowed.
+inline constexpr std::uint32_t judged_directions = 2048;
+inline constexpr double fraction_tolerance = 0.1;
+
+/// The returns of one cone. Hits come first, by ascending lambda, no entity twice, then misses. Of each, the
+/// contact lies in the cone and on the triangle, and side, normal and velocity are right, within noise.
+/// lambda lies between the first contacts with a cone that is wider and one that is narrower by the noise of
+/// the entity: this decides where the cone touches a surface. An entity in the narrower cone that comes
+/// before the last return (anywhere, when the list is not full) must be listed. With options.fractions,
+/// fractions are those of `judged_directions` directions within fraction_tolerance, and an entity must be
+/// listed if its fraction exceeds that. The same entities, with lambda within lambda_relative_tolerance or
+/// noise_m, agree. A return that is incomplete differs.
+Judgement compare(const World& world, const Cone& cone, const ConeQueryOptions& options,
+                  std::span<const ConeTruth> truth, std::span<const ConeReturn> answers);
 
 }  // namespace rtstdb::oracle
