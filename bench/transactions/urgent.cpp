@@ -141,6 +141,19 @@ Large<rtstdb::OverlapQuery> large_batch(BusyWorld& world, const rtstdb::OverlapQ
   return {"overlaps", {world.database(), std::move(query), count}};
 }
 
+Large<rtstdb::ConeQuery> large_batch(BusyWorld& world, const rtstdb::ConeQuery* /*kind*/) {
+  const std::uint32_t count = world.count(1u << 15);
+  auto query = must(world.database().prepare(
+      rtstdb::ConeQueryOptions{.name = "cones", .capacity = count, .returns_per_cone = 2}));
+  const auto rays = timed_rays(count, half_m, 40.0f, 0, 46);
+  for (std::size_t k = 0; rtstdb::Cone & cone : query->cones()) {
+    cone.origin_m = rays[k].origin_m;
+    cone.direction = rays[k++].direction;
+    cone.opening_angle_rad = 0.01f;
+  }
+  return {"cones", {world.database(), std::move(query), count}};
+}
+
 }  // namespace
 
 std::vector<Figure> measure_urgent(const SuiteOptions& options) {

@@ -85,6 +85,26 @@ inline std::vector<Words> words_of(std::span<const NearestAnswer> answers) {
   return of_points;
 }
 
+/// By return.
+inline std::vector<Words> words_of(std::span<const ConeReturn> returns) {
+  std::vector<Words> of_returns;
+  for (const ConeReturn& one : returns) {
+    Words& words = of_returns.emplace_back();
+    if (one.status == HitStatus::incomplete) {
+      words = cut_short;
+      continue;
+    }
+    words.insert(words.end(), {static_cast<std::uint32_t>(one.status), one.mask, one.material, one.triangle,
+                               one.front_face ? 1u : 0u, one.overflow ? 1u : 0u});
+    for (const float value : {one.lambda, one.u, one.v, one.fraction})
+      add(words, value);
+    add(words, one.entity);
+    add(words, one.n_world);
+    add(words, one.v_relative_mps);
+  }
+  return of_returns;
+}
+
 /// Where both say something it is the same, and hardly any says nothing.
 inline bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
   std::size_t silent = 0;

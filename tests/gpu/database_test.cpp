@@ -31,6 +31,17 @@ std::string describe(const Ray& ray) {
   return text.str();
 }
 
+std::string describe(const Cone& cone) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "cone from (" << cone.origin_m.x << ", " << cone.origin_m.y << ", " << cone.origin_m.z
+       << ") along (" << cone.direction.x << ", " << cone.direction.y << ", " << cone.direction.z << "), "
+       << cone.opening_angle_rad << " rad, lambda up to " << cone.lambda_max << ", t "
+       << cone.t.time_since_epoch().count() << " ns, mask " << cone.mask << ", carrier "
+       << static_cast<std::int32_t>(cone.carrier.index);
+  return text.str();
+}
+
 std::string describe(const Nearest& point) {
   std::ostringstream text;
   text.precision(9);
@@ -301,6 +312,18 @@ Tally judge(const oracle::World& world, std::span<const Nearest> points,
   for (const NearestAnswer& answer : answers) {
     tally.hits += answer.neighbors.size() == options.k ? 1 : 0;
     tally.inside += !answer.neighbors.empty() && answer.neighbors[0].distance_m < 0.0f ? 1 : 0;
+  }
+  return tally;
+}
+
+Tally judge(const oracle::World& world, std::span<const Cone> cones, std::span<const ConeReturn> returns,
+            const ConeQueryOptions& options) {
+  const std::size_t each = options.returns_per_cone;
+  Tally tally =
+      judge_elements(world, cones, returns, options, [&](std::size_t i) { return describe(cones[i]); });
+  for (std::size_t i = 0; i + each <= returns.size(); i += each) {
+    tally.hits += returns[i].status == HitStatus::hit ? 1 : 0;
+    tally.full += returns[i + each - 1].status == HitStatus::hit ? 1 : 0;
   }
   return tally;
 }

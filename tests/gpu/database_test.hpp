@@ -88,6 +88,10 @@ Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
 Tally judge(const oracle::World& world, std::span<const Nearest> points,
             std::span<const NearestAnswer> answers, const NearestQueryOptions& options);
 
+/// Hits: cones with a return. Full: those with as many returns as were asked for.
+Tally judge(const oracle::World& world, std::span<const Cone> cones, std::span<const ConeReturn> returns,
+            const ConeQueryOptions& options);
+
 Terms terms_at(WorldTime world_time, const ReadAt& read_at = {});
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0));
 Region region_of(RegionShape shape, RegionTest test, const glm::vec3& center_m,

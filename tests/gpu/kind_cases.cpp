@@ -66,6 +66,19 @@ Nearest random_element(Random& random, const ElementScene& at, const Nearest* /*
   return random_point(random, at.entities, at.scene, at.first, at.window_s);
 }
 
+// ---- cone
+
+std::vector<ConeQueryOptions> options_worth_a_test(const ConeQuery* /*kind*/) {
+  return {{.name = "first"},
+          {.name = "returns", .returns_per_cone = 5},
+          {.name = "fronts", .returns_per_cone = 8, .faces = Faces::front},
+          {.name = "fractions", .returns_per_cone = 4, .fractions = true}};
+}
+
+Cone random_element(Random& random, const ElementScene& at, const Cone* /*type*/) {
+  return random_cone(random, at.entities, at.scene, at.first, at.window_s);
+}
+
 // ---- every kind
 
 template <class Class>

@@ -128,6 +128,22 @@ std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> 
   return rays;
 }
 
+Cone random_cone(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+                 WorldTime first, double window_s) {
+  const Ray ray = random_ray(random, entities, options, first, window_s);
+  Cone cone;
+  cone.origin_m = ray.origin_m;
+  cone.direction = ray.direction;
+  cone.lambda_max = ray.lambda_max;
+  cone.t = ray.t;
+  cone.mask = ray.mask;
+  cone.carrier = ray.carrier;
+  cone.opening_angle_rad = static_cast<float>(random.magnitude(1e-4, 0.1));
+  if (random.one_in(16)) cone.opening_angle_rad = static_cast<float>(random.uniform(0.1, 3.0));
+  if (random.one_in(8)) cone.opening_angle_rad = 0.0f;
+  return cone;
+}
+
 Region random_region(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s) {
   Region region;

@@ -53,6 +53,10 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
 std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
                                    const SceneOptions& options, WorldTime first, double window_s);
 
+/// A cone about such a ray: one in eight has no opening, one in sixteen is wide, the others are beams.
+Cone random_cone(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+                 WorldTime first, double window_s);
+
 Region random_region(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s);
 

@@ -1,0 +1,243 @@
+// The fractions of a beam: closed forms, and what is hidden.
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/random_scene.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Of `segments` triangles, about the z axis, with a hole of that radius (0: none).
+TriangleMesh disc(double radius_m, double hole_m, std::uint32_t segments) {
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < segments; ++i) {
+    const double a = 2.0 * pi * i / segments;
+    const double b = 2.0 * pi * (i + 1) / segments;
+    const auto at = [&](double r, double angle) { return glm::vec3(r * std::cos(angle), r * std::sin(angle), 0.0); };
+    const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+    if (hole_m > 0.0) {
+      mesh.positions_m.insert(mesh.positions_m.end(), {at(hole_m, a), at(radius_m, a), at(radius_m, b), at(hole_m, b)});
+      mesh.triangles.emplace_back(first, first + 1, first + 2);
+      mesh.triangles.emplace_back(first, first + 2, first + 3);
+    } else {
+      mesh.positions_m.insert(mesh.positions_m.end(), {glm::vec3(0.0f), at(radius_m, a), at(radius_m, b)});
+      mesh.triangles.emplace_back(first, first + 1, first + 2);
+    }
+  }
+  return mesh;
+}
+
+class ConeFractions : public DatabaseTest {
+ protected:
+  static constexpr std::uint32_t per_cone = 8;
+  /// A beam from the origin along -z, of that radius at a distance of one metre.
+  static Cone beam(double radius) {
+    Cone cone;
+    cone.direction = {0.0f, 0.0f, -1.0f};
+    cone.opening_angle_rad = static_cast<float>(2.0 * std::atan(radius));
+    return cone;
+  }
+  std::vector<ConeReturn> returns_of(const Cone& cone, Faces faces = Faces::both) {
+    auto query = database().prepare(ConeQueryOptions{
+        .name = "beam", .capacity = 1, .returns_per_cone = per_cone, .faces = faces, .fractions = true});
+    if (!query) {
+      ADD_FAILURE() << query.error().message;
+      return {};
+    }
+    query.value()->cones()[0] = cone;
+    const Outcome outcome =
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), 1); });
+    EXPECT_TRUE(outcome.done()) << describe(outcome);
+    truncated_ = outcome.status == Status::truncated;
+    std::vector<ConeReturn> hits;
+    double sum = 0.0;
+    for (const ConeReturn& one : query.value()->returns()) {
+      EXPECT_NE(one.status, HitStatus::incomplete);
+      if (one.status != HitStatus::hit) continue;
+      EXPECT_GT(one.fraction, 0.0f);
+      hits.push_back(one);
+      sum += static_cast<double>(one.fraction);
+    }
+    EXPECT_LE(sum, 1.0 + 1e-6);
+    return hits;
+  }
+  double only_fraction(const Cone& cone, Faces faces = Faces::both) {
+    const auto hits = returns_of(cone, faces);
+    EXPECT_EQ(hits.size(), 1u);
+    return hits.empty() ? 0.0 : static_cast<double>(hits[0].fraction);
+  }
+  bool truncated_ = false;
+};
+
+TEST_F(ConeFractions, APlateOverTheWholeBeamOrAPartOfIt) {
+  const EntityId plate = create(row_of(add(make_rectangle(20.0, 20.0)), {0.0, 0.0, -10.0}));
+  EXPECT_NEAR(only_fraction(beam(0.1)), 1.0, 1e-5);
+  EntityRow row = row_of({0}, {10.0, 0.0, -10.0});
+  for (const double turn_rad : {0.0, 0.3, 1.1, 2.5}) {
+    row.motion.p_world_m = {10.0 * std::cos(turn_rad), 10.0 * std::sin(turn_rad), -10.0};
+    row.motion.q_world = glm::angleAxis(turn_rad, glm::dvec3(0.0, 0.0, 1.0));
+    update_motion(plate, row.motion, {});
+    EXPECT_NEAR(only_fraction(beam(0.1)), 0.5, 1e-4) << turn_rad;
+    // Its border half a radius beyond the axis: a segment of the disc.
+    row.motion.p_world_m *= 1.05;
+    row.motion.p_world_m.z = -10.0;
+    update_motion(plate, row.motion, {});
+    const double segment = (std::acos(0.5) - 0.5 * std::sqrt(0.75)) / pi;
+    EXPECT_NEAR(only_fraction(beam(0.1)), segment, 1e-4) << turn_rad;
+  }
+}
+
+/// A plate that reaches beside and behind the apex, and a beam that ends on it.
+TEST_F(ConeFractions, APlateUnderTheBeam) {
+  EntityRow row = row_of(add(make_rectangle(2000.0, 2000.0)), {0.0, -1.0, 0.0});
+  row.motion.q_world = glm::angleAxis(-0.5 * pi, glm::dvec3(1.0, 0.0, 0.0));
+  create(row);
+  // All directions below the horizon meet it: half of the beam, but what meets it beyond its border.
+  EXPECT_NEAR(only_fraction(beam(0.5)), 0.5, 2e-3);
+  EXPECT_NEAR(only_fraction(beam(5.0)), 0.5, 2e-3);
+  // Up to 10 m only what is steeper than one in ten.
+  Cone cone = beam(0.5);
+  cone.lambda_max = 10.0f;
+  const double segment = (std::acos(0.2) - 0.2 * std::sqrt(1.0 - 0.04)) / pi;
+  EXPECT_NEAR(only_fraction(cone), segment, 1e-3);
+}
+
+TEST_F(ConeFractions, AHoleSmallerThanTheBeam) {
+  create(row_of(add(disc(5.0, 0.3, 64)), {0.0, 0.0, -10.0}));
+  const double hole = 0.3 * 0.3 * 64.0 / (2.0 * pi) * std::sin(2.0 * pi / 64.0);
+  EXPECT_NEAR(only_fraction(beam(0.1)), 1.0 - hole, 1e-4);
+}
+
+/// Smaller than the pattern of directions resolves.
+TEST_F(ConeFractions, ADiscOfACentimetreAtFiveHundredMetres) {
+  const EntityId target = create(row_of(add(disc(0.005, 0.0, 24)), {0.0, 0.0, -500.0}));
+  const double radius_m = 500.0 * std::tan(0.0001745);
+  for (const double beside : {0.0, 0.3, 0.7}) {
+    Motion motion;
+    motion.p_world_m = {beside * radius_m, 0.2 * beside * radius_m, -500.0};
+    update_motion(target, motion, {});
+    Cone cone = beam(std::tan(0.0001745));
+    EXPECT_NEAR(only_fraction(cone), std::pow(0.005 / radius_m, 2.0), 0.1 * std::pow(0.005 / radius_m, 2.0));
+  }
+}
+
+TEST_F(ConeFractions, OneBehindAnother) {
+  const GeometryId plate = add(make_rectangle(20.0, 20.0));
+  const EntityId front = create(row_of(plate, {10.0, 0.0, -10.0}));
+  const EntityId behind = create(row_of(plate, {0.0, 0.0, -20.0}));
+  const EntityId hidden = create(row_of(plate, {10.0, 0.0, -30.0}));
+  const auto hits = returns_of(beam(0.1));
+  ASSERT_EQ(hits.size(), 2u);
+  EXPECT_EQ(hits[0].entity, front);
+  EXPECT_EQ(hits[1].entity, behind);
+  EXPECT_NEAR(hits[0].fraction, 0.5f, 1e-4f);
+  EXPECT_NEAR(hits[1].fraction, 0.5f, 1.0f / 64.0f);
+  EXPECT_TRUE(std::ranges::none_of(hits, [&](const ConeReturn& one) { return one.entity == hidden; }));
+}
+
+/// A small target before a wall keeps its fraction; behind the wall it has none.
+TEST_F(ConeFractions, ASmallTargetBeforeAWallAndBehindIt) {
+  create(row_of(add(make_rectangle(20.0, 20.0)), {0.0, 0.0, -20.0}));
+  const EntityId target = create(row_of(add(disc(0.02, 0.0, 24)), {0.31, 0.0, -19.0}));
+  const double wanted = std::pow(0.02 / 1.9, 2.0);
+  auto hits = returns_of(beam(0.1));
+  ASSERT_EQ(hits.size(), 2u);
+  EXPECT_EQ(hits[0].entity, target);
+  EXPECT_NEAR(hits[0].fraction, wanted, 0.05 * wanted);
+  EXPECT_GT(hits[1].fraction, 0.98f);
+  Motion motion;
+  motion.p_world_m = {0.31, 0.0, -21.0};
+  update_motion(target, motion, {});
+  hits = returns_of(beam(0.1));
+  ASSERT_EQ(hits.size(), 1u);
+  EXPECT_NE(hits[0].entity, target);
+}
+
+/// A closed body covers what its outline covers, from outside and, of its fronts or backs, too.
+TEST_F(ConeFractions, AClosedBody) {
+  create(row_of(add(make_sphere(0.5, 5)), {0.0, 0.0, -10.0}));
+  const double sine = 0.05;
+  const double outline = sine * sine / (1.0 - sine * sine);
+  for (const Faces faces : {Faces::both, Faces::front, Faces::back})
+    EXPECT_NEAR(only_fraction(beam(0.1), faces), outline / 0.01, 4e-3) << to_string(faces);
+  Cone inside = beam(0.1);
+  inside.origin_m = {0.0f, 0.0f, -10.0f};
+  EXPECT_NEAR(only_fraction(inside), 1.0, 1e-4);
+}
+
+TEST_F(ConeFractions, ARayHasAllOfItself) {
+  const GeometryId plate = add(make_rectangle(20.0, 20.0));
+  const EntityId front = create(row_of(plate, {0.0, 0.0, -10.0}));
+  create(row_of(plate, {0.0, 0.0, -20.0}));
+  for (const double radius : {0.0, 1e-9}) {
+    const auto hits = returns_of(beam(radius));
+    ASSERT_EQ(hits.size(), 1u);
+    EXPECT_EQ(hits[0].entity, front);
+    EXPECT_EQ(hits[0].fraction, 1.0f);
+  }
+}
+
+/// More entities than a beam is distributed among: flagged where it could matter.
+TEST_F(ConeFractions, MoreEntitiesThanAreSearched) {
+  const GeometryId chip = add(make_rectangle(0.1, 0.1));
+  for (int i = 0; i < 20; ++i)
+    create(row_of(chip, {0.2 * (i % 5) - 0.4, 0.2 * (i / 5) - 0.3, -10.0 - 0.1 * i}));
+  auto hits = returns_of(beam(0.1));
+  EXPECT_EQ(hits.size(), per_cone);
+  EXPECT_TRUE(truncated_);
+  for (const ConeReturn& one : hits)
+    EXPECT_TRUE(one.overflow);
+  // A plate before all of them leaves nothing open.
+  create(row_of(add(make_rectangle(20.0, 20.0)), {0.0, 0.0, -5.0}));
+  hits = returns_of(beam(0.1));
+  EXPECT_EQ(hits.size(), 1u);
+  EXPECT_FALSE(truncated_);
+  EXPECT_FALSE(hits[0].overflow);
+}
+
+/// The fractions of random beams beside dense samples.
+TEST_F(ConeFractions, AreNearThoseOfDenseSamples) {
+  Random random(41);
+  const GeometryId sphere = add(make_sphere(0.5, 2));
+  const GeometryId box = add(make_box({0.6, 0.8, 1.0}));
+  for (int i = 0; i < 60; ++i) {
+    EntityRow row = row_of(i % 2 == 0 ? sphere : box, glm::dvec3(0.0, 0.0, -20.0) + 1.5 * random.vector());
+    row.motion.q_world = random.orientation();
+    create(row);
+  }
+  constexpr std::uint32_t count = 24;
+  const ConeQueryOptions options{
+      .name = "beams", .capacity = count, .returns_per_cone = per_cone, .fractions = true};
+  auto query = database().prepare(options);
+  ASSERT_TRUE(query.ok());
+  for (Cone& cone : query.value()->cones()) {
+    cone = beam(random.magnitude(0.01, 0.1));
+    cone.direction += glm::vec3(0.05 * random.vector());
+  }
+  ASSERT_TRUE(execute([&](Transaction& transaction) { transaction.add_query(*query.value(), count); }).done());
+  const oracle::World everything = world();
+  double square = 0.0;
+  std::size_t compared = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto dense = oracle::beam_fractions(everything, query.value()->cones()[i], Faces::both, 65'536);
+    for (const ConeReturn& one : query.value()->returns().subspan(std::size_t{i} * per_cone, per_cone)) {
+      if (one.status != HitStatus::hit) continue;
+      const auto found = std::ranges::find(dense, one.entity, &oracle::BeamFraction::entity);
+      const double wanted = found == dense.end() ? 0.0 : found->fraction;
+      EXPECT_NEAR(static_cast<double>(one.fraction), wanted, oracle::fraction_tolerance) << "beam " << i;
+      square += std::pow(static_cast<double>(one.fraction) - wanted, 2.0);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 40u);
+  const double deviation = std::sqrt(square / static_cast<double>(compared));
+  RecordProperty("deviation", std::to_string(deviation));
+  EXPECT_LT(deviation, 0.03);
+}
+
+}  // namespace
+}  // namespace rtstdb::test
