@@ -61,10 +61,8 @@ TEST_F(ConeTest, MeetsAPlane) {
       const glm::vec3 down(std::sin(tilt_rad), 0.0, -std::cos(tilt_rad));
       const ConeReturn one = trace_cone(cone_from({}, 2.0f * down, angle_rad));
       const double half_rad = 0.5 * angle_rad;
-      const double nearest_rad = std::max(std::abs(tilt_rad) - half_rad, 0.0);
-      // Along the generator that leans to the plane, or anywhere on a plane across the axis.
-      const double z_m = std::abs(tilt_rad) < 1e-9 ? 10.0 : 10.0 / std::cos(nearest_rad) * std::cos(half_rad);
-      if (std::abs(tilt_rad) < half_rad && tilt_rad != 0.0) continue;
+      // Along the generator that leans to the plane.
+      const double z_m = 10.0 * std::cos(half_rad) / std::cos(std::abs(tilt_rad) - half_rad);
       ASSERT_EQ(one.status, HitStatus::hit) << tilt_rad << ", " << angle_rad;
       EXPECT_EQ(one.entity, plane);
       EXPECT_NEAR(2.0 * static_cast<double>(one.lambda), z_m, 1e-5 * z_m) << tilt_rad << ", " << angle_rad;
@@ -90,7 +88,7 @@ TEST_F(ConeTest, MeetsASphere) {
       // generator towards the centre.
       const double pole = 20.0 * std::cos(beside_rad) - radius_m;
       const double pole_beside = 20.0 * std::sin(beside_rad);
-      const double off_rad = std::max(beside_rad - half_rad, 0.0);
+      const double off_rad = std::abs(beside_rad - half_rad);
       const double along_m = 20.0 * std::cos(off_rad) -
                              std::sqrt(radius_m * radius_m - std::pow(20.0 * std::sin(off_rad), 2.0));
       const double z_m = std::atan2(pole_beside, pole) <= half_rad ? pole : along_m * std::cos(half_rad);
@@ -114,15 +112,16 @@ TEST_F(ConeTest, MeetsTheCornerAndTheEdgeOfABoxFirst) {
   // A corner, from a diagonal.
   const double far_m = std::numbers::sqrt3;
   EntityRow turned = row_of({0}, {-10.0, 0.0, 0.0});
-  turned.motion.q_world = glm::rotation(glm::normalize(glm::dvec3(1.0)), glm::dvec3(1.0, 0.0, 0.0));
+  turned.motion.q_world =
+      glm::angleAxis(std::acos(1.0 / far_m), glm::normalize(glm::dvec3(0.0, 1.0, -1.0)));
   create(turned);
   EXPECT_NEAR(trace_cone(cone_from({}, {-1, 0, 0}, 0.05)).lambda, static_cast<float>(10.0 - far_m), 1e-5f);
 }
 
-/// A disc beside the beam is met from the distance on at which the beam has reached it.
+/// A body beside the axis is met by beams that are wide enough where it is.
 TEST_F(ConeTest, FootprintGrowsWithDistance) {
   create(row_of(add(make_box({0.02, 0.02, 0.02})), {100.0, 0.5, 0.0}));
-  const double reaches_rad = 2.0 * std::atan((0.5 - 0.01) / 99.99);
+  const double reaches_rad = 2.0 * std::atan((0.5 - 0.01) / 100.01);
   EXPECT_EQ(trace_cone(cone_from({}, {1, 0, 0}, reaches_rad * 0.999)).status, HitStatus::miss);
   EXPECT_EQ(trace_cone(cone_from({}, {1, 0, 0}, reaches_rad * 1.001)).status, HitStatus::hit);
   Cone short_of = cone_from({}, {1, 0, 0}, 0.05);

@@ -204,7 +204,7 @@ TEST_F(ConeFractions, AreNearThoseOfDenseSamples) {
   Random random(41);
   const GeometryId sphere = add(make_sphere(0.5, 2));
   const GeometryId box = add(make_box({0.6, 0.8, 1.0}));
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 15; ++i) {
     EntityRow row = row_of(i % 2 == 0 ? sphere : box, glm::dvec3(0.0, 0.0, -20.0) + 1.5 * random.vector());
     row.motion.q_world = random.orientation();
     create(row);
