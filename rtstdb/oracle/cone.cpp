@@ -17,7 +17,7 @@ namespace {
 
 /// Axial coordinates that differ by less than this part of the magnitudes are equal, and the lower triangle
 /// wins.
-constexpr double tie_relative = 1e-12;
+constexpr double equal_relative = 1e-12;
 
 glm::dvec3 normal_of(const std::array<glm::dvec3, 3>& c) noexcept {
   return glm::cross(c[1] - c[0], c[2] - c[0]);
@@ -38,7 +38,7 @@ FirstContact first_contact(const PosedCone& cone, const PosedEntity& entity, Fac
     if (!counts(faces, apex_height_m(corners), 0.0)) return;
     const auto point = first_point(corners, space);
     if (!point) return;
-    const double window = tie_relative * (std::abs(point->z) + entity.reach());
+    const double window = equal_relative * (std::abs(point->z) + entity.reach());
     const bool nearer = !first.found || point->z < first.p_cone_m.z - window ||
                         (point->z <= first.p_cone_m.z + window && triangle < first.triangle);
     if (!nearer) return;
