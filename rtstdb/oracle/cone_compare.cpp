@@ -179,7 +179,7 @@ Judgement judge_fractions(const World& world, const Cone& cone, const PosedCone&
 /// Whether the beam is so thin that noise decides what it meets.
 bool is_thin(const PosedCone& cone, std::span<const ConeTruth> truth) {
   return std::ranges::any_of(truth, [&](const ConeTruth& one) {
-    return cone.slope() * one.lambda * cone.axis.length < 50.0 * one.noise_m;
+    return cone.slope() * one.lambda * cone.axis.length < 10.0 * one.noise_m;
   });
 }
 

@@ -199,6 +199,32 @@ TEST_F(ConeFractions, MoreEntitiesThanAreSearched) {
   EXPECT_FALSE(hits[0].overflow);
 }
 
+/// More triangles in the beam than a search may visit: flagged, and no fraction is given.
+TEST_F(ConeFractions, MoreTrianglesThanCanBeSearched) {
+  create(row_of(add(make_sphere(1.0, 6)), {0.0, 0.0, -10.0}));
+  const ConeQueryOptions options{.name = "beam", .capacity = 2, .returns_per_cone = 2, .fractions = true};
+  auto query = database().prepare(options);
+  ASSERT_TRUE(query.ok());
+  query.value()->cones()[0] = beam(0.2);
+  query.value()->cones()[1] = beam(0.002);
+  Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*query.value(), 2); });
+  EXPECT_EQ(outcome.status, Status::truncated) << describe(outcome);
+  EXPECT_EQ(query.value()->answer_info().missing, 1u);
+  EXPECT_EQ(query.value()->returns()[0].status, HitStatus::incomplete);
+  EXPECT_EQ(query.value()->returns()[1].status, HitStatus::incomplete);
+  EXPECT_EQ(query.value()->returns()[0].fraction, 0.0f);
+  EXPECT_EQ(query.value()->returns()[2].status, HitStatus::hit);
+  EXPECT_NEAR(query.value()->returns()[2].fraction, 1.0f, 1e-4f);
+  EXPECT_EQ(query.value()->returns()[3].status, HitStatus::miss);
+  // The first contact needs few of them.
+  auto first = database().prepare(ConeQueryOptions{.name = "first", .capacity = 1});
+  ASSERT_TRUE(first.ok());
+  first.value()->cones()[0] = beam(0.2);
+  outcome = execute([&](Transaction& transaction) { transaction.add_query(*first.value(), 1); });
+  EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
+  EXPECT_NEAR(first.value()->returns()[0].lambda, 9.0f, 1e-3f);
+}
+
 /// The fractions of random beams beside dense samples.
 TEST_F(ConeFractions, AreNearThoseOfDenseSamples) {
   Random random(41);

@@ -1,6 +1,6 @@
 // A million random questions of each kind and more, over many worlds, against the oracle; and boxes of moving
 // entities of thousands of worlds. The short forms run with every test: ray_random_test, ray_first_test,
-// nearest_random_test, region_random_test, motion_box_test.
+// nearest_random_test, cone_random_test, region_random_test, motion_box_test.
 
 #include <algorithm>
 #include <ostream>
@@ -124,6 +124,29 @@ INSTANTIATE_TEST_SUITE_P(Families, ManyPoints,
                                          Family{"sixty", 2200, 20, 60, 5.0, 18'000},
                                          Family{"six_hundred", 2300, 10, 600, 16.0, 6'000},
                                          Family{"three_thousand", 2400, 4, 3000, 36.0, 6'000}),
+                         name_of);
+
+class ManyCones : public ManyWorlds {};
+
+TEST_P(ManyCones, AgreeWithTheOracle) {
+  ask_all(
+      [&](const Part& part) {
+        Tally tally = ask(ConeQueryOptions{.name = "cones"}, part(0.6));
+        tally += ask(ConeQueryOptions{.name = "cones", .faces = Faces::front}, part(0.1));
+        tally += ask(ConeQueryOptions{.name = "cones", .faces = Faces::back}, part(0.1));
+        tally += ask(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, part(0.18));
+        tally += ask(ConeQueryOptions{.name = "cones", .returns_per_cone = 8, .fractions = true}, part(0.02));
+        return tally;
+      },
+      0.005);
+}
+
+INSTANTIATE_TEST_SUITE_P(Families, ManyCones,
+                         testing::Values(Family{"one", 2500, 20, 1, 0.3, 15'000},
+                                         Family{"nine", 2600, 20, 9, 2.0, 15'000},
+                                         Family{"sixty", 2700, 20, 60, 5.0, 17'500},
+                                         Family{"four_hundred", 2800, 10, 400, 14.0, 8'000},
+                                         Family{"large_build", 2900, 4, 2049, 30.0, 3'000}),
                          name_of);
 
 class ManyRegions : public ManyWorlds {};

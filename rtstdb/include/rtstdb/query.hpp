@@ -106,7 +106,7 @@ struct alignas(16) Ray {
   EntityId carrier{};  ///< default: none, the ray is in the world frame
 };
 
-/// Which sides of triangles a ray hits.
+/// Which sides of triangles a ray or a cone meets.
 enum class Faces : std::uint8_t { both, front, back };
 
 enum class HitStatus : std::uint32_t {

@@ -27,6 +27,8 @@ TEST(DesignatedInitialisers, OfOptions) {
   EXPECT_EQ((RegionQueryOptions{.capacity = 1}).name, "");
   EXPECT_EQ((NearestQueryOptions{.name = "q"}).k, 1u);
   EXPECT_EQ((NearestQueryOptions{.capacity = 1}).name, "");
+  EXPECT_EQ((ConeQueryOptions{.name = "q"}).returns_per_cone, 1u);
+  EXPECT_EQ((ConeQueryOptions{.capacity = 1}).name, "");
   EXPECT_EQ((OverlapQueryOptions{.name = "q"}).capacity, 0u);
   EXPECT_EQ((OverlapQueryOptions{.capacity = 1}).name, "");
   EXPECT_EQ((StandingOptions{.name = "q"}).ring_capacity, 1024u);
