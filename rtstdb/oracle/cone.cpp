@@ -66,8 +66,8 @@ ConeTruth described(const PosedCone& cone, const PosedEntity& entity, const Firs
   truth.v = on_triangle.v;
   truth.front_face = apex_height_m(cone.corners(entity, first.triangle)) > 0.0;
   // Normals scale inversely.
-  truth.n_world = glm::normalize(
-      entity.pose.q_world * (normal_of(entity.mesh->corners(first.triangle)) / entity.state->row.scale));
+  truth.n_world = glm::normalize(entity.pose.q_world *
+                                 (normal_of(entity.mesh->corners(first.triangle)) / entity.state->row.scale));
   truth.v_relative_mps = motion.v_world_mps +
                          glm::cross(motion.w_world_radps, p_world_m - entity.pose.p_world_m) -
                          cone.axis.v_origin_mps;

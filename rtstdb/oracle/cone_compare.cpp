@@ -52,8 +52,8 @@ Judgement judge_velocity(const PosedCone& cone, const PosedEntity& entity, const
   const glm::dvec3 wanted =
       motion.v_world_mps + glm::cross(motion.w_world_radps, arm_m) - cone.axis.v_origin_mps;
   const double spin_radps = glm::length(motion.w_world_radps);
-  const double speeds_mps = glm::length(motion.v_world_mps) + spin_radps * glm::length(arm_m) +
-                            glm::length(cone.axis.v_origin_mps);
+  const double speeds_mps =
+      glm::length(motion.v_world_mps) + spin_radps * glm::length(arm_m) + glm::length(cone.axis.v_origin_mps);
   const glm::dvec3 v(one.v_relative_mps);
   if (glm::length(v - wanted) <= velocity_relative_tolerance * speeds_mps + spin_radps * noise_m) return {};
   return judged(Verdict::differs, "relative velocity (%.9g, %.9g, %.9g) instead of (%.9g, %.9g, %.9g)", v.x,
@@ -91,7 +91,8 @@ Judgement judge_point(const PosedCone& cone, const PosedEntity& entity, Faces fa
     return judged(Verdict::differs, "u, v = (%.9g, %.9g) name a point at %.9g m instead of %.9g m", u, v, p.z,
                   z);
   const double height_m = apex_height_m(cone.corners(entity, one.triangle));
-  if (!counts(faces, height_m, noise_m) || (one.front_face != (height_m > 0.0) && std::abs(height_m) > noise_m))
+  if (!counts(faces, height_m, noise_m) ||
+      (one.front_face != (height_m > 0.0) && std::abs(height_m) > noise_m))
     return judged(Verdict::differs, "the %s face, with the apex %.3g m in front of it",
                   one.front_face ? "front" : "back", height_m);
   if (Judgement judgement = judge_velocity(cone, entity, p_world_m, noise_m, one);
@@ -110,8 +111,7 @@ Judgement judge_one(const World& world, const Cone& cone, const PosedCone& posed
   const PosedEntity entity = posed(world, *state, cone.t, false);
   if (one.triangle >= entity.mesh->triangle_count())
     return judged(Verdict::differs, "it has no triangle %u", one.triangle);
-  if (Judgement judgement = judge_point(posed_cone, entity, faces, one);
-      judgement.verdict != Verdict::agrees)
+  if (Judgement judgement = judge_point(posed_cone, entity, faces, one); judgement.verdict != Verdict::agrees)
     return judgement;
   const ContactRange bounds = contact_bounds(posed_cone, entity, faces);
   const double z = static_cast<double>(one.lambda) * posed_cone.axis.length;
@@ -193,8 +193,8 @@ bool agree(const PosedCone& cone, bool fractions, std::span<const ConeTruth> tru
       ++next;
     if (next == truth.size() || truth[next].entity != one.entity) return false;
     const double difference = std::abs(static_cast<double>(one.lambda) - truth[next].lambda);
-    if (difference > std::max(lambda_relative_tolerance * truth[next].lambda,
-                              truth[next].noise_m / cone.axis.length))
+    if (difference >
+        std::max(lambda_relative_tolerance * truth[next].lambda, truth[next].noise_m / cone.axis.length))
       return false;
     ++next;
   }
@@ -228,8 +228,8 @@ Judgement judge_ray(const World& world, const Cone& cone, const ConeQueryOptions
 Judgement compare(const World& world, const Cone& cone, const ConeQueryOptions& options,
                   std::span<const ConeTruth> truth, std::span<const ConeReturn> answers) {
   const PosedCone posed_cone(world, cone);
-  const auto end = std::ranges::find_if(
-      answers, [](const ConeReturn& one) { return one.status != HitStatus::hit; });
+  const auto end =
+      std::ranges::find_if(answers, [](const ConeReturn& one) { return one.status != HitStatus::hit; });
   const auto listed = answers.first(static_cast<std::size_t>(end - answers.begin()));
   for (const ConeReturn& one : answers.subspan(listed.size())) {
     if (one.status != HitStatus::miss)

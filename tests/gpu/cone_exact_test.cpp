@@ -34,9 +34,8 @@ class ConeTest : public DatabaseTest {
       return {};
     }
     std::ranges::copy(cones, query.value()->cones().begin());
-    const Outcome outcome = execute([&](Transaction& transaction) {
-      transaction.add_query(*query.value(), options.capacity);
-    });
+    const Outcome outcome =
+        execute([&](Transaction& transaction) { transaction.add_query(*query.value(), options.capacity); });
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     const auto returns = query.value()->returns();
     EXPECT_EQ(returns.size(), cones.size() * options.returns_per_cone);
@@ -89,8 +88,8 @@ TEST_F(ConeTest, MeetsASphere) {
       const double pole = 20.0 * std::cos(beside_rad) - radius_m;
       const double pole_beside = 20.0 * std::sin(beside_rad);
       const double off_rad = std::abs(beside_rad - half_rad);
-      const double along_m = 20.0 * std::cos(off_rad) -
-                             std::sqrt(radius_m * radius_m - std::pow(20.0 * std::sin(off_rad), 2.0));
+      const double along_m =
+          20.0 * std::cos(off_rad) - std::sqrt(radius_m * radius_m - std::pow(20.0 * std::sin(off_rad), 2.0));
       const double z_m = std::atan2(pole_beside, pole) <= half_rad ? pole : along_m * std::cos(half_rad);
       EXPECT_NEAR(static_cast<double>(one.lambda), z_m, 2e-3) << angle_rad << ", " << beside_rad;
     }
@@ -112,8 +111,7 @@ TEST_F(ConeTest, MeetsTheCornerAndTheEdgeOfABoxFirst) {
   // A corner, from a diagonal.
   const double far_m = std::numbers::sqrt3;
   EntityRow turned = row_of({0}, {-10.0, 0.0, 0.0});
-  turned.motion.q_world =
-      glm::angleAxis(std::acos(1.0 / far_m), glm::normalize(glm::dvec3(0.0, 1.0, -1.0)));
+  turned.motion.q_world = glm::angleAxis(std::acos(1.0 / far_m), glm::normalize(glm::dvec3(0.0, 1.0, -1.0)));
   create(turned);
   EXPECT_NEAR(trace_cone(cone_from({}, {-1, 0, 0}, 0.05)).lambda, static_cast<float>(10.0 - far_m), 1e-5f);
 }
@@ -143,8 +141,8 @@ TEST_F(ConeTest, WideConesAgreeWithTheOracle) {
   }
   std::vector<Cone> cones;
   for (int i = 0; i < 2000; ++i)
-    cones.push_back(
-        cone_from(5.0 * random.vector(), random.vector(), i % 2 == 0 ? random.uniform(0.5, 3.1415) : 3.1415925));
+    cones.push_back(cone_from(5.0 * random.vector(), random.vector(),
+                              i % 2 == 0 ? random.uniform(0.5, 3.1415) : 3.1415925));
   expect_agreement(cones, {.returns_per_cone = 4});
 }
 
@@ -306,23 +304,27 @@ TEST_F(ConeTest, BadConesAreRefusedWithValueAndLimit) {
     EXPECT_EQ(sentence, "bad_input: " + what + ", in element 0 of query 0; nothing was done");
   };
   const std::string limits = "; it must be 0 to 3.1415925";
-  expect(refusal([](Cone& cone) { cone.opening_angle_rad = -0.1f; }), "opening_angle_rad is -0.100000001" + limits);
+  expect(refusal([](Cone& cone) { cone.opening_angle_rad = -0.1f; }),
+         "opening_angle_rad is -0.100000001" + limits);
   expect(refusal([](Cone& cone) { cone.opening_angle_rad = 3.14159274f; }),
          "opening_angle_rad is 3.14159274" + limits);
-  expect(refusal([](Cone& cone) { cone.opening_angle_rad = std::nanf(""); }), "opening_angle_rad is nan" + limits);
+  expect(refusal([](Cone& cone) { cone.opening_angle_rad = std::nanf(""); }),
+         "opening_angle_rad is nan" + limits);
   expect(refusal([](Cone& cone) { cone.lambda_max = -1.0f; }), "lambda_max is -1; it must be 0 or above");
   expect(refusal([](Cone& cone) { cone.direction = {}; }),
          "direction is (0, 0, 0); its largest component must be 1e-15 to 1e15");
   expect(refusal([](Cone& cone) { cone.origin_m.y = 2e5f; }),
          "origin_m.y is 200000; it must be -100000 to 100000");
   for (const ConeQueryOptions& options :
-       {ConeQueryOptions{.name = "q", .capacity = 0}, ConeQueryOptions{.name = "q", .capacity = (1u << 20) + 1},
+       {ConeQueryOptions{.name = "q", .capacity = 0},
+        ConeQueryOptions{.name = "q", .capacity = (1u << 20) + 1},
         ConeQueryOptions{.name = "q", .capacity = 1, .returns_per_cone = 0},
         ConeQueryOptions{.name = "q", .capacity = 1, .returns_per_cone = 9}}) {
     const auto refused = database().prepare(options);
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::capacity);
-    EXPECT_NE(refused.error().message.find("1 to 8 returns of 1 to 1048576 cones are possible"), std::string::npos);
+    EXPECT_NE(refused.error().message.find("1 to 8 returns of 1 to 1048576 cones are possible"),
+              std::string::npos);
   }
 }
 

@@ -17,10 +17,13 @@ TriangleMesh disc(double radius_m, double hole_m, std::uint32_t segments) {
   for (std::uint32_t i = 0; i < segments; ++i) {
     const double a = 2.0 * pi * i / segments;
     const double b = 2.0 * pi * (i + 1) / segments;
-    const auto at = [&](double r, double angle) { return glm::vec3(r * std::cos(angle), r * std::sin(angle), 0.0); };
+    const auto at = [&](double r, double angle) {
+      return glm::vec3(r * std::cos(angle), r * std::sin(angle), 0.0);
+    };
     const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
     if (hole_m > 0.0) {
-      mesh.positions_m.insert(mesh.positions_m.end(), {at(hole_m, a), at(radius_m, a), at(radius_m, b), at(hole_m, b)});
+      mesh.positions_m.insert(mesh.positions_m.end(),
+                              {at(hole_m, a), at(radius_m, a), at(radius_m, b), at(hole_m, b)});
       mesh.triangles.emplace_back(first, first + 1, first + 2);
       mesh.triangles.emplace_back(first, first + 2, first + 3);
     } else {
@@ -244,7 +247,8 @@ TEST_F(ConeFractions, AreNearThoseOfDenseSamples) {
     cone = beam(random.magnitude(0.01, 0.1));
     cone.direction += glm::vec3(0.05 * random.vector());
   }
-  ASSERT_TRUE(execute([&](Transaction& transaction) { transaction.add_query(*query.value(), count); }).done());
+  ASSERT_TRUE(
+      execute([&](Transaction& transaction) { transaction.add_query(*query.value(), count); }).done());
   const oracle::World everything = world();
   double square = 0.0;
   std::size_t compared = 0;

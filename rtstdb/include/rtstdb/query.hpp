@@ -366,10 +366,10 @@ struct alignas(8) ConeReturn {
 
 struct ConeQueryOptions {
   using Prepared = ConeQuery;
-  std::string name{};                   ///< for reports and error texts
-  std::uint32_t capacity = 0;           ///< cones in a batch: 1 to max_cones_per_query
-  std::uint32_t returns_per_cone = 1;   ///< 1 to max_returns_per_cone
-  Faces faces = Faces::both;            ///< front: triangles that have the apex in front of them
+  std::string name{};                  ///< for reports and error texts
+  std::uint32_t capacity = 0;          ///< cones in a batch: 1 to max_cones_per_query
+  std::uint32_t returns_per_cone = 1;  ///< 1 to max_returns_per_cone
+  Faces faces = Faces::both;           ///< front: triangles that have the apex in front of them
   /// True: the returns are the entities that a part of the beam reaches, among the max_entities_per_beam ones
   /// with the least lambda, each with its fraction. False: all entities in the cone, hidden ones too.
   bool fractions = false;

@@ -138,8 +138,7 @@ void GpuConeQuery::record(const BatchPart& part, const Recording& recording) noe
   for (std::uint32_t i = part.range.first; i < part.range.end; ++i)
     pack(i, place_at(part, i), recording);
   const std::uint32_t places = part.range.end - part.range.first;
-  const DispatchLayout layout =
-      part.is_retry ? one_a_group(places) : spread_out(places, limits().processors);
+  const DispatchLayout layout = part.is_retry ? one_a_group(places) : spread_out(places, limits().processors);
   shared::ConeArgs args{.root = recording.view.root,
                         .first = part.range.first,
                         .end = part.range.end,

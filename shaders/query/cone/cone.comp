@@ -92,7 +92,7 @@ uint nearest_entity_child(uint node, TracedCone cone) {
   uint nearest = ref_none;
   float nearest_bound = nowhere;
   [[unroll]] for (uint k = 0u; k < 8u; ++k)
-    offer_child(child_reference(wide, k), entity_child_bound(cone.slopes, wide, k), nearest, nearest_bound);
+      offer_child(child_reference(wide, k), entity_child_bound(cone.slopes, wide, k), nearest, nearest_bound);
   return unless_full(nearest);
 }
 
@@ -101,7 +101,7 @@ uint nearest_triangle_child(uint node, ConeInFrame there) {
   uint nearest = ref_none;
   float nearest_bound = nowhere;
   [[unroll]] for (uint k = 0u; k < 8u; ++k)
-    offer_child(child_reference(wide, k), geometry_child_bound(there, wide, k), nearest, nearest_bound);
+      offer_child(child_reference(wide, k), geometry_child_bound(there, wide, k), nearest, nearest_bound);
   return unless_full(nearest);
 }
 
@@ -122,7 +122,8 @@ void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place)
           ++rounds;
           if (k < count) {
             const TriangleContact contact = contact_with(there, cone, first + k);
-            const Candidate candidate = Candidate(contact.lambda, place, fetch_corners(first + k).triangle, first + k);
+            const Candidate candidate =
+                Candidate(contact.lambda, place, fetch_corners(first + k).triangle, first + k);
             const bool better = contact.found && contact.lambda <= reach && precedes(candidate, own);
             own = chosen(better, candidate, own);
             set_reach(min(reach, own.lambda), cone.m_per_lambda);
@@ -201,8 +202,7 @@ void main() {
   search_entities(cone);
 
   uint found = 0u;
-  [[unroll]] for (uint j = 0u; j < LIST_SIZE; ++j)
-    found += list[j].instance != no_entity ? 1u : 0u;
+  [[unroll]] for (uint j = 0u; j < LIST_SIZE; ++j) found += list[j].instance != no_entity ? 1u : 0u;
   rounds += args.entities + 1u;
   cut_short = cut_short || rounds > max_rounds || !loops_still_turn(args.loop_probe);
   found = cut_short ? 0u : found;

@@ -57,7 +57,7 @@ float box_bound(ConeSlopes cone, vec3 lo, vec3 hi) {
 struct TracedCone {
   TracedRay axis;
   float m_per_lambda;  // length of the axis' direction
-  mat3 basis;    // two directions across the axis, and the axis
+  mat3 basis;          // two directions across the axis, and the axis
   HalfAngle angle;
   ConeSlopes slopes;
 };
@@ -107,8 +107,8 @@ float entity_child_bound(ConeSlopes slopes, MotionNode wide, uint k) {
 // of the geometry are made relative to the apex first and scaled then: rounding grows with their distance
 // from the apex alone.
 struct ConeInFrame {
-  Segment axis;   // in the frame of the geometry
-  mat3 to_cone;   // from this frame to the cone's coordinates
+  Segment axis;  // in the frame of the geometry
+  mat3 to_cone;  // from this frame to the cone's coordinates
   vec3 scale;
   vec3 farthest_m;  // by axis, at least the largest distance of the geometry along any axis
   ConeSlopes slopes;

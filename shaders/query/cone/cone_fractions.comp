@@ -69,9 +69,7 @@ Direction pattern_direction(uint k, HalfAngle angle) {
   return Direction(angle.cosine, angle.sine * radius * vec2(cos(turn), sin(turn)));
 }
 
-Direction direction_to(vec3 point) {
-  return Direction(1.0, point.z > 0.0 ? point.xy / point.z : vec2(0.0));
-}
+Direction direction_to(vec3 point) { return Direction(1.0, point.z > 0.0 ? point.xy / point.z : vec2(0.0)); }
 
 // Where a direction meets a triangle, as a ray does (test_corners); `nowhere`: it does not.
 float meets_at(Direction along, vec3 a, vec3 b, vec3 c, float z_max) {
@@ -154,9 +152,8 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
       done = cut_short || (slot >= end && depth == 0u);
     } while (seen < lanes && !done);
     const Corners corners = fetch_corners(mine != ref_none ? mine : 0u);
-    const float covered =
-        covered_area(in_cone(there, corners.a), step_in_cone(there, corners.a, corners.b),
-                     step_in_cone(there, corners.a, corners.c), cone.angle, z_max);
+    const float covered = covered_area(in_cone(there, corners.a), step_in_cone(there, corners.a, corners.b),
+                                       step_in_cone(there, corners.a, corners.c), cone.angle, z_max);
     area += mine != ref_none ? covered : 0.0;
   } while (!done);
   return area;

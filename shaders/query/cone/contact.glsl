@@ -30,7 +30,9 @@ void offer_contact(inout Contact best, bool valid, float z, float u, float v) {
   best.v = nearer ? v : best.v;
 }
 
-bool is_in_cone(vec3 p, HalfAngle angle) { return p.z >= 0.0 && angle.cosine * length(p.xy) <= angle.sine * p.z; }
+bool is_in_cone(vec3 p, HalfAngle angle) {
+  return p.z >= 0.0 && angle.cosine * length(p.xy) <= angle.sine * p.z;
+}
 
 // Where the line a + t d crosses the surface of the cone and its mirror image beyond the apex: the roots of
 // A t^2 + 2 B t + C = 0.
@@ -87,7 +89,8 @@ void offer_generator(vec3 a, vec3 b, vec3 c, vec3 n, HalfAngle angle, inout Cont
       ((wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0)) && !beside(a2, b2, c2);
   const float sum = wa + wb + wc;
   const float share = 1.0 / (sum == 0.0 ? 1.0 : sum);
-  const float z = clamp((wa * a.z + wb * b.z + wc * c.z) * share, min(a.z, min(b.z, c.z)), max(a.z, max(b.z, c.z)));
+  const float z =
+      clamp((wa * a.z + wb * b.z + wc * c.z) * share, min(a.z, min(b.z, c.z)), max(a.z, max(b.z, c.z)));
   offer_contact(best, inside && sum != 0.0 && z >= 0.0, z, wb * share, wc * share);
 }
 

@@ -47,8 +47,9 @@ void write_return(uint place, TracedCone cone, FullContact contact, float fracti
   store_pair(to, 1u, floatBitsToUint(vec2(contact.at.u, contact.at.v)));
   store_pair(to, 2u, identity.xy);
   store_pair(to, 3u, identity.zw);
-  store_pair(to, 4u, uvec2(contact.corners.triangle,
-                           (contact.at.front ? 1u : 0u) | (overflow ? return_overflow_bit : 0u)));
+  store_pair(
+      to, 4u,
+      uvec2(contact.corners.triangle, (contact.at.front ? 1u : 0u) | (overflow ? return_overflow_bit : 0u)));
   store_pair(to, 5u, floatBitsToUint(n_world.xy));
   store_pair(to, 6u, floatBitsToUint(vec2(n_world.z, v_relative_mps.x)));
   store_pair(to, 7u, floatBitsToUint(v_relative_mps.yz));

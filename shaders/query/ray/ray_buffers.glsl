@@ -42,9 +42,7 @@ TracedRay read_ray(uint index) {
   ray.lambda_max = r1.w;
 #ifdef RAY_MOVING
   const uint carrier = floatBitsToUint(r2.w);
-  if (carrier != no_entity) {
-    carry(instance_at(places[carrier] + ray.instance_base), ray);
-  }
+  if (carrier != no_entity) { carry(instance_at(places[carrier] + ray.instance_base), ray); }
 #endif
   scale_direction(ray);
   ray.mask = floatBitsToUint(r2.z);

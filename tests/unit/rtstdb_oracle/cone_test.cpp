@@ -1,3 +1,4 @@
+#include <glm/ext/vector_double2.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -5,8 +6,6 @@
 #include <functional>
 #include <numbers>
 #include <string>
-
-#include <glm/ext/vector_double2.hpp>
 
 #include "rtstdb/oracle/posed_cone.hpp"
 #include "scene.hpp"
@@ -176,8 +175,7 @@ std::vector<ConeReturn> rounded(const World& world, const Cone& cone, const Cone
 
 Verdict verdict_on(const World& world, const Cone& cone, const ConeQueryOptions& options,
                    std::span<const ConeReturn> returns) {
-  const Judgement judgement =
-      compare(world, cone, options, contacts(world, cone, options.faces), returns);
+  const Judgement judgement = compare(world, cone, options, contacts(world, cone, options.faces), returns);
   EXPECT_EQ(judgement.reason.empty(), judgement.verdict == Verdict::agrees) << judgement.reason;
   return judgement.verdict;
 }
