@@ -376,15 +376,15 @@ struct ConeQueryOptions {
   LatePolicy late = LatePolicy::discard;
 };
 
-/// The first entities in cones (paper, Cone-Tracing Query; exact, on triangles).
-/// Fractions: a surface covers the part of the cross-section into which the apex projects it, triangles of
-/// the side that `faces` excludes are transparent. What one entity alone covers is exact; where surfaces lie
-/// behind one another, 64 fixed directions estimate what is visible, to a few hundredths of the beam. An
-/// entity that none of the 64 meets has the fraction that it covers if its contact is visible, else none. So
-/// an entity may be left out of which less than about a hundredth of the beam sees a part. A beam narrower
-/// than 2e-6 rad reaches its first entity alone.
-/// Incomplete returns: a search with more than about 20,000 triangles in the cone may be incomplete on
-/// fractions, and one that visits more than about 20,000 nodes and triangles in any case.
+/// The first entities in cones (paper, Cone-Tracing Query), exact on triangles.
+/// Fractions: a surface covers the part of the cross-section onto which the central projection from the apex
+/// maps it. Triangles whose side `faces` excludes are transparent. The area that one entity covers is exact;
+/// 64 fixed directions estimate which part of it is visible, to a few hundredths of the beam. An entity that
+/// none of these directions meets has the fraction that it covers if its contact is visible from the apex,
+/// and is no return otherwise. So an entity may be left out if less than about 1/64 of the beam reaches it. A
+/// beam narrower than 2e-6 rad is a ray: its first entity has the fraction 1.
+/// Incomplete returns: a search visits about 60,000 nodes and triangles at most. With fractions it visits all
+/// triangles in the cone of the entities that share the beam.
 class ConeQuery : public Query {
  public:
   virtual std::span<Cone> cones() noexcept = 0;  ///< `capacity` elements, to be filled by the caller
