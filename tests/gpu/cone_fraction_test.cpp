@@ -204,7 +204,7 @@ TEST_F(ConeFractions, MoreEntitiesThanAreSearched) {
 
 /// More triangles in the beam than a search may visit: flagged, and no fraction is given.
 TEST_F(ConeFractions, MoreTrianglesThanCanBeSearched) {
-  create(row_of(add(make_sphere(1.0, 6)), {0.0, 0.0, -10.0}));
+  create(row_of(add(make_sphere(1.0, 7)), {0.0, 0.0, -10.0}));
   const ConeQueryOptions options{.name = "beam", .capacity = 2, .returns_per_cone = 2, .fractions = true};
   auto query = database().prepare(options);
   ASSERT_TRUE(query.ok());

@@ -139,7 +139,7 @@ Cone random_cone(Random& random, std::span<const EntityState> entities, const Sc
   cone.mask = ray.mask;
   cone.carrier = ray.carrier;
   cone.opening_angle_rad = static_cast<float>(random.magnitude(1e-4, 0.1));
-  if (random.one_in(16)) cone.opening_angle_rad = static_cast<float>(random.uniform(0.1, 3.0));
+  if (random.one_in(32)) cone.opening_angle_rad = static_cast<float>(random.uniform(0.1, 2.0));
   if (random.one_in(8)) cone.opening_angle_rad = 0.0f;
   return cone;
 }

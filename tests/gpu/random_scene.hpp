@@ -53,7 +53,7 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
 std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
                                    const SceneOptions& options, WorldTime first, double window_s);
 
-/// A cone about such a ray: one in eight has no opening, one in sixteen is wide, the others are beams.
+/// A cone about such a ray: one in eight has no opening, one in 32 is wide, the others are beams.
 Cone random_cone(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                  WorldTime first, double window_s);
 

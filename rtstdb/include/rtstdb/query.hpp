@@ -383,8 +383,8 @@ struct ConeQueryOptions {
 /// none of these directions meets has the fraction that it covers if its contact is visible from the apex,
 /// and is no return otherwise. So an entity may be left out if less than about 1/64 of the beam reaches it. A
 /// beam narrower than 2e-6 rad is a ray: its first entity has the fraction 1.
-/// Incomplete returns: a search visits about 60,000 nodes and triangles at most. With fractions it visits all
-/// triangles in the cone of the entities that share the beam.
+/// Incomplete returns: a search that visits more than about 15,000 nodes of the trees may be incomplete, and,
+/// with fractions, one with more than about 100,000 triangles in the cone.
 class ConeQuery : public Query {
  public:
   virtual std::span<Cone> cones() noexcept = 0;  ///< `capacity` elements, to be filled by the caller

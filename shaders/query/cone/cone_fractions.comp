@@ -10,15 +10,15 @@
 // partly covered beam has an exact fraction, and an entity smaller than the pattern resolves is not lost
 // (docs/decisions/0041-fractions-of-a-beam.md).
 //
-// The first lanes are a direction each, the next ones a contact each. For areas every lane is a triangle.
+// The first 64 lanes are a direction each, the next 16 a contact each. For areas every lane is a triangle.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
 #include "shared/cone.h"
 #include "shared/query.h"
 
-const uint lanes = 96u;
-layout(local_size_x = 96) in;
+const uint lanes = beam_directions + beam_entities;
+layout(local_size_x = 80) in;
 layout(push_constant, scalar) uniform Push { ConeArgs args; };
 layout(set = 0, binding = 0) uniform samplerBuffer instances;
 layout(set = 0, binding = 1, scalar) readonly buffer ConesBuffer { ConeRecord cones[]; };
@@ -71,6 +71,14 @@ Direction pattern_direction(uint k, HalfAngle angle) {
 
 Direction direction_to(vec3 point) { return Direction(1.0, point.z > 0.0 ? point.xy / point.z : vec2(0.0)); }
 
+// Whether a triangle takes part in the beam: it has an area and shows the side that the query wants. `a`: its
+// first corner in the cone's coordinates.
+bool is_counted(ConeInFrame there, Corners corners, vec3 a) {
+  const vec3 n =
+      cross(step_in_cone(there, corners.a, corners.b), step_in_cone(there, corners.a, corners.c));
+  return corners.has_area && -dot(n, a) * args.faces >= 0.0;
+}
+
 // Where a direction meets a triangle, as a ray does (test_corners); `nowhere`: it does not.
 float meets_at(Direction along, vec3 a, vec3 b, vec3 c, float z_max) {
   precise vec2 a2 = along.upright * a.xy - along.towards * a.z;
@@ -94,19 +102,58 @@ struct Sight {
   uint layers;  // of the entity that is searched
 };
 
+// Children of a node and triangles of a leaf are taken four at a time, one by each of the first lanes of a
+// subgroup: subgroups have at least four lanes. All lanes visit the same nodes and leaves together. Shuffles are
+// the cheapest exchange on lavapipe.
+const uint at_once = 4u;
+
 // Pushes the children of a node that the cone meets.
 void push_children(uint node, ConeInFrame there, float z_max) {
   const WideNode wide = fetch_geometry_node(nodes, node, there);
-  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-    const uint ref = child_reference(wide, k);
-    stack[depth] = ref;
-    depth += ref != ref_none && geometry_child_bound(there, wide, k) <= z_max ? 1u : 0u;
+  uint met = 0u;
+  [[unroll]] for (uint first = 0u; first < node_width; first += at_once) {
+    const uint k = first + gl_SubgroupInvocationID % at_once;
+    const bool meets = child_reference(wide, k) != ref_none && geometry_child_bound(there, wide, k) <= z_max;
+    met |= (subgroupBallot(meets).x & 0xFu) << first;
+  }
+  [[unroll]] for (uint k = 0u; k < node_width; ++k) {
+    stack[depth] = child_reference(wide, k);
+    depth += met >> k & 1u;
   }
   cut_short = cut_short || depth > stack_limit;
 }
 
-// Searches all triangles of an entity in the cone. Returns the area of those that this lane has measured. All
-// lanes visit the same nodes and triangles.
+// Looks along this lane's direction at the triangles of a leaf, `count` from `first` on.
+void look_at_leaf(uint first, uint count, ConeInFrame there, uint entity, uint instance,
+                  Direction along, float z_max, inout Sight sight) {
+  const uint own = gl_SubgroupInvocationID % at_once;
+  const Corners corners = fetch_corners(first + min(own, count - 1u));
+  const vec3 a = in_cone(there, corners.a);
+  const vec3 b = in_cone(there, corners.b);
+  const vec3 c = in_cone(there, corners.c);
+  const bool counts = own < count && is_counted(there, corners, a);
+  [[unroll]] for (uint k = 0u; k < at_once; ++k) {
+    const float z = meets_at(along, subgroupShuffle(a, k), subgroupShuffle(b, k),
+                             subgroupShuffle(c, k), z_max);
+    const bool meets = subgroupShuffle(counts, k) && z < nowhere;
+    const bool nearer = meets && (z < sight.z || (z == sight.z && instance < sight.instance));
+    sight.layers += meets ? 1u : 0u;
+    sight.z = nearer ? z : sight.z;
+    sight.entity = nearer ? entity : sight.entity;
+    sight.instance = nearer ? instance : sight.instance;
+  }
+}
+
+// The area of a triangle in the beam; nothing for ref_none.
+float area_of(uint slot, TracedCone cone, ConeInFrame there, float z_max) {
+  const Corners corners = fetch_corners(slot != ref_none ? slot : 0u);
+  const vec3 a = in_cone(there, corners.a);
+  const float area = covered_area(a, step_in_cone(there, corners.a, corners.b),
+                                  step_in_cone(there, corners.a, corners.c), cone.angle, z_max);
+  return slot != ref_none && is_counted(there, corners, a) ? area : 0.0;
+}
+
+// Searches all triangles of an entity in the cone. Returns the area of those that this lane has measured.
 float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
                     inout Sight sight) {
   const Instance i = fetch_instance(instances, contact.instance);
@@ -114,48 +161,30 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
   sight.layers = 0u;
   depth = 0u;
   stack[depth++] = i.blas_root;
-  uint slot = 0u;
-  uint end = 0u;  // of the leaf's triangles
   float area = 0.0;
-  bool done = false;
   do {
+    ++rounds;
     // A triangle for every lane.
     uint mine = ref_none;
     uint seen = 0u;
-    ++rounds;
     do {
       ++rounds;
-      if (slot < end) {
-        const Corners corners = fetch_corners(slot);
-        const vec3 a = in_cone(there, corners.a);
-        const vec3 n =
-            cross(step_in_cone(there, corners.a, corners.b), step_in_cone(there, corners.a, corners.c));
-        const bool counts = corners.has_area && -dot(n, a) * args.faces >= 0.0;
-        const float z = meets_at(along, a, in_cone(there, corners.b), in_cone(there, corners.c), z_max);
-        const bool meets = counts && z < nowhere;
-        const bool nearer = meets && (z < sight.z || (z == sight.z && contact.instance < sight.instance));
-        sight.layers += meets ? 1u : 0u;
-        sight.z = nearer ? z : sight.z;
-        sight.entity = nearer ? entity : sight.entity;
-        sight.instance = nearer ? contact.instance : sight.instance;
-        mine = counts && seen == gl_LocalInvocationID.x ? slot : mine;
-        ++seen;
-        ++slot;
-      } else if (depth > 0u) {
-        const uint current = stack[--depth];
-        const bool is_leaf = (current & ref_leaf_bit) != 0u;
-        slot = is_leaf ? current & ref_triangle_first_mask : 0u;
-        end = is_leaf ? slot + (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
-        if (!is_leaf) push_children(current, there, z_max);
+      const uint current = stack[--depth];
+      const bool is_leaf = (current & ref_leaf_bit) != 0u;
+      const uint first = is_leaf ? current & ref_triangle_first_mask : 0u;
+      const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
+      const uint turn = gl_LocalInvocationID.x - seen;
+      mine = turn < count ? first + turn : mine;
+      seen += count;
+      if (is_leaf) {
+        look_at_leaf(first, count, there, entity, contact.instance, along, z_max, sight);
+      } else {
+        push_children(current, there, z_max);
       }
       cut_short = cut_short || rounds > max_rounds - rounds_at_end;
-      done = cut_short || (slot >= end && depth == 0u);
-    } while (seen < lanes && !done);
-    const Corners corners = fetch_corners(mine != ref_none ? mine : 0u);
-    const float covered = covered_area(in_cone(there, corners.a), step_in_cone(there, corners.a, corners.b),
-                                       step_in_cone(there, corners.a, corners.c), cone.angle, z_max);
-    area += mine != ref_none ? covered : 0.0;
-  } while (!done);
+    } while (seen + max_triangles_per_leaf <= lanes && depth > 0u && !cut_short);
+    area += area_of(mine, cone, there, z_max);
+  } while (depth > 0u && !cut_short);
   return area;
 }
 
