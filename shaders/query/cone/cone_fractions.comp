@@ -56,6 +56,10 @@ const uint rounds_at_end = 400u;
 // Below this sine a beam is thinner than positions are precise, and has the fraction of a ray.
 const float least_sine = 1e-6;
 
+// What no direction of the pattern meets covers less than this part of the beam, about; its layers may add up
+// to more.
+const float largest_unmet = 2.0 / float(beam_directions);
+
 // A direction from the apex: the points whose (x, y) times `upright` is z times `towards`.
 struct Direction {
   float upright;
@@ -196,7 +200,7 @@ float share_of(uint entity, FullContact of, bool is_visible) {
   const uint all = layers[entity];
   // Fronts and backs of a closed geometry cover the same part of the beam.
   const bool twice = of.instance.closed && args.faces == 0.0;
-  const float alone = is_visible ? min(area * (twice ? 0.5 : 1.0), 1.0) : 0.0;
+  const float alone = is_visible ? min(area * (twice ? 0.5 : 1.0), largest_unmet) : 0.0;
   const float estimated = area * float(int(nearest_in[entity])) / float(int(max(all, 1u)));
   return all == 0u ? alone : estimated;
 }
