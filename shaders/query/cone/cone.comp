@@ -108,7 +108,7 @@ uint nearest_triangle_child(uint node, ConeInFrame there) {
 // Inserts the first contact with one entity.
 void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place) {
   const float reach_before = reach;
-  Candidate own = Candidate(nowhere, no_entity, 0u, 0u);
+  Candidate first_of_entity = Candidate(nowhere, no_entity, 0u, 0u);
   const uint bottom = depth;
   uint current = root;
   if (current != ref_none) do {
@@ -124,9 +124,10 @@ void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place)
             const TriangleContact contact = contact_with(there, cone, first + k);
             const Candidate candidate =
                 Candidate(contact.lambda, place, fetch_corners(first + k).triangle, first + k);
-            const bool better = contact.found && contact.lambda <= reach && precedes(candidate, own);
-            own = chosen(better, candidate, own);
-            set_reach(min(reach, own.lambda), cone.m_per_lambda);
+            const bool better =
+                contact.found && contact.lambda <= reach && precedes(candidate, first_of_entity);
+            first_of_entity = chosen(better, candidate, first_of_entity);
+            set_reach(min(reach, first_of_entity.lambda), cone.m_per_lambda);
             ++k;
           }
         } while (k < count);
@@ -134,7 +135,7 @@ void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place)
       if (current == ref_none) current = next_waiting(bottom);
       cut_short = cut_short || rounds > max_rounds;
     } while (current != ref_none && !cut_short);
-  if (own.instance != no_entity) insert(own);
+  if (first_of_entity.instance != no_entity) insert(first_of_entity);
   set_reach(min(reach_before, list[LIST_SIZE - 1u].lambda), cone.m_per_lambda);
 }
 

@@ -78,8 +78,7 @@ Direction direction_to(vec3 point) { return Direction(1.0, point.z > 0.0 ? point
 // Whether a triangle takes part in the beam: it has an area and shows the side that the query wants. `a`: its
 // first corner in the cone's coordinates.
 bool is_counted(ConeInFrame there, Corners corners, vec3 a) {
-  const vec3 n =
-      cross(step_in_cone(there, corners.a, corners.b), step_in_cone(there, corners.a, corners.c));
+  const vec3 n = cross(step_in_cone(there, corners.a, corners.b), step_in_cone(there, corners.a, corners.c));
   return corners.has_area && -dot(n, a) * args.faces >= 0.0;
 }
 
@@ -98,8 +97,8 @@ float meets_at(Direction along, vec3 a, vec3 b, vec3 c, float z_max) {
   return inside && sum != 0.0 && z > 0.0 && z <= z_max ? z : nowhere;
 }
 
-// What a lane has found along its direction.
-struct Sight {
+// What a lane has found along its direction so far.
+struct DirectionState {
   float z;  // the nearest surface
   uint entity;
   uint instance;
@@ -107,44 +106,43 @@ struct Sight {
 };
 
 // Children of a node and triangles of a leaf are taken four at a time, one by each of the first lanes of a
-// subgroup: subgroups have at least four lanes. All lanes visit the same nodes and leaves together. Shuffles are
-// the cheapest exchange on lavapipe.
+// subgroup: subgroups have at least four lanes. All lanes visit the same nodes and leaves together.
 const uint at_once = 4u;
 
 // Pushes the children of a node that the cone meets.
 void push_children(uint node, ConeInFrame there, float z_max) {
   const WideNode wide = fetch_geometry_node(nodes, node, there);
-  uint met = 0u;
+  uint children = 0u;
   [[unroll]] for (uint first = 0u; first < node_width; first += at_once) {
     const uint k = first + gl_SubgroupInvocationID % at_once;
     const bool meets = child_reference(wide, k) != ref_none && geometry_child_bound(there, wide, k) <= z_max;
-    met |= (subgroupBallot(meets).x & 0xFu) << first;
+    children |= (subgroupBallot(meets).x & 0xFu) << first;
   }
   [[unroll]] for (uint k = 0u; k < node_width; ++k) {
     stack[depth] = child_reference(wide, k);
-    depth += met >> k & 1u;
+    depth += children >> k & 1u;
   }
   cut_short = cut_short || depth > stack_limit;
 }
 
-// Looks along this lane's direction at the triangles of a leaf, `count` from `first` on.
-void look_at_leaf(uint first, uint count, ConeInFrame there, uint entity, uint instance,
-                  Direction along, float z_max, inout Sight sight) {
-  const uint own = gl_SubgroupInvocationID % at_once;
-  const Corners corners = fetch_corners(first + min(own, count - 1u));
+// Tests this lane's direction against the triangles of a leaf, `count` from `first` on.
+void test_leaf(uint first, uint count, ConeInFrame there, uint entity, uint instance, Direction along,
+               float z_max, inout DirectionState state) {
+  const uint turn = gl_SubgroupInvocationID % at_once;
+  const Corners corners = fetch_corners(first + min(turn, count - 1u));
   const vec3 a = in_cone(there, corners.a);
   const vec3 b = in_cone(there, corners.b);
   const vec3 c = in_cone(there, corners.c);
-  const bool counts = own < count && is_counted(there, corners, a);
+  const bool counts = turn < count && is_counted(there, corners, a);
   [[unroll]] for (uint k = 0u; k < at_once; ++k) {
-    const float z = meets_at(along, subgroupShuffle(a, k), subgroupShuffle(b, k),
-                             subgroupShuffle(c, k), z_max);
+    const float z =
+        meets_at(along, subgroupShuffle(a, k), subgroupShuffle(b, k), subgroupShuffle(c, k), z_max);
     const bool meets = subgroupShuffle(counts, k) && z < nowhere;
-    const bool nearer = meets && (z < sight.z || (z == sight.z && instance < sight.instance));
-    sight.layers += meets ? 1u : 0u;
-    sight.z = nearer ? z : sight.z;
-    sight.entity = nearer ? entity : sight.entity;
-    sight.instance = nearer ? instance : sight.instance;
+    const bool nearer = meets && (z < state.z || (z == state.z && instance < state.instance));
+    state.layers += meets ? 1u : 0u;
+    state.z = nearer ? z : state.z;
+    state.entity = nearer ? entity : state.entity;
+    state.instance = nearer ? instance : state.instance;
   }
 }
 
@@ -159,17 +157,17 @@ float area_of(uint slot, TracedCone cone, ConeInFrame there, float z_max) {
 
 // Searches all triangles of an entity in the cone. Returns the area of those that this lane has measured.
 float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
-                    inout Sight sight) {
+                    inout DirectionState state) {
   const Instance i = fetch_instance(instances, contact.instance);
   const ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
-  sight.layers = 0u;
+  state.layers = 0u;
   depth = 0u;
   stack[depth++] = i.blas_root;
   float area = 0.0;
   do {
     ++rounds;
     // A triangle for every lane.
-    uint mine = ref_none;
+    uint measured_slot = ref_none;
     uint seen = 0u;
     do {
       ++rounds;
@@ -178,16 +176,16 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
       const uint first = is_leaf ? current & ref_triangle_first_mask : 0u;
       const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
       const uint turn = gl_LocalInvocationID.x - seen;
-      mine = turn < count ? first + turn : mine;
+      measured_slot = turn < count ? first + turn : measured_slot;
       seen += count;
       if (is_leaf) {
-        look_at_leaf(first, count, there, entity, contact.instance, along, z_max, sight);
+        test_leaf(first, count, there, entity, contact.instance, along, z_max, state);
       } else {
         push_children(current, there, z_max);
       }
       cut_short = cut_short || rounds > max_rounds - rounds_at_end;
     } while (seen + max_triangles_per_leaf <= lanes && depth > 0u && !cut_short);
-    area += area_of(mine, cone, there, z_max);
+    area += area_of(measured_slot, cone, there, z_max);
   } while (depth > 0u && !cut_short);
   return area;
 }
@@ -200,9 +198,9 @@ float share_of(uint entity, FullContact of, bool is_visible) {
   const uint all = layers[entity];
   // Fronts and backs of a closed geometry cover the same part of the beam.
   const bool twice = of.instance.closed && args.faces == 0.0;
-  const float alone = is_visible ? min(area * (twice ? 0.5 : 1.0), largest_unmet) : 0.0;
+  const float unmet = is_visible ? min(area * (twice ? 0.5 : 1.0), largest_unmet) : 0.0;
   const float estimated = area * float(int(nearest_in[entity])) / float(int(max(all, 1u)));
-  return all == 0u ? alone : estimated;
+  return all == 0u ? unmet : estimated;
 }
 
 void main() {
@@ -229,37 +227,40 @@ void main() {
   const float z_max = min(cone.axis.lambda_max * cone.m_per_lambda, 1e30);
 
   const bool is_contact = lane >= beam_directions && lane - beam_directions < entities;
-  const uint own = is_contact ? lane - beam_directions : 0u;
+  const uint contact_index = is_contact ? lane - beam_directions : 0u;
   FullContact contact;
   contact.point = vec3(0.0);
-  if (count.found > 0u) contact = full_contact(cone, found.contacts[first_contact + own]);
+  if (count.found > 0u) contact = full_contact(cone, found.contacts[first_contact + contact_index]);
   Direction along = pattern_direction(lane, cone.angle);
   if (is_contact) along = direction_to(contact.point);
 
-  Sight sight = Sight(nowhere, no_entity, no_entity, 0u);
+  DirectionState state = DirectionState(nowhere, no_entity, no_entity, 0u);
   bool is_visible = true;
   uint entity = 0u;
   if (is_beam && entities > 0u) do {
       ++rounds;
-      const Sight before = sight;
+      const DirectionState before = state;
       areas[entity * lanes + lane] =
-          search_entity(cone, entity, found.contacts[first_contact + entity], along, z_max, sight);
-      if (lane < beam_directions && sight.layers > 0u) atomicAdd(layers[entity], sight.layers);
+          search_entity(cone, entity, found.contacts[first_contact + entity], along, z_max, state);
+      if (lane < beam_directions && state.layers > 0u) atomicAdd(layers[entity], state.layers);
       // A contact does not hide itself.
-      if (is_contact && entity == own) sight = before;
+      if (is_contact && entity == contact_index) state = before;
       ++entity;
     } while (entity < entities);
   // In front by more than rounding.
-  if (is_contact) is_visible = sight.z >= contact.point.z * (1.0 - 1e-6);
-  if (lane < beam_directions && sight.entity != no_entity) atomicAdd(nearest_in[sight.entity], 1u);
+  if (is_contact) is_visible = state.z >= contact.point.z * (1.0 - 1e-6);
+  if (lane < beam_directions && state.entity != no_entity) atomicAdd(nearest_in[state.entity], 1u);
   if (count.found > beam_entities && lane < beam_directions && is_beam) {
     const float beyond = found.contacts[first_contact + beam_entities].lambda * cone.m_per_lambda;
-    if (sight.z > beyond * (1.0 - 1e-6)) atomicOr(some_reach_beyond, 1u);
+    if (state.z > beyond * (1.0 - 1e-6)) atomicOr(some_reach_beyond, 1u);
   }
   if (cut_short || count.incomplete != 0u || !loops_still_turn(args.loop_probe)) atomicOr(some_cut_short, 1u);
   barrier();
 
-  if (is_contact) shares[own] = is_beam ? share_of(own, contact, is_visible) : own == 0u ? 1.0 : 0.0;
+  if (is_contact)
+    shares[contact_index] = is_beam               ? share_of(contact_index, contact, is_visible)
+                            : contact_index == 0u ? 1.0
+                                                  : 0.0;
   barrier();
 
   float total = 0.0;
@@ -268,15 +269,15 @@ void main() {
   for (uint k = 0u; k < beam_entities; ++k) {
     const bool reached = shares[k] > 0.0;
     total += shares[k];
-    rank += reached && k < own ? 1u : 0u;
+    rank += reached && k < contact_index ? 1u : 0u;
     returns += reached ? 1u : 0u;
   }
   const bool incomplete = some_cut_short != 0u || !loops_still_turn(args.loop_probe);
   const bool overflow = some_reach_beyond != 0u;
   returns = incomplete ? 0u : returns;
   const uint first_return = record.place * args.returns_per_cone;
-  if (is_contact && !incomplete && shares[own] > 0.0 && rank < args.returns_per_cone)
-    write_return(first_return + rank, cone, contact, shares[own] / max(total, 1.0), overflow);
+  if (is_contact && !incomplete && shares[contact_index] > 0.0 && rank < args.returns_per_cone)
+    write_return(first_return + rank, cone, contact, shares[contact_index] / max(total, 1.0), overflow);
   if (lane < args.returns_per_cone && lane >= returns)
     write_no_return(first_return + lane, incomplete ? status_incomplete : status_miss, overflow);
   if (lane == 0u) counts[record.place] = ConeCount(count.found, incomplete ? 1u : 0u, overflow ? 1u : 0u);

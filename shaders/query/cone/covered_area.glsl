@@ -33,7 +33,7 @@ vec2 stretch_in_cone(vec3 a, vec3 d, HalfAngle angle, float first, float last) {
 vec2 projected(vec3 p, HalfAngle angle) { return p.xy / max(angle.tangent * p.z, 1e-37); }
 
 // Twice the signed area of the beam between the axis and the part first <= t <= last of the edge a + t d.
-float beside_edge(vec3 a, vec3 d, HalfAngle angle, float first, float last) {
+float area_beside_edge(vec3 a, vec3 d, HalfAngle angle, float first, float last) {
   const vec2 begin = a.xy + first * d.xy;
   const vec2 end = a.xy + last * d.xy;
   const vec2 inside = stretch_in_cone(a, d, angle, first, last);
@@ -67,7 +67,7 @@ void follow_edge(vec3 a, vec3 d, HalfAngle angle, float z_max, inout Border bord
   first = far && a.z > z_max ? max(first, to_far) : first;
   last = far && a.z <= z_max ? min(last, to_far) : last;
   const bool outside = (a.z <= 0.0 && z_end <= 0.0) || (a.z > z_max && z_end > z_max);
-  border.twice_area += outside ? 0.0 : beside_edge(a, d, angle, first, last);
+  border.twice_area += outside ? 0.0 : area_beside_edge(a, d, angle, first, last);
   const vec2 at_near = a.xy + to_near * d.xy;
   const vec3 at_far = vec3(a.xy + to_far * d.xy, z_max);
   border.crosses_near = border.crosses_near || near;
@@ -96,7 +96,8 @@ float covered_area(vec3 a, vec3 ab, vec3 ac, HalfAngle angle, float z_max) {
   follow_edge(c, -ac, angle, z_max, border);
   border.twice_area += border.crosses_near ? sector(border.leaves_near, border.enters_near) : 0.0;
   const vec3 along_far = border.enters_far - border.leaves_far;
-  border.twice_area += border.crosses_far ? beside_edge(border.leaves_far, along_far, angle, 0.0, 1.0) : 0.0;
+  border.twice_area +=
+      border.crosses_far ? area_beside_edge(border.leaves_far, along_far, angle, 0.0, 1.0) : 0.0;
   const bool is_inside = is_in_cone(a, angle) && is_in_cone(b, angle) && is_in_cone(c, angle) &&
                          min(a.z, min(b.z, c.z)) > 0.0 && max(a.z, max(b.z, c.z)) <= z_max;
   const float twice = is_inside ? twice_area_inside(a, ab, ac, angle) : abs(border.twice_area);
