@@ -69,10 +69,10 @@ Nearest random_element(Random& random, const ElementScene& at, const Nearest* /*
 // ---- cone
 
 std::vector<ConeQueryOptions> options_worth_a_test(const ConeQuery* /*kind*/) {
-  return {{.name = "first"},
-          {.name = "returns", .returns_per_cone = 5},
-          {.name = "fronts", .returns_per_cone = 8, .faces = Faces::front},
-          {.name = "fractions", .returns_per_cone = 4, .fractions = true}};
+  return {{.name = "cone"},
+          {.name = "cone returns", .returns_per_cone = 5},
+          {.name = "cone fronts", .returns_per_cone = 8, .faces = Faces::front},
+          {.name = "cone fractions", .returns_per_cone = 4, .fractions = true}};
 }
 
 Cone random_element(Random& random, const ElementScene& at, const Cone* /*type*/) {

@@ -1,5 +1,6 @@
 #include "tests/gpu/loss_world.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <numeric>
 
@@ -26,6 +27,11 @@ void make_small(std::span<Region> regions) {
     region.half_extent_m = glm::min(region.half_extent_m, glm::vec3(0.4f));
     region.near_m = 0.0f;
   }
+}
+
+void make_small(std::span<Cone> cones) {
+  for (Cone& cone : cones)
+    cone.opening_angle_rad = std::min(cone.opening_angle_rad, 0.02f);
 }
 
 EntityRow body(GeometryId geometry, Random& random) {
@@ -112,6 +118,7 @@ Result<void> LossWorld::prepare_queries(std::string_view kind) {
                Random random(round);
                query.fill(random, {states_, {.radius_m = double{world_m}}, at(round).world_time, 0.1});
                if (auto* regions = dynamic_cast<RegionQuery*>(&query.query())) make_small(regions->regions());
+               if (auto* cones = dynamic_cast<ConeQuery*>(&query.query())) make_small(cones->cones());
                transaction.add_query(query.query(), elements);
              },
          .append_answers =

@@ -6,9 +6,9 @@
 //
 // The area A that an entity's triangles cover in the beam is exact. How much of it is visible is estimated
 // along a fixed pattern of directions: of S layers that they meet, V are the nearest surface. The fraction is
-// A V / S. Where no direction meets the entity, it counts whether its contact is visible from the apex. So a
-// partly covered beam has an exact fraction, and an entity smaller than the pattern resolves is not lost
-// (docs/decisions/0041-fractions-of-a-beam.md).
+// A V / S, but not more than what V directions may see. Where no direction meets the entity, it counts
+// whether its contact is visible from the apex. So a partly covered beam has an exact fraction, and an entity
+// smaller than the pattern resolves is not lost (docs/decisions/0041-fractions-of-a-beam.md).
 //
 // The first 64 lanes are a direction each, the next 16 a contact each. For areas every lane is a triangle.
 #include "common/halt.glsl"
@@ -56,9 +56,11 @@ const uint rounds_at_end = 400u;
 // Below this sine a beam is thinner than positions are precise, and has the fraction of a ray.
 const float least_sine = 1e-6;
 
-// What no direction of the pattern meets covers less than this part of the beam, about; its layers may add up
-// to more.
-const float largest_unmet = 2.0 / float(beam_directions);
+// What this many directions of the pattern see is at most this part of the beam, about.
+float largest_share(uint directions) {
+  const float count = float(int(directions));
+  return (count + sqrt(count) + 1.5) / float(int(beam_directions));
+}
 
 // A direction from the apex: the points whose (x, y) times `upright` is z times `towards`.
 struct Direction {
@@ -196,11 +198,12 @@ float share_of(uint entity, FullContact of, bool is_visible) {
   for (uint lane = 0u; lane < lanes; ++lane) area += areas[entity * lanes + lane];
   area *= 0.31830989;  // 1 / pi
   const uint all = layers[entity];
+  const uint nearest = nearest_in[entity];
   // Fronts and backs of a closed geometry cover the same part of the beam.
   const bool twice = of.instance.closed && args.faces == 0.0;
-  const float unmet = is_visible ? min(area * (twice ? 0.5 : 1.0), largest_unmet) : 0.0;
-  const float estimated = area * float(int(nearest_in[entity])) / float(int(max(all, 1u)));
-  return all == 0u ? unmet : estimated;
+  const float unmet = is_visible ? area * (twice ? 0.5 : 1.0) : 0.0;
+  const float estimated = area * float(int(nearest)) / float(int(max(all, 1u)));
+  return min(all == 0u ? unmet : estimated, largest_share(nearest));
 }
 
 void main() {
