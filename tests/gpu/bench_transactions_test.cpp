@@ -46,6 +46,8 @@ constexpr Expected expected_figures[] = {
     {"urgent_wait_regions_p99", "us", ""},
     {"urgent_wait_nearest_p50", "us", ""},
     {"urgent_wait_nearest_p99", "us", ""},
+    {"urgent_wait_cones_p50", "us", ""},
+    {"urgent_wait_cones_p99", "us", ""},
     {"urgent_wait_overlaps_p50", "us", ""},
     {"urgent_wait_overlaps_p99", "us", ""},
     {"durability_async_vs_volatile", "commit/s", "ours, volatile"},
