@@ -19,7 +19,7 @@ struct Item : HandOverLink {
   std::uint32_t number = 0;
 };
 
-TEST(HandOver, KeepsOrderAndClosesForGood) {
+TEST(HandOver, KeepsTheOrderAndStaysClosed) {
   HandOver hand_over;
   EXPECT_EQ(hand_over.take_all(), nullptr);
   Item items[3];
@@ -38,7 +38,7 @@ TEST(HandOver, KeepsOrderAndClosesForGood) {
   EXPECT_FALSE(hand_over.push(items[2]));
 }
 
-TEST(HandOver, NothingIsLostOrTakenTwiceUnderEightProducers) {
+TEST(HandOver, LosesAndRepeatsNothingWithEightProducers) {
   constexpr std::uint32_t producers = 8;
   constexpr std::uint32_t items_each = 20000;
   HandOver hand_over;
@@ -72,10 +72,10 @@ TEST(HandOver, NothingIsLostOrTakenTwiceUnderEightProducers) {
   receive(hand_over.close());
   for (std::thread& thread : threads)
     thread.join();
-  EXPECT_EQ(next, accepted) << "accepted means received, also around the closing";
+  EXPECT_EQ(next, accepted) << "every accepted item is received, also during close";
 }
 
-TEST(LatestVersion, VersionAndTimeBelongTogether) {
+TEST(LatestVersion, ReturnsVersionAndTimeOfOneSet) {
   LatestVersion latest({0, world_time_ns(0)});
   std::atomic<bool> stop{false};
   std::vector<std::thread> readers;

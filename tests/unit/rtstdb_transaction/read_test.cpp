@@ -1,4 +1,4 @@
-// Rows read in a transaction.
+// Rows that a transaction reads with Transaction::read.
 
 #include <gtest/gtest.h>
 
@@ -19,12 +19,12 @@ class Reads : public testing::Test {
   EntityId second_ = world_.create(20);
 };
 
-TEST_F(Reads, FindTheLatestRows) {
+TEST_F(Reads, ReturnTheLatestRows) {
   const auto transaction = make();
   transaction->begin({});
   EXPECT_EQ(transaction->read(second_), 0u);
   EXPECT_EQ(transaction->read(first_), 1u);
-  EXPECT_EQ(transaction->read(second_), 2u) << "twice is allowed";
+  EXPECT_EQ(transaction->read(second_), 2u) << "the same entity twice is allowed";
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   ASSERT_NE(transaction->state(0), nullptr);
   EXPECT_EQ(transaction->state(0)->id, second_);
@@ -35,22 +35,26 @@ TEST_F(Reads, FindTheLatestRows) {
   EXPECT_EQ(transaction->state(2)->id, second_);
 }
 
-TEST_F(Reads, SeeTheTransactionsOwnWrites) {
+TEST_F(Reads, IncludeTheWritesOfTheirTransaction) {
   const auto transaction = make();
   transaction->begin({});
   const auto of_removed = transaction->read(first_);
   transaction->update(second_, row_of(21));
   transaction->remove(first_);
   const auto of_updated = transaction->read(second_);
+  transaction->create(row_of(30));
+  const auto of_created = transaction->read({second_.index + 1, 1});
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   EXPECT_EQ(transaction->state(of_removed), nullptr)
-      << "reads come after all writes, wherever they were declared";
+      << "reads follow all writes, in whichever order they are declared";
   ASSERT_NE(transaction->state(of_updated), nullptr);
   EXPECT_EQ(transaction->state(of_updated)->row.material, 21u);
   EXPECT_EQ(transaction->state(of_updated)->written_by, transaction->outcome().version);
+  ASSERT_NE(transaction->state(of_created), nullptr);
+  EXPECT_EQ(transaction->state(of_created)->row.material, 30u);
 }
 
-TEST_F(Reads, StayInThePinnedVersion) {
+TEST_F(Reads, AreOfThePinnedVersion) {
   const auto writer = make();
   writer->begin({});
   writer->update(first_, row_of(11));
@@ -64,10 +68,10 @@ TEST_F(Reads, StayInThePinnedVersion) {
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   ASSERT_NE(transaction->state(of_first), nullptr);
   EXPECT_EQ(transaction->state(of_first)->row.material, 10u);
-  EXPECT_EQ(transaction->state(of_second), nullptr) << "it was made later";
+  EXPECT_EQ(transaction->state(of_second), nullptr) << "created by a later version";
 }
 
-TEST_F(Reads, AreCopiesThatLaterWritesDoNotChange) {
+TEST_F(Reads, AreNotChangedByLaterWrites) {
   const auto transaction = make();
   transaction->begin({});
   transaction->read(first_);
@@ -81,18 +85,18 @@ TEST_F(Reads, AreCopiesThatLaterWritesDoNotChange) {
   EXPECT_EQ(transaction->state(0), state);
 }
 
-TEST_F(Reads, OfStrangersFindNothing) {
+TEST_F(Reads, OfUnknownEntitiesReturnNothing) {
   const auto transaction = make();
   transaction->begin({});
   transaction->read({first_.index, first_.generation + 1});
   transaction->read({4'000'000'000u, 1});
   transaction->read({});
-  ASSERT_EQ(world_.execute(*transaction).status, Status::committed) << "a read is a question, not a demand";
+  ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   for (std::uint32_t i = 0; i < 3; ++i)
     EXPECT_EQ(transaction->state(i), nullptr) << i;
 }
 
-TEST_F(Reads, OfATransactionThatCameToNothingFindNothing) {
+TEST_F(Reads, OfATransactionThatIsNotDoneReturnNothing) {
   const auto transaction = make();
   transaction->begin({});
   transaction->read(first_);
@@ -109,10 +113,10 @@ TEST_F(Reads, OfATransactionThatCameToNothingFindNothing) {
   transaction->read(first_);
   transaction->add_query(query, 1);
   ASSERT_EQ(world_.execute(*transaction).status, Status::device_lost);
-  EXPECT_EQ(transaction->state(0), nullptr) << "the row that was read was never published";
+  EXPECT_EQ(transaction->state(0), nullptr) << "the version of that row was not published";
 }
 
-TEST_F(Reads, BeginAnewEachTime) {
+TEST_F(Reads, StartAgainWithEachBegin) {
   const auto transaction = make(1);
   for (const EntityId entity : {first_, second_, first_}) {
     transaction->begin({});
