@@ -1,5 +1,5 @@
 #pragma once
-// Writes small mesh files by hand, byte for byte, for the loader's tests.
+// Small mesh files for the tests of the loader.
 
 #include <array>
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace rtstdb::mesh_files {
 
-/// A folder of its own that is gone with the object.
+/// A temporary folder that is removed with the object.
 class Folder {
  public:
   Folder();
@@ -34,8 +34,8 @@ std::string binary_ply(const TriangleMesh& mesh);
 std::string gltf(const TriangleMesh& mesh, const std::string& nodes);
 std::string glb(const TriangleMesh& mesh, const std::string& nodes);
 
-/// The triangles as corner coordinates, each beginning with its least corner (the sense of rotation is kept),
-/// sorted: equal for meshes that differ in the order and sharing of corners only.
+/// The triangles as corner coordinates, each beginning with its lowest corner (in the order of rotation),
+/// sorted: equal for meshes that differ only in the order and sharing of corners.
 std::vector<std::array<float, 9>> soup(const TriangleMesh& mesh);
 
 }  // namespace rtstdb::mesh_files
