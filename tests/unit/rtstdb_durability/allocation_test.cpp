@@ -34,7 +34,7 @@ TEST_P(AllocationWithLog, DoesNotOccurInTicks) {
     hil::allocation_guard::leave_tick();
     const bool written = db.log().state().checkpoints > 0;
     hil::allocation_guard::enter_tick();
-    return !written && std::chrono::steady_clock::now() - begun < long_time;
+    return !written && std::chrono::steady_clock::now() - begun < event_limit;
   };
   for (std::uint32_t k = 0; k < 2000 / one_in || k % 100 != 0 || waits_for_checkpoint(); ++k) {
     transaction->begin(terms(DeadlineClass::firm, db.clock.peek() + Nanoseconds(1'000'000)));

@@ -52,7 +52,7 @@ TEST_P(EveryMode, WaitsUntilAVersionIsDurable) {
   LoggedEngine db(disk_, options());
   EXPECT_TRUE(db.log().wait_until_durable(0, Nanoseconds(0)));
   const Version version = db.commit(model_, random_).version;
-  EXPECT_TRUE(db.log().wait_until_durable(version, long_time));
+  EXPECT_TRUE(db.log().wait_until_durable(version, event_limit));
   EXPECT_GE(db.log().durable(), version);
   EXPECT_FALSE(db.log().wait_until_durable(version + 1, Nanoseconds(2'000'000)));
 }

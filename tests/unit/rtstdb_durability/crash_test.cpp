@@ -73,7 +73,7 @@ bool Crash::run_with_crash(std::uint64_t crash_at_call, std::uint64_t seed) {
       EXPECT_EQ(describe(db.image()), describe(without_generations(model.now()))) << recovery.summary;
       for (int k = 0; k < 5; ++k)
         EXPECT_TRUE(db.commit(model, random).done());
-      EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+      EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
       durable = db.log().durable();
       EXPECT_EQ(durable, db.engine.latest().version);
     }

@@ -4,7 +4,7 @@
 #include <cerrno>
 
 #include "logged_engine.hpp"
-#include "tests/support/simulation/wait.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -14,10 +14,13 @@ class Fault : public testing::TestWithParam<DurabilityMode> {
   LoggedEngineOptions options() const { return small_options(GetParam()); }
   /// Commits until one is completed and, except in async mode, durable.
   void commit_until_repaired(LoggedEngine& db) {
-    EXPECT_TRUE(hil::test::wait_until([&] {
-      const Outcome& outcome = db.commit(model_, random_);
-      return outcome.done() && (outcome.durable || GetParam() == DurabilityMode::async);
-    })) << db.log().state().last_fault;
+    EXPECT_TRUE(hil::tests::eventually(
+        [&] {
+          const Outcome& outcome = db.commit(model_, random_);
+          return outcome.done() && (outcome.durable || GetParam() == DurabilityMode::async);
+        },
+        event_limit))
+        << db.log().state().last_fault;
   }
   void expect_complete() {
     LoggedEngine db(disk_, options());
@@ -40,20 +43,20 @@ TEST_P(Fault, OfCheckpointsDelaysNoCommit) {
   one_segment.segment_bytes = 1 << 20;
   LoggedEngine db(disk_, one_segment);
   ASSERT_TRUE(db.commit(model_, random_).done());
-  ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+  ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
   int created = 0;
   disk_.before_each([&](DiskCall call) {  // after the segment that replaces the failed one
     if (call == DiskCall::create && ++created == 2) disk_.fail_kind(DiskCall::create, EIO);
   });
   disk_.fail_call(disk_.calls() + 1, EIO);
   db.commit(model_, random_);
-  ASSERT_TRUE(hil::test::wait_until([&] { return db.log().state().faults >= 8; }))
+  ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().faults >= 8; }, event_limit))
       << db.log().state().last_fault;
   int before_an_attempt = 0;
   for (int k = 0; k < 4 && GetParam() == DurabilityMode::async; ++k) {
     const Durability before = db.log().state();
     ASSERT_TRUE(db.commit(model_, random_).done());
-    ASSERT_TRUE(hil::test::wait_until([&] { return db.log().state().groups > before.groups; }));
+    ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().groups > before.groups; }, event_limit));
     before_an_attempt += db.log().state().faults == before.faults;
   }
   EXPECT_TRUE(before_an_attempt > 0 || GetParam() != DurabilityMode::async);
@@ -65,7 +68,7 @@ TEST_P(Fault, OfCheckpointsDelaysNoCommit) {
 TEST_P(Fault, OfAllWritesIsReportedAndRepaired) {
   auto db = std::make_unique<LoggedEngine>(disk_, options());
   ASSERT_TRUE(db->commit(model_, random_).done());
-  ASSERT_TRUE(db->log().wait_until_durable(db->engine.latest().version, long_time));
+  ASSERT_TRUE(db->log().wait_until_durable(db->engine.latest().version, event_limit));
   const Version safe = db->log().durable();
   disk_.fail_kind(DiskCall::write, EIO);
   bool refused = false;
@@ -88,7 +91,7 @@ TEST_P(Fault, OfAllWritesIsReportedAndRepaired) {
   EXPECT_EQ(state.durable, safe);
   disk_.fail_kind(DiskCall::write, 0);
   commit_until_repaired(*db);
-  EXPECT_TRUE(db->log().wait_until_durable(db->engine.latest().version, long_time));
+  EXPECT_TRUE(db->log().wait_until_durable(db->engine.latest().version, event_limit));
   EXPECT_FALSE(db->log().state().last_write_failed);
   db->engine.close();
   EXPECT_TRUE(db->log().close().ok());
@@ -100,16 +103,18 @@ TEST_P(Fault, OfAFullDiskIsRepairedByFreeSpace) {
   auto db = std::make_unique<LoggedEngine>(disk_, options());
   ASSERT_TRUE(db->commit(model_, random_).done());
   disk_.set_capacity(20'000);
-  EXPECT_TRUE(hil::test::wait_until([&] {
-    const Outcome& outcome = db->commit(model_, random_);
-    EXPECT_TRUE(outcome.done() || outcome.refused_by == RefusedBy::log_fault) << describe(outcome);
-    return db->log().state().faults > 0;
-  }));
+  EXPECT_TRUE(hil::tests::eventually(
+      [&] {
+        const Outcome& outcome = db->commit(model_, random_);
+        EXPECT_TRUE(outcome.done() || outcome.refused_by == RefusedBy::log_fault) << describe(outcome);
+        return db->log().state().faults > 0;
+      },
+      event_limit));
   EXPECT_NE(db->log().state().last_fault.find("No space left"), std::string::npos)
       << db->log().state().last_fault;
   disk_.set_capacity(~std::uint64_t{0});
   commit_until_repaired(*db);
-  EXPECT_TRUE(db->log().wait_until_durable(db->engine.latest().version, long_time));
+  EXPECT_TRUE(db->log().wait_until_durable(db->engine.latest().version, event_limit));
   db->engine.close();
   EXPECT_TRUE(db->log().close().ok());
   db.reset();
@@ -120,7 +125,7 @@ TEST_P(Fault, DuringCloseIsReported) {
   {
     LoggedEngine db(disk_, options());
     ASSERT_TRUE(db.commit(model_, random_).done());
-    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
     disk_.fail_kind(DiskCall::write, EIO);
     db.engine.close();
     const auto closed = db.log().close();

@@ -25,7 +25,6 @@ TEST_F(FullRing, AsyncContinuesAndIsCompleteAfterTheGap) {
   {
     LoggedEngine db(disk_, options(DurabilityMode::async));
     DiskGate gate(disk_, DiskCall::sync);
-    gate.close();
     ASSERT_TRUE(db.commit(model_, random_).done());
     gate.wait_until_held();
     for (int k = 0; k < 500; ++k)
@@ -43,7 +42,7 @@ TEST_F(FullRing, AsyncContinuesAndIsCompleteAfterTheGap) {
     EXPECT_TRUE(model_.knows(recovered.value().world.latest.version));
     gap_begins_after = recovered.value().world.latest.version;
     gate.open();
-    EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time))
+    EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit))
         << db.log().state().last_fault;
     state = db.log().state();
     EXPECT_EQ(state.gaps, 1u);
@@ -62,7 +61,6 @@ TEST_F(FullRing, AsyncIsCompleteWhenClosedWithinAGap) {
   {
     LoggedEngine db(disk_, options(DurabilityMode::async));
     DiskGate gate(disk_, DiskCall::sync);
-    gate.close();
     ASSERT_TRUE(db.commit(model_, random_).done());
     gate.wait_until_held();
     for (int k = 0; k < 100; ++k)
@@ -87,7 +85,6 @@ TEST_F(FullRing, GroupRefusesAndLosesNoDurableVersion) {
     ASSERT_TRUE(db.execute(*creator).done());
     const EntityId id = creator->created(0);
     DiskGate gate(disk_, DiskCall::sync);
-    gate.close();
     std::vector<std::unique_ptr<Transaction>> held;
     bool refused = false;
     for (std::uint32_t k = 0; k < 200 && !refused; ++k) {

@@ -18,23 +18,14 @@ TEST(Group, CommitsOfSeveralClientsShareOneWrite) {
   SimulatedDisk disk(1);
   LoggedEngine db(disk, group_mode());
   DiskGate gate(disk, DiskCall::sync);
-  gate.close();
-  const auto first = db.make();
-  first->begin({});
-  first->create(body(1));
-  db.engine.submit(*first);
+  const auto first = db.submit_create(1);
   gate.wait_until_held();
   const std::uint64_t groups = db.log().state().groups;
   constexpr std::uint32_t clients = 8;
   std::vector<std::thread> threads;
   std::vector<Outcome> outcomes(clients);
   for (std::uint32_t k = 0; k < clients; ++k)
-    threads.emplace_back([&, k] {
-      const auto transaction = db.make();
-      transaction->begin({});
-      transaction->create(body(2 + k));
-      outcomes[k] = db.execute(*transaction);
-    });
+    threads.emplace_back([&, k] { outcomes[k] = db.engine.wait(*db.submit_create(2 + k)); });
   // All are published while the disk is busy.
   while (db.engine.latest().version < 1 + clients)
     std::this_thread::yield();
@@ -56,11 +47,7 @@ TEST(Group, CancellingAHeldTransactionHasNoEffect) {
   SimulatedDisk disk(1);
   LoggedEngine db(disk, group_mode());
   DiskGate gate(disk, DiskCall::sync);
-  gate.close();
-  const auto transaction = db.make();
-  transaction->begin({});
-  transaction->create(body(1));
-  db.engine.submit(*transaction);
+  const auto transaction = db.submit_create(1);
   gate.wait_until_held();
   db.engine.cancel(*transaction);
   gate.open();

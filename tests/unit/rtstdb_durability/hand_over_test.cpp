@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "logged_engine.hpp"
-#include "tests/support/simulation/wait.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -25,7 +25,7 @@ class LogHandOver : public testing::Test {
     EXPECT_TRUE(outcome.done());
     return outcome.version;
   }
-  bool becomes_durable(Version version) { return db_.log().wait_until_durable(version, long_time); }
+  bool becomes_durable(Version version) { return db_.log().wait_until_durable(version, event_limit); }
 
   SimulatedDisk disk_{1};
   LoggedEngine db_{disk_, {}};
@@ -167,7 +167,7 @@ TEST_F(LogHandOver, OccursBeforeClose) {
   db_.executor.work = [&](const auto&, const auto&, const auto&) {
     running = true;
     running.notify_all();
-    EXPECT_TRUE(hil::test::wait_until([&] { return db_.engine.is_closing(); }));
+    EXPECT_TRUE(hil::tests::eventually([&] { return db_.engine.is_closing(); }, event_limit));
     return query::RunReport{};
   };
   writer_->begin({});

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -29,7 +30,7 @@ inline constexpr int one_in = 1;
 #endif
 
 /// Time limit for events that must happen eventually.
-inline constexpr Nanoseconds long_time{60'000'000'000};
+inline constexpr std::chrono::seconds event_limit{60};
 
 /// For tests of each mode that has a log.
 inline auto every_mode() {
@@ -171,6 +172,14 @@ class LoggedEngine {
     engine.submit(transaction);
     return engine.wait(transaction);
   }
+  /// Submits a transaction that creates an entity with this material.
+  std::unique_ptr<Transaction> submit_create(std::uint32_t material) {
+    auto transaction = make();
+    transaction->begin({});
+    transaction->create(body(material));
+    engine.submit(*transaction);
+    return transaction;
+  }
   /// Executes one random transaction and reports its outcome to the model.
   const Outcome& commit(Model& model, std::mt19937_64& random, const Terms& given = {});
   CommitLog& log() { return *engine.log(); }
@@ -184,7 +193,7 @@ class LoggedEngine {
   std::unique_ptr<Transaction> transaction_ = make();
 };
 
-/// Blocks threads in one kind of disk operation until it is opened. The disk may outlive it.
+/// Blocks threads in one kind of disk operation until `open`. The disk may outlive it.
 class DiskGate {
  public:
   DiskGate(SimulatedDisk& disk, DiskCall call) {
@@ -200,7 +209,6 @@ class DiskGate {
   DiskGate(const DiskGate&) = delete;
   DiskGate& operator=(const DiskGate&) = delete;
 
-  void close() { state_->closed.store(true); }
   void wait_until_held() { state_->held.wait(false); }
   void open() {
     state_->closed.store(false);
@@ -209,7 +217,7 @@ class DiskGate {
 
  private:
   struct State {
-    std::atomic<bool> closed{false}, held{false};
+    std::atomic<bool> closed{true}, held{false};
   };
   const std::shared_ptr<State> state_ = std::make_shared<State>();
 };

@@ -1,25 +1,18 @@
 // An allocation of the log thread fails: the log handles it as a disk failure, and repairs itself when there is
 // memory again.
 
-#include <filesystem>
-
 #include "logged_engine.hpp"
 #include "rtstdb/log/posix_disk.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/failing_new.hpp"
 #include "tests/support/rounds.hpp"
-#include "tests/support/simulation/wait.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
 
 class OutOfMemory : public testing::TestWithParam<DurabilityMode> {
  protected:
-  OutOfMemory() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "hil_memory_XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  ~OutOfMemory() override { std::filesystem::remove_all(path_); }
-
   LoggedEngineOptions options() const {
     LoggedEngineOptions options = small_options(GetParam());
     options.segment_bytes = 4096;
@@ -27,7 +20,8 @@ class OutOfMemory : public testing::TestWithParam<DurabilityMode> {
     return options;
   }
   std::unique_ptr<CommitLog> open() const {
-    auto log = CommitLog::open(std::move(log::open_directory(path_).value()), log_options(options()));
+    auto log =
+        CommitLog::open(std::move(log::open_directory(folder_.path()).value()), log_options(options()));
     EXPECT_TRUE(log.ok()) << log.error().message;
     return std::move(log).value();
   }
@@ -40,8 +34,8 @@ class OutOfMemory : public testing::TestWithParam<DurabilityMode> {
     }
   }
   void commit_until_durable(LoggedEngine& db) {
-    ASSERT_TRUE(hil::test::wait_until([&] { return db.commit(model_, random_).done(); }));
-    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time))
+    ASSERT_TRUE(hil::tests::eventually([&] { return db.commit(model_, random_).done(); }, event_limit));
+    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit))
         << db.log().state().last_fault;
   }
   void expect_complete() {
@@ -50,7 +44,7 @@ class OutOfMemory : public testing::TestWithParam<DurabilityMode> {
         << db.log().recovery().summary;
   }
 
-  std::filesystem::path path_;
+  hil::tests::TemporaryFolder folder_;
   std::mt19937_64 random_{4};
   Model model_;
 };

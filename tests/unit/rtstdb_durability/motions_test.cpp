@@ -5,21 +5,15 @@
 
 #include "logged_engine.hpp"
 #include "rtstdb/log/log_replay.hpp"
-#include "rtstdb/store/motion_words.hpp"
+#include "tests/support/simulation/same_state.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
 
 using Rows = std::vector<EntityState>;  // by ascending index
 
-bool same(const EntityState& a, const EntityState& b) {
-  const EntityRow &x = a.row, &y = b.row;
-  return a.id == b.id && a.written_by == b.written_by && x.geometry == y.geometry && x.scale == y.scale &&
-         x.mask == y.mask && x.material == y.material &&
-         store::words_of(x.motion) == store::words_of(y.motion);
-}
 bool same(const Rows& a, const Rows& b) {
-  return std::ranges::equal(a, b, [](const EntityState& x, const EntityState& y) { return same(x, y); });
+  return std::ranges::equal(a, b, hil::test::same_state);
 }
 
 Rows rows_of(const log::World& world) {

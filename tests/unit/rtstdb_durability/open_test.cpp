@@ -4,7 +4,7 @@
 
 #include "logged_engine.hpp"
 #include "rtstdb/log/directory.hpp"
-#include "tests/support/simulation/wait.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -15,7 +15,7 @@ class OpenLog : public testing::Test {
     LoggedEngine db(disk_, options);
     for (int k = 0; k < count; ++k)
       ASSERT_TRUE(db.commit(model_, random_).done());
-    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
   }
   SimulatedDisk disk_{9};
   std::mt19937_64 random_{9};
@@ -62,7 +62,7 @@ TEST_F(OpenLog, RefusesDamageAndSalvages) {
   LoggedEngine db(std::move(salvaged).value(), {});
   EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
   ASSERT_TRUE(db.commit(model_, random_).done());
-  EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+  EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
 }
 
 /// Each segment in turn is copied over the one before. Salvage recovers what is left, and the log then opens
@@ -77,7 +77,7 @@ TEST_F(OpenLog, SalvagesOverwrittenSegments) {
       ASSERT_TRUE(db.commit(model_, random_).done());
       // Without gaps, since nothing after a gap would be read.
       if (k % 40 == 0) {
-        ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+        ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
       }
     }
   }
@@ -105,7 +105,7 @@ TEST_F(OpenLog, SalvagesOverwrittenSegments) {
       EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
       for (int more = 0; more < 5; ++more)
         ASSERT_TRUE(db.commit(model_, random_).done());
-      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
     }
     auto again = open_log(disk_, log_options(small));
     ASSERT_TRUE(again.ok()) << again.error().message;
@@ -121,8 +121,8 @@ TEST_F(OpenLog, ToleratesATemporarilyUnreadableCheckpoint) {
       LoggedEngine db(disk_, {.checkpoint_every_bytes = 1});
       for (int k = 0; k < 8; ++k)
         ASSERT_TRUE(db.commit(model_, random_).done());
-      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
-      ASSERT_TRUE(hil::test::wait_until([&] { return db.log().state().checkpoints > 0; }));
+      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
+      ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().checkpoints > 0; }, event_limit));
       disk_.fail_kind(DiskCall::write, EIO);  // so that close() writes nothing
     }
     disk_.fail_kind(DiskCall::write, 0);
@@ -140,7 +140,7 @@ TEST_F(OpenLog, ToleratesATemporarilyUnreadableCheckpoint) {
       EXPECT_EQ(db.engine.latest().version, version) << db.log().recovery().summary;
       for (int k = 0; k < round % 3; ++k)
         ASSERT_TRUE(db.commit(model_, random_).done());
-      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
+      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
       if (round % 2 == 0) disk_.fail_kind(DiskCall::write, EIO);
     }
     disk_.fail_kind(DiskCall::write, 0);
@@ -164,8 +164,8 @@ TEST_F(OpenLog, ReplacesADamagedCheckpoint) {
     LoggedEngine db(disk_, {.checkpoint_every_bytes = 1});
     for (int k = 0; k < 8; ++k)
       ASSERT_TRUE(db.commit(model_, random_).done());
-    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, long_time));
-    ASSERT_TRUE(hil::test::wait_until([&] { return db.log().state().checkpoints > 0; }));
+    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
+    ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().checkpoints > 0; }, event_limit));
   }
   auto contents = disk_.contents();
   for (auto& [name, bytes] : contents)
@@ -174,7 +174,7 @@ TEST_F(OpenLog, ReplacesADamagedCheckpoint) {
   {
     LoggedEngine db(disk_, {.checkpoint_every_bytes = 0});
     EXPECT_TRUE(db.log().recovery().summary.starts_with("checkpoint.")) << db.log().recovery().summary;
-    ASSERT_TRUE(hil::test::wait_until([&] { return db.log().state().checkpoints > 0; }));
+    ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().checkpoints > 0; }, event_limit));
   }
   LoggedEngine db(disk_, {.checkpoint_every_bytes = 0});
   EXPECT_TRUE(db.log().recovery().summary.starts_with("from checkpoint.")) << db.log().recovery().summary;
@@ -224,7 +224,7 @@ TEST_F(OpenLog, RecoversShapes) {
       transaction->begin({});
       transaction->update_geometry({0}, positions(static_cast<float>(round + 1)));
       ASSERT_TRUE(db.execute(*transaction).done()) << describe(transaction->outcome());
-      ASSERT_TRUE(db.log().wait_until_durable(transaction->outcome().version, long_time));
+      ASSERT_TRUE(db.log().wait_until_durable(transaction->outcome().version, event_limit));
     }
   }
 }

@@ -24,11 +24,7 @@ TEST_F(Sync, NothingIsReadableBeforeItIsOnDisk) {
   ASSERT_TRUE(db.commit(model_, random_).durable);
   const Version before = db.engine.latest().version;
   DiskGate gate(disk_, DiskCall::sync);
-  gate.close();
-  const auto writer = db.make();
-  writer->begin({});
-  writer->create(body(9));
-  db.engine.submit(*writer);
+  const auto writer = db.submit_create(9);
   gate.wait_until_held();
   const auto reader = db.make();
   reader->begin({});

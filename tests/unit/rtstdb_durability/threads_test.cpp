@@ -41,7 +41,7 @@ TEST_P(ConcurrentCommits, OfEightThreadsAreRecovered) {
           if (!outcome.done()) continue;
           last[client] = k;
           EXPECT_LE(outcome.durable ? outcome.version : 0, db.log().durable());
-          if (k % 50 == client) db.log().wait_until_durable(outcome.version, long_time);
+          if (k % 50 == client) db.log().wait_until_durable(outcome.version, event_limit);
           if (k % 10 == 0) static_cast<void>(db.log().state());
         }
       });

@@ -1,10 +1,8 @@
 #include "mesh_files.hpp"
 
 #include <glm/common.hpp>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -97,20 +95,8 @@ std::string gltf_json(const TriangleMesh& mesh, const std::string& nodes, const 
 
 }  // namespace
 
-Folder::Folder() {
-  static std::atomic<int> count{0};
-  path_ = std::filesystem::temp_directory_path() /
-          ("rtstdb_mesh_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-  std::filesystem::create_directories(path_);
-}
-
-Folder::~Folder() {
-  std::error_code ignored;  // a remaining folder does not fail the test
-  std::filesystem::remove_all(path_, ignored);
-}
-
 std::filesystem::path Folder::write(const std::string& name, std::string_view bytes) const {
-  std::filesystem::path file = path_ / name;
+  std::filesystem::path file = path() / name;
   std::ofstream out(file, std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();

@@ -9,20 +9,13 @@
 
 #include <rtstdb/geometry.hpp>
 
+#include "tests/support/temporary_folder.hpp"
+
 namespace rtstdb::mesh_files {
 
-/// A temporary folder that is removed with the object.
-class Folder {
+class Folder : public hil::tests::TemporaryFolder {
  public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
   std::filesystem::path write(const std::string& name, std::string_view bytes) const;
-
- private:
-  std::filesystem::path path_;
 };
 
 std::string obj(const TriangleMesh& mesh);

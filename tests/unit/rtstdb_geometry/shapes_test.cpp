@@ -100,15 +100,6 @@ TEST(MakeCylinder, IsAPrismInTheCylinder) {
   }
 }
 
-TEST(MakeSphere, IsAnIcosahedronAtLevelZero) {
-  const TriangleMesh mesh = make_sphere(2.0, 0);
-  expect_closed(mesh);
-  expect_outward(mesh);
-  const double edge_m = 2.0 / std::sin(2.0 * pi / 5.0);
-  EXPECT_NEAR(signed_volume_m3(mesh) / (5.0 * (3.0 + std::sqrt(5.0)) / 12.0 * edge_m * edge_m * edge_m), 1.0,
-              1e-6);
-}
-
 TEST(MakeSphere, ConvergesQuadratically) {
   const double ball_m3 = 4.0 / 3.0 * pi * 8.0;
   double last_missing_m3 = 0.0;

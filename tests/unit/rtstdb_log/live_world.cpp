@@ -5,23 +5,13 @@
 
 #include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/store/motion_words.hpp"
+#include "tests/support/simulation/same_state.hpp"
 
 namespace rtstdb::log::test {
-namespace {
-
-bool same(const EntityState& a, const EntityState& b) {
-  const Motion& m = a.row.motion;
-  const Motion& n = b.row.motion;
-  return a.id == b.id && a.written_by == b.written_by && a.row.geometry == b.row.geometry &&
-         a.row.scale == b.row.scale && a.row.mask == b.row.mask && a.row.material == b.row.material &&
-         store::words_of(m) == store::words_of(n);
-}
-
-}  // namespace
 
 bool operator==(const Image& a, const Image& b) {
   const auto same_rows = [](const auto& x, const auto& y) {
-    return x.first == y.first && same(x.second, y.second);
+    return x.first == y.first && hil::test::same_state(x.second, y.second);
   };
   return a.latest.version == b.latest.version && a.latest.time == b.latest.time &&
          std::equal(a.rows.begin(), a.rows.end(), b.rows.begin(), b.rows.end(), same_rows) &&

@@ -11,23 +11,19 @@
 #include <filesystem>
 
 #include "rtstdb/log/directory.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb::log::test {
 namespace {
 
 class PosixDiskTest : public testing::Test {
  protected:
-  PosixDiskTest()
-      : path_(std::filesystem::temp_directory_path() / ("posix_disk." + std::to_string(::getpid()))) {
-    std::filesystem::remove_all(path_);
-  }
-  ~PosixDiskTest() override { std::filesystem::remove_all(path_); }
-
   static std::vector<std::byte> bytes(std::size_t count, int value) {
     return std::vector<std::byte>(count, static_cast<std::byte>(value));
   }
 
-  std::filesystem::path path_;
+  hil::tests::TemporaryFolder folder_;
+  const std::filesystem::path path_ = folder_ / "log";  ///< open_directory creates it
 };
 
 TEST_F(PosixDiskTest, WritesReadsAndRenames) {
@@ -111,9 +107,9 @@ TEST_F(PosixDiskTest, SyncOfADeletedFileFails) {
   EXPECT_FALSE(file.value()->sync());
   ASSERT_TRUE(std::filesystem::remove(path_ / "a"));
   EXPECT_FALSE(file.value()->write(50, bytes(50, 7))) << "only the sync detects it";
-  const DiskFault gone = file.value()->sync();
-  ASSERT_TRUE(gone);
-  EXPECT_EQ(gone->describe(), "sync of a: No such file or directory");
+  const DiskFault removed = file.value()->sync();
+  ASSERT_TRUE(removed);
+  EXPECT_EQ(removed->describe(), "sync of a: No such file or directory");
 }
 
 TEST_F(PosixDiskTest, LockIsExclusive) {

@@ -2,7 +2,6 @@
 // refuse the same logs.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -16,6 +15,7 @@
 #include "tests/paths.h"
 #include "tests/support/simulation/clock.hpp"
 #include "tests/support/simulation/disk.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb::log::test {
 namespace {
@@ -33,14 +33,7 @@ std::string output_of(const std::string& command) {
 
 class VerifierTest : public testing::Test {
  protected:
-  VerifierTest()
-      : path_(std::filesystem::temp_directory_path() / ("verify_log." + std::to_string(::getpid()))) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~VerifierTest() override { std::filesystem::remove_all(path_); }
-
-  std::filesystem::path directory(std::size_t number) const { return path_ / std::to_string(number); }
+  std::filesystem::path directory(std::size_t number) const { return folder_ / std::to_string(number); }
 
   /// Adds a directory for the verifier and its expected output.
   void add(const Contents& contents) {
@@ -80,7 +73,7 @@ class VerifierTest : public testing::Test {
     ASSERT_TRUE(output.empty());
   }
 
-  std::filesystem::path path_;
+  hil::tests::TemporaryFolder folder_;
   std::vector<std::string> expected_;
 };
 

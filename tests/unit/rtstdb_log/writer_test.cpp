@@ -17,19 +17,6 @@
 namespace rtstdb::log::test {
 namespace {
 
-TEST_F(WriterTest, GroupIsDurableAfterSync) {
-  start();
-  EXPECT_EQ(writer->durable(), 0u);
-  commit(3);
-  EXPECT_EQ(writer->durable(), 0u);
-  writer->step(0);
-  EXPECT_EQ(writer->durable(), 3u);
-  commit(1);
-  EXPECT_EQ(writer->durable(), 3u);
-  EXPECT_EQ(version_after_crash(), 3u);
-  EXPECT_EQ(writer->statistics().groups, 1u);
-}
-
 /// The disk has space for the data but not for a preallocated segment.
 TEST_F(WriterTest, LogContinuesOnANearlyFullDisk) {
   start({.segment_bytes = 1 << 16, .checkpoint_every_bytes = 0});
@@ -212,23 +199,6 @@ TEST_F(WriterTest, CheckpointBegunBeforeAFaultDoesNotCount) {
   EXPECT_EQ(version_after_crash(), 4u);
 }
 
-// The sync after a failed one succeeds although its pages were dropped: the data in that file are lost.
-TEST_F(WriterTest, DataOfAFailedSyncIsWrittenAgain) {
-  start();
-  disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
-  for (int round = 0; round < 5; ++round) {
-    commit(2);
-    disk.fail_kind(DiskCall::sync, EIO);
-    settle();
-    disk.fail_kind(DiskCall::sync, 0);
-    clock.advance(Nanoseconds(10'000'000'000));
-    commit(1);
-    settle();
-    EXPECT_EQ(writer->durable(), world.latest());
-  }
-  EXPECT_EQ(version_after_crash(), world.latest());
-}
-
 TEST_F(WriterTest, FullDiskIsRetriedAtGrowingIntervals) {
   start();
   commit(2);
@@ -261,25 +231,6 @@ class SmallRing : public WriterTest {
  protected:
   SmallRing() : WriterTest(2048) {}
 };
-
-TEST_F(SmallRing, FullRingMakesAGapThatACheckpointEnds) {
-  start();
-  commit(40);
-  EXPECT_TRUE(world.recorder().in_gap());
-  EXPECT_GT(world.recorder().gap_versions(), 20u);
-  settle();
-  const Version before_gap = writer->durable();
-  EXPECT_LT(before_gap, 40u);
-  world.recorder().maintain();
-  EXPECT_FALSE(world.recorder().in_gap());
-  commit(2);
-  writer->step(0);
-  EXPECT_EQ(writer->durable(), before_gap);
-  settle();
-  EXPECT_EQ(writer->durable(), 42u);
-  EXPECT_EQ(writer->statistics().gaps, 1u);
-  EXPECT_EQ(version_after_crash(), 42u);
-}
 
 TEST_F(SmallRing, CrashWithinAGapLeavesTheWorldBefore) {
   start();

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "scene.hpp"
 #include "tests/support/rounds.hpp"
 

@@ -39,24 +39,6 @@ TEST(Watertight, RaysAtCornersAndEdgesOfClosedMeshesHit) {
   }
 }
 
-TEST(Watertight, RaysFromInsideHit) {
-  // Exactly at corners and edges, in the planes of many triangles.
-  const TriangleMesh mesh = make_sphere(4.0, 3);
-  Scene scene;
-  scene.place(mesh);
-  const World world = scene.world();
-  for (const glm::vec3& p : mesh.positions_m)
-    ASSERT_EQ(trace(world, ray_from({0, 0, 0}, p)).status, HitStatus::hit);
-  Random random(2);
-  for (int i = 0; i < 20'000; ++i) {
-    const glm::vec3 from(random.vector() * 0.5);
-    const glm::uvec3& t =
-        mesh.triangles[static_cast<std::size_t>(random.below(static_cast<int>(mesh.triangles.size())))];
-    const glm::vec3 target = 0.5f * (mesh.positions_m[t.x] + mesh.positions_m[t.y]);
-    ASSERT_EQ(trace(world, ray_from(from, target - from)).status, HitStatus::hit);
-  }
-}
-
 TEST(Watertight, AxisParallelRaysAlongTheEdgesOfAWallHit) {
   // Each ray hits an edge or a corner of the wall's grid.
   TriangleMesh wall;

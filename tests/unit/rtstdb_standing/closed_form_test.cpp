@@ -68,19 +68,6 @@ TEST(ClosedForm, BoxCrossesABox) {
   expect_motions(world, *center, 9 * second_ns, {{enter, one, 8.0 / 4.0}, {exit, one, 12.0 / 4.0}});
 }
 
-TEST(ClosedForm, CornerCrossesASphere) {
-  FollowedWorld world;
-  const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
-  // The edge at y = 0.5 along z approaches to 3 - 0.5 - 0.5 = 2 m; the ball has a radius of 2.5 m.
-  const auto one = world.create(row_of(cube, {-30.0, 2.5, 0.0}, {10.0, 0.0, 0.0}), 0);
-  StandingRegion definition = box_region({}, {2.5f, 0.0f, 0.0f});
-  definition.region.shape = RegionShape::sphere;
-  const auto touching = world.watch(definition);
-  const double along_m = std::sqrt(2.5 * 2.5 - 2.0 * 2.0);
-  expect_motions(world, *touching, 9 * second_ns,
-                 {{enter, one, (30.0 - 0.5 - along_m) / 10.0}, {exit, one, (30.0 + 0.5 + along_m) / 10.0}});
-}
-
 /// The tip of a rotating arm crosses a plane at asin(height / reach).
 TEST(ClosedForm, RotatingArmEntersASlab) {
   FollowedWorld world;
@@ -101,21 +88,6 @@ TEST(ClosedForm, RotatingArmEntersASlab) {
                   {exit, one, exits_s},
                   {enter, one, enters_s + half_turn_s},
                   {exit, one, exits_s + half_turn_s}});
-}
-
-TEST(ClosedForm, CarriedRegionPassesAPost) {
-  FollowedWorld world;
-  const auto post = world.add(make_cylinder(0.1, 2.0, 16));
-  const auto one = world.create(row_of(post, {40.0, 1.0, 0.0}), 0);
-  EntityRow car;
-  car.motion.v_world_mps = {20.0, 0.0, 0.0};
-  const auto carrier = world.create(car, 0);
-  StandingRegion definition = box_region({5.0f, 0.0f, 0.0f}, {3.0f, 2.0f, 1.0f});
-  definition.region.carrier = carrier;
-  const auto query = world.watch(definition);
-  // The bounds of the post extend 0.1 m to each side.
-  expect_motions(world, *query, 5 * second_ns,
-                 {{enter, one, (39.9 - 8.0) / 20.0}, {exit, one, (40.1 - 2.0) / 20.0}});
 }
 
 /// A frustum that rotates with its carrier, as a radar does: a centre enters when its bearing is half the

@@ -91,10 +91,10 @@ std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingNearest& defin
 
 void FollowedWorld::catch_up(const StandingQuery& query) {
   const Version latest = engine_.latest().version;
-  ASSERT_TRUE(hil::test::wait_until([&] {
-    return query.status() != StandingStatus::following || query.progress().version >= latest;
-  })) << "version "
-      << latest;
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] { return query.status() != StandingStatus::following || query.progress().version >= latest; },
+      event_limit))
+      << "version " << latest;
 }
 
 oracle::World FollowedWorld::rows() {

@@ -3,6 +3,7 @@
 
 #include <glm/gtc/quaternion.hpp>
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <random>
@@ -13,10 +14,13 @@
 #include "rtstdb/standing/follower.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/no_queries.hpp"
-#include "tests/support/simulation/wait.hpp"
 
 namespace rtstdb::standing::test {
+
+/// For events that depend on other threads, with a sanitizer too.
+inline constexpr std::chrono::minutes event_limit{5};
 
 inline WorldTime at_ns(std::int64_t ns) {
   return world_time_ns(ns);

@@ -23,10 +23,12 @@ StandingRegion around_origin(float half_m) {
 
 /// Fetches until the list of members is complete.
 void take_until_complete(FollowedWorld& world, StandingQuery& query, Members& members) {
-  ASSERT_TRUE(hil::test::wait_until([&] {
-    members.take(events_of(world, query));
-    return members.complete(query);
-  }));
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] {
+        members.take(events_of(world, query));
+        return members.complete(query);
+      },
+      event_limit));
   // Events after `complete`.
   members.take(events_of(world, query));
 }
@@ -50,11 +52,13 @@ TEST(Loss, OfEventsIsCountedAndTheMembersAreListedAgain) {
     EXPECT_EQ(event.kind, EventKind::enter);
   // The list is longer than the ring and arrives in pieces.
   std::vector<StandingEvent> all;
-  ASSERT_TRUE(hil::test::wait_until([&] {
-    for (const StandingEvent& event : events_of(world, *query))
-      all.push_back(event);
-    return !all.empty() && all.back().kind == EventKind::complete;
-  }));
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] {
+        for (const StandingEvent& event : events_of(world, *query))
+          all.push_back(event);
+        return !all.empty() && all.back().kind == EventKind::complete;
+      },
+      event_limit));
   ASSERT_EQ(all.size(), 102u);
   EXPECT_EQ(all.front().kind, EventKind::reset);
   EXPECT_EQ(all.front().lost, 92u);
@@ -97,10 +101,12 @@ TEST(Loss, OfASlowReaderEndsWithCorrectMembers) {
     if (k % 50 == 49) world.catch_up(*query);
   }
   EXPECT_GT(query->lost(), 0u);
-  ASSERT_TRUE(hil::test::wait_until([&] {
-    take(events_of(world, *query));
-    return members.complete(*query);
-  }));
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] {
+        take(events_of(world, *query));
+        return members.complete(*query);
+      },
+      event_limit));
   EXPECT_EQ(members.all(), world.entities_in(definition));
   EXPECT_EQ(missing, query->lost());
   EXPECT_EQ(members.reported_lost(), query->lost());
@@ -206,7 +212,8 @@ TEST(Loss, OfMemoryFailsAQueryWithItsReason) {
           transaction.create(row_of(cube, {100.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}));
       },
       1000);
-  ASSERT_TRUE(hil::test::wait_until([&] { return query->status() != StandingStatus::following; }));
+  ASSERT_TRUE(
+      hil::tests::eventually([&] { return query->status() != StandingStatus::following; }, event_limit));
   EXPECT_EQ(query->status(), StandingStatus::failed);
   EXPECT_EQ(query->reason(), "standing query 'gate': no memory was left to follow it");
   stop_failing_allocations();

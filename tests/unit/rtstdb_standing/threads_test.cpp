@@ -44,11 +44,13 @@ TEST(ConcurrentUse, OfWritersReadersAndShortLivedQueriesKeepsEventsConsistent) {
       fetch();
     // Members checks that the events are consistent. After the last list, it is correct.
     world.catch_up(*lasting);
-    ASSERT_TRUE(hil::test::wait_until([&] {
-      while (fetch() > 0) {
-      }
-      return members.complete(*lasting);
-    }));
+    ASSERT_TRUE(hil::tests::eventually(
+        [&] {
+          while (fetch() > 0) {
+          }
+          return members.complete(*lasting);
+        },
+        event_limit));
     while (fetch() > 0) {
     }
     EXPECT_EQ(members.all(), world.entities_in(definition));

@@ -115,7 +115,8 @@ TEST_F(Writes, ThatRemoveTheCarrierEndTheQuery) {
   EXPECT_EQ(query->reason(), "");
   world.remove(carrier, 10);
   EXPECT_EQ(events(*query, 10), (std::vector<Effect>{{exit, one}}));
-  EXPECT_TRUE(hil::test::wait_until([&] { return query->status() != StandingStatus::following; }));
+  EXPECT_TRUE(
+      hil::tests::eventually([&] { return query->status() != StandingStatus::following; }, event_limit));
   EXPECT_EQ(query->status(), StandingStatus::ended);
   EXPECT_EQ(query->reason(), "standing query 'bumper': its carrier was removed");
   // An entity with the same index is not the carrier.

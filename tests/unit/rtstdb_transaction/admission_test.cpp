@@ -4,8 +4,8 @@
 
 #include <random>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/engine.hpp"
-#include "tests/support/simulation/wait.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -159,7 +159,7 @@ TEST_F(Admission, CountsTheMeasuredPreemptionLatency) {
     if (chunks != 20) return;
     submit_firm();
     // Not Engine::wait: the engine thread, which is here, executes it if it is not refused.
-    ASSERT_TRUE(hil::test::wait_until([&] { return transaction_->status() != Status::pending; }));
+    ASSERT_TRUE(hil::tests::eventually([&] { return transaction_->status() != Status::pending; }));
     ASSERT_EQ(transaction_->status(), Status::refused);
     EXPECT_GE(transaction_->outcome().earliest_feasible,
               transaction_->outcome().submitted + latency * 9 / 10);

@@ -6,8 +6,8 @@
 #include <random>
 #include <thread>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/engine.hpp"
-#include "tests/support/simulation/wait.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -133,7 +133,7 @@ TEST(Order, ClosingCancelsWaitingTransactionsAndCompletesTheRunningOne) {
   for (int k = 0; k < 6; ++k)
     held.submit(terms(DeadlineClass::hard));
   std::thread closer([&] { held.world.engine.close(); });
-  EXPECT_TRUE(hil::test::wait_until([&] { return held.world.engine.is_closing(); }));
+  EXPECT_TRUE(hil::tests::eventually([&] { return held.world.engine.is_closing(); }));
   held.gate.open();
   closer.join();
   for (const auto& transaction : held.waiting)
@@ -171,7 +171,7 @@ TEST(Order, ClosingDuringSubmissionsGivesEachOneOutcome) {
       });
     }
     const auto before_close = static_cast<std::uint64_t>(round) * 40;
-    EXPECT_TRUE(hil::test::wait_until([&] { return world.engine.counts().submitted >= before_close; }));
+    EXPECT_TRUE(hil::tests::eventually([&] { return world.engine.counts().submitted >= before_close; }));
     world.engine.close();
     for (std::thread& thread : threads)
       thread.join();

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/engine.hpp"
-#include "tests/support/simulation/wait.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -38,7 +38,7 @@ TEST_F(PreemptionRequest, IsMadeForAHigherPriorityTransaction) {
   EXPECT_EQ(read([&] {
               before = requested();
               world_.engine.submit(begin_query(*other_, other_query_, soft_terms(7)));
-              after = hil::test::wait_until([&] { return requested(); });
+              after = hil::tests::eventually([&] { return requested(); });
             }),
             Status::committed);
   EXPECT_FALSE(before);

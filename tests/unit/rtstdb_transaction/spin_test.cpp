@@ -8,8 +8,8 @@
 
 #include <thread>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/engine.hpp"
-#include "tests/support/simulation/wait.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
@@ -58,15 +58,6 @@ TEST(Spin, IsOffOnOneProcessor) {
   }).join();
 }
 
-TEST(Spin, KnowsRealTimeThreads) {
-  std::thread([] {
-    EXPECT_FALSE(is_realtime_thread());
-    const sched_param parameters{.sched_priority = 1};
-    const bool permitted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
-    EXPECT_EQ(is_realtime_thread(), permitted);
-  }).join();
-}
-
 TEST(Spin, RealTimeThreadsPollOnce) {
   std::thread([] {
     Spin spin;
@@ -83,11 +74,11 @@ TEST(Spin, RealTimeThreadsPollOnce) {
     const bool permitted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
     // A Spin learns of a new policy within 10 ms.
     if (permitted) {
-      EXPECT_TRUE(hil::test::wait_until([&] { return polls() == 1; }));
+      EXPECT_TRUE(hil::tests::eventually([&] { return polls() == 1; }));
     }
     const sched_param ordinary{};
     ASSERT_EQ(pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary), 0);
-    EXPECT_TRUE(hil::test::wait_until([&] { return polls() > 1; }));
+    EXPECT_TRUE(hil::tests::eventually([&] { return polls() > 1; }));
   }).join();
 }
 
