@@ -110,31 +110,6 @@ TEST(LogRecorder, DoesNotCollectLargeRecords) {
   EXPECT_LT(version, 100u) << "the memory is limited";
 }
 
-TEST(LogRecorder, CollectedRecordsCountAsUsedRoom) {
-  RandomSets random(4);
-  const store::WriteSet set = moves(random, 1, 1);
-  // Room for a few sets, and for the reserve for a discard record.
-  Ring ring(std::size_t{4096});
-  Recorder recorder(ring);
-  Version version = 1;
-  while (recorder.record(moves(random, version, 1)))
-    ++version;
-  const std::uint64_t in_gap = recorder.gap_versions();
-  EXPECT_EQ(in_gap, 1u);
-  EXPECT_FALSE(recorder.collect(set)) << "the gap record comes first";
-  EXPECT_FALSE(recorder.room_for(set));
-  Taker taker(ring);
-  taker.take();
-  recorder.maintain();
-  ASSERT_FALSE(recorder.in_gap());
-  ASSERT_TRUE(recorder.collect(moves(random, version + 1, 1)));
-  recorder.flush();
-  taker.take();
-  ASSERT_EQ(taker.versions.size(), version + 1);
-  EXPECT_EQ(taker.versions[version - 1], version) << "the end of the gap";
-  EXPECT_EQ(taker.versions[version], version + 1);
-}
-
 TEST(LogRecorder, LosesNoVersionInRandomOrders) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     RandomSets random(seed);

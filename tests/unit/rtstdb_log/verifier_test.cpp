@@ -117,24 +117,6 @@ TEST_F(VerifierTest, FindsTheSameDamage) {
   compare();
 }
 
-TEST_F(VerifierTest, FindsRenamedSegments) {
-  const SampleLog sample = make_sample({.seed = 7, .commits = 40, .segment_bytes = 2048});
-  std::vector<std::string> names;
-  for (const auto& [name, bytes] : sample.contents)
-    if (name.starts_with("segment.")) names.push_back(name);
-  ASSERT_GT(names.size(), 3u);
-  for (std::size_t k = 0; k + 1 < names.size(); ++k) {
-    Contents exchanged = sample.contents;
-    std::swap(exchanged[names[k]], exchanged[names[k + 1]]);
-    add(exchanged);
-    Contents copied = sample.contents;
-    copied[names[k]] = copied[names[k + 1]];
-    add(copied);
-  }
-  EXPECT_TRUE(std::ranges::any_of(expected_, [](const auto& text) { return text.starts_with("refused: "); }));
-  compare();
-}
-
 TEST_F(VerifierTest, ReadsALogOnARealDisk) {
   History history;
   for (std::uint64_t round = 1; round <= 3; ++round) {
