@@ -1,5 +1,5 @@
-// With a log, the calls of the tick neither allocate nor free memory, on the caller's thread and on the engine
-// thread.
+// With a log, the calls of the tick neither allocate nor free memory, on the caller's thread and on the
+// engine thread.
 
 #include <chrono>
 

@@ -1,8 +1,8 @@
-// Each disk operation in turn fails, with EIO, and with ENOSPC if that is possible. The durable version survives
-// an immediate power loss; without one, the log repairs itself.
+// Each disk operation in turn fails, with EIO, and with ENOSPC if that is possible. The durable version
+// survives an immediate power loss; without one, the log repairs itself.
 //
-// The test executes the steps of the log thread, on a clock that advances only when a step has nothing to do, so
-// that each run makes the same disk operations.
+// The test executes the steps of the log thread, on a clock that advances only when a step has nothing to do,
+// so that each run makes the same disk operations.
 
 #include <algorithm>
 #include <cerrno>

@@ -79,8 +79,8 @@ TEST_F(LogHandOver, OccursBeforeALongQuery) {
 }
 
 TEST_F(LogHandOver, OccursBeforeAJob) {
-  // A commit and a job are queued while the engine is blocked. If the job is queued later, the engine is idle in
-  // between and hands over too.
+  // A commit and a job are queued while the engine is blocked. If the job is queued later, the engine is idle
+  // in between and hands over too.
   Gate before;
   Gate job;
   std::thread first([&] { db_.engine.call([&] { before.pass(); }); });

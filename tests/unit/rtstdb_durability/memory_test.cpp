@@ -1,5 +1,5 @@
-// An allocation of the log thread fails: the log handles it as a disk failure, and repairs itself when there is
-// memory again.
+// An allocation of the log thread fails: the log handles it as a disk failure, and repairs itself when there
+// is memory again.
 
 #include "logged_engine.hpp"
 #include "rtstdb/log/posix_disk.hpp"

@@ -1,5 +1,6 @@
-// Callers compile with -Wmissing-field-initializers, which concerns designated initialisers too. The test is that
-// this file compiles: each public struct can be initialised by some of its members. The others have defaults.
+// Callers compile with -Wmissing-field-initializers, which concerns designated initialisers too. The test is
+// that this file compiles: each public struct can be initialised by some of its members. The others have
+// defaults.
 
 #include <gtest/gtest.h>
 

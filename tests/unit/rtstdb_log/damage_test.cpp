@@ -241,7 +241,8 @@ TEST_F(DamagedGroups, SegmentOfAnotherDatabaseIsRefused) {
       << recovered.error().message;
 }
 
-/// Segments that are exchanged, copied over another one or renamed are damage. Salvage opens the log before it.
+/// Segments that are exchanged, copied over another one or renamed are damage. Salvage opens the log before
+/// it.
 TEST_F(DamagedGroups, SegmentWithAnotherNumberIsRefused) {
   std::vector<std::string> names;
   for (const auto& [name, bytes] : sample.contents)

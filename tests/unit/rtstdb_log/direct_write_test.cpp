@@ -1,5 +1,5 @@
-// Which writes use direct I/O, and that all of them arrive. The test replaces pwrite, to count the calls and to
-// refuse direct I/O as some file systems do.
+// Which writes use direct I/O, and that all of them arrive. The test replaces pwrite, to count the calls and
+// to refuse direct I/O as some file systems do.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -52,8 +52,8 @@ TEST_F(PosixDiskTest, WritesReadsAndRenames) {
   EXPECT_TRUE(disk.list().value().empty());
 }
 
-/// In a program that does not handle SIGXFSZ, both calls fail and the program survives. For files of the program
-/// itself the signal still ends it.
+/// In a program that does not handle SIGXFSZ, both calls fail and the program survives. For files of the
+/// program itself the signal still ends it.
 TEST_F(PosixDiskTest, FileBeyondTheSizeLimitIsRefused) {
   const auto outcome = [this] {
     std::signal(SIGXFSZ, SIG_DFL);

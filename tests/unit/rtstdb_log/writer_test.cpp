@@ -1,4 +1,5 @@
-// The writer on a simulated disk: when it writes, when the durable version advances, and how it handles faults.
+// The writer on a simulated disk: when it writes, when the durable version advances, and how it handles
+// faults.
 
 #include "rtstdb/log/writer.hpp"
 

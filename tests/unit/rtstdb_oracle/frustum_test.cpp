@@ -44,7 +44,8 @@ TEST(Frustum, DepthOfABoxOutside) {
   EXPECT_LT(sticks_out_m(cube_at({8, 0, 0}), straight_ahead(0.0)), 0.0);
 }
 
-/// A common point proves contact; a point of the box outside of the frustum proves that the box is not inside.
+/// A common point proves contact; a point of the box outside of the frustum proves that the box is not
+/// inside.
 TEST(Frustum, AgreesWithRandomPoints) {
   std::mt19937_64 engine(91);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);

@@ -1,4 +1,5 @@
-// The comparison accepts a single-precision tracer, with few verdicts too_close, and rejects each tampered answer.
+// The comparison accepts a single-precision tracer, with few verdicts too_close, and rejects each tampered
+// answer.
 
 #include <glm/ext/vector_float3.hpp>
 #include <gtest/gtest.h>

@@ -89,7 +89,8 @@ double center_gap_m(const oracle::World& world, const Region& region, const glm:
   return std::max({p.x - half.x, static_cast<double>(region.near_m) - p.x, side_m, roof_m});
 }
 
-/// By how much the box has to grow until the ray hits it (negative: may shrink), by bisection with the slab test.
+/// By how much the box has to grow until the ray hits it (negative: may shrink), by bisection with the slab
+/// test.
 double ray_gap_m(const oracle::World& world, const Ray& ray, const OrientedBox& box, WorldTime t) {
   const Pose carrier = carrier_pose(world, ray.carrier, t);
   const glm::dvec3 from_m = carrier.p_world_m + carrier.q_world * glm::dvec3(ray.origin_m) - box.center_m;

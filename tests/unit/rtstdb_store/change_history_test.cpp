@@ -61,8 +61,9 @@ TEST(ChangeHistoryTest, FindsEachRowOfEachKeptVersion) {
   }
 }
 
-/// The number of steps grows with the logarithm of the number of newer changes: a linear search needs a thousand
-/// times as many after 60,000 changes. Two times of one run are compared, so the machine does not matter.
+/// The number of steps grows with the logarithm of the number of newer changes: a linear search needs a
+/// thousand times as many after 60,000 changes. Two times of one run are compared, so the machine does not
+/// matter.
 TEST(ChangeHistoryTest, FindsARowAfterManyChangesInFewSteps) {
   constexpr std::uint32_t changes = 60'000;
   ChangeHistory history(1, changes);

@@ -81,8 +81,8 @@ TEST_F(Admission, LearnsFromMissedTransactions) {
   }
 }
 
-/// After an outlier, admission is cautious for long; transactions that meet the deadline at the usual cost are
-/// admitted now and then.
+/// After an outlier, admission is cautious for long; transactions that meet the deadline at the usual cost
+/// are admitted now and then.
 TEST_F(Admission, TriesOneOfFourTransactionsThatAreLikelyToBeInTime) {
   Nanoseconds each = 1us;
   world_.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {

@@ -1,4 +1,5 @@
-// A firm transaction is published before its deadline or never. tests/long/firm_never_late_test.cpp runs loads.
+// A firm transaction is published before its deadline or never. tests/long/firm_never_late_test.cpp runs
+// loads.
 
 #include <gtest/gtest.h>
 

@@ -124,7 +124,8 @@ TEST(Order, AdmissionCountsHigherPriorityWork) {
   EXPECT_EQ(status(3), Status::committed);
   EXPECT_EQ(status(4), Status::refused);
   EXPECT_EQ(held.waiting[measured + 3]->outcome().predicted_cost, 1ms);
-  // At 3 ms it is done before the work that is due at 4 ms. An eighth of its cost is added for the resubmission.
+  // At 3 ms it is done before the work that is due at 4 ms. An eighth of its cost is added for the
+  // resubmission.
   EXPECT_EQ(held.waiting[measured + 4]->outcome().earliest_feasible, now + 3125us);
 }
 

@@ -162,8 +162,8 @@ TEST(PreemptionWithShortHistory, DelaysACommitThatWouldDropThePreemptedReadersVe
   EXPECT_EQ(world.material(first), 2);
 }
 
-/// Transactions submit further ones in their chunks, at random. A model says which transaction each chunk has to
-/// belong to.
+/// Transactions submit further ones in their chunks, at random. A model says which transaction each chunk has
+/// to belong to.
 class RandomPreemptions {
  public:
   explicit RandomPreemptions(unsigned seed) : random_(seed) {

@@ -43,7 +43,7 @@ TEST_F(Reads, IncludeTheWritesOfTheirTransaction) {
   transaction->remove(first_);
   const auto of_updated = transaction->read(second_);
   transaction->create(row_of(30));
-  const auto of_created = transaction->read({second_.index + 1, 1});
+  const auto of_created = transaction->read({first_.index, first_.generation + 1});
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   EXPECT_EQ(transaction->state(of_removed), nullptr)
       << "reads follow all writes, in whichever order they are declared";

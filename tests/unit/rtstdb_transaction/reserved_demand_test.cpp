@@ -18,8 +18,8 @@ struct Job {
   std::int64_t deadline = 0, left = 0;
 };
 
-/// Simulates earliest deadline first in single steps of time; each job is preemptible at any step. All demands
-/// have their first release at time 0.
+/// Simulates earliest deadline first in single steps of time; each job is preemptible at any step. All
+/// demands have their first release at time 0.
 bool all_in_time_if_preemptible(const std::vector<Demand>& demands, std::int64_t until) {
   std::vector<Job> jobs;
   for (std::int64_t now = 0; now < until; ++now) {
@@ -72,8 +72,8 @@ TEST(ReservedDemand, IsExactIfEverythingIsPreemptible) {
   EXPECT_GT(refused, 300);
 }
 
-/// Simulates non-preemptible pieces: of other work, which is always ready, and of the demands' jobs. Jobs come
-/// with their period or later. The part of each `lost_every` steps that `share` leaves is lost.
+/// Simulates non-preemptible pieces: of other work, which is always ready, and of the demands' jobs. Jobs
+/// come with their period or later. The part of each `lost_every` steps that `share` leaves is lost.
 class NonPreemptible {
  public:
   NonPreemptible(const std::vector<Demand>& demands, std::int64_t piece, double share, unsigned seed)
