@@ -310,11 +310,6 @@ TEST_F(LoadMeshError, IsReportedForInvalidCoordinates) {
                  ErrorCode::bad_input, "beyond the limit", 1e9);
 }
 
-TEST_F(LoadMeshError, IsReportedForDegenerateTriangles) {
-  const TriangleMesh flat{{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, {{0, 1, 2}}};
-  expect_refused(folder.write("flat.stl", mesh_files::binary_stl(flat)), ErrorCode::bad_input, "degenerate");
-}
-
 TEST_F(LoadMeshError, IsReportedForAMissingBuffer) {
   std::string text = mesh_files::gltf(make_box({1.0, 1.0, 1.0}), plain_node);
   const std::size_t begin = text.find("data:application");

@@ -1,4 +1,4 @@
-// Snapshots, calls on the engine thread, and the engine thread itself.
+// Snapshots, and the engine thread, on which Engine::call executes.
 
 #include "tests/support/simulation/engine.hpp"
 
@@ -77,24 +77,6 @@ TEST(EngineSnapshot, IsOfOneVersionDuringWrites) {
     stop = true;
     writer.join();
   }
-}
-
-TEST(EngineCall, RunsOnTheEngineThread) {
-  World world;
-  std::thread::id in_call;
-  std::thread::id in_executor;
-  world.executor.work = [&](const auto&, const auto&, const auto&) {
-    in_executor = std::this_thread::get_id();
-    return query::RunReport{};
-  };
-  world.engine.call([&] { in_call = std::this_thread::get_id(); });
-  SimulatedQuery query(1);
-  const auto transaction = world.make();
-  transaction->begin({});
-  transaction->add_query(query, 1);
-  world.execute(*transaction);
-  EXPECT_NE(in_call, std::this_thread::get_id());
-  EXPECT_EQ(in_call, in_executor);
 }
 
 TEST(EngineThread, HasItsPriorityOrReportsTheRefusal) {

@@ -9,18 +9,13 @@ namespace {
 
 class Reads : public testing::Test {
  protected:
-  std::unique_ptr<Transaction> make(std::uint32_t max_reads = 4) {
-    TransactionOptions options = room_for(4, 2, 2);
-    options.max_reads = max_reads;
-    return world_.engine.make_transaction(options);
-  }
   World world_;
   EntityId first_ = world_.create(10);
   EntityId second_ = world_.create(20);
 };
 
 TEST_F(Reads, ReturnTheLatestRows) {
-  const auto transaction = make();
+  const auto transaction = world_.make();
   transaction->begin({});
   EXPECT_EQ(transaction->read(second_), 0u);
   EXPECT_EQ(transaction->read(first_), 1u);
@@ -36,7 +31,7 @@ TEST_F(Reads, ReturnTheLatestRows) {
 }
 
 TEST_F(Reads, IncludeTheWritesOfTheirTransaction) {
-  const auto transaction = make();
+  const auto transaction = world_.make();
   transaction->begin({});
   const auto of_removed = transaction->read(first_);
   transaction->update(second_, row_of(21));
@@ -55,13 +50,13 @@ TEST_F(Reads, IncludeTheWritesOfTheirTransaction) {
 }
 
 TEST_F(Reads, AreOfThePinnedVersion) {
-  const auto writer = make();
+  const auto writer = world_.make();
   writer->begin({});
   writer->update(first_, row_of(11));
   ASSERT_EQ(world_.execute(*writer).status, Status::committed);
   Terms pinned;
   pinned.read_at = ReadAt::pinned(1);
-  const auto transaction = make();
+  const auto transaction = world_.make();
   transaction->begin(pinned);
   const auto of_first = transaction->read(first_);
   const auto of_second = transaction->read(second_);
@@ -72,12 +67,12 @@ TEST_F(Reads, AreOfThePinnedVersion) {
 }
 
 TEST_F(Reads, AreNotChangedByLaterWrites) {
-  const auto transaction = make();
+  const auto transaction = world_.make();
   transaction->begin({});
   transaction->read(first_);
   world_.execute(*transaction);
   const EntityState* state = transaction->state(0);
-  const auto writer = make();
+  const auto writer = world_.make();
   writer->begin({});
   writer->update(first_, row_of(99));
   world_.execute(*writer);
@@ -86,7 +81,7 @@ TEST_F(Reads, AreNotChangedByLaterWrites) {
 }
 
 TEST_F(Reads, OfUnknownEntitiesReturnNothing) {
-  const auto transaction = make();
+  const auto transaction = world_.make();
   transaction->begin({});
   transaction->read({first_.index, first_.generation + 1});
   transaction->read({4'000'000'000u, 1});
@@ -97,7 +92,7 @@ TEST_F(Reads, OfUnknownEntitiesReturnNothing) {
 }
 
 TEST_F(Reads, OfATransactionThatIsNotDoneReturnNothing) {
-  const auto transaction = make();
+  const auto transaction = world_.make();
   transaction->begin({});
   transaction->read(first_);
   transaction->expect_written_by(second_, 77);
@@ -114,16 +109,6 @@ TEST_F(Reads, OfATransactionThatIsNotDoneReturnNothing) {
   transaction->add_query(query, 1);
   ASSERT_EQ(world_.execute(*transaction).status, Status::device_lost);
   EXPECT_EQ(transaction->state(0), nullptr) << "the version of that row was not published";
-}
-
-TEST_F(Reads, StartAgainWithEachBegin) {
-  const auto transaction = make(1);
-  for (const EntityId entity : {first_, second_, first_}) {
-    transaction->begin({});
-    EXPECT_EQ(transaction->read(entity), 0u);
-    ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
-    EXPECT_EQ(transaction->state(0)->id, entity);
-  }
 }
 
 TEST(ReadsDeathTest, MisuseAborts) {
