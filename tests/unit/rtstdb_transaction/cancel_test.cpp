@@ -1,5 +1,4 @@
-// Cancelling transactions in each state. tests/long/cancel_everywhere_test.cpp cancels at each reading of the
-// clock.
+// Cancelling transactions in each state. tests/long cancels them at each reading of the clock.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,4 @@
-// A firm transaction is published before its deadline or never. tests/long/firm_never_late_test.cpp runs
-// loads.
+// A firm transaction is published before its deadline or never. tests/long runs loads of them.
 
 #include <gtest/gtest.h>
 
