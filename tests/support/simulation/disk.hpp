@@ -28,7 +28,13 @@ class SimulatedDisk final : public rtstdb::log::Disk {
   using Result = rtstdb::log::DiskResult<T>;
   using Fault = rtstdb::log::DiskFault;
 
+  using Contents = std::map<std::string, std::vector<std::byte>>;
+
   explicit SimulatedDisk(std::uint64_t seed) : random_(seed) {}
+  /// All of `contents` is on disk.
+  SimulatedDisk(std::uint64_t seed, const Contents& contents) : SimulatedDisk(seed) {
+    set_contents(contents);
+  }
 
   // ---- what goes wrong
 
@@ -73,9 +79,8 @@ class SimulatedDisk final : public rtstdb::log::Disk {
 
   // ---- for damage and comparison
 
-  std::map<std::string, std::vector<std::byte>> contents() const;
-  /// All of it is on disk.
-  void set_contents(const std::map<std::string, std::vector<std::byte>>& contents);
+  Contents contents() const;
+  void set_contents(const Contents& contents);
 
   // ---- the port
 

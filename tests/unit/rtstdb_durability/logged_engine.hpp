@@ -1,9 +1,10 @@
 #pragma once
-// Databases on one simulated disk, one after the other ("lives"): an engine with its log, random
-// transactions, and a model that keeps the state of every version.
+// An engine with its log on a simulated disk, random transactions, and a model that keeps the state of every
+// version.
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -21,7 +22,7 @@ namespace rtstdb::transaction::test {
 using hil::test::SimulatedDisk;
 using log::DiskCall;
 
-/// Sanitizers are slow: with them, one in this many repetitions is executed.
+/// With a sanitizer, which is slow, only one in this many repetitions is executed.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr int one_in = 8;
 #else
@@ -29,7 +30,7 @@ inline constexpr int one_in = 1;
 #endif
 
 /// Time limit for events that must happen eventually.
-inline constexpr Nanoseconds long_time{60'000'000'000};
+inline constexpr std::chrono::seconds event_limit{60};
 
 /// For tests of each mode that has a log.
 inline auto every_mode() {
@@ -42,24 +43,24 @@ inline std::string mode_name(const testing::TestParamInfo<DurabilityMode>& mode)
 /// The state of the world in a test: the entity at each index, and its last write.
 struct Slot {
   std::uint32_t generation = 0;  ///< the last generation of the index
-  bool lives = false;
+  bool exists = false;
   std::uint32_t material = 0;
   Version written_by = 0;
   bool operator==(const Slot&) const = default;
 };
 using Image = std::vector<Slot>;
 
-/// Without the generations of removed entities, which a snapshot does not contain.
-inline Image living(Image image) {
+/// Clears the generations of removed entities, which a snapshot does not contain.
+inline Image without_generations(Image image) {
   for (Slot& slot : image)
-    if (!slot.lives) slot = {};
+    if (!slot.exists) slot = {};
   return image;
 }
 
 inline std::string describe(const Image& image) {
   std::string text;
   for (std::size_t k = 0; k < image.size(); ++k) {
-    if (!image[k].lives) continue;
+    if (!image[k].exists) continue;
     text += std::to_string(k) + "/" + std::to_string(image[k].generation) + "=" +
             std::to_string(image[k].material) + "@" + std::to_string(image[k].written_by) + " ";
   }
@@ -76,21 +77,21 @@ inline EntityRow body(std::uint32_t material) {
 /// A model of the database: the state of every version.
 class Model {
  public:
-  static constexpr std::uint32_t room = 24;
+  static constexpr std::uint32_t capacity = 24;
 
   /// Declares a random transaction: one to three writes.
   void declare(Transaction& transaction, std::mt19937_64& random);
-  /// The declared transaction has become that version; or it may have: then the world continues as if it had
-  /// not.
-  void is_done(Version version);
-  void may_be_done(Version version);
-  /// The database was opened again at that version.
-  void go_on_at(Version version);
+  /// The declared transaction is committed as `version`.
+  void commit(Version version);
+  /// The declared transaction may be committed as `version`; the state now is that without it.
+  void commit_in_doubt(Version version);
+  /// The database was opened again at `version`.
+  void continue_at(Version version);
 
   const Image& now() const { return now_; }
   bool knows(Version version) const { return images_.contains(version); }
   const Image& image(Version version) const { return images_.at(version); }
-  /// The newest certain version up to a version.
+  /// The newest version up to `version` that is not in doubt.
   Version newest_up_to(Version version) const {
     Version newest = 0;
     for (const auto& [number, certain] : certain_)
@@ -106,13 +107,13 @@ class Model {
   Image after(Version version) const;
 
   std::uint32_t materials_ = 0;
-  Image now_ = Image(room);
+  Image now_ = Image(capacity);
   std::vector<Op> declared_;
-  std::map<Version, Image> images_{{0, Image(room)}};
+  std::map<Version, Image> images_{{0, Image(capacity)}};
   std::map<Version, bool> certain_{{0, true}};
 };
 
-struct LifeOptions {
+struct LoggedEngineOptions {
   DurabilityMode mode = DurabilityMode::async;
   std::size_t ring_bytes = std::size_t{1} << 16;
   std::uint64_t segment_bytes = std::uint64_t{32} << 10;
@@ -121,14 +122,25 @@ struct LifeOptions {
   std::uint32_t retained_changes = 256;
 };
 
-inline CommitLogOptions log_options(const LifeOptions& options) {
+/// With a small ring, segments and checkpoints, so that a short run has many disk operations.
+inline LoggedEngineOptions small_options(DurabilityMode mode) {
+  LoggedEngineOptions options;
+  options.mode = mode;
+  options.ring_bytes = 8192;
+  options.segment_bytes = 8192;
+  options.checkpoint_every_bytes = 6000;
+  options.flush_interval = Nanoseconds(100'000);
+  return options;
+}
+
+inline CommitLogOptions log_options(const LoggedEngineOptions& options) {
   CommitLogOptions made;
   made.durability.mode = options.mode;
   made.durability.ring_bytes = options.ring_bytes;
   made.durability.segment_bytes = options.segment_bytes;
   made.durability.checkpoint_every_bytes = options.checkpoint_every_bytes;
   made.durability.flush_interval = options.flush_interval;
-  made.max_entities = Model::room;
+  made.max_entities = Model::capacity;
   return made;
 }
 
@@ -137,21 +149,21 @@ inline Result<std::unique_ptr<CommitLog>> open_log(SimulatedDisk& disk, const Co
   return CommitLog::open(std::shared_ptr<log::Disk>(std::shared_ptr<void>(), &disk), options);
 }
 
-inline EngineOptions engine_options_for(const LifeOptions& options) {
-  EngineOptions made = engine_options(64, Model::room, options.retained_changes);
+inline EngineOptions engine_options_for(const LoggedEngineOptions& options) {
+  EngineOptions made = engine_options(64, Model::capacity, options.retained_changes);
   made.store.geometry_known = [](GeometryId id) { return !id.valid() || id.index == 0; };
   return made;
 }
 
 /// One engine with its log, from open to close.
-class Life {
+class LoggedEngine {
  public:
   // The analyzer does not follow the engine's constructor.
   // NOLINTBEGIN(clang-analyzer-optin.cplusplus.UninitializedObject)
   /// Aborts the test if the disk does not allow it to open.
-  Life(SimulatedDisk& disk, const LifeOptions& options)
-      : Life(std::move(open_log(disk, log_options(options))).value(), options) {}
-  Life(std::unique_ptr<CommitLog> log, const LifeOptions& options)
+  LoggedEngine(SimulatedDisk& disk, const LoggedEngineOptions& options)
+      : LoggedEngine(std::move(open_log(disk, log_options(options))).value(), options) {}
+  LoggedEngine(std::unique_ptr<CommitLog> log, const LoggedEngineOptions& options)
       : engine(engine_options_for(options), executor, clock, std::move(log)) {}
   // NOLINTEND(clang-analyzer-optin.cplusplus.UninitializedObject)
 
@@ -159,6 +171,14 @@ class Life {
   const Outcome& execute(Transaction& transaction) {
     engine.submit(transaction);
     return engine.wait(transaction);
+  }
+  /// Submits a transaction that creates an entity with this material.
+  std::unique_ptr<Transaction> submit_create(std::uint32_t material) {
+    auto transaction = make();
+    transaction->begin({});
+    transaction->create(body(material));
+    engine.submit(*transaction);
+    return transaction;
   }
   /// Executes one random transaction and reports its outcome to the model.
   const Outcome& commit(Model& model, std::mt19937_64& random, const Terms& given = {});
@@ -173,14 +193,14 @@ class Life {
   std::unique_ptr<Transaction> transaction_ = make();
 };
 
-/// Blocks threads in one kind of disk operation until it is opened. The disk may outlive it.
+/// Blocks threads in one kind of disk operation until `open`. The disk may outlive it.
 class DiskGate {
  public:
   DiskGate(SimulatedDisk& disk, DiskCall call) {
     disk.before_each([state = state_, call](DiskCall made) {
       if (made == call && state->closed.load()) {
-        state->stands.store(true);
-        state->stands.notify_all();
+        state->held.store(true);
+        state->held.notify_all();
         state->closed.wait(true);
       }
     });
@@ -189,8 +209,7 @@ class DiskGate {
   DiskGate(const DiskGate&) = delete;
   DiskGate& operator=(const DiskGate&) = delete;
 
-  void close() { state_->closed.store(true); }
-  void wait_until_somebody_stands_there() { state_->stands.wait(false); }
+  void wait_until_held() { state_->held.wait(false); }
   void open() {
     state_->closed.store(false);
     state_->closed.notify_all();
@@ -198,7 +217,7 @@ class DiskGate {
 
  private:
   struct State {
-    std::atomic<bool> closed{false}, stands{false};
+    std::atomic<bool> closed{true}, held{false};
   };
   const std::shared_ptr<State> state_ = std::make_shared<State>();
 };
