@@ -69,7 +69,7 @@ class RealDevice : public ::testing::Test {
       protection};
 };
 
-TEST_F(RealDevice, CansendFromOutsideReachesASignal) {
+TEST_F(RealDevice, CansendReachesASignal) {
   start(crossing_config());
   EXPECT_EQ(latched("BrakeCommand.Deceleration").value, 0.5);
   const RunTimeNs before = clock_.now_ns();
@@ -81,7 +81,7 @@ TEST_F(RealDevice, CansendFromOutsideReachesASignal) {
   EXPECT_LE(latched("BrakeCommand.Deceleration").time_ns, clock_.now_ns() + ms);
 }
 
-TEST_F(RealDevice, TheWitnessSawTheFramesOfOurLogInTheSameOrder) {
+TEST_F(RealDevice, LogAgreesWithCandump) {
   const auto log_file = scratch("device.log");
   CanDeviceConfig config = crossing_config();
   config.log_file = log_file;
@@ -120,7 +120,7 @@ TEST_F(RealDevice, TheWitnessSawTheFramesOfOurLogInTheSameOrder) {
   std::filesystem::remove(log_file);
 }
 
-TEST_F(RealDevice, CanplayerPlaysOurLog) {
+TEST_F(RealDevice, CanplayerPlaysTheLog) {
   const auto log_file = scratch("play.log");
   std::vector<Frame> frames;
   {
@@ -145,7 +145,7 @@ TEST_F(RealDevice, CanplayerPlaysOurLog) {
   std::filesystem::remove(log_file);
 }
 
-TEST_F(RealDevice, GarbageAndErrorFramesAreCountedAndHarmNothing) {
+TEST_F(RealDevice, InvalidAndErrorFramesAreCounted) {
   start(crossing_config());
   const std::string good = brake_command(3.0);
   cansend("300#00");
@@ -166,7 +166,7 @@ TEST_F(RealDevice, GarbageAndErrorFramesAreCountedAndHarmNothing) {
 }
 
 /// The frame format is that of the database, on the wire too.
-TEST_F(RealDevice, AnFdMessageOfEightBytesGoesOutAsAnFdFrameWithItsBitRateSwitch) {
+TEST_F(RealDevice, FrameFormatFollowsTheDatabase) {
   CanDeviceConfig config;
   config.name = "car";
   config.database = parse_dbc(
@@ -197,7 +197,7 @@ TEST_F(RealDevice, AnFdMessageOfEightBytesGoesOutAsAnFdFrameWithItsBitRateSwitch
   EXPECT_FALSE(seen[1].frame.is_fd);
 }
 
-TEST_F(RealDevice, AnFdMessageOnAClassicInterfaceIsRefusedWhenTheBusOpens) {
+TEST_F(RealDevice, StartRefusesFdMessagesOnAClassicInterface) {
   CanDeviceConfig config;
   config.name = "car";
   config.database = parse_dbc("BO_ 256 Long: 12 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n").database;
@@ -224,7 +224,7 @@ TEST_F(RealDevice, AnFdMessageOnAClassicInterfaceIsRefusedWhenTheBusOpens) {
   shell("ip link set vcan0 down && ip link set vcan0 mtu 72 && ip link set vcan0 up");
 }
 
-TEST_F(RealDevice, ALostInterfaceMakesInputsSafeAndComesBack) {
+TEST_F(RealDevice, InputsHaveSafeValuesWhileTheInterfaceIsLost) {
   start(crossing_config());
   cansend(brake_command(6.0));
   ASSERT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 6.0; }));
@@ -241,7 +241,7 @@ TEST_F(RealDevice, ALostInterfaceMakesInputsSafeAndComesBack) {
   EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 2.0; }));
 }
 
-TEST_F(RealDevice, AFullQueueIsCountedAndTheDeviceGoesOn) {
+TEST_F(RealDevice, FullQueueIsCounted) {
   start(crossing_config());
   shell("tc qdisc add dev vcan0 root netem delay 300ms limit 4");
   for (int tick = 0; tick < 20; ++tick)

@@ -40,7 +40,7 @@ std::string line_of(const LoggedFrame& logged) {
   return line.substr(line.rfind(' ') + 1);
 }
 
-TEST(CrossingOnVcan, CandumpSawTheFramesOfOurLogInTheirOrder) {
+TEST(CrossingOnVcan, LogAgreesWithCandump) {
   const Folder folder;
   io::can::Witness witness;
   Program program(on_vcan0(folder / "out", {}));
@@ -92,7 +92,7 @@ class BrakeCommands {
   io::can::MessageEncoder encoder_;
 };
 
-TEST(CrossingOnVcan, CansendFromOutsideReachesASignalAndTheCar) {
+TEST(CrossingOnVcan, BrakeCommandsOfCanUtilsReachTheCar) {
   const Folder folder;
   const std::size_t listened = io::can::listeners();
   Program program(on_vcan0(folder / "out", {"--set", "dut.enabled=false", "--duration", "3600 s"}));
@@ -141,7 +141,7 @@ TEST(CrossingOnVcan, CansendFromOutsideReachesASignalAndTheCar) {
   EXPECT_EQ(values_on_bus(frames, "BrakeCommand.Deceleration").size(), commanded + 1);
 }
 
-TEST(CrossingOnVcan, AnInterfaceThatGoesDownInMidRunIsALossAlsoWhenItComesBack) {
+TEST(CrossingOnVcan, InterfaceThatGoesDownIsALoss) {
   const Folder folder;
   const std::size_t listened = io::can::listeners();
   Program program(on_vcan0(folder / "out", {"--set", "dut.enabled=false", "--duration", "3600 s"}));

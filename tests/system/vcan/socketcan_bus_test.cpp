@@ -36,7 +36,7 @@ class RealVcan : public ::testing::Test {
   SocketCanBus two_{{"vcan0"}};
 };
 
-TEST_F(RealVcan, OwnFramesComeBackAsSentAndOthersAsReceivedInOneOrder) {
+TEST_F(RealVcan, FramesHaveTheirDirectionAndOneOrder) {
   for (std::uint32_t number = 0; number < 100; ++number) {
     ASSERT_EQ((number % 3 == 0 ? one_ : two_).send(numbered(0x100 + number % 3, number)), SendResult::sent);
   }
@@ -53,7 +53,7 @@ TEST_F(RealVcan, OwnFramesComeBackAsSentAndOthersAsReceivedInOneOrder) {
   }
 }
 
-TEST_F(RealVcan, TimestampsAreTheKernelsAndNotThoseOfReading) {
+TEST_F(RealVcan, TimestampsAreThoseOfTheKernel) {
   const RunTimeNs before = clock_.now_ns();
   two_.send(numbered(1, 1));
   const RunTimeNs after = clock_.now_ns();
@@ -82,7 +82,7 @@ TEST_F(RealVcan, ExtendedRemoteAndErrorFramesKeepTheirKind) {
   EXPECT_TRUE(frames[2].is_error());
 }
 
-TEST_F(RealVcan, FiltersAreTheKernels) {
+TEST_F(RealVcan, FiltersAreSetInTheKernel) {
   const can_filter only{0x20, 0x7F0};
   one_.set_filters(std::span(&only, 1));
   for (std::uint32_t number = 0; number < 0x40; ++number)
@@ -94,7 +94,7 @@ TEST_F(RealVcan, FiltersAreTheKernels) {
   EXPECT_EQ(receive_count(one_, 1).size(), 1U);
 }
 
-TEST_F(RealVcan, FdFramesPassOnceTheInterfaceCarriesThem) {
+TEST_F(RealVcan, FdFramesNeedAnInterfaceWithFdMtu) {
   std::array<std::uint8_t, 64> bytes{};
   for (std::size_t index = 0; index < bytes.size(); ++index)
     bytes[index] = static_cast<std::uint8_t>(index);
@@ -116,7 +116,7 @@ TEST_F(RealVcan, FdFramesPassOnceTheInterfaceCarriesThem) {
   EXPECT_EQ(std::memcmp(frames[0].raw.data, bytes.data(), 64), 0);
 }
 
-TEST_F(RealVcan, ADeletedInterfaceIsSaidAndOpenedAgainWhenItIsBack) {
+TEST_F(RealVcan, ReopensAnInterfaceThatWasDeleted) {
   two_.send(numbered(1, 41));
   ASSERT_EQ(receive_count(two_, 1).size(), 1U);  // it has been through the bus
   shell("ip link del vcan0");
@@ -144,7 +144,7 @@ TEST_F(RealVcan, ADeletedInterfaceIsSaidAndOpenedAgainWhenItIsBack) {
   EXPECT_EQ(number_of(frames[0]), 42U);
 }
 
-TEST_F(RealVcan, EveryFrameAFloodLosesIsCounted) {
+TEST_F(RealVcan, CountsEveryLostFrame) {
   SocketCanBus slow({.interface = "vcan0", .receive_buffer_bytes = 20000});
   slow.open(clock_, Pacing::realtime);
   constexpr std::uint32_t count = 20000;
@@ -172,7 +172,7 @@ TEST_F(RealVcan, EveryFrameAFloodLosesIsCounted) {
   EXPECT_EQ(slow.counters().dropped, gaps);
 }
 
-TEST_F(RealVcan, AFullQueueIsSaidAndEmptiesItself) {
+TEST_F(RealVcan, ReportsAFullQueue) {
   shell("tc qdisc add dev vcan0 root netem delay 200ms limit 5");
   int sent = 0;
   int refused = 0;
@@ -192,7 +192,7 @@ TEST_F(RealVcan, AFullQueueIsSaidAndEmptiesItself) {
   shell("tc qdisc del dev vcan0 root");
 }
 
-TEST(RealVcanOpening, SaysWhatIsMissing) {
+TEST(RealVcanOpening, ReportsWhyItCanNotOpen) {
   const RunningClock clock;
   const auto words_of = [&](const char* interface, Pacing pacing) -> std::string {
     SocketCanBus bus({interface});

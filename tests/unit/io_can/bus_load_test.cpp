@@ -23,7 +23,7 @@ void send(BusLoadMeter& meter, RunTimeNs from_ns, int frames) {
     meter.add(frame_at(from_ns + i * ms / 4));
 }
 
-TEST(BusLoad, IsOfWholeWindowsAlone) {
+TEST(BusLoad, CountsWholeWindowsOnly) {
   BusLoadMeter meter(bits_per_second);
   send(meter, 0, 50);
   meter.advance(99 * ms);
@@ -39,7 +39,7 @@ TEST(BusLoad, IsOfWholeWindowsAlone) {
   EXPECT_DOUBLE_EQ(meter.latest(), 0.2);
 }
 
-TEST(BusLoad, SilenceCountsInTheMean) {
+TEST(BusLoad, MeanIncludesSilentWindows) {
   BusLoadMeter meter(bits_per_second);
   send(meter, 0, 80);
   send(meter, 300 * ms, 1);
@@ -48,7 +48,7 @@ TEST(BusLoad, SilenceCountsInTheMean) {
   EXPECT_EQ(meter.latest(), 0.0);
 }
 
-TEST(BusLoad, LeavesOutWhatComesBeforeTheRunAndAfterIt) {
+TEST(BusLoad, IgnoresFramesBeforeAndAfterTheRun) {
   BusLoadMeter meter(bits_per_second);
   send(meter, -200 * ms, 99);
   send(meter, 0, 10);

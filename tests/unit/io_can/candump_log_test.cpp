@@ -68,7 +68,7 @@ TEST(CandumpLog, ReadsWhatItWrites) {
   }
 }
 
-TEST(CandumpLog, RefusesWhatIsNoLine) {
+TEST(CandumpLog, RefusesMalformedLines) {
   for (const char* line :
        {"", "hello", "(1.5) vcan0 044#00", "(1.000000) vcan0", "(1.000000)  044#00", "(1.000000) vcan0 44#00",
         "(1.000000) vcan0 FFF#00", "(1.000000) vcan0 044#0", "(1.000000) vcan0 044#001122334455667788",
@@ -130,7 +130,7 @@ TEST(CandumpLog, WriterKeepsEveryFrameInOrder) {
   std::filesystem::remove(file);
 }
 
-TEST(CandumpLog, WriterCountsWhatItDropsAndWritesTheRest) {
+TEST(CandumpLog, WriterCountsDroppedFrames) {
   const auto file = scratch_file("drop");
   constexpr std::uint64_t count = 50000;
   std::uint64_t dropped = 0;
@@ -145,7 +145,7 @@ TEST(CandumpLog, WriterCountsWhatItDropsAndWritesTheRest) {
   std::filesystem::remove(file);
 }
 
-TEST(CandumpLog, AFullDiskIsSaid) {
+TEST(CandumpLog, ReportsAFullDisk) {
   CandumpLogWriter writer("/dev/full", "car", CandumpLogWriter::WhenFull::wait);
   writer.push(make_frame(1, {}));
   writer.close();
@@ -153,7 +153,7 @@ TEST(CandumpLog, AFullDiskIsSaid) {
   EXPECT_EQ(writer.dropped(), 1U);
 }
 
-TEST(CandumpLog, AFileThatAnotherProgramCutsIsSaid) {
+TEST(CandumpLog, ReportsAFileTruncatedByAnotherProgram) {
   const auto file = scratch_file("cut");
   CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::wait, 1);
   writer.push(make_frame(1, {}));
@@ -165,12 +165,12 @@ TEST(CandumpLog, AFileThatAnotherProgramCutsIsSaid) {
   std::filesystem::remove(file);
 }
 
-TEST(CandumpLog, FilesThatCanNotBeHadAreSaid) {
+TEST(CandumpLog, ReportsFilesThatCanNotBeOpened) {
   EXPECT_THROW(CandumpLogWriter("/nowhere/x.log", "car", CandumpLogWriter::WhenFull::drop), DeviceError);
   EXPECT_NE(read_candump_log("/nowhere/x.log").fault.find("No such file"), std::string::npos);
 }
 
-TEST(CandumpLog, BadLinesAreNumbered) {
+TEST(CandumpLog, ReportsTheNumbersOfBadLines) {
   const auto file = scratch_file("bad");
   std::ofstream(file) << "(1.000000) a 044#00\nrubbish\n\n(2.000000) a 045#\n";
   const CandumpLog log = read_candump_log(file);

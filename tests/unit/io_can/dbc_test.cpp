@@ -62,7 +62,7 @@ SG_MUL_VAL_ 201 Deep Inner 5-5, 7-9;
 SG_MUL_VAL_ 201 Other Outer 3-3;
 )";
 
-TEST(Dbc, UnderstandsWhatItSays) {
+TEST(Dbc, ParsesMessagesAndSignals) {
   const DbcResult result = parse_dbc(sample);
   ASSERT_TRUE(result.ok()) << describe_problems(result, "sample.dbc");
   EXPECT_EQ(result.warning_count, 0U) << describe_problems(result, "sample.dbc");
@@ -121,7 +121,7 @@ struct Mistake {
   const char* words;
 };
 
-TEST(Dbc, SaysWhereAMistakeIs) {
+TEST(Dbc, ReportsThePlacesOfMistakes) {
   const Mistake mistakes[] = {
       {"BO_ x Motor: 8 E\n", 1, 5, "identifier"},
       {"BO_ 1 Motor 8 E\n", 1, 13, "':'"},
@@ -146,7 +146,7 @@ TEST(Dbc, SaysWhereAMistakeIs) {
   }
 }
 
-TEST(Dbc, GoesOnAfterAMistakeAndReportsEveryOne) {
+TEST(Dbc, ReportsEveryMistake) {
   const DbcResult result = parse_dbc(
       "BO_ 1 A: 8 E\n SG_ Bad : x|9@1+ (1,0) [0|0] \"\" X\n SG_ Good : 0|8@1+ (1,0) [0|0] \"\" X\n"
       "BO_ bad\nBO_ 2 B: 8 E\n SG_ Also : 0|8@1+ (1,0) [0|0] \"\" X\n");
@@ -156,7 +156,7 @@ TEST(Dbc, GoesOnAfterAMistakeAndReportsEveryOne) {
   EXPECT_NE(result.database.messages[1].find_signal("Also"), nullptr);
 }
 
-TEST(Dbc, WarnsOfSignalsThatOverlap) {
+TEST(Dbc, WarnsOfOverlappingSignals) {
   const DbcResult result = parse_dbc(
       "BO_ 1 A: 4 E\n SG_ One : 0|12@1+ (1,0) [0|0] \"\" X\n SG_ Two : 11|4@1+ (1,0) [0|0] \"\" X\n");
   EXPECT_TRUE(result.ok());
@@ -166,21 +166,21 @@ TEST(Dbc, WarnsOfSignalsThatOverlap) {
             std::string::npos);
 }
 
-TEST(Dbc, NodesMayStandOnLinesOfTheirOwn) {
+TEST(Dbc, NodesMayBeOnSeparateLines) {
   const DbcResult result = parse_dbc("BU_:\n One\n Two\n\nBO_ 1 A: 8 One\n");
   EXPECT_TRUE(result.ok()) << describe_problems(result, "f");
   EXPECT_EQ(result.database.nodes, (std::vector<std::string>{"One", "Two"}));
   EXPECT_EQ(result.database.messages.size(), 1U);
 }
 
-TEST(Dbc, AFileThatIsNotThereIsOneClearProblem) {
+TEST(Dbc, ReportsAMissingFile) {
   const DbcResult result = load_dbc("/nowhere/at/all.dbc");
   EXPECT_EQ(result.error_count, 1U);
   EXPECT_NE(result.problems.at(0).text.find("No such file"), std::string::npos);
   EXPECT_FALSE(load_dbc("/").ok());
 }
 
-TEST(Dbc, TheProjectsOwnDatabaseIsClean) {
+TEST(Dbc, CrossingDatabaseHasNoProblems) {
   const DbcResult result = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc");
   EXPECT_TRUE(result.ok() && result.warning_count == 0) << describe_problems(result, "crossing.dbc");
   EXPECT_EQ(result.database.find_message("EgoStatus")->cycle_time_ms, 10);
@@ -201,7 +201,7 @@ TEST(Dbc, EveryDatabaseOfAFolderLoads) {
   EXPECT_GT(files, 0U);
 }
 
-TEST(DbcFuzz, MutatedAndTruncatedTextsAreReadWithoutHarm) {
+TEST(DbcFuzz, MutatedAndTruncatedTextsGiveValidDatabases) {
   std::mt19937_64 random(99);
   const std::string original = sample;
   for (std::size_t length = 0; length <= original.size(); ++length)
@@ -261,7 +261,7 @@ double parse_seconds(const std::string& text, DbcResult& result) {
   return now_s() - begin_s;
 }
 
-TEST(DbcFuzz, TenMegabytesOfNoiseAreRefusedAtOnce) {
+TEST(DbcFuzz, RefusesTenMegabytesOfNoiseQuickly) {
   const std::size_t size = tests::rounds(10'000'000);
   std::mt19937_64 random(5);
   std::string noise(size, ' ');
@@ -295,7 +295,7 @@ TEST(DbcFuzz, TenMegabytesOfNoiseAreRefusedAtOnce) {
 }
 
 /// Multiplexers with thousands of values each, and chains of them, are the most expensive to compare.
-TEST(DbcFuzz, HugeMultiplexingIsRefusedAtOnce) {
+TEST(DbcFuzz, RefusesHugeMultiplexingQuickly) {
   std::string wide = "BO_ 1 A: 8 E\n SG_ S M : 0|8@1+ (1,0) [0|0] \"\" X\n";
   std::string values;
   std::string chain = "BO_ 1 A: 8 E\n";

@@ -88,7 +88,7 @@ TEST(DbcLayout, LinesAndColumnsCountEveryKindOfLineEnd) {
   }
 }
 
-TEST(DbcLayout, AStatementWithoutItsEndDoesNotSwallowTheNext) {
+TEST(DbcLayout, UnterminatedStatementDoesNotHideTheNext) {
   for (const char* statement : {"CM_ \"made by a generator\"",
                                 "CM_ BO_ 100 \"text\"",
                                 "CM_ SG_ 100 S \"text\"",
@@ -159,7 +159,7 @@ TEST(DbcLayout, StatementsInsideOfStringsAreText) {
   EXPECT_EQ(names.at(255), "last");
 }
 
-TEST(DbcLayout, ValueTypesOfEnvironmentsAndTheLikeAreAccepted) {
+TEST(DbcLayout, EnvironmentAndTypeStatementsAreIgnored) {
   const DbcResult result = parse_dbc(
       "BO_ 100 M: 8 A\n SG_ X : 0|8@1+ (1,0) [0|0] \"\" B\n"
       "BA_DEF_SGTYPE_ \"q\" INT 0 1;\nBA_SGTYPE_ \"q\" SGTYPE_ st 1;\nSGTYPE_VAL_ st 1 \"a\" ;\n"

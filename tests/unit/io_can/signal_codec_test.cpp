@@ -90,7 +90,7 @@ TEST(SignalCodec, AgreesWithABitByBitReadingForRandomLayouts) {
   }
 }
 
-TEST(SignalCodec, EveryValueInRangeComesBackWithinHalfAStep) {
+TEST(SignalCodec, RoundTripsPhysicalValuesWithinHalfAStep) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (int round = 0; round < 20000; ++round) {
@@ -113,7 +113,7 @@ TEST(SignalCodec, EveryValueInRangeComesBackWithinHalfAStep) {
   }
 }
 
-TEST(SignalCodec, EveryRawValueSurvivesTheWayOverPhysical) {
+TEST(SignalCodec, RoundTripsEveryRawValue) {
   for (const auto type : {ValueType::unsigned_integer, ValueType::signed_integer}) {
     for (const double factor : {1.0, 0.01, -0.1, 0.05, 3.7}) {
       const SignalCodec codec(make_signal(0, 12, ByteOrder::intel, type, factor, -51.2));
@@ -126,7 +126,7 @@ TEST(SignalCodec, EveryRawValueSurvivesTheWayOverPhysical) {
   }
 }
 
-TEST(SignalCodec, SaturatesAtTheBits) {
+TEST(SignalCodec, SaturatesAtTheRawRange) {
   const SignalCodec small(make_signal(0, 8, ByteOrder::intel, ValueType::signed_integer, 0.5, 10.0));
   EXPECT_EQ(small.to_raw(1e9).raw, 0x7FU);
   EXPECT_EQ(small.to_raw(1e9).verdict, SignalCodec::Verdict::saturated);
@@ -143,7 +143,7 @@ TEST(SignalCodec, SaturatesAtTheBits) {
   EXPECT_EQ(wide_signed.to_raw(-1e300).raw, 0x8000000000000000U);
 }
 
-TEST(SignalCodec, SaturatesAtTheDatabasesRangeAndTakesItsEnds) {
+TEST(SignalCodec, SaturatesAtTheRangeOfTheDatabase) {
   DbcSignal signal = make_signal(0, 16, ByteOrder::intel, ValueType::signed_integer, 0.01);
   signal.minimum = -100.0;
   signal.maximum = 100.0;
@@ -155,7 +155,7 @@ TEST(SignalCodec, SaturatesAtTheDatabasesRangeAndTakesItsEnds) {
   EXPECT_EQ(codec.to_physical(codec.to_raw(-200.0).raw), -100.0);
 }
 
-TEST(SignalCodec, NamedValuesAndTheStartValueAreSentAlsoOutsideOfTheRange) {
+TEST(SignalCodec, AcceptsNamedAndStartValuesOutsideTheRange) {
   DbcSignal signal = make_signal(0, 8, ByteOrder::intel, ValueType::unsigned_integer, 0.5, 10.0);
   signal.minimum = 10.0;
   signal.maximum = 110.0;
@@ -169,7 +169,7 @@ TEST(SignalCodec, NamedValuesAndTheStartValueAreSentAlsoOutsideOfTheRange) {
   EXPECT_EQ(codec.to_raw(300 * 0.5 + 10.0).raw, 200U) << "the end of the range";
 }
 
-TEST(SignalCodec, RawNumbersOfAFileAreReadWithTheSignOfTheSignal) {
+TEST(SignalCodec, ReadsRawNumbersWithTheSignOfTheSignal) {
   const DbcSignal plain = make_signal(0, 8, ByteOrder::intel);
   EXPECT_EQ(raw_number(plain, 255.0), 255.0);
   EXPECT_FALSE(raw_number(plain, 256.0));
@@ -202,7 +202,7 @@ TEST(SignalCodec, RefusesNotANumber) {
   }
 }
 
-TEST(SignalCodec, CarriesFloatingPoint) {
+TEST(SignalCodec, EncodesFloatingPoint) {
   std::array<std::uint8_t, 8> payload{};
   const SignalCodec single(make_signal(0, 32, ByteOrder::intel, ValueType::float32));
   single.insert(payload, single.to_raw(-1.5).raw);

@@ -78,7 +78,7 @@ TEST(ClientDevice, ChannelsFollowTheMap) {
   EXPECT_EQ(client.outputs()[0].maximum, 100.0);
 }
 
-TEST(ClientDevice, InputsReadTheirSafeValueBeforeTheFirstAnswer) {
+TEST(ClientDevice, InputsHaveTheirSafeValueBeforeTheFirstReply) {
   Pair pair(Pacing::lockstep);
   const std::vector<Sample> samples = latched(*pair.client);
   EXPECT_EQ(samples[0].value, -1.0);
@@ -125,7 +125,7 @@ TEST(ClientDevice, EveryUnitIdentifierIsSent) {
   }
 }
 
-TEST(ClientDevice, ExchangeWithoutAReleaseMovesNothing) {
+TEST(ClientDevice, ExchangeWithoutAReleaseSendsNothing) {
   Pair pair(Pacing::lockstep);
   pair.client->release_outputs(std::vector<double>{1, 2, 0, 0}, 0);
   ASSERT_TRUE(pair.client->exchange(0));
@@ -163,7 +163,7 @@ TEST(ClientDevice, SaturatedAndRefusedValuesAreCounted) {
   EXPECT_EQ(pair.client->counters().values.not_a_number_outputs, 1U);
 }
 
-TEST(ClientDevice, AnInputGoesStaleByItsAge) {
+TEST(ClientDevice, InputsBecomeStaleByTheirAge) {
   Pair pair(Pacing::lockstep, {.max_age = milliseconds(200)});
   pair.server.release_outputs(std::vector<double>{3.5, 1, 1}, 0);
   pair.client->release_outputs(std::vector<double>{0, 0, 0, 0}, 0);
@@ -177,7 +177,7 @@ TEST(ClientDevice, AnInputGoesStaleByItsAge) {
   EXPECT_EQ(latched(*pair.client)[0].value, -1.0);
 }
 
-TEST(ClientDevice, SafeStateIsSentOnceAndOverridesWhatWasReleasedBefore) {
+TEST(ClientDevice, SafeStateReplacesEarlierReleases) {
   RegisterMap map = unit_map();
   map.entries[0].safe_value = -12.5;
   map.entries[2].safe_value = 1.0;
@@ -196,7 +196,7 @@ TEST(ClientDevice, SafeStateIsSentOnceAndOverridesWhatWasReleasedBefore) {
   }
 }
 
-TEST(ClientDevice, StopSendsWhatWasReleasedBefore) {
+TEST(ClientDevice, StopSendsEarlierReleases) {
   Pair pair(Pacing::realtime);
   for (int round = 1; round <= 50; ++round) {
     pair.client->release_outputs(std::vector<double>{1.0 * round, 0, 0, 0}, round);
@@ -207,7 +207,7 @@ TEST(ClientDevice, StopSendsWhatWasReleasedBefore) {
   }
 }
 
-TEST(ClientDevice, HeartbeatCountsAndRunTimeComesLast) {
+TEST(ClientDevice, SendsHeartbeatAndRunTime) {
   RegisterMap map = unit_map();
   map.entries.push_back(entry("alive", Table::holding, 4, ValueType::u16, true));
   map.entries.back().minimum = 1;
@@ -232,7 +232,7 @@ TEST(ClientDevice, HeartbeatCountsAndRunTimeComesLast) {
   EXPECT_EQ(beats, (std::vector<double>{2, 3, 1, 2, 3, 1, 2}));
 }
 
-TEST(ClientDevice, RealTimeRunsBesideATickOfOneKilohertz) {
+TEST(ClientDevice, RealtimeExchangesRunBesideTheTick) {
   Pair pair(Pacing::realtime);
   double sent = 0;
   std::int64_t longest_ns = 0;

@@ -158,7 +158,7 @@ TEST(ClientFaults, AHalfOpenConnectionIsNoticed) {
 
 /// The reply to each request comes after the time-out, with the value of the request's order. No reply may
 /// ever be taken for another's: an input must show a value of its own connection's read, or nothing.
-TEST(ClientFaults, ALateReplyIsNeverTakenForAnother) {
+TEST(ClientFaults, LateReplyIsNeverTakenForALaterRequest) {
   constexpr std::uint16_t late_value = 666;
   std::atomic<int> late_replies{0};
   FakeServer server([&](FakeConnection& connection, int index) {
@@ -186,7 +186,7 @@ TEST(ClientFaults, ALateReplyIsNeverTakenForAnother) {
   client.stop();
 }
 
-TEST(ClientFaults, ADuplicateReplyIsThrownAwayWithItsConnection) {
+TEST(ClientFaults, DuplicateReplyClosesTheConnection) {
   FakeServer server([](FakeConnection& connection, int index) {
     if (index > 0) return behave(connection, 7);
     connection.send(FakeConnection::reply_to(connection.receive(), 0));
@@ -207,7 +207,7 @@ TEST(ClientFaults, ADuplicateReplyIsThrownAwayWithItsConnection) {
   client.stop();
 }
 
-TEST(ClientFaults, ATimeOutOfMillisecondsIsKeptToTheMillisecond) {
+TEST(ClientFaults, ResponseTimeoutIsKeptToTheMillisecond) {
   // libmodbus wants seconds and microseconds; a mistake there makes it 0 or seconds.
   for (const milliseconds limit : {milliseconds(3), milliseconds(30), milliseconds(1200)}) {
     FakeServer server([](FakeConnection& connection, int) {
@@ -229,7 +229,7 @@ TEST(ClientFaults, ATimeOutOfMillisecondsIsKeptToTheMillisecond) {
   }
 }
 
-TEST(ClientFaults, AnExchangeEndsAtItsWallClockLimit) {
+TEST(ClientFaults, ExchangeEndsAtItsLimit) {
   FakeServer server([](FakeConnection& connection, int) {
     connection.receive();
     connection.receive();
@@ -247,7 +247,7 @@ TEST(ClientFaults, AnExchangeEndsAtItsWallClockLimit) {
   client.stop();
 }
 
-TEST(ClientFaults, AnUnreachableUnitIsRefusedAtStartInOneSentence) {
+TEST(ClientFaults, StartReportsAnUnreachableUnit) {
   std::uint16_t port = 0;
   {
     const FakeServer gone([](FakeConnection&, int) {});
@@ -272,7 +272,7 @@ TEST(ClientFaults, AnUnreachableUnitIsRefusedAtStartInOneSentence) {
   EXPECT_LT(took, milliseconds(1000));
 }
 
-TEST(ClientFaults, AUnitThatComesBackIsFoundAgainWithAllItsOutputs) {
+TEST(ClientFaults, ReturningUnitGetsAllOutputsAgain) {
   RegisterMap map = two_words();
   RegisterMap turned = map;
   for (RegisterEntry& one : turned.entries)
@@ -304,7 +304,7 @@ TEST(ClientFaults, AUnitThatComesBackIsFoundAgainWithAllItsOutputs) {
   client.stop();
 }
 
-TEST(ClientFaults, PausesBetweenAttemptsAreBounded) {
+TEST(ClientFaults, PausesBetweenAttemptsGrow) {
   // The server accepts and closes at once, without end.
   FakeServer server([](FakeConnection&, int) {});
   RunningClock clock;
@@ -318,7 +318,7 @@ TEST(ClientFaults, PausesBetweenAttemptsAreBounded) {
   client.stop();
 }
 
-TEST(ClientFaults, ADeadUnitStallsNeitherTheTickNorItsNeighbour) {
+TEST(ClientFaults, SilentUnitDelaysNeitherTheTickNorOtherUnits) {
   FakeServer dead([](FakeConnection& connection, int) {
     connection.receive();
     connection.receive();

@@ -10,7 +10,7 @@ namespace {
 
 constexpr RunTimeNs ms = 1'000'000;
 
-TEST(ClientPresence, AUnitThatAcceptedIsConnectedFromTheStartAndHasAnsweredAfterItsFirstReply) {
+TEST(ClientPresence, UnitIsConnectedFromTheStartAndAnswersFirst) {
   FakeServer server([](FakeConnection& connection, int) { behave(connection, 7); });
   SetClock clock;
   ClientDevice client(patient(server.port()), two_words());
@@ -21,7 +21,7 @@ TEST(ClientPresence, AUnitThatAcceptedIsConnectedFromTheStartAndHasAnsweredAfter
   EXPECT_TRUE(client.has_answered());
 }
 
-TEST(ClientPresence, AUnitThatAcceptsAndIsSilentHasNeverAnswered) {
+TEST(ClientPresence, SilentUnitHasNeverAnswered) {
   FakeServer server([](FakeConnection& connection, int) { connection.receive(), connection.receive(); });
   SetClock clock;
   ClientDevice client(quick(server.port()), two_words());
@@ -31,7 +31,7 @@ TEST(ClientPresence, AUnitThatAcceptsAndIsSilentHasNeverAnswered) {
   EXPECT_FALSE(client.has_answered());
 }
 
-TEST(ClientPresence, AReleaseThatWaitsForLongerThanMaxAgeDisconnectsUntilTheCycleEnds) {
+TEST(ClientPresence, ReleaseOlderThanMaxAgeDisconnectsUntilTheCycleEnds) {
   std::atomic<bool> may_reply{false};
   FakeServer server([&](FakeConnection& connection, int) {
     const Bytes request = connection.receive();
@@ -60,7 +60,7 @@ TEST(ClientPresence, AReleaseThatWaitsForLongerThanMaxAgeDisconnectsUntilTheCycl
   EXPECT_TRUE(eventually([&] { return client.fault().empty(); }));
 }
 
-TEST(ClientPresence, AUnitWithoutInputsGetsUnchangedOutputsAgainSoThatItsLossIsNoticed) {
+TEST(ClientPresence, UnchangedOutputsAreRepeatedToAUnitWithoutInputs) {
   std::atomic<int> requests{0};
   FakeServer server([&](FakeConnection& connection, int) {
     while (requests < 2) {

@@ -9,7 +9,7 @@
 namespace hil::io::modbus {
 namespace {
 
-TEST(ClientRefusals, AnExceptionIsCountedNamedAndCostsNoConnection) {
+TEST(ClientRefusals, ExceptionIsReportedAndKeepsTheConnection) {
   RegisterMap map = two_words();
   map.entries.push_back(entry("other", Table::input, 0, ValueType::u16, false));
   FakeServer server([](FakeConnection& connection, int) {
@@ -35,7 +35,7 @@ TEST(ClientRefusals, AnExceptionIsCountedNamedAndCostsNoConnection) {
   client.stop();
 }
 
-TEST(ClientRefusals, AUnitThatGoesOnRefusingOutputsIsACauseAndOneThatIsBusyForAMomentIsNone) {
+TEST(ClientRefusals, OutputsRefusedForASecondAreASendFault) {
   std::atomic<bool> refuses{true};
   FakeServer server([&](FakeConnection& connection, int) {
     for (Bytes request = connection.receive(); !request.empty(); request = connection.receive()) {
@@ -81,7 +81,7 @@ RegisterMap with_gaps() {
            entry("b", Table::holding, 5, ValueType::u16, false)}};
 }
 
-TEST(ClientRefusals, AReadAcrossAGapThatIsRefusedIsSplitAndStaysSplit) {
+TEST(ClientRefusals, RefusedReadAcrossGapsIsSplitForever) {
   FakeServer server([](FakeConnection& connection, int) { behave_with_gaps(connection); });
   SetClock clock;
   ClientSettings settings = patient(server.port());

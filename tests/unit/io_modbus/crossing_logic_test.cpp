@@ -25,13 +25,13 @@ void expect_lights(const CrossingLogic& logic, Light ego, Light cross) {
   EXPECT_EQ(logic.outputs().cross, cross);
 }
 
-TEST(CrossingLogic, StartsWithGreenForTheCrossingRoadAndStaysWithoutDemand) {
+TEST(CrossingLogic, StaysGreenForTheCrossingRoadWithoutDemand) {
   CrossingLogic logic(Timing{});
   expect_lights(logic, Light::red, Light::green);
   EXPECT_EQ(until_change(logic, {}, 600'000), -1);
 }
 
-TEST(CrossingLogic, ChangesOnDemandWithEveryTimeKept) {
+TEST(CrossingLogic, KeepsEveryPhaseTimeOnDemand) {
   const Timing timing;
   CrossingLogic logic(timing);
   Inputs waiting{.detector_ego = 1};
@@ -48,14 +48,14 @@ TEST(CrossingLogic, ChangesOnDemandWithEveryTimeKept) {
   EXPECT_FALSE(logic.outputs().demand_ego) << "green is what it asked for";
 }
 
-TEST(CrossingLogic, AVehicleThatPassedTheLoopIsRemembered) {
+TEST(CrossingLogic, RemembersAVehicleThatPassedTheDetector) {
   CrossingLogic logic(Timing{});
   logic.step({.detector_ego = 1}, scan_ms);
   EXPECT_EQ(until_change(logic, {}), Timing{}.minimum_green_ms - scan_ms);
   expect_lights(logic, Light::red, Light::yellow);
 }
 
-TEST(CrossingLogic, AnOccupiedRoadKeepsGreenUpToItsMaximum) {
+TEST(CrossingLogic, OccupiedRoadKeepsGreenUpToTheMaximum) {
   const Timing timing;
   for (const Inputs inputs : {Inputs{.detector_ego = 1, .detector_cross_right = 2},
                               Inputs{.detector_ego = 1, .detector_cross_left = 1}}) {
@@ -64,7 +64,7 @@ TEST(CrossingLogic, AnOccupiedRoadKeepsGreenUpToItsMaximum) {
   }
 }
 
-TEST(CrossingLogic, GreenRemainingCountsThroughZero) {
+TEST(CrossingLogic, RemainingGreenCountsBelowZero) {
   const Timing timing;
   CrossingLogic logic(timing);
   logic.step({}, 500);
@@ -73,7 +73,7 @@ TEST(CrossingLogic, GreenRemainingCountsThroughZero) {
   EXPECT_EQ(logic.outputs().green_remaining_ms, -500);
 }
 
-TEST(CrossingLogic, OverridesTakeTheSafeWay) {
+TEST(CrossingLogic, OverridesPassThroughSafePhases) {
   const Timing timing;
   CrossingLogic logic(timing);
   const Inputs ego{.override_mode = 1};
@@ -97,12 +97,12 @@ TEST(CrossingLogic, OverridesTakeTheSafeWay) {
   expect_lights(logic, Light::red, Light::red);
 }
 
-TEST(CrossingLogic, AnUnknownOverrideMeansAutomatic) {
+TEST(CrossingLogic, UnknownOverrideMeansAutomatic) {
   CrossingLogic logic(Timing{});
   EXPECT_EQ(until_change(logic, {.override_mode = 4711}), -1);
 }
 
-TEST(CrossingLogic, ALostClientTurnsAllLightsRedAndItsReturnEndsThat) {
+TEST(CrossingLogic, LostClientTurnsAllLightsRedUntilItReturns) {
   Timing timing;
   timing.minimum_green_ms = 10'000;
   timing.maximum_green_ms = 20'000;
@@ -128,7 +128,7 @@ TEST(CrossingLogic, ALostClientTurnsAllLightsRedAndItsReturnEndsThat) {
   expect_lights(logic, Light::red, Light::green);
 }
 
-TEST(CrossingLogic, WithoutAClientTheWatchdogSleeps) {
+TEST(CrossingLogic, WatchdogStartsWithTheFirstHeartbeat) {
   CrossingLogic logic(Timing{});
   logic.step({.heartbeat = 500}, scan_ms);  // a leftover in the register is no heartbeat
   EXPECT_EQ(until_change(logic, {.heartbeat = 500}, 60'000), -1);
@@ -156,7 +156,7 @@ struct RoadWatch {
   std::int64_t since_ms = 0;  ///< the last change
 };
 
-TEST(CrossingLogic, RandomDetectorsOverridesAndHeartbeatsNeverBreakTheRules) {
+TEST(CrossingLogic, RandomInputsNeverBreakTheRules) {
   std::mt19937 random(1234);
   int greens = 0;
   for (int round = 0; round < 200; ++round) {

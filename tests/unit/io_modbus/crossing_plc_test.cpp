@@ -72,7 +72,7 @@ std::string stepped_run() {
   return text.str();
 }
 
-TEST(CrossingPlc, SteppedRunsAreTheSameToTheLastByte) {
+TEST(CrossingPlc, SteppedRunsAreIdentical) {
   const std::string first = stepped_run();
   EXPECT_EQ(first, stepped_run());
   EXPECT_GT(first.size(), 10'000U);
@@ -92,7 +92,7 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
   client.stop();
 }
 
-TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
+TEST(CrossingPlc, SteppedTimeFollowsTheWrittenTimeAndNeverGoesBack) {
   const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
   std::this_thread::sleep_for(milliseconds(60));  // three scans of wall time, which must not count
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t0\n"), std::string::npos);
@@ -103,7 +103,7 @@ TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
   EXPECT_NE(mbpoll(plc.port(), "-t 3:int -r 6").find("[6]: \t1000\n"), std::string::npos);
 }
 
-TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
+TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightDuringARun) {
   ASSERT_EQ(run_command("command -v mbpoll").exit_code, 0) << "mbpoll is missing: apt-get install mbpoll";
   Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "wall", "--minimum-green-ms", "100",
                "--yellow-ms", "100", "--all-red-ms", "100", "--red-yellow-ms", "100"});
@@ -138,7 +138,7 @@ TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
   EXPECT_EQ(plc.terminate(), 0);
 }
 
-TEST(CrossingPlc, WallTimePassesAtItsRateInWholeScans) {
+TEST(CrossingPlc, WallTimeAdvancesInWholeScans) {
   const Process plc({HIL_CROSSING_PLC});
   const auto number = [&](const std::string& options, const std::string& label) {
     const std::string text = mbpoll(plc.port(), options);
@@ -161,7 +161,7 @@ TEST(CrossingPlc, WallTimePassesAtItsRateInWholeScans) {
   EXPECT_GT(last_scan, first_scan);
 }
 
-TEST(CrossingPlc, MistakesOnTheCommandLineAreSaid) {
+TEST(CrossingPlc, RefusesInvalidOptions) {
   for (const char* const options :
        {"--listen 127.0.0.1", "--listen 127.0.0.1:66000", "--listen :5", "--listen 1.2.3.4:x",
         "--clock sundial", "--yellow-ms -1", "--minimum-green-ms 500 --maximum-green-ms 400"}) {
@@ -176,7 +176,7 @@ TEST(CrossingPlc, MistakesOnTheCommandLineAreSaid) {
   EXPECT_NE(second.output.find("Address already in use"), std::string::npos) << second.output;
 }
 
-TEST(CrossingPlc, TheRegisterMapFileSaysWhatTheProgramDoes) {
+TEST(CrossingPlc, RegisterMapFileAgreesWithTheProgram) {
   const YAML::Node registers =
       YAML::LoadFile(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing_plc.yaml")["registers"];
   const RegisterMap map = register_map();

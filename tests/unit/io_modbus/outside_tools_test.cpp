@@ -57,7 +57,7 @@ RegisterMap panel_map() {
   return map;
 }
 
-TEST(OutsideTools, MbpollReadsAndWritesOurServer) {
+TEST(ExternalTools, MbpollReadsAndWritesTheServer) {
   need_mbpoll();
   RegisterMap map{{entry("speed", Table::input, 4, ValueType::f32, true),
                    entry("count", Table::input, 6, ValueType::i32, true),
@@ -86,7 +86,7 @@ TEST(OutsideTools, MbpollReadsAndWritesOurServer) {
   EXPECT_NE(refused.output.find("Illegal data address"), std::string::npos) << refused.output;
 }
 
-TEST(OutsideTools, PymodbusExercisesEveryFunctionOfOurServer) {
+TEST(ExternalTools, PymodbusUsesEveryFunctionOfTheServer) {
   need_pymodbus();
   RunningClock clock;
   ServerDevice device({.name = "panel"}, panel_map());
@@ -100,7 +100,7 @@ TEST(OutsideTools, PymodbusExercisesEveryFunctionOfOurServer) {
   EXPECT_EQ(latched(device)[10].value, 1.0);
 }
 
-TEST(OutsideTools, OurClientReadsAPymodbusUnitWithGaps) {
+TEST(ExternalTools, ClientReadsAPymodbusUnitWithGaps) {
   need_pymodbus();
   bench::Process unit({"/usr/bin/python3", script("pymodbus_unit.py"), "sparse"});
   ASSERT_NE(unit.port(), 0) << unit.first_line();
@@ -126,7 +126,7 @@ TEST(OutsideTools, OurClientReadsAPymodbusUnitWithGaps) {
   }
 }
 
-TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
+TEST(ExternalTools, ClientReadsAndWritesAPymodbusUnit) {
   need_pymodbus();
   bench::Process unit({"/usr/bin/python3", script("pymodbus_unit.py")});
   ASSERT_NE(unit.port(), 0) << unit.first_line();

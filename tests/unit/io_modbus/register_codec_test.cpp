@@ -82,7 +82,7 @@ void check_round_trips(ValueType type, std::mt19937_64& random) {
   }
 }
 
-TEST(RegisterCodec, EveryTypeAndOrderRoundTripsAgainstLettersOfTheManual) {
+TEST(RegisterCodec, EveryTypeAndOrderHasTheLayoutOfTheManual) {
   std::mt19937_64 random(20240501);
   check_round_trips<std::uint16_t>(ValueType::u16, random);
   check_round_trips<std::int16_t>(ValueType::i16, random);

@@ -18,7 +18,7 @@ std::vector<std::string> mistakes_of(RegisterEntry one, Role role = Role::client
   return mistakes_in(RegisterMap{{std::move(one)}}, role);
 }
 
-TEST(RegisterMap, ASoundMapHasNoMistakes) {
+TEST(RegisterMap, ValidMapHasNoMistakes) {
   const RegisterMap map{{entry("a", Table::holding, 0, ValueType::u32, true),
                          entry("b", Table::holding, 2, ValueType::f64, true),
                          entry("c", Table::holding, 65535, ValueType::u16, false),
@@ -37,7 +37,7 @@ struct Case {
   const char* sentence;
 };
 
-TEST(RegisterMap, EachMistakeIsOneSentenceWithItsValues) {
+TEST(RegisterMap, ReportsEachMistakeWithItsValues) {
   const std::vector<Case> cases{
       {"no name", [](RegisterEntry& e) { e.name.clear(); }, Role::client,
        "register 1 (without a name): a register needs a name"},
@@ -76,7 +76,7 @@ TEST(RegisterMap, EachMistakeIsOneSentenceWithItsValues) {
   }
 }
 
-TEST(RegisterMap, NanNeverPasses) {
+TEST(RegisterMap, RefusesNan) {
   for (double RegisterEntry::*field : {&RegisterEntry::scale, &RegisterEntry::offset, &RegisterEntry::minimum,
                                        &RegisterEntry::maximum, &RegisterEntry::safe_value}) {
     RegisterEntry spoilt = entry("speed", Table::holding, 10, ValueType::u32, true);
@@ -85,7 +85,7 @@ TEST(RegisterMap, NanNeverPasses) {
   }
 }
 
-TEST(RegisterMap, NamesAreUniqueAndOverlapsNamed) {
+TEST(RegisterMap, ReportsRepeatedNamesAndOverlaps) {
   const RegisterMap map{{entry("a", Table::holding, 10, ValueType::u32, true),
                          entry("b", Table::holding, 11, ValueType::u16, true),
                          entry("a", Table::input, 11, ValueType::u16, false)}};

@@ -29,7 +29,7 @@ RegisterBank small_bank() {
   return {map, writes};
 }
 
-TEST(Framing, JudgesEveryPrefix) {
+TEST(Framing, PrefixesAreIncomplete) {
   const Bytes whole = frame(0x1234, {3, 0, 10, 0, 4});
   for (std::size_t size = 0; size < whole.size(); ++size) {
     EXPECT_EQ(find_frame(std::span(whole).first(size)).framing, Framing::incomplete) << size;
@@ -41,7 +41,7 @@ TEST(Framing, JudgesEveryPrefix) {
   EXPECT_EQ(find_frame(two).size, whole.size());
 }
 
-TEST(Framing, RefusesWhatIsNoModbusAsSoonAsItShows) {
+TEST(Framing, RefusesInvalidHeadersEarly) {
   EXPECT_EQ(find_frame(Bytes{0, 1, 7}).framing, Framing::invalid);
   EXPECT_EQ(find_frame(Bytes{0, 1, 0, 1}).framing, Framing::invalid);
   EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 0}).framing, Framing::invalid);
@@ -57,7 +57,7 @@ struct Case {
   const char* what;
 };
 
-TEST(RequestCheck, AnswersEachMalformedRequestWithItsException) {
+TEST(RequestCheck, MalformedRequestsGetTheirException) {
   const RegisterBank bank = small_bank();
   const std::vector<Case> cases{
       {{3, 0, 10, 0, 10}, 0, "read all"},
@@ -109,7 +109,7 @@ TEST(RequestCheck, AnswersEachMalformedRequestWithItsException) {
     EXPECT_EQ(check_request(frame(1, one.pdu), bank), one.exception) << one.what;
 }
 
-TEST(RequestCheck, WritesLandWhereTheyShould) {
+TEST(RequestCheck, WritesChangeTheirRegisters) {
   RegisterBank bank = small_bank();
   auto written = apply_writes(frame(1, {16, 0, 11, 0, 2, 4, 1, 2, 3, 4}), bank);
   ASSERT_TRUE(written.has_value());
@@ -131,7 +131,7 @@ TEST(RequestCheck, WritesLandWhereTheyShould) {
 
 /// Random bytes in, one of: not a frame, an exception, or a request that can be carried out. Sanitizers watch
 /// the bounds.
-TEST(RequestCheck, NoiseIsJudgedWithoutHarm) {
+TEST(RequestCheck, RandomRequestsWriteOnlyWritableRegisters) {
   std::mt19937 random(31337);
   RegisterBank bank = small_bank();
   const std::array<std::uint8_t, 12> functions{1, 2, 3, 4, 5, 6, 7, 15, 16, 17, 22, 23};

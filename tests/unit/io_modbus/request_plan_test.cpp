@@ -28,7 +28,7 @@ RegisterMap words(std::uint16_t first, std::uint16_t count) {
   return map;
 }
 
-TEST(RequestPlan, LimitsAreThoseOfTheProtocol) {
+TEST(RequestPlan, RequestsKeepTheLimitsOfTheProtocol) {
   const RegisterMap map = words(0, 250);
   EXPECT_EQ(plan_requests(map, all_of(map), Access::read, 0).size(), 2U);   // 125 each
   EXPECT_EQ(plan_requests(map, all_of(map), Access::write, 0).size(), 3U);  // 123 each
@@ -42,7 +42,7 @@ TEST(RequestPlan, LimitsAreThoseOfTheProtocol) {
   EXPECT_EQ(plan_requests(bits, all_of(bits), Access::write, 0)[0].count, 1968);
 }
 
-TEST(RequestPlan, AGapIsReadAcrossUpToItsLimitAndNeverWritten) {
+TEST(RequestPlan, GapsAreReadUpToTheLimitAndNeverWritten) {
   const RegisterMap map{{entry("a", Table::holding, 0, ValueType::u16, true),
                          entry("b", Table::holding, 4, ValueType::u32, true)}};
   EXPECT_EQ(plan_requests(map, all_of(map), Access::read, 3).size(), 1U);
@@ -81,7 +81,7 @@ std::size_t fewest(const std::vector<RegisterEntry>& sorted, std::uint32_t gap, 
   return best.back();
 }
 
-TEST(RequestPlan, RandomMapsGetTheFewestRequestsThatCarryEveryEntryWhole) {
+TEST(RequestPlan, RandomMapsGetTheFewestCompleteRequests) {
   std::mt19937 random(99);
   const std::array types{ValueType::u16, ValueType::f32, ValueType::f64};
   for (int round = 0; round < 500; ++round) {

@@ -46,7 +46,7 @@ struct Served {
   ServerDevice device;
 };
 
-TEST(ServerDevice, BothSidesStartAtTheirSafeValues) {
+TEST(ServerDevice, RegistersStartAtTheirSafeValues) {
   Served served;
   EXPECT_EQ(latched(served.device)[0].value, -7.0);
   EXPECT_FALSE(latched(served.device)[0].fresh);
@@ -57,7 +57,7 @@ TEST(ServerDevice, BothSidesStartAtTheirSafeValues) {
   EXPECT_EQ(client.receive_frame(), frame(10, {3, 2, 0xFF, 0xF2}));  // -7 / 0.5 = -14
 }
 
-TEST(ServerDevice, WritesOfClientsArriveWithTheirTime) {
+TEST(ServerDevice, WritesArriveWithTheirTime) {
   Served served;
   RawClient client(served.device.port());
   const RunTimeNs before = served.clock.now_ns();
@@ -74,7 +74,7 @@ TEST(ServerDevice, WritesOfClientsArriveWithTheirTime) {
   EXPECT_EQ(latched(served.device)[2].value, 1.0);
 }
 
-TEST(ServerDevice, ANanFromAClientIsRefusedAndKeepsTheLastValue) {
+TEST(ServerDevice, RefusesNanAndKeepsTheLastValue) {
   Served served;
   RawClient client(served.device.port());
   client.send(frame(1, {16, 0, 2, 0, 2, 4, 0x40, 0x20, 0, 0}));  // 2.5
@@ -85,7 +85,7 @@ TEST(ServerDevice, ANanFromAClientIsRefusedAndKeepsTheLastValue) {
   EXPECT_EQ(served.device.counters().by_code[3], 1U);
 }
 
-TEST(ServerDevice, ClientsCanNotWriteWhatHilWrites) {
+TEST(ServerDevice, RefusesWritesToRegistersOfHil) {
   Served served;
   RawClient client(served.device.port());
   client.send(frame(1, {6, 0, 0, 0, 8}));
@@ -95,7 +95,7 @@ TEST(ServerDevice, ClientsCanNotWriteWhatHilWrites) {
   EXPECT_FALSE(latched(served.device)[0].fresh);
 }
 
-TEST(ServerDevice, AValueOfTwoRegistersIsNeverTorn) {
+TEST(ServerDevice, ValuesOfTwoRegistersAreNeverTorn) {
   Served served;
   std::atomic<bool> stop{false};
   std::thread tick([&] {
@@ -122,7 +122,7 @@ TEST(ServerDevice, AValueOfTwoRegistersIsNeverTorn) {
   EXPECT_GT(changes, 500);
 }
 
-TEST(ServerDevice, SafeStateShowsAtOnceAndTheNextReleaseReplacesIt) {
+TEST(ServerDevice, NextReleaseReplacesTheSafeState) {
   Served served;
   RawClient client(served.device.port());
   const auto speed = [&] {
@@ -137,7 +137,7 @@ TEST(ServerDevice, SafeStateShowsAtOnceAndTheNextReleaseReplacesIt) {
   EXPECT_EQ(speed(), 1001U);
 }
 
-TEST(ServerDevice, LockstepMovesOnlyInExchange) {
+TEST(ServerDevice, LockstepAnswersOnlyInExchange) {
   SetClock clock;
   ServerDevice device({.name = "panel"}, served_map());
   device.start(clock, Pacing::lockstep);
@@ -184,7 +184,7 @@ class LeapingClock final : public RunClock {
   std::atomic<bool> leapt_{false};
 };
 
-TEST(ServerDevice, WhatWasWrittenBeforeTheRunIsAsOldInItAsItIs) {
+TEST(ServerDevice, ValuesWrittenBeforeTheRunKeepTheirAge) {
   for (const std::chrono::seconds max_age : {std::chrono::seconds(59), std::chrono::seconds(61)}) {
     LeapingClock clock;
     ServerDevice device({.name = "panel", .max_age = max_age}, served_map());
@@ -200,7 +200,7 @@ TEST(ServerDevice, WhatWasWrittenBeforeTheRunIsAsOldInItAsItIs) {
   }
 }
 
-TEST(ServerDevice, APortInUseIsOneSentence) {
+TEST(ServerDevice, ReportsAPortInUse) {
   Served first;
   ServerDevice second({.name = "other", .endpoint = {"127.0.0.1", first.device.port()}}, served_map());
   try {
@@ -216,7 +216,7 @@ TEST(ServerDevice, APortInUseIsOneSentence) {
   second.stop();
 }
 
-TEST(ServerDevice, AnAddressThatIsNotOursIsOneSentence) {
+TEST(ServerDevice, ReportsAForeignAddress) {
   RunningClock clock;
   ServerDevice device({.name = "far", .endpoint = {"192.0.2.1", 0}}, served_map());
   try {
@@ -230,7 +230,7 @@ TEST(ServerDevice, AnAddressThatIsNotOursIsOneSentence) {
   }
 }
 
-TEST(ServerDevice, StopsAndStartsAgain) {
+TEST(ServerDevice, StartsAgainAfterStop) {
   RunningClock clock;
   ServerDevice device({.name = "panel"}, served_map());
   for (int round = 0; round < 20; ++round) {

@@ -36,7 +36,7 @@ milliseconds answer_time(RawClient& client) {
   return std::chrono::duration_cast<milliseconds>(Wall::now() - before);
 }
 
-TEST(ServerFaults, EveryMalformedRequestIsAnsweredAtOnceAndTheConnectionLives) {
+TEST(ServerFaults, MalformedRequestsAreAnsweredAndKeepTheConnection) {
   Served served;
   RawClient client(served.device.port());
   const std::vector<std::pair<Bytes, Bytes>> cases{
@@ -60,7 +60,7 @@ TEST(ServerFaults, EveryMalformedRequestIsAnsweredAtOnceAndTheConnectionLives) {
 }
 
 /// 0x83 is the function byte of an exception to function 3. An answer of 3, 1, 3, 1 would be a good reply.
-TEST(ServerFaults, AFunctionAbove7FIsAnsweredWithItsOwnByteAndException1) {
+TEST(ServerFaults, FunctionsAbove7FGetException1) {
   Served served;
   RawClient client(served.device.port());
   for (unsigned function = 0x80; function <= 0xFF; ++function) {
@@ -84,7 +84,7 @@ TEST(ServerFaults, ReportServerIdIsAnswered) {
   EXPECT_EQ(reply[8], reply.size() - 9);
 }
 
-TEST(ServerFaults, WhatIsNoModbusLosesItsConnection) {
+TEST(ServerFaults, InvalidFramesCloseTheConnection) {
   Served served;
   const std::vector<Bytes> noises{
       {'G', 'E', 'T', ' ', '/', ' ', 'H', 'T'}, {0, 1, 0, 0, 0, 1, 1}, {0, 1, 0, 0, 9, 9, 1}};
@@ -96,7 +96,7 @@ TEST(ServerFaults, WhatIsNoModbusLosesItsConnection) {
   EXPECT_EQ(served.device.counters().malformed, noises.size());
 }
 
-TEST(ServerFaults, FramesInPiecesAndManyAtOnceAreAnsweredInOrder) {
+TEST(ServerFaults, SplitAndJoinedFramesAreAnsweredInOrder) {
   Served served;
   RawClient client(served.device.port());
   const Bytes one = frame(1, {16, 0, 0, 0, 4, 8, 1, 2, 3, 4, 5, 6, 7, 8});
@@ -132,7 +132,7 @@ TEST(ServerFaults, DropsAClientThatTricklesBytesWithoutDelayingOthers) {
   EXPECT_EQ(served.device.counters().dropped_silent, 1U);
 }
 
-TEST(ServerFaults, ASilentClientIsDroppedAfterTheLimitAndABusyOneIsNot) {
+TEST(ServerFaults, DropsSilentClientsAndKeepsActiveOnes) {
   Served served({.idle_limit = milliseconds(150)});
   RawClient silent(served.device.port());
   RawClient busy(served.device.port());
@@ -145,7 +145,7 @@ TEST(ServerFaults, ASilentClientIsDroppedAfterTheLimitAndABusyOneIsNot) {
   EXPECT_LT(answer_time(busy), milliseconds(150));
 }
 
-TEST(ServerFaults, OneConnectionTooManyIsRefusedAndAPlaceThatIsFreeAgainIsGiven) {
+TEST(ServerFaults, RefusesConnectionsBeyondTheLimitUntilOneCloses) {
   Served served({.max_connections = 3});
   std::vector<std::unique_ptr<RawClient>> clients;
   for (int i = 0; i < 3; ++i) {
@@ -165,7 +165,7 @@ TEST(ServerFaults, OneConnectionTooManyIsRefusedAndAPlaceThatIsFreeAgainIsGiven)
     EXPECT_LT(answer_time(*client), milliseconds(250));
 }
 
-TEST(ServerFaults, SixtyFourClientsAreServedAtOnce) {
+TEST(ServerFaults, ServesSixtyFourClients) {
   Served served;
   std::vector<std::unique_ptr<RawClient>> clients;
   for (int i = 0; i < 64; ++i)
@@ -178,7 +178,7 @@ TEST(ServerFaults, SixtyFourClientsAreServedAtOnce) {
   EXPECT_EQ(served.device.counters().replaced, 0U);
 }
 
-TEST(ServerFaults, WithoutAPlaceTheClientThatWasIdleLongestIsClosedForANewOne) {
+TEST(ServerFaults, NewClientReplacesTheLongestIdleOne) {
   Served served({.max_connections = 3});
   RawClient first(served.device.port());
   RawClient second(served.device.port());
@@ -225,7 +225,7 @@ TEST(ServerFaults, DropsAClientThatReadsNoRepliesWithoutDelayingOthers) {
       milliseconds(20'000)));
 }
 
-TEST(ServerFaults, NoiseFromManyClientsNeverStopsTheServer) {
+TEST(ServerFaults, SurvivesNoiseFromManyClients) {
   Served served({.max_connections = 8});
   std::mt19937 random(4711);
   const std::array<std::uint8_t, 12> functions{1, 2, 3, 4, 5, 6, 7, 15, 16, 17, 22, 23};
@@ -249,7 +249,7 @@ TEST(ServerFaults, NoiseFromManyClientsNeverStopsTheServer) {
   EXPECT_LT(answer_time(sound), milliseconds(500));
 }
 
-TEST(ServerFaults, HalfAFrameAndGoneLeavesNothingBehind) {
+TEST(ServerFaults, ClosedClientsFreeTheirConnections) {
   Served served({.max_connections = 2});
   for (int round = 0; round < 50; ++round) {
     RawClient client(served.device.port());

@@ -62,7 +62,7 @@ struct Unit {
   ClientDevice client;
 };
 
-TEST(UnfitValues, OfAClientsOutputsAreOneEventPerEpisode) {
+TEST(UnfitValues, ClientOutputsGiveOneEventPerEpisode) {
   RegisterMap map{{entry("torque", Table::holding, 0, ValueType::i16, true),
                    entry("valve", Table::holding, 1, ValueType::u16, true)}};
   map.entries[0].minimum = -100;
@@ -87,7 +87,7 @@ TEST(UnfitValues, OfAClientsOutputsAreOneEventPerEpisode) {
   EXPECT_EQ(unit.client.counters().values.saturated_inputs, 0U);
 }
 
-TEST(UnfitValues, OfAClientsInputsAreOneEventPerEpisode) {
+TEST(UnfitValues, ClientInputsGiveOneEventPerEpisode) {
   RegisterMap map{{entry("level", Table::holding, 0, ValueType::u16, false),
                    entry("flow", Table::holding, 1, ValueType::f32, false)}};
   map.entries[0].maximum = 20'000;
@@ -106,7 +106,7 @@ TEST(UnfitValues, OfAClientsInputsAreOneEventPerEpisode) {
   EXPECT_EQ(unit.client.counters().values.not_a_number_inputs, 3U);
 }
 
-TEST(UnfitValues, OfADeviceAreListedUpToALimit) {
+TEST(UnfitValues, EventsAreListedUpToALimit) {
   RegisterMap map{{entry("torque", Table::holding, 0, ValueType::u16, true)}};
   Unit unit(map);
   for (int round = 0; round < 1010; ++round) {
@@ -140,7 +140,7 @@ struct Panel {
   ServerDevice device;
 };
 
-TEST(UnfitValues, WrittenByAClientAreRefusedWithException3AndChangeNothing) {
+TEST(UnfitValues, ServerRefusesThemWithException3) {
   Panel panel;
   RawClient client(panel.device.port());
   const auto reply = [&](const Bytes& pdu) {
@@ -177,7 +177,7 @@ TEST(UnfitValues, WrittenByAClientAreRefusedWithException3AndChangeNothing) {
   EXPECT_EQ(panel.device.counters().exceptions, exceptions);
 }
 
-TEST(UnfitValues, RefusedFromAClientAreOneEventPerEpisode) {
+TEST(UnfitValues, RefusedWritesGiveOneEventPerEpisode) {
   Panel panel;
   RawClient client(panel.device.port());
   for (const std::uint8_t level : Bytes{101, 102, 50, 103}) {
@@ -189,7 +189,7 @@ TEST(UnfitValues, RefusedFromAClientAreOneEventPerEpisode) {
                                         "unit panel: register level: a client wrote 103" + end}));
 }
 
-TEST(UnfitValues, OfAServersOutputsAreOneEventPerEpisode) {
+TEST(UnfitValues, ServerOutputsGiveOneEventPerEpisode) {
   Panel panel;
   RawClient client(panel.device.port());
   for (const double status : {70'000.0, 80'000.0, 5.0}) {
@@ -211,7 +211,7 @@ void cycle(Unit& unit, RunTimeNs until_ns, RunTimeNs period_ns) {
   }
 }
 
-TEST(StaleValues, OfAUnitThatIsAlwaysTooSlowAreOneEvent) {
+TEST(StaleValues, SlowUnitGivesOneEventPerEpisode) {
   Unit unit({{entry("a", Table::holding, 0, ValueType::u16, false),
               entry("b", Table::holding, 1, ValueType::u16, false),
               entry("c", Table::holding, 2, ValueType::u16, false)}},
@@ -231,7 +231,7 @@ TEST(StaleValues, OfAUnitThatIsAlwaysTooSlowAreOneEvent) {
   EXPECT_EQ(texts(unit.client), (Texts{event, event}));
 }
 
-TEST(StaleValues, OfAServerWithAnAgeAreAnEvent) {
+TEST(StaleValues, ServerInputsGiveAnEvent) {
   Panel panel;
   RawClient client(panel.device.port());
   client.send(frame(1, {6, 0, 1, 0, 9}));
@@ -244,7 +244,7 @@ TEST(StaleValues, OfAServerWithAnAgeAreAnEvent) {
   EXPECT_EQ(panel.device.stale_inputs(), 1U);
 }
 
-TEST(StaleValues, CostTheTickNoAllocation) {
+TEST(StaleValues, LatchingThemAllocatesNothing) {
   Unit unit({{entry("a", Table::holding, 0, ValueType::u16, false)}}, milliseconds(50));
   unit.exchange(10 * ms, {});
   std::vector<Sample> samples(1);

@@ -18,7 +18,7 @@ ObjectReport crossing_car(double x_m, double y_m, double velocity_y_mps, double 
   return {true, x_m, y_m, 0.0, velocity_y_mps, 4.5, age_s};
 }
 
-TEST(FindConflict, MeetsWhatArrivesTogether) {
+TEST(FindConflict, FindsObjectsThatArriveTogether) {
   const Parameters parameters;
   const EgoState ego{10.0, 0.0};
   const auto conflict = find_conflict(ego, crossing_car(30.0, -30.0, 10.0), parameters);
@@ -31,7 +31,7 @@ TEST(FindConflict, MeetsWhatArrivesTogether) {
   EXPECT_FALSE(find_conflict(ego, crossing_car(-10.0, -3.0, 10.0), parameters)) << "behind the front";
 }
 
-TEST(FindConflict, FromTheLeftIsTheMirrorOfFromTheRight) {
+TEST(FindConflict, IsSymmetricInLeftAndRight) {
   const Parameters parameters;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -90,7 +90,7 @@ TEST(FindConflict, MissesNoCollisionOfASteppedSimulation) {
   EXPECT_GT(collisions, 100) << "the simulation does find some";
 }
 
-TEST(BroughtToNow, MovesTheObjectAndTheEgo) {
+TEST(Extrapolation, MovesTheObjectAndTheEgo) {
   const ObjectReport straight = extrapolated({true, 50.0, -20.0, 1.0, 8.0, 4.0, 0.5}, {10.0, 0.0});
   EXPECT_DOUBLE_EQ(straight.x_m, 50.0 + 0.5 - 5.0);
   EXPECT_DOUBLE_EQ(straight.y_m, -16.0);
@@ -116,7 +116,7 @@ TEST(Controller, CommandsNothingWithoutAFreshEgoStatus) {
   EXPECT_EQ(late.deceleration_mps2, 0.0);
 }
 
-TEST(Controller, BrakesUntilTheEgoStandsOrTheConflictIsGoneForAWhile) {
+TEST(Controller, BrakesUntilTheEgoStopsOrASecondPassesWithoutConflict) {
   Controller controller;
   const ObjectReport near = crossing_car(15.0, -14.0, 14.0);
   controller.ego_status(0, {14.0, 0.0});
@@ -133,7 +133,7 @@ TEST(Controller, BrakesUntilTheEgoStandsOrTheConflictIsGoneForAWhile) {
   EXPECT_EQ(controller.object_list(1300 * ms, std::span(&near, 1)).deceleration_mps2, 0.0) << "stands";
 }
 
-TEST(Controller, WarnsBeforeItBrakesAndIgnoresEmptySlots) {
+TEST(Controller, WarnsBeforeItBrakesAndIgnoresInvalidObjects) {
   Controller controller;
   controller.ego_status(0, {14.0, 0.0});
   ObjectReport far = crossing_car(45.0, -45.0, 14.0);
@@ -177,7 +177,7 @@ bool drive(bool obey, double list_period_s, double age_s, double ego_speed_mps, 
   return false;
 }
 
-TEST(Controller, ACarThatObeysIsNotHit) {
+TEST(Controller, BrakingPreventsEveryCollision) {
   constexpr double speeds_mps[] = {8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0};
   int hits_without = 0;
   for (const double period_s : {0.1, 1.0}) {
@@ -219,7 +219,7 @@ class StationTest : public ::testing::Test {
   const std::vector<double> danger_{1.0, 15.0, -14.0, 0.0, 14.0, 4.5, 0.0};
 };
 
-TEST_F(StationTest, AnswersACompleteListAndNamesIt) {
+TEST_F(StationTest, AnswersACompleteListWithItsNumber) {
   EXPECT_FALSE(station_.handle(build(ego_, {14.0, 0.0, 0.0, 0.0}, 0)));
   for (int list = 0; list < 3; ++list) {
     EXPECT_FALSE(station_.handle(build(object0_, danger_, 0)));
@@ -253,7 +253,7 @@ TEST_F(StationTest, DoesNotAnswerAnIncompleteOrDamagedList) {
   EXPECT_FALSE(station_.handle(foreign));
 }
 
-TEST_F(StationTest, AnEmptyListIsAnsweredAndTheDegradedStateIsSaid) {
+TEST_F(StationTest, AnswersAnEmptyListAndReportsTheDegradedState) {
   const auto answer = station_.handle(build(header_, {0.0, 0.0, 0.0, 0.0}, 0));
   ASSERT_TRUE(answer);
   std::vector<double> values(6);
@@ -262,7 +262,7 @@ TEST_F(StationTest, AnEmptyListIsAnsweredAndTheDegradedStateIsSaid) {
   EXPECT_EQ(values[2], 1.0) << "no EgoStatus yet";
 }
 
-TEST(StationDatabase, SaysWhatIsMissing) {
+TEST(StationDatabase, ReportsMissingMessagesAndSignals) {
   EXPECT_TRUE(
       Station::database_problems(can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database)
           .empty());

@@ -66,7 +66,7 @@ void set_danger(CanDevice& device, std::vector<double>& outputs, double time_s) 
   set("ObjectHeader.ObjectCount", 1.0);
 }
 
-TEST(CanDevice, ChannelsAreOutputsWithoutProtectionAndInputsWithCounters) {
+TEST(CanDevice, ChannelsFollowTheDatabase) {
   CanDevice device(crossing_config(), std::make_unique<virtual_bus::Hub>(hub_config(0)));
   EXPECT_EQ(device.inputs()[0].name, "EgoStatus.Counter");
   EXPECT_EQ(device.inputs()[1].name, "ObjectHeader.Counter");
@@ -85,7 +85,7 @@ TEST(CanDevice, ChannelsAreOutputsWithoutProtectionAndInputsWithCounters) {
   EXPECT_EQ(samples[channel(device.inputs(), "BrakeCommand.Deceleration")].value, 1.5);
 }
 
-TEST(CanDevice, EveryMistakeInItsConfigurationIsSaidAtOnce) {
+TEST(CanDevice, ReportsEveryMistakeInItsConfiguration) {
   CanDeviceConfig config = crossing_config();
   config.send.push_back({"Nothing", -1, 0, {}, {}});
   config.receive.push_back({"EgoStatus", -1, {"Speed", ""}, {{"Sped", 1.0}, {"Speed", std::nan("")}}});
@@ -146,13 +146,13 @@ std::string lockstep_log() {
   return log;
 }
 
-TEST(CanDevice, LockstepWithAControllerInAnotherProcessIsTheSameInEveryRun) {
+TEST(CanDevice, LockstepRunsWithAnotherProcessAreIdentical) {
   const std::string first = lockstep_log();
   EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 260);
   EXPECT_EQ(lockstep_log(), first);
 }
 
-TEST(CanDevice, AControllerThatDiesInLockstepIsSaid) {
+TEST(CanDevice, ReportsAControllerThatEndsInLockstep) {
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(1));
   process::Child controller(controller_config(hub->address()));
   SetClock clock;
@@ -166,7 +166,7 @@ TEST(CanDevice, AControllerThatDiesInLockstepIsSaid) {
 }
 
 /// A lost station is reported and does not affect the others.
-TEST(CanDevice, SafeValuesGoOutAlsoWhenAStationIsLostInLockstep) {
+TEST(CanDevice, SafeValuesAreSentAfterAStationIsLost) {
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(1));
   process::Child controller(controller_config(hub->address()));
   SetClock clock;
@@ -194,7 +194,7 @@ TEST(CanDevice, SafeValuesGoOutAlsoWhenAStationIsLostInLockstep) {
   std::filesystem::remove(scratch("dut-output"));
 }
 
-TEST(CanDevice, SafeValuesGoOutOnce) {
+TEST(CanDevice, SafeValuesAreSentOnce) {
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
   SetClock clock;
   CanDeviceConfig config = crossing_config();
@@ -248,7 +248,7 @@ class RealtimeDevice : public ::testing::Test {
   std::vector<double> outputs_;
 };
 
-TEST_F(RealtimeDevice, TheControllerAnswersAndItsAnswersFadeWhenItDies) {
+TEST_F(RealtimeDevice, ControllerReplyBecomesStaleAfterItEnds) {
   start(crossing_config());
   process::Child controller(controller_config(address_));
   ASSERT_TRUE(eventually([&] { return hub_->station_count() == 1; }));
@@ -276,7 +276,7 @@ TEST_F(RealtimeDevice, TheControllerAnswersAndItsAnswersFadeWhenItDies) {
   std::filesystem::remove(scratch("dut-output"));
 }
 
-TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
+TEST_F(RealtimeDevice, InvalidFramesAreCountedAndValidOnesAccepted) {
   start(crossing_config());
   virtual_bus::Client outside({address_, "outside"});
   outside.open(clock_, Pacing::realtime);
@@ -304,7 +304,7 @@ TEST_F(RealtimeDevice, GarbageIsCountedAndTheGoodFrameIsTaken) {
   EXPECT_TRUE(device_->connected());
 }
 
-TEST_F(RealtimeDevice, EveryFrameOfAKeptInputArrivesWithItsTimeAndTooManyAreCounted) {
+TEST_F(RealtimeDevice, KeptArrivalsHaveTheirTimeAndLostOnesAreCounted) {
   constexpr int frames = 5000;  // more than it keeps
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
   virtual_bus::Client outside({hub->address(), "outside"});
@@ -347,7 +347,7 @@ TEST_F(RealtimeDevice, EveryFrameOfAKeptInputArrivesWithItsTimeAndTooManyAreCoun
   EXPECT_FALSE(device.next_arrival(counter, sample));
 }
 
-TEST_F(RealtimeDevice, NotANumberAndOutOfRangeAreCountedAndNeverSent) {
+TEST_F(RealtimeDevice, InvalidOutputsAreCountedAndNeverSent) {
   start(crossing_config());
   outputs_[channel(device_->outputs(), "EgoStatus.Speed")] = 1000.0;
   outputs_[channel(device_->outputs(), "EgoStatus.YawRate")] = std::nan("");
@@ -357,7 +357,7 @@ TEST_F(RealtimeDevice, NotANumberAndOutOfRangeAreCountedAndNeverSent) {
   EXPECT_EQ(device_->counters().refused_values, 1U);
 }
 
-TEST_F(RealtimeDevice, WhatWasReleasedBeforeStopIsSentAndStopMayComeTwice) {
+TEST_F(RealtimeDevice, StopSendsEarlierReleasesAndMayBeRepeated) {
   CanDeviceConfig config = crossing_config();
   config.send[0].period_ns = 0;
   config.log_file = scratch("stop.log");
@@ -372,7 +372,7 @@ TEST_F(RealtimeDevice, WhatWasReleasedBeforeStopIsSentAndStopMayComeTwice) {
   std::filesystem::remove(log_file);
 }
 
-TEST_F(RealtimeDevice, ALogThatCanNotBeWrittenIsSaid) {
+TEST_F(RealtimeDevice, ReportsALogThatCanNotBeWritten) {
   CanDeviceConfig config = crossing_config();
   config.log_file = "/dev/full";
   start(std::move(config));

@@ -67,7 +67,7 @@ Logged logged_under(const virtual_bus::FaultConfig& faults) {
   return logged;
 }
 
-TEST(CanDevice, WhatFaultsDroppedIsCountedAndTheLogHoldsTheRest) {
+TEST(CanDevice, InjectedFaultsAreCountedAndTheLogHoldsTheOtherFrames) {
   const Logged lossy = logged_under(
       {.drop_probability = 0.2, .corrupt_probability = 0.1, .delay_probability = 0.0, .seed = 3});
   EXPECT_EQ(lossy.counters.tx, 360U);

@@ -58,7 +58,7 @@ class Payloads : public ::testing::Test {
   std::vector<Sample> samples_;
 };
 
-TEST_F(Payloads, LongerAndShorterFramesAreTakenAndCountedByMessage) {
+TEST_F(Payloads, LongerAndShorterFramesAreAcceptedAndCounted) {
   start(
       "BO_ 1 Status: 4 A\n SG_ First : 0|16@1+ (1,0) [0|0] \"\" B\n SG_ Second : 16|16@1+ (1,0) [0|0] \"\" "
       "B\n"
@@ -78,7 +78,7 @@ TEST_F(Payloads, LongerAndShorterFramesAreTakenAndCountedByMessage) {
   EXPECT_EQ(lengths[0].shorter, 2U);
 }
 
-TEST_F(Payloads, AMultiplexedSignalTimesOutByItsOwnLastValue) {
+TEST_F(Payloads, MultiplexedSignalsTimeOutSeparately) {
   start(
       "BO_ 1 Pages: 2 A\n SG_ Page M : 0|8@1+ (1,0) [0|0] \"\" B\n SG_ Left m0 : 8|8@1+ (1,0) [0|0] \"\" B\n"
       " SG_ Right m1 : 8|8@1+ (1,0) [0|0] \"\" B\n",

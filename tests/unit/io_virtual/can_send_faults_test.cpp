@@ -13,7 +13,7 @@
 namespace hil::io::can {
 namespace {
 
-TEST(CanSendFaults, AFullQueueIsTriedOnceMoreAtTheNextTickAndNeverSpunOn) {
+TEST(CanSendFaults, FullQueueIsRetriedOnceAtTheNextTick) {
   CanDeviceConfig config = crossing_config();
   config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
   auto owned = std::make_unique<DrivenBus>();
@@ -84,7 +84,7 @@ class DrivenDeviceThatMayBeLost : public DrivenDevice {
   DrivenDeviceThatMayBeLost() : DrivenDevice(true) {}
 };
 
-TEST_F(DrivenDevice, AFrameThatIsRefusedIsNamedWithItsBusAndCause) {
+TEST_F(DrivenDevice, ReportsARefusedFrameWithItsBusAndCause) {
   ticks(0, 100);
   EXPECT_EQ(device_->send_fault(), "");
   bus_->error = EINVAL;
@@ -97,7 +97,7 @@ TEST_F(DrivenDevice, AFrameThatIsRefusedIsNamedWithItsBusAndCause) {
   EXPECT_NE(device_->send_fault().find("Invalid argument"), std::string::npos) << "the first one stays";
 }
 
-TEST_F(DrivenDeviceThatMayBeLost, FramesThatALossSwallowsAreNoFaultAndRefusedOnesAre) {
+TEST_F(DrivenDeviceThatMayBeLost, FramesLostWithTheInterfaceAreNoFault) {
   bus_->error = ENETDOWN;
   ticks(0, 100);
   EXPECT_EQ(device_->send_fault(), "");
@@ -107,7 +107,7 @@ TEST_F(DrivenDeviceThatMayBeLost, FramesThatALossSwallowsAreNoFaultAndRefusedOne
   EXPECT_NE(device_->send_fault(), "");
 }
 
-TEST_F(DrivenDevice, AQueueThatIsFullForAMomentIsNoFaultAndOneThatStaysFullIs) {
+TEST_F(DrivenDevice, QueueThatStaysFullIsAFault) {
   bus_->full = true;
   ticks(0, 190);
   bus_->full = false;
@@ -119,7 +119,7 @@ TEST_F(DrivenDevice, AQueueThatIsFullForAMomentIsNoFaultAndOneThatStaysFullIs) {
       << device_->send_fault();
 }
 
-TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
+TEST_F(DrivenDevice, BusOffDisconnectsUntilTheRestart) {
   ticks(0, 10);
   EXPECT_TRUE(device_->connected());
   bus_->arriving = {error_frame(CAN_ERR_BUSOFF)};
@@ -135,7 +135,7 @@ TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
   EXPECT_EQ(device_->fault(), "");
 }
 
-TEST_F(DrivenDevice, AFrameBehindAnOwnFrameIsNotDatedBeforeThatWasSent) {
+TEST_F(DrivenDevice, ReceiveTimeFollowsTheSendTimeOfEarlierFrames) {
   const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   const DbcMessage& message = *database.find_message("BrakeCommand");
   MessageEncoder encoder(message, protection);
@@ -166,7 +166,7 @@ TEST_F(DrivenDevice, AFrameBehindAnOwnFrameIsNotDatedBeforeThatWasSent) {
   EXPECT_EQ(received_at(), 12 * ms);
 }
 
-TEST_F(DrivenDevice, TheShortestTimeOutDecidesWhenTheBusIsLost) {
+TEST_F(DrivenDevice, ShortestTimeoutIsTheLossTimeout) {
   EXPECT_EQ(device_->loss_timeout_ns(), 200 * ms);
   ASSERT_FALSE(device_->input_groups().empty());
   const InputGroup& group = device_->input_groups().front();

@@ -56,7 +56,7 @@ class HubTest : public ::testing::Test {
   Hub hub_{HubConfig{.name = "car", .path = {}, .faults = {}}};
 };
 
-TEST_F(HubTest, EveryFrameGoesToEveryOtherStationInOneOrder) {
+TEST_F(HubTest, DeliversEveryFrameToEveryOtherStationInOneOrder) {
   hub_.open(clock_, Pacing::realtime);
   auto one = connect("one");
   auto two = connect("two");
@@ -110,7 +110,7 @@ TEST_F(HubTest, FdAndExtendedFramesKeepTheirContent) {
   EXPECT_TRUE(back[0].same_content(sent));
 }
 
-TEST_F(HubTest, AClientThatDoesNotReadLosesFramesWithoutBlocking) {
+TEST_F(HubTest, SlowClientLosesFramesWithoutBlockingOthers) {
   hub_.open(clock_, Pacing::realtime);
   auto slow = connect("slow");
   auto good = connect("good");
@@ -137,7 +137,7 @@ TEST_F(HubTest, AClientThatDoesNotReadLosesFramesWithoutBlocking) {
     ASSERT_EQ(number_of(got[number]), number);
 }
 
-TEST_F(HubTest, InvalidPacketsAreCountedAndHarmless) {
+TEST_F(HubTest, InvalidPacketsAreCountedAndIgnored) {
   hub_.open(clock_, Pacing::realtime);
   sockaddr_un place{};
   place.sun_family = AF_UNIX;
@@ -164,7 +164,7 @@ TEST_F(HubTest, InvalidPacketsAreCountedAndHarmless) {
   EXPECT_EQ(hub_.station_count(), 0U);
 }
 
-TEST_F(HubTest, ItsDescriptorSaysWhenThereIsSomethingToDo) {
+TEST_F(HubTest, DescriptorBecomesReadableWithWork) {
   hub_.open(clock_, Pacing::realtime);
   EXPECT_FALSE(readable(hub_.fd(), 0));
   auto client = connect("one");
@@ -181,7 +181,7 @@ TEST_F(HubTest, ItsDescriptorSaysWhenThereIsSomethingToDo) {
   EXPECT_FALSE(hub_.client_counters().at(0).connected);
 }
 
-TEST_F(HubTest, OneThatConnectsAgainAndAgainIsNotRememberedForEver) {
+TEST_F(HubTest, ForgetsTheOldestClosedConnections) {
   hub_.open(clock_, Pacing::realtime);
   const auto stays = connect("stays");
   receive_all(hub_);
@@ -198,7 +198,7 @@ TEST_F(HubTest, OneThatConnectsAgainAndAgainIsNotRememberedForEver) {
   EXPECT_EQ(counters[1].connection, 138U) << "of the others, the newest";
 }
 
-TEST_F(HubTest, FiltersHoldForTheStationThatSetThem) {
+TEST_F(HubTest, FiltersApplyToTheStationThatSetThem) {
   hub_.open(clock_, Pacing::realtime);
   auto client = connect("one");
   const can_filter only{0x20, 0x7FF};
@@ -212,7 +212,7 @@ TEST_F(HubTest, FiltersHoldForTheStationThatSetThem) {
   EXPECT_EQ(number_of(seen[0]), 2U);
 }
 
-TEST_F(HubTest, AClientMayComeBeforeItsHub) {
+TEST_F(HubTest, ClientsMayConnectBeforeTheHubOpens) {
   std::thread later([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     hub_.open(clock_, Pacing::realtime);
@@ -223,7 +223,7 @@ TEST_F(HubTest, AClientMayComeBeforeItsHub) {
   EXPECT_EQ(hub_.station_count(), 1U);
 }
 
-TEST_F(HubTest, AClosedHubIsLostToItsClientsInWords) {
+TEST_F(HubTest, ClosedHubIsLostForItsClients) {
   hub_.open(clock_, Pacing::realtime);
   auto client = connect("one");
   receive_all(hub_);
@@ -234,7 +234,7 @@ TEST_F(HubTest, AClosedHubIsLostToItsClientsInWords) {
   EXPECT_EQ(client->send(numbered(1, 1)), can::SendResult::error);
 }
 
-TEST(HubOpening, SaysWhyAPlaceCanNotBeHad) {
+TEST(HubOpening, ReportsPathsThatCanNotBeUsed) {
   const RunningClock clock;
   Hub too_long(HubConfig{.name = "a", .path = "/tmp/" + std::string(120, 'x'), .faults = {}});
   EXPECT_THROW(too_long.open(clock, Pacing::realtime), DeviceError);
@@ -256,7 +256,7 @@ TEST(HubOpening, SaysWhyAPlaceCanNotBeHad) {
   EXPECT_THROW(wrong.open(clock, Pacing::realtime), DeviceError);
 }
 
-TEST(HubOpening, ReplacesASocketThatADeadProgramLeftBehindButNoOtherFile) {
+TEST(HubOpening, ReplacesStaleSocketsButNoOtherFiles) {
   const RunningClock clock;
   const auto folder = std::filesystem::path(::testing::TempDir()) / ("hub-" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);

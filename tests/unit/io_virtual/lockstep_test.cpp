@@ -119,7 +119,7 @@ std::string log_of_run(std::uint64_t jitter_seed, FaultConfig faults) {
   return log;
 }
 
-TEST(Lockstep, LogsAreTheSameInEveryRun) {
+TEST(Lockstep, LogsOfTwoRunsAreIdentical) {
   const std::string first = log_of_run(1, {});
   EXPECT_EQ(log_of_run(1000, {}), first);
   EXPECT_EQ(log_of_run(7, {}), first);
@@ -132,7 +132,7 @@ TEST(Lockstep, LogsAreTheSameInEveryRun) {
   EXPECT_EQ(first.substr(0, beginning.size()), beginning);
 }
 
-TEST(Lockstep, LogsWithFaultsAreTheSameInEveryRunToo) {
+TEST(Lockstep, LogsWithInjectedFaultsAreIdentical) {
   const FaultConfig faults{.drop_probability = 0.1,
                            .corrupt_probability = 0.1,
                            .delay_probability = 0.2,
@@ -143,7 +143,7 @@ TEST(Lockstep, LogsWithFaultsAreTheSameInEveryRunToo) {
   EXPECT_NE(first, log_of_run(1, {}));
 }
 
-TEST(Lockstep, FramesCarryTheRunTimeOfTheStep) {
+TEST(Lockstep, FramesHaveTheRunTimeOfTheirStep) {
   const SetClock clock;
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 1});
   hub.open(clock, Pacing::lockstep);
@@ -191,7 +191,7 @@ TEST(Lockstep, MoreFramesThanASocketHoldsAreAllDelivered) {
   EXPECT_EQ(hub.counters().dropped, 0U);
 }
 
-TEST(Lockstep, AHungStationIsNamed) {
+TEST(Lockstep, ReportsAStationThatDoesNotAnswer) {
   const SetClock clock;
   Hub hub(HubConfig{
       .name = "car", .path = {}, .faults = {}, .expected_clients = 1, .answer_limit_ns = 100'000'000});
@@ -209,7 +209,7 @@ TEST(Lockstep, AHungStationIsNamed) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(50));
 }
 
-TEST(Lockstep, AStationThatDiesIsNamed) {
+TEST(Lockstep, ReportsAStationThatEnds) {
   const SetClock clock;
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 2});
   hub.open(clock, Pacing::lockstep);
@@ -223,7 +223,7 @@ TEST(Lockstep, AStationThatDiesIsNamed) {
   EXPECT_EQ(result.client, "dies");
 }
 
-TEST(Lockstep, MissingStationsAreSaid) {
+TEST(Lockstep, ReportsMissingStations) {
   const SetClock clock;
   Hub hub(HubConfig{
       .name = "car", .path = {}, .faults = {}, .expected_clients = 2, .connect_limit_ns = 100'000'000});
@@ -235,7 +235,7 @@ TEST(Lockstep, MissingStationsAreSaid) {
   EXPECT_NE(hub.fault().find("1 of 2 expected stations"), std::string::npos) << hub.fault();
 }
 
-TEST(Lockstep, StationsThatAnswerEachOtherWithoutEndAreSaid) {
+TEST(Lockstep, ReportsStationsThatAnswerEachOtherForever) {
   const SetClock clock;
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 2});
   hub.open(clock, Pacing::lockstep);
@@ -246,7 +246,7 @@ TEST(Lockstep, StationsThatAnswerEachOtherWithoutEndAreSaid) {
   EXPECT_EQ(hub.settle(0).status, can::SettleResult::Status::not_quiescent);
 }
 
-TEST(Lockstep, ABusWithoutStationsSettlesAtOnce) {
+TEST(Lockstep, BusWithoutStationsSettles) {
   const SetClock clock;
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}});
   hub.open(clock, Pacing::lockstep);

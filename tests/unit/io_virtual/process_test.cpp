@@ -50,7 +50,7 @@ bool alive(pid_t pid) {
   return ::kill(pid, 0) == 0 || errno != ESRCH;
 }
 
-TEST(Process, SaysHowItEnded) {
+TEST(Process, ReportsHowItEnded) {
   Child three(shell("exit 3"));
   ASSERT_TRUE(three.wait_for_exit(5 * second_ns));
   EXPECT_EQ(three.exit(), (Exit{Exit::How::exited, 3, false}));
@@ -65,7 +65,7 @@ TEST(Process, SaysHowItEnded) {
   EXPECT_EQ(describe(crashed.exit()), "was ended by signal 11 (Segmentation fault)");
 }
 
-TEST(Process, ItsDescriptorSaysWhenItEnds) {
+TEST(Process, DescriptorBecomesReadableWhenItEnds) {
   Child child(shell("sleep 0.05"));
   pollfd watched{child.exit_fd(), POLLIN, 0};
   EXPECT_EQ(::poll(&watched, 1, 0), 0);
@@ -74,7 +74,7 @@ TEST(Process, ItsDescriptorSaysWhenItEnds) {
   EXPECT_FALSE(child.running());
 }
 
-TEST(Process, StopsInOrderAndKillsWhatDoesNotStop) {
+TEST(Process, StopTerminatesAndThenKills) {
   const auto output = scratch("ready");
   const auto polite = endless_shell("trap 'exit 7' TERM", output);
   EXPECT_EQ(polite->stop(5 * second_ns), (Exit{Exit::How::exited, 7, false}));
@@ -86,7 +86,7 @@ TEST(Process, StopsInOrderAndKillsWhatDoesNotStop) {
   std::filesystem::remove(output);
 }
 
-TEST(Process, KeepsItsOutput) {
+TEST(Process, WritesItsOutputToAFile) {
   const auto file = scratch("output");
   ChildConfig config = shell("echo out; echo err >&2; pwd; cat");
   config.output_file = file;
@@ -99,7 +99,7 @@ TEST(Process, KeepsItsOutput) {
   std::filesystem::remove(file);
 }
 
-TEST(Process, SaysWhenItCanNotBeStarted) {
+TEST(Process, ReportsWhyItCanNotBeStarted) {
   const auto words_of = [](const ChildConfig& config) -> std::string {
     try {
       const Child child(config);
@@ -128,7 +128,7 @@ TEST(Process, SaysWhenItCanNotBeStarted) {
   EXPECT_NE(words_of(config).find("output file"), std::string::npos);
 }
 
-TEST(Process, LooksInTheGivenFoldersFirst) {
+TEST(Process, SearchesTheGivenFoldersFirst) {
   const auto folder = scratch("folder");
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "true") << "#!/bin/sh\nexit 9\n";
@@ -143,7 +143,7 @@ TEST(Process, LooksInTheGivenFoldersFirst) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(Process, LeavesNoGrandchildren) {
+TEST(Process, KillsItsDescendantsWhenItEnds) {
   const auto file = scratch("grandchild");
   Child child(shell("sleep 1000 & echo $! > " + file.string() + "; exit 0"));
   ASSERT_TRUE(child.wait_for_exit(5 * second_ns));
@@ -215,14 +215,14 @@ TEST(Process, WhatItStartedDiesWhenItsParentIsKilled) {
   std::filesystem::remove(file);
 }
 
-TEST(Process, LeavesNoGuardian) {
+TEST(Process, LeavesNoChildBehind) {
   Child child(shell("exit 0"));
   ASSERT_TRUE(child.wait_for_exit(5 * second_ns));
   EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
   EXPECT_EQ(errno, ECHILD);
 }
 
-TEST(Process, KeepsTheFirstPartOfEndlessOutputAndSaysSo) {
+TEST(Process, TruncatesEndlessOutputWithANote) {
   const auto file = scratch("endless");
   ChildConfig config = shell("echo first; exec yes 'and so on'");
   config.output_file = file;

@@ -46,7 +46,7 @@ void put_socket(const fs::path& path) {
   ::close(fd);
 }
 
-TEST_F(SocketFolders, AreRemovedAtTheEndWithTheirSockets) {
+TEST_F(SocketFolders, AreRemovedWithTheirSockets) {
   {
     SocketFolder folder = SocketFolder::make();
     put_socket(fs::path(folder.path()) / "car");
@@ -56,7 +56,7 @@ TEST_F(SocketFolders, AreRemovedAtTheEndWithTheirSockets) {
   EXPECT_EQ(count(), 0);
 }
 
-TEST_F(SocketFolders, OfKilledOwnersAreRemovedByTheNextAndOthersAreLeft) {
+TEST_F(SocketFolders, OnlyThoseOfKilledProcessesAreRemoved) {
   const SocketFolder in_use = SocketFolder::make();
   put_socket(fs::path(in_use.path()) / "car");
   const pid_t owner = ::fork();
