@@ -1,12 +1,12 @@
 #include "io/can/candump_log.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
-#include <filesystem>
 #include <fstream>
 #include <random>
+
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::io::can {
 namespace {
@@ -15,11 +15,6 @@ std::string line_of(const Frame& frame) {
   std::string text;
   append_candump_line(text, frame, "vcan0");
   return text;
-}
-
-std::filesystem::path scratch_file(const char* name) {
-  return std::filesystem::path(::testing::TempDir()) /
-         (std::string(name) + "-" + std::to_string(::getpid()) + ".log");
 }
 
 TEST(CandumpLog, WritesTheFormatOfCandump) {
@@ -106,7 +101,8 @@ TEST(CandumpLog, ReadsLengthCodesAndDirections) {
 }
 
 TEST(CandumpLog, WriterKeepsEveryFrameInOrder) {
-  const auto file = scratch_file("order");
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
   constexpr std::uint32_t count = 20000;
   {
     CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::wait, 100);
@@ -127,11 +123,11 @@ TEST(CandumpLog, WriterKeepsEveryFrameInOrder) {
     ASSERT_EQ(log.frames[index].frame.wall_ns, std::int64_t{index} * 1000);
     ASSERT_EQ(log.frames[index].frame.raw.can_id, index % 0x800);
   }
-  std::filesystem::remove(file);
 }
 
 TEST(CandumpLog, WriterCountsDroppedFrames) {
-  const auto file = scratch_file("drop");
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
   constexpr std::uint64_t count = 50000;
   std::uint64_t dropped = 0;
   {
@@ -142,7 +138,6 @@ TEST(CandumpLog, WriterCountsDroppedFrames) {
     dropped = writer.dropped();
   }
   EXPECT_EQ(read_candump_log(file).frames.size() + dropped, count);
-  std::filesystem::remove(file);
 }
 
 TEST(CandumpLog, ReportsAFullDisk) {
@@ -154,7 +149,8 @@ TEST(CandumpLog, ReportsAFullDisk) {
 }
 
 TEST(CandumpLog, ReportsAFileTruncatedByAnotherProgram) {
-  const auto file = scratch_file("cut");
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
   CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::wait, 1);
   writer.push(make_frame(1, {}));
   writer.push(make_frame(2, {}));
@@ -162,7 +158,6 @@ TEST(CandumpLog, ReportsAFileTruncatedByAnotherProgram) {
   std::filesystem::resize_file(file, 0);
   writer.close();
   EXPECT_NE(writer.fault().find("was changed by another program"), std::string::npos) << writer.fault();
-  std::filesystem::remove(file);
 }
 
 TEST(CandumpLog, ReportsFilesThatCanNotBeOpened) {
@@ -171,12 +166,12 @@ TEST(CandumpLog, ReportsFilesThatCanNotBeOpened) {
 }
 
 TEST(CandumpLog, ReportsTheNumbersOfBadLines) {
-  const auto file = scratch_file("bad");
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
   std::ofstream(file) << "(1.000000) a 044#00\nrubbish\n\n(2.000000) a 045#\n";
   const CandumpLog log = read_candump_log(file);
   EXPECT_EQ(log.frames.size(), 2U);
   EXPECT_EQ(log.bad_lines, (std::vector<std::size_t>{2}));
-  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "bench.hpp"
+#include "peers.hpp"
 
 namespace hil::io::modbus {
 namespace {
@@ -23,7 +23,7 @@ constexpr std::array all_types{ValueType::u16, ValueType::i16, ValueType::u32, V
                                ValueType::u64, ValueType::i64, ValueType::f32, ValueType::f64};
 
 RegisterEntry entry_of(ValueType type, ByteOrder order) {
-  RegisterEntry entry = bench::entry("value", Table::holding, 0, type, true);
+  RegisterEntry entry = test::entry("value", Table::holding, 0, type, true);
   entry.order = order;
   return entry;
 }
@@ -202,7 +202,7 @@ TEST(RegisterCodec, NanIsRefusedAndLeavesTheRegisters) {
 }
 
 TEST(RegisterCodec, ABooleanIsOneForEverythingButZero) {
-  RegisterEntry entry = bench::entry("bit", Table::coil, 0, ValueType::boolean, true);
+  RegisterEntry entry = test::entry("bit", Table::coil, 0, ValueType::boolean, true);
   std::array<std::uint16_t, 1> registers{};
   for (const double value : {1.0, -3.0, 0.1, infinity}) {
     EXPECT_EQ(encode(entry, value, registers), Conversion::exact);
