@@ -33,7 +33,7 @@ TEST(BusLoad, CountsWholeWindowsOnly) {
   EXPECT_DOUBLE_EQ(meter.mean(), 0.5);
   EXPECT_DOUBLE_EQ(meter.latest(), 0.5);
   send(meter, 100 * ms, 20);
-  send(meter, 200 * ms, 90);  // of a window that the run's end cuts
+  send(meter, 200 * ms, 90);  // the end of the run cuts this window
   EXPECT_DOUBLE_EQ(meter.mean(), 0.35);
   EXPECT_DOUBLE_EQ(meter.peak(), 0.5);
   EXPECT_DOUBLE_EQ(meter.latest(), 0.2);

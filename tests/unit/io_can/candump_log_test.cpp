@@ -72,8 +72,7 @@ TEST(CandumpLog, RefusesMalformedLines) {
         "(99999999999999999999.000000) vcan0 044#00", "(1.000000) vcan0 123##100112233445566778899"}) {
     EXPECT_FALSE(parse_candump_line(line)) << line;
   }
-  EXPECT_TRUE(parse_candump_line("(1.000000) vcan0 044#00 R\r\n"))
-      << "candump -x writes the direction behind";
+  EXPECT_TRUE(parse_candump_line("(1.000000) vcan0 044#00 R\r\n")) << "candump -x appends the direction";
 }
 
 TEST(CandumpLog, ReadsLengthCodesAndDirections) {
@@ -168,7 +167,7 @@ TEST(CandumpLog, ReportsFilesThatCanNotBeOpened) {
 TEST(CandumpLog, ReportsTheNumbersOfBadLines) {
   const tests::TemporaryFolder folder;
   const auto file = folder / "frames.log";
-  std::ofstream(file) << "(1.000000) a 044#00\nrubbish\n\n(2.000000) a 045#\n";
+  std::ofstream(file) << "(1.000000) a 044#00\nnot a frame\n\n(2.000000) a 045#\n";
   const CandumpLog log = read_candump_log(file);
   EXPECT_EQ(log.frames.size(), 2U);
   EXPECT_EQ(log.bad_lines, (std::vector<std::size_t>{2}));

@@ -1,4 +1,4 @@
-// The attributes that decide how a message goes over the bus, its start values and its long names.
+// The attributes for frame formats, cycle times, start values and long names.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Messages that no frame can carry are kept with the reason, and the rest of the file loads.
+// Messages that no frame can carry keep a reason, and the rest of the file loads.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,6 @@ struct Defect {
 };
 
 TEST(DbcDefects, UnusableMessagesKeepTheirReasonAndTheRestLoads) {
-  const std::string signal = " SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n";
   const std::string good = "BO_ 500 Good: 8 E\n SG_ G : 0|8@1+ (1,0) [0|0] \"\" X\n";
   const Defect defects[] = {
       {"BO_ 4096 M: 8 E\n",

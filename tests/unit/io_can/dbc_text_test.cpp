@@ -1,4 +1,4 @@
-// How a DBC file is written: white space, comments, escapes, character sets, unfinished statements.
+// The syntax of DBC files: white space, comments, escapes, character sets, unfinished statements.
 
 #include "io/can/dbc_text.hpp"
 
@@ -112,7 +112,7 @@ TEST(DbcLayout, UnterminatedStatementDoesNotHideTheNext) {
                                 "SIG_VALTYPE_ 100 S : 0",
                                 "SIG_GROUP_ 100 G 1 : S",
                                 "EV_ E: 0 [0|0] \"\" 0 1 A"}) {
-    // Its own line, in the middle of the file and at its end.
+    // In the middle of the file and at its end.
     const std::string head = "BO_ 100 M: 8 A\n SG_ S : 0|8@1+ (1,0) [0|255] \"\" B\n";
     const std::string tail =
         "\nBO_ 101 N: 8 A\n SG_ T : 0|8@1+ (1,0) [0|255] \"\" B\nCM_ SG_ 101 T \"ends here\";\n"

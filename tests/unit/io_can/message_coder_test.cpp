@@ -49,7 +49,7 @@ TEST(MessageCoder, CounterAndChecksumAreComputedForEveryFrame) {
     const Frame frame = encoder.build(values, tally);
     ASSERT_EQ(frame.raw.can_id, 293U);
     ASSERT_EQ(frame.raw.len, 8U);
-    // The checksum, worked out by hand: identifier's low byte, then the payload without it.
+    // The checksum covers the identifier's low byte and the payload without the checksum.
     std::array<std::uint8_t, 9> covered{293 & 0xFF};
     std::copy_n(frame.raw.data, 7, covered.begin() + 1);
     ASSERT_EQ(frame.raw.data[7], crc8_sae_j1850(covered));
@@ -61,7 +61,7 @@ TEST(MessageCoder, CounterAndChecksumAreComputedForEveryFrame) {
     ASSERT_NEAR(decoded[1], values[1], 0.05);
     ASSERT_EQ(encoder.confirm_sent(), static_cast<std::uint64_t>(round % 16));
   }
-  EXPECT_EQ(tally.refused + tally.saturated, 0U) << "values of counter and checksum are not looked at";
+  EXPECT_EQ(tally.refused + tally.saturated, 0U) << "values for counter and checksum are ignored";
 }
 
 TEST(MessageCoder, CounterAdvancesWhenItsFrameIsSent) {

@@ -1,4 +1,4 @@
-// The wall clock is set while frames wait in the socket.
+// The age of received frames when the wall clock is set while they wait in the socket.
 
 #include "io/can/receive_time.hpp"
 
@@ -60,7 +60,7 @@ TEST(ReceiveTime, ClockStepNeverMakesAFrameFresher) {
     Machine machine;
     ReceiveTime time;
     time.socket_empty(machine.clocks());
-    machine.pass(10 * s);  // no thread reads the socket
+    machine.pass(10 * s);
     const std::int64_t stamp = machine.stamp();
     machine.pass(1 * s);
     machine.set_wall_clock_by(step);
@@ -89,7 +89,7 @@ TEST(ReceiveTime, FutureStampsHaveAgeZero) {
   time.socket_empty(machine.clocks());
   machine.pass(1 * ms);
   EXPECT_EQ(time.age_ns(machine.stamp() + 100'000, machine.clocks()), 0)
-      << "the two clocks are not read at once";
+      << "stamp and clock are read at different times";
 }
 
 }  // namespace

@@ -23,9 +23,8 @@ DbcSignal make_signal(std::uint16_t start, std::uint16_t length, ByteOrder order
   return signal;
 }
 
-/// An independent reading of the layout, one bit at a time, from the rule in words: Intel counts up from the
-/// least significant bit; Motorola starts at the most significant bit, goes down inside a byte and on at bit
-/// 7 of the next byte.
+/// Reads the layout bit by bit. Intel counts up from the least significant bit; Motorola starts at the most
+/// significant bit, counts down inside a byte and continues at bit 7 of the next byte.
 std::uint64_t oracle_extract(const DbcSignal& signal, std::span<const std::uint8_t> payload) {
   std::uint64_t raw = 0;
   int byte = signal.start_bit / 8;
@@ -181,7 +180,7 @@ TEST(SignalCodec, ReadsRawNumbersWithTheSignOfTheSignal) {
   EXPECT_EQ(raw_number(with_sign, 255.0), -1.0) << "written as its bits";
   EXPECT_FALSE(raw_number(with_sign, -129.0));
   const DbcSignal wide = make_signal(0, 64, ByteOrder::intel);
-  EXPECT_EQ(raw_number(wide, -1.0), 0x1p64) << "all bits set, as near as a double comes";
+  EXPECT_EQ(raw_number(wide, -1.0), 0x1p64) << "all bits set, rounded to a double";
   const DbcSignal floating = make_signal(0, 32, ByteOrder::intel, ValueType::float32);
   EXPECT_EQ(raw_number(floating, 0.5), 0.5);
 }

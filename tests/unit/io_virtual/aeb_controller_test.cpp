@@ -1,4 +1,4 @@
-// The braking controller's judgement against a small simulation: does the car that obeys it stay clear?
+// The braking controller against a small simulation of the ego and one crossing car.
 
 #include <gtest/gtest.h>
 
@@ -25,9 +25,11 @@ TEST(FindConflict, FindsObjectsThatArriveTogether) {
   ASSERT_TRUE(conflict);
   EXPECT_NEAR(conflict->time_s, 2.9, 0.05);  // the front reaches the near side: (30 - 1) / 10
   EXPECT_NEAR(conflict->demand_mps2, 100.0 / (2.0 * 27.0), 1e-9);
-  EXPECT_FALSE(find_conflict(ego, crossing_car(30.0, -90.0, 10.0), parameters)) << "it comes long after";
+  EXPECT_FALSE(find_conflict(ego, crossing_car(30.0, -90.0, 10.0), parameters))
+      << "it arrives long after the ego";
   EXPECT_FALSE(find_conflict(ego, crossing_car(30.0, 30.0, 10.0), parameters)) << "it drives away";
-  EXPECT_FALSE(find_conflict({0.0, 0.0}, crossing_car(30.0, -30.0, 10.0), parameters)) << "the ego stands";
+  EXPECT_FALSE(find_conflict({0.0, 0.0}, crossing_car(30.0, -30.0, 10.0), parameters))
+      << "the ego does not move";
   EXPECT_FALSE(find_conflict(ego, crossing_car(-10.0, -3.0, 10.0), parameters)) << "behind the front";
 }
 
@@ -87,7 +89,7 @@ TEST(FindConflict, MissesNoCollisionOfASteppedSimulation) {
       EXPECT_TRUE(find_conflict(ego, object, parameters)) << object.x_m << " " << object.y_m;
     }
   }
-  EXPECT_GT(collisions, 100) << "the simulation does find some";
+  EXPECT_GT(collisions, 100);
 }
 
 TEST(Extrapolation, MovesTheObjectAndTheEgo) {
@@ -126,11 +128,12 @@ TEST(Controller, BrakesUntilTheEgoStopsOrASecondPassesWithoutConflict) {
   controller.ego_status(500 * ms, {10.0, 0.0});
   EXPECT_EQ(controller.object_list(500 * ms, {}).deceleration_mps2, first) << "latched";
   controller.ego_status(1100 * ms, {9.0, 0.0});
-  EXPECT_EQ(controller.object_list(1100 * ms, {}).deceleration_mps2, 0.0) << "a second without conflict";
+  EXPECT_EQ(controller.object_list(1100 * ms, {}).deceleration_mps2, 0.0) << "one second without conflict";
   controller.ego_status(1200 * ms, {14.0, 0.0});
   EXPECT_GT(controller.object_list(1200 * ms, std::span(&near, 1)).deceleration_mps2, 3.0);
   controller.ego_status(1300 * ms, {0.05, 0.0});
-  EXPECT_EQ(controller.object_list(1300 * ms, std::span(&near, 1)).deceleration_mps2, 0.0) << "stands";
+  EXPECT_EQ(controller.object_list(1300 * ms, std::span(&near, 1)).deceleration_mps2, 0.0)
+      << "the ego has stopped";
 }
 
 TEST(Controller, WarnsBeforeItBrakesAndIgnoresInvalidObjects) {
@@ -144,9 +147,10 @@ TEST(Controller, WarnsBeforeItBrakesAndIgnoresInvalidObjects) {
   EXPECT_FALSE(controller.object_list(0, std::span(&far, 1)).warning);
 }
 
-/// Drives the ego under the controller; lists come every `list_ms` and are `age_s` old. True: it was hit.
-bool drive(bool obey, double list_period_s, double age_s, double ego_speed_mps, double object_y_m,
-           double object_mps) {
+/// Simulates the ego with the controller, which gets a list every `list_period_s` that is `age_s` old.
+/// Returns whether the cars collide.
+bool collides(bool obey, double list_period_s, double age_s, double ego_speed_mps, double object_y_m,
+              double object_mps) {
   Controller controller;
   const Parameters parameters;
   double front_m = 0.0;
@@ -186,8 +190,8 @@ TEST(Controller, BrakingPreventsEveryCollision) {
         for (const double object_mps : speeds_mps) {
           for (const double early_s : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
             const double object_y_m = -object_mps * (60.0 / speed + early_s);
-            hits_without += drive(false, period_s, age_s, speed, object_y_m, object_mps) ? 1 : 0;
-            EXPECT_FALSE(drive(true, period_s, age_s, speed, object_y_m, object_mps))
+            hits_without += collides(false, period_s, age_s, speed, object_y_m, object_mps) ? 1 : 0;
+            EXPECT_FALSE(collides(true, period_s, age_s, speed, object_y_m, object_mps))
                 << "lists every " << period_s << " s, " << age_s << " s old, ego " << speed << " m/s, object "
                 << object_mps << " m/s, " << early_s << " s off";
           }
@@ -195,7 +199,7 @@ TEST(Controller, BrakingPreventsEveryCollision) {
       }
     }
   }
-  EXPECT_GT(hits_without, 500) << "without braking they do collide";
+  EXPECT_GT(hits_without, 500);
 }
 
 class StationTest : public ::testing::Test {

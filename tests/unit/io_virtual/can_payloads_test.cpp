@@ -1,17 +1,17 @@
-// What a CAN device takes from frames that do not carry every signal of their message.
+// A CAN device that receives frames without some signals of their message.
 
 #include <gtest/gtest.h>
-
-#include <chrono>
-#include <thread>
 
 #include "io/can/can_device.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::can {
 namespace {
+
+using tests::eventually;
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr canid_t status_id = 1;
@@ -41,14 +41,6 @@ class Payloads : public ::testing::Test {
     }
     ADD_FAILURE() << "no input " << name;
     return {};
-  }
-  template <typename Condition>
-  bool eventually(const Condition& condition) {
-    for (int wait = 0; wait < 5000; ++wait) {
-      if (condition()) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
   }
   void send(canid_t id, std::vector<std::uint8_t> bytes) { outside_->send(make_frame(id, bytes)); }
 
@@ -85,7 +77,6 @@ TEST_F(Payloads, MultiplexedSignalsTimeOutSeparately) {
       200 * ms);
   send(status_id, {0, 5});
   ASSERT_TRUE(eventually([&] { return sample("Pages.Left").value == 5.0; }));
-  // The other page goes on: the message is there, and this signal of it is not.
   ASSERT_TRUE(eventually([&] {
     send(status_id, {1, 6});
     return !sample("Pages.Left").fresh;

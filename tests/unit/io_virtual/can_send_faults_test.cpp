@@ -1,4 +1,4 @@
-// A CAN device whose bus does not take frames, or whose controller is bus-off.
+// A CAN device whose bus refuses frames or is bus-off.
 
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
@@ -30,9 +30,9 @@ TEST(CanSendFaults, FullQueueIsRetriedOnceAtTheNextTick) {
   tick(0);
   EXPECT_EQ(bus.tries, 1);
   tick(1 * ms);
-  EXPECT_EQ(bus.tries, 2) << "once more";
+  EXPECT_EQ(bus.tries, 2) << "one retry";
   tick(2 * ms);
-  EXPECT_EQ(bus.tries, 2) << "and no more until it is due";
+  EXPECT_EQ(bus.tries, 2) << "no second retry";
   tick(10 * ms);
   EXPECT_EQ(bus.tries, 3);
   bus.full = false;
@@ -94,7 +94,7 @@ TEST_F(DrivenDevice, ReportsARefusedFrameWithItsBusAndCause) {
   EXPECT_EQ(device_->counters().send_errors, 10U);
   bus_->error = ENETDOWN;
   ticks(200, 300);
-  EXPECT_NE(device_->send_fault().find("Invalid argument"), std::string::npos) << "the first one stays";
+  EXPECT_NE(device_->send_fault().find("Invalid argument"), std::string::npos) << "the first fault stays";
 }
 
 TEST_F(DrivenDeviceThatMayBeLost, FramesLostWithTheInterfaceAreNoFault) {
@@ -128,7 +128,7 @@ TEST_F(DrivenDevice, BusOffDisconnectsUntilTheRestart) {
   EXPECT_NE(device_->fault().find("bus-off"), std::string::npos) << device_->fault();
   bus_->arriving = {error_frame(CAN_ERR_CRTL)};
   ticks(20, 30);
-  EXPECT_FALSE(device_->connected()) << "another error says nothing of a restart";
+  EXPECT_FALSE(device_->connected()) << "no restart";
   bus_->arriving = {error_frame(CAN_ERR_RESTARTED)};
   ticks(30, 40);
   EXPECT_TRUE(device_->connected());
@@ -153,14 +153,14 @@ TEST_F(DrivenDevice, ReceiveTimeFollowsTheSendTimeOfEarlierFrames) {
     return samples[device_->input_groups().front().first].time_ns;
   };
   ticks(0, 10);
-  Frame own = bus_->sent.back();
-  own.direction = Direction::tx;
+  Frame echo = bus_->sent.back();
+  echo.direction = Direction::tx;
   bus_->arriving = {reply_at(-1 * ms)};
   ticks(10, 20);
-  EXPECT_EQ(received_at(), -1 * ms) << "it may have come before the own frame";
-  bus_->arriving = {own, own, reply_at(8 * ms)};
+  EXPECT_EQ(received_at(), -1 * ms) << "possibly received before the sent frame";
+  bus_->arriving = {echo, echo, reply_at(8 * ms)};
   ticks(20, 30);
-  EXPECT_EQ(received_at(), 10 * ms) << "behind the frame that was sent at 10 ms";
+  EXPECT_EQ(received_at(), 10 * ms) << "after the frame that was sent at 10 ms";
   bus_->arriving = {reply_at(12 * ms)};
   ticks(30, 40);
   EXPECT_EQ(received_at(), 12 * ms);

@@ -1,4 +1,4 @@
-// The virtual bus in real time: hub and clients in one process, pumped by the test.
+// The virtual bus in real time: hub and clients in one process.
 
 #include "io/virtual/hub.hpp"
 
@@ -15,7 +15,9 @@
 #include <thread>
 
 #include "io/virtual/client.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::io::virtual_bus {
 namespace {
@@ -130,7 +132,7 @@ TEST_F(HubTest, SlowClientLosesFramesWithoutBlockingOthers) {
   EXPECT_EQ(counters[0].delivered + counters[0].dropped, count);
   EXPECT_EQ(counters[1].dropped, 0U);
   EXPECT_EQ(hub_.counters().dropped, counters[0].dropped);
-  // What it did get is the beginning, without holes.
+  // It received the first frames without gaps.
   const auto got = receive_all(*slow);
   ASSERT_EQ(got.size(), counters[0].delivered);
   for (std::uint32_t number = 0; number < got.size(); ++number)
@@ -157,7 +159,7 @@ TEST_F(HubTest, InvalidPacketsAreCountedAndIgnored) {
   const can::Frame frame = numbered(5, 6);
   ASSERT_EQ(::send(raw, &frame.raw, CAN_MTU, 0), static_cast<ssize_t>(CAN_MTU));
   const auto seen = receive_all(hub_);
-  ASSERT_EQ(seen.size(), 1U) << "the same client still is a station";
+  ASSERT_EQ(seen.size(), 1U);
   EXPECT_TRUE(seen[0].same_content(frame));
   ::close(raw);
   receive_all(hub_);
@@ -186,7 +188,7 @@ TEST_F(HubTest, ForgetsTheOldestClosedConnections) {
   const auto stays = connect("stays");
   receive_all(hub_);
   for (std::uint64_t connection = 2; connection <= 201; ++connection) {
-    connect("comes and goes");
+    connect("closes");
     while (hub_.client_counters().back().connection != connection || hub_.client_counters().back().connected)
       receive_all(hub_);
   }
@@ -195,7 +197,7 @@ TEST_F(HubTest, ForgetsTheOldestClosedConnections) {
   EXPECT_EQ(counters.front().name, "stays");
   EXPECT_TRUE(counters.front().connected);
   EXPECT_EQ(counters.back().connection, 201U);
-  EXPECT_EQ(counters[1].connection, 138U) << "of the others, the newest";
+  EXPECT_EQ(counters[1].connection, 138U);
 }
 
 TEST_F(HubTest, FiltersApplyToTheStationThatSetThem) {
@@ -213,12 +215,15 @@ TEST_F(HubTest, FiltersApplyToTheStationThatSetThem) {
 }
 
 TEST_F(HubTest, ClientsMayConnectBeforeTheHubOpens) {
-  std::thread later([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    hub_.open(clock_, Pacing::realtime);
+  std::unique_ptr<Client> client;
+  std::atomic<bool> connected{false};
+  std::thread early([&] {
+    client = connect("early");
+    connected = true;
   });
-  auto client = connect("early");
-  later.join();
+  EXPECT_FALSE(tests::eventually([&] { return connected.load(); }, std::chrono::milliseconds(50)));
+  hub_.open(clock_, Pacing::realtime);
+  early.join();
   receive_all(hub_);
   EXPECT_EQ(hub_.station_count(), 1U);
 }
@@ -246,7 +251,7 @@ TEST(HubOpening, ReportsPathsThatCanNotBeUsed) {
   Hub second(HubConfig{.name = "a", .path = first.address().substr(5), .faults = {}});
   try {
     second.open(clock, Pacing::realtime);
-    FAIL() << "two hubs at one place";
+    FAIL();
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("another program listens"), std::string::npos);
   }
@@ -258,8 +263,7 @@ TEST(HubOpening, ReportsPathsThatCanNotBeUsed) {
 
 TEST(HubOpening, ReplacesStaleSocketsButNoOtherFiles) {
   const RunningClock clock;
-  const auto folder = std::filesystem::path(::testing::TempDir()) / ("hub-" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
+  const tests::TemporaryFolder folder;
   const std::string stale = (folder / "stale").string();
   sockaddr_un place{};
   place.sun_family = AF_UNIX;
@@ -272,12 +276,11 @@ TEST(HubOpening, ReplacesStaleSocketsButNoOtherFiles) {
   hub.close();
   EXPECT_FALSE(std::filesystem::exists(stale));
 
-  const std::string letter = (folder / "letter").string();
-  std::ofstream(letter) << "keep me";
-  Hub rude(HubConfig{.name = "a", .path = letter, .faults = {}});
-  EXPECT_THROW(rude.open(clock, Pacing::realtime), DeviceError);
-  EXPECT_TRUE(std::filesystem::exists(letter));
-  std::filesystem::remove_all(folder);
+  const std::string file = (folder / "file").string();
+  std::ofstream(file) << "content";
+  Hub refused(HubConfig{.name = "a", .path = file, .faults = {}});
+  EXPECT_THROW(refused.open(clock, Pacing::realtime), DeviceError);
+  EXPECT_TRUE(std::filesystem::exists(file));
 }
 
 TEST(HubFaults, DropCorruptAndDelayComeFromTheSeed) {
