@@ -1,12 +1,11 @@
 // Four readers and two writers at once: never half a pair, and never another place than that version's,
 // neither in the latest version nor in a pinned one nor as of a past time.
 
-#include "tests/long/canary_pairs.hpp"
-
 #include <gtest/gtest.h>
 
 #include <iostream>
 
+#include "tests/long/canary_pairs.hpp"
 #include "tests/support/rounds.hpp"
 
 namespace hil::stress {

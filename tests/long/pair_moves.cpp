@@ -1,5 +1,3 @@
-#include "tests/long/canary_pairs.hpp"
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -10,6 +8,8 @@
 #include <sstream>
 #include <thread>
 #include <utility>
+
+#include "tests/long/canary_pairs.hpp"
 
 namespace hil::stress {
 

@@ -1,5 +1,3 @@
-#include "tests/long/machine_time.hpp"
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -7,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+
+#include "tests/long/machine_time.hpp"
 
 namespace hil::stress {
 namespace {
