@@ -1,7 +1,7 @@
 #pragma once
-// What the machine itself took of the time between two instants: read before and after something that may
-// have been late. Threads that could run and did not, by the kernel's account; time stolen by the host; and
-// how much a bare thread beside them overslept.
+// Delays that the machine causes: the time in which runnable threads of the process waited for a processor,
+// the time that the host stole, and the time by which a thread that only sleeps wakes too late. The
+// difference of two readings excuses lateness between them.
 
 #include <atomic>
 #include <cstdint>
@@ -12,25 +12,25 @@
 
 namespace hil::stress {
 
-class MachineTime {
+class MachineDelay {
  public:
-  MachineTime();
-  ~MachineTime();
-  MachineTime(const MachineTime&) = delete;
-  MachineTime& operator=(const MachineTime&) = delete;
+  MachineDelay();
+  ~MachineDelay();
+  MachineDelay(const MachineDelay&) = delete;
+  MachineDelay& operator=(const MachineDelay&) = delete;
 
-  /// The calling thread is not one of those that the work in question waits for.
-  void leave_this_thread_out();
-  /// All of the three since the program began. Takes some microseconds for each thread.
-  rtstdb::Nanoseconds taken() const;
+  /// The measured work does not wait for the calling thread.
+  void exclude_this_thread();
+  /// The sum since the start of the program. Takes some microseconds for each thread.
+  rtstdb::Nanoseconds total() const;
 
  private:
-  void oversleep() noexcept;
+  void measure_oversleep() noexcept;
 
   std::atomic<bool> done_{false};
   std::atomic<std::int64_t> overslept_ns_{0};
-  std::vector<int> left_out_;
-  std::thread bare_;
+  std::vector<int> excluded_;
+  std::thread sleeper_;
 };
 
 }  // namespace hil::stress

@@ -1,5 +1,5 @@
-// The program that paused_test.cpp stops and lets go on: firm transactions every millisecond, on the
-// machine's clock, for as long as its standard input is open. Then it tells what became of them.
+// The program that paused_test.cpp stops and continues: a firm transaction every millisecond, on the
+// machine's clock, while the standard input is open. Then it prints the counts of their outcomes.
 
 #include <poll.h>
 #include <unistd.h>
@@ -47,7 +47,7 @@ int main() {
   unsigned long late_commits = 0;
   unsigned long false_misses = 0;
   Nanoseconds longest_pause{0};
-  Nanoseconds max_late{0};
+  Nanoseconds max_lateness{0};
   std::puts("ready");
   std::fflush(stdout);
   ClockTime last = clock.now();
@@ -62,18 +62,18 @@ int main() {
     committed += outcome.done();
     missed += outcome.status == Status::missed;
     late_commits += outcome.done() && outcome.published > deadline;
-    // One that is missed says by how much, and that was so when it ended.
     false_misses +=
         outcome.status == Status::missed && (outcome.lateness <= 0ns || now - deadline < outcome.lateness);
-    max_late = std::max(max_late, outcome.lateness);
+    max_lateness = std::max(max_lateness, outcome.lateness);
     longest_pause = std::max(longest_pause, now - last);
     last = now;
     std::this_thread::sleep_for(1ms);
   }
   late_commits += engine.counts().firm_late_commits;
   std::printf(
-      "committed %lu missed %lu late_commits %lu false_misses %lu longest_pause_ms %lld most_late_ms %lld\n",
+      "committed %lu missed %lu late_commits %lu false_misses %lu longest_pause_ms %lld max_lateness_ms "
+      "%lld\n",
       committed, missed, late_commits, false_misses, static_cast<long long>(longest_pause / 1ms),
-      static_cast<long long>(max_late / 1ms));
+      static_cast<long long>(max_lateness / 1ms));
   return 0;
 }
