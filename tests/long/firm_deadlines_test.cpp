@@ -16,7 +16,7 @@ using rtstdb::DeadlineClass;
 using rtstdb::Outcome;
 using rtstdb::Status;
 
-const std::uint64_t transactions = tests::rounds(20'000, 2'000'000);
+const std::uint64_t transactions_per_load = tests::rounds(20'000, 2'000'000);
 
 std::vector<Stream> streams(double load) {
   auto all = streams_of({.at_random = true,
@@ -79,25 +79,25 @@ TEST(FirmDeadlines, NoTransactionIsPublishedLateAtAnyLoad) {
     for (const Stream& stream : streams(load))
       world.add(stream);
     Counts counts;
-    world.run(transactions, [&](const CompletedTransaction& one) { count(one, counts); });
+    world.run(transactions_per_load, [&](const CompletedTransaction& one) { count(one, counts); });
     std::cout << "load " << load << ": " << counts.committed << " committed (" << counts.partial
               << " in part), " << counts.missed << " missed, " << counts.refused << " refused, "
               << counts.cancelled << " cancelled\n";
     EXPECT_EQ(counts.late_commits, 0u);
     EXPECT_EQ(counts.false_misses, 0u);
     EXPECT_EQ(counts.invalid_outcomes, 0u);
-    EXPECT_EQ(counts.ended, transactions);
+    EXPECT_EQ(counts.ended, transactions_per_load);
     const rtstdb::TransactionCounts total = world.engine().counts();
     EXPECT_EQ(total.firm_late_commits, 0u);
     EXPECT_EQ(total.committed + total.truncated + total.late + total.missed + total.refused + total.cancelled,
               total.submitted);
-    EXPECT_GT(counts.committed, transactions / 10);
+    EXPECT_GT(counts.committed, transactions_per_load / 10);
     all.missed += counts.missed;
     all.cancelled += counts.cancelled;
     all.partial += counts.partial;
   }
-  EXPECT_GT(all.missed, transactions / 100);
-  EXPECT_GT(all.cancelled, transactions / 1000);
+  EXPECT_GT(all.missed, transactions_per_load / 100);
+  EXPECT_GT(all.cancelled, transactions_per_load / 1000);
   EXPECT_GT(all.partial, 0u);
 }
 
