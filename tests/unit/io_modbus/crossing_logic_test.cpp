@@ -28,6 +28,7 @@ TEST(CrossingLogic, StaysGreenForTheCrossingRoadWithoutDemand) {
   CrossingLogic logic(Timing{});
   expect_lights(logic, Light::red, Light::green);
   EXPECT_EQ(until_change(logic, {}, 600'000), -1);
+  EXPECT_EQ(until_change(logic, {.override_mode = 4711}), -1) << "an unknown override is none";
 }
 
 TEST(CrossingLogic, KeepsEveryPhaseTimeOnDemand) {
@@ -94,11 +95,6 @@ TEST(CrossingLogic, OverridesPassThroughSafePhases) {
   expect_lights(logic, Light::red, Light::red_yellow);
   until_change(logic, {.override_mode = 3});  // no phase of yellow after red and yellow
   expect_lights(logic, Light::red, Light::red);
-}
-
-TEST(CrossingLogic, UnknownOverrideMeansAutomatic) {
-  CrossingLogic logic(Timing{});
-  EXPECT_EQ(until_change(logic, {.override_mode = 4711}), -1);
 }
 
 TEST(CrossingLogic, LostClientTurnsAllLightsRedUntilItReturns) {
