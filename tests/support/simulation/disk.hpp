@@ -30,7 +30,7 @@ class SimulatedDisk final : public rtstdb::log::Disk {
 
   explicit SimulatedDisk(std::uint64_t seed) : random_(seed) {}
 
-  // ---- faults
+  // ---- what goes wrong
 
   /// The number of calls of the port, on the directory or a file.
   std::uint64_t calls() const noexcept { return calls_; }
@@ -71,10 +71,10 @@ class SimulatedDisk final : public rtstdb::log::Disk {
     keeps_ = keeps;
   }
 
-  // ---- damage and comparison
+  // ---- for damage and comparison
 
   std::map<std::string, std::vector<std::byte>> contents() const;
-  /// The contents are on disk.
+  /// All of it is on disk.
   void set_contents(const std::map<std::string, std::vector<std::byte>>& contents);
 
   // ---- the port

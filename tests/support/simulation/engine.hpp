@@ -18,7 +18,7 @@ namespace rtstdb::transaction::test {
 
 using hil::test::SimulatedClock;
 
-/// A ray query without a device; `label` identifies it.
+/// A ray query whose rays ask at the times they hold; `label` tells tests which one ran.
 class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
  public:
   explicit SimulatedQuery(std::uint32_t capacity, int label_given = 0,
@@ -64,7 +64,7 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   void discard_answers() noexcept override {
     if (late() != LatePolicy::last_good) readable_ = 0;
   }
-  /// The executor has answered elements [first, end): they hit something at that distance.
+  /// The executor has come so far; elements from `first` on hit something at that distance.
   void answer(std::uint32_t first, std::uint32_t end, float lambda) {
     answered_ = end;
     for (std::uint32_t k = first; k < end; ++k) {
@@ -83,9 +83,9 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   std::uint32_t answered_ = 0, readable_ = 0;
 };
 
-constexpr std::uint32_t unmeasured_chunk = 4096;  ///< elements of a chunk without estimates of its cost class
+constexpr std::uint32_t unmeasured_chunk = 4096;  ///< elements, before anything is known of a kind
 
-/// Calls `work` for each run; without it, a run takes no time.
+/// Does what `work` says; by default costs nothing.
 class SimulatedExecutor final : public query::Executor {
  public:
   using Work = std::function<query::RunReport(const store::RowSource&, std::span<const query::Request>,
@@ -117,15 +117,15 @@ class SimulatedExecutor final : public query::Executor {
 
   /// Set before the first transaction, or while none is in execution.
   Work work;
-  /// Executes one chunk: elements [first, end) of a request. None: a batch is not split.
+  /// One chunk of a batch that is divided: elements [first, end) of a request. None: a batch is one step.
   std::function<void(const store::RowSource&, const query::Request&, std::uint32_t first, std::uint32_t end)>
       chunk;
-  /// Called while a run waits for the device; none: it does not wait.
+  /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
-  /// In while_waiting.
+  /// Asked there.
   bool preemption_requested() const noexcept { return waits_ != nullptr && waits_->preemption_requested(); }
-  /// Called while a nested run waits, before it begins, for the chunks in flight of the preempted run; none:
-  /// it does not wait.
+  /// What happens while a run waits, before it begins, for what the device executes of the run that it
+  /// preempts; none: it does not wait.
   std::function<void()> while_draining;
   float lambda = 0.0f;  ///< of all hits
 
@@ -210,7 +210,7 @@ inline TransactionOptions room_for(std::uint32_t writes, std::uint32_t precondit
 
 /// One engine with everything simulated.
 struct World {
-  // The analyzer does not know the engine's constructor.
+  // The analyzer does not see into the engine's constructor.
   // NOLINTBEGIN(clang-analyzer-optin.cplusplus.UninitializedObject)
   explicit World(const EngineOptions& options = engine_options()) : engine(options, executor, clock) {}
   // NOLINTEND(clang-analyzer-optin.cplusplus.UninitializedObject)
