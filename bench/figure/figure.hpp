@@ -14,7 +14,7 @@ struct Figure {
   std::string name;
   double ours = 0.0;
   std::string unit;
-  std::string peer;              ///< name and version; empty: nobody to compare with
+  std::string peer;              ///< name and version; empty: none
   std::optional<double> theirs;  ///< in the same unit
   Better better = Better::lower;
   std::uint64_t samples = 0;  ///< behind `ours`

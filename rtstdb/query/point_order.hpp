@@ -17,8 +17,8 @@ namespace rtstdb::query {
 /// Prefetches the element that an iteration in this order reaches soon after `place`: such elements are
 /// scattered in memory.
 template <class Element>
-void call_ahead(std::span<Element> elements, std::span<const std::uint32_t> order,
-                std::size_t place) noexcept {
+void prefetch_ahead(std::span<Element> elements, std::span<const std::uint32_t> order,
+                    std::size_t place) noexcept {
   constexpr std::size_t ahead = 16;
   constexpr int is_written = std::is_const_v<Element> ? 0 : 1;
   const auto bytes = std::as_bytes(elements.subspan(order[std::min(place + ahead, order.size() - 1)], 1));

@@ -1,6 +1,6 @@
 #pragma once
 // Preemption: which waiting transaction may run at a preemption point of the innermost run, when a run in
-// execution is asked for one, and how long that takes.
+// execution gets a request for one, and how long that takes.
 //
 //   write helper, while a run waits for the device   request_if_useful
 //   executor                                         sees requested(), ends the chunk early, reports a

@@ -1,5 +1,5 @@
 #pragma once
-// Who is told of each commit.
+// Receives each commit.
 
 #include "rtstdb/store/write_set.hpp"
 

@@ -201,7 +201,7 @@ Status CommitPath::execute_unpublished(TransactionImpl& transaction) noexcept {
   scheduler::Run& run = parts_.runs.push(transaction, transaction.outcome().started);
   QueryCost cost;
   const auto failure = parts_.queries.execute(transaction, run, *version, &alone, cost);
-  // Published and discarded under the lock: what nobody reads costs what a commit costs.
+  // Published and discarded under the lock: a version without readers costs what a commit costs.
   if (writes) parts_.store.publish();
   if (!failure) note_cost(transaction, run, cost);
   if (writes) parts_.store.discard();

@@ -55,12 +55,12 @@ std::string about_position(const BadInput& fault) {
 }
 
 std::string about_version(const BadInput& fault) {
-  const std::string asked = fault.values[0] < 0.0 ? sentence("world time %.9f s", fault.values[2])
-                                                  : sentence("version %llu", number(fault.version));
+  const std::string stated = fault.values[0] < 0.0 ? sentence("world time %.9f s", fault.values[2])
+                                                   : sentence("version %llu", number(fault.version));
   if (fault.reason == BadInputReason::unknown_version)
-    return asked + " belongs to no version that was published";
-  return asked + sentence(" is no longer kept: the oldest kept version is %.0f, from %.9f s on",
-                          fault.values[1], fault.values[3]);
+    return stated + " belongs to no version that was published";
+  return stated + sentence(" is no longer kept: the oldest kept version is %.0f, from %.9f s on",
+                           fault.values[1], fault.values[3]);
 }
 
 std::string fault_itself(const BadInput& fault) {

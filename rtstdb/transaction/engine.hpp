@@ -101,7 +101,7 @@ class Engine final : private query::ExecutorCallbacks,
   void call(const std::function<void()>& work);
   /// Has the job done by the engine thread, and waits for it. Misuse after close.
   void execute_job(EngineJob& job) noexcept;
-  /// Sets who is told of each commit; null: nobody. Misuse after close.
+  /// Sets the listener that receives each commit; null: none. Misuse after close.
   void listen(CommitListener* listener);
 
   /// See Database::calibrate. Misuse after close.

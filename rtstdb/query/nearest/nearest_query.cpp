@@ -193,7 +193,7 @@ void GpuNearestQuery::pack(std::uint32_t record, std::uint32_t place, const Reco
 
 void GpuNearestQuery::record(const BatchPart& part, const Recording& recording) noexcept {
   for (std::uint32_t i = part.range.first; i < part.range.end; ++i) {
-    if (!part.is_retry) call_ahead(std::span<const Nearest>(points_), order_.last(), i);
+    if (!part.is_retry) prefetch_ahead(std::span<const Nearest>(points_), order_.last(), i);
     pack(i, place_at(part, i), recording);
   }
   const bool one_instant = recording.view.window_begin == recording.view.window_end;
@@ -231,7 +231,7 @@ void GpuNearestQuery::unpack(const BatchPart& part, const accel::TlasView& /*vie
   }
   pull(part.range.first, part.range.end);
   for (std::uint32_t place = part.range.first; place < part.range.end; ++place) {
-    call_ahead(std::span(answers_[slots().written()]), order_.last(), place);
+    prefetch_ahead(std::span(answers_[slots().written()]), order_.last(), place);
     if (!unpack_answer(place)) note_incomplete(place);
   }
 }

@@ -51,8 +51,8 @@ void RegionSearch::unpack(const BatchPart& part, const accel::TlasView& view) no
   }
   const auto unpack_block = [&](std::uint32_t first, std::uint32_t end, std::uint32_t hand) {
     for (std::uint32_t place = first; place < end; ++place) {
-      call_ahead(std::span(answers_[slots().written()].of_regions),
-                 std::span<const std::uint32_t>(order_).first(range.end), place);
+      prefetch_ahead(std::span(answers_[slots().written()].of_regions),
+                     std::span<const std::uint32_t>(order_).first(range.end), place);
       unpack_answer(place, place, view, sorters_[hand]);
     }
   };

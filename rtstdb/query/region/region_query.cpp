@@ -129,7 +129,7 @@ void GpuRegionQuery::order_batch(std::uint32_t count) noexcept {
 void GpuRegionQuery::pack(std::span<const std::uint32_t> elements, std::span<shared::RegionRecord> records,
                           const Recording& recording) const noexcept {
   for (std::size_t i = 0; i < elements.size(); ++i) {
-    call_ahead(std::span<const Region>(regions_), elements, i);
+    prefetch_ahead(std::span<const Region>(regions_), elements, i);
     const Region& region = regions_[elements[i]];
     const accel::Moment moment = recording.view.moment(region.t);
     const glm::quat q = glm::normalize(region.q);

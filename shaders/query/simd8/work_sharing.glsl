@@ -40,7 +40,7 @@ struct RayState {
   bool waits;  // for an item that some lane runs
 };
 
-// A work item: the search in an instance for the ray of lane `owner`; `nobody`: the lane has no work.
+// A work item: the search in an instance for the ray of lane `owner`; `no_lane`: the lane has no work.
 struct WorkItem {
   uint owner;
   uint below;
@@ -52,7 +52,7 @@ struct WorkItem {
   Found best;
 };
 
-const uint nobody = 8u;
+const uint no_lane = 8u;
 
 bool is_under_way(WorkItem item) { return item.below != ref_none; }
 
@@ -62,7 +62,7 @@ RayState no_ray(TracedRay some_ray) {
 }
 
 WorkItem no_item(Segment some_ray) {
-  return WorkItem(nobody, ref_none, nothing_begun(), 0u, 0u, 0.0, some_ray, nothing_within(0.0));
+  return WorkItem(no_lane, ref_none, nothing_begun(), 0u, 0u, 0.0, some_ray, nothing_within(0.0));
 }
 
 RayState begin_ray(uint index, TracedRay ray, uint root) {
@@ -100,17 +100,17 @@ void find_instances(inout RayState state, WorkItem item) {
 // Gives the first pending instance of rays that have one to lanes without an item, both in the order of
 // lanes.
 void take_items(inout RayState state, inout uint owner, inout uint leaf) {
-  const bool idle = owner == nobody;
+  const bool idle = owner == no_lane;
   const bool has_one = state.pending.leaf[0] != ref_none;
   const uint idle_before = lanes_before(idle);
   const uint given_before = lanes_before(has_one);
   const bool gives = has_one && given_before < count_of_lanes(idle);
-  uint from = nobody;
+  uint from = no_lane;
   [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
-    from = of_lane(gives ? given_before : nobody, lane) == idle_before ? lane : from;
+    from = of_lane(gives ? given_before : no_lane, lane) == idle_before ? lane : from;
   }
   const uint given = of_lane(state.pending.leaf[0], from & 7u);
-  const bool takes = idle && from != nobody;
+  const bool takes = idle && from != no_lane;
   owner = takes ? from : owner;
   leaf = takes ? given : leaf;
   const PendingInstances rest = rest_of(state.pending, state.best);
@@ -179,7 +179,7 @@ void run_items(inout WorkItem item, bool more_waits, float faces) {
 // Returns the best hits of items to the rays that they run for.
 void return_results(inout RayState state, inout WorkItem item) {
   Found best = state.best;
-  uint by = nobody;
+  uint by = no_lane;
   bool waits = false;
   [[unroll]] for (uint lane = 0u; lane < 8u; ++lane) {
     const bool mine = of_lane(item.owner, lane) == gl_SubgroupInvocationID;
@@ -200,9 +200,9 @@ void return_results(inout RayState state, inout WorkItem item) {
   best.instance = of_lane(item.best.instance, by & 7u);
   best.slot = of_lane(item.best.slot, by & 7u);
   best.front = of_lane(item.best.front ? 1u : 0u, by & 7u) != 0u;
-  if (by != nobody) state.best = best;
+  if (by != no_lane) state.best = best;
   state.waits = waits;
-  item.owner = is_under_way(item) ? item.owner : nobody;
+  item.owner = is_under_way(item) ? item.owner : no_lane;
 #ifdef RAY_ANY
   state.current = unless_found(state.current, state.best);
   [[unroll]] for (uint k = 0u; k < max_pending; ++k) state.pending.leaf[k] =
