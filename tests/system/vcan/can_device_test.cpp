@@ -136,57 +136,6 @@ TEST_F(RealDevice, CanplayerPlaysTheLog) {
     EXPECT_TRUE(seen[index].same_content(frames[index])) << index;
 }
 
-TEST_F(RealDevice, InvalidAndErrorFramesAreCounted) {
-  start(crossing_config());
-  const std::string good = commands_.next(3.0);
-  cansend("300#00");
-  cansend("300#R");
-  cansend("7FF#1122");
-  cansend("300#0000000000000001");
-  cansend("20000040#0000000000000000");
-  cansend(good);
-  cansend(good);
-  ASSERT_TRUE(eventually([&] { return device_->counters().rx == 6 && device_->counters().errors == 1; }))
-      << device_->counters().rx << " " << device_->counters().errors;
-  const CanCounters counters = device_->counters();
-  EXPECT_EQ(counters.wrong_kind, 1U);
-  EXPECT_EQ(counters.unknown_id, 1U);
-  EXPECT_EQ(counters.bad_checksum, 2U) << "one of them is too short to carry it";
-  EXPECT_EQ(counters.bad_counter, 1U);
-  EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 3.0; }));
-}
-
-TEST_F(RealDevice, FrameFormatFollowsTheDatabase) {
-  CanDeviceConfig config;
-  config.name = "car";
-  config.database = parse_dbc(
-                        "BO_ 256 FdShort: 8 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
-                        "BO_ 257 Classic: 8 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
-                        "BO_ 258 FdAnswer: 8 B\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" A\n"
-                        "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\nBA_DEF_DEF_ \"CANFD_BRS\" \"1\";\n"
-                        "BA_ \"VFrameFormat\" BO_ 256 14;\nBA_ \"VFrameFormat\" BO_ 258 14;\n")
-                        .database;
-  config.send.push_back({"FdShort", 0, 0, {}, {}});
-  config.send.push_back({"Classic", 0, 0, {}, {}});
-  config.receive.push_back({"FdAnswer", 0, {}, {}});
-  Candump candump;
-  start(std::move(config));
-  outputs_ = {5.0, 6.0};
-  device_->release_outputs(outputs_, 0);
-  ASSERT_TRUE(eventually([&] { return device_->counters().tx == 2; }));
-  cansend("102#0900000000000000");
-  ASSERT_TRUE(eventually([&] { return device_->counters().wrong_kind == 1; }));
-  EXPECT_FALSE(latched("FdAnswer.V").fresh);
-  cansend("102##10800000000000000");
-  ASSERT_TRUE(eventually([&] { return latched("FdAnswer.V").value == 8.0; }));
-  const std::vector<LoggedFrame> seen = candump.log();
-  ASSERT_GE(seen.size(), 2U);
-  EXPECT_TRUE(seen[0].frame.is_fd);
-  EXPECT_EQ(seen[0].frame.raw.flags & CANFD_BRS, CANFD_BRS);
-  EXPECT_EQ(seen[0].frame.raw.len, 8U);
-  EXPECT_FALSE(seen[1].frame.is_fd);
-}
-
 TEST_F(RealDevice, StartRefusesFdMessagesOnAClassicInterface) {
   CanDeviceConfig config;
   config.name = "car";
@@ -229,19 +178,6 @@ TEST_F(RealDevice, InputsHaveSafeValuesWhileTheInterfaceIsLost) {
   ASSERT_TRUE(eventually([&] { return device_->connected(); }));
   cansend(commands_.next(2.0));
   EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").value == 2.0; }));
-}
-
-TEST_F(RealDevice, FullQueueIsCounted) {
-  start(crossing_config());
-  shell("tc qdisc add dev vcan0 root netem delay 300ms limit 4");
-  for (int tick = 0; tick < 20; ++tick)
-    device_->release_outputs(outputs_, tick * ms);
-  EXPECT_TRUE(eventually([&] { return device_->counters().tx + device_->counters().no_buffer == 60; }));
-  EXPECT_EQ(device_->counters().tx, 4U);
-  EXPECT_EQ(device_->counters().no_buffer, 56U);
-  shell("tc qdisc del dev vcan0 root");
-  device_->release_outputs(outputs_, 20 * ms);
-  EXPECT_TRUE(eventually([&] { return device_->counters().tx == 7; }));
 }
 
 }  // namespace

@@ -133,6 +133,7 @@ TEST_F(DrivenDevice, BusOffDisconnectsUntilTheRestart) {
   ticks(30, 40);
   EXPECT_TRUE(device_->connected());
   EXPECT_EQ(device_->fault(), "");
+  EXPECT_EQ(device_->counters().errors, 3U);
 }
 
 TEST_F(DrivenDevice, ReceiveTimeFollowsTheSendTimeOfEarlierFrames) {
