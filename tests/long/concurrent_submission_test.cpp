@@ -40,7 +40,7 @@ class ConcurrentSubmissions : public testing::Test {
       while (clock_.now() < until) {
       }
     };
-    const auto creation = engine_.make_transaction(room_for(entities, 0, 0));
+    const auto creation = engine_.make_transaction({.max_writes = entities});
     creation->begin({});
     for (std::uint32_t k = 0; k < entities; ++k)
       creation->create(row_of(0));
@@ -48,7 +48,7 @@ class ConcurrentSubmissions : public testing::Test {
     engine_.wait(*creation);
     for (std::size_t k = 0; k < clients; ++k) {
       for (auto& transaction : transactions_[k])
-        transaction = engine_.make_transaction(room_for(4, 1, 2));
+        transaction = engine_.make_transaction({.max_writes = 4, .max_queries = 2});
       constexpr LatePolicy policies[] = {LatePolicy::discard, LatePolicy::last_good, LatePolicy::partial};
       for (std::size_t q = 0; q < queries_[k].size(); ++q) {
         queries_[k][q] = std::make_unique<SimulatedQuery>(4 * 4096, 0, query::CostClass::ray_closest,

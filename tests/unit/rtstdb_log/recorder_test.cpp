@@ -122,7 +122,7 @@ TEST(LogRecorder, CollectedRecordsCountAsUsedRoom) {
   const std::uint64_t in_gap = recorder.gap_versions();
   EXPECT_EQ(in_gap, 1u);
   EXPECT_FALSE(recorder.collect(set)) << "its gap goes first";
-  EXPECT_FALSE(recorder.room_for(set));
+  EXPECT_FALSE(recorder.has_space_for(set));
   Taker taker(ring);
   taker.take();
   recorder.maintain();

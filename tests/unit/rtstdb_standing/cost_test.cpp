@@ -72,7 +72,7 @@ TEST(Cost, OfAVersionDependsOnItsChanges) {
 TEST(Cost, CommitsDoNotAllocate) {
   threads::EventCount nobody;
   ChangeFeed feed(4, nobody);
-  feed.make_room(64);
+  feed.make_space(64);
   const TriangleMesh soft = make_box({1.0, 1.0, 1.0});
   feed.keep_bounds(GeometryId{2}, Follower::used_positions(soft));
   feed.start();
