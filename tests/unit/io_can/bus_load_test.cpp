@@ -27,7 +27,7 @@ TEST(BusLoad, CountsWholeWindowsOnly) {
   BusLoadMeter meter(bits_per_second);
   send(meter, 0, 50);
   meter.advance(99 * ms);
-  EXPECT_TRUE(std::isnan(meter.mean())) << "no window is whole";
+  EXPECT_TRUE(std::isnan(meter.mean())) << "no complete window";
   EXPECT_EQ(meter.peak(), 0.0);
   meter.advance(100 * ms);
   EXPECT_DOUBLE_EQ(meter.mean(), 0.5);

@@ -62,7 +62,7 @@ TEST_F(Payloads, LongerAndShorterFramesAreAcceptedAndCounted) {
   send(other_id, {1, 0, 0, 0});
   ASSERT_TRUE(eventually([&] { return sample("Other.S").fresh; }));
   EXPECT_EQ(sample("Status.First").value, 7.0);
-  EXPECT_EQ(sample("Status.Second").value, 2.0) << "not whole in the shorter frames";
+  EXPECT_EQ(sample("Status.Second").value, 2.0) << "incomplete in the shorter frames";
   const std::vector<LengthCounts> lengths = device_->other_lengths();
   ASSERT_EQ(lengths.size(), 1U);
   EXPECT_EQ(lengths[0].message, "Status");
