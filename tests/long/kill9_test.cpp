@@ -73,7 +73,8 @@ std::vector<std::uint32_t> indices_written_by(Version n) {
 struct SharedAccount {
   DiskAccount disk;
   std::atomic<pid_t> log_thread{0}, engine_thread{0};
-  std::atomic<std::int64_t> stopped_ns{0}, threads_ns{0};  ///< when it was stopped, and thread_time() until then
+  std::atomic<std::int64_t> stopped_ns{0};  ///< the time at which it was stopped
+  std::atomic<std::int64_t> threads_ns{0};  ///< thread_time() until then
 };
 
 /// The kernel's account of a thread.
