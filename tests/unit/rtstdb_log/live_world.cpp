@@ -256,7 +256,7 @@ void LiveWorld::commit_and_discard(const std::function<void()>& between) {
   store::WriteSet set = random_set();
   const auto fault = store_.stage(set);
   RTSTDB_ASSERT(!fault);
-  if (!recorder_.room_for(set)) {
+  if (!recorder_.has_space_for(set)) {
     store_.discard();
     next_version_ = set.version + 1;
     return;

@@ -80,7 +80,7 @@ void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
     ASSERT_EQ(a.shapes[k].geometry, b.shapes[k].geometry);
     ASSERT_TRUE(std::ranges::equal(a.shapes[k].positions_m, b.shapes[k].positions_m));
     ASSERT_EQ(b.shapes[k].given, b.shapes[k].positions_m.size());
-    ASSERT_EQ(b.shapes[k].room, b.shapes[k].positions_m.size());
+    ASSERT_EQ(b.shapes[k].space, b.shapes[k].positions_m.size());
   }
 }
 

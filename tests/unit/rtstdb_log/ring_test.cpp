@@ -51,7 +51,7 @@ TEST(LogRing, BehavesLikeAQueue) {
     std::uint32_t read = 0;
     for (int step = 0; step < 5000; ++step) {
       const auto bytes = static_cast<std::uint32_t>(8 + 8 * (random() % (ring.capacity() / 8)));
-      const bool room = ring.room_for(bytes);
+      const bool room = ring.has_space_for(bytes);
       if (random() % 3 != 0) {
         ASSERT_EQ(put(ring, bytes, written), room);
         if (room) {
@@ -83,7 +83,7 @@ TEST(LogRing, ReportsRoomForTwoRecords) {
   for (int step = 0; step < 5000; ++step) {
     const auto first = static_cast<std::uint32_t>(8 + 8 * (random() % 20));
     const auto second = static_cast<std::uint32_t>(8 + 8 * (random() % 8));
-    if (ring.room_for(first, second)) {
+    if (ring.has_space_for(first, second)) {
       ASSERT_TRUE(put(ring, first, written++));
       ASSERT_TRUE(put(ring, second, written++));
     }

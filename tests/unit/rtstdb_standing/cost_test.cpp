@@ -69,7 +69,7 @@ TEST(Cost, OfAVersionDependsOnItsChanges) {
 TEST(Cost, CommitsDoNotAllocate) {
   threads::EventCount unused;
   ChangeFeed feed(4, unused);
-  feed.make_room(64);
+  feed.make_space(64);
   const TriangleMesh soft = make_box({1.0, 1.0, 1.0});
   feed.keep_bounds(GeometryId{2}, Follower::used_positions(soft));
   feed.start();

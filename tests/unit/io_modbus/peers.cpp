@@ -1,4 +1,4 @@
-#include "bench.hpp"
+#include "peers.hpp"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -14,7 +14,7 @@
 
 #include "io/modbus/request_check.hpp"
 
-namespace hil::io::modbus::bench {
+namespace hil::io::modbus::test {
 
 namespace {
 
@@ -58,15 +58,6 @@ RegisterEntry entry(std::string name, Table table, std::uint16_t address, ValueT
   made.type = type;
   made.writable = writable;
   return made;
-}
-
-bool eventually(const std::function<bool()>& holds, milliseconds limit) {
-  const auto until = std::chrono::steady_clock::now() + limit;
-  while (std::chrono::steady_clock::now() < until) {
-    if (holds()) return true;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return holds();
 }
 
 std::vector<Sample> latched(Device& device) {
@@ -124,6 +115,7 @@ void FakeConnection::send(const Bytes& bytes) {
 }
 
 Bytes FakeConnection::reply_to(const Bytes& request, std::uint16_t value) {
+  if (request.empty()) return {};
   const auto transaction = static_cast<std::uint16_t>(request[0] << 8U | request[1]);
   const std::uint8_t function = request[7];
   if (function > 4) {
@@ -169,6 +161,11 @@ CommandResult run_command(const std::string& command) {
   const int status = ::pclose(pipe);
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return result;
+}
+
+CommandResult mbpoll(std::uint16_t port, const std::string& options, const std::string& values) {
+  return run_command("mbpoll -m tcp -a 1 -0 -1 -q -o 5 -p " + std::to_string(port) + " " + options +
+                     " 127.0.0.1 " + values);
 }
 
 Process::Process(const std::vector<std::string>& command) {
@@ -220,4 +217,4 @@ int Process::terminate() {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-}  // namespace hil::io::modbus::bench
+}  // namespace hil::io::modbus::test

@@ -1,4 +1,4 @@
-#include "tests/long/machine_time.hpp"
+#include "tests/long/machine_delay.hpp"
 
 #include <unistd.h>
 
@@ -29,18 +29,18 @@ std::int64_t stolen_ns() {
 
 }  // namespace
 
-MachineTime::MachineTime() : bare_([this] { oversleep(); }) {}
+MachineDelay::MachineDelay() : sleeper_([this] { measure_oversleep(); }) {}
 
-MachineTime::~MachineTime() {
+MachineDelay::~MachineDelay() {
   done_ = true;
-  bare_.join();
+  sleeper_.join();
 }
 
-void MachineTime::leave_this_thread_out() {
-  left_out_.push_back(gettid());
+void MachineDelay::exclude_this_thread() {
+  excluded_.push_back(gettid());
 }
 
-void MachineTime::oversleep() noexcept {
+void MachineDelay::measure_oversleep() noexcept {
   constexpr std::int64_t period_ns = 1'000'000;
   std::int64_t wake_ns = now_ns();
   while (!done_) {
@@ -51,11 +51,11 @@ void MachineTime::oversleep() noexcept {
   }
 }
 
-rtstdb::Nanoseconds MachineTime::taken() const {
+rtstdb::Nanoseconds MachineDelay::total() const {
   std::int64_t sum_ns = overslept_ns_ + stolen_ns();
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
     const int id = std::stoi(task.path().filename());
-    if (std::ranges::find(left_out_, id) != left_out_.end()) continue;
+    if (std::ranges::find(excluded_, id) != excluded_.end()) continue;
     std::ifstream file(task.path() / "schedstat");
     std::int64_t ran_ns = 0;
     std::int64_t waited_ns = 0;

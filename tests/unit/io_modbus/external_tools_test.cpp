@@ -1,4 +1,4 @@
-// Foreign programs as peers: mbpoll and pymodbus. These tests fail on a machine without them.
+// mbpoll and pymodbus as peers. These tests fail on a machine without them.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -6,18 +6,19 @@
 #include <memory>
 #include <sstream>
 
-#include "bench.hpp"
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/server_device.hpp"
+#include "peers.hpp"
 #include "tests/paths.h"
 
 namespace hil::io::modbus {
 namespace {
 
-using bench::CommandResult;
-using bench::entry;
-using bench::latched;
-using bench::run_command;
+using test::CommandResult;
+using test::entry;
+using test::latched;
+using test::mbpoll;
+using test::run_command;
 
 void need_mbpoll() {
   ASSERT_EQ(run_command("command -v mbpoll").exit_code, 0) << "mbpoll is missing: apt-get install mbpoll";
@@ -30,11 +31,6 @@ void need_pymodbus() {
 
 std::string script(const std::string& name) {
   return std::string(HIL_SOURCE_DIR) + "/tests/unit/io_modbus/" + name;
-}
-
-CommandResult mbpoll(std::uint16_t port, const std::string& options, const std::string& values = "") {
-  return run_command("mbpoll -m tcp -a 1 -0 -1 -q -o 5 -p " + std::to_string(port) + " " + options +
-                     " 127.0.0.1 " + values);
 }
 
 /// The values of lines like "[10]: \t42".
@@ -52,12 +48,12 @@ RegisterMap panel_map() {
   RegisterMap map{{entry("a", Table::holding, 0, ValueType::u64, false),
                    entry("b", Table::input, 0, ValueType::f64, true)}};
   for (std::uint16_t i = 0; i < 10; ++i) {
-    map.entries.push_back(entry(bench::numbered("coil", i), Table::coil, i, ValueType::boolean, false));
+    map.entries.push_back(entry(test::numbered("coil", i), Table::coil, i, ValueType::boolean, false));
   }
   return map;
 }
 
-TEST(OutsideTools, MbpollReadsAndWritesOurServer) {
+TEST(ExternalTools, MbpollReadsAndWritesTheServer) {
   need_mbpoll();
   RegisterMap map{{entry("speed", Table::input, 4, ValueType::f32, true),
                    entry("count", Table::input, 6, ValueType::i32, true),
@@ -86,7 +82,7 @@ TEST(OutsideTools, MbpollReadsAndWritesOurServer) {
   EXPECT_NE(refused.output.find("Illegal data address"), std::string::npos) << refused.output;
 }
 
-TEST(OutsideTools, PymodbusExercisesEveryFunctionOfOurServer) {
+TEST(ExternalTools, PymodbusUsesEveryFunctionOfTheServer) {
   need_pymodbus();
   RunningClock clock;
   ServerDevice device({.name = "panel"}, panel_map());
@@ -100,9 +96,9 @@ TEST(OutsideTools, PymodbusExercisesEveryFunctionOfOurServer) {
   EXPECT_EQ(latched(device)[10].value, 1.0);
 }
 
-TEST(OutsideTools, OurClientReadsAPymodbusUnitWithGaps) {
+TEST(ExternalTools, ClientReadsAPymodbusUnitWithGaps) {
   need_pymodbus();
-  bench::Process unit({"/usr/bin/python3", script("pymodbus_unit.py"), "sparse"});
+  test::Process unit({"/usr/bin/python3", script("pymodbus_unit.py"), "sparse"});
   ASSERT_NE(unit.port(), 0) << unit.first_line();
   const RegisterMap map{{entry("w", Table::holding, 20, ValueType::u16, true),
                          entry("a", Table::holding, 0, ValueType::u16, false),
@@ -126,9 +122,9 @@ TEST(OutsideTools, OurClientReadsAPymodbusUnitWithGaps) {
   }
 }
 
-TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
+TEST(ExternalTools, ClientReadsAndWritesAPymodbusUnit) {
   need_pymodbus();
-  bench::Process unit({"/usr/bin/python3", script("pymodbus_unit.py")});
+  test::Process unit({"/usr/bin/python3", script("pymodbus_unit.py")});
   ASSERT_NE(unit.port(), 0) << unit.first_line();
   RegisterMap map{{entry("wide", Table::holding, 10, ValueType::f64, true),
                    entry("one", Table::holding, 20, ValueType::u16, true),
@@ -152,7 +148,7 @@ TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
   EXPECT_EQ(samples[3].value, 121.0) << "a write touched its neighbour";
   client.stop();
 
-  // Read back what was written, by a map that only reads.
+  // A second client reads what the first one wrote.
   for (RegisterEntry& one : map.entries)
     one.writable = false;
   ClientDevice reader(settings, map);
@@ -165,7 +161,6 @@ TEST(OutsideTools, OurClientDrivesAPymodbusUnit) {
   EXPECT_EQ(samples[2].value, 0.0);
   EXPECT_EQ(reader.counters().errors, 0U);
 
-  // The unit dies; the next exchange reports it within its limit.
   unit.kill();
   reader.release_outputs({}, 2);
   EXPECT_FALSE(reader.exchange(2));

@@ -1,6 +1,6 @@
 #pragma once
-// Shared by the tests of this folder: clocks, sockets without libmodbus, a server that follows a script,
-// processes.
+// The other sides of the Modbus devices under test: sockets without libmodbus, a server that follows a
+// script, processes, mbpoll.
 
 #include <gtest/gtest.h>
 
@@ -15,9 +15,10 @@
 #include "io/device.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
 
-namespace hil::io::modbus::bench {
+namespace hil::io::modbus::test {
 
 using Bytes = std::vector<std::uint8_t>;
 using std::chrono::milliseconds;
@@ -27,9 +28,6 @@ std::string numbered(const char* letter, std::size_t number);
 
 RegisterEntry entry(std::string name, Table table, std::uint16_t address, ValueType type, bool writable);
 
-/// Asks again every millisecond until `holds` or the limit is over; returns the last answer.
-bool eventually(const std::function<bool()>& holds, milliseconds limit = milliseconds(5000));
-
 std::vector<Sample> latched(Device& device);
 
 /// A blocking client socket, every operation bounded by 5 s.
@@ -37,7 +35,7 @@ class RawClient {
  public:
   explicit RawClient(std::uint16_t port);
   void send(const Bytes& bytes);
-  /// The next complete frame; empty when the peer closed, or nothing arrived in time.
+  /// The next complete frame; empty when the peer closed the connection or sent none within the limit.
   Bytes receive_frame(milliseconds limit = milliseconds(5000));
   /// True when the peer closes the connection within the limit. Reads and discards what arrives before.
   bool closed_within(milliseconds limit);
@@ -50,14 +48,15 @@ class RawClient {
 /// Transaction id, unit 1, and the protocol data unit.
 Bytes frame(std::uint16_t transaction, const Bytes& pdu);
 
-/// A connection as the fake server sees it.
+/// A connection of FakeServer.
 class FakeConnection {
  public:
   explicit FakeConnection(Descriptor socket) : socket_(std::move(socket)) {}
-  /// Empty when the client closed, or sent nothing for 5 s.
+  /// The next request; empty when the client closed the connection or sent none for 5 s.
   Bytes receive();
   void send(const Bytes& bytes);
-  /// The sound reply to a request: echoes of writes, reads answered with `value` in every register.
+  /// The valid reply to a request: the echo of a write, or `value` in every register that is read. Empty for
+  /// no request.
   static Bytes reply_to(const Bytes& request, std::uint16_t value);
 
  private:
@@ -88,7 +87,10 @@ struct CommandResult {
 };
 CommandResult run_command(const std::string& command);
 
-/// A child process whose first line of output is waited for; killed at the end.
+/// Reads or, with `values`, writes registers of unit 1.
+CommandResult mbpoll(std::uint16_t port, const std::string& options, const std::string& values = "");
+
+/// A child process. The constructor waits for its first line of output, the destructor kills it.
 class Process {
  public:
   explicit Process(const std::vector<std::string>& command);
@@ -106,4 +108,4 @@ class Process {
   std::string first_line_;
 };
 
-}  // namespace hil::io::modbus::bench
+}  // namespace hil::io::modbus::test
