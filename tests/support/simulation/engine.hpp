@@ -199,7 +199,7 @@ inline Terms terms(DeadlineClass deadline_class, ClockTime deadline = ClockTime:
   return made;
 }
 
-inline TransactionOptions room_for(std::uint32_t writes, std::uint32_t preconditions, std::uint32_t queries) {
+inline TransactionOptions options_for(std::uint32_t writes, std::uint32_t preconditions, std::uint32_t queries) {
   TransactionOptions made;
   made.max_writes = writes;
   made.max_preconditions = preconditions;
@@ -233,7 +233,7 @@ struct World {
   // NOLINTEND(clang-analyzer-optin.cplusplus.UninitializedObject)
 
   std::unique_ptr<Transaction> make(std::uint32_t max_writes = 8, std::uint32_t max_queries = 2) {
-    return engine.make_transaction(room_for(max_writes, 4, max_queries));
+    return engine.make_transaction(options_for(max_writes, 4, max_queries));
   }
   const Outcome& execute(Transaction& transaction) {
     engine.submit(transaction);

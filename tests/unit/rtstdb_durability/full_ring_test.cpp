@@ -128,7 +128,7 @@ TEST_F(FullRing, GroupRefusesAndLosesNoDurableVersion) {
 
 TEST_F(FullRing, SyncRefusesARecordLargerThanTheRing) {
   LoggedEngine db(disk_, options(DurabilityMode::sync));
-  const auto large = db.engine.make_transaction(room_for(30, 0, 0));
+  const auto large = db.engine.make_transaction(options_for(30, 0, 0));
   large->begin({});
   const std::uint32_t first = large->create(body(1));
   for (std::uint32_t k = 0; k < 29; ++k)

@@ -167,7 +167,7 @@ class LoggedEngine {
       : engine(engine_options_for(options), executor, clock, std::move(log)) {}
   // NOLINTEND(clang-analyzer-optin.cplusplus.UninitializedObject)
 
-  std::unique_ptr<Transaction> make() { return engine.make_transaction(room_for(4, 2, 1)); }
+  std::unique_ptr<Transaction> make() { return engine.make_transaction(options_for(4, 2, 1)); }
   const Outcome& execute(Transaction& transaction) {
     engine.submit(transaction);
     return engine.wait(transaction);

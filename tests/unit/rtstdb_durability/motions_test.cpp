@@ -90,7 +90,7 @@ class Motions : public testing::TestWithParam<DurabilityMode> {
     return any;
   }
   void commit_some(LoggedEngine& db) {
-    const auto transaction = db.engine.make_transaction(room_for(8, 0, 0));
+    const auto transaction = db.engine.make_transaction(options_for(8, 0, 0));
     for (int k = 0; k < 40; ++k) {
       transaction->begin({});
       if (!declare(*transaction, images_.rbegin()->second)) continue;

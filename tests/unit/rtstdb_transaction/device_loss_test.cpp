@@ -45,7 +45,7 @@ class LosableExecutor final : public query::Executor {
 
 class DeviceLoss : public testing::Test {
  protected:
-  std::unique_ptr<Transaction> make() { return engine_.make_transaction(room_for(8, 4, 2)); }
+  std::unique_ptr<Transaction> make() { return engine_.make_transaction(options_for(8, 4, 2)); }
   Status execute(Transaction& transaction) {
     engine_.submit(transaction);
     return engine_.wait(transaction).status;

@@ -114,7 +114,7 @@ TEST_F(Reads, OfATransactionThatIsNotDoneReturnNothing) {
 TEST(ReadsDeathTest, MisuseAborts) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   World world;
-  TransactionOptions options = room_for(1, 1, 1);
+  TransactionOptions options = options_for(1, 1, 1);
   options.max_reads = 1;
   const auto transaction = world.engine.make_transaction(options);
   transaction->begin({});
