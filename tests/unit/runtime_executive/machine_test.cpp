@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class MachineFolder : public ::testing::Test {
+class FactsOfAMachine : public ::testing::Test {
  protected:
   void SetUp() override {
     root_ = fs::path(HIL_BINARY_DIR) / ("machine-test-" + std::to_string(getpid()));
@@ -27,7 +27,7 @@ class MachineFolder : public ::testing::Test {
   fs::path root_;
 };
 
-TEST_F(MachineFolder, ReadsARealTimeMachine) {
+TEST_F(FactsOfAMachine, AreReadFromARealTimeMachine) {
   put("sys/kernel/realtime", "1");
   put("proc/sys/kernel/sched_rt_runtime_us", "-1");
   put("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
@@ -39,7 +39,7 @@ TEST_F(MachineFolder, ReadsARealTimeMachine) {
   EXPECT_TRUE(timing_limits(exact, true).empty());
 }
 
-TEST_F(MachineFolder, ReadsAnOrdinaryMachine) {
+TEST_F(FactsOfAMachine, AreReadFromAnOrdinaryMachine) {
   put("proc/version", "Linux version 6.1.0 #1 SMP PREEMPT_DYNAMIC");
   put("proc/sys/kernel/sched_rt_runtime_us", "950000");
   put("proc/sys/kernel/sched_rt_period_us", "1000000");
@@ -56,12 +56,12 @@ TEST_F(MachineFolder, ReadsAnOrdinaryMachine) {
   EXPECT_EQ(timing_limits(facts, false).size(), 3U) << "throttling concerns real-time threads only";
 }
 
-TEST_F(MachineFolder, KnowsPreemptRtByTheVersionToo) {
+TEST_F(FactsOfAMachine, IncludePreemptRtByTheVersion) {
   put("proc/version", "Linux version 6.1.0-rt #1 SMP PREEMPT_RT Debian");
   EXPECT_TRUE(read_machine_facts(root_).preempt_rt);
 }
 
-TEST_F(MachineFolder, ToleratesAMachineThatSaysNothing) {
+TEST_F(FactsOfAMachine, AreUnknownWithoutTheirFiles) {
   put("proc/sys/kernel/sched_rt_runtime_us", "noise");
   const MachineFacts facts = read_machine_facts(root_);
   EXPECT_FALSE(facts.preempt_rt);
