@@ -1,4 +1,4 @@
-// Vehicles in a world: what their rows say while they drive.
+// Vehicles in a world: their outputs and their rows agree while they drive.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 
-class VehiclesIn : public ::testing::Test {
+class VehiclesModule : public ::testing::Test {
  protected:
   void SetUp() override {
     auto opened = rtstdb::Database::open({});
@@ -61,7 +61,7 @@ class VehiclesIn : public ::testing::Test {
   config::Diagnostics diagnostics_;
 };
 
-TEST_F(VehiclesIn, OneThatLeavesTheWorldHoldsNoOtherUp) {
+TEST_F(VehiclesModule, OneLeavesTheWorldWithoutAffectingOthers) {
   const auto module = make(
       "{vehicles: {far: {position: [9 km, 0 m], speed: 99 m/s, desired_speed: 100 m/s, acceleration: 0.1 "
       "m/s2},"
@@ -79,13 +79,13 @@ TEST_F(VehiclesIn, OneThatLeavesTheWorldHoldsNoOtherUp) {
   EXPECT_EQ(events[0].text, "far leaves the world");
 }
 
-/// A car at a constant speed, one that accelerates and one that closes up to another.
+/// A car at a constant speed, one that accelerates, and one that approaches the first.
 constexpr const char* three_cars =
     "{vehicles: {steady: {position: [0 m, 0 m], speed: 10 m/s},"
     " hasty: {position: [0 m, 50 m], speed: 5 m/s, desired_speed: 30 m/s},"
     " behind: {position: [-40 m, 0 m], speed: 20 m/s}}}";
 
-TEST_F(VehiclesIn, SkippedReleasesCostNoTravel) {
+TEST_F(VehiclesModule, TravelIsIndependentOfSkippedReleases) {
   constexpr std::int64_t period_ns = second_ns / 100;
   const auto punctual = make(three_cars, "punctual");
   const auto late = make(three_cars, "late");
@@ -93,24 +93,24 @@ TEST_F(VehiclesIn, SkippedReleasesCostNoTravel) {
   std::uint64_t late_runs = 0;
   for (std::uint64_t run = 0; run <= 300; ++run) {
     const auto time_ns = static_cast<std::int64_t>(run) * period_ns;
-    const std::vector<double> there = step(*punctual, run, time_ns, period_ns);
+    const std::vector<double> expected = step(*punctual, run, time_ns, period_ns);
     if (run % 5 == 3 || (run > 100 && run < 140)) continue;
-    const std::vector<double> here = step(*late, late_runs++, time_ns, period_ns);
-    ASSERT_EQ(here, there) << "at " << time_ns << " ns";
-    ASSERT_NEAR(here[0], 10.0 * static_cast<double>(time_ns) * 1e-9, 1e-9) << "as its row says";
+    const std::vector<double> outputs = step(*late, late_runs++, time_ns, period_ns);
+    ASSERT_EQ(outputs, expected) << "at " << time_ns << " ns";
+    ASSERT_NEAR(outputs[0], 10.0 * static_cast<double>(time_ns) * 1e-9, 1e-9) << "its row has this position";
   }
 }
 
-TEST_F(VehiclesIn, AfterALongPauseTheyAreWhereTheirRowsSay) {
+TEST_F(VehiclesModule, PositionsAfterALongPauseAreThoseOfTheRows) {
   const auto module = make(three_cars);
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   step(*module, 0, 0, second_ns / 1000);
   const std::vector<double> outputs = step(*module, 1, 30 * second_ns, second_ns / 1000);
   EXPECT_NEAR(outputs[0], 300.0, 1e-6);
-  EXPECT_GT(outputs[0], outputs[10] + 4.5) << "the one behind does not drive into it";
+  EXPECT_GT(outputs[0], outputs[10] + 4.5) << "the following car does not collide";
 }
 
-TEST_F(VehiclesIn, AFirstReleaseBehindTheStartFindsThemUnderWay) {
+TEST_F(VehiclesModule, FirstReleaseAfterTheStartIncludesTheTravelSoFar) {
   const auto module = make(three_cars);
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   EXPECT_NEAR(step(*module, 0, 5'000'000, second_ns / 100)[0], 0.05, 1e-9);
