@@ -15,7 +15,7 @@
 namespace hil::config {
 namespace {
 
-TEST(ReadNumber, TakesDecimalForms) {
+TEST(ReadNumber, AcceptsDecimalForms) {
   const std::pair<const char*, double> good[] = {{"0", 0.0},
                                                  {"-0", -0.0},
                                                  {"10", 10.0},
@@ -37,7 +37,7 @@ TEST(ReadNumber, TakesDecimalForms) {
   }
 }
 
-TEST(ReadNumber, SaysWhyNot) {
+TEST(ReadNumber, RefusesOtherTextsWithTheReason) {
   const std::pair<const char*, const char*> bad[] = {{"", "not a number"},
                                                      {"abc", "not a number"},
                                                      {".", "not a number"},
@@ -84,7 +84,7 @@ TEST(ReadNumber, AgreesWithStrtodOnRandomDoubles) {
   EXPECT_GT(checked, 19'000);
 }
 
-TEST(ReadInteger, TakesDecimalAndHexadecimal) {
+TEST(ReadInteger, AcceptsDecimalAndHexadecimal) {
   const std::pair<const char*, std::int64_t> good[] = {
       {"0", 0},
       {"-0", 0},
@@ -101,7 +101,7 @@ TEST(ReadInteger, TakesDecimalAndHexadecimal) {
   }
 }
 
-TEST(ReadInteger, SaysWhyNot) {
+TEST(ReadInteger, RefusesOtherTextsWithTheReason) {
   const std::pair<const char*, const char*> bad[] = {{"", "whole number"},
                                                      {"1.0", "whole number"},
                                                      {"1e3", "whole number"},
@@ -143,7 +143,7 @@ TEST(MultiplyExactly, IsExactWhereDoublesAreNot) {
   EXPECT_EQ(multiply_exactly("", 1), std::nullopt);
 }
 
-TEST(MultiplyExactly, GivesRandomNanosecondsBack) {
+TEST(MultiplyExactly, GivesRandomNanosecondsExactly) {
   std::mt19937_64 random(12);
   for (int i = 0; i < 20'000; ++i) {
     const auto nanoseconds = static_cast<std::int64_t>(random() % 1'000'000'000'000'000'000ULL);
@@ -206,7 +206,7 @@ TEST(Units, DurationsAreExactToTheNanosecond) {
   EXPECT_NE(read_quantity("300e9 s", Quantity::duration_s).fault.find("292 years"), std::string::npos);
 }
 
-TEST(Units, EveryUnitGoesThereAndBack) {
+TEST(Units, AreReadBackAsFormatted) {
   int units = 0;
   for (const Quantity quantity :
        {Quantity::length_m, Quantity::speed_mps, Quantity::acceleration_mps2, Quantity::angle_rad,
@@ -222,7 +222,7 @@ TEST(Units, EveryUnitGoesThereAndBack) {
   EXPECT_EQ(units, 26);
 }
 
-TEST(Units, SayWhatWouldDo) {
+TEST(Units, AreRefusedWithTheAllowedOnes) {
   const std::tuple<const char*, Quantity, const char*> bad[] = {
       {"50 kg", Quantity::speed_mps, "has the unit 'kg', but a speed is written in m/s, km/h"},
       {"50", Quantity::speed_mps, "has no unit; a speed is written in m/s, km/h"},

@@ -27,7 +27,7 @@ Value value_of(const std::string& written, const Schema& schema) {
   return (*value)["v"];
 }
 
-TEST(SchemaScalars, BooleansAreTrueAndFalseAlone) {
+TEST(SchemaScalars, BooleansAreOnlyTrueAndFalse) {
   EXPECT_TRUE(value_of("true", Schema::boolean()).boolean());
   EXPECT_FALSE(value_of("false", Schema::boolean()).boolean());
   for (const char* trap : {"yes", "no", "on", "off", "True", "FALSE", "y", "1", "0"}) {
@@ -63,7 +63,7 @@ TEST(SchemaScalars, NumbersKeepTheirRange) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("0.5 m", schema), 1, 4, "This value has no unit"));
 }
 
-TEST(SchemaScalars, QuantitiesNameRangesInTheUnitWritten) {
+TEST(SchemaScalars, QuantitiesNameRangesInTheGivenUnit) {
   const Schema speed = Schema::quantity(Quantity::speed_mps, 0.0, 50.0);
   EXPECT_DOUBLE_EQ(value_of("36 km/h", speed).number(), 10.0);
   EXPECT_DOUBLE_EQ(value_of("\"36 km/h\"", speed).number(), 10.0);
@@ -78,7 +78,7 @@ TEST(SchemaScalars, QuantitiesNameRangesInTheUnitWritten) {
   EXPECT_EQ(value_of("1 ms", Schema::quantity(Quantity::duration_s, 0.0, 1.0)).duration_ns(), 1'000'000);
 }
 
-TEST(SchemaScalars, WordsSuggestTheNearest) {
+TEST(SchemaScalars, UnknownWordsSuggestTheNearest) {
   const Schema clock = Schema::one_of({"realtime", "virtual"});
   EXPECT_EQ(value_of("virtual", clock).text(), "virtual");
   EXPECT_TRUE(is_only_mistake(mistakes_of("virtul", clock), 1, 4,
@@ -86,7 +86,7 @@ TEST(SchemaScalars, WordsSuggestTheNearest) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("wall", clock), 1, 4, "'wall' is not one of: realtime, virtual"));
 }
 
-TEST(SchemaScalars, NamesAndSignalsHaveAShape) {
+TEST(SchemaScalars, NamesAndSignalsHaveASyntax) {
   EXPECT_EQ(value_of("_a1", Schema::name()).text(), "_a1");
   EXPECT_EQ(value_of("can.car.X.Y", Schema::signal()).text(), "can.car.X.Y");
   for (const char* bad : {"1a", "a-b", "a.b", "'a b'", "\xC3\xA4"}) {
@@ -98,7 +98,7 @@ TEST(SchemaScalars, NamesAndSignalsHaveAShape) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("''", Schema::text()), 1, 4, "found an empty text"));
 }
 
-TEST(SchemaFiles, AreFoundFromTheFileThatNamesThem) {
+TEST(SchemaFiles, AreRelativeToTheFileThatNamesThem) {
   const TemporaryFolder folder;
   folder.write("data.txt", "x");
   const std::string file = folder.write("f.yaml", "v: ./sub/../data.txt\n");
@@ -108,7 +108,7 @@ TEST(SchemaFiles, AreFoundFromTheFileThatNamesThem) {
   EXPECT_EQ((*value)["v"].text(), (folder.path() / "data.txt").string());
 }
 
-TEST(SchemaFiles, MissingOnesAndFoldersAreMistakes) {
+TEST(SchemaFiles, MissingFilesAndFoldersAreMistakes) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("/no/such/file", Schema::file()), 1, 4,
                               "'/no/such/file': there is no such file"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("/tmp", Schema::file()), 1, 4, "this is a directory"));
@@ -117,7 +117,7 @@ TEST(SchemaFiles, MissingOnesAndFoldersAreMistakes) {
       is_only_mistake(mistakes_of("[a]", Schema::file()), 1, 4, "expected a file's path, found a list"));
 }
 
-/// Takes the rights of root away for a while, since root may read everything.
+/// The process is no root in this scope, since root may read everything.
 class WithoutRoot {
  public:
   WithoutRoot() : changed_(geteuid() == 0 && seteuid(65534) == 0) {}
@@ -131,7 +131,7 @@ class WithoutRoot {
   bool changed_;
 };
 
-TEST(SchemaFiles, UnreadableOnesAreMistakes) {
+TEST(SchemaFiles, UnreadableFilesAreMistakes) {
   const TemporaryFolder folder;
   const std::string secret = folder.write("secret.txt", "x");
   std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
@@ -143,7 +143,7 @@ TEST(SchemaFiles, UnreadableOnesAreMistakes) {
   EXPECT_TRUE(is_only_mistake(diagnostics, 0, 0, "can not be opened: Permission denied"));
 }
 
-TEST(SchemaLists, KeepTheirLengthAndShowEachBadEntry) {
+TEST(SchemaLists, CheckTheirLengthAndEachEntry) {
   const Schema three = Schema::list(Schema::integer(0, 9), 3, 3);
   EXPECT_EQ(value_of("[1, 2, 3]", three).items()[2].integer(), 3);
   EXPECT_TRUE(is_only_mistake(mistakes_of("[1, 2]", three), 1, 4, "'v': a list of 2; expected 3"));
@@ -163,7 +163,7 @@ Schema car() {
   });
 }
 
-TEST(SchemaRecords, FillInDefaultsAndKeepPlaces) {
+TEST(SchemaRecords, FillDefaultsAndKeepPlaces) {
   const Value value = value_of("\n  about: x\n  name: ego\n", car());
   EXPECT_EQ(value["name"].place(), (Place{"f.yaml", 3, 9}));
   EXPECT_DOUBLE_EQ(value["speed"].number(), 10.0);
@@ -176,7 +176,7 @@ TEST(SchemaRecords, FillInDefaultsAndKeepPlaces) {
   EXPECT_FALSE(value_of("{name: ego}", car()).has("about"));
 }
 
-TEST(SchemaRecords, AllMistakesAtOnce) {
+TEST(SchemaRecords, ReportAllMistakes) {
   const Diagnostics diagnostics = mistakes_of("\n  sped: 3 m/s\n  speed: 3 kg\n  colour: red\n", car());
   EXPECT_EQ(diagnostics.to_text(),
             "f.yaml:2:3: unknown key 'sped'; did you mean 'speed'?\n"
@@ -185,7 +185,7 @@ TEST(SchemaRecords, AllMistakesAtOnce) {
             "f.yaml:4:3: unknown key 'colour'; known here: name, speed, about\n");
 }
 
-TEST(SchemaRecords, ShortFormStandsForOneField) {
+TEST(SchemaRecords, AcceptTheShortFormOfOneField) {
   const Schema message =
       Schema::record_or("name", {Field::needed("name", Schema::name(), "Which."),
                                  Field::with_default("count", Schema::integer(0, 9), "1", "How many.")});
@@ -199,7 +199,7 @@ TEST(SchemaRecords, ShortFormStandsForOneField) {
       is_only_mistake(mistakes_of("[B]", message), 1, 4, "expected keys and values, or 'name' alone"));
 }
 
-TEST(SchemaMaps, KeepTheUsersNames) {
+TEST(SchemaMaps, KeepNamesAndTheirOrder) {
   const Schema schema = Schema::map(Schema::integer(0, 9));
   const Value value = value_of("{b: 1, a: 2}", schema);
   EXPECT_EQ(value.entries()[0].first, "b");
@@ -224,7 +224,7 @@ TEST(SchemaChoices, FollowTheirKey) {
       is_only_mistake(mistakes_of("{type: traffic, columns: 5}", schema), 1, 20, "unknown key 'columns'"));
 }
 
-TEST(SchemaExactlyOne, IsExactlyOne) {
+TEST(SchemaExactlyOne, AcceptsExactlyOneKey) {
   const Schema schema =
       Schema::exactly_one({Field::optional("box", Schema::integer(0, 9), "A box."),
                            Field::optional("ball", Schema::integer(0, 9), "A ball.")},
@@ -239,7 +239,7 @@ TEST(SchemaExactlyOne, IsExactlyOne) {
   EXPECT_TRUE(has_mistake(mistakes_of("{bax: 1}", schema), 1, 5, "did you mean 'box'?"));
 }
 
-TEST(SchemaAny, WaitsForItsSchema) {
+TEST(SchemaAny, IsParsedLater) {
   const Value value = value_of("\n  name: ego\n  sped: 1 m/s\n", Schema::any());
   EXPECT_EQ(value.kind(), Kind::any);
   Diagnostics diagnostics;
@@ -251,7 +251,7 @@ TEST(SchemaAny, WaitsForItsSchema) {
   EXPECT_EQ((*parsed)["name"].text(), "ego");
 }
 
-TEST(SchemaAny, ADefaultStandsWhereItsRecordStands) {
+TEST(SchemaAny, DefaultHasThePlaceOfItsRecord) {
   const Schema outer = Schema::record({Field::with_default("parameters", Schema::any(), "{}", "Open.")});
   Diagnostics diagnostics;
   const auto value = parse_text("f.yaml", "v:\n  {}\n", one(outer), diagnostics);
@@ -260,7 +260,7 @@ TEST(SchemaAny, ADefaultStandsWhereItsRecordStands) {
   EXPECT_TRUE(is_only_mistake(diagnostics, 2, 3, "missing key 'name'"));
 }
 
-TEST(ValuePlaces, ReachIntoText) {
+TEST(ValuePlaces, PointIntoText) {
   const Value plain = value_of("abc def", Schema::text());
   EXPECT_EQ(plain.place_in_text(4), (Place{"f.yaml", 1, 8}));
   const Value in_double = value_of(R"("a\"b c")", Schema::text());
@@ -274,7 +274,7 @@ TEST(ValuePlaces, ReachIntoText) {
   EXPECT_EQ(over_lines.place_in_text(6), (Place{"f.yaml", 2, 3}));
 }
 
-TEST(Misuse, StopsTheProgram) {
+TEST(Misuse, IsAsserted) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const Value number = value_of("1", Schema::integer(0, 9));
   EXPECT_DEATH(number.text(), "misuse: text\\(\\)");

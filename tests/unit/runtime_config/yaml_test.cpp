@@ -1,4 +1,4 @@
-// What the YAML reader refuses whatever the schema says, and where it says so.
+// What the YAML reader refuses independently of the schema, with its places.
 
 #include "config_test.hpp"
 
@@ -9,7 +9,7 @@ using testing::has_mistake;
 using testing::is_only_mistake;
 
 /// a: anything, b: anything.
-Schema two_open_fields() {
+Schema open_schema() {
   return Schema::record({Field::optional("a", Schema::any(), "One."),
                          Field::optional("b", Schema::any(), "Two."),
                          Field::optional("t", Schema::text(), "Text."),
@@ -18,7 +18,7 @@ Schema two_open_fields() {
 
 Diagnostics mistakes_of(std::string_view text) {
   Diagnostics diagnostics;
-  const std::optional<Value> value = parse_text("f.yaml", text, two_open_fields(), diagnostics);
+  const std::optional<Value> value = parse_text("f.yaml", text, open_schema(), diagnostics);
   EXPECT_EQ(value.has_value(), diagnostics.empty());
   for (const Mistake& mistake : diagnostics.mistakes())
     EXPECT_EQ(mistake.place.file, "f.yaml");
@@ -27,12 +27,12 @@ Diagnostics mistakes_of(std::string_view text) {
 
 std::string text_of(std::string_view yaml) {
   Diagnostics diagnostics;
-  const std::optional<Value> value = parse_text("f.yaml", yaml, two_open_fields(), diagnostics);
+  const std::optional<Value> value = parse_text("f.yaml", yaml, open_schema(), diagnostics);
   EXPECT_TRUE(value.has_value()) << diagnostics.to_text();
   return value ? (*value)["t"].text() : "";
 }
 
-TEST(Yaml, TextIsWhatIsWritten) {
+TEST(Yaml, TextIsTakenLiterally) {
   EXPECT_EQ(text_of("t: no"), "no");
   EXPECT_EQ(text_of("t: on"), "on");
   EXPECT_EQ(text_of("t: 010"), "010");
@@ -45,14 +45,14 @@ TEST(Yaml, TextIsWhatIsWritten) {
   EXPECT_EQ(text_of("t: windows\r\n"), "windows");
 }
 
-TEST(Yaml, NothingWrittenIsAMistake) {
+TEST(Yaml, EmptyTextIsAMistake) {
   for (const char* text : {"", "\n\n", "# only a remark\n", "---\n", "~", "null\n"}) {
     EXPECT_TRUE(is_only_mistake(mistakes_of(text), 1, 1, "the text is empty; a document has keys and values"))
         << text;
   }
 }
 
-TEST(Yaml, ProseIsNoConfiguration) {
+TEST(Yaml, TextWithoutKeysIsAMistake) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("Dear all, this is a letter."), 1, 1, "expected keys and values"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("- a\n- b\n"), 1, 1, "expected keys and values, found a list"));
 }
@@ -63,10 +63,10 @@ TEST(Yaml, SyntaxErrorsHaveAPlace) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\nb: &x \"open\\\"\n"), 2, 7, "never closed"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: 'it''s"), 1, 10, "this is not YAML"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\n b: 2\n"), 2, 3, "this is not YAML"));
-  EXPECT_TRUE(is_only_mistake(mistakes_of("a: *nobody\n"), 1, 4, "this is not YAML"));
+  EXPECT_TRUE(is_only_mistake(mistakes_of("a: *unknown\n"), 1, 4, "this is not YAML"));
 }
 
-TEST(Yaml, TabsInTheIndentationAreAllNamed) {
+TEST(Yaml, TabsInTheIndentationAreAllReported) {
   const Diagnostics diagnostics = mistakes_of("a:\n\tx: 1\nb:\n  \ty: 2\n\t# a remark may\n\t\n");
   EXPECT_EQ(diagnostics.count(), 2U);
   EXPECT_TRUE(has_mistake(diagnostics, 2, 1, "tab"));
@@ -74,7 +74,7 @@ TEST(Yaml, TabsInTheIndentationAreAllNamed) {
   EXPECT_EQ(text_of("t: inside\tit is fine"), "inside\tit is fine");
 }
 
-TEST(Yaml, BytesThatAreNotTextAreRefused) {
+TEST(Yaml, InvalidUtf8IsRefused) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\nb: x\xFFy\n"), 2, 5, "0xFF is not valid UTF-8"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: \xC0\xAF"), 1, 4, "0xC0"));          // overlong
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: \xED\xA0\x80"), 1, 4, "0xED"));      // surrogate
@@ -91,7 +91,7 @@ TEST(Yaml, ColumnsCountCharacters) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("{a: \xC3\xA4\xE2\x82\xAC, zz: 1}"), 1, 9, "unknown key 'zz'"));
 }
 
-TEST(Yaml, DuplicateKeysNameTheFirst) {
+TEST(Yaml, DuplicateKeyIsAMistakeThatNamesTheFirst) {
   EXPECT_TRUE(
       is_only_mistake(mistakes_of("a: 1\nb: 2\na: 3\n"), 3, 1, "'a' is given twice; first in line 1"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("a:\n  x: {y: 1, y: 2}\n"), 2, 13, "'y' is given twice"));
@@ -99,14 +99,14 @@ TEST(Yaml, DuplicateKeysNameTheFirst) {
 
 TEST(Yaml, AnchorsAreCopied) {
   Diagnostics diagnostics;
-  const auto value = parse_text("f.yaml", "l: [&x one, *x]\nt: *x\n", two_open_fields(), diagnostics);
+  const auto value = parse_text("f.yaml", "l: [&x one, *x]\nt: *x\n", open_schema(), diagnostics);
   ASSERT_TRUE(value) << diagnostics.to_text();
   EXPECT_EQ((*value)["l"].items()[1].text(), "one");
   EXPECT_EQ((*value)["t"].text(), "one");
   EXPECT_EQ((*value)["t"].place(), (Place{"f.yaml", 1, 8}));  // where it is written
 }
 
-TEST(Yaml, RecursionThroughAnAnchorIsRefused) {
+TEST(Yaml, RecursiveAnchorIsRefused) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: &x [1, *x]\n"), 1, 11, "inside its own anchor"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: &x {k: {l: *x}}\n"), 1, 15, "inside its own anchor"));
 }
@@ -120,17 +120,17 @@ TEST(Yaml, MergeKeysTagsAndComplexKeysAreRefused) {
   EXPECT_TRUE(has_mistake(mistakes_of("~: 1\n"), 1, 1, "a key has to be a word"));
 }
 
-TEST(Yaml, ASecondDocumentIsRefused) {
+TEST(Yaml, SecondDocumentIsRefused) {
   EXPECT_TRUE(is_only_mistake(mistakes_of("a: 1\n---\nb: 2\n"), 2, 1, "a second document"));
 }
 
-TEST(Yaml, AMissingValueIsShownAtItsKey) {
+TEST(Yaml, MissingValueHasThePlaceOfItsKey) {
   EXPECT_TRUE(
       is_only_mistake(mistakes_of("a: 1\nt:\n\n\nb: 2\n"), 2, 1, "'t': expected text, found nothing"));
   EXPECT_TRUE(is_only_mistake(mistakes_of("a:\n"), 1, 1, "'a': has no value; write {} for none"));
 }
 
-TEST(Yaml, MistakesBeforeTheSchemaDoNotHideThoseOfTheSchema) {
+TEST(Yaml, MistakesOfSyntaxHideNoneOfTheSchema) {
   const Diagnostics diagnostics = mistakes_of("a: 1\na: 2\nl: 5\n");
   EXPECT_EQ(diagnostics.count(), 2U);
   EXPECT_TRUE(has_mistake(diagnostics, 2, 1, "twice"));
