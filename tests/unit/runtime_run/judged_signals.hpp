@@ -1,5 +1,5 @@
 #pragma once
-// Signals, and expectations over them, for tests that judge tick by tick.
+// Signals, and expectations that are evaluated tick by tick.
 
 #include <gtest/gtest.h>
 
@@ -32,10 +32,10 @@ class Expectations : public ::testing::Test {
   const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
   const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
 
-  const Arrivals no_arrivals_{};
+  Arrivals arrivals_;  ///< empty unless a test keeps samples of inputs
 
   std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim, std::uint64_t max_samples = 1000) {
-    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, no_arrivals_,
+    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, arrivals_,
                       max_samples);
   }
   std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
@@ -46,18 +46,20 @@ class Expectations : public ::testing::Test {
                                   .at_least = at_least},
                  max_samples);
   }
-  /// Of a run that had at least one tick.
+  static bool mentions(const report::Expectation& result, const std::string& words) {
+    return result.detail.find(words) != std::string::npos;
+  }
   static Extent until(std::int64_t end_ns, std::uint64_t ticks = 1) { return {end_ns, ticks, ms}; }
 
-  void look(Judge& judge, double speed, std::int64_t time_ns) {
+  void set_speed(Judge& judge, double speed, std::int64_t time_ns) {
     table_.write(speed_, speed, time_ns);
     judge.check(table_, {}, time_ns);
   }
-  void ask(Judge& judge, double value, std::int64_t time_ns) {
+  void request(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(request_, value, time_ns);
     judge.check(table_, {}, time_ns);
   }
-  void answer(Judge& judge, double value, std::int64_t time_ns) {
+  void reply(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(reply_, value, time_ns);
     judge.check(table_, {}, time_ns);
   }
