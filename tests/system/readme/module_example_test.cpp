@@ -1,4 +1,4 @@
-// The module that docs/guide/modules.md shows does what the page says.
+// The example module of docs/guide/modules.md.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class RangeFinderOfTheGuide : public ::testing::Test {
+class GuideRangeFinder : public ::testing::Test {
  protected:
   void SetUp() override {
     auto opened = rtstdb::Database::open({});
@@ -56,22 +56,22 @@ class RangeFinderOfTheGuide : public ::testing::Test {
   config::Diagnostics diagnostics_;
 };
 
-TEST_F(RangeFinderOfTheGuide, MeasuresFromTheMovingBodyToWhatItMeets) {
+TEST_F(GuideRangeFinder, MeasuresTheDistanceFromTheMovingBody) {
   const auto module = make("{carrier: traffic.ego, layers: [structure], range: 80 m}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   const std::vector<double> at_once = step(*module, 0);
   EXPECT_NEAR(at_once[0], 50.0, 1e-4) << "from the middle of the car to the wall's near face";
   EXPECT_EQ(at_once[1], 1.0);
-  EXPECT_NEAR(step(*module, 1'000 * ms)[0], 40.0, 1e-4) << "the car has moved on";
+  EXPECT_NEAR(step(*module, 1'000 * ms)[0], 40.0, 1e-4) << "the car has moved";
 }
 
-TEST_F(RangeFinderOfTheGuide, MeetsNothingBeyondItsRange) {
+TEST_F(GuideRangeFinder, ReturnsItsRangeWithoutAHit) {
   const auto module = make("{carrier: traffic.ego, layers: [structure], range: 30 m}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   EXPECT_EQ(step(*module, 0), (std::vector<double>{30.0, 0.0}));
 }
 
-TEST_F(RangeFinderOfTheGuide, SaysWhatItNamesOfTheWorldSoThatACheckCanFindMistakes) {
+TEST_F(GuideRangeFinder, DeclaresItsBodiesAndLayers) {
   const auto module = make("{carrier: traffic.ego, layers: [structure, vehicle]}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   ASSERT_EQ(module->ports().bodies.size(), 1U);
