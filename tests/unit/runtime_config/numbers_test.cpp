@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "runtime/config/units.hpp"
 
@@ -38,24 +39,15 @@ TEST(ReadNumber, AcceptsDecimalForms) {
 }
 
 TEST(ReadNumber, RefusesOtherTextsWithTheReason) {
-  const std::pair<const char*, const char*> bad[] = {{"", "not a number"},
-                                                     {"abc", "not a number"},
-                                                     {".", "not a number"},
-                                                     {"-", "not a number"},
-                                                     {"nan", "finite"},
-                                                     {".nan", "finite"},
-                                                     {"-.inf", "finite"},
-                                                     {"Infinity", "finite"},
-                                                     {"010", "leading zero"},
-                                                     {"-007", "leading zero"},
-                                                     {"1e400", "too large"},
-                                                     {"-1e400", "too large"},
-                                                     {"1e-400", "too close to zero"},
-                                                     {"0.0001e-400", "too close to zero"},
-                                                     {"1e99999999999999999999", "too large"}};
-  for (const auto& [text, why] : bad) {
-    EXPECT_NE(read_number(text).fault.find(why), std::string::npos)
-        << text << ": " << read_number(text).fault;
+  const std::pair<const char*, std::vector<const char*>> bad[] = {
+      {"not a number", {"", "abc", ".", "-"}},
+      {"finite", {"nan", ".nan", "-.inf", "Infinity"}},
+      {"leading zero", {"010", "-007"}},
+      {"too large", {"1e400", "-1e400", "1e99999999999999999999"}},
+      {"too close to zero", {"1e-400", "0.0001e-400"}}};
+  for (const auto& [why, texts] : bad) {
+    for (const char* text : texts)
+      EXPECT_NE(read_number(text).fault.find(why), std::string::npos) << text;
   }
 }
 
@@ -102,24 +94,13 @@ TEST(ReadInteger, AcceptsDecimalAndHexadecimal) {
 }
 
 TEST(ReadInteger, RefusesOtherTextsWithTheReason) {
-  const std::pair<const char*, const char*> bad[] = {{"", "whole number"},
-                                                     {"1.0", "whole number"},
-                                                     {"1e3", "whole number"},
-                                                     {"0x", "whole number"},
-                                                     {"--1", "whole number"},
-                                                     {"+-1", "whole number"},
-                                                     {"0o17", "whole number"},
-                                                     {"1_000", "whole number"},
-                                                     {"1:30", "whole number"},
-                                                     {"0x-5", "whole number"},
-                                                     {"12 ", "whole number"},
-                                                     {"010", "leading zero"},
-                                                     {"9223372036854775808", "64 bits"},
-                                                     {"-9223372036854775809", "64 bits"},
-                                                     {"0xFFFFFFFFFFFFFFFF", "64 bits"}};
-  for (const auto& [text, why] : bad) {
-    EXPECT_NE(read_integer(text).fault.find(why), std::string::npos)
-        << text << ": " << read_integer(text).fault;
+  const std::pair<const char*, std::vector<const char*>> bad[] = {
+      {"whole number", {"", "1.0", "1e3", "0x", "--1", "+-1", "0o17", "1_000", "1:30", "0x-5", "12 "}},
+      {"leading zero", {"010"}},
+      {"64 bits", {"9223372036854775808", "-9223372036854775809", "0xFFFFFFFFFFFFFFFF"}}};
+  for (const auto& [why, texts] : bad) {
+    for (const char* text : texts)
+      EXPECT_NE(read_integer(text).fault.find(why), std::string::npos) << text;
   }
 }
 

@@ -8,14 +8,11 @@
 
 #include "io/can/dbc.hpp"
 #include "runtime/run/expectations.hpp"
-#include "runtime/run/wiring.hpp"
 #include "tests/support/rounds.hpp"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
 namespace {
-
-using testing::Folder;
 
 const std::string database = R"(VERSION ""
 BU_: HIL ECU
@@ -66,22 +63,13 @@ expectations:
   - {name: it limps, eventually: can.car.Status.Mode == LimpHome}
 )";
 
-class CanWiring : public ::testing::Test {
+class CanWiring : public testing::WiringFixture {
  protected:
   CanWiring() { folder_.write("test.dbc", database); }
 
-  std::optional<Wiring> wired(const std::string& text) {
-    diagnostics_ = {};
-    auto loaded =
-        config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_);
-    if (!loaded) return std::nullopt;
-    scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
-    return wire(*scenario_, diagnostics_);
-  }
-  static std::string changed(const std::string& from, const std::string& to, std::string text = scenario) {
-    const std::size_t at = text.find(from);
-    if (at == std::string::npos) throw std::runtime_error("not in the text: " + from);
-    return text.replace(at, from.size(), to);
+  static std::string changed(const std::string& from, const std::string& to,
+                             const std::string& text = scenario) {
+    return WiringFixture::changed(from, to, text);
   }
   /// Whether the only mistake contains `words` and has this line of the scenario.
   ::testing::AssertionResult refuses(const std::string& text, std::uint32_t line, const std::string& words) {
@@ -103,10 +91,6 @@ class CanWiring : public ::testing::Test {
   double constant(const Wiring& wiring, std::size_t output) {
     return wiring.can.at(0).links.outputs.at(output).constant;
   }
-
-  Folder folder_;
-  config::Diagnostics diagnostics_;
-  std::unique_ptr<config::Scenario> scenario_;
 };
 
 TEST_F(CanWiring, DatabaseProvidesPeriodsTimeOutsAndStartValues) {

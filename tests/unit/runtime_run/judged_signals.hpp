@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
+#include <source_location>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -46,8 +48,16 @@ class Expectations : public ::testing::Test {
                                   .at_least = at_least},
                  max_samples);
   }
-  static bool mentions(const report::Expectation& result, const std::string& words) {
-    return result.detail.find(words) != std::string::npos;
+  /// Checks the result, and that its detail contains each of the words.
+  static report::Expectation expect(const Judge& judge, const Extent& extent, Result expected,
+                                    std::initializer_list<const char*> words = {},
+                                    const std::source_location& at = std::source_location::current()) {
+    const ::testing::ScopedTrace trace(at.file_name(), static_cast<int>(at.line()), "expected here");
+    const report::Expectation result = judge.result(extent);
+    EXPECT_EQ(result.result, expected) << result.detail;
+    for (const char* word : words)
+      EXPECT_NE(result.detail.find(word), std::string::npos) << result.detail;
+    return result;
   }
   static Extent until(std::int64_t end_ns, std::uint64_t ticks = 1) { return {end_ns, ticks, ms}; }
 

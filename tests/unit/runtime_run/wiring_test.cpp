@@ -1,18 +1,14 @@
 // Writers and readers of signals: every mistake has its place and the nearest existing name.
 
-#include "runtime/run/wiring.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "tests/paths.h"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
 namespace {
-
-using testing::Folder;
 
 const char* const database_text = R"(VERSION ""
 BU_: HIL ECU
@@ -80,27 +76,15 @@ expectations:
     response: {request: can.car.EgoStatus.Counter, reply: can.car.BrakeCommand.AnswerTo, within: 50 ms}
 )";
 
-class WiringTest : public ::testing::Test {
+class WiringTest : public testing::WiringFixture {
  protected:
   WiringTest() {
     folder_.write("test.dbc", database_text);
     folder_.write("map.yaml", registers_text);
   }
-
-  std::optional<Wiring> wired(const std::string& text) {
-    auto loaded =
-        config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_);
-    if (!loaded) throw std::runtime_error("refused before the wiring:\n" + diagnostics_.to_text());
-    scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
-    return wire(*scenario_, diagnostics_);
-  }
-
   static std::string changed(const std::string& from, const std::string& to,
-                             std::string text = scenario_text) {
-    const std::size_t at = text.find(from);
-    if (at == std::string::npos || text.find(from, at + 1) != std::string::npos)
-      throw std::runtime_error("not exactly once in the text: " + from);
-    return text.replace(at, from.size(), to);
+                             const std::string& text = scenario_text) {
+    return WiringFixture::changed(from, to, text);
   }
 
   /// Whether there is a mistake with `words` at the line and column where `at` begins in the text.
@@ -123,15 +107,11 @@ class WiringTest : public ::testing::Test {
   /// Whether this is the only mistake of the scenario.
   ::testing::AssertionResult refuses(const std::string& text, const std::string& at,
                                      const std::string& words) {
-    if (wired(text)) return ::testing::AssertionFailure() << "not refused";
+    if (wired(text) || !is_loaded_) return ::testing::AssertionFailure() << "not refused by the wiring";
     if (diagnostics_.count() != 1)
       return ::testing::AssertionFailure() << "not exactly one mistake:\n" << diagnostics_.to_text();
     return has_mistake(text, at, words);
   }
-
-  Folder folder_;
-  config::Diagnostics diagnostics_;
-  std::unique_ptr<config::Scenario> scenario_;
 };
 
 TEST_F(WiringTest, BusIsRefusedWhenNoMoreMistakesAreKept) {
@@ -219,7 +199,6 @@ TEST_F(WiringTest, UnknownSignalIsAMistakeWithTheNearestName) {
                {"AnswerTo, within", "AnswrTo, within", "'can.car.BrakeCommand.AnswerTo'"},
                {"never: collision.total > 0", "never: collision.totl > 0", "'collision.total'"}};
   for (const auto& one : cases) {
-    diagnostics_ = {};
     const std::string text = changed(one.from, one.to);
     const std::string to = one.to;
     std::string signal = to.substr(to.find(": ") == std::string::npos ? 0 : to.find(": ") + 2);
@@ -243,7 +222,6 @@ TEST_F(WiringTest, SecondWriterOfASignalIsAMistake) {
               "  - module: modbus\n    type: vehicles\n    rate: 1 kHz\n    parameters: {vehicles: {plc: "
               "{position: [9 m, 9 m], speed: 1 m/s}}}\n  - module: collision\n",
               changed("read: [light]", "read: [light, speed]"));
-  diagnostics_ = {};
   EXPECT_TRUE(refuses(clash, "plc\n    device",
                       "two writers of one signal: 'modbus.plc.speed' is written by "
                       "module modbus and by modbus.plc"));
@@ -279,7 +257,6 @@ TEST_F(WiringTest, WrongNamesAndUnitsAreMistakesAtTheirPlaces) {
       {"{message: BrakeCommand,", "{message: BrakeComand,", "BrakeComand", "did you mean 'BrakeCommand'?"}};
   for (const auto& one : cases) {
     SCOPED_TRACE(one.to);
-    diagnostics_ = {};
     const std::string text = changed(one.from, one.to);
     EXPECT_TRUE(refuses(text, one.at, one.words));
   }
@@ -302,7 +279,6 @@ TEST_F(WiringTest, MistakesHideNoOthers) {
       {{0, 1, 2, 3}, 5}, {{1, 4}, 2}, {{2, 3, 4, 5}, 4}};
   for (const auto& [chosen, mistakes] : combinations) {
     SCOPED_TRACE(mistakes);
-    diagnostics_ = {};
     std::string text = scenario_text;
     for (const std::size_t i : chosen)
       text = changed(changes[i].from, changes[i].to, text);

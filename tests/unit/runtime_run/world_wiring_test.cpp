@@ -5,26 +5,19 @@
 #include <algorithm>
 #include <array>
 
-#include "runtime/run/wiring.hpp"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
 namespace {
 
-using testing::Folder;
-
-class WorldWiring : public ::testing::Test {
+class WorldWiring : public testing::WiringFixture {
  protected:
   /// All mistakes as text, without the folder; empty when the scenario is wired.
   std::string mistakes_of(const std::string& text) {
-    config::Diagnostics diagnostics;
-    const std::string file = folder_.write("scenario.yaml", text);
-    auto loaded = config::load_scenario(file, {}, module_schemas(), diagnostics);
-    if (!loaded) throw std::runtime_error("refused before the wiring:\n" + diagnostics.to_text());
-    scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
-    wiring_ = wire(*scenario_, diagnostics);
-    EXPECT_EQ(wiring_.has_value(), diagnostics.empty());
-    std::string mistakes = diagnostics.to_text();
+    wiring_ = wired(text);
+    if (!is_loaded_) throw std::runtime_error("refused before the wiring:\n" + diagnostics_.to_text());
+    EXPECT_EQ(wiring_.has_value(), diagnostics_.empty());
+    std::string mistakes = diagnostics_.to_text();
     const std::string path = folder_.path().string() + "/";
     for (std::size_t at = mistakes.find(path); at != std::string::npos; at = mistakes.find(path))
       mistakes.erase(at, path.size());
@@ -43,8 +36,6 @@ class WorldWiring : public ::testing::Test {
            parameters + "}\n";
   }
 
-  Folder folder_;
-  std::unique_ptr<config::Scenario> scenario_;
   std::optional<Wiring> wiring_;
 };
 
