@@ -4,11 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "io/can/dbc.hpp"
 #include "runtime/run/expectations.hpp"
 #include "tests/support/rounds.hpp"
+#include "tests/support/text_mutator.hpp"
 #include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
@@ -285,38 +284,16 @@ TEST_F(CanWiring, FileWithoutAMessageIsRefusedWithItsPlace) {
 
 /// A scenario with a damaged file is wired, or refused with places.
 TEST_F(CanWiring, DamagedDatabasesAreWiredOrRefused) {
-  std::mt19937_64 random(46);
   std::uint64_t accepted = 0;
   std::uint64_t refused = 0;
+  const std::string text = changed("- message: Status\n", "- message: Status\n      - message: Wide\n");
   const std::uint64_t rounds = tests::rounds(2000);
-  for (std::uint64_t round = 0; round < rounds; ++round) {
-    std::string text = database;
-    for (std::uint64_t changes = 1 + random() % 4; changes > 0; --changes) {
-      const std::size_t at = random() % text.size();
-      switch (random() % 5) {
-        case 0:
-          text[at] = static_cast<char>(random());
-          break;
-        case 1:
-          text.erase(at, 1 + random() % 12);
-          break;
-        case 2:
-          text.insert(at, text.substr(random() % text.size(), random() % 60));
-          break;
-        case 3:
-          text.insert(at, std::to_string(random() % (random() % 2 == 0 ? 100 : 10'000'000'000)));
-          break;
-        default:
-          text.insert(at, std::string(1, "\";:|@()[]-\n"[random() % 11]));
-          break;
-      }
-    }
-    folder_.write("test.dbc", text);
-    const bool is_wired =
-        wired(changed("- message: Status\n", "- message: Status\n      - message: Wide\n")).has_value();
-    ASSERT_EQ(is_wired, diagnostics_.empty()) << text;
+  for (std::uint64_t seed = 0; seed < rounds; ++seed) {
+    folder_.write("test.dbc", tests::TextMutator(seed).mutate(database));
+    const bool is_wired = wired(text).has_value();
+    ASSERT_EQ(is_wired, diagnostics_.empty()) << "seed " << seed;
     for (const config::Mistake& mistake : diagnostics_.mistakes())
-      ASSERT_GE(mistake.place.line, 1U) << mistake.message << text;
+      ASSERT_GE(mistake.place.line, 1U) << "seed " << seed << ": " << mistake.message;
     ++(is_wired ? accepted : refused);
   }
   EXPECT_GT(accepted, rounds / 10);
