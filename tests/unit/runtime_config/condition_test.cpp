@@ -179,7 +179,7 @@ TEST(Condition, LimitsAreExact) {
                               "nested deeper than 32"));
   EXPECT_TRUE(
       is_only_mistake(mistakes_in("a == 1" + std::string(Condition::max_text_bytes, ' ') + "or b == 1"), 1, 8,
-                      "at largest 8192 bytes"));
+                      "at most 8192 bytes"));
 }
 
 /// A random condition as text, and its result for the values of a and b.

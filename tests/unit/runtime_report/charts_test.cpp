@@ -22,7 +22,7 @@ namespace {
 using test::parse_strictly;
 using test::XmlElement;
 
-constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t max_int64 = std::numeric_limits<std::int64_t>::max();
 
 double number(const XmlElement& element, const char* attribute) {
   return std::stod(element.attributes.at(attribute));
@@ -76,12 +76,13 @@ TEST(Axis, TicksAreRoundAndInside) {
 TEST(HistogramChart, DrawsAnyRange) {
   for (const Histogram& empty : {Histogram{}, Histogram{{5, 6, 0}}})
     EXPECT_NE(drawn(empty, {"latency", Scale::Kind::linear, {}}).find("No samples."), std::string::npos);
-  const std::vector<Histogram> histograms{{{0, 0, 1}},
-                                          {{1, 1, 1}},
-                                          {{5'000, 5'031, 1}},
-                                          {{0, 0, 10'000'000'000}, {largest - 1, largest, 1}},
-                                          {{-50, -1, 3}, {0, 9, 2}},
-                                          {{largest, largest, std::numeric_limits<std::uint64_t>::max()}}};
+  const std::vector<Histogram> histograms{
+      {{0, 0, 1}},
+      {{1, 1, 1}},
+      {{5'000, 5'031, 1}},
+      {{0, 0, 10'000'000'000}, {max_int64 - 1, max_int64, 1}},
+      {{-50, -1, 3}, {0, 9, 2}},
+      {{max_int64, max_int64, std::numeric_limits<std::uint64_t>::max()}}};
   for (const Histogram& histogram : histograms) {
     for (const auto axis : {Scale::Kind::linear, Scale::Kind::logarithmic}) {
       const XmlElement svg = parse_strictly(drawn(
@@ -140,8 +141,8 @@ TEST(HistogramChart, NamesOfMarksAreNotCrossedByTallerMarks) {
 
 TEST(HistogramOf, CountsEverySampleOnce) {
   std::mt19937_64 random(5);
-  std::uniform_int_distribution<std::int64_t> any(std::numeric_limits<std::int64_t>::min(), largest);
-  std::vector<std::int64_t> samples{0, 1, largest, std::numeric_limits<std::int64_t>::min()};
+  std::uniform_int_distribution<std::int64_t> any(std::numeric_limits<std::int64_t>::min(), max_int64);
+  std::vector<std::int64_t> samples{0, 1, max_int64, std::numeric_limits<std::int64_t>::min()};
   for (int round = 0; round < 500; ++round)
     samples.push_back(any(random));
   const Histogram histogram = histogram_of(samples, 40);
