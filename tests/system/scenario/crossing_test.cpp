@@ -53,13 +53,13 @@ TEST(VirtualCrossing, StopsTheCarWithTheController) {
   ASSERT_GE(report["expectations"].size(), 2U);
   for (const auto& expectation : report["expectations"])
     EXPECT_TRUE(expectation["passed"].get<bool>()) << expectation;
-  const auto says = [&](const std::string& words) {
+  const auto has_event = [&](const std::string& words) {
     return std::ranges::any_of(report["events"], [&](const auto& event) {
       return event["text"].template get<std::string>().find(words) != std::string::npos;
     });
   };
-  EXPECT_TRUE(says("the device under test requests")) << report["events"];
-  EXPECT_TRUE(says("the ego stops")) << report["events"];
+  EXPECT_TRUE(has_event("the device under test requests")) << report["events"];
+  EXPECT_TRUE(has_event("the ego stops")) << report["events"];
   for (const auto& process : report["processes"])
     EXPECT_EQ(process["exit"], "exited with code 0") << process;
 
@@ -69,7 +69,7 @@ TEST(VirtualCrossing, StopsTheCarWithTheController) {
   EXPECT_EQ(greatest(signals["collision.total"]), 0.0);
   ASSERT_FALSE(signals["traffic.ego.speed"].empty());
   EXPECT_GT(signals["traffic.ego.speed"].front(), 5.0);
-  EXPECT_EQ(*std::ranges::min_element(signals["traffic.ego.speed"]), 0.0) << "the ego stands";
+  EXPECT_EQ(*std::ranges::min_element(signals["traffic.ego.speed"]), 0.0) << "the ego stops";
   const auto frames = read_can_log(folder / "out/can-car.log");
   EXPECT_GT(greatest(values_on_bus(frames, "BrakeCommand.Deceleration")), 1.0);
   EXPECT_EQ(values_on_bus(frames, "ObjectHeader.Counter").size(), 1001U)

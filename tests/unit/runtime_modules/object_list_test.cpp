@@ -191,7 +191,7 @@ TEST(ObjectList, CountsTheHitsThatItIgnores) {
   EXPECT_EQ(list.ignored_hits(), 5U);
   list.end_sweep(0, origin);
   EXPECT_EQ(valid_slots(list), 2U);
-  // Closed objects make room.
+  // Closed objects do not count.
   see(list, 2, {12.0, 0.0, 0.0}, 10, 0);
   list.end_sweep(0, origin);
   EXPECT_EQ(list.ignored_hits(), 5U);
