@@ -2,21 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/config/parse.hpp"
 #include "runtime/modules/range_finder/range_finder.hpp"
+#include "tests/unit/runtime_modules/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class GuideRangeFinder : public ::testing::Test {
+class GuideRangeFinder : public testing::ModuleFixture {
  protected:
+  GuideRangeFinder() : ModuleFixture({"vehicle", "structure"}) {}
   void SetUp() override {
-    auto opened = rtstdb::Database::open({});
-    ASSERT_TRUE(opened) << opened.error().message;
-    database_ = std::move(opened).value();
-    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"vehicle", "structure"});
+    ModuleFixture::SetUp();
     rtstdb::EntityRow car;
     car.geometry = world_->add_geometry(rtstdb::make_box({4.0, 2.0, 1.0}), "car");
     car.mask = *world_->layer_bit("vehicle");
@@ -30,30 +28,12 @@ class GuideRangeFinder : public ::testing::Test {
   }
 
   std::unique_ptr<Module> make(const std::string& parameters) {
-    const ModuleType type = range_finder_type();
-    const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
-    if (!value) return nullptr;
-    auto module = type.create(*value, diagnostics_);
-    module->configure(*world_, events_, {.instance = "range", .period_ns = 10 * ms, .deadline_ns = 10 * ms});
-    return module;
+    return ModuleFixture::make(range_finder_type(), parameters,
+                               {.instance = "range", .period_ns = 10 * ms, .deadline_ns = 10 * ms});
   }
   std::vector<double> step(Module& module, std::int64_t time_ns) {
-    std::vector<double> outputs(module.ports().outputs.size(), -1.0);
-    StepContext context;
-    context.time_ns = time_ns;
-    context.period_ns = 10 * ms;
-    context.deadline = rtstdb::ClockTime::max();
-    context.version = database_->latest().version;
-    context.outputs = outputs;
-    context.events = &events_;
-    module.step(context);
-    return outputs;
+    return ModuleFixture::step(module, 0, time_ns, 10 * ms);
   }
-
-  std::unique_ptr<rtstdb::Database> database_;
-  std::unique_ptr<World> world_;
-  EventLog events_;
-  config::Diagnostics diagnostics_;
 };
 
 TEST_F(GuideRangeFinder, MeasuresTheDistanceFromTheMovingBody) {

@@ -2,48 +2,20 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/config/parse.hpp"
-#include "runtime/modules/module.hpp"
+#include "tests/unit/runtime_modules/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 
-class VehiclesModule : public ::testing::Test {
+class VehiclesModule : public testing::ModuleFixture {
  protected:
-  void SetUp() override {
-    auto opened = rtstdb::Database::open({});
-    ASSERT_TRUE(opened) << opened.error().message;
-    database_ = std::move(opened).value();
-    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"vehicle"});
-  }
+  VehiclesModule() : ModuleFixture({"vehicle"}) {}
 
   std::unique_ptr<Module> make(const std::string& parameters, const std::string& instance = "traffic") {
-    const ModuleType& type = *find_module_type("vehicles");
-    const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
-    if (!value) return nullptr;
-    auto module = type.create(*value, diagnostics_);
-    module->configure(*world_, events_, {.instance = instance, .period_ns = 100 * second_ns});
-    return module;
-  }
-
-  std::vector<double> step(Module& module, std::uint64_t run) {
-    return step(module, run, static_cast<std::int64_t>(run) * 100 * second_ns, 100 * second_ns);
-  }
-
-  std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns) {
-    std::vector<double> outputs(module.ports().outputs.size());
-    StepContext context;
-    context.run = run;
-    context.period_ns = period_ns;
-    context.time_ns = time_ns;
-    context.deadline = rtstdb::ClockTime::max();
-    context.version = database_->latest().version;
-    context.outputs = outputs;
-    context.events = &events_;
-    module.step(context);
-    return outputs;
+    return ModuleFixture::make(*find_module_type("vehicles"), parameters,
+                               {.instance = instance, .period_ns = 100 * second_ns});
   }
 
   rtstdb::Motion motion_of(const std::string& name) const {
@@ -54,11 +26,6 @@ class VehiclesModule : public ::testing::Test {
     }
     throw std::runtime_error("no body " + name);
   }
-
-  std::unique_ptr<rtstdb::Database> database_;
-  std::unique_ptr<World> world_;
-  EventLog events_;
-  config::Diagnostics diagnostics_;
 };
 
 TEST_F(VehiclesModule, OneLeavesTheWorldWithoutAffectingOthers) {
@@ -68,7 +35,8 @@ TEST_F(VehiclesModule, OneLeavesTheWorldWithoutAffectingOthers) {
       " slow: {position: [-9 km, 50 m], speed: 1 m/s, desired_speed: 100 m/s, acceleration: 0.1 m/s2}}}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   for (std::uint64_t run = 0; run < 13; ++run) {
-    const std::vector<double> outputs = step(*module, run);
+    const std::vector<double> outputs =
+        step(*module, run, static_cast<std::int64_t>(run) * 100 * second_ns, 100 * second_ns);
     if (run == 0) continue;
     EXPECT_DOUBLE_EQ(motion_of("traffic.slow").v_world_mps.x, outputs[7]) << "after step " << run;
   }

@@ -4,19 +4,14 @@
 
 #include <limits>
 
-#include "runtime/modules/module.hpp"
+#include "tests/unit/runtime_modules/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
 
-class ModuleWorld : public ::testing::Test {
+class ModuleWorld : public testing::ModuleFixture {
  protected:
-  void SetUp() override {
-    auto opened = rtstdb::Database::open({});
-    ASSERT_TRUE(opened) << opened.error().message;
-    database_ = std::move(opened).value();
-    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"ground", "structure", "vehicle"});
-  }
+  ModuleWorld() : ModuleFixture({"ground", "structure", "vehicle"}) {}
 
   /// The text of the SetupError that `action` throws.
   template <typename Action>
@@ -28,9 +23,6 @@ class ModuleWorld : public ::testing::Test {
     }
     return "no SetupError";
   }
-
-  std::unique_ptr<rtstdb::Database> database_;
-  std::unique_ptr<World> world_;
 };
 
 TEST_F(ModuleWorld, LayersAreMaskBitsInTheirOrder) {
