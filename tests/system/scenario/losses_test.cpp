@@ -17,9 +17,6 @@ namespace {
 constexpr const char* tolerant_timing =
     "realtime: {scheduler: other, lock_memory: false, watchdog: 30 s, max_lost: 100 %}\n";
 
-const std::string car_bus = std::string("can: [{bus: car, database: \"") + HIL_SOURCE_DIR +
-                            "/configs/crossing/crossing.dbc\", rate: 100 Hz}]\n";
-
 /// A scenario with an empty world, in its folder.
 class SmallScenario {
  public:
@@ -151,7 +148,9 @@ TEST(Losses, RunThatSkipsMostOfItsTicksIsBroken) {
 }
 
 TEST(Losses, RemovedRunFolderIsReported) {
-  const SmallScenario scenario(std::string("duration: 3 s\n") + tolerant_timing + car_bus);
+  const SmallScenario scenario(std::string("duration: 3 s\n") + tolerant_timing +
+                               "can: [{bus: car, database: \"" + HIL_SOURCE_DIR +
+                               "/configs/crossing/crossing.dbc\", rate: 100 Hz}]\n");
   Program run(hil(scenario.run()));
   ASSERT_TRUE(run_begins(run, scenario.out()));
   std::filesystem::remove_all(scenario.out());
@@ -164,13 +163,11 @@ TEST(Losses, RemovedRunFolderIsReported) {
 }
 
 TEST(Losses, FilesThatCanNotBeWrittenAreReported) {
-  const std::string no_space = "can not be written: No space left on device";
   for (const auto& [file, words] : {std::pair<std::string, std::string>("signals.csv", "signals.csv"),
                                     {"tool.out", "tool.out"},
-                                    {"can-car.log", no_space},
                                     {"", "tool.out' was changed by another program"}}) {
     SCOPED_TRACE(words);
-    const SmallScenario scenario(std::string("duration: 1 s\n") + tolerant_timing + car_bus +
+    const SmallScenario scenario(std::string("duration: 1 s\n") + tolerant_timing +
                                  "processes:\n  tool: {command: [sh, \"-c\", \"echo hello; " +
                                  (file.empty() ? "sleep 0.5; : > $0; echo again; " : "") +
                                  "exec sleep 100\", out/tool.out]}\n");

@@ -145,6 +145,21 @@ TEST_F(RunFiles, CanLogHasTheFramesThatTheReportCounts) {
   }
 }
 
+TEST(RunFolder, CanLogThatCanNotBeWrittenFailsTheRun) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "out");
+  std::filesystem::create_symlink("/dev/full", folder / "out/can-car.log");
+  const Ended run =
+      run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "1 s", "--out", folder / "out"},
+                      few_beams()}));
+  EXPECT_EQ(run.code, 4) << run.output << run.errors;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(report["verdict"], "io_failed");
+  EXPECT_EQ(report["exit_code"], 4);
+  EXPECT_EQ(report["reason"],
+            "the CAN log '" + (folder / "out/can-car.log") + "' can not be written: No space left on device");
+}
+
 TEST(RunFolder, CanLogHasNoFramesThatFaultInjectionDropped) {
   const Folder folder;
   const Ended run = run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "2s", "--out",
