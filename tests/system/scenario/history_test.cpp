@@ -2,11 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
-#include <cmath>
-#include <fstream>
 #include <map>
-#include <sstream>
 
 #include "runtime/report/file_checksum.hpp"
 #include "tests/system/scenario/hil.hpp"

@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cmath>
-#include <fstream>
 #include <map>
 #include <sstream>
 

@@ -1,7 +1,5 @@
 #include "runtime/config/condition.hpp"
 
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <random>
 

@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdint>
-#include <thread>
 
 #include "runtime/executive/executive.hpp"
 #include "tests/unit/runtime_executive/fake_time.hpp"
