@@ -1,5 +1,5 @@
 #pragma once
-// A scenario that uses every part of the language, with the files it names.
+// A scenario that uses every part of the language, with its files.
 
 #include "config_test.hpp"
 
@@ -109,7 +109,7 @@ inline SchemaOfModules module_schemas() {
           {"laser_scanner",
            Schema::record(
                {Field::needed("columns", Schema::integer(1, 4096), "Columns of the scan."),
-                Field::needed("range", Schema::quantity(Quantity::length_m, 0.1, 500.0), "Its reach.")})}};
+                Field::needed("range", Schema::quantity(Quantity::length_m, 0.1, 500.0), "Its range.")})}};
 }
 
 /// scenario.yaml and the files beside it.
@@ -134,7 +134,7 @@ class ScenarioFolder {
   TemporaryFolder folder_;
 };
 
-/// The scenario with one piece of its text replaced; the piece has to be there once.
+/// The text with `from`, which it contains once, replaced by `to`.
 inline std::string with_change(const std::string& from, const std::string& to,
                                std::string text = scenario_text) {
   const std::size_t at = text.find(from);

@@ -10,7 +10,7 @@ using testing::scenario_text;
 using testing::ScenarioFolder;
 using testing::with_change;
 
-class ScenarioTest : public ::testing::Test {
+class ScenarioFile : public ::testing::Test {
  protected:
   void SetUp() override {
     scenario_ = files_.load(testing::scenario_text, diagnostics_);
@@ -25,7 +25,7 @@ class ScenarioTest : public ::testing::Test {
   std::optional<Scenario> scenario_;
 };
 
-TEST_F(ScenarioTest, General) {
+TEST_F(ScenarioFile, GeneralSettingsAreRead) {
   EXPECT_EQ(scenario().file, path("scenario.yaml"));
   EXPECT_EQ(scenario().name, "everything");
   EXPECT_EQ(scenario().about, "uses every part of the language");
@@ -42,7 +42,7 @@ TEST_F(ScenarioTest, General) {
   EXPECT_EQ(scenario().realtime.watchdog_ns, 250'000'000);
 }
 
-TEST_F(ScenarioTest, World) {
+TEST_F(ScenarioFile, WorldIsRead) {
   const World& world = scenario().world;
   EXPECT_EQ(world.gpu, "llvmpipe");
   EXPECT_EQ(world.max_entities, 100U);
@@ -70,7 +70,7 @@ TEST_F(ScenarioTest, World) {
   EXPECT_EQ(world.entities[0].rotation_wxyz, (std::array{1.0, 0.0, 0.0, 0.0}));
 }
 
-TEST_F(ScenarioTest, Tasks) {
+TEST_F(ScenarioFile, TasksAreRead) {
   ASSERT_EQ(scenario().tasks.size(), 2U);
   const TaskSection& traffic = scenario().tasks[0];
   EXPECT_EQ(traffic.module.text, "traffic");
@@ -97,7 +97,7 @@ TEST_F(ScenarioTest, Tasks) {
   EXPECT_EQ(scanner.parameters["range"].number(), 80.0);
 }
 
-TEST_F(ScenarioTest, Can) {
+TEST_F(ScenarioFile, CanBusesAreRead) {
   ASSERT_EQ(scenario().can.size(), 2U);
   const CanSection& car = scenario().can[0];
   EXPECT_TRUE(car.is_virtual());
@@ -129,7 +129,7 @@ TEST_F(ScenarioTest, Can) {
   EXPECT_FALSE(scenario().can[1].is_virtual());
 }
 
-TEST_F(ScenarioTest, Modbus) {
+TEST_F(ScenarioFile, ModbusUnitsAreRead) {
   ASSERT_EQ(scenario().modbus.size(), 1U);
   const ModbusSection& plc = scenario().modbus[0];
   EXPECT_EQ(plc.unit.text, "plc");
@@ -150,7 +150,7 @@ TEST_F(ScenarioTest, Modbus) {
   EXPECT_EQ(plc.registers.find("time_ms")->order, io::modbus::ByteOrder::cdab);
 }
 
-TEST_F(ScenarioTest, AModbusClientKeepsTheRegistersThatTheScenarioNames) {
+TEST_F(ScenarioFile, ModbusClientKeepsTheRegistersThatAreUsed) {
   const auto names_after = [](const std::string& from, const std::string& to) {
     Diagnostics diagnostics;
     const ScenarioFolder files;
@@ -171,7 +171,7 @@ TEST_F(ScenarioTest, AModbusClientKeepsTheRegistersThatTheScenarioNames) {
             (Names{"alive", "demand", "light", "time_ms"}));
 }
 
-TEST_F(ScenarioTest, ModbusConstantsAndLimits) {
+TEST_F(ScenarioFile, ModbusLimitsAreRead) {
   EXPECT_EQ(scenario().modbus[0].max_gap, 0);
   EXPECT_EQ(scenario().modbus[0].max_clients, 64U);
   Diagnostics diagnostics;
@@ -187,8 +187,8 @@ TEST_F(ScenarioTest, ModbusConstantsAndLimits) {
   EXPECT_EQ(other->modbus[0].unit_id, 250);
 }
 
-/// One period of 20 Hz and the time-out of 500 ms are 550 ms.
-TEST_F(ScenarioTest, AnAgeThatIsReachedWithoutAFaultIsAWarning) {
+/// A period of 50 ms and a time-out of 500 ms: values are up to 550 ms old without a fault.
+TEST_F(ScenarioFile, MaxAgeBelowPeriodAndTimeoutIsAWarning) {
   const auto warnings = [](const std::string& from, const std::string& to) {
     Diagnostics diagnostics;
     const ScenarioFolder files;
@@ -207,7 +207,7 @@ TEST_F(ScenarioTest, AnAgeThatIsReachedWithoutAFaultIsAWarning) {
   EXPECT_EQ(warnings("max_age: 2 s", "timeout: 5 s").size(), 1U);
 }
 
-TEST_F(ScenarioTest, Processes) {
+TEST_F(ScenarioFile, ProcessesAreRead) {
   ASSERT_EQ(scenario().processes.size(), 2U);
   const ProcessSection& dut = scenario().processes[0];
   EXPECT_EQ(dut.name.text, "dut");
@@ -227,7 +227,7 @@ TEST_F(ScenarioTest, Processes) {
   EXPECT_EQ(plc.start_timeout_ns, 3'000'000'000);
 }
 
-TEST_F(ScenarioTest, Expectations) {
+TEST_F(ScenarioFile, ExpectationsAreRead) {
   ASSERT_EQ(scenario().expectations.size(), 4U);
   const Never& never = std::get<Never>(scenario().expectations[0].claim);
   ASSERT_EQ(never.condition.mentions().size(), 1U);
@@ -242,7 +242,7 @@ TEST_F(ScenarioTest, Expectations) {
   EXPECT_EQ(response.at_least, 10U);
 }
 
-TEST(ScenarioDefaults, OneLineIsAScenario) {
+TEST(ScenarioDefaults, ApplyToAScenarioOfOneLine) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   const auto scenario = files.load("scenario: least\n", diagnostics);
@@ -261,7 +261,7 @@ TEST(ScenarioDefaults, OneLineIsAScenario) {
   EXPECT_TRUE(scenario->processes.empty());
 }
 
-TEST(ScenarioDefaults, NothingMayBeLostUnlessItIsSaid) {
+TEST(ScenarioDefaults, PermitNoLoss) {
   const ScenarioFolder files;
   const auto load = [&](const std::string& text) {
     Diagnostics diagnostics;
@@ -283,7 +283,7 @@ TEST(ScenarioDefaults, NothingMayBeLostUnlessItIsSaid) {
   EXPECT_TRUE(lenient.modbus[0].may_be_lost);
 }
 
-TEST(ScenarioDefaults, UnderTheVirtualClockAProcessKeepsStepOrIsSaidToRunFree) {
+TEST(ScenarioDefaults, RefuseProcessesOutOfStepWithTheVirtualClock) {
   const ScenarioFolder files;
   const auto mistakes = [&](const std::string& command, const std::string& more = "") {
     Diagnostics diagnostics;
@@ -314,7 +314,7 @@ TEST(ScenarioDefaults, UnderTheVirtualClockAProcessKeepsStepOrIsSaidToRunFree) {
   }
 }
 
-TEST(ScenarioDefaults, HowSurelyTheHistoryIsOnDiskCanBeSaid) {
+TEST(ScenarioDefaults, OfDurabilityCanBeChanged) {
   const ScenarioFolder files;
   const auto world = [&](const std::string& words) {
     Diagnostics diagnostics;
@@ -333,7 +333,7 @@ TEST(ScenarioDefaults, HowSurelyTheHistoryIsOnDiskCanBeSaid) {
     EXPECT_FALSE(world(refused)) << refused;
 }
 
-TEST(ScenarioDefaults, AnglesTurnRollFirstAndYawLast) {
+TEST(ScenarioDefaults, RotateRollFirstAndYawLast) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   const auto scenario = files.load(
@@ -349,7 +349,7 @@ TEST(ScenarioDefaults, AnglesTurnRollFirstAndYawLast) {
   EXPECT_NEAR(q[3], 0.5, 1e-15);
 }
 
-TEST(Layers, HoldThirtyTwo) {
+TEST(Layers, AreAtMost32) {
   Layers layers;
   for (int i = 0; i < 32; ++i)
     EXPECT_EQ(layers.add("layer" + std::to_string(i)), std::uint32_t{1} << i);

@@ -1,4 +1,4 @@
-// Others on the same wires while a scenario runs: mbpoll at the PLC.
+// Another Modbus client, mbpoll, reads and writes registers of the PLC during a run.
 
 #include <gtest/gtest.h>
 
@@ -17,10 +17,10 @@ constexpr const char* input = "3";
 constexpr int detector_ego = 0, override_mode = 4, light_ego = 0, light_cross = 1;
 constexpr int red = 0, green = 2, mode_all_red = 3, mode_cross_green = 2;
 
-/// mbpoll at one register of the PLC that a run has started.
+/// mbpoll, for single registers of the PLC that a run has started.
 class Mbpoll {
  public:
-  /// The port is the one that the run gave its PLC.
+  /// Takes the port from the command line of the PLC.
   explicit Mbpoll(pid_t plc) {
     const std::vector<std::string> words = command_line(plc);
     const auto listen = std::ranges::find(words, "--listen");
@@ -52,7 +52,7 @@ class Mbpoll {
   std::string port_;
 };
 
-/// The first row from `from` on in which all these hold.
+/// The first row from `from` on in which `holds` is true.
 template <typename Holds>
 std::size_t first_row(const Signals& signals, std::size_t from, const Holds& holds) {
   std::size_t row = from;
@@ -61,7 +61,7 @@ std::size_t first_row(const Signals& signals, std::size_t from, const Holds& hol
   return row;
 }
 
-TEST(Outside, MbpollReadsTheDetectorAndSetsTheLightsWhileTheScenarioRuns) {
+TEST(ModbusClient, ReadsTheDetectorAndSetsTheLightsDuringARun) {
   const Folder folder;
   Program run(hil(joined({{"run", crossing(), "--duration", "3600 s", "--out", folder / "out"},
                           few_beams(),
@@ -69,21 +69,27 @@ TEST(Outside, MbpollReadsTheDetectorAndSetsTheLightsWhileTheScenarioRuns) {
   const auto plc = run.child("hil-crossing-plc");
   ASSERT_TRUE(plc.has_value());
   const Mbpoll mbpoll(*plc);
-  std::error_code absent;
-  ASSERT_TRUE(eventually([&] {
-    return std::filesystem::file_size(folder / "out/can-car.log", absent) > 0 && !absent;
-  })) << run.wait().errors;
+  const auto log_size = [&] {
+    std::error_code absent;
+    const auto size = std::filesystem::file_size(folder / "out/can-car.log", absent);
+    return absent ? 0 : size;
+  };
+  ASSERT_TRUE(eventually([&] { return log_size() > 0; })) << run.wait().errors;
+  // The run logs several frames in each cycle of the PLC's 50 ms, so many cycles pass.
+  const auto wait_for_cycles = [&] {
+    EXPECT_TRUE(eventually([&, before = log_size()] { return log_size() > before + 20'000; }));
+  };
 
   EXPECT_TRUE(eventually([&] { return mbpoll.read(holding, detector_ego) == 1; }))
       << "the ego starts on its loop";
   mbpoll.write(override_mode, mode_all_red);
   EXPECT_TRUE(eventually(
       [&] { return mbpoll.read(input, light_ego) == red && mbpoll.read(input, light_cross) == red; }));
-  std::this_thread::sleep_for(std::chrono::seconds(1));  // some cycles of the run
+  wait_for_cycles();
   mbpoll.write(override_mode, mode_cross_green);
   EXPECT_TRUE(eventually([&] { return mbpoll.read(input, light_cross) == green; }));
   EXPECT_EQ(mbpoll.read(input, light_ego), red);
-  std::this_thread::sleep_for(std::chrono::seconds(1));
+  wait_for_cycles();
   run.signal(SIGINT);
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;

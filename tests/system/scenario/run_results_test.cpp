@@ -1,4 +1,4 @@
-// What a run says of itself is what it did: its counts, its times, and what came to nothing.
+// The results that a run reports agree with what it did.
 
 #include <gtest/gtest.h>
 
@@ -12,14 +12,14 @@ namespace {
 nlohmann::json named(const nlohmann::json& list, const std::string& name) {
   for (const nlohmann::json& entry : list)
     if (entry["name"] == name) return entry;
-  ADD_FAILURE() << "nothing is called " << name;
+  ADD_FAILURE() << "no entry has the name " << name;
   return {};
 }
 
-TEST(WhatIsTold, AQueuedRunReadsTheWorldOfItsOwnRelease) {
+TEST(RunResults, QueuedRunReadsTheWorldOfItsRelease) {
   const Folder folder;
-  // More beams than any machine shoots in time, of a sensor that moves with a car whose row is written at
-  // each tick.
+  // More beams than a machine computes in time, of a sensor on a car whose row is written in each run of its
+  // task.
   write_text(folder / "queue.yaml", R"(
 scenario: queue
 base_rate: 1 kHz
@@ -53,7 +53,7 @@ void leave_reports(const Folder& folder) {
     write_text(folder / "out/" + file, "passed");
 }
 
-TEST(WhatIsTold, ARefusedScenarioLeavesNoReportOfAnEarlierRun) {
+TEST(RunResults, RefusedScenarioRemovesTheReportOfAnEarlierRun) {
   for (const std::vector<std::string>& mistake : {std::vector<std::string>{"--set", "base_rat=1"},
                                                   std::vector<std::string>{"--fail-on", "mises > 0"}}) {
     const Folder folder;
@@ -70,14 +70,14 @@ TEST(WhatIsTold, ARefusedScenarioLeavesNoReportOfAnEarlierRun) {
   }
 }
 
-TEST(WhatIsTold, FilesAmongTheLogsAreReportedAndStay) {
+TEST(RunResults, FilesOfTheUserInTheLogAreReportedAndKept) {
   const Folder folder;
   leave_reports(folder);
   std::filesystem::create_directories(folder / "out/database");
-  write_text(folder / "out/database/thesis.txt", "mine");
+  write_text(folder / "out/database/thesis.txt", "of the user");
   const Ended ended = run_hil({"run", crossing(), "--out", folder / "out"});
   EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
-  EXPECT_EQ(read_text(folder / "out/database/thesis.txt"), "mine");
+  EXPECT_EQ(read_text(folder / "out/database/thesis.txt"), "of the user");
   const auto report = read_report(folder / "out");
   EXPECT_EQ(report["verdict"], "io_failed");
   EXPECT_EQ(report["exit_code"], 4);
@@ -85,36 +85,36 @@ TEST(WhatIsTold, FilesAmongTheLogsAreReportedAndStay) {
   EXPECT_NE(read_text(folder / "out/junit.xml").find("<error"), std::string::npos);
 }
 
-/// A body in the middle of `others`.
-std::string crowd(int others) {
+/// A body among `bodies` that it touches.
+std::string crowd(int bodies) {
   std::string text =
       "scenario: crowd\nbase_rate: 100 Hz\nduration: 100 ms\nclock: virtual\nworld:\n  entities:\n"
       "    - {name: hub, shape: {sphere: 1 m}, mask: [hub]}\n";
-  for (int i = 0; i < others; ++i)
+  for (int i = 0; i < bodies; ++i)
     text += "    - {name: b" + std::to_string(i) + ", shape: {sphere: 0.5 m}, mask: [crowd]}\n";
   return text +
          "tasks:\n  - {module: c, type: collision, rate: 100 Hz, parameters: {body: hub, against: "
          "[crowd]}}\n";
 }
 
-TEST(WhatIsTold, NoCollisionIsLost) {
-  for (const int others : {40, 1'100}) {
+TEST(RunResults, EveryCollisionIsCounted) {
+  for (const int bodies : {40, 1'100}) {
     const Folder folder;
-    write_text(folder / "crowd.yaml", crowd(others));
+    write_text(folder / "crowd.yaml", crowd(bodies));
     const Ended ended = run_hil({"run", folder / "crowd.yaml", "--out", folder / "out"});
     EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
     const Signals signals(folder / "out");
-    EXPECT_EQ(signals["c.hits"].back(), others);
-    EXPECT_EQ(signals["c.total"].back(), others);
-    bool said = false;
+    EXPECT_EQ(signals["c.hits"].back(), bodies);
+    EXPECT_EQ(signals["c.total"].back(), bodies);
+    bool reported = false;
     const auto report = read_report(folder / "out");
     for (const nlohmann::json& event : report["events"])
-      said = said || event["text"].get<std::string>().find("more than the 1024") != std::string::npos;
-    EXPECT_EQ(said, others > 1024);
+      reported = reported || event["text"].get<std::string>().find("more than the 1024") != std::string::npos;
+    EXPECT_EQ(reported, bodies > 1024);
   }
 }
 
-TEST(WhatIsTold, AFolderThatTakesNoReportLeavesNoClaimOfOne) {
+TEST(RunResults, ReportThatCanNotBeWrittenIsWrittenAgainAsAFailure) {
   const Folder folder;
   std::filesystem::create_directories(folder / "out");
   std::filesystem::create_symlink("/dev/full", folder / "out/report.json.part");
@@ -122,12 +122,12 @@ TEST(WhatIsTold, AFolderThatTakesNoReportLeavesNoClaimOfOne) {
   const Ended once = run_hil({"run", folder / "crowd.yaml", "--out", folder / "out"});
   EXPECT_EQ(once.code, 4) << once.output << once.errors;
   EXPECT_TRUE(once.output.starts_with("I/O failed: ")) << once.output;
-  EXPECT_NE(once.output.find("report in"), std::string::npos) << "the second try had room";
+  EXPECT_NE(once.output.find("report in"), std::string::npos) << "the second attempt succeeded";
   EXPECT_EQ(read_report(folder / "out")["exit_code"], 4);
   EXPECT_NE(read_text(folder / "out/run.log").find("exit code 4: "), std::string::npos);
 }
 
-TEST(WhatIsTold, AnOutputThatIsLostIsExitCode4) {
+TEST(RunResults, OutputThatCanNotBeWrittenIsExitCode4) {
   const Folder folder;
   write_text(folder / "crowd.yaml", crowd(1));
   Program run(

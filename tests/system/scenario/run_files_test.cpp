@@ -1,41 +1,48 @@
-// What a run leaves, and the commands that need no run.
+// The files that a run writes, and the commands that need no run.
+
+#include "tests/system/scenario/run_files.hpp"
 
 #include <gtest/gtest.h>
 
-#include <regex>
+#include <map>
+#include <memory>
 #include <set>
 
-#include "tests/paths.h"
 #include "tests/system/scenario/hil.hpp"
-#include "tests/system/scenario/run_files.hpp"
 
 namespace hil::scenario_test {
 namespace {
 
-void run_shortly(const Folder& folder) {
-  const Ended run =
-      run_hil(joined({{"run", crossing(), "--clock", "virtual", "--out", folder / "out"}, few_beams()}));
-  ASSERT_EQ(run.code, 0) << run.output << run.errors;
-}
+/// The files of one run of the crossing, which all tests of the suite read.
+class RunFiles : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<Folder>();
+    const Ended run =
+        run_hil(joined({{"run", crossing(), "--clock", "virtual", "--out", *folder_ / "out"}, few_beams()}));
+    ASSERT_EQ(run.code, 0) << run.output << run.errors;
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  static std::string out(const std::string& file = {}) { return *folder_ / ("out/" + file); }
 
-TEST(Leftovers, TheReportIsMadeAgainTheSameToTheByte) {
-  const Folder folder;
-  run_shortly(folder);
-  const std::vector<std::string> files{"report.html", "junit.xml", "report.json"};
-  std::vector<std::string> first;
-  first.reserve(files.size());
-  for (const std::string& file : files)
-    first.push_back(read_text(folder / ("out/" + file)));
-  std::filesystem::remove(folder / "out/report.html");
-  std::filesystem::remove(folder / "out/junit.xml");
-  const Ended again = run_hil({"report", folder / "out"});
+ private:
+  static inline std::unique_ptr<Folder> folder_;
+};
+
+TEST_F(RunFiles, ReportIsRemadeByteForByte) {
+  std::map<std::string, std::string> files;
+  for (const std::string file : {"report.html", "junit.xml", "report.json"})
+    files[file] = read_text(out(file));
+  std::filesystem::remove(out("report.html"));
+  std::filesystem::remove(out("junit.xml"));
+  const Ended again = run_hil({"report", out()});
   EXPECT_EQ(again.code, 0) << again.errors;
   EXPECT_NE(again.output.find("Passed"), std::string::npos) << again.output;
-  for (std::size_t i = 0; i < files.size(); ++i)
-    EXPECT_TRUE(read_text(folder / ("out/" + files[i])) == first[i]) << files[i] << " differs";
+  for (const auto& [file, text] : files)
+    EXPECT_TRUE(read_text(out(file)) == text) << file << " differs";
 }
 
-TEST(Leftovers, TheRunLogTellsFromOpeningToEndAndGoesToTheConsoleWhenAsked) {
+TEST(RunFolder, LogDescribesTheRunAndIsPrintedWithVerbose) {
   const Folder folder;
   const Ended run = run_hil(
       joined({{"run", crossing(), "--clock", "virtual", "--out", folder / "out", "--verbose"}, few_beams()}));
@@ -51,15 +58,7 @@ TEST(Leftovers, TheRunLogTellsFromOpeningToEndAndGoesToTheConsoleWhenAsked) {
   }
 }
 
-TEST(Leftovers, ARunThatCanNotBeginSaysWhyInItsLog) {
-  const Folder folder;
-  const Ended run =
-      run_hil({"run", crossing(), "--out", folder / "out", "--set", "dut.command=[no-such-program]"});
-  EXPECT_EQ(run.code, 4) << run.output << run.errors;
-  EXPECT_NE(read_text(folder / "out/run.log").find("the run can not begin: "), std::string::npos);
-}
-
-TEST(Leftovers, TheReasonOfAFailedStartIsPrintedOnceAndLoggedOnce) {
+TEST(RunFolder, ReasonOfAFailedStartIsPrintedAndLoggedOnce) {
   const auto count = [](const std::string& text, const std::string& part) {
     std::size_t found = 0;
     for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
@@ -75,12 +74,14 @@ TEST(Leftovers, TheReasonOfAFailedStartIsPrintedOnceAndLoggedOnce) {
     EXPECT_EQ(run.output,
               "I/O failed: the reason is on stderr and in the report in " + (folder / "out") + "\n");
     EXPECT_EQ(count(read_text(folder / "out/run.log"), "'no-such-program'"), 1U);
+    EXPECT_EQ(count(read_text(folder / "out/run.log"), "the run can not begin: "), 1U);
   }
 }
 
-TEST(Leftovers, NothingOfAnEarlierRunIsTakenForTheResultOfOneThatCouldNotBegin) {
+TEST_F(RunFiles, OfAnEarlierRunAreReplacedByARunThatCanNotBegin) {
   const Folder folder;
-  run_shortly(folder);
+  std::filesystem::copy(out(), folder / "out", std::filesystem::copy_options::recursive);
+  ASSERT_TRUE(std::filesystem::exists(folder / "out/pictures/top-view.svg"));
   const Ended run =
       run_hil({"run", crossing(), "--out", folder / "out", "--set", "dut.command=[no-such-program]"});
   EXPECT_EQ(run.code, 4) << run.output << run.errors;
@@ -98,17 +99,8 @@ TEST(Leftovers, NothingOfAnEarlierRunIsTakenForTheResultOfOneThatCouldNotBegin) 
   EXPECT_FALSE(std::filesystem::exists(folder / "out/pictures/top-view.svg"));
 }
 
-TEST(Leftovers, WithoutAVulkanDeviceTheReportSaysSo) {
-  const Folder folder;
-  const Ended run = run_hil({"run", crossing(), "--out", folder / "out"},
-                            {{"VK_DRIVER_FILES", "/dev/null"}, {"VK_ICD_FILENAMES", "/dev/null"}});
-  EXPECT_EQ(run.code, 5) << run.output << run.errors;
-  EXPECT_EQ(read_report(folder / "out")["verdict"], "gpu_failed");
-  EXPECT_EQ(read_report(folder / "out")["exit_code"], 5);
-}
-
-/// As on a full disk: the trace is too large for what a file may hold here, the report is not.
-TEST(Leftovers, ATraceThatCanNotBeWrittenIsAFailureThatTheReportAgreesWith) {
+/// As on a full disk: the trace is larger than a file may be here, the report is not.
+TEST(RunFolder, TraceThatCanNotBeWrittenFailsTheRun) {
   const Folder folder;
   std::vector<std::string> words = hil(joined({{"run", crossing(), "--clock", "virtual", "--out",
                                                 folder / "out", "--set", "world.durability=volatile"},
@@ -119,13 +111,41 @@ TEST(Leftovers, ATraceThatCanNotBeWrittenIsAFailureThatTheReportAgreesWith) {
   const Ended run = Program({"bash", "-c", command}).wait();
   EXPECT_EQ(run.code, 4) << run.output << run.errors;
   EXPECT_NE(run.errors.find("can not be written: File too large"), std::string::npos) << run.errors;
-  EXPECT_FALSE(run.output.empty()) << "the console tells how the run ended";
+  EXPECT_FALSE(run.output.empty()) << "the console reports the end of the run";
   if (std::filesystem::exists(folder / "out/report.json")) {
     EXPECT_EQ(read_report(folder / "out")["exit_code"], 4);
   }
 }
 
-TEST(Leftovers, ACanLogThatCanNotBeWrittenIsAFailure) {
+TEST_F(RunFiles, TraceHasTheRunsOfEveryTask) {
+  const auto trace = nlohmann::json::parse(read_text(out("trace.json")), nullptr, false);
+  ASSERT_FALSE(trace.is_discarded());
+  std::set<std::string> tracks;
+  std::size_t spans = 0;
+  for (const auto& event : trace["traceEvents"]) {
+    if (event["ph"] == "M" && event["name"] == "thread_name")
+      tracks.insert(event["args"]["name"].get<std::string>());
+    if (event["ph"] == "X") ++spans;
+  }
+  for (const char* task : {"traffic", "scanner", "detectors", "collision", "can.car", "modbus.plc"})
+    EXPECT_EQ(tracks.count(task), 1U) << task;
+  EXPECT_GT(spans, 1000U);
+}
+
+TEST_F(RunFiles, CanLogHasTheFramesThatTheReportCounts) {
+  const auto frames = read_can_log(out("can-car.log"));
+  const auto report = read_report(out());
+  const auto& bus = report["can"][0];
+  EXPECT_EQ(frames.size(), bus["rx"].get<std::size_t>() + bus["tx"].get<std::size_t>());
+  std::int64_t before_ns = 0;
+  for (const auto& frame : frames) {
+    EXPECT_EQ(frame.interface, "car");
+    ASSERT_GE(frame.frame.wall_ns, before_ns);
+    before_ns = frame.frame.wall_ns;
+  }
+}
+
+TEST(RunFolder, CanLogThatCanNotBeWrittenFailsTheRun) {
   const Folder folder;
   std::filesystem::create_directory(folder / "out");
   std::filesystem::create_symlink("/dev/full", folder / "out/can-car.log");
@@ -140,65 +160,7 @@ TEST(Leftovers, ACanLogThatCanNotBeWrittenIsAFailure) {
             "the CAN log '" + (folder / "out/can-car.log") + "' can not be written: No space left on device");
 }
 
-TEST(Leftovers, AFolderWithoutARunIsRefused) {
-  const Folder folder;
-  const Ended ended = run_hil({"report", folder.path().string()});
-  EXPECT_EQ(ended.code, 4);
-  EXPECT_NE(ended.errors.find("report.json"), std::string::npos) << ended.errors;
-}
-
-TEST(Leftovers, ThePageIsWellFormedAndNeedsNothingElse) {
-  const Folder folder;
-  run_shortly(folder);
-  const std::string page = read_text(folder / "out/report.html");
-  EXPECT_GT(page.size(), 10000U);
-  EXPECT_NE(page.find("<svg"), std::string::npos) << "the pictures are inside";
-  static const std::regex reference(R"((?:src|href)\s*=\s*["']([^"'#][^"']*))");
-  for (std::sregex_iterator it(page.begin(), page.end(), reference), end; it != end; ++it)
-    EXPECT_TRUE((*it)[1].str().starts_with("data:")) << "the page refers to " << (*it)[1];
-  EXPECT_EQ(page.find("@import"), std::string::npos);
-  for (std::size_t at = page.find("url("); at != std::string::npos; at = page.find("url(", at + 1))
-    EXPECT_EQ(page.substr(at, 5), "url(#") << "the page refers to " << page.substr(at, 60);
-  const Ended parsed =
-      Program({"python3", std::string(HIL_SOURCE_DIR) + "/tests/system/scenario/well_formed.py",
-               folder / "out/report.html"})
-          .wait();
-  EXPECT_EQ(parsed.code, 0) << parsed.output << parsed.errors;
-}
-
-TEST(Leftovers, TheTraceHoldsEveryTasksRuns) {
-  const Folder folder;
-  run_shortly(folder);
-  const auto trace = nlohmann::json::parse(read_text(folder / "out/trace.json"), nullptr, false);
-  ASSERT_FALSE(trace.is_discarded());
-  std::set<std::string> tracks;
-  std::size_t spans = 0;
-  for (const auto& event : trace["traceEvents"]) {
-    if (event["ph"] == "M" && event["name"] == "thread_name")
-      tracks.insert(event["args"]["name"].get<std::string>());
-    if (event["ph"] == "X") ++spans;
-  }
-  for (const char* task : {"traffic", "scanner", "detectors", "collision", "can.car", "modbus.plc"})
-    EXPECT_EQ(tracks.count(task), 1U) << task;
-  EXPECT_GT(spans, 1000U);
-}
-
-TEST(Leftovers, TheCanLogHoldsWhatTheReportCounts) {
-  const Folder folder;
-  run_shortly(folder);
-  const auto frames = read_can_log(folder / "out/can-car.log");
-  const auto report = read_report(folder / "out");
-  const auto& bus = report["can"][0];
-  EXPECT_EQ(frames.size(), bus["rx"].get<std::size_t>() + bus["tx"].get<std::size_t>());
-  std::int64_t before_ns = 0;
-  for (const auto& frame : frames) {
-    EXPECT_EQ(frame.interface, "car");
-    ASSERT_GE(frame.frame.wall_ns, before_ns);
-    before_ns = frame.frame.wall_ns;
-  }
-}
-
-TEST(Leftovers, FramesDroppedOnPurposeAreCountedAndTheCanLogHoldsTheOthers) {
+TEST(RunFolder, CanLogHasNoFramesThatFaultInjectionDropped) {
   const Folder folder;
   const Ended run = run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "2s", "--out",
                                      folder / "out", "--set", "can.car.faults={drop: 0.2}"},
@@ -214,22 +176,14 @@ TEST(Leftovers, FramesDroppedOnPurposeAreCountedAndTheCanLogHoldsTheOthers) {
             std::string::npos);
 }
 
-TEST(Commands, CheckSaysWhatIsThere) {
+TEST(Commands, CheckCountsTheParts) {
   const Ended ended = run_hil({"check", crossing()});
   EXPECT_EQ(ended.code, 0) << ended.errors;
   for (const char* words : {"4 tasks", "1 CAN bus", "1 Modbus unit", "2 expectations", "no mistakes"})
     EXPECT_NE(ended.output.find(words), std::string::npos) << words << " is not in: " << ended.output;
 }
 
-TEST(Commands, CheckFindsEveryMistakeAndRunsNothing) {
-  const ScenarioCopy copy;
-  const Ended ended = run_hil({"check", copy.file(), "--set", "duration=10 m", "--set", "seeed=3"});
-  EXPECT_EQ(ended.code, 2);
-  EXPECT_NE(ended.errors.find("--set duration:1:10"), std::string::npos) << ended.errors;
-  EXPECT_NE(ended.errors.find("did you mean 'seed'"), std::string::npos) << ended.errors;
-}
-
-TEST(Commands, KeysKnowsEveryModuleTypeAndTheKeysOfEveryPart) {
+TEST(Commands, KeysDescribesModuleTypesAndAllParts) {
   const Ended ended = run_hil({"keys"});
   EXPECT_EQ(ended.code, 0);
   for (const char* type : {"vehicles", "laser_scanner", "detectors", "collision"}) {
@@ -242,11 +196,9 @@ TEST(Commands, KeysKnowsEveryModuleTypeAndTheKeysOfEveryPart) {
   }
 }
 
-TEST(Commands, OutputThatCanNotBeWrittenIsExitCode4) {
-  const Folder folder;
-  run_shortly(folder);
+TEST_F(RunFiles, OutputOfCommandsThatCanNotBeWrittenIsExitCode4) {
   const std::vector<std::vector<std::string>> commands{
-      {"keys"}, {"check", crossing()}, {"report", folder / "out"}, {"doctor"}};
+      {"keys"}, {"check", crossing()}, {"report", out()}, {"doctor"}};
   for (const std::vector<std::string>& command : commands) {
     const Ended ended = Program(joined({{"sh", "-c", "exec \"$@\" > /dev/full", "sh"}, hil(command)})).wait();
     EXPECT_EQ(ended.code, 4) << command.front();
@@ -255,7 +207,7 @@ TEST(Commands, OutputThatCanNotBeWrittenIsExitCode4) {
   }
 }
 
-TEST(Commands, LackOfMemoryIsSaidInWords) {
+TEST(Commands, LackOfMemoryIsReported) {
   const Folder folder;
   std::string many = "world:\n  entities:\n";
   for (int i = 0; i < 30'000; ++i)
@@ -267,13 +219,6 @@ TEST(Commands, LackOfMemoryIsSaidInWords) {
   EXPECT_EQ(ended.code, 70);
   EXPECT_EQ(ended.errors,
             "hil: memory ran out; raise its limit (ulimit -v, ulimit -d) or make memory free\n");
-}
-
-TEST(Commands, AnUnknownCommandOrOptionIsExitCode2) {
-  EXPECT_EQ(run_hil({"rum", crossing()}).code, 2);
-  EXPECT_EQ(run_hil({"run", crossing(), "--speed", "3"}).code, 2);
-  EXPECT_EQ(run_hil({}).code, 2);
-  EXPECT_EQ(run_hil({"--version"}).code, 0);
 }
 
 }  // namespace

@@ -1,14 +1,11 @@
-// Tasks on threads of their own. Base time is fake and stands still while a tick runs, the other threads are
-// real: each test says with a semaphore when a step may end, so that every interleaving is the one meant.
+// Tasks that run on threads beside the base thread. Base time is fake and stands still while a tick runs; the
+// other threads are real. Semaphores decide when a step ends, so that each test has one interleaving.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <semaphore>
 #include <string>
@@ -24,22 +21,11 @@ namespace {
 using testing::FakeRun;
 using testing::ScriptedTask;
 using testing::spec_of;
+using testing::wait_until_thread_sleeps;
 using Ticks = std::vector<std::uint64_t>;
 constexpr std::int64_t ms = 1'000'000;
 
-/// Waits until a task's thread, whose step has ended, has told the executive so: it then sleeps. Three looks
-/// in a row, since it may fall asleep for a moment on its way there.
-void wait_until_it_sleeps(pid_t thread) {
-  for (int asleep = 0; asleep < 3; ++asleep) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    std::ifstream stat("/proc/self/task/" + std::to_string(thread) + "/stat");
-    const std::string text{std::istreambuf_iterator<char>(stat), {}};
-    const std::size_t name_end = text.rfind(')');  // the state stands behind the name
-    if (name_end == std::string::npos || text[name_end + 2] != 'S') asleep = -1;
-  }
-}
-
-/// A task of 4 ticks period whose steps end only when the test says so, and a note of what was published
+/// A task with a period of 4 ticks whose steps end when the test permits it; it records what was published
 /// when.
 struct HeldTask {
   explicit HeldTask(FakeRun& fake_run) : fake(fake_run) {
@@ -52,7 +38,7 @@ struct HeldTask {
       ended.release();
     };
     task.on_publish = [this](const TickInfo& info) {
-      EXPECT_EQ(info.tick, out) << "the outputs of this very run";
+      EXPECT_EQ(info.tick, out) << "the outputs of another run";
       published.push_back({info.tick, now_tick});
     };
     task.on_abort = [this] {
@@ -67,15 +53,13 @@ struct HeldTask {
   RunResult run(OverrunPolicy policy) {
     TaskSpec spec = spec_of("held", 4, "held");
     spec.overrun = policy;
-    Executive executive(fake.options);
-    executive.add_task(spec, task);
-    return executive.run(fake.stop);
+    return fake.run({{spec, &task}});
   }
-  /// Lets the step under way end and waits until the executive can see it.
+  /// Ends the current step and waits until the executive can see that.
   void end_step() {
     may_end.release();
     ended.acquire();
-    wait_until_it_sleeps(thread);
+    wait_until_thread_sleeps(thread);
   }
 
   struct Published {
@@ -93,7 +77,7 @@ struct HeldTask {
   std::vector<Published> published;
 };
 
-TEST(OwnThread, PublishesAtTheDeadlineTickHoweverEarlyTheStepEnded) {
+TEST(TaskThread, OutputsArePublishedAtTheDeadlineTick) {
   FakeRun fake(13);
   HeldTask held(fake);
   held.at_tick = [&](std::uint64_t tick) {
@@ -103,11 +87,11 @@ TEST(OwnThread, PublishesAtTheDeadlineTickHoweverEarlyTheStepEnded) {
   const RunResult result = held.run(OverrunPolicy::skip);
   EXPECT_EQ(held.latched, (Ticks{0, 4, 8, 12}));
   EXPECT_EQ(held.published, (std::vector<HeldTask::Published>{{0, 4}, {4, 8}, {8, 12}}));
-  EXPECT_EQ(result.tasks[0].runs, 4U) << "the run under way at the end is finished, not published";
+  EXPECT_EQ(result.tasks[0].runs, 4U) << "the last run completes and is not published";
   EXPECT_EQ(result.tasks[0].deadline_misses, 0U);
 }
 
-TEST(OwnThread, SkipDropsReleasesWhileItRunsAndPublishesLate) {
+TEST(TaskThread, PolicySkipDropsReleasesAndPublishesLate) {
   FakeRun fake(20);
   HeldTask held(fake);
   held.at_tick = [&](std::uint64_t tick) {
@@ -119,14 +103,14 @@ TEST(OwnThread, SkipDropsReleasesWhileItRunsAndPublishesLate) {
   const TaskResult& task = result.tasks[0];
   EXPECT_EQ(task.runs, 3U);
   EXPECT_EQ(task.deadline_misses, 1U);
-  EXPECT_EQ(task.overruns, 1U) << "one run that overran, however many releases it cost";
+  EXPECT_EQ(task.overruns, 1U) << "one run overran, whatever the number of releases";
   EXPECT_EQ(task.skipped, 2U) << "releases 4 and 8";
   ASSERT_EQ(task.misses.size(), 1U);
   EXPECT_EQ(task.misses[0].tick, 0U);
   EXPECT_EQ(task.misses[0].lateness_ns, 6 * ms);
 }
 
-TEST(OwnThread, QueueKeepsOneReleaseAndRunsItAsSoonAsItIsFree) {
+TEST(TaskThread, PolicyQueueKeepsOneReleaseAndRunsItNext) {
   FakeRun fake(20);
   HeldTask held(fake);
   held.at_tick = [&](std::uint64_t tick) {
@@ -140,7 +124,7 @@ TEST(OwnThread, QueueKeepsOneReleaseAndRunsItAsSoonAsItIsFree) {
   EXPECT_EQ(kept[0].first.tick, 4U);
   EXPECT_EQ(kept[0].first.time_ns, 4 * ms);
   EXPECT_EQ(kept[0].first.run, 1U);
-  EXPECT_EQ(kept[0].second, 4U) << "at its own tick, when the world is as its run has to see it";
+  EXPECT_EQ(kept[0].second, 4U) << "at the tick of its release, whose world its run has to read";
   EXPECT_EQ(held.published, (std::vector<HeldTask::Published>{{0, 10}, {4, 11}, {12, 16}}));
   const TaskResult& task = result.tasks[0];
   EXPECT_EQ(task.runs, 4U);
@@ -150,17 +134,17 @@ TEST(OwnThread, QueueKeepsOneReleaseAndRunsItAsSoonAsItIsFree) {
   ASSERT_EQ(task.misses.size(), 2U);
   EXPECT_EQ(task.misses[1].tick, 4U);
   EXPECT_EQ(task.misses[1].lateness_ns, 3 * ms);
-  EXPECT_EQ(task.misses[1].cause, task.misses[0].cause) << "it was late because the run before was";
+  EXPECT_EQ(task.misses[1].cause, task.misses[0].cause) << "it was late since the previous run was";
 }
 
-TEST(OwnThread, AbortStopsTheStepAndDropsItsOutputs) {
+TEST(TaskThread, PolicyAbortEndsTheStepAndDropsItsOutputs) {
   FakeRun fake(20);
   HeldTask held(fake);
   held.at_tick = [&](std::uint64_t tick) {
     if (tick == 1) held.started.acquire();  // only a running step can be aborted
     if (tick == 5) {
       held.ended.acquire();  // ended by abort() in tick 4
-      wait_until_it_sleeps(held.thread);
+      wait_until_thread_sleeps(held.thread);
     }
     if (tick == 9 || tick == 13 || tick == 17) held.end_step();
   };
@@ -175,7 +159,7 @@ TEST(OwnThread, AbortStopsTheStepAndDropsItsOutputs) {
   EXPECT_EQ(task.skipped, 1U);
 }
 
-TEST(OwnThread, TasksThatShareAThreadRunByPeriodAndNameEachOther) {
+TEST(TaskThread, TasksOfOneThreadRunOneAfterTheOther) {
   FakeRun fake(20);
   fake.options.catch_up_ticks = 100;
   std::mutex mutex;
@@ -203,19 +187,16 @@ TEST(OwnThread, TasksThatShareAThreadRunByPeriodAndNameEachOther) {
       slow_may_end.release();
       slow_ended.acquire();
       fast_ended.acquire();
-      wait_until_it_sleeps(thread);
+      wait_until_thread_sleeps(thread);
     } else if (tick.tick == 11) {
       fast_ended.acquire();
-      wait_until_it_sleeps(thread);
+      wait_until_thread_sleeps(thread);
     }
   };
-  Executive executive(fake.options);
-  executive.add_task(spec_of("slow", 20, "shared"), slow);
   TaskSpec spec = spec_of("fast", 10, "shared");
   spec.offset_ticks = 1;
   spec.deadline_ns = 5 * ms;
-  executive.add_task(spec, fast);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("slow", 20, "shared"), &slow}, {spec, &fast}});
   EXPECT_EQ(order, (std::vector<std::string>{"slow", "fast", "fast"}));
   EXPECT_EQ(result.tasks[0].deadline_misses, 0U);
   EXPECT_EQ(result.tasks[1].deadline_misses, 1U);
@@ -224,7 +205,7 @@ TEST(OwnThread, TasksThatShareAThreadRunByPeriodAndNameEachOther) {
   EXPECT_EQ(result.tasks[1].misses[0].lateness_ns, 1 * ms);
 }
 
-TEST(OwnThread, AbortedBeforeItsThreadCameToItItNeverStarts) {
+TEST(TaskThread, RunsAbortedBeforeTheirStartNeverStart) {
   FakeRun fake(12);
   std::binary_semaphore slow_may_end{0}, slow_started{0};
   ScriptedTask slow([&](const TickInfo&) {
@@ -239,16 +220,13 @@ TEST(OwnThread, AbortedBeforeItsThreadCameToItItNeverStarts) {
     if (tick.tick == 0) slow_started.acquire();
     if (tick.tick == 10) slow_may_end.release();
   };
-  Executive executive(fake.options);
-  executive.add_task(spec_of("slow", 12, "shared"), slow);
   TaskSpec spec = spec_of("waiting", 12, "shared");
   spec.offset_ticks = 1;
   spec.deadline_ns = 4 * ms;
   spec.overrun = OverrunPolicy::abort;
-  executive.add_task(spec, waiting);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("slow", 12, "shared"), &slow}, {spec, &waiting}});
   EXPECT_EQ(steps, 0);
-  EXPECT_EQ(aborts, 0) << "a step that does not run can not be asked to stop";
+  EXPECT_EQ(aborts, 0) << "there is no running step to abort";
   EXPECT_EQ(publications, 0);
   EXPECT_EQ(result.tasks[1].runs, 0U);
   EXPECT_EQ(result.tasks[1].aborted, 1U);
@@ -258,26 +236,25 @@ TEST(OwnThread, AbortedBeforeItsThreadCameToItItNeverStarts) {
   EXPECT_EQ(result.tasks[1].wall.count(), 0U);
 }
 
-TEST(OwnThread, LiveSnapshotCanBeReadWhileItRuns) {
+TEST(TaskThread, LiveSnapshotsAreReadDuringTheRun) {
   MonotonicClock clock;
   ExecutiveOptions options;
   options.clock = &clock;
   std::atomic<bool> stop{false};
-  ScriptedTask base, own;
+  ScriptedTask base, threaded;
   Executive executive(options);
   executive.add_task(spec_of("base"), base);
-  executive.add_task(spec_of("own", 5, "own"), own);
+  executive.add_task(spec_of("threaded", 5, "threaded"), threaded);
   EXPECT_EQ(executive.live().ticks_begun, 0U);
-  std::uint64_t looks = 0;
+  std::uint64_t readings = 0;
   std::thread reader([&] {
     LiveSnapshot last;
-    // The heartbeat lets a reader wait for ticks instead of guessing a time.
     while (last.ticks_begun < 50) {
       const LiveSnapshot now = executive.live();
       EXPECT_GE(now.ticks_begun, last.ticks_begun);
       EXPECT_GE(now.run_time_ns, last.run_time_ns);
       last = now;
-      ++looks;
+      ++readings;
       std::this_thread::yield();
     }
     EXPECT_GT(last.tasks[0].runs, 40U);
@@ -286,7 +263,7 @@ TEST(OwnThread, LiveSnapshotCanBeReadWhileItRuns) {
   });
   const RunResult result = executive.run(stop);
   reader.join();
-  EXPECT_GT(looks, 0U);
+  EXPECT_GT(readings, 0U);
   const LiveSnapshot last = executive.live();
   EXPECT_EQ(last.ticks_begun, result.ticks);
   EXPECT_EQ(last.tasks[1].runs, result.tasks[1].runs);
