@@ -48,14 +48,6 @@ const bool listening = [] {
 
 }  // namespace
 
-bool sees_aligned_allocations() noexcept {
-#if defined(__SANITIZE_THREAD__)
-  return false;
-#else
-  return true;
-#endif
-}
-
 void enter_tick() noexcept {
 #if HIL_SANITIZER_MALLOC
   if (!listening) std::abort();

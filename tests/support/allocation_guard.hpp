@@ -1,14 +1,12 @@
 #pragma once
 // Counts heap allocations and frees of threads in the tick. Linking it replaces malloc and its family, which
 // operator new and delete call, in the whole test program. Under AddressSanitizer and ThreadSanitizer, which
-// replace malloc themselves, it uses their hooks.
+// replace malloc themselves, it uses their hooks; those of ThreadSanitizer do not report aligned_alloc,
+// posix_memalign and over-aligned new.
 
 #include <cstdint>
 
 namespace hil::allocation_guard {
-
-/// False under ThreadSanitizer, whose hooks do not report aligned_alloc, posix_memalign and over-aligned new.
-bool sees_aligned_allocations() noexcept;
 
 /// Counts the allocations and frees of the calling thread until leave_tick(). Calls do not nest.
 void enter_tick() noexcept;
