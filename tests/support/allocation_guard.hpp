@@ -22,7 +22,4 @@ struct Traffic {
 Traffic seen() noexcept;
 void reset() noexcept;
 
-/// With true, the next allocation or free in a tick aborts the program, for a debugger.
-void abort_on_traffic(bool abort) noexcept;
-
 }  // namespace hil::allocation_guard

@@ -199,7 +199,8 @@ inline Terms terms(DeadlineClass deadline_class, ClockTime deadline = ClockTime:
   return made;
 }
 
-inline TransactionOptions options_for(std::uint32_t writes, std::uint32_t preconditions, std::uint32_t queries) {
+inline TransactionOptions options_for(std::uint32_t writes, std::uint32_t preconditions,
+                                      std::uint32_t queries) {
   TransactionOptions made;
   made.max_writes = writes;
   made.max_preconditions = preconditions;
