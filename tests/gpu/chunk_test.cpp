@@ -10,9 +10,9 @@
 
 #include "rtstdb/query/dispatch_layout.hpp"
 #include "rtstdb/query/ray/ray_coherence.hpp"
-#include "tests/gpu/answer_words.hpp"
+#include "tests/gpu/answer_bits.hpp"
 #include "tests/gpu/dense_meshes.hpp"
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {

@@ -284,7 +284,7 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
     const auto now = one.answers();
     ASSERT_EQ(now.size(), whole.size());
     for (std::size_t i = 0; i < now.size(); ++i) {
-      const bool is_missing = is_cut_short(now[i]);
+      const bool is_missing = is_incomplete(now[i]);
       missing += is_missing ? 1 : 0;
       EXPECT_TRUE(is_missing || now[i] == whole[i]) << "element " << i;
     }

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "tests/gpu/dense_meshes.hpp"
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -93,14 +93,14 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
     ASSERT_EQ(some.size(), capacity);
     EXPECT_GT(info.missing, 0u);
     EXPECT_LT(info.missing, capacity);
-    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), info.missing);
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_incomplete)), info.missing);
     EXPECT_EQ(info.version, database().latest().version);
     EXPECT_TRUE(run(*prepared, {}).done());
     const std::vector<Words> whole = prepared->words();
     EXPECT_EQ(prepared->query().answer_info().missing, 0u);
     std::uint32_t different = 0;
     for (std::uint32_t k = 0; k < capacity; ++k)
-      different += !is_cut_short(some[k]) && some[k] != whole[k];
+      different += !is_incomplete(some[k]) && some[k] != whole[k];
     EXPECT_EQ(different, 0u);
   }
 }
@@ -115,7 +115,7 @@ TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
   KindCase& rays = *all_.front();
   EXPECT_EQ(run(rays, {}).status, Status::committed);
   const std::vector<Words> whole = rays.words();
-  EXPECT_EQ(std::ranges::count_if(whole, is_cut_short), 0);
+  EXPECT_EQ(std::ranges::count_if(whole, is_incomplete), 0);
   EXPECT_EQ(rays.query().answer_info().missing, 0u);
   std::uint32_t least = capacity;
   bool cut_off_again = false;
@@ -125,11 +125,11 @@ TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
     if (outcome.status == Status::missed && !outcome.partial) continue;
     const std::vector<Words> some = rays.words();
     const std::uint32_t missing = rays.query().answer_info().missing;
-    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), missing)
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_incomplete)), missing)
         << describe(outcome);
     EXPECT_EQ(outcome.partial, missing > 0) << describe(outcome);
     for (std::uint32_t k = 0; k < capacity; ++k)
-      ASSERT_TRUE(is_cut_short(some[k]) || some[k] == whole[k]) << "ray " << k;
+      ASSERT_TRUE(is_incomplete(some[k]) || some[k] == whole[k]) << "ray " << k;
     // The last elements that are asked at first are answered.
     cut_off_again = cut_off_again || (missing > 0 && missing < capacity / 10);
     least = std::min(least, missing);

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tests/gpu/motion_box_fuzz.hpp"
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -30,7 +30,7 @@ std::string name_of(const testing::TestParamInfo<Family>& family) {
   return family.param.name;
 }
 
-class ManyWorlds : public RandomQuestions, public testing::WithParamInterface<Family> {
+class ManyWorlds : public RandomQueries, public testing::WithParamInterface<Family> {
  protected:
   /// How many questions a part of a world's is.
   using Part = std::function<std::size_t(double)>;
@@ -48,8 +48,8 @@ class ManyWorlds : public RandomQuestions, public testing::WithParamInterface<Fa
       });
       if (HasFailure()) return;
     }
-    EXPECT_GE(all.asked, family.worlds * family.per_world);
-    expect_telling(all, max_too_close);
+    EXPECT_GE(all.elements, family.worlds * family.per_world);
+    expect_informative(all, max_too_close);
   }
 };
 
@@ -66,16 +66,16 @@ TEST_P(ManyRays, AgreeWithTheOracle) {
   ask_all(
       [&](const Part& part) {
         Tally tally = ask(options(RayMode::closest, 1, Faces::both, false), part(0.25));
-        tally += ask_neighbours(options(RayMode::closest, 1, Faces::both, false), part(0.15));
+        tally += run_neighbours(options(RayMode::closest, 1, Faces::both, false), part(0.15));
         tally += ask(options(RayMode::closest, 1, Faces::both, true), part(0.025));
-        tally += ask_neighbours(options(RayMode::closest, 1, Faces::both, true), part(0.025));
+        tally += run_neighbours(options(RayMode::closest, 1, Faces::both, true), part(0.025));
         tally += ask(options(RayMode::closest, 1, Faces::front, false), part(0.05));
-        tally += ask_neighbours(options(RayMode::closest, 1, Faces::front, false), part(0.05));
+        tally += run_neighbours(options(RayMode::closest, 1, Faces::front, false), part(0.05));
         tally += ask(options(RayMode::closest, 1, Faces::back, false), part(0.05));
         tally += ask(options(RayMode::any, 1, Faces::both, false), part(0.1));
-        tally += ask_neighbours(options(RayMode::any, 1, Faces::both, false), part(0.1));
+        tally += run_neighbours(options(RayMode::any, 1, Faces::both, false), part(0.1));
         tally += ask(options(RayMode::any, 1, Faces::both, true), part(0.025));
-        tally += ask_neighbours(options(RayMode::any, 1, Faces::both, true), part(0.025));
+        tally += run_neighbours(options(RayMode::any, 1, Faces::both, true), part(0.025));
         tally += ask(options(RayMode::first, 4, Faces::both, false), part(0.1));
         tally += ask(options(RayMode::first, 16, Faces::both, false), part(0.03));
         tally += ask(options(RayMode::first, 3, Faces::back, true), part(0.02));

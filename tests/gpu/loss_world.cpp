@@ -117,7 +117,7 @@ Result<void> LossWorld::prepare_queries(std::string_view kind) {
          .append_answers =
              [&query](AnswerBits& all_bits) {
                for (const Words& words : query.words()) {
-                 EXPECT_FALSE(is_cut_short(words)) << "what was found until then depends on the tree";
+                 EXPECT_FALSE(is_incomplete(words)) << "what was found until then depends on the tree";
                  all_bits.insert(all_bits.end(), words.begin(), words.end());
                }
              }});

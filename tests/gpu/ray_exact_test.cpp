@@ -356,8 +356,8 @@ class RayExtremes : public DatabaseTest {
   /// Rays at and past a body, as the oracle sees them; says how many the GPU saw otherwise.
   void expect_agreement(const std::vector<Ray>& rays, double hits_from, double too_close_below) {
     const Tally tally = judge(world(), rays, trace(rays));
-    EXPECT_GT(static_cast<double>(tally.hits), hits_from * static_cast<double>(tally.asked));
-    EXPECT_LT(static_cast<double>(tally.too_close), too_close_below * static_cast<double>(tally.asked));
+    EXPECT_GT(static_cast<double>(tally.hits), hits_from * static_cast<double>(tally.elements));
+    EXPECT_LT(static_cast<double>(tally.too_close), too_close_below * static_cast<double>(tally.elements));
   }
   Random random_{8};
 };

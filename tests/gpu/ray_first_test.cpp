@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -100,7 +100,7 @@ TEST_F(FirstHits, AsManyAsMakeSenseMayBeAsked) {
   EXPECT_FALSE(refused(RayMode::first, max_hits_per_ray, 4));
 }
 
-class RandomFirstHits : public RandomQuestions {
+class RandomFirstHits : public RandomQueries {
  protected:
   void expect_those_of_the_oracle() {
     fill({.seed = 12, .entities = 120, .radius_m = 6.0});
@@ -117,8 +117,8 @@ class RandomFirstHits : public RandomQuestions {
     tally +=
         ask(RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3, .faces = Faces::back},
             500);
-    expect_telling(tally, 0.02);
-    EXPECT_GT(tally.full, tally.asked / 20);
+    expect_informative(tally, 0.02);
+    EXPECT_GT(tally.full, tally.elements / 20);
   }
 };
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -35,7 +35,7 @@ std::ostream& operator<<(std::ostream& out, const Case& one) {
   return out << one.name;
 }
 
-class LongAnswers : public RandomQuestions, public testing::WithParamInterface<Case> {};
+class LongAnswers : public RandomQueries, public testing::WithParamInterface<Case> {};
 
 /// Some overflow, some are empty.
 TEST_P(LongAnswers, OfALargeBatchAreThoseOfSmallOnes) {
