@@ -124,8 +124,8 @@ class PacedRuns : public testing::Test {
         {});
     ASSERT_TRUE(created.ok()) << created.error().message;
     executor_ = std::move(created).value();
-    const auto low = executor_->add_geometry(std::make_shared<TriangleMesh>(pile(30)), {});
-    const auto high = executor_->add_geometry(std::make_shared<TriangleMesh>(pile(1'000)), {});
+    const auto low = executor_->add_geometry(std::make_shared<TriangleMesh>(repeated_triangle(30)), {});
+    const auto high = executor_->add_geometry(std::make_shared<TriangleMesh>(repeated_triangle(1'000)), {});
     ASSERT_TRUE(low.ok() && high.ok());
     states_ = {{.id = {0, 1}, .row = row_of(high.value(), {0.0, 0.0, 5.0}), .written_by = 1}};
     for (std::uint32_t i = 1; i < 300; ++i) {

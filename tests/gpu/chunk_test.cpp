@@ -30,7 +30,7 @@ class Chunks : public DatabaseTest {
     std::vector<GeometryId> geometries;
     for (const TriangleMesh& mesh : mixed_meshes(random))
       geometries.push_back(DatabaseTest::add(mesh));
-    const GeometryId dense = DatabaseTest::add(pile(30'000));
+    const GeometryId dense = DatabaseTest::add(repeated_triangle(30'000));
     std::vector<EntityRow> rows;
     for (std::uint32_t i = 0; i < 200; ++i)
       rows.push_back(random_row(random, geometries, scene, rows));
@@ -241,7 +241,7 @@ TEST_F(Urgent, QueriesPassLargeBatches) {
 
 TEST_F(Urgent, QueriesPassSearchesThatPause) {
   make_world(Nanoseconds(1'000'000), false);
-  create(row_of(DatabaseTest::add(pile(100'000)), {0.0, 0.0, 50.0}), at_s(5.1));
+  create(row_of(DatabaseTest::add(repeated_triangle(100'000)), {0.0, 0.0, 50.0}), at_s(5.1));
   std::vector<Ray> many(400, ray_from({0.0f, 0.0f, 45.0f}, {0, 0, 1}, at_s(5.1)));
   EXPECT_LT(median_wait(many, 400), std::chrono::milliseconds(5));
 }
@@ -249,7 +249,7 @@ TEST_F(Urgent, QueriesPassSearchesThatPause) {
 /// Before any is asked again; where entities are few each is searched by a lane alone.
 TEST_F(Urgent, QueriesPassSearchesThatWillPause) {
   open({.chunk = Nanoseconds(1'000'000)});
-  create(row_of(DatabaseTest::add(pile(100'000)), {0.0, 0.0, 50.0}), at_s(5.1));
+  create(row_of(DatabaseTest::add(repeated_triangle(100'000)), {0.0, 0.0, 50.0}), at_s(5.1));
   rays_.assign(64, ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1)));
   std::vector<Ray> many;
   for (int i = 0; i < 20'000; ++i) {
@@ -263,7 +263,7 @@ TEST_F(Urgent, QueriesPassSearchesThatWillPause) {
 /// By what the others take, a chunk would hold hundreds of the costly ones.
 TEST_F(Urgent, QueriesPassCostlyRaysBehindCheapOnes) {
   open({.chunk = Nanoseconds(1'000'000)});
-  create(row_of(DatabaseTest::add(pile(3'000)), {0.0, 0.0, 50.0}), at_s(5.1));
+  create(row_of(DatabaseTest::add(repeated_triangle(3'000)), {0.0, 0.0, 50.0}), at_s(5.1));
   const Ray cheap = ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1));
   const Ray costly = ray_from({0.0f, 0.0f, 45.0f}, {0, 0, 1}, at_s(5.1));
   rays_.assign(64, cheap);
@@ -276,7 +276,7 @@ TEST_F(Urgent, QueriesPassCostlyRaysBehindCheapOnes) {
 /// Nothing is known of its kind, and each of them takes some 50 us.
 TEST_F(Urgent, QueriesPassTheFirstBatchOfItsKind) {
   open({.chunk = Nanoseconds(1'000'000)});
-  const GeometryId crowded = DatabaseTest::add(pile(3'000));
+  const GeometryId crowded = DatabaseTest::add(repeated_triangle(3'000));
   create(row_of(crowded, {0.0, 0.0, 50.0}), at_s(5.1));
   constexpr std::uint32_t many = 8'000;
   auto large = database().prepare(NearestQueryOptions{.name = "first", .capacity = many});

@@ -298,7 +298,7 @@ TEST_F(HaltedRuns, AnswerTheBeginningWhereAGapSaysEnough) {
 TEST_F(HaltedRuns, AnswerAsWholeOnesWhereTheyAreAskedAgain) {
   make_world(12);
   double height_m = 20.0;
-  for (const TriangleMesh& mesh : {pile(100'000), pile(30'000), tower(9'000)}) {
+  for (const TriangleMesh& mesh : {repeated_triangle(100'000), repeated_triangle(30'000), stacked_prisms(9'000)}) {
     auto added = executor_->add_geometry(std::make_shared<TriangleMesh>(mesh), {});
     ASSERT_TRUE(added.ok());
     const EntityRow row = row_of(added.value(), {0.0, 0.0, height_m});

@@ -104,13 +104,21 @@ class CaseOf final : public KindCase {
       target[i] = source[places[i]];
   }
   std::vector<Words> words() const override { return words_of(Kind::answers(*query_)); }
-  Tally judge(const oracle::World& world) override {
+  Tally judge(const oracle::World& world, bool or_incomplete) override {
     const std::uint32_t count = query_->answer_info().elements;
-    // The memory of the query's elements may be slow to read.
-    const auto elements = Kind::elements(*query_).first(count);
-    const std::vector<typename Kind::Element> copy(elements.begin(), elements.end());
-    return test::judge(world, std::span<const typename Kind::Element>(copy), Kind::answers(*query_),
-                       options_);
+    const auto all_answers = Kind::answers(*query_);
+    const auto all_words = words();
+    const std::size_t per_element = count == 0 ? 0 : all_answers.size() / count;
+    std::vector<typename Kind::Element> elements;
+    std::vector<typename Kind::Answer> answers;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (or_incomplete && is_incomplete(all_words[i * per_element])) continue;
+      elements.push_back(Kind::elements(*query_)[i]);
+      for (std::size_t k = 0; k < per_element; ++k)
+        answers.push_back(all_answers[i * per_element + k]);
+    }
+    return test::judge(world, std::span<const typename Kind::Element>(elements),
+                       std::span<const typename Kind::Answer>(answers), options_);
   }
 
  private:

@@ -108,7 +108,7 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
 /// Rays through a pile are asked again in one pass after the other, and the deadline comes in the midst of
 /// these: what it cuts off is without an answer, and counted.
 TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
-  EntityRow high = row_of(DatabaseTest::add(pile(100'000)));
+  EntityRow high = row_of(DatabaseTest::add(repeated_triangle(100'000)));
   high.scale = glm::dvec3(1.0);
   create(high);
   prepare_all(LatePolicy::partial);

@@ -32,7 +32,7 @@ class PausedInCompany : public testing::Test {
     ball_ = make_sphere(1.0, 2);
     GeometryOptions deforming;
     deforming.deforms = true;
-    const auto high = executor_->add_geometry(std::make_shared<TriangleMesh>(pile(20'000)), {});
+    const auto high = executor_->add_geometry(std::make_shared<TriangleMesh>(repeated_triangle(20'000)), {});
     const auto ball = executor_->add_geometry(std::make_shared<TriangleMesh>(ball_), deforming);
     ASSERT_TRUE(high.ok() && ball.ok());
     states_ = {{.id = {0, 1}, .row = row_of(high.value(), {0.0, 0.0, 5.0}), .written_by = 1},

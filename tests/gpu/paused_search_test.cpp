@@ -29,7 +29,7 @@ class PausedSearches : public DatabaseTest, public testing::WithParamInterface<i
     std::vector<EntityRow> rows;
     const auto piles = 2 + random.below(4);
     for (std::size_t k = 0; k < piles; ++k) {
-      EntityRow row = row_of(add(pile(high ? 66'000 + static_cast<std::uint32_t>(k) * 5'000 : 1)), {});
+      EntityRow row = row_of(add(repeated_triangle(high ? 66'000 + static_cast<std::uint32_t>(k) * 5'000 : 1)), {});
       place_and_turn(row);
       row.scale = glm::dvec3(random.uniform(2.0, 12.0));
       rows.push_back(row);

@@ -133,15 +133,15 @@ TEST_P(ThoughtShort, ItEndsSoonWhenItIsCancelled) {
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, ThoughtShort,
-    testing::Values(ShortBatch{"Nearest", [] { return pile(10'000); },
+    testing::Values(ShortBatch{"Nearest", [] { return repeated_triangle(10'000); },
                                [](Database& database) { return nearest(database, 400, false); }},
-                    ShortBatch{"Signs", [] { return tower(6'000); },
+                    ShortBatch{"Signs", [] { return stacked_prisms(6'000); },
                                [](Database& database) { return nearest(database, 400, true); }},
-                    ShortBatch{"LowestOfLists", [] { return pile(8'000); },
+                    ShortBatch{"LowestOfLists", [] { return repeated_triangle(8'000); },
                                [](Database& database) { return regions(database, 400, 8); }},
-                    ShortBatch{"AskedAgain", [] { return pile(200'000); },
+                    ShortBatch{"AskedAgain", [] { return repeated_triangle(200'000); },
                                [](Database& database) { return regions(database, 100, 0); }},
-                    ShortBatch{"ListsAskedAgain", [] { return pile(30'000); },
+                    ShortBatch{"ListsAskedAgain", [] { return repeated_triangle(30'000); },
                                [](Database& database) { return regions(database, 100, 8); }}),
     [](const auto& batch) { return std::string(batch.param.name); });
 
