@@ -1,4 +1,4 @@
-// The device is lost at every call, and not at a sample of them.
+// The device is lost at each call, and not at a sample of the calls.
 
 #include "tests/gpu/device_loss.hpp"
 
@@ -10,13 +10,13 @@ using LongDeviceLoss = DeviceLossTest;
 TEST_F(LongDeviceLoss, AtEachCallOfEachKindOfTransaction) {
   lose_at_calls_of_each_kind(1);
 }
-TEST_F(LongDeviceLoss, AtEachCallWhileItComesBack) {
-  lose_at_calls_while_it_comes_back(1);
+TEST_F(LongDeviceLoss, AtEachCallOfARecovery) {
+  lose_at_calls_of_recovery(1);
 }
 TEST_F(LongDeviceLoss, AtEachCallWhileGeometryIsAdded) {
   lose_at_calls_while_geometry_is_added(1);
 }
-/// Each one leaves four queries more.
+/// Each call leaves four more queries, so a sample is enough.
 TEST_F(LongDeviceLoss, AtCallsWhileQueriesArePrepared) {
   lose_at_calls_while_queries_are_prepared(7);
 }
