@@ -1,5 +1,5 @@
-// The real-time path of rtstdb allocates no memory: recording, submitting, waiting, reading timestamps, and transactions with
-// queries.
+// The real-time path of rtstdb allocates no memory: recording, submitting, waiting, reading timestamps, and
+// transactions with queries.
 
 #include <algorithm>
 #include <atomic>

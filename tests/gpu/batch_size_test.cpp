@@ -1,5 +1,5 @@
-// The groups of a dispatch are distributed to the processors of a software device. Neither their number nor the size of
-// a batch changes an answer.
+// The groups of a dispatch are distributed to the processors of a software device. Neither their number nor
+// the size of a batch changes an answer.
 
 #include <algorithm>
 #include <map>
@@ -29,7 +29,8 @@ TEST(DispatchLayouts, CoverEachPlaceOnceAndAreNoSlowerThanFullGroups) {
       const auto max_places_per_processor = [&](std::uint32_t groups, std::uint32_t per_group) {
         return (groups + processors - 1) / processors * per_group;
       };
-      ASSERT_LE(max_places_per_processor(layout.groups, layout.per_group), max_places_per_processor(full, 64));
+      ASSERT_LE(max_places_per_processor(layout.groups, layout.per_group),
+                max_places_per_processor(full, 64));
       if (0 < places && places <= 64 * processors) {
         ASSERT_LE(layout.groups, processors);
         ASSERT_LT(layout.per_group, places / processors + 9)

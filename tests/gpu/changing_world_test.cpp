@@ -1,6 +1,6 @@
-// Worlds that change in every way from version to version: few rows, many, all; entities that are created and removed,
-// down to one; geometry that is taken away and given. Whether the tree of a version is patched, renewed, refitted or
-// built, the answers agree with the oracle.
+// Worlds that change in every way from version to version: few rows, many, all; entities that are created and
+// removed, down to one; geometry that is taken away and given. Whether the tree of a version is patched,
+// renewed, refitted or built, the answers agree with the oracle.
 
 #include <algorithm>
 #include <cmath>

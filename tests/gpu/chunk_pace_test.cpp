@@ -48,7 +48,8 @@ TEST(ChunkPace, IgnoresTheTimeOfAChunkThatIsNoticedLate) {
   }
 }
 
-/// A chunk that completes while the host is busy does not make chunks smaller, and lets small ones grow again.
+/// A chunk that completes while the host is busy does not make chunks smaller, and lets small ones grow
+/// again.
 TEST(ChunkPace, IgnoresTheTimeOfTheHost) {
   query::ChunkPace pace(500'000);
   for (int k = 0; k < 20; ++k) {
@@ -81,8 +82,8 @@ TEST(ChunkPace, MayBeginSmall) {
   EXPECT_EQ(pace.relative_size(), relative_size) << "begin_with never makes chunks larger";
 }
 
-/// The fraction of the time that dispatches take, each of `dispatch_ns`, for elements that take 100 chunks. Predictions are
-/// too high by the factor `overestimate`.
+/// The fraction of the time that dispatches take, each of `dispatch_ns`, for elements that take 100 chunks.
+/// Predictions are too high by the factor `overestimate`.
 double fraction_of_dispatches(double dispatch_ns, double chunk_ns, double overestimate) {
   query::ChunkPace pace(static_cast<std::int64_t>(chunk_ns));
   pace.begin_with(0.5);
@@ -160,8 +161,8 @@ TEST_F(PacedRuns, DoNotGetSmallerChunksForWorkOfTheHost) {
   EXPECT_LT(points_with(std::chrono::microseconds(3'000)), 4 * predicted + 10);
 }
 
-/// Nested runs read more versions than there are slots, so that the run updates its slot after each preemption point.
-/// Real time is the subject: the time that a nested run takes.
+/// Nested runs read more versions than there are slots, so that the run updates its slot after each
+/// preemption point. Real time is the subject: the time that a nested run takes.
 TEST_F(PacedRuns, GetSmallerChunksIfEachNeedsANewSlot) {
   std::vector<Ray> rays(max_rays, expensive());
   std::fill_n(rays.begin(), max_rays / 3, cheap());

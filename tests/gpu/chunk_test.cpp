@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::uint32_t batch_size = 500;
 
-/// Queries of every kind with the same elements in equal worlds. Some rays take more rounds than a dispatch has.
+/// Queries of every kind with the same elements in equal worlds. Some rays take more rounds than a dispatch
+/// has.
 class Chunks : public DatabaseTest {
  protected:
   void make_world(Nanoseconds chunk, bool with_dense = true) {
@@ -134,8 +135,8 @@ TEST_F(Chunks, AnswerAsOneDispatchWithNestedRuns) {
   EXPECT_GT(nested_done, 100u);
 }
 
-/// The measured cost includes the dispatches of the chunks. Chunks must not become ever smaller from it. Real time is the
-/// subject: the cost of divided batches is compared with that of undivided ones.
+/// The measured cost includes the dispatches of the chunks. Chunks must not become ever smaller from it. Real
+/// time is the subject: the cost of divided batches is compared with that of undivided ones.
 TEST_F(Chunks, DoNotBecomeMoreExpensiveWithEachBatch) {
   constexpr std::uint32_t many = 20'000;
   const auto cost = [&](Nanoseconds chunk) {
@@ -162,8 +163,8 @@ TEST_F(Chunks, DoNotBecomeMoreExpensiveWithEachBatch) {
   EXPECT_LT(divided, 6 * undivided);
 }
 
-/// The median time that a small query of higher priority takes while large batches run one after the other. Real time is
-/// the subject: it bounds the preemption latency.
+/// The median time that a small query of higher priority takes while large batches run one after the other.
+/// Real time is the subject: it bounds the preemption latency.
 class UrgentQueries : public Chunks {
  protected:
   /// The cost is predicted from a first batch of `measured` elements.

@@ -1,6 +1,6 @@
 #pragma once
-// Fixture of tests of the whole database: a database on the device with the validation layer on, each message of
-// which fails the test; and the comparison of answers with the oracle.
+// Fixture of tests of the whole database: a database on the device with the validation layer on, each message
+// of which fails the test; and the comparison of answers with the oracle.
 
 #include <gtest/gtest.h>
 
@@ -37,8 +37,8 @@ class DatabaseTest : public testing::Test {
   void SetUp() override { open({}); }
   void TearDown() override;
 
-  /// Replaces the database. It has the validation layer and uses the device that HIL_TEST_GPU selects, which all
-  /// tests of a process share unless `device` names a loader.
+  /// Replaces the database. It has the validation layer and uses the device that HIL_TEST_GPU selects, which
+  /// all tests of a process share unless `device` names a loader.
   void open(DatabaseOptions options, gpu::DeviceOptions device = {});
   Database& database() { return *database_; }
   GeometryId add(const TriangleMesh& mesh);

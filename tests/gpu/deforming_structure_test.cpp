@@ -1,5 +1,5 @@
-// The BLAS of deforming geometry on the device, after each of many shapes: boxes contain their children, a tree that becomes
-// expensive is rebuilt in its place, and nothing else changes.
+// The BLAS of deforming geometry on the device, after each of many shapes: boxes contain their children, a
+// tree that becomes expensive is rebuilt in its place, and nothing else changes.
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

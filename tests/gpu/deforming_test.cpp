@@ -1,8 +1,7 @@
-// Deforming geometry: which shape each version has, refusals, aborted updates, and queries of other threads while shapes are
-// committed.
+// Deforming geometry: which shape each version has, refusals, aborted updates, and queries of other threads
+// while shapes are committed.
 
 #include "tests/gpu/deforming_test.hpp"
-#include "tests/gpu/stepping_clock.hpp"
 
 #include <glm/geometric.hpp>
 
@@ -12,6 +11,8 @@
 #include <cmath>
 #include <limits>
 #include <thread>
+
+#include "tests/gpu/stepping_clock.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -72,10 +73,10 @@ TEST_F(DeformingGeometry, HasTheNewShapeInTheSameTransactionAndTheOldOneIfItAbor
   // By a precondition, a row, or a query.
   const auto expect_aborted = [&](Status status, const std::function<void(Transaction&)>& declare) {
     const auto aborted = database().make_transaction({.max_writes = 2,
-                                                   .max_preconditions = 1,
-                                                   .max_queries = 1,
-                                                   .max_geometry_updates = 1,
-                                                   .max_positions = 64});
+                                                      .max_preconditions = 1,
+                                                      .max_queries = 1,
+                                                      .max_geometry_updates = 1,
+                                                      .max_positions = 64});
     aborted->begin(terms_at({}));
     aborted->update_geometry(geometry, scaled(box, glm::vec3(5.0f)));
     declare(*aborted);
@@ -317,8 +318,8 @@ TEST_F(DeformingGeometry, HasOneShapeForQueriesOfOtherThreads) {
   EXPECT_LT(too_old, answered / 2) << "shapes are kept for less time than a query takes";
 }
 
-/// Few changed rows are a patch of a slot, but not if a shape differs too. The newest shape is the same in both versions
-/// here.
+/// Few changed rows are a patch of a slot, but not if a shape differs too. The newest shape is the same in
+/// both versions here.
 TEST_F(DeformingGeometry, PreventsPatchesOfSlotsWithOtherShapes) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
   const GeometryId first = add_deforming(box, {.retained_shapes = 8});

@@ -26,7 +26,8 @@ inline TriangleMesh random_lines(Random& random, std::uint32_t count) {
   return mesh;
 }
 
-/// Thin closed prisms, one above the other: the nearest is soon found, but counting crossings for a sign visits all.
+/// Thin closed prisms, one above the other: the nearest is soon found, but counting crossings for a sign
+/// visits all.
 inline TriangleMesh stacked_prisms(std::uint32_t count) {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < count; ++i) {

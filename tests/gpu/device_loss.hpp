@@ -1,6 +1,6 @@
 #pragma once
-// Fixture of tests that lose the device of a database at the n-th Vulkan call and compare with an undisturbed database. The
-// long form tests each call, the short one a sample.
+// Fixture of tests that lose the device of a database at the n-th Vulkan call and compare with an undisturbed
+// database. The long form tests each call, the short one a sample.
 
 #include <algorithm>
 #include <chrono>
@@ -19,7 +19,8 @@ class DeviceLossTest : public testing::Test {
   /// Executes a round in both databases, with retries after a device loss, and compares the answers.
   void expect_same(std::size_t kind, unsigned round);
   void expect_same_rows();
-  /// Loses the device at that call of the round, expects no effect, and executes it again. False: the round has fewer calls.
+  /// Loses the device at that call of the round, expects no effect, and executes it again. False: the round
+  /// has fewer calls.
   bool lose_at(std::uint64_t call, std::size_t kind, unsigned round);
 
   // `every`: tests call 1 and the multiples of `every`.

@@ -1,5 +1,5 @@
-// The device is lost at any Vulkan call: committed versions stay, aborted transactions leave nothing, and the same answers
-// come again soon.
+// The device is lost at any Vulkan call: committed versions stay, aborted transactions leave nothing, and the
+// same answers come again soon.
 
 #include "tests/gpu/device_loss.hpp"
 
@@ -134,8 +134,8 @@ TEST_F(DeviceLoss, IsAssumedIfBindingsToALargerPoolFail) {
   EXPECT_GT(refused, 0);
 }
 
-/// Within half a second, or half the time to open and query such a database: a busy machine or a sanitizer makes both slow.
-/// Real time is the subject: how long a recovery takes.
+/// Within half a second, or half the time to open and query such a database: a busy machine or a sanitizer
+/// makes both slow. Real time is the subject: how long a recovery takes.
 TEST_F(DeviceLoss, IsFollowedByAnAnswerSoon) {
   const auto since = [](SteadyClock::time_point begun) { return SteadyClock::now() - begun; };
   auto begun = SteadyClock::now();

@@ -117,7 +117,8 @@ Result<void> DeviceLossWorld::prepare_queries(std::string_view kind) {
          .append_answers =
              [&query](AnswerBits& all_bits) {
                for (const Words& words : query.words()) {
-                 EXPECT_FALSE(is_incomplete(words)) << "the content of an incomplete answer depends on the tree";
+                 EXPECT_FALSE(is_incomplete(words))
+                     << "the content of an incomplete answer depends on the tree";
                  all_bits.insert(all_bits.end(), words.begin(), words.end());
                }
              }});

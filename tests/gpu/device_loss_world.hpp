@@ -1,6 +1,6 @@
 #pragma once
-// A small world with queries of all kinds, fixed and deforming geometry, in a database whose device can be lost at any
-// call, or in an undisturbed one to compare with.
+// A small world with queries of all kinds, fixed and deforming geometry, in a database whose device can be
+// lost at any call, or in an undisturbed one to compare with.
 
 #include <cstdint>
 #include <functional>

@@ -235,8 +235,8 @@ TEST(DeviceOpen, DoesNotChangeTheCallingThread) {
   }
 }
 
-/// If a thread sets its affinity after open, the threads of the driver keep theirs. (The validation layer creates a thread at
-/// the first submission, but is off in real-time runs.)
+/// If a thread sets its affinity after open, the threads of the driver keep theirs. (The validation layer
+/// creates a thread at the first submission, but is off in real-time runs.)
 TEST(DeviceOpen, CreatesAllThreadsOfLavapipe) {
   DeviceOptions options = test_device_options(false);
   options.select = "llvmpipe";

@@ -1,5 +1,5 @@
-// Batches of rays with more groups than a device allows in one dispatch are split into several dispatches, with the same
-// answers. All other dispatches have no more groups than Vulkan guarantees.
+// Batches of rays with more groups than a device allows in one dispatch are split into several dispatches,
+// with the same answers. All other dispatches have no more groups than Vulkan guarantees.
 
 #include <algorithm>
 #include <limits>
@@ -17,8 +17,8 @@ class DispatchLimit : public DatabaseTest {
  protected:
   static constexpr std::uint32_t ray_count = 1000;  // 16 groups
 
-  /// The answers on a device that allows so many groups in a dispatch (0: its own limit), in as many chunks as there
-  /// can be. Equal calls give equal worlds and rays.
+  /// The answers on a device that allows so many groups in a dispatch (0: its own limit), in as many chunks
+  /// as there can be. Equal calls give equal worlds and rays.
   std::vector<Words> answers_with(std::uint32_t max_groups, bool coherent) {
     loader_.allow_groups(max_groups);
     open({.max_entities = 64, .chunk = Nanoseconds(1)}, {.loader_library = FAULT_LOADER});

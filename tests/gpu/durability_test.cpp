@@ -1,5 +1,5 @@
-// A database with a directory: when it is opened again, it has its entities, geometries and shapes; and options that it
-// refuses.
+// A database with a directory: when it is opened again, it has its entities, geometries and shapes; and
+// options that it refuses.
 
 #include <cstdlib>
 #include <filesystem>

@@ -84,8 +84,9 @@ class ExecutorTest : public testing::Test {
     return std::unique_ptr<query::GpuRayQuery>(static_cast<query::GpuRayQuery*>(made.value().release()));
   }
   /// Runs one query; `request` has its chunk size and chunk time.
-  query::RunStatus run_rays(query::GpuRayQuery& query, std::span<const Ray> rays, const store::RowSource& rows,
-                            query::Request request, query::ExecutorCallbacks* callbacks = nullptr) {
+  query::RunStatus run_rays(query::GpuRayQuery& query, std::span<const Ray> rays,
+                            const store::RowSource& rows, query::Request request,
+                            query::ExecutorCallbacks* callbacks = nullptr) {
     std::ranges::copy(rays, query.rays().begin());
     request.query = &query;
     request.count = static_cast<std::uint32_t>(rays.size());

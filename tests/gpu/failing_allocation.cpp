@@ -68,7 +68,8 @@ Ranges find_ranges() {
   return ranges;
 }
 
-/// Templates of the C++ library are code of this program too, and other libraries use them: so the whole stack is checked.
+/// Templates of the C++ library are code of this program too, and other libraries use them: so the whole
+/// stack is checked.
 bool is_of_program(const void* caller) {
   static const Ranges ranges = find_ranges();
   if (!ranges.program.holds(caller) && !ranges.transparent_holds(caller)) return false;

@@ -1,7 +1,7 @@
 #pragma once
-// Allocations by operator new that fail on demand, in a program that links failing_allocation.cpp. Only allocations of the
-// program count: those with nothing on the stack but code of the program and of the C and C++ libraries. Allocations of the
-// Vulkan loader, a layer or the driver do not count.
+// Allocations by operator new that fail on demand, in a program that links failing_allocation.cpp. Only
+// allocations of the program count: those with nothing on the stack but code of the program and of the C and
+// C++ libraries. Allocations of the Vulkan loader, a layer or the driver do not count.
 
 #include <cstdint>
 

@@ -1,5 +1,5 @@
-// A Vulkan loader in front of the real one (DeviceOptions::loader_library): selected functions of a device fail, or the device
-// is lost at a selected call. Tests use it through fault_loader.hpp.
+// A Vulkan loader in front of the real one (DeviceOptions::loader_library): selected functions of a device
+// fail, or the device is lost at a selected call. Tests use it through fault_loader.hpp.
 
 #include <dlfcn.h>
 #include <vulkan/vulkan_core.h>

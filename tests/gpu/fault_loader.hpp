@@ -43,7 +43,8 @@ class FaultLoader {
   void allow_groups(std::uint32_t groups) { allow_groups_(groups); }
   /// In all dispatches that were recorded, without indirect ones.
   std::uint64_t groups() const { return groups_(); }
-  /// Loses the device at the n-th call from now on that can fail, of any device. A new device works. 0: never.
+  /// Loses the device at the n-th call from now on that can fail, of any device. A new device works. 0:
+  /// never.
   void lose_at_call(std::uint64_t call) { lose_(call); }
   /// Since lose_at_call.
   std::uint64_t calls() const { return calls_(); }

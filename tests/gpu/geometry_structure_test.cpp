@@ -1,5 +1,5 @@
-// The BLAS of a geometry on the device: each triangle is in one leaf, boxes contain their children, the number of nodes is
-// bounded, and each run gives the same bits.
+// The BLAS of a geometry on the device: each triangle is in one leaf, boxes contain their children, the
+// number of nodes is bounded, and each run gives the same bits.
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
-// Fixture of tests on a device: the device with the validation layer, each message of which fails the test, and the kernels
-// of shaders/table.def. HIL_TEST_GPU selects the device (DeviceOptions::select).
+// Fixture of tests on a device: the device with the validation layer, each message of which fails the test,
+// and the kernels of shaders/table.def. HIL_TEST_GPU selects the device (DeviceOptions::select).
 
 #include <gtest/gtest.h>
 

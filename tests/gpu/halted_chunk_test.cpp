@@ -1,5 +1,5 @@
-// Chunks that are halted since they take longer than predicted while a transaction of higher priority waits: their
-// answers are those of complete runs. On the executor, so that each chunk is halted.
+// Chunks that are halted since they take longer than predicted while a transaction of higher priority waits:
+// their answers are those of complete runs. On the executor, so that each chunk is halted.
 
 #include <algorithm>
 #include <chrono>
@@ -127,8 +127,10 @@ TEST_F(HaltedRuns, AnswerAsCompleteRuns) {
     for (std::size_t k = 0; k < all.size(); ++k) {
       PreemptionPoints points;
       points.requested = true;
-      // First after some elements have begun, then at once: each retry gets more time. All elements may have begun before.
-      for (int attempt = 0; attempt < 2 || (attempt < attempts && points.count == 0 && can_halt()); ++attempt) {
+      // First after some elements have begun, then at once: each retry gets more time. All elements may have
+      // begun before.
+      for (int attempt = 0; attempt < 2 || (attempt < attempts && points.count == 0 && can_halt());
+           ++attempt) {
         chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
         run(std::span(&all[k], 1), &points);
         EXPECT_TRUE(same(all[k].answers(), complete[k])) << "query " << k;
@@ -167,8 +169,8 @@ TEST_F(HaltedRuns, AnswerAsCompleteRunsWithNestedRuns) {
   expect_same(all, complete);
 }
 
-/// Two chunks are in flight: a nested run after the first waits only for the elements of the second that have begun.
-/// Real time is the subject: the wait is compared with the time of a chunk.
+/// Two chunks are in flight: a nested run after the first waits only for the elements of the second that have
+/// begun. Real time is the subject: the wait is compared with the time of a chunk.
 TEST_F(HaltedRuns, EndEarlyForNestedRuns) {
   class DrainTimes final : public query::ExecutorCallbacks {
    public:
@@ -185,8 +187,8 @@ TEST_F(HaltedRuns, EndEarlyForNestedRuns) {
     std::chrono::steady_clock::time_point began_;
   };
   make_world(300);
-  const std::vector<Batch> large{prepare(
-      NearestQueryOptions{.name = "large", .target = NearestTarget::triangle, .k = 9}, max_elements)};
+  const std::vector<Batch> large{
+      prepare(NearestQueryOptions{.name = "large", .target = NearestTarget::triangle, .k = 9}, max_elements)};
   chunk_time_ = std::chrono::hours(1);  // no chunk takes longer than predicted
   constexpr std::uint32_t chunks = 5;
   PreemptionPoints undisturbed;
@@ -206,8 +208,9 @@ TEST_F(HaltedRuns, EndEarlyForNestedRuns) {
   expect_same(large, complete);
 }
 
-/// Signs are counted in a second dispatch, so that a chunk that is halted at once has no answers. A chunk whose results
-/// would cost much device time completes instead. Real time is the subject: the device times are compared.
+/// Signs are counted in a second dispatch, so that a chunk that is halted at once has no answers. A chunk
+/// whose results would cost much device time completes instead. Real time is the subject: the device times
+/// are compared.
 TEST_F(HaltedRuns, DiscardLittleForNestedRuns) {
   make_world(300);
   const std::vector<Batch> large{prepare(
@@ -260,12 +263,13 @@ TEST_F(HaltedRuns, AnswerTheFirstElementsIfThePreemptionPointEndsThem) {
   }
 }
 
-/// The first pass leaves elements incomplete: at dense meshes, where signs are counted, and with short lists. Each is
-/// retried alone in its group.
+/// The first pass leaves elements incomplete: at dense meshes, where signs are counted, and with short lists.
+/// Each is retried alone in its group.
 TEST_F(HaltedRuns, AnswerAsCompleteRunsInRetryPasses) {
   make_world(12);
   double height_m = 20.0;
-  for (const TriangleMesh& mesh : {repeated_triangle(100'000), repeated_triangle(30'000), stacked_prisms(9'000)}) {
+  for (const TriangleMesh& mesh :
+       {repeated_triangle(100'000), repeated_triangle(30'000), stacked_prisms(9'000)}) {
     const EntityRow row = row_of(add(mesh), {0.0, 0.0, height_m});
     height_m += 10.0;
     states_.push_back({.id = {static_cast<std::uint32_t>(states_.size()), 1}, .row = row, .written_by = 1});
@@ -280,13 +284,12 @@ TEST_F(HaltedRuns, AnswerAsCompleteRunsInRetryPasses) {
   for (const std::uint32_t ids : {0u, 4u}) {
     all.push_back(prepare(
         RegionQueryOptions{.name = "regions", .level = RegionLevel::triangle, .ids_per_region = ids}, count));
-    place(dynamic_cast<RegionQuery&>(all.back().query->query()).regions(),
-           [](Region& region, glm::vec3 p_m) {
-             region = {};
-             region.center_m = p_m;
-             region.half_extent_m = glm::vec3(0.5f);
-             region.t = scene.version_time;
-           });
+    place(dynamic_cast<RegionQuery&>(all.back().query->query()).regions(), [](Region& region, glm::vec3 p_m) {
+      region = {};
+      region.center_m = p_m;
+      region.half_extent_m = glm::vec3(0.5f);
+      region.t = scene.version_time;
+    });
   }
   all.push_back(prepare(
       NearestQueryOptions{.name = "signed", .target = NearestTarget::surface, .k = 1, .is_signed = true},

@@ -21,8 +21,7 @@ class QueriesOfEachKind {
   explicit QueriesOfEachKind(Database& database) : database_(database) {
     for (const AnyQueryOptions& options : options_of_each_kind())
       queries_.push_back(prepare_case(database, with(options, count)));
-    transaction_ =
-        database.make_transaction({.max_queries = static_cast<std::uint32_t>(queries_.size())});
+    transaction_ = database.make_transaction({.max_queries = static_cast<std::uint32_t>(queries_.size())});
   }
   /// The version that was read and all answers. Equal rows, times and seeds give equal elements.
   std::vector<Words> answers(const ReadAt& read_at, WorldTime t, std::span<const EntityState> rows,
@@ -129,7 +128,8 @@ class HistoryTest : public DatabaseTest {
       recorded.time = now;
       recorded.query_time = at_s(0.1 * k + 0.05);
       recorded.rows = database().snapshot({}).value();
-      recorded.answers = queries.answers({}, recorded.query_time, recorded.rows, static_cast<std::uint64_t>(k));
+      recorded.answers =
+          queries.answers({}, recorded.query_time, recorded.rows, static_cast<std::uint64_t>(k));
     }
     hits_ = queries.hits();
   }
@@ -154,7 +154,8 @@ class HistoryTest : public DatabaseTest {
       const Recorded& recorded = recorded_.at(version);
       const std::uint64_t seed = version - recorded_.begin()->first;
       for (const ReadAt& read_at : {ReadAt::pinned(version), ReadAt::as_of(recorded.query_time)})
-        EXPECT_EQ(queries.answers(read_at, recorded.query_time, recorded.rows, seed), recorded.answers) << version;
+        EXPECT_EQ(queries.answers(read_at, recorded.query_time, recorded.rows, seed), recorded.answers)
+            << version;
       const auto rows = history.snapshot(ReadAt::pinned(version)).value();
       ASSERT_EQ(rows.size(), recorded.rows.size());
       for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -185,9 +186,9 @@ TEST_F(HistoryTest, GivesTheAnswersOfTheLiveDatabase) {
   ASSERT_TRUE(database().close().ok());
   EXPECT_EQ(open_past({}, {})->latest().version, last);
   expect_recorded_answers(*open_past(ReadAt::pinned(first), ReadAt::latest()), first, last);
-  expect_recorded_answers(
-      *open_past(ReadAt::as_of(recorded_.at(first + 7).query_time), ReadAt::as_of(recorded_.at(first + 9).query_time)),
-      first + 7, first + 9);
+  expect_recorded_answers(*open_past(ReadAt::as_of(recorded_.at(first + 7).query_time),
+                                     ReadAt::as_of(recorded_.at(first + 9).query_time)),
+                          first + 7, first + 9);
 
   const HistoryExtent extent = history_extent(directory_).value();
   EXPECT_EQ(extent.first.version, 0u);

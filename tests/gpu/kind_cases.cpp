@@ -149,7 +149,7 @@ std::unique_ptr<KindCase> expect_made(Result<std::unique_ptr<KindCase>> made) {
 
 std::vector<AnyQueryOptions> options_of_every_kind() {
   std::vector<AnyQueryOptions> all;
-#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...)               \
+#define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...)         \
   for (const auto& options : tested_options(static_cast<const Class*>(nullptr))) \
     all.emplace_back(options);
 #include <rtstdb/query_kinds.def>

@@ -1,7 +1,7 @@
 #pragma once
-// Queries of every kind of rtstdb/query_kinds.def behind one interface, so that a test runs all kinds without a
-// list of them. A new kind adds its tested options and its random elements to kind_cases.cpp, the words of its
-// answers to answer_bits.hpp, and how they are judged and counted to database_test.hpp.
+// Queries of every kind of rtstdb/query_kinds.def behind one interface, so that a test runs all kinds without
+// a list of them. A new kind adds its tested options and its random elements to kind_cases.cpp, the words of
+// its answers to answer_bits.hpp, and how they are judged and counted to database_test.hpp.
 
 #include <cstdint>
 #include <functional>

@@ -1,5 +1,5 @@
-// Late policies of queries of each kind: after a missed deadline a query has its last good answers, or the answers that
-// were there at the deadline, equal to those of a complete batch.
+// Late policies of queries of each kind: after a missed deadline a query has its last good answers, or the
+// answers that were there at the deadline, equal to those of a complete batch.
 
 #include <algorithm>
 #include <array>
@@ -94,8 +94,8 @@ TEST_F(LatePolicies, GivePartialAnswersEqualToThoseOfCompleteBatches) {
   }
 }
 
-/// Long rays continue in retry passes. A deadline between two of them leaves the incomplete rays without an answer, and
-/// counts them.
+/// Long rays continue in retry passes. A deadline between two of them leaves the incomplete rays without an
+/// answer, and counts them.
 TEST_F(LatePolicies, CountRaysThatTheDeadlineLeavesIncompleteAsMissing) {
   EntityRow dense = row_of(DatabaseTest::add(repeated_triangle(100'000)));
   dense.scale = glm::dvec3(1.0);
@@ -126,8 +126,8 @@ TEST_F(LatePolicies, CountRaysThatTheDeadlineLeavesIncompleteAsMissing) {
   EXPECT_TRUE(missed_in_retries);
 }
 
-/// At one of its readings on the engine thread it calls a function that submits transactions; when they are complete,
-/// hardly any time is left to the deadline.
+/// At one of its readings on the engine thread it calls a function that submits transactions; when they are
+/// complete, hardly any time is left to the deadline.
 class InterruptingClock final : public Clock {
  public:
   ClockTime now() const noexcept override {
@@ -164,7 +164,8 @@ class PartialAnswers : public LatePolicies {
   InterruptingClock interrupting_;
 };
 
-/// Nested transactions remove an entity and create another at its index, at a preemption point of a query that ends there.
+/// Nested transactions remove an entity and create another at its index, at a preemption point of a query
+/// that ends there.
 TEST_F(PartialAnswers, NameTheEntitiesOfTheirVersion) {
   prepare_all(LatePolicy::partial);
   KindCase& regions = **std::ranges::find_if(all_, [](const auto& prepared) {

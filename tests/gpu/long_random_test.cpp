@@ -1,6 +1,6 @@
-// More than a million random elements of each query kind in many worlds, compared with the oracle, and the boxes of moving
-// entities of thousands of worlds. The short forms are ray_random_test, ray_first_test, nearest_random_test,
-// region_random_test and motion_box_test.
+// More than a million random elements of each query kind in many worlds, compared with the oracle, and the
+// boxes of moving entities of thousands of worlds. The short forms are ray_random_test, ray_first_test,
+// nearest_random_test, region_random_test and motion_box_test.
 
 #include <algorithm>
 #include <ostream>

@@ -81,8 +81,8 @@ WorldBox box_within(const Extents& extents, const glm::dvec3& scale, const Pose&
   return box;
 }
 
-/// The allowed excess of the box of a leaf along each side: the curvature of the path of a corner that turns by phi, and the
-/// turning of the bounds between the ends, at most what the sphere around them allows.
+/// The allowed excess of the box of a leaf along each side: the curvature of the path of a corner that turns
+/// by phi, and the turning of the bounds between the ends, at most what the sphere around them allows.
 double slack_m(const EntityRow& row, double reach, double window_s) {
   const Motion& motion = row.motion;
   const double phi_rad = glm::length(motion.w_world_radps) * window_s;

@@ -1,7 +1,7 @@
 #pragma once
-// Fixture that reads the TLAS of random worlds back from the device: at each instant of the window, the triangles of an
-// entity are in the box of its leaf and of each node above, its oriented bounds exceed these boxes by at most the overhang
-// that the nodes record, and no box is much larger than necessary.
+// Fixture that reads the TLAS of random worlds back from the device: at each instant of the window, the
+// triangles of an entity are in the box of its leaf and of each node above, its oriented bounds exceed these
+// boxes by at most the overhang that the nodes record, and no box is much larger than necessary.
 
 #include <string>
 #include <vector>

@@ -52,7 +52,8 @@ double box_distance_m(const glm::dvec3& p, const glm::dvec3& half) {
 using NearestSigns = NearestTest;
 
 TEST_F(NearestSigns, OfHollowOverlappingAndOpenMeshes) {
-  const auto with = [](TriangleMesh mesh, const TriangleMesh& other, const glm::vec3& offset, bool inside_out) {
+  const auto with = [](TriangleMesh mesh, const TriangleMesh& other, const glm::vec3& offset,
+                       bool inside_out) {
     const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
     for (const glm::vec3& p : other.positions_m)
       mesh.positions_m.push_back(p + offset);
@@ -133,7 +134,8 @@ TEST_F(NearestLists, OrderCoincidingEntitiesByIndex) {
     for (const std::uint32_t k : {1u, 2u, 31u, 32u}) {
       const auto query = prepare(target, k);
       for (int i = 0; i < 20; ++i) {
-        const auto neighbors = neighbors_of(*query, point_at(glm::vec3(5.0 * random_.vector()), infinity_f, at_s(0.3)));
+        const auto neighbors =
+            neighbors_of(*query, point_at(glm::vec3(5.0 * random_.vector()), infinity_f, at_s(0.3)));
         ASSERT_EQ(neighbors.size(), k);
         for (std::uint32_t place = 0; place < k; ++place)
           ASSERT_EQ(neighbors[place].entity, ids[place]) << place;
@@ -162,7 +164,8 @@ TEST_F(NearestLists, OrderCoincidingTrianglesByIndex) {
   const auto surface = prepare(NearestTarget::surface);
   EXPECT_EQ(neighbors_of(*surface, point_at({0.2f, 0.3f, 4.0f}))[0].triangle, 7u);
   const auto surfaces = prepare(NearestTarget::surface, 2);
-  EXPECT_EQ(neighbors_of(*surfaces, point_at({0.2f, 0.3f, 4.0f})).size(), 1u) << "a list has each entity once";
+  EXPECT_EQ(neighbors_of(*surfaces, point_at({0.2f, 0.3f, 4.0f})).size(), 1u)
+      << "a list has each entity once";
 }
 
 /// The nearest point of a mesh is often on an edge or at a corner, which two or more triangles share.
@@ -206,8 +209,8 @@ TEST_F(NearestLists, AreShortIfFewEntitiesQualify) {
     row.mask = layer;
     return create(row);
   };
-  for (const NearestTarget target : {NearestTarget::center, NearestTarget::bounds, NearestTarget::surface,
-                                     NearestTarget::triangle}) {
+  for (const NearestTarget target :
+       {NearestTarget::center, NearestTarget::bounds, NearestTarget::surface, NearestTarget::triangle}) {
     open({});
     const auto query = prepare(target, 32);
     Nearest point = point_at({1.0f, 0.0f, 0.0f}, 1e9f);

@@ -93,8 +93,8 @@ TEST_F(NearestLimits, SignsAreCountedCompletelyOrIncomplete) {
   EXPECT_TRUE(some_incomplete) << "no count exceeds the limit";
 }
 
-/// On lavapipe eight neighbouring points of a batch share a limit of rounds. Whether a point is complete must not
-/// depend on the others.
+/// On lavapipe eight neighbouring points of a batch share a limit of rounds. Whether a point is complete must
+/// not depend on the others.
 TEST_F(NearestLimits, LongSearchesDoNotDependOnTheBatch) {
   Random random(23);
   std::vector<glm::vec3> points_m;
@@ -130,8 +130,8 @@ TEST_F(NearestLimits, LongSearchesDoNotDependOnTheBatch) {
   EXPECT_GT(incomplete_count, 0u) << "no search exceeds the limit";
 }
 
-/// Each level of the tree has seven leaves of equal triangles, which the search defers, and one node with all smaller
-/// and nearer triangles: the stack overflows.
+/// Each level of the tree has seven leaves of equal triangles, which the search defers, and one node with all
+/// smaller and nearer triangles: the stack overflows.
 TEST_F(NearestLimits, AStackOverflowIsIncomplete) {
   TriangleMesh mesh;
   constexpr int levels = 21;

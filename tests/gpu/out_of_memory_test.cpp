@@ -1,6 +1,6 @@
-// Allocations fail while a database opens, adds geometry and prepares queries: the n-th one, or all from the n-th on. The
-// long form tests each n, the short one a sample. Each call returns an error, the database goes on, and nothing leaks (the
-// address sanitizer checks that).
+// Allocations fail while a database opens, adds geometry and prepares queries: the n-th one, or all from the
+// n-th on. The long form tests each n, the short one a sample. Each call returns an error, the database goes
+// on, and nothing leaks (the address sanitizer checks that).
 
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ DatabaseOptions small() {
   return options;
 }
 
-/// Calls `step`, each time with another failing allocation, until it has fewer allocations; alternately with one failing
-/// allocation and with all from it on. Returns the approximate number of allocations.
+/// Calls `step`, each time with another failing allocation, until it has fewer allocations; alternately with
+/// one failing allocation and with all from it on. Returns the approximate number of allocations.
 std::uint64_t fail_in(std::uint64_t every, const std::function<Result<void>()>& step) {
   std::uint64_t number = 1;
   Then then = Then::goes_on;
@@ -119,8 +119,8 @@ TEST_F(OutOfMemoryLater, WhileGeometryIsAdded) {
   for (const bool deforms : {false, true}) {
     const TriangleMesh mesh = make_sphere(1.0, 2);
     fail_in(19, [&] {
-      return error_of(
-          database_->add_geometry(mesh, "a name that is too long for the buffer of a string", {.deforms = deforms}));
+      return error_of(database_->add_geometry(mesh, "a name that is too long for the buffer of a string",
+                                              {.deforms = deforms}));
     });
     expect_usable();
   }

@@ -1,5 +1,6 @@
-// Searches that pause and resume over many dispatches, while nested runs at each preemption point need the structures that
-// the searches use: another slot of the same version, other shapes of deforming geometry, the few slots of a large world.
+// Searches that pause and resume over many dispatches, while nested runs at each preemption point need the
+// structures that the searches use: another slot of the same version, other shapes of deforming geometry, the
+// few slots of a large world.
 
 #include <algorithm>
 #include <functional>
@@ -26,9 +27,7 @@ class PausedSearches : public ExecutorTest {
     states_ = {{.id = {0, 1}, .row = row_of(dense, {0.0, 0.0, 5.0}), .written_by = 1},
                {.id = {1, 1}, .row = row_of(ball, {0.0, 100.0, 0.0}), .written_by = 1}};
   }
-  FixedRows world(Version shape) const {
-    return FixedRows(states_, 10 + shape, shape, ball_.positions_m);
-  }
+  FixedRows world(Version shape) const { return FixedRows(states_, 10 + shape, shape, ball_.positions_m); }
   query::GpuRayQuery& prepare() { return *queries_.emplace_back(prepare_rays(max_rays)); }
   query::RunStatus run(query::GpuRayQuery& query, std::span<const Ray> rays, const store::RowSource& rows,
                        query::ExecutorCallbacks* callbacks = nullptr) {
@@ -43,8 +42,9 @@ class PausedSearches : public ExecutorTest {
     EXPECT_TRUE(std::ranges::all_of(hits, [](const RayHit& hit) { return hit.lambda == 5.0f; }));
   }
   /// Expects as many preemption points with `nested` at each as without: no search begins again.
-  void expect_no_restart(const store::RowSource& rows, WorldTime t, const std::function<void(int point)>& nested,
-                         const std::function<void()>& between = [] {}) {
+  void expect_no_restart(
+      const store::RowSource& rows, WorldTime t, const std::function<void(int point)>& nested,
+      const std::function<void()>& between = [] {}) {
     query::GpuRayQuery& query = prepare();
     const std::vector<Ray> rays(40, long_ray(t));
     PreemptionPoints alone;
@@ -102,8 +102,8 @@ TEST_F(PausedSearches, KeepTheirSlotOfALargeWorld) {
   });
 }
 
-/// A paused search inside the preemption point of another one, which holds the one place of a shape that can be kept: a
-/// nested run with a third shape replaces the shape of the inner search, which has to begin again.
+/// A paused search inside the preemption point of another one, which holds the one place of a shape that can
+/// be kept: a nested run with a third shape replaces the shape of the inner search, which has to begin again.
 class RestartedSearches : public PausedSearches {
  protected:
   struct InnerResult {
@@ -149,7 +149,8 @@ TEST_F(RestartedSearches, AreIncompleteIfTheyRestartAtEachPoint) {
   EXPECT_EQ(result.incomplete, 40u);
 }
 
-/// More rays than one window of retries holds, with restarts in some passes of the first and of the second window.
+/// More rays than one window of retries holds, with restarts in some passes of the first and of the second
+/// window.
 TEST_F(RestartedSearches, AreCompleteAfterSomeRestarts) {
   constexpr int passes = 24,
                 restarted = 11;  // each other pass makes a thousand of 20,000 rounds

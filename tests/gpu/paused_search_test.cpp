@@ -1,5 +1,6 @@
-// Rays whose searches pause and resume over many dispatches, in random worlds. A mesh of many equal triangles is hit like
-// its first triangle, so the hits have the bits of those in an equal world with single triangles, where no search pauses.
+// Rays whose searches pause and resume over many dispatches, in random worlds. A mesh of many equal triangles
+// is hit like its first triangle, so the hits have the bits of those in an equal world with single triangles,
+// where no search pauses.
 
 #include <algorithm>
 #include <bit>
@@ -28,7 +29,8 @@ class PausedSearches : public DatabaseTest, public testing::WithParamInterface<i
     std::vector<EntityRow> rows;
     const auto meshes = 2 + random.below(4);
     for (std::size_t k = 0; k < meshes; ++k) {
-      EntityRow row = row_of(add(repeated_triangle(dense ? 66'000 + static_cast<std::uint32_t>(k) * 5'000 : 1)), {});
+      EntityRow row =
+          row_of(add(repeated_triangle(dense ? 66'000 + static_cast<std::uint32_t>(k) * 5'000 : 1)), {});
       set_random_motion(row);
       row.scale = glm::dvec3(random.uniform(2.0, 12.0));
       rows.push_back(row);

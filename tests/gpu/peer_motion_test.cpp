@@ -1,5 +1,5 @@
-// Queries in moving worlds, compared with Embree and nanoflann. These have no motion: for each of several instants of a
-// window they get the world at that instant as a fixed mesh.
+// Queries in moving worlds, compared with Embree and nanoflann. These have no motion: for each of several
+// instants of a window they get the world at that instant as a fixed mesh.
 
 #include <algorithm>
 #include <cmath>
@@ -126,7 +126,8 @@ class PeersInMotion : public DatabaseTest, public testing::WithParamInterface<Ca
     return hit.ever && claim.lambda >= hit.min_lambda - along && claim.lambda <= hit.max_lambda + along;
   }
   /// Whether rounding may hide the claimed hit from the side that has the hit `other`.
-  static bool may_be_missed(const StaticScene& world, const Ray& ray, const Claim& claim, const Claim& other) {
+  static bool may_be_missed(const StaticScene& world, const Ray& ray, const Claim& claim,
+                            const Claim& other) {
     const double error = error_m(ray, claim);
     const Intersection hit = intersect(world, claim.triangle, ray, error);
     if (!hit.always) return true;  // at an edge
@@ -226,7 +227,8 @@ class NearestOfPeersInMotion : public PeersInMotion {
     }
     return made;
   }
-  std::unique_ptr<NearestQuery> run_nearest(std::span<const Nearest> points, NearestTarget target, std::uint32_t k) {
+  std::unique_ptr<NearestQuery> run_nearest(std::span<const Nearest> points, NearestTarget target,
+                                            std::uint32_t k) {
     const auto count = static_cast<std::uint32_t>(points.size());
     auto query = database().prepare(
         NearestQueryOptions{.name = "nearest", .capacity = count, .target = target, .k = k});
@@ -257,7 +259,8 @@ TEST_P(NearestOfPeersInMotion, DistancesOfTrianglesAgreeWithEmbree) {
   const auto query = run_nearest(all_points, NearestTarget::triangle, 1);
   std::size_t other_triangle = 0;
   for (std::size_t k = 0; k < instants; ++k) {
-    const auto points_m = in_world_m(std::span(all_points).subspan(k * points_per_instant, points_per_instant));
+    const auto points_m =
+        in_world_m(std::span(all_points).subspan(k * points_per_instant, points_per_instant));
     std::vector<PeerNearest> theirs(points_per_instant);
     EmbreeNearest(static_scenes_[k].mesh).nearest(points_m, theirs);
     for (std::size_t i = 0; i < points_per_instant; ++i) {
@@ -288,7 +291,8 @@ TEST_P(NearestOfPeersInMotion, CentersAgreeWithNanoflann) {
       centers_m.emplace_back(world_point(entity.row.motion, times_[k], entity.row.scale * center_m));
     }
     const NanoflannTree tree(centers_m);
-    const auto points_m = in_world_m(std::span(all_points).subspan(k * points_per_instant, points_per_instant));
+    const auto points_m =
+        in_world_m(std::span(all_points).subspan(k * points_per_instant, points_per_instant));
     std::vector<std::uint32_t> numbers(k_nearest * points_m.size());
     std::vector<float> squared_m2(k_nearest * points_m.size());
     tree.nearest(points_m, k_nearest, numbers, squared_m2);
@@ -309,7 +313,9 @@ TEST_P(NearestOfPeersInMotion, CentersAgreeWithNanoflann) {
   }
 }
 
-const auto name_of = [](const testing::TestParamInfo<Case>& test_case) { return std::string(test_case.param.name); };
+const auto name_of = [](const testing::TestParamInfo<Case>& test_case) {
+  return std::string(test_case.param.name);
+};
 INSTANTIATE_TEST_SUITE_P(Windows, PeersInMotion, testing::ValuesIn(cases), name_of);
 INSTANTIATE_TEST_SUITE_P(Windows, NearestOfPeersInMotion, testing::ValuesIn(cases), name_of);
 

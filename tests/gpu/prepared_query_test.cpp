@@ -1,5 +1,5 @@
-// When the geometry pool grows, add_geometry rebinds the prepared queries: the next transaction neither does this
-// nor counts it as its cost.
+// When the geometry pool grows, add_geometry rebinds the prepared queries: the next transaction neither does
+// this nor counts it as its cost.
 
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/executor_test.hpp"

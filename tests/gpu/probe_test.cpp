@@ -30,7 +30,8 @@ const SharedStruct shared_structs[] = {
 #undef SHARED_STRUCT
 };
 
-/// A word of this field alone. Floats are normal numbers, since devices may change the bits of subnormals and NaNs.
+/// A word of this field alone. Floats are normal numbers, since devices may change the bits of subnormals and
+/// NaNs.
 std::uint32_t distinct_word(const shared::Field& field, std::uint32_t serial) {
   const bool is_float = field.type == "float" || field.type.starts_with("vec");
   return is_float ? std::bit_cast<std::uint32_t>(1.5f + static_cast<float>(serial)) : 0x9e370000u + serial;

@@ -1,5 +1,5 @@
-// Queries with several stages, each over its own places: on the executor, with a query that notes the parts that
-// it is to record and has no kernel.
+// Queries with several stages, each over its own places: on the executor, with a query that notes the parts
+// that it is to record and has no kernel.
 
 #include <vector>
 

@@ -74,8 +74,8 @@ Tally RandomQueries::run_neighbours(const RayQueryOptions& options, std::size_t 
   const auto query = prepare_case(database(), with(options, batch));
   if (query == nullptr) return {};
   return run_batches(*query, count, [&](KindCase& filled, const Window& window) {
-    fill_with_neighbours(dynamic_cast<RayQuery&>(filled.query()).rays(), random_,
-                         oracle_world_->entities(), scene_, window.first, window.length_s);
+    fill_with_neighbours(dynamic_cast<RayQuery&>(filled.query()).rays(), random_, oracle_world_->entities(),
+                         scene_, window.first, window.length_s);
   });
 }
 

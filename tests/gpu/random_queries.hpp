@@ -23,9 +23,9 @@ class RandomQueries : public DatabaseTest {
   /// created in between.
   void fill(const RandomWorld& world);
 
-  /// Runs `count` random elements in batches, until the first failure. Each batch has a random window of time:
-  /// an instant, or up to a second, at the version's time or some seconds later. The short form of a test runs
-  /// about a third of them.
+  /// Runs `count` random elements in batches, until the first failure. Each batch has a random window of
+  /// time: an instant, or up to a second, at the version's time or some seconds later. The short form of a
+  /// test runs about a third of them.
   Tally run_random(const AnyQueryOptions& options, std::size_t count);
   /// The same with groups of eight neighbouring rays.
   Tally run_neighbours(const RayQueryOptions& options, std::size_t count);
@@ -52,8 +52,8 @@ class RandomQueries : public DatabaseTest {
   std::optional<oracle::World> oracle_world_;
 };
 
-/// Fails the test unless a fifth to four fifths of the elements hit something, and rounding decides at most the
-/// share `max_too_close` of the answers.
+/// Fails the test unless a fifth to four fifths of the elements hit something, and rounding decides at most
+/// the share `max_too_close` of the answers.
 void expect_informative(const Tally& tally, double max_too_close);
 
 }  // namespace rtstdb::test

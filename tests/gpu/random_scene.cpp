@@ -109,7 +109,8 @@ std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> 
   std::vector<Ray> rays(8, random_ray(random, entities, options, first, window_s));
   // As at the end of an image row.
   const bool is_split = random.one_in(24);
-  if (is_split) std::fill(rays.begin() + 3, rays.end(), random_ray(random, entities, options, first, window_s));
+  if (is_split)
+    std::fill(rays.begin() + 3, rays.end(), random_ray(random, entities, options, first, window_s));
   if (is_split && random.one_in(3)) {
     for (Ray& ray : rays)
       ray = random_ray(random, entities, options, first, window_s);
@@ -172,7 +173,8 @@ Nearest random_point(Random& random, std::span<const EntityState> entities, cons
   Nearest point;
   point.t = random_time(random, first, window_s);
   const EntityState& target = random_entity(random, entities);
-  point.point_m = pose_at(target.row.motion, point.t).p_world_m + random.magnitude(0.05, 5.0) * random.vector();
+  point.point_m =
+      pose_at(target.row.motion, point.t).p_world_m + random.magnitude(0.05, 5.0) * random.vector();
   if (random.one_in(4)) point.point_m = 2.0 * options.radius_m * random.vector();
   if (random.one_in(2)) point.radius_m = static_cast<float>(options.radius_m * random.magnitude(0.01, 3.0));
   if (random.one_in(4)) point.mask = static_cast<std::uint32_t>(random.below(16));

@@ -1,5 +1,6 @@
 #pragma once
-// Random rows, rays, regions and points from a seed, with every kind of mesh, motion, mask, carrier and range.
+// Random rows, rays, regions and points from a seed, with every kind of mesh, motion, mask, carrier and
+// range.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -46,8 +47,8 @@ EntityRow random_row(Random& random, std::span<const GeometryId> geometries, con
 Ray random_ray(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                WorldTime first, double window_s);
 
-/// Eight neighbouring rays: origins within a centimetre, nearly one direction, each with its own time, mask and
-/// range. One group in 24 is split after the third ray, or consists of eight unrelated rays.
+/// Eight neighbouring rays: origins within a centimetre, nearly one direction, each with its own time, mask
+/// and range. One group in 24 is split after the third ray, or consists of eight unrelated rays.
 std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
                                    const SceneOptions& options, WorldTime first, double window_s);
 

@@ -1,5 +1,6 @@
-// A hit depends on the ray and the triangle alone, also where rounding is large: close to large triangles, at the
-// ends of a range, along the outline of far bodies. It must not depend on the boxes of the tree that a packet visits.
+// A hit depends on the ray and the triangle alone, also where rounding is large: close to large triangles, at
+// the ends of a range, along the outline of far bodies. It must not depend on the boxes of the tree that a
+// packet visits.
 
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
@@ -69,7 +70,8 @@ TEST_F(RayBounds, IncludeAHitAtAnEndOfTheRange) {
                      << size_m << " m, from " << height_m << " m, subgroup kernels " << use_subgroup_kernels);
         EXPECT_EQ(differences(trace(*query, until), expected), 0u);
         EXPECT_EQ(differences(trace(*query, from), expected), 0u);
-        EXPECT_EQ(differences(trace_in_packets(until, [](Ray& ray) { ray.lambda_max = 1e30f; }), expected), 0u);
+        EXPECT_EQ(differences(trace_in_packets(until, [](Ray& ray) { ray.lambda_max = 1e30f; }), expected),
+                  0u);
         EXPECT_EQ(differences(trace_in_packets(from, [](Ray& ray) { ray.lambda_min = 0.0f; }), expected), 0u);
         EXPECT_EQ(std::ranges::count(trace(*any, until), HitStatus::hit, &RayHit::status), std::ssize(until));
         EXPECT_GT(expected.size(), height_m < 1.0 ? 999u : 5u);

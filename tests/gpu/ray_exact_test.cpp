@@ -117,8 +117,8 @@ TEST_F(RayTies, CloseToALargeTriangle) {
   }
 }
 
-/// The edge functions of a small triangle far beside a ray are rounding errors alone. A packet tests each of its
-/// rays with the triangles that one of them may hit.
+/// The edge functions of a small triangle far beside a ray are rounding errors alone. A packet tests each of
+/// its rays with the triangles that one of them may hit.
 class FarBodies : public DatabaseTest {
  protected:
   /// A camera that looks along x with pixels of 2 mrad.
@@ -139,8 +139,8 @@ TEST_F(FarBodies, AreMissedByRaysBesideThem) {
   for (int i = 0; i < 400; ++i) {
     const double distance_m = random.uniform(500.0, 3000.0);
     const double row = static_cast<double>(random.below(160)) - 80.0;
-    rows.push_back(row_of(
-        ball, {distance_m, distance_m * 0.16 * random.uniform(-1.0, 1.0), distance_m * 0.002 * row}));
+    rows.push_back(
+        row_of(ball, {distance_m, distance_m * 0.16 * random.uniform(-1.0, 1.0), distance_m * 0.002 * row}));
     rows.back().motion.q_world = random.orientation();
   }
   create(rows);

@@ -82,7 +82,8 @@ class RandomFirstHits : public RandomQueries {
       }
     }
     tally += run_random(
-        RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3, .faces = Faces::back}, 500);
+        RayQueryOptions{.name = "first", .mode = RayMode::first, .hits_per_ray = 3, .faces = Faces::back},
+        500);
     expect_informative(tally, 0.02);
     EXPECT_GT(tally.full, tally.elements / 20);
   }

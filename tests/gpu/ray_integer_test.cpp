@@ -1,5 +1,5 @@
-// Random triangles and rays with small integer coordinates, so that many rays pass exactly through edges, corners and
-// planes. Integer arithmetic decides here what a ray crosses.
+// Random triangles and rays with small integer coordinates, so that many rays pass exactly through edges,
+// corners and planes. Integer arithmetic decides here what a ray crosses.
 
 #include <algorithm>
 #include <cmath>
@@ -65,8 +65,11 @@ Intersection intersect(const Integers& from, const Integers& direction, const Tr
   const std::int64_t height = dot(normal, triangle.a - from);
   if (slope == 0) return {height == 0 ? Crossing::in_plane : Crossing::none, 0.0};
   if (height != 0 && (height < 0) != (slope < 0)) return {Crossing::none, 0.0};
-  const auto side = [&](const Integers& p, const Integers& q) { return dot(direction, cross(p - from, q - from)); };
-  const auto [min, max] = std::minmax({side(triangle.a, triangle.b), side(triangle.b, triangle.c), side(triangle.c, triangle.a)});
+  const auto side = [&](const Integers& p, const Integers& q) {
+    return dot(direction, cross(p - from, q - from));
+  };
+  const auto [min, max] =
+      std::minmax({side(triangle.a, triangle.b), side(triangle.b, triangle.c), side(triangle.c, triangle.a)});
   const double lambda = static_cast<double>(height) / static_cast<double>(slope);
   if (min < 0 && max > 0) return {Crossing::none, lambda};
   return {(min > 0 || max < 0) && height != 0 ? Crossing::inside : Crossing::at_edge, lambda};
@@ -88,7 +91,8 @@ class IntegerCoordinates : public DatabaseTest {
       TriangleMesh mesh;
       triangles_.emplace_back();
       for (auto left = 1 + random.below(20); left > 0;) {
-        const Integers a = random_integers(random, 4), b = random_integers(random, 4), c = random_integers(random, 4);
+        const Integers a = random_integers(random, 4), b = random_integers(random, 4),
+                       c = random_integers(random, 4);
         if (is_zero(cross(b - a, c - a))) continue;
         --left;
         const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
@@ -122,7 +126,8 @@ class IntegerCoordinates : public DatabaseTest {
     Expected expected;
     for (std::uint32_t body = 0; body < bodies; ++body) {
       for (const Triangle& triangle : triangles_[body]) {
-        const Intersection intersection = intersect(integer_rays_[ray].from, integer_rays_[ray].direction, triangle);
+        const Intersection intersection =
+            intersect(integer_rays_[ray].from, integer_rays_[ray].direction, triangle);
         expected.may_hit = expected.may_hit || intersection.kind != Crossing::none;
         if (intersection.kind == Crossing::inside)
           expected.nearest_inside = std::min(expected.nearest_inside, intersection.lambda);
@@ -141,7 +146,8 @@ class IntegerCoordinates : public DatabaseTest {
         continue;
       }
       ++hits_;
-      ASSERT_NE(expected.hit.kind, Crossing::none) << "ray " << i << " hits a triangle that it does not cross";
+      ASSERT_NE(expected.hit.kind, Crossing::none)
+          << "ray " << i << " hits a triangle that it does not cross";
       ASSERT_LE(hits[i].lambda, expected.nearest_inside + lambda_tolerance(hits[i].lambda))
           << "ray " << i << " hits behind the nearest triangle";
       if (expected.hit.kind == Crossing::in_plane)
@@ -171,8 +177,7 @@ class IntegerCoordinates : public DatabaseTest {
 TEST_F(IntegerCoordinates, GiveTheNearestCrossedTriangle) {
   for (const bool use_subgroup_kernels : {true, false}) {
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
-      SCOPED_TRACE(testing::Message()
-                   << "seed " << seed << ", subgroup kernels " << use_subgroup_kernels);
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", subgroup kernels " << use_subgroup_kernels);
       open({}, {.use_subgroup_kernels = use_subgroup_kernels});
       Random random(seed);
       create_bodies(random);

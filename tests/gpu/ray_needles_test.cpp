@@ -1,5 +1,5 @@
-// Rays at bodies that are far longer, or farther away, than they are thick. Up to max_distance_per_thickness each ray
-// at the middle of a needle hits; beyond, the oracle has to explain each miss by rounding.
+// Rays at bodies that are far longer, or farther away, than they are thick. Up to max_distance_per_thickness
+// each ray at the middle of a needle hits; beyond, the oracle has to explain each miss by rounding.
 
 #include <rtstdb/limits.hpp>
 

@@ -1,4 +1,5 @@
-// The kernels that trace rays as packets, with work sharing and one by one (shaders/query/simd8) give the same bits.
+// The kernels that trace rays as packets, with work sharing and one by one (shaders/query/simd8) give the
+// same bits.
 
 #include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/database_test.hpp"
@@ -11,7 +12,7 @@ class RayPackets : public DatabaseTest {
  protected:
   /// Groups of rays with one origin and at most a hundredth of a radian between them.
   static std::vector<Ray> coherent_groups(Random& random, const SceneOptions& scene,
-                                     std::span<const EntityRow> rows) {
+                                          std::span<const EntityRow> rows) {
     std::vector<Ray> rays(random.one_in(2) ? 1 + random.below(200) : 1 + random.below(3000));
     glm::vec3 eye_m;
     glm::dvec3 ahead;
@@ -42,7 +43,6 @@ class RayPackets : public DatabaseTest {
     return rays;
   }
 
-
   static std::size_t differences(const std::vector<RayHit>& a, const std::vector<RayHit>& b) {
     EXPECT_EQ(a.size(), b.size());
     std::size_t count = 0;
@@ -61,7 +61,8 @@ class RayPackets : public DatabaseTest {
   }
 };
 
-/// In coherent order rays form packets. In another order, or without subgroup kernels, each is traced by a lane.
+/// In coherent order rays form packets. In another order, or without subgroup kernels, each is traced by a
+/// lane.
 TEST_F(RayPackets, AnswerAsSingleRaysInAnyOrder) {
   for (const std::uint32_t entities : {1u, 200u, 2500u}) {
     std::vector<Ray> rays(4000);
@@ -102,8 +103,8 @@ TEST_F(RayPackets, AnswerAsSingleRaysInAnyOrder) {
   }
 }
 
-/// Bodies of all sizes, some around the eye, up to 20 km from the world's origin; rays of any length, range and
-/// mask, some along an axis; batches of any size at one instant.
+/// Bodies of all sizes, some around the eye, up to 20 km from the world's origin; rays of any length, range
+/// and mask, some along an axis; batches of any size at one instant.
 TEST_F(RayPackets, AnswerAsSingleRaysInAnyScene) {
   std::size_t hit = 0;
   std::size_t coherent = 0;

@@ -43,7 +43,8 @@ class RandomRays : public RandomQueries, public testing::WithParamInterface<Case
     Tally tally = run_random(RayQueryOptions{.name = "rays"}, part(0.6));
     tally += run_random(RayQueryOptions{.name = "rays", .mode = RayMode::any}, part(0.25));
     tally += run_random(RayQueryOptions{.name = "rays", .ignore_motion = true}, part(0.1));
-    tally += run_random(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, part(0.05));
+    tally +=
+        run_random(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, part(0.05));
     return tally;
   }
 };
@@ -72,7 +73,8 @@ TEST_P(RandomRays, AgreeWithTheOracleInPackets) {
   Tally tally = run_neighbours(RayQueryOptions{.name = "rays"}, 4 * tenth);
   tally += run_neighbours(RayQueryOptions{.name = "rays", .mode = RayMode::any}, 2 * tenth);
   tally += run_neighbours(RayQueryOptions{.name = "rays", .ignore_motion = true}, 2 * tenth);
-  tally += run_neighbours(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, tenth);
+  tally +=
+      run_neighbours(RayQueryOptions{.name = "rays", .mode = RayMode::any, .ignore_motion = true}, tenth);
   tally += run_neighbours(RayQueryOptions{.name = "rays", .faces = Faces::back}, tenth);
   expect_informative(tally, 0.005);
 }

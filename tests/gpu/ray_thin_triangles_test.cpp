@@ -1,4 +1,5 @@
-// Rays and triangles of little or no area: no ray hits a triangle without area, and thin triangles have normals.
+// Rays and triangles of little or no area: no ray hits a triangle without area, and thin triangles have
+// normals.
 
 #include <glm/geometric.hpp>
 

@@ -29,8 +29,8 @@ TEST_P(RealMeshes, AreHitAsInTheOracle) {
     std::vector<Ray> rays;
     for (std::size_t i = 0; i < 5000; ++i) {
       const glm::dvec3 from_m = center_m + 3.0 * glm::length(half_m) * random.direction();
-      const glm::dvec3 to_m = center_m + half_m * glm::dvec3(random.uniform(-1, 1), random.uniform(-1, 1),
-                                                             random.uniform(-1, 1));
+      const glm::dvec3 to_m =
+          center_m + half_m * glm::dvec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
       rays.push_back(ray_from(from_m, to_m - from_m));
     }
     const Tally tally = judge(world(), rays, trace(rays));

@@ -166,7 +166,8 @@ TEST_F(Refusals, SeeTheCarrierAndTimeOfOneOfManyRays) {
     rays[i].carrier = body_;
     rays[i].direction = {-1.0f, 0.0f, 0.0f};
     auto hits = trace(*many, rays);
-    EXPECT_EQ(hits[i].status, HitStatus::miss) << "in the carrier's frame it begins at the world's origin and leads away";
+    EXPECT_EQ(hits[i].status, HitStatus::miss)
+        << "in the carrier's frame it begins at the world's origin and leads away";
     EXPECT_EQ(std::ranges::count(hits, 10.0f, &RayHit::lambda), count - 1);
     rays[i] = good_ray();
     rays[i].t = at_s(11.5);

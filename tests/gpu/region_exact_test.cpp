@@ -1,5 +1,5 @@
-// Region queries whose answers follow from the construction of the world: regions that touch exactly, lists that
-// overflow, empty worlds and empty batches.
+// Region queries whose answers follow from the construction of the world: regions that touch exactly, lists
+// that overflow, empty worlds and empty batches.
 
 #include <algorithm>
 #include <memory>
@@ -93,8 +93,10 @@ std::vector<EntityTriangle> list_of(const RegionAnswer& answer) {
 
 /// 2500 entities are more than one workgroup builds a tree of.
 TEST_F(RegionQueries, ListTheLowestIdsAndTheTrueCountOnOverflow) {
-  for (const auto& [level, entities] : {std::pair(RegionLevel::bounds, 100u), {RegionLevel::bounds, 2500u},
-                                        {RegionLevel::surface, 60u}, {RegionLevel::triangle, 60u}}) {
+  for (const auto& [level, entities] : {std::pair(RegionLevel::bounds, 100u),
+                                        {RegionLevel::bounds, 2500u},
+                                        {RegionLevel::surface, 60u},
+                                        {RegionLevel::triangle, 60u}}) {
     open({});
     const GeometryId ball = add(make_sphere(1.0, 2)), cube = add(make_box({1.0, 1.0, 1.0}));
     std::vector<EntityRow> rows;
@@ -112,8 +114,8 @@ TEST_F(RegionQueries, ListTheLowestIdsAndTheTrueCountOnOverflow) {
     // The second region finds the ball at the origin alone.
     const Region regions[] = {everywhere(), region_of(box, touching, {}, glm::vec3(1.4f))};
     for (const std::uint32_t capacity : {1u, 2u, 17u, 59u, size - 1, size}) {
-      SCOPED_TRACE(testing::Message() << to_string(level) << " of " << entities << " entities, lists of "
-                                      << capacity);
+      SCOPED_TRACE(testing::Message()
+                   << to_string(level) << " of " << entities << " entities, lists of " << capacity);
       const auto query = prepare(level, capacity);
       std::ranges::copy(regions, query->regions().begin());
       EXPECT_EQ(run(*query, 2).status, capacity < size ? Status::truncated : Status::committed);

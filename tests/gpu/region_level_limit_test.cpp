@@ -90,8 +90,8 @@ TEST_F(RegionLevelLimits, TrianglesOfALargeMeshAreListedInOrder) {
   EXPECT_TRUE(std::ranges::equal(query->answers()[0].triangles, expected));
 }
 
-/// On lavapipe eight neighbouring regions of a batch share a limit of rounds. Whether a region is complete must not
-/// depend on the others.
+/// On lavapipe eight neighbouring regions of a batch share a limit of rounds. Whether a region is complete
+/// must not depend on the others.
 TEST_F(RegionLevelLimits, LongSearchesDoNotDependOnTheBatch) {
   Random random(24);
   const EntityId entity = create(row_of(add(make_sphere(1.0, 7))));

@@ -1,4 +1,5 @@
-// Random regions of the levels surface and triangle in random worlds: each answer is compared with the oracle.
+// Random regions of the levels surface and triangle in random worlds: each answer is compared with the
+// oracle.
 
 #include <algorithm>
 #include <ostream>
@@ -167,8 +168,8 @@ TEST_F(RegionBorders, AgreeWithTheOracle) {
   RecordProperty("too_close", std::to_string(tally.too_close));
 }
 
-/// Triangles so thin that single precision does not determine their normals, each with a small region around one
-/// of its points.
+/// Triangles so thin that single precision does not determine their normals, each with a small region around
+/// one of its points.
 TEST_F(RegionBorders, FindThinTriangles) {
   Random random(62);
   constexpr std::uint32_t batch = 600;

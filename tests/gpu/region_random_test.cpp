@@ -47,14 +47,15 @@ TEST_P(RandomRegions, AgreeWithTheOracle) {
 
 TEST_P(RandomRegions, OverlapsAgreeWithTheOracle) {
   if (GetParam().world.entities == 1) {
-    const auto query = prepare(OverlapQueryOptions{.name = "overlaps", .capacity = 1, .ids_per_entity = 4096});
+    const auto query =
+        prepare(OverlapQueryOptions{.name = "overlaps", .capacity = 1, .ids_per_entity = 4096});
     query->overlaps()[0] = {.entity = oracle_world().entities()[0].id, .t = scene().version_time};
     ASSERT_EQ(run(*query, 1).status, Status::committed);
     EXPECT_EQ(query->answers()[0].found, 0u) << "an entity does not overlap itself";
     return;
   }
-  expect_informative(run_random(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 4096}, GetParam().regions),
-                 0.005);
+  expect_informative(
+      run_random(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 4096}, GetParam().regions), 0.005);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, RandomRegions, testing::ValuesIn(cases),

@@ -1,5 +1,5 @@
-// A setup call finds the device lost and has no memory for the recovery: it returns an error, and the next call tries
-// again.
+// A setup call finds the device lost and has no memory for the recovery: it returns an error, and the next
+// call tries again.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// The answers to the elements of a batch depend neither on the run, nor on their order, nor on how they are split
-// into batches, nor on the times of other elements. For queries of every kind.
+// The answers to the elements of a batch depend neither on the run, nor on their order, nor on how they are
+// split into batches, nor on the times of other elements. For queries of every kind.
 
 #include <algorithm>
 #include <numeric>
@@ -21,7 +21,8 @@ class SameAnswers : public RandomQueries {
     fill({.seed = 78, .entities = entities, .radius_m = entities > 2048 ? 36.0 : 10.0});
   }
   /// A query of `capacity` random elements within the window; equal calls give equal elements.
-  std::unique_ptr<KindCase> random_case(const AnyQueryOptions& options, std::uint32_t capacity, double window_s) {
+  std::unique_ptr<KindCase> random_case(const AnyQueryOptions& options, std::uint32_t capacity,
+                                        double window_s) {
     auto query = prepare_case(database(), with(options, capacity));
     Random random(79);
     query->fill(random, {oracle_world().entities(), scene(), scene().version_time + Nanoseconds(400'000'000),
@@ -48,7 +49,8 @@ class SameAnswers : public RandomQueries {
     return answers;
   }
   /// Answers in the order of `places`, put back to the order of the places.
-  static std::vector<Words> in_order(const std::vector<Words>& answers, std::span<const std::uint32_t> places) {
+  static std::vector<Words> in_order(const std::vector<Words>& answers,
+                                     std::span<const std::uint32_t> places) {
     const std::size_t per_element = answers.size() / places.size();
     std::vector<Words> ordered(answers.size());
     for (std::size_t i = 0; i < answers.size(); ++i)

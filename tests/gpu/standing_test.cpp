@@ -1,5 +1,6 @@
-// Standing queries of a whole database: after all events of a version the members are the entities that one-shot queries
-// find on the device at that version, except for entities so close to the border that single precision can not decide.
+// Standing queries of a whole database: after all events of a version the members are the entities that
+// one-shot queries find on the device at that version, except for entities so close to the border that single
+// precision can not decide.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -141,7 +142,8 @@ TEST_F(StandingTest, HasTheMembersThatOneShotQueriesFind) {
           ++too_close;
           continue;
         }
-        EXPECT_EQ(standing_regions[k].holds(gap.entity), is_found) << "region " << k << ", version " << version;
+        EXPECT_EQ(standing_regions[k].holds(gap.entity), is_found)
+            << "region " << k << ", version " << version;
       }
     }
     ASSERT_NO_FATAL_FAILURE(standing_nearest.read_until(outcome.version));
@@ -174,7 +176,8 @@ TEST_F(StandingTest, HasTheMembersThatOneShotQueriesFind) {
       for (const oracle::RayTruth& hit : oracle::trace_all(world, shifted))
         found.push_back(hit.entity);
       for (const EntityState& state : world.entities())
-        if ((std::ranges::find(found, state.id) != found.end()) != std::ranges::binary_search(hit_entities, state.id))
+        if ((std::ranges::find(found, state.id) != found.end()) !=
+            std::ranges::binary_search(hit_entities, state.id))
           doubtful.push_back(state.id);
     }
     for (const EntityState& state : world.entities()) {

@@ -50,7 +50,7 @@ glm::dvec3 world_point(const Motion& motion, WorldTime t, const glm::dvec3& poin
 }
 
 StaticScene static_scene(std::span<const EntityState> entities, std::span<const TriangleMesh> meshes,
-                       WorldTime t) {
+                         WorldTime t) {
   StaticScene world;
   for (const EntityState& entity : entities) {
     const EntityRow& row = entity.row;

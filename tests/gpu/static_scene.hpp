@@ -1,6 +1,6 @@
 #pragma once
-// A world at one instant as a single fixed mesh, for programs without motion. Its poses are computed here, in double
-// precision, independently of the database.
+// A world at one instant as a single fixed mesh, for programs without motion. Its poses are computed here, in
+// double precision, independently of the database.
 
 #include <vector>
 
@@ -9,14 +9,14 @@
 namespace rtstdb::test {
 
 struct StaticScene {
-  TriangleMesh mesh;                  ///< world frame, one entity after the other
+  TriangleMesh mesh;                   ///< world frame, one entity after the other
   std::vector<EntityTriangle> source;  ///< by triangle
-  std::vector<std::uint32_t> first;   ///< by entity index: its first triangle
+  std::vector<std::uint32_t> first;    ///< by entity index: its first triangle
 };
 
 /// `meshes`: by GeometryId::index. Entities by ascending index, all with a geometry.
 StaticScene static_scene(std::span<const EntityState> entities, std::span<const TriangleMesh> meshes,
-                       WorldTime t);
+                         WorldTime t);
 
 /// The point of an entity, `point_m` in its frame, in the world frame.
 glm::dvec3 world_point(const Motion& motion, WorldTime t, const glm::dvec3& point_m);

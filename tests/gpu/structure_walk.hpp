@@ -1,6 +1,6 @@
 #pragma once
-// Reads the BLAS of a geometry back from the device and checks it: each triangle is in one leaf, and each box contains its
-// children.
+// Reads the BLAS of a geometry back from the device and checks it: each triangle is in one leaf, and each box
+// contains its children.
 
 #include <algorithm>
 #include <bit>
@@ -80,7 +80,8 @@ class StructureWalk {
   std::uint32_t depth() const { return depth_; }
   /// Of a ray through the box of the root: a node costs 1, a triangle 0.3.
   double cost(const ExactBox& root) const { return (node_area_ + 0.3 * leaf_area_) / area_of(root); }
-  /// The sum of the distances of all children from the middle of their node towards the corners of their slots.
+  /// The sum of the distances of all children from the middle of their node towards the corners of their
+  /// slots.
   double slot_gain() const { return slot_gain_; }
 
  private:

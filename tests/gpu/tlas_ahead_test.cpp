@@ -1,5 +1,5 @@
-// Slots for the next window of time that are made ahead, a part with each batch, so that no batch waits for a refit or
-// build of all boxes. They equal newly made slots.
+// Slots for the next window of time that are made ahead, a part with each batch, so that no batch waits for a
+// refit or build of all boxes. They equal newly made slots.
 
 #include <algorithm>
 #include <bit>
@@ -125,8 +125,8 @@ class SlotsMadeAhead : public TlasTest {
     std::ranges::sort(places);
     EXPECT_EQ(places, first_indices(GetParam()));
   }
-  /// Expects the slot to equal one that is made for this version alone. False: their epochs differ, so that they can
-  /// not be compared.
+  /// Expects the slot to equal one that is made for this version alone. False: their epochs differ, so that
+  /// they can not be compared.
   bool expect_equals_new_slot(const accel::TlasView& view) {
     accel::Tlas fresh = make_tlas(1);
     const auto new_view = prepare(fresh, {.times = {time_, time_}});
@@ -295,7 +295,8 @@ TEST_P(SlotsMadeAhead, AreDiscardedWhenAnEntityIsRemoved) {
     time_ += milliseconds(1);
     const bool is_removed = k % 40 == 39 && rows_.row(one) != nullptr;
     rows_.change(
-        {&one, 1}, [&](std::uint32_t) { return is_removed ? std::nullopt : std::optional(anywhere()); }, time_);
+        {&one, 1}, [&](std::uint32_t) { return is_removed ? std::nullopt : std::optional(anywhere()); },
+        time_);
     const auto view = prepare(1);
     ASSERT_TRUE(view.has_value());
     if (k % 20 != 0) continue;
@@ -373,7 +374,8 @@ TEST_P(SlotsMadeAhead, AreDiscardedWhenAnotherTreeIsBuilt) {
   EXPECT_GT(since(before).ahead_built, 0u);
 }
 
-/// A tree whose entities have dispersed is built when the window ends. (A small one is built ahead before that.)
+/// A tree whose entities have dispersed is built when the window ends. (A small one is built ahead before
+/// that.)
 class LargeSlotsMadeAhead : public SlotsMadeAhead {};
 
 TEST_P(LargeSlotsMadeAhead, AreNotMadeFromATreeOfDispersedEntities) {

@@ -1,5 +1,5 @@
-// Slots of a TLAS in loops of small batches: patched if few rows change, renewed if more change, with the answers of
-// newly made slots.
+// Slots of a TLAS in loops of small batches: patched if few rows change, renewed if more change, with the
+// answers of newly made slots.
 
 #include <algorithm>
 #include <bit>

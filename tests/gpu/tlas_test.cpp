@@ -17,7 +17,7 @@ namespace {
 
 /// One workgroup builds a small tree, several passes a large one.
 class TlasFromVersionToVersion : public gpu::test::GpuTest,
-                                  public testing::WithParamInterface<std::uint32_t> {
+                                 public testing::WithParamInterface<std::uint32_t> {
  protected:
   void SetUp() override {
     GpuTest::SetUp();

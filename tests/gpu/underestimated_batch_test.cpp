@@ -1,6 +1,6 @@
-// Batches of expensive elements after many cheap ones of their kind, which are predicted to take less than a chunk: a query
-// of higher priority or a cancellation does not wait for their end. One batch for each dispatch that can be long. Real time
-// is the subject: the waits are compared with the time of the batch.
+// Batches of expensive elements after many cheap ones of their kind, which are predicted to take less than a
+// chunk: a query of higher priority or a cancellation does not wait for their end. One batch for each
+// dispatch that can be long. Real time is the subject: the waits are compared with the time of the batch.
 
 #include <algorithm>
 #include <chrono>
@@ -79,8 +79,8 @@ class UnderestimatedBatches : public DatabaseTest, public testing::WithParamInte
     add_batch_(*batch_, height_m);
     database().submit(*batch_);
   }
-  /// Expects a short median time of `wait` during an expensive batch that follows cheap ones. `wait` returns false if the
-  /// batch was complete before. It begins at different fractions of the batch.
+  /// Expects a short median time of `wait` during an expensive batch that follows cheap ones. `wait` returns
+  /// false if the batch was complete before. It begins at different fractions of the batch.
   template <class Wait>
   void expect_short(Wait wait) {
     std::vector<Nanoseconds> waits;
@@ -135,15 +135,15 @@ TEST_P(UnderestimatedBatches, EndSoonWhenCancelled) {
 INSTANTIATE_TEST_SUITE_P(
     Kinds, UnderestimatedBatches,
     testing::Values(Batch{"Nearest", [] { return repeated_triangle(10'000); },
-                               [](Database& database) { return nearest(database, 400, false); }},
+                          [](Database& database) { return nearest(database, 400, false); }},
                     Batch{"Signs", [] { return stacked_prisms(6'000); },
-                               [](Database& database) { return nearest(database, 400, true); }},
+                          [](Database& database) { return nearest(database, 400, true); }},
                     Batch{"LowestIds", [] { return repeated_triangle(8'000); },
-                               [](Database& database) { return regions(database, 400, 8); }},
+                          [](Database& database) { return regions(database, 400, 8); }},
                     Batch{"Retries", [] { return repeated_triangle(200'000); },
-                               [](Database& database) { return regions(database, 100, 0); }},
+                          [](Database& database) { return regions(database, 100, 0); }},
                     Batch{"RetriesOfLists", [] { return repeated_triangle(30'000); },
-                               [](Database& database) { return regions(database, 100, 8); }}),
+                          [](Database& database) { return regions(database, 100, 8); }}),
     [](const auto& batch) { return std::string(batch.param.name); });
 
 }  // namespace

@@ -12,8 +12,8 @@
 
 namespace rtstdb::test {
 
-/// Has the rows of the newest version. A version may be discarded: changed_between then names its rows too, as the
-/// store does.
+/// Has the rows of the newest version. A version may be discarded: changed_between then names its rows too,
+/// as the store does.
 class VersionRows final : public store::RowSource {
  public:
   explicit VersionRows(std::uint32_t max_entities)

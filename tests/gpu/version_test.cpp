@@ -1,4 +1,5 @@
-// What a query reads: the writes of its transaction or a pinned version, never the writes of an aborted transaction.
+// What a query reads: the writes of its transaction or a pinned version, never the writes of an aborted
+// transaction.
 
 #include <algorithm>
 #include <atomic>
