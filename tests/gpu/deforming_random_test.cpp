@@ -27,7 +27,7 @@ Positions deformed(const TriangleMesh& mesh, Random& random) {
   return positions;
 }
 
-class RandomShapes : public DeformingGeometry {
+class DeformingWorlds : public DeformingGeometry {
  protected:
   /// Entities with fixed and with deforming geometry.
   void fill(WorldTime time, std::uint32_t retained_shapes) {
@@ -93,7 +93,7 @@ class RandomShapes : public DeformingGeometry {
   std::vector<std::unique_ptr<KindCase>> queries_;
 };
 
-TEST_F(RandomShapes, AgreeWithTheOracleAtEveryKeptVersion) {
+TEST_F(DeformingWorlds, AgreeWithTheOracleAtEveryKeptVersion) {
   const WorldTime time = at_s(5.0);
   fill(time, 4);
   prepare_all();
