@@ -21,23 +21,23 @@ constexpr std::uint64_t stride = 4;
 constexpr std::uint64_t stride = 2;
 #endif
 
-TEST_F(DeviceLoss, AtCallsOfEachKindOfTransaction) {
+TEST_F(DeviceLoss, AtACallOfATransactionLeavesNoTrace) {
   lose_at_calls_of_each_kind(7 * stride);
 }
 
-TEST_F(DeviceLoss, AtCallsOfARecovery) {
+TEST_F(DeviceLoss, DuringARecoveryIsRecoveredFrom) {
   lose_at_calls_of_recovery(97 * stride);
 }
 
-TEST(DeviceLossAtTheStart, AtCallsWhileADatabaseOpens) {
+TEST(DeviceLossAtOpen, IsAnErrorWithoutLeaks) {
   lose_at_calls_while_a_database_opens(101 * stride);
 }
 
-TEST_F(DeviceLoss, AtCallsWhileGeometryIsAdded) {
+TEST_F(DeviceLoss, WhileGeometryIsAddedIsRecoveredFrom) {
   lose_at_calls_while_geometry_is_added(97 * stride);
 }
 
-TEST_F(DeviceLoss, AtCallsWhileQueriesArePrepared) {
+TEST_F(DeviceLoss, WhileQueriesArePreparedIsRecoveredFrom) {
   lose_at_calls_while_queries_are_prepared(211 * stride);
 }
 

@@ -109,14 +109,14 @@ TEST_F(FaultTest, NoMemoryForAPipelineIsAnError) {
   EXPECT_TRUE(device().create_pipeline(test_shader_info(TestShader::add)).ok());
 }
 
-TEST_F(FaultTest, LostAtSubmit) {
+TEST_F(FaultTest, ALossAtSubmitIsSeenByAllObjects) {
   make_work();
   loader_.fail("vkQueueSubmit2", FaultLoader::device_lost, 1);
   EXPECT_EQ(timeline_.submit(recorder_), 0u);
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhileWaiting) {
+TEST_F(FaultTest, ALossInAWaitIsSeenByAllObjects) {
   make_work();
   const std::uint64_t number = timeline_.submit(recorder_);
   ASSERT_NE(number, 0u);
@@ -128,7 +128,7 @@ TEST_F(FaultTest, LostWhileWaiting) {
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhenReadingTimestamps) {
+TEST_F(FaultTest, ALossAtTimestampsIsSeenByAllObjects) {
   make_work();
   const std::uint64_t number = timeline_.submit(recorder_);
   ASSERT_EQ(timeline_.wait(number, test_timeout_ns), WaitResult::done);
@@ -137,7 +137,7 @@ TEST_F(FaultTest, LostWhenReadingTimestamps) {
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhenCreatingAPipeline) {
+TEST_F(FaultTest, ALossAtAPipelineIsSeenByAllObjects) {
   make_work();
   loader_.fail("vkCreateComputePipelines", FaultLoader::device_lost, 1);
   const auto refused = device().create_pipeline(test_shader_info(TestShader::add));
@@ -146,7 +146,7 @@ TEST_F(FaultTest, LostWhenCreatingAPipeline) {
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhenTheFirstDispatchCompilesAPipeline) {
+TEST_F(FaultTest, ALossAtTheFirstDispatchIsSeenByAllObjects) {
   make_work();
   device().compile_on_first_dispatch(true);
   auto add = device().create_pipeline(test_shader_info(TestShader::add));

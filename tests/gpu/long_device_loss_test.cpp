@@ -7,20 +7,20 @@ namespace {
 
 using LongDeviceLoss = DeviceLossTest;
 
-TEST_F(LongDeviceLoss, AtEachCallOfEachKindOfTransaction) {
+TEST_F(LongDeviceLoss, AtACallOfATransactionLeavesNoTrace) {
   lose_at_calls_of_each_kind(1);
 }
-TEST_F(LongDeviceLoss, AtEachCallOfARecovery) {
+TEST_F(LongDeviceLoss, DuringARecoveryIsRecoveredFrom) {
   lose_at_calls_of_recovery(1);
 }
-TEST_F(LongDeviceLoss, AtEachCallWhileGeometryIsAdded) {
+TEST_F(LongDeviceLoss, WhileGeometryIsAddedIsRecoveredFrom) {
   lose_at_calls_while_geometry_is_added(1);
 }
 /// Each call leaves four more queries, so a sample is enough.
-TEST_F(LongDeviceLoss, AtCallsWhileQueriesArePrepared) {
+TEST_F(LongDeviceLoss, WhileQueriesArePreparedIsRecoveredFrom) {
   lose_at_calls_while_queries_are_prepared(7);
 }
-TEST(LongDeviceLossAtTheStart, AtEachCallWhileADatabaseOpens) {
+TEST(LongDeviceLossAtOpen, IsAnErrorWithoutLeaks) {
   lose_at_calls_while_a_database_opens(1);
 }
 

@@ -273,7 +273,7 @@ class NearestExtremes : public NearestTest {
   }
 };
 
-TEST_F(NearestExtremes, ScalesThatDifferAThousandfold) {
+TEST_F(NearestExtremes, AgreeWithTheOracleForUnequalScales) {
   const GeometryId sphere = add(make_sphere(1.0, 3));
   const GeometryId cylinder = add(make_cylinder(1.0, 2.0, 24));
   for (const glm::dvec3 scale :
@@ -298,7 +298,7 @@ TEST_F(NearestExtremes, ScalesThatDifferAThousandfold) {
   }
 }
 
-TEST_F(NearestExtremes, FarFromTheOrigin) {
+TEST_F(NearestExtremes, AgreeWithTheOracleFarFromTheOrigin) {
   EntityRow row = row_of(add(make_sphere(0.5, 3)), {65'536.0, -32'768.0, 1024.0});
   row.motion.q_world = random_.orientation();
   create(row);
@@ -315,7 +315,7 @@ TEST_F(NearestExtremes, FarFromTheOrigin) {
 }
 
 /// Thin triangles, lines and points.
-TEST_F(NearestExtremes, TrianglesOfLittleOrNoArea) {
+TEST_F(NearestExtremes, AgreeWithTheOracleForThinTriangles) {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < 600; ++i) {
     const glm::dvec3 a = 2.0 * random_.vector();

@@ -70,7 +70,7 @@ Result<void> error_of(const Result<T>& result) {
   return result.error();
 }
 
-TEST(OutOfMemory, WhileADatabaseOpens) {
+TEST(OutOfMemory, IsAnErrorOfOpen) {
   bool opened_in_the_end = false;
   const std::uint64_t allocations = fail_in(401, [&] {
     auto opened = Database::open(small());
@@ -81,7 +81,7 @@ TEST(OutOfMemory, WhileADatabaseOpens) {
   EXPECT_GT(allocations, 100u) << "most allocations are not counted";
 }
 
-class OutOfMemoryLater : public testing::Test {
+class OutOfMemoryInSetup : public testing::Test {
  protected:
   void SetUp() override {
     auto opened = Database::open(small());
@@ -115,7 +115,7 @@ class OutOfMemoryLater : public testing::Test {
   EntityId entity_;
 };
 
-TEST_F(OutOfMemoryLater, WhileGeometryIsAdded) {
+TEST_F(OutOfMemoryInSetup, IsAnErrorOfAddGeometry) {
   for (const bool deforms : {false, true}) {
     const TriangleMesh mesh = make_sphere(1.0, 2);
     fail_in(19, [&] {
@@ -126,7 +126,7 @@ TEST_F(OutOfMemoryLater, WhileGeometryIsAdded) {
   }
 }
 
-TEST_F(OutOfMemoryLater, WhileVersionsAreRead) {
+TEST_F(OutOfMemoryInSetup, IsAnErrorOfSnapshots) {
   const auto deforming = database_->add_geometry(make_sphere(1.0, 2), "deforming", {.deforms = true});
   ASSERT_TRUE(deforming.ok()) << deforming.error().message;
   fail_in(1, [&] { return error_of(database_->snapshot(ReadAt::latest())); });
@@ -134,7 +134,7 @@ TEST_F(OutOfMemoryLater, WhileVersionsAreRead) {
   expect_usable();
 }
 
-TEST_F(OutOfMemoryLater, WhileQueriesArePrepared) {
+TEST_F(OutOfMemoryInSetup, IsAnErrorOfPrepare) {
   const std::string name = "a name that is too long for the buffer of a string";
   const auto fail_to_prepare = [&](const auto& options) {
     fail_in(307, [&] { return error_of(database_->prepare(options)); });

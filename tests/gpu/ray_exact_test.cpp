@@ -352,7 +352,7 @@ class RayExtremes : public DatabaseTest {
   Random random_{8};
 };
 
-TEST_F(RayExtremes, DirectionsWithZeroComponentsOfEitherSign) {
+TEST_F(RayExtremes, AgreeWithTheOracleForZeroComponentsOfEitherSign) {
   create(row_of(add(make_box({2.0, 4.0, 6.0}))));
   std::vector<Ray> rays;
   for (int axis = 0; axis < 3; ++axis) {
@@ -375,7 +375,7 @@ TEST_F(RayExtremes, DirectionsWithZeroComponentsOfEitherSign) {
   expect_agreement(rays, 0.2, 0.5);
 }
 
-TEST_F(RayExtremes, DirectionsOfAnyLength) {
+TEST_F(RayExtremes, AgreeWithTheOracleForDirectionsOfAnyLength) {
   create(row_of(add(make_sphere(2.0, 3)), {100.0, 50.0, -20.0}));
   std::vector<Ray> rays;
   for (int i = 0; i < 4000; ++i) {
@@ -386,7 +386,7 @@ TEST_F(RayExtremes, DirectionsOfAnyLength) {
   expect_agreement(rays, 0.3, 0.005);
 }
 
-TEST_F(RayExtremes, FarOrigins) {
+TEST_F(RayExtremes, AgreeWithTheOracleForFarOrigins) {
   const glm::dvec3 place_m(9e4, -9e4, 5e4);
   create(row_of(add(make_sphere(300.0, 4)), place_m));
   std::vector<Ray> rays;
@@ -397,7 +397,7 @@ TEST_F(RayExtremes, FarOrigins) {
   expect_agreement(rays, 0.3, 0.02);
 }
 
-TEST_F(RayExtremes, TinyMeshesFarFromTheOrigin) {
+TEST_F(RayExtremes, AgreeWithTheOracleForTinyFarMeshes) {
   const GeometryId sphere = add(make_sphere(0.5, 4));
   EntityRow row = row_of(sphere, {65'536.0, -32'768.0, 1024.0});
   row.scale = glm::dvec3(0.05);
@@ -435,7 +435,7 @@ TEST_F(RayExtremes, BodiesBeyondTheLimitsHideNothing) {
   }
 }
 
-TEST_F(RayExtremes, TinyAndHugeScales) {
+TEST_F(RayExtremes, AgreeWithTheOracleForTinyAndHugeScales) {
   const GeometryId sphere = add(make_sphere(1.0, 3));
   for (const double scale : {1e-5, 1e4}) {
     EntityRow row = row_of(sphere);
