@@ -9,7 +9,7 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t elements = 48;
+constexpr std::uint32_t element_count = 48;
 constexpr std::uint32_t bodies = 30;
 constexpr float world_m = 8.0f;
 
@@ -102,7 +102,7 @@ Result<void> DeviceLossWorld::add_geometry_that_deforms() {
 Result<void> DeviceLossWorld::prepare_queries(std::string_view kind) {
   for (const AnyQueryOptions& options : options_of_every_kind()) {
     if (kind_name(options) != kind) continue;
-    auto made = try_to_prepare_case(*database_, with(options, elements));
+    auto made = try_to_prepare_case(*database_, with(options, element_count));
     if (!made) return made.error();
     KindCase& query = *queries_.emplace_back(std::move(made).value());
     kinds_.push_back(
@@ -112,7 +112,7 @@ Result<void> DeviceLossWorld::prepare_queries(std::string_view kind) {
                Random random(round);
                query.fill(random, {states_, {.radius_m = double{world_m}}, at(round).world_time, 0.1});
                if (auto* regions = dynamic_cast<RegionQuery*>(&query.query())) shrink(regions->regions());
-               transaction.add_query(query.query(), elements);
+               transaction.add_query(query.query(), element_count);
              },
          .append_answers =
              [&query](AnswerBits& all_bits) {

@@ -9,7 +9,7 @@ namespace rtstdb::test {
 namespace {
 
 constexpr std::uint32_t loop_entities = 2600;
-constexpr std::uint32_t elements = 24;
+constexpr std::uint32_t element_count = 24;
 
 class MovingLoop : public DatabaseTest, public testing::WithParamInterface<double> {
  protected:
@@ -42,10 +42,10 @@ TEST_P(MovingLoop, AgreesWithTheOracle) {
   open({.max_entities = 4096});
   begin();
   const NearestQueryOptions near{
-      .name = "near", .capacity = elements, .target = NearestTarget::surface, .k = 3};
-  const auto rays = prepare_rays(RayMode::closest, false, elements);
+      .name = "near", .capacity = element_count, .target = NearestTarget::surface, .k = 3};
+  const auto rays = prepare_rays(RayMode::closest, false, element_count);
   const auto regions =
-      prepare(RegionQueryOptions{.name = "regions", .capacity = elements, .ids_per_region = 4096});
+      prepare(RegionQueryOptions{.name = "regions", .capacity = element_count, .ids_per_region = 4096});
   const auto points = prepare(near);
   const auto known = database().snapshot({}).value();
   Tally tally;
@@ -61,9 +61,9 @@ TEST_P(MovingLoop, AgreesWithTheOracle) {
     const Outcome outcome = execute(
         [&](Transaction& transaction) {
           change_one(transaction, known);
-          transaction.add_query(*rays, elements);
-          transaction.add_query(*regions, elements);
-          transaction.add_query(*points, elements);
+          transaction.add_query(*rays, element_count);
+          transaction.add_query(*regions, element_count);
+          transaction.add_query(*points, element_count);
         },
         time_);
     ASSERT_TRUE(outcome.done()) << describe(outcome);
@@ -73,7 +73,7 @@ TEST_P(MovingLoop, AgreesWithTheOracle) {
     tally += judge(now, regions->regions(), regions->answers());
     tally += judge(now, points->points(), points->answers(), near);
   }
-  EXPECT_GT(tally.elements, 50u * 3u * elements);
+  EXPECT_GT(tally.elements, 50u * 3u * element_count);
   EXPECT_GT(tally.hits, tally.elements / 5);
 }
 

@@ -8,14 +8,14 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t elements = 640;
+constexpr std::uint32_t element_count = 640;
 
 /// Stage 0 searches the elements and leaves the first two incomplete, which a retry completes; stage 1 has no
 /// places; stage 2 has `last_places`.
 class StagedQuery final : public query::GpuQuery {
  public:
   explicit StagedQuery(std::uint32_t last_places)
-      : GpuQuery(elements, LatePolicy::discard), last_places_(last_places) {}
+      : GpuQuery(element_count, LatePolicy::discard), last_places_(last_places) {}
   ~StagedQuery() override { leave(); }
 
   query::CostClass cost_class() const noexcept override { return query::CostClass::nearest; }
@@ -76,9 +76,9 @@ class QueryStages : public ExecutorTest {
   query::RunStatus run(StagedQuery& query, query::ExecutorCallbacks* callbacks) {
     const FixedRows rows({});
     store::TimeSpan times;
-    EXPECT_FALSE(query.check(elements, rows, times));
+    EXPECT_FALSE(query.check(element_count, rows, times));
     const query::Request request{
-        .query = &query, .count = elements, .per_chunk = 64, .chunk_time = Nanoseconds(1'000'000'000)};
+        .query = &query, .count = element_count, .per_chunk = 64, .chunk_time = Nanoseconds(1'000'000'000)};
     return executor_->run(rows, std::span(&request, 1), times, callbacks).status;
   }
 };
@@ -88,24 +88,24 @@ TEST_F(QueryStages, RunInOrderWithPreemptionPointsBetween) {
   std::vector<std::uint32_t> stage_at_point;
   PreemptionPoints points([&] { stage_at_point.push_back(query.stage()); });
   EXPECT_EQ(run(query, &points), query::RunStatus::done);
-  EXPECT_GT(expect_covered(query.recorded, 0, false, elements), 1u);
+  EXPECT_GT(expect_covered(query.recorded, 0, false, element_count), 1u);
   expect_covered(query.recorded, 0, true, 2);
   EXPECT_GT(expect_covered(query.recorded, 2, false, 200), 1u);
-  expect_covered(query.unpacked, 0, false, elements);
+  expect_covered(query.unpacked, 0, false, element_count);
   expect_covered(query.unpacked, 0, true, 2);
   expect_covered(query.unpacked, 2, false, 200);
   EXPECT_TRUE(std::ranges::is_sorted(query.unpacked, {}, &query::BatchPart::stage));
   EXPECT_TRUE(std::ranges::count(stage_at_point, 0u) > 0 && std::ranges::count(stage_at_point, 2u) > 0);
   EXPECT_EQ(query.answered_before_stage_2, std::vector{0u});
-  EXPECT_EQ(query.answered(), elements);
+  EXPECT_EQ(query.answered(), element_count);
 }
 
 TEST_F(QueryStages, CompleteABatchIfTheLastOneHasNoPlaces) {
   StagedQuery query(0);
   EXPECT_EQ(run(query, nullptr), query::RunStatus::done);
-  expect_covered(query.recorded, 0, false, elements);
+  expect_covered(query.recorded, 0, false, element_count);
   expect_covered(query.recorded, 2, false, 0);
-  EXPECT_EQ(query.answered(), elements);
+  EXPECT_EQ(query.answered(), element_count);
 }
 
 TEST_F(QueryStages, LeaveABatchWithoutAnswersIfTheRunEndsBetweenThem) {

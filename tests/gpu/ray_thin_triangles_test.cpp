@@ -11,7 +11,7 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr int triangles = 300;
+constexpr int triangle_count = 300;
 
 /// Triples of different corners, exactly on a line: integer multiples of 2^-10 m.
 std::vector<glm::vec3> corners_on_lines(Random& random) {
@@ -23,7 +23,7 @@ std::vector<glm::vec3> corners_on_lines(Random& random) {
     return at;
   };
   std::vector<glm::vec3> corners;
-  for (int i = 0; i < triangles; ++i) {
+  for (int i = 0; i < triangle_count; ++i) {
     const glm::dvec3 first = integers(5000);
     const glm::dvec3 step = integers(600) + glm::dvec3(0.0, 0.0, 0.5);
     for (const double along : {0.0, 2.0, 6.0})
@@ -91,7 +91,7 @@ TEST_F(ThinTriangles, ThatLoseTheirAreaAreNotHit) {
   const std::vector<Ray> rays = rays_at(before, 20, random);
   EXPECT_GT(hits_of(rays, RayMode::closest), rays.size() / 10);
   const auto transaction =
-      database().make_transaction({.max_geometry_updates = 1, .max_positions = 3 * triangles});
+      database().make_transaction({.max_geometry_updates = 1, .max_positions = 3 * triangle_count});
   transaction->begin({});
   transaction->update_geometry(geometry.value(), corners);
   const Outcome outcome = database().execute(*transaction);
@@ -102,7 +102,7 @@ TEST_F(ThinTriangles, ThatLoseTheirAreaAreNotHit) {
 TEST_F(ThinTriangles, HaveNormals) {
   Random random(33);
   std::vector<glm::vec3> corners;
-  for (int i = 0; i < triangles; ++i) {
+  for (int i = 0; i < triangle_count; ++i) {
     const glm::dvec3 a = 5.0 * random.vector();
     const glm::dvec3 along = 10.0 * random.direction();
     const glm::dvec3 aside = random.magnitude(1e-6, 1e-3) * random.direction();
