@@ -231,7 +231,7 @@ TEST_F(SearchLimits, CoincidentEntitiesAreSearchedCompletelyOrIncomplete) {
     std::vector<AnyQueryOptions> options;
     bool some_incomplete;
   } rows[] = {{100, options_of_every_kind(), false},
-              {4'000, options_of_every_kind(), true},
+              {12'000, options_of_every_kind(), true},
               {59'000, of_bounds, true}};
   for (const auto& row : rows) {
     open({.max_entities = 60'000});
@@ -239,11 +239,11 @@ TEST_F(SearchLimits, CoincidentEntitiesAreSearchedCompletelyOrIncomplete) {
     const oracle::World oracle_world = world();
     std::uint32_t incomplete = 0;
     for (const AnyQueryOptions& options : row.options) {
-      const auto query = prepare_case(database(), with(options, 4));
+      const auto query = prepare_case(database(), with(options, 8));
       SCOPED_TRACE(testing::Message() << row.entities << " entities, " << query->name());
       Random random(25);
       query->fill(random, {oracle_world.entities(), {.radius_m = 1.0}, {}, 0.0});
-      const Outcome outcome = run(query->query(), 4);
+      const Outcome outcome = run(query->query(), 8);
       EXPECT_TRUE(outcome.done()) << describe(outcome);
       const std::uint32_t missing = query->query().answer_info().missing;
       EXPECT_TRUE(missing == 0 || outcome.status == Status::truncated) << describe(outcome);
