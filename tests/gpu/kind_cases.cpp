@@ -104,7 +104,7 @@ class CaseOf final : public KindCase {
       target[i] = source[places[i]];
   }
   std::vector<Words> words() const override { return words_of(Kind::answers(*query_)); }
-  Tally judge(const oracle::World& world, bool or_incomplete) override {
+  Tally judge(const oracle::World& world, bool skip_incomplete) override {
     const std::uint32_t count = query_->answer_info().elements;
     const auto all_answers = Kind::answers(*query_);
     const auto all_words = words();
@@ -112,7 +112,7 @@ class CaseOf final : public KindCase {
     std::vector<typename Kind::Element> elements;
     std::vector<typename Kind::Answer> answers;
     for (std::size_t i = 0; i < count; ++i) {
-      if (or_incomplete && is_incomplete(all_words[i * per_element])) continue;
+      if (skip_incomplete && is_incomplete(all_words[i * per_element])) continue;
       elements.push_back(Kind::elements(*query_)[i]);
       for (std::size_t k = 0; k < per_element; ++k)
         answers.push_back(all_answers[i * per_element + k]);

@@ -50,8 +50,8 @@ class KindCase {
                              std::uint32_t first = 0) = 0;
   /// The readable answers, bit for bit; `is_incomplete` holds for incomplete ones.
   virtual std::vector<Words> words() const = 0;
-  /// Compares the readable answers with the oracle; leaves out incomplete ones if `or_incomplete`.
-  virtual Tally judge(const oracle::World& world, bool or_incomplete = false) = 0;
+  /// Compares the readable answers with the oracle; leaves out incomplete ones if `skip_incomplete`.
+  virtual Tally judge(const oracle::World& world, bool skip_incomplete = false) = 0;
 
  protected:
   explicit KindCase(std::string name) : name_(std::move(name)) {}

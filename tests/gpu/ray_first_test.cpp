@@ -39,13 +39,13 @@ TEST_F(FirstHits, OfEqualLambdaAreOrderedByEntityAndTriangle) {
 
 /// The search takes more rounds than a dispatch has.
 TEST_F(FirstHits, OfAPileAreTheLowest) {
-  const EntityId heap = create(row_of(add(repeated_triangle(100'000)), {0.0, 0.0, 5.0}));
+  const EntityId dense = create(row_of(add(repeated_triangle(100'000)), {0.0, 0.0, 5.0}));
   const Ray rays[] = {ray_from({}, {0, 0, 1}), ray_from({}, {0, 0, -1})};
   for (const std::uint32_t hits_per_ray : {3u, 16u}) {
     const auto hits = hits_of(rays, hits_per_ray);
     for (std::uint32_t k = 0; k < hits_per_ray; ++k) {
       EXPECT_EQ(hits[k].status, HitStatus::hit);
-      EXPECT_EQ(hits[k].entity, heap);
+      EXPECT_EQ(hits[k].entity, dense);
       EXPECT_EQ(hits[k].triangle, k);
       EXPECT_EQ(hits[k].lambda, 5.0f);
       EXPECT_EQ(hits[hits_per_ray + k].status, HitStatus::miss);
