@@ -1,5 +1,5 @@
 #pragma once
-// A TLAS in a loop: versions that follow one another a tick apart, each asked for by a batch.
+// Fixture of tests that prepare a TLAS in a loop: a version and a batch with each tick.
 
 #include <memory>
 #include <optional>
@@ -15,9 +15,8 @@
 
 namespace rtstdb::test {
 
-/// A small world is built by one workgroup, a large one by many passes. The parameter is how many entities
-/// there are.
-class TickingTrees : public gpu::test::GpuTest, public testing::WithParamInterface<std::uint32_t> {
+/// The parameter is the number of entities. One workgroup builds a small tree, several passes a large one.
+class TlasTest : public gpu::test::GpuTest, public testing::WithParamInterface<std::uint32_t> {
  protected:
   void SetUp() override {
     GpuTest::SetUp();
@@ -37,21 +36,22 @@ class TickingTrees : public gpu::test::GpuTest, public testing::WithParamInterfa
     return std::move(made).value();
   }
   EntityRow anywhere() { return row_of({0}, 100.0 * random_.vector()); }
-  static std::vector<std::uint32_t> first_ones(std::uint32_t count) {
+  static std::vector<std::uint32_t> first_indices(std::uint32_t count) {
     std::vector<std::uint32_t> indices(count);
     for (std::uint32_t i = 0; i < count; ++i)
       indices[i] = i;
     return indices;
   }
-  /// The next version, in which the first `changed` stand elsewhere, or a centimetre away.
-  void tick(std::uint32_t changed = 0, bool a_little = false, Nanoseconds later = Nanoseconds(1'000'000)) {
-    time_ += later;
+  /// The next version: the first `changed` entities move by a centimetre, or anywhere.
+  void tick(std::uint32_t changed = 0, bool by_centimetres = false,
+            Nanoseconds period = Nanoseconds(1'000'000)) {
+    time_ += period;
     const auto moved = [&](std::uint32_t i) {
-      EntityRow row = a_little ? rows_.row(i)->row : anywhere();
+      EntityRow row = by_centimetres ? rows_.row(i)->row : anywhere();
       row.motion.p_world_m += glm::dvec3(0.01, 0.0, 0.0);
       return std::optional(row);
     };
-    rows_.change(first_ones(changed), moved, time_);
+    rows_.change(first_indices(changed), moved, time_);
   }
   std::optional<accel::TlasView> prepare(std::uint64_t elements, std::uint64_t shapes = 0) {
     return prepare(tlas_, {.times = {time_, time_}, .elements = elements, .shapes = shapes});

@@ -1,5 +1,5 @@
 #pragma once
-// Answers as words, so that two runs can be held against each other bit for bit.
+// Answers as 32-bit words, to compare the answers of two runs bit for bit.
 
 #include <bit>
 #include <cstdint>
@@ -25,16 +25,15 @@ inline void add(Words& words, EntityId id) {
   words.insert(words.end(), {id.index, id.generation});
 }
 
-/// Instead of what was found before a search was cut short.
-inline const Words cut_short{0xFFFFFFFFu};
+/// Stands for an incomplete hit or list of neighbors.
+inline const Words incomplete_words{0xFFFFFFFFu};
 
-/// By hit.
 inline std::vector<Words> words_of(std::span<const RayHit> hits) {
   std::vector<Words> of_hits;
   for (const RayHit& hit : hits) {
     Words& words = of_hits.emplace_back();
     if (hit.status == HitStatus::incomplete) {
-      words = cut_short;
+      words = incomplete_words;
       continue;
     }
     words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material, hit.triangle,
@@ -48,8 +47,8 @@ inline std::vector<Words> words_of(std::span<const RayHit> hits) {
   return of_hits;
 }
 
-/// By region. What was found before a search was cut short depends on the tree, which is another one where a
-/// slot was made anew; so does, at the edge of the limit, whether it was: nothing is said of such a region.
+/// An incomplete region has no words: what its search found depends on the tree, which differs from slot to
+/// slot. Near the limit of rounds, the tree also decides whether the search is complete.
 inline std::vector<Words> words_of(std::span<const RegionAnswer> answers) {
   std::vector<Words> of_regions;
   for (const RegionAnswer& answer : answers) {
@@ -66,13 +65,12 @@ inline std::vector<Words> words_of(std::span<const RegionAnswer> answers) {
   return of_regions;
 }
 
-/// By point.
 inline std::vector<Words> words_of(std::span<const NearestAnswer> answers) {
   std::vector<Words> of_points;
   for (const NearestAnswer& answer : answers) {
     Words& words = of_points.emplace_back();
     words.push_back(static_cast<std::uint32_t>(answer.neighbors.size()));
-    if (answer.incomplete) words = cut_short;
+    if (answer.incomplete) words = incomplete_words;
     for (const Neighbor& one : answer.neighbors) {
       words.insert(words.end(), {one.mask, one.material, one.triangle, one.has_sign ? 1u : 0u});
       for (const float value : {one.distance_m, one.u, one.v})
@@ -85,15 +83,15 @@ inline std::vector<Words> words_of(std::span<const NearestAnswer> answers) {
   return of_points;
 }
 
-/// Where both say something it is the same, and hardly any says nothing.
+/// All pairs of complete answers are equal, and at most 2 % of the answers are incomplete.
 inline bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
-  std::size_t silent = 0;
+  std::size_t incomplete = 0;
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
-    const bool nothing_said = a[i].empty() || b[i].empty();
-    if (!nothing_said && a[i] != b[i]) return false;
-    silent += nothing_said ? 1 : 0;
+    const bool one_is_incomplete = a[i].empty() || b[i].empty();
+    if (!one_is_incomplete && a[i] != b[i]) return false;
+    incomplete += one_is_incomplete ? 1 : 0;
   }
-  return a.size() == b.size() && silent <= a.size() / 50;
+  return a.size() == b.size() && incomplete <= a.size() / 50;
 }
 
 }  // namespace rtstdb::test

@@ -1,14 +1,14 @@
-// As many entities as a database may hold, and as many rays as a query.
+// The maximal number of entities in a database and of rays in a query.
 
 #include "tests/gpu/database_test.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-using VastWorld = DatabaseTest;
+using SizeLimits = DatabaseTest;
 
-/// Boxes on a grid in the plane, and rays from above: each knows whom it has to meet.
-TEST_F(VastWorld, OfAMillionEntitiesEachIsFound) {
+/// Boxes on a grid and vertical rays.
+TEST_F(SizeLimits, EachOfAMillionEntitiesIsHit) {
   constexpr std::uint32_t side = 1024;
   static_assert(side * side == max_entities);
   open({.max_entities = max_entities, .retained_changes = 1});
@@ -26,7 +26,7 @@ TEST_F(VastWorld, OfAMillionEntitiesEachIsFound) {
   std::vector<Ray> rays;
   for (std::uint32_t k = 0; k < 4000; ++k) {
     const std::uint32_t i = k * 262'139u % max_entities;
-    // Every second one into the gap beside its box.
+    // Every second ray passes between the boxes.
     const glm::dvec3 from_m = place_m(i) + glm::dvec3(k % 2 == 0 ? 0.1 : 0.5, 0.1, 50.0);
     rays.push_back(ray_from(from_m, {0, 0, -1}, at_s(k % 3 == 0 ? 0.0 : 1.0)));
   }
@@ -39,21 +39,18 @@ TEST_F(VastWorld, OfAMillionEntitiesEachIsFound) {
   }
 }
 
-TEST_F(VastWorld, FourMillionRaysAreAnsweredAtOnce) {
+TEST_F(SizeLimits, FourMillionRaysAreOneBatch) {
   create(row_of(add(make_rectangle(2.0, 2.0))));
-  auto query = database().prepare(
-      RayQueryOptions{.name = "vast", .capacity = max_rays_per_query, .mode = RayMode::any});
-  ASSERT_TRUE(query.ok()) << query.error().message;
+  const auto query = prepare_rays(RayMode::any, false, max_rays_per_query);
   std::uint32_t k = 0;
-  for (Ray& ray : query.value()->rays()) {
+  for (Ray& ray : query->rays()) {
     ray = ray_from({k % 3 == 0 ? 0.5f : 1.5f, 0.3f, 1.0f}, {0, 0, -1});
     ++k;
   }
-  const Outcome outcome =
-      execute([&](Transaction& transaction) { transaction.add_query(*query.value(), max_rays_per_query); });
+  const Outcome outcome = run(*query, max_rays_per_query);
   ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
   k = 0;
-  for (const RayHit& hit : query.value()->hits()) {
+  for (const RayHit& hit : query->hits()) {
     ASSERT_EQ(hit.status, k % 3 == 0 ? HitStatus::hit : HitStatus::miss) << k;
     ++k;
   }

@@ -1,6 +1,6 @@
 #pragma once
-// A small world with every kind of query, geometry that stays and geometry that deforms, in a database whose
-// device can be lost at any call; and the same in one that is left alone, to compare with.
+// A small world with queries of all kinds, fixed and deforming geometry, in a database whose device can be
+// lost at any call, or in an undisturbed one to compare with.
 
 #include <cstdint>
 #include <functional>
@@ -19,26 +19,26 @@ namespace rtstdb::test {
 /// Every bit of a query's answers.
 using AnswerBits = std::vector<std::uint32_t>;
 
-class LossWorld {
+class DeviceLossWorld {
  public:
   enum class On : std::uint8_t {
     real_device,
-    failing_device,  ///< by the failing loader
-    copying_device,  ///< one that can not take memory of the host in
+    failing_device,  ///< behind the fault loader
+    copying_device,  ///< does not import memory of the host
   };
 
-  explicit LossWorld(On device, DatabaseOptions options = {});
-  /// In the order that the world needs; each fails where the database says so.
+  explicit DeviceLossWorld(On device, DatabaseOptions options = {});
+  /// The steps of the setup, which run in order. A step returns the error of the database.
   static int setup_steps();
-  /// Of them, those that prepare the queries of one kind.
+  /// The steps that prepare the queries of one kind each.
   static std::vector<int> query_steps();
   Result<void> set_up(int step);
-  /// All of them; fails the test where one does.
+  /// All steps; an error fails the test.
   void set_up();
 
   Database& database() { return *database_; }
 
-  /// One kind of transaction: asks, or writes and asks. Each round another one.
+  /// A kind of transaction, with queries, or with writes and queries. Its content follows from the round.
   struct Kind {
     std::string name;
     std::function<void(Transaction&, unsigned round)> declare;
@@ -48,9 +48,8 @@ class LossWorld {
   const std::vector<Kind>& kinds() const { return kinds_; }
   const Outcome& execute(const Kind& kind, unsigned round);
   AnswerBits answers(const Kind& kind) const;
-  /// Some of the entities get that geometry with the next transaction that writes.
+  /// Transactions that write give this geometry to some entities.
   void show_as(GeometryId geometry) { newest_ = geometry; }
-  /// All rows, as they are compared.
   std::vector<EntityState> rows() const;
 
  private:
@@ -63,9 +62,9 @@ class LossWorld {
   std::unique_ptr<Database> database_;
   std::vector<GeometryId> geometries_;
   GeometryId newest_;
-  TriangleMesh skin_;  // of the one that deforms
+  TriangleMesh deforming_mesh_;
   std::vector<EntityId> entities_;
-  std::vector<EntityState> states_;  // as they were created
+  std::vector<EntityState> states_;  // as created
   std::vector<std::unique_ptr<KindCase>> queries_;
   std::vector<Kind> kinds_;
   std::unique_ptr<Transaction> transaction_;

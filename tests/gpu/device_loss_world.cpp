@@ -1,4 +1,4 @@
-#include "tests/gpu/loss_world.hpp"
+#include "tests/gpu/device_loss_world.hpp"
 
 #include <cstdlib>
 #include <numeric>
@@ -9,19 +9,19 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t elements = 48;
+constexpr std::uint32_t element_count = 48;
 constexpr std::uint32_t bodies = 30;
 constexpr float world_m = 8.0f;
 
-/// Steps before and after those that prepare queries.
+/// Steps before those that prepare queries.
 constexpr int steps_before = 2;
 
 glm::vec3 random_vector(Random& random) {
   return world_m * glm::vec3(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
 }
 
-/// So small that no search of triangles is cut short: what is found until then depends on the tree.
-void make_small(std::span<Region> regions) {
+/// So small that no search is incomplete: the content of an incomplete answer depends on the tree.
+void shrink(std::span<Region> regions) {
   for (Region& region : regions) {
     region.half_extent_m = glm::min(region.half_extent_m, glm::vec3(0.4f));
     region.near_m = 0.0f;
@@ -45,7 +45,7 @@ Terms at(unsigned round) {
 
 }  // namespace
 
-LossWorld::LossWorld(On device, DatabaseOptions options) {
+DeviceLossWorld::DeviceLossWorld(On device, DatabaseOptions options) {
   if (const char* select = std::getenv("HIL_TEST_GPU")) options.gpu = select;
   options.max_entities = 64;
   gpu::DeviceOptions device_options;
@@ -56,17 +56,17 @@ LossWorld::LossWorld(On device, DatabaseOptions options) {
   if (opened) database_ = std::move(opened).value();
 }
 
-int LossWorld::setup_steps() {
+int DeviceLossWorld::setup_steps() {
   return steps_before + static_cast<int>(options_of_each_kind().size()) + 1;
 }
 
-std::vector<int> LossWorld::query_steps() {
+std::vector<int> DeviceLossWorld::query_steps() {
   std::vector<int> steps(options_of_each_kind().size());
   std::iota(steps.begin(), steps.end(), steps_before);
   return steps;
 }
 
-Result<void> LossWorld::set_up(int step) {
+Result<void> DeviceLossWorld::set_up(int step) {
   if (step == 0) return add_geometries();
   if (step == 1) return add_geometry_that_deforms();
   const auto kinds = options_of_each_kind();
@@ -74,15 +74,15 @@ Result<void> LossWorld::set_up(int step) {
   return k < kinds.size() ? prepare_queries(kind_name(kinds[k])) : create_entities();
 }
 
-void LossWorld::set_up() {
+void DeviceLossWorld::set_up() {
   for (int step = 0; step < setup_steps(); ++step) {
     const auto done = set_up(step);
     ASSERT_TRUE(done.ok()) << "step " << step << ": " << done.error().message;
   }
 }
 
-Result<void> LossWorld::add_geometries() {
-  // The second is more than the pool begins with.
+Result<void> DeviceLossWorld::add_geometries() {
+  // The second mesh is larger than the initial pool.
   for (const TriangleMesh& mesh : {make_box({1.0, 0.8, 0.6}), make_sphere(0.6, 5)}) {
     auto added = database_->add_geometry(mesh, "body");
     if (!added) return added.error();
@@ -91,18 +91,18 @@ Result<void> LossWorld::add_geometries() {
   return {};
 }
 
-Result<void> LossWorld::add_geometry_that_deforms() {
-  skin_ = make_sphere(0.7, 2);
-  auto added = database_->add_geometry(skin_, "skin", {.deforms = true});
+Result<void> DeviceLossWorld::add_geometry_that_deforms() {
+  deforming_mesh_ = make_sphere(0.7, 2);
+  auto added = database_->add_geometry(deforming_mesh_, "deforming", {.deforms = true});
   if (!added) return added.error();
   geometries_.push_back(added.value());
   return {};
 }
 
-Result<void> LossWorld::prepare_queries(std::string_view kind) {
+Result<void> DeviceLossWorld::prepare_queries(std::string_view kind) {
   for (const AnyQueryOptions& options : options_of_every_kind()) {
     if (kind_name(options) != kind) continue;
-    auto made = try_to_prepare_case(*database_, with(options, elements));
+    auto made = try_to_prepare_case(*database_, with(options, element_count));
     if (!made) return made.error();
     KindCase& query = *queries_.emplace_back(std::move(made).value());
     kinds_.push_back(
@@ -111,13 +111,14 @@ Result<void> LossWorld::prepare_queries(std::string_view kind) {
              [this, &query](Transaction& transaction, unsigned round) {
                Random random(round);
                query.fill(random, {states_, {.radius_m = double{world_m}}, at(round).world_time, 0.1});
-               if (auto* regions = dynamic_cast<RegionQuery*>(&query.query())) make_small(regions->regions());
-               transaction.add_query(query.query(), elements);
+               if (auto* regions = dynamic_cast<RegionQuery*>(&query.query())) shrink(regions->regions());
+               transaction.add_query(query.query(), element_count);
              },
          .append_answers =
              [&query](AnswerBits& all_bits) {
                for (const Words& words : query.words()) {
-                 EXPECT_FALSE(is_cut_short(words)) << "what was found until then depends on the tree";
+                 EXPECT_FALSE(is_incomplete(words))
+                     << "the content of an incomplete answer depends on the tree";
                  all_bits.insert(all_bits.end(), words.begin(), words.end());
                }
              }});
@@ -125,7 +126,7 @@ Result<void> LossWorld::prepare_queries(std::string_view kind) {
   return {};
 }
 
-Result<void> LossWorld::create_entities() {
+Result<void> DeviceLossWorld::create_entities() {
   transaction_ = database_->make_transaction(
       {.max_writes = bodies, .max_queries = 2, .max_geometry_updates = 1, .max_positions = 1024});
   Random random(7);
@@ -144,11 +145,11 @@ Result<void> LossWorld::create_entities() {
   return {};
 }
 
-void LossWorld::add_writing_kinds() {
+void DeviceLossWorld::add_writing_kinds() {
   const Kind closest = kinds_.front();
   Kind moves{
-      .name = "write and ask", .declare = {}, .append_answers = closest.append_answers, .writes = true};
-  moves.declare = [this, ask = closest.declare](Transaction& transaction, unsigned round) {
+      .name = "write and query", .declare = {}, .append_answers = closest.append_answers, .writes = true};
+  moves.declare = [this, add_query = closest.declare](Transaction& transaction, unsigned round) {
     Random random(round + 4);
     for (int k = 0; k < 5; ++k) {
       const EntityId entity = entities_[static_cast<std::size_t>(random.uniform(0.0, bodies))];
@@ -159,35 +160,35 @@ void LossWorld::add_writing_kinds() {
       else
         transaction.update_motion(entity, row.motion);
     }
-    ask(transaction, round);
+    add_query(transaction, round);
   };
   Kind deforms = moves;
-  deforms.name = "deform and ask";
-  deforms.declare = [this, ask = closest.declare](Transaction& transaction, unsigned round) {
+  deforms.name = "deform and query";
+  deforms.declare = [this, add_query = closest.declare](Transaction& transaction, unsigned round) {
     Random random(round + 5);
-    std::vector<glm::vec3> positions = skin_.positions_m;
+    std::vector<glm::vec3> positions = deforming_mesh_.positions_m;
     for (glm::vec3& p : positions)
       p *= static_cast<float>(random.uniform(0.5, 1.5));
     transaction.update_geometry(geometries_.back(), positions);
-    ask(transaction, round);
+    add_query(transaction, round);
   };
   kinds_.push_back(std::move(moves));
   kinds_.push_back(std::move(deforms));
 }
 
-const Outcome& LossWorld::execute(const Kind& kind, unsigned round) {
+const Outcome& DeviceLossWorld::execute(const Kind& kind, unsigned round) {
   transaction_->begin(at(round));
   kind.declare(*transaction_, round);
   return database_->execute(*transaction_);
 }
 
-AnswerBits LossWorld::answers(const Kind& kind) const {
+AnswerBits DeviceLossWorld::answers(const Kind& kind) const {
   AnswerBits all;
   kind.append_answers(all);
   return all;
 }
 
-std::vector<EntityState> LossWorld::rows() const {
+std::vector<EntityState> DeviceLossWorld::rows() const {
   auto rows = database_->snapshot(ReadAt::latest());
   EXPECT_TRUE(rows.ok());
   return rows ? std::move(rows).value() : std::vector<EntityState>{};
