@@ -176,13 +176,13 @@ TEST(LabelPlacement, NeverOverlapsOrLeavesTheArea) {
   const PixelBox area{0.0, 0.0, 300.0, 200.0};
   LabelPlacement placement(area);
   std::vector<PixelBox> placed;
-  int without_room = 0;
+  int without_place = 0;
   for (int round = 0; round < 200; ++round) {
     const double left = x(random);
     const double top = x(random) * 2.0 / 3.0;
     const auto at = placement.place("label", {left, top, left + 5.0, top + 5.0});
     if (!at) {
-      ++without_room;
+      ++without_place;
       continue;
     }
     const PixelBox box{at->x, at->y - 10.0, at->x + text_width("label", 11.0), at->y + 4.0};
@@ -192,7 +192,7 @@ TEST(LabelPlacement, NeverOverlapsOrLeavesTheArea) {
     placed.push_back(box);
   }
   EXPECT_GT(placed.size(), 30U);
-  EXPECT_GT(without_room, 0) << "the area is small enough to fill up";
+  EXPECT_GT(without_place, 0) << "the area is small enough to fill up";
 }
 
 TEST(Clipped, PolygonIsTheAreaInside) {
