@@ -1,12 +1,11 @@
 // CAN sections against their DBC files: defaults of the file, value names, long names, what can not be used.
 
-#include "runtime/run/can_wiring.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "io/can/dbc.hpp"
+#include "runtime/buses/can/can_bus.hpp"
 #include "runtime/run/expectations.hpp"
 #include "runtime/run/wiring.hpp"
 #include "tests/support/rounds.hpp"
@@ -73,7 +72,7 @@ class CanWiring : public ::testing::Test {
   std::optional<Wiring> wired(const std::string& text) {
     diagnostics_ = {};
     auto loaded =
-        config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_);
+        config::load_scenario(folder_.write("scenario.yaml", text), {}, scenario_types(), diagnostics_);
     if (!loaded) return std::nullopt;
     scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
     return wire(*scenario_, diagnostics_);
@@ -92,9 +91,12 @@ class CanWiring : public ::testing::Test {
                                            << diagnostics_.to_text();
     return ::testing::AssertionSuccess();
   }
+  static const io::can::CanDeviceConfig& config_of(const Wiring& wiring) {
+    return dynamic_cast<const buses::can::CanBus&>(*wiring.buses.at(0).bus).config();
+  }
   /// Of the outputs of `Command`: KeyState, Torque, Level.
   double constant(const Wiring& wiring, std::size_t output) {
-    return wiring.can.at(0).links.outputs.at(output).constant;
+    return wiring.buses.at(0).links.outputs.at(output).constant;
   }
 
   Folder folder_;
@@ -106,7 +108,7 @@ TEST_F(CanWiring, TheDatabaseGivesPeriodsTimeOutsAndStartValues) {
   const auto wiring = wired(scenario);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   EXPECT_EQ(diagnostics_.warning_count(), 0U) << diagnostics_.to_text();
-  const io::can::CanDeviceConfig& device = wiring->can.at(0).device;
+  const io::can::CanDeviceConfig& device = config_of(*wiring);
   EXPECT_EQ(device.send.at(0).period_ns, 20'000'000);
   EXPECT_EQ(device.receive.at(0).timeout_ns, 3 * 40'000'000);
   EXPECT_EQ(constant(*wiring, 0), 1.0) << "On";
@@ -120,8 +122,8 @@ TEST_F(CanWiring, WhatIsWrittenGoesBeforeTheDatabase) {
   text = changed("{KeyState: On}", "{KeyState: 2, Torque: 30, Level: 9}", text);
   const auto wiring = wired(text);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  EXPECT_EQ(wiring->can.at(0).device.send.at(0).period_ns, 50'000'000);
-  EXPECT_EQ(wiring->can.at(0).device.receive.at(0).timeout_ns, 0) << "never";
+  EXPECT_EQ(config_of(*wiring).send.at(0).period_ns, 50'000'000);
+  EXPECT_EQ(config_of(*wiring).receive.at(0).timeout_ns, 0) << "never";
   EXPECT_EQ(constant(*wiring, 1), 30.0);
   EXPECT_EQ(constant(*wiring, 2), 9.0);
 }
@@ -213,8 +215,8 @@ TEST_F(CanWiring, ValueNamesStandWhereverANumberCan) {
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   EXPECT_EQ(constant(*wiring, 0), 2.0);
   EXPECT_EQ(constant(*wiring, 1), 255 * 0.5 - 20) << "outside of the range, but it has a name";
-  EXPECT_EQ(wiring->can[0].device.send[0].safe_values.at("KeyState"), 0.0);
-  EXPECT_EQ(wiring->can[0].device.receive[0].safe_values.at("Mode"), 14.0) << "names are of raw values";
+  EXPECT_EQ(config_of(*wiring).send[0].safe_values.at("KeyState"), 0.0);
+  EXPECT_EQ(config_of(*wiring).receive[0].safe_values.at("Mode"), 14.0) << "names are of raw values";
 }
 
 TEST_F(CanWiring, ValueNamesInConditionsAreJudged) {
@@ -265,8 +267,8 @@ TEST_F(CanWiring, LongAndShortNamesMeanTheSameSignal) {
   const auto wiring =
       wired(changed("- message: Status\n", "- {message: Status, safe: {" + signal + ": 3}}\n"));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  EXPECT_EQ(wiring->can[0].device.receive[0].message, "StatusOfTheBatteryManagement");
-  EXPECT_EQ(wiring->can[0].device.receive[0].safe_values.at("BatteryCellOverVoltageWarningIndexFront"), 3.0);
+  EXPECT_EQ(config_of(*wiring).receive[0].message, "StatusOfTheBatteryManagement");
+  EXPECT_EQ(config_of(*wiring).receive[0].safe_values.at("BatteryCellOverVoltageWarningIndexFront"), 3.0);
 }
 
 TEST_F(CanWiring, WhatNoFrameCanCarryIsRefusedWhereItIsUsed) {

@@ -19,7 +19,7 @@ class WorldWiringOf : public ::testing::Test {
   std::string mistakes_of(const std::string& text) {
     config::Diagnostics diagnostics;
     const std::string file = folder_.write("scenario.yaml", text);
-    auto loaded = config::load_scenario(file, {}, module_schemas(), diagnostics);
+    auto loaded = config::load_scenario(file, {}, scenario_types(), diagnostics);
     if (!loaded) throw std::runtime_error("refused before the wiring:\n" + diagnostics.to_text());
     scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
     wiring_ = wire(*scenario_, diagnostics);
