@@ -20,6 +20,7 @@
 #include "runtime/config/numbers.hpp"
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
+#include "runtime/modules/laser_scanner/recorded_laser_scanner.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
@@ -432,7 +433,9 @@ ModuleType laser_scanner_type() {
           return nullptr;
         }
         return std::make_unique<LaserScanner>(values);
-      }};
+      },
+      .recorded_list = scanner_list,
+      .recall = recorded_laser_scanner};
 }
 
 }  // namespace hil::modules

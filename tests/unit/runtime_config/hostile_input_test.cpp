@@ -23,7 +23,7 @@ Diagnostics refusal_of(const std::string& text) {
   const std::string file = folder.write("hostile.yaml", text);
   Diagnostics diagnostics;
   const std::clock_t begin = std::clock();  // processor time, since other tests may run
-  EXPECT_FALSE(load_scenario(file, {}, testing::module_schemas(), diagnostics));
+  EXPECT_FALSE(load_scenario(file, {}, testing::scenario_types(), diagnostics));
   const double took_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
   constexpr double limit_s = 30.0;  // these builds are slower by this factor
@@ -60,7 +60,7 @@ TEST(HostileInput, TooLargeFileIsRefused) {
 
 TEST(HostileInput, TooLargeTextIsRefused) {
   Diagnostics diagnostics;
-  EXPECT_FALSE(parse_text("text", std::string(max_file_bytes + 1, ' '), scenario_schema(), diagnostics));
+  EXPECT_FALSE(parse_text("text", std::string(max_file_bytes + 1, ' '), scenario_schema({}), diagnostics));
   EXPECT_TRUE(is_only_mistake(diagnostics, 0, 0, "is too large"));
 }
 

@@ -1,4 +1,6 @@
 #include "config_test.hpp"
+#include "runtime/buses/bus.hpp"
+#include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/config/schema_markdown.hpp"
 
 namespace hil::config {
@@ -30,7 +32,8 @@ TEST(Markdown, DescribesEveryKindOfKey) {
 }
 
 TEST(Markdown, OfTheScenarioDescribesEveryKeyInASentence) {
-  const std::string text = schema_to_markdown(scenario_schema()) + schema_to_markdown(register_map_schema());
+  const std::string text = schema_to_markdown(scenario_schema(buses::section_types())) +
+                           schema_to_markdown(buses::modbus::register_map_schema());
   for (const char* key : {"base_rate", "lock_memory", "quaternion", "retained_changes", "overrun", "checksum",
                           "corrupt", "heartbeat", "safe_on_exit", "at_least", "word_order", "dut"}) {
     EXPECT_NE(text.find("- `" + std::string(key) + "` ("), std::string::npos) << key;

@@ -8,6 +8,7 @@
 namespace hil::config {
 namespace {
 
+using buses::modbus::load_register_map;
 using testing::ScenarioFolder;
 using tests::TextMutator;
 

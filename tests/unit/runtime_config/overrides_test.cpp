@@ -5,6 +5,8 @@
 namespace hil::config {
 namespace {
 
+using testing::can_of;
+using testing::modbus_of;
 using testing::ScenarioFolder;
 
 Scenario load_with(const std::vector<std::string>& overrides) {
@@ -48,16 +50,16 @@ TEST(Overrides, CreateMissingSections) {
 TEST(Overrides, FindListEntriesByNameAndIndex) {
   EXPECT_EQ(load_with({"tasks.scanner.parameters.columns=96"}).tasks[1].parameters["columns"].integer(), 96);
   EXPECT_EQ(load_with({"tasks.1.parameters.columns=97"}).tasks[1].parameters["columns"].integer(), 97);
-  EXPECT_EQ(load_with({"can.bench.device=virtual"}).can[1].interface, "");
-  EXPECT_EQ(load_with({"modbus.plc.device=h:1502"}).modbus[0].port, 1502);
+  EXPECT_EQ(can_of(load_with({"can.bench.device=virtual"}), 1).interface, "");
+  EXPECT_EQ(modbus_of(load_with({"modbus.plc.device=h:1502"}), 0).port, 1502);
   EXPECT_EQ(load_with({"world.entities.pole.scale=3"}).world.entities[1].scale, 3.0);
-  EXPECT_EQ(load_with({"can.car.send.EgoStatus.signals.Speed=5"}).can[0].send[0].signals.size(), 2U);
+  EXPECT_EQ(can_of(load_with({"can.car.send.EgoStatus.signals.Speed=5"}), 0).send[0].signals.size(), 2U);
   EXPECT_EQ(load_with({"expectations.it answers.response.within=9 ms"}).expectations.size(), 4U);
   EXPECT_EQ(load_with({"realtime.cpus.1=5"}).realtime.cpus, (std::vector<int>{0, 5}));
 }
 
 TEST(Overrides, ExpandAShortForm) {
-  EXPECT_EQ(load_with({"can.car.receive.BrakeCommand.timeout=30 ms"}).can[0].receive[0].timeout_ns,
+  EXPECT_EQ(can_of(load_with({"can.car.receive.BrakeCommand.timeout=30 ms"}), 0).receive[0].timeout_ns,
             30'000'000);
 }
 

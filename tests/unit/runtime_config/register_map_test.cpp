@@ -3,6 +3,7 @@
 namespace hil::config {
 namespace {
 
+using buses::modbus::load_register_map;
 using io::modbus::Role;
 using testing::is_only_mistake;
 using testing::TemporaryFolder;

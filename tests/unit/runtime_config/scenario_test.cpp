@@ -6,6 +6,11 @@
 namespace hil::config {
 namespace {
 
+using buses::can::CanSection;
+using buses::can::SentMessage;
+using buses::modbus::ModbusSection;
+using testing::can_of;
+using testing::modbus_of;
 using testing::scenario_text;
 using testing::ScenarioFolder;
 using testing::with_change;
@@ -98,8 +103,8 @@ TEST_F(ScenarioFile, TasksAreRead) {
 }
 
 TEST_F(ScenarioFile, CanBusesAreRead) {
-  ASSERT_EQ(scenario().can.size(), 2U);
-  const CanSection& car = scenario().can[0];
+  ASSERT_EQ(sections_of<CanSection>(scenario().buses).size(), 2U);
+  const CanSection& car = can_of(scenario(), 0);
   EXPECT_TRUE(car.is_virtual());
   EXPECT_EQ(car.database, path("crossing.dbc"));
   EXPECT_EQ(car.every_ticks, 10U);
@@ -125,14 +130,14 @@ TEST_F(ScenarioFile, CanBusesAreRead) {
   EXPECT_EQ(car.faults.drop, 0.25);
   EXPECT_EQ(car.faults.corrupt, 0.125);
   EXPECT_EQ(car.faults.delay_ns, 3'000'000);
-  EXPECT_EQ(scenario().can[1].interface, "vcan0");
-  EXPECT_FALSE(scenario().can[1].is_virtual());
+  EXPECT_EQ(can_of(scenario(), 1).interface, "vcan0");
+  EXPECT_FALSE(can_of(scenario(), 1).is_virtual());
 }
 
 TEST_F(ScenarioFile, ModbusUnitsAreRead) {
-  ASSERT_EQ(scenario().modbus.size(), 1U);
-  const ModbusSection& plc = scenario().modbus[0];
-  EXPECT_EQ(plc.unit.text, "plc");
+  ASSERT_EQ(sections_of<ModbusSection>(scenario().buses).size(), 1U);
+  const ModbusSection& plc = modbus_of(scenario(), 0);
+  EXPECT_EQ(plc.name.text, "plc");
   EXPECT_EQ(plc.role, io::modbus::Role::client);
   EXPECT_EQ(plc.host, "127.0.0.1");
   EXPECT_FALSE(plc.port);
@@ -157,7 +162,7 @@ TEST_F(ScenarioFile, ModbusClientKeepsTheRegistersThatAreUsed) {
     const auto changed = files.load(with_change(from, to), diagnostics);
     std::vector<std::string> names;
     if (!changed) return names;
-    for (const io::modbus::RegisterEntry& entry : changed->modbus[0].registers.entries)
+    for (const io::modbus::RegisterEntry& entry : modbus_of(*changed, 0).registers.entries)
       names.push_back(entry.name);
     std::sort(names.begin(), names.end());
     return names;
@@ -172,8 +177,8 @@ TEST_F(ScenarioFile, ModbusClientKeepsTheRegistersThatAreUsed) {
 }
 
 TEST_F(ScenarioFile, ModbusLimitsAreRead) {
-  EXPECT_EQ(scenario().modbus[0].max_gap, 0);
-  EXPECT_EQ(scenario().modbus[0].max_clients, 64U);
+  EXPECT_EQ(modbus_of(scenario(), 0).max_gap, 0);
+  EXPECT_EQ(modbus_of(scenario(), 0).max_clients, 64U);
   Diagnostics diagnostics;
   const ScenarioFolder files;
   const auto other =
@@ -181,10 +186,10 @@ TEST_F(ScenarioFile, ModbusLimitsAreRead) {
                              "{detector: 12}\n    max_gap: 20\n    max_clients: 3\n    unit_id: 250"),
                  diagnostics);
   ASSERT_TRUE(other) << diagnostics.to_text();
-  EXPECT_EQ(std::get<double>(other->modbus[0].write[0].source), 12.0);
-  EXPECT_EQ(other->modbus[0].max_gap, 20);
-  EXPECT_EQ(other->modbus[0].max_clients, 3U);
-  EXPECT_EQ(other->modbus[0].unit_id, 250);
+  EXPECT_EQ(std::get<double>(modbus_of(*other, 0).write[0].source), 12.0);
+  EXPECT_EQ(modbus_of(*other, 0).max_gap, 20);
+  EXPECT_EQ(modbus_of(*other, 0).max_clients, 3U);
+  EXPECT_EQ(modbus_of(*other, 0).unit_id, 250);
 }
 
 /// A period of 50 ms and a time-out of 500 ms: values are up to 550 ms old without a fault.
@@ -272,7 +277,8 @@ TEST(ScenarioDefaults, PermitNoLoss) {
   const Scenario strict = load(scenario_text);
   EXPECT_DOUBLE_EQ(strict.realtime.max_lost, 0.05);
   EXPECT_DOUBLE_EQ(strict.expectations[0].coverage, 0.95);
-  EXPECT_FALSE(strict.can[0].may_be_lost || strict.modbus[0].may_be_lost || strict.processes[0].may_be_lost);
+  EXPECT_FALSE(can_of(strict, 0).may_be_lost || modbus_of(strict, 0).may_be_lost ||
+               strict.processes[0].may_be_lost);
   EXPECT_FALSE(strict.processes[0].free_running);
   const Scenario lenient = load(
       with_change("watchdog: 250 ms", "watchdog: 250 ms, max_lost: 12.5 %",
@@ -280,7 +286,7 @@ TEST(ScenarioDefaults, PermitNoLoss) {
                               with_change("    rate: 20 Hz\n", "    rate: 20 Hz\n    may_be_lost: true\n"))));
   EXPECT_DOUBLE_EQ(lenient.realtime.max_lost, 0.125);
   EXPECT_DOUBLE_EQ(lenient.expectations[0].coverage, 0.5);
-  EXPECT_TRUE(lenient.modbus[0].may_be_lost);
+  EXPECT_TRUE(modbus_of(lenient, 0).may_be_lost);
 }
 
 TEST(ScenarioDefaults, RefuseProcessesOutOfStepWithTheVirtualClock) {

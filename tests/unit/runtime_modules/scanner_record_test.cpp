@@ -35,7 +35,7 @@ contribution::Property& property(contribution::ModuleRecord& record, const std::
 std::string refusal(const contribution::ModuleRecord& record) {
   try {
     to_scanner_record(record);
-  } catch (const ScannerRecordError& error) {
+  } catch (const RecordError& error) {
     return error.what();
   }
   return {};

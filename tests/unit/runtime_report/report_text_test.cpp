@@ -64,7 +64,7 @@ TEST(ReportText, ReportsWhatABusDidNotSendOrLog) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   EXPECT_EQ(text.find("fault injection"), std::string::npos) << "the scenario requests it";
   RunRecord sound;
-  sound.can = {{"car", "virtual", 1, 1, 2, 3, 4, 5, 6, 7, 0.5}};
+  sound.buses = {test::can_group({{"car", "virtual", 1, 1, 2, 3, 4, 5, 6, 7, 0.5}})};
   EXPECT_EQ(report_text(sound, "d").find("can.car"), std::string::npos);
 }
 
@@ -91,8 +91,9 @@ TEST(ReportText, ReportsProblemsOfModbusUnits) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   EXPECT_EQ(text.find("an invalid reply"), std::string::npos) << "all three errors are exceptions";
   RunRecord sound;
-  sound.modbus.resize(1);
-  sound.modbus[0].device = "plc";
+  buses::modbus::UnitFacts plc_without_faults;
+  plc_without_faults.device = "plc";
+  sound.buses = {test::modbus_group({plc_without_faults})};
   EXPECT_EQ(report_text(sound, "d").find("modbus.plc"), std::string::npos);
 }
 

@@ -170,6 +170,21 @@ ResponseTime response() {
 
 }  // namespace
 
+BusGroup can_group(const std::vector<buses::can::CanFacts>& all) {
+  BusGroup group{.section = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
+  for (const buses::can::CanFacts& facts : all)
+    group.buses.push_back(to_record(facts));
+  return group;
+}
+
+BusGroup modbus_group(const std::vector<buses::modbus::UnitFacts>& all) {
+  BusGroup group{
+      .section = "modbus", .title = "Modbus", .name_key = "device", .columns = buses::modbus::unit_columns()};
+  for (const buses::modbus::UnitFacts& facts : all)
+    group.buses.push_back(to_record(facts));
+  return group;
+}
+
 RunRecord full_record() {
   RunRecord record;
   record.scenario = {
@@ -220,32 +235,32 @@ RunRecord full_record() {
       4'158'976, 221,         2,          1,
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
-  record.can = {{"car",
-                 "virtual",
-                 1'000,
-                 3'021,
-                 0,
-                 0,
-                 0,
-                 2,
-                 1,
-                 0,
-                 0.124,
-                 0.31,
-                 1,
-                 "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
-                 3,
-                 5,
-                 7,
-                 11,
-                 13,
-                 17,
-                 19,
-                 23,
-                 29,
-                 1'031,
-                 {{"BrakeCommand", 37, 41}}}};
-  ModbusUnit plc;
+  const buses::can::CanFacts car{"car",
+                                 "virtual",
+                                 1'000,
+                                 3'021,
+                                 0,
+                                 0,
+                                 0,
+                                 2,
+                                 1,
+                                 0,
+                                 0.124,
+                                 0.31,
+                                 1,
+                                 "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
+                                 3,
+                                 5,
+                                 7,
+                                 11,
+                                 13,
+                                 17,
+                                 19,
+                                 23,
+                                 29,
+                                 1'031,
+                                 {{"BrakeCommand", 37, 41}}};
+  buses::modbus::UnitFacts plc;
   plc.device = "plc at 127.0.0.1:40213";
   plc.role = "client";
   plc.requests = 400;
@@ -260,7 +275,7 @@ RunRecord full_record() {
   plc.not_a_number_inputs = 7;
   plc.superseded = 8;
   plc.stale = 9;
-  ModbusUnit panel;
+  buses::modbus::UnitFacts panel;
   panel.device = "panel";
   panel.role = "server";
   panel.requests = 90;
@@ -271,7 +286,7 @@ RunRecord full_record() {
   panel.refused_connections = 10;
   panel.replaced_connections = 11;
   panel.dropped_connections = 12;
-  record.modbus = {plc, panel};
+  record.buses = {can_group({car}), modbus_group({plc, panel})};
   record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
                        "signal 11 (SIGSEGV)", 6'210 * millisecond},
                       {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exit code 0", std::nullopt}};

@@ -1,10 +1,9 @@
 // CAN sections with their DBC files: defaults of the file, value names, long names, and unusable messages.
 
-#include "runtime/run/can_wiring.hpp"
-
 #include <gtest/gtest.h>
 
 #include "io/can/dbc.hpp"
+#include "runtime/buses/can/can_bus.hpp"
 #include "runtime/run/expectations.hpp"
 #include "tests/support/rounds.hpp"
 #include "tests/support/text_mutator.hpp"
@@ -86,9 +85,12 @@ class CanWiring : public testing::WiringFixture {
       return ::testing::AssertionFailure() << "no warning '" << words << "':\n" << diagnostics_.to_text();
     return ::testing::AssertionSuccess();
   }
+  static const io::can::CanDeviceConfig& config_of(const Wiring& wiring) {
+    return dynamic_cast<const buses::can::CanBus&>(*wiring.buses.at(0).bus).config();
+  }
   /// The constant of an output of `Command`: KeyState, Torque, Level.
   double constant(const Wiring& wiring, std::size_t output) {
-    return wiring.can.at(0).links.outputs.at(output).constant;
+    return wiring.buses.at(0).links.outputs.at(output).constant;
   }
 };
 
@@ -96,7 +98,7 @@ TEST_F(CanWiring, DatabaseProvidesPeriodsTimeOutsAndStartValues) {
   const auto wiring = wired(scenario);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   EXPECT_EQ(diagnostics_.warning_count(), 0U) << diagnostics_.to_text();
-  const io::can::CanDeviceConfig& device = wiring->can.at(0).device;
+  const io::can::CanDeviceConfig& device = config_of(*wiring);
   EXPECT_EQ(device.send.at(0).period_ns, 20'000'000);
   EXPECT_EQ(device.receive.at(0).timeout_ns, 3 * 40'000'000);
   EXPECT_EQ(constant(*wiring, 0), 1.0) << "On";
@@ -110,8 +112,8 @@ TEST_F(CanWiring, ScenarioPrecedesTheDatabase) {
   text = changed("{KeyState: On}", "{KeyState: 2, Torque: 30, Level: 9}", text);
   const auto wiring = wired(text);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  EXPECT_EQ(wiring->can.at(0).device.send.at(0).period_ns, 50'000'000);
-  EXPECT_EQ(wiring->can.at(0).device.receive.at(0).timeout_ns, 0) << "never";
+  EXPECT_EQ(config_of(*wiring).send.at(0).period_ns, 50'000'000);
+  EXPECT_EQ(config_of(*wiring).receive.at(0).timeout_ns, 0) << "never";
   EXPECT_EQ(constant(*wiring, 1), 30.0);
   EXPECT_EQ(constant(*wiring, 2), 9.0);
 }
@@ -182,8 +184,8 @@ TEST_F(CanWiring, ValueNamesReplaceNumbers) {
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   EXPECT_EQ(constant(*wiring, 0), 2.0);
   EXPECT_EQ(constant(*wiring, 1), 255 * 0.5 - 20) << "out of range, but named";
-  EXPECT_EQ(wiring->can[0].device.send[0].safe_values.at("KeyState"), 0.0);
-  EXPECT_EQ(wiring->can[0].device.receive[0].safe_values.at("Mode"), 14.0) << "names are of raw values";
+  EXPECT_EQ(config_of(*wiring).send[0].safe_values.at("KeyState"), 0.0);
+  EXPECT_EQ(config_of(*wiring).receive[0].safe_values.at("Mode"), 14.0) << "names are of raw values";
 }
 
 TEST_F(CanWiring, ValueNamesInConditionsAreEvaluated) {
@@ -234,8 +236,8 @@ TEST_F(CanWiring, LongAndShortNamesAreOneSignal) {
   const auto wiring =
       wired(changed("- message: Status\n", "- {message: Status, safe: {" + signal + ": 3}}\n"));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  EXPECT_EQ(wiring->can[0].device.receive[0].message, "StatusOfTheBatteryManagement");
-  EXPECT_EQ(wiring->can[0].device.receive[0].safe_values.at("BatteryCellOverVoltageWarningIndexFront"), 3.0);
+  EXPECT_EQ(config_of(*wiring).receive[0].message, "StatusOfTheBatteryManagement");
+  EXPECT_EQ(config_of(*wiring).receive[0].safe_values.at("BatteryCellOverVoltageWarningIndexFront"), 3.0);
 }
 
 TEST_F(CanWiring, MessagesThatNoFrameCanCarryAreRefusedWhereTheyAreUsed) {

@@ -53,7 +53,7 @@ TEST(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
       std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml",
       std::vector<std::string>{"tasks.scanner.parameters.columns=240", "tasks.scanner.parameters.rows=60",
                                "realtime.scheduler=other"},
-      module_schemas(), diagnostics);
+      scenario_types(), diagnostics);
   ASSERT_TRUE(scenario) << diagnostics.to_text();
   auto wiring = wire(*scenario, diagnostics);
   ASSERT_TRUE(wiring) << diagnostics.to_text();

@@ -78,11 +78,13 @@ TEST_F(Verdicts, RunsWithoutAnAnswerBreakTheTiming) {
 
 TEST_F(Verdicts, OutputsThatWereNotSentBreakTheTiming) {
   record_.tasks[0].name = "can.car";
-  record_.can.resize(1);
-  record_.can[0].bus = "car";
-  record_.can[0].dropped_releases = 5;
+  const auto set_dropped = [&](std::uint64_t ticks) {
+    const report::BusRecord car{.name = "car", .fields = {{"dropped_releases", ticks}}};
+    record_.buses = {{.section = "can", .buses = {car}}};
+  };
+  set_dropped(5);
   EXPECT_EQ(exit_code(), exit_passed);
-  record_.can[0].dropped_releases = 6;
+  set_dropped(6);
   EXPECT_EQ(exit_code(), exit_timing_broken);
   EXPECT_NE(record_.reason.find("task can.car: the outputs of 6 of 100 runs were not sent"),
             std::string::npos)

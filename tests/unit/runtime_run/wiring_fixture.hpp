@@ -20,7 +20,7 @@ class WiringFixture : public ::testing::Test {
   std::optional<Wiring> wired(const std::string& text) {
     diagnostics_ = {};
     auto loaded =
-        config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_);
+        config::load_scenario(folder_.write("scenario.yaml", text), {}, scenario_types(), diagnostics_);
     is_loaded_ = loaded.has_value();
     if (!loaded) return std::nullopt;
     scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));

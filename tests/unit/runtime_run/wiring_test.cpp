@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "runtime/buses/can/can_bus.hpp"
+#include "runtime/buses/modbus/modbus_unit.hpp"
 #include "tests/paths.h"
 #include "tests/unit/runtime_run/wiring_fixture.hpp"
 
@@ -119,7 +121,7 @@ TEST_F(WiringTest, BusIsRefusedWhenNoMoreMistakesAreKept) {
                                   std::pair("safe: {Mode: 1}", "safe: {Moed: 1}")}) {
     config::Diagnostics diagnostics;
     const auto scenario = config::load_scenario(folder_.write("scenario.yaml", changed(good, bad)), {},
-                                                module_schemas(), diagnostics);
+                                                scenario_types(), diagnostics);
     ASSERT_TRUE(scenario) << diagnostics.to_text();
     for (std::size_t i = 0; i < config::Diagnostics::capacity; ++i)
       diagnostics.add({}, "an earlier mistake");
@@ -146,19 +148,19 @@ TEST_F(WiringTest, EverySignalIsConnected) {
   EXPECT_EQ(traffic.outputs[0], id("traffic.ego.x"));
   EXPECT_DOUBLE_EQ(table.value(id("traffic.ego.speed")), 10.0) << "signals start with their initial values";
 
-  ASSERT_EQ(wiring->can.size(), 1U);
-  const auto& sources = wiring->can[0].links.outputs;  // Speed, Mode
+  ASSERT_EQ(wiring->buses.size(), 2U);
+  const auto& sources = wiring->buses[0].links.outputs;  // Speed, Mode
   ASSERT_EQ(sources.size(), 2U);
   EXPECT_EQ(sources[0].signal, id("traffic.ego.speed"));
   EXPECT_FALSE(sources[1].signal.valid());
   EXPECT_DOUBLE_EQ(sources[1].constant, 3.0);
-  EXPECT_EQ(wiring->can[0].device.send[0].safe_values.at("Mode"), 1.0);
-  EXPECT_EQ(wiring->can[0].device.send[0].protection.counter_signal, "Counter");
-  EXPECT_EQ(wiring->can[0].device.receive[0].timeout_ns, 200'000'000);
+  const auto& config = dynamic_cast<const buses::can::CanBus&>(*wiring->buses[0].bus).config();
+  EXPECT_EQ(config.send[0].safe_values.at("Mode"), 1.0);
+  EXPECT_EQ(config.send[0].protection.counter_signal, "Counter");
+  EXPECT_EQ(config.receive[0].timeout_ns, 200'000'000);
 
-  ASSERT_EQ(wiring->modbus.size(), 1U);
   bool written = false;
-  for (const DeviceLink::Source& source : wiring->modbus[0].links.outputs)
+  for (const buses::Source& source : wiring->buses[1].links.outputs)
     written = written || source.signal == id("collision.hits");
   EXPECT_TRUE(written);
 }
@@ -166,7 +168,7 @@ TEST_F(WiringTest, EverySignalIsConnected) {
 TEST_F(WiringTest, RegisterIsWrittenFromAConstant) {
   const auto wiring = wired(changed("{detector: collision.hits}", "{detector: 12}"));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  const auto& sources = wiring->modbus[0].links.outputs;
+  const auto& sources = wiring->buses[1].links.outputs;
   ASSERT_EQ(sources.size(), 1U);
   EXPECT_FALSE(sources[0].signal.valid());
   EXPECT_DOUBLE_EQ(sources[0].constant, 12.0);
@@ -177,10 +179,11 @@ TEST_F(WiringTest, LimitsOfAUnitArePassedToItsDevice) {
                                     "    heartbeat: alive\n    unit_id: 250\n    max_gap: 9\n"
                                     "    max_clients: 7\n"));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  const io::modbus::ClientSettings client = client_settings(*wiring->modbus[0].section, {});
+  const auto& section = dynamic_cast<const buses::modbus::ModbusSection&>(*wiring->buses[1].section);
+  const io::modbus::ClientSettings client = buses::modbus::client_settings(section, {});
   EXPECT_EQ(client.unit, 250);
   EXPECT_EQ(client.max_gap, 9);
-  EXPECT_EQ(server_settings(*wiring->modbus[0].section, {}).limits.max_connections, 7U);
+  EXPECT_EQ(buses::modbus::server_settings(section, {}).limits.max_connections, 7U);
 }
 
 TEST_F(WiringTest, OpenInputHasNoSignal) {
@@ -295,7 +298,7 @@ TEST_F(WiringTest, MistakesHideNoOthers) {
 
 TEST_F(WiringTest, CrossingOfTheRepositoryIsWired) {
   auto loaded = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml", {},
-                                      module_schemas(), diagnostics_);
+                                      scenario_types(), diagnostics_);
   ASSERT_TRUE(loaded) << diagnostics_.to_text();
   EXPECT_TRUE(wire(*loaded, diagnostics_)) << diagnostics_.to_text();
 }

@@ -1,4 +1,4 @@
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/reading.hpp"
 
 #include <cmath>
 

@@ -1,13 +1,18 @@
+#include "runtime/buses/modbus/register_map_file.hpp"
+
 #include <algorithm>
 #include <array>
 #include <set>
 #include <string_view>
 
+#include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/config/parse.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/reading.hpp"
 
-namespace hil::config {
+namespace hil::buses::modbus {
 namespace {
+
+using namespace config;
 
 using io::modbus::ByteOrder;
 using io::modbus::RegisterEntry;
@@ -80,4 +85,4 @@ std::optional<RegisterMap> load_register_map(const std::string& path, Role role,
   return map;
 }
 
-}  // namespace hil::config
+}  // namespace hil::buses::modbus

@@ -1,10 +1,15 @@
+#include "runtime/buses/can/can_section.hpp"
+
 #include <algorithm>
 
+#include "runtime/buses/can/can_schema.hpp"
 #include "runtime/config/numbers.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/reading.hpp"
 
-namespace hil::config {
+namespace hil::buses::can {
 namespace {
+
+using namespace config;
 
 bool is_interface(std::string_view name) {
   constexpr std::size_t longest = 15;  // IFNAMSIZ with its closing zero
@@ -77,11 +82,11 @@ void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_
                                       format_duration(sent.period_ns));
 }
 
-SentMessage read_sent(const Value& value, std::optional<std::int64_t> bus_period_ns,
-                      Diagnostics& diagnostics) {
+/// `bus_period_ns`: 0 when the rate is a mistake; periods are then not checked.
+SentMessage read_sent(const Value& value, std::int64_t bus_period_ns, Diagnostics& diagnostics) {
   SentMessage sent;
   sent.message = word_of(value["message"]);
-  if (bus_period_ns) read_period(value, sent, *bus_period_ns, diagnostics);
+  if (bus_period_ns > 0) read_period(value, sent, bus_period_ns, diagnostics);
   sent.counter = word_in(value, "counter");
   sent.checksum = word_in(value, "checksum");
   const Value& signals = value["signals"];
@@ -110,14 +115,13 @@ ReceivedMessage read_received(const Value& value, Diagnostics& diagnostics) {
   return received;
 }
 
-void read_messages(const Value& value, CanSection& section, std::optional<std::int64_t> bus_period_ns,
-                   Diagnostics& diagnostics) {
+void read_messages(const Value& value, CanSection& section, Diagnostics& diagnostics) {
   UniqueNames sent_names("sent message", diagnostics);
   UniqueNames received_names("received message", diagnostics);
   if (const Value* const list = part_of(value, "send")) {
     for (const Value& sent : list->items()) {
       if (const std::optional<Word> name = word_in(sent, "message")) sent_names.add(*name);
-      if (is_whole(sent)) section.send.push_back(read_sent(sent, bus_period_ns, diagnostics));
+      if (is_whole(sent)) section.send.push_back(read_sent(sent, section.period_ns, diagnostics));
     }
   }
   if (const Value* const list = part_of(value, "receive")) {
@@ -140,62 +144,52 @@ void read_faults(const Value& value, CanSection& section, Diagnostics& diagnosti
 }
 
 /// Refuses two buses on one interface: each would take the other's frames for those of the device under test.
-void check_interfaces(const std::vector<CanSection>& sections, Diagnostics& diagnostics) {
+void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
+  const std::vector<const CanSection*> sections = sections_of<CanSection>(list);
   for (std::size_t i = 0; i < sections.size(); ++i) {
-    if (sections[i].is_virtual()) continue;
+    if (sections[i]->is_virtual()) continue;
     const auto end = sections.begin() + static_cast<std::ptrdiff_t>(i);
-    const auto first = std::find_if(sections.begin(), end, [&](const CanSection& other) {
-      return other.interface == sections[i].interface;
+    const auto first = std::find_if(sections.begin(), end, [&](const CanSection* other) {
+      return other->interface == sections[i]->interface;
     });
     if (first == end) continue;
-    diagnostics.add(sections[i].device_place, "'device': the bus " + in_quotes(first->bus.text) +
-                                                  " is already on " + in_quotes(sections[i].interface));
+    diagnostics.add(sections[i]->device_place, "'device': the bus " + in_quotes((*first)->name.text) +
+                                                   " is already on " + in_quotes(sections[i]->interface));
   }
 }
 
 }  // namespace
 
-void read_can(const Value& root, Scenario& scenario, Reading& reading) {
-  const Value* const list = part_of(root, "can");
-  if (list == nullptr) return;
-  UniqueNames names("bus", reading.diagnostics);
-  for (const Value& value : list->items()) {
-    CanSection section;
-    if (const std::optional<Word> name = word_in(value, "bus")) {
-      names.add(*name);
-      reading.can_buses.push_back(name->text);
-      section.bus = *name;
+void CanSection::read_entry(const Value& entry, Reading& reading) {
+  if (entry.has("device")) {
+    interface = read_interface(entry["device"], reading.diagnostics);
+    device_place = entry["device"].place();
+    if (!is_virtual() && reading.clock == ClockKind::virtual_time) {
+      reading.diagnostics.add(
+          device_place,
+          "'device': a bus of the kernel keeps to the clock on the wall; 'clock: virtual' needs "
+          "'device: virtual'");
     }
-    std::optional<std::int64_t> bus_period_ns;
-    if (value.has("rate")) {
-      if (const std::optional<std::uint32_t> ticks = ticks_between(value["rate"], reading);
-          ticks && reading.base) {
-        section.every_ticks = *ticks;
-        section.rate_hz = reading.base->hz / *ticks;
-        bus_period_ns = *ticks * reading.base->period_ns;
-      }
-    }
-    if (value.has("device")) {
-      section.interface = read_interface(value["device"], reading.diagnostics);
-      section.device_place = value["device"].place();
-      if (!section.is_virtual() && scenario.clock == ClockKind::virtual_time) {
-        reading.diagnostics.add(
-            section.device_place,
-            "'device': a bus of the kernel keeps to the clock on the wall; 'clock: virtual' needs "
-            "'device: virtual'");
-      }
-    }
-    read_messages(value, section, bus_period_ns, reading.diagnostics);
-    read_faults(value, section, reading.diagnostics);
-    if (!is_whole(value)) continue;
-    section.database = value["database"].text();
-    section.database_place = value["database"].place();
-    section.bits_per_second = static_cast<double>(value["bit_rate"].integer());
-    section.may_be_lost = value["may_be_lost"].boolean();
-    if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
-    scenario.can.push_back(std::move(section));
   }
-  check_interfaces(scenario.can, reading.diagnostics);
+  read_messages(entry, *this, reading.diagnostics);
+  read_faults(entry, *this, reading.diagnostics);
+  if (!is_whole(entry)) return;
+  database = entry["database"].text();
+  database_place = entry["database"].place();
+  bits_per_second = static_cast<double>(entry["bit_rate"].integer());
 }
 
-}  // namespace hil::config
+BusSectionType can_section_type() {
+  return {.key = "can",
+          .about = "The CAN buses.",
+          .name_key = "bus",
+          .noun = "CAN bus",
+          .plural = "CAN buses",
+          .entry = can_schema(),
+          .arrival = "frame",
+          .counts_dropped_releases = true,
+          .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<CanSection>(); },
+          .check = check_interfaces};
+}
+
+}  // namespace hil::buses::can

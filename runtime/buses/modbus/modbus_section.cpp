@@ -1,3 +1,5 @@
+#include "runtime/buses/modbus/modbus_section.hpp"
+
 #include <array>
 #include <chrono>
 #include <limits>
@@ -5,12 +7,15 @@
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/register_codec.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "runtime/buses/modbus/modbus_schema.hpp"
+#include "runtime/buses/modbus/register_map_file.hpp"
 #include "runtime/config/numbers.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/reading.hpp"
 
-namespace hil::config {
+namespace hil::buses::modbus {
 namespace {
 
+using namespace config;
 using io::modbus::RegisterEntry;
 using io::modbus::RegisterMap;
 using io::modbus::Role;
@@ -155,10 +160,8 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   if (value.has("max_age")) section.max_age_ns = value["max_age"].duration_ns();
   section.start_limit_ns = value["start_limit"].duration_ns();
   section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
-  section.may_be_lost = value["may_be_lost"].boolean();
   section.max_gap = static_cast<std::uint16_t>(value["max_gap"].integer());
   section.max_clients = static_cast<std::size_t>(value["max_clients"].integer());
-  if (value.has("priority")) section.thread_priority = static_cast<int>(value["priority"].integer());
   read_names(value, section, diagnostics);
   std::optional<RegisterMap> map = load_register_map(section.registers_file, section.role, diagnostics);
   if (!map) return;
@@ -190,16 +193,17 @@ void warn_of_short_max_age(const Value& value, const ModbusSection& section, con
 }
 
 /// Two servers can not listen at one place. 0.0.0.0 and :: are all places of the machine.
-void check_listening(const std::vector<ModbusSection>& sections, Diagnostics& diagnostics) {
+void check_listening(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
+  const std::vector<const ModbusSection*> sections = sections_of<ModbusSection>(list);
   const auto is_anywhere = [](const std::string& host) { return host == "0.0.0.0" || host == "::"; };
   for (std::size_t i = 0; i < sections.size(); ++i) {
-    const ModbusSection& later = sections[i];
+    const ModbusSection& later = *sections[i];
     if (later.role != Role::server || !later.port) continue;
     for (std::size_t j = 0; j < i; ++j) {
-      const ModbusSection& first = sections[j];
+      const ModbusSection& first = *sections[j];
       const bool same_host = first.host == later.host || is_anywhere(first.host) || is_anywhere(later.host);
       if (first.role != Role::server || first.port != later.port || !same_host) continue;
-      diagnostics.add(later.device_place, "'device': the unit " + in_quotes(first.unit.text) +
+      diagnostics.add(later.device_place, "'device': the unit " + in_quotes(first.name.text) +
                                               " already listens on port " + std::to_string(*later.port));
       break;
     }
@@ -208,32 +212,30 @@ void check_listening(const std::vector<ModbusSection>& sections, Diagnostics& di
 
 }  // namespace
 
-void read_modbus(const Value& root, Scenario& scenario, Reading& reading) {
-  const Value* const list = part_of(root, "modbus");
-  if (list == nullptr) return;
-  UniqueNames names("unit", reading.diagnostics);
-  for (const Value& value : list->items()) {
-    ModbusSection section;
-    if (const std::optional<Word> name = word_in(value, "unit")) {
-      names.add(*name);
-      reading.modbus_units.push_back(name->text);
-      section.unit = *name;
-    }
-    if (value.has("role")) section.role = value["role"].text() == "server" ? Role::server : Role::client;
-    if (value.has("device")) read_device(value["device"], section, reading.diagnostics);
-    if (value.has("rate")) {
-      if (const std::optional<std::uint32_t> ticks = ticks_between(value["rate"], reading);
-          ticks && reading.base) {
-        section.every_ticks = *ticks;
-        section.rate_hz = reading.base->hz / *ticks;
-      }
-    }
-    if (!is_whole(value)) continue;
-    read_section(value, section, reading.diagnostics);
-    warn_of_short_max_age(value, section, reading);
-    scenario.modbus.push_back(std::move(section));
-  }
-  check_listening(scenario.modbus, reading.diagnostics);
+void ModbusSection::read_entry(const Value& entry, Reading& reading) {
+  if (entry.has("role")) role = entry["role"].text() == "server" ? Role::server : Role::client;
+  if (entry.has("device")) read_device(entry["device"], *this, reading.diagnostics);
+  if (!is_whole(entry)) return;
+  read_section(entry, *this, reading.diagnostics);
+  warn_of_short_max_age(entry, *this, reading);
 }
 
-}  // namespace hil::config
+void ModbusSection::check_commands(bool is_named, Diagnostics& diagnostics) const {
+  if (is_named || port || host.empty() || role != Role::client) return;
+  diagnostics.add(device_place, "'device': the port is auto, but no process has it in its command as {" +
+                                    full_name() + "}; name the port of the unit");
+}
+
+BusSectionType modbus_section_type() {
+  return {.key = "modbus",
+          .about = "The Modbus units.",
+          .name_key = "unit",
+          .noun = "Modbus unit",
+          .plural = "Modbus units",
+          .entry = modbus_schema(),
+          .step_condition = "of a unit with run_time",
+          .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<ModbusSection>(); },
+          .check = check_listening};
+}
+
+}  // namespace hil::buses::modbus

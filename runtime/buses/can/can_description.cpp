@@ -1,4 +1,4 @@
-#include "runtime/run/can_wiring.hpp"
+#include "runtime/buses/can/can_description.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,19 +7,19 @@
 #include <vector>
 
 #include "io/can/signal_codec.hpp"
+#include "runtime/buses/known_signals.hpp"
 #include "runtime/config/numbers.hpp"
 
-namespace hil::run {
+namespace hil::buses::can {
 namespace {
 
 using config::Diagnostics;
-using config::Word;
 
 std::string milliseconds(std::int64_t duration_ns) {
   return config::format_number(static_cast<double>(duration_ns) * 1e-6) + " ms";
 }
 
-std::optional<io::can::Dbc> load_database(const config::CanSection& section, Diagnostics& diagnostics) {
+std::optional<io::can::Dbc> load_database(const CanSection& section, Diagnostics& diagnostics) {
   io::can::DbcResult loaded = io::can::load_dbc(section.database);
   for (const io::can::DbcProblem& problem : loaded.problems) {
     if (problem.severity == io::can::DbcProblem::Severity::unusable) continue;
@@ -107,11 +107,11 @@ bool is_named_twice(const Word& word, const io::can::DbcMessage& message,
   return true;
 }
 
-std::map<std::string, double> safe_values_of(const std::vector<config::SafeValue>& written,
+std::map<std::string, double> safe_values_of(const std::vector<SafeValue>& written,
                                              const io::can::DbcMessage& message, bool is_sent,
                                              Diagnostics& diagnostics) {
   std::map<std::string, double> values;
-  for (const config::SafeValue& safe : written) {
+  for (const SafeValue& safe : written) {
     const io::can::DbcSignal* const signal = find_dbc_signal(message, safe.dbc_signal, diagnostics);
     if (signal == nullptr) continue;
     std::optional<double> value;
@@ -128,7 +128,7 @@ std::map<std::string, double> safe_values_of(const std::vector<config::SafeValue
 }
 
 /// The written period, the cycle time of the DBC file, or the period of the bus.
-std::int64_t period_of(const config::SentMessage& sent, const io::can::DbcMessage& message,
+std::int64_t period_of(const SentMessage& sent, const io::can::DbcMessage& message,
                        std::int64_t bus_period_ns, Diagnostics& diagnostics) {
   if (sent.period_ns > 0) return sent.period_ns;
   const std::int64_t cycle_ns = message.cycle_time_ms * 1'000'000;
@@ -146,8 +146,8 @@ std::int64_t period_of(const config::SentMessage& sent, const io::can::DbcMessag
   return period_ns;
 }
 
-void describe_sent(const config::SentMessage& sent, std::int64_t bus_period_ns,
-                   io::can::CanDeviceConfig& device, Diagnostics& diagnostics) {
+void describe_sent(const SentMessage& sent, std::int64_t bus_period_ns, io::can::CanDeviceConfig& device,
+                   Diagnostics& diagnostics) {
   const io::can::DbcMessage* const message =
       find_message(device.database, sent.message, io::can::Use::send, diagnostics);
   if (message == nullptr || is_named_twice(sent.message, *message, device.send, diagnostics)) return;
@@ -158,7 +158,7 @@ void describe_sent(const config::SentMessage& sent, std::int64_t bus_period_ns,
                                     .safe_values = safe_values_of(sent.safe, *message, true, diagnostics)};
   take_protection(sent, *message, io::can::Use::send, config.protection, diagnostics);
   std::vector<const io::can::DbcSignal*> fed;
-  for (const config::SignalSource& source : sent.signals) {
+  for (const SignalSource& source : sent.signals) {
     const io::can::DbcSignal* const signal = find_dbc_signal(*message, source.dbc_signal, diagnostics);
     if (signal == nullptr) continue;
     if (std::find(fed.begin(), fed.end(), signal) != fed.end())
@@ -171,7 +171,7 @@ void describe_sent(const config::SentMessage& sent, std::int64_t bus_period_ns,
   device.send.push_back(std::move(config));
 }
 
-void describe_received(const config::ReceivedMessage& received, io::can::CanDeviceConfig& device,
+void describe_received(const ReceivedMessage& received, io::can::CanDeviceConfig& device,
                        Diagnostics& diagnostics) {
   const io::can::DbcMessage* const message =
       find_message(device.database, received.message, io::can::Use::receive, diagnostics);
@@ -188,24 +188,22 @@ void describe_received(const config::ReceivedMessage& received, io::can::CanDevi
 
 }  // namespace
 
-std::optional<io::can::CanDeviceConfig> describe_can_device(const config::Scenario& scenario,
-                                                            const config::CanSection& section,
+std::optional<io::can::CanDeviceConfig> describe_can_device(const CanSection& section,
                                                             Diagnostics& diagnostics) {
   auto database = load_database(section, diagnostics);
   if (!database) return std::nullopt;
   io::can::CanDeviceConfig device;
-  device.name = section.bus.text;
+  device.name = section.name.text;
   device.bits_per_second = section.bits_per_second;
   device.may_be_lost = section.may_be_lost;
   device.database = std::move(*database);
-  const std::int64_t bus_period_ns = scenario.base_period_ns * section.every_ticks;
-  for (const config::SentMessage& sent : section.send)
-    describe_sent(sent, bus_period_ns, device, diagnostics);
-  for (const config::ReceivedMessage& received : section.receive)
+  for (const SentMessage& sent : section.send)
+    describe_sent(sent, section.period_ns, device, diagnostics);
+  for (const ReceivedMessage& received : section.receive)
     describe_received(received, device, diagnostics);
   const std::vector<std::string> problems = io::can::configuration_problems(device);
   for (const std::string& problem : problems)
-    diagnostics.add(section.bus.place, problem);
+    diagnostics.add(section.name.place, problem);
   if (!problems.empty()) return std::nullopt;
   return device;
 }
@@ -222,27 +220,6 @@ std::map<std::string, double> named_values_of(const io::can::DbcSignal& signal) 
   return values;
 }
 
-std::optional<double> value_named(const std::map<std::string, double>& values, const Word& name,
-                                  const std::string& signal, Diagnostics& diagnostics) {
-  const auto found = values.find(name.text);
-  if (found != values.end() && !std::isnan(found->second)) return found->second;
-  if (found != values.end()) {
-    diagnostics.add(name.place,
-                    "'" + signal + "' has several values with the name '" + name.text + "'; use the number");
-    return std::nullopt;
-  }
-  std::vector<std::string> names;
-  names.reserve(values.size());
-  for (const auto& [known, value] : values)
-    names.push_back(known);
-  diagnostics.add(name.place,
-                  config::in_quotes(name.text) + " is neither a number nor a signal, and '" + signal +
-                      "' has " +
-                      (names.empty() ? "no value names"
-                                     : "no value of that name" + config::suggestion(name.text, names)));
-  return std::nullopt;
-}
-
 std::optional<double> start_value_of(const io::can::DbcSignal& signal) {
   if (!signal.start_raw) return std::nullopt;
   const std::optional<double> number = io::can::raw_number(signal, *signal.start_raw);
@@ -250,7 +227,7 @@ std::optional<double> start_value_of(const io::can::DbcSignal& signal) {
   return io::can::physical_of(signal, *number);
 }
 
-void warn_of_unset_signals(const config::SentMessage& sent, const io::can::DbcMessage& message,
+void warn_of_unset_signals(const SentMessage& sent, const io::can::DbcMessage& message,
                            Diagnostics& diagnostics) {
   std::string unset, unfit, by_default;
   for (const io::can::DbcSignal& signal : message.signals) {
@@ -292,4 +269,4 @@ std::string precision_warning(const io::can::DbcSignal& signal) {
          " bits; a signal is a double, which rounds integers beyond 2^53 (9007199254740992)";
 }
 
-}  // namespace hil::run
+}  // namespace hil::buses::can
