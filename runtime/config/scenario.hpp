@@ -174,8 +174,8 @@ struct Eventually {
   Condition condition;
   std::optional<std::int64_t> by_ns;  ///< run time; empty: by the end of the run
 };
-/// Each change of `request` (on a bus that keeps all values: each value) is answered by one of `reply` to the same value within
-/// the time.
+/// Each change of `request` (on a bus that keeps all values: each value) is answered by one of `reply` to the
+/// same value within the time.
 struct Response {
   Word request;
   Word reply;

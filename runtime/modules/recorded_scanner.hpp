@@ -1,6 +1,6 @@
 #pragma once
-// A scanner of a run that is over, as its module described it in world.json: its sweeps, whose beams a history
-// traces again. The type of the module makes it (ModuleType::recall).
+// A scanner of a run that is over, as its module described it in world.json: its sweeps, whose beams a
+// history traces again. The type of the module makes it (ModuleType::recall).
 //
 // Units: nanoseconds of run time, which is world time; metres. Threads: one.
 

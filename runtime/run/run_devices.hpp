@@ -36,8 +36,8 @@ class RunDevices {
   // All of opening throws io::DeviceError.
   /// Makes all devices and starts those that programs of the run connect to.
   void make();
-  /// Whether all programs that have the address of a bus have connected to it. `waited_ns`: since the programs
-  /// were started.
+  /// Whether all programs that have the address of a bus have connected to it. `waited_ns`: since the
+  /// programs were started.
   bool all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const;
   /// Starts the other devices and links all with their signals.
   void finish();

@@ -25,7 +25,8 @@ class BusStations {
 
   /// Whether all programs have connected to the hub. A connection belongs to a program by its process group,
   /// so that a script may start the program that connects; a connection of no program's group may be any
-  /// program's until the longest start_timeout has passed. Throws io::DeviceError when a program has not connected within its start_timeout.
+  /// program's until the longest start_timeout has passed. Throws io::DeviceError when a program has not
+  /// connected within its start_timeout.
   bool all_connected(io::virtual_bus::Hub& hub, const StartedPrograms& programs) const;
 
  private:

@@ -1,4 +1,5 @@
 #pragma once
+
 #include <vector>
 
 #include "runtime/buses/can/can_record.hpp"
