@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "runtime/buses/modbus/modbus_unit.hpp"
 #include "runtime/buses/modbus/unit_record.hpp"
@@ -30,14 +31,16 @@ std::uint16_t free_port() {
 
 }  // namespace
 
-ModbusRun::ModbusRun(const ModbusSection& section)
+ModbusRun::ModbusRun(const ModbusSection& section, std::function<void()> on_thread_start)
     : endpoint_{.host = section.host, .port = section.port ? *section.port : free_port()} {
   if (section.role == io::modbus::Role::client) {
-    client_ =
-        std::make_unique<io::modbus::ClientDevice>(client_settings(section, endpoint_), section.registers);
+    io::modbus::ClientSettings settings = client_settings(section, endpoint_);
+    settings.on_thread_start = std::move(on_thread_start);
+    client_ = std::make_unique<io::modbus::ClientDevice>(std::move(settings), section.registers);
   } else {
-    server_ =
-        std::make_unique<io::modbus::ServerDevice>(server_settings(section, endpoint_), section.registers);
+    io::modbus::ServerSettings settings = server_settings(section, endpoint_);
+    settings.on_thread_start = std::move(on_thread_start);
+    server_ = std::make_unique<io::modbus::ServerDevice>(std::move(settings), section.registers);
   }
 }
 

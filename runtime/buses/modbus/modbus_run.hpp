@@ -1,6 +1,7 @@
 #pragma once
 // A Modbus unit in a run: its device, and the endpoint that it uses.
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -14,7 +15,8 @@ namespace hil::buses::modbus {
 class ModbusRun final : public BusDevice {
  public:
   /// Chooses a free port when the section leaves it open; throws io::DeviceError when there is none.
-  explicit ModbusRun(const ModbusSection& section);
+  /// `on_thread_start`: called first in the device's thread.
+  ModbusRun(const ModbusSection& section, std::function<void()> on_thread_start);
 
   io::Device& device() noexcept override;
   /// Programs may be clients of a server.

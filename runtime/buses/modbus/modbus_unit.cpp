@@ -39,8 +39,7 @@ void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs
 }
 
 std::unique_ptr<BusDevice> ModbusUnit::make_device(RunFacts facts) const {
-  static_cast<void>(facts);
-  return std::make_unique<ModbusRun>(section_);
+  return std::make_unique<ModbusRun>(section_, std::move(facts.on_thread_start));
 }
 
 io::modbus::ClientSettings client_settings(const ModbusSection& section,

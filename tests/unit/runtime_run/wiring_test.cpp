@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <thread>
 
 #include "runtime/buses/can/can_bus.hpp"
 #include "runtime/buses/modbus/modbus_unit.hpp"
 #include "tests/paths.h"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 #include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
@@ -172,6 +176,35 @@ TEST_F(WiringTest, RegisterIsWrittenFromAConstant) {
   ASSERT_EQ(sources.size(), 1U);
   EXPECT_FALSE(sources[0].signal.valid());
   EXPECT_DOUBLE_EQ(sources[0].constant, 12.0);
+}
+
+TEST_F(WiringTest, DeviceOfEachBusCallsTheHookInItsThread) {
+  folder_.write("map.yaml",
+                "registers:\n"
+                "  - {name: detector, table: input, address: 0, type: u16, access: write}\n"
+                "  - {name: light, table: holding, address: 0, type: u16, access: read}\n");
+  const auto wiring =
+      wired(changed("    device: 127.0.0.1:1502\n", "    device: 127.0.0.1\n    role: server\n",
+                    changed("    heartbeat: alive\n", "", changed("    read: [light]\n", ""))));
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  ASSERT_EQ(wiring->buses.size(), buses::bus_types().size());
+  const io::RunningClock clock;
+  for (const WiredBus& wired : wiring->buses) {
+    SCOPED_TRACE(wired.section->full_name());
+    std::atomic<int> calls{0};
+    std::atomic<bool> is_own_thread{false};
+    const auto run = wired.bus->make_device({.scenario = *scenario_,
+                                             .directory = folder_.path(),
+                                             .on_thread_start = [&, test = std::this_thread::get_id()] {
+                                               is_own_thread = std::this_thread::get_id() != test;
+                                               ++calls;
+                                             }});
+    run->device().start(clock, io::Pacing::realtime);
+    EXPECT_TRUE(tests::eventually([&] { return calls == 1; }));
+    run->device().stop();
+    EXPECT_EQ(calls, 1);
+    EXPECT_TRUE(is_own_thread);
+  }
 }
 
 TEST_F(WiringTest, LimitsOfAUnitArePassedToItsDevice) {
