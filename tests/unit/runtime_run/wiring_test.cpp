@@ -184,7 +184,7 @@ TEST_F(WiringTest, DeviceOfEachBusCallsTheHookInItsThread) {
                 "  - {name: detector, table: input, address: 0, type: u16, access: write}\n"
                 "  - {name: light, table: holding, address: 0, type: u16, access: read}\n");
   const auto wiring =
-      wired(changed("    device: 127.0.0.1:1502\n", "    device: 127.0.0.1\n    role: server\n",
+      wired(changed("    device: 127.0.0.1:1502\n", "    device: 127.0.0.1:auto\n    role: server\n",
                     changed("    heartbeat: alive\n", "", changed("    read: [light]\n", ""))));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   ASSERT_EQ(wiring->buses.size(), buses::bus_types().size());
