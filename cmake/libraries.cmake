@@ -13,8 +13,8 @@ function(hil_precompile name collection)
     file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/${collection}.cpp CONTENT "" @ONLY)
     add_library(${collection} OBJECT ${PROJECT_BINARY_DIR}/${collection}.cpp)
     target_link_libraries(${collection} PRIVATE hil_compile_options ${ARGN})
-    set(headers <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <mutex>
-      <optional> <span> <string> <string_view> <thread> <unordered_map> <variant> <vector>)
+    set(headers <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <filesystem> <functional> <map>
+      <memory> <mutex> <optional> <span> <string> <string_view> <thread> <unordered_map> <variant> <vector>)
     if(ARGN)
       list(APPEND headers <gtest/gtest.h>)
     else()
@@ -75,7 +75,8 @@ endfunction()
 #            hangs, on slow machines too.
 # The target hil_tests_<label> builds all programs of a label; tools/test says which a sanitizer takes.
 function(hil_test name)
-  cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;LONG;LONG_FILTER;RUNNER" "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
+  cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;LONG;LONG_FILTER;RUNNER"
+    "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
   if(NOT TEST_LABEL MATCHES "^(unit|gpu|system|long)$")
     message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, system or long, not '${TEST_LABEL}'")
   endif()
@@ -83,8 +84,9 @@ function(hil_test name)
     set(TEST_TIMEOUT 600)
   endif()
   add_executable(${name} ${TEST_SOURCES})
-  target_link_libraries(${name} PRIVATE hil_compile_options hil_test_paths ${TEST_USES} ${TEST_LIBS} GTest::gtest_main)
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # what is tested is fast; the tests compile fast
+  target_link_libraries(${name} PRIVATE hil_compile_options hil_test_paths ${TEST_USES} ${TEST_LIBS}
+    GTest::gtest_main)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # the tests compile faster
   hil_precompile(${name} hil_test_headers GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   hil_compile_as_one(${name} "${TEST_SEPARATE}")
@@ -151,7 +153,8 @@ function(hil_discover name label timeout serial filter)
   file(GENERATE OUTPUT ${suites} CONTENT
 "if(EXISTS \"$<TARGET_FILE:${name}>\")
   include(\"${PROJECT_SOURCE_DIR}/cmake/test_suites.cmake\")
-  hil_add_suites([==[$<TARGET_FILE:${name}>]==] \"${prefix}\" [==[${filter}]==] [==[${PROJECT_BINARY_DIR}/results]==]
+  hil_add_suites([==[$<TARGET_FILE:${name}>]==] \"${prefix}\" [==[${filter}]==]
+    [==[${PROJECT_BINARY_DIR}/results]==]
     [==[${properties}]==])
 else()
   add_test(${name}_NOT_BUILT ${name}_NOT_BUILT)

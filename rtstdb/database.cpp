@@ -123,7 +123,7 @@ Result<std::vector<AddedGeometry>> add_recovered_geometries(const log::World& wo
 }
 
 /// How long add_geometry waits for room in the log.
-constexpr Nanoseconds log_room_timeout{10'000'000'000};
+constexpr Nanoseconds log_space_timeout{10'000'000'000};
 
 class DatabaseImpl final : public Database {
  public:
@@ -150,7 +150,7 @@ class DatabaseImpl final : public Database {
                             .feed_capacity = options.standing_queue_capacity}) {
     for (std::uint32_t index = 0; index < meshes_.size(); ++index) {
       const AddedGeometry& geometry = meshes_[index];
-      follower_.make_room_for_geometry();
+      follower_.make_space_for_geometry();
       follower_.add_geometry(bounds_of(*geometry.mesh), geometry.deforms);
       if (geometry.deforms)
         engine_.call([&, used = standing::Follower::used_positions(*geometry.mesh)]() mutable {
@@ -297,7 +297,7 @@ class DatabaseImpl final : public Database {
       const std::lock_guard reading_lock(meshes_mutex_);
       meshes_.reserve(meshes_.size() + 1);
     }
-    follower_.make_room_for_geometry();
+    follower_.make_space_for_geometry();
     std::unique_ptr<store::ShapeHistory::Ring> shapes;
     if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.retained_shapes);
     std::optional<log::LoggedGeometry> logged;
@@ -310,7 +310,7 @@ class DatabaseImpl final : public Database {
         options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
     std::optional<Result<GeometryId>> added;
     const auto add_on_engine = [&] {
-      if (logged && !engine_.log()->room_for(*logged)) return;
+      if (logged && !engine_.log()->has_space_for(*logged)) return;
       added.emplace(catch_out_of_memory<GeometryId>(
           "it", {}, [&] { return executor_->add_geometry(copy.mesh, options); }));
       if (!*added) return;
@@ -325,7 +325,7 @@ class DatabaseImpl final : public Database {
     };
     const ClockTime begin_time = monotonic_clock_.now();
     for (engine_.call(add_on_engine); !added; engine_.call(add_on_engine)) {
-      if (monotonic_clock_.now() - begin_time > log_room_timeout)
+      if (monotonic_clock_.now() - begin_time > log_space_timeout)
         return with_name(name, {ErrorCode::file, "the log has no room: " + durability().last_fault});
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

@@ -84,8 +84,8 @@ Result<std::unique_ptr<Database>> open_history(const HistoryOptions& options) {
     DatabaseOptions database;
     database.gpu = options.gpu;
     database.validation = options.validation;
-    if (auto room = set_capacities(database, range.value()); !room)
-      return with_directory(options.directory, room.error());
+    if (auto space = set_capacities(database, range.value()); !space)
+      return with_directory(options.directory, space.error());
     return open_history_range(database, std::move(range).value());
   } catch (const std::bad_alloc&) {
     return with_directory(options.directory,

@@ -1,5 +1,6 @@
-// Preloaded into user-mode Linux where the processor's state is larger than it knows (AMX): it writes back as much as it read, the host
-// takes no less than all, and user-mode Linux ends. Here what it gives lies over the rest, which its guests never touch.
+// Preloaded into user-mode Linux on processors whose state is larger than it knows (AMX). User-mode Linux
+// writes back a part of the state, which the host refuses. This ptrace completes it with the rest of the
+// current state, which guests do not use.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <elf.h>

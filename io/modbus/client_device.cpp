@@ -220,6 +220,7 @@ void ClientDevice::enter_safe_state() noexcept {
 // ---- called by the device's thread, or by exchange()
 
 void ClientDevice::run() noexcept {
+  if (settings_.on_thread_start) settings_.on_thread_start();
   block_all_signals();
   pthread_setname_np(pthread_self(), "hil-modbus-cl");
   while (!stopping_.load()) {

@@ -24,6 +24,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -72,6 +73,8 @@ struct ClientSettings {
   /// maximum and then from the minimum again, for the unit's watchdog. Empty: none. It is not among
   /// outputs().
   std::string heartbeat_entry{};
+  /// Real time: called first in the device's thread (name, priority); may be empty.
+  std::function<void()> on_thread_start{};
 };
 
 /// Counted since construction. reconnects: connections after the first.

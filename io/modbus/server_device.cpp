@@ -176,6 +176,7 @@ RunTimeNs ServerDevice::loss_timeout_ns() const noexcept {
 // ---- called by the device's thread, or by exchange()
 
 void ServerDevice::run() noexcept {
+  if (settings_.on_thread_start) settings_.on_thread_start();
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, nullptr);  // the main thread handles the executive's signals

@@ -18,6 +18,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <string>
@@ -42,6 +43,8 @@ struct ServerSettings {
   ServerLimits limits{};
   std::chrono::milliseconds max_age{0};             ///< age up to which an input is fresh; 0: no limit
   std::chrono::milliseconds lockstep_limit{1'000};  ///< wall-clock time of one exchange()
+  /// Real time: called first in the device's thread (name, priority); may be empty.
+  std::function<void()> on_thread_start{};
 };
 
 class ServerDevice final : public Device {

@@ -83,8 +83,8 @@ Extents seen_from_middle(const Bounds& bounds, const Between<double>& most) noex
   const auto middle_along = [&](int axis, std::size_t sign) {
     return sign == 0 ? middle_m[axis] : -middle_m[axis];
   };
-  const auto beyond = [&](double most_m, double middle) {
-    return static_cast<float>(most_m - middle + rounding_m);
+  const auto beyond = [&](double max_m, double middle) {
+    return static_cast<float>(max_m - middle + rounding_m);
   };
   Extents extents{.bounds = bounds, .edges = {}, .corners = {}};
   for (std::size_t signs = 0; signs < 4; ++signs) {
@@ -107,24 +107,24 @@ Extents seen_from_middle(const Bounds& bounds, const Between<double>& most) noex
 Extents extents_of(const MeshView& mesh) noexcept {
   RTSTDB_ASSERT(!mesh.triangles.empty());
   Faces most = faces_of(mesh, 0);
-  Between<Lanes> most_between;
+  Between<Lanes> max_between;
   const auto clear = [](Lanes& value) { value.fill(std::numeric_limits<float>::lowest()); };
-  for (auto& edges : most_between.edges)
+  for (auto& edges : max_between.edges)
     std::ranges::for_each(edges, clear);
-  std::ranges::for_each(most_between.corners, clear);
+  std::ranges::for_each(max_between.corners, clear);
   for (std::size_t first = 0; first < mesh.triangles.size(); first += lanes) {
     const Faces faces = faces_of(mesh, first);
     for (std::size_t face = 0; face < faces.size(); ++face)
       keep_most(most[face], faces[face]);
-    take_between(faces, most_between);
+    take_between(faces, max_between);
   }
-  const auto most_of = [](const Lanes& value) { return std::ranges::max(value); };
+  const auto max_of = [](const Lanes& value) { return std::ranges::max(value); };
   Between<double> between;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    std::ranges::transform(most_between.edges[axis], between.edges[axis].begin(), most_of);
-  std::ranges::transform(most_between.corners, between.corners.begin(), most_of);
-  return seen_from_middle({{-most_of(most[1]), -most_of(most[3]), -most_of(most[5])},
-                           {most_of(most[0]), most_of(most[2]), most_of(most[4])}},
+    std::ranges::transform(max_between.edges[axis], between.edges[axis].begin(), max_of);
+  std::ranges::transform(max_between.corners, between.corners.begin(), max_of);
+  return seen_from_middle({{-max_of(most[1]), -max_of(most[3]), -max_of(most[5])},
+                           {max_of(most[0]), max_of(most[2]), max_of(most[4])}},
                           between);
 }
 

@@ -17,7 +17,7 @@ namespace rtstdb::log {
 class ByteWriter {
  public:
   /// Misuse: to write more than `room` holds.
-  explicit ByteWriter(std::span<std::byte> room) : room_(room) {}
+  explicit ByteWriter(std::span<std::byte> space) : space_(space) {}
 
   /// Writes several structs in one call, so that their offsets are compile-time constants.
   template <class... Structs>
@@ -30,24 +30,24 @@ class ByteWriter {
   }
   /// Reserves room for `bytes` bytes, which the caller fills.
   std::byte* next(std::size_t bytes) noexcept {
-    RTSTDB_ASSERT(bytes <= room_.size() - count_);
-    return room_.data() + std::exchange(count_, count_ + bytes);
+    RTSTDB_ASSERT(bytes <= space_.size() - count_);
+    return space_.data() + std::exchange(count_, count_ + bytes);
   }
   void put_bytes(std::span<const std::byte> bytes) noexcept {
-    RTSTDB_ASSERT(bytes.size() <= room_.size() - count_);
-    if (!bytes.empty()) std::memcpy(room_.data() + count_, bytes.data(), bytes.size());
+    RTSTDB_ASSERT(bytes.size() <= space_.size() - count_);
+    if (!bytes.empty()) std::memcpy(space_.data() + count_, bytes.data(), bytes.size());
     count_ += bytes.size();
   }
   void pad_to(std::size_t unit) noexcept {
     const std::size_t end = round_up(count_, unit);
-    RTSTDB_ASSERT(end <= room_.size());
-    std::memset(room_.data() + count_, 0, end - count_);
+    RTSTDB_ASSERT(end <= space_.size());
+    std::memset(space_.data() + count_, 0, end - count_);
     count_ = end;
   }
   std::size_t count() const noexcept { return count_; }
 
  private:
-  std::span<std::byte> room_;
+  std::span<std::byte> space_;
   std::size_t count_ = 0;
 };
 

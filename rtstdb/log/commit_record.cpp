@@ -158,9 +158,9 @@ std::size_t max_commit_bytes(const store::WriteSet& set) noexcept {
 }
 
 void encode_commit(const store::WriteSet& set, const CommitEncoding& form,
-                   std::span<std::byte> room) noexcept {
-  RTSTDB_ASSERT(room.size() == form.bytes && form.bytes <= max_record_bytes);
-  ByteWriter writer(room);
+                   std::span<std::byte> space) noexcept {
+  RTSTDB_ASSERT(space.size() == form.bytes && form.bytes <= max_record_bytes);
+  ByteWriter writer(space);
   // Headers and bodies are written member by member, for the reason given in put_motion.
   writer.put(form.kind, form.omitted_words, static_cast<std::uint32_t>(form.bytes));
   if (form.kind == RecordKind::move) {
@@ -178,7 +178,7 @@ void encode_commit(const store::WriteSet& set, const CommitEncoding& form,
     for (const store::ShapeWrite& write : set.shapes)
       put_shape(writer, write.geometry, write.positions_m);
   }
-  RTSTDB_ASSERT(writer.count() == room.size());
+  RTSTDB_ASSERT(writer.count() == space.size());
 }
 
 const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store::WriteSet& set) {
@@ -203,7 +203,7 @@ const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store
     store::ShapeWrite shape;
     const std::size_t before = positions_m_.size();
     if (const char* fault = get_shape(reader, shape.geometry, positions_m_)) return fault;
-    shape.given = shape.room = positions_m_.size() - before;
+    shape.given = shape.space = positions_m_.size() - before;
     set.shapes.push_back(shape);
   }
   if (reader.left() != 0) return "a commit has extra bytes";

@@ -32,7 +32,7 @@ CommitEncoding encoding_of(const store::WriteSet& set,
 std::size_t max_commit_bytes(const store::WriteSet& set) noexcept;
 /// `room` has exactly form.bytes bytes.
 void encode_commit(const store::WriteSet& set, const CommitEncoding& form,
-                   std::span<std::byte> room) noexcept;
+                   std::span<std::byte> space) noexcept;
 
 /// Decodes commits in the order of the log.
 class CommitDecoder {

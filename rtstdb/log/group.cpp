@@ -10,12 +10,12 @@
 
 namespace rtstdb::log {
 
-Group::Group(std::size_t payload_room)
-    : pages_(round_up(sizeof(GroupHeader) + payload_room, sector_bytes)), bytes_(pages_.bytes()) {
-  RTSTDB_ASSERT(payload_room <= max_payload_bytes);
+Group::Group(std::size_t payload_space)
+    : pages_(round_up(sizeof(GroupHeader) + payload_space, sector_bytes)), bytes_(pages_.bytes()) {
+  RTSTDB_ASSERT(payload_space <= max_payload_bytes);
 }
 
-std::size_t Group::room() const noexcept {
+std::size_t Group::space() const noexcept {
   return bytes_.size() - sizeof(GroupHeader) - payload_bytes_;
 }
 
@@ -23,7 +23,7 @@ std::size_t Group::take(std::span<const std::byte> records) noexcept {
   RTSTDB_ASSERT(!closing_);
   // Copies all bytes first and parses the copy: parsing in the ring would wait for a cache line of the other
   // processor at each record.
-  const auto copied = bytes_.subspan(sizeof(GroupHeader) + payload_bytes_, std::min(records.size(), room()));
+  const auto copied = bytes_.subspan(sizeof(GroupHeader) + payload_bytes_, std::min(records.size(), space()));
   if (copied.empty()) return 0;
   std::memcpy(copied.data(), records.data(), copied.size());
   std::size_t taken = 0;

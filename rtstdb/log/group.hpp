@@ -16,10 +16,10 @@ namespace rtstdb::log {
 
 class Group {
  public:
-  explicit Group(std::size_t payload_room);
+  explicit Group(std::size_t payload_space);
 
   bool empty() const noexcept { return payload_bytes_ == 0 && !closing_; }
-  std::size_t room() const noexcept;
+  std::size_t space() const noexcept;
   /// Appends records, starting with the first, as long as there is room; returns the number of bytes taken. A
   /// gap record is always the first of its group, so that all versions before the gap are in earlier groups.
   std::size_t take(std::span<const std::byte> records) noexcept;

@@ -7,9 +7,9 @@
 namespace rtstdb::log {
 namespace {
 
-void put_header(ByteWriter& writer, RecordKind kind, std::span<std::byte> room) noexcept {
-  RTSTDB_ASSERT(room.size() <= max_record_bytes);
-  writer.put(RecordHeader{.kind = kind, .bytes = static_cast<std::uint32_t>(room.size())});
+void put_header(ByteWriter& writer, RecordKind kind, std::span<std::byte> space) noexcept {
+  RTSTDB_ASSERT(space.size() <= max_record_bytes);
+  writer.put(RecordHeader{.kind = kind, .bytes = static_cast<std::uint32_t>(space.size())});
 }
 
 }  // namespace
@@ -56,11 +56,11 @@ std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept {
   return sizeof(RecordHeader) + stored_geometry_bytes(geometry);
 }
 
-void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> room) noexcept {
-  ByteWriter writer(room);
-  put_header(writer, RecordKind::geometry, room);
+void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> space) noexcept {
+  ByteWriter writer(space);
+  put_header(writer, RecordKind::geometry, space);
   put_geometry(writer, geometry);
-  RTSTDB_ASSERT(writer.count() == room.size());
+  RTSTDB_ASSERT(writer.count() == space.size());
 }
 
 const char* RecordDecoder::decode_geometry(std::span<const std::byte> body) {
@@ -71,15 +71,15 @@ const char* RecordDecoder::decode_geometry(std::span<const std::byte> body) {
 
 // ---- versions discarded, gaps
 
-void encode_discard(Version version, std::span<std::byte> room) noexcept {
-  ByteWriter writer(room);
-  put_header(writer, RecordKind::discarded, room);
+void encode_discard(Version version, std::span<std::byte> space) noexcept {
+  ByteWriter writer(space);
+  put_header(writer, RecordKind::discarded, space);
   writer.put(DiscardBody{version});
 }
 
-void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept {
-  ByteWriter writer(room);
-  put_header(writer, RecordKind::gap, room);
+void encode_gap(Version from, Version to, std::span<std::byte> space) noexcept {
+  ByteWriter writer(space);
+  put_header(writer, RecordKind::gap, space);
   writer.put(GapBody{from, to});
 }
 

@@ -30,13 +30,13 @@ struct LoggedGeometry {
 };
 
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
-void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> room) noexcept;
+void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> space) noexcept;
 
 inline constexpr std::size_t discard_bytes = sizeof(RecordHeader) + sizeof(DiscardBody);
-void encode_discard(Version version, std::span<std::byte> room) noexcept;
+void encode_discard(Version version, std::span<std::byte> space) noexcept;
 
 inline constexpr std::size_t gap_bytes = sizeof(RecordHeader) + sizeof(GapBody);
-void encode_gap(Version from, Version to, std::span<std::byte> room) noexcept;
+void encode_gap(Version from, Version to, std::span<std::byte> space) noexcept;
 
 /// A decoded record. Members of other kinds keep their previous values.
 struct Record {

@@ -25,8 +25,8 @@ class Recorder {
   explicit Recorder(Ring& ring);
 
   /// Whether there is room for the set, which need not be staged, and for a record that discards it.
-  bool room_for(const store::WriteSet& set) const noexcept;
-  bool room_for(const LoggedGeometry& geometry) const noexcept;
+  bool has_space_for(const store::WriteSet& set) const noexcept;
+  bool has_space_for(const LoggedGeometry& geometry) const noexcept;
   /// Records a staged set. False: no room; its version becomes part of a gap.
   bool record(const store::WriteSet& set) noexcept;
   /// Records a staged set in the collecting memory; flush, or the next record, puts it into the ring.

@@ -13,7 +13,7 @@ Ring::Ring(std::size_t bytes) : pages_(round_up(bytes, 8)) {
   bytes_ = pages_.bytes();
 }
 
-bool Ring::room_for(std::size_t bytes, std::size_t more) const noexcept {
+bool Ring::has_space_for(std::size_t bytes, std::size_t more) const noexcept {
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
   const std::size_t free =
       bytes_.size() - static_cast<std::size_t>(head - tail_.load(std::memory_order_acquire));
@@ -24,7 +24,7 @@ bool Ring::room_for(std::size_t bytes, std::size_t more) const noexcept {
 
 std::span<std::byte> Ring::reserve(std::size_t bytes) noexcept {
   RTSTDB_ASSERT(bytes >= sizeof(RecordHeader) && bytes % 8 == 0);
-  if (!room_for(bytes)) return {};
+  if (!has_space_for(bytes)) return {};
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
   const std::size_t all = needed(head_place_, bytes);
   reserved_from_ = head + all - bytes;

@@ -29,7 +29,7 @@ class Ring {
   // ---- producer
 
   /// Whether reserve(bytes) and a following reserve(more) would succeed.
-  bool room_for(std::size_t bytes, std::size_t more = 0) const noexcept;
+  bool has_space_for(std::size_t bytes, std::size_t more = 0) const noexcept;
   /// Reserves room for a record, whose size must be a multiple of 8; empty: no room. commit makes the record
   /// visible.
   std::span<std::byte> reserve(std::size_t bytes) noexcept;

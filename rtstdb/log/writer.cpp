@@ -119,7 +119,7 @@ void Writer::gather() noexcept {
 
 bool Writer::group_is_due(ClockTime now) noexcept {
   if (group_.empty()) return false;
-  if (options_.flush_interval.count() == 0 || group_.room() < ring_.capacity() / 2) return true;
+  if (options_.flush_interval.count() == 0 || group_.space() < ring_.capacity() / 2) return true;
   if (flush_soon_.exchange(false, std::memory_order_relaxed)) return true;
   return last_flush_ == ClockTime::min() || now - last_flush_ >= options_.flush_interval;
 }

@@ -274,10 +274,10 @@ ChunkedRun::Chunk ChunkedRun::take(Cursor& next, Pass pass) const noexcept {
     const std::uint32_t left = total(next.request, pass) - next.element;
     const double predicted_per_chunk = per_chunk(next.request, pass);
     const double most = share(next.request) * predicted_per_chunk;
-    const double room = std::ceil((1.0 - filled) * most);
+    const double space = std::ceil((1.0 - filled) * most);
     std::uint32_t taken = left;
-    if (most > 0.0 && room < left) {
-      taken = std::min(at_least(static_cast<std::uint32_t>(room), next.request, pass), left);
+    if (most > 0.0 && space < left) {
+      taken = std::min(at_least(static_cast<std::uint32_t>(space), next.request, pass), left);
       filled = 1.0;
     } else if (most > 0.0) {
       filled += taken / most;

@@ -32,7 +32,7 @@ class ChangeFeed final : public transaction::CommitListener {
   ChangeFeed(std::uint32_t max_geometries, threads::EventCount& follower_wake_up)
       : used_positions_(max_geometries), follower_wake_up_(follower_wake_up) {}
   /// Sets the capacity. Once, before the first start.
-  void make_room(std::size_t changes) { changes_.resize(changes); }
+  void make_space(std::size_t changes) { changes_.resize(changes); }
 
   void committed(const store::WriteSet& set) noexcept override;
   /// From now on, every commit is queued.

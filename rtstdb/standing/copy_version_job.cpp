@@ -4,8 +4,8 @@
 
 namespace rtstdb::standing {
 
-CopyVersionJob::CopyVersionJob(ChangeFeed& feed, std::size_t room) : feed_(feed) {
-  rows_.reserve(room);
+CopyVersionJob::CopyVersionJob(ChangeFeed& feed, std::size_t space) : feed_(feed) {
+  rows_.reserve(space);
   shapes_.reserve(feed.used_positions().size());
 }
 

@@ -16,7 +16,7 @@ namespace rtstdb::standing {
 class CopyVersionJob final : public transaction::EngineJob {
  public:
   /// `room`: the largest number of rows; reserved here, since steps must not allocate.
-  CopyVersionJob(ChangeFeed& feed, std::size_t room);
+  CopyVersionJob(ChangeFeed& feed, std::size_t space);
 
   bool step(const store::Store& store) noexcept override;
   /// After the last step.

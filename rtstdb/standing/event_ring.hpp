@@ -20,7 +20,7 @@ class EventRing {
 
   std::size_t capacity() const noexcept { return events_.size(); }
   /// Producer: number of free places.
-  std::size_t room() const noexcept {
+  std::size_t space() const noexcept {
     return events_.size() - static_cast<std::size_t>(pushed_.load(std::memory_order_relaxed) -
                                                      popped_.load(std::memory_order_seq_cst));
   }

@@ -83,7 +83,7 @@ Follower::~Follower() {
 void Follower::start_thread() {
   const std::lock_guard lock(setup_mutex_);
   if (thread_.joinable()) return;
-  feed_.make_room(options_.feed_capacity);
+  feed_.make_space(options_.feed_capacity);
   engine_.listen(&feed_);
   // A thread inherits signal mask and priority of its creator. Signals are for the program's threads, and
   // real-time priority is for the tick.

@@ -43,7 +43,7 @@ class Follower {
   /// runs out in the calling thread.
   Result<std::unique_ptr<StandingQuery>> watch(const QuerySpec& spec, const StandingOptions& options);
 
-  void make_room_for_geometry() { mirror_.make_room_for_geometry(); }
+  void make_space_for_geometry() { mirror_.make_space_for_geometry(); }
   /// Adds a geometry, in the order of ids. To be called inside Engine::call together with the addition
   /// itself, or before the first query, so that no version with the geometry is read before.
   void add_geometry(const Bounds& bounds, bool deforms) { mirror_.add_geometry(bounds, deforms); }

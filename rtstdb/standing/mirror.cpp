@@ -20,7 +20,7 @@ bool same(const Bounds& a, const Bounds& b) {
 
 }  // namespace
 
-void Mirror::make_room_for_geometry() {
+void Mirror::make_space_for_geometry() {
   const std::lock_guard lock(added_mutex_);
   added_.reserve(added_.size() + 1);
 }

@@ -1,7 +1,7 @@
 #pragma once
 // The follower's copy of the rows of one version, and the bounds of all geometries.
 //
-// Threads: the follower; any thread calls make_room_for_geometry and add_geometry.
+// Threads: the follower; any thread calls make_space_for_geometry and add_geometry.
 
 #include <cstdint>
 #include <mutex>
@@ -21,7 +21,7 @@ class Mirror {
   explicit Mirror(std::uint32_t max_entities) : max_entities_(max_entities) {}
 
   /// Allocates memory so that the next add_geometry does not throw.
-  void make_room_for_geometry();
+  void make_space_for_geometry();
   /// To be called in the order of ids, before the first row with the geometry.
   void add_geometry(const Bounds& bounds, bool deforms);
 

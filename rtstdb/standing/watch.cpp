@@ -37,7 +37,7 @@ std::size_t Watch::next_events(std::span<StandingEvent> events) noexcept {
   const std::size_t count = ring_.pop(events);
   // Pairs with publish_list by sequential consistency: either publish_list sees the room, or this sees that
   // it waits for room.
-  if (count > 0 && waits_for_room_.load(std::memory_order_seq_cst)) follower_wake_up_.notify();
+  if (count > 0 && waits_for_space_.load(std::memory_order_seq_cst)) follower_wake_up_.notify();
   return count;
 }
 
@@ -115,7 +115,7 @@ void Watch::fail(const char* why) noexcept {
   std::vector<Certificate>().swap(certificates_);
   std::vector<Entry>().swap(entries_);
   list_state_ = ListState::listed;
-  waits_for_room_.store(false, std::memory_order_relaxed);
+  waits_for_space_.store(false, std::memory_order_relaxed);
   const std::lock_guard lock(reason_mutex_);
   reason_ = why;
   status_.store(StandingStatus::failed, std::memory_order_release);
@@ -165,7 +165,7 @@ void Watch::publish(EventKind kind, EventCause cause, EntityId entity, std::int6
   work_.events.fetch_add(1, std::memory_order_relaxed);
   if (list_state_ == ListState::members && entity.index >= listed_below_)
     return;  // the list will contain its state
-  if (list_state_ == ListState::reset_pending || ring_.room() == 0) return count_lost();
+  if (list_state_ == ListState::reset_pending || ring_.space() == 0) return count_lost();
   push_event({.kind = kind,
               .cause = cause,
               .entity = entity,
@@ -198,9 +198,9 @@ void Watch::publish_list() {
     // lost again.
     const std::size_t needed =
         list_state_ == ListState::reset_pending ? std::max<std::size_t>(1, ring_.capacity() / 2) : 1;
-    if (ring_.room() < needed) {
-      waits_for_room_.store(true, std::memory_order_seq_cst);
-      if (ring_.room() < needed) return;
+    if (ring_.space() < needed) {
+      waits_for_space_.store(true, std::memory_order_seq_cst);
+      if (ring_.space() < needed) return;
     }
     if (list_state_ == ListState::reset_pending) {
       list(EventKind::reset);
@@ -219,7 +219,7 @@ void Watch::publish_list() {
       ++listed_below_;
     }
   }
-  waits_for_room_.store(false, std::memory_order_relaxed);
+  waits_for_space_.store(false, std::memory_order_relaxed);
 }
 
 }  // namespace rtstdb::standing

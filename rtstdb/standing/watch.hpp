@@ -124,7 +124,7 @@ class Watch {
   ListState list_state_ = ListState::reset_pending;
   std::uint32_t listed_below_ = 0;  ///< during the list of members: indices below it are in the ring
   std::uint64_t seq_ = 0, lost_since_reset_ = 0;
-  std::atomic<bool> waits_for_room_{false};
+  std::atomic<bool> waits_for_space_{false};
   std::atomic<std::uint64_t> all_lost_{0};
 
   transaction::LatestVersion progress_;

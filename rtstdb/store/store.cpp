@@ -332,8 +332,8 @@ std::optional<BadInput> Store::check_shape(const ShapeWrite& write) const noexce
   const auto given = static_cast<double>(write.given);
   if (write.given != needed)
     return refusal(BadInputReason::wrong_position_count, given, static_cast<double>(needed));
-  if (write.given > write.room)
-    return refusal(BadInputReason::too_many_positions, given, static_cast<double>(write.room));
+  if (write.given > write.space)
+    return refusal(BadInputReason::too_many_positions, given, static_cast<double>(write.space));
   return check_positions(write.positions_m);
 }
 

@@ -35,7 +35,7 @@ struct Write {
 struct ShapeWrite {
   GeometryId geometry;
   std::size_t given = 0;  ///< number of positions; if it exceeds `room`, positions_m is empty
-  std::size_t room = 0;   ///< number of positions that the transaction had room for
+  std::size_t space = 0;  ///< number of positions that the transaction had room for
   std::span<const glm::vec3> positions_m;
 };
 

@@ -35,9 +35,9 @@ Error file_error(const log::DiskError& fault) {
   return {ErrorCode::file, fault.describe()};
 }
 
-Error does_not_fit(const char* what, std::size_t there, std::size_t room) {
+Error does_not_fit(const char* what, std::size_t there, std::size_t space) {
   return {ErrorCode::capacity, "the log contains " + std::to_string(there) + " " + what +
-                                   ", and the options of the database allow " + std::to_string(room)};
+                                   ", and the options of the database allow " + std::to_string(space)};
 }
 
 Recovery public_form(const log::Recovered& recovered) {
@@ -150,7 +150,7 @@ std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const no
   // In sync mode the engine would wait for a checkpoint, which needs the engine.
   const bool would_deadlock = mode() == DurabilityMode::sync && writer_->waits_for_checkpoint();
   if (writer_->last_write_failed() || would_deadlock) return RefusedBy::log_fault;
-  if (!recorder_.room_for(set)) return RefusedBy::log_full;
+  if (!recorder_.has_space_for(set)) return RefusedBy::log_full;
   return std::nullopt;
 }
 
@@ -201,13 +201,13 @@ void CommitLog::end_gap_if_possible() noexcept {
   bell_.ring_urgently();
 }
 
-bool CommitLog::room_for(const log::LoggedGeometry& geometry) const noexcept {
-  return recorder_.room_for(geometry);
+bool CommitLog::has_space_for(const log::LoggedGeometry& geometry) const noexcept {
+  return recorder_.has_space_for(geometry);
 }
 
 void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t positions) {
   const bool recorded = recorder_.record(geometry);
-  RTSTDB_ASSERT(recorded);  // room_for() has said so
+  RTSTDB_ASSERT(recorded);  // has_space_for() has said so
   world_copy_.add(geometry, positions);
   bell_.ring_urgently();
 }

@@ -109,7 +109,7 @@ class CommitLog {
   /// Ends a gap of the log when there is space again. To be called regularly.
   void end_gap_if_possible() noexcept;
   /// Whether the ring has space for record_geometry.
-  bool room_for(const log::LoggedGeometry& geometry) const noexcept;
+  bool has_space_for(const log::LoggedGeometry& geometry) const noexcept;
   void record_geometry(const log::LoggedGeometry& geometry, std::size_t positions);
 
   // ---- the log's thread or the driver, from start to close

@@ -91,9 +91,10 @@ void TransactionImpl::update_geometry(GeometryId geometry, std::span<const glm::
   RTSTDB_REQUIRE(write_set_.shapes.size() < options_.max_geometry_updates, "Transaction::update_geometry",
                  "more geometry updates than TransactionOptions::max_geometry_updates");
   const std::size_t first = positions_m_.size();
-  const std::size_t room = options_.max_positions - first;
-  store::ShapeWrite write{.geometry = geometry, .given = positions_m.size(), .room = room, .positions_m = {}};
-  if (write.given <= room) {
+  const std::size_t space = options_.max_positions - first;
+  store::ShapeWrite write{
+      .geometry = geometry, .given = positions_m.size(), .space = space, .positions_m = {}};
+  if (write.given <= space) {
     positions_m_.insert(positions_m_.end(), positions_m.begin(), positions_m.end());
     write.positions_m = std::span(positions_m_).subspan(first);
   }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 
 #include "runtime/cli/flush_output.hpp"
@@ -8,16 +9,25 @@
 namespace hil::cli {
 namespace {
 
-/// "1 CAN bus", "2 CAN buses".
-std::string counted(std::size_t count, const char* one, const char* more) {
+/// "1 task", "2 tasks".
+std::string counted(std::size_t count, const std::string& one, const std::string& more) {
   return std::to_string(count) + " " + (count == 1 ? one : more);
+}
+
+/// "1 CAN bus, 2 ..., ": each type with the number of its buses.
+std::string bus_counts(const config::Scenario& scenario) {
+  std::string text;
+  for (const config::BusSectionType& type : buses::section_types()) {
+    const auto count = std::ranges::count_if(
+        scenario.buses, [&](const auto& section) { return section->type->key == type.key; });
+    text += counted(static_cast<std::size_t>(count), type.noun, type.plural) + ", ";
+  }
+  return text;
 }
 
 std::string contents(const Loaded& loaded) {
   const run::Wiring& wiring = loaded.wiring;
-  return counted(wiring.modules.size(), "task", "tasks") + ", " +
-         counted(wiring.can.size(), "CAN bus", "CAN buses") + ", " +
-         counted(wiring.modbus.size(), "Modbus unit", "Modbus units") + ", " +
+  return counted(wiring.modules.size(), "task", "tasks") + ", " + bus_counts(*loaded.scenario) +
          counted(wiring.signals.size(), "signal", "signals") + ", " +
          counted(loaded.scenario->expectations.size(), "expectation", "expectations");
 }

@@ -1,10 +1,7 @@
 // hil doctor: what this machine permits a run, tried or measured.
 
-#include <linux/can.h>
-#include <net/if.h>
 #include <pthread.h>
 #include <sys/mman.h>
-#include <sys/socket.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
@@ -16,6 +13,7 @@
 
 #include <rtstdb/database.hpp>
 
+#include "runtime/buses/bus.hpp"
 #include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/limited_memory.hpp"
 #include "runtime/cli/start_failure.hpp"
@@ -93,25 +91,12 @@ bool check_gpus() {
   return opened.ok();
 }
 
-void check_can() {
-  const int fd = socket(PF_CAN, SOCK_RAW, CAN_RAW);
-  if (fd < 0) {
-    line("SocketCAN",
-         std::string("not in this kernel (") + std::strerror(errno) + "); the virtual bus works without it");
-    return;
+void check_buses() {
+  for (const buses::BusType& type : buses::bus_types()) {
+    if (type.machine_facts == nullptr) continue;
+    for (const buses::MachineFact& fact : type.machine_facts())
+      line(fact.topic.c_str(), fact.text);
   }
-  close(fd);
-  std::string interfaces;
-  if (struct if_nameindex* all = if_nameindex(); all != nullptr) {
-    for (struct if_nameindex* i = all; i->if_index != 0; ++i) {
-      if (std::strstr(i->if_name, "can") != nullptr) interfaces += std::string(" ") + i->if_name;
-    }
-    if_freenameindex(all);
-  }
-  line("SocketCAN",
-       interfaces.empty()
-           ? "in the kernel, but no interface; ip link add dev vcan0 type vcan makes a virtual one"
-           : "interfaces:" + interfaces);
 }
 
 }  // namespace
@@ -123,7 +108,7 @@ void add_doctor(CLI::App& app, int& exit_code) {
     exit_code = run_within_limits(
         [] {
           const bool gpu = check_gpus();
-          check_can();
+          check_buses();
           measure_wakeups(check_scheduling());
           return flush_output("doctor", gpu ? run::exit_passed : run::exit_gpu_failed);
         },

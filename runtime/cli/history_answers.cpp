@@ -107,9 +107,9 @@ Answer describe_extent(const RunHistory& history, const std::string& directory) 
   }
   if (!names.empty()) text += "  entities: " + names + '\n';
   names.clear();
-  for (const modules::ScannerRecord& scanner : history.scanners()) {
-    answer.json["scanners"].push_back(scanner.name);
-    names += (names.empty() ? "" : ", ") + report::one_line(scanner.name);
+  for (const auto& scanner : history.scanners()) {
+    answer.json["scanners"].push_back(scanner->facts().name);
+    names += (names.empty() ? "" : ", ") + report::one_line(scanner->facts().name);
   }
   if (!names.empty()) text += "  scanners: " + names + '\n';
   return answer;

@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "runtime/buses/bus.hpp"
 #include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/config/schema_markdown.hpp"
@@ -13,13 +14,16 @@ void add_keys(CLI::App& app, int& exit_code) {
       app.add_subcommand("keys", "print every key of a scenario and of a register map, in Markdown");
   command->callback([&exit_code] {
     std::printf("# Keys of a scenario\n\n%s\n",
-                config::schema_to_markdown(config::scenario_schema()).c_str());
+                config::schema_to_markdown(config::scenario_schema(buses::section_types())).c_str());
     for (const modules::ModuleType& type : modules::module_types()) {
       std::printf("\n# Parameters of module type `%s`\n\n%s\n\n%s\n", type.name.c_str(), type.about.c_str(),
                   config::schema_to_markdown(type.parameters).c_str());
     }
-    std::printf("\n# Register map files\n\n%s\n",
-                config::schema_to_markdown(config::register_map_schema()).c_str());
+    for (const buses::BusType& type : buses::bus_types()) {
+      for (const buses::FileFormat& format : type.files)
+        std::printf("\n# %s\n\n%s\n", format.title.c_str(),
+                    config::schema_to_markdown(format.schema).c_str());
+    }
     exit_code = flush_output("keys", run::exit_passed);
   });
 }

@@ -6,7 +6,7 @@ namespace hil::cli {
 
 std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides) {
   config::Diagnostics diagnostics;
-  auto scenario = config::load_scenario_to_wire(file, overrides, run::module_schemas(), diagnostics);
+  auto scenario = config::load_scenario_to_wire(file, overrides, run::scenario_types(), diagnostics);
   std::optional<run::Wiring> wiring;
   Loaded loaded;
   if (scenario) {

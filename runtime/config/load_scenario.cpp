@@ -20,13 +20,13 @@ bool is_sound_without_expectations(TreeNode tree, const Schema& schema) {
 }  // namespace
 
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
-                                              const SchemaOfModules& modules, Diagnostics& diagnostics) {
+                                              const ScenarioTypes& types, Diagnostics& diagnostics) {
   const std::size_t mistakes_before = diagnostics.count();
   const std::shared_ptr<const SourceText> source = read_source(path, diagnostics);
   if (!source) return std::nullopt;
   std::optional<TreeNode> tree = build_tree(source, diagnostics);
   if (!tree) return std::nullopt;
-  const Schema schema = scenario_schema();
+  const Schema schema = scenario_schema(types.buses);
   apply_overrides(*tree, schema, overrides, diagnostics);
   bool sound = diagnostics.count() == mistakes_before;
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
@@ -37,13 +37,12 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   Scenario scenario;
   std::error_code error;
   scenario.file = std::filesystem::absolute(path, error).lexically_normal().string();
-  Reading reading{diagnostics, modules, std::nullopt, {}, {}};
+  Reading reading{.diagnostics = diagnostics, .types = types};
   const std::size_t mistakes_of_schema = diagnostics.count();
   read_general(*root, scenario, reading);
   read_world(*root, scenario, reading);
   read_tasks(*root, scenario, reading);
-  read_can(*root, scenario, reading);
-  read_modbus(*root, scenario, reading);
+  read_buses(*root, scenario, reading);
   read_processes(*root, scenario, reading);
   sound = sound && diagnostics.count() == mistakes_of_schema;
   read_expectations(*root, scenario, reading);
@@ -52,9 +51,9 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
 }
 
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
-                                      const SchemaOfModules& modules, Diagnostics& diagnostics) {
+                                      const ScenarioTypes& types, Diagnostics& diagnostics) {
   const std::size_t mistakes_before = diagnostics.count();
-  std::optional<Scenario> scenario = load_scenario_to_wire(path, overrides, modules, diagnostics);
+  std::optional<Scenario> scenario = load_scenario_to_wire(path, overrides, types, diagnostics);
   if (diagnostics.count() != mistakes_before) return std::nullopt;
   return scenario;
 }

@@ -39,6 +39,7 @@ void read_general(const Value& root, Scenario& scenario, Reading& reading) {
   if (root.has("base_rate")) reading.base = read_base_rate(root["base_rate"], reading.diagnostics);
   if (root.has("clock")) {
     scenario.clock = root["clock"].text() == "virtual" ? ClockKind::virtual_time : ClockKind::realtime;
+    reading.clock = scenario.clock;
   }
   if (root.has("seed")) scenario.seed = static_cast<std::uint64_t>(root["seed"].integer());
   if (root.has("realtime")) read_realtime(root["realtime"], scenario.realtime);

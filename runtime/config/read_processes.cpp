@@ -5,6 +5,14 @@ namespace {
 
 constexpr const char* dut_name = "dut";
 
+/// Null: no type of bus with addresses has this key.
+const BusSectionType* find_type(const Reading& reading, const std::string& key) {
+  for (const BusSectionType& type : reading.types.buses) {
+    if (type.key == key && type.has_address) return &type;
+  }
+  return nullptr;
+}
+
 /// One {section.NAME} of a command word that begins at `begin`; empty with a mistake.
 std::optional<CommandWord::Placeholder> read_placeholder(const Value& word, std::size_t begin,
                                                          const Reading& reading) {
@@ -14,23 +22,26 @@ std::optional<CommandWord::Placeholder> read_placeholder(const Value& word, std:
     return std::nullopt;
   };
   const std::size_t end = text.find('}', begin);
-  if (end == std::string::npos)
-    return refuse("this '{' has no '}'; a placeholder is {can.BUS}, {modbus.UNIT} or {clock}");
+  if (end == std::string::npos) {
+    return refuse("this '{' has no '}'; a placeholder is " + all_placeholders(reading.types.buses, "or"));
+  }
   const std::string inside = text.substr(begin + 1, end - begin - 1);
   if (inside == "clock") return CommandWord::Placeholder{begin, end + 1 - begin, "clock", ""};
   const std::size_t dot = inside.find('.');
-  const std::string section = inside.substr(0, dot);
   const std::string name = dot == std::string::npos ? "" : inside.substr(dot + 1);
-  if ((section != "can" && section != "modbus") || name.empty()) {
-    return refuse(in_quotes("{" + inside + "}") +
-                  " is no placeholder; those are {can.BUS}, {modbus.UNIT} and {clock}");
+  const BusSectionType* const type = find_type(reading, inside.substr(0, dot));
+  if (type == nullptr || name.empty()) {
+    return refuse(in_quotes("{" + inside + "}") + " is no placeholder; those are " +
+                  all_placeholders(reading.types.buses, "and"));
   }
-  const std::vector<std::string>& known = section == "can" ? reading.can_buses : reading.modbus_units;
+  const auto found = reading.bus_names.find(type->key);
+  const std::vector<std::string> known =
+      found == reading.bus_names.end() ? std::vector<std::string>() : found->second;
   for (const std::string& candidate : known) {
-    if (candidate == name) return CommandWord::Placeholder{begin, end + 1 - begin, section, name};
+    if (candidate == name) return CommandWord::Placeholder{begin, end + 1 - begin, type->key, name};
   }
-  return refuse("there is no " + std::string(section == "can" ? "CAN bus " : "Modbus unit ") +
-                in_quotes(name) + (known.empty() ? " (nor any other)" : suggestion(name, known)));
+  return refuse("there is no " + type->noun + " " + in_quotes(name) +
+                (known.empty() ? " (nor any other)" : suggestion(name, known)));
 }
 
 CommandWord read_word(const Value& value, const Reading& reading) {
@@ -60,42 +71,34 @@ void read_process(const Word& name, const Value& value, Scenario& scenario, cons
   scenario.processes.push_back(std::move(process));
 }
 
-bool mentions(const ProcessSection& process, const std::string& unit) {
-  for (const CommandWord& word : process.command) {
-    for (const CommandWord::Placeholder& placeholder : word.placeholders) {
-      if (placeholder.section == "modbus" && placeholder.name == unit) return true;
-    }
-  }
-  return false;
+bool names(const CommandWord::Placeholder& placeholder, const BusSection& bus) {
+  return placeholder.section == bus.type->key && placeholder.name == bus.name.text;
 }
 
-/// Refuses a free port (auto) of a client when no process's command names the unit, so that no server knows
-/// it.
-void check_automatic_ports(const Scenario& scenario, const Reading& reading) {
-  for (const ModbusSection& section : scenario.modbus) {
-    if (section.port || section.host.empty() || section.role != io::modbus::Role::client) continue;
+/// Adds a mistake for each bus that does not fit the commands of the processes.
+void check_buses(const Scenario& scenario, Diagnostics& diagnostics) {
+  for (const std::shared_ptr<const BusSection>& bus : scenario.buses) {
     bool is_named = false;
-    for (const ProcessSection& process : scenario.processes)
-      is_named = is_named || mentions(process, section.unit.text);
-    if (is_named) continue;
-    reading.diagnostics.add(section.device_place,
-                            "'device': the port is auto, but no process has it in its command as {modbus." +
-                                section.unit.text + "}; name the port of the unit");
+    for (const ProcessSection& process : scenario.processes) {
+      for (const CommandWord& word : process.command) {
+        for (const CommandWord::Placeholder& placeholder : word.placeholders)
+          is_named = is_named || names(placeholder, *bus);
+      }
+    }
+    bus->check_commands(is_named, diagnostics);
   }
 }
 
 /// Whether the placeholder gives a process the run's time under the virtual clock.
 bool keeps_step(const CommandWord::Placeholder& placeholder, const Scenario& scenario) {
-  if (placeholder.section == "clock" || placeholder.section == "can")
-    return true;  // every bus is virtual under this clock
-  for (const ModbusSection& unit : scenario.modbus) {
-    if (unit.unit.text == placeholder.name) return unit.run_time_entry.has_value();
+  for (const std::shared_ptr<const BusSection>& bus : scenario.buses) {
+    if (names(placeholder, *bus)) return bus->keeps_step();
   }
-  return true;  // the unit's own mistake is reported elsewhere
+  return true;  // the clock, or a bus whose own mistake is reported elsewhere
 }
 
 /// Adds a mistake for each process that can not keep step: its results would differ from run to run.
-void check_stepping(const Scenario& scenario, Diagnostics& diagnostics) {
+void check_stepping(const Scenario& scenario, const Reading& reading) {
   if (scenario.clock != ClockKind::virtual_time) return;
   for (const ProcessSection& process : scenario.processes) {
     bool steps = !process.enabled || process.free_running;
@@ -104,12 +107,11 @@ void check_stepping(const Scenario& scenario, Diagnostics& diagnostics) {
         steps = steps || keeps_step(placeholder, scenario);
     }
     if (steps) continue;
-    diagnostics.add(
-        process.name.place,
-        "'clock: virtual': the process " + in_quotes(process.name.text) +
-            " can not keep step with the run: its command has neither {clock}, nor {can.BUS} of a "
-            "virtual bus, nor {modbus.UNIT} of a unit with 'run_time'; give it one of these, or set "
-            "'free_running: true'");
+    reading.diagnostics.add(process.name.place,
+                            "'clock: virtual': the process " + in_quotes(process.name.text) +
+                                " can not keep step with the run: its command has none of " +
+                                stepping_placeholders(reading.types.buses, "and") +
+                                "; give it one of these, or set 'free_running: true'");
   }
 }
 
@@ -125,7 +127,7 @@ void read_processes(const Value& root, Scenario& scenario, Reading& reading) {
   }
   const Value* const others = part_of(root, "processes");
   if (others == nullptr) {
-    if (all_whole) check_stepping(scenario, reading.diagnostics);
+    if (all_whole) check_stepping(scenario, reading);
     return;
   }
   for (std::size_t i = 0; i < others->entries().size(); ++i) {
@@ -137,8 +139,8 @@ void read_processes(const Value& root, Scenario& scenario, Reading& reading) {
     read_process({name, others->key_place(i)}, value, scenario, reading);
   }
   if (!all_whole || !is_whole(*others)) return;
-  check_automatic_ports(scenario, reading);
-  check_stepping(scenario, reading.diagnostics);
+  check_buses(scenario, reading.diagnostics);
+  check_stepping(scenario, reading);
 }
 
 }  // namespace hil::config

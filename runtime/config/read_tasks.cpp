@@ -15,10 +15,10 @@ std::vector<std::string> names_of(const SchemaOfModules& modules) {
 std::optional<Value> read_parameters(const Value& task, Reading& reading) {
   const std::optional<Word> type = word_in(task, "type");
   if (!type) return std::nullopt;
-  const auto known = reading.modules.find(type->text);
-  if (known == reading.modules.end()) {
+  const auto known = reading.types.modules.find(type->text);
+  if (known == reading.types.modules.end()) {
     reading.diagnostics.add(type->place, "unknown type of module " + in_quotes(type->text) +
-                                             suggestion(type->text, names_of(reading.modules)));
+                                             suggestion(type->text, names_of(reading.types.modules)));
     return std::nullopt;
   }
   if (!task.has("parameters")) return std::nullopt;

@@ -1,7 +1,7 @@
 #pragma once
 // A scenario as the rest of the program sees it: checked, complete, in SI units, immutable. Names that are
-// looked up later, when the parts are wired together (a signal, a message of a DBC file), keep their place
-// for error texts.
+// looked up later, when the parts are wired together (a signal, a message of a bus), keep their place for
+// error texts.
 //
 // Threads: immutable once loaded; any thread may read.
 
@@ -15,7 +15,7 @@
 #include <variant>
 #include <vector>
 
-#include "io/modbus/register_map.hpp"
+#include "runtime/config/bus_section.hpp"
 #include "runtime/config/condition.hpp"
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/schema.hpp"
@@ -127,99 +127,15 @@ struct TaskSection {
   std::vector<InputLink> inputs;
 };
 
-/// The source of a signal of a message.
-struct SignalSource {
-  Word dbc_signal;
-  std::variant<Word, double> source;  ///< a signal of the run or a value name of the DBC file, or a constant
-};
-
-struct SafeValue {
-  Word dbc_signal;
-  std::variant<Word, double> value;  ///< a value name of the DBC file, or a number
-};
-
-struct SentMessage {
-  Word message;
-  /// A multiple of the bus's period; 0: the cycle time of the DBC file, or the bus's period.
-  std::int64_t period_ns = 0;
-  std::int64_t offset_ns = 0;  ///< a multiple of the bus's period, less than the message's period
-  std::optional<Word> counter;
-  std::optional<Word> checksum;
-  std::vector<SignalSource> signals;
-  std::vector<SafeValue> safe;
-};
-
-struct ReceivedMessage {
-  Word message;
-  std::optional<std::int64_t> timeout_ns;  ///< 0: never; empty: three cycle times of the DBC file
-  std::optional<Word> counter;
-  std::optional<Word> checksum;
-  std::vector<SafeValue> safe;
-};
-
-/// Faults that a virtual bus injects.
-struct BusFaults {
-  double drop = 0.0;     ///< probability per frame
-  double corrupt = 0.0;  ///< probability per frame
-  std::int64_t delay_ns = 0;
-};
-
-struct CanSection {
-  Word bus;
-  std::string interface;  ///< of SocketCAN; empty: a virtual bus
-  Place device_place;
-  std::string database;  ///< absolute path of the DBC file
-  Place database_place;
-  double rate_hz = 0.0;
-  std::uint32_t every_ticks = 1;
-  double bits_per_second = 0.0;
-  std::optional<int> thread_priority;
-  std::vector<SentMessage> send;
-  std::vector<ReceivedMessage> receive;
-  BusFaults faults;
-  bool may_be_lost = false;  ///< its loss does not make the run fail
-  bool is_virtual() const noexcept { return interface.empty(); }
-};
-
-struct RegisterWrite {
-  Word entry;
-  std::variant<Word, double> source;  ///< a signal of the run, or a constant
-};
-
-struct ModbusSection {
-  Word unit;
-  io::modbus::Role role = io::modbus::Role::client;
-  std::string host;
-  std::optional<std::uint16_t> port;  ///< empty: a free one is chosen
-  Place device_place;
-  std::string registers_file;
-  io::modbus::RegisterMap registers;  ///< passes io::modbus::mistakes_in for the role
-  double rate_hz = 0.0;
-  std::uint32_t every_ticks = 1;
-  std::int64_t timeout_ns = 0;
-  std::optional<std::int64_t>
-      max_age_ns;  ///< empty: the device's own, 1 s for a client, any age for a server
-  std::int64_t start_limit_ns = 0;
-  std::uint8_t unit_id = 1;
-  std::uint16_t max_gap = 0;    ///< of a client
-  std::size_t max_clients = 0;  ///< of a server
-  std::optional<Word> run_time_entry;
-  std::optional<Word> heartbeat_entry;
-  std::optional<int> thread_priority;
-  bool may_be_lost = false;  ///< its loss does not make the run fail
-  std::vector<RegisterWrite> write;
-  std::vector<Word> read;
-};
-
-/// A word of a command line: text with {can.BUS} and {modbus.UNIT} in it, each known to exist, and {clock}:
-/// "wall" in real time, "stepped" under the virtual clock.
+/// A word of a command line: text with placeholders of buses in it, each known to exist, and {clock}: "wall"
+/// in real time, "stepped" under the virtual clock.
 struct CommandWord {
   Word written;
   struct Placeholder {
     std::size_t begin = 0;   ///< of the '{' in the text
     std::size_t length = 0;  ///< with both braces
-    std::string section;     ///< "can", "modbus" or "clock"
-    std::string name;
+    std::string section;     ///< the key of a bus type, or "clock"
+    std::string name;        ///< of a bus
   };
   std::vector<Placeholder> placeholders;
 
@@ -258,8 +174,8 @@ struct Eventually {
   Condition condition;
   std::optional<std::int64_t> by_ns;  ///< run time; empty: by the end of the run
 };
-/// Each change of `request` (on a CAN bus: each frame) is answered by one of `reply` to the same value within
-/// the time.
+/// Each change of `request` (on a bus that keeps all values: each value) is answered by one of `reply` to the
+/// same value within the time.
 struct Response {
   Word request;
   Word reply;
@@ -287,8 +203,7 @@ struct Scenario {
   Realtime realtime;
   World world;
   std::vector<TaskSection> tasks;
-  std::vector<CanSection> can;
-  std::vector<ModbusSection> modbus;
+  BusSections buses;                      ///< by type in the order of ScenarioTypes, then as in the file
   std::vector<ProcessSection> processes;  ///< dut first when there is one, then as in the file
   std::vector<Expectation> expectations;
 };
@@ -296,28 +211,27 @@ struct Scenario {
 /// Module types by their name in `type:`, each with the schema of its parameters.
 using SchemaOfModules = std::map<std::string, Schema>;
 
+/// The types that scenarios name and this folder does not know. A scenario refers to its bus types: they
+/// outlive it.
+struct ScenarioTypes {
+  SchemaOfModules modules{};
+  std::span<const BusSectionType> buses{};
+};
+
 /// What a scenario file may contain, parameters of modules left open (Kind::any).
-Schema scenario_schema();
+Schema scenario_schema(std::span<const BusSectionType> buses);
 
-/// What a register map file may contain.
-Schema register_map_schema();
-
-/// Reads the scenario, its modules' parameters and its register maps, and checks all that can be checked
+/// Reads the scenario, its modules' parameters and the files of its buses, and checks all that can be checked
 /// without opening a device: the schemas, that rates divide the base rate, that offsets, deadlines and
 /// periods fit, that names are unique, and that names refer to something in the file. Reports all mistakes at
 /// once and is empty when there was one. `overrides`: see overrides.hpp.
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
-                                      const SchemaOfModules& modules, Diagnostics& diagnostics);
+                                      const ScenarioTypes& types, Diagnostics& diagnostics);
 
 /// As load_scenario, for a scenario that is wired next: leaves out expectations with mistakes, so that the
 /// user sees their mistakes and those of the wiring at once. Empty when anything else is wrong. The scenario
 /// must not run unless `diagnostics` is empty.
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
-                                              const SchemaOfModules& modules, Diagnostics& diagnostics);
-
-/// Reads a register map file: {registers: [{name, table, address, type, ...}]}. Empty when there was any
-/// mistake.
-std::optional<io::modbus::RegisterMap> load_register_map(const std::string& path, io::modbus::Role role,
-                                                         Diagnostics& diagnostics);
+                                              const ScenarioTypes& types, Diagnostics& diagnostics);
 
 }  // namespace hil::config

@@ -1,51 +1,43 @@
-// The language of scenario files and register map files. The sentences become the documentation
-// (schema_markdown.hpp).
+// The language of scenario files. The sentences become the documentation (schema_markdown.hpp).
 
 #include <limits>
 #include <utility>
 
 #include "runtime/config/scenario.hpp"
+#include "runtime/config/schema_parts.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {
 namespace {
 
-constexpr double any_low = -std::numeric_limits<double>::infinity();
-constexpr double any_high = std::numeric_limits<double>::infinity();
-constexpr double max_duration_s = 7.0 * 24.0 * 3600.0;
-constexpr double min_duration_s = 1e-9;
-
 Schema size() {
   return Schema::quantity(Quantity::length_m, 1e-6, max_coordinate_m);
-}
-Schema duration(double minimum_s, double maximum_s = max_duration_s) {
-  return Schema::quantity(Quantity::duration_s, minimum_s, maximum_s);
-}
-Schema rate() {
-  return Schema::quantity(Quantity::frequency_hz, 1e-4, 1e5);
 }
 Schema angle() {
   return Schema::quantity(Quantity::angle_rad, -1000.0, 1000.0);
 }
-/// 99 is for threads of the kernel, which everything waits for.
-constexpr int highest_priority = 98;
-
-Schema thread_priority() {
-  return Schema::integer(1, highest_priority);
-}
-
-/// `subject`: a sentence that says what is lost, and when.
-Field may_be_lost(const std::string& subject) {
-  return Field::with_default(
-      "may_be_lost", Schema::boolean(), "false",
-      "Whether the run may pass although it is lost (otherwise exit code 4). " + subject);
-}
-
 Schema vector3(Quantity quantity, double largest) {
   return Schema::list(Schema::quantity(quantity, -largest, largest), 3, 3);
 }
 
-Schema realtime_schema() {
+/// The nouns of the types for which `has` holds, joined by "or".
+template <class Has>
+std::string nouns(std::span<const BusSectionType> buses, const Has& has) {
+  std::string text;
+  for (const BusSectionType& type : buses) {
+    if (has(type)) text += (text.empty() ? "" : " or ") + type.noun;
+  }
+  return text;
+}
+
+/// Which outputs max_lost limits, too. Empty: those of no type.
+std::string of_dropped_outputs(std::span<const BusSectionType> buses) {
+  const std::string noun =
+      nouns(buses, [](const BusSectionType& type) { return type.counts_dropped_releases; });
+  return noun.empty() ? "" : ", and of each " + noun + "'s outputs that were not sent";
+}
+
+Schema realtime_schema(std::span<const BusSectionType> buses) {
   return Schema::record({
       Field::with_default(
           "scheduler", Schema::one_of({"fifo", "other"}), "fifo",
@@ -60,9 +52,10 @@ Schema realtime_schema() {
                           "The processors that the base thread and the task threads may run on. Empty: all."),
       Field::with_default("max_lost", Schema::quantity(Quantity::share, 0.0, 1.0), "5 %",
                           "The largest permitted share of given-up ticks, of each task's releases that were "
-                          "skipped, aborted or left without a result of the database, and of each CAN bus's "
-                          "outputs that were not sent. Above it the run's timing is broken (exit code 3)."),
-      Field::optional("watchdog", duration(1e-3),
+                          "skipped, aborted or left without a result of the database" +
+                              of_dropped_outputs(buses) +
+                              ". Above it the run's timing is broken (exit code 3)."),
+      Field::optional("watchdog", duration_schema(1e-3),
                       "The run ends, with outputs in their safe state, when the base thread completes no "
                       "tick for this time. Left out: the longer of 100 ms and 50 base periods."),
   });
@@ -131,14 +124,14 @@ Schema world_schema() {
                           "The number of written rows that are kept for readers of older versions."),
       Field::with_default("queue_capacity", Schema::integer(1, 1 << 16), "256",
                           "The largest number of waiting transactions."),
-      Field::with_default("chunk", duration(0.0, 1.0), "1 ms",
+      Field::with_default("chunk", duration_schema(0.0, 1.0), "1 ms",
                           "About how long a transaction of higher priority waits for a large batch of "
                           "queries, which is split into chunks. 0 ms: batches are not split. Device time can "
                           "be reserved only for deadlines that are longer than this."),
       Field::with_default("durability", Schema::one_of({"volatile", "async", "group", "sync"}), "async",
                           "When a commit is on disk, in the run's folder. volatile: never; async: soon, and "
                           "the run does not wait; group: before its outcome; sync: before it can be read."),
-      Field::with_default("flush_interval", duration(0.0, 60.0), "10 ms",
+      Field::with_default("flush_interval", duration_schema(0.0, 60.0), "10 ms",
                           "Under async: how long a commit waits for others that are written with it."),
       Field::with_default(
           "log_ring_bytes", Schema::integer(min_log_ring_bytes, max_log_ring_bytes), "16777216",
@@ -155,15 +148,15 @@ Schema task_schema() {
   return Schema::record({
       Field::needed("module", Schema::name(), "The name of this instance. Its signals begin with it."),
       Field::needed("type", Schema::name(), "The module type."),
-      Field::needed("rate", rate(), "The rate of the task. It divides the base rate."),
+      Field::needed("rate", rate_schema(), "The rate of the task. It divides the base rate."),
       Field::with_default(
-          "offset", duration(0.0), "0 ms",
+          "offset", duration_schema(0.0), "0 ms",
           "The shift of the releases: a multiple of the base period, less than the task's period."),
       Field::optional(
-          "deadline", duration(min_duration_s),
+          "deadline", duration_schema(min_duration_s),
           "The time from a release by which the run has to end. Left out: one period of the task. With a "
           "thread of its own: a multiple of the base period, at which the outputs become visible."),
-      Field::optional("budget", duration(min_duration_s),
+      Field::optional("budget", duration_schema(min_duration_s),
                       "The CPU time that one run may use. Left out: no limit."),
       Field::with_default("overrun", Schema::one_of({"skip", "queue", "abort"}), "skip",
                           "What happens at a release while the task still runs."),
@@ -178,141 +171,50 @@ Schema task_schema() {
   });
 }
 
-Schema sent_schema() {
-  return Schema::record_or(
-      "message",
-      {
-          Field::needed("message", Schema::name(), "A message of the DBC file."),
-          Field::optional("period", duration(min_duration_s),
-                          "The period of sending, a multiple of the bus's period. Left out: GenMsgCycleTime "
-                          "of the DBC file, else one period of the bus."),
-          Field::with_default(
-              "offset", duration(0.0), "0 ms",
-              "The shift of sending: a multiple of the bus's period, less than the message's period."),
-          Field::optional("counter", Schema::name(), "The signal that counts the frames."),
-          Field::optional("checksum", Schema::name(),
-                          "The signal that carries the checksum (CRC-8 SAE J1850)."),
-          Field::with_default(
-              "signals", Schema::map(Schema::text()), "{}",
-              "The source of each signal: a signal of the run, a number, or a value name of the DBC file. "
-              "Other signals have their start value (GenSigStartValue), else their safe value."),
-          Field::with_default("safe", Schema::map(Schema::text()), "{}",
-                              "The safe value of each signal, a number or a value name. Other signals: 0."),
-      });
+/// Which placeholders stand for addresses. Empty: those of no type.
+std::string meaning_of_placeholders(std::span<const BusSectionType> buses) {
+  const std::string all = address_placeholders(buses);
+  return all.empty() ? "" : all + " stand for the addresses of this run, ";
 }
 
-Schema received_schema() {
-  return Schema::record_or(
-      "message",
-      {
-          Field::needed("message", Schema::name(), "A message of the DBC file."),
-          Field::optional("timeout", duration(0.0),
-                          "The age beyond which the signals are not fresh and have their safe values; a "
-                          "multiplexed signal by its own last value. 0 ms: no limit. Left out: three times "
-                          "GenMsgCycleTime of the DBC file, else no limit."),
-          Field::optional("counter", Schema::name(), "The signal that counts the frames. Gaps are counted."),
-          Field::optional("checksum", Schema::name(),
-                          "The signal that carries the checksum. It is verified."),
-          Field::with_default("safe", Schema::map(Schema::text()), "{}",
-                              "The safe value of each signal, a number or a value name. Other signals: 0."),
-      });
-}
-
-Schema can_schema() {
-  return Schema::record({
-      Field::needed("bus", Schema::name(), "The bus's name. Its signals begin with can.NAME."),
-      Field::with_default("device", Schema::text(), "virtual",
-                          "virtual, or socketcan:INTERFACE for an interface of the kernel."),
-      Field::needed("database", Schema::file(), "The DBC file."),
-      Field::needed("rate", rate(), "The rate at which frames are read and sent. It divides the base rate."),
-      Field::with_default("bit_rate", Schema::integer(1'000, 20'000'000), "500000",
-                          "The bit rate in bits per second, for the bus load."),
-      Field::optional("priority", thread_priority(),
-                      "The real-time priority of the device's thread. Left out: an ordinary thread."),
-      Field::with_default("send", Schema::list(sent_schema()), "[]", "The messages the run sends."),
-      Field::with_default("receive", Schema::list(received_schema()), "[]", "The messages the run reads."),
-      Field::optional("faults",
-                      Schema::record({
-                          Field::with_default("drop", Schema::number(0.0, 1.0), "0",
-                                              "The probability that a frame is lost."),
-                          Field::with_default("corrupt", Schema::number(0.0, 1.0), "0",
-                                              "The probability that a bit of a frame is inverted."),
-                          Field::with_default("delay", duration(0.0, 60.0), "0 ms",
-                                              "The delay of each frame. Under clock: virtual, rounded up to "
-                                              "whole periods of the bus's rate."),
-                      }),
-                      "The faults that a virtual bus injects."),
-      may_be_lost("The bus: its interface goes down or away, or its controller goes bus-off."),
-  });
-}
-
-Schema modbus_schema() {
-  return Schema::record({
-      Field::needed("unit", Schema::name(), "The unit's name. Its signals begin with modbus.NAME."),
-      Field::with_default("role", Schema::one_of({"client", "server"}), "client",
-                          "client: hil sends requests to the unit. server: hil is the unit."),
-      Field::needed("device", Schema::text(), "HOST:PORT. The port auto is a free one."),
-      Field::needed("registers", Schema::file(), "The register map."),
-      Field::needed("rate", rate(),
-                    "The rate at which registers are written and read. It divides the base rate."),
-      Field::with_default("timeout", duration(1e-3, 3600.0), "500 ms", "The longest time until a reply."),
-      Field::optional("max_age", duration(1e-3),
-                      "The age beyond which a value that is read is not fresh. Left out: 1 s as a client, no "
-                      "limit as a server."),
-      Field::with_default("start_limit", duration(1e-3, 3600.0), "2 s",
-                          "The longest time in which the run tries to reach the unit at its start."),
-      Field::with_default("unit_id", Schema::integer(0, 255), "1", "The unit identifier in each request."),
-      Field::with_default(
-          "max_gap", Schema::integer(0, 1998), "0",
-          "As a client: the largest number of addresses without a register that one request may read between "
-          "two registers. A request that the unit refuses with exception 2 is split at its gaps."),
-      Field::with_default("max_clients", Schema::integer(1, 1000), "64",
-                          "As a server: the number of clients that are served at once. One more replaces the "
-                          "client that was idle for the longest time, at least 1 s, or is refused."),
-      Field::optional("run_time", Schema::name(),
-                      "The register to which the run time in milliseconds is written."),
-      Field::optional("heartbeat", Schema::name(), "The register that is counted up in each cycle."),
-      may_be_lost("The unit: it does not answer for longer than max_age; as a server: no client is connected "
-                  "for longer than max_age."),
-      Field::optional("priority", thread_priority(),
-                      "The real-time priority of the device's thread. Left out: an ordinary thread."),
-      Field::with_default("write", Schema::map(Schema::text()), "{}",
-                          "The source of each register: a signal of the run, or a number. As a client, hil "
-                          "writes no other register."),
-      Field::with_default(
-          "read", Schema::list(Schema::name()), "[]",
-          "As a client: the registers that are read and become signals. Empty: all registers of the map that "
-          "are not written. As a server, all registers that clients write become signals."),
-  });
-}
-
-Schema process_schema() {
+Schema process_schema(std::span<const BusSectionType> buses) {
   return Schema::record({
       Field::with_default("enabled", Schema::boolean(), "true", "false: the run does not start it."),
       Field::needed("command", Schema::list(Schema::text(), 1, 1000),
-                    "The program and its arguments. {can.BUS} and {modbus.UNIT} stand for the addresses of "
-                    "this run, {clock} for wall or stepped."),
+                    "The program and its arguments. " + meaning_of_placeholders(buses) +
+                        "{clock} for wall or stepped."),
       Field::with_default("safe_on_exit", Schema::boolean(), "true",
                           "Whether outputs go to their safe values and the run ends when the process ends "
                           "before the run does."),
-      may_be_lost("The process: with safe_on_exit: false, it ends before the run does."),
+      may_be_lost_field("The process: with safe_on_exit: false, it ends before the run does."),
       Field::with_default(
           "free_running", Schema::boolean(), "false",
           "true permits, under clock: virtual, a process that can not keep step with the run: its command "
-          "has none of {clock}, {can.BUS} and {modbus.UNIT} of a unit with run_time."),
+          "has none of " +
+              stepping_placeholders(buses, "and") + "."),
       Field::with_default(
-          "start_timeout", duration(1e-3, 3600.0), "5 s",
+          "start_timeout", duration_schema(1e-3, 3600.0), "5 s",
           "The longest wall-clock time until the process has connected to the virtual buses of its command."),
   });
 }
 
-Schema expectation_schema() {
+/// What a request is on the buses that keep all values of a signal. Empty: on no type.
+std::string meaning_of_request(std::span<const BusSectionType> buses) {
+  std::string text;
+  for (const BusSectionType& type : buses) {
+    if (!type.arrival.empty())
+      text += " Of a signal on a " + type.noun + ", each " + type.arrival + " is a request.";
+  }
+  return text;
+}
+
+Schema expectation_schema(std::span<const BusSectionType> buses) {
   const Schema response = Schema::record({
-      Field::needed(
-          "request", Schema::signal(),
-          "The signal whose changes are requests. Of a signal on a CAN bus, each frame is a request."),
+      Field::needed("request", Schema::signal(),
+                    "The signal whose changes are requests." + meaning_of_request(buses)),
       Field::needed("reply", Schema::signal(), "The signal that replies by taking the value of the request."),
-      Field::needed("within", duration(min_duration_s), "The longest time from a request to its reply."),
+      Field::needed("within", duration_schema(min_duration_s),
+                    "The longest time from a request to its reply."),
       Field::with_default(
           "at_least", Schema::integer(1, 1'000'000'000), "1",
           "The least number of requests that have to be judged. With fewer, the expectation is not checked."),
@@ -326,7 +228,7 @@ Schema expectation_schema() {
       },
       {
           Field::needed("name", Schema::text(), "The expectation's name in the report."),
-          Field::optional("by", duration(0.0),
+          Field::optional("by", duration_schema(0.0),
                           "With eventually: the run time by which the condition has to be true. Left out: "
                           "the end of the run."),
           Field::with_default(
@@ -338,56 +240,34 @@ Schema expectation_schema() {
 
 }  // namespace
 
-Schema scenario_schema() {
-  return Schema::record({
+Schema scenario_schema(std::span<const BusSectionType> buses) {
+  std::vector<Field> fields{
       Field::needed("scenario", Schema::text(), "The scenario's name."),
       Field::optional("about", Schema::text(), "A sentence about the scenario."),
       Field::with_default("base_rate", Schema::quantity(Quantity::frequency_hz, 1.0, 20e3), "1 kHz",
                           "The rate of the base tick. Its period is a whole number of nanoseconds."),
-      Field::with_default("duration", duration(1e-6), "10 s",
+      Field::with_default("duration", duration_schema(1e-6), "10 s",
                           "The run time at which the run ends, a multiple of the base period."),
       Field::with_default("clock", Schema::one_of({"realtime", "virtual"}), "realtime",
                           "realtime: ticks follow the wall clock. virtual: ticks follow one another as fast "
                           "as they complete; two runs with one seed have the same results."),
       Field::with_default("seed", Schema::integer(0, std::numeric_limits<std::int64_t>::max()), "1",
                           "The seed of all random numbers of the run."),
-      Field::with_default("realtime", realtime_schema(), "{}", "The scheduling of the run's threads."),
+      Field::with_default("realtime", realtime_schema(buses), "{}", "The scheduling of the run's threads."),
       Field::with_default("world", world_schema(), "{}", "The shared world."),
       Field::with_default("tasks", Schema::list(task_schema()), "[]",
                           "The modules, in the order in which they run."),
-      Field::with_default("can", Schema::list(can_schema()), "[]", "The CAN buses."),
-      Field::with_default("modbus", Schema::list(modbus_schema()), "[]", "The Modbus units."),
-      Field::optional("dut", process_schema(),
-                      "The device under test, as a process of its own. Left out: a real one is attached."),
-      Field::with_default("processes", Schema::map(process_schema()), "{}",
-                          "Other programs that the run starts and watches."),
-      Field::with_default("expectations", Schema::list(expectation_schema()), "[]",
-                          "The claims that have to hold for the run to pass."),
-  });
-}
-
-Schema register_map_schema() {
-  const Schema entry = Schema::record({
-      Field::needed("name", Schema::name(), "The register's name."),
-      Field::needed("table", Schema::one_of({"coil", "discrete_input", "holding", "input"}),
-                    "The kind of register."),
-      Field::needed("address", Schema::integer(0, 65535),
-                    "The address in the protocol, from 0 (40001 is holding 0)."),
-      Field::needed("type", Schema::one_of({"bool", "u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64"}),
-                    "The type of the value. Wider types take two or four registers."),
-      Field::with_default("word_order", Schema::one_of({"ABCD", "CDAB", "BADC", "DCBA"}), "ABCD",
-                          "The order of the bytes of a value. A is the most significant."),
-      Field::with_default("scale", Schema::number(any_low, any_high), "1", "value = raw * scale + offset."),
-      Field::with_default("offset", Schema::number(any_low, any_high), "0", "value = raw * scale + offset."),
-      Field::optional("unit", Schema::text(), "The unit of the value."),
-      Field::optional("minimum", Schema::number(any_low, any_high), "The least value."),
-      Field::optional("maximum", Schema::number(any_low, any_high), "The greatest value."),
-      Field::with_default("safe", Schema::number(any_low, any_high), "0", "The value in the safe state."),
-      Field::needed("access", Schema::one_of({"read", "write"}),
-                    "write: hil writes the register. read: hil reads it."),
-      Field::optional("about", Schema::text(), "A sentence about the register."),
-  });
-  return Schema::record({Field::needed("registers", Schema::list(entry, 1, 65536), "The registers.")});
+  };
+  for (const BusSectionType& type : buses)
+    fields.push_back(Field::with_default(type.key, Schema::list(type.entry), "[]", type.about));
+  fields.push_back(
+      Field::optional("dut", process_schema(buses),
+                      "The device under test, as a process of its own. Left out: a real one is attached."));
+  fields.push_back(Field::with_default("processes", Schema::map(process_schema(buses)), "{}",
+                                       "Other programs that the run starts and watches."));
+  fields.push_back(Field::with_default("expectations", Schema::list(expectation_schema(buses)), "[]",
+                                       "The claims that have to hold for the run to pass."));
+  return Schema::record(std::move(fields));
 }
 
 }  // namespace hil::config

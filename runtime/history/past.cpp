@@ -142,53 +142,49 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
   return found;
 }
 
-std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::ScannerRecord& scanner,
+std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::RecordedScanner& scanner,
                                                      std::int64_t time_ns) {
-  const std::int64_t sweeps = std::max<std::int64_t>(time_ns - scanner.first_sweep_ns, 0) / scanner.sweep_ns;
-  const std::int64_t begin_ns = scanner.first_sweep_ns + sweeps * scanner.sweep_ns;
-  return {begin_ns, begin_ns + scanner.sweep_ns};
+  const modules::ScannerFacts& facts = scanner.facts();
+  const std::int64_t sweeps = std::max<std::int64_t>(time_ns - facts.first_sweep_ns, 0) / facts.sweep_ns;
+  const std::int64_t begin_ns = facts.first_sweep_ns + sweeps * facts.sweep_ns;
+  return {begin_ns, begin_ns + facts.sweep_ns};
 }
 
-Sweep Past::scan(const modules::ScannerRecord& scanner, std::int64_t time_ns) {
-  const modules::ScanPattern pattern = modules::pattern_of(scanner);
-  const glm::dvec3 mount_m{scanner.mount_m[0], scanner.mount_m[1], scanner.mount_m[2]};
-  const rtstdb::EntityId carrier{scanner.carrier_index, scanner.carrier_generation};
+Sweep Past::scan(const modules::RecordedScanner& scanner, std::int64_t time_ns) {
+  using ScannerBeam = modules::RecordedScanner::Beam;
+  const modules::ScannerFacts& facts = scanner.facts();
   Sweep sweep;
   std::tie(sweep.begin_ns, sweep.end_ns) = sweep_at(scanner, time_ns);
-  const auto most = static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(pattern.first_beam_at(scanner.step_ns) + pattern.rows(), pattern.beams()));
   auto query = taken(database_->prepare(rtstdb::RayQueryOptions{.name = "scan",
-                                                                .capacity = most,
+                                                                .capacity = facts.max_beams_per_step,
                                                                 .mode = rtstdb::RayMode::closest,
-                                                                .ignore_motion = scanner.ignore_motion}));
-  for (std::int64_t offset_ns = 0; offset_ns < scanner.sweep_ns; offset_ns += scanner.step_ns) {
+                                                                .ignore_motion = facts.ignore_motion}));
+  for (std::int64_t offset_ns = 0; offset_ns < facts.sweep_ns; offset_ns += facts.step_ns) {
     const std::int64_t step_ns = sweep.begin_ns + offset_ns;
     sweep.whole = step_ns < to_ns_;
     if (!sweep.whole) break;
-    const std::uint64_t first = pattern.first_beam_at(offset_ns);
-    const std::uint64_t end = pattern.first_beam_at(std::min(offset_ns + scanner.step_ns, scanner.sweep_ns));
-    if (first == end) continue;
-    for (std::uint64_t beam = first; beam < end; ++beam) {
-      rtstdb::Ray& ray = query->rays()[beam - first];
-      ray = {.origin_m = glm::vec3(mount_m),
-             .direction = pattern.direction(pattern.column_of(beam), pattern.row_of(beam)),
-             .lambda_max = static_cast<float>(scanner.range_m),
-             .t = world_time(sweep.begin_ns + pattern.time_ns(beam)),
-             .mask = scanner.mask,
-             .carrier = carrier};
+    const std::vector<ScannerBeam> beams = scanner.beams_of_step(offset_ns);
+    if (beams.empty()) continue;
+    for (std::size_t i = 0; i < beams.size(); ++i) {
+      query->rays()[i] = {.origin_m = glm::vec3(facts.mount_m),
+                          .direction = beams[i].direction,
+                          .lambda_max = static_cast<float>(facts.range_m),
+                          .t = world_time(sweep.begin_ns + beams[i].time_ns),
+                          .mask = facts.mask,
+                          .carrier = facts.carrier};
     }
-    const Instant instant{.time_ns = scanner.ignore_motion ? sweep.begin_ns : step_ns};
-    const rtstdb::Motion motion = row_of(instant, carrier).row.motion;
-    run_query(known_at(instant), *query, static_cast<std::uint32_t>(end - first));
-    for (std::uint64_t beam = first; beam < end; ++beam) {
-      Beam measured{.column = pattern.column_of(beam),
-                    .row = pattern.row_of(beam),
-                    .time_ns = sweep.begin_ns + pattern.time_ns(beam),
-                    .hit = query->hits()[beam - first]};
+    const Instant instant{.time_ns = facts.ignore_motion ? sweep.begin_ns : step_ns};
+    const rtstdb::Motion motion = row_of(instant, facts.carrier).row.motion;
+    run_query(known_at(instant), *query, static_cast<std::uint32_t>(beams.size()));
+    for (std::size_t i = 0; i < beams.size(); ++i) {
+      Beam measured{.column = beams[i].column,
+                    .row = beams[i].row,
+                    .time_ns = sweep.begin_ns + beams[i].time_ns,
+                    .hit = query->hits()[i]};
       const rtstdb::Pose pose = rtstdb::pose_at(motion, world_time(measured.time_ns));
-      const glm::dvec3 along(pattern.direction(measured.column, measured.row));
+      const glm::dvec3 along(beams[i].direction);
       measured.p_world_m =
-          pose.p_world_m + pose.q_world * (mount_m + along * static_cast<double>(measured.hit.lambda));
+          pose.p_world_m + pose.q_world * (facts.mount_m + along * static_cast<double>(measured.hit.lambda));
       sweep.beams.push_back(measured);
     }
   }

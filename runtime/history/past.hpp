@@ -78,9 +78,9 @@ class Past {
   /// The sweep of the run's scanner at a time, as the scanner measured it, or would have if it had been in
   /// time. The beams of each step meet the world as it was when the step began, including all writes of that
   /// instant. A sweep ends early where the history ends.
-  Sweep scan(const modules::ScannerRecord& scanner, std::int64_t time_ns);
+  Sweep scan(const modules::RecordedScanner& scanner, std::int64_t time_ns);
   /// Begin and end of that sweep; before the first sweep, those of the first one.
-  static std::pair<std::int64_t, std::int64_t> sweep_at(const modules::ScannerRecord& scanner,
+  static std::pair<std::int64_t, std::int64_t> sweep_at(const modules::RecordedScanner& scanner,
                                                         std::int64_t time_ns);
 
  private:

@@ -7,6 +7,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/config/diagnostics.hpp"
+#include "runtime/modules/module.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
 
@@ -63,12 +64,16 @@ contribution::WorldRecord load_names(const fs::path& directory) {
   }
 }
 
-std::vector<modules::ScannerRecord> scanners_of(const contribution::WorldRecord& world) {
-  std::vector<modules::ScannerRecord> scanners;
+std::vector<std::unique_ptr<modules::RecordedScanner>> scanners_of(const contribution::WorldRecord& world) {
+  std::vector<std::unique_ptr<modules::RecordedScanner>> scanners;
   try {
-    for (const contribution::ModuleRecord& module : world.modules)
-      if (module.list == modules::scanner_list) scanners.push_back(modules::to_scanner_record(module));
-  } catch (const modules::ScannerRecordError& fault) {
+    for (const contribution::ModuleRecord& record : world.modules) {
+      for (const modules::ModuleType& type : modules::module_types()) {
+        if (type.recall != nullptr && type.recorded_list == record.list)
+          scanners.push_back(type.recall(record));
+      }
+    }
+  } catch (const modules::RecordError& fault) {
     throw HistoryError(Kind::file, fault.what());
   }
   return scanners;
@@ -192,13 +197,14 @@ std::string RunHistory::layers_of(std::uint32_t mask) const {
   return mask == rtstdb::mask_all ? "all" : text;
 }
 
-const modules::ScannerRecord& RunHistory::scanner(const std::string& name) const {
-  for (const modules::ScannerRecord& scanner : scanners_)
-    if (scanner.name == name) return scanner;
-  throw HistoryError(
-      Kind::question,
-      "the run has no scanner '" + name + "'" +
-          config::suggestion(name, names_in(scanners_, [](const auto& scanner) { return scanner.name; })));
+const modules::RecordedScanner& RunHistory::scanner(const std::string& name) const {
+  for (const auto& scanner : scanners_)
+    if (scanner->facts().name == name) return *scanner;
+  throw HistoryError(Kind::question,
+                     "the run has no scanner '" + name + "'" +
+                         config::suggestion(name, names_in(scanners_, [](const auto& scanner) {
+                                              return scanner->facts().name;
+                                            })));
 }
 
 }  // namespace hil::history

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,7 +16,7 @@
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/history/history_error.hpp"
 #include "runtime/history/run_log.hpp"
-#include "runtime/modules/laser_scanner/scanner_record.hpp"
+#include "runtime/modules/recorded_scanner.hpp"
 
 namespace hil::history {
 
@@ -30,7 +31,9 @@ class RunHistory {
   const std::filesystem::path& log() const noexcept { return log_; }
   bool salvage() const noexcept { return salvage_; }
   const contribution::WorldRecord& world() const noexcept { return world_; }
-  const std::vector<modules::ScannerRecord>& scanners() const noexcept { return scanners_; }
+  const std::vector<std::unique_ptr<modules::RecordedScanner>>& scanners() const noexcept {
+    return scanners_;
+  }
   const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
   /// Run time of the end of the run; empty: there is no report, or the run is still running.
   const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
@@ -57,7 +60,7 @@ class RunHistory {
   /// "static, vehicle"; bits without a name are numbered.
   std::string layers_of(std::uint32_t mask) const;
   /// Throws HistoryError (question).
-  const modules::ScannerRecord& scanner(const std::string& name) const;
+  const modules::RecordedScanner& scanner(const std::string& name) const;
 
  private:
   void load_world(const std::filesystem::path& directory);
@@ -65,7 +68,7 @@ class RunHistory {
   std::filesystem::path log_;
   bool salvage_;
   contribution::WorldRecord world_;
-  std::vector<modules::ScannerRecord> scanners_;
+  std::vector<std::unique_ptr<modules::RecordedScanner>> scanners_;
   rtstdb::HistoryExtent extent_;
   std::optional<std::int64_t> end_ns_;
   rtstdb::Version latest_of_run_ = 0;  // according to the report; 0: there is none

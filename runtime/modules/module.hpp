@@ -28,6 +28,7 @@
 #include "runtime/contribution/contribution.hpp"
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/modules/event_log.hpp"
+#include "runtime/modules/recorded_scanner.hpp"
 #include "runtime/modules/world.hpp"
 #include "runtime/signals/signal_table.hpp"
 
@@ -138,6 +139,10 @@ struct ModuleType {
   config::Schema parameters;  ///< a record
   /// Returns null with mistakes for parameters that the schema permits but the module does not.
   std::unique_ptr<Module> (*create)(const config::Value& parameters, config::Diagnostics& diagnostics);
+  /// The key of world.json whose list holds the records that recall reads; empty: the type has no recall.
+  std::string recorded_list{};
+  /// Makes the scanner of a run that is over, from a record of Module::describe. Throws RecordError.
+  std::unique_ptr<RecordedScanner> (*recall)(const contribution::ModuleRecord& record) = nullptr;
 };
 
 /// All module types of the program (table.def), by name.

@@ -1,7 +1,7 @@
 #pragma once
 // The one list of what report.json and world.json hold: every struct of the record, every key, in the order
-// of the file. The writer and the reader both walk it, so they can not disagree. The records of modules in
-// world.json have keys of their own and are no part of the list.
+// of the file. The writer and the reader both walk it, so they can not disagree. The records of buses in
+// report.json and those of modules in world.json have keys of their own and are no part of the list.
 //
 // visit(key, member) is called once per member. Points are stored as compact rows (report_json.cpp).
 
@@ -198,68 +198,20 @@ void each_field(T& scheduler, Visit&& visit) {
   visit("not_reserved", scheduler.not_reserved);
 }
 
-template <Is<FrameLengths> T, class Visit>
-void each_field(T& lengths, Visit&& visit) {
-  visit("message", lengths.message);
-  visit("longer", lengths.longer);
-  visit("shorter", lengths.shorter);
+template <Is<contribution::BusColumn> T, class Visit>
+void each_field(T& column, Visit&& visit) {
+  visit("key", column.key);
+  visit("title", column.title);
+  visit("is_fault", column.is_fault);
 }
 
-template <Is<CanBus> T, class Visit>
-void each_field(T& bus, Visit&& visit) {
-  visit("bus", bus.bus);
-  visit("driver", bus.driver);
-  visit("rx", bus.rx);
-  visit("tx", bus.tx);
-  visit("dropped", bus.dropped);
-  visit("errors", bus.errors);
-  visit("no_buffer", bus.no_buffer);
-  visit("bad_checksum", bus.bad_checksum);
-  visit("bad_counter", bus.bad_counter);
-  visit("unknown_id", bus.unknown_id);
-  visit("bus_load_mean", bus.bus_load_mean);
-  visit("bus_load_peak", bus.bus_load_peak);
-  visit("send_errors", bus.send_errors);
-  visit("send_fault", bus.send_fault);
-  visit("wrong_kind", bus.wrong_kind);
-  visit("saturated", bus.saturated);
-  visit("refused_values", bus.refused_values);
-  visit("dropped_releases", bus.dropped_releases);
-  visit("log_dropped", bus.log_dropped);
-  visit("lost_arrivals", bus.lost_arrivals);
-  visit("fault_dropped_tx", bus.fault_dropped_tx);
-  visit("fault_dropped_rx", bus.fault_dropped_rx);
-  visit("fault_corrupted", bus.fault_corrupted);
-  visit("fault_delayed", bus.fault_delayed);
-  visit("other_lengths", bus.other_lengths);
-}
-
-template <Is<ExceptionCount> T, class Visit>
-void each_field(T& one, Visit&& visit) {
-  visit("code", one.code);
-  visit("count", one.count);
-}
-
-template <Is<ModbusUnit> T, class Visit>
-void each_field(T& unit, Visit&& visit) {
-  visit("device", unit.device);
-  visit("role", unit.role);
-  visit("requests", unit.requests);
-  visit("replies", unit.replies);
-  visit("timeouts", unit.timeouts);
-  visit("errors", unit.errors);
-  visit("reconnects", unit.reconnects);
-  visit("exceptions", unit.exceptions);
-  visit("saturated_outputs", unit.saturated_outputs);
-  visit("saturated_inputs", unit.saturated_inputs);
-  visit("not_a_number_outputs", unit.not_a_number_outputs);
-  visit("not_a_number_inputs", unit.not_a_number_inputs);
-  visit("superseded", unit.superseded);
-  visit("stale", unit.stale);
-  visit("connections", unit.connections);
-  visit("refused_connections", unit.refused_connections);
-  visit("replaced_connections", unit.replaced_connections);
-  visit("dropped_connections", unit.dropped_connections);
+/// Without the records of the buses, which are a list of the file itself (bus_json.hpp).
+template <Is<BusGroup> T, class Visit>
+void each_field(T& group, Visit&& visit) {
+  visit("section", group.section);
+  visit("title", group.title);
+  visit("name_key", group.name_key);
+  visit("columns", group.columns);
 }
 
 template <Is<Process> T, class Visit>
@@ -421,8 +373,7 @@ void each_field(T& record, Visit&& visit) {
   visit("transactions", record.transactions);
   visit("scheduler", record.scheduler);
   visit("database_log", record.database_log);
-  visit("can", record.can);
-  visit("modbus", record.modbus);
+  visit("buses", record.buses);
   visit("processes", record.processes);
   visit("response_times", record.response_times);
   visit("events", record.events);

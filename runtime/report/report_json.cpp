@@ -7,8 +7,10 @@
 #include <utility>
 #include <variant>
 
+#include "runtime/report/bus_json.hpp"
 #include "runtime/report/file_checksum.hpp"
 #include "runtime/report/json_layout.hpp"
+#include "runtime/report/json_place.hpp"
 #include "runtime/report/record_fields.hpp"
 #include "runtime/report/text_safety.hpp"
 
@@ -102,28 +104,6 @@ Json written(const T& value) {
 }
 
 // ---- reading ----
-
-/// A value and where it stands in the file.
-struct Place {
-  const std::string& file;
-  const Json& json;
-  std::string path;
-
-  [[noreturn]] void refuse(const std::string& wanted) const {
-    throw ReportError(file + ": " + (path.empty() ? "the file" : path) + " is " + json.type_name() +
-                      ", not " + wanted);
-  }
-  Place item(std::size_t index) const {
-    return {file, json[index], path + '[' + std::to_string(index) + ']'};
-  }
-  Place member(const char* key) const {
-    if (!json.is_object()) refuse("an object");
-    const auto found = json.find(key);
-    const std::string where = path.empty() ? key : path + '.' + key;
-    if (found == json.end()) throw ReportError(file + ": " + where + " is missing");
-    return {file, *found, where};
-  }
-};
 
 template <class T>
 void read(const Place& place, T& value);
@@ -272,7 +252,10 @@ template <class Record>
 std::string file_of(const Record& record, int version) {
   Json json = Json::object();
   json["schema_version"] = version;
-  json.update(written(record));
+  each_field(record, [&](const char* key, const auto& member) {
+    json[key] = written(member);
+    if constexpr (std::same_as<decltype(member), const std::vector<BusGroup>&>) add_bus_lists(member, json);
+  });
   if constexpr (std::same_as<Record, WorldRecord>) add_module_records(record, json);
   return with_checksum(readable_json(json));
 }
@@ -299,6 +282,7 @@ Record parsed(const std::string& file, std::string_view text, int wanted) {
   Record record;
   read(whole, record);
   if constexpr (std::same_as<Record, WorldRecord>) read_module_records(whole, record);
+  if constexpr (std::same_as<Record, RunRecord>) read_bus_lists(whole, record.buses);
   return record;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/report/bus_fault_text.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/text_safety.hpp"
 
@@ -80,6 +79,11 @@ void add_misses(std::string& out, const Task& task) {
   out += '\n';
 }
 
+void add_bus_faults(std::string& out, const std::string& name, const BusRecord& bus) {
+  for (const contribution::BusSentence& fault : bus.faults)
+    out += "  " + name + ": " + to_ascii(sentence_of(fault)) + '\n';
+}
+
 }  // namespace
 
 std::string live_line(const LiveStatus& status, std::size_t columns) {
@@ -104,13 +108,9 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   }
   if (const std::string sentence = skipped_ticks_sentence(record); !sentence.empty())
     out += "  " + to_ascii(sentence) + '\n';
-  for (const CanBus& bus : record.can) {
-    for (const std::string& sentence : can_shortfalls(bus))
-      out += "  can." + one_line(bus.bus) + ": " + to_ascii(sentence) + '\n';
-  }
-  for (const ModbusUnit& unit : record.modbus) {
-    for (const std::string& sentence : unit_shortfalls(unit))
-      out += "  modbus." + one_line(unit.device) + ": " + to_ascii(sentence) + '\n';
+  for (const BusGroup& group : record.buses) {
+    for (const BusRecord& bus : group.buses)
+      add_bus_faults(out, group.section + "." + one_line(bus.name), bus);
   }
   for (const std::string& sentence : record.realtime.degraded)
     out += "  degraded: " + one_line(sentence) + '\n';
@@ -136,6 +136,10 @@ std::string lost_releases_sentence(const Task& task) {
   if (task.aborted > 0) sentence += ", " + count_text(task.aborted) + " aborted";
   return sentence + " (" +
          percent(static_cast<double>(task.skipped + task.aborted) / static_cast<double>(releases)) + ")";
+}
+
+std::string sentence_of(const contribution::BusSentence& sentence) {
+  return counted(sentence.count, sentence.one.c_str(), sentence.many.c_str()) + ' ' + sentence.words;
 }
 
 std::string sentence_of(const Loss& loss) {

@@ -13,14 +13,17 @@
 #include <string>
 #include <vector>
 
+#include "runtime/contribution/bus_record.hpp"
 #include "runtime/contribution/contribution.hpp"
 
 namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 7;
+inline constexpr int schema_version = 8;
 
+using contribution::BusGroup;
+using contribution::BusRecord;
 using contribution::Event;
 using contribution::FieldOfView;
 using contribution::Layer;
@@ -222,70 +225,6 @@ struct Transactions {
   std::uint64_t hard_misses = 0;
 };
 
-/// Received frames that were longer than their message (the rest is padding), or shorter (only signals that
-/// the frame contains completely were updated).
-struct FrameLengths {
-  std::string message;
-  std::uint64_t longer = 0;
-  std::uint64_t shorter = 0;
-};
-
-/// The log contains what was on the bus: rx + tx + errors - fault_dropped_tx - log_dropped frames.
-struct CanBus {
-  std::string bus;
-  std::string driver;
-  std::uint64_t rx = 0;
-  std::uint64_t tx = 0;         ///< sent, fault_dropped_tx included
-  std::uint64_t dropped = 0;    ///< lost since a queue was full
-  std::uint64_t errors = 0;     ///< error frames
-  std::uint64_t no_buffer = 0;  ///< sends with a full queue; each was retried once
-  std::uint64_t bad_checksum = 0;
-  std::uint64_t bad_counter = 0;
-  std::uint64_t unknown_id = 0;
-  double bus_load_mean = not_known;    ///< of the whole tenths of a second in the run
-  double bus_load_peak = not_known;    ///< the highest of one tenth of a second
-  std::uint64_t send_errors = 0;       ///< sends that the bus refused, or that failed because it was lost
-  std::string send_fault{};            ///< why the first frame that fails the run could not be sent
-  std::uint64_t wrong_kind = 0;        ///< refused received frames: remote requests, or of another format
-  std::uint64_t saturated = 0;         ///< output values beyond their signal's range
-  std::uint64_t refused_values = 0;    ///< output values that were not a number
-  std::uint64_t dropped_releases = 0;  ///< ticks whose outputs were not sent
-  std::uint64_t log_dropped = 0;       ///< frames missing in the log
-  std::uint64_t lost_arrivals = 0;     ///< received values that response times lack
-  std::uint64_t fault_dropped_tx = 0;  ///< sent frames that fault injection dropped: never on the bus
-  std::uint64_t fault_dropped_rx = 0;  ///< frames of other stations that fault injection dropped
-  std::uint64_t fault_corrupted = 0;
-  std::uint64_t fault_delayed = 0;
-  std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
-};
-
-struct ExceptionCount {
-  int code = 0;  ///< of the Modbus protocol
-  std::uint64_t count = 0;
-};
-
-/// Outputs are the registers that hil writes, inputs those that it reads.
-struct ModbusUnit {
-  std::string device;
-  std::string role;  ///< of hil: "client" or "server"
-  std::uint64_t requests = 0;
-  std::uint64_t replies = 0;
-  std::uint64_t timeouts = 0;    ///< requests of a client without a whole reply in time
-  std::uint64_t errors = 0;      ///< exceptions, and invalid replies or requests
-  std::uint64_t reconnects = 0;  ///< connections of a client after the first
-  std::vector<ExceptionCount> exceptions;
-  std::uint64_t saturated_outputs = 0;     ///< values beyond the range of their register
-  std::uint64_t saturated_inputs = 0;      ///< values beyond the range of their register
-  std::uint64_t not_a_number_outputs = 0;  ///< values that were not written
-  std::uint64_t not_a_number_inputs = 0;   ///< values that were not read
-  std::uint64_t superseded = 0;           ///< sets of outputs that a newer set replaced before they were sent
-  std::uint64_t stale = 0;                ///< how often an input became older than max_age
-  std::uint64_t connections = 0;          ///< of a server, accepted
-  std::uint64_t refused_connections = 0;  ///< of a server: no place, or no descriptor
-  std::uint64_t replaced_connections = 0;  ///< of a server: idle ones that it closed for a new client
-  std::uint64_t dropped_connections = 0;   ///< of a server: silent, or without reading the replies
-};
-
 struct Process {
   std::string name;
   std::string command;
@@ -309,9 +248,9 @@ struct Expectation {
   std::optional<std::int64_t> met_ns{};  ///< eventually: the instant at which it became true
 };
 
-/// A bus, a Modbus unit or a process that was lost for longer than its time-out.
+/// A bus or a process that was lost for longer than its time-out.
 struct Loss {
-  std::string what;  ///< "CAN bus car", "Modbus unit plc", "process dut"
+  std::string what;  ///< "CAN bus car", "process dut"
   std::int64_t begin_ns = 0;
   std::int64_t duration_ns = 0;
   bool to_the_end = false;  ///< it was still lost when the run ended
@@ -369,8 +308,7 @@ struct RunRecord {
   Transactions transactions;
   Scheduler scheduler;
   DatabaseLog database_log;
-  std::vector<CanBus> can;
-  std::vector<ModbusUnit> modbus;
+  std::vector<BusGroup> buses;  ///< one for each type of bus, also for those without a bus
   std::vector<Process> processes;
   std::vector<Expectation> expectations;
   std::vector<Loss> losses;

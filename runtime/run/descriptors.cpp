@@ -10,18 +10,20 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "runtime/buses/bus.hpp"
 
 namespace hil::run {
 namespace {
 
-/// Upper bounds: for the GPU driver, the database's log and the files of the run together; for each bus,
-/// unit or process.
+/// Upper bounds: for the GPU driver, the database's log and the files of the run together; for each process.
 constexpr std::size_t needed_by_run = 64;
-constexpr std::size_t needed_by_each_device = 8;
+constexpr std::size_t needed_by_each_process = 8;
 
 std::size_t needed_by(const config::Scenario& scenario) {
-  return needed_by_run +
-         needed_by_each_device * (scenario.can.size() + scenario.modbus.size() + scenario.processes.size());
+  std::size_t needed = needed_by_run + needed_by_each_process * scenario.processes.size();
+  for (const auto& section : scenario.buses)
+    needed += buses::type_of(*section).max_descriptors;
+  return needed;
 }
 
 /// The number of descriptors that this process can open now, at most `wanted`.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "runtime/buses/links.hpp"
 #include "runtime/executive/task.hpp"
 #include "runtime/signals/signal_table.hpp"
 
@@ -15,18 +16,8 @@ namespace hil::run {
 
 class DeviceLink final : public executive::Task {
  public:
-  /// The source of an output's value.
-  struct Source {
-    signals::SignalId signal;  ///< invalid: the constant
-    double constant = 0.0;
-  };
-  struct Links {
-    std::vector<signals::SignalId> inputs;  ///< by input channel
-    std::vector<Source> outputs;            ///< by output channel
-    signals::SignalId connected;            ///< 1 while the device is connected, else 0; invalid: no signal
-    std::vector<signals::SignalId> fresh;   ///< by input group: 1 while one of its inputs is fresh, else 0;
-                                            ///< invalid: no signal
-  };
+  using Source = buses::Source;
+  using Links = buses::Links;
 
   DeviceLink(io::Device& device, Links links, signals::SignalTable& table, io::Pacing pacing);
 

@@ -23,7 +23,7 @@ class LossWatch {
  public:
   struct Subject {
     const io::Device* device = nullptr;  ///< outlives the watch
-    std::string name;                    ///< "CAN bus car", "Modbus unit plc"
+    std::string name;                    ///< with the noun of its type: "CAN bus car"
     bool may_be_lost = false;            ///< its loss does not make the run fail
   };
   explicit LossWatch(std::vector<Subject> subjects);

@@ -1,50 +1,13 @@
 #include "runtime/run/run_devices.hpp"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <pthread.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <utility>
 #include <variant>
 
-#include "io/can/socketcan_bus.hpp"
-#include "runtime/run/run_record_parts.hpp"
-
 namespace hil::run {
-namespace {
-
-/// A TCP port on loopback that no program uses now.
-std::uint16_t free_port() {
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  const bool ok = fd >= 0 && bind(fd, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
-                  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0;
-  if (fd >= 0) close(fd);
-  if (!ok) throw io::DeviceError(std::string("no free TCP port on loopback: ") + std::strerror(errno));
-  return ntohs(address.sin_port);
-}
-
-io::virtual_bus::HubConfig hub_config(const config::CanSection& section, std::uint64_t seed,
-                                      std::size_t connection_count) {
-  return {.name = section.bus.text,
-          .path = {},
-          .faults = {.drop_probability = section.faults.drop,
-                     .corrupt_probability = section.faults.corrupt,
-                     .delay_probability = section.faults.delay_ns > 0 ? 1.0 : 0.0,
-                     .delay_ns = section.faults.delay_ns,
-                     .seed = seed},
-          .expected_clients = connection_count};
-}
-
-}  // namespace
 
 std::function<void()> RunDevices::thread_start(std::optional<int> priority, const std::string& name) {
   return [this, priority, name] {
@@ -59,35 +22,22 @@ std::function<void()> RunDevices::thread_start(std::optional<int> priority, cons
   };
 }
 
-void RunDevices::open_buses() {
-  for (const WiredCan& wired : wiring_.can) {
-    const config::CanSection& section = *wired.section;
-    Bus bus{.wired = &wired,
-            .device = nullptr,
-            .hub = nullptr,
-            .stations = BusStations(context_.scenario, section)};
-    std::unique_ptr<io::can::Bus> port;
-    if (section.is_virtual()) {
-      auto hub = std::make_unique<io::virtual_bus::Hub>(
-          hub_config(section, context_.scenario.seed, bus.stations.connection_count()));
-      bus.hub = hub.get();
-      port = std::move(hub);
-    } else {
-      port =
-          std::make_unique<io::can::SocketCanBus>(io::can::SocketCanConfig{.interface = section.interface});
-    }
-    io::can::CanDeviceConfig config = wired.device;
-    config.log_file = context_.options.directory / ("can-" + section.bus.text + ".log");
-    config.on_thread_start = thread_start(section.thread_priority, "can " + section.bus.text);
-    bus.device = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
+void RunDevices::make() {
+  for (const WiredBus& wired : wiring_.buses) {
+    const config::BusSection& section = *wired.section;
+    const std::string thread_name = section.type->key + " " + section.name.text;
+    RunningBus& bus = buses_.emplace_back(RunningBus{
+        .wired = &wired,
+        .device =
+            wired.bus->make_device({.scenario = context_.scenario,
+                                    .directory = context_.options.directory,
+                                    .on_thread_start = thread_start(section.thread_priority, thread_name)})});
     keep_judged_arrivals(bus);
-    buses_.push_back(std::move(bus));
-    buses_.back().device->start(context_.device_clock, context_.pacing());
-    context_.log.info("bus " + section.bus.text + ": " + address_of("can", section.bus.text));
+    if (bus.device->start_phase() == buses::StartPhase::before_programs) start(bus);
   }
 }
 
-void RunDevices::keep_judged_arrivals(Bus& bus) {
+void RunDevices::keep_judged_arrivals(RunningBus& bus) {
   const std::vector<signals::SignalId>& inputs = bus.wired->links.inputs;
   for (const config::Expectation& expectation : context_.scenario.expectations) {
     const auto* response = std::get_if<config::Response>(&expectation.claim);
@@ -96,89 +46,63 @@ void RunDevices::keep_judged_arrivals(Bus& bus) {
       const signals::SignalId signal = *wiring_.signals.find(word->text);
       const auto input = std::find(inputs.begin(), inputs.end(), signal);
       if (input == inputs.end()) continue;
-      arrivals_.keep(*bus.device, static_cast<std::size_t>(input - inputs.begin()), signal);
+      arrivals_.keep(bus.device->device(), static_cast<std::size_t>(input - inputs.begin()), signal);
     }
   }
 }
 
-void RunDevices::choose_ports() {
-  for (const WiredModbus& wired : wiring_.modbus) {
-    const config::ModbusSection& section = *wired.section;
-    units_.push_back({.wired = &wired,
-                      .endpoint = {.host = section.host, .port = section.port ? *section.port : free_port()},
-                      .client = nullptr,
-                      .server = nullptr});
-  }
+void RunDevices::start(RunningBus& bus) {
+  bus.device->device().start(context_.device_clock, context_.pacing());
+  const config::BusSection& section = *bus.wired->section;
+  if (!section.type->has_address) return;
+  context_.log.info(section.type->name_key + " " + section.name.text + ": " + bus.device->address());
 }
 
-void RunDevices::open_units(io::modbus::Role role) {
-  for (Unit& unit : units_) {
-    const config::ModbusSection& section = *unit.wired->section;
-    if (section.role != role) continue;
-    if (role == io::modbus::Role::client) {
-      unit.client = std::make_unique<io::modbus::ClientDevice>(client_settings(section, unit.endpoint),
-                                                               section.registers);
-    } else {
-      unit.server = std::make_unique<io::modbus::ServerDevice>(server_settings(section, unit.endpoint),
-                                                               section.registers);
-    }
-    unit.device().start(context_.device_clock, context_.pacing());
-    context_.log.info("unit " + section.unit.text + ": " + unit.endpoint.to_text());
-  }
-}
-
-bool RunDevices::all_stations_connected(const ProcessWatch& processes, std::int64_t waited_ns) const {
+bool RunDevices::all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const {
+  const buses::StartedPrograms programs{
+      .process_of = [&](const std::string& name) { return processes.process_of(name); },
+      .waited_ns = waited_ns};
   bool complete = true;
-  for (const Bus& bus : buses_) {
-    const bool connected = bus.hub == nullptr || bus.stations.all_connected(*bus.hub, processes, waited_ns);
+  for (const RunningBus& bus : buses_) {
+    const bool connected = bus.device->all_programs_connected(programs);
     complete = connected && complete;
   }
   return complete;
 }
 
-void RunDevices::link() {
+void RunDevices::finish() {
+  for (RunningBus& bus : buses_) {
+    if (bus.device->start_phase() == buses::StartPhase::after_programs) start(bus);
+  }
   std::vector<LossWatch::Subject> subjects;
-  for (const Bus& bus : buses_) {
-    links_.push_back(
-        std::make_unique<DeviceLink>(*bus.device, bus.wired->links, wiring_.signals, context_.pacing()));
-    subjects.push_back({bus.device.get(), "CAN bus " + bus.device->name(), bus.wired->section->may_be_lost});
-  }
-  for (const Unit& unit : units_) {
-    links_.push_back(
-        std::make_unique<DeviceLink>(unit.device(), unit.wired->links, wiring_.signals, context_.pacing()));
-    subjects.push_back(
-        {&unit.device(), "Modbus unit " + unit.device().name(), unit.wired->section->may_be_lost});
-  }
   std::vector<const io::Device*> devices;
-  for (const auto& link : links_)
-    devices.push_back(&link->device());
+  for (const RunningBus& bus : buses_) {
+    const config::BusSection& section = *bus.wired->section;
+    io::Device& device = bus.device->device();
+    links_.push_back(
+        std::make_unique<DeviceLink>(device, bus.wired->links, wiring_.signals, context_.pacing()));
+    subjects.push_back({&device, section.type->noun + " " + section.name.text, section.may_be_lost});
+    devices.push_back(&device);
+  }
   device_watch_.emplace(devices);
   loss_watch_.emplace(std::move(subjects));
 }
 
 std::string RunDevices::address_of(const std::string& section, const std::string& name) const {
   if (section == "clock") return context_.is_virtual ? "stepped" : "wall";
-  if (section == "can") {
-    for (const Bus& bus : buses_) {
-      if (bus.wired->section->bus.text != name) continue;
-      return bus.hub != nullptr ? bus.hub->address() : "socketcan:" + bus.wired->section->interface;
-    }
-  }
-  for (const Unit& unit : units_) {
-    if (unit.wired->section->unit.text == name) return unit.endpoint.to_text();
+  for (const RunningBus& bus : buses_) {
+    const config::BusSection& of_bus = *bus.wired->section;
+    if (of_bus.type->key == section && of_bus.name.text == name) return bus.device->address();
   }
   return {};
 }
 
 void RunDevices::add_tasks(executive::Executive& executive) {
-  auto link = links_.begin();
-  const auto add = [&](const std::string& name, std::uint32_t every_ticks) {
-    executive.add_task({.name = name, .every_ticks = every_ticks, .thread = {}}, **link++);
-  };
-  for (const Bus& bus : buses_)
-    add("can." + bus.wired->section->bus.text, bus.wired->section->every_ticks);
-  for (const Unit& unit : units_)
-    add("modbus." + unit.wired->section->unit.text, unit.wired->section->every_ticks);
+  for (std::size_t i = 0; i < buses_.size(); ++i) {
+    const config::BusSection& section = *buses_[i].wired->section;
+    executive.add_task({.name = section.full_name(), .every_ticks = section.every_ticks, .thread = {}},
+                       *links_[i]);
+  }
 }
 
 void RunDevices::begin_tick(std::int64_t time_ns) noexcept {
@@ -210,8 +134,10 @@ void RunDevices::check() {
 
 std::vector<report::LiveBus> RunDevices::bus_loads() const {
   std::vector<report::LiveBus> loads;
-  for (const Bus& bus : buses_)
-    loads.push_back({bus.wired->section->bus.text, bus.device->counters().bus_load});
+  for (const RunningBus& bus : buses_) {
+    if (const std::optional<double> load = bus.device->load())
+      loads.push_back({bus.wired->section->name.text, *load});
+  }
   return loads;
 }
 
@@ -231,10 +157,11 @@ void RunDevices::take_last_events() {
 }
 
 void RunDevices::fill(report::RunRecord& record) const {
-  for (const Bus& bus : buses_)
-    record.can.push_back(can_bus_of(*bus.device));
-  for (const Unit& unit : units_)
-    record.modbus.push_back(unit.client ? modbus_unit_of(*unit.client) : modbus_unit_of(*unit.server));
+  for (const RunningBus& bus : buses_) {
+    const auto group =
+        std::ranges::find(record.buses, bus.wired->section->type->key, &report::BusGroup::section);
+    group->buses.push_back(bus.device->record());
+  }
 }
 
 std::vector<std::string> RunDevices::send_faults() const {
@@ -247,21 +174,16 @@ std::vector<std::string> RunDevices::send_faults() const {
 
 std::vector<std::string> RunDevices::log_files() const {
   std::vector<std::string> files;
-  for (const Bus& bus : buses_)
-    files.push_back("can-" + bus.device->name() + ".log");
+  for (const RunningBus& bus : buses_) {
+    if (std::string file = bus.device->log_file(); !file.empty()) files.push_back(std::move(file));
+  }
   return files;
 }
 
 std::vector<std::string> RunDevices::log_faults() const {
   std::vector<std::string> faults;
-  for (const Bus& bus : buses_) {
-    const std::uint64_t frames = bus.device->counters().log_dropped;
-    if (const std::string fault = bus.device->log_fault(); !fault.empty()) {
-      faults.push_back(fault);
-    } else if (frames > 0) {
-      faults.push_back("can-" + bus.device->name() + ".log lacks " + std::to_string(frames) +
-                       " frames: the disk was too slow");
-    }
+  for (const RunningBus& bus : buses_) {
+    if (std::string fault = bus.device->log_fault(); !fault.empty()) faults.push_back(std::move(fault));
   }
   return faults;
 }

@@ -1,9 +1,9 @@
 #pragma once
-// The CAN buses and Modbus units of a run: opens them, exchanges their values with the signals every tick,
-// watches them, and closes them.
+// The buses of a run: opens their devices, exchanges their values with the signals every tick, watches them,
+// and closes them.
 //
-// Opening: open_buses, choose_ports and open_units(server) before the programs that use their addresses are
-// started; open_units(client) and link after that.
+// Opening: make, before the programs that use the addresses are started; finish, after the programs have
+// connected (all_programs_connected).
 //
 // Threads: opening, stop and the record on the thread that opens the run; begin_tick and the tasks on the
 // base thread; check, bus_loads and enter_safe_state on any ordinary thread while the run goes on.
@@ -15,11 +15,11 @@
 #include <string>
 #include <vector>
 
-#include "io/virtual/hub.hpp"
+#include "runtime/buses/bus.hpp"
 #include "runtime/executive/executive.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/arrivals.hpp"
-#include "runtime/run/bus_stations.hpp"
+#include "runtime/run/device_link.hpp"
 #include "runtime/run/device_watch.hpp"
 #include "runtime/run/loss_watch.hpp"
 #include "runtime/run/run_context.hpp"
@@ -34,17 +34,18 @@ class RunDevices {
       : wiring_(wiring), context_(context), arrivals_(arrivals) {}
 
   // All of opening throws io::DeviceError.
-  void open_buses();
-  void choose_ports();
-  void open_units(io::modbus::Role role);
-  /// Whether all programs that have a virtual bus's address have connected to it (BusStations).
-  bool all_stations_connected(const ProcessWatch& processes, std::int64_t waited_ns) const;
-  void link();
+  /// Makes all devices and starts those that programs of the run connect to.
+  void make();
+  /// Whether all programs that have the address of a bus have connected to it. `waited_ns`: since the
+  /// programs were started.
+  bool all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const;
+  /// Starts the other devices and links all with their signals.
+  void finish();
 
   /// The text for {section.name} in a command: an address, or the kind of clock.
   std::string address_of(const std::string& section, const std::string& name) const;
 
-  /// Adds a task for each device, named "can.<bus>" or "modbus.<unit>".
+  /// Adds a task for each bus, with its full name.
   void add_tasks(executive::Executive& executive);
   /// Latches the inputs; the devices' tasks release safe values while a loss is not permitted.
   void begin_tick(std::int64_t time_ns) noexcept;
@@ -62,7 +63,7 @@ class RunDevices {
   /// After stop: writes the events since the last check to run.log.
   void take_last_events();
 
-  /// Fills in can and modbus.
+  /// Fills in the groups of buses.
   void fill(report::RunRecord& record) const;
   const std::vector<report::Event>& events() const noexcept { return device_watch_->events(); }
   const LossWatch& losses() const noexcept { return *loss_watch_; }
@@ -73,30 +74,19 @@ class RunDevices {
   std::vector<std::string> log_faults() const;
 
  private:
-  struct Bus {
-    const WiredCan* wired = nullptr;
-    std::unique_ptr<io::can::CanDevice> device;
-    io::virtual_bus::Hub* hub = nullptr;  ///< of a virtual bus
-    BusStations stations;
+  struct RunningBus {
+    const WiredBus* wired = nullptr;
+    std::unique_ptr<buses::BusDevice> device;
   };
-  struct Unit {
-    const WiredModbus* wired = nullptr;
-    io::modbus::Endpoint endpoint;
-    std::unique_ptr<io::modbus::ClientDevice> client;
-    std::unique_ptr<io::modbus::ServerDevice> server;
-    io::Device& device() const {
-      return client ? static_cast<io::Device&>(*client) : static_cast<io::Device&>(*server);
-    }
-  };
-  void keep_judged_arrivals(Bus& bus);
+  void start(RunningBus& bus);
+  void keep_judged_arrivals(RunningBus& bus);
   std::function<void()> thread_start(std::optional<int> priority, const std::string& name);
 
   Wiring& wiring_;
   RunContext& context_;
   Arrivals& arrivals_;
-  std::vector<Bus> buses_;
-  std::vector<Unit> units_;
-  std::vector<std::unique_ptr<DeviceLink>> links_;  ///< buses, then units
+  std::vector<RunningBus> buses_;                   ///< in the order of the scenario
+  std::vector<std::unique_ptr<DeviceLink>> links_;  ///< by bus
   std::optional<DeviceWatch> device_watch_;
   std::optional<LossWatch> loss_watch_;
 };

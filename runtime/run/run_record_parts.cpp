@@ -62,19 +62,6 @@ report::BaseStage stage(const char* name, const executive::Histogram& histogram)
   return {name, histogram.total_ns(), quantiles_of(histogram)};
 }
 
-void take_values(const io::modbus::ValueCounters& counters, report::ModbusUnit& unit) {
-  unit.saturated_outputs = counters.saturated_outputs;
-  unit.saturated_inputs = counters.saturated_inputs;
-  unit.not_a_number_outputs = counters.not_a_number_outputs;
-  unit.not_a_number_inputs = counters.not_a_number_inputs;
-}
-
-void take_exceptions(const io::modbus::ExceptionCounts& counts, report::ModbusUnit& unit) {
-  for (std::size_t code = 0; code < counts.size(); ++code) {
-    if (counts[code] > 0) unit.exceptions.push_back({static_cast<int>(code), counts[code]});
-  }
-}
-
 const char* policy_name(config::Overrun overrun) {
   switch (overrun) {
     case config::Overrun::skip:
@@ -230,73 +217,6 @@ report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb
   log.faults = durability.faults;
   log.last_fault = durability.last_fault;
   return log;
-}
-
-report::CanBus can_bus_of(const io::can::CanDevice& device) {
-  const io::can::CanCounters counters = device.counters();
-  report::CanBus bus;
-  bus.bus = device.name();
-  bus.driver = device.bus().description();
-  bus.rx = counters.rx;
-  bus.tx = counters.tx;
-  bus.dropped = counters.dropped;
-  bus.errors = counters.errors;
-  bus.no_buffer = counters.no_buffer;
-  bus.bad_checksum = counters.bad_checksum;
-  bus.bad_counter = counters.bad_counter;
-  bus.unknown_id = counters.unknown_id;
-  bus.bus_load_mean = counters.bus_load_mean;
-  bus.bus_load_peak = counters.bus_load_peak;
-  bus.send_errors = counters.send_errors;
-  bus.send_fault = device.send_fault();
-  bus.wrong_kind = counters.wrong_kind;
-  bus.saturated = counters.saturated;
-  bus.refused_values = counters.refused_values;
-  bus.dropped_releases = counters.dropped_releases;
-  bus.log_dropped = counters.log_dropped;
-  bus.lost_arrivals = counters.lost_arrivals;
-  bus.fault_dropped_tx = counters.injected.dropped_tx;
-  bus.fault_dropped_rx = counters.injected.dropped_rx;
-  bus.fault_corrupted = counters.injected.corrupted;
-  bus.fault_delayed = counters.injected.delayed;
-  for (const io::can::LengthCounts& counts : device.other_lengths())
-    bus.other_lengths.push_back({counts.message, counts.longer, counts.shorter});
-  return bus;
-}
-
-report::ModbusUnit modbus_unit_of(const io::modbus::ClientDevice& device) {
-  const io::modbus::ClientCounters counters = device.counters();
-  report::ModbusUnit unit;
-  unit.device = device.name();
-  unit.role = "client";
-  unit.requests = counters.requests;
-  unit.replies = counters.replies;
-  unit.timeouts = counters.timeouts;
-  unit.errors = counters.errors;
-  unit.reconnects = counters.reconnects;
-  unit.superseded = counters.superseded_releases;
-  unit.stale = counters.stale_inputs;
-  take_values(counters.values, unit);
-  take_exceptions(counters.by_code, unit);
-  return unit;
-}
-
-report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device) {
-  const io::modbus::ServerCounters counters = device.counters();
-  report::ModbusUnit unit;
-  unit.device = device.name();
-  unit.role = "server";
-  unit.requests = counters.requests;
-  unit.replies = counters.replies;
-  unit.errors = counters.exceptions + counters.malformed;
-  unit.stale = device.stale_inputs();
-  unit.connections = counters.accepted;
-  unit.refused_connections = counters.refused;
-  unit.replaced_connections = counters.replaced;
-  unit.dropped_connections = counters.dropped_silent + counters.dropped_not_reading;
-  take_values(device.value_counters(), unit);
-  take_exceptions(counters.by_code, unit);
-  return unit;
 }
 
 }  // namespace hil::run

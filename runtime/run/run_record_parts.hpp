@@ -1,11 +1,8 @@
 #pragma once
-// Converts the results of the executive, the database and the devices into the report's record.
+// Converts the results of the executive and the database into the report's record.
 
 #include <rtstdb/database.hpp>
 
-#include "io/can/can_device.hpp"
-#include "io/modbus/client_device.hpp"
-#include "io/modbus/server_device.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/executive/result.hpp"
 #include "runtime/report/run_record.hpp"
@@ -24,8 +21,5 @@ report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts);
 rtstdb::DurabilityMode durability_mode(config::Durability durability);
 report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest,
                                     const rtstdb::TransactionCounts& counts);
-report::CanBus can_bus_of(const io::can::CanDevice& device);
-report::ModbusUnit modbus_unit_of(const io::modbus::ClientDevice& device);
-report::ModbusUnit modbus_unit_of(const io::modbus::ServerDevice& device);
 
 }  // namespace hil::run

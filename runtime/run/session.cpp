@@ -64,6 +64,7 @@ void describe(const config::Scenario& scenario, const SessionOptions& options, r
   record.seed = scenario.seed;
   record.overrides = options.overrides;
   record.program_version = HIL_VERSION;
+  record.buses = buses::empty_groups();
 }
 
 /// One run while it lives: wires its world, devices, processes, judges and logs to the executive.
@@ -131,13 +132,10 @@ class LiveSession final : public executive::TickHooks {
 void LiveSession::open() {
   context_.log.info("scenario " + scenario_.name + " from " + scenario_.file);
   world_ = std::make_unique<RunWorld>(wiring_, context_);
-  devices_.open_buses();
-  devices_.choose_ports();
-  devices_.open_units(io::modbus::Role::server);  // processes may be its clients
+  devices_.make();
   start_processes();
   wait_for_stations();
   open_clients();
-  devices_.link();
   judges_.emplace(scenario_, wiring_.signals, arrivals_);
   signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
                                             context_.is_virtual);
@@ -176,17 +174,17 @@ void LiveSession::refuse_ended_process(const std::string& process, const std::st
 void LiveSession::wait_for_stations() {
   const auto began = std::chrono::steady_clock::now();
   while (!stop_requested_.load()) {  // a run that is to stop ends with its first tick
-    if (devices_.all_stations_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
+    if (devices_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
       return;
     if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, "");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 }
 
-/// Connects to the units that hil is the client of. Processes of the run may serve them.
+/// Starts the devices that connect to others. Processes of the run may serve them.
 void LiveSession::open_clients() {
   try {
-    devices_.open_units(io::modbus::Role::client);
+    devices_.finish();
   } catch (const io::DeviceError& error) {
     const std::string ended = processes_->first_ended();
     if (ended.empty()) throw;

@@ -19,6 +19,12 @@ bool exceeds(std::uint64_t part, std::uint64_t whole, double max_lost) {
   return whole > 0 && static_cast<double>(part) > max_lost * static_cast<double>(whole);
 }
 
+/// 0 when the bus does not count them.
+std::uint64_t dropped_releases(const report::BusRecord& bus) {
+  const contribution::BusField* const field = bus.find(contribution::dropped_releases_key);
+  return field != nullptr ? std::get<std::uint64_t>(field->value) : 0;
+}
+
 const report::Expectation* first_with(const report::RunRecord& record, report::ExpectationResult result) {
   for (const report::Expectation& expectation : record.expectations) {
     if (expectation.result == result) return &expectation;
@@ -41,14 +47,17 @@ std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) 
                    max_lost);
     }
   }
-  for (const report::CanBus& bus : record.can) {
-    const std::string task_name = "can." + bus.bus;
-    const auto task = std::ranges::find(record.tasks, task_name, &report::Task::name);
-    if (task == record.tasks.end() || !exceeds(bus.dropped_releases, task->runs, max_lost)) continue;
-    return above("task " + task_name + ": the outputs of " + std::to_string(bus.dropped_releases) + " of " +
-                     report::counted(task->runs, "run", "runs") +
-                     " were not sent: the bus's thread was too slow",
-                 max_lost);
+  for (const report::BusGroup& group : record.buses) {
+    for (const report::BusRecord& bus : group.buses) {
+      const std::string task_name = group.section + "." + bus.name;
+      const std::uint64_t dropped = dropped_releases(bus);
+      const auto task = std::ranges::find(record.tasks, task_name, &report::Task::name);
+      if (task == record.tasks.end() || !exceeds(dropped, task->runs, max_lost)) continue;
+      return above("task " + task_name + ": the outputs of " + std::to_string(dropped) + " of " +
+                       report::counted(task->runs, "run", "runs") +
+                       " were not sent: the bus's thread was too slow",
+                   max_lost);
+    }
   }
   return {};
 }

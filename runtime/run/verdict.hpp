@@ -27,7 +27,7 @@ struct VerdictInputs {
   const executive::RunResult& result;
   bool gpu_lost = false;
   bool interrupted = false;
-  /// The share of base ticks, of each task's releases and of each CAN bus's outputs that may be lost.
+  /// The share of base ticks, of each task's releases and of each bus's outputs that may be lost.
   double max_lost = 1.0;
   const std::optional<config::Condition>& fail_on;
 };

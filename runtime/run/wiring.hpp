@@ -3,20 +3,17 @@
 // files are read once and mistakes in them are found early. Opens no device, so that `hil check` can use
 // it. Every mistake has its place and the nearest known name.
 //
-// Names of signals: "<module>.<output>", "can.<bus>.<Message>.<Signal>", "modbus.<unit>.<entry>". For every
-// device also "can.<bus>.connected", "can.<bus>.<Message>.fresh", "modbus.<unit>.connected" and
-// "modbus.<unit>.<entry>.fresh" (1 or 0), unless a signal of the device has that name.
+// Names of signals: "<module>.<output>", "<type of bus>.<bus>.<input>". For every bus also
+// "<type of bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), unless a signal
+// of the device has that name.
 
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "io/can/can_device.hpp"
-#include "io/modbus/client_device.hpp"
-#include "io/modbus/server_device.hpp"
+#include "runtime/buses/bus.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/modules/module.hpp"
-#include "runtime/run/device_link.hpp"
 #include "runtime/run/module_task.hpp"
 #include "runtime/run/scenery.hpp"
 
@@ -28,15 +25,10 @@ struct WiredModule {
   ModuleTask::Links links;
 };
 
-struct WiredCan {
-  const config::CanSection* section = nullptr;
-  io::can::CanDeviceConfig device;
-  DeviceLink::Links links;
-};
-
-struct WiredModbus {
-  const config::ModbusSection* section = nullptr;
-  DeviceLink::Links links;
+struct WiredBus {
+  const config::BusSection* section = nullptr;
+  std::unique_ptr<buses::Bus> bus;
+  buses::Links links;
 };
 
 /// The scenario outlives it.
@@ -47,24 +39,16 @@ struct Wiring {
   Scenery scenery;
   signals::SignalTable signals;
   std::vector<WiredModule> modules;
-  std::vector<WiredCan> can;
-  std::vector<WiredModbus> modbus;
+  std::vector<WiredBus> buses;  ///< in the order of the scenario
 };
 
-/// The schemas of all module types, for config::load_scenario.
-config::SchemaOfModules module_schemas();
+/// All types of modules and buses, for config::load_scenario.
+config::ScenarioTypes scenario_types();
 
 /// The properties of a module's task.
 modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section);
 
 /// Empty when there is a mistake.
 std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics);
-
-/// The settings of a unit, from its section and the endpoint that it uses: the section may leave the port
-/// open.
-io::modbus::ClientSettings client_settings(const config::ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint);
-io::modbus::ServerSettings server_settings(const config::ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint);
 
 }  // namespace hil::run

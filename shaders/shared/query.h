@@ -37,7 +37,7 @@ RTSTDB_CONSTANT(ray_begins_bit, 0x80000000u)
   F(uint, still)     /* 1: every ray has time still_ns */                                                    \
   F(uint, still_ns)  /* low word */                                                                          \
   F(uint, window_begin_ns) /* low word */                                                                    \
-  F(float, per_window_ns)  /* 1 over the window's length; 0: the window is an instant */                             \
+  F(float, per_window_ns)  /* 1 over the window's length; 0: the window is an instant */                     \
   F(uint, hits_per_ray)                                                                                      \
   F(uvec2, hits)      /* their address, low word first */                                                    \
   F(float, faces)     /* 0: both sides are hit, 1: fronts alone, -1: backs alone */                          \

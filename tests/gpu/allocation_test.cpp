@@ -1,5 +1,5 @@
-// The real-time path: recording, submitting, waiting and reading timestamps allocate nothing of ours, nor
-// does a transaction that asks.
+// The real-time path of rtstdb allocates no memory: recording, submitting, waiting, reading timestamps, and
+// transactions with queries.
 
 #include <algorithm>
 #include <atomic>
@@ -15,10 +15,10 @@
 
 namespace {
 
-/// Allocations of C++ on the counting thread. The driver below is C and does what it does.
+/// Allocations by operator new on the counting thread; the driver is written in C.
 thread_local bool counting = false;
 thread_local std::size_t allocations = 0;
-/// Those of all threads: of the database's own too, and of what the driver has in C++.
+/// Of all threads, with those of the database and the C++ parts of the driver.
 std::atomic<bool> counting_everywhere = false;
 std::atomic<std::size_t> allocations_everywhere = 0;
 
@@ -64,8 +64,8 @@ void operator delete[](void* memory, std::size_t) noexcept {
 namespace rtstdb::gpu::test {
 namespace {
 
-/// Without the validation layer, which allocates as it likes.
-TEST(Allocation, NoneInTheRealTimePath) {
+/// Without the validation layer, which allocates.
+TEST(Allocation, NoneByRecordersAndTimelines) {
   auto opened = Device::open(test_device_options(false));
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   Device& device = *opened.value();
@@ -106,12 +106,12 @@ TEST(Allocation, NoneInTheRealTimePath) {
   EXPECT_EQ(allocations, 0u);
 
   counting = true;
-  { const auto proof = std::make_unique<int>(1); }
+  { const auto counted = std::make_unique<int>(1); }
   counting = false;
-  EXPECT_EQ(allocations, 1u) << "the counter counts";
+  EXPECT_EQ(allocations, 1u) << "the allocation is not counted";
 }
 
-/// A database without the validation layer, with a sphere, and twenty entities of it that move at every tick.
+/// A database without the validation layer, with twenty spheres that move in each tick.
 class TransactionAllocation : public testing::Test {
  protected:
   void SetUp() override {
@@ -126,7 +126,7 @@ class TransactionAllocation : public testing::Test {
   }
   Database& database() { return *database_; }
 
-  /// `fill` gives the k-th element its question at an instant.
+  /// `fill(element, k, now)` fills the k-th element.
   template <class Query, class Elements, class Fill>
   void expect_none(Query& query, Elements elements, Fill fill) {
     const auto tick = [&] {
@@ -143,7 +143,7 @@ class TransactionAllocation : public testing::Test {
       }
       return status;
     };
-    for (int i = 0; i < 11; ++i)  // every slot once, and what the driver compiles late
+    for (int i = 0; i < 11; ++i)  // uses each slot, and the driver compiles kernels
       ASSERT_EQ(tick(), Status::committed);
     std::size_t committed = 0;
     counting_everywhere = true;
@@ -204,17 +204,17 @@ TEST_F(TransactionAllocation, NoneByNearest) {
   });
   EXPECT_EQ(query.value()->answers()[0].neighbors.size(), 3u);
 
-  std::thread elsewhere([] {
+  std::thread other([] {
     counting_everywhere = true;
-    const auto proof = std::make_unique<int>(1);
+    const auto counted = std::make_unique<int>(1);
     counting_everywhere = false;
   });
-  elsewhere.join();
-  EXPECT_GT(allocations_everywhere, 0u) << "the counter counts on any thread";
+  other.join();
+  EXPECT_GT(allocations_everywhere, 0u) << "the allocation is not counted";
 }
 
-/// Nor does a shape that is refitted, nor one for which a tree is built anew.
-TEST(Allocation, NoneInAGeometryUpdate) {
+/// By refits and rebuilds of a deforming geometry.
+TEST(Allocation, NoneByGeometryUpdates) {
   auto opened = Database::open({.gpu = test_device_options(false).select, .validation = Validation::off});
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   Database& database = *opened.value();
@@ -226,7 +226,7 @@ TEST(Allocation, NoneInAGeometryUpdate) {
     mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
   }
   const auto geometry = database.add_geometry(mesh, "sheet", {.deforms = true});
-  // What a large build takes and gives back does not take what is kept for the tick.
+  // A large build must not use up the memory that is reserved for ticks.
   const auto large = database.add_geometry(make_sphere(1.0, 7), "large");
   auto query = database.prepare(RayQueryOptions{.name = "rays", .capacity = 10});
   ASSERT_TRUE(geometry.ok() && large.ok() && query.ok());
@@ -236,7 +236,7 @@ TEST(Allocation, NoneInAGeometryUpdate) {
   bool has_body = false;
   std::uint32_t tick_number = 0;
   const auto tick = [&] {
-    // Every triangle to the place of another one: a new permutation that leaves no neighbours together.
+    // A permutation of the triangles that keeps no neighbours together.
     constexpr std::uint32_t factors[] = {1, 7, 227, 467};
     const std::uint32_t factor = factors[++tick_number / 2 % 4];
     for (std::uint32_t i = 0; i < 900; ++i) {
@@ -260,13 +260,13 @@ TEST(Allocation, NoneInAGeometryUpdate) {
   for (int i = 0; i < 10; ++i)
     ASSERT_TRUE(tick());
   const ShapeCounts before = database.shape_counts();
-  std::size_t right = 0;
+  std::size_t correct = 0;
   allocations_everywhere = 0;
   counting_everywhere = true;
   for (int i = 0; i < 50; ++i)
-    right += tick() ? 1 : 0;
+    correct += tick() ? 1 : 0;
   counting_everywhere = false;
-  EXPECT_EQ(right, 50u);
+  EXPECT_EQ(correct, 50u);
   EXPECT_EQ(allocations_everywhere, 0u);
   EXPECT_EQ(database.shape_counts().refits, before.refits + 50);
   EXPECT_GT(database.shape_counts().rebuilds, before.rebuilds + 10);

@@ -1,4 +1,4 @@
-// The spatial suite's judge of answers, and its program in tiny mode.
+// How the spatial benchmark compares answers, and its program in tiny mode.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -25,19 +25,19 @@ double doubt_at(double x_m, double y_m) {
   return lambda_doubt(triangle, 0, {{x_m, y_m, 2.0}, {0.0, 0.0, -1.0}}, 1e-3);
 }
 
-TEST(RayAgreement, AnAnswerIsInDoubtOnlyAtAnEdge) {
+TEST(RayAgreement, IsInDoubtAtEdgesOnly) {
   EXPECT_LT(doubt_at(0.3, 0.3), 1e-12);
   EXPECT_LT(doubt_at(0.0011, 0.3), 1e-12);
   EXPECT_TRUE(std::isinf(doubt_at(0.0009, 0.3)));
   EXPECT_TRUE(std::isinf(doubt_at(0.3, -0.1)));
-  // Seen flatly, a step aside moves the hit along the ray.
+  // At a flat angle a shifted ray has another lambda.
   const double flat = lambda_doubt(triangle, 0, {{0.3, 0.3, 0.1}, {0.01, 0.0, -0.1}}, 1e-3);
   EXPECT_NEAR(flat, 1e-3 / std::sqrt(1.01), 1e-9);
 }
 
-class RaysJudged : public testing::Test {
+class ComparedRays : public testing::Test {
  protected:
-  RaysJudged() : ours_(100), theirs_(100) {
+  ComparedRays() : ours_(100), theirs_(100) {
     for (std::size_t i = 0; i < 50; ++i) {
       ours_[i].status = rtstdb::HitStatus::hit;
       ours_[i].lambda = 2.0f;
@@ -52,32 +52,31 @@ class RaysJudged : public testing::Test {
   std::vector<PeerHit> theirs_;
 };
 
-TEST_F(RaysJudged, SameAnswersPass) {
+TEST_F(ComparedRays, AcceptEqualAnswers) {
   theirs_[3].lambda = 2.0001f;
   EXPECT_NO_THROW(judge(0.0));
 }
 
-TEST_F(RaysJudged, AnUnexplainedDifferenceIsRefused) {
+TEST_F(ComparedRays, RejectUnexplainedDifferences) {
   theirs_[3].lambda = 2.001f;
   EXPECT_THROW(judge(0.0), std::runtime_error);
   theirs_[3] = PeerHit{};
   EXPECT_THROW(judge(1e9), std::runtime_error);
 }
 
-TEST_F(RaysJudged, TooManyExplainedDifferencesAreRefused) {
+TEST_F(ComparedRays, RejectTooManyExplainedDifferences) {
   theirs_[3].lambda = 2.001f;
   EXPECT_THROW(judge(1.0), std::runtime_error);
 }
 
-TEST_F(RaysJudged, RaysThatHitNothingAreRefused) {
+TEST_F(ComparedRays, RejectBatchesWithoutHits) {
   ours_.assign(100, {});
   theirs_.assign(100, {});
   EXPECT_THROW(judge(0.0), std::runtime_error);
 }
 
-/// At each corner of a cube three triangles that fill a box of 1 m: a root with eight leaves is the best
-/// tree.
-TEST(TreeCosts, AreThoseOfARootWithEightLeaves) {
+/// Three triangles at each corner of a cube: the best tree is a root with eight leaves.
+TEST(TreeCosts, OfEightClustersAreThoseOfARootWithEightLeaves) {
   rtstdb::TriangleMesh mesh;
   for (std::uint32_t cluster = 0; cluster < 8; ++cluster) {
     const glm::vec3 at = 10.0f * glm::vec3(cluster & 1, cluster >> 1 & 1, cluster >> 2);
@@ -138,11 +137,11 @@ constexpr Expected expected_figures[] = {
     {"blas_sah_cost_soup_split", "cost", "Embree 3"},
 };
 
-TEST(BenchSpatial, TinyModePrintsOneJsonLinePerFigure) {
+TEST(BenchSpatial, PrintsOneJsonLinePerFigureInTinyMode) {
   expect_figures(run_program(HIL_BENCH_SPATIAL " --tiny --json"), expected_figures);
 }
 
-TEST(BenchSpatial, ProcessorsAreKeptAwakeOrTheRunEnds) {
+TEST(BenchSpatial, EndsIfProcessorsCanNotBeKeptAwake) {
   const Output output = run_program(HIL_BENCH_SPATIAL " --tiny --json --awake memory");
   const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
   if (file >= 0) {
@@ -156,7 +155,7 @@ TEST(BenchSpatial, ProcessorsAreKeptAwakeOrTheRunEnds) {
   }
 }
 
-TEST(BenchSpatial, AnUnknownArgumentIsRefusedWithTheKnownOnes) {
+TEST(BenchSpatial, RefusesAnUnknownArgumentWithTheKnownOnes) {
   const Output output = run_program(HIL_BENCH_SPATIAL " --fast");
   EXPECT_EQ(output.exit_code, 2);
   EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, --awake, rays"),

@@ -1,4 +1,4 @@
-// The transactions suite's peer, and its program in tiny mode.
+// The peer of the transactions benchmark, and its program in tiny mode.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace hil::bench {
 namespace {
 
-TEST(SqliteWorld, FindsBoxesWhereTheyHaveMoved) {
+TEST(SqliteWorld, FindsMovedBoxes) {
   const auto file = std::filesystem::path(testing::TempDir()) / "hil-sqlite-world-test";
   const rtstdb::Bounds unit{glm::vec3(0.0f), glm::vec3(1.0f)};
   const rtstdb::Bounds elsewhere{glm::vec3(5.0f), glm::vec3(6.0f)};
@@ -66,11 +66,11 @@ constexpr Expected expected_figures[] = {
     {"sqlite_update_region_few", "round/s", "SQLite 3"},
 };
 
-TEST(BenchTransactions, TinyModePrintsOneJsonLinePerFigure) {
+TEST(BenchTransactions, PrintsOneJsonLinePerFigureInTinyMode) {
   expect_figures(run_program(HIL_BENCH_TRANSACTIONS " --tiny --json"), expected_figures);
 }
 
-TEST(BenchTransactions, AnUnknownArgumentIsRefusedWithTheKnownOnes) {
+TEST(BenchTransactions, RefusesAnUnknownArgumentWithTheKnownOnes) {
   const Output output = run_program(HIL_BENCH_TRANSACTIONS " --fast");
   EXPECT_EQ(output.exit_code, 2);
   EXPECT_NE(output.text.find("unknown argument '--fast'; known: --json, --tiny, --awake, commits"),

@@ -1,4 +1,4 @@
-// Buffers of each memory kind and view, and what is refused.
+// Buffers in each kind of memory and with each view, and refusals.
 
 #include <algorithm>
 #include <array>
@@ -15,19 +15,7 @@ using BufferDeathTest = BufferTest;
 
 constexpr std::array all_kinds{Memory::device, Memory::upload, Memory::readback};
 
-TEST_F(BufferTest, IsEmptyUntilMadeAndAfterAMove) {
-  Buffer none;
-  EXPECT_FALSE(none);
-  EXPECT_EQ(none.size_bytes(), 0u);
-  Buffer made = make_buffer({.name = "made", .size_bytes = 100});
-  ASSERT_TRUE(made);
-  EXPECT_EQ(made.size_bytes(), 100u);
-  none = std::move(made);
-  EXPECT_TRUE(none);
-  EXPECT_EQ(none.size_bytes(), 100u);
-}
-
-TEST_F(BufferTest, BytesTravelThroughEveryKindOfMemory) {
+TEST_F(BufferTest, IsCopiedFromAndToEachKindOfMemory) {
   constexpr std::size_t count = 1000;
   for (const Memory from : all_kinds) {
     for (const Memory to : all_kinds) {
@@ -50,9 +38,9 @@ TEST_F(BufferTest, BytesTravelThroughEveryKindOfMemory) {
   }
 }
 
-/// Both with memory that the device imports and with a device that works on a copy.
-TEST(BufferOverMemoryOfTheHost, IsReadAndWrittenByTheDeviceAndOutlivesIt) {
-  constexpr std::size_t count = 5000;  // no whole number of pages
+/// The device imports the memory, or works on a copy.
+TEST(BufferInHostMemory, IsReadAndWrittenByTheDevice) {
+  constexpr std::size_t count = 5000;  // not a multiple of a page
   for (const bool imports : {true, false}) {
     HostMemory memory(4 * count);
     const auto words = memory.as<std::uint32_t>();
@@ -88,7 +76,7 @@ TEST(BufferOverMemoryOfTheHost, IsReadAndWrittenByTheDeviceAndOutlivesIt) {
   }
 }
 
-TEST_F(BufferTest, ShadersReadAndWriteEveryKindOfMemory) {
+TEST_F(BufferTest, IsReadAndWrittenByKernelsInEachKindOfMemory) {
   constexpr std::uint32_t count = 256;
   const Pipeline add = make_pipeline(TestShader::add);
   for (const Memory memory : all_kinds) {
@@ -107,7 +95,7 @@ TEST_F(BufferTest, ShadersReadAndWriteEveryKindOfMemory) {
   }
 }
 
-TEST_F(BufferTest, TheHostWritesAndOneBufferIsSeenAsUintsAndAsFloats) {
+TEST_F(BufferTest, IsReadAsUintsAndAsFloats) {
   constexpr std::uint32_t texels = 100;
   Buffer input = make_buffer({.name = "input",
                               .size_bytes = texels * 16,
@@ -131,7 +119,7 @@ TEST_F(BufferTest, TheHostWritesAndOneBufferIsSeenAsUintsAndAsFloats) {
   }
 }
 
-TEST_F(BufferTest, AShaderWritesWhatALaterPassReadsAsTexels) {
+TEST_F(BufferTest, IsWrittenByAKernelAndReadAsTexels) {
   constexpr std::uint32_t texels = 64;
   Buffer words =
       make_buffer({.name = "words", .size_bytes = texels * 16, .texel_uint4 = true, .texel_float4 = true});
@@ -161,7 +149,7 @@ TEST_F(BufferTest, OutlivesItsDevice) {
   buffer.value().host()[63] = std::byte{1};
 }
 
-TEST_F(BufferTest, OverTheAllocationLimitIsRefusedWithTheNumbers) {
+TEST_F(BufferTest, IsRefusedAboveTheAllocationLimit) {
   const std::size_t limit = device().limits().max_allocation_bytes;
   const auto buffer = device().create_buffer({.name = "too big", .size_bytes = limit + 1});
   ASSERT_FALSE(buffer.ok());
@@ -172,7 +160,7 @@ TEST_F(BufferTest, OverTheAllocationLimitIsRefusedWithTheNumbers) {
   EXPECT_NE(message.find(std::to_string(limit + 1)), std::string::npos) << message;
 }
 
-TEST_F(BufferTest, OverTheTexelLimitIsRefusedAndWithoutTexelsIsNot) {
+TEST_F(BufferTest, IsRefusedAboveTheTexelLimit) {
   const std::size_t limit = device().limits().max_texel_elements;
   const std::size_t size_bytes = (limit + 1) * 16;
   if (size_bytes > device().limits().max_allocation_bytes) {
@@ -190,10 +178,10 @@ TEST_F(BufferTest, OverTheTexelLimitIsRefusedAndWithoutTexelsIsNot) {
   EXPECT_NE(buffer.error().message.find("texels in one view"), std::string::npos) << buffer.error().message;
 }
 
-TEST_F(BufferTest, ABiggerBufferThanAStorageBindingCanHoldIsRefusedThere) {
+TEST_F(BufferTest, IsNotBoundAboveTheStorageLimit) {
   const std::size_t range = device().limits().max_storage_range_bytes;
   if (range >= device().limits().max_allocation_bytes) {
-    // Such a device binds every buffer that can be made; a bigger one is refused before.
+    // This device binds each buffer that it can create.
     const auto refused = device().create_buffer({.name = "wide", .size_bytes = range + 16});
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::capacity);
@@ -211,7 +199,7 @@ TEST_F(BufferTest, ABiggerBufferThanAStorageBindingCanHoldIsRefusedThere) {
   EXPECT_NE(bindings.error().message.find("wide"), std::string::npos) << bindings.error().message;
 }
 
-TEST_F(BufferDeathTest, Misuse) {
+TEST_F(BufferDeathTest, AbortsOnBadSizesAndUnmappedAccess) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_DEATH((void)device().create_buffer({.name = "empty"}), "size_bytes != 0");
   EXPECT_DEATH((void)device().create_buffer({.name = "odd", .size_bytes = 20, .texel_uint4 = true}),
@@ -220,7 +208,7 @@ TEST_F(BufferDeathTest, Misuse) {
   EXPECT_DEATH((void)local.host(), "mapped");
 }
 
-TEST_F(BufferDeathTest, ABindingWithoutTheViewIsMisuse) {
+TEST_F(BufferDeathTest, AbortsOnABindingWithoutTheView) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const Buffer uints = make_buffer({.name = "uints", .size_bytes = 64, .texel_uint4 = true});
   const Buffer floats = make_buffer({.name = "floats", .size_bytes = 64, .texel_float4 = true});

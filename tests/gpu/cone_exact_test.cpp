@@ -47,7 +47,7 @@ class ConeTest : public DatabaseTest {
   /// Judges and counts as the random tests do.
   void expect_agreement(std::span<const Cone> cones, const ConeQueryOptions& options = {}) {
     const Tally tally = judge(world(), cones, trace_cones(cones, options), options);
-    EXPECT_LT(static_cast<double>(tally.too_close), 0.05 * static_cast<double>(tally.asked));
+    EXPECT_LT(static_cast<double>(tally.too_close), 0.05 * static_cast<double>(tally.elements));
   }
 };
 

@@ -4,7 +4,7 @@
 #include <ostream>
 #include <string>
 
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -15,8 +15,8 @@ struct Case {
   std::size_t cones;
 };
 
-std::ostream& operator<<(std::ostream& out, const Case& one) {
-  return out << one.name;
+std::ostream& operator<<(std::ostream& out, const Case& test_case) {
+  return out << test_case.name;
 }
 
 constexpr Case cases[] = {
@@ -27,32 +27,32 @@ constexpr Case cases[] = {
     {"first_large_build", {7, 2049, 30.0}, 2'000},
 };
 
-class RandomCones : public RandomQuestions, public testing::WithParamInterface<Case> {};
+class RandomCones : public RandomQueries, public testing::WithParamInterface<Case> {};
 
 TEST_P(RandomCones, FirstContactsAgreeWithTheOracle) {
   fill(GetParam().world);
-  Tally tally = ask(ConeQueryOptions{.name = "cones"}, GetParam().cones / 2);
-  tally += ask(ConeQueryOptions{.name = "cones", .faces = Faces::front}, GetParam().cones / 8);
-  tally += ask(ConeQueryOptions{.name = "cones", .faces = Faces::back}, GetParam().cones / 8);
-  expect_telling(tally, 0.02);
+  Tally tally = run_random(ConeQueryOptions{.name = "cones"}, GetParam().cones / 2);
+  tally += run_random(ConeQueryOptions{.name = "cones", .faces = Faces::front}, GetParam().cones / 8);
+  tally += run_random(ConeQueryOptions{.name = "cones", .faces = Faces::back}, GetParam().cones / 8);
+  expect_informative(tally, 0.02);
 }
 
 TEST_P(RandomCones, SeveralReturnsAgreeWithTheOracle) {
   fill(GetParam().world);
-  expect_telling(ask(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, GetParam().cones / 4), 0.03);
+  expect_informative(run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, GetParam().cones / 4), 0.03);
 }
 
 TEST_P(RandomCones, FractionsAgreeWithTheOracle) {
   fill(GetParam().world);
   const ConeQueryOptions options{.name = "cones", .returns_per_cone = 8, .fractions = true};
-  expect_telling(ask(options, GetParam().cones / 16), 0.1);
+  expect_informative(run_random(options, GetParam().cones / 16), 0.1);
 }
 
 /// Answers depend neither on the run, nor on the order of the batch, nor on how it is divided.
 class SameCones : public DatabaseTest, public testing::WithParamInterface<bool> {
  protected:
   static constexpr std::uint32_t count = 1000;
-  std::vector<Words> ask(std::span<const Cone> cones, std::uint32_t capacity) {
+  std::vector<Words> run(std::span<const Cone> cones, std::uint32_t capacity) {
     auto query = database().prepare(ConeQueryOptions{
         .name = "cones", .capacity = capacity, .returns_per_cone = 3, .fractions = GetParam()});
     EXPECT_TRUE(query.ok());
@@ -89,12 +89,12 @@ TEST_P(SameCones, WhateverTheOrderAndTheSplit) {
     cone = random_cone(random, states.value(), scene, scene.version_time, 0.8);
     cone.opening_angle_rad = std::min(cone.opening_angle_rad, 0.3f);
   }
-  const auto whole = ask(cones, count);
-  EXPECT_EQ(ask(cones, count), whole);
-  EXPECT_EQ(ask(cones, 64), whole);
-  EXPECT_EQ(ask(cones, 7), whole);
+  const auto whole = run(cones, count);
+  EXPECT_EQ(run(cones, count), whole);
+  EXPECT_EQ(run(cones, 64), whole);
+  EXPECT_EQ(run(cones, 7), whole);
   std::ranges::reverse(cones);
-  const auto reversed = ask(cones, 333);
+  const auto reversed = run(cones, 333);
   for (std::size_t i = 0; i < whole.size(); ++i)
     ASSERT_EQ(reversed[3 * (count - 1 - i / 3) + i % 3], whole[i]) << "return " << i;
 }

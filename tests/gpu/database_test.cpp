@@ -52,16 +52,16 @@ std::string describe(const Nearest& point) {
   return text.str();
 }
 
-/// Looks at elements 0 to count-1 with `look`, which gives a verdict; names the elements that differ.
-Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::size_t)>& look,
+/// Judges elements 0 to count-1 with `judge_one` and reports those that differ.
+Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::size_t)>& judge_one,
                 const std::function<std::string(std::size_t)>& name) {
-  Tally tally{.asked = count};
+  Tally tally{.elements = count};
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::vector<std::string> wrong;
   const auto work = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
-      const oracle::Judgement judgement = look(i);
+      const oracle::Judgement judgement = judge_one(i);
       if (judgement.verdict == oracle::Verdict::agrees) continue;
       const std::lock_guard lock(mutex);
       if (judgement.verdict == oracle::Verdict::too_close) {
@@ -83,18 +83,18 @@ Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::si
   return tally;
 }
 
-/// Judges every element; `answers` has as many answers for each.
+/// Judges each element; all have the same number of answers.
 template <class Element, class Answer, class Options>
 Tally judge_elements(const oracle::World& world, std::span<const Element> elements,
                      std::span<const Answer> answers, const Options& options,
                      const std::function<std::string(std::size_t)>& name) {
   if (elements.empty()) return {};
-  const std::size_t each = answers.size() / elements.size();
-  EXPECT_EQ(elements.size() * each, answers.size());
+  const std::size_t per_element = answers.size() / elements.size();
+  EXPECT_EQ(elements.size() * per_element, answers.size());
   return judge_all(
       elements.size(),
       [&](std::size_t i) {
-        return oracle::judge(world, elements[i], answers.subspan(i * each, each), options);
+        return oracle::judge(world, elements[i], answers.subspan(i * per_element, per_element), options);
       },
       name);
 }
@@ -109,7 +109,7 @@ void count_found(Tally& tally, std::span<const RegionAnswer> answers) {
 }  // namespace
 
 Tally& Tally::operator+=(const Tally& other) {
-  asked += other.asked;
+  elements += other.elements;
   hits += other.hits;
   too_close += other.too_close;
   full += other.full;
@@ -122,7 +122,7 @@ void DatabaseTest::open(DatabaseOptions options, gpu::DeviceOptions device) {
   database_.reset();
   if (const char* select = std::getenv("HIL_TEST_GPU"); select != nullptr) options.gpu = select;
   options.validation = Validation::on;
-  device.shared = true;
+  device.shared = device.loader_library == gpu::DeviceOptions{}.loader_library;
   auto opened = open_database(options, device);
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   database_ = std::move(opened).value();
@@ -182,15 +182,16 @@ void DatabaseTest::remove(EntityId entity, WorldTime world_time) {
   ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
 }
 
+Outcome DatabaseTest::run(Query& query, std::size_t count, const ReadAt& read_at) {
+  return execute(
+      [&](Transaction& transaction) { transaction.add_query(query, static_cast<std::uint32_t>(count)); }, {},
+      read_at);
+}
+
 std::unique_ptr<RayQuery> DatabaseTest::prepare_rays(RayMode mode, bool ignore_motion,
                                                      std::uint32_t capacity) {
-  auto query = database_->prepare(
+  return prepare(
       RayQueryOptions{.name = "rays", .capacity = capacity, .mode = mode, .ignore_motion = ignore_motion});
-  if (!query) {
-    ADD_FAILURE() << query.error().message;
-    return nullptr;
-  }
-  return std::move(query).value();
 }
 
 std::vector<RayHit> DatabaseTest::trace(RayQuery& query, std::span<const Ray> rays, const ReadAt& read_at) {
@@ -199,11 +200,7 @@ std::vector<RayHit> DatabaseTest::trace(RayQuery& query, std::span<const Ray> ra
   for (std::size_t first = 0; first < rays.size(); first += capacity) {
     const auto batch = rays.subspan(first, std::min(capacity, rays.size() - first));
     std::ranges::copy(batch, query.rays().begin());
-    const Outcome outcome = execute(
-        [&](Transaction& transaction) {
-          transaction.add_query(query, static_cast<std::uint32_t>(batch.size()));
-        },
-        {}, read_at);
+    const Outcome outcome = run(query, batch.size(), read_at);
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     hits.insert(hits.end(), query.hits().begin(), query.hits().end());
   }
@@ -215,13 +212,13 @@ std::vector<RayHit> DatabaseTest::trace(RayQuery& query, std::span<const Ray> ra
 std::vector<RayHit> DatabaseTest::trace(std::span<const Ray> rays, const ReadAt& read_at) {
   if (!closest_) closest_ = prepare_rays();
   auto hits = trace(*closest_, rays, read_at);
-  constexpr std::size_t beside = query::rays_per_packet;
+  constexpr std::size_t copies = query::rays_per_packet;
   std::vector<Ray> packets;
   for (const Ray& ray : rays.first(std::min<std::size_t>(rays.size(), 4096)))
-    packets.insert(packets.end(), beside, ray);
+    packets.insert(packets.end(), copies, ray);
   const auto together = trace(*closest_, packets, read_at);
   for (std::size_t i = 0; i < together.size(); ++i) {
-    const RayHit& alone = hits[i / beside];
+    const RayHit& alone = hits[i / copies];
     EXPECT_TRUE(same_bits(together[i], alone))
         << describe(packets[i]) << ": together entity " << together[i].entity.index << " triangle "
         << together[i].triangle << " lambda " << together[i].lambda << ", alone " << alone.entity.index
@@ -240,10 +237,8 @@ oracle::World DatabaseTest::world(const ReadAt& read_at) {
     ADD_FAILURE() << entities.error().message;
     return {{}, {}};
   }
-  WorldTime version_time{};
   const Outcome outcome = execute([](Transaction&) {}, {}, read_at);
   EXPECT_EQ(outcome.status, Status::committed);
-  version_time = outcome.version_time;
   std::vector<TriangleMesh> meshes;
   for (std::uint32_t i = 0;; ++i) {
     auto mesh = database_->geometry({i}, read_at);
@@ -254,7 +249,7 @@ oracle::World DatabaseTest::world(const ReadAt& read_at) {
   pointers.reserve(meshes.size());
   for (const TriangleMesh& mesh : meshes)
     pointers.push_back(&mesh);
-  return {std::move(entities).value(), pointers, version_time};
+  return {std::move(entities).value(), pointers, outcome.version_time};
 }
 
 bool same_bits(const RayHit& a, const RayHit& b) {
@@ -276,12 +271,12 @@ Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<con
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
             const RayQueryOptions& options) {
   EXPECT_TRUE(options.mode != RayMode::any || options.faces == Faces::both)
-      << "an answer of RayMode::any does not name the side";
-  const std::size_t each = options.hits_per_ray;
+      << "an answer of RayMode::any does not tell the side of the triangle";
+  const std::size_t per_ray = options.hits_per_ray;
   Tally tally = judge_elements(world, rays, hits, options, [&](std::size_t i) { return describe(rays[i]); });
-  for (std::size_t i = 0; i + each <= hits.size(); i += each) {
+  for (std::size_t i = 0; i + per_ray <= hits.size(); i += per_ray) {
     tally.hits += hits[i].status == HitStatus::hit ? 1 : 0;
-    tally.full += hits[i + each - 1].status == HitStatus::hit ? 1 : 0;
+    tally.full += hits[i + per_ray - 1].status == HitStatus::hit ? 1 : 0;
   }
   return tally;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// What the tests of the whole database share: a world on the device with the validation layer on, whose every
-// message fails the test, and the oracle's judgement of its answers.
+// Fixture of tests of the whole database: a database on the device with the validation layer on, each message
+// of which fails the test; and the comparison of answers with the oracle.
 
 #include <gtest/gtest.h>
 
@@ -21,43 +21,53 @@ inline WorldTime at_s(double seconds) {
   return world_time_ns(static_cast<std::int64_t>(seconds * 1e9));
 }
 
-/// How a batch of answers stands to the oracle.
+/// Counts of the answers that were compared with the oracle.
 struct Tally {
-  std::size_t asked = 0;
-  std::size_t hits = 0;  ///< rays that hit; regions that are not empty
-  std::size_t too_close = 0;
-  std::size_t full = 0;    ///< as much was answered as was asked for; regions that overflowed
-  std::size_t inside = 0;  ///< points inside of what is nearest to them, by its sign
+  std::size_t elements = 0;
+  std::size_t hits = 0;       ///< rays that hit; regions that are not empty; complete lists of neighbors
+  std::size_t too_close = 0;  ///< answers that rounding decides: the oracle accepts either
+  std::size_t full = 0;       ///< rays with all the hits that the query lists; regions that overflowed
+  std::size_t inside = 0;     ///< points with a negative distance
   Tally& operator+=(const Tally& other);
 };
 
 class DatabaseTest : public testing::Test {
  protected:
-  /// Opens a database of the default size; tests that need another call open themselves.
+  /// Opens a database with default options.
   void SetUp() override { open({}); }
   void TearDown() override;
 
-  /// With the validation layer on and on the device that HIL_TEST_GPU chooses.
-  /// All tests of a process share the device.
+  /// Replaces the database. It has the validation layer and uses the device that HIL_TEST_GPU selects, which
+  /// all tests of a process share unless `device` names a loader.
   void open(DatabaseOptions options, gpu::DeviceOptions device = {});
   Database& database() { return *database_; }
   GeometryId add(const TriangleMesh& mesh);
 
-  /// Declares, carries out and gives the outcome.
+  /// Executes a transaction that `declare` fills.
   Outcome execute(const std::function<void(Transaction&)>& declare, WorldTime world_time = {},
                   const ReadAt& read_at = {});
-  /// One version with these rows; fails the test unless it is committed.
+  /// Commits one version with these rows.
   std::vector<EntityId> create(std::span<const EntityRow> rows, WorldTime world_time = {});
   EntityId create(const EntityRow& row, WorldTime world_time = {});
   void update_motion(EntityId entity, const Motion& motion, WorldTime world_time);
   void remove(EntityId entity, WorldTime world_time);
 
+  /// Fails the test and returns null if the query can not be prepared.
+  template <class Options>
+  std::unique_ptr<typename Options::Prepared> prepare(const Options& options) {
+    auto query = database().prepare(options);
+    if (query) return std::move(query).value();
+    ADD_FAILURE() << query.error().message;
+    return nullptr;
+  }
+  /// Executes a transaction with the first `count` elements of the query.
+  Outcome run(Query& query, std::size_t count, const ReadAt& read_at = {});
+
   std::unique_ptr<RayQuery> prepare_rays(RayMode mode = RayMode::closest, bool ignore_motion = false,
                                          std::uint32_t capacity = 4096);
-  /// In batches of the query's capacity; fails the test unless the outcome is committed.
+  /// Traces in batches of the query's capacity.
   std::vector<RayHit> trace(RayQuery& query, std::span<const Ray> rays, const ReadAt& read_at = {});
-  /// For the nearest hits; the first few thousand also as packets, each ray beside itself, with the same
-  /// bits.
+  /// The closest hits. Traces the first 4096 rays also as packets of equal rays and compares the bits.
   std::vector<RayHit> trace(std::span<const Ray> rays, const ReadAt& read_at = {});
   RayHit trace(const Ray& ray, const ReadAt& read_at = {});
 
@@ -71,10 +81,9 @@ class DatabaseTest : public testing::Test {
 
 bool same_bits(const RayHit& a, const RayHit& b);
 
-/// Holds every answer against the oracle, on all processors; fails the test on each that differs.
+/// Compares each answer with the oracle, on all processors. Fails the test for each that differs.
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
             RayMode mode = RayMode::closest, bool ignore_motion = false);
-/// As the query was prepared: RayMode::first, and rays that see one side of triangles alone, too.
 Tally judge(const oracle::World& world, std::span<const Ray> rays, std::span<const RayHit> hits,
             const RayQueryOptions& options);
 Tally judge(const oracle::World& world, std::span<const Region> regions,
@@ -83,12 +92,10 @@ Tally judge(const oracle::World& world, std::span<const Region> regions,
             std::span<const RegionAnswer> answers, RegionLevel level = RegionLevel::bounds);
 Tally judge(const oracle::World& world, std::span<const Overlap> overlaps,
             std::span<const OverlapAnswer> answers, const OverlapQueryOptions& options = {});
-
-/// Hits: answers with as many neighbors as were asked for.
 Tally judge(const oracle::World& world, std::span<const Nearest> points,
             std::span<const NearestAnswer> answers, const NearestQueryOptions& options);
 
-/// Hits: cones with a return. Full: those with as many returns as were asked for.
+/// Hits: cones with a return. Full: those with returns_per_cone of them.
 Tally judge(const oracle::World& world, std::span<const Cone> cones, std::span<const ConeReturn> returns,
             const ConeQueryOptions& options);
 

@@ -1,4 +1,4 @@
-// Random shapes over many versions: every query at every kept version against the oracle.
+// Random shapes over many versions: queries of all kinds at the kept versions are compared with the oracle.
 
 #include <glm/geometric.hpp>
 
@@ -11,7 +11,7 @@
 namespace rtstdb::test {
 namespace {
 
-/// A body whose surface moves in waves, or, once in a while, something wild.
+/// Waves on the surface, random positions, or other shapes.
 Positions deformed(const TriangleMesh& mesh, Random& random) {
   Positions positions = mesh.positions_m;
   const std::size_t kind = random.below(8);
@@ -27,9 +27,9 @@ Positions deformed(const TriangleMesh& mesh, Random& random) {
   return positions;
 }
 
-class DeformingSoups : public Deforming {
+class DeformingWorlds : public DeformingGeometry {
  protected:
-  /// Rows that show still and deforming geometry.
+  /// Entities with fixed and with deforming geometry.
   void fill(WorldTime time, std::uint32_t retained_shapes) {
     options_ = {.radius_m = 4.0, .version_time = time};
     std::vector<GeometryId> geometries;
@@ -48,7 +48,7 @@ class DeformingSoups : public Deforming {
     ids_ = create(rows, time);
     rows_ = rows;
   }
-  /// New shapes of some geometries, and some rows, in one version.
+  /// Commits new shapes of some geometries and new rows of some entities.
   Version change(WorldTime time) {
     const auto transaction =
         database().make_transaction({.max_writes = 8, .max_geometry_updates = 32, .max_positions = 200'000});
@@ -64,20 +64,19 @@ class DeformingSoups : public Deforming {
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     return outcome.version;
   }
-  /// Questions of every kind at a version against the oracle's copy of it.
-  Tally ask_everything(Version version, WorldTime time, std::size_t count) {
+  /// Compares queries of all kinds at a version with the oracle.
+  Tally run_all_kinds(Version version, WorldTime time, std::size_t count) {
     const ReadAt at = ReadAt::pinned(version);
-    const oracle::World there = world(at);
+    const oracle::World oracle_world = world(at);
     std::vector<Ray> rays(count);
     for (Ray& ray : rays)
-      ray = random_ray(random_, there.entities(), options_, time, 0.2);
-    Tally tally = judge(there, rays, trace(rays, at));
+      ray = random_ray(random_, oracle_world.entities(), options_, time, 0.2);
+    Tally tally = judge(oracle_world, rays, trace(rays, at));
     for (const auto& query : queries_) {
-      query->fill(random_, {there.entities(), options_, time, 0.2});
-      const Outcome outcome =
-          execute([&](Transaction& t) { t.add_query(query->query(), query->capacity()); }, {}, at);
+      query->fill(random_, {oracle_world.entities(), options_, time, 0.2});
+      const Outcome outcome = run(query->query(), query->capacity(), at);
       EXPECT_TRUE(outcome.done()) << query->name() << ": " << describe(outcome);
-      query->judge(there);
+      query->judge(oracle_world);
     }
     return tally;
   }
@@ -94,21 +93,21 @@ class DeformingSoups : public Deforming {
   std::vector<std::unique_ptr<KindCase>> queries_;
 };
 
-TEST_F(DeformingSoups, AgreeWithTheOracleAtEveryKeptVersion) {
+TEST_F(DeformingWorlds, AgreeWithTheOracleAtEveryKeptVersion) {
   const WorldTime time = at_s(5.0);
   fill(time, 4);
   prepare_all();
   std::vector<Version> versions{database().latest().version};
-  Tally tally = ask_everything(versions.back(), time, 200);
+  Tally tally = run_all_kinds(versions.back(), time, 200);
   for (int round = 0; round < 40; ++round) {
     versions.push_back(change(time));
-    // Of the geometry that changes every time four shapes are kept.
+    // Four shapes are kept of the geometry that changes in each version.
     const std::size_t age = random_.below(std::min<std::size_t>(4, versions.size()));
-    tally += ask_everything(versions[versions.size() - 1 - age], time, 400);
+    tally += run_all_kinds(versions[versions.size() - 1 - age], time, 400);
     if (HasFailure()) FAIL() << "round " << round << ", " << age << " versions back";
   }
-  EXPECT_GT(tally.hits, tally.asked / 5);
-  EXPECT_LT(tally.hits, tally.asked * 4 / 5);
+  EXPECT_GT(tally.hits, tally.elements / 5);
+  EXPECT_LT(tally.hits, tally.elements * 4 / 5);
   const ShapeCounts counts = database().shape_counts();
   EXPECT_GT(counts.refits, 60u);
   EXPECT_GT(counts.rebuilds, 5u);

@@ -1,5 +1,5 @@
-// The structure of geometry that deforms as it lies on the device, through many shapes: boxes contain what is
-// below them after each, trees that have become dear are built anew where they stand, and nothing else moves.
+// The BLAS of deforming geometry on the device, after each of many shapes: boxes contain their children, a
+// tree that becomes expensive is rebuilt in its place, and nothing else changes.
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -14,7 +14,7 @@
 namespace rtstdb::test {
 namespace {
 
-/// No entities; the shapes of the version that it is set to.
+/// Has no entities, and settable shapes.
 class Shapes final : public store::RowSource {
  public:
   void set(std::uint32_t geometry, Version version, const std::vector<glm::vec3>& positions_m) {
@@ -32,7 +32,7 @@ class Shapes final : public store::RowSource {
   std::map<std::uint32_t, store::Shape> shapes_;
 };
 
-TriangleMesh soup(Random& random, std::uint32_t count) {
+TriangleMesh random_triangles(Random& random, std::uint32_t count) {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < count; ++i) {
     const glm::vec3 center(random.vector());
@@ -44,7 +44,7 @@ TriangleMesh soup(Random& random, std::uint32_t count) {
   return mesh;
 }
 
-/// Corners change places three by three: in a soup triangles do, of which nothing of a tree is of use after.
+/// Exchanges the positions of whole triangles of a random mesh, so that nothing of its tree is useful.
 void shuffle_triangles(std::vector<glm::vec3>& positions, Random& random) {
   for (std::size_t i = positions.size() / 3; i > 1; --i) {
     const std::size_t other = random.below(i);
@@ -54,29 +54,29 @@ void shuffle_triangles(std::vector<glm::vec3>& positions, Random& random) {
   }
 }
 
-/// Another shape of the mesh, of one of many kinds.
+/// A random shape of the mesh, of one of ten kinds.
 std::vector<glm::vec3> deformed(const TriangleMesh& mesh, Random& random) {
   std::vector<glm::vec3> positions = mesh.positions_m;
   const std::size_t kind = random.below(10);
   if (kind == 9) shuffle_triangles(positions, random);
   const auto size = static_cast<float>(random.magnitude(1e-4, 1e4));
-  const glm::vec3 somewhere(1e3 * random.vector());
+  const glm::vec3 place(1e3 * random.vector());
   const glm::vec3 wave(random.vector());
   for (glm::vec3& p : positions) {
     if (kind == 0) p += 0.3f * std::sin(3.0f * glm::dot(p, wave)) * glm::normalize(wave);
     if (kind == 1) p += 0.01f * glm::vec3(random.vector());
     if (kind == 2) p = glm::vec3(random.vector());
-    if (kind == 3) p = size * p + somewhere;
-    if (kind == 4) p = somewhere;
+    if (kind == 3) p = size * p + place;
+    if (kind == 4) p = place;
     if (kind == 5) p.z = 0.0f;
-    if (kind == 6) p = {p.x, somewhere.y, somewhere.z};
+    if (kind == 6) p = {p.x, place.y, place.z};
     if (kind == 7) p = {p.y * std::cos(p.z) - p.x * std::sin(p.z), p.x, p.z};
   }
   if (kind == 8 && !positions.empty()) positions.front() = glm::vec3(9e4f, -9e4f, 1.0f);
   return positions;
 }
 
-class DeformingStructures : public StructureTest {
+class DeformingBlas : public StructureTest {
  protected:
   static constexpr GeometryOptions deforming{.deforms = true};
 
@@ -84,12 +84,11 @@ class DeformingStructures : public StructureTest {
     shapes_.set(geometry, version, mesh.positions_m);
     ASSERT_TRUE(pool_.show(device(), shapes_, submit_));
   }
-  /// Looks at all of the structure that stands at `root`. Returns what it costs a ray, zero for one without
-  /// area.
+  /// Checks the tree at `root`. Returns its cost for a ray, 0 for a tree without area.
   double check(std::uint32_t root, const TriangleMesh& mesh) {
-    Walk walk(mesh, read(pool_.nodes()), read(pool_.triangles()));
+    StructureWalk walk(mesh, read(pool_.nodes()), read(pool_.triangles()));
     const ExactBox box = walk.visit(root, 1);
-    walk.expect_whole();
+    walk.expect_valid();
     const glm::dvec3 extent = box.hi - box.lo;
     return extent.x * extent.y + extent.y * extent.z + extent.z * extent.x > 0.0 ? walk.cost(box) : 0.0;
   }
@@ -108,17 +107,17 @@ class DeformingStructures : public StructureTest {
   Random random_{4711};
 };
 
-TEST_F(DeformingStructures, HoldThroughManyShapes) {
+TEST_F(DeformingBlas, IsValidAfterEachOfManyShapes) {
   std::vector<TriangleMesh> meshes{make_sphere(1.0, 3), make_box(glm::dvec3(1.0)), make_rectangle(2.0, 1.0)};
   for (const std::uint32_t count : {1u, 2u, 3u, 4u, 5u, 8u, 9u, 33u, 64u, 65u, 1025u, 6000u})
-    meshes.push_back(soup(random_, count));
+    meshes.push_back(random_triangles(random_, count));
   std::uint64_t refits = 0, builds = 0;
   for (const TriangleMesh& mesh : meshes) {
     SCOPED_TRACE(mesh.triangles.size());
     new_pool();
-    const std::uint32_t still = add(make_sphere(1.0, 1));
+    const std::uint32_t fixed = add(make_sphere(1.0, 1));
     const std::uint32_t geometry = add(mesh, deforming);
-    const std::uint32_t also_still = add(make_sphere(2.0, 1));
+    const std::uint32_t also_fixed = add(make_sphere(2.0, 1));
     TriangleMesh now = mesh;
     show(geometry, 0, now);
     check_shown(geometry, now);
@@ -130,16 +129,16 @@ TEST_F(DeformingStructures, HoldThroughManyShapes) {
       check_shown(geometry, now);
       EXPECT_NE(root_of(geometry), root_before);
       check(root_before, before);
-      // Back and forth: nothing is done for what stands there.
-      const std::uint64_t done = pool_.counts().refits;
+      // Back and forth: both shapes are on the device.
+      const std::uint64_t refits_before = pool_.counts().refits;
       show(geometry, version - 1, before);
       check_shown(geometry, before);
       show(geometry, version, now);
-      EXPECT_EQ(pool_.counts().refits, done);
+      EXPECT_EQ(pool_.counts().refits, refits_before);
       if (HasFailure()) FAIL() << "shape " << version;
     }
-    check(root_of(still), make_sphere(1.0, 1));
-    check(root_of(also_still), make_sphere(2.0, 1));
+    check(root_of(fixed), make_sphere(1.0, 1));
+    check(root_of(also_fixed), make_sphere(2.0, 1));
     refits += pool_.counts().refits;
     builds += pool_.counts().builds;
   }
@@ -148,57 +147,56 @@ TEST_F(DeformingStructures, HoldThroughManyShapes) {
   EXPECT_LT(builds, refits / 2);
 }
 
-TEST_F(DeformingStructures, AreBuiltAnewWhereTheyHaveBecomeDear) {
-  const TriangleMesh mesh = soup(random_, 5000);
+TEST_F(DeformingBlas, IsRebuiltWhenItBecomesExpensive) {
+  const TriangleMesh mesh = random_triangles(random_, 5000);
   const std::uint32_t geometry = add(mesh, deforming);
-  const std::uint32_t never = add(mesh, {.deforms = true, .rebuild_growth = INFINITY});
+  const std::uint32_t never_rebuilt = add(mesh, {.deforms = true, .rebuild_growth = INFINITY});
   TriangleMesh now = mesh;
-  shapes_.set(never, 0, mesh.positions_m);
-  // The same in another size and place: a tree stays as good as it was.
+  shapes_.set(never_rebuilt, 0, mesh.positions_m);
+  // Another size and place: the tree is as good as before.
   for (glm::vec3& p : now.positions_m)
     p = 1000.0f * p + glm::vec3(5e3f);
   show(geometry, 1, now);
   EXPECT_EQ(pool_.counts().builds, 0u);
   now = mesh;
   shuffle_triangles(now.positions_m, random_);
-  shapes_.set(never, 2, now.positions_m);
+  shapes_.set(never_rebuilt, 2, now.positions_m);
   show(geometry, 2, now);
   EXPECT_EQ(pool_.counts().builds, 1u);
   const double rebuilt = check_shown(geometry, now);
   const double fresh = check(root_of(add(now)), now);
   EXPECT_NEAR(rebuilt, fresh, 1e-6 * fresh);
-  EXPECT_GT(check_shown(never, now), 3.0 * fresh);
+  EXPECT_GT(check_shown(never_rebuilt, now), 3.0 * fresh);
 }
 
-/// Triangles as large as the whole are dear in any tree. A tree that was built over them is no good for
-/// anything else.
-TEST_F(DeformingStructures, ComeBackFromDisorder) {
+/// Any tree over triangles as large as the mesh is expensive, and useless for other shapes.
+TEST_F(DeformingBlas, IsCheapAgainAfterARandomShape) {
   const TriangleMesh body = make_sphere(1.0, 4);
   const double fresh = check(root_of(add(body)), body);
   const std::uint32_t geometry = add(body, deforming);
-  TriangleMesh disorder = body;
+  TriangleMesh random_shape = body;
   Version version = 0;
   for (int round = 0; round < 3; ++round) {
-    for (int both_places = 0; both_places < 2; ++both_places) {
-      for (glm::vec3& p : disorder.positions_m)
+    for (int place = 0; place < 2; ++place) {
+      for (glm::vec3& p : random_shape.positions_m)
         p = glm::vec3(random_.vector());
-      show(geometry, ++version, disorder);
-      EXPECT_LT(check_shown(geometry, disorder), 1.5 * check(root_of(add(disorder)), disorder));
+      show(geometry, ++version, random_shape);
+      EXPECT_LT(check_shown(geometry, random_shape), 1.5 * check(root_of(add(random_shape)), random_shape));
     }
-    for (int both_places = 0; both_places < 2; ++both_places) {
+    for (int place = 0; place < 2; ++place) {
       show(geometry, ++version, body);
       EXPECT_LT(check_shown(geometry, body), 1.5 * fresh);
     }
   }
 }
 
-TEST_F(DeformingStructures, ComeBackFromAPoint) {
+TEST_F(DeformingBlas, IsCheapAgainAfterAPoint) {
   const TriangleMesh body = make_sphere(1.0, 4);
   const double fresh = check(root_of(add(body)), body);
   TriangleMesh point = body;
   for (glm::vec3& p : point.positions_m)
     p = glm::vec3(1.0f);
-  // Both places, so that each comes back.
+  // In both places of the shape.
   const std::uint32_t geometry = add(body, deforming);
   Version version = 0;
   for (int round = 0; round < 3; ++round) {
@@ -212,8 +210,8 @@ TEST_F(DeformingStructures, ComeBackFromAPoint) {
   }
 }
 
-TEST_F(DeformingStructures, AreTheSameInEveryRun) {
-  const TriangleMesh mesh = soup(random_, 5000);
+TEST_F(DeformingBlas, IsTheSameInEveryRun) {
+  const TriangleMesh mesh = random_triangles(random_, 5000);
   const auto run = [&] {
     new_pool();
     Random random(99);
@@ -236,15 +234,14 @@ TEST_F(DeformingStructures, AreTheSameInEveryRun) {
   EXPECT_EQ(used_part(first.first, node_words), used_part(second.first, node_words));
 }
 
-/// Pools that grow take what deforms along.
-TEST_F(DeformingStructures, GoOnInPoolsThatGrow) {
+TEST_F(DeformingBlas, IsValidAfterThePoolGrows) {
   std::vector<TriangleMesh> meshes;
   for (std::uint32_t i = 0; i < 5; ++i) {
-    meshes.push_back(soup(random_, 100u << (2 * i)));
+    meshes.push_back(random_triangles(random_, 100u << (2 * i)));
     ASSERT_EQ(add(meshes.back(), deforming), i);
     shapes_.set(i, 0, meshes.back().positions_m);
   }
-  const std::uint32_t large = add(soup(random_, 200'000));
+  const std::uint32_t large = add(random_triangles(random_, 200'000));
   for (Version version = 1; version <= 3; ++version) {
     for (std::uint32_t i = 0; i < meshes.size(); ++i) {
       meshes[i].positions_m = deformed(meshes[i], random_);

@@ -1,5 +1,5 @@
-// Geometry that deforms: which shape is seen at which version, what is refused, what stays as it was, and
-// other threads' queries while shapes are committed.
+// Deforming geometry: which shape each version has, refusals, aborted updates, and queries of other threads
+// while shapes are committed.
 
 #include "tests/gpu/deforming_test.hpp"
 
@@ -12,10 +12,12 @@
 #include <limits>
 #include <thread>
 
+#include "tests/gpu/stepping_clock.hpp"
+
 namespace rtstdb::test {
 namespace {
 
-TEST_F(Deforming, EveryShapeIsSeenAtItsOwnVersion) {
+TEST_F(DeformingGeometry, HasTheShapeOfEachVersion) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
   const GeometryId geometry = add_deforming(box, {.retained_shapes = 3});
   create(row_of(geometry));
@@ -23,7 +25,7 @@ TEST_F(Deforming, EveryShapeIsSeenAtItsOwnVersion) {
   EXPECT_EQ(lambda(), 9.0f);
   const Version second = committed(geometry, scaled(box, glm::vec3(2.0f)));
   const Version third = committed(geometry, scaled(box, glm::vec3(3.0f)));
-  for (int again = 0; again < 3; ++again) {
+  for (int k = 0; k < 3; ++k) {
     EXPECT_EQ(lambda(), 7.0f);
     EXPECT_EQ(lambda(ReadAt::pinned(second)), 8.0f);
     EXPECT_EQ(lambda(ReadAt::pinned(first)), 9.0f);
@@ -33,7 +35,7 @@ TEST_F(Deforming, EveryShapeIsSeenAtItsOwnVersion) {
             scaled(box, glm::vec3(2.0f)));
   EXPECT_EQ(database().geometry(geometry, ReadAt::pinned(first)).value().positions_m, box.positions_m);
 
-  // A fourth takes the place of the first.
+  // The fourth shape replaces the first.
   const Version fourth = committed(geometry, scaled(box, glm::vec3(4.0f)));
   const Outcome refused = outcome_of_a_ray(ReadAt::pinned(first));
   EXPECT_EQ(refused.status, Status::bad_input);
@@ -41,17 +43,17 @@ TEST_F(Deforming, EveryShapeIsSeenAtItsOwnVersion) {
   EXPECT_EQ(refused.bad_input.values[0], static_cast<double>(first));
   EXPECT_EQ(refused.bad_input.values[1], static_cast<double>(second));
   EXPECT_FALSE(database().geometry(geometry, ReadAt::pinned(first)).ok());
-  EXPECT_TRUE(database().snapshot(ReadAt::pinned(first)).ok()) << "rows are kept as ever";
+  EXPECT_TRUE(database().snapshot(ReadAt::pinned(first)).ok()) << "rows are kept longer than shapes";
   EXPECT_EQ(execute([](Transaction&) {}, {}, ReadAt::pinned(first)).status, Status::committed);
   EXPECT_EQ(lambda(ReadAt::pinned(second)), 8.0f);
   EXPECT_EQ(lambda(ReadAt::pinned(fourth)), 6.0f);
   EXPECT_EQ(lambda(ReadAt::pinned(third)), 7.0f);
-  // Versions between shapes see the one that stood.
+  // A version without a new shape has the last one.
   create(row_of(geometry, {0.0, 100.0, 0.0}));
   EXPECT_EQ(lambda(ReadAt::pinned(fourth + 1)), 6.0f);
 }
 
-TEST_F(Deforming, QueriesSeeTheirOwnTransactionsShapeAndAVainOneLeavesNothing) {
+TEST_F(DeformingGeometry, HasTheNewShapeInTheSameTransactionAndTheOldOneIfItAborts) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
   const GeometryId geometry = add_deforming(box);
   const EntityId body = create(row_of(geometry));
@@ -61,50 +63,37 @@ TEST_F(Deforming, QueriesSeeTheirOwnTransactionsShapeAndAVainOneLeavesNothing) {
   const auto transaction = make(1);
   transaction->begin(terms_at({}));
   transaction->update_geometry(geometry, scaled(box, glm::vec3(2.0f)));
-  transaction->update_geometry(geometry, scaled(box, glm::vec3(3.0f)));  // takes its place
+  transaction->update_geometry(geometry, scaled(box, glm::vec3(3.0f)));  // replaces the first
   transaction->add_query(*query, 1);
   ASSERT_EQ(database().execute(*transaction).status, Status::committed);
   EXPECT_EQ(query->hits()[0].lambda, 7.0f);
   EXPECT_EQ(lambda(), 7.0f);
-  EXPECT_EQ(lambda(ReadAt::pinned(first)), 9.0f) << "one version is one shape, however often it was written";
+  EXPECT_EQ(lambda(ReadAt::pinned(first)), 9.0f) << "a version has one shape, however often it was written";
 
-  // Refused by a precondition, by a row, by the query.
-  const auto expect_in_vain = [&](Status status, const std::function<void(Transaction&)>& declare) {
-    const auto vain = database().make_transaction({.max_writes = 2,
-                                                   .max_preconditions = 1,
-                                                   .max_queries = 1,
-                                                   .max_geometry_updates = 1,
-                                                   .max_positions = 64});
-    vain->begin(terms_at({}));
-    vain->update_geometry(geometry, scaled(box, glm::vec3(5.0f)));
-    declare(*vain);
-    EXPECT_EQ(database().execute(*vain).status, status);
+  // By a precondition, a row, or a query.
+  const auto expect_aborted = [&](Status status, const std::function<void(Transaction&)>& declare) {
+    const auto aborted = database().make_transaction({.max_writes = 2,
+                                                      .max_preconditions = 1,
+                                                      .max_queries = 1,
+                                                      .max_geometry_updates = 1,
+                                                      .max_positions = 64});
+    aborted->begin(terms_at({}));
+    aborted->update_geometry(geometry, scaled(box, glm::vec3(5.0f)));
+    declare(*aborted);
+    EXPECT_EQ(database().execute(*aborted).status, status);
     EXPECT_EQ(lambda(), 7.0f);
     EXPECT_EQ(lambda(ReadAt::pinned(first)), 9.0f);
     EXPECT_EQ(database().geometry(geometry)->positions_m, scaled(box, glm::vec3(3.0f)));
   };
-  expect_in_vain(Status::conflict, [&](Transaction& t) { t.expect_written_by(body, 77); });
-  expect_in_vain(Status::bad_input, [&](Transaction& t) { t.remove({99, 1}); });
-  expect_in_vain(Status::bad_input, [&](Transaction& t) {
+  expect_aborted(Status::conflict, [&](Transaction& t) { t.expect_written_by(body, 77); });
+  expect_aborted(Status::bad_input, [&](Transaction& t) { t.remove({99, 1}); });
+  expect_aborted(Status::bad_input, [&](Transaction& t) {
     query->rays()[0].direction = glm::vec3(0.0f);
     t.add_query(*query, 1);
   });
 }
 
-/// Moves a second further at each reading.
-class SteppingClock final : public Clock {
- public:
-  ClockTime now() const noexcept override { return clock_time_ns(1'000'000'000 * ++readings_); }
-  bool is_virtual() const noexcept override { return true; }
-  ClockTime after_readings(std::int64_t count) const {
-    return clock_time_ns(1'000'000'000 * (readings_ + count) + 500'000'000);
-  }
-
- private:
-  mutable std::atomic<std::int64_t> readings_{0};
-};
-
-TEST_F(Deforming, NothingOfAMissedShapeStays) {
+TEST_F(DeformingGeometry, HasNothingOfTheShapeOfAMissedTransaction) {
   const SteppingClock clock;
   open({.clock = &clock});
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
@@ -114,7 +103,7 @@ TEST_F(Deforming, NothingOfAMissedShapeStays) {
   const Version second = committed(geometry, scaled(box, glm::vec3(2.0f)));
   const auto query = prepare_rays();
   query->rays()[0] = along_x();
-  int computed_in_vain = 0;
+  int computed_and_missed = 0;
   for (std::int64_t readings = 1; readings <= 8; ++readings) {
     const auto transaction = make(1);
     Terms terms;
@@ -130,15 +119,15 @@ TEST_F(Deforming, NothingOfAMissedShapeStays) {
       EXPECT_EQ(lambda(ReadAt::pinned(second)), 8.0f);
       break;
     }
-    computed_in_vain += outcome.computed != ClockTime{} ? 1 : 0;
+    computed_and_missed += outcome.computed != ClockTime{} ? 1 : 0;
     EXPECT_EQ(lambda(), 8.0f) << "after the deadline of " << readings << " readings";
     EXPECT_EQ(lambda(ReadAt::pinned(second)), 8.0f);
     EXPECT_EQ(lambda(ReadAt::pinned(first)), 9.0f);
   }
-  EXPECT_GT(computed_in_vain, 0) << "no transaction was carried out and then given up";
+  EXPECT_GT(computed_and_missed, 0) << "no transaction missed its deadline after its queries ran";
 }
 
-TEST_F(Deforming, RefusesWhatCanNotBeAShape) {
+TEST_F(DeformingGeometry, RefusesBadShapes) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
   const GeometryId still = add(box);
   const GeometryId geometry = add_deforming(box);
@@ -146,7 +135,7 @@ TEST_F(Deforming, RefusesWhatCanNotBeAShape) {
   const Version before = database().latest().version;
   const std::size_t count = box.positions_m.size();
   const auto refused = [&](BadInputReason reason, GeometryId id, const Positions& positions,
-                           const std::array<double, 4>& values, const char* words) {
+                           const std::array<double, 4>& values, const char* part) {
     const auto transaction = database().make_transaction(
         {.max_writes = 1, .max_geometry_updates = 2, .max_positions = static_cast<std::uint32_t>(2 * count)});
     transaction->begin(terms_at({}));
@@ -162,15 +151,15 @@ TEST_F(Deforming, RefusesWhatCanNotBeAShape) {
       const double value = outcome.bad_input.values[i];
       EXPECT_TRUE(value == values[i] || (std::isnan(value) && std::isnan(values[i]))) << i << ": " << value;
     }
-    EXPECT_NE(describe(outcome).find(words), std::string::npos) << describe(outcome);
+    EXPECT_NE(describe(outcome).find(part), std::string::npos) << describe(outcome);
     EXPECT_NE(describe(outcome).find("geometry update 1"), std::string::npos) << describe(outcome);
     EXPECT_EQ(database().latest().version, before);
     EXPECT_EQ(lambda(), 9.0f);
   };
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto with = [&](std::size_t place, const glm::vec3& p) {
+  const auto with_position = [&](std::size_t i, const glm::vec3& p) {
     Positions positions = box.positions_m;
-    positions[place] = p;
+    positions[i] = p;
     return positions;
   };
   refused(BadInputReason::unknown_geometry, GeometryId{55}, box.positions_m, {55, 0, 0, 0}, "geometry 55");
@@ -186,14 +175,14 @@ TEST_F(Deforming, RefusesWhatCanNotBeAShape) {
           "0 positions are given");
   refused(BadInputReason::wrong_position_count, geometry, Positions(10 * count),
           {static_cast<double>(10 * count), static_cast<double>(count), 0, 0}, "positions are given");
-  refused(BadInputReason::not_finite, geometry, with(3, {1.0f, NAN, 2.0f}), {1.0, nan, 2.0, 3.0},
+  refused(BadInputReason::not_finite, geometry, with_position(3, {1.0f, NAN, 2.0f}), {1.0, nan, 2.0, 3.0},
           "position 3 is (1, nan, 2)");
-  refused(BadInputReason::not_finite, geometry, with(count - 1, {-INFINITY, 0.0f, 0.0f}),
+  refused(BadInputReason::not_finite, geometry, with_position(count - 1, {-INFINITY, 0.0f, 0.0f}),
           {-INFINITY, 0.0, 0.0, static_cast<double>(count - 1)}, "not finite");
-  refused(BadInputReason::out_of_limits, geometry, with(0, {0.0f, 0.0f, 2e5f}), {0.0, 0.0, 2e5, 0.0},
+  refused(BadInputReason::out_of_limits, geometry, with_position(0, {0.0f, 0.0f, 2e5f}), {0.0, 0.0, 2e5, 0.0},
           "beyond the limit of 100000 m");
 
-  // More than there is room for.
+  // More positions than the transaction has capacity for.
   const auto small = database().make_transaction(
       {.max_geometry_updates = 2, .max_positions = static_cast<std::uint32_t>(2 * count - 1)});
   small->begin(terms_at({}));
@@ -217,7 +206,7 @@ TEST_F(Deforming, RefusesWhatCanNotBeAShape) {
   }
 }
 
-TEST_F(Deforming, AnUpdateIsAWriteLikeAnyOther) {
+TEST_F(DeformingGeometry, ObeysTheRulesOfWrites) {
   const TriangleMesh triangle{{{0, -1, -1}, {0, 1, -1}, {0, 0, 2}}, {{0, 1, 2}}};
   const GeometryId geometry = add_deforming(triangle);
   create(row_of(geometry), at_s(1.0));
@@ -230,53 +219,53 @@ TEST_F(Deforming, AnUpdateIsAWriteLikeAnyOther) {
   EXPECT_EQ(database().latest().time, at_s(2.0));
   EXPECT_EQ(trace(along_x(at_s(2.0))).lambda, 6.0f);
   EXPECT_EQ(trace(along_x(at_s(1.0)), ReadAt::as_of(at_s(1.5))).lambda, 10.0f);
-  // Without area nothing is hit, and with area it is again.
+  // Without area it is not hit.
   committed(geometry, Positions(3, glm::vec3(1.0f)), at_s(3.0));
   EXPECT_EQ(trace(along_x(at_s(3.0))).status, HitStatus::miss);
   committed(geometry, positions, at_s(4.0));
   EXPECT_EQ(trace(along_x(at_s(4.0))).lambda, 6.0f);
 }
 
-TEST_F(Deforming, DistancesHaveASignWhileItIsClosed) {
+TEST_F(DeformingGeometry, HasSignedDistancesWhileItIsClosed) {
   // A tetrahedron whose faces have corners of their own, and one whose faces share them.
   const glm::vec3 corner[] = {{-1, -1, -1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
   const glm::uvec3 faces[] = {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
-  TriangleMesh apart;
+  TriangleMesh separate;
   for (const glm::uvec3& face : faces) {
-    const auto first = static_cast<std::uint32_t>(apart.positions_m.size());
+    const auto first = static_cast<std::uint32_t>(separate.positions_m.size());
     for (int i = 0; i < 3; ++i)
-      apart.positions_m.push_back(corner[face[i]]);
-    apart.triangles.emplace_back(first, first + 1, first + 2);
+      separate.positions_m.push_back(corner[face[i]]);
+    separate.triangles.emplace_back(first, first + 1, first + 2);
   }
   const TriangleMesh shared{{std::begin(corner), std::end(corner)}, {std::begin(faces), std::end(faces)}};
   const NearestQueryOptions options{
       .name = "sign", .capacity = 1, .target = NearestTarget::triangle, .k = 1, .is_signed = true};
-  const auto query = database().prepare(options);
+  const auto query = prepare(options);
   const auto judged = [&](GeometryId geometry, const Positions& positions) {
     committed(geometry, positions);
-    query.value()->points()[0].point_m = {0.1f, 0.05f, 0.02f};
-    EXPECT_EQ(execute([&](Transaction& t) { t.add_query(*query.value(), 1); }).status, Status::committed);
-    judge(world(), query.value()->points(), query.value()->answers(), options);
-    return query.value()->answers()[0].neighbors[0].distance_m;
+    query->points()[0].point_m = {0.1f, 0.05f, 0.02f};
+    EXPECT_EQ(run(*query, 1).status, Status::committed);
+    judge(world(), query->points(), query->answers(), options);
+    return query->answers()[0].neighbors[0].distance_m;
   };
-  const GeometryId first = add_deforming(apart);
+  const GeometryId first = add_deforming(separate);
   const EntityId body = create(row_of(first));
-  EXPECT_LT(judged(first, apart.positions_m), 0.0f);
-  EXPECT_LT(judged(first, scaled(apart, glm::vec3(2.0f, 1.0f, 3.0f))), 0.0f);
-  Positions opened = apart.positions_m;
+  EXPECT_LT(judged(first, separate.positions_m), 0.0f);
+  EXPECT_LT(judged(first, scaled(separate, glm::vec3(2.0f, 1.0f, 3.0f))), 0.0f);
+  Positions opened = separate.positions_m;
   opened[4] += glm::vec3(0.01f);
   EXPECT_GT(judged(first, opened), 0.0f) << "an open surface has no inside";
-  EXPECT_LT(judged(first, scaled(apart, glm::vec3(0.5f))), 0.0f) << "it has closed again";
+  EXPECT_LT(judged(first, scaled(separate, glm::vec3(0.5f))), 0.0f) << "it is closed again";
   remove(body, {});
   const GeometryId second = add_deforming(shared);
   create(row_of(second));
   Positions bent = shared.positions_m;
   bent[1] += glm::vec3(0.3f);
-  EXPECT_LT(judged(second, bent), 0.0f) << "shared corners can not part";
+  EXPECT_LT(judged(second, bent), 0.0f) << "shared corners can not separate";
 }
 
-/// What others ask while shapes are committed is one of the shapes, whole; and what is pinned stays.
-TEST_F(Deforming, OthersAskMeanwhile) {
+/// Each query of another thread has the shape of its version, as a whole.
+TEST_F(DeformingGeometry, HasOneShapeForQueriesOfOtherThreads) {
   const TriangleMesh sphere = make_sphere(1.0, 3);
   const GeometryId geometry = add_deforming(sphere, {.retained_shapes = max_retained_shapes});
   create(row_of(geometry));
@@ -284,8 +273,8 @@ TEST_F(Deforming, OthersAskMeanwhile) {
   const Version first = committed(geometry, scaled(sphere, glm::vec3(size_in(2))));
   ASSERT_EQ(first, 2u);
   std::atomic<bool> done = false;
-  std::atomic<int> asked = 0, too_old = 0, wrong = 0;
-  const auto ask = [&](bool pinned) {
+  std::atomic<int> answered = 0, too_old = 0, wrong = 0;
+  const auto query_until_done = [&](bool pinned) {
     const auto query = prepare_rays(RayMode::closest, false, 64);
     const auto transaction = database().make_transaction({.max_queries = 1});
     while (!done.load()) {
@@ -305,8 +294,8 @@ TEST_F(Deforming, OthersAskMeanwhile) {
         ++too_old;
         continue;
       }
-      ++asked;
-      // On the sphere of that version; its facets are 2 % deep at the most.
+      ++answered;
+      // On the sphere of that version; its facets are within 2 %.
       const double size = size_in(outcome.version);
       for (const RayHit& hit : query->hits().first(64)) {
         const double radius = 10.0 - static_cast<double>(hit.lambda);
@@ -315,23 +304,23 @@ TEST_F(Deforming, OthersAskMeanwhile) {
       }
     }
   };
-  std::thread newest([&] { ask(false); });
-  std::thread pinned([&] { ask(true); });
+  std::thread newest([&] { query_until_done(false); });
+  std::thread pinned([&] { query_until_done(true); });
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   Version version = first;
-  for (; (asked < 200 || version < 300) && std::chrono::steady_clock::now() < end; ++version)
+  for (; (answered < 200 || version < 300) && std::chrono::steady_clock::now() < end; ++version)
     EXPECT_EQ(committed(geometry, scaled(sphere, glm::vec3(size_in(version + 1)))), version + 1);
   done = true;
   newest.join();
   pinned.join();
-  EXPECT_GE(asked, 200);
+  EXPECT_GE(answered, 200);
   EXPECT_EQ(wrong, 0);
-  EXPECT_LT(too_old, asked / 2) << "shapes of more versions are kept than are made during a question";
+  EXPECT_LT(too_old, answered / 2) << "shapes are kept for less time than a query takes";
 }
 
-/// A slot of a version is brought to a later one by its few changed rows: not where a shape has changed too,
-/// though the newest shape of all is the same in both.
-TEST_F(Deforming, SlotsOfOtherShapesAreNotPatched) {
+/// Few changed rows are a patch of a slot, but not if a shape differs too. The newest shape is the same in
+/// both versions here.
+TEST_F(DeformingGeometry, PreventsPatchesOfSlotsWithOtherShapes) {
   const TriangleMesh box = make_box({2.0, 2.0, 2.0});
   const GeometryId first = add_deforming(box, {.retained_shapes = 8});
   const GeometryId second = add_deforming(box, {.retained_shapes = 8});

@@ -1,5 +1,5 @@
 #pragma once
-// What the tests of geometry that deforms share.
+// Fixture of tests of deforming geometry.
 
 #include "tests/gpu/database_test.hpp"
 
@@ -14,7 +14,7 @@ inline Positions scaled(const TriangleMesh& mesh, const glm::vec3& scale) {
   return positions;
 }
 
-class Deforming : public DatabaseTest {
+class DeformingGeometry : public DatabaseTest {
  protected:
   GeometryId add_deforming(const TriangleMesh& mesh, GeometryOptions options = {}) {
     options.deforms = true;
@@ -37,7 +37,9 @@ class Deforming : public DatabaseTest {
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     return outcome.version;
   }
+  /// Towards the origin.
   static Ray along_x(WorldTime t = {}) { return ray_from({-10.0f, 0.01f, 0.02f}, {1, 0, 0}, t); }
+  /// Of the ray along x; -1: a miss.
   float lambda(const ReadAt& read_at = {}) {
     const RayHit hit = trace(along_x(), read_at);
     return hit.status == HitStatus::hit ? hit.lambda : -1.0f;

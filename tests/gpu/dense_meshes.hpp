@@ -1,5 +1,5 @@
 #pragma once
-// Meshes that are searched for long, and asking them.
+// Meshes whose search takes many rounds.
 
 #include <algorithm>
 #include <cstdint>
@@ -9,14 +9,13 @@
 
 namespace rtstdb::test {
 
-/// The same triangle `count` times: every ray that meets it has to look at all of them.
-inline TriangleMesh pile(std::uint32_t count) {
+/// One triangle `count` times: each ray that hits it tests all of them.
+inline TriangleMesh repeated_triangle(std::uint32_t count) {
   return {{{-1, -1, 0}, {1, -1, 0}, {0, 2, 0}}, std::vector<glm::uvec3>(count, {0, 1, 2})};
 }
 
-/// Lines, as triangles without area: their boxes are entered, nothing is hit. Each ray finds its own way
-/// through.
-inline TriangleMesh thicket(Random& random, std::uint32_t count) {
+/// Triangles without area: rays visit their boxes and hit nothing, each ray by its own path.
+inline TriangleMesh random_lines(Random& random, std::uint32_t count) {
   TriangleMesh mesh{{{100, 100, 0}, {101, 100, 0}, {100, 101, 0}}, {{0, 1, 2}}};
   for (std::uint32_t i = 0; i < count; ++i) {
     const glm::dvec3 from_m(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
@@ -27,10 +26,11 @@ inline TriangleMesh thicket(Random& random, std::uint32_t count) {
   return mesh;
 }
 
-/// Closed, thin, one above the other: the nearest is soon found, but a column meets them all.
-inline TriangleMesh tower(std::uint32_t storeys) {
+/// Thin closed prisms, one above the other: the nearest is soon found, but counting crossings for a sign
+/// visits all.
+inline TriangleMesh stacked_prisms(std::uint32_t count) {
   TriangleMesh mesh;
-  for (std::uint32_t i = 0; i < storeys; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
     const float height = 0.01f * static_cast<float>(i);
     for (const float up : {0.0f, 0.005f})

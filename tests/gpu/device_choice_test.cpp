@@ -1,4 +1,4 @@
-// Which device is taken, on lists that this machine does not have.
+// Which device of a list is selected.
 
 #include "rtstdb/gpu/device_choice.hpp"
 
@@ -32,7 +32,7 @@ std::size_t chosen(std::string_view select, const std::vector<Candidate>& list) 
 std::string refusal(std::string_view select, const std::vector<Candidate>& list) {
   const auto result = choose_device(select, list);
   if (result) {
-    ADD_FAILURE() << "took index " << result.value();
+    ADD_FAILURE() << "selected index " << result.value();
     return {};
   }
   EXPECT_EQ(result.error().code, ErrorCode::no_device);
@@ -50,30 +50,30 @@ TEST(DeviceChoice, AutoPrefersDiscreteThenIntegratedThenVirtualThenCpu) {
   EXPECT_EQ(list[chosen("auto", list)].kind, DeviceKind::cpu);
 }
 
-TEST(DeviceChoice, AutoPassesOverUnfitDevices) {
+TEST(DeviceChoice, AutoIgnoresUnsuitableDevices) {
   auto list = laptop;
   list[2].unsuitable = list[3].unsuitable = "without timelineSemaphore";
   EXPECT_EQ(chosen("auto", list), 1u);
 }
 
-TEST(DeviceChoice, TakesAnIndex) {
+TEST(DeviceChoice, AcceptsAnIndex) {
   for (std::size_t i = 0; i < laptop.size(); ++i)
     EXPECT_EQ(chosen(std::to_string(i), laptop), i);
 }
 
-TEST(DeviceChoice, TakesPartOfANameWhateverItsCase) {
+TEST(DeviceChoice, AcceptsPartOfANameInAnyCase) {
   EXPECT_EQ(chosen("LLVMPIPE", laptop), 0u);
   EXPECT_EQ(chosen("iris", laptop), 1u);
   EXPECT_EQ(chosen("nvidia", laptop), 2u);
 }
 
-TEST(DeviceChoice, TextOfDigitsIsAnIndex) {
+TEST(DeviceChoice, ReadsDigitsAsAnIndex) {
   EXPECT_NE(refusal("4090", laptop).find("index 4090"), std::string::npos);
   EXPECT_EQ(chosen("RTX 4090", laptop), 3u);
   EXPECT_NE(refusal("99999999999999999999999", laptop).find("\"9999"), std::string::npos);
 }
 
-TEST(DeviceChoice, ARefusalListsWhatThereIs) {
+TEST(DeviceChoice, ListsTheDevicesInARefusal) {
   const std::string by_index = refusal("7", laptop);
   EXPECT_NE(by_index.find("index 7"), std::string::npos) << by_index;
   EXPECT_NE(by_index.find("2 \"NVIDIA GeForce RTX 4070\""), std::string::npos) << by_index;
@@ -82,13 +82,13 @@ TEST(DeviceChoice, ARefusalListsWhatThereIs) {
   EXPECT_NE(by_name.find("llvmpipe"), std::string::npos) << by_name;
 }
 
-TEST(DeviceChoice, NoDeviceSaysWhatToInstall) {
+TEST(DeviceChoice, NamesThePackageIfThereIsNoDevice) {
   const std::string message = refusal("auto", {});
   EXPECT_NE(message.find("no Vulkan device"), std::string::npos) << message;
   EXPECT_NE(message.find("mesa-vulkan-drivers"), std::string::npos) << message;
 }
 
-TEST(DeviceChoice, AnUnfitDeviceIsRefusedWithItsReason) {
+TEST(DeviceChoice, RefusesAnUnsuitableDeviceWithTheReason) {
   const std::vector<Candidate> old{candidate("Old GPU", DeviceKind::discrete, "Vulkan 1.1.0, not 1.3")};
   for (const char* select : {"auto", "0", "old"}) {
     const std::string message = refusal(select, old);

@@ -7,10 +7,10 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// Longer than any row of pauses between tries here.
-constexpr std::chrono::seconds patience{60};
+/// Longer than all pauses between recovery attempts.
+constexpr std::chrono::seconds timeout{60};
 
-/// Call 1 and then each that is a multiple of `every`.
+/// After call 1 the multiples of `every`.
 std::uint64_t next_call(std::uint64_t call, std::uint64_t every) {
   return (call / every + 1) * every;
 }
@@ -26,33 +26,33 @@ void expect_same_bits(const AnswerBits& answers, const AnswerBits& expected) {
 
 void DeviceLossTest::SetUp() {
   lost_.set_up();
-  whole_.set_up();
+  undisturbed_.set_up();
 }
 
 void DeviceLossTest::TearDown() {
-  for (LossWorld* world : {&lost_, &whole_}) {
+  for (DeviceLossWorld* world : {&lost_, &undisturbed_}) {
     const std::vector<std::string> messages = world->database().health().validation_messages;
     EXPECT_TRUE(messages.empty()) << messages.front();
   }
 }
 
 void DeviceLossTest::expect_same(std::size_t kind, unsigned round) {
-  const LossWorld::Kind& asked = lost_.kinds()[kind];
-  const LossWorld::Kind& asked_of_whole =
-      *std::ranges::find(whole_.kinds(), asked.name, &LossWorld::Kind::name);
-  const Status expected = whole_.execute(asked_of_whole, round).status;
+  const DeviceLossWorld::Kind& lost_kind = lost_.kinds()[kind];
+  const DeviceLossWorld::Kind& undisturbed_kind =
+      *std::ranges::find(undisturbed_.kinds(), lost_kind.name, &DeviceLossWorld::Kind::name);
+  const Status expected = undisturbed_.execute(undisturbed_kind, round).status;
   ASSERT_TRUE(expected == Status::committed || expected == Status::truncated) << to_string(expected);
-  const auto end = SteadyClock::now() + patience;
-  const Outcome* outcome = &lost_.execute(asked, round);
+  const auto end = SteadyClock::now() + timeout;
+  const Outcome* outcome = &lost_.execute(lost_kind, round);
   while (outcome->status == Status::device_lost && SteadyClock::now() < end)
-    outcome = &lost_.execute(asked, round);
+    outcome = &lost_.execute(lost_kind, round);
   ASSERT_EQ(outcome->status, expected) << describe(*outcome);
-  expect_same_bits(lost_.answers(asked), whole_.answers(asked_of_whole));
+  expect_same_bits(lost_.answers(lost_kind), undisturbed_.answers(undisturbed_kind));
 }
 
 void DeviceLossTest::expect_same_rows() {
   const auto rows = lost_.rows();
-  const auto expected = whole_.rows();
+  const auto expected = undisturbed_.rows();
   ASSERT_EQ(rows.size(), expected.size());
   for (std::size_t k = 0; k < rows.size(); ++k)
     EXPECT_TRUE(same(rows[k], expected[k])) << "entity " << k;
@@ -72,10 +72,10 @@ bool DeviceLossTest::lose_at(std::uint64_t call, std::size_t kind, unsigned roun
     expect_same_rows();
     expect_same(kind, round);
   } else {
-    // It was done.
-    const Status expected = whole_.execute(whole_.kinds()[kind], round).status;
+    // The round is complete.
+    const Status expected = undisturbed_.execute(undisturbed_.kinds()[kind], round).status;
     EXPECT_EQ(status, expected);
-    expect_same_bits(lost_.answers(lost_.kinds()[kind]), whole_.answers(whole_.kinds()[kind]));
+    expect_same_bits(lost_.answers(lost_.kinds()[kind]), undisturbed_.answers(undisturbed_.kinds()[kind]));
   }
   expect_same_rows();
   return enough_calls;
@@ -84,7 +84,7 @@ bool DeviceLossTest::lose_at(std::uint64_t call, std::size_t kind, unsigned roun
 void DeviceLossTest::lose_at_calls_of_each_kind(std::uint64_t every) {
   for (std::size_t kind = 0; kind < lost_.kinds().size(); ++kind) {
     SCOPED_TRACE(lost_.kinds()[kind].name);
-    // The first time that a query is asked on a device it has more to do.
+    // The first run of a query on a device has more calls.
     expect_same(kind, ++round_);
     for (std::uint64_t call = 1; !HasFatalFailure(); call = next_call(call, every)) {
       SCOPED_TRACE(testing::Message() << "call " << call);
@@ -93,7 +93,7 @@ void DeviceLossTest::lose_at_calls_of_each_kind(std::uint64_t every) {
   }
 }
 
-void DeviceLossTest::lose_at_calls_while_it_comes_back(std::uint64_t every) {
+void DeviceLossTest::lose_at_calls_of_recovery(std::uint64_t every) {
   bool enough_calls = true;
   for (std::uint64_t call = 1; enough_calls && !HasFatalFailure(); call = next_call(call, every)) {
     SCOPED_TRACE(testing::Message() << "call " << call << " after the loss");
@@ -115,17 +115,17 @@ void DeviceLossTest::lose_at_calls_while_geometry_is_added(std::uint64_t every) 
   for (const auto& [mesh, options] : all) {
     bool enough_calls = true;
     for (std::uint64_t call = 1; enough_calls && !HasFatalFailure(); call = next_call(call, every)) {
-      SCOPED_TRACE(testing::Message() << "call " << call << (options.deforms ? ", it deforms" : ""));
+      SCOPED_TRACE(testing::Message() << "call " << call << (options.deforms ? ", deforming" : ""));
       loader_.lose_at_call(call);
       const auto added = lost_.database().add_geometry(mesh, "late", options);
       enough_calls = loader_.calls() >= call;
       loader_.lose_at_call(0);
-      const auto expected = whole_.database().add_geometry(mesh, "late", options);
+      const auto expected = undisturbed_.database().add_geometry(mesh, "late", options);
       ASSERT_TRUE(added.ok()) << added.error().message;
       ASSERT_TRUE(expected.ok()) << expected.error().message;
       EXPECT_EQ(added.value(), expected.value());
       lost_.show_as(added.value());
-      whole_.show_as(expected.value());
+      undisturbed_.show_as(expected.value());
       expect_same(call % lost_.kinds().size(), ++round_);
       expect_same(lost_.kinds().size() - 2, ++round_);
     }
@@ -133,7 +133,7 @@ void DeviceLossTest::lose_at_calls_while_geometry_is_added(std::uint64_t every) 
 }
 
 void DeviceLossTest::lose_at_calls_while_queries_are_prepared(std::uint64_t every) {
-  for (const int step : LossWorld::query_steps()) {
+  for (const int step : DeviceLossWorld::query_steps()) {
     bool enough_calls = true;
     for (std::uint64_t call = 1; enough_calls && !HasFatalFailure(); call = next_call(call, every)) {
       SCOPED_TRACE(testing::Message() << "call " << call << " of step " << step);

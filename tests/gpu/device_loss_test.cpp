@@ -1,4 +1,4 @@
-// The device is lost, at every call: nothing that was committed goes, nothing that was not stays, and the
+// The device is lost at any Vulkan call: committed versions stay, aborted transactions leave nothing, and the
 // same answers come again soon.
 
 #include "tests/gpu/device_loss.hpp"
@@ -14,34 +14,34 @@ using gpu::test::FaultLoader;
 using SteadyClock = std::chrono::steady_clock;
 using DeviceLoss = DeviceLossTest;
 
-/// Places that are left out, for the form that loses the device at each call is long_device_loss_test.
+/// A sample of calls; long_device_loss_test tests each call.
 #ifdef __SANITIZE_ADDRESS__
-constexpr std::uint64_t fewer = 4;
+constexpr std::uint64_t stride = 4;
 #else
-constexpr std::uint64_t fewer = 2;
+constexpr std::uint64_t stride = 2;
 #endif
 
-TEST_F(DeviceLoss, AtCallsOfEachKindOfTransaction) {
-  lose_at_calls_of_each_kind(7 * fewer);
+TEST_F(DeviceLoss, AtACallOfATransactionLeavesNoTrace) {
+  lose_at_calls_of_each_kind(7 * stride);
 }
 
-TEST_F(DeviceLoss, AtCallsWhileItComesBack) {
-  lose_at_calls_while_it_comes_back(97 * fewer);
+TEST_F(DeviceLoss, DuringARecoveryIsRecoveredFrom) {
+  lose_at_calls_of_recovery(97 * stride);
 }
 
-TEST(DeviceLossAtTheStart, AtCallsWhileADatabaseOpens) {
-  lose_at_calls_while_a_database_opens(101 * fewer);
+TEST(DeviceLossAtOpen, IsAnErrorWithoutLeaks) {
+  lose_at_calls_while_a_database_opens(101 * stride);
 }
 
-TEST_F(DeviceLoss, AtCallsWhileGeometryIsAdded) {
-  lose_at_calls_while_geometry_is_added(97 * fewer);
+TEST_F(DeviceLoss, WhileGeometryIsAddedIsRecoveredFrom) {
+  lose_at_calls_while_geometry_is_added(97 * stride);
 }
 
-TEST_F(DeviceLoss, AtCallsWhileQueriesArePrepared) {
-  lose_at_calls_while_queries_are_prepared(211 * fewer);
+TEST_F(DeviceLoss, WhileQueriesArePreparedIsRecoveredFrom) {
+  lose_at_calls_while_queries_are_prepared(211 * stride);
 }
 
-TEST_F(DeviceLoss, LeavesNoMemoryBehind) {
+TEST_F(DeviceLoss, LeaksNoMemory) {
   const int devices = loader_.live_devices();
   const int allocations = loader_.live_allocations();
   for (int losses = 0; losses < 3; ++losses)
@@ -52,7 +52,7 @@ TEST_F(DeviceLoss, LeavesNoMemoryBehind) {
   EXPECT_LE(loader_.live_allocations(), allocations);
 }
 
-TEST_F(DeviceLoss, SpansOfQueriesStayAndWhatStandsInThem) {
+TEST_F(DeviceLoss, KeepsTheElementsOfQueries) {
   const auto made = lost_.database().prepare(RayQueryOptions{.name = "kept", .capacity = 1000});
   ASSERT_TRUE(made.ok()) << made.error().message;
   RayQuery& query = *made.value();
@@ -65,7 +65,7 @@ TEST_F(DeviceLoss, SpansOfQueriesStayAndWhatStandsInThem) {
     ASSERT_EQ(rays[k].lambda_max, static_cast<float>(k));
 }
 
-TEST_F(DeviceLoss, WhileCalibratingIsSaid) {
+TEST_F(DeviceLoss, IsReportedByCalibrate) {
   const auto made = lost_.database().prepare(RayQueryOptions{.name = "calibrated", .capacity = 8});
   ASSERT_TRUE(made.ok()) << made.error().message;
   const auto transaction = lost_.database().make_transaction({.max_queries = 1});
@@ -75,13 +75,13 @@ TEST_F(DeviceLoss, WhileCalibratingIsSaid) {
   const auto lost = lost_.database().calibrate(*transaction);
   ASSERT_FALSE(lost.ok());
   EXPECT_EQ(lost.error().code, ErrorCode::device_lost);
-  const auto again = lost_.database().calibrate(*transaction);
-  EXPECT_TRUE(again.ok()) << again.error().message;
+  const auto repeated = lost_.database().calibrate(*transaction);
+  EXPECT_TRUE(repeated.ok()) << repeated.error().message;
   expect_same_rows();
 }
 
-/// Everything but what asks goes on.
-TEST_F(DeviceLoss, ThatStaysIsToldAtOnceAndWritesAreCommitted) {
+/// Transactions without queries go on.
+TEST_F(DeviceLoss, WithoutRecoveryIsReportedAtOnceWhileWritesAreCommitted) {
   loader_.fail("vkCreateDevice", FaultLoader::device_lost, FaultLoader::for_ever);
   loader_.lose_at_call(1);
   EXPECT_EQ(lost_.execute(lost_.kinds()[0], ++round_).status, Status::device_lost);
@@ -91,7 +91,7 @@ TEST_F(DeviceLoss, ThatStaysIsToldAtOnceAndWritesAreCommitted) {
   EXPECT_TRUE(health.device_lost);
   EXPECT_EQ(health.device_losses, 1u);
   EXPECT_NE(health.device_loss.find("could not be opened again"), std::string::npos) << health.device_loss;
-  for (LossWorld* world : {&lost_, &whole_}) {
+  for (DeviceLossWorld* world : {&lost_, &undisturbed_}) {
     const auto writer = world->database().make_transaction({.max_writes = 1});
     writer->begin({});
     writer->create({});
@@ -105,70 +105,69 @@ TEST_F(DeviceLoss, ThatStaysIsToldAtOnceAndWritesAreCommitted) {
   loader_.fail("vkCreateDevice", 0, 0);
   expect_same(0, round_);
   EXPECT_FALSE(lost_.database().health().device_lost);
-  // Nothing of the geometry that was refused is there.
+  // The refused geometry has no index.
   const auto added = lost_.database().add_geometry(make_box({1.0, 1.0, 1.0}), "box");
-  const auto expected = whole_.database().add_geometry(make_box({1.0, 1.0, 1.0}), "box");
+  const auto expected = undisturbed_.database().add_geometry(make_box({1.0, 1.0, 1.0}), "box");
   ASSERT_TRUE(added.ok() && expected.ok());
   EXPECT_EQ(added.value(), expected.value());
 }
 
-/// The device lives on, but not all that is there could be connected to a pool that had grown: nobody waits
-/// for it for ever.
-TEST_F(DeviceLoss, OfAPoolThatIsNotWhole) {
-  const TriangleMesh more_than_the_pool_has = make_sphere(0.8, 6);
+/// The device works, but some bindings to the larger pool fail.
+TEST_F(DeviceLoss, IsAssumedIfBindingsToALargerPoolFail) {
+  const TriangleMesh larger_than_the_pool = make_sphere(0.8, 6);
   bool added = false;
   int refused = 0;
   for (int calls = 0; !added && !HasFailure(); ++calls) {
     SCOPED_TRACE(testing::Message() << "after " << calls << " calls");
     loader_.fail("vkAllocateDescriptorSets", FaultLoader::out_of_device_memory, 1, calls);
-    const auto result = lost_.database().add_geometry(more_than_the_pool_has, "large");
+    const auto result = lost_.database().add_geometry(larger_than_the_pool, "large");
     loader_.fail("vkAllocateDescriptorSets", 0, 0);
     added = result.ok();
     refused += added ? 0 : 1;
     if (!added) {
       EXPECT_EQ(result.error().code, ErrorCode::out_of_memory) << result.error().message;
     }
-    // Twice, so that what deforms is shown in both its places.
+    // Twice, for both places of a deforming shape.
     for (std::size_t kind = 0; kind < 2 * lost_.kinds().size(); ++kind)
       expect_same(kind % lost_.kinds().size(), ++round_);
   }
   EXPECT_GT(refused, 0);
 }
 
-/// Half a second, or half of what it takes here and now to open the same database and to ask it: a machine
-/// that is busy, or a sanitizer, makes both slow.
+/// Within half a second, or half the time to open and query such a database: a busy machine or a sanitizer
+/// makes both slow. Real time is the subject: how long a recovery takes.
 TEST_F(DeviceLoss, IsFollowedByAnAnswerSoon) {
   const auto since = [](SteadyClock::time_point begun) { return SteadyClock::now() - begun; };
   auto begun = SteadyClock::now();
-  LossWorld world(LossWorld::On::real_device, {.validation = Validation::on});
+  DeviceLossWorld world(DeviceLossWorld::On::real_device, {.validation = Validation::on});
   world.set_up();
   ASSERT_EQ(world.execute(world.kinds()[0], ++round_).status, Status::committed);
   const auto opening = since(begun);
-  auto reviving = SteadyClock::duration::max();
+  auto recovery = SteadyClock::duration::max();
   for (int k = 0; k < 4; ++k) {
     loader_.lose_at_call(1);
     ASSERT_EQ(lost_.execute(lost_.kinds()[0], ++round_).status, Status::device_lost);
     loader_.lose_at_call(0);
     begun = SteadyClock::now();
     ASSERT_EQ(lost_.execute(lost_.kinds()[0], round_).status, Status::committed);
-    reviving = std::min(reviving, since(begun));
+    recovery = std::min(recovery, since(begun));
   }
   const SteadyClock::duration bound =
       std::max<SteadyClock::duration>(std::chrono::milliseconds(500), opening / 2);
-  EXPECT_LT(reviving, bound);
+  EXPECT_LT(recovery, bound);
   const auto in_us = [](SteadyClock::duration duration) {
     return static_cast<int>(std::chrono::ceil<std::chrono::microseconds>(duration).count());
   };
-  RecordProperty("reviving_us", in_us(reviving));
+  RecordProperty("recovery_us", in_us(recovery));
   RecordProperty("opening_us", in_us(opening));
-  std::cout << "answered after " << in_us(reviving) / 1000 << " ms; opening and asking takes "
+  std::cout << "answered after " << in_us(recovery) / 1000 << " ms; opening and querying takes "
             << in_us(opening) / 1000 << " ms\n";
 }
 
-TEST(DeviceThatCopies, AnswersTheSame) {
-  LossWorld copies(LossWorld::On::copying_device);
-  LossWorld shares(LossWorld::On::real_device);
-  for (LossWorld* world : {&copies, &shares})
+TEST(DeviceWithoutHostMemoryImport, GivesTheSameAnswers) {
+  DeviceLossWorld copies(DeviceLossWorld::On::copying_device);
+  DeviceLossWorld shares(DeviceLossWorld::On::real_device);
+  for (DeviceLossWorld* world : {&copies, &shares})
     world->set_up();
   for (std::size_t kind = 0; kind < copies.kinds().size(); ++kind) {
     SCOPED_TRACE(copies.kinds()[kind].name);
@@ -180,13 +179,13 @@ TEST(DeviceThatCopies, AnswersTheSame) {
   }
 }
 
-TEST(RevivalPace, TriesAtOnceAndThenEverLater) {
+TEST(RevivalPace, TriesAtOnceAndThenAfterLongerPauses) {
   using namespace std::chrono_literals;
   using query::RevivalPace;
   RevivalPace pace;
   RevivalPace::Time now{1h};
   pace.failed(now);
-  EXPECT_TRUE(pace.may_try(now)) << "it had answered";
+  EXPECT_TRUE(pace.may_try(now)) << "the device worked before";
   for (const auto pause : {100ms, 200ms, 400ms, 800ms, 1600ms, 3200ms, 6400ms, 10'000ms, 10'000ms}) {
     pace.failed(now);
     EXPECT_FALSE(pace.may_try(now + pause - 1ms));

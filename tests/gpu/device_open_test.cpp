@@ -1,4 +1,4 @@
-// Opening a device: what it says of itself, what it says when there is none, what it leaves alone.
+// Opening a device: its properties, refusals, and the state of the calling thread.
 
 #include <pthread.h>
 #include <sched.h>
@@ -61,7 +61,7 @@ void expect_text(const std::string& message, const std::string& part) {
   EXPECT_NE(message.find(part), std::string::npos) << "\"" << part << "\" is missing in: " << message;
 }
 
-TEST(DeviceOpen, SaysWhatItIs) {
+TEST(DeviceOpen, ReportsItsProperties) {
   const auto device = Device::open(test_device_options(false));
   ASSERT_TRUE(device.ok()) << device.error().message;
   const DeviceInfo& info = device.value()->info();
@@ -73,7 +73,7 @@ TEST(DeviceOpen, SaysWhatItIs) {
     EXPECT_TRUE(info.software);
     EXPECT_TRUE(info.driver.starts_with("llvmpipe Mesa ")) << info.driver;
   }
-  // The least that Vulkan 1.3 promises.
+  // The minimum of Vulkan 1.3.
   const DeviceLimits& limits = device.value()->limits();
   EXPECT_GE(limits.max_storage_range_bytes, std::size_t{1} << 27);
   EXPECT_GE(limits.max_texel_elements, std::size_t{1} << 16);
@@ -81,7 +81,7 @@ TEST(DeviceOpen, SaysWhatItIs) {
   EXPECT_GE(limits.max_allocation_bytes, std::size_t{1} << 30);
 }
 
-TEST(DeviceOpen, SaysHowManyProcessorsASoftwareDeviceHas) {
+TEST(DeviceOpen, ReportsTheProcessorsOfASoftwareDevice) {
   const std::uint32_t all = std::max(std::thread::hardware_concurrency(), 1u);
   const auto processors = [](const char* threads) {
     const ScopedEnvironment limited("LP_NUM_THREADS", threads);
@@ -91,13 +91,13 @@ TEST(DeviceOpen, SaysHowManyProcessorsASoftwareDeviceHas) {
     return device.value()->info().software ? device.value()->limits().processors : 0;
   };
   const std::uint32_t one = processors("1");
-  if (one == 0) return;  // a GPU's are its own business
+  if (one == 0) return;  // a GPU reports none
   EXPECT_EQ(one, 1u);
-  EXPECT_EQ(processors("0"), 1u) << "the driver's own thread computes";
+  EXPECT_EQ(processors("0"), 1u) << "the thread of the driver computes";
   EXPECT_EQ(processors("1000"), all);
 }
 
-TEST(DeviceOpen, ByIndexAndByPartOfItsName) {
+TEST(DeviceOpen, AcceptsAnIndexAndPartOfAName) {
   const auto devices = Device::list();
   ASSERT_FALSE(devices.empty());
   for (std::size_t i = 0; i < devices.size(); ++i) {
@@ -113,7 +113,7 @@ TEST(DeviceOpen, ByIndexAndByPartOfItsName) {
   }
 }
 
-TEST(DeviceOpen, AnUnknownDeviceIsRefusedWithTheList) {
+TEST(DeviceOpen, RefusesAnUnknownDeviceWithTheList) {
   const auto devices = Device::list();
   ASSERT_FALSE(devices.empty());
   for (const char* select : {"no such device", "1000"}) {
@@ -123,7 +123,7 @@ TEST(DeviceOpen, AnUnknownDeviceIsRefusedWithTheList) {
   }
 }
 
-TEST(DeviceOpen, WithoutAnyDriverSaysWhatToInstall) {
+TEST(DeviceOpen, NamesThePackageOfAMissingDriver) {
   const ScopedEnvironment no_driver("VK_DRIVER_FILES", "/nonexistent");
   const std::string message = refusal({});
   expect_text(message, "no Vulkan device");
@@ -132,17 +132,17 @@ TEST(DeviceOpen, WithoutAnyDriverSaysWhatToInstall) {
   EXPECT_TRUE(Device::list().empty());
 }
 
-TEST(DeviceOpen, WithoutTheLoaderSaysWhatToInstall) {
+TEST(DeviceOpen, NamesThePackageOfAMissingLoader) {
   const std::string message = refusal({.loader_library = "libno_such_vulkan_loader.so.1"});
   expect_text(message, "libno_such_vulkan_loader.so.1");
   expect_text(message, "libvulkan1");
 }
 
-TEST(DeviceOpen, ALibraryThatIsNoVulkanLoaderIsRefused) {
+TEST(DeviceOpen, RefusesALibraryThatIsNoVulkanLoader) {
   expect_text(refusal({.loader_library = "libm.so.6"}), "libm.so.6");
 }
 
-TEST(DeviceOpen, WithoutTheValidationLayerSaysWhatToInstall) {
+TEST(DeviceOpen, NamesThePackageOfAMissingValidationLayer) {
   const ScopedEnvironment no_layers("VK_LAYER_PATH", "/nonexistent");
   const std::string message = refusal({.validation = true});
   expect_text(message, "VK_LAYER_KHRONOS_validation");
@@ -150,14 +150,7 @@ TEST(DeviceOpen, WithoutTheValidationLayerSaysWhatToInstall) {
   EXPECT_TRUE(Device::open(test_device_options(false)).ok()) << "validation off needs no layer";
 }
 
-TEST(DeviceOpen, OpensAgainAndAgain) {
-  for (int i = 0; i < 3; ++i) {
-    const auto device = Device::open(test_device_options(i % 2 == 0));
-    ASSERT_TRUE(device.ok()) << device.error().message;
-  }
-}
-
-/// What a thread must not lose to a driver.
+/// What a driver must not change.
 struct ThreadState {
   int policy = 0;
   int priority = 0;
@@ -177,7 +170,7 @@ ThreadState state_of_this_thread() {
   EXPECT_EQ(pthread_sigmask(SIG_BLOCK, nullptr, &state.signals), 0);
   state.rounding = std::fegetround();
 #ifdef __SSE__
-  constexpr unsigned exception_flags = 0x3f;  // what happened, not what is asked for
+  constexpr unsigned exception_flags = 0x3f;  // results, not settings
   state.float_control = _mm_getcsr() & ~exception_flags;
 #endif
   char name[16] = {};
@@ -188,9 +181,9 @@ ThreadState state_of_this_thread() {
 
 std::map<std::string, std::string> affinity_of_other_threads() {
   std::map<std::string, std::string> affinity;
-  const std::string own = std::to_string(gettid());
+  const std::string this_thread = std::to_string(gettid());
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
-    if (task.path().filename() == own) continue;
+    if (task.path().filename() == this_thread) continue;
     std::ifstream status(task.path() / "status");
     for (std::string line; std::getline(status, line);) {
       if (line.starts_with("Cpus_allowed:")) affinity[task.path().filename()] = line;
@@ -199,7 +192,7 @@ std::map<std::string, std::string> affinity_of_other_threads() {
   return affinity;
 }
 
-/// The whole way from a pipeline to a finished dispatch.
+/// Creates a pipeline and waits for a dispatch.
 void add_one_on(Device& device) {
   auto words = device.create_buffer({.name = "words", .size_bytes = 256, .memory = Memory::readback});
   auto add = device.create_pipeline(test_shader_info(TestShader::add));
@@ -219,7 +212,7 @@ void add_one_on(Device& device) {
   EXPECT_EQ(words.value().host_as<std::uint32_t>()[63], 2u);
 }
 
-TEST(DeviceOpen, LeavesTheCallersThreadAlone) {
+TEST(DeviceOpen, DoesNotChangeTheCallingThread) {
   sigset_t blocked;
   sigemptyset(&blocked);
   sigaddset(&blocked, SIGUSR2);
@@ -242,9 +235,9 @@ TEST(DeviceOpen, LeavesTheCallersThreadAlone) {
   }
 }
 
-// A caller that pins itself after open keeps the driver's threads on all processors: none is created later.
-// (The validation layer makes one at the first submit; it has no place in a real-time run.)
-TEST(DeviceOpen, MakesEveryThreadOfLavapipe) {
+/// If a thread sets its affinity after open, the threads of the driver keep theirs. (The validation layer
+/// creates a thread at the first submission, but is off in real-time runs.)
+TEST(DeviceOpen, CreatesAllThreadsOfLavapipe) {
   DeviceOptions options = test_device_options(false);
   options.select = "llvmpipe";
   const auto device = Device::open(options);

@@ -1,11 +1,11 @@
-// Batches of rays of more groups than a device takes in one dispatch: they go in pieces, and the answers are
-// the same. Every other dispatch keeps to what Vulkan guarantees.
+// Batches of rays with more groups than a device allows in one dispatch are split into several dispatches,
+// with the same answers. All other dispatches have no more groups than Vulkan guarantees.
 
-#include <bit>
-#include <cstdlib>
+#include <algorithm>
 #include <limits>
+#include <vector>
 
-#include "rtstdb/open_database.hpp"
+#include "tests/gpu/answer_bits.hpp"
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/fault_loader.hpp"
 #include "tests/gpu/random_scene.hpp"
@@ -13,85 +13,62 @@
 namespace rtstdb::test {
 namespace {
 
-struct Answer {
-  HitStatus status = HitStatus::incomplete;
-  EntityId entity;
-  std::uint32_t lambda_bits = 0;
-
-  bool operator==(const Answer&) const = default;
-};
-
-class DispatchLimit : public testing::Test {
+class DispatchLimit : public DatabaseTest {
  protected:
-  static constexpr std::uint32_t rays = 1000;  // 16 groups
+  static constexpr std::uint32_t ray_count = 1000;  // 16 groups
 
-  /// The same world and the same rays each time; what is built for them goes into few groups.
-  std::vector<Answer> ask_with(std::uint32_t groups, bool side_by_side) {
-    loader_.allow_groups(groups);
-    DatabaseOptions options;
-    options.max_entities = 64;
-    options.validation = Validation::on;
-    options.chunk = Nanoseconds(1);  // as many chunks as there can be
-    if (const char* select = std::getenv("HIL_TEST_GPU")) options.gpu = select;
-    gpu::DeviceOptions device_options;
-    device_options.loader_library = FAULT_LOADER;
-    const auto database = open_database(options, device_options).value();
+  /// The answers on a device that allows so many groups in a dispatch (0: its own limit), in as many chunks
+  /// as there can be. Equal calls give equal worlds and rays.
+  std::vector<Words> answers_with(std::uint32_t max_groups, bool coherent) {
+    loader_.allow_groups(max_groups);
+    open({.max_entities = 64, .chunk = Nanoseconds(1)}, {.loader_library = FAULT_LOADER});
     Random random(7);
-    const std::vector geometries = {database->add_geometry(make_box({1.0, 2.0, 3.0}), "box").value(),
-                                    database->add_geometry(make_sphere(1.5, 1), "ball").value()};
-    const auto query = database->prepare(RayQueryOptions{.name = "rays", .capacity = rays}).value();
-    const auto transaction = database->make_transaction({.max_writes = 50, .max_queries = 1});
-    transaction->begin({});
     const SceneOptions scene;
+    const std::vector geometries = {add(make_box({1.0, 2.0, 3.0})), add(make_sphere(1.5, 1))};
+    std::vector<EntityRow> rows;
     for (int i = 0; i < 50; ++i)
-      transaction->create(random_row(random, geometries, scene, {}));
-    EXPECT_TRUE(database->execute(*transaction).done());
-    const auto entities = database->snapshot({}).value();
-    const std::span<Ray> asked = query->rays();
-    for (std::size_t i = 0; i < asked.size(); i += 8) {
-      std::ranges::copy(random_neighbours(random, entities, scene, {}, 0.5), asked.begin() + i);
-      for (std::size_t k = 1; k < 8 && !side_by_side; ++k)
-        asked[i + k] = random_ray(random, entities, scene, {}, 0.5);
-    }
-    // What a ray costs is known once some have been asked, and with it how few make a chunk.
-    for (int time = 0; time < 3; ++time) {
-      transaction->begin({});
-      transaction->add_query(*query, rays);
+      rows.push_back(random_row(random, geometries, scene, {}));
+    create(rows);
+    const auto entities = database().snapshot({}).value();
+    const auto query = prepare_rays(RayMode::closest, false, ray_count);
+    const std::span<Ray> rays = query->rays();
+    fill_with_neighbours(rays, random, entities, scene, {}, 0.5);
+    for (std::size_t i = 0; i < rays.size() && !coherent; ++i)
+      if (i % 8 != 0) rays[i] = random_ray(random, entities, scene, {}, 0.5);
+    // After the first run the cost of a ray is known, and with it the size of a chunk.
+    for (int k = 0; k < 3; ++k) {
       const std::uint64_t before = loader_.groups();
-      const Outcome outcome = database->execute(*transaction);
+      EXPECT_TRUE(run(*query, ray_count).done());
       groups_ = loader_.groups() - before;
-      EXPECT_TRUE(outcome.done()) << describe(outcome);
     }
-    std::vector<Answer> answers;
-    for (const RayHit& hit : query->hits())
-      answers.push_back({hit.status, hit.entity, std::bit_cast<std::uint32_t>(hit.lambda)});
-    EXPECT_EQ(database->health().validation_messages, std::vector<std::string>{});
-    return answers;
+    return words_of(query->hits());
   }
 
   gpu::test::FaultLoader loader_;
-  std::uint64_t groups_ = 0;  ///< that the rays took, with what was built for them
+  std::uint64_t groups_ = 0;  ///< of the last run
 };
 
 TEST_F(DispatchLimit, OfFewGroupsChangesNoAnswer) {
-  for (const bool side_by_side : {false, true}) {
-    const auto whole = ask_with(0, side_by_side);
-    ASSERT_EQ(whole.size(), rays);
-    EXPECT_GT(std::ranges::count(whole, HitStatus::hit, &Answer::status), 200);
-    for (const std::uint32_t groups : {15u, 8u, 5u}) {
-      EXPECT_TRUE(ask_with(groups, side_by_side) == whole)
-          << groups << " groups a dispatch, side by side " << side_by_side;
-    }
+  for (const bool coherent : {false, true}) {
+    const auto expected = answers_with(0, coherent);
+    ASSERT_EQ(expected.size(), ray_count);
+    EXPECT_GT(std::ranges::count_if(
+                  expected,
+                  [](const Words& words) { return words[0] == static_cast<std::uint32_t>(HitStatus::hit); }),
+              200);
+    for (const std::uint32_t max_groups : {15u, 8u, 5u})
+      EXPECT_TRUE(answers_with(max_groups, coherent) == expected)
+          << max_groups << " groups in a dispatch, coherent " << coherent;
   }
 }
 
-/// Behind a chunk's only piece a next one would begin beyond what 32 bits can tell.
-TEST_F(DispatchLimit, OfAllGroupsThatCanBeToldIsOnePiece) {
-  const auto whole = ask_with(0, false);
+/// The first group of a second dispatch would exceed 32 bits.
+TEST_F(DispatchLimit, OfTheLargestNumberGivesOneDispatch) {
+  const auto expected = answers_with(0, false);
   const std::uint64_t groups = groups_;
-  EXPECT_GE(groups, rays / 64);
-  EXPECT_TRUE(ask_with(std::numeric_limits<std::uint32_t>::max(), false) == whole);
-  EXPECT_LT(groups_, 2 * groups) << "some were dispatched again";
+  EXPECT_GE(groups, ray_count / 64);
+  EXPECT_TRUE(answers_with(std::numeric_limits<std::uint32_t>::max(), false) == expected);
+  EXPECT_LT(groups_, 2 * groups) << "some groups ran twice";
 }
 
 }  // namespace

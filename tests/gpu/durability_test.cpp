@@ -1,5 +1,5 @@
-// A database with a directory: the world, its geometry and its shapes are there again when it is opened
-// again.
+// A database with a directory: when it is opened again, it has its entities, geometries and shapes; and
+// options that it refuses.
 
 #include <cstdlib>
 #include <filesystem>
@@ -8,8 +8,6 @@
 
 namespace rtstdb::test {
 namespace {
-
-constexpr Nanoseconds long_time{60'000'000'000};
 
 class DurabilityTest : public DatabaseTest {
  protected:
@@ -33,7 +31,7 @@ class DurabilityTest : public DatabaseTest {
   std::filesystem::path directory_;
 };
 
-TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
+TEST_F(DurabilityTest, RestoresEntitiesGeometriesAndShapes) {
   open(with(DurabilityMode::group));
   EXPECT_FALSE(database().recovery().found);
   EXPECT_EQ(database().durability().mode, DurabilityMode::group);
@@ -46,7 +44,7 @@ TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
   EntityRow row = row_of(box, {10.0, 0.0, 0.0});
   row.motion.v_world_mps = {1.0, 0.0, 0.0};
   const EntityId moving = create(row);
-  const EntityId still = create(row_of(soft.value(), {0.0, 0.0, -5.0}));
+  const EntityId fixed = create(row_of(soft.value(), {0.0, 0.0, -5.0}));
   std::vector<glm::vec3> raised = sheet.positions_m;
   for (glm::vec3& position : raised)
     position.z += 2.0f;
@@ -61,7 +59,7 @@ TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
   const RayHit hit = trace(ray_from({0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, at_s(1.0)));
   const RayHit below = trace(ray_from({0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, at_s(1.0)));
   EXPECT_EQ(hit.entity, moving);
-  EXPECT_EQ(below.entity, still);
+  EXPECT_EQ(below.entity, fixed);
   EXPECT_TRUE(database().close().ok());
 
   open(with(DurabilityMode::async));
@@ -73,11 +71,11 @@ TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
   EXPECT_EQ(database().find_geometry("soft"), soft.value());
   EXPECT_EQ(database().find_geometry("none"), std::nullopt);
   EXPECT_EQ(database().geometry(soft.value())->positions_m, raised);
-  const RayHit again = trace(ray_from({0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, at_s(1.0)));
-  EXPECT_EQ(again.entity, moving);
-  EXPECT_EQ(again.lambda, hit.lambda);
+  const RayHit restored = trace(ray_from({0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, at_s(1.0)));
+  EXPECT_EQ(restored.entity, moving);
+  EXPECT_EQ(restored.lambda, hit.lambda);
   EXPECT_EQ(trace(ray_from({0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, at_s(1.0))).lambda, below.lambda);
-  // Ids and geometries go on where they were.
+  // New ids continue the old ones.
   const GeometryId third = add(make_box({1.0, 1.0, 1.0}));
   EXPECT_EQ(third.index, 2u);
   const EntityId next = create(row_of(third));
@@ -87,7 +85,7 @@ TEST_F(DurabilityTest, WorldGeometryAndShapesComeBack) {
   EXPECT_TRUE(database().health().degraded.empty());
 }
 
-TEST_F(DurabilityTest, TwoHaveNotOneDirectory) {
+TEST_F(DurabilityTest, RefusesADirectoryInUse) {
   open(with(DurabilityMode::async));
   const auto second = Database::open(with(DurabilityMode::async));
   ASSERT_FALSE(second.ok());
@@ -95,14 +93,14 @@ TEST_F(DurabilityTest, TwoHaveNotOneDirectory) {
   EXPECT_NE(second.error().message.find((directory_ / "log").string()), std::string::npos);
 }
 
-TEST_F(DurabilityTest, RefusesOptionsThatContradictOneAnother) {
-  const auto refused = [](const DurabilityOptions& durability, ErrorCode code, const char* words) {
+TEST_F(DurabilityTest, RefusesBadOptions) {
+  const auto refused = [](const DurabilityOptions& durability, ErrorCode code, const char* part) {
     DatabaseOptions options;
     options.durability = durability;
     const auto opened = Database::open(options);
-    ASSERT_FALSE(opened.ok()) << words;
+    ASSERT_FALSE(opened.ok()) << part;
     EXPECT_EQ(opened.error().code, code) << opened.error().message;
-    EXPECT_NE(opened.error().message.find(words), std::string::npos) << opened.error().message;
+    EXPECT_NE(opened.error().message.find(part), std::string::npos) << opened.error().message;
   };
   const auto directory = directory_ / "log";
   refused({.mode = DurabilityMode::sync}, ErrorCode::bad_input, "mode sync needs a directory");
@@ -115,11 +113,11 @@ TEST_F(DurabilityTest, RefusesOptionsThatContradictOneAnother) {
   refused({.directory = directory, .ring_bytes = 100}, ErrorCode::bad_input, "ring_bytes is 100");
   refused({.directory = directory, .segment_bytes = 100}, ErrorCode::bad_input, "segment_bytes is 100");
   refused({.directory = directory_ / "not" / "there"}, ErrorCode::file, "No such file or directory");
-  EXPECT_FALSE(std::filesystem::exists(directory)) << "nothing was begun";
+  EXPECT_FALSE(std::filesystem::exists(directory)) << "a refused database has created it";
 }
 
-/// Times are added to these.
-TEST_F(DurabilityTest, RefusesDurationsThatNobodyLivesToSee) {
+/// A sum with a time must not overflow.
+TEST_F(DurabilityTest, RefusesNegativeAndHugeDurations) {
   for (const Nanoseconds duration : {Nanoseconds(-1), Nanoseconds::max()}) {
     DatabaseOptions chunk;
     chunk.chunk = duration;
@@ -134,7 +132,7 @@ TEST_F(DurabilityTest, RefusesDurationsThatNobodyLivesToSee) {
   }
 }
 
-TEST_F(DurabilityTest, RefusesSharesAndPrioritiesThatThereAreNot) {
+TEST_F(DurabilityTest, RefusesBadSharesAndPriorities) {
   const auto refusal = [](const DatabaseOptions& options) {
     const auto opened = Database::open(options);
     return opened.ok() ? std::string() : opened.error().message;
@@ -150,7 +148,7 @@ TEST_F(DurabilityTest, RefusesSharesAndPrioritiesThatThereAreNot) {
   }
 }
 
-TEST_F(DurabilityTest, WithoutADirectoryNothingSurvives) {
+TEST_F(DurabilityTest, IsVolatileWithoutADirectory) {
   open({});
   create(row_of(add(make_box({1.0, 1.0, 1.0}))));
   EXPECT_EQ(database().durability().mode, DurabilityMode::volatile_only);

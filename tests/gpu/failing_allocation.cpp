@@ -17,7 +17,7 @@ namespace {
 
 std::atomic<bool> armed{false};
 std::atomic<bool> runs_out{false};
-std::atomic<std::uint64_t> left{0};  // until one fails
+std::atomic<std::uint64_t> remaining{0};  // until one fails
 std::atomic<bool> happened{false};
 
 struct Range {
@@ -28,8 +28,7 @@ struct Range {
   }
 };
 
-/// Where this program's code lies, and that of libraries which only do what their caller says: C, C++ and a
-/// sanitizer's.
+/// The code of the program and of libraries that allocate for their caller: C, C++ and the sanitizers.
 struct Ranges {
   Range program;
   std::array<Range, 8> transparent;
@@ -69,9 +68,9 @@ Ranges find_ranges() {
   return ranges;
 }
 
-/// `caller`: who asked for memory. Templates of the C++ library are in this program too, and other libraries
-/// use them: so nobody else may stand on the stack.
-bool is_ours(const void* caller) {
+/// Templates of the C++ library are code of this program too, and other libraries use them: so the whole
+/// stack is checked.
+bool is_of_program(const void* caller) {
   static const Ranges ranges = find_ranges();
   if (!ranges.program.holds(caller) && !ranges.transparent_holds(caller)) return false;
   std::array<void*, 64> callers{};
@@ -81,16 +80,16 @@ bool is_ours(const void* caller) {
   });
 }
 
-thread_local bool looking = false;
+thread_local bool checking = false;
 
 bool fails(const void* caller) {
-  if (!armed.load(std::memory_order_relaxed) || looking) return false;
-  looking = true;  // looking at callers may allocate
-  const bool ours = is_ours(caller);
-  looking = false;
-  if (!ours) return false;
+  if (!armed.load(std::memory_order_relaxed) || checking) return false;
+  checking = true;  // the check may allocate
+  const bool of_program = is_of_program(caller);
+  checking = false;
+  if (!of_program) return false;
   if (happened.load()) return runs_out.load();
-  if (left.fetch_sub(1) != 1) return false;
+  if (remaining.fetch_sub(1) != 1) return false;
   happened = true;
   return true;
 }
@@ -147,12 +146,12 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
 namespace rtstdb::test {
 
 FailingAllocation::FailingAllocation(std::uint64_t number, Then then) {
-  // The first look loads what looking needs.
+  // The first call of backtrace loads a library.
   std::array<void*, 1> caller{};
   (void)backtrace(caller.data(), 1);
   ::happened = false;
   ::runs_out = then == Then::runs_out;
-  ::left = number;
+  ::remaining = number;
   ::armed = true;
 }
 

@@ -1,6 +1,5 @@
-// A Vulkan loader that passes everything on to the real one, except that chosen functions of a device fail as
-// a real device may, or that the device is lost at a chosen call: rtstdb opens it in the loader's place
-// (DeviceOptions::loader_library). fault_loader.hpp is what tests see of it.
+// A Vulkan loader in front of the real one (DeviceOptions::loader_library): selected functions of a device
+// fail, or the device is lost at a selected call. Tests use it through fault_loader.hpp.
 
 #include <dlfcn.h>
 #include <vulkan/vulkan_core.h>
@@ -10,7 +9,7 @@
 #include <cstdint>
 #include <cstring>
 
-// Every function of a device that rtstdb calls and that can say that something went wrong.
+// The functions of a device that rtstdb calls and that return errors.
 #define FALLIBLE_FUNCTIONS(F)            \
   F(vkAllocateCommandBuffers)            \
   F(vkAllocateDescriptorSets)            \
@@ -53,8 +52,7 @@ constexpr std::array<const char*, function_count> function_names{
 #undef FUNCTION_NAME
         "vkCreateDevice"};
 
-/// The result that `times` calls give instead of doing anything, behind `after` that are carried out; 0
-/// times: all is well.
+/// After `after` calls, `times` calls return `result` and do nothing.
 struct Setting {
   std::atomic<int> result{VK_SUCCESS};
   std::atomic<int> after{0};
@@ -69,7 +67,7 @@ std::atomic<VkDevice> last_device{VK_NULL_HANDLE};
 std::atomic<int> live_devices{0};
 std::atomic<int> live_allocations{0};
 
-std::atomic<std::uint32_t> groups_allowed{0};  // 0: those that the device allows
+std::atomic<std::uint32_t> groups_allowed{0};  // 0: the limit of the device
 std::atomic<std::uint64_t> groups_recorded{0};
 
 PFN_vkGetInstanceProcAddr real_get_instance_proc_addr = nullptr;
@@ -80,7 +78,7 @@ PFN_vkDestroyDevice real_destroy_device = nullptr;
 PFN_vkFreeMemory real_free_memory = nullptr;
 PFN_vkCmdDispatch real_dispatch = nullptr;
 
-/// A device that is lost has nothing under way any more.
+/// Waits for the device first: a lost device executes nothing.
 void lose() {
   const VkDevice device = last_device;
   if (device != VK_NULL_HANDLE) {
@@ -91,7 +89,7 @@ void lose() {
   lost = true;
 }
 
-/// What the call gives instead of doing anything; VK_SUCCESS: it is carried out.
+/// The result that the call returns; VK_SUCCESS: the real function is called.
 VkResult fault_of(Function function) {
   Setting& setting = settings[function];
   if (setting.after > 0) {
@@ -150,7 +148,7 @@ VKAPI_ATTR void VKAPI_CALL get_properties(VkPhysicalDevice physical_device,
   if (groups_allowed != 0) properties->properties.limits.maxComputeWorkGroupCount[0] = groups_allowed;
 }
 
-/// A new device is not lost, whatever became of the one before.
+/// A new device works.
 VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical_device,
                                              const VkDeviceCreateInfo* wanted,
                                              const VkAllocationCallbacks* allocator, VkDevice* device) {

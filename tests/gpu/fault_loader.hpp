@@ -1,5 +1,5 @@
 #pragma once
-// The tests' side of fault_loader.cpp.
+// The interface of fault_loader.cpp for tests.
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
@@ -9,10 +9,10 @@
 
 namespace rtstdb::gpu::test {
 
-/// For the whole process: tests that use it leave it as it was.
+/// Faults hold for the whole process, until the end of this object.
 class FaultLoader {
  public:
-  // Vulkan's numbers, which rtstdb/gpu alone may take from its headers.
+  // Values of VkResult; only rtstdb/gpu includes the headers of Vulkan.
   static constexpr int out_of_host_memory = -1;
   static constexpr int out_of_device_memory = -2;
   static constexpr int device_lost = -4;
@@ -23,29 +23,28 @@ class FaultLoader {
   ~FaultLoader() {
     lose_at_call(0);
     allow_groups(0);
-    for (const char* function : touched_)
+    for (const char* function : changed_)
       if (function != nullptr) set_(function, 0, 0, 0);
   }
   FaultLoader(const FaultLoader&) = delete;
   FaultLoader& operator=(const FaultLoader&) = delete;
 
-  /// `times` calls of the function give that result instead of doing anything: the next ones, but for the
-  /// first `after`.
+  /// After `after` further calls, the next `times` calls of the function return `result` and do nothing.
   void fail(const char* function, int result, int times, int after = 0) {
     ASSERT_EQ(set_(function, result, times, after), 0) << function;
-    for (const char*& touched : touched_) {
-      if (touched != nullptr && touched != function) continue;
-      touched = function;
+    for (const char*& changed : changed_) {
+      if (changed != nullptr && changed != function) continue;
+      changed = function;
       return;
     }
-    FAIL() << "more functions than a test should need";
+    FAIL() << "increase the size of changed_";
   }
-  /// Devices that are opened from now on say that a dispatch may have so many groups; 0: what is true.
+  /// Devices that are opened from now on report this limit of groups in a dispatch; 0: the true limit.
   void allow_groups(std::uint32_t groups) { allow_groups_(groups); }
-  /// In all dispatches that were ever recorded, but for indirect ones.
+  /// In all dispatches that were recorded, without indirect ones.
   std::uint64_t groups() const { return groups_(); }
-  /// From the n-th call on that can fail, the device is lost, and only another one is not; counted from now
-  /// on, those of all devices. 0: never.
+  /// Loses the device at the n-th call from now on that can fail, of any device. A new device works. 0:
+  /// never.
   void lose_at_call(std::uint64_t call) { lose_(call); }
   /// Since lose_at_call.
   std::uint64_t calls() const { return calls_(); }
@@ -69,7 +68,7 @@ class FaultLoader {
   std::uint64_t (*const calls_)() = find<std::uint64_t()>("vulkan_calls");
   int (*const devices_)() = find<int()>("live_vulkan_devices");
   int (*const allocations_)() = find<int()>("live_vulkan_allocations");
-  const char* touched_[8] = {};
+  const char* changed_[8] = {};
 };
 
 }  // namespace rtstdb::gpu::test

@@ -1,4 +1,4 @@
-// A device that fails as real ones do: out of memory, lost. The faults come from fault_loader.cpp.
+// A device that runs out of memory or is lost; fault_loader.cpp causes the faults.
 
 #include "tests/gpu/fault_loader.hpp"
 #include "tests/gpu/gpu_test.hpp"
@@ -52,14 +52,14 @@ class FaultTest : public testing::Test {
   Timeline timeline_;
 };
 
-TEST_F(FaultTest, WithoutAFaultItIsAnOrdinaryDevice) {
+TEST_F(FaultTest, WithoutAFaultTheDeviceWorks) {
   make_work();
   const std::uint64_t number = timeline_.submit(recorder_);
   ASSERT_EQ(timeline_.wait(number, test_timeout_ns), WaitResult::done);
   EXPECT_EQ(words_.host_as<std::uint32_t>()[15], 5u);
 }
 
-TEST_F(FaultTest, NoMemoryForABufferIsAnErrorAndTheDeviceLivesOn) {
+TEST_F(FaultTest, NoMemoryForABufferIsAnErrorAndTheDeviceGoesOn) {
   for (const int result : {FaultLoader::out_of_device_memory, FaultLoader::out_of_host_memory}) {
     loader_.fail("vkAllocateMemory", result, FaultLoader::for_ever);
     const auto refused = device().create_buffer({.name = "big one", .size_bytes = 4096});
@@ -74,7 +74,7 @@ TEST_F(FaultTest, NoMemoryForABufferIsAnErrorAndTheDeviceLivesOn) {
   }
 }
 
-TEST_F(FaultTest, MemoryOfTheHostThatCanNotBeTakenInIsCopied) {
+TEST_F(FaultTest, HostMemoryThatCanNotBeImportedIsCopied) {
   constexpr std::size_t size_bytes = 8192;
   HostMemory memory(size_bytes);
   for (const auto& [function, result] :
@@ -94,7 +94,7 @@ TEST_F(FaultTest, MemoryOfTheHostThatCanNotBeTakenInIsCopied) {
     recorder_.copy(shared, 4, shared, 8, 4);
     recorder_.end();
     ASSERT_EQ(timeline_.wait(timeline_.submit(recorder_), test_timeout_ns), WaitResult::done);
-    EXPECT_EQ(memory.as<std::uint32_t>()[2], 0u) << "it is no copy";
+    EXPECT_EQ(memory.as<std::uint32_t>()[2], 0u) << "the memory is shared, not copied";
     shared.invalidate(0, size_bytes);
     EXPECT_EQ(memory.as<std::uint32_t>()[2], 17u);
   }
@@ -109,18 +109,18 @@ TEST_F(FaultTest, NoMemoryForAPipelineIsAnError) {
   EXPECT_TRUE(device().create_pipeline(test_shader_info(TestShader::add)).ok());
 }
 
-TEST_F(FaultTest, LostAtSubmit) {
+TEST_F(FaultTest, ALossAtSubmitIsSeenByAllObjects) {
   make_work();
   loader_.fail("vkQueueSubmit2", FaultLoader::device_lost, 1);
   EXPECT_EQ(timeline_.submit(recorder_), 0u);
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhileWaiting) {
+TEST_F(FaultTest, ALossInAWaitIsSeenByAllObjects) {
   make_work();
   const std::uint64_t number = timeline_.submit(recorder_);
   ASSERT_NE(number, 0u);
-  // In truth the work is done; its memory must not go before that.
+  // The work completes first, since its memory is freed.
   ASSERT_EQ(timeline_.wait(number, test_timeout_ns), WaitResult::done);
   loader_.fail("vkWaitSemaphores", FaultLoader::device_lost, 1);
   EXPECT_EQ(timeline_.wait(number, test_timeout_ns), WaitResult::lost);
@@ -128,7 +128,7 @@ TEST_F(FaultTest, LostWhileWaiting) {
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhenReadingTimestamps) {
+TEST_F(FaultTest, ALossAtTimestampsIsSeenByAllObjects) {
   make_work();
   const std::uint64_t number = timeline_.submit(recorder_);
   ASSERT_EQ(timeline_.wait(number, test_timeout_ns), WaitResult::done);
@@ -137,7 +137,7 @@ TEST_F(FaultTest, LostWhenReadingTimestamps) {
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhenCreatingAPipeline) {
+TEST_F(FaultTest, ALossAtAPipelineIsSeenByAllObjects) {
   make_work();
   loader_.fail("vkCreateComputePipelines", FaultLoader::device_lost, 1);
   const auto refused = device().create_pipeline(test_shader_info(TestShader::add));
@@ -146,7 +146,7 @@ TEST_F(FaultTest, LostWhenCreatingAPipeline) {
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, LostWhereAPipelineIsCompiledByItsFirstDispatch) {
+TEST_F(FaultTest, ALossAtTheFirstDispatchIsSeenByAllObjects) {
   make_work();
   device().compile_on_first_dispatch(true);
   auto add = device().create_pipeline(test_shader_info(TestShader::add));
@@ -162,7 +162,7 @@ TEST_F(FaultTest, LostWhereAPipelineIsCompiledByItsFirstDispatch) {
   expect_lost_everywhere();
 }
 
-TEST_F(FaultTest, AfterALossANewDeviceWorks) {
+TEST_F(FaultTest, ANewDeviceWorksAfterALoss) {
   make_work();
   loader_.fail("vkQueueSubmit2", FaultLoader::device_lost, 1);
   EXPECT_EQ(timeline_.submit(recorder_), 0u);
@@ -171,9 +171,9 @@ TEST_F(FaultTest, AfterALossANewDeviceWorks) {
   words_ = Buffer{};
   DeviceOptions options = test_device_options(false);
   options.loader_library = FAULT_LOADER;
-  auto again = Device::open(options);
-  ASSERT_TRUE(again.ok()) << again.error().message;
-  device_ = std::move(again).value();
+  auto reopened = Device::open(options);
+  ASSERT_TRUE(reopened.ok()) << reopened.error().message;
+  device_ = std::move(reopened).value();
   make_work();
   ASSERT_EQ(timeline_.wait(timeline_.submit(recorder_), test_timeout_ns), WaitResult::done);
   EXPECT_EQ(words_.host_as<std::uint32_t>()[0], 5u);

@@ -1,6 +1,6 @@
 #pragma once
-// What the tests on a device share: the device with the validation layer on, whose every message fails the
-// test, and the shaders of shaders/table.def. HIL_TEST_GPU chooses the device (see DeviceOptions::select).
+// Fixture of tests on a device: the device with the validation layer, each message of which fails the test,
+// and the kernels of shaders/table.def. HIL_TEST_GPU selects the device (DeviceOptions::select).
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ enum class TestShader : std::uint8_t {
 
 const ShaderInfo& test_shader_info(TestShader shader);
 
-/// DeviceOptions of the tests: HIL_TEST_GPU or "auto".
+/// On the device HIL_TEST_GPU or "auto".
 DeviceOptions test_device_options(bool validation);
 /// With validation; all tests of the process share the device.
 DeviceOptions shared_device_options();
@@ -37,16 +37,16 @@ class GpuTest : public testing::Test {
 
   Device& device() { return *device_; }
   Buffer make_buffer(const BufferOptions& options);
-  /// A buffer that the host can read and whose words are all `word`.
+  /// A buffer in readback memory with `count` equal words.
   Buffer make_words(std::size_t count, std::uint32_t word);
   Pipeline make_pipeline(TestShader shader);
   Bindings make_bindings(const Pipeline& pipeline, std::vector<const Buffer*> buffers);
   Recorder make_recorder();
   Timeline make_timeline();
-  /// Records, submits and waits until it is done.
+  /// Records, submits and waits.
   void run(const std::function<void(Recorder&)>& record);
 
-  /// For the tests that want messages: takes those seen so far as expected.
+  /// The messages so far, which then do not fail the test.
   std::vector<std::string> take_messages();
 
  private:
@@ -54,7 +54,7 @@ class GpuTest : public testing::Test {
   std::size_t messages_taken_ = 0;
 };
 
-/// Long enough for the slowest machine, short enough to fail a test and not its time-out.
+/// Long enough for the slowest machine, and shorter than the timeout of ctest.
 inline constexpr std::int64_t test_timeout_ns = 60'000'000'000;
 
 }  // namespace rtstdb::gpu::test

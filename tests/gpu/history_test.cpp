@@ -1,9 +1,8 @@
-// A history answers what the live database answered: the same versions, rows and bits, from the log alone.
+// A history gives the versions, rows and answers of the live database, bit for bit, from the log alone.
 
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <map>
 #include <random>
@@ -11,80 +10,51 @@
 #include <rtstdb/history.hpp>
 
 #include "tests/gpu/database_test.hpp"
+#include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-/// Three kinds of questions, and what a database answers to them, as words that can be compared.
-class Asker {
+/// A query of each kind on a live database or on a history.
+class QueriesOfEachKind {
  public:
-  explicit Asker(Database& database) : database_(database) {
-    rays_ = database.prepare(RayQueryOptions{.name = "rays", .capacity = count}).value();
-    regions_ = database.prepare(RegionQueryOptions{.name = "regions", .capacity = count}).value();
-    points_ = database.prepare(NearestQueryOptions{.name = "points", .capacity = count, .k = 3}).value();
-    transaction_ = database.make_transaction({.max_queries = 3});
+  explicit QueriesOfEachKind(Database& database) : database_(database) {
+    for (const AnyQueryOptions& options : options_of_each_kind())
+      queries_.push_back(prepare_case(database, with(options, count)));
+    transaction_ = database.make_transaction({.max_queries = static_cast<std::uint32_t>(queries_.size())});
   }
-
-  /// Questions follow from the seed.
-  std::vector<std::uint32_t> ask(const ReadAt& read_at, WorldTime t, std::uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> place(-20.0f, 20.0f);
-    const auto point = [&] { return glm::vec3(place(random), place(random), place(random)); };
-    for (std::uint32_t k = 0; k < count; ++k) {
-      rays_->rays()[k] = ray_from(point(), point() + glm::vec3(0.01f), t);
-      regions_->regions()[k] = region_of(RegionShape::sphere, RegionTest::touching, point(), glm::vec3(8.0f));
-      regions_->regions()[k].t = t;
-      points_->points()[k].point_m = point();
-      points_->points()[k].t = t;
-    }
+  /// The version that was read and all answers. Equal rows, times and seeds give equal elements.
+  std::vector<Words> answers(const ReadAt& read_at, WorldTime t, std::span<const EntityState> rows,
+                             std::uint64_t seed) {
     transaction_->begin(terms_at({}, read_at));
-    transaction_->add_query(*rays_, count);
-    transaction_->add_query(*regions_, count);
-    transaction_->add_query(*points_, count);
+    Random random(seed);
+    for (const auto& query : queries_) {
+      query->fill(random, {rows, {.radius_m = 15.0, .version_time = t}, t, 0.0});
+      transaction_->add_query(query->query(), count);
+    }
     const Outcome& outcome = database_.execute(*transaction_);
-    EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
-    words_.clear();
-    put(static_cast<std::uint32_t>(outcome.version));
-    for (const RayHit& hit : rays_->hits().first(count)) {
-      hits_ += hit.status == HitStatus::hit;
-      put(static_cast<std::uint32_t>(hit.status), hit.entity.index, hit.entity.generation, hit.triangle);
-      put(hit.lambda, hit.u, hit.v, hit.n_world.x, hit.n_world.y, hit.n_world.z, hit.v_relative_mps.x);
+    EXPECT_TRUE(outcome.done()) << describe(outcome);
+    std::vector<Words> all{{static_cast<std::uint32_t>(outcome.version)}};
+    for (const auto& query : queries_) {
+      const std::vector<Words> words = query->words();
+      all.insert(all.end(), words.begin(), words.end());
     }
-    for (const RegionAnswer& answer : regions_->answers().first(count)) {
-      put(answer.found);
-      for (const EntityId entity : answer.entities)
-        put(entity.index, entity.generation);
-    }
-    for (const NearestAnswer& answer : points_->answers().first(count))
-      for (const Neighbor& neighbor : answer.neighbors)
-        put(neighbor.entity.index, neighbor.triangle, neighbor.distance_m, neighbor.p_world_m.x);
-    return words_;
+    for (const RayHit& hit : dynamic_cast<RayQuery&>(queries_.front()->query()).hits())
+      hits_ += hit.status == HitStatus::hit ? 1 : 0;
+    return all;
   }
   std::size_t hits() const { return hits_; }
 
  private:
   static constexpr std::uint32_t count = 48;
-  template <class... Values>
-  void put(Values... values) {
-    const auto one = [this](auto value) {
-      std::uint32_t word = 0;
-      static_assert(sizeof value == sizeof word);
-      std::memcpy(&word, &value, sizeof word);
-      words_.push_back(word);
-    };
-    (one(values), ...);
-  }
 
   Database& database_;
-  std::unique_ptr<RayQuery> rays_;
-  std::unique_ptr<RegionQuery> regions_;
-  std::unique_ptr<NearestQuery> points_;
+  std::vector<std::unique_ptr<KindCase>> queries_;
   std::unique_ptr<Transaction> transaction_;
-  std::vector<std::uint32_t> words_;
   std::size_t hits_ = 0;
 };
 
-class HistoryOfAWorld : public DatabaseTest {
+class HistoryTest : public DatabaseTest {
  protected:
   static constexpr int versions = 40;
 
@@ -101,14 +71,14 @@ class HistoryOfAWorld : public DatabaseTest {
     std::filesystem::remove_all(directory_);
   }
 
-  struct Then {
-    WorldTime time, asked_at;
-    std::vector<std::uint32_t> answers;
+  struct Recorded {
+    WorldTime time, query_time;
+    std::vector<Words> answers;
     std::vector<EntityState> rows;
   };
 
-  /// A random life; what was answered at each version.
-  void live() {
+  /// Commits random versions and records the answers at each.
+  void record_versions() {
     std::mt19937 random(4);
     std::uniform_real_distribution<double> place(-15.0, 15.0);
     const auto somewhere = [&] { return glm::dvec3(place(random), place(random), place(random)); };
@@ -116,7 +86,7 @@ class HistoryOfAWorld : public DatabaseTest {
     const GeometryId shapes[] = {
         add(make_box({3.0, 4.0, 5.0})), add(make_cylinder(1.5, 6.0)),
         database().add_geometry(soft, "soft", {.deforms = true, .retained_shapes = 4}).value()};
-    Asker asker(database());
+    QueriesOfEachKind queries(database());
     const auto transaction =
         database().make_transaction({.max_writes = 8,
                                      .max_geometry_updates = 1,
@@ -154,16 +124,17 @@ class HistoryOfAWorld : public DatabaseTest {
           << describe(transaction->outcome());
       for (const std::uint32_t ordinal : created)
         alive.push_back(transaction->created(ordinal));
-      Then& then = then_[transaction->outcome().version];
-      then.time = now;
-      then.asked_at = at_s(0.1 * k + 0.05);
-      then.answers = asker.ask({}, then.asked_at, static_cast<std::uint32_t>(k));
-      then.rows = database().snapshot({}).value();
+      Recorded& recorded = recorded_[transaction->outcome().version];
+      recorded.time = now;
+      recorded.query_time = at_s(0.1 * k + 0.05);
+      recorded.rows = database().snapshot({}).value();
+      recorded.answers =
+          queries.answers({}, recorded.query_time, recorded.rows, static_cast<std::uint64_t>(k));
     }
-    hits_ = asker.hits();
+    hits_ = queries.hits();
   }
 
-  std::unique_ptr<Database> past(const ReadAt& from, const ReadAt& to) {
+  std::unique_ptr<Database> open_past(const ReadAt& from, const ReadAt& to) {
     HistoryOptions options;
     options.directory = directory_;
     options.from = from;
@@ -173,93 +144,94 @@ class HistoryOfAWorld : public DatabaseTest {
     EXPECT_TRUE(opened.ok()) << opened.error().message;
     return opened ? std::move(opened).value() : nullptr;
   }
-  void expect_as_it_was(Database& history, Version first, Version last) {
-    Asker asker(history);
+  void expect_recorded_answers(Database& history, Version first, Version last) {
+    QueriesOfEachKind queries(history);
     std::vector<Version> order;
     for (Version version = first; version <= last; ++version)
       order.push_back(version);
     std::shuffle(order.begin(), order.end(), std::mt19937(7));
     for (const Version version : order) {
-      const Then& then = then_.at(version);
-      const auto seed = static_cast<std::uint32_t>(version - then_.begin()->first);
-      EXPECT_EQ(asker.ask(ReadAt::pinned(version), then.asked_at, seed), then.answers) << version;
-      EXPECT_EQ(asker.ask(ReadAt::as_of(then.asked_at), then.asked_at, seed), then.answers) << version;
+      const Recorded& recorded = recorded_.at(version);
+      const std::uint64_t seed = version - recorded_.begin()->first;
+      for (const ReadAt& read_at : {ReadAt::pinned(version), ReadAt::as_of(recorded.query_time)})
+        EXPECT_EQ(queries.answers(read_at, recorded.query_time, recorded.rows, seed), recorded.answers)
+            << version;
       const auto rows = history.snapshot(ReadAt::pinned(version)).value();
-      ASSERT_EQ(rows.size(), then.rows.size());
+      ASSERT_EQ(rows.size(), recorded.rows.size());
       for (std::size_t k = 0; k < rows.size(); ++k) {
-        EXPECT_EQ(rows[k].id, then.rows[k].id);
-        EXPECT_EQ(rows[k].written_by, then.rows[k].written_by);
-        EXPECT_EQ(rows[k].row.motion.p_world_m, then.rows[k].row.motion.p_world_m);
-        EXPECT_EQ(rows[k].row.motion.q_world, then.rows[k].row.motion.q_world);
+        EXPECT_EQ(rows[k].id, recorded.rows[k].id);
+        EXPECT_EQ(rows[k].written_by, recorded.rows[k].written_by);
+        EXPECT_EQ(rows[k].row.motion.p_world_m, recorded.rows[k].row.motion.p_world_m);
+        EXPECT_EQ(rows[k].row.motion.q_world, recorded.rows[k].row.motion.q_world);
       }
     }
     EXPECT_EQ(history.health().validation_messages, std::vector<std::string>());
   }
 
   std::filesystem::path directory_;
-  std::map<Version, Then> then_;
+  std::map<Version, Recorded> recorded_;
   std::size_t hits_ = 0;
 };
 
-TEST_F(HistoryOfAWorld, AnswersWhatWasAnswered) {
-  ASSERT_NO_FATAL_FAILURE(live());
+TEST_F(HistoryTest, GivesTheAnswersOfTheLiveDatabase) {
+  ASSERT_NO_FATAL_FAILURE(record_versions());
   EXPECT_GT(hits_, 100u);
-  const Version first = then_.begin()->first, last = then_.rbegin()->first;
+  const Version first = recorded_.begin()->first, last = recorded_.rbegin()->first;
   ASSERT_EQ(last - first + 1, static_cast<Version>(versions));
 
-  // While it is being written, what is on disk.
+  // While the log is being written, a history has the durable versions.
   ASSERT_TRUE(database().wait_until_durable(last, Nanoseconds(60'000'000'000)));
-  expect_as_it_was(*past(ReadAt::pinned(first + 11), ReadAt::latest()), first + 11, last);
+  expect_recorded_answers(*open_past(ReadAt::pinned(first + 11), ReadAt::latest()), first + 11, last);
 
   ASSERT_TRUE(database().close().ok());
-  EXPECT_EQ(past({}, {})->latest().version, last);
-  expect_as_it_was(*past(ReadAt::pinned(first), ReadAt::latest()), first, last);
-  expect_as_it_was(
-      *past(ReadAt::as_of(then_.at(first + 7).asked_at), ReadAt::as_of(then_.at(first + 9).asked_at)),
-      first + 7, first + 9);
+  EXPECT_EQ(open_past({}, {})->latest().version, last);
+  expect_recorded_answers(*open_past(ReadAt::pinned(first), ReadAt::latest()), first, last);
+  expect_recorded_answers(*open_past(ReadAt::as_of(recorded_.at(first + 7).query_time),
+                                     ReadAt::as_of(recorded_.at(first + 9).query_time)),
+                          first + 7, first + 9);
 
   const HistoryExtent extent = history_extent(directory_).value();
   EXPECT_EQ(extent.first.version, 0u);
   EXPECT_EQ(extent.last.version, last);
-  EXPECT_EQ(extent.last.time, then_.at(last).time);
+  EXPECT_EQ(extent.last.time, recorded_.at(last).time);
   EXPECT_EQ(extent.commits, static_cast<std::uint64_t>(versions));
   EXPECT_TRUE(extent.closed);
   EXPECT_TRUE(extent.gaps.empty());
 }
 
-TEST_F(HistoryOfAWorld, IsNotWrittenAndDoesNotTellWhatCameAfter) {
-  ASSERT_NO_FATAL_FAILURE(live());
+TEST_F(HistoryTest, IsReadOnlyAndEndsAtItsLastVersion) {
+  ASSERT_NO_FATAL_FAILURE(record_versions());
   ASSERT_TRUE(database().close().ok());
-  const Version first = then_.begin()->first;
-  const auto history = past(ReadAt::pinned(first + 2), ReadAt::pinned(first + 4));
-  ASSERT_NE(history, nullptr);
-  EXPECT_EQ(history->latest().version, first + 4);
+  const Version first = recorded_.begin()->first;
+  const auto past = open_past(ReadAt::pinned(first + 2), ReadAt::pinned(first + 4));
+  ASSERT_NE(past, nullptr);
+  EXPECT_EQ(past->latest().version, first + 4);
 
-  const auto writer = history->make_transaction({.max_writes = 1, .max_reads = 1});
+  const auto writer = past->make_transaction({.max_writes = 1, .max_reads = 1});
   writer->begin(terms_at(at_s(100.0)));
   writer->create(row_of(GeometryId{0}));
-  EXPECT_EQ(history->execute(*writer).status, Status::refused);
+  EXPECT_EQ(past->execute(*writer).status, Status::refused);
   EXPECT_EQ(writer->outcome().refused_by, RefusedBy::read_only);
-  EXPECT_EQ(history->latest().version, first + 4);
+  EXPECT_EQ(past->latest().version, first + 4);
   writer->begin(terms_at({}));
   writer->create(row_of(GeometryId{0}));
-  EXPECT_FALSE(history->calibrate(*writer).ok());
-  EXPECT_FALSE(history->add_geometry(make_box({1, 1, 1}), "new").ok());
+  EXPECT_FALSE(past->calibrate(*writer).ok());
+  EXPECT_FALSE(past->add_geometry(make_box({1, 1, 1}), "new").ok());
 
   const auto status = [&](const ReadAt& read_at) {
     writer->begin(terms_at({}, read_at));
     writer->read(EntityId{0, 1});
-    history->execute(*writer);
+    past->execute(*writer);
     return writer->outcome().bad_input.reason;
   };
   EXPECT_EQ(status(ReadAt::pinned(first + 1)), BadInputReason::snapshot_too_old);
-  EXPECT_EQ(status(ReadAt::as_of(then_.at(first + 4).asked_at)), BadInputReason::none);
-  EXPECT_EQ(status(ReadAt::as_of(then_.at(first + 5).time)), BadInputReason::beyond_history);
+  EXPECT_EQ(status(ReadAt::as_of(recorded_.at(first + 4).query_time)), BadInputReason::none);
+  EXPECT_EQ(status(ReadAt::as_of(recorded_.at(first + 5).time)), BadInputReason::beyond_history);
   EXPECT_NE(describe(writer->outcome()).find("ends before"), std::string::npos)
       << describe(writer->outcome());
 }
 
-TEST_F(HistoryOfAWorld, RefusesWithWhatThereIs) {
+TEST_F(HistoryTest, RefusesMissingVersionsWithTheVersionsOfTheLog) {
   HistoryOptions options;
   options.directory = directory_ / "nothing";
   EXPECT_EQ(open_history(options).error().code, ErrorCode::file);
@@ -267,10 +239,10 @@ TEST_F(HistoryOfAWorld, RefusesWithWhatThereIs) {
   std::filesystem::create_directory(options.directory);
   EXPECT_NE(history_extent(options.directory).error().message.find("there is no log of a database"),
             std::string::npos);
-  ASSERT_NO_FATAL_FAILURE(live());
+  ASSERT_NO_FATAL_FAILURE(record_versions());
   ASSERT_TRUE(database().close().ok());
   options.directory = directory_;
-  options.from = ReadAt::pinned(then_.rbegin()->first + 1);
+  options.from = ReadAt::pinned(recorded_.rbegin()->first + 1);
   const auto beyond = open_history(options);
   ASSERT_FALSE(beyond.ok());
   EXPECT_EQ(beyond.error().code, ErrorCode::bad_input);

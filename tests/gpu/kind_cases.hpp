@@ -1,7 +1,7 @@
 #pragma once
-// Every query kind as tests prepare it, from rtstdb/query_kinds.def: no test lists the kinds. A new kind adds
-// to kind_cases.cpp the options that are worth a test and its random elements, to answer_words.hpp the words
-// of its answers, and to database_test.hpp how they are judged and counted.
+// Queries of every kind of rtstdb/query_kinds.def behind one interface, so that a test runs all kinds without
+// a list of them. A new kind adds its tested options and its random elements to kind_cases.cpp, the words of
+// its answers to answer_bits.hpp, and how they are judged and counted to database_test.hpp.
 
 #include <cstdint>
 #include <functional>
@@ -14,7 +14,7 @@
 
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
-#include "tests/gpu/answer_words.hpp"
+#include "tests/gpu/answer_bits.hpp"
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
 
@@ -27,7 +27,7 @@ using AnyQueryOptions = rtstdb::detail::VariantOfRest<void
                                                       >::type;
 #undef QUERY_KIND
 
-/// Where random elements lie: among these entities, at times from `first` on.
+/// Where random elements lie: among these entities, at times from `first` to `first` + `window_s`.
 struct ElementScene {
   std::span<const EntityState> entities;
   SceneOptions scene;
@@ -35,7 +35,7 @@ struct ElementScene {
   double window_s = 0.0;
 };
 
-/// One prepared query of some kind.
+/// A prepared query of any kind.
 class KindCase {
  public:
   virtual ~KindCase() = default;
@@ -43,12 +43,15 @@ class KindCase {
   virtual Query& query() noexcept = 0;
   query::PreparedQuery& prepared() { return dynamic_cast<query::PreparedQuery&>(query()); }
   std::uint32_t capacity() { return prepared().capacity(); }
-  /// Fills every element; the same state of `random` and the same scene give the same elements.
+  /// Fills all elements; equal states of `random` and equal scenes give equal elements.
   virtual void fill(Random& random, const ElementScene& scene) = 0;
-  /// The answers that may be read, bit for bit. Of an incomplete answer: is_cut_short.
+  /// Copies the elements at these places of a query of the same kind to the places from `first` on.
+  virtual void copy_elements(KindCase& from, std::span<const std::uint32_t> places,
+                             std::uint32_t first = 0) = 0;
+  /// The readable answers, bit for bit; `is_incomplete` holds for incomplete ones.
   virtual std::vector<Words> words() const = 0;
-  /// Holds the answers that may be read against the oracle.
-  virtual Tally judge(const oracle::World& world) = 0;
+  /// Compares the readable answers with the oracle; leaves out incomplete ones if `skip_incomplete`.
+  virtual Tally judge(const oracle::World& world, bool skip_incomplete = false) = 0;
 
  protected:
   explicit KindCase(std::string name) : name_(std::move(name)) {}
@@ -57,22 +60,21 @@ class KindCase {
   std::string name_;
 };
 
-inline bool is_cut_short(const Words& words) {
-  return words.empty() || words == cut_short;
+inline bool is_incomplete(const Words& words) {
+  return words.empty() || words == incomplete_words;
 }
 
-/// The options that are worth a test, of every kind: each uses other kernels or buffers. Their capacity is
-/// not set.
+/// All tested options of all kinds: each uses other kernels or buffers. Capacities are not set.
 std::vector<AnyQueryOptions> options_of_every_kind();
-/// The first of them of each kind.
+/// The first tested options of each kind.
 std::vector<AnyQueryOptions> options_of_each_kind();
 AnyQueryOptions with(AnyQueryOptions options, std::uint32_t capacity, LatePolicy late = LatePolicy::discard);
 std::string_view kind_name(const AnyQueryOptions& options);
 
-/// Fails the test and returns null where the query can not be prepared.
+/// Fails the test and returns null if the query can not be prepared.
 std::unique_ptr<KindCase> prepare_case(Database& database, const AnyQueryOptions& options);
 std::unique_ptr<KindCase> prepare_case(query::GpuExecutor& executor, const AnyQueryOptions& options);
-/// The same, with the error.
+/// Returns the error if the query can not be prepared.
 Result<std::unique_ptr<KindCase>> try_to_prepare_case(Database& database, const AnyQueryOptions& options);
 
 }  // namespace rtstdb::test

@@ -1,4 +1,4 @@
-// One geometry of five million triangles: rays find on it what the oracle finds.
+// Rays at a geometry of five million triangles, compared with the oracle.
 
 #include <cmath>
 #include <numbers>
@@ -9,7 +9,7 @@
 namespace rtstdb::test {
 namespace {
 
-/// A rough ball: rows times columns quadrilaterals, two triangles each.
+/// A rough ball of rows times columns quadrilaterals.
 TriangleMesh rough_ball(std::uint32_t rows, std::uint32_t columns, Random& random) {
   TriangleMesh mesh;
   for (std::uint32_t row = 0; row <= rows; ++row) {
@@ -32,9 +32,9 @@ TriangleMesh rough_ball(std::uint32_t rows, std::uint32_t columns, Random& rando
   return mesh;
 }
 
-class LargeGeometry : public DatabaseTest {};
+using LargeGeometry = DatabaseTest;
 
-TEST_F(LargeGeometry, OfFiveMillionTrianglesIsHitWhereTheOracleHits) {
+TEST_F(LargeGeometry, IsHitAsInTheOracle) {
   Random random(5);
   const TriangleMesh mesh = rough_ball(1600, 1563, random);
   ASSERT_GT(mesh.triangles.size(), 5'000'000u);

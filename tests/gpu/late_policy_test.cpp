@@ -1,5 +1,5 @@
-// What each kind of query leaves on the device of a transaction that was not done in time: the answers of
-// before, or those that were there by the deadline, each as in a whole batch.
+// Late policies of queries of each kind: after a missed deadline a query has its last good answers, or the
+// answers that were there at the deadline, equal to those of a complete batch.
 
 #include <algorithm>
 #include <array>
@@ -9,24 +9,13 @@
 #include <utility>
 
 #include "tests/gpu/dense_meshes.hpp"
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
+#include "tests/gpu/stepping_clock.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-/// Each reading is so much later than the one before: what is in time does not depend on the machine.
-class SteppingClock final : public Clock {
- public:
-  ClockTime now() const noexcept override {
-    return clock_time_ns(now_ns_.fetch_add(100'000, std::memory_order_relaxed));
-  }
-  ClockTime in(Nanoseconds time) const { return now() + time; }
-
- private:
-  mutable std::atomic<std::int64_t> now_ns_{1'000'000'000};
-};
-
-constexpr std::uint32_t capacity = 24 * 1024;  // chunks of 4096, before a kind is measured
+constexpr std::uint32_t capacity = 24 * 1024;  // six chunks, while the kind has no prediction
 
 class LatePolicies : public DatabaseTest {
  protected:
@@ -47,7 +36,7 @@ class LatePolicies : public DatabaseTest {
     DatabaseTest::TearDown();
   }
 
-  /// One query of each kind, with its elements filled in; the first is of rays.
+  /// A filled query of each kind; the first has rays.
   void prepare_all(LatePolicy late) {
     all_.clear();
     const auto entities = database().snapshot({}).value();
@@ -60,23 +49,23 @@ class LatePolicies : public DatabaseTest {
     }
     std::ranges::copy(rays_, dynamic_cast<RayQuery&>(all_.front()->query()).rays().begin());
   }
-  Outcome run(KindCase& prepared, const Terms& terms, std::uint32_t count = capacity) {
+  Outcome run_with(KindCase& prepared, const Terms& terms, std::uint32_t count = capacity) {
     const auto transaction = database().make_transaction({.max_queries = 1});
     transaction->begin(terms);
     transaction->add_query(prepared.query(), count);
     return database().execute(*transaction);
   }
   Terms firm(Nanoseconds deadline) const {
-    return {.deadline_class = DeadlineClass::firm, .deadline = clock_.in(deadline), .read_at = {}};
+    return {.deadline_class = DeadlineClass::firm, .deadline = clock_.now() + deadline, .read_at = {}};
   }
 
-  SteppingClock clock_;
+  SteppingClock clock_{Nanoseconds(100'000), false};
   std::vector<EntityId> ids_;
   std::vector<Ray> rays_;
   std::vector<std::unique_ptr<KindCase>> all_;
 };
 
-TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
+TEST_F(LatePolicies, GivePartialAnswersEqualToThoseOfCompleteBatches) {
   prepare_all(LatePolicy::partial);
   for (const auto& prepared : all_) {
     SCOPED_TRACE(prepared->name());
@@ -84,60 +73,61 @@ TEST_F(LatePolicies, PartialAnswersAreThoseOfWholeBatches) {
     Outcome partial;
     for (int readings = 18; !partial.partial; readings += 6) {
       ASSERT_LT(readings, 1000);
-      partial = run(*prepared, firm(Nanoseconds(readings * 100'000)));
+      partial = run_with(*prepared, firm(Nanoseconds(readings * 100'000)));
       ASSERT_TRUE(partial.partial || partial.status == Status::missed) << describe(partial);
-      ASSERT_TRUE(partial.partial || prepared->words().empty()) << "partial answers that are not named so";
+      ASSERT_TRUE(partial.partial || prepared->words().empty()) << "partial answers without the flag";
     }
     const AnswerInfo info = prepared->query().answer_info();
     const std::vector<Words> some = prepared->words();
     ASSERT_EQ(some.size(), capacity);
     EXPECT_GT(info.missing, 0u);
     EXPECT_LT(info.missing, capacity);
-    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), info.missing);
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_incomplete)), info.missing);
     EXPECT_EQ(info.version, database().latest().version);
-    EXPECT_TRUE(run(*prepared, {}).done());
-    const std::vector<Words> whole = prepared->words();
+    EXPECT_TRUE(run_with(*prepared, {}).done());
+    const std::vector<Words> complete = prepared->words();
     EXPECT_EQ(prepared->query().answer_info().missing, 0u);
     std::uint32_t different = 0;
     for (std::uint32_t k = 0; k < capacity; ++k)
-      different += !is_cut_short(some[k]) && some[k] != whole[k];
+      different += !is_incomplete(some[k]) && some[k] != complete[k];
     EXPECT_EQ(different, 0u);
   }
 }
 
-/// Rays through a pile are asked again in one pass after the other, and the deadline comes in the midst of
-/// these: what it cuts off is without an answer, and counted.
-TEST_F(LatePolicies, WhatIsCutOffWhileItIsAskedAgainIsMissing) {
-  EntityRow high = row_of(DatabaseTest::add(pile(100'000)));
-  high.scale = glm::dvec3(1.0);
-  create(high);
+/// Long rays continue in retry passes. A deadline between two of them leaves the incomplete rays without an
+/// answer, and counts them.
+TEST_F(LatePolicies, CountRaysThatTheDeadlineLeavesIncompleteAsMissing) {
+  EntityRow dense = row_of(DatabaseTest::add(repeated_triangle(100'000)));
+  dense.scale = glm::dvec3(1.0);
+  create(dense);
   prepare_all(LatePolicy::partial);
   KindCase& rays = *all_.front();
-  EXPECT_EQ(run(rays, {}).status, Status::committed);
-  const std::vector<Words> whole = rays.words();
-  EXPECT_EQ(std::ranges::count_if(whole, is_cut_short), 0);
+  EXPECT_EQ(run_with(rays, {}).status, Status::committed);
+  const std::vector<Words> complete = rays.words();
+  EXPECT_EQ(std::ranges::count_if(complete, is_incomplete), 0);
   EXPECT_EQ(rays.query().answer_info().missing, 0u);
-  std::uint32_t least = capacity;
-  bool cut_off_again = false;
-  for (int steps = 20; least > 0; steps += steps / 3) {
+  std::uint32_t fewest = capacity;
+  bool missed_in_retries = false;
+  for (int steps = 20; fewest > 0; steps += steps / 3) {
     ASSERT_LT(steps, 100'000);
-    const Outcome outcome = run(rays, firm(Nanoseconds(steps * 100'000)));
+    const Outcome outcome = run_with(rays, firm(Nanoseconds(steps * 100'000)));
     if (outcome.status == Status::missed && !outcome.partial) continue;
     const std::vector<Words> some = rays.words();
     const std::uint32_t missing = rays.query().answer_info().missing;
-    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_cut_short)), missing)
+    EXPECT_EQ(static_cast<std::uint32_t>(std::ranges::count_if(some, is_incomplete)), missing)
         << describe(outcome);
     EXPECT_EQ(outcome.partial, missing > 0) << describe(outcome);
     for (std::uint32_t k = 0; k < capacity; ++k)
-      ASSERT_TRUE(is_cut_short(some[k]) || some[k] == whole[k]) << "ray " << k;
-    // The last elements that are asked at first are answered.
-    cut_off_again = cut_off_again || (missing > 0 && missing < capacity / 10);
-    least = std::min(least, missing);
+      ASSERT_TRUE(is_incomplete(some[k]) || some[k] == complete[k]) << "ray " << k;
+    // All elements of the first pass are complete.
+    missed_in_retries = missed_in_retries || (missing > 0 && missing < capacity / 10);
+    fewest = std::min(fewest, missing);
   }
-  EXPECT_TRUE(cut_off_again);
+  EXPECT_TRUE(missed_in_retries);
 }
 
-/// At one of its readings on the engine thread somebody submits; when that is done, hardly any time is left.
+/// At one of its readings on the engine thread it calls a function that submits transactions; when they are
+/// complete, hardly any time is left to the deadline.
 class InterruptingClock final : public Clock {
  public:
   ClockTime now() const noexcept override {
@@ -145,7 +135,7 @@ class InterruptingClock final : public Clock {
     if (armed_ && late()) return clock_time_ns(deadline_ns_ - 2'000 + 10 * ++late_readings_);
     return clock_time_ns(now_ns_.fetch_add(1'000, std::memory_order_relaxed));
   }
-  /// The deadline of what is interrupted.
+  /// Returns the deadline of the interrupted transaction.
   ClockTime arm(int reading) {
     late_readings_ = 0;
     readings_ = reading;
@@ -174,8 +164,9 @@ class PartialAnswers : public LatePolicies {
   InterruptingClock interrupting_;
 };
 
-/// Urgent ones put another one at the index of one that goes, in a gap of a read that is given up there.
-TEST_F(PartialAnswers, NameWhoLivedThen) {
+/// Nested transactions remove an entity and create another at its index, at a preemption point of a query
+/// that ends there.
+TEST_F(PartialAnswers, NameTheEntitiesOfTheirVersion) {
   prepare_all(LatePolicy::partial);
   KindCase& regions = **std::ranges::find_if(all_, [](const auto& prepared) {
     return dynamic_cast<const RegionQuery*>(&prepared->query()) != nullptr;
@@ -183,66 +174,66 @@ TEST_F(PartialAnswers, NameWhoLivedThen) {
   const auto* query = dynamic_cast<const RegionQuery*>(&regions.query());
   const auto rays = prepare_rays(RayMode::closest, false, 64);
   std::ranges::copy(std::span(rays_).first(64), rays->rays().begin());
-  const auto goes = database().make_transaction({.max_writes = 1});
-  const auto comes = database().make_transaction({.max_writes = 1, .max_queries = 1});
+  const auto removes = database().make_transaction({.max_writes = 1});
+  const auto creates = database().make_transaction({.max_writes = 1, .max_queries = 1});
   std::size_t interrupted = 0;
   for (int reading = 1; reading < 40; ++reading) {
     const auto k = static_cast<std::size_t>(reading);
-    std::vector<EntityId> then(capacity);
+    std::vector<EntityId> before(capacity);
     const auto entities = database().snapshot({}).value();
     for (const EntityState& state : entities)
-      then[state.id.index] = state.id;
+      before[state.id.index] = state.id;
     Terms urgent;
     urgent.importance = 1;
     std::atomic<bool> submitted = false;
     interrupting_.at_reading = [&] {
-      goes->begin(urgent);
-      goes->remove(ids_[k]);
-      database().submit(*goes);
-      comes->begin(urgent);
-      comes->create(row_of(GeometryId{0}, glm::dvec3(rays_[k].origin_m)));
-      comes->add_query(*rays, 64);
-      database().submit(*comes);
+      removes->begin(urgent);
+      removes->remove(ids_[k]);
+      database().submit(*removes);
+      creates->begin(urgent);
+      creates->create(row_of(GeometryId{0}, glm::dvec3(rays_[k].origin_m)));
+      creates->add_query(*rays, 64);
+      database().submit(*creates);
       submitted = true;
     };
-    interrupting_.late = [&] { return submitted && comes->status() == Status::committed; };
+    interrupting_.late = [&] { return submitted && creates->status() == Status::committed; };
     const ClockTime deadline = interrupting_.arm(reading);
     const Outcome outcome =
-        run(regions, {.deadline_class = DeadlineClass::firm, .deadline = deadline, .read_at = {}});
+        run_with(regions, {.deadline_class = DeadlineClass::firm, .deadline = deadline, .read_at = {}});
     interrupting_.disarm();
     interrupting_.late = [] { return false; };
     if (!submitted) continue;
-    ASSERT_EQ(database().wait(*comes).status, Status::committed);
-    ids_[k] = comes->created(0);
+    ASSERT_EQ(database().wait(*creates).status, Status::committed);
+    ids_[k] = creates->created(0);
     if (!outcome.partial) continue;
     ++interrupted;
     std::size_t wrong = 0;
     for (const RegionAnswer& answer : query->answers()) {
       for (const EntityId id : answer.entities)
-        wrong += then[id.index] != id ? 1 : 0;
+        wrong += before[id.index] != id ? 1 : 0;
     }
     EXPECT_EQ(wrong, 0u) << "interrupted at reading " << reading;
   }
   EXPECT_GT(interrupted, 0u);
 }
 
-TEST_F(LatePolicies, LastGoodAnswersStayWhileOthersAreWritten) {
+TEST_F(LatePolicies, KeepTheLastGoodAnswersOfAMissedTransaction) {
   prepare_all(LatePolicy::last_good);
   const Version first = database().latest().version;
   std::vector<std::vector<Words>> before;
   for (const auto& prepared : all_) {
-    ASSERT_TRUE(run(*prepared, {}).done());
+    ASSERT_TRUE(run_with(*prepared, {}).done());
     before.push_back(prepared->words());
   }
   for (std::size_t k = 0; k < ids_.size(); k += 10)
     update_motion(ids_[k], {.p_world_m = {1.0, 2.0, 3.0}}, {});
   for (std::size_t k = 0; k < all_.size(); ++k) {
     SCOPED_TRACE(all_[k]->name());
-    // In time to begin and not to be published: the device has written its answers.
+    // The device has written answers, but they are not published in time.
     Outcome missed;
     for (int steps = 2; missed.computed == ClockTime{} || missed.done(); ++steps) {
       ASSERT_LT(steps, 60);
-      missed = run(*all_[k], firm(Nanoseconds(steps * 100'000)));
+      missed = run_with(*all_[k], firm(Nanoseconds(steps * 100'000)));
       if (!missed.done()) continue;
       steps = 2;
       before[k] = all_[k]->words();

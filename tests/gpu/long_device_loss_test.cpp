@@ -1,4 +1,4 @@
-// The device is lost at every call, and not at a sample of them.
+// The device is lost at each call, and not at a sample of the calls.
 
 #include "tests/gpu/device_loss.hpp"
 
@@ -7,20 +7,20 @@ namespace {
 
 using LongDeviceLoss = DeviceLossTest;
 
-TEST_F(LongDeviceLoss, AtEachCallOfEachKindOfTransaction) {
+TEST_F(LongDeviceLoss, AtACallOfATransactionLeavesNoTrace) {
   lose_at_calls_of_each_kind(1);
 }
-TEST_F(LongDeviceLoss, AtEachCallWhileItComesBack) {
-  lose_at_calls_while_it_comes_back(1);
+TEST_F(LongDeviceLoss, DuringARecoveryIsRecoveredFrom) {
+  lose_at_calls_of_recovery(1);
 }
-TEST_F(LongDeviceLoss, AtEachCallWhileGeometryIsAdded) {
+TEST_F(LongDeviceLoss, WhileGeometryIsAddedIsRecoveredFrom) {
   lose_at_calls_while_geometry_is_added(1);
 }
-/// Each one leaves four queries more.
-TEST_F(LongDeviceLoss, AtCallsWhileQueriesArePrepared) {
+/// Each call leaves four more queries, so a sample is enough.
+TEST_F(LongDeviceLoss, WhileQueriesArePreparedIsRecoveredFrom) {
   lose_at_calls_while_queries_are_prepared(7);
 }
-TEST(LongDeviceLossAtTheStart, AtEachCallWhileADatabaseOpens) {
+TEST(LongDeviceLossAtOpen, IsAnErrorWithoutLeaks) {
   lose_at_calls_while_a_database_opens(1);
 }
 

@@ -1,25 +1,25 @@
-// A million random questions of each kind and more, over many worlds, against the oracle; and boxes of moving
-// entities of thousands of worlds. The short forms run with every test: ray_random_test, ray_first_test,
-// nearest_random_test, cone_random_test, region_random_test, motion_box_test.
+// More than a million random elements of each query kind in many worlds, compared with the oracle, and the
+// boxes of moving entities of thousands of worlds. The short forms are ray_random_test, ray_first_test,
+// nearest_random_test, cone_random_test, region_random_test and motion_box_test.
 
 #include <algorithm>
 #include <ostream>
 #include <string>
 
 #include "tests/gpu/motion_box_fuzz.hpp"
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-/// Worlds that differ by their seed alone.
+/// Worlds that differ by their seed.
 struct Family {
   const char* name;
   std::uint64_t first_seed;
   std::uint32_t worlds;
   std::uint32_t entities;
   double radius_m;
-  std::size_t per_world;  ///< questions
+  std::size_t per_world;  ///< elements
 };
 
 std::ostream& operator<<(std::ostream& out, const Family& family) {
@@ -30,12 +30,12 @@ std::string name_of(const testing::TestParamInfo<Family>& family) {
   return family.param.name;
 }
 
-class ManyWorlds : public RandomQuestions, public testing::WithParamInterface<Family> {
+class ManyWorlds : public RandomQueries, public testing::WithParamInterface<Family> {
  protected:
-  /// How many questions a part of a world's is.
+  /// Number of elements of a fraction of those of a world.
   using Part = std::function<std::size_t(double)>;
 
-  void ask_all(const std::function<Tally(const Part&)>& ask_world, double max_too_close) {
+  void run_worlds(const std::function<Tally(const Part&)>& run_world, double max_too_close) {
     const Family& family = GetParam();
     Tally all;
     for (std::uint64_t seed = family.first_seed; seed < family.first_seed + family.worlds; ++seed) {
@@ -43,13 +43,13 @@ class ManyWorlds : public RandomQuestions, public testing::WithParamInterface<Fa
       open({});
       fill({.seed = seed, .entities = family.entities, .radius_m = family.radius_m});
       if (HasFailure()) return;
-      all += ask_world([&](double part) {
-        return static_cast<std::size_t>(part * static_cast<double>(family.per_world));
+      all += run_world([&](double fraction) {
+        return static_cast<std::size_t>(fraction * static_cast<double>(family.per_world));
       });
       if (HasFailure()) return;
     }
-    EXPECT_GE(all.asked, family.worlds * family.per_world);
-    expect_telling(all, max_too_close);
+    EXPECT_GE(all.elements, family.worlds * family.per_world);
+    expect_informative(all, max_too_close);
   }
 };
 
@@ -63,22 +63,22 @@ TEST_P(ManyRays, AgreeWithTheOracle) {
                            .faces = faces,
                            .ignore_motion = ignore_motion};
   };
-  ask_all(
+  run_worlds(
       [&](const Part& part) {
-        Tally tally = ask(options(RayMode::closest, 1, Faces::both, false), part(0.25));
-        tally += ask_neighbours(options(RayMode::closest, 1, Faces::both, false), part(0.15));
-        tally += ask(options(RayMode::closest, 1, Faces::both, true), part(0.025));
-        tally += ask_neighbours(options(RayMode::closest, 1, Faces::both, true), part(0.025));
-        tally += ask(options(RayMode::closest, 1, Faces::front, false), part(0.05));
-        tally += ask_neighbours(options(RayMode::closest, 1, Faces::front, false), part(0.05));
-        tally += ask(options(RayMode::closest, 1, Faces::back, false), part(0.05));
-        tally += ask(options(RayMode::any, 1, Faces::both, false), part(0.1));
-        tally += ask_neighbours(options(RayMode::any, 1, Faces::both, false), part(0.1));
-        tally += ask(options(RayMode::any, 1, Faces::both, true), part(0.025));
-        tally += ask_neighbours(options(RayMode::any, 1, Faces::both, true), part(0.025));
-        tally += ask(options(RayMode::first, 4, Faces::both, false), part(0.1));
-        tally += ask(options(RayMode::first, 16, Faces::both, false), part(0.03));
-        tally += ask(options(RayMode::first, 3, Faces::back, true), part(0.02));
+        Tally tally = run_random(options(RayMode::closest, 1, Faces::both, false), part(0.25));
+        tally += run_neighbours(options(RayMode::closest, 1, Faces::both, false), part(0.15));
+        tally += run_random(options(RayMode::closest, 1, Faces::both, true), part(0.025));
+        tally += run_neighbours(options(RayMode::closest, 1, Faces::both, true), part(0.025));
+        tally += run_random(options(RayMode::closest, 1, Faces::front, false), part(0.05));
+        tally += run_neighbours(options(RayMode::closest, 1, Faces::front, false), part(0.05));
+        tally += run_random(options(RayMode::closest, 1, Faces::back, false), part(0.05));
+        tally += run_random(options(RayMode::any, 1, Faces::both, false), part(0.1));
+        tally += run_neighbours(options(RayMode::any, 1, Faces::both, false), part(0.1));
+        tally += run_random(options(RayMode::any, 1, Faces::both, true), part(0.025));
+        tally += run_neighbours(options(RayMode::any, 1, Faces::both, true), part(0.025));
+        tally += run_random(options(RayMode::first, 4, Faces::both, false), part(0.1));
+        tally += run_random(options(RayMode::first, 16, Faces::both, false), part(0.03));
+        tally += run_random(options(RayMode::first, 3, Faces::back, true), part(0.02));
         return tally;
       },
       0.001);
@@ -95,22 +95,22 @@ INSTANTIATE_TEST_SUITE_P(Families, ManyRays,
 class ManyPoints : public ManyWorlds {};
 
 TEST_P(ManyPoints, AgreeWithTheOracle) {
-  ask_all(
+  run_worlds(
       [&](const Part& part) {
         Tally tally;
         for (const NearestTarget target : {NearestTarget::center, NearestTarget::bounds,
                                            NearestTarget::surface, NearestTarget::triangle}) {
-          // Lists of 1, of up to 8 and of up to 32 are kept by different shaders.
+          // Different kernels keep lists of 1, of up to 8 and of up to 32.
           const bool of_entities = target != NearestTarget::triangle;
-          const std::uint32_t most =
+          const std::uint32_t max_k =
               of_entities ? std::min(max_neighbors, GetParam().entities) : max_neighbors;
-          for (const std::uint32_t longest : {1u, std::min(8u, most), most}) {
-            const NearestQueryOptions wanted{
+          for (const std::uint32_t longest : {1u, std::min(8u, max_k), max_k}) {
+            const NearestQueryOptions options{
                 .name = "points",
                 .target = target,
                 .k = 1 + static_cast<std::uint32_t>(random().below(longest)),
                 .is_signed = target >= NearestTarget::surface && random().one_in(2)};
-            tally += ask(wanted, part(1.0 / 12.0));
+            tally += run_random(options, part(1.0 / 12.0));
           }
         }
         return tally;
@@ -129,13 +129,13 @@ INSTANTIATE_TEST_SUITE_P(Families, ManyPoints,
 class ManyCones : public ManyWorlds {};
 
 TEST_P(ManyCones, AgreeWithTheOracle) {
-  ask_all(
+  run_worlds(
       [&](const Part& part) {
-        Tally tally = ask(ConeQueryOptions{.name = "cones"}, part(0.6));
-        tally += ask(ConeQueryOptions{.name = "cones", .faces = Faces::front}, part(0.1));
-        tally += ask(ConeQueryOptions{.name = "cones", .faces = Faces::back}, part(0.1));
-        tally += ask(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, part(0.18));
-        tally += ask(ConeQueryOptions{.name = "cones", .returns_per_cone = 8, .fractions = true}, part(0.02));
+        Tally tally = run_random(ConeQueryOptions{.name = "cones"}, part(0.6));
+        tally += run_random(ConeQueryOptions{.name = "cones", .faces = Faces::front}, part(0.1));
+        tally += run_random(ConeQueryOptions{.name = "cones", .faces = Faces::back}, part(0.1));
+        tally += run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, part(0.18));
+        tally += run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8, .fractions = true}, part(0.02));
         return tally;
       },
       0.005);
@@ -152,11 +152,11 @@ INSTANTIATE_TEST_SUITE_P(Families, ManyCones,
 class ManyRegions : public ManyWorlds {};
 
 TEST_P(ManyRegions, AgreeWithTheOracle) {
-  ask_all(
+  run_worlds(
       [&](const Part& part) {
-        Tally tally = ask(RegionQueryOptions{.name = "regions", .ids_per_region = 4096}, part(0.6));
-        tally += ask(RegionQueryOptions{.name = "regions", .ids_per_region = 5}, part(0.2));
-        tally += ask(RegionQueryOptions{.name = "regions", .ids_per_region = 0}, part(0.2));
+        Tally tally = run_random(RegionQueryOptions{.name = "regions", .ids_per_region = 4096}, part(0.6));
+        tally += run_random(RegionQueryOptions{.name = "regions", .ids_per_region = 5}, part(0.2));
+        tally += run_random(RegionQueryOptions{.name = "regions", .ids_per_region = 0}, part(0.2));
         return tally;
       },
       0.001);
@@ -173,11 +173,11 @@ INSTANTIATE_TEST_SUITE_P(Families, ManyRegions,
 class ManyOverlaps : public ManyWorlds {};
 
 TEST_P(ManyOverlaps, AgreeWithTheOracle) {
-  ask_all(
+  run_worlds(
       [&](const Part& part) {
-        Tally tally = ask(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 4096}, part(0.6));
-        tally += ask(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 2}, part(0.2));
-        tally += ask(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 0}, part(0.2));
+        Tally tally = run_random(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 4096}, part(0.6));
+        tally += run_random(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 2}, part(0.2));
+        tally += run_random(OverlapQueryOptions{.name = "overlaps", .ids_per_entity = 0}, part(0.2));
         return tally;
       },
       0.001);
@@ -189,7 +189,7 @@ INSTANTIATE_TEST_SUITE_P(Families, ManyOverlaps,
                                          Family{"six_hundred", 4300, 5, 600, 12.0, 2'000}),
                          name_of);
 
-TEST_F(MotionBoxFuzz, NothingIsEverOutsideOfABoxInThousandsOfWorlds) {
+TEST_F(MotionBoxFuzz, FindsNothingOutsideOfItsBoxInThousandsOfWorlds) {
   for (std::uint64_t seed = 1'000; seed < 11'000 && !HasFailure(); ++seed)
     fuzz(seed);
   EXPECT_GT(counts().refits, 5'000u);

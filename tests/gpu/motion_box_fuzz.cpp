@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t node_words = 4 * shared::tlas_node_texels;
 
-/// A child's box at a share of the window, exactly.
+/// The box of a child at a fraction of the window, exactly.
 WorldBox box_at(std::span<const std::uint32_t> node, std::uint32_t slot, double share) {
   WorldBox box;
   for (int axis = 0; axis < 3; ++axis) {
@@ -42,7 +42,7 @@ glm::dvec3 quanta_m(std::span<const std::uint32_t> node) {
   return {quantum_m(0), quantum_m(1), quantum_m(2)};
 }
 
-/// By how much what its children stand for may stand out of their boxes.
+/// The recorded overhang of oriented bounds over the boxes of the children.
 glm::dvec3 overhang_m(std::span<const std::uint32_t> node) {
   const auto along = [&](std::size_t axis) {
     return static_cast<double>(std::bit_cast<float>(node[36 + axis]));
@@ -67,7 +67,7 @@ glm::dvec3 corner_of(const Bounds& bounds, int corner) {
           corner & 4 ? bounds.maximum_m.z : bounds.minimum_m.z};
 }
 
-/// The least box that is known to hold an entity's triangles, exactly.
+/// The smallest box that contains the triangles of an entity by its extents, exactly.
 WorldBox box_within(const Extents& extents, const glm::dvec3& scale, const Pose& pose,
                     const WorldBox& around) {
   const glm::dmat3 to_world = glm::mat3_cast(pose.q_world);
@@ -81,15 +81,14 @@ WorldBox box_within(const Extents& extents, const glm::dvec3& scale, const Pose&
   return box;
 }
 
-/// How much larger than needed the box of a leaf may be along each side: what a corner's way bends while it
-/// turns by phi, and what the bounds' own turning adds between the ends; never more than the ball around them
-/// allows.
+/// The allowed excess of the box of a leaf along each side: the curvature of the path of a corner that turns
+/// by phi, and the turning of the bounds between the ends, at most what the sphere around them allows.
 double slack_m(const EntityRow& row, double reach, double window_s) {
   const Motion& motion = row.motion;
   const double phi_rad = glm::length(motion.w_world_radps) * window_s;
   const double bend_m = std::min(reach * (2.0 * phi_rad + 0.25 * phi_rad * phi_rad), 4.0 * reach);
-  const double far_m = glm::length(motion.p_world_m) + 2.0 * glm::length(motion.v_world_mps) + reach;
-  const double rounding_m = 8e-6 * (far_m + 2.0 * reach * glm::length(motion.w_world_radps));
+  const double distance_m = glm::length(motion.p_world_m) + 2.0 * glm::length(motion.v_world_mps) + reach;
+  const double rounding_m = 8e-6 * (distance_m + 2.0 * reach * glm::length(motion.w_world_radps));
   return bend_m + rounding_m;
 }
 
@@ -99,7 +98,7 @@ void MotionBoxFuzz::SetUp() {
   GpuTest::SetUp();
   submit_ = accel::Submit::create(device()).value();
   meshes_ = mixed_meshes(random_);
-  // A body far from its own origin, about which it turns.
+  // A body far from the origin of its frame, around which it turns.
   meshes_.push_back(make_box({0.5, 0.1, 0.3}));
   for (glm::vec3& position_m : meshes_.back().positions_m)
     position_m += glm::vec3(3.0f, -2.0f, 1.0f);
@@ -121,12 +120,12 @@ EntityRow MotionBoxFuzz::row(const Scene& scene) {
   row.scale = {random_.magnitude(0.05, 20.0), random_.magnitude(0.05, 20.0), random_.magnitude(0.05, 20.0)};
   if (random_.one_in(4)) row.scale = glm::dvec3(random_.magnitude(0.05, 20.0));
   Motion& motion = row.motion;
-  motion.p_world_m = scene.far_m * glm::dvec3(1.0, -0.6, 0.3) + scene.radius_m * random_.vector();
+  motion.p_world_m = scene.offset_m * glm::dvec3(1.0, -0.6, 0.3) + scene.radius_m * random_.vector();
   motion.q_world = random_.orientation();
   motion.valid_from = scene.time;
   if (!random_.one_in(8)) motion.v_world_mps = random_.magnitude(0.01, 500.0) * random_.direction();
   if (random_.one_in(8)) return row;
-  // From hardly a turn to several in a window, within what a row may have.
+  // From nearly no turn to several in the window, within the limits of a row.
   const double turns = random_.magnitude(1e-4, 8.0);
   const double rate_radps = 2.0 * std::numbers::pi * turns / std::max(scene.window.seconds(), 1e-3);
   const glm::dvec3 axis = random_.one_in(4) ? glm::dvec3(0.0, 0.0, 1.0) : random_.direction();
@@ -144,7 +143,7 @@ Bounds MotionBoxFuzz::random_triangle_of(const TriangleMesh& mesh) {
   return {glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))};
 }
 
-void MotionBoxFuzz::walk(std::uint32_t node, std::vector<Child>& above) {
+void MotionBoxFuzz::visit(std::uint32_t node, std::vector<Child>& above) {
   const auto words = read_back_.host_as<const std::uint32_t>().subspan(node * node_words, node_words);
   for (std::uint32_t slot = 0; slot < shared::node_width; ++slot) {
     if ((words[3] >> 24 >> slot & 1u) == 0) continue;
@@ -152,10 +151,10 @@ void MotionBoxFuzz::walk(std::uint32_t node, std::vector<Child>& above) {
     const std::uint32_t reference = words[16 + slot];
     if ((reference & shared::ref_leaf_bit) != 0) {
       std::vector<Child>& path = paths_.at(reference & shared::ref_instance_mask);
-      EXPECT_TRUE(path.empty()) << "an entity has two leaves";
+      EXPECT_TRUE(path.empty()) << "an entity in two leaves";
       path = above;
     } else {
-      walk(reference, above);
+      visit(reference, above);
     }
     above.pop_back();
   }
@@ -169,7 +168,7 @@ void MotionBoxFuzz::check(const EntityRow& row, const std::vector<Child>& boxes,
   const auto in_world = [&](const glm::dvec3& point_m) {
     return pose.p_world_m + pose.q_world * (row.scale * point_m);
   };
-  // Of the entity's own bounds, then of those of some triangles, anywhere within which a ray may meet them.
+  // The corners of the bounds of the entity, and of the boxes of some triangles.
   std::vector<glm::dvec3> corners_m[2];
   const auto take_corners = [&](const Bounds& of, std::vector<glm::dvec3>& into) {
     for (int corner = 0; corner < 8; ++corner)
@@ -183,9 +182,9 @@ void MotionBoxFuzz::check(const EntityRow& row, const std::vector<Child>& boxes,
     return static_cast<std::size_t>(
         std::ranges::count_if(points_m, [&](const glm::dvec3& point_m) { return !contains(box, point_m); }));
   };
-  for (const Child& one : boxes) {
-    const auto node = words.subspan(one.node * node_words, node_words);
-    const WorldBox box = box_at(node, one.slot, static_cast<double>(share));
+  for (const Child& child : boxes) {
+    const auto node = words.subspan(child.node * node_words, node_words);
+    const WorldBox box = box_at(node, child.slot, static_cast<double>(share));
     outside_ += outside(grown(box, overhang_m(node)), corners_m[0]) + outside(box, corners_m[1]);
   }
   const auto leaf_words = words.subspan(boxes.back().node * node_words, node_words);
@@ -199,12 +198,12 @@ void MotionBoxFuzz::check(const EntityRow& row, const std::vector<Child>& boxes,
                        leaf.maximum_m[axis] - exact.maximum_m[axis] > allowed_m[axis];
     too_large_ += large ? 1 : 0;
   }
-  const glm::dvec3 stands_out_m =
+  const glm::dvec3 overhang =
       glm::max(exact.minimum_m - around.minimum_m, around.maximum_m - exact.maximum_m) + allowed_m;
-  stands_out_m_ = glm::max(stands_out_m_, stands_out_m);
+  max_overhang_m_ = glm::max(max_overhang_m_, overhang);
 }
 
-void MotionBoxFuzz::look(const Window& window) {
+void MotionBoxFuzz::check_all(const Window& window) {
   submit_.begin();
   const auto view = tlas_.prepare(rows_, {.times = {window.begin, window.end}}, submit_);
   ASSERT_TRUE(view.has_value());
@@ -216,10 +215,10 @@ void MotionBoxFuzz::look(const Window& window) {
   }
   paths_.assign(states.size(), {});
   std::vector<Child> above;
-  walk(view->root, above);
+  visit(view->root, above);
   const Window of_slot{view->window_begin, view->window_end};
-  stands_out_m_ = glm::dvec3(0.0);
-  // Few instants of many entities, many of few.
+  max_overhang_m_ = glm::dvec3(0.0);
+  // More instants for fewer entities.
   const std::size_t instants = std::max<std::size_t>(3, 400 / states.size());
   for (const EntityState* state : states) {
     const auto& path = paths_[tlas_.place_of(0, state->id.index)];
@@ -233,13 +232,13 @@ void MotionBoxFuzz::look(const Window& window) {
     }
   }
   const auto root = read_back_.host_as<const std::uint32_t>().subspan(view->root * node_words, node_words);
-  const glm::dvec3 told_m = overhang_m(root);
+  const glm::dvec3 recorded_m = overhang_m(root);
   for (int axis = 0; axis < 3; ++axis)
-    too_large_ += told_m[axis] > stands_out_m_[axis] ? 1 : 0;
+    too_large_ += recorded_m[axis] > max_overhang_m_[axis] ? 1 : 0;
   ++versions_;
 }
 
-/// Some get another motion while the window lasts.
+/// Some entities get other motions within the window.
 void MotionBoxFuzz::patch(Scene& scene, std::vector<EntityRow>& rows) {
   const auto rest_ns = static_cast<double>((scene.window.end - scene.window.begin).count());
   scene.time =
@@ -253,7 +252,7 @@ void MotionBoxFuzz::patch(Scene& scene, std::vector<EntityRow>& rows) {
   }
   rows_.change(
       changed, [&](std::uint32_t i) { return std::optional(rows[i]); }, scene.time);
-  look({scene.time, scene.window.end});
+  check_all({scene.time, scene.window.end});
 }
 
 void MotionBoxFuzz::fuzz(std::uint64_t seed) {
@@ -264,11 +263,11 @@ void MotionBoxFuzz::fuzz(std::uint64_t seed) {
   Scene scene;
   scene.time = world_time_ns(static_cast<std::int64_t>(random_.uniform(-1e6, 1e6) * 1e9));
   scene.radius_m = random_.magnitude(0.1, 1e3);
-  scene.far_m = random_.one_in(3) ? random_.magnitude(10.0, 8e4) : 0.0;
+  scene.offset_m = random_.one_in(3) ? random_.magnitude(10.0, 8e4) : 0.0;
   const auto window_ns = random_.one_in(8) ? 0 : static_cast<std::int64_t>(random_.magnitude(1e6, 1e9));
   const auto wait_ns = static_cast<std::int64_t>(random_.uniform(0.0, 3e9));
   std::vector<EntityRow> rows(count);
-  // In the second version everybody moves otherwise from where it is: refitted, if the tree still serves.
+  // In the second version all entities continue with other motions: a refit, if the tree is cheap enough.
   for (const bool again : {false, true}) {
     if (again) scene.time += Nanoseconds(10'000'000);
     scene.window = {scene.time + Nanoseconds(wait_ns), scene.time + Nanoseconds(wait_ns + window_ns)};
@@ -283,7 +282,7 @@ void MotionBoxFuzz::fuzz(std::uint64_t seed) {
     }
     rows_.next([&](std::uint32_t i) { return i < count ? std::optional(rows[i]) : std::nullopt; },
                scene.time);
-    look(scene.window);
+    check_all(scene.window);
   }
   for (int k = 0; k < 2; ++k)
     patch(scene, rows);

@@ -1,7 +1,7 @@
 #pragma once
-// Random worlds whose trees of entities are read back from the device: at any instant of the window, no
-// triangle of an entity may stand outside of the box of its leaf or of any node above, nor may its oriented
-// bounds by more than those nodes tell; and no box may be much larger than it has to be.
+// Fixture that reads the TLAS of random worlds back from the device: at each instant of the window, the
+// triangles of an entity are in the box of its leaf and of each node above, its oriented bounds exceed these
+// boxes by at most the overhang that the nodes record, and no box is much larger than necessary.
 
 #include <string>
 #include <vector>
@@ -17,8 +17,7 @@ namespace rtstdb::test {
 class MotionBoxFuzz : public gpu::test::GpuTest {
  protected:
   void SetUp() override;
-  /// The world of this seed in some versions, so that its tree is built, refitted and patched. Fails the test
-  /// with the seed.
+  /// Checks four versions of the random world of this seed, whose tree is built, refitted and patched.
   void fuzz(std::uint64_t seed);
 
   std::size_t points() const { return points_; }
@@ -36,17 +35,17 @@ class MotionBoxFuzz : public gpu::test::GpuTest {
     WorldTime time{};  ///< the version's
     Window window;
     double radius_m = 0.0;
-    double far_m = 0.0;  ///< from the world's origin
+    double offset_m = 0.0;  ///< from the world's origin
   };
-  /// A child of a node: the box that stands for what is below it.
+  /// A child of a node.
   struct Child {
     std::uint32_t node = 0, slot = 0;
   };
 
   EntityRow row(const Scene& scene);
   void patch(Scene& scene, std::vector<EntityRow>& rows);
-  void look(const Window& window);
-  void walk(std::uint32_t node, std::vector<Child>& above);
+  void check_all(const Window& window);
+  void visit(std::uint32_t node, std::vector<Child>& above);
   void check(const EntityRow& row, const std::vector<Child>& boxes, WorldTime t, const Window& window,
              float share);
   Bounds random_triangle_of(const TriangleMesh& mesh);
@@ -62,7 +61,7 @@ class MotionBoxFuzz : public gpu::test::GpuTest {
   gpu::Buffer read_back_;
   std::vector<std::vector<Child>> paths_;  // by place: from the root to the leaf
   std::size_t points_ = 0, versions_ = 0, outside_ = 0, too_large_ = 0;
-  glm::dvec3 stands_out_m_{0.0};  // bounds out of what holds their triangles, at most
+  glm::dvec3 max_overhang_m_{0.0};  // of bounds over the boxes of their triangles
 };
 
 }  // namespace rtstdb::test

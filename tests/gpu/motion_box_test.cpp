@@ -1,11 +1,11 @@
-// Boxes of moving, turning entities as the device has them. Many more worlds: long_random_test.cpp.
+// Boxes of moving and turning entities on the device, in fewer worlds than in long_random_test.cpp.
 
 #include "tests/gpu/motion_box_fuzz.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-TEST_F(MotionBoxFuzz, NothingIsEverOutsideOfABox) {
+TEST_F(MotionBoxFuzz, FindsNothingOutsideOfItsBox) {
   for (std::uint64_t seed = 0; seed < 200 && !HasFailure(); ++seed)
     fuzz(seed);
   EXPECT_EQ(versions(), 800u);

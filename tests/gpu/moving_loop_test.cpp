@@ -1,16 +1,15 @@
-// A loop over a large world that moves: each tick changes little and asks little, while slots for the windows
-// to come are made, with trees that are built in parts. Every so often all answers are held against the
-// oracle's.
+// A loop over a large moving world: each tick changes one entity and runs small batches while slots are made
+// ahead. Every so often all answers are compared with the oracle.
 
 #include <algorithm>
 
-#include "tests/gpu/random_questions.hpp"
+#include "tests/gpu/random_queries.hpp"
 
 namespace rtstdb::test {
 namespace {
 
 constexpr std::uint32_t loop_entities = 2600;
-constexpr std::uint32_t asked_each_time = 24;
+constexpr std::uint32_t element_count = 24;
 
 class MovingLoop : public DatabaseTest, public testing::WithParamInterface<double> {
  protected:
@@ -24,7 +23,7 @@ class MovingLoop : public DatabaseTest, public testing::WithParamInterface<doubl
       rows.push_back(random_row(random_, geometries, scene_, rows));
     ids_ = create(rows, scene_.version_time);
   }
-  /// Like the row of another one of them, as of now.
+  /// Gives one entity the velocities of another and a new position.
   void change_one(Transaction& transaction, std::span<const EntityState> known) {
     Motion motion = known[random_.below(known.size())].row.motion;
     motion.p_world_m = 60.0 * random_.vector();
@@ -39,44 +38,43 @@ class MovingLoop : public DatabaseTest, public testing::WithParamInterface<doubl
 };
 
 /// The parameter: the loop's period in seconds.
-TEST_P(MovingLoop, IsAnsweredAsTheOracleDoes) {
+TEST_P(MovingLoop, AgreesWithTheOracle) {
   open({.max_entities = 4096});
   begin();
   const NearestQueryOptions near{
-      .name = "near", .capacity = asked_each_time, .target = NearestTarget::surface, .k = 3};
-  auto rays = database().prepare(RayQueryOptions{.name = "rays", .capacity = asked_each_time});
-  auto regions = database().prepare(
-      RegionQueryOptions{.name = "regions", .capacity = asked_each_time, .ids_per_region = 4096});
-  auto points = database().prepare(near);
-  ASSERT_TRUE(rays.ok() && regions.ok() && points.ok());
+      .name = "near", .capacity = element_count, .target = NearestTarget::surface, .k = 3};
+  const auto rays = prepare_rays(RayMode::closest, false, element_count);
+  const auto regions =
+      prepare(RegionQueryOptions{.name = "regions", .capacity = element_count, .ids_per_region = 4096});
+  const auto points = prepare(near);
   const auto known = database().snapshot({}).value();
   Tally tally;
   const int ticks = static_cast<int>(1.6 / GetParam());
   for (int k = 0; k < ticks && !HasFailure(); ++k) {
     time_ += Nanoseconds(static_cast<std::int64_t>(GetParam() * 1e9));
-    for (Ray& ray : rays.value()->rays())
+    for (Ray& ray : rays->rays())
       ray = random_ray(random_, known, scene_, time_, 0.0);
-    for (Region& region : regions.value()->regions())
+    for (Region& region : regions->regions())
       region = random_region(random_, known, scene_, time_, 0.0);
-    for (Nearest& point : points.value()->points())
+    for (Nearest& point : points->points())
       point = random_point(random_, known, scene_, time_, 0.0);
     const Outcome outcome = execute(
         [&](Transaction& transaction) {
           change_one(transaction, known);
-          transaction.add_query(*rays.value(), asked_each_time);
-          transaction.add_query(*regions.value(), asked_each_time);
-          transaction.add_query(*points.value(), asked_each_time);
+          transaction.add_query(*rays, element_count);
+          transaction.add_query(*regions, element_count);
+          transaction.add_query(*points, element_count);
         },
         time_);
     ASSERT_TRUE(outcome.done()) << describe(outcome);
     if (k * 60 / ticks == (k - 1) * 60 / ticks) continue;
     const oracle::World now = world();
-    tally += judge(now, rays.value()->rays(), rays.value()->hits());
-    tally += judge(now, regions.value()->regions(), regions.value()->answers());
-    tally += judge(now, points.value()->points(), points.value()->answers(), near);
+    tally += judge(now, rays->rays(), rays->hits());
+    tally += judge(now, regions->regions(), regions->answers());
+    tally += judge(now, points->points(), points->answers(), near);
   }
-  EXPECT_GT(tally.asked, 50u * 3u * asked_each_time);
-  EXPECT_GT(tally.hits, tally.asked / 5);
+  EXPECT_GT(tally.elements, 50u * 3u * element_count);
+  EXPECT_GT(tally.hits, tally.elements / 5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Periods, MovingLoop, testing::Values(0.002, 0.01));

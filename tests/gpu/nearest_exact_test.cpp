@@ -1,4 +1,4 @@
-// What is nearest where no rounding may decide, and against closed forms.
+// Nearest queries whose answers rounding must not decide: ties, signs, radii and extreme sizes.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr float infinity_f = std::numeric_limits<float>::infinity();
 
-Nearest near(const glm::vec3& point_m, float radius_m = infinity_f, WorldTime t = {}) {
+Nearest point_at(const glm::vec3& point_m, float radius_m = infinity_f, WorldTime t = {}) {
   Nearest point;
   point.point_m = point_m;
   point.radius_m = radius_m;
@@ -24,34 +24,23 @@ Nearest near(const glm::vec3& point_m, float radius_m = infinity_f, WorldTime t 
 
 class NearestTest : public DatabaseTest {
  protected:
-  std::unique_ptr<NearestQuery> prepare(NearestTarget target, std::uint32_t k = 1, bool is_signed = false,
-                                        std::uint32_t capacity = 4096) {
-    auto query = database().prepare(NearestQueryOptions{
-        .name = "nearest", .capacity = capacity, .target = target, .k = k, .is_signed = is_signed});
-    EXPECT_TRUE(query.ok());
-    return std::move(query).value();
+  std::unique_ptr<NearestQuery> prepare(NearestTarget target, std::uint32_t k = 1, bool is_signed = false) {
+    return DatabaseTest::prepare(NearestQueryOptions{
+        .name = "nearest", .capacity = 4096, .target = target, .k = k, .is_signed = is_signed});
   }
-  std::span<const NearestAnswer> ask(NearestQuery& query, std::span<const Nearest> points) {
+  std::span<const NearestAnswer> answers_of(NearestQuery& query, std::span<const Nearest> points) {
     std::ranges::copy(points, query.points().begin());
-    const Outcome outcome = execute([&](Transaction& transaction) {
-      transaction.add_query(query, static_cast<std::uint32_t>(points.size()));
-    });
+    const Outcome outcome = run(query, points.size());
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     EXPECT_EQ(query.answers().size(), points.size());
     return query.answers();
   }
-  std::vector<Neighbor> ask(NearestQuery& query, const Nearest& point) {
-    const auto neighbors = ask(query, std::span(&point, 1))[0].neighbors;
+  std::vector<Neighbor> neighbors_of(NearestQuery& query, const Nearest& point) {
+    const auto neighbors = answers_of(query, std::span(&point, 1))[0].neighbors;
     return {neighbors.begin(), neighbors.end()};
   }
   Random random_{91};
 };
-
-void expect_point(const glm::vec3& point, const glm::vec3& wanted, float tolerance) {
-  EXPECT_LE(glm::length(point - wanted), tolerance)
-      << "(" << point.x << ", " << point.y << ", " << point.z << ") instead of (" << wanted.x << ", "
-      << wanted.y << ", " << wanted.z << ")";
-}
 
 /// Distance to the faces of a box about the origin, negative inside.
 double box_distance_m(const glm::dvec3& p, const glm::dvec3& half) {
@@ -60,76 +49,16 @@ double box_distance_m(const glm::dvec3& p, const glm::dvec3& half) {
   return deepest <= 0.0 ? deepest : glm::length(glm::max(beyond, glm::dvec3(0.0)));
 }
 
-using NearestForms = NearestTest;
+using NearestSigns = NearestTest;
 
-/// Moving, turning and stretched, to every target.
-TEST_F(NearestForms, OfABoxAtEveryInstant) {
-  EntityRow row = row_of(add(make_box({2.0, 4.0, 6.0})), {5.0, -3.0, 1.0});
-  row.scale = {0.5, 3.0, 1.25};
-  row.motion.q_world = random_.orientation();
-  row.motion.v_world_mps = {20.0, -10.0, 3.0};
-  row.motion.w_world_radps = {3.0, 9.0, -4.0};
-  create(row);
-  const glm::dvec3 half(0.5, 6.0, 3.75);
-  std::vector<Nearest> points;
-  std::vector<glm::dvec3> local;
-  for (int i = 0; i < 4000; ++i) {
-    local.push_back(half * glm::dvec3(random_.normal(), random_.normal(), random_.normal()));
-    const WorldTime t = at_s(random_.uniform(0.0, 1.0));
-    const Pose pose = pose_at(row.motion, t);
-    points.push_back(near(glm::vec3(pose.p_world_m + pose.q_world * local.back()), infinity_f, t));
-  }
-  const auto expect = [&](NearestTarget target, bool is_signed, const auto& wanted_m) {
-    const auto query = prepare(target, 1, is_signed);
-    const auto answers = ask(*query, points);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      ASSERT_EQ(answers[i].neighbors.size(), 1u);
-      const Neighbor& neighbor = answers[i].neighbors[0];
-      ASSERT_NEAR(neighbor.distance_m, wanted_m(local[i]), 1e-4) << i;
-      ASSERT_NEAR(glm::length(neighbor.p_world_m - points[i].point_m), std::abs(neighbor.distance_m), 1e-4);
-    }
-  };
-  expect(NearestTarget::center, false, [](const glm::dvec3& p) { return glm::length(p); });
-  expect(NearestTarget::bounds, false,
-         [&](const glm::dvec3& p) { return std::max(0.0, box_distance_m(p, half)); });
-  expect(NearestTarget::surface, false,
-         [&](const glm::dvec3& p) { return std::abs(box_distance_m(p, half)); });
-  expect(NearestTarget::surface, true, [&](const glm::dvec3& p) { return box_distance_m(p, half); });
-  expect(NearestTarget::triangle, true, [&](const glm::dvec3& p) { return box_distance_m(p, half); });
-}
-
-TEST_F(NearestForms, VelocitiesOfACarriedPointAndOfABodyThatTurns) {
-  const GeometryId box = add(make_box({6.0, 2.0, 2.0}));
-  EntityRow row = row_of(box);
-  row.motion.v_world_mps = {10.0, 0.0, 0.0};
-  row.motion.w_world_radps = {0.0, 0.0, 0.5 * 3.14159265358979};
-  create(row);
-  EntityRow carrier;
-  carrier.motion.p_world_m = {0.0, 20.0, 0.0};
-  carrier.motion.q_world = glm::angleAxis(0.5 * 3.14159265358979, glm::dvec3(0, 0, 1));
-  carrier.motion.v_world_mps = {10.0, 1.0, 0.0};
-  // After a second the box stands upright at (10, 0, 0), and the point at (10, 10, 0.5).
-  Nearest point = near({-11.0f, 0.0f, 0.5f}, 8.0f, at_s(1.0));
-  point.carrier = create(carrier);
-  for (const NearestTarget target :
-       {NearestTarget::bounds, NearestTarget::surface, NearestTarget::triangle}) {
-    const auto query = prepare(target);
-    const auto neighbors = ask(*query, point);
-    ASSERT_EQ(neighbors.size(), 1u);
-    EXPECT_NEAR(neighbors[0].distance_m, 7.0f, 1e-5f);
-    expect_point(neighbors[0].p_world_m, {10.0f, 3.0f, 0.5f}, 1e-5f);
-    expect_point(neighbors[0].v_relative_mps, {-3.0f * 1.5707963f, -1.0f, 0.0f}, 1e-4f);
-  }
-}
-
-/// A hollow in the middle, and two bodies in one that overlap.
-TEST_F(NearestForms, SignOfHollowAndOverlappingBodies) {
-  const auto with = [](TriangleMesh mesh, const TriangleMesh& other, const glm::vec3& offset, bool turned) {
+TEST_F(NearestSigns, OfHollowOverlappingAndOpenMeshes) {
+  const auto with = [](TriangleMesh mesh, const TriangleMesh& other, const glm::vec3& offset,
+                       bool inside_out) {
     const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
     for (const glm::vec3& p : other.positions_m)
       mesh.positions_m.push_back(p + offset);
     for (const glm::uvec3& t : other.triangles)
-      mesh.triangles.push_back(first + (turned ? glm::uvec3(t.y, t.x, t.z) : t));
+      mesh.triangles.push_back(first + (inside_out ? glm::uvec3(t.y, t.x, t.z) : t));
     return mesh;
   };
   const TriangleMesh outer = make_box({8.0, 8.0, 8.0});
@@ -141,7 +70,7 @@ TEST_F(NearestForms, SignOfHollowAndOverlappingBodies) {
   const EntityId with_a_hole = create(row_of(add(open), {200.0, 0.0, 0.0}));
   const auto query = prepare(NearestTarget::surface, 1, true);
   const auto expect = [&](const glm::vec3& p, EntityId entity, float distance_m, bool has_sign = true) {
-    const auto neighbors = ask(*query, near(p));
+    const auto neighbors = neighbors_of(*query, point_at(p));
     ASSERT_EQ(neighbors.size(), 1u);
     EXPECT_EQ(neighbors[0].entity, entity);
     EXPECT_EQ(neighbors[0].distance_m, distance_m);
@@ -157,21 +86,21 @@ TEST_F(NearestForms, SignOfHollowAndOverlappingBodies) {
   expect({197.0f, 0.5f, 0.25f}, with_a_hole, 1.0f, false);
 }
 
-/// Columns through corners, along edges and within faces: on a whole grid about a box.
-TEST_F(NearestForms, SignWhereColumnsMeetEdgesAndCorners) {
+/// The sign counts crossings along z: on a grid around a box, through corners, along edges and within faces.
+TEST_F(NearestSigns, AtCornersEdgesAndFaces) {
   create(row_of(add(make_box({4.0, 4.0, 4.0}))));
   TriangleMesh turned = make_box({4.0, 4.0, 4.0});
-  for (glm::vec3& p : turned.positions_m)  // an edge on top, along y
+  for (glm::vec3& p : turned.positions_m)  // an upper edge along y
     p = {p.x - p.z, p.y, p.x + p.z};
   create(row_of(add(turned), {0.0, 0.0, 50.0}));
   const auto query = prepare(NearestTarget::surface, 1, true);
   std::vector<Nearest> points;
   for (int i = 0; i < 13 * 13 * 13; ++i) {
     const glm::vec3 p = 0.5f * glm::vec3(glm::ivec3(i % 13 - 6, i / 13 % 13 - 6, i / 169 - 6));
-    points.push_back(near(p));
-    points.push_back(near(p + glm::vec3(0.0f, 0.0f, 50.0f)));
+    points.push_back(point_at(p));
+    points.push_back(point_at(p + glm::vec3(0.0f, 0.0f, 50.0f)));
   }
-  const auto answers = ask(*query, std::span(points).first(4000));
+  const auto answers = answers_of(*query, std::span(points).first(4000));
   std::size_t inside = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     glm::dvec3 p(points[i].point_m);
@@ -194,7 +123,7 @@ TEST_F(NearestForms, SignWhereColumnsMeetEdgesAndCorners) {
 
 using NearestLists = NearestTest;
 
-TEST_F(NearestLists, CoincidingEntitiesGoByIndex) {
+TEST_F(NearestLists, OrderCoincidingEntitiesByIndex) {
   EntityRow row = row_of(add(make_sphere(1.0, 2)), {3.0, -1.0, 2.0});
   row.motion.q_world = {0.8, 0.2, -0.4, 0.1};
   row.motion.w_world_radps = {0.3, 2.0, 0.1};
@@ -205,7 +134,8 @@ TEST_F(NearestLists, CoincidingEntitiesGoByIndex) {
     for (const std::uint32_t k : {1u, 2u, 31u, 32u}) {
       const auto query = prepare(target, k);
       for (int i = 0; i < 20; ++i) {
-        const auto neighbors = ask(*query, near(glm::vec3(5.0 * random_.vector()), infinity_f, at_s(0.3)));
+        const auto neighbors =
+            neighbors_of(*query, point_at(glm::vec3(5.0 * random_.vector()), infinity_f, at_s(0.3)));
         ASSERT_EQ(neighbors.size(), k);
         for (std::uint32_t place = 0; place < k; ++place)
           ASSERT_EQ(neighbors[place].entity, ids[place]) << place;
@@ -214,43 +144,43 @@ TEST_F(NearestLists, CoincidingEntitiesGoByIndex) {
   }
 }
 
-/// The same triangle many times over, among others that lie elsewhere.
-TEST_F(NearestLists, CoincidingTrianglesGoByIndex) {
+/// Copies of one triangle, among triangles elsewhere.
+TEST_F(NearestLists, OrderCoincidingTrianglesByIndex) {
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}, {6, 5, 5}, {5, 6, 5}}, {}};
-  std::vector<std::uint32_t> wanted;
+  std::vector<std::uint32_t> expected;
   for (std::uint32_t i = 0; i < 90; ++i) {
-    const bool there = i >= 7 && i % 3 != 0;
-    if (there) wanted.push_back(i);
-    mesh.triangles.push_back(there ? glm::uvec3(0, 1, 2) : glm::uvec3(3, 4, 5));
+    const bool is_near = i >= 7 && i % 3 != 0;
+    if (is_near) expected.push_back(i);
+    mesh.triangles.push_back(is_near ? glm::uvec3(0, 1, 2) : glm::uvec3(3, 4, 5));
   }
   create(row_of(add(mesh)));
-  const auto all = prepare(NearestTarget::triangle, 32);
-  const auto neighbors = ask(*all, near({0.2f, 0.3f, 4.0f}));
+  const auto triangles = prepare(NearestTarget::triangle, 32);
+  const auto neighbors = neighbors_of(*triangles, point_at({0.2f, 0.3f, 4.0f}));
   ASSERT_EQ(neighbors.size(), 32u);
   for (std::size_t place = 0; place < 32; ++place) {
-    EXPECT_EQ(neighbors[place].triangle, wanted[place]);
+    EXPECT_EQ(neighbors[place].triangle, expected[place]);
     EXPECT_EQ(neighbors[place].distance_m, 4.0f);
   }
-  const auto one = prepare(NearestTarget::surface);
-  EXPECT_EQ(ask(*one, near({0.2f, 0.3f, 4.0f}))[0].triangle, 7u);
+  const auto surface = prepare(NearestTarget::surface);
+  EXPECT_EQ(neighbors_of(*surface, point_at({0.2f, 0.3f, 4.0f}))[0].triangle, 7u);
   const auto surfaces = prepare(NearestTarget::surface, 2);
-  EXPECT_EQ(ask(*surfaces, near({0.2f, 0.3f, 4.0f})).size(), 1u) << "one answer an entity";
+  EXPECT_EQ(neighbors_of(*surfaces, point_at({0.2f, 0.3f, 4.0f})).size(), 1u)
+      << "a list has each entity once";
 }
 
-/// Beyond the edges and corners of a mesh two and more triangles are nearest with one point: the lowest of
-/// them.
-TEST_F(NearestLists, TrianglesThatShareTheNearestPointGoByIndex) {
+/// The nearest point of a mesh is often on an edge or at a corner, which two or more triangles share.
+TEST_F(NearestLists, NameTheLowestOfTrianglesThatShareTheNearestPoint) {
   const TriangleMesh mesh = make_sphere(1.0, 2);
   EntityRow row = row_of(add(mesh), {1.0, 2.0, -3.0});
   row.motion.q_world = random_.orientation();
   const EntityId entity = create(row);
   std::vector<Nearest> points;
-  std::vector<std::uint32_t> wanted;
+  std::vector<std::uint32_t> expected;
   const auto add_point = [&](const glm::dvec3& from, const auto& shares) {
     points.push_back(
-        near(glm::vec3(row.motion.p_world_m + row.motion.q_world * (1.7 * glm::normalize(from)))));
+        point_at(glm::vec3(row.motion.p_world_m + row.motion.q_world * (1.7 * glm::normalize(from)))));
     const auto first = std::ranges::find_if(mesh.triangles, shares);
-    wanted.push_back(static_cast<std::uint32_t>(first - mesh.triangles.begin()));
+    expected.push_back(static_cast<std::uint32_t>(first - mesh.triangles.begin()));
   };
   const auto has = [](const glm::uvec3& t, std::uint32_t corner) {
     return t.x == corner || t.y == corner || t.z == corner;
@@ -263,82 +193,60 @@ TEST_F(NearestLists, TrianglesThatShareTheNearestPointGoByIndex) {
               [&](const glm::uvec3& other) { return has(other, t.x) && has(other, t.y); });
   }
   const auto query = prepare(NearestTarget::triangle);
-  const auto answers = ask(*query, points);
-  std::size_t others = 0;
+  const auto answers = answers_of(*query, points);
+  std::size_t not_lowest = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     ASSERT_EQ(answers[i].neighbors.size(), 1u);
     EXPECT_EQ(answers[i].neighbors[0].entity, entity);
-    others += answers[i].neighbors[0].triangle == wanted[i] ? 0 : 1;
+    not_lowest += answers[i].neighbors[0].triangle == expected[i] ? 0 : 1;
   }
-  EXPECT_EQ(others, 0u) << "of " << points.size();
+  EXPECT_EQ(not_lowest, 0u) << "of " << points.size();
 }
 
-TEST_F(NearestLists, NoMoreThanThereAre) {
-  const auto everything = {NearestTarget::center, NearestTarget::bounds, NearestTarget::surface,
-                           NearestTarget::triangle};
-  for (const NearestTarget target : everything) {
+TEST_F(NearestLists, AreShortIfFewEntitiesQualify) {
+  const auto add_box = [&](std::uint32_t layer, double x_m) {
+    EntityRow row = row_of(add(make_box({2.0, 2.0, 2.0})), {x_m, 0.0, 0.0});
+    row.mask = layer;
+    return create(row);
+  };
+  for (const NearestTarget target :
+       {NearestTarget::center, NearestTarget::bounds, NearestTarget::surface, NearestTarget::triangle}) {
+    open({});
     const auto query = prepare(target, 32);
-    EXPECT_TRUE(ask(*query, near({})).empty()) << "an empty world";
+    Nearest point = point_at({1.0f, 0.0f, 0.0f}, 1e9f);
+    EXPECT_TRUE(neighbors_of(*query, point).empty()) << "an empty world";
+    create(EntityRow{});
+    const EntityId near = add_box(1, 4.0), far = add_box(1, 9.0);
+    add_box(2, 5.0);
+    point.mask = 1;
+    const auto neighbors = neighbors_of(*query, point);
+    ASSERT_EQ(neighbors.size(), target == NearestTarget::triangle ? 24u : 2u);
+    EXPECT_EQ(neighbors.front().entity, near);
+    EXPECT_EQ(neighbors.back().entity, far);
+    point.excluded = near;
+    EXPECT_EQ(neighbors_of(*query, point).front().entity, far);
+    EXPECT_EQ(run(*query, 0).status, Status::committed);
+    EXPECT_TRUE(query->answers().empty());
   }
-  const GeometryId box = add(make_box({2.0, 2.0, 2.0}));
-  std::vector<EntityId> ids;
-  for (int i = 0; i < 5; ++i) {
-    EntityRow row = row_of(box, {10.0 - 2.0 * i, 0.0, 0.0});
-    row.mask = 1u << i;
-    row.material = 70u + static_cast<std::uint32_t>(i);
-    ids.push_back(create(row));
-  }
-  create(EntityRow{});
-  for (const NearestTarget target : everything) {
-    for (const std::uint32_t k : {2u, 32u}) {
-      const auto query = prepare(target, k);
-      Nearest point = near({1.0f, 0.0f, 0.0f}, 1e9f);
-      point.mask = 0b10110;
-      const auto neighbors = ask(*query, point);
-      const std::size_t each = target == NearestTarget::triangle ? 12 : 1;
-      ASSERT_EQ(neighbors.size(), std::min<std::size_t>(k, 3 * each));
-      EXPECT_EQ(neighbors[0].entity, ids[4]);
-      EXPECT_EQ(neighbors[0].mask, 16u);
-      EXPECT_EQ(neighbors[0].material, 74u);
-      if (k == 32) {
-        EXPECT_EQ(neighbors.back().entity, ids[1]);
-      }
-      point.excluded = ids[4];
-      EXPECT_EQ(ask(*query, point)[0].entity, ids[2]);
-      point.mask = 1u << 20;
-      EXPECT_TRUE(ask(*query, point).empty());
-    }
-  }
-}
-
-TEST_F(NearestLists, AnEmptyBatchHasNoAnswers) {
-  create(row_of(add(make_box({2.0, 2.0, 2.0}))));
-  const auto query = prepare(NearestTarget::surface, 3);
-  EXPECT_EQ(ask(*query, near({})).size(), 1u);
-  EXPECT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*query, 0); }).status,
-            Status::committed);
-  EXPECT_TRUE(query->answers().empty());
 }
 
 using NearestRadius = NearestTest;
 
-TEST_F(NearestRadius, HoldsWhatLiesOnIt) {
+TEST_F(NearestRadius, IncludesWhatLiesOnIt) {
   create(row_of(add(make_box({2.0, 2.0, 2.0})), {5.0, 0.0, 0.0}));
+  // The distance of the nearest neighbor; -1 without one.
   const auto found = [&](NearestTarget target, const glm::vec3& p, float radius_m) {
-    for (const std::uint32_t k : {1u, 3u}) {
-      const auto query = prepare(target, k);
-      const auto neighbors = ask(*query, near(p, radius_m));
-      if (neighbors.empty()) return -1.0f;
-      if (k == 3) return neighbors[0].distance_m;
-    }
-    return -2.0f;
+    const auto one = neighbors_of(*prepare(target, 1), point_at(p, radius_m));
+    const auto three = neighbors_of(*prepare(target, 3), point_at(p, radius_m));
+    EXPECT_EQ(one.empty(), three.empty());
+    return one.empty() ? -1.0f : one[0].distance_m;
   };
   const auto less = [](float x) { return std::nextafter(x, 0.0f); };
   for (const NearestTarget target :
        {NearestTarget::bounds, NearestTarget::surface, NearestTarget::triangle}) {
     EXPECT_EQ(found(target, {}, 4.0f), 4.0f);
     EXPECT_EQ(found(target, {}, less(4.0f)), -1.0f);
-    EXPECT_EQ(found(target, {1.0f, -5.0f, 0.0f}, 5.0f), 5.0f) << "three, four, five";
+    EXPECT_EQ(found(target, {1.0f, -5.0f, 0.0f}, 5.0f), 5.0f) << "a triangle of sides 3, 4 and 5";
     EXPECT_EQ(found(target, {1.0f, -5.0f, 0.0f}, less(5.0f)), -1.0f);
     EXPECT_EQ(found(target, {4.0f, 0.25f, 0.5f}, 0.0f), 0.0f) << "on the surface";
     EXPECT_EQ(found(target, {4.0f, 1.0f, -1.0f}, 0.0f), 0.0f) << "at a corner";
@@ -358,14 +266,14 @@ class NearestExtremes : public NearestTest {
     const NearestQueryOptions options{
         .name = "nearest", .capacity = 4096, .target = target, .k = k, .is_signed = is_signed};
     const auto query = prepare(target, k, is_signed);
-    const auto answers = ask(*query, points);
+    const auto answers = answers_of(*query, points);
     const Tally tally = judge(world(), points, answers, options);
-    EXPECT_GT(tally.hits, tally.asked / 2);
-    EXPECT_LT(tally.too_close, tally.asked / 5);
+    EXPECT_GT(tally.hits, tally.elements / 2);
+    EXPECT_LT(tally.too_close, tally.elements / 5);
   }
 };
 
-TEST_F(NearestExtremes, ScalesThatDifferAThousandfold) {
+TEST_F(NearestExtremes, AgreeWithTheOracleForUnequalScales) {
   const GeometryId sphere = add(make_sphere(1.0, 3));
   const GeometryId cylinder = add(make_cylinder(1.0, 2.0, 24));
   for (const glm::dvec3 scale :
@@ -381,7 +289,7 @@ TEST_F(NearestExtremes, ScalesThatDifferAThousandfold) {
     points.reserve(1000);
     const double size_m = std::max({scale.x, scale.y, scale.z});
     for (int i = 0; i < 1000; ++i)
-      points.push_back(near(glm::vec3(size_m * random_.magnitude(0.001, 3.0) * random_.vector())));
+      points.push_back(point_at(glm::vec3(size_m * random_.magnitude(0.001, 3.0) * random_.vector())));
     expect_agreement(points, NearestTarget::surface, 2, true);
     expect_agreement(points, NearestTarget::triangle, 3, true);
     expect_agreement(points, NearestTarget::bounds, 2, false);
@@ -390,7 +298,7 @@ TEST_F(NearestExtremes, ScalesThatDifferAThousandfold) {
   }
 }
 
-TEST_F(NearestExtremes, FarFromTheOrigin) {
+TEST_F(NearestExtremes, AgreeWithTheOracleFarFromTheOrigin) {
   EntityRow row = row_of(add(make_sphere(0.5, 3)), {65'536.0, -32'768.0, 1024.0});
   row.motion.q_world = random_.orientation();
   create(row);
@@ -398,7 +306,7 @@ TEST_F(NearestExtremes, FarFromTheOrigin) {
   std::vector<Nearest> points;
   for (int i = 0; i < 2000; ++i) {
     const glm::vec3 offset(glm::ivec3(128.0 * random_.vector()));
-    points.push_back(near(glm::vec3(row.motion.p_world_m) + offset / 128.0f));
+    points.push_back(point_at(glm::vec3(row.motion.p_world_m) + offset / 128.0f));
   }
   expect_agreement(points, NearestTarget::surface, 1, true);
   for (Nearest& point : points)
@@ -406,8 +314,8 @@ TEST_F(NearestExtremes, FarFromTheOrigin) {
   expect_agreement(points, NearestTarget::bounds, 1, false);
 }
 
-/// Lines, needles and points among the triangles.
-TEST_F(NearestExtremes, TrianglesOfLittleOrNoArea) {
+/// Thin triangles, lines and points.
+TEST_F(NearestExtremes, AgreeWithTheOracleForThinTriangles) {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < 600; ++i) {
     const glm::dvec3 a = 2.0 * random_.vector();
@@ -421,7 +329,7 @@ TEST_F(NearestExtremes, TrianglesOfLittleOrNoArea) {
   std::vector<Nearest> points;
   points.reserve(2000);
   for (int i = 0; i < 2000; ++i)
-    points.push_back(near(glm::vec3(random_.magnitude(0.1, 20.0) * random_.vector())));
+    points.push_back(point_at(glm::vec3(random_.magnitude(0.1, 20.0) * random_.vector())));
   expect_agreement(points, NearestTarget::triangle, 1, false);
   expect_agreement(points, NearestTarget::triangle, 8, false);
 }

@@ -1,4 +1,4 @@
-// Searches for what is nearest that pass the limits of the device or of the shader: incomplete, never wrong.
+// Nearest queries whose searches exceed the limits of the kernel: the answers are incomplete, never wrong.
 
 #include <algorithm>
 #include <cmath>
@@ -11,50 +11,46 @@ namespace {
 class NearestLimits : public DatabaseTest {
  protected:
   std::unique_ptr<NearestQuery> prepare(NearestTarget target, std::uint32_t k, bool is_signed = false) {
-    auto query = database().prepare(NearestQueryOptions{
+    return DatabaseTest::prepare(NearestQueryOptions{
         .name = "nearest", .capacity = 64, .target = target, .k = k, .is_signed = is_signed});
-    EXPECT_TRUE(query.ok());
-    return std::move(query).value();
   }
-  Outcome ask(NearestQuery& query, std::span<const glm::vec3> points_m) {
+  Outcome run_points(NearestQuery& query, std::span<const glm::vec3> points_m) {
     for (std::size_t i = 0; i < points_m.size(); ++i)
       query.points()[i].point_m = points_m[i];
-    return execute([&](Transaction& transaction) {
-      transaction.add_query(query, static_cast<std::uint32_t>(points_m.size()));
-    });
+    return run(query, points_m.size());
   }
-  static void expect_none(const Outcome& outcome, const NearestAnswer& answer) {
+  static void expect_incomplete(const Outcome& outcome, const NearestAnswer& answer) {
     EXPECT_TRUE(answer.incomplete);
     EXPECT_EQ(outcome.status, Status::truncated);
     EXPECT_TRUE(answer.neighbors.empty());
   }
 };
 
-TEST_F(NearestLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
-  const EntityId aside = create(row_of(add(make_box({2.0, 2.0, 2.0})), {1000.0, 0.0, 0.0}));
+TEST_F(NearestLimits, ManyEqualTrianglesAreSearchedCompletelyOrIncomplete) {
+  const EntityId distant = create(row_of(add(make_box({2.0, 2.0, 2.0})), {1000.0, 0.0, 0.0}));
   const std::unique_ptr<NearestQuery> queries[] = {prepare(NearestTarget::surface, 1),
                                                    prepare(NearestTarget::triangle, 32),
                                                    prepare(NearestTarget::surface, 2)};
-  std::size_t whole = 0;
-  std::size_t cut_short = 0;
+  std::size_t complete = 0;
+  std::size_t incomplete_count = 0;
   EntityId before;
   for (const std::uint32_t count : {100u, 1'000u, 5'000u, 20'000u, 100'000u}) {
     if (before.valid()) remove(before, {});
-    before = create(row_of(add(pile(count)), {0.0, 0.0, 5.0}));
+    before = create(row_of(add(repeated_triangle(count)), {0.0, 0.0, 5.0}));
     for (const auto& query : queries) {
       const glm::vec3 points_m[] = {{0.0f, 0.0f, 0.0f}, {1000.0f, 0.0f, 3.0f}};
       query->points()[1].radius_m = 10.0f;
-      const Outcome outcome = ask(*query, points_m);
+      const Outcome outcome = run_points(*query, points_m);
       const auto answers = query->answers();
       ASSERT_FALSE(answers[1].incomplete) << "a short search beside a long one";
-      EXPECT_EQ(answers[1].neighbors[0].entity, aside);
+      EXPECT_EQ(answers[1].neighbors[0].entity, distant);
       EXPECT_EQ(answers[1].neighbors[0].distance_m, 2.0f);
       if (answers[0].incomplete) {
-        ++cut_short;
-        expect_none(outcome, answers[0]);
+        ++incomplete_count;
+        expect_incomplete(outcome, answers[0]);
         continue;
       }
-      ++whole;
+      ++complete;
       EXPECT_EQ(outcome.status, Status::committed);
       EXPECT_EQ(answers[0].neighbors[0].entity, before);
       EXPECT_EQ(answers[0].neighbors[0].triangle, 0u);
@@ -65,103 +61,78 @@ TEST_F(NearestLimits, APileOfTrianglesIsSearchedWholeOrNotAnswered) {
       }
     }
   }
-  EXPECT_GE(whole, 6u);
-  EXPECT_GE(cut_short, 3u) << "no search came to the limit";
+  EXPECT_GE(complete, 6u);
+  EXPECT_GE(incomplete_count, 3u) << "no search exceeds the limit";
 }
 
-TEST_F(NearestLimits, ASignIsCountedWholeOrNotAnswered) {
+TEST_F(NearestLimits, SignsAreCountedCompletelyOrIncomplete) {
   const auto query = prepare(NearestTarget::surface, 1, true);
-  bool whole = false;
-  bool cut_short = false;
+  bool complete = false;
+  bool some_incomplete = false;
   EntityId before;
-  for (const std::uint32_t storeys : {100u, 1'000u, 5'000u, 60'000u}) {
+  for (const std::uint32_t prisms : {100u, 1'000u, 5'000u, 60'000u}) {
     if (before.valid()) remove(before, {});
-    before = create(row_of(add(tower(storeys))));
+    before = create(row_of(add(stacked_prisms(prisms))));
     const glm::vec3 points_m[] = {{0.01f, 0.02f, 0.0025f}, {0.01f, 0.02f, -2.0f}, {3.0f, 0.0f, -0.25f}};
-    const Outcome outcome = ask(*query, points_m);
+    const Outcome outcome = run_points(*query, points_m);
     const auto answers = query->answers();
-    ASSERT_FALSE(answers[2].incomplete) << "a column beside the tower";
+    ASSERT_FALSE(answers[2].incomplete) << "a point beside the prisms";
     EXPECT_GT(answers[2].neighbors[0].distance_m, 0.0f);
     for (int i = 0; i < 2; ++i) {
       if (answers[i].incomplete) {
-        cut_short = true;
-        expect_none(outcome, answers[i]);
+        some_incomplete = true;
+        expect_incomplete(outcome, answers[i]);
         continue;
       }
-      whole = true;
+      complete = true;
       EXPECT_TRUE(answers[i].neighbors[0].has_sign);
-      EXPECT_FLOAT_EQ(answers[i].neighbors[0].distance_m, i == 0 ? -0.0025f : 2.0f) << storeys;
+      EXPECT_FLOAT_EQ(answers[i].neighbors[0].distance_m, i == 0 ? -0.0025f : 2.0f) << prisms;
     }
   }
-  EXPECT_TRUE(whole);
-  EXPECT_TRUE(cut_short) << "no column came to the limit";
+  EXPECT_TRUE(complete);
+  EXPECT_TRUE(some_incomplete) << "no count exceeds the limit";
 }
 
-/// Points within a shell of many triangles: whether one is answered must not depend on its neighbours in the
-/// batch, with which it shares an allowance of rounds on lavapipe.
-TEST_F(NearestLimits, ABatchOfLongSearchesIsAnsweredAsEachAlone) {
+/// On lavapipe eight neighbouring points of a batch share a limit of rounds. Whether a point is complete must
+/// not depend on the others.
+TEST_F(NearestLimits, LongSearchesDoNotDependOnTheBatch) {
   Random random(23);
   std::vector<glm::vec3> points_m;
   points_m.reserve(64);
   for (int i = 0; i < 64; ++i)
     points_m.emplace_back(random.magnitude(1e-7, 0.3) * random.direction());
   const auto query = prepare(NearestTarget::triangle, 4);
-  std::size_t whole = 0;
-  std::size_t cut_short = 0;
+  std::size_t complete = 0;
+  std::size_t incomplete_count = 0;
   EntityId before;
   for (const std::uint32_t subdivisions : {4u, 7u}) {
     if (before.valid()) remove(before, {});
     before = create(row_of(add(make_sphere(1.0, subdivisions))));
-    ask(*query, points_m);
-    std::vector<std::vector<Neighbor>> together;
+    run_points(*query, points_m);
+    std::vector<std::vector<Neighbor>> in_batch;
     std::vector<bool> incomplete;
     for (const NearestAnswer& answer : query->answers()) {
-      together.emplace_back(answer.neighbors.begin(), answer.neighbors.end());
+      in_batch.emplace_back(answer.neighbors.begin(), answer.neighbors.end());
       incomplete.push_back(answer.incomplete);
     }
     for (std::size_t i = 0; i < points_m.size(); ++i) {
-      ask(*query, std::span(points_m).subspan(i, 1));
+      run_points(*query, std::span(points_m).subspan(i, 1));
       const NearestAnswer& alone = query->answers()[0];
       ASSERT_EQ(alone.incomplete, incomplete[i]) << "point " << i;
       EXPECT_TRUE(
-          std::ranges::equal(alone.neighbors, together[i], {}, &Neighbor::triangle, &Neighbor::triangle));
+          std::ranges::equal(alone.neighbors, in_batch[i], {}, &Neighbor::triangle, &Neighbor::triangle));
       EXPECT_TRUE(
-          std::ranges::equal(alone.neighbors, together[i], {}, &Neighbor::distance_m, &Neighbor::distance_m));
-      (alone.incomplete ? cut_short : whole) += 1;
+          std::ranges::equal(alone.neighbors, in_batch[i], {}, &Neighbor::distance_m, &Neighbor::distance_m));
+      (alone.incomplete ? incomplete_count : complete) += 1;
     }
   }
-  EXPECT_GT(whole, 64u);
-  EXPECT_GT(cut_short, 0u) << "no search came to the limit";
+  EXPECT_GT(complete, 64u);
+  EXPECT_GT(incomplete_count, 0u) << "no search exceeds the limit";
 }
 
-TEST_F(NearestLimits, AHeapOfEntitiesIsSearchedWholeOrNotAnswered) {
-  open({.max_entities = 60'000});
-  const GeometryId sphere = add(make_sphere(1.0, 1));
-  std::vector<EntityId> all;
-  bool cut_short = false;
-  for (const std::uint32_t count : {200u, 3'000u, 59'000u}) {
-    const auto ids = create(std::vector<EntityRow>(count - all.size(), row_of(sphere, {0.0, 0.0, 9.0})));
-    all.insert(all.end(), ids.begin(), ids.end());
-    for (const NearestTarget target :
-         {NearestTarget::center, NearestTarget::bounds, NearestTarget::surface}) {
-      const auto query = prepare(target, 8);
-      const glm::vec3 point_m(0.1f, 0.2f, 0.0f);
-      const Outcome outcome = ask(*query, std::span(&point_m, 1));
-      const NearestAnswer& answer = query->answers()[0];
-      if (answer.incomplete) {
-        cut_short = true;
-        expect_none(outcome, answer);
-        continue;
-      }
-      EXPECT_TRUE(std::ranges::equal(answer.neighbors, std::span(all).first(8), {}, &Neighbor::entity));
-    }
-  }
-  EXPECT_TRUE(cut_short) << "no search came to the limit";
-}
-
-/// Heaps one behind the other, each nearer than the one before and a little smaller: every level of the tree
-/// holds one heap in seven leaves, which wait, and all that is left.
-TEST_F(NearestLimits, AStackThatIsFullIsNoAnswer) {
+/// Each level of the tree has seven leaves of equal triangles, which the search defers, and one node with all
+/// smaller and nearer triangles: the stack overflows.
+TEST_F(NearestLimits, AStackOverflowIsIncomplete) {
   TriangleMesh mesh;
   constexpr int levels = 21;
   for (int level = 0; level < levels; ++level) {
@@ -174,12 +145,12 @@ TEST_F(NearestLimits, AStackThatIsFullIsNoAnswer) {
   const EntityId entity = create(row_of(add(mesh)));
   const auto query = prepare(NearestTarget::triangle, 1);
   const glm::vec3 points_m[] = {{5.0f, 0.0f, 0.0f}, {-5.0f, 0.0f, 0.0f}};
-  ask(*query, points_m);
+  run_points(*query, points_m);
   EXPECT_TRUE(query->answers()[0].incomplete);
-  const NearestAnswer& from_before = query->answers()[1];
-  ASSERT_EQ(from_before.neighbors.size(), 1u);
-  EXPECT_EQ(from_before.neighbors[0].entity, entity);
-  EXPECT_EQ(from_before.neighbors[0].triangle, 0u);
+  const NearestAnswer& from_front = query->answers()[1];
+  ASSERT_EQ(from_front.neighbors.size(), 1u);
+  EXPECT_EQ(from_front.neighbors[0].entity, entity);
+  EXPECT_EQ(from_front.neighbors[0].triangle, 0u);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Allocations fail while a database opens, takes in geometry and prepares queries: one of them, or all from
-// one on; in the long form each in turn, in the short one some. Each time there is an error to read, the
-// database that is there goes on, and nothing is left behind (the address sanitizer looks).
+// Allocations fail while a database opens, adds geometry and prepares queries: the n-th one, or all from the
+// n-th on. The long form tests each n, the short one a sample. Each call returns an error, the database goes
+// on, and nothing leaks (the address sanitizer checks that).
 
 #include <gtest/gtest.h>
 
@@ -19,13 +19,13 @@ namespace {
 
 using Then = FailingAllocation::Then;
 
-/// How far it is to the next that fails.
-std::uint64_t stride(std::uint64_t in_the_short_form) {
+/// The distance between tested allocations.
+std::uint64_t stride(std::uint64_t short_form) {
   if (hil::tests::is_long()) return 1;
 #if defined(__SANITIZE_ADDRESS__)
-  return 3 * in_the_short_form;
+  return 3 * short_form;
 #else
-  return in_the_short_form;
+  return short_form;
 #endif
 }
 
@@ -40,23 +40,23 @@ DatabaseOptions small() {
   return options;
 }
 
-/// Calls `step`, which gives its error, until there are not so many allocations, with every so manieth one
-/// failing (in the short form); by turns that one alone, or all from it on. How many there are, about.
+/// Calls `step`, each time with another failing allocation, until it has fewer allocations; alternately with
+/// one failing allocation and with all from it on. Returns the approximate number of allocations.
 std::uint64_t fail_in(std::uint64_t every, const std::function<Result<void>()>& step) {
   std::uint64_t number = 1;
   Then then = Then::goes_on;
-  for (bool enough = true; enough && !testing::Test::HasFatalFailure(); number += stride(every)) {
+  for (bool reached = true; reached && !testing::Test::HasFatalFailure(); number += stride(every)) {
     SCOPED_TRACE(testing::Message() << "allocation " << number
                                     << (then == Then::runs_out ? " and all after it" : ""));
     Result<void> done;
     {
       const FailingAllocation failing(number, then);
       done = step();
-      enough = failing.happened();
+      reached = failing.happened();
     }
     then = then == Then::goes_on ? Then::runs_out : Then::goes_on;
     if (done) continue;
-    EXPECT_TRUE(enough) << done.error().message;
+    EXPECT_TRUE(reached) << done.error().message;
     EXPECT_EQ(done.error().code, ErrorCode::out_of_memory) << done.error().message;
     EXPECT_FALSE(done.error().message.empty());
   }
@@ -70,26 +70,26 @@ Result<void> error_of(const Result<T>& result) {
   return result.error();
 }
 
-TEST(OutOfMemory, WhileADatabaseOpens) {
-  bool opened_at_last = false;
+TEST(OutOfMemory, IsAnErrorOfOpen) {
+  bool opened_in_the_end = false;
   const std::uint64_t allocations = fail_in(401, [&] {
     auto opened = Database::open(small());
-    opened_at_last = opened.ok();
+    opened_in_the_end = opened.ok();
     return error_of(opened);
   });
-  EXPECT_TRUE(opened_at_last);
-  EXPECT_GT(allocations, 100u) << "what is counted is not what is allocated";
+  EXPECT_TRUE(opened_in_the_end);
+  EXPECT_GT(allocations, 100u) << "most allocations are not counted";
 }
 
-class OutOfMemoryLater : public testing::Test {
+class OutOfMemoryInSetup : public testing::Test {
  protected:
   void SetUp() override {
     auto opened = Database::open(small());
     ASSERT_TRUE(opened.ok()) << opened.error().message;
     database_ = std::move(opened).value();
   }
-  /// The database is whole: it takes in a geometry, and a ray hits it.
-  void expect_whole() {
+  /// Adds a geometry and expects a ray to hit it.
+  void expect_usable() {
     const auto box = database_->add_geometry(make_box({2.0, 2.0, 2.0}), "box");
     ASSERT_TRUE(box.ok()) << box.error().message;
     const auto made = database_->prepare(RayQueryOptions{.name = "beam", .capacity = 1});
@@ -108,34 +108,34 @@ class OutOfMemoryLater : public testing::Test {
     EXPECT_EQ(made.value()->hits()[0].entity, entity_);
     const auto mesh = database_->geometry(box.value());
     ASSERT_TRUE(mesh.has_value());
-    EXPECT_EQ(mesh->triangles.size(), 12u) << "ids and meshes are not in step";
+    EXPECT_EQ(mesh->triangles.size(), 12u) << "the mesh of another geometry";
   }
 
   std::unique_ptr<Database> database_;
   EntityId entity_;
 };
 
-TEST_F(OutOfMemoryLater, WhileGeometryIsAdded) {
+TEST_F(OutOfMemoryInSetup, IsAnErrorOfAddGeometry) {
   for (const bool deforms : {false, true}) {
     const TriangleMesh mesh = make_sphere(1.0, 2);
     fail_in(19, [&] {
-      return error_of(
-          database_->add_geometry(mesh, "a name too long to lie in the string", {.deforms = deforms}));
+      return error_of(database_->add_geometry(mesh, "a name that is too long for the buffer of a string",
+                                              {.deforms = deforms}));
     });
-    expect_whole();
+    expect_usable();
   }
 }
 
-TEST_F(OutOfMemoryLater, WhileVersionsAreLookedInto) {
-  const auto bag = database_->add_geometry(make_sphere(1.0, 2), "bag", {.deforms = true});
-  ASSERT_TRUE(bag.ok()) << bag.error().message;
+TEST_F(OutOfMemoryInSetup, IsAnErrorOfSnapshots) {
+  const auto deforming = database_->add_geometry(make_sphere(1.0, 2), "deforming", {.deforms = true});
+  ASSERT_TRUE(deforming.ok()) << deforming.error().message;
   fail_in(1, [&] { return error_of(database_->snapshot(ReadAt::latest())); });
-  fail_in(1, [&] { return error_of(database_->geometry(bag.value(), ReadAt::latest())); });
-  expect_whole();
+  fail_in(1, [&] { return error_of(database_->geometry(deforming.value(), ReadAt::latest())); });
+  expect_usable();
 }
 
-TEST_F(OutOfMemoryLater, WhileQueriesArePrepared) {
-  const std::string name = "a name too long to lie in the string";
+TEST_F(OutOfMemoryInSetup, IsAnErrorOfPrepare) {
+  const std::string name = "a name that is too long for the buffer of a string";
   const auto fail_to_prepare = [&](const auto& options) {
     fail_in(307, [&] { return error_of(database_->prepare(options)); });
   };
@@ -148,7 +148,7 @@ TEST_F(OutOfMemoryLater, WhileQueriesArePrepared) {
         },
         with(options, 100));
   }
-  expect_whole();
+  expect_usable();
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Rays whose searches take many dispatches, in random worlds made for it. A pile of triangles that are all
-// the same is met as the first of them is: so each world has a twin whose piles are one triangle high, where
-// no search pauses, and answers have the same bits.
+// Rays whose searches pause and resume over many dispatches, in random worlds. A mesh of many equal triangles
+// is hit like its first triangle, so the hits have the bits of those in an equal world with single triangles,
+// where no search pauses.
 
 #include <algorithm>
 #include <bit>
@@ -11,15 +11,15 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t asked = 120;
+constexpr std::uint32_t ray_count = 120;
 
 class PausedSearches : public DatabaseTest, public testing::WithParamInterface<int> {
  protected:
-  /// Piles between walls, all of it moving and turning; `high`: as high as no dispatch has rounds.
-  void make_world(bool high, Nanoseconds chunk = {}) {
+  /// Moving and turning meshes and walls. `dense`: more equal triangles than a dispatch has rounds.
+  void make_world(bool dense, Nanoseconds chunk = {}) {
     open({.chunk = chunk});
     Random random(static_cast<std::uint64_t>(GetParam()) + 100);
-    const auto place_and_turn = [&](EntityRow& row) {
+    const auto set_random_motion = [&](EntityRow& row) {
       row.motion.p_world_m = 4.0 * random.vector();
       row.motion.q_world = random.orientation();
       row.motion.v_world_mps = 0.5 * random.vector();
@@ -27,29 +27,30 @@ class PausedSearches : public DatabaseTest, public testing::WithParamInterface<i
       row.mask = 1u + static_cast<std::uint32_t>(random.below(3));
     };
     std::vector<EntityRow> rows;
-    const auto piles = 2 + random.below(4);
-    for (std::size_t k = 0; k < piles; ++k) {
-      EntityRow row = row_of(add(pile(high ? 66'000 + static_cast<std::uint32_t>(k) * 5'000 : 1)), {});
-      place_and_turn(row);
+    const auto meshes = 2 + random.below(4);
+    for (std::size_t k = 0; k < meshes; ++k) {
+      EntityRow row =
+          row_of(add(repeated_triangle(dense ? 66'000 + static_cast<std::uint32_t>(k) * 5'000 : 1)), {});
+      set_random_motion(row);
       row.scale = glm::dvec3(random.uniform(2.0, 12.0));
       rows.push_back(row);
     }
     const GeometryId wall = add(make_box({30.0, 30.0, 0.2}));
     for (int k = 0; k < 2; ++k) {
       EntityRow row = row_of(wall, {});
-      place_and_turn(row);
+      set_random_motion(row);
       rows.push_back(row);
     }
-    // From sixteen entities on others search than in smaller worlds.
+    // From sixteen entities on there is work sharing.
     if (GetParam() % 2 == 1) rows.insert(rows.end(), 30, row_of(wall, {0.0, 900.0, 0.0}));
     std::ranges::shuffle(rows, std::mt19937(5));
     create(rows);
     make_rays(random);
   }
-  /// Some side by side where octants meet, some from anywhere.
+  /// Coherent rays around the border of octants, and random rays.
   void make_rays(Random& random) {
     rays_.clear();
-    for (std::uint32_t i = 0; i < asked; ++i) {
+    for (std::uint32_t i = 0; i < ray_count; ++i) {
       Ray ray = i < 64 ? ray_from({0.0f, 0.0f, -20.0f},
                                   {random.uniform(-0.01, 0.01), random.uniform(-0.01, 0.01), 1.0})
                        : ray_from(glm::vec3(12.0 * random.vector()), glm::vec3(random.direction()));
@@ -59,29 +60,13 @@ class PausedSearches : public DatabaseTest, public testing::WithParamInterface<i
       if (i % 11 == 0) ray.lambda_max = static_cast<float>(random.uniform(20.0, 30.0));
       rays_.push_back(ray);
     }
-    order_.resize(asked);
+    order_.resize(ray_count);
     std::iota(order_.begin(), order_.end(), 0u);
     std::ranges::shuffle(order_, std::mt19937(6));
   }
   std::unique_ptr<RayQuery> prepare(RayMode mode, Faces faces) {
-    auto made =
-        database().prepare(RayQueryOptions{.name = "rays", .capacity = asked, .mode = mode, .faces = faces});
-    EXPECT_TRUE(made.ok());
-    return std::move(made).value();
-  }
-  static bool same_bits(const RayHit& a, const RayHit& b) {
-    const auto words = [](const RayHit& hit) {
-      return std::array{static_cast<std::uint32_t>(hit.status),
-                        std::bit_cast<std::uint32_t>(hit.lambda),
-                        std::bit_cast<std::uint32_t>(hit.u),
-                        std::bit_cast<std::uint32_t>(hit.v),
-                        hit.entity.index,
-                        hit.triangle,
-                        hit.front_face ? 1u : 0u,
-                        std::bit_cast<std::uint32_t>(hit.n_world.x),
-                        std::bit_cast<std::uint32_t>(hit.v_relative_mps.x)};
-    };
-    return words(a) == words(b);
+    return DatabaseTest::prepare(
+        RayQueryOptions{.name = "rays", .capacity = ray_count, .mode = mode, .faces = faces});
   }
   std::size_t count_differences(std::span<const RayHit> hits, std::span<const RayHit> expected) {
     std::size_t different = 0;
@@ -94,7 +79,7 @@ class PausedSearches : public DatabaseTest, public testing::WithParamInterface<i
   std::vector<std::uint32_t> order_;
 };
 
-TEST_P(PausedSearches, MeetAPileAsItsFirstTriangle) {
+TEST_P(PausedSearches, HitManyEqualTrianglesLikeTheFirst) {
   struct Kind {
     RayMode mode;
     Faces faces;
@@ -107,8 +92,8 @@ TEST_P(PausedSearches, MeetAPileAsItsFirstTriangle) {
   for (const Kind kind : kinds)
     expected.push_back(trace(*prepare(kind.mode, kind.faces), rays_));
   const auto hits = std::ranges::count(expected[0], HitStatus::hit, &RayHit::status);
-  EXPECT_GT(hits, asked / 5);
-  EXPECT_LT(hits, asked);
+  EXPECT_GT(hits, ray_count / 5);
+  EXPECT_LT(hits, ray_count);
   for (const Nanoseconds chunk : {Nanoseconds(0), Nanoseconds(1)}) {
     make_world(true, chunk);
     for (std::size_t k = 0; k < std::size(kinds); ++k) {
@@ -122,7 +107,7 @@ TEST_P(PausedSearches, MeetAPileAsItsFirstTriangle) {
         expected_shuffled.push_back(expected[k][i]);
       }
       EXPECT_EQ(count_differences(trace(*query, shuffled), expected_shuffled), 0u) << "in another order";
-      for (std::uint32_t i = 0; i < asked; i += 40)
+      for (std::uint32_t i = 0; i < ray_count; i += 40)
         EXPECT_EQ(count_differences(trace(*query, std::span(rays_).subspan(i, 1)),
                                     std::span(expected[k]).subspan(i, 1)),
                   0u)

@@ -1,5 +1,5 @@
-// Moving worlds against Embree and nanoflann, which know nothing of motion: for each of several instants of a
-// window they are given the world as it stands then, and answer what was asked for that instant.
+// Queries in moving worlds, compared with Embree and nanoflann. These have no motion: for each of several
+// instants of a window they get the world at that instant as a fixed mesh.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "bench/spatial/nanoflann_tree.hpp"
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
-#include "tests/gpu/still_world.hpp"
+#include "tests/gpu/static_scene.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -31,12 +31,11 @@ struct Case {
   double window_s;
 };
 
-std::ostream& operator<<(std::ostream& out, const Case& one) {
-  return out << one.name;
+std::ostream& operator<<(std::ostream& out, const Case& test_case) {
+  return out << test_case.name;
 }
 
-/// Windows that begin 0.7 s after the version and are longer than 0.3 s meet two epochs
-/// (rtstdb/accel/tlas.hpp).
+/// Windows begin 0.7 s after the version; longer ones than 0.3 s have two epochs (rtstdb/accel/tlas.hpp).
 constexpr Case cases[] = {
     {"one_body_a_second", 81, 1, 0.3, 1.0},
     {"forty_within_a_millisecond", 82, 40, 4.0, 1e-3},
@@ -46,8 +45,7 @@ constexpr Case cases[] = {
     {"large_build_within_a_second", 86, 2500, 33.0, 1.0},
 };
 
-/// Both sides write places down in single precision, turn and intersect in it: units in the last place of the
-/// magnitudes that take part.
+/// Both sides compute in single precision: units in the last place of the magnitudes involved.
 constexpr double rounding = 32.0 * 0x1p-24;
 constexpr double lambda_tolerance = 1e-4;
 
@@ -59,14 +57,14 @@ class PeersInMotion : public DatabaseTest, public testing::WithParamInterface<Ca
   Random random_{GetParam().seed};
   std::vector<TriangleMesh> meshes_;
   std::vector<EntityState> entities_;
-  std::vector<StillWorld> still_;  // by instant
+  std::vector<StaticScene> static_scenes_;  // by instant
   std::vector<WorldTime> times_;
 
   void SetUp() override {
     DatabaseTest::SetUp();
     meshes_ = mixed_meshes(random_);
     std::vector<GeometryId> geometries;
-    // What is asked of Embree about one triangle (bench/spatial/embree_nearest.cpp) knows none without area.
+    // bench/spatial/embree_nearest.cpp does not support triangles without area.
     for (TriangleMesh& mesh : meshes_)
       std::erase_if(mesh.triangles, [](const glm::uvec3& one) { return one.x == one.z; });
     for (const TriangleMesh& mesh : meshes_)
@@ -87,11 +85,11 @@ class PeersInMotion : public DatabaseTest, public testing::WithParamInterface<Ca
     for (std::size_t k = 0; k < instants; ++k) {
       const double share = k == 0 ? 0.0 : k == 1 ? 1.0 : random_.uniform(0.0, 1.0);
       times_.push_back(first + Nanoseconds(static_cast<std::int64_t>(share * GetParam().window_s * 1e9)));
-      still_.push_back(still_world(entities_, meshes_, times_.back()));
+      static_scenes_.push_back(static_scene(entities_, meshes_, times_.back()));
     }
   }
 
-  /// Every instant's one after the other: per_instant of them each.
+  /// per_instant rays for each instant.
   std::vector<Ray> rays() {
     std::vector<Ray> made;
     for (const WorldTime t : times_) {
@@ -103,36 +101,37 @@ class PeersInMotion : public DatabaseTest, public testing::WithParamInterface<Ca
     return made;
   }
 
-  /// An answer of either side: which triangle of the still world, and where.
+  /// A hit of either side: the triangle of the static scene, and lambda.
   struct Claim {
     std::uint32_t triangle = 0;
     double lambda = -1.0;
     bool hit() const { return lambda >= 0.0; }
   };
-  Claim claim_of(const RayHit& hit, const StillWorld& world) const {
+  Claim claim_of(const RayHit& hit, const StaticScene& world) const {
     EXPECT_NE(hit.status, HitStatus::incomplete);
     if (hit.status != HitStatus::hit) return {};
     return {world.first[hit.entity.index] + hit.triangle, static_cast<double>(hit.lambda)};
   }
   static Claim claim_of(const PeerHit& hit) { return {hit.triangle, static_cast<double>(hit.lambda)}; }
 
-  static double off_m(const Ray& ray, const Claim& claim) {
-    const double way_m = std::max(claim.lambda, 0.0) * glm::length(glm::dvec3(ray.direction));
-    return rounding * (2.0 * glm::length(glm::dvec3(ray.origin_m)) + way_m + 2.0);
+  static double error_m(const Ray& ray, const Claim& claim) {
+    const double distance_m = std::max(claim.lambda, 0.0) * glm::length(glm::dvec3(ray.direction));
+    return rounding * (2.0 * glm::length(glm::dvec3(ray.origin_m)) + distance_m + 2.0);
   }
-  /// Whether the ray, or one that is hardly off, meets the claimed triangle there.
-  static bool is_there(const StillWorld& world, const Ray& ray, const Claim& claim) {
-    const double off = off_m(ray, claim);
-    const Meeting met = meeting(world, claim.triangle, ray, off);
-    const double along = off / glm::length(glm::dvec3(ray.direction)) + lambda_tolerance * claim.lambda;
-    return met.ever && claim.lambda >= met.min_lambda - along && claim.lambda <= met.max_lambda + along;
+  /// Whether the ray, shifted by at most the rounding error, hits the claimed triangle there.
+  static bool is_possible(const StaticScene& world, const Ray& ray, const Claim& claim) {
+    const double error = error_m(ray, claim);
+    const Intersection hit = intersect(world, claim.triangle, ray, error);
+    const double along = error / glm::length(glm::dvec3(ray.direction)) + lambda_tolerance * claim.lambda;
+    return hit.ever && claim.lambda >= hit.min_lambda - along && claim.lambda <= hit.max_lambda + along;
   }
-  /// Whether rounding may have hidden the claimed hit from a side that found `other`.
-  static bool may_be_missed(const StillWorld& world, const Ray& ray, const Claim& claim, const Claim& other) {
-    const double off = off_m(ray, claim);
-    const Meeting met = meeting(world, claim.triangle, ray, off);
-    if (!met.always) return true;  // at an edge
-    const double doubt = met.max_lambda - met.min_lambda + off / glm::length(glm::dvec3(ray.direction));
+  /// Whether rounding may hide the claimed hit from the side that has the hit `other`.
+  static bool may_be_missed(const StaticScene& world, const Ray& ray, const Claim& claim,
+                            const Claim& other) {
+    const double error = error_m(ray, claim);
+    const Intersection hit = intersect(world, claim.triangle, ray, error);
+    if (!hit.always) return true;  // at an edge
+    const double doubt = hit.max_lambda - hit.min_lambda + error / glm::length(glm::dvec3(ray.direction));
     const auto near = [&](double lambda, double tolerance) {
       return std::abs(claim.lambda - lambda) <= tolerance;
     };
@@ -141,14 +140,14 @@ class PeersInMotion : public DatabaseTest, public testing::WithParamInterface<Ca
            (other.hit() && near(other.lambda, doubt + lambda_tolerance * claim.lambda));
   }
 
-  /// What rounding has to explain, counted; and what it can not.
-  Tally compare(const StillWorld& world, std::span<const Ray> rays, std::span<const RayHit> ours,
+  /// Counts differences, each of which rounding has to explain.
+  Tally compare(const StaticScene& world, std::span<const Ray> rays, std::span<const RayHit> ours,
                 std::span<const PeerHit> theirs) const {
     Tally tally;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Ray ray = in_world(rays[i], entities_);
       const Claim our_claim = claim_of(ours[i], world), their_claim = claim_of(theirs[i]);
-      ++tally.asked;
+      ++tally.elements;
       tally.hits += their_claim.hit() ? 1 : 0;
       const bool same_lambda =
           std::abs(our_claim.lambda - their_claim.lambda) <= lambda_tolerance * their_claim.lambda;
@@ -159,60 +158,59 @@ class PeersInMotion : public DatabaseTest, public testing::WithParamInterface<Ca
           our_claim.hit() && (!their_claim.hit() || our_claim.lambda < their_claim.lambda);
       const bool explained = ours_is_nearer ? may_be_missed(world, ray, our_claim, their_claim)
                                             : may_be_missed(world, ray, their_claim, our_claim);
-      EXPECT_TRUE(explained && (!our_claim.hit() || is_there(world, ray, our_claim)))
+      EXPECT_TRUE(explained && (!our_claim.hit() || is_possible(world, ray, our_claim)))
           << "ray " << i << ": triangle " << our_claim.triangle << " at " << our_claim.lambda
-          << ", Embree says triangle " << their_claim.triangle << " at " << their_claim.lambda;
+          << ", Embree has triangle " << their_claim.triangle << " at " << their_claim.lambda;
     }
     return tally;
   }
 };
 
-TEST_P(PeersInMotion, RaysHitWhatEmbreeHits) {
-  const auto asked = rays();
+TEST_P(PeersInMotion, ClosestHitsAgreeWithEmbree) {
+  const auto all_rays = rays();
   const auto hits =
-      trace(*prepare_rays(RayMode::closest, false, static_cast<std::uint32_t>(asked.size())), asked);
+      trace(*prepare_rays(RayMode::closest, false, static_cast<std::uint32_t>(all_rays.size())), all_rays);
   Tally tally;
   for (std::size_t k = 0; k < instants; ++k) {
-    const auto part = std::span(asked).subspan(k * per_instant, per_instant);
-    std::vector<Ray> theirs_asked;
+    const auto part = std::span(all_rays).subspan(k * per_instant, per_instant);
+    std::vector<Ray> their_rays;
     for (const Ray& ray : part)
-      theirs_asked.push_back(in_world(ray, entities_));
+      their_rays.push_back(in_world(ray, entities_));
     std::vector<PeerHit> theirs(per_instant);
-    EmbreeScene(still_[k].mesh).closest(theirs_asked, theirs);
-    tally += compare(still_[k], part, std::span(hits).subspan(k * per_instant, per_instant), theirs);
+    EmbreeScene(static_scenes_[k].mesh).closest(their_rays, theirs);
+    tally += compare(static_scenes_[k], part, std::span(hits).subspan(k * per_instant, per_instant), theirs);
   }
-  EXPECT_GT(tally.hits, tally.asked / 5);
-  EXPECT_LT(tally.hits, tally.asked * 4 / 5);
-  EXPECT_LT(tally.too_close, tally.asked / 500);
+  EXPECT_GT(tally.hits, tally.elements / 5);
+  EXPECT_LT(tally.hits, tally.elements * 4 / 5);
+  EXPECT_LT(tally.too_close, tally.elements / 500);
   RecordProperty("hits", std::to_string(tally.hits));
-  RecordProperty("told_otherwise_by_rounding", std::to_string(tally.too_close));
+  RecordProperty("different_by_rounding", std::to_string(tally.too_close));
 }
 
-TEST_P(PeersInMotion, RaysAreStoppedWhereEmbreesAre) {
-  const auto asked = rays();
+TEST_P(PeersInMotion, AnyHitsAgreeWithEmbree) {
+  const auto all_rays = rays();
   const auto hits =
-      trace(*prepare_rays(RayMode::any, false, static_cast<std::uint32_t>(asked.size())), asked);
-  std::size_t stopped = 0, otherwise = 0;
+      trace(*prepare_rays(RayMode::any, false, static_cast<std::uint32_t>(all_rays.size())), all_rays);
+  std::size_t hit_count = 0, different = 0;
   for (std::size_t k = 0; k < instants; ++k) {
-    std::vector<Ray> theirs_asked;
+    std::vector<Ray> their_rays;
     for (std::size_t i = 0; i < per_instant; ++i)
-      theirs_asked.push_back(in_world(asked[k * per_instant + i], entities_));
+      their_rays.push_back(in_world(all_rays[k * per_instant + i], entities_));
     std::vector<PeerHit> theirs(per_instant);
-    EmbreeScene(still_[k].mesh).any(theirs_asked, theirs);
+    EmbreeScene(static_scenes_[k].mesh).any(their_rays, theirs);
     for (std::size_t i = 0; i < per_instant; ++i) {
-      const bool ours_is_stopped = hits[k * per_instant + i].status == HitStatus::hit;
-      stopped += theirs[i].lambda >= 0.0f ? 1 : 0;
-      otherwise += ours_is_stopped != (theirs[i].lambda >= 0.0f) ? 1 : 0;
+      const bool ours_hits = hits[k * per_instant + i].status == HitStatus::hit;
+      hit_count += theirs[i].lambda >= 0.0f ? 1 : 0;
+      different += ours_hits != (theirs[i].lambda >= 0.0f) ? 1 : 0;
     }
   }
-  EXPECT_GT(stopped, asked.size() / 5);
-  EXPECT_LT(stopped, asked.size() * 4 / 5);
-  // Which triangle a difference is about is not told: RaysHitWhatEmbreeHits explains those of its own rays.
-  EXPECT_LE(otherwise, asked.size() / 1000);
+  EXPECT_GT(hit_count, all_rays.size() / 5);
+  EXPECT_LT(hit_count, all_rays.size() * 4 / 5);
+  // The mode any does not name triangles; ClosestHitsAgreeWithEmbree explains each difference of its rays.
+  EXPECT_LE(different, all_rays.size() / 1000);
 }
 
-/// k nearest of everybody, however far. Ties may fall either way: what has to be the same is how far the
-/// nearest are.
+/// The k nearest of all entities at any distance. Ties may be broken either way: the distances have to agree.
 class NearestOfPeersInMotion : public PeersInMotion {
  protected:
   static constexpr std::size_t points_per_instant = 1000;
@@ -229,7 +227,8 @@ class NearestOfPeersInMotion : public PeersInMotion {
     }
     return made;
   }
-  std::unique_ptr<NearestQuery> ask(std::span<const Nearest> points, NearestTarget target, std::uint32_t k) {
+  std::unique_ptr<NearestQuery> run_nearest(std::span<const Nearest> points, NearestTarget target,
+                                            std::uint32_t k) {
     const auto count = static_cast<std::uint32_t>(points.size());
     auto query = database().prepare(
         NearestQueryOptions{.name = "nearest", .capacity = count, .target = target, .k = k});
@@ -246,52 +245,54 @@ class NearestOfPeersInMotion : public PeersInMotion {
       const auto carrier = std::ranges::find(entities_, point.carrier, &EntityState::id);
       made.push_back(carrier == entities_.end()
                          ? point.point_m
-                         : glm::vec3(stands_at(carrier->row.motion, point.t, point.point_m)));
+                         : glm::vec3(world_point(carrier->row.motion, point.t, point.point_m)));
     }
     return made;
   }
-  static double off_m(const glm::vec3& point_m, double distance_m) {
+  static double error_m(const glm::vec3& point_m, double distance_m) {
     return rounding * (2.0 * glm::length(glm::dvec3(point_m)) + distance_m + 2.0);
   }
 };
 
-TEST_P(NearestOfPeersInMotion, TrianglesAreAsFarAsEmbreeSays) {
-  const auto asked = points();
-  const auto query = ask(asked, NearestTarget::triangle, 1);
+TEST_P(NearestOfPeersInMotion, DistancesOfTrianglesAgreeWithEmbree) {
+  const auto all_points = points();
+  const auto query = run_nearest(all_points, NearestTarget::triangle, 1);
   std::size_t other_triangle = 0;
   for (std::size_t k = 0; k < instants; ++k) {
-    const auto points_m = in_world_m(std::span(asked).subspan(k * points_per_instant, points_per_instant));
+    const auto points_m =
+        in_world_m(std::span(all_points).subspan(k * points_per_instant, points_per_instant));
     std::vector<PeerNearest> theirs(points_per_instant);
-    EmbreeNearest(still_[k].mesh).nearest(points_m, theirs);
+    EmbreeNearest(static_scenes_[k].mesh).nearest(points_m, theirs);
     for (std::size_t i = 0; i < points_per_instant; ++i) {
       const NearestAnswer& answer = query->answers()[k * points_per_instant + i];
       ASSERT_EQ(answer.neighbors.size(), 1u);
       const Neighbor& ours = answer.neighbors[0];
       ASSERT_NEAR(ours.distance_m, theirs[i].distance_m,
-                  off_m(points_m[i], static_cast<double>(theirs[i].distance_m)))
+                  error_m(points_m[i], static_cast<double>(theirs[i].distance_m)))
           << "point " << i << " of instant " << k;
-      const EntityTriangle whose = still_[k].whose[theirs[i].triangle];
-      other_triangle += whose == EntityTriangle{ours.entity, ours.triangle} ? 0 : 1;
+      const EntityTriangle source = static_scenes_[k].source[theirs[i].triangle];
+      other_triangle += source == EntityTriangle{ours.entity, ours.triangle} ? 0 : 1;
     }
   }
-  // Where triangles meet, the nearest point is that of several.
-  EXPECT_LT(other_triangle, asked.size() / 2);
+  // On edges and corners the nearest point is on several triangles.
+  EXPECT_LT(other_triangle, all_points.size() / 2);
   RecordProperty("another_triangle_as_near", std::to_string(other_triangle));
 }
 
-TEST_P(NearestOfPeersInMotion, CentersAreThoseOfNanoflann) {
+TEST_P(NearestOfPeersInMotion, CentersAgreeWithNanoflann) {
   const std::uint32_t k_nearest = std::min(8u, GetParam().entities);
-  const auto asked = points();
-  const auto query = ask(asked, NearestTarget::center, k_nearest);
+  const auto all_points = points();
+  const auto query = run_nearest(all_points, NearestTarget::center, k_nearest);
   for (std::size_t k = 0; k < instants; ++k) {
     std::vector<glm::vec3> centers_m;
     for (const EntityState& entity : entities_) {
       const Bounds bounds = bounds_of(meshes_[entity.row.geometry.index]);
       const glm::dvec3 center_m = 0.5 * (glm::dvec3(bounds.minimum_m) + glm::dvec3(bounds.maximum_m));
-      centers_m.emplace_back(stands_at(entity.row.motion, times_[k], entity.row.scale * center_m));
+      centers_m.emplace_back(world_point(entity.row.motion, times_[k], entity.row.scale * center_m));
     }
     const NanoflannTree tree(centers_m);
-    const auto points_m = in_world_m(std::span(asked).subspan(k * points_per_instant, points_per_instant));
+    const auto points_m =
+        in_world_m(std::span(all_points).subspan(k * points_per_instant, points_per_instant));
     std::vector<std::uint32_t> numbers(k_nearest * points_m.size());
     std::vector<float> squared_m2(k_nearest * points_m.size());
     tree.nearest(points_m, k_nearest, numbers, squared_m2);
@@ -300,19 +301,21 @@ TEST_P(NearestOfPeersInMotion, CentersAreThoseOfNanoflann) {
       ASSERT_EQ(neighbors.size(), k_nearest);
       for (std::size_t j = 0; j < k_nearest; ++j) {
         const auto distance_m = std::sqrt(static_cast<double>(squared_m2[i * k_nearest + j]));
-        const double off = off_m(points_m[i], distance_m);
-        ASSERT_NEAR(neighbors[j].distance_m, distance_m, off) << "point " << i << ", instant " << k;
-        // Whoever was named is as far as was said.
-        const auto named = std::ranges::find(entities_, neighbors[j].entity, &EntityState::id);
-        ASSERT_NE(named, entities_.end());
-        const glm::vec3& center_m = centers_m[static_cast<std::size_t>(named - entities_.begin())];
-        ASSERT_NEAR(glm::distance(glm::dvec3(center_m), glm::dvec3(points_m[i])), distance_m, off);
+        const double error = error_m(points_m[i], distance_m);
+        ASSERT_NEAR(neighbors[j].distance_m, distance_m, error) << "point " << i << ", instant " << k;
+        // The named entity has that distance.
+        const auto entity = std::ranges::find(entities_, neighbors[j].entity, &EntityState::id);
+        ASSERT_NE(entity, entities_.end());
+        const glm::vec3& center_m = centers_m[static_cast<std::size_t>(entity - entities_.begin())];
+        ASSERT_NEAR(glm::distance(glm::dvec3(center_m), glm::dvec3(points_m[i])), distance_m, error);
       }
     }
   }
 }
 
-const auto name_of = [](const testing::TestParamInfo<Case>& one) { return std::string(one.param.name); };
+const auto name_of = [](const testing::TestParamInfo<Case>& test_case) {
+  return std::string(test_case.param.name);
+};
 INSTANTIATE_TEST_SUITE_P(Windows, PeersInMotion, testing::ValuesIn(cases), name_of);
 INSTANTIATE_TEST_SUITE_P(Windows, NearestOfPeersInMotion, testing::ValuesIn(cases), name_of);
 

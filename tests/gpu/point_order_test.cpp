@@ -19,35 +19,35 @@ std::vector<Nearest> random_points(std::size_t count, const glm::dvec3& size) {
   return points;
 }
 
-TEST(PointOrder, HasEachPointOnce) {
+TEST(PointOrder, ContainsEachPointOnce) {
   PointOrder order(5000);
   const glm::dvec3 sizes[] = {{1, 1, 1}, {1e5, 1e5, 1e5}, {0, 3, 0}, {0, 0, 0}, {1e-30, 1e-20, 1e5}};
   for (const glm::dvec3& size : sizes) {
     for (const std::size_t count : {0u, 1u, 2u, 3u, 7u, 8u, 64u, 1000u, 5000u}) {
       const auto points = random_points(count, size);
-      const auto given = order.of(points);
-      std::vector<std::uint32_t> sorted(given.begin(), given.end());
+      const auto ordered = order.of(points);
+      std::vector<std::uint32_t> sorted(ordered.begin(), ordered.end());
       std::ranges::sort(sorted);
       std::vector<std::uint32_t> all(count);
       std::iota(all.begin(), all.end(), 0u);
       EXPECT_EQ(sorted, all);
       EXPECT_EQ(order.last().size(), count);
       if (size == glm::dvec3(0.0)) {
-        EXPECT_TRUE(std::ranges::equal(given, all)) << "as they came";
+        EXPECT_TRUE(std::ranges::equal(ordered, all)) << "equal points keep their order";
       }
     }
   }
 }
 
-TEST(PointOrder, PutsNearPointsSideBySide) {
+TEST(PointOrder, PlacesClosePointsTogether) {
   const auto points = random_points(4096, {1.0, 1.0, 1.0});
   PointOrder order(4096);
-  const auto given = order.of(points);
+  const auto ordered = order.of(points);
   double before_m = 0.0;
   double after_m = 0.0;
   for (std::size_t i = 1; i < points.size(); ++i) {
     before_m += static_cast<double>(glm::distance(points[i - 1].point_m, points[i].point_m));
-    after_m += static_cast<double>(glm::distance(points[given[i - 1]].point_m, points[given[i]].point_m));
+    after_m += static_cast<double>(glm::distance(points[ordered[i - 1]].point_m, points[ordered[i]].point_m));
   }
   EXPECT_LT(after_m, before_m / 5.0);
 }

@@ -1,4 +1,4 @@
-// The probe: the GPU reads every shared struct under scalar layout and echoes it field by field.
+// A kernel reads each shared struct in scalar layout and writes it back field by field.
 
 #include <bit>
 #include <cstring>
@@ -18,7 +18,7 @@ struct SharedStruct {
   std::span<const std::uint32_t> probe_words;
 };
 
-// So that a failure names the struct and not its bytes.
+// Failures name the struct instead of its bytes.
 void PrintTo(const SharedStruct& shared_struct, std::ostream* out) {  // NOLINT(readability-identifier-naming)
   *out << shared_struct.name;
 }
@@ -30,15 +30,14 @@ const SharedStruct shared_structs[] = {
 #undef SHARED_STRUCT
 };
 
-/// A word that no other field holds; an ordinary number where it is a float, since devices may change the
-/// bits of subnormals and NaNs.
+/// A word of this field alone. Floats are normal numbers, since devices may change the bits of subnormals and
+/// NaNs.
 std::uint32_t distinct_word(const shared::Field& field, std::uint32_t serial) {
   const bool is_float = field.type == "float" || field.type.starts_with("vec");
   return is_float ? std::bit_cast<std::uint32_t>(1.5f + static_cast<float>(serial)) : 0x9e370000u + serial;
 }
 
-/// One struct's worth of distinct words at the offsets that the C++ compiler chose, and the same words in the
-/// order of the field list.
+/// Writes distinct words at the offsets of the C++ compiler and returns them in the order of the field list.
 std::vector<std::uint32_t> fill_fields(const SharedStruct& of, std::byte* at, std::uint32_t& serial) {
   std::vector<std::uint32_t> expected;
   for (const shared::Field& field : of.fields) {

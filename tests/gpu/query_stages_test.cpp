@@ -1,24 +1,21 @@
-// Queries that take several stages, each over its own places: on the executor, with a query that records
-// which parts it is given and has no kernel.
+// Queries with several stages, each over its own places: on the executor, with a query that notes the parts
+// that it is to record and has no kernel.
 
-#include <memory>
 #include <vector>
 
-#include "rtstdb/query/gpu_executor.hpp"
-#include "tests/gpu/gaps.hpp"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/executor_test.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t elements = 640;
+constexpr std::uint32_t element_count = 640;
 
-/// Stage 0 searches the elements, and leaves the first two incomplete once; stage 1 has no places; stage 2
-/// has `last_places`.
+/// Stage 0 searches the elements and leaves the first two incomplete, which a retry completes; stage 1 has no
+/// places; stage 2 has `last_places`.
 class StagedQuery final : public query::GpuQuery {
  public:
   explicit StagedQuery(std::uint32_t last_places)
-      : GpuQuery(elements, LatePolicy::discard), last_places_(last_places) {}
+      : GpuQuery(element_count, LatePolicy::discard), last_places_(last_places) {}
   ~StagedQuery() override { leave(); }
 
   query::CostClass cost_class() const noexcept override { return query::CostClass::nearest; }
@@ -59,7 +56,7 @@ class StagedQuery final : public query::GpuQuery {
   const std::uint32_t last_places_;
 };
 
-/// The places of a stage, in order and each once. Returns how many parts they came in.
+/// Expects each place of a stage once and in order. Returns the number of parts.
 std::size_t expect_covered(const std::vector<query::BatchPart>& parts, std::uint32_t stage, bool is_retry,
                            std::uint32_t places) {
   std::uint32_t next = 0;
@@ -74,67 +71,49 @@ std::size_t expect_covered(const std::vector<query::BatchPart>& parts, std::uint
   return count;
 }
 
-class QueryStages : public testing::Test {
+class QueryStages : public ExecutorTest {
  protected:
-  void SetUp() override {
-    auto created = query::GpuExecutor::create(
-        [](const std::vector<std::byte>&) { return gpu::Device::open(gpu::test::test_device_options(true)); },
-        {});
-    ASSERT_TRUE(created.ok()) << created.error().message;
-    executor_ = std::move(created).value();
-  }
   query::RunStatus run(StagedQuery& query, query::ExecutorCallbacks* callbacks) {
-    const OneWorld rows({}, 1, 0, {});
+    const FixedRows rows({});
     store::TimeSpan times;
-    EXPECT_FALSE(query.check(elements, rows, times));
+    EXPECT_FALSE(query.check(element_count, rows, times));
     const query::Request request{
-        .query = &query, .count = elements, .per_chunk = 64, .chunk_time = Nanoseconds(1'000'000'000)};
+        .query = &query, .count = element_count, .per_chunk = 64, .chunk_time = Nanoseconds(1'000'000'000)};
     return executor_->run(rows, std::span(&request, 1), times, callbacks).status;
   }
-  std::unique_ptr<query::GpuExecutor> executor_;
 };
 
-TEST_F(QueryStages, FollowOneAnotherWithPreemptionPointsBetween) {
+TEST_F(QueryStages, RunInOrderWithPreemptionPointsBetween) {
   StagedQuery query(200);
-  std::vector<std::uint32_t> stage_at_gap;
-  Gaps gaps([&] { stage_at_gap.push_back(query.stage()); });
-  EXPECT_EQ(run(query, &gaps), query::RunStatus::done);
-  EXPECT_GT(expect_covered(query.recorded, 0, false, elements), 1u);
+  std::vector<std::uint32_t> stage_at_point;
+  PreemptionPoints points([&] { stage_at_point.push_back(query.stage()); });
+  EXPECT_EQ(run(query, &points), query::RunStatus::done);
+  EXPECT_GT(expect_covered(query.recorded, 0, false, element_count), 1u);
   expect_covered(query.recorded, 0, true, 2);
   EXPECT_GT(expect_covered(query.recorded, 2, false, 200), 1u);
-  expect_covered(query.unpacked, 0, false, elements);
+  expect_covered(query.unpacked, 0, false, element_count);
   expect_covered(query.unpacked, 0, true, 2);
   expect_covered(query.unpacked, 2, false, 200);
   EXPECT_TRUE(std::ranges::is_sorted(query.unpacked, {}, &query::BatchPart::stage));
-  EXPECT_TRUE(std::ranges::count(stage_at_gap, 0u) > 0 && std::ranges::count(stage_at_gap, 2u) > 0);
+  EXPECT_TRUE(std::ranges::count(stage_at_point, 0u) > 0 && std::ranges::count(stage_at_point, 2u) > 0);
   EXPECT_EQ(query.answered_before_stage_2, std::vector{0u});
-  EXPECT_EQ(query.answered(), elements);
+  EXPECT_EQ(query.answered(), element_count);
 }
 
-TEST_F(QueryStages, CompleteABatchWhoseLastStageHasNoPlaces) {
+TEST_F(QueryStages, CompleteABatchIfTheLastOneHasNoPlaces) {
   StagedQuery query(0);
   EXPECT_EQ(run(query, nullptr), query::RunStatus::done);
-  expect_covered(query.recorded, 0, false, elements);
+  expect_covered(query.recorded, 0, false, element_count);
   expect_covered(query.recorded, 2, false, 0);
-  EXPECT_EQ(query.answered(), elements);
+  EXPECT_EQ(query.answered(), element_count);
 }
 
-TEST_F(QueryStages, LeaveABatchUnansweredThatEndsBetweenThem) {
-  class StopsInStage2 final : public query::ExecutorCallbacks {
-   public:
-    explicit StopsInStage2(const StagedQuery& query) : query_(query) {}
-    void begin_wait() noexcept override {}
-    void end_wait() noexcept override {}
-    Continuation on_preemption_point() noexcept override {
-      return query_.stage() == 2 ? Continuation::finish_in_flight : Continuation::go_on;
-    }
-
-   private:
-    const StagedQuery& query_;
-  };
+TEST_F(QueryStages, LeaveABatchWithoutAnswersIfTheRunEndsBetweenThem) {
   StagedQuery query(200);
-  StopsInStage2 stops(query);
-  EXPECT_EQ(run(query, &stops), query::RunStatus::partial);
+  PreemptionPoints points([&] {
+    if (query.stage() == 2) points.continuation = PreemptionPoints::Continuation::finish_in_flight;
+  });
+  EXPECT_EQ(run(query, &points), query::RunStatus::partial);
   EXPECT_EQ(query.answered(), 0u);
 }
 

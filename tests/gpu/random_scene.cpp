@@ -9,7 +9,7 @@ WorldTime random_time(Random& random, WorldTime first, double window_s) {
   return first + Nanoseconds(static_cast<std::int64_t>(random.uniform(0.0, 1.0) * window_s * 1e9));
 }
 
-/// Triangles about their own places, or all about one centre; one in six has no area.
+/// Random triangles, or random triangles around one center; one in six has no area.
 TriangleMesh soup(Random& random, std::size_t count, bool one_center) {
   TriangleMesh mesh;
   for (std::size_t i = 0; i < count; ++i) {
@@ -27,7 +27,7 @@ TriangleMesh single_triangle() {
   return {{{-0.7f, -0.4f, 0.0f}, {0.7f, -0.4f, 0.1f}, {0.0f, 0.9f, -0.1f}}, {{0, 1, 2}}};
 }
 
-const EntityState& one_of(Random& random, std::span<const EntityState> entities) {
+const EntityState& random_entity(Random& random, std::span<const EntityState> entities) {
   return entities[random.below(entities.size())];
 }
 
@@ -52,7 +52,7 @@ std::vector<TriangleMesh> mixed_meshes(Random& random) {
 }
 
 EntityRow random_row(Random& random, std::span<const GeometryId> geometries, const SceneOptions& options,
-                     const std::vector<EntityRow>& beside) {
+                     const std::vector<EntityRow>& others) {
   EntityRow row;
   row.geometry = geometries[random.below(geometries.size())];
   row.scale = {random.magnitude(0.2, 3.0), random.magnitude(0.2, 3.0), random.magnitude(0.2, 3.0)};
@@ -62,13 +62,13 @@ EntityRow random_row(Random& random, std::span<const GeometryId> geometries, con
   motion.p_world_m = options.radius_m * random.vector();
   motion.q_world = random.orientation();
   motion.valid_from = options.version_time;
-  if (!beside.empty() && random.one_in(10)) {
-    motion.p_world_m = pose_at(beside[random.below(beside.size())].motion, options.version_time).p_world_m;
+  if (!others.empty() && random.one_in(10)) {
+    motion.p_world_m = pose_at(others[random.below(others.size())].motion, options.version_time).p_world_m;
   }
   if (options.still || random.one_in(4)) return row;
   motion.v_world_mps = random.magnitude(0.1, 30.0) * random.direction();
   motion.w_world_radps = random.magnitude(0.1, 31.0) * random.direction();
-  // Written down long ago: at the version's time it is where it was meant to be.
+  // The motion begins earlier and reaches the chosen pose at the version's time.
   const auto age_ns = static_cast<std::int64_t>(random.uniform(0.0, 60.0) * 1e9);
   row.motion = rebased(motion, options.version_time - Nanoseconds(age_ns));
   return row;
@@ -80,7 +80,7 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
   ray.t = random_time(random, first, window_s);
   const glm::dvec3 from_m = 2.0 * options.radius_m * random.vector();
   const glm::dvec3 target_m =
-      pose_at(one_of(random, entities).row.motion, ray.t).p_world_m + 0.6 * random.vector();
+      pose_at(random_entity(random, entities).row.motion, ray.t).p_world_m + 0.6 * random.vector();
   glm::dvec3 direction = target_m - from_m;
   ray.origin_m = from_m;
   if (random.one_in(16)) {
@@ -89,7 +89,7 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
   }
   ray.direction = random.magnitude(1e-3, 1e3) * direction;
   if (random.one_in(4)) {
-    const EntityState& carrier = one_of(random, entities);
+    const EntityState& carrier = random_entity(random, entities);
     const Pose pose = pose_at(carrier.row.motion, ray.t);
     ray.carrier = carrier.id;
     ray.origin_m = 2.0 * random.vector();
@@ -107,20 +107,21 @@ Ray random_ray(Random& random, std::span<const EntityState> entities, const Scen
 std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
                                    const SceneOptions& options, WorldTime first, double window_s) {
   std::vector<Ray> rays(8, random_ray(random, entities, options, first, window_s));
-  // Where a row of an image ends, another begins; and a few are no neighbours at all.
-  const bool parted = random.one_in(24);
-  if (parted) std::fill(rays.begin() + 3, rays.end(), random_ray(random, entities, options, first, window_s));
-  if (parted && random.one_in(3)) {
+  // As at the end of an image row.
+  const bool is_split = random.one_in(24);
+  if (is_split)
+    std::fill(rays.begin() + 3, rays.end(), random_ray(random, entities, options, first, window_s));
+  if (is_split && random.one_in(3)) {
     for (Ray& ray : rays)
       ray = random_ray(random, entities, options, first, window_s);
   }
-  // From neighbours that meet the same triangle to such as meet other entities.
-  const double apart_rad = random.magnitude(1e-6, 0.008);
+  // From rays that hit one triangle to rays that hit different entities.
+  const double spread_rad = random.magnitude(1e-6, 0.008);
   for (Ray& ray : rays) {
     ray.t = random_time(random, first, window_s);
     if (random.one_in(2)) ray.origin_m += glm::vec3(1e-3 * random.vector());
     const glm::dvec3 direction(ray.direction);
-    if (!random.one_in(8)) ray.direction = direction + apart_rad * glm::length(direction) * random.vector();
+    if (!random.one_in(8)) ray.direction = direction + spread_rad * glm::length(direction) * random.vector();
     if (random.one_in(8)) ray.mask = static_cast<std::uint32_t>(random.below(16));
     if (random.one_in(4)) ray.lambda_max *= static_cast<float>(random.uniform(0.7, 1.0));
     ray.lambda_min = std::min(ray.lambda_min, ray.lambda_max);
@@ -144,21 +145,30 @@ Cone random_cone(Random& random, std::span<const EntityState> entities, const Sc
   return cone;
 }
 
+void fill_with_neighbours(std::span<Ray> rays, Random& random, std::span<const EntityState> entities,
+                          const SceneOptions& options, WorldTime first, double window_s) {
+  std::vector<Ray> group;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (i % 8 == 0) group = random_neighbours(random, entities, options, first, window_s);
+    rays[i] = group[i % 8];
+  }
+}
+
 Region random_region(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s) {
   Region region;
   region.shape = random.one_in(2) ? RegionShape::sphere : RegionShape::box;
   region.test = random.one_in(3) ? RegionTest::inside : RegionTest::touching;
   region.t = random_time(random, first, window_s);
-  const EntityState& one = one_of(random, entities);
+  const EntityState& target = random_entity(random, entities);
   const double size_m = options.radius_m * random.magnitude(0.01, 1.0);
-  region.center_m = pose_at(one.row.motion, region.t).p_world_m + (0.3 + 0.7 * size_m) * random.vector();
+  region.center_m = pose_at(target.row.motion, region.t).p_world_m + (0.3 + 0.7 * size_m) * random.vector();
   region.half_extent_m = size_m * glm::dvec3(random.magnitude(0.3, 3.0), random.magnitude(0.3, 3.0), 1.0);
-  // Not normalised on purpose.
+  // Queries normalize q.
   if (random.one_in(2)) region.q = random.magnitude(0.1, 10.0) * random.orientation();
   if (random.one_in(4)) region.mask = static_cast<std::uint32_t>(random.below(16));
   if (random.one_in(4)) {
-    region.carrier = one.id;
+    region.carrier = target.id;
     region.center_m = 3.0 * random.vector();
   }
   if (random.one_in(3)) {
@@ -167,7 +177,7 @@ Region random_region(Random& random, std::span<const EntityState> entities, cons
     if (random.one_in(2))
       region.near_m = region.half_extent_m.x * static_cast<float>(random.uniform(0.0, 1.0));
     if (random.one_in(2)) region.q = random.orientation();
-    // Most of what it could see shall lie before it.
+    // In most cases the target lies in the view.
     if (!region.carrier.valid())
       region.center_m -= glm::normalize(region.q) * glm::vec3(0.5f * region.half_extent_m.x, 0.0f, 0.0f);
   }
@@ -178,16 +188,17 @@ Nearest random_point(Random& random, std::span<const EntityState> entities, cons
                      WorldTime first, double window_s) {
   Nearest point;
   point.t = random_time(random, first, window_s);
-  const EntityState& one = one_of(random, entities);
-  point.point_m = pose_at(one.row.motion, point.t).p_world_m + random.magnitude(0.05, 5.0) * random.vector();
+  const EntityState& target = random_entity(random, entities);
+  point.point_m =
+      pose_at(target.row.motion, point.t).p_world_m + random.magnitude(0.05, 5.0) * random.vector();
   if (random.one_in(4)) point.point_m = 2.0 * options.radius_m * random.vector();
   if (random.one_in(2)) point.radius_m = static_cast<float>(options.radius_m * random.magnitude(0.01, 3.0));
   if (random.one_in(4)) point.mask = static_cast<std::uint32_t>(random.below(16));
   if (random.one_in(4)) {
-    point.carrier = one.id;
+    point.carrier = target.id;
     point.point_m = 2.0 * random.vector();
   }
-  if (random.one_in(4)) point.excluded = one.id;
+  if (random.one_in(4)) point.excluded = target.id;
   return point;
 }
 

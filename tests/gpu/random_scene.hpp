@@ -1,5 +1,6 @@
 #pragma once
-// Seeded worlds and questions that leave nothing out: every kind of mesh, motion, mask, carrier and range.
+// Random rows, rays, regions and points from a seed, with every kind of mesh, motion, mask, carrier and
+// range.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -16,40 +17,38 @@ struct Random {
   explicit Random(std::uint64_t seed) : engine(seed) {}
 
   double uniform(double low, double high) { return std::uniform_real_distribution(low, high)(engine); }
-  /// Spread evenly over the orders of magnitude.
+  /// Log-uniformly distributed.
   double magnitude(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
   std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(engine); }
   double normal() { return std::normal_distribution<double>()(engine); }
   bool one_in(std::size_t n) { return below(n) == 0; }
-  glm::dvec3 vector();  ///< of normally distributed components
+  glm::dvec3 vector();  ///< normally distributed components
   glm::dvec3 direction() { return glm::normalize(vector()); }
   glm::dquat orientation() { return glm::angleAxis(uniform(0.0, 6.28), direction()); }
 };
 
 /// Boxes, spheres, cylinders, a flat rectangle, a single triangle, soups with degenerate triangles and with
-/// triangles that share one centre.
+/// triangles that share one center.
 std::vector<TriangleMesh> mixed_meshes(Random& random);
 
-/// Entities and rays live within some multiples of this.
 struct SceneOptions {
-  double radius_m = 10.0;
+  double radius_m = 10.0;  ///< standard deviation of positions
   WorldTime version_time{};
-  bool still = false;  ///< nobody moves
+  bool still = false;  ///< entities do not move
 };
 
-/// A row anywhere in the scene, moving at up to 30 m/s and turning at up to five turns a second since up to a
-/// minute before the version. `beside`: one of them in ten shares its place exactly.
+/// An entity that moves at up to 30 m/s and turns up to five times a second, since up to a minute before the
+/// version. One in ten has exactly the position of one of `others`.
 EntityRow random_row(Random& random, std::span<const GeometryId> geometries, const SceneOptions& options,
-                     const std::vector<EntityRow>& beside);
+                     const std::vector<EntityRow>& others);
 
-/// A ray asked between `first` and `first + window_s`, most often at one of the entities; one in four is
-/// carried, some see only a part of the world or of the way, some run along an axis.
+/// A ray at a time from `first` to `first + window_s`, in most cases towards one of the entities. One in four
+/// has a carrier, some have a mask or a range of lambda, some run along an axis.
 Ray random_ray(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                WorldTime first, double window_s);
 
-/// Eight such rays that run side by side: from within a centimetre of one place, each into a direction, with
-/// a time, a mask and a range of its own. Of 24 such groups one parts after the third, or is of eight that
-/// stand anywhere.
+/// Eight neighbouring rays: origins within a centimetre, nearly one direction, each with its own time, mask
+/// and range. One group in 24 is split after the third ray, or consists of eight unrelated rays.
 std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> entities,
                                    const SceneOptions& options, WorldTime first, double window_s);
 
@@ -57,11 +56,14 @@ std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> 
 Cone random_cone(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                  WorldTime first, double window_s);
 
+/// Fills groups of eight elements with random_neighbours; the last group may be shorter.
+void fill_with_neighbours(std::span<Ray> rays, Random& random, std::span<const EntityState> entities,
+                          const SceneOptions& options, WorldTime first, double window_s);
+
 Region random_region(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s);
 
-/// A point among the entities, as often near a surface as far from everything; some are carried, some look at
-/// a part of the world or not far.
+/// A point among the entities, near a surface or far from all. Some have a carrier, a mask or a short radius.
 Nearest random_point(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s);
 

@@ -1,6 +1,6 @@
-// What a ray meets hangs on the ray and the triangle alone, also where rounding is much beside what is asked:
-// close to large triangles, at the ends of a range, along the outline of what is far away. No box on the way
-// may decide it, for neighbours enter other boxes.
+// A hit depends on the ray and the triangle alone, also where rounding is large: close to large triangles, at
+// the ends of a range, along the outline of far bodies. It must not depend on the boxes of the tree that a
+// packet visits.
 
 #include "tests/gpu/database_test.hpp"
 #include "tests/gpu/random_scene.hpp"
@@ -10,12 +10,12 @@ namespace {
 
 class RayBounds : public DatabaseTest {
  protected:
-  /// With seven neighbours each, which go their own way a little: as packets.
-  std::vector<RayHit> trace_beside(std::span<const Ray> rays, const std::function<void(Ray&)>& lead_aside) {
+  /// Traces each ray in a packet with six copies and one ray that `change` makes different.
+  std::vector<RayHit> trace_in_packets(std::span<const Ray> rays, const std::function<void(Ray&)>& change) {
     std::vector<Ray> all;
     for (const Ray& ray : rays) {
       all.insert(all.end(), 8, ray);
-      lead_aside(all.back());
+      change(all.back());
     }
     const auto query = prepare_rays();
     const auto hits = trace(*query, all);
@@ -45,7 +45,7 @@ std::vector<Ray> rays_down_to_a_floor(double size_m, double height_m, Random& ra
   return rays;
 }
 
-TEST_F(RayBounds, ARangeThatEndsAtAHitHoldsIt) {
+TEST_F(RayBounds, IncludeAHitAtAnEndOfTheRange) {
   for (const bool use_subgroup_kernels : {true, false}) {
     for (const double size_m : {20.0, 2000.0, 20'000.0}) {
       open({}, {.use_subgroup_kernels = use_subgroup_kernels});
@@ -57,29 +57,30 @@ TEST_F(RayBounds, ARangeThatEndsAtAHitHoldsIt) {
         const auto rays = rays_down_to_a_floor(size_m, height_m, random);
         const auto hits = trace(*query, rays);
         std::vector<Ray> until, from;
-        std::vector<RayHit> wanted;
+        std::vector<RayHit> expected;
         for (std::size_t i = 0; i < rays.size(); ++i) {
           if (hits[i].status != HitStatus::hit) continue;
-          wanted.push_back(hits[i]);
+          expected.push_back(hits[i]);
           until.push_back(rays[i]);
           until.back().lambda_max = hits[i].lambda;
           from.push_back(rays[i]);
           from.back().lambda_min = hits[i].lambda;
         }
         SCOPED_TRACE(testing::Message()
-                     << size_m << " m, from " << height_m << " m, shuffles " << use_subgroup_kernels);
-        EXPECT_EQ(differences(trace(*query, until), wanted), 0u);
-        EXPECT_EQ(differences(trace(*query, from), wanted), 0u);
-        EXPECT_EQ(differences(trace_beside(until, [](Ray& ray) { ray.lambda_max = 1e30f; }), wanted), 0u);
-        EXPECT_EQ(differences(trace_beside(from, [](Ray& ray) { ray.lambda_min = 0.0f; }), wanted), 0u);
+                     << size_m << " m, from " << height_m << " m, subgroup kernels " << use_subgroup_kernels);
+        EXPECT_EQ(differences(trace(*query, until), expected), 0u);
+        EXPECT_EQ(differences(trace(*query, from), expected), 0u);
+        EXPECT_EQ(differences(trace_in_packets(until, [](Ray& ray) { ray.lambda_max = 1e30f; }), expected),
+                  0u);
+        EXPECT_EQ(differences(trace_in_packets(from, [](Ray& ray) { ray.lambda_min = 0.0f; }), expected), 0u);
         EXPECT_EQ(std::ranges::count(trace(*any, until), HitStatus::hit, &RayHit::status), std::ssize(until));
-        EXPECT_GT(wanted.size(), height_m < 1.0 ? 999u : 5u);
+        EXPECT_GT(expected.size(), height_m < 1.0 ? 999u : 5u);
       }
     }
   }
 }
 
-TEST_F(RayBounds, TheNearestOfTwoThatAreCloseIsSoWhoeverRunsBeside) {
+TEST_F(RayBounds, GiveTheSameNearestOfTwoCloseTrianglesInEveryPacket) {
   for (const bool use_subgroup_kernels : {true, false}) {
     for (const double size_m : {200.0, 2000.0, 20'000.0}) {
       open({}, {.use_subgroup_kernels = use_subgroup_kernels});
@@ -101,9 +102,9 @@ TEST_F(RayBounds, TheNearestOfTwoThatAreCloseIsSoWhoeverRunsBeside) {
       }
       const auto query = prepare_rays();
       const auto hits = trace(*query, rays);
-      const auto beside =
-          trace_beside(rays, [](Ray& ray) { ray.direction.x += 0.02f * glm::length(ray.direction); });
-      EXPECT_EQ(differences(hits, beside), 0u) << size_m << " m";
+      const auto in_packets =
+          trace_in_packets(rays, [](Ray& ray) { ray.direction.x += 0.02f * glm::length(ray.direction); });
+      EXPECT_EQ(differences(hits, in_packets), 0u) << size_m << " m";
       const auto first = prepare_rays(RayMode::first);
       const auto listed = trace(*first, rays);
       for (std::size_t i = 0; i < rays.size(); ++i)
@@ -113,8 +114,8 @@ TEST_F(RayBounds, TheNearestOfTwoThatAreCloseIsSoWhoeverRunsBeside) {
   }
 }
 
-/// Two bodies, so that the tree of entities has boxes around them.
-TEST_F(RayBounds, OutlinesOfFarBodies) {
+/// With two entities the TLAS has boxes around them.
+TEST_F(RayBounds, GiveTheSameOutlineOfAFarBodyInEveryPacket) {
   EntityRow row = row_of(add(make_box({2, 2, 2})));
   row.motion.q_world = {-0.89875604550611254, 0, 0, 0.43844905139162349};
   row.scale = glm::dvec3(1.1993545635552838);
@@ -130,12 +131,12 @@ TEST_F(RayBounds, OutlinesOfFarBodies) {
     rays.push_back(ray_from(glm::dvec3(1e4, top_m + random.uniform(-1e-3, 5e-3), -0.36), {-1, 0, 0}));
   const auto query = prepare_rays();
   const auto hits = trace(*query, rays);
-  const auto beside =
-      trace_beside(rays, [&](Ray& ray) { ray.origin_m.y = static_cast<float>(top_m - 0.001); });
-  EXPECT_EQ(differences(hits, beside), 0u);
-  const auto met = std::ranges::count(hits, HitStatus::hit, &RayHit::status);
-  EXPECT_GT(met, 50);
-  EXPECT_LT(met, 1950);
+  const auto in_packets =
+      trace_in_packets(rays, [&](Ray& ray) { ray.origin_m.y = static_cast<float>(top_m - 0.001); });
+  EXPECT_EQ(differences(hits, in_packets), 0u);
+  const auto hit_count = std::ranges::count(hits, HitStatus::hit, &RayHit::status);
+  EXPECT_GT(hit_count, 50);
+  EXPECT_LT(hit_count, 1950);
 }
 
 }  // namespace

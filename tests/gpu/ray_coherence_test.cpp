@@ -1,4 +1,4 @@
-// Which batches of rays are traced side by side.
+// Which batches of rays are coherent, so that they are traced as packets.
 
 #include "rtstdb/query/ray/ray_coherence.hpp"
 
@@ -10,35 +10,35 @@
 namespace rtstdb::query {
 namespace {
 
-/// A row of a camera: neighbours a milliradian apart.
-std::vector<Ray> row_of_rays(std::size_t count, float apart_rad = 1e-3f) {
+/// A row of a camera image.
+std::vector<Ray> row_of_rays(std::size_t count, float spacing_rad = 1e-3f) {
   std::vector<Ray> rays(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const float angle = apart_rad * static_cast<float>(i);
+    const float angle = spacing_rad * static_cast<float>(i);
     rays[i].origin_m = {3.0f, -2.0f, 1.0f};
     rays[i].direction = {std::cos(angle), std::sin(angle), 0.1f};
   }
   return rays;
 }
 
-TEST(RunSideBySide, RowsOfACamera) {
+TEST(CoherentRays, HaveNearlyOneDirection) {
   EXPECT_TRUE(are_coherent(row_of_rays(8)));
   EXPECT_TRUE(are_coherent(row_of_rays(1000)));
-  EXPECT_TRUE(are_coherent(row_of_rays(8, 0.005f))) << "the last 0.035 rad from the first";
+  EXPECT_TRUE(are_coherent(row_of_rays(8, 0.005f))) << "0.035 rad between the first and the last";
   EXPECT_FALSE(are_coherent(row_of_rays(8, 0.007f))) << "0.049 rad";
 }
 
-TEST(RunSideBySide, FewerThanEightDoNot) {
+TEST(CoherentRays, AreAtLeastEight) {
   EXPECT_FALSE(are_coherent({}));
   EXPECT_FALSE(are_coherent(row_of_rays(7)));
-  // What is left over asks for nothing.
+  // The incomplete last group does not count.
   auto rays = row_of_rays(15);
   for (std::size_t i = 8; i < rays.size(); ++i)
     rays[i].direction = {0.0f, 0.0f, 1.0f};
   EXPECT_TRUE(are_coherent(rays));
 }
 
-TEST(RunSideBySide, FromOnePlaceAndOfOneCarrier) {
+TEST(CoherentRays, HaveOneOriginAndOneCarrier) {
   auto rays = row_of_rays(8);
   rays[7].origin_m.y += 0.009f;
   EXPECT_TRUE(are_coherent(rays));
@@ -52,7 +52,7 @@ TEST(RunSideBySide, FromOnePlaceAndOfOneCarrier) {
   EXPECT_TRUE(are_coherent(rays));
 }
 
-TEST(RunSideBySide, WhateverTheDirectionsLength) {
+TEST(CoherentRays, MayHaveDirectionsOfAnyLength) {
   auto rays = row_of_rays(16);
   for (std::size_t i = 0; i < rays.size(); ++i)
     rays[i].direction *= i % 2 == 0 ? 1e-14f : 1e14f;
@@ -61,8 +61,8 @@ TEST(RunSideBySide, WhateverTheDirectionsLength) {
   EXPECT_FALSE(are_coherent(rays)) << "half of the groups";
 }
 
-/// One in eight groups may part, such as that at the end of a row.
-TEST(RunSideBySide, MostGroupsDecide) {
+/// Such as the group at the end of an image row.
+TEST(CoherentRays, MayHaveOneInEightGroupsSplit) {
   auto rays = row_of_rays(64 * 8);
   for (std::size_t group = 0; group < 8; ++group)
     rays[64 * group + 4].direction = {0.0f, 0.0f, 1.0f};
@@ -71,8 +71,7 @@ TEST(RunSideBySide, MostGroupsDecide) {
   EXPECT_FALSE(are_coherent(rays));
 }
 
-/// A batch is looked at from end to end, however long it is.
-TEST(RunSideBySide, ALongBatchIsLookedAtAllOver) {
+TEST(CoherentRays, AreCheckedToTheEndOfALongBatch) {
   auto rays = row_of_rays(100'000, 1e-6f);
   EXPECT_TRUE(are_coherent(rays));
   for (std::size_t i = rays.size() / 2; i < rays.size(); i += 2)

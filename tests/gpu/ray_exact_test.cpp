@@ -1,4 +1,4 @@
-// Rays where no rounding may decide: ties, edges and corners, ranges, zero components, extremes.
+// Rays whose hits rounding must not decide: ties, edges and corners, ranges, zero components, extreme sizes.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 using RayTies = DatabaseTest;
 
-TEST_F(RayTies, CoincidingEntitiesGiveTheLowestIndex) {
+TEST_F(RayTies, OfCoincidingEntitiesGiveTheLowestIndex) {
   const GeometryId sphere = add(make_sphere(1.0, 3));
   EntityRow row = row_of(sphere, {3.0, -1.0, 2.0});
   row.motion.q_world = {0.8, 0.2, -0.4, 0.1};
@@ -39,13 +39,13 @@ TEST_F(RayTies, CoincidingEntitiesGiveTheLowestIndex) {
   expect_lowest(ids[0]);
   remove(ids[0], {});
   expect_lowest(ids[1]);
-  const EntityId again = create(row);
-  EXPECT_EQ(again.index, ids[0].index);
-  expect_lowest(again);
+  const EntityId reused = create(row);
+  EXPECT_EQ(reused.index, ids[0].index);
+  expect_lowest(reused);
 }
 
-TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
-  // The same triangle many times over, among others that lie elsewhere.
+TEST_F(RayTies, OfCoincidingTrianglesGiveTheLowestNumber) {
+  // Copies of one triangle, among triangles elsewhere.
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}, {6, 5, 5}, {5, 6, 5}}, {}};
   for (int i = 0; i < 50; ++i)
     mesh.triangles.emplace_back(i < 7 || i % 3 == 0 ? glm::uvec3(3, 4, 5) : glm::uvec3(0, 1, 2));
@@ -56,9 +56,8 @@ TEST_F(RayTies, CoincidingTrianglesGiveTheLowest) {
   EXPECT_EQ(hit.lambda, 4.0f);
 }
 
-/// What rounding may have taken from the nearest hit is much where its triangle is large, and little of one a
-/// hair behind.
-TEST_F(RayTies, OfALargeTriangleWithASmallOneBehind) {
+/// The rounding error of lambda is larger for the large triangle than for the small ones close to it.
+TEST_F(RayTies, OfALargeTriangleWithASmallOneCloseToIt) {
   for (const bool use_subgroup_kernels : {true, false}) {
     open({}, {.use_subgroup_kernels = use_subgroup_kernels});
     const TriangleMesh large{{{-3000, -3000, 0}, {3000, -3000, 0}, {0, 3000, 0}}, {{0, 1, 2}}};
@@ -81,13 +80,13 @@ TEST_F(RayTies, OfALargeTriangleWithASmallOneBehind) {
     for (std::size_t i = 0; i < hits.size(); ++i) {
       if (hits[i].status != HitStatus::hit || hits[i].triangle != 0) continue;
       ++ties;
-      ASSERT_EQ(hits[i].entity, ids[0]) << "ray " << i << ", lanes work together: " << use_subgroup_kernels;
+      ASSERT_EQ(hits[i].entity, ids[0]) << "ray " << i << ", subgroup kernels " << use_subgroup_kernels;
     }
     EXPECT_GT(ties, 500u);
   }
 }
 
-TEST_F(RayTies, WhereTheRayBegins) {
+TEST_F(RayTies, AtTheOriginOfTheRay) {
   create(std::vector<EntityRow>(12, row_of(add(make_box({2.0, 2.0, 2.0})))));
   const RayHit hit = trace(ray_from({-1.0f, 0.1f, 0.2f}, {-1.0f, 0.0f, 0.1f}));
   ASSERT_EQ(hit.status, HitStatus::hit);
@@ -95,8 +94,8 @@ TEST_F(RayTies, WhereTheRayBegins) {
   EXPECT_EQ(hit.entity.index, 0u);
 }
 
-/// Lambda is made of the distances of corners far away, and their rounding is more than lambda's own.
-TEST_F(RayTies, CloseToLargeTriangles) {
+/// Lambda follows from distances to far corners, whose rounding errors are larger than its own.
+TEST_F(RayTies, CloseToALargeTriangle) {
   for (const double size_m : {10.0, 100.0, 1000.0}) {
     open({});
     create(std::vector<EntityRow>(12, row_of(add(make_rectangle(size_m, size_m)), {3.0, 4.0, 5.0})));
@@ -118,11 +117,11 @@ TEST_F(RayTies, CloseToLargeTriangles) {
   }
 }
 
-/// Of a small triangle far beside a ray nothing is left of its edge functions but rounding. Rays that run
-/// side by side are held against all triangles that one of them may meet.
+/// The edge functions of a small triangle far beside a ray are rounding errors alone. A packet tests each of
+/// its rays with the triangles that one of them may hit.
 class FarBodies : public DatabaseTest {
  protected:
-  /// A camera that looks along x, a pixel of 2 mrad.
+  /// A camera that looks along x with pixels of 2 mrad.
   static std::vector<Ray> camera() {
     std::vector<Ray> rays;
     for (int z = -80; z < 80; ++z) {
@@ -133,14 +132,15 @@ class FarBodies : public DatabaseTest {
   }
 };
 
-TEST_F(FarBodies, ARayHitsNoneThatItPassesBy) {
+TEST_F(FarBodies, AreMissedByRaysBesideThem) {
   const GeometryId ball = add(make_sphere(0.05, 5));
   Random random(1);
   std::vector<EntityRow> rows;
   for (int i = 0; i < 400; ++i) {
-    const double far_m = random.uniform(500.0, 3000.0);
+    const double distance_m = random.uniform(500.0, 3000.0);
     const double row = static_cast<double>(random.below(160)) - 80.0;
-    rows.push_back(row_of(ball, {far_m, far_m * 0.16 * random.uniform(-1.0, 1.0), far_m * 0.002 * row}));
+    rows.push_back(
+        row_of(ball, {distance_m, distance_m * 0.16 * random.uniform(-1.0, 1.0), distance_m * 0.002 * row}));
     rows.back().motion.q_world = random.orientation();
   }
   create(rows);
@@ -148,24 +148,24 @@ TEST_F(FarBodies, ARayHitsNoneThatItPassesBy) {
   for (const RayMode mode : {RayMode::closest, RayMode::any}) {
     const auto query = prepare_rays(mode, false, static_cast<std::uint32_t>(rays.size()));
     const auto hits = trace(*query, rays);
-    std::size_t met = 0;
+    std::size_t towards_a_ball = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const glm::dvec3 along = glm::normalize(glm::dvec3(rays[i].direction));
-      const bool meets = std::ranges::any_of(rows, [&](const EntityRow& row) {
+      const bool may_hit = std::ranges::any_of(rows, [&](const EntityRow& row) {
         return glm::length(glm::cross(row.motion.p_world_m, along)) < 0.051;
       });
-      met += meets ? 1 : 0;
-      if (!meets) {
+      towards_a_ball += may_hit ? 1 : 0;
+      if (!may_hit) {
         ASSERT_EQ(hits[i].status, HitStatus::miss)
             << "ray " << i << " hits entity " << hits[i].entity.index << " at lambda " << hits[i].lambda;
       }
     }
-    EXPECT_GT(met, 10u);
+    EXPECT_GT(towards_a_ball, 10u);
     EXPECT_GT(std::ranges::count(hits, HitStatus::hit, &RayHit::status), 10);
   }
 }
 
-TEST_F(FarBodies, ABallOfACentimetreAKilometreAway) {
+TEST_F(FarBodies, OfACentimetreAreMissedFromAKilometre) {
   Random random(1);
   EntityRow row = row_of(add(make_sphere(1.0, 5)), {1000.0, 0.0, 0.0});
   row.scale = glm::dvec3(0.01);
@@ -173,7 +173,7 @@ TEST_F(FarBodies, ABallOfACentimetreAKilometreAway) {
   create(row);
   std::vector<Ray> rays;
   for (int i = 0; i < 4000; ++i) {
-    // Four around the ball, four in between, none within 3 m of it.
+    // Four far around the ball, four closer, none within 3 m of it.
     const bool around = i % 8 < 4;
     const double turn_rad = around ? 0.7854 + 1.5708 * (i % 4) : random.uniform(0.0, 6.28);
     const double apart_rad = around ? 0.012 : random.uniform(0.003, 0.012);
@@ -187,7 +187,7 @@ TEST_F(FarBodies, ABallOfACentimetreAKilometreAway) {
 
 using RayFaces = DatabaseTest;
 
-TEST_F(RayFaces, FrontsOrBacksAloneAreHitWhereAsked) {
+TEST_F(RayFaces, LimitHitsToOneSideOfTriangles) {
   const EntityId box = create(row_of(add(make_box({2.0, 2.0, 2.0})), {10.0, 0.0, 0.0}));
   const Ray from_outside = ray_from({}, {1, 0, 0});
   const Ray from_inside = ray_from({10.0f, 0.0f, 0.0f}, {1, 0, 0});
@@ -195,50 +195,40 @@ TEST_F(RayFaces, FrontsOrBacksAloneAreHitWhereAsked) {
     Faces faces;
     float outside, inside;  // lambda; 0: a miss
   } cases[] = {{Faces::both, 9.0f, 1.0f}, {Faces::front, 9.0f, 0.0f}, {Faces::back, 11.0f, 1.0f}};
-  for (const auto& one : cases) {
+  for (const auto& row : cases) {
     for (const RayMode mode : {RayMode::closest, RayMode::any}) {
-      auto query = database().prepare(
-          RayQueryOptions{.name = "faces", .capacity = 2, .mode = mode, .faces = one.faces});
-      ASSERT_TRUE(query.ok());
+      const auto query =
+          prepare(RayQueryOptions{.name = "faces", .capacity = 2, .mode = mode, .faces = row.faces});
       const Ray rays[] = {from_outside, from_inside};
-      const auto hits = trace(*query.value(), rays);
-      const float lambdas[] = {one.outside, one.inside};
+      const auto hits = trace(*query, rays);
+      const float lambdas[] = {row.outside, row.inside};
       for (std::size_t i = 0; i < 2; ++i) {
         EXPECT_EQ(hits[i].status, lambdas[i] > 0.0f ? HitStatus::hit : HitStatus::miss);
         if (hits[i].status != HitStatus::hit || mode == RayMode::any) continue;
         EXPECT_EQ(hits[i].lambda, lambdas[i]);
         EXPECT_EQ(hits[i].entity, box);
-        EXPECT_EQ(hits[i].front_face, i == 0 && one.faces != Faces::back);
+        EXPECT_EQ(hits[i].front_face, i == 0 && row.faces != Faces::back);
       }
     }
   }
 }
 
-/// Hits lie in memory that is used again: nothing of an older answer may show.
-TEST_F(RayFaces, AMissAfterAHitHoldsNothing) {
+/// The memory of hits is reused.
+TEST_F(RayFaces, AMissContainsNothingOfAnEarlierHit) {
   create(row_of(add(make_box({2.0, 2.0, 2.0})), {10.0, 0.0, 0.0}));
   const auto query = prepare_rays();
   const Ray towards = ray_from({}, {1, 0, 0});
   const Ray away = ray_from({}, {-1, 0, 0});
   ASSERT_EQ(trace(*query, std::span(&towards, 1))[0].status, HitStatus::hit);
   const RayHit miss = trace(*query, std::span(&away, 1))[0];
-  const RayHit nothing;
-  EXPECT_EQ(miss.status, HitStatus::miss);
-  EXPECT_EQ(miss.lambda, nothing.lambda);
-  EXPECT_EQ(miss.u, nothing.u);
-  EXPECT_EQ(miss.v, nothing.v);
-  EXPECT_EQ(miss.entity, nothing.entity);
-  EXPECT_EQ(miss.mask, nothing.mask);
-  EXPECT_EQ(miss.material, nothing.material);
-  EXPECT_EQ(miss.triangle, nothing.triangle);
-  EXPECT_EQ(miss.front_face, nothing.front_face);
-  EXPECT_EQ(miss.n_world, nothing.n_world);
-  EXPECT_EQ(miss.v_relative_mps, nothing.v_relative_mps);
+  RayHit empty;
+  empty.status = HitStatus::miss;
+  EXPECT_TRUE(same_bits(miss, empty));
 }
 
 using Watertight = DatabaseTest;
 
-/// Rays from inside a closed surface, exactly at its corners, edges and faces: none may get out.
+/// Rays from the inside, exactly at corners, edges and faces.
 TEST_F(Watertight, NoRayLeavesAClosedMesh) {
   Random random(6);
   const TriangleMesh meshes[] = {make_box({2.0, 3.0, 1.0}), make_sphere(1.0, 3), make_cylinder(1.0, 2.0, 64),
@@ -270,7 +260,7 @@ TEST_F(Watertight, NoRayLeavesAClosedMesh) {
   }
 }
 
-/// The same far from everything, turned, stretched and moving, from outside through the middle.
+/// Rays through the middle of a turned, scaled and moving sphere, far from the world's origin too.
 TEST_F(Watertight, NoRayPassesThroughAClosedMesh) {
   Random random(7);
   const GeometryId sphere = add(make_sphere(1.0, 4));
@@ -293,8 +283,8 @@ TEST_F(Watertight, NoRayPassesThroughAClosedMesh) {
   }
 }
 
-/// A plain made of whole metres, looked at from straight above at its corners and edges.
-TEST_F(Watertight, AxisParallelRaysOnTheEdgesOfAGrid) {
+/// Vertical rays at the corners and edges of a height field with integer coordinates.
+TEST_F(Watertight, NoAxisParallelRayPassesThroughTheEdgesOfAGrid) {
   TriangleMesh mesh;
   constexpr std::uint32_t side = 33;
   for (std::uint32_t y = 0; y < side; ++y) {
@@ -331,8 +321,9 @@ TEST_F(Watertight, AxisParallelRaysOnTheEdgesOfAGrid) {
 
 using RayRange = DatabaseTest;
 
-TEST_F(RayRange, HoldsBothOfItsEnds) {
+TEST_F(RayRange, IncludesBothEnds) {
   create(row_of(add(make_box({2.0, 2.0, 2.0})), {5.0, 0.0, 0.0}));
+  // -1: a miss.
   const auto lambda = [&](float lambda_min, float lambda_max) {
     Ray ray = ray_from({0.0f, 0.2f, 0.3f}, {1, 0, 0});
     ray.lambda_min = lambda_min;
@@ -340,35 +331,34 @@ TEST_F(RayRange, HoldsBothOfItsEnds) {
     const RayHit hit = trace(ray);
     return hit.status == HitStatus::hit ? hit.lambda : -1.0f;
   };
-  const float beyond_4 = std::nextafter(4.0f, 5.0f);
+  const float after_4 = std::nextafter(4.0f, 5.0f);
   EXPECT_EQ(lambda(0.0f, 1e30f), 4.0f);
   EXPECT_EQ(lambda(0.0f, std::numeric_limits<float>::infinity()), 4.0f);
   EXPECT_EQ(lambda(0.0f, 4.0f), 4.0f);
   EXPECT_EQ(lambda(0.0f, std::nextafter(4.0f, 0.0f)), -1.0f);
   EXPECT_EQ(lambda(4.0f, 4.0f), 4.0f);
-  EXPECT_EQ(lambda(beyond_4, 1e30f), 6.0f);
-  EXPECT_EQ(lambda(beyond_4, 6.0f), 6.0f);
+  EXPECT_EQ(lambda(after_4, 1e30f), 6.0f);
+  EXPECT_EQ(lambda(after_4, 6.0f), 6.0f);
   EXPECT_EQ(lambda(std::nextafter(6.0f, 7.0f), 1e30f), -1.0f);
 }
 
 class RayExtremes : public DatabaseTest {
  protected:
-  /// Rays at and past a body, as the oracle sees them; says how many the GPU saw otherwise.
-  void expect_agreement(const std::vector<Ray>& rays, double hits_from, double too_close_below) {
+  void expect_agreement(const std::vector<Ray>& rays, double min_hits, double max_too_close) {
     const Tally tally = judge(world(), rays, trace(rays));
-    EXPECT_GT(static_cast<double>(tally.hits), hits_from * static_cast<double>(tally.asked));
-    EXPECT_LT(static_cast<double>(tally.too_close), too_close_below * static_cast<double>(tally.asked));
+    EXPECT_GT(static_cast<double>(tally.hits), min_hits * static_cast<double>(tally.elements));
+    EXPECT_LT(static_cast<double>(tally.too_close), max_too_close * static_cast<double>(tally.elements));
   }
   Random random_{8};
 };
 
-TEST_F(RayExtremes, ZeroComponentsOfEitherSign) {
+TEST_F(RayExtremes, AgreeWithTheOracleForZeroComponentsOfEitherSign) {
   create(row_of(add(make_box({2.0, 4.0, 6.0}))));
   std::vector<Ray> rays;
   for (int axis = 0; axis < 3; ++axis) {
     for (const float sign : {1.0f, -1.0f}) {
       for (const float zero : {0.0f, -0.0f}) {
-        // On a grid that holds the faces' planes and edges too.
+        // The grid has points in the planes of the faces and on the edges.
         for (int i = 0; i < 81; ++i) {
           glm::vec3 direction(zero);
           direction[axis] = sign;
@@ -385,7 +375,7 @@ TEST_F(RayExtremes, ZeroComponentsOfEitherSign) {
   expect_agreement(rays, 0.2, 0.5);
 }
 
-TEST_F(RayExtremes, DirectionsOfAnyLength) {
+TEST_F(RayExtremes, AgreeWithTheOracleForDirectionsOfAnyLength) {
   create(row_of(add(make_sphere(2.0, 3)), {100.0, 50.0, -20.0}));
   std::vector<Ray> rays;
   for (int i = 0; i < 4000; ++i) {
@@ -396,7 +386,7 @@ TEST_F(RayExtremes, DirectionsOfAnyLength) {
   expect_agreement(rays, 0.3, 0.005);
 }
 
-TEST_F(RayExtremes, FarAwayOrigins) {
+TEST_F(RayExtremes, AgreeWithTheOracleForFarOrigins) {
   const glm::dvec3 place_m(9e4, -9e4, 5e4);
   create(row_of(add(make_sphere(300.0, 4)), place_m));
   std::vector<Ray> rays;
@@ -407,12 +397,12 @@ TEST_F(RayExtremes, FarAwayOrigins) {
   expect_agreement(rays, 0.3, 0.02);
 }
 
-TEST_F(RayExtremes, TinyMeshesFarFromTheOrigin) {
+TEST_F(RayExtremes, AgreeWithTheOracleForTinyFarMeshes) {
   const GeometryId sphere = add(make_sphere(0.5, 4));
   EntityRow row = row_of(sphere, {65'536.0, -32'768.0, 1024.0});
   row.scale = glm::dvec3(0.05);
   create(row);
-  // Origins that single precision holds exactly, a metre or so away: what is near is still seen sharply.
+  // Origins a metre away that single precision holds exactly.
   std::vector<Ray> rays;
   for (int i = 0; i < 4000; ++i) {
     const glm::vec3 offset(glm::ivec3(64.0 * random_.direction()));
@@ -422,9 +412,9 @@ TEST_F(RayExtremes, TinyMeshesFarFromTheOrigin) {
   expect_agreement(rays, 0.5, 0.01);
 }
 
-TEST_F(RayExtremes, WhatIsFarBeyondTheLimitsHidesNothingNear) {
+TEST_F(RayExtremes, BodiesBeyondTheLimitsHideNothing) {
   create(row_of(add(make_box({1.0, 1.0, 1.0}))));
-  // Stretched to 1e10 m, and at 2e14 m by moving for 60 years.
+  // Scaled to 1e10 m, and at 2e14 m after 60 years.
   EntityRow giant = row_of(add(make_box({1e5, 1e5, 1e5})));
   giant.scale = glm::dvec3(1e5);
   EntityRow wanderer = row_of({0}, {0.0, 50.0, 0.0});
@@ -445,7 +435,7 @@ TEST_F(RayExtremes, WhatIsFarBeyondTheLimitsHidesNothingNear) {
   }
 }
 
-TEST_F(RayExtremes, TinyAndHugeScales) {
+TEST_F(RayExtremes, AgreeWithTheOracleForTinyAndHugeScales) {
   const GeometryId sphere = add(make_sphere(1.0, 3));
   for (const double scale : {1e-5, 1e4}) {
     EntityRow row = row_of(sphere);
@@ -461,9 +451,8 @@ TEST_F(RayExtremes, TinyAndHugeScales) {
   }
 }
 
-/// From the edge of the world a box that holds nothing, and is inside out, looks like any other: its slot is
-/// no child all the same.
-TEST_F(RayExtremes, EmptySlotsAreNotEnteredFromFarAway) {
+/// From far away rounding makes the inverted box of an empty slot look like a valid one.
+TEST_F(RayExtremes, EmptySlotsOfNodesAreNotEnteredFromFarAway) {
   for (const bool use_subgroup_kernels : {true, false}) {
     open({}, {.use_subgroup_kernels = use_subgroup_kernels});
     create(row_of(add(make_sphere(0.5, 6))));
@@ -475,7 +464,7 @@ TEST_F(RayExtremes, EmptySlotsAreNotEnteredFromFarAway) {
       rays.push_back(ray_from(from_m, 0.3 * random.direction() - from_m));
     }
     for (const RayHit& hit : trace(rays))
-      ASSERT_EQ(hit.status, HitStatus::hit) << "lanes work together: " << use_subgroup_kernels;
+      ASSERT_EQ(hit.status, HitStatus::hit) << "subgroup kernels " << use_subgroup_kernels;
   }
 }
 

@@ -1,4 +1,5 @@
-// Rays and triangles of little or no area: what has none is hit by nobody, and what has some has a normal.
+// Rays and triangles of little or no area: no ray hits a triangle without area, and thin triangles have
+// normals.
 
 #include <glm/geometric.hpp>
 
@@ -10,22 +11,21 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr int triangles = 300;
+constexpr int triangle_count = 300;
 
-/// Corners on whole multiples of a millimetre's likes, in a row of three: exactly on a line, and no two in
-/// one place.
+/// Triples of different corners, exactly on a line: integer multiples of 2^-10 m.
 std::vector<glm::vec3> corners_on_lines(Random& random) {
   constexpr double unit_m = 1.0 / 1024.0;
-  const auto whole = [&](int most) {
+  const auto integers = [&](int max) {
     glm::dvec3 at;
     for (int axis = 0; axis < 3; ++axis)
-      at[axis] = std::round(random.uniform(-most, most));
+      at[axis] = std::round(random.uniform(-max, max));
     return at;
   };
   std::vector<glm::vec3> corners;
-  for (int i = 0; i < triangles; ++i) {
-    const glm::dvec3 first = whole(5000);
-    const glm::dvec3 step = whole(600) + glm::dvec3(0.0, 0.0, 0.5);
+  for (int i = 0; i < triangle_count; ++i) {
+    const glm::dvec3 first = integers(5000);
+    const glm::dvec3 step = integers(600) + glm::dvec3(0.0, 0.0, 0.5);
     for (const double along : {0.0, 2.0, 6.0})
       corners.emplace_back((first + along * step) * unit_m);
   }
@@ -39,11 +39,11 @@ TriangleMesh mesh_of(std::vector<glm::vec3> corners) {
   return mesh;
 }
 
-/// From far and near to somewhere between two of three corners.
-std::vector<Ray> aimed_at(std::span<const glm::vec3> corners, int each, Random& random) {
+/// Rays to points between the first and the last of three corners.
+std::vector<Ray> rays_at(std::span<const glm::vec3> corners, int per_triangle, Random& random) {
   std::vector<Ray> rays;
   for (std::size_t i = 0; i < corners.size(); i += 3) {
-    for (int k = 0; k < each; ++k) {
+    for (int k = 0; k < per_triangle; ++k) {
       const glm::dvec3 a(corners[i]);
       const glm::dvec3 to_m = a + random.uniform(0.0, 1.0) * (glm::dvec3(corners[i + 2]) - a);
       const glm::dvec3 from_m = 20.0 * random.vector();
@@ -66,11 +66,11 @@ class ThinTriangles : public DatabaseTest {
   }
 };
 
-TEST_F(ThinTriangles, WithoutAreaAreHitByNobody) {
+TEST_F(ThinTriangles, WithoutAreaAreNotHit) {
   Random random(31);
   auto corners = corners_on_lines(random);
-  const std::vector<Ray> rays = aimed_at(corners, 20, random);
-  // A mesh of nothing else would be refused.
+  const std::vector<Ray> rays = rays_at(corners, 20, random);
+  // A mesh of triangles without area is refused.
   corners.insert(corners.end(), {{900, 900, 900}, {901, 900, 900}, {900, 901, 900}});
   for (const bool use_subgroup_kernels : {true, false}) {
     open({}, {.use_subgroup_kernels = use_subgroup_kernels});
@@ -79,7 +79,7 @@ TEST_F(ThinTriangles, WithoutAreaAreHitByNobody) {
   }
 }
 
-TEST_F(ThinTriangles, ThatLoseTheirAreaAreHitByNobody) {
+TEST_F(ThinTriangles, ThatLoseTheirAreaAreNotHit) {
   Random random(32);
   const auto corners = corners_on_lines(random);
   auto before = corners;
@@ -88,21 +88,21 @@ TEST_F(ThinTriangles, ThatLoseTheirAreaAreHitByNobody) {
   const auto geometry = database().add_geometry(mesh_of(before), "lines", {.deforms = true});
   ASSERT_TRUE(geometry.ok());
   create(row_of(geometry.value()));
-  const std::vector<Ray> rays = aimed_at(before, 20, random);
+  const std::vector<Ray> rays = rays_at(before, 20, random);
   EXPECT_GT(hits_of(rays, RayMode::closest), rays.size() / 10);
   const auto transaction =
-      database().make_transaction({.max_geometry_updates = 1, .max_positions = 3 * triangles});
+      database().make_transaction({.max_geometry_updates = 1, .max_positions = 3 * triangle_count});
   transaction->begin({});
   transaction->update_geometry(geometry.value(), corners);
   const Outcome outcome = database().execute(*transaction);
   ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
-  expect_no_hits(aimed_at(corners, 20, random));
+  expect_no_hits(rays_at(corners, 20, random));
 }
 
 TEST_F(ThinTriangles, HaveNormals) {
   Random random(33);
   std::vector<glm::vec3> corners;
-  for (int i = 0; i < triangles; ++i) {
+  for (int i = 0; i < triangle_count; ++i) {
     const glm::dvec3 a = 5.0 * random.vector();
     const glm::dvec3 along = 10.0 * random.direction();
     const glm::dvec3 aside = random.magnitude(1e-6, 1e-3) * random.direction();
@@ -115,7 +115,7 @@ TEST_F(ThinTriangles, HaveNormals) {
   for (glm::vec3& corner : scaled)
     corner *= glm::vec3(row.scale);
   std::size_t hits = 0;
-  for (const RayHit& hit : trace(aimed_at(scaled, 60, random))) {
+  for (const RayHit& hit : trace(rays_at(scaled, 60, random))) {
     if (hit.status != HitStatus::hit) continue;
     ++hits;
     const glm::dvec3 a(corners[3 * hit.triangle]);

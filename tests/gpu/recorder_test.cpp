@@ -1,4 +1,4 @@
-// What a recorder records is done, in the order that barriers ask for.
+// A device executes recorded commands, in the order of the barriers.
 
 #include <algorithm>
 #include <random>
@@ -11,7 +11,7 @@ namespace {
 class RecorderTest : public GpuTest {};
 using RecorderDeathTest = RecorderTest;
 
-TEST_F(RecorderTest, BarriersOrderFillsCopiesAndDispatches) {
+TEST_F(RecorderTest, OrdersFillsCopiesAndDispatchesByBarriers) {
   constexpr std::uint32_t count = 4096;
   Buffer a = make_words(count, 0);
   Buffer b = make_words(count, 0);
@@ -37,8 +37,8 @@ TEST_F(RecorderTest, BarriersOrderFillsCopiesAndDispatches) {
     ASSERT_EQ(word, 1000 + 2 * rounds);
 }
 
-// Against the same steps on the host: ranges, offsets and order, drawn at random.
-TEST_F(RecorderTest, RandomFillsCopiesAndAddsMatchTheHost) {
+/// Random ranges, offsets and order.
+TEST_F(RecorderTest, ExecutesRandomCommandsLikeTheHost) {
   constexpr std::uint32_t count = 512;
   std::mt19937 random(7);
   const auto below = [&random](std::uint32_t limit) { return static_cast<std::uint32_t>(random() % limit); };
@@ -76,7 +76,7 @@ TEST_F(RecorderTest, RandomFillsCopiesAndAddsMatchTheHost) {
     EXPECT_TRUE(std::ranges::equal(buffers[i].host_as<std::uint32_t>(), model[i]));
 }
 
-TEST_F(RecorderTest, DispatchRunsEveryGroupOnce) {
+TEST_F(RecorderTest, DispatchesEachGroupOnce) {
   const Pipeline count_groups = make_pipeline(TestShader::count_groups);
   EXPECT_EQ(count_groups.group_size(), 32u);
   for (const std::uint32_t groups : {0u, 1u, 7u, 1000u, 65535u}) {
@@ -87,7 +87,7 @@ TEST_F(RecorderTest, DispatchRunsEveryGroupOnce) {
   }
 }
 
-TEST_F(RecorderTest, IndirectDispatchTakesTheCountsThatAShaderWrote) {
+TEST_F(RecorderTest, DispatchesTheNumberOfGroupsThatAKernelWrites) {
   Buffer counter = make_words(1, 0);
   Buffer counts = make_buffer({.name = "counts", .size_bytes = 64, .indirect = true});
   const Pipeline write = make_pipeline(TestShader::write_groups);
@@ -104,7 +104,7 @@ TEST_F(RecorderTest, IndirectDispatchTakesTheCountsThatAShaderWrote) {
   EXPECT_EQ(counter.host_as<std::uint32_t>()[0], 13u * 32);
 }
 
-TEST_F(RecorderTest, IsSubmittedAgainAndRecordedAnew) {
+TEST_F(RecorderTest, IsSubmittedRepeatedlyAndRecordedAgain) {
   Buffer words = make_words(64, 0);
   const Pipeline add = make_pipeline(TestShader::add);
   const Bindings bindings = make_bindings(add, {&words});
@@ -129,17 +129,13 @@ TEST_F(RecorderTest, IsSubmittedAgainAndRecordedAnew) {
   EXPECT_EQ(words.host_as<std::uint32_t>()[63], 13u);
 }
 
-TEST_F(RecorderTest, AnEmptyRecordingIsFine) {
-  run([](Recorder&) {});
-}
-
-TEST_F(RecorderTest, TimestampsGoForwardAndMeasureWork) {
+TEST_F(RecorderTest, MeasuresWorkByTimestamps) {
   Buffer words = make_words(64, 1);
   const Pipeline busy = make_pipeline(TestShader::stay_busy);
   const Bindings bindings = make_bindings(busy, {&words});
   Recorder recorder = make_recorder();
   Timeline timeline = make_timeline();
-  // Others may take the processor in any step: the least of some rounds is what it takes.
+  // The minimum of several rounds, since other processes may use the processor.
   std::int64_t min_of_first = INT64_MAX, min_of_last = INT64_MAX;
   for (int round = 0; round < 6; ++round) {  // the first one also compiles
     recorder.begin();
@@ -166,7 +162,7 @@ TEST_F(RecorderTest, TimestampsGoForwardAndMeasureWork) {
   EXPECT_GT(min_of_last, min_of_first);
 }
 
-TEST_F(RecorderDeathTest, WrongArgumentsAreMisuse) {
+TEST_F(RecorderDeathTest, AbortsOnWrongArguments) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   Buffer words = make_words(64, 0);
   const Pipeline add = make_pipeline(TestShader::add);
@@ -186,7 +182,7 @@ TEST_F(RecorderDeathTest, WrongArgumentsAreMisuse) {
   recorder.end();
 }
 
-TEST_F(RecorderDeathTest, GoingOverABuffersEndIsMisuse) {
+TEST_F(RecorderDeathTest, AbortsBeyondTheEndOfABuffer) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const Buffer small = make_words(4, 0);
   const Buffer large = make_words(64, 0);

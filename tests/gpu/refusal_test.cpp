@@ -1,4 +1,4 @@
-// Bad input: refused with its place and values, and nothing else disturbed.
+// Bad input is refused with its place and values; the transaction has no other effect.
 
 #include <algorithm>
 #include <cmath>
@@ -23,17 +23,15 @@ class Refusals : public DatabaseTest {
     box_ = add(make_box({2.0, 2.0, 2.0}));
     body_ = create(row_of(box_, {11.0, 0.0, 0.0}), at_s(10.0));
     rays_ = prepare_rays(RayMode::closest, false, 8);
-    regions_ = std::move(
-        database().prepare(RegionQueryOptions{.name = "r", .capacity = 8, .ids_per_region = 8}).value());
-    nearest_ = std::move(database().prepare(NearestQueryOptions{.name = "n", .capacity = 8, .k = 4}).value());
-    overlaps_ = std::move(
-        database().prepare(OverlapQueryOptions{.name = "o", .capacity = 8, .ids_per_entity = 8}).value());
+    regions_ = prepare(RegionQueryOptions{.name = "r", .capacity = 8, .ids_per_region = 8});
+    nearest_ = prepare(NearestQueryOptions{.name = "n", .capacity = 8, .k = 4});
+    overlaps_ = prepare(OverlapQueryOptions{.name = "o", .capacity = 8, .ids_per_entity = 8});
   }
   void TearDown() override {
-    expect_undisturbed();
+    expect_no_effect();
     DatabaseTest::TearDown();
   }
-  void expect_undisturbed() {
+  void expect_no_effect() {
     EXPECT_EQ(database().latest().version, 1u);
     const RayHit hit = trace(good_ray());
     EXPECT_EQ(hit.entity, body_);
@@ -41,7 +39,7 @@ class Refusals : public DatabaseTest {
   }
   Ray good_ray() const { return ray_from({}, {1, 0, 0}, at_s(10.0)); }
 
-  /// A transaction that also writes, and asks `good` first and the bad one second.
+  /// Runs the query as the second one of a transaction that also writes.
   template <class Query>
   void expect_query_refused(Query& query, BadInputReason reason, const std::vector<double>& values) {
     const Outcome outcome = execute(
@@ -62,33 +60,28 @@ class Refusals : public DatabaseTest {
         EXPECT_DOUBLE_EQ(outcome.bad_input.values[i], values[i]) << i;
       }
     }
-    expect_undisturbed();
+    expect_no_effect();
+  }
+  /// Spoils the third element.
+  template <class Query, class Element>
+  void expect_element_refused(Query& query, std::span<Element> elements, const Element& good,
+                              const std::function<void(Element&)>& spoil, BadInputReason reason,
+                              const std::vector<double>& values) {
+    std::ranges::fill(elements, good);
+    spoil(elements[2]);
+    expect_query_refused(query, reason, values);
   }
   void expect_ray_refused(const std::function<void(Ray&)>& spoil, BadInputReason reason,
                           const std::vector<double>& values = {}) {
-    for (Ray& ray : rays_->rays())
-      ray = good_ray();
-    spoil(rays_->rays()[2]);
-    expect_query_refused(*rays_, reason, values);
+    expect_element_refused(*rays_, rays_->rays(), good_ray(), spoil, reason, values);
   }
   void expect_region_refused(const std::function<void(Region&)>& spoil, BadInputReason reason,
                              const std::vector<double>& values = {}) {
-    for (Region& region : regions_->regions()) {
-      region = {};
-      region.t = at_s(10.0);
-    }
-    spoil(regions_->regions()[2]);
-    expect_query_refused(*regions_, reason, values);
+    expect_element_refused(*regions_, regions_->regions(), Region{.t = at_s(10.0)}, spoil, reason, values);
   }
-
   void expect_point_refused(const std::function<void(Nearest&)>& spoil, BadInputReason reason,
                             const std::vector<double>& values = {}) {
-    for (Nearest& point : nearest_->points()) {
-      point = {};
-      point.t = at_s(10.0);
-    }
-    spoil(nearest_->points()[2]);
-    expect_query_refused(*nearest_, reason, values);
+    expect_element_refused(*nearest_, nearest_->points(), Nearest{.t = at_s(10.0)}, spoil, reason, values);
   }
 
   GeometryId box_;
@@ -99,7 +92,7 @@ class Refusals : public DatabaseTest {
   std::unique_ptr<OverlapQuery> overlaps_;
 };
 
-TEST_F(Refusals, RaysThatCanNotBeCast) {
+TEST_F(Refusals, OfRays) {
   using enum BadInputReason;
   expect_ray_refused([](Ray& ray) { ray.origin_m.y = nan_f; }, not_finite, {0.0, nan_d, 0.0});
   expect_ray_refused([](Ray& ray) { ray.origin_m.z = infinity_f; }, not_finite);
@@ -121,7 +114,7 @@ TEST_F(Refusals, RaysThatCanNotBeCast) {
       bad_lambda_range, {2.0, 1.0});
 }
 
-TEST_F(Refusals, TimesThatTheVersionDoesNotCover) {
+TEST_F(Refusals, OfTimesThatTheVersionDoesNotCover) {
   using enum BadInputReason;
   expect_ray_refused([](Ray& ray) { ray.t = at_s(10.0) - Nanoseconds(1); }, time_not_covered,
                      {9.999999999, 10.0});
@@ -133,79 +126,77 @@ TEST_F(Refusals, TimesThatTheVersionDoesNotCover) {
   expect_ray_refused([](Ray& ray) { ray.t = world_time_ns(max_world_time_ns); }, window_too_long);
 }
 
-TEST_F(Refusals, TheLatestTimesThereAreCanBeAskedAt) {
+TEST_F(Refusals, AcceptTheLatestTime) {
   Ray ray = good_ray();
   ray.t = world_time_ns(max_world_time_ns);
   EXPECT_EQ(trace(ray).lambda, 10.0f);
 }
 
-/// More than one thread may look at so many.
-TEST_F(Refusals, TheFirstFaultOfManyRaysIsTold) {
+/// Several threads check so many rays.
+TEST_F(Refusals, NameTheFirstBadOneOfManyRays) {
   constexpr std::uint32_t count = 100'000;
   const auto many = prepare_rays(RayMode::closest, false, count);
-  const auto ask = [&] {
-    return execute([&](Transaction& transaction) { transaction.add_query(*many, count); });
-  };
   const auto rays = many->rays();
   std::ranges::fill(rays, good_ray());
   rays[99'999].origin_m.x = 2e5f;
-  EXPECT_EQ(ask().bad_input.element, 99'999u);
+  EXPECT_EQ(run(*many, count).bad_input.element, 99'999u);
   rays[70'001].origin_m.y = 3e5f;
-  EXPECT_EQ(ask().bad_input.element, 70'001u);
+  EXPECT_EQ(run(*many, count).bad_input.element, 70'001u);
   rays[12'346].origin_m.y = nan_f;
   rays[12'345].t = at_s(9.5);
-  for (int time = 0; time < 20; ++time) {
-    const Outcome outcome = ask();
+  for (int k = 0; k < 20; ++k) {
+    const Outcome outcome = run(*many, count);
     ASSERT_EQ(outcome.status, Status::bad_input);
     EXPECT_EQ(outcome.bad_input.reason, BadInputReason::time_not_covered);
     EXPECT_EQ(outcome.bad_input.element, 12'345u);
   }
   rays[0].carrier = {.index = 700, .generation = 1};
-  const Outcome outcome = ask();
+  const Outcome outcome = run(*many, count);
   EXPECT_EQ(outcome.bad_input.reason, BadInputReason::unknown_entity);
   EXPECT_EQ(outcome.bad_input.element, 0u);
 }
 
-/// What is special about one of many is not lost with whoever has looked at it.
-TEST_F(Refusals, OneOfManyRaysMayBeUnlikeTheOthers) {
+/// A carrier or another time of one ray counts, whichever thread checks it.
+TEST_F(Refusals, SeeTheCarrierAndTimeOfOneOfManyRays) {
   constexpr std::uint32_t count = 100'000;
   const auto many = prepare_rays(RayMode::closest, false, count);
-  for (const std::uint32_t one : {0u, 50'000u, 99'999u}) {
+  for (const std::uint32_t i : {0u, 50'000u, 99'999u}) {
     std::vector<Ray> rays(count, good_ray());
-    rays[one].origin_m = {-11.0f, 0.0f, 0.0f};
-    rays[one].carrier = body_;
-    rays[one].direction = {-1.0f, 0.0f, 0.0f};
+    rays[i].origin_m = {-11.0f, 0.0f, 0.0f};
+    rays[i].carrier = body_;
+    rays[i].direction = {-1.0f, 0.0f, 0.0f};
     auto hits = trace(*many, rays);
-    EXPECT_EQ(hits[one].status, HitStatus::miss) << "it starts in the world's origin, and leads away";
+    EXPECT_EQ(hits[i].status, HitStatus::miss)
+        << "in the carrier's frame it begins at the world's origin and leads away";
     EXPECT_EQ(std::ranges::count(hits, 10.0f, &RayHit::lambda), count - 1);
-    rays[one] = good_ray();
-    rays[one].t = at_s(11.5);
+    rays[i] = good_ray();
+    rays[i].t = at_s(11.5);
     std::ranges::copy(rays, many->rays().begin());
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*many, count); });
+    const Outcome outcome = run(*many, count);
     EXPECT_EQ(outcome.bad_input.reason, BadInputReason::window_too_long);
     EXPECT_DOUBLE_EQ(outcome.bad_input.values[1], 11.5);
   }
 }
 
-TEST_F(Refusals, CarriersThatAreNotThere) {
+TEST_F(Refusals, OfEntitiesThatDoNotExist) {
   using enum BadInputReason;
-  const EntityId strangers[] = {{body_.index, body_.generation + 1}, {77, 1}, {4'000'000'000u, 1}};
-  for (const EntityId stranger : strangers) {
-    expect_ray_refused([&](Ray& ray) { ray.carrier = stranger; }, unknown_entity);
-    expect_region_refused([&](Region& region) { region.carrier = stranger; }, unknown_entity);
-    expect_point_refused([&](Nearest& point) { point.carrier = stranger; }, unknown_entity);
-    expect_point_refused([&](Nearest& point) { point.excluded = stranger; }, unknown_entity);
+  const EntityId unknown_ids[] = {{body_.index, body_.generation + 1}, {77, 1}, {4'000'000'000u, 1}};
+  for (const EntityId unknown : unknown_ids) {
+    expect_ray_refused([&](Ray& ray) { ray.carrier = unknown; }, unknown_entity);
+    expect_region_refused([&](Region& region) { region.carrier = unknown; }, unknown_entity);
+    expect_point_refused([&](Nearest& point) { point.carrier = unknown; }, unknown_entity);
+    expect_point_refused([&](Nearest& point) { point.excluded = unknown; }, unknown_entity);
     for (Overlap& overlap : overlaps_->overlaps())
       overlap = {.entity = body_, .t = at_s(10.0)};
-    overlaps_->overlaps()[1].entity = stranger;
-    const Outcome outcome = execute([&](Transaction& transaction) { transaction.add_query(*overlaps_, 2); });
+    overlaps_->overlaps()[1].entity = unknown;
+    const Outcome outcome = run(*overlaps_, 2);
     EXPECT_EQ(outcome.bad_input.reason, unknown_entity);
-    EXPECT_EQ(outcome.bad_input.entity, stranger);
+    EXPECT_EQ(outcome.bad_input.entity, unknown);
     EXPECT_EQ(outcome.bad_input.element, 1u);
   }
 }
 
-TEST_F(Refusals, RegionsThatCanNotBeAsked) {
+TEST_F(Refusals, OfRegions) {
   using enum BadInputReason;
   expect_region_refused([](Region& region) { region.shape = static_cast<RegionShape>(7); },
                         unknown_region_kind, {7.0, 0.0});
@@ -244,8 +235,8 @@ TEST_F(Refusals, RegionsThatCanNotBeAsked) {
   expect_frustum_refused({1e-13f, 1.0f, 101.0f}, 0.0f);
 }
 
-/// Its slopes are as steep as they may be: a wall of light that nothing before or behind it touches.
-TEST_F(Refusals, TheWidestFrustumCanBeAsked) {
+/// With the largest slopes the frustum is nearly a plane.
+TEST_F(Refusals, AcceptTheWidestFrustum) {
   for (Region& region : regions_->regions()) {
     region = {};
     region.shape = RegionShape::frustum;
@@ -255,19 +246,19 @@ TEST_F(Refusals, TheWidestFrustumCanBeAsked) {
   regions_->regions()[0].center_m = {10.5f, 300.0f, -20.0f};
   regions_->regions()[1].center_m = {9.0f, 300.0f, -20.0f};
   regions_->regions()[2].center_m = {12.5f, 300.0f, -20.0f};
-  ASSERT_TRUE(execute([&](Transaction& transaction) { transaction.add_query(*regions_, 3); }).done());
+  ASSERT_TRUE(run(*regions_, 3).done());
   EXPECT_EQ(regions_->answers()[0].found, 1u);
   EXPECT_EQ(regions_->answers()[1].found, 0u);
   EXPECT_EQ(regions_->answers()[2].found, 0u);
 }
 
-TEST_F(Refusals, OptionsThatAreNoneOfTheEnumerators) {
-  const auto expect_refused = [&](const auto& options, const char* words) {
+TEST_F(Refusals, OfOptionsThatAreNoEnumerators) {
+  const auto expect_refused = [&](const auto& options, const char* option) {
     const auto query = database().prepare(options);
-    ASSERT_FALSE(query.ok()) << words;
+    ASSERT_FALSE(query.ok()) << option;
     EXPECT_EQ(query.error().code, ErrorCode::bad_input);
     EXPECT_EQ(query.error().message,
-              "query 'q' has the " + std::string(words) + ", which is none of the enumerators");
+              "query 'q' has the " + std::string(option) + ", which is none of the enumerators");
   };
   constexpr auto late = static_cast<LatePolicy>(3);
   expect_refused(RayQueryOptions{.name = "q", .capacity = 1, .mode = static_cast<RayMode>(3)}, "mode 3");
@@ -286,7 +277,7 @@ TEST_F(Refusals, OptionsThatAreNoneOfTheEnumerators) {
   }
 }
 
-TEST_F(Refusals, PointsThatCanNotBeAsked) {
+TEST_F(Refusals, OfPoints) {
   using enum BadInputReason;
   expect_point_refused([](Nearest& point) { point.point_m.z = nan_f; }, not_finite, {0.0, 0.0, nan_d});
   expect_point_refused([](Nearest& point) { point.point_m.x = -infinity_f; }, not_finite);
@@ -298,23 +289,20 @@ TEST_F(Refusals, PointsThatCanNotBeAsked) {
   expect_point_refused([](Nearest& point) { point.t = at_s(11.5); }, window_too_long, {10.0, 11.5, 1.0});
 }
 
-/// The field, its value, and what is allowed.
-TEST_F(Refusals, SentencesNameTheField) {
-  const auto said = [&](auto& query) {
-    return describe(execute([&](Transaction& transaction) { transaction.add_query(query, 1); }));
-  };
+/// With its value and the allowed ones.
+TEST_F(Refusals, NameTheField) {
   const auto ray = [&](const std::function<void(Ray&)>& spoil) {
     rays_->rays()[0] = good_ray();
     spoil(rays_->rays()[0]);
-    return said(*rays_);
+    return describe(run(*rays_, 1));
   };
   const auto region = [&](const std::function<void(Region&)>& spoil) {
     regions_->regions()[0] = {.half_extent_m = {1.0f, 1.0f, 1.0f}, .t = at_s(10.0)};
     spoil(regions_->regions()[0]);
-    return said(*regions_);
+    return describe(run(*regions_, 1));
   };
-  const auto expect = [](const std::string& sentence, const std::string& what) {
-    EXPECT_EQ(sentence, "bad_input: " + what + ", in element 0 of query 0; nothing was done");
+  const auto expect = [](const std::string& sentence, const std::string& reason) {
+    EXPECT_EQ(sentence, "bad_input: " + reason + ", in element 0 of query 0; nothing was done");
   };
   expect(ray([](Ray& one) { one.origin_m.y = 2e5f; }), "origin_m.y is 200000; it must be -100000 to 100000");
   expect(ray([](Ray& one) { one.direction.z = infinity_f; }), "direction.z is inf; it must be finite");
@@ -344,10 +332,10 @@ TEST_F(Refusals, SentencesNameTheField) {
          }),
          "half_extent_m.x of a frustum is 0; it must be above 0");
   nearest_->points()[0] = {.radius_m = -0.5f, .t = at_s(10.0)};
-  expect(said(*nearest_), "radius_m is -0.5; it must be 0 or above");
+  expect(describe(run(*nearest_, 1)), "radius_m is -0.5; it must be 0 or above");
 }
 
-TEST_F(Refusals, NearestQueriesThatCanNotBePrepared) {
+TEST_F(Refusals, OfNearestQueries) {
   const auto expect_refused = [&](const NearestQueryOptions& options, ErrorCode code, const char* word) {
     const auto query = database().prepare(options);
     ASSERT_FALSE(query.ok());
@@ -357,15 +345,15 @@ TEST_F(Refusals, NearestQueriesThatCanNotBePrepared) {
   using enum ErrorCode;
   expect_refused({.name = "none", .capacity = 8, .k = 0}, capacity, "0 neighbors");
   expect_refused({.name = "many", .capacity = 8, .k = max_neighbors + 1}, capacity, "33 neighbors");
-  expect_refused({.name = "nobody", .capacity = 0}, capacity, "0 points");
-  expect_refused({.name = "crowd", .capacity = max_points_per_query + 1}, capacity, "1048577 points");
+  expect_refused({.name = "empty", .capacity = 0}, capacity, "0 points");
+  expect_refused({.name = "large", .capacity = max_points_per_query + 1}, capacity, "1048577 points");
   for (const NearestTarget target : {NearestTarget::center, NearestTarget::bounds})
     expect_refused({.name = "unsigned", .capacity = 8, .target = target, .is_signed = true}, bad_input,
                    "sign");
 }
 
-/// Each number is within its limit; 17 GB of ids, or 34 of triangles, are beyond what a device binds at once.
-TEST_F(Refusals, AnAnswerThatNoDeviceHolds) {
+/// Each number is within its limit, but no device binds 17 GB of ids or 34 GB of triangles.
+TEST_F(Refusals, OfAnswersThatAreTooLargeForTheDevice) {
   for (const RegionLevel level : {RegionLevel::bounds, RegionLevel::triangle}) {
     const auto query = database().prepare(RegionQueryOptions{.name = "vast",
                                                              .capacity = max_regions_per_query,
@@ -377,7 +365,7 @@ TEST_F(Refusals, AnAnswerThatNoDeviceHolds) {
   }
 }
 
-TEST_F(Refusals, RowsThatCanNotBe) {
+TEST_F(Refusals, OfRows) {
   using enum BadInputReason;
   const auto expect_refused = [&](const std::function<void(EntityRow&)>& spoil, BadInputReason reason) {
     EntityRow row = row_of(box_, {3.0, 0.0, 0.0});
@@ -392,7 +380,7 @@ TEST_F(Refusals, RowsThatCanNotBe) {
     EXPECT_EQ(outcome.bad_input.reason, reason) << describe(outcome);
     EXPECT_EQ(outcome.bad_input.element, 1u);
     EXPECT_EQ(outcome.bad_query, -1);
-    expect_undisturbed();
+    expect_no_effect();
   };
   expect_refused([](EntityRow& row) { row.motion.p_world_m.x = nan_d; }, not_finite);
   expect_refused([](EntityRow& row) { row.motion.q_world = {0.0, 0.0, 0.0, 0.0}; }, zero_quaternion);
@@ -403,16 +391,14 @@ TEST_F(Refusals, RowsThatCanNotBe) {
   expect_refused([](EntityRow& row) { row.geometry = {1}; }, unknown_geometry);
 }
 
-TEST_F(Refusals, OverlapOfAnEntityWithoutGeometry) {
+TEST_F(Refusals, OfOverlapsOfAnEntityWithoutGeometry) {
   open({});
   box_ = add(make_box({2.0, 2.0, 2.0}));
   const auto ids = create(std::vector{row_of(box_, {11.0, 0.0, 0.0}), EntityRow{}}, at_s(10.0));
   body_ = ids[0];
-  auto overlaps = database().prepare(OverlapQueryOptions{.name = "o", .capacity = 1, .ids_per_entity = 8});
-  ASSERT_TRUE(overlaps.ok());
-  overlaps.value()->overlaps()[0] = {.entity = ids[1], .t = at_s(10.0)};
-  const Outcome outcome =
-      execute([&](Transaction& transaction) { transaction.add_query(*overlaps.value(), 1); });
+  const auto overlaps = prepare(OverlapQueryOptions{.name = "o", .capacity = 1, .ids_per_entity = 8});
+  overlaps->overlaps()[0] = {.entity = ids[1], .t = at_s(10.0)};
+  const Outcome outcome = run(*overlaps, 1);
   EXPECT_EQ(outcome.bad_input.reason, BadInputReason::no_geometry);
   EXPECT_EQ(outcome.bad_input.entity, ids[1]);
 }

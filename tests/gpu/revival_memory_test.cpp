@@ -1,5 +1,5 @@
-// A call that sets up finds the device lost and has no memory to bring it back: an error to read, and the
-// next call tries again.
+// A setup call finds the device lost and has no memory for the recovery: it returns an error, and the next
+// call tries again.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 const std::uint64_t stride = hil::tests::is_long() ? 7 : 211;
 
-class RevivalWithoutMemory : public testing::Test {
+class RecoveryWithoutMemory : public testing::Test {
  protected:
   void SetUp() override {
     DatabaseOptions options;
@@ -43,10 +43,10 @@ class RevivalWithoutMemory : public testing::Test {
     row.geometry = box;
     transaction_->create(row);
     ASSERT_EQ(database_->execute(*transaction_).status, Status::committed);
-    ASSERT_EQ(ask(), Status::committed);
+    ASSERT_EQ(run_query(), Status::committed);
   }
 
-  Status ask() {
+  Status run_query() {
     transaction_->begin({});
     transaction_->add_query(*query_, 1);
     return database_->execute(*transaction_).status;
@@ -58,27 +58,27 @@ class RevivalWithoutMemory : public testing::Test {
   std::unique_ptr<Transaction> transaction_;
 };
 
-TEST_F(RevivalWithoutMemory, IsTriedAgain) {
+TEST_F(RecoveryWithoutMemory, IsTriedAgain) {
   std::uint64_t number = 1;
   std::uint64_t failed = 0;
-  for (bool enough = true; enough; number += stride) {
+  for (bool reached = true; reached; number += stride) {
     SCOPED_TRACE(testing::Message() << "allocation " << number);
     loader_.lose_at_call(1);
     {
       const FailingAllocation failing(number, FailingAllocation::Then::goes_on);
       const auto prepared = database_->prepare(RayQueryOptions{.name = "late", .capacity = 1});
       loader_.lose_at_call(0);
-      enough = failing.happened();
+      reached = failing.happened();
       failed += prepared.ok() ? 0 : 1;
       if (!prepared.ok()) {
         EXPECT_EQ(prepared.error().code, ErrorCode::out_of_memory) << prepared.error().message;
       }
     }
     const auto end = SteadyClock::now() + std::chrono::seconds(20);
-    Status status = ask();
+    Status status = run_query();
     while (status == Status::device_lost && SteadyClock::now() < end) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      status = ask();
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));  // until the next recovery attempt
+      status = run_query();
     }
     ASSERT_EQ(status, Status::committed);
     EXPECT_EQ(query_->hits()[0].status, HitStatus::hit);

@@ -1,4 +1,4 @@
-// The reader of SPIR-V and the check against the table.
+// The reader of SPIR-V and the comparison of kernels with their table.
 
 #include "rtstdb/gpu/shader_reflection.hpp"
 
@@ -25,7 +25,7 @@ void expect_difference(const ShaderInfo& table, const std::string& of_table, con
   EXPECT_NE(text.find("the code says " + of_code), std::string::npos) << text;
 }
 
-TEST(ShaderReflection, EveryShaderOfTheProductIsWhatTheTableSays) {
+TEST(ShaderReflection, FindsNoDifferenceInTheKernelsOfTheProduct) {
   for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(ShaderId::count); ++i) {
     const ShaderInfo& info = shader_info(static_cast<ShaderId>(i));
     EXPECT_EQ(difference(info), "") << info.name;
@@ -50,7 +50,7 @@ TEST(ShaderReflection, ReadsGroupSizeBindingsAndPushConstants) {
   EXPECT_EQ(add->push_constants[2].offset_bytes, 8u);
 }
 
-TEST(ShaderReflection, ADifferenceNamesBothSides) {
+TEST(ShaderReflection, NamesBothSidesOfADifference) {
   const ShaderInfo right = test_shader_info(TestShader::add);
   ASSERT_EQ(difference(right), "");
 
@@ -84,7 +84,7 @@ TEST(ShaderReflection, ADifferenceNamesBothSides) {
   expect_difference(wrong, "vec3 more at byte 12", "no push constant 3");
 }
 
-TEST(ShaderReflection, ACapabilityThatTheDeviceIsNotAskedForIsADifference) {
+TEST(ShaderReflection, ReportsACapabilityThatIsNotEnabled) {
   const ShaderInfo& table = test_shader_info(TestShader::add);
   auto code = reflect_shader(table.spirv);
   ASSERT_TRUE(code.has_value());
@@ -94,38 +94,37 @@ TEST(ShaderReflection, ACapabilityThatTheDeviceIsNotAskedForIsADifference) {
   EXPECT_NE(text->find("capability 22"), std::string::npos) << *text;
 }
 
-TEST(ShaderReflection, RefusesWhatIsNotSpirv) {
+TEST(ShaderReflection, RefusesWordsThatAreNoSpirv) {
   EXPECT_FALSE(reflect_shader({}).has_value());
   const auto words = test_shader_info(TestShader::add).spirv;
-  std::vector<std::uint32_t> spoiled(words.begin(), words.end());
-  spoiled[0] ^= 1;
-  EXPECT_FALSE(reflect_shader(spoiled).has_value());
-  spoiled.assign(words.begin(), words.begin() + 5);  // a header and nothing else
-  EXPECT_FALSE(reflect_shader(spoiled).has_value());
-  spoiled.assign(words.begin(), words.end());
-  spoiled[5] &= 0xffffu;  // an instruction of no length would never end
-  EXPECT_FALSE(reflect_shader(spoiled).has_value());
+  std::vector<std::uint32_t> changed(words.begin(), words.end());
+  changed[0] ^= 1;
+  EXPECT_FALSE(reflect_shader(changed).has_value());
+  changed.assign(words.begin(), words.begin() + 5);  // a header and nothing else
+  EXPECT_FALSE(reflect_shader(changed).has_value());
+  changed.assign(words.begin(), words.end());
+  changed[5] &= 0xffffu;  // an instruction without length would never end
+  EXPECT_FALSE(reflect_shader(changed).has_value());
 }
 
-// What it answers on spoiled words does not matter; that it stays inside them and ends does (sanitizers
-// watch).
-TEST(ShaderReflection, SurvivesSpoiledWords) {
+/// It ends and reads no other memory (sanitizers check that); its result is arbitrary.
+TEST(ShaderReflection, EndsOnRandomlyChangedWords) {
   std::mt19937 random(20240711);
   std::size_t refused = 0;
   for (int round = 0; round < 4000; ++round) {
     const auto shader = static_cast<TestShader>(random() % static_cast<unsigned>(TestShader::count));
     const auto words = test_shader_info(shader).spirv;
-    // A copy of its own size on the heap, so that a read past its end is seen.
-    std::vector<std::uint32_t> spoiled(words.begin(), words.end());
+    // A heap allocation of exactly its size, so that a sanitizer sees a read past its end.
+    std::vector<std::uint32_t> changed(words.begin(), words.end());
     for (unsigned change = random() % 4; change != 0; --change)
-      spoiled[random() % spoiled.size()] = random() % 512;
-    spoiled[random() % spoiled.size()] ^= 1u << random() % 32;
-    spoiled.resize(random() % 2 == 0 ? spoiled.size() : random() % spoiled.size());
-    spoiled.shrink_to_fit();
-    const auto code = reflect_shader(spoiled);
+      changed[random() % changed.size()] = random() % 512;
+    changed[random() % changed.size()] ^= 1u << random() % 32;
+    changed.resize(random() % 2 == 0 ? changed.size() : random() % changed.size());
+    changed.shrink_to_fit();
+    const auto code = reflect_shader(changed);
     if (code) {
       ShaderInfo table = test_shader_info(shader);
-      table.spirv = spoiled;
+      table.spirv = changed;
       (void)find_difference(table, *code);
     } else {
       ++refused;

@@ -1,6 +1,6 @@
 #pragma once
-// The structure of a geometry as it lies on the device, read back and walked: every triangle in one leaf,
-// boxes that contain what is below them.
+// Reads the BLAS of a geometry back from the device and checks it: each triangle is in one leaf, and each box
+// contains its children.
 
 #include <algorithm>
 #include <bit>
@@ -17,21 +17,21 @@ namespace rtstdb::test {
 
 using Words = std::vector<std::uint32_t>;
 
-/// A box with the room that its decoding in double precision needs.
+/// In double precision, which holds decoded boxes exactly.
 struct ExactBox {
   glm::dvec3 lo, hi;
 };
 
-/// Walks one structure, whose mesh must outlive it.
-class Walk {
+/// Visits one tree. The mesh must outlive it.
+class StructureWalk {
  public:
-  Walk(const TriangleMesh& mesh, Words nodes, Words triangles)
+  StructureWalk(const TriangleMesh& mesh, Words nodes, Words triangles)
       : mesh_(mesh),
         nodes_(std::move(nodes)),
         triangles_(std::move(triangles)),
         seen_(mesh.triangles.size()) {}
 
-  /// What is below a node.
+  /// Returns the box of all triangles below the node.
   ExactBox visit(std::uint32_t node, std::uint32_t depth) {
     ++node_count_;
     depth_ = std::max(depth_, depth);
@@ -64,11 +64,11 @@ class Walk {
     node_area_ += area_of(all);
     const glm::dvec3 away = centers - corners * (all.lo + all.hi);
     slot_gain_ += 0.5 * (away.x + away.y + away.z);
-    EXPECT_TRUE(inner == 0 || children == shared::node_width) << "wide_node_bound counts on full nodes";
+    EXPECT_TRUE(inner == 0 || children == shared::node_width) << "wide_node_bound assumes full inner nodes";
     return all;
   }
 
-  void expect_whole() const {
+  void expect_valid() const {
     EXPECT_EQ(not_contained_, 0u);
     EXPECT_EQ(wrong_corners_, 0u);
     EXPECT_TRUE(std::ranges::all_of(seen_, [](std::uint8_t times) { return times == 1; }));
@@ -78,9 +78,10 @@ class Walk {
   }
   std::uint32_t node_count() const { return node_count_; }
   std::uint32_t depth() const { return depth_; }
-  /// Of a ray through the root's box: a node costs 1, a triangle 0.3.
+  /// Of a ray through the box of the root: a node costs 1, a triangle 0.3.
   double cost(const ExactBox& root) const { return (node_area_ + 0.3 * leaf_area_) / area_of(root); }
-  /// How far all children lie towards the corners of their slots, from the middle of their node.
+  /// The sum of the distances of all children from the middle of their node towards the corners of their
+  /// slots.
   double slot_gain() const { return slot_gain_; }
 
  private:
@@ -119,12 +120,12 @@ class Walk {
       }
       ++seen_[triangle];
       for (std::uint32_t corner = 0; corner < 3; ++corner) {
-        const glm::vec3 meant = mesh_.positions_m[mesh_.triangles[triangle][static_cast<int>(corner)]];
-        glm::vec3 is;
-        std::memcpy(&is, w + 4 * corner, sizeof is);
-        wrong_corners_ += is == meant ? 0 : 1;
-        box.lo = glm::min(box.lo, glm::dvec3(is));
-        box.hi = glm::max(box.hi, glm::dvec3(is));
+        const glm::vec3 expected = mesh_.positions_m[mesh_.triangles[triangle][static_cast<int>(corner)]];
+        glm::vec3 actual;
+        std::memcpy(&actual, w + 4 * corner, sizeof actual);
+        wrong_corners_ += actual == expected ? 0 : 1;
+        box.lo = glm::min(box.lo, glm::dvec3(actual));
+        box.hi = glm::max(box.hi, glm::dvec3(actual));
       }
     }
     return box;
@@ -139,7 +140,7 @@ class Walk {
   double node_area_ = 0.0, leaf_area_ = 0.0, slot_gain_ = 0.0;
 };
 
-/// A pool of geometry alone.
+/// Fixture with a geometry pool.
 class StructureTest : public gpu::test::GpuTest {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// Submissions finish in the order of their numbers; waits end in time.
+// Submissions complete in the order of their numbers, and waits have timeouts.
 
 #include <chrono>
 #include <limits>
@@ -11,7 +11,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// Work that takes long on any device: passes that wait for one another.
+/// Has work that takes long on each device: passes with barriers between them.
 class TimelineTest : public GpuTest {
  protected:
   void SetUp() override {
@@ -38,7 +38,7 @@ class TimelineTest : public GpuTest {
 };
 using TimelineDeathTest = TimelineTest;
 
-TEST_F(TimelineTest, NumbersCountUpAndALaterOneFinishesLater) {
+TEST_F(TimelineTest, CompletesSubmissionsInTheOrderOfTheirNumbers) {
   Timeline timeline = make_timeline();
   std::vector<Recorder> recorders;
   for (int i = 0; i < 8; ++i)
@@ -55,7 +55,7 @@ TEST_F(TimelineTest, NumbersCountUpAndALaterOneFinishesLater) {
     EXPECT_EQ(timeline.wait(number, 0), WaitResult::done);
 }
 
-TEST_F(TimelineTest, AWaitEndsAtItsTimeOut) {
+TEST_F(TimelineTest, EndsAWaitAtItsTimeout) {
   Timeline timeline = make_timeline();
   Recorder recorder = make_recorder();
   record_work(recorder, 400);
@@ -69,7 +69,7 @@ TEST_F(TimelineTest, AWaitEndsAtItsTimeOut) {
   EXPECT_FALSE(device().lost());
 }
 
-TEST_F(TimelineTest, ALaterSubmissionSeesWhatAnEarlierOneWrote) {
+TEST_F(TimelineTest, MakesWritesVisibleToLaterSubmissions) {
   Buffer words = make_words(64, 0);
   const Pipeline add = make_pipeline(TestShader::add);
   const Bindings bindings = make_bindings(add, {&words});
@@ -78,7 +78,7 @@ TEST_F(TimelineTest, ALaterSubmissionSeesWhatAnEarlierOneWrote) {
   for (int i = 0; i < 100; ++i)
     recorders.push_back(make_recorder());
   std::uint64_t last = 0;
-  for (Recorder& recorder : recorders) {  // no barrier between them, no wait either
+  for (Recorder& recorder : recorders) {  // without barriers and waits between them
     recorder.begin();
     recorder.dispatch(add, bindings, shared::AddArgs{.first = 0, .count = 64, .amount = 1}, 1);
     recorder.end();
@@ -89,7 +89,7 @@ TEST_F(TimelineTest, ALaterSubmissionSeesWhatAnEarlierOneWrote) {
     ASSERT_EQ(word, 100u);
 }
 
-TEST_F(TimelineTest, TwoTimelinesOnTwoThreadsShareTheQueue) {
+TEST_F(TimelineTest, SharesTheQueueWithOtherThreads) {
   const Pipeline add = make_pipeline(TestShader::add);
   Buffer words[2] = {make_words(64, 0), make_words(64, 0)};
   const Bindings bindings[2] = {make_bindings(add, {&words[0]}), make_bindings(add, {&words[1]})};
@@ -112,7 +112,7 @@ TEST_F(TimelineTest, TwoTimelinesOnTwoThreadsShareTheQueue) {
     EXPECT_EQ(side.host_as<std::uint32_t>()[63], rounds);
 }
 
-TEST_F(TimelineTest, DestroyingARecorderOrATimelineWaitsForTheWork) {
+TEST_F(TimelineTest, WaitsForTheWorkInDestructors) {
   Buffer words = make_words(64, 0);
   const Pipeline add = make_pipeline(TestShader::add);
   const Bindings bindings = make_bindings(add, {&words});
@@ -130,7 +130,7 @@ TEST_F(TimelineTest, DestroyingARecorderOrATimelineWaitsForTheWork) {
   EXPECT_EQ(words.host_as<std::uint32_t>()[0], 9u);
 }
 
-TEST_F(TimelineDeathTest, UsingARecorderInFlightIsMisuse) {
+TEST_F(TimelineDeathTest, AbortsOnUseOfARecorderInFlight) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   Timeline timeline = make_timeline();
   Recorder recorder = make_recorder();
@@ -143,14 +143,14 @@ TEST_F(TimelineDeathTest, UsingARecorderInFlightIsMisuse) {
   EXPECT_DEATH((submit_long_work(), timeline.submit(recorder)), "finished");
 }
 
-TEST_F(TimelineDeathTest, WaitingForWhatWasNeverSubmittedIsMisuse) {
+TEST_F(TimelineDeathTest, AbortsOnAWaitForAnUnknownNumber) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   Timeline timeline = make_timeline();
   EXPECT_EQ(timeline.wait(0, 0), WaitResult::done);
   EXPECT_DEATH(timeline.wait(1, 0), "last_number");
 }
 
-TEST_F(TimelineDeathTest, AskingForATimestampThatWasNotTakenIsMisuse) {
+TEST_F(TimelineDeathTest, AbortsOnATimestampThatWasNotRecorded) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   Timeline timeline = make_timeline();
   Recorder recorder = make_recorder();

@@ -1,14 +1,16 @@
-// The slot for the next window, made a part with each batch: none waits for a refit of all, and nobody can
-// tell.
+// Slots for the next window of time that are made ahead, a part with each batch, so that no batch waits for a
+// refit or build of all boxes. They equal newly made slots.
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <vector>
 
 #include "shaders/shared/entity.h"
 #include "shaders/shared/node.h"
-#include "tests/gpu/ticking_trees.hpp"
+#include "tests/gpu/tlas_test.hpp"
 #include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
@@ -18,10 +20,10 @@ constexpr Nanoseconds milliseconds(std::int64_t count) {
   return Nanoseconds(count * 1'000'000);
 }
 
-class AheadTrees : public TickingTrees {
+class SlotsMadeAhead : public TlasTest {
  protected:
   std::uint32_t slots() const override { return 4; }
-  /// Of all instances at the view's epoch.
+  /// The instances of the slot at the view's epoch.
   std::vector<std::uint32_t> instance_words(const accel::Tlas& tlas, const accel::TlasView& view) {
     const std::size_t bytes = std::size_t{16} * shared::instance_texels * GetParam();
     const gpu::Buffer copy =
@@ -30,21 +32,21 @@ class AheadTrees : public TickingTrees {
     const auto words = copy.host_as<const std::uint32_t>();
     return {words.begin(), words.end()};
   }
-  /// From now on all of them go their way, at up to so many metres a second along each axis.
-  void send_off(double most_mps) {
+  /// All entities get new positions and random velocities.
+  void disperse(double speed_mps) {
     time_ += milliseconds(1);
     rows_.next(
         [&](std::uint32_t) {
           EntityRow row = anywhere();
-          row.motion.v_world_mps = most_mps * random_.vector();
+          row.motion.v_world_mps = speed_mps * random_.vector();
           row.motion.valid_from = time_;
           return std::optional(row);
         },
         time_);
     settle();
   }
-  /// So many, other ones from tick to tick, go a millimetre on.
-  void tick_around(std::uint32_t changed) {
+  /// The next version, in which `changed` entities, others in each tick, move by a millimetre.
+  void tick_others(std::uint32_t changed) {
     time_ += milliseconds(1);
     std::vector<std::uint32_t> indices(changed);
     for (std::uint32_t& index : indices)
@@ -56,11 +58,11 @@ class AheadTrees : public TickingTrees {
     };
     rows_.change(indices, moved, time_);
   }
-  /// Batches that waited for all boxes to be made.
-  static std::uint64_t on_the_spot(const accel::Tlas::Counts& counts) {
+  /// Batches that waited for a refit or build of all boxes.
+  static std::uint64_t waits(const accel::Tlas::Counts& counts) {
     return counts.builds + counts.refits - counts.renewals;
   }
-  /// Each slot comes to what has changed, and what was being made before is given up.
+  /// Each slot gets the newest rows, and a slot that is being made ahead is discarded.
   void settle() {
     for (int k = 0; k < 40; ++k) {
       prepare(1);
@@ -69,10 +71,10 @@ class AheadTrees : public TickingTrees {
   }
   struct Child {
     std::uint32_t reference;
-    glm::dvec3 lo_m, hi_m;  // at the window's begin
+    glm::dvec3 lo_m, hi_m;  // at the begin of the window
     bool is_inner() const { return (reference & shared::ref_leaf_bit) == 0; }
   };
-  /// Of all nodes that can be reached. What a node holds lies in its box, but for its own quanta.
+  /// The children of all nodes of the tree. Expects each in the box of its node, up to two quanta.
   std::vector<Child> children_of(const accel::Tlas& tlas, const accel::TlasView& view) {
     const std::size_t bytes = tlas.nodes(view.slot).size_bytes();
     const gpu::Buffer copy =
@@ -81,10 +83,10 @@ class AheadTrees : public TickingTrees {
     const auto words = copy.host_as<const std::uint32_t>();
     std::vector<Child> children;
     int outside = 0;
-    std::vector<Child> left{{view.root, glm::dvec3(-1e9), glm::dvec3(1e9)}};
-    while (!left.empty() && children.size() < words.size()) {
-      const Child parent = left.back();
-      left.pop_back();
+    std::vector<Child> remaining{{view.root, glm::dvec3(-1e9), glm::dvec3(1e9)}};
+    while (!remaining.empty() && children.size() < words.size()) {
+      const Child parent = remaining.back();
+      remaining.pop_back();
       const auto node = words.subspan(std::size_t{4} * shared::tlas_node_texels * parent.reference);
       for (int child = 0; child < 8; ++child) {
         if ((node[3] >> (24 + child) & 1u) == 0) continue;
@@ -101,13 +103,13 @@ class AheadTrees : public TickingTrees {
           outside += made.hi_m[axis] > parent.hi_m[axis] + 2.0 * quantum_m ? 1 : 0;
         }
         children.push_back(made);
-        if (made.is_inner()) left.push_back(made);
+        if (made.is_inner()) remaining.push_back(made);
       }
     }
     EXPECT_EQ(outside, 0);
     return children;
   }
-  /// Half the surfaces of all boxes in the tree.
+  /// Half the surface area of all boxes of the tree.
   double cost_of(const accel::Tlas& tlas, const accel::TlasView& view) {
     double cost = 0.0;
     for (const Child& child : children_of(tlas, view)) {
@@ -121,20 +123,20 @@ class AheadTrees : public TickingTrees {
     for (const Child& child : children_of(tlas_, view))
       if (!child.is_inner()) places.push_back(child.reference & shared::ref_instance_mask);
     std::ranges::sort(places);
-    EXPECT_EQ(places, first_ones(GetParam()));
+    EXPECT_EQ(places, first_indices(GetParam()));
   }
-  /// Whether the slot is what one made for this version alone is, if their instants are written down from one
-  /// epoch.
-  bool expect_as_made_anew(const accel::TlasView& view) {
+  /// Expects the slot to equal one that is made for this version alone. False: their epochs differ, so that
+  /// they can not be compared.
+  bool expect_equals_new_slot(const accel::TlasView& view) {
     accel::Tlas fresh = make_tlas(1);
-    const auto beside = prepare(fresh, {.times = {time_, time_}});
-    if (!beside || beside->epoch != view.epoch) return false;
-    EXPECT_EQ(instance_words(tlas_, view), instance_words(fresh, *beside));
+    const auto new_view = prepare(fresh, {.times = {time_, time_}});
+    if (!new_view || new_view->epoch != view.epoch) return false;
+    EXPECT_EQ(instance_words(tlas_, view), instance_words(fresh, *new_view));
     expect_each_entity_once(view);
     for (std::uint32_t i = 0; i < GetParam(); ++i) {
-      EXPECT_EQ(view.identities[i].id, beside->identities[i].id);
-      EXPECT_EQ(view.identities[i].material, beside->identities[i].material);
-      EXPECT_EQ(tlas_.place_of(view.slot, i), fresh.place_of(beside->slot, i));
+      EXPECT_EQ(view.identities[i].id, new_view->identities[i].id);
+      EXPECT_EQ(view.identities[i].material, new_view->identities[i].material);
+      EXPECT_EQ(tlas_.place_of(view.slot, i), fresh.place_of(new_view->slot, i));
     }
     return true;
   }
@@ -142,48 +144,71 @@ class AheadTrees : public TickingTrees {
   std::uint32_t next_changed_ = 0;
 };
 
-TEST_P(AheadTrees, NoBatchOfALoopWaitsForARefit) {
-  for (const std::int64_t period_ms : {1, 5, 10, 20}) {
-    const auto before = tlas_.counts();
-    for (std::int64_t k = 0; k < 1500 / period_ms; ++k) {
+TEST_P(SlotsMadeAhead, AreUsedByLoopsOfSmallBatchesWithFewChanges) {
+  const auto move_one = [this](std::int64_t period_ms) {
+    return [this, period_ms](std::uint32_t) {
       tick(1, true, milliseconds(period_ms));
       prepare(1);
+    };
+  };
+  const auto move_others = [this](std::uint32_t divisor) {
+    return [this, divisor](std::uint32_t) {
+      tick_others(GetParam() / divisor);
+      prepare(1);
+    };
+  };
+  constexpr std::uint64_t any = std::numeric_limits<std::uint64_t>::max();
+  const struct {
+    const char* name;
+    std::uint32_t ticks, warm_up;
+    std::function<void(std::uint32_t)> tick;
+    std::uint64_t min_waits, max_waits, min_ahead, max_ahead;
+  } loops[] = {
+      {"a tick of 1 ms", 1500, 0, move_one(1), 0, 0, 5, any},
+      {"a tick of 5 ms", 300, 0, move_one(5), 0, 0, 5, any},
+      {"a tick of 10 ms", 150, 0, move_one(10), 0, 0, 5, any},
+      {"a tick of 20 ms", 75, 0, move_one(20), 0, 0, 5, any},
+      {"a tick as long as a refit", 20, 0, move_one(100), 5, any, 0, 0},
+      {"one in 200 entities changes", 2000, 500, move_others(200), 0, 0, 6, any},
+      {"one in 50 entities changes", 2000, 500, move_others(50), 0, 0, 6, any},
+      {"one in 5 entities changes: each window begins with a refit", 3000, 500, move_others(5), 0, 10, 0, 5},
+      {"no entity changes", 1000, 0,
+       [this](std::uint32_t) {
+         time_ += milliseconds(1);
+         prepare(1);
+       },
+       0, 0, 4, any},
+      {"shapes change", 600, 0,
+       [this](std::uint32_t k) {
+         tick(1, true);
+         prepare(1, k / 20);
+       },
+       29, any, 0, 0},
+      {"large batches", 300, 0,
+       [this](std::uint32_t) {
+         tick(1, true);
+         prepare(GetParam());
+       },
+       0, any, 0, 0},
+  };
+  for (const auto& loop : loops) {
+    SCOPED_TRACE(loop.name);
+    SetUp();
+    auto before = tlas_.counts();
+    for (std::uint32_t k = 0; k < loop.ticks; ++k) {
+      loop.tick(k);
+      if (k > 0 && k == loop.warm_up) before = tlas_.counts();
     }
     const auto counts = since(before);
-    EXPECT_EQ(on_the_spot(counts), 0u) << "at " << period_ms << " ms";
-    EXPECT_GE(counts.ahead, 5u) << "at " << period_ms << " ms";
+    EXPECT_GE(waits(counts), loop.min_waits);
+    EXPECT_LE(waits(counts), loop.max_waits);
+    EXPECT_GE(counts.ahead, loop.min_ahead);
+    EXPECT_LE(counts.ahead, loop.max_ahead);
   }
 }
 
-/// More changes while a slot is made than it could be brought over at the first try: it is begun later then.
-TEST_P(AheadTrees, AreReachedWhereManyChange) {
-  for (const std::uint32_t share : {200u, 50u}) {
-    auto before = tlas_.counts();
-    for (std::uint32_t k = 0; k < 2000; ++k) {
-      tick_around(GetParam() / share);
-      prepare(1);
-      if (k == 500) before = tlas_.counts();
-    }
-    EXPECT_EQ(on_the_spot(since(before)), 0u) << "one in " << share;
-    EXPECT_GE(since(before).ahead, 6u) << "one in " << share;
-  }
-}
-
-/// Where as many change in a few ticks as a renewal is good for, the next window begins with a refit, as it
-/// would without; and hardly any slot is made in vain.
-TEST_P(AheadTrees, AreLeftWhereTooManyChange) {
-  auto before = tlas_.counts();
-  for (std::uint32_t k = 0; k < 3000; ++k) {
-    tick_around(GetParam() / 5);
-    prepare(1);
-    if (k == 500) before = tlas_.counts();
-  }
-  EXPECT_LE(on_the_spot(since(before)), 10u);
-  EXPECT_LE(since(before).ahead, 5u);
-}
-
-/// As many loops as there are slots: none takes another's, which would then take the next one's.
-TEST_P(AheadTrees, TakeNoSlotThatIsReadInTurn) {
+/// With as many loops as slots. A loop that takes the slot of another would make that one take the next.
+TEST_P(SlotsMadeAhead, TakeNoSlotOfAnotherLoop) {
   constexpr std::uint32_t ticks = 1500;
   for (const std::uint32_t batches : {1u, 3u}) {  // of each loop with each tick
     const auto before = tlas_.counts();
@@ -194,31 +219,11 @@ TEST_P(AheadTrees, TakeNoSlotThatIsReadInTurn) {
         prepare(tlas_, {.times = {then, then}, .elements = 1, .shapes = 0});
       }
     }
-    EXPECT_LE(on_the_spot(since(before)), slots() * (1 + ticks / 250)) << batches;
+    EXPECT_LE(waits(since(before)), slots() * (1 + ticks / 250)) << batches;
   }
 }
 
-TEST_P(AheadTrees, WhereNothingChangesEither) {
-  const auto before = tlas_.counts();
-  for (int k = 0; k < 1000; ++k) {
-    time_ += milliseconds(1);  // of the same version
-    prepare(1);
-  }
-  EXPECT_EQ(on_the_spot(since(before)), 0u);
-  EXPECT_GE(since(before).ahead, 4u);
-}
-
-TEST_P(AheadTrees, ALoopWithAsMuchTimeAsARefitTakesHasItMade) {
-  const auto before = tlas_.counts();
-  for (int k = 0; k < 20; ++k) {
-    tick(1, true, milliseconds(100));
-    prepare(1);
-  }
-  EXPECT_EQ(since(before).ahead, 0u);
-  EXPECT_GT(on_the_spot(since(before)), 4u);
-}
-
-TEST_P(AheadTrees, TwoLoopsThatLookAtDifferentTimesBothHaveThem) {
+TEST_P(SlotsMadeAhead, ServeTwoLoopsAtDifferentTimes) {
   auto before = tlas_.counts();
   for (int k = 0; k < 1600; ++k) {
     tick(1, true);
@@ -227,14 +232,14 @@ TEST_P(AheadTrees, TwoLoopsThatLookAtDifferentTimesBothHaveThem) {
             {.times = {time_ + milliseconds(433), time_ + milliseconds(433)}, .elements = 1, .shapes = 0});
     if (k == 600) before = tlas_.counts();
   }
-  EXPECT_EQ(on_the_spot(since(before)), 0u);
+  EXPECT_EQ(waits(since(before)), 0u);
   EXPECT_GE(since(before).ahead, 8u);
 }
 
-TEST_P(AheadTrees, AreMadeForALoopThatGoesOnWhereAnotherHasStopped) {
+TEST_P(SlotsMadeAhead, AreMadeAfterAnUnusedOne) {
   for (int k = 0; k < 200; ++k) {
     tick(1, true);
-    prepare(1);  // one is begun, and never asked for
+    prepare(1);  // begins a slot that no batch uses
   }
   time_ += milliseconds(2000);
   auto before = tlas_.counts();
@@ -243,27 +248,27 @@ TEST_P(AheadTrees, AreMadeForALoopThatGoesOnWhereAnotherHasStopped) {
     prepare(1);
     if (k == 400) before = tlas_.counts();
   }
-  EXPECT_EQ(on_the_spot(since(before)), 0u);
+  EXPECT_EQ(waits(since(before)), 0u);
   EXPECT_GE(since(before).ahead, 3u);
 }
 
-TEST_P(AheadTrees, AreWhatTheyWouldBeMadeAnew) {
-  int looked_at = 0;
+TEST_P(SlotsMadeAhead, EqualNewlyMadeSlots) {
+  int compared = 0;
   const auto before = tlas_.counts();
   for (int k = 0; k < 700; ++k) {
     tick(static_cast<std::uint32_t>(random_.below(4)), true);
     const auto view = prepare(1);
     ASSERT_TRUE(view.has_value());
-    if (k % 47 == 0 && expect_as_made_anew(*view)) ++looked_at;
+    if (k % 47 == 0 && expect_equals_new_slot(*view)) ++compared;
     if (HasFailure()) break;
   }
-  EXPECT_GT(looked_at, 7);
+  EXPECT_GT(compared, 7);
   EXPECT_GE(since(before).ahead, 3u);
 }
 
-/// What was computed on and came to nothing is in no slot, not even where it was copied from one that had it.
-TEST_P(AheadTrees, KeepNothingOfVersionsThatWereDiscarded) {
-  int looked_at = 0;
+/// Not even copied from a slot that was used for a discarded version.
+TEST_P(SlotsMadeAhead, ContainNothingOfDiscardedVersions) {
+  int compared = 0;
   const auto before = tlas_.counts();
   for (std::uint32_t k = 0; k < 700; ++k) {
     const std::uint32_t one = (k * 97) % GetParam();
@@ -276,80 +281,61 @@ TEST_P(AheadTrees, KeepNothingOfVersionsThatWereDiscarded) {
     tick();
     const auto view = prepare(1);
     ASSERT_TRUE(view.has_value());
-    if (k % 31 == 0 && expect_as_made_anew(*view)) ++looked_at;
+    if (k % 31 == 0 && expect_equals_new_slot(*view)) ++compared;
     if (HasFailure()) break;
   }
-  EXPECT_GT(looked_at, 7);
+  EXPECT_GT(compared, 7);
   EXPECT_GE(since(before).ahead, 3u);
 }
 
-TEST_P(AheadTrees, AreLeftWhereSomebodyGoesMeanwhile) {
-  int looked_at = 0;
+TEST_P(SlotsMadeAhead, AreDiscardedWhenAnEntityIsRemoved) {
+  int compared = 0;
   for (std::uint32_t k = 0; k < 400; ++k) {
     const std::uint32_t one = (k * 31) % GetParam();
     time_ += milliseconds(1);
-    const bool goes = k % 40 == 39 && rows_.row(one) != nullptr;
+    const bool is_removed = k % 40 == 39 && rows_.row(one) != nullptr;
     rows_.change(
-        {&one, 1}, [&](std::uint32_t) { return goes ? std::nullopt : std::optional(anywhere()); }, time_);
+        {&one, 1}, [&](std::uint32_t) { return is_removed ? std::nullopt : std::optional(anywhere()); },
+        time_);
     const auto view = prepare(1);
     ASSERT_TRUE(view.has_value());
     if (k % 20 != 0) continue;
     accel::Tlas fresh = make_tlas(1);
-    const auto beside = prepare(fresh, {.times = {time_, time_}});
-    ASSERT_TRUE(beside.has_value());
+    const auto new_view = prepare(fresh, {.times = {time_, time_}});
+    ASSERT_TRUE(new_view.has_value());
     for (std::uint32_t i = 0; i < GetParam(); ++i) {
       if (rows_.row(i) == nullptr) continue;
-      ASSERT_EQ(tlas_.place_of(view->slot, i), fresh.place_of(beside->slot, i));
+      ASSERT_EQ(tlas_.place_of(view->slot, i), fresh.place_of(new_view->slot, i));
     }
-    ++looked_at;
+    ++compared;
   }
-  EXPECT_EQ(looked_at, 20);
+  EXPECT_EQ(compared, 20);
 }
 
-TEST_P(AheadTrees, AreOfNoUseWhereShapesChangeMeanwhile) {
-  const auto before = tlas_.counts();
-  for (std::uint64_t k = 0; k < 600; ++k) {
-    tick(1, true);
-    prepare(1, k / 20);
-  }
-  EXPECT_EQ(since(before).ahead, 0u);
-  EXPECT_GE(on_the_spot(since(before)), 29u);
-}
-
-TEST_P(AheadTrees, AreNotMadeForLargeBatches) {
-  const auto before = tlas_.counts();
-  for (int k = 0; k < 300; ++k) {
-    tick(1, true);
-    prepare(GetParam());
-  }
-  EXPECT_EQ(since(before).ahead, 0u);
-}
-
-/// A tree whose entities go their ways is built anew while another is in use: no batch waits for that.
-TEST_P(AheadTrees, AreBuiltWhereATreeGoesBad) {
+/// No batch waits for the build.
+TEST_P(SlotsMadeAhead, GetANewTreeWhenEntitiesDisperse) {
   for (const std::int64_t period_ms : {1, 10}) {
-    send_off(30.0);
+    disperse(30.0);
     const auto before = tlas_.counts();
-    int looked_at = 0;
+    int compared = 0;
     for (std::int64_t k = 0; k < 2000 / period_ms; ++k) {
       tick(1, true, milliseconds(period_ms));
       const auto view = prepare(1);
       ASSERT_TRUE(view.has_value());
-      if (k % 41 == 0 && expect_as_made_anew(*view)) ++looked_at;
+      if (k % 41 == 0 && expect_equals_new_slot(*view)) ++compared;
       if (HasFailure()) break;
     }
     const auto counts = since(before);
-    EXPECT_EQ(on_the_spot(counts), 0u);
+    EXPECT_EQ(waits(counts), 0u);
     EXPECT_GE(counts.ahead, 8u);
     EXPECT_GE(counts.ahead_built, 2u);
     EXPECT_LT(counts.ahead_built, counts.ahead);
-    EXPECT_GT(looked_at, 15 / period_ms);
+    EXPECT_GT(compared, 15 / period_ms);
   }
 }
 
-/// What such a tree costs is near what one costs that is built for the moment.
-TEST_P(AheadTrees, ThatAreBuiltAreAsCheapAsOthers) {
-  send_off(30.0);
+TEST_P(SlotsMadeAhead, HaveTreesAboutAsCheapAsNewlyBuiltOnes) {
+  disperse(30.0);
   std::uint64_t built = 0;
   for (std::uint32_t k = 0; k < 4000 && built < 3; ++k) {
     tick(1, true);
@@ -359,41 +345,41 @@ TEST_P(AheadTrees, ThatAreBuiltAreAsCheapAsOthers) {
     if (since(before).ahead_built == 0) continue;
     ++built;
     accel::Tlas fresh = make_tlas(1);
-    const auto beside =
+    const auto new_view =
         prepare(fresh, {.times = {view->window_begin, view->window_end}, .elements = 1, .shapes = 0});
-    ASSERT_TRUE(beside.has_value());
-    EXPECT_LT(cost_of(tlas_, *view), 1.2 * cost_of(fresh, *beside));
+    ASSERT_TRUE(new_view.has_value());
+    EXPECT_LT(cost_of(tlas_, *view), 1.2 * cost_of(fresh, *new_view));
   }
   EXPECT_EQ(built, 3u);
 }
 
-/// Another build takes the memory of one that is under way: that is given up.
-TEST_P(AheadTrees, AreGivenUpWhereATreeIsBuiltMeanwhile) {
-  send_off(30.0);
+/// Another build takes the memory of one in progress, which is discarded.
+TEST_P(SlotsMadeAhead, AreDiscardedWhenAnotherTreeIsBuilt) {
+  disperse(30.0);
   const auto before = tlas_.counts();
-  int looked_at = 0;
+  int compared = 0;
   for (std::uint32_t k = 0; k < 1500; ++k) {
     tick(1, true);
     const auto view = prepare(1);
     ASSERT_TRUE(view.has_value());
-    if (k % 53 == 0 && expect_as_made_anew(*view)) ++looked_at;
+    if (k % 53 == 0 && expect_equals_new_slot(*view)) ++compared;
     if (HasFailure()) break;
     if (k % 37 != 11 || k > 1000) continue;
-    // For some time somebody else looks at another time, at which all stand elsewhere.
+    // A large batch at a later time, at which all entities are elsewhere.
     const WorldTime then = time_ + milliseconds(3000 + 3000 * (k % 7));
     prepare(tlas_, {.times = {then, then}, .elements = GetParam(), .shapes = 0});
   }
-  EXPECT_GT(looked_at, 20);
+  EXPECT_GT(compared, 20);
   EXPECT_GT(since(before).builds, 5u);
   EXPECT_GT(since(before).ahead_built, 0u);
 }
 
-/// A tree that knows nothing any more of where its entities are is built when the window ends. (A small one
-/// is built ahead before it comes to that.)
-class LargeAheadTrees : public AheadTrees {};
+/// A tree whose entities have dispersed is built when the window ends. (A small one is built ahead before
+/// that.)
+class LargeSlotsMadeAhead : public SlotsMadeAhead {};
 
-TEST_P(LargeAheadTrees, AreNotUsedWithATreeThatIsWorthNothing) {
-  // All stand close together but the first two, who have a wide world between them.
+TEST_P(LargeSlotsMadeAhead, AreNotMadeFromATreeOfDispersedEntities) {
+  // All entities but two are close together; these two are far away on opposite sides.
   rows_.next(
       [&](std::uint32_t i) {
         return std::optional(i < 2 ? row_of({0}, glm::dvec3(i == 0 ? 4000.0 : -4000.0)) : anywhere());
@@ -414,10 +400,10 @@ TEST_P(LargeAheadTrees, AreNotUsedWithATreeThatIsWorthNothing) {
   EXPECT_EQ(since(before).builds, 1u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, AheadTrees,
+INSTANTIATE_TEST_SUITE_P(Sizes, SlotsMadeAhead,
                          testing::ValuesIn(hil::tests::is_long() ? std::vector{600u, 2500u, 9000u}
                                                                  : std::vector{600u, 2500u}));
-INSTANTIATE_TEST_SUITE_P(Sizes, LargeAheadTrees, testing::Values(2500u, 9000u));
+INSTANTIATE_TEST_SUITE_P(Sizes, LargeSlotsMadeAhead, testing::Values(2500u, 9000u));
 
 }  // namespace
 }  // namespace rtstdb::test

@@ -1,5 +1,5 @@
-// Small batches, ticks that follow one another: where few rows change slots are patched, where more do they
-// are renewed, and nobody can tell.
+// Slots of a TLAS in loops of small batches: patched if few rows change, renewed if more change, with the
+// answers of newly made slots.
 
 #include <algorithm>
 #include <bit>
@@ -8,14 +8,14 @@
 #include <ostream>
 
 #include "shaders/shared/build.h"
-#include "tests/gpu/ticking_trees.hpp"
+#include "tests/gpu/tlas_test.hpp"
 
 namespace rtstdb::test {
 namespace {
 
-using PatchedTrees = TickingTrees;
+using PatchedSlots = TlasTest;
 
-TEST_P(PatchedTrees, NeitherRefitNorBuildForFewChangesOfATick) {
+TEST_P(PatchedSlots, AreNeitherRefittedNorBuiltForFewChanges) {
   const auto before = tlas_.counts();
   for (int k = 0; k < 20; ++k) {
     tick(k % 2);
@@ -27,7 +27,7 @@ TEST_P(PatchedTrees, NeitherRefitNorBuildForFewChangesOfATick) {
   EXPECT_EQ(counts.patches, 20u);
 }
 
-TEST_P(PatchedTrees, AreMadeAnewWhenTheWindowHasPassed) {
+TEST_P(PatchedSlots, AreReplacedWhenTheWindowEnds) {
   const auto before = tlas_.counts();
   for (int k = 0; k < 600; ++k) {
     tick();
@@ -35,7 +35,7 @@ TEST_P(PatchedTrees, AreMadeAnewWhenTheWindowHasPassed) {
   }
   const auto counts = since(before);
   if (GetParam() < accel::min_made_ahead) {
-    EXPECT_EQ(counts.builds, 1u);  // of the slot that was empty
+    EXPECT_EQ(counts.builds, 1u);  // of the empty slot
     EXPECT_EQ(counts.refits, 1u);
     EXPECT_EQ(counts.patches, 598u);
   } else {
@@ -45,12 +45,12 @@ TEST_P(PatchedTrees, AreMadeAnewWhenTheWindowHasPassed) {
   }
 }
 
-TEST_P(PatchedTrees, AreMadeAnewWhenManyHaveBeenPatched) {
+TEST_P(PatchedSlots, AreRefittedOrBuiltAfterManyPatches) {
   const auto before = tlas_.counts();
-  const std::uint32_t most = GetParam() / accel::patched_share;
-  const std::uint32_t part = std::min(most, shared::max_patched);
+  const std::uint32_t max_patched = GetParam() / accel::patched_share;
+  const std::uint32_t part = std::min(max_patched, shared::max_patched);
   std::uint64_t patches = 0;
-  for (std::uint32_t patched = 0; patched + part <= most; patched += part, ++patches) {
+  for (std::uint32_t patched = 0; patched + part <= max_patched; patched += part, ++patches) {
     tick(part);
     prepare(1);
   }
@@ -62,7 +62,7 @@ TEST_P(PatchedTrees, AreMadeAnewWhenManyHaveBeenPatched) {
   EXPECT_EQ(since(before).refits + since(before).builds, 1u);
 }
 
-TEST_P(PatchedTrees, AreRenewedWhereMoreChangeThanAPatchIsGoodFor) {
+TEST_P(PatchedSlots, AreRenewedForMoreChangesThanAPatchHas) {
   const auto before = tlas_.counts();
   const std::uint32_t changed = GetParam() / accel::renewed_share;
   for (int k = 0; k < 10; ++k) {
@@ -74,13 +74,13 @@ TEST_P(PatchedTrees, AreRenewedWhereMoreChangeThanAPatchIsGoodFor) {
   EXPECT_EQ(counts.refits, 10u);
   EXPECT_EQ(counts.builds + counts.patches, 0u);
   EXPECT_EQ(counts.rows, 10u * changed);
-  // What is left of a patch's share is there again.
+  // After a renewal patches are allowed again.
   tick(8, true);
   prepare(1);
   EXPECT_EQ(since(before).patches, 1u);
 }
 
-TEST_P(PatchedTrees, AreNotRenewedWhereMoreThanTheShareChanges) {
+TEST_P(PatchedSlots, AreNotRenewedForMoreChangesThanTheRenewedShare) {
   const auto before = tlas_.counts();
   tick(GetParam() / accel::renewed_share + 1, true);
   prepare(1);
@@ -88,7 +88,7 @@ TEST_P(PatchedTrees, AreNotRenewedWhereMoreThanTheShareChanges) {
   EXPECT_EQ(since(before).refits + since(before).builds, 1u);
 }
 
-TEST_P(PatchedTrees, AreBuiltWhenRenewalsHaveMadeThemBad) {
+TEST_P(PatchedSlots, AreBuiltWhenRenewalsMakeTheTreeExpensive) {
   const auto before = tlas_.counts();
   for (int k = 0; k < 60 && since(before).builds == 0; ++k) {
     tick(GetParam() / accel::renewed_share);
@@ -98,38 +98,38 @@ TEST_P(PatchedTrees, AreBuiltWhenRenewalsHaveMadeThemBad) {
   EXPECT_GT(since(before).builds, 0u);
 }
 
-TEST_P(PatchedTrees, AreBuiltWhenSomebodyGoesOrIsSeenNoMore) {
+TEST_P(PatchedSlots, AreBuiltWhenAnEntityIsRemovedOrLosesItsGeometry) {
   const auto before = tlas_.counts();
   time_ += Nanoseconds(1'000'000);
-  const std::uint32_t one = 3;
+  const std::uint32_t removed = 3;
   rows_.change(
-      {&one, 1}, [](std::uint32_t) { return std::nullopt; }, time_);
+      {&removed, 1}, [](std::uint32_t) { return std::nullopt; }, time_);
   prepare(1);
   EXPECT_EQ(since(before).builds, 1u);
   EntityRow hidden = anywhere();
   hidden.geometry = {};
   time_ += Nanoseconds(1'000'000);
-  const std::uint32_t other = 5;
+  const std::uint32_t without_geometry = 5;
   rows_.change(
-      {&other, 1}, [&](std::uint32_t) { return std::optional(hidden); }, time_);
+      {&without_geometry, 1}, [&](std::uint32_t) { return std::optional(hidden); }, time_);
   prepare(1);
   EXPECT_EQ(since(before).builds, 2u);
   EXPECT_EQ(since(before).refits + since(before).patches, 0u);
 }
 
-TEST_P(PatchedTrees, HaveWindowsNoLongerThanALargeBatchAsks) {
+TEST_P(PatchedSlots, HaveTheWindowOfALargeBatch) {
   const auto before = tlas_.counts();
-  time_ += accel::window_ahead;  // behind the window
+  time_ += accel::window_ahead;  // after the window
   for (int k = 0; k < 6; ++k) {
     tick();
     prepare(GetParam());
   }
   EXPECT_EQ(since(before).patches, 0u);
-  EXPECT_EQ(since(before).builds, 1u);  // of the slot that was empty
+  EXPECT_EQ(since(before).builds, 1u);  // of the empty slot
   EXPECT_EQ(since(before).refits, 5u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, PatchedTrees, testing::Values(100u, 1500u, 9000u));
+INSTANTIATE_TEST_SUITE_P(Sizes, PatchedSlots, testing::Values(100u, 1500u, 9000u));
 
 struct Ticks {
   std::uint32_t entities, max_changed;
@@ -139,7 +139,7 @@ void PrintTo(const Ticks& ticks, std::ostream* out) {
   *out << ticks.entities << " entities, of which up to " << ticks.max_changed << " change";
 }
 
-/// Ticks in which bodies get other motions, looks or masks, and some rays are asked.
+/// With each tick some bodies get other motions, geometries or masks, and a small batch of rays runs.
 class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<Ticks> {
  protected:
   void fill(std::uint32_t count) {
@@ -164,7 +164,7 @@ class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<Ti
             rows_[i] = row;
             transaction.update(ids_[i], row);
           }
-          transaction.update(ids_[0], rows_[0]);  // a transaction without writes makes no version
+          transaction.update(ids_[0], rows_[0]);  // a transaction without writes commits no version
         },
         options_.version_time);
     ASSERT_TRUE(outcome.done()) << describe(outcome);
@@ -185,33 +185,17 @@ class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<Ti
   std::vector<EntityId> ids_;
 };
 
-TEST_P(PatchedWorlds, AreSeenAsTheyAre) {
-  fill(GetParam().entities);
-  const auto query = prepare_rays(RayMode::closest, false, 32);
-  Tally tally;
-  std::optional<oracle::World> world;
-  for (int k = 0; k < 60; ++k) {
-    tick();
-    const auto asked = rays(32);
-    const auto entities = database().snapshot({}).value();
-    world = world ? world->with_entities(entities, options_.version_time) : this->world();
-    tally += judge(*world, asked, trace(*query, asked));
-    if (HasFatalFailure() || HasNonfatalFailure()) break;
-  }
-  EXPECT_GT(tally.hits, tally.asked / 5);
-}
-
-/// Some read what was a moment ago, now and then somebody comes or goes, and some batches are large.
-TEST_P(PatchedWorlds, AreSeenAsTheyWereAndAre) {
+/// Some batches read an earlier version, some are large, and in some ticks an entity is removed and created.
+TEST_P(PatchedWorlds, AnswerAsTheOracleInRecentVersions) {
   fill(GetParam().entities);
   const auto query = prepare_rays(RayMode::closest, false, 64);
   const auto many = prepare_rays(RayMode::closest, false, 2048);
-  struct Then {
+  struct PastVersion {
     WorldTime time;
     oracle::World world;
     std::vector<Ray> rays;
   };
-  std::vector<Then> past;
+  std::vector<PastVersion> past;
   Tally tally;
   for (int k = 0; k < 120 && !HasFailure(); ++k) {
     tick();
@@ -220,30 +204,26 @@ TEST_P(PatchedWorlds, AreSeenAsTheyWereAndAre) {
       ids_[1] = create(rows_[1], options_.version_time);
     }
     if (random_.one_in(25)) trace(*many, rays(2048));
-    const auto asked = rays(32);
-    trace(*query, asked);
-    if (k % 8 == 0) past.push_back({options_.version_time, world(), asked});
+    const auto sampled = rays(32);
+    trace(*query, sampled);
+    if (k % 8 == 0) past.push_back({options_.version_time, world(), sampled});
     if (past.empty() || !random_.one_in(3)) continue;
-    const Then& then = past[past.size() - 1 - random_.below(std::min<std::size_t>(past.size(), 3))];
-    tally += judge(then.world, then.rays, trace(*query, then.rays, ReadAt::as_of(then.time)));
+    const PastVersion& version = past[past.size() - 1 - random_.below(std::min<std::size_t>(past.size(), 3))];
+    tally += judge(version.world, version.rays, trace(*query, version.rays, ReadAt::as_of(version.time)));
   }
-  EXPECT_GT(tally.hits, tally.asked / 5);
+  EXPECT_GT(tally.hits, tally.elements / 5);
 }
 
-std::uint32_t bits_of(float value) {
-  return std::bit_cast<std::uint32_t>(value);
-}
-
-/// A slot that was patched a hundred times answers with the bits of one that was made for its version.
-TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
+/// After a hundred patches.
+TEST_P(PatchedWorlds, AnswerWithTheBitsOfANewlyMadeSlot) {
   fill(GetParam().entities);
   const auto query = prepare_rays(RayMode::closest, false, 64);
   for (int k = 0; k < 100; ++k) {
     tick();
     trace(*query, rays(8));
   }
-  const auto asked = rays(64);
-  const auto patched = trace(*query, asked);
+  const auto sampled = rays(64);
+  const auto patched = trace(*query, sampled);
 
   open({});
   geometries_.clear();
@@ -251,22 +231,16 @@ TEST_P(PatchedWorlds, AnswerBitForBitAsThoseMadeAnew) {
     geometries_.push_back(add(mesh));
   create(rows_, options_.version_time);
   const auto fresh_query = prepare_rays(RayMode::closest, false, 64);
-  const auto fresh = trace(*fresh_query, asked);
+  const auto fresh = trace(*fresh_query, sampled);
   std::size_t hits = 0;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    EXPECT_EQ(bits_of(patched[i].lambda), bits_of(fresh[i].lambda)) << "ray " << i;
-    EXPECT_EQ(bits_of(patched[i].u), bits_of(fresh[i].u));
-    EXPECT_EQ(bits_of(patched[i].v), bits_of(fresh[i].v));
-    EXPECT_EQ(patched[i].entity, fresh[i].entity);
-    EXPECT_EQ(patched[i].triangle, fresh[i].triangle);
-    EXPECT_EQ(patched[i].n_world, fresh[i].n_world);
-    EXPECT_EQ(patched[i].v_relative_mps, fresh[i].v_relative_mps);
+  for (std::size_t i = 0; i < sampled.size(); ++i) {
+    EXPECT_TRUE(same_bits(patched[i], fresh[i])) << "ray " << i;
     hits += patched[i].status == HitStatus::hit ? 1 : 0;
   }
-  EXPECT_GT(hits, asked.size() / 5);
+  EXPECT_GT(hits, sampled.size() / 5);
 }
 
-// Patches; and with them renewals, between which trees are built.
+// Up to 5 changes are patches; the larger numbers cause renewals and builds too.
 INSTANTIATE_TEST_SUITE_P(Sizes, PatchedWorlds,
                          testing::Values(Ticks{400, 5}, Ticks{3001, 5}, Ticks{400, 95}, Ticks{3000, 700}));
 

@@ -1,4 +1,4 @@
-// That the layer's messages are seen, since every other test relies on their absence.
+// Messages of the validation layer are reported: all other tests rely on it.
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@ namespace {
 
 class ValidationTest : public GpuTest {};
 
-/// A copy onto itself breaks a rule of Vulkan that the recorder does not check; it is recorded and never run.
+/// Records a copy with overlapping ranges, which the recorder does not check.
 void break_a_rule(Device& device, Buffer& words) {
   auto recorder = device.create_recorder();
   ASSERT_TRUE(recorder.ok()) << recorder.error().message;
@@ -18,20 +18,20 @@ void break_a_rule(Device& device, Buffer& words) {
   recorder.value().end();
 }
 
-TEST_F(ValidationTest, ABrokenRuleIsReportedOnceWithTheNameOfTheBuffer) {
+TEST_F(ValidationTest, ReportsABrokenRule) {
   Buffer words = make_buffer({.name = "overlapping words", .size_bytes = 64});
   EXPECT_TRUE(device().validation_messages().empty());
   break_a_rule(device(), words);
   break_a_rule(device(), words);
   const auto messages = take_messages();
-  const auto about_it = std::ranges::count_if(messages, [](const std::string& message) {
+  const auto about_copy = std::ranges::count_if(messages, [](const std::string& message) {
     return message.find("VUID-vkCmdCopyBuffer-pRegions-00117") != std::string::npos;
   });
-  EXPECT_GE(about_it, 1) << (messages.empty() ? "no message at all" : messages.front());
-  EXPECT_EQ(static_cast<std::size_t>(about_it), messages.size());
+  EXPECT_GE(about_copy, 1) << (messages.empty() ? "no message at all" : messages.front());
+  EXPECT_EQ(static_cast<std::size_t>(about_copy), messages.size());
 }
 
-TEST(Validation, IsSilentWhenOff) {
+TEST(Validation, ReportsNothingIfItIsOff) {
   const auto device = Device::open(test_device_options(false));
   ASSERT_TRUE(device.ok()) << device.error().message;
   auto words = device.value()->create_buffer({.name = "words", .size_bytes = 64});
@@ -42,7 +42,7 @@ TEST(Validation, IsSilentWhenOff) {
 
 class ShaderCheckDeathTest : public GpuTest {};
 
-TEST_F(ShaderCheckDeathTest, APipelineWhoseCodeIsNotWhatTheTableSaysAsserts) {
+TEST_F(ShaderCheckDeathTest, AbortsIfTheCodeOfAKernelDiffersFromTheTable) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   ShaderInfo wrong = test_shader_info(TestShader::add);
   wrong.group_size = 128;
@@ -53,7 +53,7 @@ TEST_F(ShaderCheckDeathTest, APipelineWhoseCodeIsNotWhatTheTableSaysAsserts) {
   EXPECT_DEATH((void)device().create_pipeline(wrong), "shader add: its code is not one compute shader");
 }
 
-TEST_F(ShaderCheckDeathTest, EveryShaderOfTheTableMakesAPipeline) {
+TEST_F(ShaderCheckDeathTest, CreatesAPipelineForEachKernel) {
   for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(ShaderId::count); ++i) {
     const auto pipeline = device().create_pipeline(static_cast<ShaderId>(i));
     ASSERT_TRUE(pipeline.ok()) << pipeline.error().message;

@@ -12,19 +12,20 @@
 
 namespace rtstdb::test {
 
-/// Versions are read in their order alone: rows are kept of the newest. One that was tried may be discarded,
-/// and what it touched is told to whoever had come to it, as the store does.
+/// Has the rows of the newest version. A version may be discarded: changed_between then names its rows too,
+/// as the store does.
 class VersionRows final : public store::RowSource {
  public:
-  explicit VersionRows(std::uint32_t most) : states_(most), changed_by_(most, 0), changed_before_(most, 0) {}
-  /// The next version, from `time` on: every row as `make` has it, or none.
+  explicit VersionRows(std::uint32_t max_entities)
+      : states_(max_entities), changed_by_(max_entities, 0), changed_before_(max_entities, 0) {}
+  /// The next version, from `time` on, with the rows that `make` returns.
   void next(const std::function<std::optional<EntityRow>(std::uint32_t)>& make, WorldTime time) {
     ++version_;
     time_ = time;
     for (std::uint32_t i = 0; i < states_.size(); ++i)
       write(i, make(i));
   }
-  /// The next version, from `time` on, in which these differ alone.
+  /// The next version, from `time` on, in which these rows change.
   void change(std::span<const std::uint32_t> indices,
               const std::function<std::optional<EntityRow>(std::uint32_t)>& make, WorldTime time) {
     ++version_;
@@ -33,7 +34,7 @@ class VersionRows final : public store::RowSource {
       write(i, make(i));
   }
 
-  /// The newest version was none; the next one comes after it all the same.
+  /// Discards the newest version; its number is not used again.
   void discard(std::span<const std::uint32_t> indices,
                const std::function<std::optional<EntityRow>(std::uint32_t)>& before) {
     for (const std::uint32_t i : indices) {

@@ -1,4 +1,5 @@
-// What a query sees: its own transaction's writes, a pinned version, never anything that came to nothing.
+// What a query reads: the writes of its transaction or a pinned version, never the writes of an aborted
+// transaction.
 
 #include <algorithm>
 #include <atomic>
@@ -6,6 +7,7 @@
 #include <random>
 
 #include "tests/gpu/database_test.hpp"
+#include "tests/gpu/stepping_clock.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -18,7 +20,7 @@ class Versions : public DatabaseTest {
   }
   EntityRow box_at(double x_m) const { return row_of(box_, {x_m, 0.0, 0.0}); }
   static Ray along_x(WorldTime t = {}) { return ray_from({}, {1, 0, 0}, t); }
-  /// Where the ray along x hits; -1: nowhere.
+  /// Of the ray along x; -1: a miss.
   float lambda(const ReadAt& read_at = {}, WorldTime t = {}) {
     const RayHit hit = trace(along_x(t), read_at);
     return hit.status == HitStatus::hit ? hit.lambda : -1.0f;
@@ -26,7 +28,7 @@ class Versions : public DatabaseTest {
   GeometryId box_;
 };
 
-TEST_F(Versions, AnEmptyWorldIsMissed) {
+TEST_F(Versions, AreEmptyAtFirst) {
   EXPECT_EQ(lambda(), -1.0f);
   EXPECT_EQ(trace(*prepare_rays(RayMode::any), std::vector<Ray>(100, along_x()))[99].status, HitStatus::miss);
   const EntityId only = create(box_at(5.0));
@@ -35,7 +37,7 @@ TEST_F(Versions, AnEmptyWorldIsMissed) {
   EXPECT_EQ(lambda(), -1.0f);
 }
 
-TEST_F(Versions, PinnedOnesStayWhileNewOnesAreMade) {
+TEST_F(Versions, StayReadableWhilePinned) {
   const EntityId body = create(box_at(1.0 + 10.0));
   const Version first = database().latest().version;
   std::mt19937 random(9);
@@ -51,7 +53,7 @@ TEST_F(Versions, PinnedOnesStayWhileNewOnesAreMade) {
   }
 }
 
-TEST_F(Versions, AnIndexIsUsedAgainAndItsGenerationIsNot) {
+TEST_F(Versions, ReuseAnIndexWithANewGeneration) {
   const EntityId first = create(box_at(11.0), at_s(0.0));
   const Version with_first = database().latest().version;
   remove(first, at_s(0.1));
@@ -69,12 +71,11 @@ TEST_F(Versions, AnIndexIsUsedAgainAndItsGenerationIsNot) {
   }
 }
 
-TEST_F(Versions, QueriesSeeTheirOwnTransactionsWrites) {
+TEST_F(Versions, IncludeTheWritesOfTheTransaction) {
   const auto ids = create(std::vector{box_at(31.0), box_at(41.0)});
   const auto query = prepare_rays();
   query->rays()[0] = along_x(at_s(1.0));
   query->rays()[1] = ray_from({}, {-1, 0, 0}, at_s(1.0));
-  EntityId nearest;
   const auto transaction = database().make_transaction({.max_writes = 4, .max_queries = 1, .max_reads = 3});
   transaction->begin(terms_at(at_s(1.0)));
   transaction->remove(ids[0]);
@@ -84,7 +85,7 @@ TEST_F(Versions, QueriesSeeTheirOwnTransactionsWrites) {
   const auto removed = transaction->read(ids[0]);
   const auto moved = transaction->read(ids[1]);
   ASSERT_EQ(database().execute(*transaction).status, Status::committed);
-  nearest = transaction->created(made);
+  const EntityId nearest = transaction->created(made);
   EXPECT_EQ(query->hits()[0].entity, nearest);
   EXPECT_EQ(query->hits()[0].lambda, 20.0f);
   EXPECT_EQ(query->hits()[1].entity, ids[1]);
@@ -94,14 +95,13 @@ TEST_F(Versions, QueriesSeeTheirOwnTransactionsWrites) {
   EXPECT_EQ(transaction->state(moved)->row.motion.p_world_m.x, -11.0);
 }
 
-TEST_F(Versions, AGeometryMayComeAfterTheQueries) {
+TEST_F(Versions, MayUseGeometryThatIsNewerThanTheQuery) {
   create(box_at(51.0));
   const auto query = prepare_rays();
-  auto regions = database().prepare(RegionQueryOptions{.name = "region", .capacity = 1, .ids_per_region = 8});
-  ASSERT_TRUE(regions.ok());
-  regions.value()->regions()[0].half_extent_m = glm::vec3(100.0f);
+  const auto regions = prepare(RegionQueryOptions{.name = "region", .capacity = 1, .ids_per_region = 8});
+  regions->regions()[0].half_extent_m = glm::vec3(100.0f);
   EXPECT_EQ(trace(*query, std::vector{along_x()})[0].lambda, 50.0f);
-  // Large enough that the pools are made anew, more than once.
+  // Large enough that the pools grow more than once.
   for (std::uint32_t subdivisions = 3; subdivisions <= 6; ++subdivisions) {
     const GeometryId sphere = add(make_sphere(1.0, subdivisions));
     EXPECT_EQ(trace(*query, std::vector{along_x()})[0].status, HitStatus::hit);
@@ -110,16 +110,15 @@ TEST_F(Versions, AGeometryMayComeAfterTheQueries) {
     const RayHit hit = trace(*query, std::vector{along_x()})[0];
     EXPECT_EQ(hit.entity, newest);
     EXPECT_NEAR(hit.lambda, x_m - 1.0, 0.01);
-    ASSERT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*regions.value(), 1); }).status,
-              Status::committed);
-    EXPECT_EQ(regions.value()->answers()[0].found, subdivisions - 1);
+    ASSERT_EQ(run(*regions, 1).status, Status::committed);
+    EXPECT_EQ(regions->answers()[0].found, subdivisions - 1);
   }
 }
 
-TEST_F(Versions, ARefusedGeometryLeavesTheWorldAsItWas) {
+TEST_F(Versions, AreNotChangedByARefusedGeometry) {
   create(box_at(11.0));
   ASSERT_EQ(lambda(), 10.0f);
-  // So many that lavapipe can not bind the keys of their sort as one buffer.
+  // Lavapipe can not bind the sort keys of so many triangles as one buffer.
   TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
   mesh.triangles.reserve(9'000'000);
   while (mesh.triangles.size() < 9'000'000)
@@ -137,27 +136,25 @@ TEST_F(Versions, ARefusedGeometryLeavesTheWorldAsItWas) {
   EXPECT_EQ(lambda(), 5.0f);
 }
 
-TEST_F(Versions, AnEntityWithoutGeometryIsNotSeenButMayCarry) {
+TEST_F(Versions, MayHaveCarriersWithoutGeometry) {
   EntityRow row;
   row.motion.p_world_m = {0.0, 50.0, 0.0};
   const EntityId carrier = create(row);
-  EXPECT_EQ(lambda(), -1.0f) << "nothing but a body that nobody sees";
+  EXPECT_EQ(lambda(), -1.0f) << "no entity has geometry";
   create(box_at(11.0));
   create(row_of(box_, {21.0, 50.0, 0.0}));
   Ray ray = along_x();
   ray.carrier = carrier;
   EXPECT_EQ(trace(ray).lambda, 20.0f);
   EXPECT_EQ(lambda(), 10.0f);
-  auto regions = database().prepare(RegionQueryOptions{.name = "region", .capacity = 2, .ids_per_region = 8});
-  ASSERT_TRUE(regions.ok());
-  regions.value()->regions()[0].half_extent_m = glm::vec3(1000.0f);
-  regions.value()->regions()[1].half_extent_m = glm::vec3(25.0f);
-  regions.value()->regions()[1].carrier = carrier;
-  ASSERT_EQ(execute([&](Transaction& transaction) { transaction.add_query(*regions.value(), 2); }).status,
-            Status::committed);
-  EXPECT_EQ(regions.value()->answers()[0].found, 2u);
-  EXPECT_EQ(regions.value()->answers()[1].found, 1u);
-  // Seen from the moment it is given a geometry, and no longer once that is taken away.
+  const auto regions = prepare(RegionQueryOptions{.name = "region", .capacity = 2, .ids_per_region = 8});
+  regions->regions()[0].half_extent_m = glm::vec3(1000.0f);
+  regions->regions()[1].half_extent_m = glm::vec3(25.0f);
+  regions->regions()[1].carrier = carrier;
+  ASSERT_EQ(run(*regions, 2).status, Status::committed);
+  EXPECT_EQ(regions->answers()[0].found, 2u);
+  EXPECT_EQ(regions->answers()[1].found, 1u);
+  // An entity is hit while it has geometry.
   row.geometry = box_;
   row.motion.p_world_m = {5.0, 0.0, 0.0};
   for (const bool visible : {true, false, true}) {
@@ -168,7 +165,7 @@ TEST_F(Versions, AnEntityWithoutGeometryIsNotSeenButMayCarry) {
   }
 }
 
-TEST_F(Versions, AWorldOfTenThousandIsReadBackAndForth) {
+TEST_F(Versions, MayShrinkAndBeReadBackAndForth) {
   open({.max_entities = 12'000});
   box_ = add(make_box({1.0, 1.0, 1.0}));
   std::vector<EntityRow> rows;
@@ -183,25 +180,12 @@ TEST_F(Versions, AWorldOfTenThousandIsReadBackAndForth) {
       transaction.remove(ids[static_cast<std::size_t>(i)]);
   });
   ASSERT_EQ(outcome.status, Status::committed);
-  EXPECT_EQ(trace(along_x()).entity, ids[8000]) << "down to the size that one workgroup builds";
+  EXPECT_EQ(trace(along_x()).entity, ids[8000]) << "one workgroup builds the smaller tree";
   EXPECT_EQ(trace(along_x(), ReadAt::pinned(full)).entity, ids[0]);
   EXPECT_EQ(trace(along_x()).entity, ids[8000]);
 }
 
-/// Moves a second further at each reading.
-class SteppingClock final : public Clock {
- public:
-  ClockTime now() const noexcept override { return clock_time_ns(1'000'000'000 * ++readings_); }
-  bool is_virtual() const noexcept override { return true; }
-  ClockTime after_readings(std::int64_t count) const {
-    return clock_time_ns(1'000'000'000 * (readings_ + count) + 500'000'000);
-  }
-
- private:
-  mutable std::atomic<std::int64_t> readings_{0};
-};
-
-TEST_F(Versions, NothingOfAMissedTransactionStaysOnTheDevice) {
+TEST_F(Versions, HaveNothingOfAMissedTransactionOnTheDevice) {
   const SteppingClock clock;
   open({.clock = &clock});
   box_ = add(make_box({2.0, 2.0, 2.0}));
@@ -209,7 +193,7 @@ TEST_F(Versions, NothingOfAMissedTransactionStaysOnTheDevice) {
   const EntityId other = create(box_at(101.0));
   const auto query = prepare_rays();
   query->rays()[0] = along_x();
-  int computed_in_vain = 0;
+  int computed_and_missed = 0;
   for (std::int64_t readings = 1; readings <= 8; ++readings) {
     const auto transaction = database().make_transaction({.max_writes = 3, .max_queries = 1});
     Terms terms;
@@ -226,13 +210,13 @@ TEST_F(Versions, NothingOfAMissedTransactionStaysOnTheDevice) {
       EXPECT_EQ(lambda(), 4.0f);
       break;
     }
-    computed_in_vain += outcome.computed != ClockTime{} ? 1 : 0;
+    computed_and_missed += outcome.computed != ClockTime{} ? 1 : 0;
     EXPECT_EQ(lambda(), 10.0f) << "after the deadline of " << readings << " readings";
     EXPECT_EQ(trace(along_x()).entity, body);
     update_motion(body, box_at(11.0).motion, {});
     EXPECT_EQ(lambda(), 10.0f);
   }
-  EXPECT_GT(computed_in_vain, 0) << "no transaction was carried out and then given up";
+  EXPECT_GT(computed_and_missed, 0) << "no transaction missed its deadline after its queries ran";
 }
 
 }  // namespace

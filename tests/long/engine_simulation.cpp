@@ -7,7 +7,7 @@
 
 namespace hil::stress {
 
-using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database that is driven
+using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database under test
 
 namespace {
 
@@ -15,7 +15,7 @@ constexpr std::size_t clients = 40;
 constexpr std::uint32_t queue_capacity = 12;
 constexpr std::uint32_t max_entities = 48;
 constexpr std::uint32_t max_elements = 40'000;
-constexpr std::uint32_t rounds_of_a_life = 12;  // on average
+constexpr std::uint32_t rounds_of_a_process = 12;  // on average
 
 std::uint64_t digest_of(const store::RowSource& rows) {
   std::uint64_t sum = 0;
@@ -28,7 +28,7 @@ std::uint64_t digest_of(const store::RowSource& rows) {
 
 }  // namespace
 
-/// Asks for what the world looks like, chunk by chunk.
+/// Its chunks read all rows.
 class EngineSimulation::Query final : public RayQuery, public query::PreparedQuery {
  public:
   explicit Query(Client& client_given) : client(client_given) {}
@@ -56,7 +56,7 @@ struct EngineSimulation::Client {
   std::unique_ptr<Transaction> transaction;
   Query query{*this};
   EndedTransaction now;
-  bool under_way = false;  // and not taken yet
+  bool uncollected = false;  // submitted, and its outcome not collected
   bool pending() const { return transaction->status() == Status::pending; }
 };
 
@@ -64,11 +64,11 @@ void SimulationCounts::add(const SimulationCounts& other) {
   steps += other.steps;
   for (std::size_t k = 0; k < ended.size(); ++k)
     ended[k] += other.ended[k];
-  in_gaps += other.in_gaps;
+  nested_runs += other.nested_runs;
   losses += other.losses;
-  losses_in_gaps += other.losses_in_gaps;
-  given_back_waiting += other.given_back_waiting;
-  passed_by_write_helper += other.passed_by_write_helper;
+  losses_in_nested_runs += other.losses_in_nested_runs;
+  lost_while_waiting += other.lost_while_waiting;
+  commits_by_write_helper += other.commits_by_write_helper;
   full_queues += other.full_queues;
   observations += other.observations;
   for (std::size_t k = 0; k < refused.size(); ++k)
@@ -76,10 +76,10 @@ void SimulationCounts::add(const SimulationCounts& other) {
   durable += other.durable;
   not_durable += other.not_durable;
   in_doubt += other.in_doubt;
-  doubts_that_stood += other.doubts_that_stood;
+  recovered_doubts += other.recovered_doubts;
   recovered += other.recovered;
   closed += other.closed;
-  losing_lives += other.losing_lives;
+  processes_with_losses += other.processes_with_losses;
   gaps += other.gaps;
   storage.add(other.storage);
 }
@@ -92,41 +92,41 @@ EngineSimulation::~EngineSimulation() = default;
 std::string EngineSimulation::run(std::uint64_t steps) {
   const std::uint64_t end = counts_.steps + steps;
   while (counts_.steps < end && fault_.empty()) {
-    begin_life();
-    for (life_ends_ = false; !life_ends_ && counts_.steps < end && fault_.empty();) {
-      engine_->call([&] { play_round(); });
+    begin_process();
+    for (process_ends_ = false; !process_ends_ && counts_.steps < end && fault_.empty();) {
+      engine_->call([&] { run_round(); });
       wait_until_idle();
-      let_the_log_finish();
-      if (looks_at_snapshot_) look_at_snapshot();
-      life_ends_ = life_ends_ || storage_.has_ended();
+      finish_log_work();
+      if (checks_snapshot_) check_snapshot();
+      process_ends_ = process_ends_ || storage_.has_crashed();
     }
-    end_life();
+    end_process();
   }
-  if (fault_.empty()) begin_life();  // looks at what the last end left
-  end_life();
+  if (fault_.empty()) begin_process();  // checks the recovery after the last end
+  end_process();
   counts_.storage = storage_.counts();
   return fault_;
 }
 
-void EngineSimulation::play_round() {
-  judge();
+void EngineSimulation::run_round() {
+  check();
   clock_.advance(Nanoseconds(chance_.below(200'000)));
-  storage_.change_weather();
-  storage_.give_turn();
+  storage_.change_faults();
+  storage_.maybe_work();
   submit_some(12);
-  looks_at_snapshot_ = chance_.one_in(8);
-  life_ends_ = chance_.one_in(rounds_of_a_life);
-  device_.try_again();
+  checks_snapshot_ = chance_.one_in(8);
+  process_ends_ = chance_.one_in(rounds_of_a_process);
+  device_.retry();
 }
 
-// ---- one life after the other
+// ---- one process after the other
 
-void EngineSimulation::begin_life() {
+void EngineSimulation::begin_process() {
   auto log = storage_.open(max_entities);
   if (!log) return fail("the log can not be opened: " + log.error().message);
   const bool has_log = log.value() != nullptr;
   if (has_log) {
-    judge_recovery(log.value()->recovery().version);
+    check_recovery(log.value()->recovery().version);
   } else {
     model_ = {};
   }
@@ -145,38 +145,37 @@ void EngineSimulation::begin_life() {
     clients_.push_back(std::move(client));
   }
   probe_ = clients_.back().get();
-  told_ = {};
+  outcome_counts_ = {};
   committed_.clear();
   if (model_.newest() != 0) committed_.push_back(model_.newest());
-  look_at_snapshot();
+  check_snapshot();
 }
 
-void EngineSimulation::end_life() {
+void EngineSimulation::end_process() {
   if (engine_ == nullptr) return;
-  engine_->call([&] { judge(); });
+  engine_->call([&] { check(); });
   clock_.cancel_jump();
   clients_.clear();
-  if (engine_->log() != nullptr && chance_.one_in(2)) storage_.end_at_once();
-  must_find_all_ = storage_.mode() == DurabilityMode::sync;
+  if (engine_->log() != nullptr && chance_.one_in(2)) storage_.crash();
+  must_recover_all_ = storage_.mode() == DurabilityMode::sync;
   engine_->close();
   if (transaction::CommitLog* const log = engine_->log()) {
     const bool closed = log->close().ok();
-    must_find_all_ = must_find_all_ || closed;
+    must_recover_all_ = must_recover_all_ || closed;
     counts_.closed += closed;
     counts_.gaps += log->state().gaps;
   }
-  storage_.note_last_words();
+  storage_.note_close();
   engine_.reset();
-  storage_.rest();
+  storage_.restart();
 }
 
-/// Nothing is under way, but for what the log holds, and the device will not be tried by itself. In this
-/// order: what was submitted since the first line is seen in the last, and what ended meanwhile was the last
-/// to submit anything.
+/// Only commits that the log holds are pending, and the engine does not retry the device. The count of
+/// submissions is read first and last, since transactions that end between these reads may submit others.
 bool EngineSimulation::is_idle() const {
   const std::uint64_t submissions = submissions_;
   const auto pending = std::ranges::count_if(clients_, [](const auto& client) { return client->pending(); });
-  const bool idle = !device_.will_be_tried() && pending == held();
+  const bool idle = !device_.will_be_retried() && pending == held();
   return idle && submissions == submissions_;
 }
 
@@ -189,16 +188,16 @@ void EngineSimulation::wait_until_idle() {
     std::this_thread::sleep_for(std::chrono::microseconds(20));
 }
 
-/// Turn by turn: between two of them the engine makes the copy that a checkpoint asks for.
-void EngineSimulation::let_the_log_finish() {
+/// Step by step: between two steps the engine copies the world for a checkpoint.
+void EngineSimulation::finish_log_work() {
   while (held() > 0)
-    engine_->call([&] { storage_.work_on(); });
+    engine_->call([&] { storage_.work_or_wait(); });
 }
 
-// ---- the machine's events
+// ---- events of the device
 
 void EngineSimulation::run_begins(std::span<const query::Request> requests) {
-  if (!running_.empty()) ++counts_.in_gaps;
+  if (!running_.empty()) ++counts_.nested_runs;
   std::vector<Client*>& together = running_.emplace_back();
   for (const query::Request& request : requests) {
     auto& query = static_cast<Query&>(*request.query);
@@ -212,18 +211,18 @@ bool EngineSimulation::chunk_done(const store::RowSource& rows, const query::Pre
   ++counts_.steps;
   Client& client = static_cast<const Query&>(query).client;
   if (std::ranges::find(running_.back(), &client) == running_.back().end())
-    fail("a chunk of one whose turn it is not");
+    fail("a chunk of a query that does not run");
   client.now.observed.push_back({rows.version(), digest_of(rows)});
   client.now.last_chunk = clock_.now();
-  storage_.give_turn();
+  storage_.maybe_work();
   if (chance_.one_in(2)) submit_some(3);
   if (chance_.one_in(6)) cancel_one();
   if (chance_.one_in(300)) {
     ++counts_.losses;
-    if (running_.size() > 1) ++counts_.losses_in_gaps;
+    if (running_.size() > 1) ++counts_.losses_in_nested_runs;
     return true;
   }
-  // Between the last look at the device and the moment of publishing.
+  // The clock jumps between the completion of the run and the publication.
   if (last && running_.size() == 1 && chance_.one_in(8))
     clock_.jump_before_reading(2, Nanoseconds(chance_.below(3'000'000)));
   return false;
@@ -238,33 +237,33 @@ void EngineSimulation::run_ends(query::RunStatus status) {
   if (status != query::RunStatus::done && status != query::RunStatus::truncated) clock_.cancel_jump();
 }
 
-bool EngineSimulation::may_pause() {
+bool EngineSimulation::may_run_write_helper() {
   const bool one_is_staged = std::ranges::any_of(
       running_, [](const auto& run) { return !run.front()->now.declared.writes.empty(); });
   const auto pending = std::ranges::count_if(clients_, [](const auto& c) { return c->pending(); }) - held();
   const bool idle = running_.empty() && pending == 0;
-  // The probe would be shed where the queue is full, and then say nothing of the others.
+  // A full queue may cancel the probe, whose outcome then does not follow those of the others.
   constexpr std::uint32_t submitted = 3;
   const bool may_be_shed = pending + submitted >= queue_capacity;
   if (one_is_staged || idle || may_be_shed || probe_->pending() || !chance_.one_in(3)) return false;
-  // All of it before the write helper can begin: what it does first must not depend on how soon it is there.
+  // Before the write helper begins, so that its order does not depend on the thread's timing.
   submit_some(submitted);
   submit_probe();
   return true;
 }
 
-void EngineSimulation::pauses() {
-  if (engine_->wait(*probe_->transaction).done()) ++counts_.passed_by_write_helper;
+void EngineSimulation::run_write_helper() {
+  if (engine_->wait(*probe_->transaction).done()) ++counts_.commits_by_write_helper;
 }
 
 void EngineSimulation::submit_probe() {
   Client& probe = *probe_;
-  take_ended(probe);
+  collect(probe);
   probe.now = {};
   probe.transaction->begin({});
   probe.now.declared.writes = {{ModelWrite::Kind::create, {}, 0}};
   if (!known_.empty())
-    probe.now.declared.writes = {{ModelWrite::Kind::update, any_known(), next_material_++}};
+    probe.now.declared.writes = {{ModelWrite::Kind::update, random_entity(), next_material_++}};
   const ModelWrite& write = probe.now.declared.writes.front();
   EntityRow row;
   row.material = write.material;
@@ -272,8 +271,8 @@ void EngineSimulation::submit_probe() {
     probe.transaction->create(row);
   else
     probe.transaction->update(write.id, row);
-  // What the log holds would be waited for in vain here: this one comes to nothing, when all before it are
-  // done.
+  // In group mode the outcome of a commit waits for the log, which does not work here. A conflict does not
+  // wait.
   if (storage_.mode() == DurabilityMode::group) {
     probe.now.declared.expected.push_back({{max_entities, 1}, 0});
     probe.transaction->expect_written_by({max_entities, 1}, 0);
@@ -281,13 +280,13 @@ void EngineSimulation::submit_probe() {
   submit(probe);
 }
 
-// ---- what clients do
+// ---- transactions of clients
 
-EntityId EngineSimulation::any_known() {
+EntityId EngineSimulation::random_entity() {
   return known_[chance_.below(static_cast<std::uint32_t>(known_.size()))];
 }
 
-EngineSimulation::Client* EngineSimulation::free_client() {
+EngineSimulation::Client* EngineSimulation::idle_client() {
   for (const auto& client : clients_) {
     const auto runs = [&](const auto& run) { return std::ranges::find(run, client.get()) != run.end(); };
     if (client.get() != probe_ && !client->pending() && std::ranges::none_of(running_, runs))
@@ -296,11 +295,11 @@ EngineSimulation::Client* EngineSimulation::free_client() {
   return nullptr;
 }
 
-void EngineSimulation::submit_some(std::uint32_t most) {
-  for (std::uint32_t k = chance_.below(most + 1); k > 0; --k) {
-    Client* const client = free_client();
+void EngineSimulation::submit_some(std::uint32_t max_count) {
+  for (std::uint32_t k = chance_.below(max_count + 1); k > 0; --k) {
+    Client* const client = idle_client();
     if (client == nullptr) return;
-    take_ended(*client);
+    collect(*client);
     client->now = {};
     declare(*client);
     submit(*client);
@@ -311,12 +310,12 @@ void EngineSimulation::submit(Client& client) {
   ++counts_.steps;
   client.now.declared.newest_before = engine_->latest().version;
   client.now.declared.submitted = clock_.now();
-  client.under_way = true;
+  client.uncollected = true;
   engine_->submit(*client.transaction);
   ++submissions_;
 }
 
-Terms EngineSimulation::any_terms() {
+Terms EngineSimulation::random_terms() {
   Terms terms;
   terms.deadline_class = static_cast<DeadlineClass>(chance_.below(4));
   terms.importance = static_cast<std::uint8_t>(chance_.below(3));
@@ -328,7 +327,7 @@ Terms EngineSimulation::any_terms() {
 void EngineSimulation::declare(Client& client) {
   Transaction& transaction = *client.transaction;
   DeclaredTransaction& declared = client.now.declared;
-  declared.terms = any_terms();
+  declared.terms = random_terms();
   const bool writes = chance_.one_in(2);
   if (!writes && !committed_.empty() && chance_.one_in(4)) {
     const auto back = chance_.below(static_cast<std::uint32_t>(committed_.size()));
@@ -337,22 +336,22 @@ void EngineSimulation::declare(Client& client) {
   transaction.begin(declared.terms);
   if (writes) declare_writes(client);
   for (std::uint32_t k = known_.empty() ? 0 : chance_.below(3); k > 0; --k) {
-    declared.reads.push_back(any_known());
+    declared.reads.push_back(random_entity());
     transaction.read(declared.reads.back());
   }
   if (!known_.empty() && chance_.one_in(4)) {
-    const EntityId id = any_known();
+    const EntityId id = random_entity();
     const ModelRows& rows = model_.rows(model_.newest());
     declared.expected.push_back({id, rows.at(id.index).written_by});
     transaction.expect_written_by(id, declared.expected.back().written_by);
   }
   if (!writes || chance_.one_in(2)) {
-    declared.asked = 1 + chance_.below(chance_.one_in(4) ? max_elements : 2'000);
-    transaction.add_query(client.query, declared.asked);
+    declared.elements = 1 + chance_.below(chance_.one_in(4) ? max_elements : 2'000);
+    transaction.add_query(client.query, declared.elements);
   }
 }
 
-/// No entity twice.
+/// Writes each entity at most once.
 void EngineSimulation::declare_writes(Client& client) {
   Transaction& transaction = *client.transaction;
   std::vector<ModelWrite>& writes = client.now.declared.writes;
@@ -387,8 +386,8 @@ void EngineSimulation::cancel_one() {
   engine_->cancel(*client.transaction);
 }
 
-void EngineSimulation::take_ended(Client& client) {
-  if (!std::exchange(client.under_way, false)) return;
+void EngineSimulation::collect(Client& client) {
+  if (!std::exchange(client.uncollected, false)) return;
   EndedTransaction& ended = client.now;
   ended.outcome = client.transaction->outcome();
   ended.outcome.status = client.transaction->status();

@@ -1,9 +1,8 @@
 #pragma once
-// The engine on a simulated machine, driven through a course of events that follows from a seed: transactions
-// of every class that write, read, ask, expect and are cancelled; a device that is slow, is lost and does not
-// always come back; a machine that stands still at a bad moment; a log on a disk that refuses, and processes
-// that are killed and machines that lose their power, after which the next engine goes on from the disk. What
-// it says of each transaction, and what is there after each end, is held against a model.
+// The engine with a simulated clock, device and disk. All events follow from a seed: transactions of every
+// class with writes, reads, queries, preconditions and cancellations; a slow or lost device; clock jumps;
+// disk faults; killed processes and power failures, after which a new engine recovers from the disk. A model
+// checks every outcome and every recovered world.
 
 #include <array>
 #include <atomic>
@@ -23,23 +22,23 @@
 
 namespace hil::stress {
 
-/// What a course of events has to have met, over many seeds.
+/// Events of one or more seeds.
 struct SimulationCounts {
   std::uint64_t steps = 0;
   std::array<std::uint64_t, 16> ended{};  ///< by rtstdb::Status
-  std::uint64_t in_gaps = 0;              ///< runs inside of another's
-  std::uint64_t losses = 0, losses_in_gaps = 0;
-  std::uint64_t given_back_waiting = 0;      ///< device_lost without having run
-  std::uint64_t passed_by_write_helper = 0;  ///< commits while another waits for the device
+  std::uint64_t nested_runs = 0;
+  std::uint64_t losses = 0, losses_in_nested_runs = 0;
+  std::uint64_t lost_while_waiting = 0;       ///< device_lost without a run
+  std::uint64_t commits_by_write_helper = 0;  ///< while another transaction waits for the device
   std::uint64_t full_queues = 0;
   std::uint64_t observations = 0;
   std::array<std::uint64_t, 8> refused{};      ///< by rtstdb::RefusedBy
-  std::uint64_t durable = 0, not_durable = 0;  ///< writers that were told so, in modes that tell
-  std::uint64_t in_doubt = 0, doubts_that_stood = 0;
+  std::uint64_t durable = 0, not_durable = 0;  ///< commits in the modes group and sync
+  std::uint64_t in_doubt = 0, recovered_doubts = 0;
   std::uint64_t recovered = 0, closed = 0;
-  std::uint64_t losing_lives = 0, gaps = 0;
+  std::uint64_t processes_with_losses = 0, gaps = 0;
   SimulatedStorage::Counts storage;
-  std::uint64_t course = 0;  ///< follows from all that was said and when
+  std::uint64_t event_hash = 0;  ///< of all outcomes and their times
   bool operator==(const SimulationCounts&) const = default;
   void add(const SimulationCounts& other);
 };
@@ -50,16 +49,16 @@ struct DeclaredTransaction {
     rtstdb::Version written_by = 0;
   };
   rtstdb::Terms terms;
-  std::vector<ModelWrite> writes;  ///< ids of creates are known when it is done
+  std::vector<ModelWrite> writes;  ///< the ids of creations are set when it is done
   std::vector<Expected> expected;
   std::vector<rtstdb::EntityId> reads;
-  std::uint32_t asked = 0;
-  rtstdb::Version newest_before = 0;  ///< that was known to be committed when it was submitted
+  std::uint32_t elements = 0;
+  rtstdb::Version newest_before = 0;  ///< the latest version when it was submitted
   rtstdb::ClockTime submitted{};
   bool cancelled = false;
 };
 
-/// One that came to its end, as it was told, and what the device saw of it.
+/// A transaction with its outcome, and the worlds that its queries read.
 struct EndedTransaction {
   struct Observation {
     rtstdb::Version version = 0;
@@ -78,8 +77,8 @@ class EngineSimulation final : private DeviceEvents {
   explicit EngineSimulation(std::uint64_t seed);
   ~EngineSimulation() override;
 
-  /// So many steps, or until something is wrong: the step and what, in words; else empty. At its end the
-  /// engine is closed.
+  /// Runs that many steps, or up to the first fault, and closes the engine. Returns the fault with its step;
+  /// empty: none.
   std::string run(std::uint64_t steps);
   const SimulationCounts& counts() const { return counts_; }
 
@@ -91,46 +90,46 @@ class EngineSimulation final : private DeviceEvents {
   bool chunk_done(const rtstdb::store::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                   bool last) override;
   void run_ends(rtstdb::query::RunStatus status) override;
-  bool may_pause() override;
-  void pauses() override;
+  bool may_run_write_helper() override;
+  void run_write_helper() override;
 
-  // The engine, one life after the other.
-  void begin_life();
-  void end_life();
-  void judge_recovery(rtstdb::Version found);
-  void let_the_log_finish();
+  // One process with an engine after the other.
+  void begin_process();
+  void end_process();
+  void check_recovery(rtstdb::Version found);
+  void finish_log_work();
 
   // On the engine thread.
-  void play_round();
-  void submit_some(std::uint32_t most);
-  Client* free_client();
+  void run_round();
+  void submit_some(std::uint32_t max_count);
+  Client* idle_client();
   void declare(Client& client);
   void declare_writes(Client& client);
-  rtstdb::Terms any_terms();
+  rtstdb::Terms random_terms();
   void submit(Client& client);
   void submit_probe();
-  rtstdb::EntityId any_known();
+  rtstdb::EntityId random_entity();
   void cancel_one();
-  void take_ended(Client& client);
+  void collect(Client& client);
 
-  // What was said, against the model. Nothing is under way.
-  void judge();
-  void judge_one(const EndedTransaction& ended);
-  void judge_done(const EndedTransaction& ended);
-  void judge_reads(const EndedTransaction& ended);
-  void judge_not_done(const EndedTransaction& ended);
-  void judge_conflict(const EndedTransaction& ended);
-  void judge_bad_input(const EndedTransaction& ended);
-  void judge_refusal(const EndedTransaction& ended);
-  void judge_durability(const EndedTransaction& ended);
-  void judge_counts();
+  // Checks against the model, while no transaction runs.
+  void check();
+  void check_one(const EndedTransaction& ended);
+  void check_done(const EndedTransaction& ended);
+  void check_reads(const EndedTransaction& ended);
+  void check_not_done(const EndedTransaction& ended);
+  void check_conflict(const EndedTransaction& ended);
+  void check_bad_input(const EndedTransaction& ended);
+  void check_refusal(const EndedTransaction& ended);
+  void check_durability(const EndedTransaction& ended);
+  void check_counts();
   static std::string describe(const EndedTransaction& ended);
   void fail(const std::string& what);
 
   void wait_until_idle();
   bool is_idle() const;
   std::uint32_t held() const;
-  void look_at_snapshot();
+  void check_snapshot();
 
   const std::uint64_t seed_;
   Chance chance_;
@@ -138,18 +137,18 @@ class EngineSimulation final : private DeviceEvents {
   SimulatedDevice device_{chance_, clock_, *this};
   SimulatedStorage storage_;
   std::vector<std::unique_ptr<Client>> clients_;
-  Client* probe_ =
-      nullptr;  ///< only writes, and is the last of all: when it is done, all others are that can be
-  std::vector<std::vector<Client*>> running_;  ///< by run, the innermost last: those that share it
+  /// Only writes, with the lowest priority: when it is done, the write helper has no other work.
+  Client* probe_ = nullptr;
+  std::vector<std::vector<Client*>> running_;  ///< the clients of each run, the innermost run last
   std::vector<EndedTransaction> ended_;
   WorldModel model_;
-  std::vector<rtstdb::EntityId> known_;     ///< alive when nothing was under way last
-  std::vector<rtstdb::Version> committed_;  ///< the last ones
-  std::array<std::uint64_t, 16> told_{};    ///< outcomes by status
+  std::vector<rtstdb::EntityId> known_;             ///< entities that exist
+  std::vector<rtstdb::Version> committed_;          ///< the latest versions
+  std::array<std::uint64_t, 16> outcome_counts_{};  ///< outcomes by status
   std::uint32_t next_material_ = 1;
-  bool looks_at_snapshot_ = false;  ///< after this round
-  bool life_ends_ = false;          ///< after this round
-  bool must_find_all_ = false;      ///< the log was closed, or was never behind
+  bool checks_snapshot_ = false;   ///< after this round
+  bool process_ends_ = false;      ///< after this round
+  bool must_recover_all_ = false;  ///< the log was closed, or every commit waited for it
   std::atomic<std::uint64_t> submissions_{0};
   std::string fault_;
   SimulationCounts counts_;

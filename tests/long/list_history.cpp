@@ -1,262 +1,230 @@
 #include "tests/long/list_history.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
-#include "tests/long/cycles.hpp"
-
 namespace hil::stress {
 
 namespace {
 
-constexpr std::uint32_t nobody = 0xFFFFFFFFu;
+constexpr std::uint32_t no_transaction = 0xFFFFFFFFu;
 
-/// What is known of one list: the longest read, which all others must be a beginning of.
+/// `from` is before `to` in every serial order.
+struct Edge {
+  std::uint32_t from = 0, to = 0;
+  const char* reason = "";
+};
+using Graph = std::vector<std::vector<Edge>>;  ///< the edges of each transaction
+
+/// A shortest cycle through a transaction; empty: there is none.
+std::vector<Edge> shortest_cycle(const Graph& graph, std::uint32_t start) {
+  std::vector<const Edge*> reached_by(graph.size(), nullptr);
+  std::vector<std::uint32_t> reached{start};
+  for (std::size_t k = 0; k < reached.size(); ++k) {
+    for (const Edge& edge : graph[reached[k]]) {
+      if (edge.to == start) {
+        std::vector<Edge> cycle{edge};
+        for (std::uint32_t at = edge.from; at != start; at = reached_by[at]->from)
+          cycle.push_back(*reached_by[at]);
+        std::ranges::reverse(cycle);
+        return cycle;
+      }
+      if (reached_by[edge.to] != nullptr) continue;
+      reached_by[edge.to] = &edge;
+      reached.push_back(edge.to);
+    }
+  }
+  return {};
+}
+
+/// Empty: the graph has a topological order.
+std::vector<Edge> find_cycle(const Graph& graph) {
+  std::vector<std::uint32_t> predecessors(graph.size(), 0);
+  for (const auto& edges : graph)
+    for (const Edge& edge : edges)
+      ++predecessors[edge.to];
+  std::vector<std::uint32_t> ordered;
+  for (std::uint32_t k = 0; k < graph.size(); ++k)
+    if (predecessors[k] == 0) ordered.push_back(k);
+  for (std::size_t k = 0; k < ordered.size(); ++k)
+    for (const Edge& edge : graph[ordered[k]])
+      if (--predecessors[edge.to] == 0) ordered.push_back(edge.to);
+  for (std::uint32_t k = 0; k < graph.size(); ++k) {
+    if (predecessors[k] == 0) continue;
+    if (auto cycle = shortest_cycle(graph, k); !cycle.empty()) return cycle;
+  }
+  return {};
+}
+
+/// The longest read of a list; all others have to be a beginning of it.
 struct List {
   std::vector<Value> values;
-  std::uint32_t read_by = nobody;
+  std::uint32_t read_by = no_transaction;
 };
 
 class Search {
  public:
-  Search(const std::vector<Recorded>& history, const HistoryOptions& options)
-      : history_(history), options_(options), graph_(history.size()) {}
+  explicit Search(const std::vector<RecordedTransaction>& history)
+      : history_(history), graph_(history.size()) {}
 
-  std::vector<Finding> run() {
-    note_writers();
-    for (std::uint32_t reader = 0; reader < history_.size(); ++reader) {
-      if (history_[reader].ending != Ending::committed) continue;
-      for (const ListRead& read : history_[reader].reads)
-        look_at(reader, read);
-    }
-    note_observed();
-    if (options_.final_reads) look_for_lost_appends();
-    order_by_lists();
-    order_by_real_time();
-    name_cycles();
-    return std::move(findings_);
-  }
-
- private:
-  void found(Anomaly anomaly, std::string what) {
-    if (findings_.size() < options_.max_findings) findings_.push_back({anomaly, std::move(what)});
-  }
-
-  static std::string name(std::uint32_t transaction) { return "transaction " + std::to_string(transaction); }
-  static std::string of_list(Key key) { return " of list " + std::to_string(key); }
-
-  void note_writers() {
+  std::optional<Finding> run() {
     for (std::uint32_t writer = 0; writer < history_.size(); ++writer) {
       for (const Append& append : history_[writer].appends)
         writers_[append.value] = writer;
     }
+    for (std::uint32_t reader = 0; reader < history_.size(); ++reader) {
+      if (!history_[reader].committed) continue;
+      for (const ListRead& read : history_[reader].reads)
+        check_read(reader, read);
+    }
+    check_lost_appends();
+    add_dependencies();
+    add_real_time();
+    if (const auto cycle = find_cycle(graph_); !cycle.empty()) {
+      std::string text = "cycle: " + name(cycle.front().from);
+      for (const Edge& edge : cycle)
+        text += " -> " + std::to_string(edge.to) + " (" + edge.reason + ")";
+      report(Anomaly::cycle, text);
+    }
+    return std::move(first_);
+  }
+
+ private:
+  void report(Anomaly anomaly, std::string text) {
+    if (!first_) first_ = Finding{anomaly, std::move(text)};
+  }
+
+  static std::string name(std::uint32_t transaction) { return "transaction " + std::to_string(transaction); }
+  static std::string name(Key key, Value value) {
+    return "value " + std::to_string(value) + " of list " + std::to_string(key);
   }
 
   std::uint32_t writer_of(Value value) const {
     const auto found = writers_.find(value);
-    return found == writers_.end() ? nobody : found->second;
+    return found == writers_.end() ? no_transaction : found->second;
   }
 
-  void look_at(std::uint32_t reader, const ListRead& read) {
+  void check_read(std::uint32_t reader, const ListRead& read) {
+    const std::string by = ", read by " + name(reader) + ", ";
     std::unordered_set<Value> seen;
     for (const Value value : read.values) {
       const std::uint32_t writer = writer_of(value);
-      const std::string place =
-          "value " + std::to_string(value) + of_list(read.key) + ", read by " + name(reader);
-      if (!seen.insert(value).second) found(Anomaly::value_twice, place);
-      if (writer == nobody) {
-        found(Anomaly::unwritten_value, place);
-      } else if (history_[writer].ending == Ending::nothing_done) {
-        found(Anomaly::aborted_read, place + ", of " + name(writer) + ", which came to nothing");
+      if (!seen.insert(value).second)
+        report(Anomaly::repeated_value, name(read.key, value) + by + "is repeated");
+      if (writer == no_transaction) {
+        report(Anomaly::unwritten_value, name(read.key, value) + by + "was not appended");
+      } else if (!history_[writer].committed) {
+        report(Anomaly::aborted_read, name(read.key, value) + by + "is of uncommitted " + name(writer));
       }
     }
-    look_at_own(reader, read);
-    look_for_halves(reader, read, seen);
-    continue_list(reader, read);
-  }
-
-  void look_at_own(std::uint32_t reader, const ListRead& read) {
-    std::vector<Value> own;
-    for (const Append& append : history_[reader].appends)
-      if (append.key == read.key) own.push_back(append.value);
-    if (history_[reader].reads_come_first) {
-      const auto too_early = std::ranges::find_first_of(read.values, own);
-      if (too_early != read.values.end())
-        found(Anomaly::own_appends_misplaced, name(reader) + of_list(read.key));
-      return;
-    }
-    const bool ends_with_own =
-        own.size() <= read.values.size() && std::equal(own.rbegin(), own.rend(), read.values.rbegin());
-    if (!ends_with_own) found(Anomaly::own_appends_misplaced, name(reader) + of_list(read.key));
-  }
-
-  void look_for_halves(std::uint32_t reader, const ListRead& read, const std::unordered_set<Value>& seen) {
     for (const Value value : read.values) {
       const std::uint32_t writer = writer_of(value);
-      if (writer == nobody) continue;
-      for (const Append& other : history_[writer].appends) {
-        if (other.key != read.key || seen.contains(other.value)) continue;
-        found(Anomaly::half_read, name(reader) + " read value " + std::to_string(value) + " and not " +
-                                      std::to_string(other.value) + of_list(read.key) + ", both of " +
-                                      name(writer));
-        return;
+      if (writer == no_transaction) continue;
+      for (const Append& append : history_[writer].appends) {
+        if (append.key == read.key && !seen.contains(append.value))
+          report(Anomaly::partial_read, name(read.key, append.value) + " of " + name(writer) +
+                                            " is missing in the read by " + name(reader));
       }
     }
+    check_appends_of_reader(reader, read);
+    check_order(reader, read);
   }
 
-  void continue_list(std::uint32_t reader, const ListRead& read) {
+  void check_appends_of_reader(std::uint32_t reader, const ListRead& read) {
+    std::vector<Value> appended;
+    for (const Append& append : history_[reader].appends)
+      if (append.key == read.key) appended.push_back(append.value);
+    const bool valid = history_[reader].reads_before_appends
+                           ? std::ranges::find_first_of(read.values, appended) == read.values.end()
+                           : appended.size() <= read.values.size() &&
+                                 std::equal(appended.rbegin(), appended.rend(), read.values.rbegin());
+    if (!valid)
+      report(Anomaly::misplaced_appends,
+             name(reader) + " does not read its appends to list " + std::to_string(read.key) + " at the end");
+  }
+
+  void check_order(std::uint32_t reader, const ListRead& read) {
     List& list = lists_[read.key];
-    const std::size_t common = std::min(list.values.size(), read.values.size());
-    if (!std::equal(read.values.begin(), read.values.begin() + static_cast<std::ptrdiff_t>(common),
-                    list.values.begin())) {
-      found(Anomaly::lists_disagree,
-            "reads" + of_list(read.key) + " by " + name(list.read_by) + " and " + name(reader));
-      return;
-    }
-    if (read.values.size() > list.values.size()) list = {read.values, reader};
-  }
-
-  void note_observed() {
-    for (const auto& [key, list] : lists_) {
-      for (const Value value : list.values)
-        if (const std::uint32_t writer = writer_of(value); writer != nobody) observed_.insert(writer);
+    const auto common = static_cast<std::ptrdiff_t>(std::min(list.values.size(), read.values.size()));
+    if (!std::equal(read.values.begin(), read.values.begin() + common, list.values.begin())) {
+      report(Anomaly::conflicting_reads, "list " + std::to_string(read.key) + " has different orders for " +
+                                             name(list.read_by) + " and " + name(reader));
+    } else if (read.values.size() > list.values.size()) {
+      list = {read.values, reader};
     }
   }
 
-  void look_for_lost_appends() {
-    std::unordered_set<Value> all;
+  void check_lost_appends() {
+    std::unordered_set<Value> read;
     for (const auto& [key, list] : lists_)
-      all.insert(list.values.begin(), list.values.end());
+      read.insert(list.values.begin(), list.values.end());
     for (std::uint32_t writer = 0; writer < history_.size(); ++writer) {
-      const Recorded& recorded = history_[writer];
-      const bool must_be_there = recorded.ending == Ending::committed ||
-                                 (recorded.ending == Ending::unknown && observed_.contains(writer));
-      for (const Append& append : recorded.appends) {
-        if (must_be_there && !all.contains(append.value))
-          found(Anomaly::append_lost, "value " + std::to_string(append.value) + of_list(append.key) +
-                                          ", appended by " + name(writer));
+      for (const Append& append : history_[writer].appends) {
+        if (history_[writer].committed && !read.contains(append.value))
+          report(Anomaly::lost_append, name(append.key, append.value) + " of " + name(writer) + " is lost");
       }
     }
   }
 
-  bool counts(std::uint32_t transaction) const {
-    return history_[transaction].ending == Ending::committed || observed_.contains(transaction);
+  void add_edge(std::uint32_t from, std::uint32_t to, const char* reason) {
+    if (from != to && from != no_transaction && to != no_transaction)
+      graph_[from].push_back({from, to, reason});
   }
 
-  void order_by_lists() {
-    std::map<Key, std::unordered_map<Value, std::size_t>> places;
+  void add_dependencies() {
     for (const auto& [key, list] : lists_) {
-      auto& of_key = places[key];
-      for (std::size_t k = 0; k < list.values.size(); ++k) {
-        of_key.emplace(list.values[k], k);
-        if (k > 0)
-          graph_.add(writer_of(list.values[k - 1]), writer_of(list.values[k]), Dependency::write_write);
-      }
+      for (std::size_t k = 1; k < list.values.size(); ++k)
+        add_edge(writer_of(list.values[k - 1]), writer_of(list.values[k]), "appends after it");
     }
     for (std::uint32_t reader = 0; reader < history_.size(); ++reader) {
-      if (history_[reader].ending != Ending::committed) continue;
+      if (!history_[reader].committed) continue;
       for (const ListRead& read : history_[reader].reads) {
         const List& list = lists_[read.key];
-        if (!read.values.empty()) graph_.add(writer_of(read.values.back()), reader, Dependency::write_read);
+        if (!read.values.empty()) add_edge(writer_of(read.values.back()), reader, "reads its append");
         if (read.values.size() < list.values.size())
-          graph_.add(reader, writer_of(list.values[read.values.size()]), Dependency::read_write);
+          add_edge(reader, writer_of(list.values[read.values.size()]), "appends after its read");
       }
     }
   }
 
-  /// Who had ended before another began goes before it. An edge from each of those that ended last is enough.
-  void order_by_real_time() {
+  /// A transaction that ended before another one began is before it. The edges from the latest ones that
+  /// ended are enough.
+  void add_real_time() {
     std::vector<std::uint32_t> by_begin;
     for (std::uint32_t k = 0; k < history_.size(); ++k)
-      if (counts(k) && !history_[k].reads_the_past) by_begin.push_back(k);
-    std::vector<std::uint32_t> by_end;
-    for (const std::uint32_t k : by_begin)
-      if (history_[k].ending == Ending::committed) by_end.push_back(k);
+      if (history_[k].committed && !history_[k].reads_old_version) by_begin.push_back(k);
+    std::vector<std::uint32_t> by_end = by_begin;
     std::ranges::sort(by_begin, {}, [&](std::uint32_t k) { return history_[k].begun_ns; });
     std::ranges::sort(by_end, {}, [&](std::uint32_t k) { return history_[k].ended_ns; });
-    std::vector<std::uint32_t> ended_last;
+    std::vector<std::uint32_t> latest;
     std::size_t next = 0;
     for (const std::uint32_t k : by_begin) {
       for (; next < by_end.size() && history_[by_end[next]].ended_ns < history_[k].begun_ns; ++next) {
-        const std::uint32_t one = by_end[next];
-        std::erase_if(ended_last,
-                      [&](std::uint32_t other) { return history_[other].ended_ns < history_[one].begun_ns; });
-        ended_last.push_back(one);
+        const std::uint32_t ended = by_end[next];
+        std::erase_if(latest, [&](std::uint32_t before) {
+          return history_[before].ended_ns < history_[ended].begun_ns;
+        });
+        latest.push_back(ended);
       }
-      for (const std::uint32_t before : ended_last)
-        graph_.add(before, k, Dependency::real_time);
+      for (const std::uint32_t before : latest)
+        add_edge(before, k, "begins after its end");
     }
   }
 
-  /// The least set of dependencies that has a cycle names the anomaly.
-  void name_cycles() {
-    constexpr unsigned ww = bit(Dependency::write_write);
-    constexpr unsigned wr = bit(Dependency::write_read);
-    constexpr unsigned rw = bit(Dependency::read_write);
-    constexpr unsigned all = ww | wr | rw | bit(Dependency::real_time);
-    constexpr std::array<std::pair<Anomaly, unsigned>, 3> kinds{
-        {{Anomaly::write_cycle, ww},
-         {Anomaly::information_cycle, ww | wr},
-         {Anomaly::antidependency_cycle, ww | wr | rw}}};
-    for (const auto& [anomaly, dependencies] : kinds) {
-      const auto cycle = graph_.cycle(dependencies);
-      if (cycle.empty()) continue;
-      const auto antidependencies = std::ranges::count_if(
-          cycle, [](const Edge& edge) { return edge.dependency == Dependency::read_write; });
-      found(antidependencies == 1 ? Anomaly::single_antidependency_cycle : anomaly, describe(cycle));
-      return;
-    }
-    if (const auto cycle = graph_.cycle(all); !cycle.empty())
-      found(Anomaly::against_real_time, describe(cycle));
-  }
-
-  const std::vector<Recorded>& history_;
-  const HistoryOptions& options_;
+  const std::vector<RecordedTransaction>& history_;
   std::unordered_map<Value, std::uint32_t> writers_;
   std::map<Key, List> lists_;
-  std::unordered_set<std::uint32_t> observed_;  ///< whose appends somebody read
-  DependencyGraph graph_;
-  std::vector<Finding> findings_;
+  Graph graph_;
+  std::optional<Finding> first_;
 };
 
 }  // namespace
 
-const char* to_string(Anomaly anomaly) {
-  switch (anomaly) {
-    case Anomaly::unwritten_value:
-      return "a value that nobody appended";
-    case Anomaly::value_twice:
-      return "a value twice";
-    case Anomaly::aborted_read:
-      return "a read of what came to nothing (G1a)";
-    case Anomaly::half_read:
-      return "a read of half a transaction (G1b)";
-    case Anomaly::own_appends_misplaced:
-      return "own appends not where they should be seen";
-    case Anomaly::lists_disagree:
-      return "reads that disagree on the order";
-    case Anomaly::append_lost:
-      return "an append that was lost";
-    case Anomaly::write_cycle:
-      return "a cycle of writes (G0)";
-    case Anomaly::information_cycle:
-      return "a cycle of writes and reads (G1c)";
-    case Anomaly::single_antidependency_cycle:
-      return "a cycle with one antidependency (G-single)";
-    case Anomaly::antidependency_cycle:
-      return "a cycle with antidependencies (G2)";
-    case Anomaly::against_real_time:
-      return "an order against real time";
-  }
-  return "?";
-}
-
-std::vector<Finding> find_anomalies(const std::vector<Recorded>& history, const HistoryOptions& options) {
-  return Search(history, options).run();
+std::optional<Finding> find_anomaly(const std::vector<RecordedTransaction>& history) {
+  return Search(history).run();
 }
 
 }  // namespace hil::stress

@@ -1,14 +1,14 @@
 #pragma once
-// What clients of a database did and saw, and whether one serial order explains it.
+// The transactions of several clients of a database, and a check whether one serial order explains them.
 //
-// The objects are lists that can only be appended to and read whole. Every appended value is another one, so
-// a list that was read tells in which order the transactions before it wrote, whatever the database says of
-// itself; that makes every transaction's place recoverable from what was seen alone (Kingsbury and Alvaro
-// 2020, "Elle: Inferring Isolation Anomalies from Experimental Observations"). Strict serializability is
-// asked for: the order must also agree with real time, except for transactions that chose to read the past.
+// The objects are lists that clients append to and read whole. All appended values differ, so a list that was
+// read shows the order of the transactions that wrote it, independently of what the database reports
+// (Kingsbury and Alvaro 2020, "Elle: Inferring Isolation Anomalies from Experimental Observations"). The
+// check is strict serializability: the order agrees with real time, except for transactions that read an old
+// version on purpose.
 
-#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,53 +27,35 @@ struct ListRead {
   std::vector<Value> values;
 };
 
-enum class Ending : std::uint8_t {
-  committed,
-  nothing_done,  ///< its appends must never be seen
-  unknown,       ///< nobody was told: its appends may be seen or not, but all or none
-};
-
-/// One transaction: its appends in order, and its reads, which see them; or, where reads come first, do not.
-struct Recorded {
-  std::int64_t begun_ns = 0;  ///< on one clock for all clients: before it was handed over
-  std::int64_t ended_ns = 0;  ///< after its outcome was there
-  Ending ending = Ending::committed;
-  bool reads_the_past = false;  ///< asked for an older version: real time says nothing about its place
-  bool reads_come_first = false;
+/// One transaction: its appends in order, and its reads, which include these appends.
+struct RecordedTransaction {
+  std::int64_t begun_ns = 0;  ///< on one clock for all clients: before it was submitted
+  std::int64_t ended_ns = 0;  ///< after its outcome was known
+  bool committed = true;      ///< false: no read may show its appends
+  bool reads_old_version = false;
+  bool reads_before_appends = false;  ///< the reads do not include the appends
   std::vector<Append> appends;
   std::vector<ListRead> reads;
 };
 
 enum class Anomaly : std::uint8_t {
-  unwritten_value,        ///< a value that nobody appended
-  value_twice,            ///< in one list
-  aborted_read,           ///< G1a: a value of a transaction that came to nothing
-  half_read,              ///< G1b: some of a transaction's appends to one list and not all
-  own_appends_misplaced,  ///< a transaction's read does not end with what it appended itself, or shows it too early
-  lists_disagree,         ///< two reads of one list of which neither continues the other
-  append_lost,            ///< committed, and not in a later read that should hold it (only with final reads)
-  write_cycle,            ///< G0
-  information_cycle,            ///< G1c
-  single_antidependency_cycle,  ///< G-single: read skew, lost update
-  antidependency_cycle,         ///< G2: write skew
-  against_real_time,            ///< a cycle that only real time closes
+  unwritten_value,    ///< a value that no transaction appended
+  repeated_value,     ///< in one list
+  aborted_read,       ///< G1a: a value of a transaction that did not commit
+  partial_read,       ///< G1b: some of a transaction's appends to one list and not all
+  misplaced_appends,  ///< a read does not end with the appends of its transaction, or shows them too early
+  conflicting_reads,  ///< two reads of one list of which neither continues the other
+  lost_append,        ///< committed, and in no read
+  cycle,              ///< of dependencies and real time: G0, G1c, G-single, G2, or a stale read
 };
-
-const char* to_string(Anomaly anomaly);
 
 struct Finding {
   Anomaly anomaly{};
-  std::string what;  ///< with the ordinals of the transactions
+  std::string text;  ///< with the numbers of the transactions
 };
 
-struct HistoryOptions {
-  /// The last transactions of the history read every list after all appends had ended: a committed append
-  /// that no read holds is lost.
-  bool final_reads = true;
-  std::size_t max_findings = 20;
-};
-
-/// All that no serial order explains; empty: there is one.
-std::vector<Finding> find_anomalies(const std::vector<Recorded>& history, const HistoryOptions& options = {});
+/// The first anomaly; none: one serial order explains the history. The last transactions of the history read
+/// every list after all appends.
+std::optional<Finding> find_anomaly(const std::vector<RecordedTransaction>& history);
 
 }  // namespace hil::stress

@@ -1,10 +1,11 @@
 #pragma once
-// Loads on an engine whose clock, device and costs are simulated: streams of transactions that come when they
-// come, while others are carried out. Time passes in the device's work and a little at each reading of the
-// clock, and in nothing else; so what is late is the scheduler's doing.
+// Streams of transactions on an engine whose clock, device and costs are simulated. Time passes in the work
+// of the device and a little at each reading of the clock, and nowhere else: only the scheduler makes a
+// transaction late.
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <random>
 #include <string>
@@ -20,38 +21,44 @@ using rtstdb::Nanoseconds;
 /// Transactions of one kind.
 struct Stream {
   std::string name = {};
-  Nanoseconds period{0};  ///< between two of them; on average, where they come at random
+  Nanoseconds period{0};  ///< from one to the next; the mean where they are `at_random`
   bool at_random = false;
   rtstdb::DeadlineClass deadline_class = rtstdb::DeadlineClass::soft;
   rtstdb::Reservation* reservation = nullptr;
-  /// From when they come; both zero: none, or the reservation's.
-  Nanoseconds shortest_deadline{0}, longest_deadline{0};
+  /// Relative to the arrival; both zero: no deadline, or that of the reservation.
+  Nanoseconds min_deadline{0}, max_deadline{0};
   std::uint8_t min_importance = 0, max_importance = 0;
-  std::uint32_t fewest_elements = 0, max_elements = 0;  ///< asked; an element takes a microsecond on average
-  std::uint32_t rows = 0;                               ///< written
+  std::uint32_t min_elements = 0,
+                max_elements = 0;  ///< of its query; an element takes a microsecond on average
+  std::uint32_t rows = 0;          ///< written
   rtstdb::LatePolicy late = rtstdb::LatePolicy::discard;
-  std::uint32_t slots = 64;  ///< so many may be pending at once; one more does not come, which is counted
 };
 
-/// How one of them ended.
-struct Ended {
+/// What distinguishes streams with common terms.
+struct Demand {
+  const char* name = "";
+  Nanoseconds period{0};
+  std::uint32_t min_elements = 0, max_elements = 0;
+  std::uint32_t rows = 0;
+};
+std::vector<Stream> streams_of(const Stream& common, std::initializer_list<Demand> demands);
+
+/// The streams' share of the time of the device.
+double load_of(std::span<const Stream> streams);
+
+struct CompletedTransaction {
   const Stream* stream = nullptr;
-  ClockTime came{};  ///< a deadline counts from here
   ClockTime deadline{};
   const rtstdb::Transaction* transaction = nullptr;
 };
 
 struct LoadOptions {
   std::uint64_t seed = 1;
-  /// What an element costs: at random within this of a microsecond, 0 to 1.
-  double spread = 0.3;
-  /// One batch of so many takes four times as long; 0: none.
-  std::uint32_t one_dear_in = 0;
-  /// At one in so many readings the clock jumps ahead by up to a second; 0: never.
-  std::uint32_t one_jump_in = 0;
-  /// One transaction in so many is cancelled a while after it came; 0: none.
-  std::uint32_t one_cancelled_in = 0;
-  Nanoseconds per_reading{100};
+  double cost_spread = 0.3;                  ///< an element costs 1 us times 1 - spread to 1 + spread
+  std::uint32_t expensive_batch_one_in = 0;  ///< costs four times as much; 0: none
+  std::uint32_t clock_jump_one_in = 0;       ///< steps of the device, by up to a second; 0: none
+  std::uint32_t cancelled_one_in = 0;        ///< transactions, up to 4 ms after their arrival; 0: none
+  Nanoseconds time_per_reading{100};
   std::uint32_t queue_capacity = 4096;
 };
 
@@ -63,26 +70,24 @@ class SimulatedLoad {
   SimulatedLoad& operator=(const SimulatedLoad&) = delete;
 
   rtstdb::transaction::Engine& engine() { return world_.engine; }
-  const rtstdb::transaction::test::SimulatedClock& clock() const { return world_.clock; }
-  /// Before the first run. Streams stay where they are.
   void add(const Stream& stream);
-  /// Until so many have come; then all are waited for. `ended` is called once for each, on a thread of its
-  /// own choice, never on two at once.
-  void run(std::uint64_t transactions, const std::function<void(const Ended&)>& ended);
-  std::uint64_t left_out() const { return left_out_; }
+  /// Submits that many transactions and waits for them. Calls `completed` once for each, in one thread at a
+  /// time.
+  void run(std::uint64_t transactions,
+           const std::function<void(const CompletedTransaction&)>& completed = {});
 
  private:
   struct Slot;
-  struct Flow;
+  struct StreamState;
 
-  rtstdb::query::RunReport carry_out(std::span<const rtstdb::query::Request> requests,
+  rtstdb::query::RunReport run_batch(std::span<const rtstdb::query::Request> requests,
                                      rtstdb::query::ExecutorCallbacks* callbacks);
-  /// The device works for so long; who comes meanwhile is submitted when he comes.
+  /// The device works for that time. Transactions that arrive in it are submitted at their arrival.
   void pass(Nanoseconds time);
   void submit_due();
-  void submit_next(Flow& flow);
-  void collect(Slot& slot);
-  /// When nothing is left to do: to the next one who comes.
+  void submit_next(StreamState& state);
+  void collect(StreamState& state, Slot& slot);
+  /// Between two transactions; without a pending one, time passes until the next arrival.
   void step();
   double uniform() { return std::uniform_real_distribution<>(0.0, 1.0)(random_); }
 
@@ -93,7 +98,7 @@ class SimulatedLoad {
                                  std::span<const rtstdb::query::Request> requests,
                                  const rtstdb::store::TimeSpan&,
                                  rtstdb::query::ExecutorCallbacks* callbacks) noexcept override {
-      return load_.carry_out(requests, callbacks);
+      return load_.run_batch(requests, callbacks);
     }
 
    private:
@@ -108,15 +113,13 @@ class SimulatedLoad {
   };
 
   static constexpr std::uint32_t entities = 64;
+  static constexpr std::uint32_t max_pending = 64;  ///< of one stream; further arrivals are left out
   LoadOptions options_;
   std::mt19937_64 random_;
   World world_;
-  std::vector<std::unique_ptr<Flow>> flows_;
-  std::function<void(const Ended&)> ended_;
-  std::uint64_t to_come_ = 0, pending_ = 0, left_out_ = 0;
+  std::vector<std::unique_ptr<StreamState>> streams_;
+  std::function<void(const CompletedTransaction&)> completed_;
+  std::uint64_t remaining_ = 0, pending_ = 0;
 };
-
-/// The share of the device's time that the streams ask for.
-double load_of(std::span<const Stream> streams);
 
 }  // namespace hil::stress

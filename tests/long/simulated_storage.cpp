@@ -21,26 +21,26 @@ constexpr DiskCall all_calls[] = {DiskCall::create,      DiskCall::open,        
                                   DiskCall::preallocate, DiskCall::list,           DiskCall::rename,
                                   DiskCall::remove,      DiskCall::sync_directory, DiskCall::lock};
 
-/// The longest that a retry waits is a second: nothing is waited for longer.
+/// Each advances the clock, and a retry waits for at most a second.
 constexpr std::uint64_t max_idle_turns = 100'000;
 
 }  // namespace
 
 void SimulatedStorage::Counts::add(const Counts& other) {
-  lives += other.lives;
+  processes += other.processes;
   killed += other.killed;
   power_lost += other.power_lost;
-  not_opened += other.not_opened;
-  refused_calls += other.refused_calls;
+  failed_opens += other.failed_opens;
+  failed_calls += other.failed_calls;
   stalls += other.stalls;
 }
 
 SimulatedStorage::SimulatedStorage(std::uint64_t seed, Chance& chance, SimulatedClock& clock)
     : chance_(chance), clock_(clock), disk_(seed), exists_(!chance.one_in(5)) {}
 
-// ---- a life
+// ---- a process
 
-CommitLogOptions SimulatedStorage::draw_life(std::uint32_t max_entities) {
+CommitLogOptions SimulatedStorage::draw_options(std::uint32_t max_entities) {
   constexpr DurabilityMode modes[] = {DurabilityMode::async, DurabilityMode::group, DurabilityMode::sync};
   mode_ = modes[chance_.below(3)];
   CommitLogOptions options;
@@ -52,9 +52,9 @@ CommitLogOptions SimulatedStorage::draw_life(std::uint32_t max_entities) {
   options.max_entities = max_entities;
   options.clock = &clock_;
   options.driver = this;
-  one_turn_in_ = 1u << chance_.below(8);
-  one_stall_in_ = chance_.one_in(2) ? 0 : 5 + chance_.below(100);
-  calls_to_end_ = chance_.one_in(2) ? 0 : 1 + chance_.below(400);
+  work_one_in_ = 1u << chance_.below(8);
+  stall_one_in_ = chance_.one_in(2) ? 0 : 5 + chance_.below(100);
+  calls_to_crash_ = chance_.one_in(2) ? 0 : 1 + chance_.below(400);
   disk_.fail_per_mille(chance_.one_in(2) ? 0 : 1 + chance_.below(100));
   disk_.before_each([this](DiskCall) { before_call(); });
   return options;
@@ -62,15 +62,15 @@ CommitLogOptions SimulatedStorage::draw_life(std::uint32_t max_entities) {
 
 Result<std::unique_ptr<CommitLog>> SimulatedStorage::open(std::uint32_t max_entities) {
   if (!exists_) return std::unique_ptr<CommitLog>();
-  ++counts_.lives;
-  const CommitLogOptions options = draw_life(max_entities);
+  ++counts_.processes;
+  const CommitLogOptions options = draw_options(max_entities);
   const auto try_to_open = [&] {
     return CommitLog::open(std::shared_ptr<rtstdb::log::Disk>(std::shared_ptr<void>(), &disk_), options);
   };
   auto opened = try_to_open();
   if (!opened) {
-    ++counts_.not_opened;
-    rest();
+    ++counts_.failed_opens;
+    restart();
     opened = try_to_open();
   }
   if (!opened) return opened.error();
@@ -81,15 +81,15 @@ Result<std::unique_ptr<CommitLog>> SimulatedStorage::open(std::uint32_t max_enti
 }
 
 void SimulatedStorage::before_call() {
-  if (calls_to_end_ != 0 && --calls_to_end_ == 0) return end_at_once();
-  if (one_stall_in_ == 0 || !chance_.one_in(one_stall_in_)) return;
+  if (calls_to_crash_ != 0 && --calls_to_crash_ == 0) return crash();
+  if (stall_one_in_ == 0 || !chance_.one_in(stall_one_in_)) return;
   ++counts_.stalls;
   clock_.advance(Nanoseconds(std::int64_t{1'000} * chance_.below(chance_.one_in(4) ? 2'000'000 : 2'000)));
 }
 
-void SimulatedStorage::change_weather() {
-  if (log_ == nullptr || has_ended_ || !chance_.one_in(6)) return;
-  clear_up();
+void SimulatedStorage::change_faults() {
+  if (log_ == nullptr || has_crashed_ || !chance_.one_in(6)) return;
+  clear_faults();
   switch (chance_.below(8)) {
     case 0:
       return disk_.fail_kind(DiskCall::sync, EIO);
@@ -106,18 +106,18 @@ void SimulatedStorage::change_weather() {
   }
 }
 
-void SimulatedStorage::clear_up() {
-  refuse_everything(false);
+void SimulatedStorage::clear_faults() {
+  fail_all_calls(false);
   disk_.fail_per_mille(0);
   disk_.set_capacity(~std::uint64_t{0});
 }
 
-void SimulatedStorage::refuse_everything(bool refuses) {
+void SimulatedStorage::fail_all_calls(bool refuses) {
   for (const DiskCall call : all_calls)
     disk_.fail_kind(call, refuses ? EIO : 0);
 }
 
-// ---- the log's turns
+// ---- the work of the log
 
 rtstdb::log::Writer::Step SimulatedStorage::work() {
   const auto step = log_->work();
@@ -130,23 +130,23 @@ void SimulatedStorage::note_promises() {
   const rtstdb::Version durable = log_->durable();
   if (durable < durable_ && fault_.empty())
     fault_ =
-        "the watermark went back from version " + std::to_string(durable_) + " to " + std::to_string(durable);
+        "the durable version went back from " + std::to_string(durable_) + " to " + std::to_string(durable);
   durable_ = durable;
   promised_ = std::max(promised_, durable);
 }
 
-void SimulatedStorage::give_turn() {
-  if (log_ != nullptr && chance_.one_in(one_turn_in_)) work();
+void SimulatedStorage::maybe_work() {
+  if (log_ != nullptr && chance_.one_in(work_one_in_)) work();
 }
 
-void SimulatedStorage::work_on() {
+void SimulatedStorage::work_or_wait() {
   const auto step = work();
   if (step.worked) {
     idle_turns_ = 0;
     return;
   }
   if (++idle_turns_ > max_idle_turns) {
-    std::cerr << "somebody waits for the log for ever\n";
+    std::cerr << "the log does not complete a commit that waits for it\n";
     std::abort();
   }
   const auto now = clock_.now();
@@ -154,11 +154,11 @@ void SimulatedStorage::work_on() {
   clock_.advance(sleeps ? step.wake_at - now : Nanoseconds(100'000));
 }
 
-// ---- its end
+// ---- the end of a process
 
-void SimulatedStorage::end_at_once() {
-  if (has_ended_) return;
-  has_ended_ = true;
+void SimulatedStorage::crash() {
+  if (has_crashed_) return;
+  has_crashed_ = true;
   if (chance_.one_in(4)) {
     ++counts_.killed;
     disk_.kill();
@@ -166,20 +166,20 @@ void SimulatedStorage::end_at_once() {
     ++counts_.power_lost;
     disk_.crash();
   }
-  refuse_everything(true);
+  fail_all_calls(true);
 }
 
-void SimulatedStorage::note_last_words() {
+void SimulatedStorage::note_close() {
   if (log_ == nullptr) return;
   note_promises();
-  counts_.refused_calls += log_->state().faults;
+  counts_.failed_calls += log_->state().faults;
   log_ = nullptr;
 }
 
-void SimulatedStorage::rest() {
-  has_ended_ = false;
-  calls_to_end_ = 0;
-  clear_up();
+void SimulatedStorage::restart() {
+  has_crashed_ = false;
+  calls_to_crash_ = 0;
+  clear_faults();
 }
 
 }  // namespace hil::stress

@@ -1,9 +1,8 @@
 #pragma once
-// A disk and the log on it, one life of the database after the other: by the seed the log is in one mode or
-// another, has its turn now and then, and the disk refuses, is full, stands still, and loses what was not
-// synced when the power goes.
+// A disk and the log on it, for one process after the other. A seed gives the durability mode, the times at
+// which the log works, disk faults, a full disk, stalls, and power failures that lose unsynced data.
 //
-// The log has no thread of its own here: it does its work where the simulation gives it a turn.
+// The log has no thread here: it works in maybe_work() and work_or_wait().
 
 #include <cstdint>
 #include <memory>
@@ -22,52 +21,51 @@ class SimulatedStorage final : public rtstdb::transaction::LogDriver {
  public:
   SimulatedStorage(std::uint64_t seed, Chance& chance, SimulatedClock& clock);
 
-  /// Draws how the next life is to be and opens the log: null where this machine has no disk. The fault in
-  /// words where a disk that does what it should can not be opened.
+  /// Draws the options of the next process and opens the log: null on a machine without a disk. An error when
+  /// a disk without faults can not be opened.
   rtstdb::Result<std::unique_ptr<rtstdb::transaction::CommitLog>> open(std::uint32_t max_entities);
-  /// Of the life that was opened last.
+  /// Of the current process.
   rtstdb::DurabilityMode mode() const noexcept { return mode_; }
 
-  /// By chance the log has its turn.
-  void give_turn();
-  /// By chance the disk becomes better or worse.
-  void change_weather();
-  /// What is held is given back by that: the log has turns until it does, and time passes. Once without
-  /// anything that runs.
-  void work_on();
-  void log_is_waited_for() noexcept override { work_on(); }
+  /// At random, the log works.
+  void maybe_work();
+  /// At random, disk faults begin or end.
+  void change_faults();
+  /// The log works once; when it has nothing to do, time passes until it has.
+  void work_or_wait();
+  void log_is_waited_for() noexcept override { work_or_wait(); }
 
-  /// The process is killed, or the power goes: nothing that is called any more reaches the disk.
-  void end_at_once();
-  bool has_ended() const noexcept { return has_ended_; }
-  /// The engine is gone: the next one may have the disk.
-  void rest();
+  /// Kills the process or cuts the power. All later calls fail.
+  void crash();
+  bool has_crashed() const noexcept { return has_crashed_; }
+  /// After the engine is destroyed: the next process may open the disk.
+  void restart();
 
-  /// Every version up to this one was said to be on disk.
+  /// The newest version that the log reported as durable.
   rtstdb::Version promised() const noexcept { return promised_; }
-  /// Of the log, now, too.
+  /// Reads the durable version of the log.
   void note_promises();
-  /// The engine is about to go.
-  void note_last_words();
-  /// The world is at that version now: nothing else is promised.
-  void goes_on_at(rtstdb::Version version) noexcept { promised_ = version; }
-  /// Something that the log itself may never do; else empty.
+  /// Before the engine is destroyed.
+  void note_close();
+  /// After recovery: nothing after that version is durable.
+  void recover_at(rtstdb::Version version) noexcept { promised_ = version; }
+  /// A broken rule of the log; empty: none.
   const std::string& fault() const noexcept { return fault_; }
 
   struct Counts {
-    std::uint64_t lives = 0, killed = 0, power_lost = 0, not_opened = 0;
-    std::uint64_t refused_calls = 0, stalls = 0;
+    std::uint64_t processes = 0, killed = 0, power_lost = 0, failed_opens = 0;
+    std::uint64_t failed_calls = 0, stalls = 0;
     bool operator==(const Counts&) const = default;
     void add(const Counts& other);
   };
   const Counts& counts() const noexcept { return counts_; }
 
  private:
-  rtstdb::transaction::CommitLogOptions draw_life(std::uint32_t max_entities);
+  rtstdb::transaction::CommitLogOptions draw_options(std::uint32_t max_entities);
   void before_call();
   rtstdb::log::Writer::Step work();
-  void refuse_everything(bool refuses);
-  void clear_up();
+  void fail_all_calls(bool refuses);
+  void clear_faults();
 
   Chance& chance_;
   SimulatedClock& clock_;
@@ -76,11 +74,11 @@ class SimulatedStorage final : public rtstdb::transaction::LogDriver {
   rtstdb::DurabilityMode mode_ = rtstdb::DurabilityMode::volatile_only;
   rtstdb::transaction::CommitLog* log_ = nullptr;
 
-  std::uint32_t one_turn_in_ = 1;
-  std::uint32_t one_stall_in_ = 0;  ///< calls; 0: none
-  std::uint32_t calls_to_end_ = 0;  ///< 0: the disk does not end this life
-  bool has_ended_ = false;
-  std::uint64_t idle_turns_ = 0;  ///< in a row
+  std::uint32_t work_one_in_ = 1;
+  std::uint32_t stall_one_in_ = 0;    ///< calls; 0: none
+  std::uint32_t calls_to_crash_ = 0;  ///< 0: no crash in a disk call
+  bool has_crashed_ = false;
+  std::uint64_t idle_turns_ = 0;  ///< without work between them
   rtstdb::Version promised_ = 0, durable_ = 0;
   std::string fault_;
   Counts counts_;

@@ -1,6 +1,5 @@
-// A disk that stands still for seconds while a loop commits each millisecond in async mode: the loop misses
-// nothing but for what the machine itself took (MachineTime), or what it misses as often beside a disk that
-// is well, and the log says how full its ring was.
+// A loop commits each millisecond in async mode while the disk stalls for seconds. It misses only ticks that
+// delays of the machine excuse (MachineDelay), or as many as with a healthy disk.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +11,7 @@
 #include <vector>
 
 #include "rtstdb/transaction/engine.hpp"
-#include "tests/long/machine_time.hpp"
+#include "tests/long/machine_delay.hpp"
 #include "tests/support/simulation/disk.hpp"
 #include "tests/support/simulation/no_queries.hpp"
 
@@ -30,31 +29,31 @@ constexpr std::chrono::milliseconds stall = 2s;
 #else
 constexpr std::chrono::milliseconds stall = 5s;
 #endif
-/// Longer than any machine keeps a thread from running in this test, and much shorter than the stall.
-constexpr auto never_that_long = stall / 2;
+/// Longer than any delay of a machine, and much shorter than the stall.
+constexpr auto max_tick = stall / 2;
 
-/// A miss that the machine's account, which is kept in coarse steps and does not know all that a host takes,
-/// does not explain is looked for again; one that comes of the disk comes each time. On a machine that others
-/// share two rounds of five have such a one, on some every round, with the disk and without.
+/// A round with unexcused misses is repeated, since not every delay of the machine is measured. Misses that
+/// the disk causes occur in each round.
 constexpr int rounds = 4;
-/// What a commit of one row takes in the ring where it changes nothing, not even the time.
+/// The size of the smallest record in the ring.
 constexpr std::size_t min_record_bytes = 24;
 
-/// What a loop of one millisecond saw.
+/// The result of a loop with a period of one millisecond.
 struct Loop {
   std::size_t ticks = 0, misses = 0;  ///< not done before the next tick
-  std::size_t unexcused = 0;          ///< misses by more than the machine took meanwhile
+  std::size_t unexcused = 0;          ///< later than the delays of the machine in the tick
   std::chrono::nanoseconds longest{0}, median{0};
 };
 
 template <class Tick>
-Loop run_loop(const MachineTime& machine, std::chrono::nanoseconds length, const Tick& tick) {
+Loop run_loop(const MachineDelay& machine, std::chrono::nanoseconds length, const Tick& tick) {
   Loop loop;
   std::vector<std::chrono::nanoseconds> took;
   const Time end = std::chrono::steady_clock::now() + length;
   for (Time release = {}; release < end;) {
-    const Nanoseconds taken_before = machine.taken();
-    release = std::max(release + period, std::chrono::steady_clock::now());  // to look is no part of it
+    const Nanoseconds delay_before = machine.total();
+    release = std::max(release + period,
+                       std::chrono::steady_clock::now());  // reading the delays is not part of the tick
     std::this_thread::sleep_until(release);
     const Time started = std::chrono::steady_clock::now();
     tick();
@@ -63,7 +62,7 @@ Loop run_loop(const MachineTime& machine, std::chrono::nanoseconds length, const
     const Nanoseconds late = ended - (release + period);
     if (late <= 0ns) continue;
     ++loop.misses;
-    loop.unexcused += late > machine.taken() - taken_before;
+    loop.unexcused += late > machine.total() - delay_before;
   }
   loop.ticks = took.size();
   std::ranges::sort(took);
@@ -72,8 +71,7 @@ Loop run_loop(const MachineTime& machine, std::chrono::nanoseconds length, const
   return loop;
 }
 
-/// Whether so many more unexcused misses of one loop than of another, as long a one, are more than chance
-/// has.
+/// Whether the difference of two counts is significant (three standard deviations).
 bool is_more_than_chance(std::size_t more, std::size_t fewer) {
   const auto difference = static_cast<double>(more) - static_cast<double>(fewer);
   return difference > 3.0 * std::sqrt(static_cast<double>(more + fewer));
@@ -83,13 +81,13 @@ double in_us(std::chrono::nanoseconds time) {
   return static_cast<double>(time.count()) / 1e3;
 }
 
-/// A database in async mode whose disk stands still when it is told to.
-class Stalled {
+/// A database in async mode whose disk stalls on request.
+class StallingDatabase {
  public:
-  explicit Stalled(SimulatedDisk& disk) {
+  explicit StallingDatabase(SimulatedDisk& disk) {
     disk.before_each([this](log::DiskCall call) {
       if (call != log::DiskCall::sync || !stalls_) return;
-      stood_ = true;
+      has_stalled_ = true;
       stalls_.wait(true);
     });
     transaction::CommitLogOptions options;
@@ -107,9 +105,9 @@ class Stalled {
     EXPECT_TRUE(engine_->wait(*transaction_).done());
     id_ = transaction_->created(0);
   }
-  ~Stalled() { set_stalls(false); }
-  Stalled(const Stalled&) = delete;
-  Stalled& operator=(const Stalled&) = delete;
+  ~StallingDatabase() { set_stalls(false); }
+  StallingDatabase(const StallingDatabase&) = delete;
+  StallingDatabase& operator=(const StallingDatabase&) = delete;
 
   void set_stalls(bool stalls) {
     stalls_ = stalls;
@@ -121,11 +119,11 @@ class Stalled {
     engine_->submit(*transaction_);
     return engine_->wait(*transaction_).done();
   }
-  bool stood() const { return stood_; }
+  bool has_stalled() const { return has_stalled_; }
   transaction::Engine& engine() { return *engine_; }
 
  private:
-  std::atomic<bool> stalls_{false}, stood_{false};
+  std::atomic<bool> stalls_{false}, has_stalled_{false};
   test::NoQueries executor_;
   transaction::MonotonicClock clock_;
   std::unique_ptr<transaction::Engine> engine_;
@@ -133,34 +131,34 @@ class Stalled {
   EntityId id_;
 };
 
-TEST(StalledDisk, TheLoopMissesNothingForIt) {
+TEST(StalledDisk, CausesNoMissedTicks) {
   SimulatedDisk disk(1);
-  Stalled stalled_disk(disk);
-  transaction::Engine& engine = stalled_disk.engine();
-  const MachineTime machine;
+  StallingDatabase database(disk);
+  transaction::Engine& engine = database.engine();
+  const MachineDelay machine;
   std::size_t done = 0;
-  const auto commit = [&] { done += stalled_disk.commit(); };
+  const auto commit = [&] { done += database.commit(); };
 
   std::size_t unexcused_healthy = 0, unexcused_stalled = 0;
   for (int round = 0; round < rounds; ++round) {
     const Loop healthy = run_loop(machine, stall, commit);
-    stalled_disk.set_stalls(true);
+    database.set_stalls(true);
     done = 0;
     const Loop stalled = run_loop(machine, stall, commit);
     const Durability during = engine.log()->state();
-    stalled_disk.set_stalls(false);
+    database.set_stalls(false);
 
-    ASSERT_TRUE(stalled_disk.stood());
+    ASSERT_TRUE(database.has_stalled());
     ASSERT_EQ(done, stalled.ticks) << "every tick committed";
-    EXPECT_LT(stalled.longest, never_that_long) << "a tick waited for the disk";
+    EXPECT_LT(stalled.longest, max_tick) << "a tick has waited for the disk";
     EXPECT_LT(stalled.median, healthy.median * 5 + 1ms);
-    EXPECT_EQ(during.commits_in_gaps, 0u) << "the ring holds what comes in that time";
+    EXPECT_EQ(during.commits_in_gaps, 0u) << "the ring holds all records of the stall";
     EXPECT_GE(during.ring_high_water, stalled.ticks / 2 * min_record_bytes);
     EXPECT_LE(during.ring_high_water, during.ring_bytes);
     EXPECT_LT(during.durable, engine.latest().version);
-    EXPECT_TRUE(engine.log()->wait_until_durable(engine.latest().version, 60s)) << "whole again";
+    EXPECT_TRUE(engine.log()->wait_until_durable(engine.latest().version, 60s));
     std::cout << "stalled for " << stall.count() << " ms: " << stalled.ticks << " ticks, " << stalled.misses
-              << " missed, " << stalled.unexcused << " of them not for what the machine took, before "
+              << " missed, " << stalled.unexcused << " of them without a delay of the machine, before "
               << healthy.unexcused << "; median " << in_us(stalled.median) << " us, before "
               << in_us(healthy.median) << " us; longest " << in_us(stalled.longest) << " us, before "
               << in_us(healthy.longest) << " us; ring " << during.ring_high_water << " of "
@@ -170,7 +168,7 @@ TEST(StalledDisk, TheLoopMissesNothingForIt) {
     unexcused_stalled += stalled.unexcused;
   }
   EXPECT_FALSE(is_more_than_chance(unexcused_stalled, unexcused_healthy))
-      << "ticks were late for the disk: " << unexcused_stalled << ", without it " << unexcused_healthy;
+      << unexcused_stalled << " unexcused misses with the stall, " << unexcused_healthy << " without";
 }
 
 }  // namespace

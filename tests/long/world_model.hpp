@@ -1,6 +1,5 @@
 #pragma once
-// The simplest world that commits can be carried out on: what every version of it holds. Shares no code with
-// the store.
+// A model of the store: the rows of every version. It shares no code with the store.
 
 #include <cstdint>
 #include <map>
@@ -25,41 +24,39 @@ struct ModelRow {
 
 using ModelRows = std::map<std::uint32_t, ModelRow>;  ///< by index
 
-/// Of all rows of a version: any difference changes it.
+/// Depends on every row of a version.
 std::uint64_t digest(const ModelRows& rows);
-/// What a row adds to it.
+/// The part of one row.
 std::uint64_t row_digest(rtstdb::EntityId id, std::uint32_t material, rtstdb::Version written_by);
 
 class WorldModel {
  public:
-  /// Commits come in the order of their versions. What does not fit is told: empty, or the fault in words.
+  /// In the order of versions. Returns why the commit is not valid; empty: it is valid.
   std::string commit(rtstdb::Version version, const std::vector<ModelWrite>& writes);
-  /// Nobody could read it, and nobody knows whether a log tells of it.
-  void may_stand(rtstdb::Version version, const std::vector<ModelWrite>& writes);
-  /// Whoever opened the database again found that version: what came after it never was. What does not fit is
-  /// told.
-  std::string go_on_at(rtstdb::Version version);
-  /// The rows of a version: those of the last commit up to it.
+  /// A version that was not published and that the log may have recorded.
+  void note_in_doubt(rtstdb::Version version, const std::vector<ModelWrite>& writes);
+  /// Recovery found that version: later ones are lost. Returns why it is not valid; empty: it is valid.
+  std::string recover_at(rtstdb::Version version);
+  /// The rows after the last commit up to that version.
   const ModelRows& rows(rtstdb::Version version) const;
   std::uint64_t digest(rtstdb::Version version) const;
   rtstdb::Version newest() const { return versions_.rbegin()->first; }
   /// The last commit before that version.
   rtstdb::Version before(rtstdb::Version version) const;
-  /// Whether the entity lives in every version from that one on.
-  bool lives_since(rtstdb::EntityId id, rtstdb::Version version) const;
-  /// Forgets versions below.
+  /// Whether the entity exists in every version from that one on.
+  bool exists_since(rtstdb::EntityId id, rtstdb::Version version) const;
   void forget_before(rtstdb::Version version);
 
  private:
-  struct Held {
+  struct VersionState {
     ModelRows rows;
     std::uint64_t digest = 0;
   };
-  const Held& held(rtstdb::Version version) const;
-  /// What a set leaves behind of the rows before it. What does not fit is told.
+  const VersionState& held(rtstdb::Version version) const;
+  /// Changes the rows. Returns why a write is not valid; empty: all are valid.
   static std::string apply(rtstdb::Version version, const std::vector<ModelWrite>& writes, ModelRows& rows);
-  std::map<rtstdb::Version, Held> versions_{{0, {}}};
-  std::map<rtstdb::Version, Held> doubtful_;
+  std::map<rtstdb::Version, VersionState> versions_{{0, {}}};
+  std::map<rtstdb::Version, VersionState> in_doubt_;
 };
 
 }  // namespace hil::stress

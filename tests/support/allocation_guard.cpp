@@ -1,7 +1,5 @@
 #include "tests/support/allocation_guard.hpp"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <cerrno>
 #include <cstddef>
@@ -25,15 +23,9 @@ namespace {
 constinit thread_local bool in_tick = false;
 constinit std::atomic<std::uint64_t> allocations{0};
 constinit std::atomic<std::uint64_t> frees{0};
-constinit std::atomic<bool> abort_wanted{false};
 
 void count(std::atomic<std::uint64_t>& kind) noexcept {
-  if (!in_tick) return;
-  kind.fetch_add(1, std::memory_order_relaxed);
-  if (!abort_wanted.load(std::memory_order_relaxed)) return;
-  static constexpr char text[] = "allocation guard: heap traffic in the tick\n";
-  (void)!write(STDERR_FILENO, text, sizeof text - 1);
-  std::abort();
+  if (in_tick) kind.fetch_add(1, std::memory_order_relaxed);
 }
 
 #if HIL_SANITIZER_MALLOC
@@ -47,14 +39,6 @@ const bool listening = [] {
 #endif
 
 }  // namespace
-
-bool sees_aligned_allocations() noexcept {
-#if defined(__SANITIZE_THREAD__)
-  return false;
-#else
-  return true;
-#endif
-}
 
 void enter_tick() noexcept {
 #if HIL_SANITIZER_MALLOC
@@ -74,10 +58,6 @@ Traffic seen() noexcept {
 void reset() noexcept {
   allocations.store(0, std::memory_order_relaxed);
   frees.store(0, std::memory_order_relaxed);
-}
-
-void abort_on_traffic(bool abort) noexcept {
-  abort_wanted.store(abort, std::memory_order_relaxed);
 }
 
 }  // namespace hil::allocation_guard

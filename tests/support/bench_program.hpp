@@ -1,5 +1,5 @@
 #pragma once
-// Runs a suite's program in its tiny mode and holds its lines against what it has to print.
+// Runs the program of a benchmark suite and checks its output.
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -34,7 +34,7 @@ inline Output run_program(const std::string& command) {
 struct Expected {
   const char* name;
   const char* unit;
-  const char* peer;  ///< how it begins; empty: none
+  const char* peer;  ///< the begin of its name; empty: none
 };
 
 /// One line of JSON for each figure, in this order.

@@ -1,12 +1,12 @@
 #pragma once
-// Operator new that throws on threads of one name, in the whole test program, when it is told to.
+// Makes operator new fail in threads of one name.
 
 namespace hil::test {
 
-/// After so many more allocations by operator new.
+/// After that many further allocations by operator new in these threads.
 void fail_allocations_of(const char* thread_name, int after);
 void stop_failing_allocations();
-/// Whether any has failed since it was told to.
+/// Whether an allocation has failed since fail_allocations_of().
 bool allocations_failed();
 
 }  // namespace hil::test

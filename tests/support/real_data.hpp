@@ -1,6 +1,6 @@
 #pragma once
-// Real meshes from public collections, which are no part of the project: a test that wants them exists only
-// where they are found, in the folder that HIL_TEST_DATA names or in shared/data beside the checkout.
+// Meshes from public collections, which are not part of the project: in the folder that HIL_TEST_DATA names,
+// or in shared/data beside the checkout. Tests of them exist only where the folder does.
 
 #include <cstdlib>
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace hil::test {
 
-/// One folder, or none: values for INSTANTIATE_TEST_SUITE_P.
+/// One folder or none, for INSTANTIATE_TEST_SUITE_P.
 inline std::vector<std::filesystem::path> real_mesh_folders() {
   const char* named = std::getenv("HIL_TEST_DATA");
   const std::filesystem::path data = named != nullptr

@@ -1,6 +1,6 @@
 #pragma once
-// How much a test does: its short form in every run, its long form with tools/test --long, less where a
-// sanitizer makes it ten times as slow.
+// The size of a test: its short form in every run, its long form with tools/test --long, and a tenth of the
+// short form with a sanitizer.
 
 #include <algorithm>
 #include <cstdint>
@@ -22,7 +22,7 @@ inline std::uint64_t rounds(std::uint64_t short_form, std::uint64_t long_form) {
 #endif
 }
 
-/// Of a test that has no long form.
+/// For a test without a long form.
 inline std::uint64_t rounds(std::uint64_t count) {
   return rounds(count, count);
 }

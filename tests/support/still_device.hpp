@@ -1,5 +1,5 @@
 #pragma once
-// A device without channels that is always connected and does nothing: tests override what they look at.
+// A device without channels that is always connected and does nothing; tests override some of its functions.
 
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Seeded changes to a text, as slips of a user's hand and damaged files make them.
+// Random changes to a text from a seed: typing mistakes and damage.
 
 #include <cstdint>
 #include <iterator>
@@ -55,7 +55,7 @@ class TextMutator {
       case 6:
         text.resize(at > text.size() / 2 ? at : text.size());
         break;
-      // These keep the syntax, and reach what is behind the parsers.
+      // These keep the syntax, so that they reach the code behind the parsers.
       case 7:
       case 8:
         replace(text, part(text, is_digit), numbers[below(std::size(numbers))]);
@@ -75,13 +75,13 @@ class TextMutator {
   static bool is_letter(char letter) {
     return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || letter == '_';
   }
-  /// The first run of such letters from some place on; empty when there is none.
-  Part part(const std::string& text, bool (*belongs)(char)) {
+  /// The first run of matching characters from a random place on; empty when there is none.
+  Part part(const std::string& text, bool (*matches)(char)) {
     std::size_t begin = below(text.size());
-    while (begin < text.size() && !belongs(text[begin]))
+    while (begin < text.size() && !matches(text[begin]))
       ++begin;
     std::size_t end = begin;
-    while (end < text.size() && belongs(text[end]))
+    while (end < text.size() && matches(text[end]))
       ++end;
     return {begin, end - begin};
   }

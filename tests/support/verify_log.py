@@ -1,26 +1,35 @@
 #!/usr/bin/env python3
-"""verify_log.py DIRECTORY...   reads logs of rtstdb and prints what each holds, or where it is damaged.
+"""verify_log.py DIRECTORY...   reads logs of rtstdb and prints their newest versions.
 
-Written from the description of the format alone (rtstdb/log/format.hpp), sharing no code with what writes it. For each directory
-a line "== DIRECTORY", then "refused: WHY", or the newest version: its rows, free indices and geometries, one to a line, numbers of
-double and single precision by their bits. Exits with 1 when any was refused.
+It follows the description of the format (rtstdb/log/format.hpp) and shares only the hash function with the
+writer. For each directory it prints a line "== DIRECTORY", then "refused: REASON", or the newest version: its
+rows, free indices and geometries, one to a line, floating-point numbers by their bits. Exits with 1 when any
+log was refused.
 """
+import ctypes
 import os
 import re
 import struct
 import sys
 
-from xxh3 import xxh3_64
+LIBRARY = ctypes.CDLL("libxxhash.so.0")
+LIBRARY.XXH3_64bits_withSeed.restype = ctypes.c_uint64
+LIBRARY.XXH3_64bits_withSeed.argtypes = [ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64]
 
 SECTOR, FORMAT, WORDS_OF_MOTION = 512, 3, 14
 MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
 COMMIT, GEOMETRY, DISCARD, GAP, MOVE = 1, 2, 3, 4, 5
-VALID_FROM_WORLD_TIME, SAME_WORLD_TIME = 1 << 14, 1 << 15  # reasons to omit the last word of a motion, and the world time of a move
+# Reasons to omit the last word of a motion, and the world time of a move.
+VALID_FROM_WORLD_TIME, SAME_WORLD_TIME = 1 << 14, 1 << 15
 CREATE, UPDATE, UPDATE_MOTION, REMOVE = 1, 2, 3, 4
 
 
 class Refused(Exception):
     pass
+
+
+def xxh3_64(data, seed):
+    return LIBRARY.XXH3_64bits_withSeed(data, len(data), seed)
 
 
 def check(condition, why):
@@ -61,8 +70,8 @@ class Segment:
         self.ok = False
         if len(self.data) < 64:
             return
-        (magic, self.format, self.sectors, self.database, stored_number, self.first_group, self.link, _, checksum) = (
-            struct.unpack_from("<8sIIQQQQQQ", self.data))
+        (magic, self.format, self.sectors, self.database, stored_number, self.first_group, self.link, _,
+         checksum) = struct.unpack_from("<8sIIQQQQQQ", self.data)
         if magic != b"RTSTLOG1" or checksum != xxh3_64(self.data[:56], self.database):
             return
         check(self.format == FORMAT, f"segment {number}: format {self.format}")
@@ -105,7 +114,8 @@ class Directory:
 def completed(change, before, version):
     """The motion that a write leaves, with its omitted words from the row before."""
     unchanged, follows, words = change
-    check(not unchanged or follows == before[0] & 0xFFFF, f"version {version} does not follow its base version")
+    check(not unchanged or follows == before[0] & 0xFFFF,
+          f"version {version} does not follow its base version")
     motion, at = b"", 0
     for k in range(WORDS_OF_MOTION):
         if unchanged >> k & 1:
@@ -137,26 +147,30 @@ class World:
 
     def apply(self, commit):
         version, time, writes, shapes = commit
-        check(version > self.version and time >= self.time, f"version {version} does not follow {self.version}")
+        check(version > self.version and time >= self.time,
+              f"version {version} does not follow {self.version}")
         self.before = (self.version, self.time, dict(self.rows), dict(self.generations),
                        [(g["shape"], g["shape_by"]) for g in self.geometries])
         for kind, index, generation, geometry, body in writes:
-            lives = self.rows.get(index)
+            existing = self.rows.get(index)
             if kind == CREATE:
-                check(lives is None, f"version {version} creates {index}, which lives")
-                check(generation == (self.generations.get(index, 0) + 1) % (1 << 32), "another generation is next")
+                check(existing is None, f"version {version} creates {index}, which exists")
+                check(generation == (self.generations.get(index, 0) + 1) % (1 << 32),
+                      "another generation is next")
             else:
-                check(lives is not None and self.generations[index] == generation, f"{index} is not there")
-            check(self.knows(geometry), f"geometry {geometry} is not there")
+                check(existing is not None and self.generations[index] == generation,
+                      f"{index} does not exist")
+            check(self.knows(geometry), f"geometry {geometry} does not exist")
             self.generations[index] = generation
             if kind == REMOVE:
                 del self.rows[index]
             elif kind == UPDATE_MOTION:
-                self.rows[index] = (version, lives[1], lives[2], completed(body, lives, version))
+                self.rows[index] = (version, existing[1], existing[2], completed(body, existing, version))
             else:
                 self.rows[index] = (version, geometry, body[:32], body[32:])
         for index, positions in shapes:
-            check(index < len(self.geometries) and self.geometries[index]["options"][0] == 1, "it does not deform")
+            check(index < len(self.geometries) and self.geometries[index]["options"][0] == 1,
+                  "it does not deform")
             geometry = self.geometries[index]
             check(len(positions) == 12 * geometry["positions"], "another number of positions")
             geometry["shape"], geometry["shape_by"] = positions, version
@@ -179,30 +193,34 @@ class World:
             by, geometry, appearance, motion = self.rows[index]
             mask, material = struct.unpack_from("<II", appearance, 24)
             doubles = struct.unpack("<3Q", appearance[:24]) + struct.unpack("<13Q", motion[:104])
-            yield (f"row {index} generation {self.generations[index]} by {by} geometry {geometry} mask {mask} "
-                   f"material {material} " + " ".join(f"{bits:016x}" for bits in doubles) +
+            yield (f"row {index} generation {self.generations[index]} by {by} geometry {geometry} "
+                   f"mask {mask} material {material} " + " ".join(f"{bits:016x}" for bits in doubles) +
                    f" from {struct.unpack('<q', motion[104:])[0]}")
         for g in self.geometries:
             floats = struct.unpack(f"<{len(g['shape']) // 4}I", g["shape"])
             corners = ["".join(f"{bits:08x}" for bits in floats[k:k + 3]) for k in range(0, len(floats), 3)]
-            yield " ".join([f"geometry {g['index']} {g['name']} positions {g['positions']} triangles {g['triangles']} "
-                            f"shape {g['shape_by']}"] + corners)
+            yield " ".join([f"geometry {g['index']} {g['name']} positions {g['positions']} "
+                            f"triangles {g['triangles']} shape {g['shape_by']}"] + corners)
 
 
 def read_geometry(cursor):
     file, checksum, index, deforms, kept, growth, length, reserved = cursor.get("QQIIIfII")
-    check(index < MAX_GEOMETRIES and deforms <= 1 and reserved == 0 and length <= 4096 and file, "no geometry")
+    check(index < MAX_GEOMETRIES and deforms <= 1 and reserved == 0 and length <= 4096 and file,
+          "no geometry")
     name = cursor.take(length).decode()
     cursor.skip_zeros(8)
-    return {"index": index, "file": file, "checksum": checksum, "name": name, "options": (deforms, kept, growth),
-            "shape": b"", "shape_by": 0, "positions": 0, "triangles": 0}
+    return {"index": index, "file": file, "checksum": checksum, "name": name,
+            "options": (deforms, kept, growth), "shape": b"", "shape_by": 0, "positions": 0, "triangles": 0}
 
 
 def read_mesh(directory, geometry, database):
     data = directory.read(f"geometry.{geometry['file']:010}")
-    magic, form, _, database_id, number, positions, triangles, payload, checksum = Cursor(data).get("8sIIQQIIQQ")
-    check(magic == b"RTSTGEO1" and form == FORMAT and database_id == database and number == geometry["file"], "another file")
-    check(checksum == geometry["checksum"] == xxh3_64(data[:48], database), f"geometry {number}: damaged header")
+    (magic, form, _, database_id, number, positions, triangles, payload,
+     checksum) = Cursor(data).get("8sIIQQIIQQ")
+    check(magic == b"RTSTGEO1" and form == FORMAT, "another format")
+    check(database_id == database and number == geometry["file"], "another file")
+    check(checksum == geometry["checksum"] == xxh3_64(data[:48], database),
+          f"geometry {number}: damaged header")
     check(len(data) == 56 + 12 * (positions + triangles), f"geometry {number}: another length")
     check(payload == xxh3_64(data[56:], database), f"geometry {number}: damaged mesh")
     geometry["positions"], geometry["triangles"] = positions, triangles
@@ -280,7 +298,8 @@ def read_checkpoint(directory, number, database):
     cursor = Cursor(directory.read(f"checkpoint.{number:010}"))
     (magic, form, limit, database_id, as_number, version, time, following, segment, offset, group, link, _,
      checksum) = cursor.get("8sIIQQQqQQQQQqQ")
-    check(magic == b"RTSTCKP1" and form == FORMAT and as_number == number, f"checkpoint {number}: another header")
+    check(magic == b"RTSTCKP1" and form == FORMAT and as_number == number,
+          f"checkpoint {number}: another header")
     check(checksum == xxh3_64(cursor.data[:96], database_id), f"checkpoint {number}: damaged header")
     if database_id != database:
         raise LookupError(f"checkpoint {number}: of another database")
@@ -299,9 +318,9 @@ def read_checkpoint(directory, number, database):
             world.add_geometry(read_geometry(body))
         elif kind == 2:
             for _ in range(entries):
-                generation, lives, by, geometry, _ = body.get("IIQII")
+                generation, existing, by, geometry, _ = body.get("IIQII")
                 world.generations[index] = generation
-                if lives:
+                if existing:
                     world.rows[index] = (by, geometry, body.take(32), body.take(112))
                 index += 1
         elif kind == 3:
@@ -309,7 +328,7 @@ def read_checkpoint(directory, number, database):
             where, positions = read_shape(body)
             world.geometries[where].update(shape=positions, shape_by=by)
         check(body.left() == 0, "extra bytes in a chunk")
-    check(cursor.left() == 0 and index == limit, f"checkpoint {number}: it does not end as it should")
+    check(cursor.left() == 0 and index == limit, f"checkpoint {number}: another length")
     return world, (segment, offset, group, link)
 
 
@@ -318,7 +337,7 @@ def segments_from(segments, position):
     chosen, end = [], None
     for segment in reversed(segments):
         if not segment.ok:
-            check(chosen, f"segment {segment.number}: damaged header, or another one's")
+            check(chosen, f"segment {segment.number}: damaged header, or that of another segment")
             continue
         if end is not None and (segment.first_group >= end or end <= position[2]):
             continue

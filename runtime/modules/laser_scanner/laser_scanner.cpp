@@ -5,7 +5,7 @@
 // The first sweep begins with the task's first release, so a sweep is a whole number of steps.
 //
 // Outputs  object<i>.valid, .x, .y (m), .vx, .vy (m/s over ground), .length (m), .age (ms): objects in the
-//          carrier's axes at the instant they were measured, `age` ago; the origin is the parameter list_origin
+//          carrier's axes at the instant they were measured, `age` ago; the origin is list_origin
 //          object_count, scan_index, hits (beams of the last step that hit), digest (a hash of all answers so
 //          far: runs with equal digests have equal answers)
 
@@ -20,6 +20,7 @@
 #include "runtime/config/numbers.hpp"
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
+#include "runtime/modules/laser_scanner/recorded_laser_scanner.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
@@ -432,7 +433,9 @@ ModuleType laser_scanner_type() {
           return nullptr;
         }
         return std::make_unique<LaserScanner>(values);
-      }};
+      },
+      .recorded_list = scanner_list,
+      .recall = recorded_laser_scanner};
 }
 
 }  // namespace hil::modules

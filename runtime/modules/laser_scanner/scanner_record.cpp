@@ -32,7 +32,7 @@ void each_property(Scanner& scanner, Visit&& visit) {
 }
 
 [[noreturn]] void refuse(const contribution::ModuleRecord& record, const std::string& fault) {
-  throw ScannerRecordError("world.json: scanner '" + record.name + "': " + fault);
+  throw RecordError("world.json: scanner '" + record.name + "': " + fault);
 }
 
 using Value = decltype(contribution::Property::value);

@@ -6,11 +6,11 @@
 
 #include <array>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
+#include "runtime/modules/recorded_scanner.hpp"
 
 namespace hil::modules {
 
@@ -39,14 +39,7 @@ struct ScannerRecord {
 
 contribution::ModuleRecord to_module_record(const ScannerRecord& scanner);
 
-/// A sentence that begins with "world.json" and names the property: it is missing, of another type, or beyond
-/// the limits of the module's parameters.
-class ScannerRecordError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// Throws ScannerRecordError.
+/// Throws RecordError with the name of the property.
 ScannerRecord to_scanner_record(const contribution::ModuleRecord& record);
 
 ScanPattern pattern_of(const ScannerRecord& scanner);

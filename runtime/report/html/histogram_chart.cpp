@@ -177,9 +177,9 @@ class Drawing {
       const double baseline = 12.0 + mark_row * static_cast<double>(row);
       const double at = x_(as_double(mark.value_ns));
       const std::string text = mark.label + ' ' + measured_time(mark.value_ns);
-      const double room = 5.0 + text_width(text, 11.0);
-      const bool right_is_good = at + room < width && !is_crossed(row, at, at + room);
-      const bool rightwards = right_is_good || at - room < 0.0;
+      const double space = 5.0 + text_width(text, 11.0);
+      const bool right_is_good = at + space < width && !is_crossed(row, at, at + space);
+      const bool rightwards = right_is_good || at - space < 0.0;
       svg_line(out_, (std::string("mark ") + mark.css_class).c_str(), {at, baseline - 9.0}, {at, bottom_});
       svg_text(out_, (std::string("strong label ") + mark.css_class + "-text").c_str(),
                {rightwards ? at + 5.0 : at - 5.0, baseline}, rightwards ? "start" : "end", text);
@@ -209,8 +209,8 @@ Histogram histogram_of(std::span<const std::int64_t> samples_ns, std::size_t bin
   Histogram histogram;
   for (const auto& [index, count] : counts) {
     const std::int64_t first = index * step;
-    const std::int64_t room = std::numeric_limits<std::int64_t>::max() - first;
-    histogram.push_back({first, first + std::min(step - 1, room), count});
+    const std::int64_t space = std::numeric_limits<std::int64_t>::max() - first;
+    histogram.push_back({first, first + std::min(step - 1, space), count});
   }
   return histogram;
 }

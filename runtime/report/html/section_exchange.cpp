@@ -1,7 +1,10 @@
-#include "runtime/report/bus_fault_text.hpp"
+#include <algorithm>
+#include <utility>
+
 #include "runtime/report/html/sections.hpp"
 #include "runtime/report/html/table.hpp"
 #include "runtime/report/quantities.hpp"
+#include "runtime/report/report_text.hpp"
 
 namespace hil::report {
 namespace {
@@ -27,67 +30,47 @@ void sentence_list(Markup& out, const std::vector<std::string>& all) {
   out.close();
 }
 
-void can_sentences(Markup& out, const RunRecord& record) {
+void bus_sentences(Markup& out, const BusGroup& group) {
   std::vector<std::string> all;
-  for (const CanBus& bus : record.can) {
-    for (const auto& sentences : {can_shortfalls(bus), can_remarks(bus)}) {
-      for (const std::string& sentence : sentences)
-        all.push_back(bus.bus + ": " + sentence + ".");
+  for (const BusRecord& bus : group.buses) {
+    for (const auto* sentences : {&bus.faults, &bus.remarks}) {
+      for (const contribution::BusSentence& sentence : *sentences)
+        all.push_back(bus.name + ": " + sentence_of(sentence) + ".");
     }
   }
   sentence_list(out, all);
 }
 
-void can_table(Markup& out, const RunRecord& record) {
-  if (record.can.empty()) return;
-  out.element("h3", "CAN");
-  Table table(out, {{"Bus"},
-                    {"Driver"},
-                    {"Received", true},
-                    {"Sent", true},
-                    {"Dropped", true},
-                    {"Error frames", true},
-                    {"No buffer", true},
-                    {"Bad checksum", true},
-                    {"Bad counter", true},
-                    {"Unknown id", true},
-                    {"Mean load", true},
-                    {"Peak in 0.1 s", true}});
-  for (const CanBus& bus : record.can) {
-    table.row({bus.bus, bus.driver, count_text(bus.rx), count_text(bus.tx), count_cell(bus.dropped, true),
-               count_cell(bus.errors, true), count_cell(bus.no_buffer, true),
-               count_cell(bus.bad_checksum, true), count_cell(bus.bad_counter, true),
-               count_text(bus.unknown_id), percent(bus.bus_load_mean), percent(bus.bus_load_peak)});
-  }
-  table.end();
-  can_sentences(out, record);
+/// Empty for a list.
+Cell bus_cell(const BusGroup& group, const BusRecord& bus, const contribution::BusColumn& column) {
+  if (column.key == group.name_key) return bus.name;
+  const contribution::BusField* const field = bus.find(column.key);
+  if (field == nullptr) return "";
+  if (const auto* const count = std::get_if<std::uint64_t>(&field->value))
+    return count_cell(*count, column.is_fault);
+  if (const auto* const share = std::get_if<double>(&field->value)) return percent(*share);
+  const auto* const text = std::get_if<std::string>(&field->value);
+  return text != nullptr ? *text : "";
 }
 
-void modbus_sentences(Markup& out, const RunRecord& record) {
-  std::vector<std::string> all;
-  for (const ModbusUnit& unit : record.modbus) {
-    for (const std::string& sentence : unit_shortfalls(unit))
-      all.push_back(unit.device + ": " + sentence + ".");
+void bus_table(Markup& out, const BusGroup& group) {
+  if (group.buses.empty()) return;
+  out.element("h3", group.title);
+  std::vector<Column> columns;
+  for (const contribution::BusColumn& column : group.columns) {
+    const contribution::BusField* const first = group.buses.front().find(column.key);
+    const bool is_text = first == nullptr || std::holds_alternative<std::string>(first->value);
+    columns.push_back({column.title, !is_text});
   }
-  sentence_list(out, all);
-}
-
-void modbus_table(Markup& out, const RunRecord& record) {
-  if (record.modbus.empty()) return;
-  out.element("h3", "Modbus");
-  Table table(out, {{"Device"},
-                    {"Requests", true},
-                    {"Replies", true},
-                    {"Time-outs", true},
-                    {"Errors", true},
-                    {"Reconnects", true}});
-  for (const ModbusUnit& unit : record.modbus) {
-    table.row({unit.device, count_text(unit.requests), count_text(unit.replies),
-               count_cell(unit.timeouts, true), count_cell(unit.errors, true),
-               count_cell(unit.reconnects, true)});
+  Table table(out, std::move(columns));
+  for (const BusRecord& bus : group.buses) {
+    std::vector<Cell> cells;
+    for (const contribution::BusColumn& column : group.columns)
+      cells.push_back(bus_cell(group, bus, column));
+    table.row(cells);
   }
   table.end();
-  modbus_sentences(out, record);
+  bus_sentences(out, group);
 }
 
 }  // namespace
@@ -183,11 +166,11 @@ void database_log_section(Markup& out, const RunRecord& record) {
 }
 
 void buses_section(Markup& out, const RunRecord& record) {
-  if (record.can.empty() && record.modbus.empty()) return;
+  if (std::ranges::all_of(record.buses, [](const BusGroup& group) { return group.buses.empty(); })) return;
   out.element("h2", "Buses and devices");
   out.open("div", {{"class", "card"}});
-  can_table(out, record);
-  modbus_table(out, record);
+  for (const BusGroup& group : record.buses)
+    bus_table(out, group);
   out.close();
 }
 

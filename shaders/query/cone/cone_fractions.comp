@@ -8,7 +8,7 @@
 // along a fixed pattern of directions: of S layers that they meet, V are the nearest surface. The fraction is
 // A V / S, but not more than what V directions may see. Where no direction meets the entity, it counts
 // whether its contact is visible from the apex. So a partly covered beam has an exact fraction, and an entity
-// smaller than the pattern resolves is not lost (docs/decisions/0041-fractions-of-a-beam.md).
+// smaller than the pattern resolves is not lost (docs/decisions/0042-fractions-of-a-beam.md).
 //
 // The first 64 lanes are a direction each, the next 16 a contact each. For areas every lane is a triangle.
 #include "common/halt.glsl"

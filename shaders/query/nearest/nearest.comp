@@ -10,7 +10,7 @@
 // for others to reach a leaf.
 //
 // Macros: LIST_SIZE, the largest k, and one of these:
-//   NEAREST_CENTER, NEAREST_BOUNDS   entities by the centre of their bounds, or by the bounds; only the TLAS is searched
+//   NEAREST_CENTER, NEAREST_BOUNDS   entities by the centre of their bounds, or by the bounds: only the TLAS
 //   NEAREST_SURFACE                  entities by their nearest triangle
 //   NEAREST_TRIANGLE                 triangles
 // NEAREST_STILL, with NEAREST_CENTER: all points have the same time, and the slot's window is that instant.

@@ -8,8 +8,8 @@
 
 // A ray in the frame of the tree that is traversed.
 struct Segment {
-  vec3
-      minus_o;  // not o: the compiler would move the negation into the expression for o and evaluate it at every visit
+  // Not o: the compiler would move the negation into the expression for o and evaluate it at every visit.
+  vec3 minus_o;
   vec3 d;
   vec3 inverse_d;
   // For triangles: the dominant axis of the direction, and the shear that makes the ray the z axis (see

@@ -10,8 +10,7 @@
 
 namespace hil::test {
 
-/// Advances when a test says so, by `per_reading_ns` at every reading, and by a jump that is planned some
-/// readings ahead.
+/// Advances by advance(), by `per_reading_ns` at every reading, and by one jump at a later reading.
 class SimulatedClock final : public rtstdb::Clock {
  public:
   rtstdb::ClockTime now() const noexcept override {
@@ -23,18 +22,18 @@ class SimulatedClock final : public rtstdb::Clock {
   bool is_virtual() const noexcept override { return virtual_time; }
 
   void advance(rtstdb::Nanoseconds by) noexcept { now_ns_.fetch_add(by.count()); }
-  /// The `reading`-th reading from now (1: the next) is the first to show the time moved by `by`.
+  /// The clock advances by `by` before the `reading`-th reading from now (1: the next).
   void jump_before_reading(int reading, rtstdb::Nanoseconds by) {
     jump_ns_ = by.count();
     readings_to_jump_ = reading;
   }
   void cancel_jump() { readings_to_jump_ = 0; }
-  /// Calls `event` within the `reading`-th reading from now. While none is under way.
+  /// Calls `event` in the `reading`-th reading from now. Not during a reading.
   void call_at_reading(int reading, std::function<void()> event) {
     event_ = std::move(event);
     readings_to_event_ = reading;
   }
-  /// Without being a reading.
+  /// The time, without a reading.
   rtstdb::ClockTime peek() const { return rtstdb::clock_time_ns(now_ns_.load()); }
 
   std::atomic<std::int64_t> per_reading_ns{0};

@@ -1,8 +1,8 @@
 #pragma once
-// A simulated device that takes time, is lost and comes back as a seed says.
+// A simulated device whose times, losses and revivals follow from a seed.
 //
-// One seed is one course of events: chance is drawn on the engine thread alone, and the engine's other thread
-// works in pauses() alone, which waits until it is done.
+// One seed gives one sequence of events: only the engine thread draws random numbers, and the write helper
+// thread works only in run_write_helper(), which waits until it is done.
 
 #include <atomic>
 #include <cstdint>
@@ -29,19 +29,19 @@ class Chance {
 
 using test::SimulatedClock;
 
-/// What happens in the device, told to whoever drives the simulation.
+/// Events of the device, for the driver of the simulation.
 class DeviceEvents {
  public:
   virtual ~DeviceEvents() = default;
   virtual void run_begins(std::span<const rtstdb::query::Request> requests) = 0;
-  /// A chunk has been carried out. True: the device was lost in it.
+  /// After each chunk. True: the device is lost.
   virtual bool chunk_done(const rtstdb::store::RowSource& rows, const rtstdb::query::PreparedQuery& query,
                           bool last) = 0;
   virtual void run_ends(rtstdb::query::RunStatus status) = 0;
-  /// Whether others are let in now; then pauses is called between begin_wait and end_wait, and returns when
-  /// the engine's write helper has done all that there is to do.
-  virtual bool may_pause() = 0;
-  virtual void pauses() = 0;
+  /// Whether the write helper may work now. Then run_write_helper() is called between begin_wait and
+  /// end_wait, and returns when the write helper has no more work.
+  virtual bool may_run_write_helper() = 0;
+  virtual void run_write_helper() = 0;
 };
 
 class SimulatedDevice final : public rtstdb::query::Executor {
@@ -57,23 +57,23 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   bool revive(rtstdb::query::ExecutorCallbacks* callbacks) noexcept override;
   rtstdb::Nanoseconds revival_takes() const noexcept override { return rtstdb::Nanoseconds(300'000); }
 
-  /// A lost device is tried once after it was lost, after each run that it could not do, and after each of
-  /// these calls: not by how often the engine happens to look.
-  void try_again() noexcept { tries_ = lost_; }
-  /// Any thread; false: not before the next of them, and it is not being tried.
-  bool will_be_tried() const noexcept { return tries_; }
+  /// The engine may retry a lost device once after the loss, after each failed run, and after each of these
+  /// calls, independently of how often it checks.
+  void retry() noexcept { retries_ = lost_; }
+  /// Whether a retry is due or running. Any thread.
+  bool will_be_retried() const noexcept { return retries_; }
 
  private:
   rtstdb::query::RunStatus run_chunks(const rtstdb::store::RowSource& rows,
                                       std::span<const rtstdb::query::Request> requests,
                                       rtstdb::query::ExecutorCallbacks* callbacks);
-  void let_others_in(rtstdb::query::ExecutorCallbacks* callbacks);
+  void wait_for_device(rtstdb::query::ExecutorCallbacks* callbacks);
 
   Chance& chance_;
   SimulatedClock& clock_;
   DeviceEvents& events_;
   bool lost_ = false;
-  std::atomic<bool> tries_{false};
+  std::atomic<bool> retries_{false};
 };
 
 }  // namespace hil::stress

@@ -33,7 +33,7 @@ class SimulatedFile final : public DiskFile {
     const int number = enter(DiskCall::write);
     const std::lock_guard lock(disk_.mutex_);
     if (number == ESTALE) return fault(DiskCall::write, EIO, name_);
-    // A call that fails has written some of it.
+    // A call that fails may have written a part.
     const std::size_t count = number == 0 ? bytes.size() : disk_.random_() % (bytes.size() + 1);
     const std::uint64_t end = offset + count;
     const std::uint64_t growth = end > content_->now.size() ? end - content_->now.size() : 0;
@@ -256,7 +256,7 @@ DiskFault SimulatedDisk::remove(std::string_view name) {
 DiskFault SimulatedDisk::sync_directory() {
   const int number = enter(DiskCall::sync_directory);
   const std::lock_guard lock(mutex_);
-  // One that fails has written the first of them; journals keep the others for the next.
+  // A sync that fails may have written the first changes; journals keep the others for the next sync.
   const std::size_t written = number == 0 ? changes_.size() : random_() % (changes_.size() + 1);
   const auto end = changes_.begin() + static_cast<std::ptrdiff_t>(written);
   std::for_each(changes_.begin(), end, [this](const Change& change) { apply(change, on_disk_); });

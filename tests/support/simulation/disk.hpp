@@ -1,10 +1,10 @@
 #pragma once
-// A disk in memory that does what real ones do at worst, by a seed: calls that fail, a full disk, calls that
-// take long, and crashes. After a crash only what was synced is certain: of sectors written since, any subset
-// is there, and names that changed since the directory was synced have changed or not. A sync of a file that
-// fails drops what it had to write, and later ones say nothing of that.
+// A disk in memory with the worst behaviour of real disks, from a seed: calls that fail, a full disk, slow
+// calls, and crashes. After a crash, synced data is there, of sectors written later any subset, and of later
+// changes of names any subset. A sync of a file that fails drops its unwritten data, and later syncs do not
+// report that.
 //
-// Threads: as the port says. Faults are set by anybody at any time.
+// Threads: as for the port. Any thread may set faults at any time.
 
 #include <atomic>
 #include <cstdint>
@@ -28,43 +28,49 @@ class SimulatedDisk final : public rtstdb::log::Disk {
   using Result = rtstdb::log::DiskResult<T>;
   using Fault = rtstdb::log::DiskFault;
 
+  using Contents = std::map<std::string, std::vector<std::byte>>;
+
   explicit SimulatedDisk(std::uint64_t seed) : random_(seed) {}
+  /// All of `contents` is on disk.
+  SimulatedDisk(std::uint64_t seed, const Contents& contents) : SimulatedDisk(seed) {
+    set_contents(contents);
+  }
 
   // ---- what goes wrong
 
-  /// Calls so far: any of the port, on the directory or a file.
+  /// The number of calls of the port, on the directory or a file.
   std::uint64_t calls() const noexcept { return calls_; }
-  /// The call that has that number (from 0) fails with that errno.
+  /// The call with that number (from 0) fails with that errno.
   void fail_call(std::uint64_t number, int error_number) {
     const std::lock_guard lock(mutex_);
     failing_[number] = error_number;
   }
-  /// Each call fails with EIO so often in a thousand; reading never does.
+  /// Each call fails with EIO with that probability; reads do not fail.
   void fail_per_mille(std::uint32_t chance) {
     const std::lock_guard lock(mutex_);
     chance_ = chance;
   }
-  /// All calls of that kind fail, until 0 is given.
+  /// All calls of that kind fail; 0: they do not.
   void fail_kind(DiskCall call, int error_number) {
     const std::lock_guard lock(mutex_);
     failing_kinds_[call] = error_number;
   }
-  /// Files can not grow beyond that many bytes together.
+  /// The files can not grow beyond that sum of bytes.
   void set_capacity(std::uint64_t bytes) {
     const std::lock_guard lock(mutex_);
     capacity_ = bytes;
   }
-  /// Called before each call, without a lock: it may wait, or move a clock.
+  /// Called before each call, without a lock: it may wait, or advance a clock.
   void before_each(std::function<void(DiskCall)> hook) {
     const std::lock_guard lock(mutex_);
     hook_ = std::move(hook);
   }
 
-  /// The power goes. Files that are open are no good any more.
+  /// A power failure. Open files become invalid.
   void crash();
-  /// The process goes: what was written stays for those that read, and is no safer than before.
+  /// The end of the process: later processes read all written data, which is not on disk for that.
   void kill() { ++life_; }
-  /// From here on a crash keeps nothing that was not synced, or all of it; by default it is drawn by sectors.
+  /// What a crash keeps of unsynced data: a random subset of sectors (the default), nothing, or everything.
   enum class Keeps : std::uint8_t { any, nothing, everything };
   void at_crash_keep(Keeps keeps) {
     const std::lock_guard lock(mutex_);
@@ -73,9 +79,8 @@ class SimulatedDisk final : public rtstdb::log::Disk {
 
   // ---- for damage and comparison
 
-  std::map<std::string, std::vector<std::byte>> contents() const;
-  /// All of it is on disk.
-  void set_contents(const std::map<std::string, std::vector<std::byte>>& contents);
+  Contents contents() const;
+  void set_contents(const Contents& contents);
 
   // ---- the port
 
@@ -103,7 +108,7 @@ class SimulatedDisk final : public rtstdb::log::Disk {
     std::shared_ptr<Content> content;
   };
 
-  /// Tells of the call; the errno that it fails with, or 0.
+  /// Counts the call. Returns the errno that it fails with, or 0.
   int enter(DiskCall call);
   bool draw() { return keeps_ == Keeps::any ? random_() % 2 == 0 : keeps_ == Keeps::everything; }
   static void apply(const Change& change, Names& names);

@@ -18,7 +18,7 @@ namespace rtstdb::transaction::test {
 
 using hil::test::SimulatedClock;
 
-/// A ray query whose rays ask at the times they hold; `label` tells tests which one ran.
+/// A ray query that checks the times of its rays; tests know by `label` which query ran.
 class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
  public:
   explicit SimulatedQuery(std::uint32_t capacity, int label_given = 0,
@@ -64,7 +64,7 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
   void discard_answers() noexcept override {
     if (late() != LatePolicy::last_good) readable_ = 0;
   }
-  /// The executor has come so far; elements from `first` on hit something at that distance.
+  /// Elements [first, end) are answered: each hits something at distance `lambda`.
   void answer(std::uint32_t first, std::uint32_t end, float lambda) {
     answered_ = end;
     for (std::uint32_t k = first; k < end; ++k) {
@@ -85,7 +85,7 @@ class SimulatedQuery final : public RayQuery, public query::PreparedQuery {
 
 constexpr std::uint32_t unmeasured_chunk = 4096;  ///< elements, before anything is known of a kind
 
-/// Does what `work` says; by default costs nothing.
+/// Calls `work` for each run; without it a run takes no time.
 class SimulatedExecutor final : public query::Executor {
  public:
   using Work = std::function<query::RunReport(const store::RowSource&, std::span<const query::Request>,
@@ -122,7 +122,7 @@ class SimulatedExecutor final : public query::Executor {
       chunk;
   /// What happens while a run waits for the device; none: it never waits.
   std::function<void()> while_waiting;
-  /// Asked there.
+  /// For `while_waiting`.
   bool preemption_requested() const noexcept { return waits_ != nullptr && waits_->preemption_requested(); }
   /// What happens while a run waits, before it begins, for what the device executes of the run that it
   /// preempts; none: it does not wait.
@@ -165,7 +165,7 @@ class Gate {
     arrived_.release();
     opened_.acquire();
   }
-  void wait_until_somebody_stands_there() { arrived_.acquire(); }
+  void wait_until_held() { arrived_.acquire(); }
   void open() { opened_.release(); }
 
  private:
@@ -199,13 +199,31 @@ inline Terms terms(DeadlineClass deadline_class, ClockTime deadline = ClockTime:
   return made;
 }
 
-inline TransactionOptions room_for(std::uint32_t writes, std::uint32_t preconditions, std::uint32_t queries) {
+inline TransactionOptions options_for(std::uint32_t writes, std::uint32_t preconditions,
+                                      std::uint32_t queries) {
   TransactionOptions made;
   made.max_writes = writes;
   made.max_preconditions = preconditions;
   made.max_queries = queries;
   made.max_reads = 4;
   return made;
+}
+
+/// Soft terms without a deadline.
+inline Terms soft_terms(std::uint8_t importance) {
+  return terms(DeadlineClass::soft, ClockTime::max(), importance);
+}
+
+inline int label_of(const query::Request& request) {
+  return dynamic_cast<const SimulatedQuery&>(*request.query).label;
+}
+
+/// Begins `transaction` with `count` elements of `query` and nothing else.
+inline Transaction& begin_query(Transaction& transaction, SimulatedQuery& query, const Terms& given,
+                                std::uint32_t count = 1) {
+  transaction.begin(given);
+  transaction.add_query(query, count);
+  return transaction;
 }
 
 /// One engine with everything simulated.
@@ -216,7 +234,7 @@ struct World {
   // NOLINTEND(clang-analyzer-optin.cplusplus.UninitializedObject)
 
   std::unique_ptr<Transaction> make(std::uint32_t max_writes = 8, std::uint32_t max_queries = 2) {
-    return engine.make_transaction(room_for(max_writes, 4, max_queries));
+    return engine.make_transaction(options_for(max_writes, 4, max_queries));
   }
   const Outcome& execute(Transaction& transaction) {
     engine.submit(transaction);

@@ -1,5 +1,5 @@
 #pragma once
-// An executor for databases without queries.
+// The executor of a database without queries.
 
 #include "rtstdb/query/executor.hpp"
 

@@ -8,7 +8,7 @@
 
 namespace hil::io {
 
-/// Stands where it was put.
+/// Shows the time that was set.
 class SetClock final : public RunClock {
  public:
   RunTimeNs now_ns() const noexcept override { return now_ns_.load(); }
@@ -18,7 +18,7 @@ class SetClock final : public RunClock {
   std::atomic<RunTimeNs> now_ns_{0};
 };
 
-/// Runs from its construction on.
+/// Real time since its construction.
 class RunningClock final : public RunClock {
  public:
   RunTimeNs now_ns() const noexcept override {

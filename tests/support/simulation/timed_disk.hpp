@@ -1,8 +1,8 @@
 #pragma once
-// A disk behind which another one is, that keeps account of how long its calls take. The account may lie in
-// memory that another process reads when this one has been killed.
+// A disk that measures the time in the calls of another disk. The account may be in memory that another
+// process reads after this one is killed.
 //
-// Threads: one calls at a time; the account is anybody's.
+// Threads: one calls at a time; any thread reads the account.
 
 #include <atomic>
 #include <cstdint>
@@ -17,19 +17,19 @@ namespace hil::stress {
 
 class DiskAccount {
  public:
-  /// In calls so far, and in the one that is under way.
+  /// The time in completed calls and in the current one.
   rtstdb::Nanoseconds taken(rtstdb::ClockTime now) const noexcept;
   void begins(rtstdb::ClockTime now) noexcept;
   void ends(rtstdb::ClockTime now) noexcept;
 
  private:
   std::atomic<std::int64_t> finished_ns_{0};
-  std::atomic<std::int64_t> begun_ns_{0};  ///< 0: no call is under way
+  std::atomic<std::int64_t> begun_ns_{0};  ///< of the current call; 0: none
 };
 
 class TimedDisk final : public rtstdb::log::Disk {
  public:
-  /// Account and clock outlive it, and its files.
+  /// Account and clock outlive the disk and its files.
   TimedDisk(std::unique_ptr<rtstdb::log::Disk> disk, DiskAccount& account, const rtstdb::Clock& clock)
       : disk_(std::move(disk)), timer_{account, clock} {}
 

@@ -15,7 +15,7 @@ cp -r "$consumer_dir" "$work/consumer"
   -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags -Wall -Wextra -Wpedantic -Werror" \
   -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF
 "$cmake" --build "$work/build"
-# The installed headers must not lean on the tree's.
+# The installed headers must not include headers of the tree.
 if grep -rn 'include "' "$work/prefix/include"; then
   echo "an installed header includes one that is not installed" >&2
   exit 1

@@ -1,22 +1,20 @@
-// The module that docs/guide/modules.md shows does what the page says.
+// The example module of docs/guide/modules.md.
 
 #include <gtest/gtest.h>
 
-#include "runtime/config/parse.hpp"
 #include "runtime/modules/range_finder/range_finder.hpp"
+#include "tests/unit/runtime_modules/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class RangeFinderOfTheGuide : public ::testing::Test {
+class GuideRangeFinder : public testing::ModuleFixture {
  protected:
+  GuideRangeFinder() : ModuleFixture({"vehicle", "structure"}) {}
   void SetUp() override {
-    auto opened = rtstdb::Database::open({});
-    ASSERT_TRUE(opened) << opened.error().message;
-    database_ = std::move(opened).value();
-    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"vehicle", "structure"});
+    ModuleFixture::SetUp();
     rtstdb::EntityRow car;
     car.geometry = world_->add_geometry(rtstdb::make_box({4.0, 2.0, 1.0}), "car");
     car.mask = *world_->layer_bit("vehicle");
@@ -30,48 +28,30 @@ class RangeFinderOfTheGuide : public ::testing::Test {
   }
 
   std::unique_ptr<Module> make(const std::string& parameters) {
-    const ModuleType type = range_finder_type();
-    const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
-    if (!value) return nullptr;
-    auto module = type.create(*value, diagnostics_);
-    module->configure(*world_, events_, {.instance = "range", .period_ns = 10 * ms, .deadline_ns = 10 * ms});
-    return module;
+    return ModuleFixture::make(range_finder_type(), parameters,
+                               {.instance = "range", .period_ns = 10 * ms, .deadline_ns = 10 * ms});
   }
   std::vector<double> step(Module& module, std::int64_t time_ns) {
-    std::vector<double> outputs(module.ports().outputs.size(), -1.0);
-    StepContext context;
-    context.time_ns = time_ns;
-    context.period_ns = 10 * ms;
-    context.deadline = rtstdb::ClockTime::max();
-    context.version = database_->latest().version;
-    context.outputs = outputs;
-    context.events = &events_;
-    module.step(context);
-    return outputs;
+    return ModuleFixture::step(module, 0, time_ns, 10 * ms);
   }
-
-  std::unique_ptr<rtstdb::Database> database_;
-  std::unique_ptr<World> world_;
-  EventLog events_;
-  config::Diagnostics diagnostics_;
 };
 
-TEST_F(RangeFinderOfTheGuide, MeasuresFromTheMovingBodyToWhatItMeets) {
+TEST_F(GuideRangeFinder, MeasuresTheDistanceFromTheMovingBody) {
   const auto module = make("{carrier: traffic.ego, layers: [structure], range: 80 m}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   const std::vector<double> at_once = step(*module, 0);
   EXPECT_NEAR(at_once[0], 50.0, 1e-4) << "from the middle of the car to the wall's near face";
   EXPECT_EQ(at_once[1], 1.0);
-  EXPECT_NEAR(step(*module, 1'000 * ms)[0], 40.0, 1e-4) << "the car has moved on";
+  EXPECT_NEAR(step(*module, 1'000 * ms)[0], 40.0, 1e-4) << "the car has moved";
 }
 
-TEST_F(RangeFinderOfTheGuide, MeetsNothingBeyondItsRange) {
+TEST_F(GuideRangeFinder, ReturnsItsRangeWithoutAHit) {
   const auto module = make("{carrier: traffic.ego, layers: [structure], range: 30 m}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   EXPECT_EQ(step(*module, 0), (std::vector<double>{30.0, 0.0}));
 }
 
-TEST_F(RangeFinderOfTheGuide, SaysWhatItNamesOfTheWorldSoThatACheckCanFindMistakes) {
+TEST_F(GuideRangeFinder, DeclaresItsBodiesAndLayers) {
   const auto module = make("{carrier: traffic.ego, layers: [structure, vehicle]}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   ASSERT_EQ(module->ports().bodies.size(), 1U);

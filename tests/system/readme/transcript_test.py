@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""transcript_test.py HIL README: the first scenario of README and the console output that it prints are true.
+"""transcript_test.py HIL README: the first scenario of README runs, and its console output is right.
 
-Saves README's first block of YAML as first.yaml, runs each `$` command of its blocks of text, and compares what
-the command prints. Times in "N ticks in TIME" differ from machine to machine and are not compared.
+Saves README's first block of YAML as first.yaml, runs each `$` command of its blocks of text, and compares
+what the command prints. Times in "N ticks in TIME" differ from machine to machine and are not compared.
 """
 
 import pathlib

@@ -1,4 +1,4 @@
-// The benchmark's parts, and its program in tiny mode.
+// The parts of the executive's benchmark, and its program in tiny mode.
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -35,7 +35,7 @@ Output run_program(const std::string& command) {
   return output;
 }
 
-TEST(Cyclictest, QuantilesOfAPrintedHistogram) {
+TEST(Cyclictest, OutputIsParsedToQuantiles) {
   const std::string printed =
       "# /dev/cpu_dma_latency set to 0us\n# Histogram\n000000 000000\n001500 000050\n002500 000048\n009000 "
       "000001\n"
@@ -48,7 +48,7 @@ TEST(Cyclictest, QuantilesOfAPrintedHistogram) {
   EXPECT_EQ(latency.beyond_1_ms, 1U);
 }
 
-TEST(Cyclictest, ARankPastTheHistogramAnswersWithTheMaximum) {
+TEST(Cyclictest, QuantileBeyondTheHistogramIsTheMaximum) {
   const WakeupLatency latency =
       parse_cyclictest("000010 000001\n# Max Latencies: 2000000\n# Histogram Overflows: 00009\n");
   EXPECT_DOUBLE_EQ(latency.p50_us, 2000.0);
@@ -67,7 +67,7 @@ TEST(Figure, RatioAboveOneIsBetter) {
   EXPECT_FALSE(figure.ratio().has_value());
 }
 
-TEST(Figure, Median) {
+TEST(Figure, MedianOfOddAndEvenCounts) {
   EXPECT_EQ(median({3.0, 1.0, 2.0}), 2.0);
   EXPECT_EQ(median({4.0, 1.0, 2.0, 3.0}), 2.5);
 }
@@ -97,7 +97,7 @@ TEST(BenchExecutive, TinyModePrintsOneJsonLinePerFigure) {
   }
 }
 
-TEST(BenchExecutive, UnknownSuiteOrArgumentIsRefusedWithTheKnownOnes) {
+TEST(BenchExecutive, UnknownSuiteOrArgumentIsRefused) {
   const Output suite = run_program(std::string(HIL_SOURCE_DIR) + "/tools/bench nonsense --json 2>&1");
   EXPECT_EQ(suite.exit_code, 2);
   EXPECT_NE(suite.text.find("unknown suite or option 'nonsense'; suites: "), std::string::npos) << suite.text;

@@ -34,7 +34,7 @@ bool fifo_permitted(std::string& why_not) {
   return thread.fifo();
 }
 
-/// Says why a test can not run here. On a CI machine (CI is set) that is a failure.
+/// Skips the test, with the reason, where SCHED_FIFO is not permitted. On a CI machine (CI is set) it fails.
 #define NEED_FIFO()                                                                         \
   std::string why_not;                                                                      \
   if (!fifo_permitted(why_not)) {                                                           \
@@ -42,11 +42,11 @@ bool fifo_permitted(std::string& why_not) {
     GTEST_SKIP() << why_not;                                                                \
   }
 
-/// Computes for a given CPU time, and says when its CPU clock leapt from one look to the next: then a host
-/// had taken the processor without telling, and the kernel counts it as the task's.
+/// Computes for a given CPU time, and records the ticks in which its CPU clock jumped between two readings:
+/// the host took the processor without reporting it, and the kernel counts the time as the task's.
 class SpinningTask final : public Task {
  public:
-  explicit SpinningTask(std::int64_t spin_ns) : spin_ns_(spin_ns) { taken_at_.reserve(1000); }
+  explicit SpinningTask(std::int64_t spin_ns) : spin_ns_(spin_ns) { jumps_.reserve(1000); }
   void step(const TickInfo& tick) noexcept override {
     const std::int64_t begin_ns = probe_.thread_cpu_ns();
     std::int64_t longest_ns = 0;
@@ -54,24 +54,22 @@ class SpinningTask final : public Task {
       const std::int64_t before_ns = std::exchange(now_ns, probe_.thread_cpu_ns());
       longest_ns = std::max(longest_ns, now_ns - before_ns);
     }
-    if (longest_ns > 100 * us && taken_at_.size() < taken_at_.capacity()) taken_at_.push_back(tick.tick);
+    if (longest_ns > 100 * us && jumps_.size() < jumps_.capacity()) jumps_.push_back(tick.tick);
   }
-  bool was_taken_at(std::uint64_t tick) const {
-    return std::ranges::find(taken_at_, tick) != taken_at_.end();
-  }
+  bool has_jump_at(std::uint64_t tick) const { return std::ranges::find(jumps_, tick) != jumps_.end(); }
 
  private:
   const std::int64_t spin_ns_;
-  std::vector<std::uint64_t> taken_at_;
+  std::vector<std::uint64_t> jumps_;
   SystemProbe probe_;
 };
 
-bool own_fault(MissCause cause) {
+bool is_own_fault(MissCause cause) {
   return cause == MissCause::own_work || cause == MissCause::database || cause == MissCause::earlier_task ||
          cause == MissCause::page_fault;
 }
 
-TEST(ExecutiveRealtime, NoTaskRunsLateByItsOwnFault) {
+TEST(ExecutiveRealtime, TasksMissNoDeadlineByTheirWork) {
   NEED_FIFO();
   MonotonicClock clock;
   ExecutiveOptions options;
@@ -104,11 +102,11 @@ TEST(ExecutiveRealtime, NoTaskRunsLateByItsOwnFault) {
   EXPECT_FALSE(result.hang.has_value());
   for (const TaskResult& task : result.tasks) {
     EXPECT_GT(task.runs, 90U) << task.name;
-    EXPECT_EQ(task.misses.size(), task.deadline_misses) << "each miss is on record with its cause";
+    EXPECT_EQ(task.misses.size(), task.deadline_misses) << "each miss is recorded with its cause";
     for (const Miss& miss : task.misses) {
-      const bool taken =
-          std::ranges::any_of(tasks, [&](const auto& one) { return one->was_taken_at(miss.tick); });
-      EXPECT_FALSE(own_fault(miss.cause) && !taken)
+      const bool has_jump =
+          std::ranges::any_of(tasks, [&](const auto& one) { return one->has_jump_at(miss.tick); });
+      EXPECT_FALSE(is_own_fault(miss.cause) && !has_jump)
           << task.name << " at tick " << miss.tick << ": " << to_string(miss.cause) << ", late by "
           << miss.lateness_ns << " ns";
     }
@@ -118,14 +116,14 @@ TEST(ExecutiveRealtime, NoTaskRunsLateByItsOwnFault) {
   }
 }
 
-/// When a run ends its thread becomes an ordinary one again, and may then wait for a processor.
-TEST(ExecutiveRealtime, TheEndOfARunBesideBusyThreadsIsNoHang) {
+/// At the end of a run its thread loses its priority and may wait for a processor.
+TEST(ExecutiveRealtime, EndOfARunBesideBusyThreadsIsNoHang) {
   NEED_FIFO();
-  std::atomic<bool> enough{false};
+  std::atomic<bool> stop_busy{false};
   std::vector<std::thread> busy;
   for (unsigned i = 0; i < 4 * std::thread::hardware_concurrency(); ++i) {
     busy.emplace_back([&] {
-      while (!enough.load(std::memory_order_relaxed)) {
+      while (!stop_busy.load(std::memory_order_relaxed)) {
       }
     });
   }
@@ -146,16 +144,16 @@ TEST(ExecutiveRealtime, TheEndOfARunBesideBusyThreadsIsNoHang) {
     EXPECT_EQ(result.ticks + result.base.skipped_ticks, 200U);
     hangs += result.hang ? 1 : 0;
   }
-  enough = true;
+  stop_busy = true;
   for (std::thread& thread : busy)
     thread.join();
   EXPECT_EQ(hangs, 0);
 }
 
-TEST(ExecutiveRealtime, WakesWithinOneAndAHalfOfCyclictest) {
+TEST(ExecutiveRealtime, WakeUpLatencyIsWithin150PercentOfCyclictest) {
   NEED_FIFO();
-  // Medians over three rounds by turns. A neighbour on the machine may spoil one comparison: two more are
-  // allowed, and an executive that is really slower fails all three.
+  // Medians over three alternating rounds. Other load may disturb a comparison, so three are made; a slower
+  // executive fails all of them.
   constexpr int attempts = 3;
   for (int attempt = 1;; ++attempt) {
     const bench::WakeupComparison both = bench::compare_wakeup({3, 2'000, 60});
@@ -165,7 +163,7 @@ TEST(ExecutiveRealtime, WakesWithinOneAndAHalfOfCyclictest) {
                 both.theirs.p99_us, ratio);
     if (ratio <= 1.5) break;
     ASSERT_LT(attempt, attempts)
-        << "p99 wake-up latency is more than 1.5 times cyclictest's, three times over";
+        << "p99 wake-up latency is more than 1.5 times that of cyclictest in three comparisons";
   }
 }
 

@@ -1,4 +1,4 @@
-// What a DBC file decides, as a user of the program sees it.
+// Statements of a DBC file, seen by a user of the program.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ void write_files(const Folder& folder, const std::string& statements) {
       "    send: [{message: Short, signals: {V: seven}}]\n");
 }
 
-TEST(CanDatabase, WarningsAreToldAndRefuseNothing) {
+TEST(CanDatabase, WarningsAreReportedAndRefuseNothing) {
   const Folder folder;
   write_files(folder, "CM_ \"unfinished\"\nBA_DEF_ BO_ \"X\" INT 0 1;\n");
   const Ended ended = run_hil({"check", folder / "bus.yaml"});
@@ -34,7 +34,7 @@ TEST(CanDatabase, WarningsAreToldAndRefuseNothing) {
       << ended.errors;
 }
 
-TEST(CanDatabase, AnFdMessageOfEightBytesGoesOutAsOneAtItsCycleTime) {
+TEST(CanDatabase, FdMessageIsSentAsFdFrameWithItsCycleTime) {
   const Folder folder;
   write_files(folder,
               "BA_DEF_DEF_ \"CANFD_BRS\" \"1\";\nBA_ \"VFrameFormat\" BO_ 256 14;\nBA_ \"GenMsgCycleTime\" "

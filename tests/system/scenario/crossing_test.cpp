@@ -1,4 +1,4 @@
-// The crossing under the virtual clock, at its own resolution: the main job.
+// The crossing under the virtual clock, at its full resolution.
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,7 @@ double greatest(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *std::ranges::max_element(values);
 }
 
-/// What one machine measures in one run and another run does not repeat: times of day, processors' times,
-/// and the addresses that the run chose.
+/// Removes the values that differ between two runs: measured times, and the addresses that the run chose.
 void leave_out_measurements(nlohmann::json& node) {
   static const std::vector<std::string> measured{
       "started_at", "wall_ns", "cpu_ns", "gpu_ns", "blocked_ns", "wake_latency_ns", "slack_ns", "page_faults",
@@ -41,7 +40,7 @@ TEST(VirtualCrossing, ReachesThePlcOverIpv6) {
   EXPECT_TRUE(read_text(folder / "out/plc.out").starts_with("listening [::1]:"));
 }
 
-TEST(VirtualCrossing, TheControllerStopsTheCarBeforeTheOneThatRunsItsRed) {
+TEST(VirtualCrossing, StopsTheCarWithTheController) {
   const Folder folder;
   const Ended run = run_hil({"run", crossing(), "--clock", "virtual", "--out", folder / "out"});
   EXPECT_EQ(run.code, 0) << run.output << run.errors;
@@ -54,13 +53,13 @@ TEST(VirtualCrossing, TheControllerStopsTheCarBeforeTheOneThatRunsItsRed) {
   ASSERT_GE(report["expectations"].size(), 2U);
   for (const auto& expectation : report["expectations"])
     EXPECT_TRUE(expectation["passed"].get<bool>()) << expectation;
-  const auto says = [&](const std::string& words) {
+  const auto has_event = [&](const std::string& words) {
     return std::ranges::any_of(report["events"], [&](const auto& event) {
       return event["text"].template get<std::string>().find(words) != std::string::npos;
     });
   };
-  EXPECT_TRUE(says("the device under test requests")) << report["events"];
-  EXPECT_TRUE(says("the ego stops")) << report["events"];
+  EXPECT_TRUE(has_event("the device under test requests")) << report["events"];
+  EXPECT_TRUE(has_event("the ego stops")) << report["events"];
   for (const auto& process : report["processes"])
     EXPECT_EQ(process["exit"], "exited with code 0") << process;
 
@@ -70,14 +69,14 @@ TEST(VirtualCrossing, TheControllerStopsTheCarBeforeTheOneThatRunsItsRed) {
   EXPECT_EQ(greatest(signals["collision.total"]), 0.0);
   ASSERT_FALSE(signals["traffic.ego.speed"].empty());
   EXPECT_GT(signals["traffic.ego.speed"].front(), 5.0);
-  EXPECT_EQ(*std::ranges::min_element(signals["traffic.ego.speed"]), 0.0) << "it has to stand";
+  EXPECT_EQ(*std::ranges::min_element(signals["traffic.ego.speed"]), 0.0) << "the ego stops";
   const auto frames = read_can_log(folder / "out/can-car.log");
   EXPECT_GT(greatest(values_on_bus(frames, "BrakeCommand.Deceleration")), 1.0);
   EXPECT_EQ(values_on_bus(frames, "ObjectHeader.Counter").size(), 1001U)
-      << "100 Hz, and the safe values last";
+      << "100 Hz, and the safe values at the end";
 }
 
-TEST(VirtualCrossing, WithoutTheControllerItEndsInACollisionAndExitCode1) {
+TEST(VirtualCrossing, CollidesWithoutTheController) {
   const Folder folder;
   const Ended run = run_hil(
       {"run", crossing(), "--clock", "virtual", "--set", "dut.enabled=false", "--out", folder / "out"});
@@ -101,7 +100,7 @@ TEST(VirtualCrossing, WithoutTheControllerItEndsInACollisionAndExitCode1) {
   EXPECT_EQ(junit.find("failures=\"0\""), std::string::npos) << junit;
 }
 
-TEST(VirtualCrossing, TwoRunsOfOneSeedAreTheSame) {
+TEST(VirtualCrossing, RepeatsForOneSeed) {
   const Folder folder;
   std::vector<nlohmann::json> reports;
   for (const char* name : {"first", "second"}) {
@@ -121,9 +120,9 @@ TEST(VirtualCrossing, TwoRunsOfOneSeedAreTheSame) {
   EXPECT_GT(history("first").size(), 1'000'000U);
   EXPECT_TRUE(history("first") == history("second"));
   EXPECT_EQ(nlohmann::json::diff(reports[0], reports[1]), nlohmann::json::array());
-  EXPECT_GT(reports[0].dump().size(), 50000U) << "what is compared has to be nearly all of it";
+  EXPECT_GT(reports[0].dump().size(), 50000U) << "nearly the whole report is compared";
 
-  // The digest runs over every answer to the scanner's queries; a constant would prove nothing.
+  // The digest covers every answer to the scanner's queries, so it changes.
   const Signals signals(folder / "first");
   const std::vector<double>& digest = signals["scanner.digest"];
   ASSERT_EQ(digest.size(), 1000U);

@@ -1,4 +1,4 @@
-// How runs end before their time: by the user, or because a program they need is lost.
+// Runs that end early: by the user, or since a program that they need is lost.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 using std::chrono::duration;
 using std::chrono::steady_clock;
 
-/// A run of an hour that has begun: frames are on the bus.
+/// A run of an hour that has begun and sends frames.
 class LongRun {
  public:
   explicit LongRun(const std::string& clock, const std::vector<std::string>& more = {})
@@ -33,20 +33,20 @@ class LongRun {
 
   std::string out() const { return folder_ / "out"; }
   Program& program() noexcept { return program_; }
-  /// Ends one of its programs as `signal` says.
-  void strike(const std::string& child, int signal) {
+  /// Sends a signal to one of its programs.
+  void signal_child(const std::string& child, int signal) {
     const auto pid = program_.child(child);
     ASSERT_TRUE(pid.has_value()) << child << " does not run";
     ASSERT_EQ(::kill(*pid, signal), 0);
-    struck_ = steady_clock::now();
+    signalled_at_ = steady_clock::now();
   }
   void interrupt() {
     program_.signal(SIGINT);
-    struck_ = steady_clock::now();
+    signalled_at_ = steady_clock::now();
   }
   Ended wait() {
     Ended ended = program_.wait();
-    seconds_to_end_ = duration<double>(steady_clock::now() - struck_).count();
+    seconds_to_end_ = duration<double>(steady_clock::now() - signalled_at_).count();
     return ended;
   }
   double seconds_to_end() const noexcept { return seconds_to_end_; }
@@ -54,16 +54,16 @@ class LongRun {
  private:
   Folder folder_;
   Program program_;
-  steady_clock::time_point struck_;
+  steady_clock::time_point signalled_at_;
   double seconds_to_end_ = 0.0;
 };
 
-/// The ego was driving, and the last frames say that nothing drives and nothing is seen.
+/// The ego drove, and the last frames have the safe values: speed 0 and no object.
 void expect_safe_values_last(const std::string& out) {
   const auto frames = read_can_log(out + "/can-car.log");
   const auto speeds = values_on_bus(frames, "EgoStatus.Speed");
   ASSERT_GE(speeds.size(), 2U);
-  EXPECT_TRUE(std::ranges::any_of(speeds, [](double speed) { return speed > 1.0; })) << "it never drove";
+  EXPECT_TRUE(std::ranges::any_of(speeds, [](double speed) { return speed > 1.0; })) << "the ego never drove";
   EXPECT_EQ(speeds.back(), 0.0);
   for (const char* valid : {"Object0.Valid", "Object1.Valid", "Object2.Valid", "Object3.Valid"}) {
     const auto values = values_on_bus(frames, valid);
@@ -72,20 +72,7 @@ void expect_safe_values_last(const std::string& out) {
   }
 }
 
-void expect_lost(LongRun& run, const std::string& process, const std::string& exit_state) {
-  const Ended ended = run.wait();
-  EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
-  EXPECT_NE(ended.output.find(process), std::string::npos) << ended.output;
-  const auto report = read_report(run.out());
-  EXPECT_EQ(report["verdict"], "io_failed");
-  EXPECT_EQ(report["exit_code"], 4);
-  const auto reason = report["reason"].get<std::string>();
-  EXPECT_NE(reason.find(process), std::string::npos) << reason;
-  EXPECT_NE(reason.find(exit_state), std::string::npos) << reason;
-  expect_safe_values_last(run.out());
-}
-
-TEST(Ending, AShortRunInRealTimeLeavesItsReportWhateverTheMachinePermits) {
+TEST(Ending, ShortRunInRealTimeWritesItsReport) {
   const Folder folder;
   const Ended run = run_hil(joined(
       {{"run", crossing(), "--duration", "2 s", "--out", folder / "out"}, few_beams(), patient_watchdog()}));
@@ -94,17 +81,17 @@ TEST(Ending, AShortRunInRealTimeLeavesItsReportWhateverTheMachinePermits) {
   const auto report = read_report(folder / "out");
   EXPECT_EQ(report["clock"], "realtime");
   EXPECT_EQ(report["exit_code"], 1);
-  EXPECT_GE(report["wall_ns"].get<std::int64_t>(), 1'990'000'000) << "it kept to the clock on the wall";
+  EXPECT_GE(report["wall_ns"].get<std::int64_t>(), 1'990'000'000) << "paced by the wall clock";
   EXPECT_EQ(
       report["ticks"].get<std::uint64_t>() +
           [&] {
-            std::uint64_t given_up = 0;
+            std::uint64_t skipped = 0;
             for (const auto& event : report["watchdog"])
-              given_up += std::stoull(event["text"].get<std::string>());
-            return given_up;
+              skipped += std::stoull(event["text"].get<std::string>());
+            return skipped;
           }(),
       2000U)
-      << "ticks made and ticks given up: " << report["watchdog"];
+      << "ticks and skipped ticks: " << report["watchdog"];
   EXPECT_EQ(report["realtime"]["scheduler"] == "SCHED_FIFO",
             std::ranges::none_of(report["realtime"]["degraded"],
                                  [](const auto& sentence) {
@@ -114,112 +101,120 @@ TEST(Ending, AShortRunInRealTimeLeavesItsReportWhateverTheMachinePermits) {
       << report["realtime"];
 }
 
-TEST(Ending, AnInterruptEndsARunInOrderAtOnce) {
-  LongRun run("realtime");
-  run.interrupt();
-  const Ended ended = run.wait();
-  EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
-  RecordProperty("seconds_to_end", std::to_string(run.seconds_to_end()));
-  EXPECT_LT(run.seconds_to_end(), 5.0) << "a second where the machine is idle";
-  const auto report = read_report(run.out());
-  EXPECT_EQ(report["verdict"], "interrupted");
-  EXPECT_EQ(report["exit_code"], 130);
-  for (const auto& process : report["processes"])
-    EXPECT_EQ(process["exit"], "exited with code 0") << process;
-  expect_safe_values_last(run.out());
-  for (const char* file : {"report.html", "junit.xml", "trace.json", "signals.csv", "run.log"})
-    EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(run.out()) / file)) << file;
+TEST(Ending, InterruptEndsARunInOrder) {
+  for (const char* clock : {"realtime", "virtual"}) {
+    SCOPED_TRACE(clock);
+    LongRun run(clock);
+    run.interrupt();
+    const Ended ended = run.wait();
+    EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
+    RecordProperty("seconds_to_end", std::to_string(run.seconds_to_end()));
+    EXPECT_LT(run.seconds_to_end(), 5.0) << "one second on an idle machine";
+    const auto report = read_report(run.out());
+    EXPECT_EQ(report["verdict"], "interrupted");
+    EXPECT_EQ(report["exit_code"], 130);
+    for (const auto& process : report["processes"])
+      EXPECT_EQ(process["exit"], "exited with code 0") << process;
+    expect_safe_values_last(run.out());
+    for (const char* file : {"report.html", "junit.xml", "trace.json", "signals.csv", "run.log"})
+      EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(run.out()) / file)) << file;
+  }
 }
 
-TEST(Ending, AnInterruptUnderTheVirtualClockEndsItToo) {
-  LongRun run("virtual");
-  run.interrupt();
-  EXPECT_EQ(run.wait().code, 130);
-  EXPECT_EQ(read_report(run.out())["verdict"], "interrupted");
-}
-
-TEST(Ending, ASecondInterruptEndsTheProgramAndLeavesNoChildBehind) {
+TEST(Ending, SecondInterruptEndsTheProgramAndItsChildren) {
   LongRun run("realtime");
   const auto dut = run.program().child("hil-aeb-controller");
   const auto plc = run.program().child("hil-crossing-plc");
   ASSERT_TRUE(dut && plc);
-  // Stopped, the DUT ignores the first one's SIGTERM, so the run is still ending when the second one comes.
+  // The stopped DUT ignores SIGTERM, so the run has not ended when the second interrupt arrives.
   ASSERT_EQ(::kill(*dut, SIGSTOP), 0);
   run.interrupt();
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const std::string log = run.out() + "/run.log";
+  ASSERT_TRUE(eventually([&] { return read_text(log).find("the run is over") != std::string::npos; }));
   ASSERT_TRUE(run.program().running());
   run.program().signal(SIGINT);
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
   EXPECT_FALSE(std::filesystem::exists(run.out() + "/report.json"))
-      << "the second one does not wait for the report";
+      << "the second interrupt does not wait for the report";
   EXPECT_LT(run.seconds_to_end(), 5.0);
   for (const pid_t child : {*dut, *plc})
     EXPECT_TRUE(eventually([&] { return ::kill(child, 0) != 0; })) << command_line(child).front();
 }
 
-TEST(Ending, AnInterruptWhileTheRunStillWaitsForItsProgramsEndsItToo) {
+TEST(Ending, InterruptEndsARunThatWaitsForItsPrograms) {
   const Folder folder;
   Program program(hil(joined(
       {{"run", crossing(), "--out", folder / "out", "--set",
         R"(dut.command=[sh, "-c", "exec sleep 3600", "{can.car}"])", "--set", "dut.start_timeout=3600 s"},
        few_beams()})));
-  const auto waits = program.child("sleep");
-  ASSERT_TRUE(waits.has_value());
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const auto process = program.child("sleep");
+  ASSERT_TRUE(process.has_value());
+  EXPECT_TRUE(
+      eventually([&] { return read_text(folder / "out/run.log").find("started plc") != std::string::npos; }));
   program.signal(SIGINT);
   const Ended ended = program.wait(std::chrono::seconds(20));
   EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
-  EXPECT_TRUE(eventually([&] { return ::kill(*waits, 0) != 0; }));
+  EXPECT_TRUE(eventually([&] { return ::kill(*process, 0) != 0; }));
 }
 
-TEST(Ending, AKilledControllerPutsOutputsInTheirSafeState) {
-  LongRun run("realtime");
-  run.strike("hil-aeb-controller", SIGKILL);
-  expect_lost(run, "dut", "signal 9");
-  const auto report = read_report(run.out());
-  EXPECT_EQ(report["processes"][0]["name"], "dut");
-  EXPECT_GT(report["processes"][0]["ended_early_at_ns"].get<std::int64_t>(), 0);
-  EXPECT_LT(run.seconds_to_end(), 5.0);
+TEST(Ending, KilledProgramEndsTheRunInTheSafeState) {
+  for (const char* clock : {"realtime", "virtual"}) {
+    for (const auto& [program, process] :
+         {std::pair<std::string, std::string>("hil-aeb-controller", "dut"), {"hil-crossing-plc", "plc"}}) {
+      SCOPED_TRACE(clock + (": " + program));
+      LongRun run(clock);
+      run.signal_child(program, SIGKILL);
+      const Ended ended = run.wait();
+      EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
+      EXPECT_NE(ended.output.find(process), std::string::npos) << ended.output;
+      const auto report = read_report(run.out());
+      EXPECT_EQ(report["verdict"], "io_failed");
+      EXPECT_EQ(report["exit_code"], 4);
+      const auto reason = report["reason"].get<std::string>();
+      EXPECT_NE(reason.find(process), std::string::npos) << reason;
+      EXPECT_NE(reason.find("signal 9"), std::string::npos) << reason;
+      const auto& killed = report["processes"][process == "dut" ? 0 : 1];
+      EXPECT_EQ(killed["name"], process);
+      EXPECT_GT(killed["ended_early_at_ns"].get<std::int64_t>(), 0);
+      expect_safe_values_last(run.out());
+    }
+  }
 }
 
-TEST(Ending, AKilledPlcPutsOutputsInTheirSafeState) {
-  LongRun run("realtime");
-  run.strike("hil-crossing-plc", SIGKILL);
-  expect_lost(run, "plc", "signal 9");
-}
-
-TEST(Ending, AUnitThatStopsAnsweringAndComesBackIsInTheReportWithItsTimes) {
+TEST(Ending, UnitThatIsLostAndReturnsIsReported) {
   LongRun run("realtime", {"--set", "modbus.plc.may_be_lost=true"});
-  run.strike("hil-crossing-plc", SIGSTOP);
+  run.signal_child("hil-crossing-plc", SIGSTOP);
   const std::string log = run.out() + "/run.log";
   EXPECT_TRUE(eventually([&] { return read_text(log).find("device plc is lost") != std::string::npos; }))
       << read_text(log);
-  run.strike("hil-crossing-plc", SIGCONT);
+  run.signal_child("hil-crossing-plc", SIGCONT);
   EXPECT_TRUE(eventually([&] { return read_text(log).find("device plc works again") != std::string::npos; }))
       << read_text(log);
   run.interrupt();
   EXPECT_EQ(run.wait().code, 130);
-  std::vector<std::string> told;
+  std::vector<std::string> events;
   const auto report = read_report(run.out());
   for (const auto& event : report["events"]) {
     if (const auto text = event["text"].get<std::string>(); text.starts_with("device plc"))
-      told.push_back(text);
+      events.push_back(text);
   }
-  ASSERT_GE(told.size(), 2U);
+  ASSERT_GE(events.size(), 2U);
   EXPECT_TRUE(std::ranges::any_of(
-      told, [](const std::string& sentence) { return sentence.starts_with("device plc is lost: "); }));
-  EXPECT_EQ(told.back(), "device plc works again");
+      events, [](const std::string& sentence) { return sentence.starts_with("device plc is lost: "); }));
+  EXPECT_EQ(events.back(), "device plc works again");
   EXPECT_NE(read_text(log).find("exit code 130: stopped"), std::string::npos) << read_text(log);
 }
 
-TEST(Ending, ARunThatWasStoppedAndWentOnNamesThePause) {
+/// The test sleeps, since the length of the pause in real time is the subject.
+TEST(Ending, PausedRunReportsThePause) {
   LongRun run("realtime");
   run.program().signal(SIGSTOP);
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   run.program().signal(SIGCONT);
   const auto frames = [&] { return std::filesystem::file_size(run.out() + "/can-car.log"); };
-  EXPECT_TRUE(eventually([&, before = frames()] { return frames() > before; })) << "it does not go on";
+  EXPECT_TRUE(eventually([&, before = frames()] { return frames() > before; }))
+      << "the run does not continue";
   run.interrupt();
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
@@ -231,7 +226,7 @@ TEST(Ending, ARunThatWasStoppedAndWentOnNamesThePause) {
       longest = std::max<std::uint64_t>(longest, std::stoull(text));
   }
   EXPECT_GE(longest, 450U) << report["watchdog"];
-  // What ran just then is late, and not by anything that it or the database did.
+  // The pause is the cause of all long misses.
   for (const auto& task : report["tasks"]) {
     for (const auto& miss : task["misses"]) {
       if (miss["lateness_ns"].get<std::int64_t>() <= 300'000'000) continue;
@@ -240,36 +235,18 @@ TEST(Ending, ARunThatWasStoppedAndWentOnNamesThePause) {
   }
 }
 
-TEST(Ending, AKilledControllerUnderTheVirtualClock) {
-  LongRun run("virtual");
-  run.strike("hil-aeb-controller", SIGKILL);
-  expect_lost(run, "dut", "signal 9");
-}
-
-TEST(Ending, AKilledPlcUnderTheVirtualClock) {
-  LongRun run("virtual");
-  run.strike("hil-crossing-plc", SIGKILL);
-  expect_lost(run, "plc", "signal 9");
-}
-
-TEST(Ending, AHungControllerUnderTheVirtualClockIsNamed) {
-  LongRun run("virtual");
-  run.strike("hil-aeb-controller", SIGSTOP);
-  const Ended ended = run.wait();
-  EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
-  EXPECT_LT(run.seconds_to_end(), 30.0);
-  const auto reason = read_report(run.out())["reason"].get<std::string>();
-  EXPECT_NE(reason.find("aeb-controller"), std::string::npos) << reason;
-}
-
-TEST(Ending, AHungPlcUnderTheVirtualClockIsNamed) {
-  LongRun run("virtual");
-  run.strike("hil-crossing-plc", SIGSTOP);
-  const Ended ended = run.wait();
-  EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
-  EXPECT_LT(run.seconds_to_end(), 60.0);
-  const auto reason = read_report(run.out())["reason"].get<std::string>();
-  EXPECT_NE(reason.find("plc"), std::string::npos) << reason;
+TEST(Ending, HungProgramUnderTheVirtualClockEndsTheRun) {
+  for (const auto& [program, name] :
+       {std::pair<std::string, std::string>("hil-aeb-controller", "aeb-controller"),
+        {"hil-crossing-plc", "plc"}}) {
+    LongRun run("virtual");
+    run.signal_child(program, SIGSTOP);
+    const Ended ended = run.wait();
+    EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
+    EXPECT_LT(run.seconds_to_end(), 60.0) << program;
+    const auto reason = read_report(run.out())["reason"].get<std::string>();
+    EXPECT_NE(reason.find(name), std::string::npos) << reason;
+  }
 }
 
 }  // namespace

@@ -27,6 +27,14 @@ Ended run_hil(std::vector<std::string> words, const Environment& environment) {
   return Program(hil(std::move(words)), environment).wait();
 }
 
+bool run_begins(Program& run, const std::filesystem::path& out) {
+  const auto has_begun = [&] {
+    return std::filesystem::exists(out / "run.log") &&
+           read_text(out / "run.log").find("the run begins") != std::string::npos;
+  };
+  return eventually([&] { return has_begun() || !run.running(); }) && has_begun();
+}
+
 std::vector<std::string> few_beams() {
   return {"--set", "tasks.scanner.parameters.columns=96", "--set", "tasks.scanner.parameters.rows=24"};
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The program `hil`, scenarios to feed it with, and the folder of one test.
+// The program `hil`, its scenarios, and the folder of a test.
 
 #include <filesystem>
 #include <initializer_list>
@@ -19,11 +19,13 @@ std::string crossing();
 std::vector<std::string> hil(std::vector<std::string> words);
 /// Runs it to its end.
 Ended run_hil(std::vector<std::string> words, const Environment& environment = {});
+/// Waits until the run that writes into the folder `out` has begun. False when it ends before.
+bool run_begins(Program& run, const std::filesystem::path& out);
 
-/// Fewer beams: what a run needs that does not look at what the scanner sees.
+/// Fewer beams, for runs whose scan is not checked.
 std::vector<std::string> few_beams();
-/// For runs in real time on machines that share their processors: a late tick is no hang, and ticks that are
-/// given up do not break the timing.
+/// For runs in real time on machines that share their processors: a late tick is no hang, and skipped ticks
+/// do not break the timing.
 std::vector<std::string> patient_watchdog();
 
 /// One command line of several parts.
@@ -46,14 +48,14 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// A copy of the crossing's files to make mistakes in.
+/// A copy of the crossing's files, to be changed.
 class ScenarioCopy {
  public:
   ScenarioCopy();
   std::string file() const { return folder_ / "crossing.yaml"; }
   const Folder& folder() const noexcept { return folder_; }
-  /// Replaces the only occurrence of `from` in a file. The place of `marked` in the result, as hil tells
-  /// places: FILE:LINE:COLUMN with the file's full path.
+  /// Replaces the only occurrence of `from` in a file. Returns the place of `marked` in the result as hil
+  /// reports it: FILE:LINE:COLUMN with the file's full path.
   std::string replace(const std::string& from, const std::string& to, const std::string& marked,
                       const std::string& name = "crossing.yaml");
 

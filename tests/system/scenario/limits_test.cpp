@@ -1,5 +1,5 @@
-// Runs in processes that get too little: memory, file descriptors, room for files. Each ends with an exit
-// code of its own and a report; no signal ends it, and the scenario is not blamed.
+// Runs with too little memory, too few file descriptors or too small files. Each ends with its exit code and
+// a report, not by a signal, and the scenario is not the reason.
 
 #include <gtest/gtest.h>
 
@@ -26,8 +26,8 @@ std::size_t lines_of_hil(const std::string& errors) {
   return count;
 }
 
-/// Runs the crossing shortly within the limit. Whether it ran; else it has ended with 4 or 70, one sentence
-/// that names the limit, and a report that agrees.
+/// Runs the crossing for a short time within the limit. Returns whether it ran; otherwise it has to end with
+/// code 4 or 70, one sentence that names the limit, and a report with this code.
 bool runs_within(const char* option, std::uint64_t value) {
   SCOPED_TRACE(std::string("ulimit ") + option + " " + std::to_string(value));
   const Folder folder;
@@ -56,41 +56,41 @@ bool runs_within(const char* option, std::uint64_t value) {
 const std::uint64_t memory_step_kib = tests::is_long() ? 7'000 : 290'000;
 const std::uint64_t descriptor_step = tests::is_long() ? 1 : 37;
 
-constexpr std::uint64_t min_memory_kib = 40'000;  // less does not take the program's libraries
+constexpr std::uint64_t min_memory_kib = 40'000;  // with less the program's libraries do not load
 constexpr std::uint64_t enough_memory_kib = 8'000'000;
 
-TEST(Limits, TooLittleAddressSpaceEndsWithAReport) {
+TEST(Limits, OfAddressSpaceEndRunsWithAReport) {
   for (std::uint64_t kib = min_memory_kib; kib < 1'500'000; kib += memory_step_kib)
     runs_within("-v", kib);
   EXPECT_FALSE(runs_within("-v", 300'000));
   EXPECT_TRUE(runs_within("-v", enough_memory_kib));
 }
 
-TEST(Limits, TooLittleDataEndsWithAReport) {
+TEST(Limits, OfDataEndRunsWithAReport) {
   for (std::uint64_t kib = 5'000; kib < 600'000; kib += memory_step_kib)
     runs_within("-d", kib);
   EXPECT_FALSE(runs_within("-d", 100'000));
   EXPECT_TRUE(runs_within("-d", enough_memory_kib));
 }
 
-TEST(Limits, TooFewDescriptorsEndWithAReport) {
+TEST(Limits, OfDescriptorsEndRunsWithAReport) {
   for (std::uint64_t count = 9; count < 120; count += descriptor_step)
     runs_within("-n", count);
   EXPECT_FALSE(runs_within("-n", 24));
   EXPECT_TRUE(runs_within("-n", 256));
 }
 
-TEST(Limits, ASoftLimitOfDescriptorsIsRaised) {
+TEST(Limits, OfDescriptorsAreRaisedIfSoft) {
   EXPECT_TRUE(runs_within("-S -n", 24));
 }
 
-TEST(Limits, FilesThatAreTooSmallEndWithAReport) {
+TEST(Limits, OfFileSizesEndRunsWithAReport) {
   for (const std::uint64_t kib : {100, 1000})
     EXPECT_FALSE(runs_within("-f", kib));
 }
 
-/// The log of the database is refused first, then report.html; the files of a CI system are smaller.
-TEST(Limits, ReportsThatStillFitAreLeft) {
+/// The log of the database and report.html are too large; the files for a CI system are smaller.
+TEST(Limits, OfFileSizesPermitSmallReports) {
   const Folder folder;
   const Ended ended =
       Program(within("-f", 8, hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams()}))))
@@ -101,16 +101,13 @@ TEST(Limits, ReportsThatStillFitAreLeft) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out/report.html"));
 }
 
-TEST(Limits, AnInterruptedRunWithinALimitEndsInOrder) {
+TEST(Limits, DoNotPreventInterrupts) {
   for (const int number : {SIGINT, SIGTERM}) {
     const Folder folder;
     Program run(
         within("-v", enough_memory_kib,
                hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams(), patient_watchdog()}))));
-    ASSERT_TRUE(eventually([&] {
-      return std::filesystem::exists(folder / "out/run.log") &&
-             read_text(folder / "out/run.log").find("the run begins") != std::string::npos;
-    }));
+    ASSERT_TRUE(run_begins(run, folder / "out"));
     run.signal(number);
     const Ended ended = run.wait();
     EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
@@ -118,7 +115,7 @@ TEST(Limits, AnInterruptedRunWithinALimitEndsInOrder) {
   }
 }
 
-TEST(Limits, ACommandWithoutAReportNamesTheLimitToo) {
+TEST(Limits, OfMemoryAreReportedByDoctor) {
   const Ended ended = Program(within("-v", 600'000, hil({"doctor"}))).wait();
   EXPECT_TRUE(ended.code == 70 || ended.code == 5 || ended.code == 0) << ended.output << ended.errors;
   if (ended.code == 70) {

@@ -1,45 +1,27 @@
-// A run as a Modbus server and as its client at once: what did not fit, in the report.
+// A run that is a Modbus server and its client: the report counts values out of range and refused
+// connections.
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 
 #include "tests/system/scenario/hil.hpp"
 #include "tests/system/scenario/run_files.hpp"
+#include "tests/system/scenario/silent_listener.hpp"
 
 namespace hil::scenario_test {
 namespace {
 
 using Json = nlohmann::json;
 
-sockaddr_in on_loopback(std::uint16_t port) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(port);
-  return address;
-}
-
-std::uint16_t free_port() {
-  const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address = on_loopback(0);
-  socklen_t size = sizeof address;
-  EXPECT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&address), size), 0);
-  EXPECT_EQ(::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  ::close(fd);
-  return ntohs(address.sin_port);
-}
-
-/// Empty when nobody listens.
 class Client {
  public:
   explicit Client(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    const sockaddr_in address = on_loopback(port);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(port);
     connected_ = ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
     const timeval limit{5, 0};
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
@@ -71,9 +53,10 @@ std::ptrdiff_t events(const Json& report, const std::string& text) {
   return std::ranges::count_if(report.at("events"), [&](const Json& one) { return one.at("text") == text; });
 }
 
-TEST(ModbusRun, ReportsWhatDidNotFitAndWhoWasRefused) {
+TEST(ModbusRun, ReportsValuesOutOfRangeAndRefusedConnections) {
   const Folder folder;
-  const std::string port = std::to_string(free_port());
+  const std::uint16_t number = free_port();
+  const std::string port = std::to_string(number);
   write_text(folder / "panel.yaml",
              "registers:\n"
              "  - {name: status, table: holding, address: 0, type: u16, access: write}\n"
@@ -94,14 +77,10 @@ TEST(ModbusRun, ReportsWhatDidNotFitAndWhoWasRefused) {
           "\", registers: peer.yaml, rate: 50 Hz, timeout: 5 s, max_age: 9 s, unit_id: 250, write: {level: "
           "101}, read: [status]}\n");
   Program run(hil({"run", folder / "fit.yaml", "--out", folder / "out"}));
-  ASSERT_TRUE(eventually([&] {
-    std::error_code absent;
-    const std::string log = folder / "out/run.log";
-    return std::filesystem::exists(log, absent) && read_text(log).find("the run begins") != std::string::npos;
-  })) << run.wait().errors;
+  ASSERT_TRUE(run_begins(run, folder / "out")) << run.wait().errors;
   {
-    const Client second(static_cast<std::uint16_t>(std::stoul(port)));
-    const Client third(static_cast<std::uint16_t>(std::stoul(port)));
+    const Client second(number);
+    const Client third(number);
     EXPECT_TRUE(second.connected());
     EXPECT_TRUE(third.is_closed_by_the_server());
   }
@@ -116,11 +95,11 @@ TEST(ModbusRun, ReportsWhatDidNotFitAndWhoWasRefused) {
   ASSERT_EQ(panel.at("exceptions").size(), 1U);
   EXPECT_EQ(panel.at("exceptions")[0].at("code"), 3);
   EXPECT_GT(panel.at("exceptions")[0].at("count"), 10);
-  EXPECT_EQ(panel.at("saturated_inputs"), 0) << "what is refused is not clamped";
+  EXPECT_EQ(panel.at("saturated_inputs"), 0) << "a refused value is not clamped";
 
   const Json peer = unit_of(report, "peer");
   EXPECT_EQ(peer.at("role"), "client");
-  EXPECT_EQ(peer.at("reconnects"), 0) << "the first connection is none";
+  EXPECT_EQ(peer.at("reconnects"), 0) << "the first connection does not count";
   ASSERT_EQ(peer.at("exceptions").size(), 1U);
   EXPECT_EQ(peer.at("exceptions")[0].at("code"), 3);
   EXPECT_GT(peer.at("saturated_inputs"), 10);

@@ -1,5 +1,5 @@
 #pragma once
-// Programs as a user or a CI job meets them: a command line, two streams, signals, an exit code.
+// Programs as a user or a CI job starts them: a command line, two streams, signals, an exit code.
 
 #include <sys/types.h>
 
@@ -18,14 +18,13 @@ using Environment = std::vector<std::pair<std::string, std::string>>;
 
 /// How a program ended.
 struct Ended {
-  int code =
-      -1;  ///< of its exit; 128 and the signal's number when a signal ended it; -1: not within the limit
+  int code = -1;  ///< exit code; 128 plus the number of the signal that ended it; -1: not within the limit
   std::string output;
   std::string errors;
   std::chrono::duration<double> took{};  ///< from its start, or from the wait that collected it
 };
 
-/// A running program. Its end is waited for; what still runs when this object goes is killed.
+/// A running program, killed by the destructor when it still runs.
 class Program {
  public:
   explicit Program(const std::vector<std::string>& command, const Environment& environment = {});
@@ -36,9 +35,9 @@ class Program {
   pid_t pid() const noexcept { return pid_; }
   bool running();
   void signal(int number) const;
-  /// A child of it, by its program's name; waits until there is one. Empty: none came.
+  /// A child process by its program's name, when it has started; empty when none starts.
   std::optional<pid_t> child(const std::string& name);
-  /// Fails the test when it does not end within the limit (it is killed then).
+  /// Kills the program and fails the test when it does not end within the limit.
   Ended wait(std::chrono::seconds limit = std::chrono::seconds(150));
 
  private:
@@ -53,7 +52,7 @@ class Program {
 /// The words of a running program's command line.
 std::vector<std::string> command_line(pid_t pid);
 
-/// Looks every few milliseconds. False: it did not come true within the limit.
+/// Waits until the condition holds. False when it does not within the limit.
 template <typename Condition>
 bool eventually(const Condition& condition, std::chrono::seconds limit = std::chrono::seconds(60)) {
   const auto end = std::chrono::steady_clock::now() + limit;

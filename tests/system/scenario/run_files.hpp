@@ -1,5 +1,5 @@
 #pragma once
-// What a run leaves, read back.
+// The files that a run writes, read back.
 
 #include <nlohmann/json.hpp>
 
@@ -28,7 +28,7 @@ class Signals {
   std::map<std::string, std::vector<double>> columns_;
 };
 
-/// can-car.log; fails the test unless every line of it is read.
+/// can-car.log; the test fails when a line can not be read.
 std::vector<io::can::LoggedFrame> read_can_log(const std::filesystem::path& file);
 
 /// Values of one DBC signal in a log, in their order. `name`: "EgoStatus.Speed" of crossing.dbc.

@@ -1,10 +1,8 @@
-// Histories of whole runs: what a scanner saw, runs that were killed, full disks, and the export.
+// Histories of runs: scans, killed runs, disks that fail, and the export.
 
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cmath>
-#include <fstream>
 #include <map>
 #include <sstream>
 
@@ -15,7 +13,7 @@
 namespace hil::scenario_test {
 namespace {
 
-TEST(RunHistory, AScanIsTheOneThatTheRunSaw) {
+TEST(RunHistory, ScansAreThoseOfTheRun) {
   const Folder folder;
   const std::string out = folder / "out";
   const Ended run = run_hil(
@@ -26,8 +24,7 @@ TEST(RunHistory, AScanIsTheOneThatTheRunSaw) {
   EXPECT_EQ(report["database_log"]["durable_version"], report["database_log"]["latest_version"]);
   EXPECT_EQ(report["database_log"]["commits_in_gaps"], 0);
 
-  // The digest of every answer that the live scanner got, made again from what the history says, in another
-  // process.
+  // The digest of all answers of the scanner, computed again from the scans of the history.
   constexpr int columns = 96, rows = 24, steps = 100;
   std::uint64_t digest = 0xCBF29CE484222325ull;
   const auto add = [&](std::uint32_t word) { digest = (digest ^ word) * 0x100000001B3ull; };
@@ -66,7 +63,7 @@ TEST(RunHistory, AScanIsTheOneThatTheRunSaw) {
             add(word);
         }
       }
-      const int ended = sweep * steps + step + 1;  // seen at the step's deadline
+      const int ended = sweep * steps + step + 1;  // published at the deadline of the step
       const auto row = static_cast<std::size_t>(ended);
       if (row >= signals.rows()) continue;
       ASSERT_EQ(signals["scanner.digest"][row], static_cast<double>(digest >> 11))
@@ -78,7 +75,7 @@ TEST(RunHistory, AScanIsTheOneThatTheRunSaw) {
   EXPECT_GT(hits, 1000u);
 }
 
-TEST(RunHistory, OfARunThatIsUnderWayAndOfOneThatWasKilled) {
+TEST(RunHistory, IsReadDuringTheRunAndAfterAKill) {
   const Folder folder;
   write_text(folder / "two_blocks.yaml", two_blocks);
   const std::string out = folder / "out";
@@ -87,7 +84,7 @@ TEST(RunHistory, OfARunThatIsUnderWayAndOfOneThatWasKilled) {
   ASSERT_TRUE(eventually([&] {
     return std::filesystem::exists(out + "/signals.csv") && run_hil({"history", out, "info"}).code == 0;
   }));
-  const auto look = [&](const char* when) {
+  const auto expect_answer = [&](const char* when) {
     const Ended near = run_hil({"history", out, "near", "post", "--within", "50m", "--at", "1s"});
     EXPECT_EQ(near.code, 0) << when << near.errors;
     EXPECT_NE(near.output.find("block       16.000"), std::string::npos) << when << near.output;
@@ -95,19 +92,19 @@ TEST(RunHistory, OfARunThatIsUnderWayAndOfOneThatWasKilled) {
               std::string::npos)
         << when << near.errors;
   };
-  look("under way: ");
+  expect_answer("running: ");
   run.signal(SIGKILL);
   run.wait();
-  look("killed: ");
+  expect_answer("killed: ");
   const Ended info = run_hil({"history", out, "info"});
   EXPECT_NE(info.output.find("left no report"), std::string::npos) << info.output;
-  EXPECT_EQ(run_hil({"db", "verify", out}).code, 0) << "a log that ends anywhere is whole";
+  EXPECT_EQ(run_hil({"db", "verify", out}).code, 0) << "a log may end after any group";
   const Ended exported = run_hil({"db", "export", out});
   EXPECT_EQ(exported.code, 0);
   EXPECT_NE(exported.errors.find("the log was not closed"), std::string::npos) << exported.errors;
 }
 
-TEST(RunHistory, AVolatileRunKeepsNone) {
+TEST(RunHistory, IsAbsentAfterAVolatileRun) {
   const Folder folder;
   write_text(folder / "two_blocks.yaml", two_blocks);
   const std::string out = folder / "out";
@@ -116,14 +113,14 @@ TEST(RunHistory, AVolatileRunKeepsNone) {
       0);
   EXPECT_FALSE(std::filesystem::exists(out + "/database"));
   EXPECT_EQ(read_report(out)["database_log"]["durability"], "volatile");
-  const Ended asked = run_hil({"history", out, "info"});
-  EXPECT_EQ(asked.code, 4);
-  EXPECT_NE(asked.errors.find("world.durability: volatile"), std::string::npos) << asked.errors;
+  const Ended info = run_hil({"history", out, "info"});
+  EXPECT_EQ(info.code, 4);
+  EXPECT_NE(info.errors.find("world.durability: volatile"), std::string::npos) << info.errors;
 }
 
-/// The log's folder is removed, so that no file can be created there. A run that waits for the disk ends; one
-/// that does not goes on to its end. Both fail.
-TEST(RunHistory, ADiskThatRefusesFailsEveryRunAndEndsOneThatWaitsForIt) {
+/// The log's folder is removed, so that no file can be created there. A run that waits for the disk ends
+/// early; another run completes. Both fail.
+TEST(RunHistory, FailureOfTheDiskFailsTheRun) {
   for (const std::string mode : {"async", "group", "sync"}) {
     const Folder folder;
     const std::string out = folder / "out";
@@ -151,7 +148,7 @@ TEST(RunHistory, ADiskThatRefusesFailsEveryRunAndEndsOneThatWaitsForIt) {
   }
 }
 
-TEST(RunHistory, EveryModeLeavesTheSameHistory) {
+TEST(RunHistory, IsTheSameInEveryDurabilityMode) {
   const Folder folder;
   std::map<std::string, std::string> exported;
   for (const std::string mode : {"async", "group", "sync"}) {
@@ -173,7 +170,7 @@ TEST(RunHistory, EveryModeLeavesTheSameHistory) {
   EXPECT_EQ(exported["async"], exported["sync"]);
 }
 
-TEST(RunHistory, TheExportIsEveryCommitInItsOrder) {
+TEST(RunHistory, ExportHasEveryCommitInOrder) {
   const Folder folder;
   const std::string out = folder / "out";
   ASSERT_EQ(run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "1 s", "--out", out},
@@ -216,7 +213,7 @@ TEST(RunHistory, TheExportIsEveryCommitInItsOrder) {
     }
   }
   EXPECT_EQ(run_hil({"db", "export", out, "--out", folder / "no/such/folder"}).code, 4);
-  // With and without a rest in the buffer that fails once more at the end.
+  // With and without data in the buffer at the end, whose write fails too.
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--no-meshes"}}) {
     const Ended full = run_hil(joined({{"db", "export", out, "--out", "/dev/full"}, more}));
     EXPECT_EQ(full.code, 4);

@@ -13,7 +13,7 @@ namespace hil::scenario_test {
 
 using Json = nlohmann::json;
 
-/// A block of 2 m that comes along x with 3 m/s, from 20 m, and one that stands at the origin.
+/// A block of 2 m that moves along x from 20 m with -3 m/s, and a post at the origin.
 inline constexpr const char* two_blocks = R"(
 scenario: two_blocks
 base_rate: 100 Hz
@@ -25,7 +25,7 @@ world:
     - {name: block, shape: {box: [2 m, 2 m, 2 m]}, position: [20 m, 0 m, 0 m], velocity: [-3 m/s, 0 m/s, 0 m/s], mask: [moving]}
 )";
 
-/// The answer of a program call that succeeds.
+/// The JSON that a successful command prints.
 inline Json answer(const std::vector<std::string>& words) {
   const Ended ended = run_hil(words);
   EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;

@@ -1,9 +1,9 @@
 #include "real_bus.hpp"
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <fstream>
+
+#include "tests/paths.h"
 
 namespace hil::io::can {
 
@@ -15,29 +15,45 @@ std::size_t listeners() {
   return count;
 }
 
-std::filesystem::path scratch(const std::string& name) {
-  return std::filesystem::path(::testing::TempDir()) / (name + "-" + std::to_string(::getpid()));
-}
-
-Witness::Witness(std::vector<std::string> options) : file_(scratch("candump")) {
+Candump::Candump() {
   const std::size_t before = listeners();
-  std::vector<std::string> command{"candump", "-L", "-r", "8000000"};
-  command.insert(command.end(), options.begin(), options.end());
-  command.push_back("vcan0,0:0,#FFFFFFFF");  // every frame, and every error frame
-  candump_ = std::make_unique<Tool>(command, file_);
-  EXPECT_TRUE(eventually([&] { return listeners() > before; })) << "candump does not listen";
+  const std::vector<std::string> command{"candump", "-L", "-r", "8000000", "vcan0,0:0,#FFFFFFFF"};
+  process_ = std::make_unique<Tool>(command, folder_ / "frames.log");
+  EXPECT_TRUE(tests::eventually([&] { return listeners() > before; })) << "candump does not listen";
 }
 
-std::vector<LoggedFrame> Witness::log() {
-  EXPECT_EQ(candump_->stop(), 0) << "candump";
-  CandumpLog log = read_candump_log(file_);
+std::vector<LoggedFrame> Candump::log() {
+  EXPECT_EQ(process_->stop(), 0) << "candump";
+  CandumpLog log = read_candump_log(folder_ / "frames.log");
   EXPECT_EQ(log.fault, "");
   EXPECT_TRUE(log.bad_lines.empty()) << "line " << log.bad_lines.front();
-  std::filesystem::remove(file_);
   return std::move(log.frames);
 }
 
-/// No test of this program means anything on a bus that is not the kernel's.
+std::string cansend_text(const Frame& frame) {
+  std::string line;
+  append_candump_line(line, frame, "bus");
+  return line.substr(line.rfind(' ') + 1);
+}
+
+BrakeCommands::BrakeCommands()
+    : database_(load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database),
+      message_(*database_.find_message("BrakeCommand")),
+      encoder_(message_, {.counter_signal = "Counter", .checksum_signal = "Checksum"}) {}
+
+std::string BrakeCommands::next(double deceleration_mps2, double answer_to) {
+  std::vector<double> values;
+  for (const DbcSignal& signal : message_.signals)
+    values.push_back(signal.name == "Deceleration" ? deceleration_mps2
+                     : signal.name == "AnswerTo"   ? answer_to
+                                                   : 0.0);
+  MessageEncoder::Tally tally;
+  const Frame frame = encoder_.build(values, tally);
+  encoder_.confirm_sent();
+  return cansend_text(frame);
+}
+
+/// The tests need a bus of the kernel.
 class RealBus final : public ::testing::Environment {
  public:
   void SetUp() override {
@@ -50,8 +66,8 @@ class RealBus final : public ::testing::Environment {
     }
   }
   void TearDown() override {
-    EXPECT_GT(real_frames_seen.load(), 0U) << "no frame was ever seen on a real AF_CAN socket";
-    std::printf("frames seen on real AF_CAN sockets: %llu\n",
+    EXPECT_GT(real_frames_seen.load(), 0U) << "no frame was received from a real AF_CAN socket";
+    std::printf("frames received from real AF_CAN sockets: %llu\n",
                 static_cast<unsigned long long>(real_frames_seen.load()));
   }
 };

@@ -1,25 +1,25 @@
 #pragma once
-// What the tests of this folder share: proof that the bus is a real one, and can-utils as the other side.
+// Shared by the tests of this folder: the check that the bus is a real one, and can-utils as the other side.
 
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "io/can/candump_log.hpp"
+#include "io/can/message_coder.hpp"
 #include "io/can/socketcan_bus.hpp"
 #include "io/virtual/process.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::io::can {
 
-/// Frames that came out of an AF_CAN socket so far; without any, the whole program fails (environment.cpp).
+/// Frames received from AF_CAN sockets; without any, the program fails.
 inline std::atomic<std::uint64_t> real_frames_seen{0};
 
 inline void shell(const std::string& command) {
@@ -35,21 +35,11 @@ inline std::vector<Frame> receive_all(Bus& bus) {
   return frames;
 }
 
-template <typename Condition>
-bool eventually(const Condition& condition, std::chrono::milliseconds limit = std::chrono::seconds(20)) {
-  const auto end = std::chrono::steady_clock::now() + limit;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return true;
-}
-
-/// Waits until so many frames have come, and takes also what comes at once behind them. The kernel delivers
+/// Waits for that many frames, and returns also frames that are there behind them. The kernel delivers frames
 /// from a soft interrupt, which may run after send() has returned.
 inline std::vector<Frame> receive_count(Bus& bus, std::size_t count) {
   std::vector<Frame> frames;
-  eventually([&] {
+  tests::eventually([&] {
     for (const Frame& frame : receive_all(bus))
       frames.push_back(frame);
     return frames.size() >= count;
@@ -57,7 +47,7 @@ inline std::vector<Frame> receive_count(Bus& bus, std::size_t count) {
   return frames;
 }
 
-/// Sockets in this network namespace that receive every frame of a bus, as the kernel lists them.
+/// The number of sockets in this network namespace that receive every frame of vcan0.
 std::size_t listeners();
 
 /// A program of can-utils in a process of its own.
@@ -79,19 +69,32 @@ class Tool {
   process::Child child_;
 };
 
-/// candump as the witness: everything on vcan0 from construction to log().
-class Witness {
+/// candump: all frames and error frames on vcan0 from construction to log().
+class Candump {
  public:
-  explicit Witness(std::vector<std::string> options = {});
-  /// Stops it and reads what it wrote.
+  Candump();
+  /// Stops candump and reads its log.
   std::vector<LoggedFrame> log();
 
  private:
-  std::filesystem::path file_;
-  std::unique_ptr<Tool> candump_;
+  const tests::TemporaryFolder folder_;
+  std::unique_ptr<Tool> process_;
 };
 
-/// A file name of this test program in its temporary folder.
-std::filesystem::path scratch(const std::string& name);
+/// A frame as an argument of cansend.
+std::string cansend_text(const Frame& frame);
+
+/// Frames of the crossing's BrakeCommand, each with the next counter and a valid checksum.
+class BrakeCommands {
+ public:
+  BrakeCommands();
+  /// As an argument of cansend.
+  std::string next(double deceleration_mps2, double answer_to = 0.0);
+
+ private:
+  const Dbc database_;
+  const DbcMessage& message_;
+  MessageEncoder encoder_;
+};
 
 }  // namespace hil::io::can

@@ -23,23 +23,23 @@ void send(BusLoadMeter& meter, RunTimeNs from_ns, int frames) {
     meter.add(frame_at(from_ns + i * ms / 4));
 }
 
-TEST(BusLoad, IsOfWholeWindowsAlone) {
+TEST(BusLoad, CountsWholeWindowsOnly) {
   BusLoadMeter meter(bits_per_second);
   send(meter, 0, 50);
   meter.advance(99 * ms);
-  EXPECT_TRUE(std::isnan(meter.mean())) << "no window is whole";
+  EXPECT_TRUE(std::isnan(meter.mean())) << "no complete window";
   EXPECT_EQ(meter.peak(), 0.0);
   meter.advance(100 * ms);
   EXPECT_DOUBLE_EQ(meter.mean(), 0.5);
   EXPECT_DOUBLE_EQ(meter.latest(), 0.5);
   send(meter, 100 * ms, 20);
-  send(meter, 200 * ms, 90);  // of a window that the run's end cuts
+  send(meter, 200 * ms, 90);  // the end of the run cuts this window
   EXPECT_DOUBLE_EQ(meter.mean(), 0.35);
   EXPECT_DOUBLE_EQ(meter.peak(), 0.5);
   EXPECT_DOUBLE_EQ(meter.latest(), 0.2);
 }
 
-TEST(BusLoad, SilenceCountsInTheMean) {
+TEST(BusLoad, MeanIncludesSilentWindows) {
   BusLoadMeter meter(bits_per_second);
   send(meter, 0, 80);
   send(meter, 300 * ms, 1);
@@ -48,7 +48,7 @@ TEST(BusLoad, SilenceCountsInTheMean) {
   EXPECT_EQ(meter.latest(), 0.0);
 }
 
-TEST(BusLoad, LeavesOutWhatComesBeforeTheRunAndAfterIt) {
+TEST(BusLoad, IgnoresFramesBeforeAndAfterTheRun) {
   BusLoadMeter meter(bits_per_second);
   send(meter, -200 * ms, 99);
   send(meter, 0, 10);

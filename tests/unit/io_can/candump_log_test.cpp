@@ -1,12 +1,12 @@
 #include "io/can/candump_log.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
-#include <filesystem>
 #include <fstream>
 #include <random>
+
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::io::can {
 namespace {
@@ -15,11 +15,6 @@ std::string line_of(const Frame& frame) {
   std::string text;
   append_candump_line(text, frame, "vcan0");
   return text;
-}
-
-std::filesystem::path scratch_file(const char* name) {
-  return std::filesystem::path(::testing::TempDir()) /
-         (std::string(name) + "-" + std::to_string(::getpid()) + ".log");
 }
 
 TEST(CandumpLog, WritesTheFormatOfCandump) {
@@ -68,7 +63,7 @@ TEST(CandumpLog, ReadsWhatItWrites) {
   }
 }
 
-TEST(CandumpLog, RefusesWhatIsNoLine) {
+TEST(CandumpLog, RefusesMalformedLines) {
   for (const char* line :
        {"", "hello", "(1.5) vcan0 044#00", "(1.000000) vcan0", "(1.000000)  044#00", "(1.000000) vcan0 44#00",
         "(1.000000) vcan0 FFF#00", "(1.000000) vcan0 044#0", "(1.000000) vcan0 044#001122334455667788",
@@ -77,8 +72,7 @@ TEST(CandumpLog, RefusesWhatIsNoLine) {
         "(99999999999999999999.000000) vcan0 044#00", "(1.000000) vcan0 123##100112233445566778899"}) {
     EXPECT_FALSE(parse_candump_line(line)) << line;
   }
-  EXPECT_TRUE(parse_candump_line("(1.000000) vcan0 044#00 R\r\n"))
-      << "candump -x writes the direction behind";
+  EXPECT_TRUE(parse_candump_line("(1.000000) vcan0 044#00 R\r\n")) << "candump -x appends the direction";
 }
 
 TEST(CandumpLog, ReadsLengthCodesAndDirections) {
@@ -106,7 +100,8 @@ TEST(CandumpLog, ReadsLengthCodesAndDirections) {
 }
 
 TEST(CandumpLog, WriterKeepsEveryFrameInOrder) {
-  const auto file = scratch_file("order");
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
   constexpr std::uint32_t count = 20000;
   {
     CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::wait, 100);
@@ -127,11 +122,11 @@ TEST(CandumpLog, WriterKeepsEveryFrameInOrder) {
     ASSERT_EQ(log.frames[index].frame.wall_ns, std::int64_t{index} * 1000);
     ASSERT_EQ(log.frames[index].frame.raw.can_id, index % 0x800);
   }
-  std::filesystem::remove(file);
 }
 
-TEST(CandumpLog, WriterCountsWhatItDropsAndWritesTheRest) {
-  const auto file = scratch_file("drop");
+TEST(CandumpLog, WriterCountsDroppedFrames) {
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
   constexpr std::uint64_t count = 50000;
   std::uint64_t dropped = 0;
   {
@@ -142,10 +137,9 @@ TEST(CandumpLog, WriterCountsWhatItDropsAndWritesTheRest) {
     dropped = writer.dropped();
   }
   EXPECT_EQ(read_candump_log(file).frames.size() + dropped, count);
-  std::filesystem::remove(file);
 }
 
-TEST(CandumpLog, AFullDiskIsSaid) {
+TEST(CandumpLog, ReportsAFullDisk) {
   CandumpLogWriter writer("/dev/full", "car", CandumpLogWriter::WhenFull::wait);
   writer.push(make_frame(1, {}));
   writer.close();
@@ -153,8 +147,9 @@ TEST(CandumpLog, AFullDiskIsSaid) {
   EXPECT_EQ(writer.dropped(), 1U);
 }
 
-TEST(CandumpLog, AFileThatAnotherProgramCutsIsSaid) {
-  const auto file = scratch_file("cut");
+TEST(CandumpLog, ReportsAFileTruncatedByAnotherProgram) {
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
   CandumpLogWriter writer(file, "car", CandumpLogWriter::WhenFull::wait, 1);
   writer.push(make_frame(1, {}));
   writer.push(make_frame(2, {}));
@@ -162,21 +157,20 @@ TEST(CandumpLog, AFileThatAnotherProgramCutsIsSaid) {
   std::filesystem::resize_file(file, 0);
   writer.close();
   EXPECT_NE(writer.fault().find("was changed by another program"), std::string::npos) << writer.fault();
-  std::filesystem::remove(file);
 }
 
-TEST(CandumpLog, FilesThatCanNotBeHadAreSaid) {
+TEST(CandumpLog, ReportsFilesThatCanNotBeOpened) {
   EXPECT_THROW(CandumpLogWriter("/nowhere/x.log", "car", CandumpLogWriter::WhenFull::drop), DeviceError);
   EXPECT_NE(read_candump_log("/nowhere/x.log").fault.find("No such file"), std::string::npos);
 }
 
-TEST(CandumpLog, BadLinesAreNumbered) {
-  const auto file = scratch_file("bad");
-  std::ofstream(file) << "(1.000000) a 044#00\nrubbish\n\n(2.000000) a 045#\n";
+TEST(CandumpLog, ReportsTheNumbersOfBadLines) {
+  const tests::TemporaryFolder folder;
+  const auto file = folder / "frames.log";
+  std::ofstream(file) << "(1.000000) a 044#00\nnot a frame\n\n(2.000000) a 045#\n";
   const CandumpLog log = read_candump_log(file);
   EXPECT_EQ(log.frames.size(), 2U);
   EXPECT_EQ(log.bad_lines, (std::vector<std::size_t>{2}));
-  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The attributes that decide how a message goes over the bus, its start values and its long names.
+// The attributes for frame formats, cycle times, start values and long names.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ Dbc read(const std::string& statements) {
   return std::move(result.database);
 }
 
-TEST(DbcAttributes, TheFrameFormatDecidesBetweenClassicAndFd) {
+TEST(DbcAttributes, FrameFormatSelectsClassicOrFd) {
   const Dbc dbc = read(formats +
                        "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\nBA_DEF_DEF_ \"CANFD_BRS\" \"1\";\n"
                        "BA_ \"VFrameFormat\" BO_ 256 14;\n");
@@ -36,7 +36,7 @@ TEST(DbcAttributes, TheFrameFormatDecidesBetweenClassicAndFd) {
   EXPECT_TRUE(dbc.find_message("Long")->is_fd) << "12 bytes fit in no classic frame";
 }
 
-TEST(DbcAttributes, TheBitRateSwitchIsThatOfTheMessageOrTheDefault) {
+TEST(DbcAttributes, BitRateSwitchComesFromTheMessageOrTheDefault) {
   const std::string fd = formats + "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN_FD\";\n";
   EXPECT_FALSE(read(fd).find_message("Short")->bit_rate_switch) << "no default";
   EXPECT_FALSE(read(fd + "BA_DEF_DEF_ \"CANFD_BRS\" \"0\";\n").find_message("Short")->bit_rate_switch);
@@ -45,20 +45,20 @@ TEST(DbcAttributes, TheBitRateSwitchIsThatOfTheMessageOrTheDefault) {
   EXPECT_TRUE(dbc.find_message("Other")->bit_rate_switch);
 }
 
-TEST(DbcAttributes, WithoutAFrameFormatTheLengthDecides) {
+TEST(DbcAttributes, LengthSelectsFdWithoutAFrameFormat) {
   const Dbc dbc = read("");
   EXPECT_FALSE(dbc.find_message("Short")->is_fd || dbc.find_message("Short")->format_is_stated);
   EXPECT_TRUE(dbc.find_message("Long")->is_fd && dbc.find_message("Long")->format_is_stated);
 }
 
-TEST(DbcAttributes, NumbersWithoutADefinitionAreThoseOfVector) {
+TEST(DbcAttributes, UndefinedFormatsUseVectorsNumbers) {
   const Dbc dbc =
       read("BA_ \"VFrameFormat\" BO_ 256 15;\nBA_ \"VFrameFormat\" BO_ 257 \"StandardCAN_FD\";\n");
   EXPECT_TRUE(dbc.find_message("Short")->is_fd);
   EXPECT_TRUE(dbc.find_message("Other")->is_fd);
 }
 
-TEST(DbcAttributes, WhatAFrameOfTheFormatCanNotCarryIsUnusable) {
+TEST(DbcAttributes, MessagesTooLongForTheirFormatAreUnusable) {
   const Dbc j1939 = read(formats + "BA_ \"VFrameFormat\" BO_ 258 3;\nBA_ \"VFrameFormat\" BO_ 256 3;\n");
   EXPECT_NE(j1939.find_message("Long")->unusable.at(0).find("a transport protocol, which hil"),
             std::string::npos);
@@ -87,7 +87,7 @@ TEST(DbcAttributes, EmptyDefaultsAndTextsForNumbersAreAccepted) {
   EXPECT_FALSE(dbc.find_message("Short")->find_signal("V")->start_raw);
 }
 
-TEST(DbcAttributes, LongNamesAreTheNamesAndShortOnesAreUnderstood) {
+TEST(DbcAttributes, LongNamesReplaceShortNamesAndBothAreFound) {
   const Dbc dbc = read(
       "BA_DEF_ SG_ \"SystemSignalLongSymbol\" STRING ;\nBA_DEF_DEF_ \"SystemSignalLongSymbol\" \"\";\n"
       "BA_ \"SystemSignalLongSymbol\" SG_ 256 V \"BatteryCellOverVoltageWarningIndexFront\";\n"
@@ -106,7 +106,7 @@ TEST(DbcAttributes, LongNamesAreTheNamesAndShortOnesAreUnderstood) {
   EXPECT_EQ(signal->name, "BatteryCellOverVoltageWarningIndexFront");
 }
 
-TEST(DbcAttributes, ALongNameThatIsTakenOrNoNameIsLeftOut) {
+TEST(DbcAttributes, InvalidLongNamesAreIgnored) {
   const DbcResult result = parse_dbc(messages +
                                      "BA_ \"SystemMessageLongSymbol\" BO_ 256 \"Other\";\n"
                                      "BA_ \"SystemSignalLongSymbol\" SG_ 256 V \"a name\";\n");
@@ -115,7 +115,7 @@ TEST(DbcAttributes, ALongNameThatIsTakenOrNoNameIsLeftOut) {
   EXPECT_EQ(result.database.messages[0].signals[0].name, "V");
 }
 
-TEST(DbcAttributes, ABareMarkTakesItsValuesFromTheExtendedMultiplexing) {
+TEST(DbcAttributes, MarkWithoutNumberUsesExtendedMultiplexing) {
   const DbcResult result = parse_dbc(
       "BO_ 100 M: 8 A\n SG_ S m : 0|8@1+ (1,0) [0|0] \"\" B\n SG_ a m0 : 8|8@1+ (1,0) [0|0] \"\" B\n"
       " SG_ b m : 8|8@1+ (1,0) [0|0] \"\" B\nSG_MUL_VAL_ 100 a S 0-0;\nSG_MUL_VAL_ 100 b S 1-2;\n"

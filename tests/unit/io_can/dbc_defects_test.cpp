@@ -1,4 +1,4 @@
-// Messages that no frame can carry are kept with the reason, and the rest of the file loads.
+// Messages that no frame can carry keep a reason, and the rest of the file loads.
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,7 @@ struct Defect {
   std::size_t column;
 };
 
-TEST(DbcDefects, AnUnusableMessageKeepsItsReasonAndTheRestLoads) {
-  const std::string signal = " SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n";
+TEST(DbcDefects, UnusableMessagesKeepTheirReasonAndTheRestLoads) {
   const std::string good = "BO_ 500 Good: 8 E\n SG_ G : 0|8@1+ (1,0) [0|0] \"\" X\n";
   const Defect defects[] = {
       {"BO_ 4096 M: 8 E\n",
@@ -81,7 +80,7 @@ TEST(DbcDefects, MessagesThatShareAnIdentifierOrANameAreBothUnusable) {
   EXPECT_EQ(names.database.messages.at(1).unusable.size(), 1U);
 }
 
-TEST(DbcDefects, ASignalThatIsNotUnderstoodCostsItsMessageOnly) {
+TEST(DbcDefects, MalformedSignalMakesOnlyItsMessageUnusable) {
   const DbcResult result = parse_dbc(
       "BO_ 1 A: 8 E\n SG_ 5X : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ Y : 0|8@1+ (1,0) [0|0] \"\" X\n"
       "BO_ 2 B: 8 E\n SG_ Z : 0|8@1+ (1,0) [0|0] \"\" X\n");
@@ -93,7 +92,7 @@ TEST(DbcDefects, ASignalThatIsNotUnderstoodCostsItsMessageOnly) {
   EXPECT_TRUE(result.database.messages.at(1).unusable.empty());
 }
 
-TEST(DbcDefects, SignalsBehindALineThatIsNotUnderstoodMayBelongToAnotherMessage) {
+TEST(DbcDefects, SignalsAfterAMalformedLineMakeTheirMessageUnusable) {
   const std::string signal = " SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n";
   const DbcResult before = parse_dbc("BO_ 1 A: 8 E\nB0_ 2 B: 8 E\n" + signal);
   EXPECT_EQ(before.error_count, 1U);
@@ -104,7 +103,7 @@ TEST(DbcDefects, SignalsBehindALineThatIsNotUnderstoodMayBelongToAnotherMessage)
   EXPECT_TRUE(behind.database.messages.at(1).unusable.empty());
 }
 
-TEST(DbcDefects, AStatementOnHowASignalIsDecodedCostsItsMessageWhenItIsNotUnderstood) {
+TEST(DbcDefects, MalformedDecodingStatementMakesItsMessageUnusable) {
   for (const char* statement : {"SIG_VALTYPE_ 1 S : 7;\n", "SG_MUL_VAL_ 1 S T 1;\n"}) {
     const DbcResult result =
         parse_dbc(std::string("BO_ 1 A: 8 E\n SG_ S : 0|32@1+ (1,0) [0|0] \"\" X\n") + statement);

@@ -10,6 +10,7 @@
 #include "io/can/signal_overlap.hpp"
 #include "tests/paths.h"
 #include "tests/support/rounds.hpp"
+#include "tests/support/text_mutator.hpp"
 
 namespace hil::io::can {
 namespace {
@@ -62,7 +63,7 @@ SG_MUL_VAL_ 201 Deep Inner 5-5, 7-9;
 SG_MUL_VAL_ 201 Other Outer 3-3;
 )";
 
-TEST(Dbc, UnderstandsWhatItSays) {
+TEST(Dbc, ParsesMessagesAndSignals) {
   const DbcResult result = parse_dbc(sample);
   ASSERT_TRUE(result.ok()) << describe_problems(result, "sample.dbc");
   EXPECT_EQ(result.warning_count, 0U) << describe_problems(result, "sample.dbc");
@@ -118,10 +119,10 @@ struct Mistake {
   const char* text;
   std::size_t line;
   std::size_t column;
-  const char* words;
+  const char* problem;  ///< part of its text
 };
 
-TEST(Dbc, SaysWhereAMistakeIs) {
+TEST(Dbc, ReportsThePlacesOfMistakes) {
   const Mistake mistakes[] = {
       {"BO_ x Motor: 8 E\n", 1, 5, "identifier"},
       {"BO_ 1 Motor 8 E\n", 1, 13, "':'"},
@@ -139,14 +140,12 @@ TEST(Dbc, SaysWhereAMistakeIs) {
     ASSERT_FALSE(result.ok()) << mistake.text;
     const DbcProblem& problem = result.problems.front();
     EXPECT_EQ(problem.line, mistake.line) << mistake.text << problem.text;
-    if (mistake.column != 0) {
-      EXPECT_EQ(problem.column, mistake.column) << mistake.text << problem.text;
-    }
-    EXPECT_NE(problem.text.find(mistake.words), std::string::npos) << problem.text;
+    EXPECT_EQ(problem.column, mistake.column) << mistake.text << problem.text;
+    EXPECT_NE(problem.text.find(mistake.problem), std::string::npos) << problem.text;
   }
 }
 
-TEST(Dbc, GoesOnAfterAMistakeAndReportsEveryOne) {
+TEST(Dbc, ReportsEveryMistake) {
   const DbcResult result = parse_dbc(
       "BO_ 1 A: 8 E\n SG_ Bad : x|9@1+ (1,0) [0|0] \"\" X\n SG_ Good : 0|8@1+ (1,0) [0|0] \"\" X\n"
       "BO_ bad\nBO_ 2 B: 8 E\n SG_ Also : 0|8@1+ (1,0) [0|0] \"\" X\n");
@@ -156,7 +155,7 @@ TEST(Dbc, GoesOnAfterAMistakeAndReportsEveryOne) {
   EXPECT_NE(result.database.messages[1].find_signal("Also"), nullptr);
 }
 
-TEST(Dbc, WarnsOfSignalsThatOverlap) {
+TEST(Dbc, WarnsOfOverlappingSignals) {
   const DbcResult result = parse_dbc(
       "BO_ 1 A: 4 E\n SG_ One : 0|12@1+ (1,0) [0|0] \"\" X\n SG_ Two : 11|4@1+ (1,0) [0|0] \"\" X\n");
   EXPECT_TRUE(result.ok());
@@ -166,27 +165,21 @@ TEST(Dbc, WarnsOfSignalsThatOverlap) {
             std::string::npos);
 }
 
-TEST(Dbc, NodesMayStandOnLinesOfTheirOwn) {
+TEST(Dbc, NodesMayBeOnSeparateLines) {
   const DbcResult result = parse_dbc("BU_:\n One\n Two\n\nBO_ 1 A: 8 One\n");
   EXPECT_TRUE(result.ok()) << describe_problems(result, "f");
   EXPECT_EQ(result.database.nodes, (std::vector<std::string>{"One", "Two"}));
   EXPECT_EQ(result.database.messages.size(), 1U);
 }
 
-TEST(Dbc, AFileThatIsNotThereIsOneClearProblem) {
+TEST(Dbc, ReportsAMissingFile) {
   const DbcResult result = load_dbc("/nowhere/at/all.dbc");
   EXPECT_EQ(result.error_count, 1U);
   EXPECT_NE(result.problems.at(0).text.find("No such file"), std::string::npos);
   EXPECT_FALSE(load_dbc("/").ok());
 }
 
-TEST(Dbc, TheProjectsOwnDatabaseIsClean) {
-  const DbcResult result = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc");
-  EXPECT_TRUE(result.ok() && result.warning_count == 0) << describe_problems(result, "crossing.dbc");
-  EXPECT_EQ(result.database.find_message("EgoStatus")->cycle_time_ms, 10);
-}
-
-// HIL_DBC_FOLDER may name a folder of databases from real cars; without it the project's own are read.
+// HIL_DBC_FOLDER may name a folder of databases from real cars; without it, the test reads those of configs/.
 TEST(Dbc, EveryDatabaseOfAFolderLoads) {
   const char* const chosen = std::getenv("HIL_DBC_FOLDER");
   std::size_t files = 0;
@@ -196,39 +189,20 @@ TEST(Dbc, EveryDatabaseOfAFolderLoads) {
     ++files;
     const DbcResult result = load_dbc(entry.path());
     EXPECT_TRUE(result.ok()) << describe_problems(result, entry.path().string());
+    EXPECT_TRUE(chosen != nullptr || result.warning_count == 0);
     EXPECT_FALSE(result.database.messages.empty()) << entry.path();
   }
   EXPECT_GT(files, 0U);
 }
 
-TEST(DbcFuzz, MutatedAndTruncatedTextsAreReadWithoutHarm) {
-  std::mt19937_64 random(99);
+TEST(DbcFuzz, MutatedAndTruncatedTextsGiveValidDatabases) {
+  tests::TextMutator mutator(99);
   const std::string original = sample;
   for (std::size_t length = 0; length <= original.size(); ++length)
     parse_dbc(original.substr(0, length));
   std::size_t refused = 0;
   for (int round = 0; round < 3000; ++round) {
-    std::string text = original;
-    const std::size_t changes = 1 + random() % 12;
-    for (std::size_t change = 0; change < changes; ++change) {
-      const std::size_t at = random() % text.size();
-      switch (random() % 4) {
-        case 0:
-          text[at] = static_cast<char>(random());
-          break;
-        case 1:
-          text.erase(at, 1 + random() % 20);
-          break;
-        case 2:
-          text.insert(at, text.substr(random() % text.size(), random() % 40));
-          break;
-        default:
-          text.insert(at, std::to_string(random()));
-          break;
-      }
-      if (text.empty()) text = " ";
-    }
-    const DbcResult result = parse_dbc(text);
+    const DbcResult result = parse_dbc(mutator.mutate(original));
     refused += result.ok() ? 0 : 1;
     for (const DbcProblem& problem : result.problems)
       ASSERT_GE(problem.line, 1U);
@@ -240,16 +214,16 @@ TEST(DbcFuzz, MutatedAndTruncatedTextsAreReadWithoutHarm) {
       }
     }
   }
-  EXPECT_GT(refused, 1000U) << "the mutations did reach the parser";
+  EXPECT_GT(refused, 1000U);
 }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double limit_s = 20.0;  // the sanitizers' own share is most of it
+constexpr double limit_s = 20.0;
 #else
 constexpr double limit_s = 0.7;
 #endif
 
-/// CPU time of this thread, which other load on the machine does not affect.
+/// The CPU time of this thread. Time that grows with the square of the length is far beyond the limit.
 double parse_seconds(const std::string& text, DbcResult& result) {
   const auto now_s = [] {
     timespec now{};
@@ -261,7 +235,7 @@ double parse_seconds(const std::string& text, DbcResult& result) {
   return now_s() - begin_s;
 }
 
-TEST(DbcFuzz, TenMegabytesOfNoiseAreRefusedAtOnce) {
+TEST(DbcFuzz, RefusesTenMegabytesOfNoiseQuickly) {
   const std::size_t size = tests::rounds(10'000'000);
   std::mt19937_64 random(5);
   std::string noise(size, ' ');
@@ -295,7 +269,7 @@ TEST(DbcFuzz, TenMegabytesOfNoiseAreRefusedAtOnce) {
 }
 
 /// Multiplexers with thousands of values each, and chains of them, are the most expensive to compare.
-TEST(DbcFuzz, HugeMultiplexingIsRefusedAtOnce) {
+TEST(DbcFuzz, RefusesHugeMultiplexingQuickly) {
   std::string wide = "BO_ 1 A: 8 E\n SG_ S M : 0|8@1+ (1,0) [0|0] \"\" X\n";
   std::string values;
   std::string chain = "BO_ 1 A: 8 E\n";

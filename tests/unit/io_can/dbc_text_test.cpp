@@ -1,4 +1,4 @@
-// How a DBC file is written: white space, comments, escapes, character sets, unfinished statements.
+// The syntax of DBC files: white space, comments, escapes, character sets, unfinished statements.
 
 #include "io/can/dbc_text.hpp"
 
@@ -88,7 +88,7 @@ TEST(DbcLayout, LinesAndColumnsCountEveryKindOfLineEnd) {
   }
 }
 
-TEST(DbcLayout, AStatementWithoutItsEndDoesNotSwallowTheNext) {
+TEST(DbcLayout, UnterminatedStatementDoesNotHideTheNext) {
   for (const char* statement : {"CM_ \"made by a generator\"",
                                 "CM_ BO_ 100 \"text\"",
                                 "CM_ SG_ 100 S \"text\"",
@@ -112,7 +112,7 @@ TEST(DbcLayout, AStatementWithoutItsEndDoesNotSwallowTheNext) {
                                 "SIG_VALTYPE_ 100 S : 0",
                                 "SIG_GROUP_ 100 G 1 : S",
                                 "EV_ E: 0 [0|0] \"\" 0 1 A"}) {
-    // Its own line, in the middle of the file and at its end.
+    // In the middle of the file and at its end.
     const std::string head = "BO_ 100 M: 8 A\n SG_ S : 0|8@1+ (1,0) [0|255] \"\" B\n";
     const std::string tail =
         "\nBO_ 101 N: 8 A\n SG_ T : 0|8@1+ (1,0) [0|255] \"\" B\nCM_ SG_ 101 T \"ends here\";\n"
@@ -159,7 +159,7 @@ TEST(DbcLayout, StatementsInsideOfStringsAreText) {
   EXPECT_EQ(names.at(255), "last");
 }
 
-TEST(DbcLayout, ValueTypesOfEnvironmentsAndTheLikeAreAccepted) {
+TEST(DbcLayout, EnvironmentAndTypeStatementsAreIgnored) {
   const DbcResult result = parse_dbc(
       "BO_ 100 M: 8 A\n SG_ X : 0|8@1+ (1,0) [0|0] \"\" B\n"
       "BA_DEF_SGTYPE_ \"q\" INT 0 1;\nBA_SGTYPE_ \"q\" SGTYPE_ st 1;\nSGTYPE_VAL_ st 1 \"a\" ;\n"

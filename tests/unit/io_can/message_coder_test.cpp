@@ -40,7 +40,7 @@ TEST(Checksum, HasTheStandardsCheckValue) {
   EXPECT_EQ(crc8_sae_j1850(bytes), 0x4B);
 }
 
-TEST(MessageCoder, CounterAndChecksumAreBuiltAtEverySend) {
+TEST(MessageCoder, CounterAndChecksumAreComputedForEveryFrame) {
   MessageEncoder encoder(*database().find_message("Status"), both);
   MessageDecoder decoder(*database().find_message("Status"), both);
   MessageEncoder::Tally tally;
@@ -49,7 +49,7 @@ TEST(MessageCoder, CounterAndChecksumAreBuiltAtEverySend) {
     const Frame frame = encoder.build(values, tally);
     ASSERT_EQ(frame.raw.can_id, 293U);
     ASSERT_EQ(frame.raw.len, 8U);
-    // The checksum, worked out by hand: identifier's low byte, then the payload without it.
+    // The checksum covers the identifier's low byte and the payload without the checksum.
     std::array<std::uint8_t, 9> covered{293 & 0xFF};
     std::copy_n(frame.raw.data, 7, covered.begin() + 1);
     ASSERT_EQ(frame.raw.data[7], crc8_sae_j1850(covered));
@@ -61,10 +61,10 @@ TEST(MessageCoder, CounterAndChecksumAreBuiltAtEverySend) {
     ASSERT_NEAR(decoded[1], values[1], 0.05);
     ASSERT_EQ(encoder.confirm_sent(), static_cast<std::uint64_t>(round % 16));
   }
-  EXPECT_EQ(tally.refused + tally.saturated, 0U) << "values of counter and checksum are not looked at";
+  EXPECT_EQ(tally.refused + tally.saturated, 0U) << "values for counter and checksum are ignored";
 }
 
-TEST(MessageCoder, ACounterStaysUntilItsFrameIsSent) {
+TEST(MessageCoder, CounterAdvancesWhenItsFrameIsSent) {
   MessageEncoder encoder(*database().find_message("Status"), both);
   MessageEncoder::Tally tally;
   const std::array<double, 4> values{};
@@ -85,7 +85,7 @@ TEST(MessageCoder, NotANumberKeepsThePreviousValue) {
   EXPECT_EQ(tally.saturated, 1U);
 }
 
-TEST(MessageCoder, EveryFlippedBitIsRefused) {
+TEST(MessageCoder, ChecksumDetectsEveryFlippedBit) {
   MessageEncoder encoder(*database().find_message("Status"), both);
   MessageEncoder::Tally tally;
   const Frame frame = encoder.build(std::array<double, 4>{33.0, 1.0, 0.0, 0.0}, tally);
@@ -97,7 +97,7 @@ TEST(MessageCoder, EveryFlippedBitIsRefused) {
   }
 }
 
-TEST(MessageCoder, LostAndRepeatedFramesAreRefusedAndTheNextIsTaken) {
+TEST(MessageCoder, CounterDetectsLostAndRepeatedFrames) {
   MessageEncoder encoder(*database().find_message("Status"), both);
   MessageDecoder decoder(*database().find_message("Status"), both);
   MessageEncoder::Tally tally;
@@ -123,7 +123,7 @@ std::vector<std::size_t> decoded(MessageDecoder& decoder, const Frame& frame) {
   return signals;
 }
 
-TEST(MessageCoder, AShorterFrameUpdatesTheSignalsThatAreWhole) {
+TEST(MessageCoder, ShortFramesUpdateTheirCompleteSignals) {
   MessageDecoder decoder(*database().find_message("Status"), {});
   const std::array<std::uint8_t, 8> bytes{};
   const std::vector<std::vector<std::size_t>> whole{{},        {},        {0},       {0},         {0, 1},
@@ -133,7 +133,7 @@ TEST(MessageCoder, AShorterFrameUpdatesTheSignalsThatAreWhole) {
   EXPECT_EQ(decoder.check(make_frame(293 | CAN_RTR_FLAG, bytes)), MessageDecoder::Verdict::wrong_kind);
 }
 
-TEST(MessageCoder, ASwitchThatIsNotInAShorterFrameSelectsNothing) {
+TEST(MessageCoder, MissingMultiplexerSelectsNoSignals) {
   const Dbc dbc = parse_dbc(
                       "BO_ 1 A: 8 E\n SG_ Page M : 16|8@1+ (1,0) [0|0] \"\" X\n"
                       " SG_ Left m0 : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ Always : 8|8@1+ (1,0) [0|0] \"\" X\n")
@@ -144,7 +144,7 @@ TEST(MessageCoder, ASwitchThatIsNotInAShorterFrameSelectsNothing) {
   EXPECT_EQ(decoded(decoder, make_frame(1, bytes)), (std::vector<std::size_t>{0, 1, 2}));
 }
 
-TEST(MessageCoder, ALongerFrameCarriesEverySignalAndPadding) {
+TEST(MessageCoder, LongFramesCarryEverySignalAndPadding) {
   const Dbc dbc =
       parse_dbc("BO_ 1 A: 4 E\n SG_ V : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ C : 24|8@1+ (1,0) [0|0] \"\" X\n")
           .database;
@@ -169,7 +169,7 @@ TEST(MessageCoder, AFrameTooShortForItsProtectionIsRefused) {
   EXPECT_EQ(counted.check(make_frame(293, std::span(bytes).first(4))), MessageDecoder::Verdict::bad_counter);
 }
 
-TEST(MessageCoder, TheFrameFormatOfTheDatabaseDecidesTheFrame) {
+TEST(MessageCoder, FrameFormatFollowsTheDatabase) {
   const std::string head =
       "BO_ 256 Short: 8 A\n SG_ V : 0|8@1+ (1,0) [0|0] \"\" B\nBO_ 257 Other: 8 A\n SG_ V : 0|8@1+ (1,0) "
       "[0|0] \"\" B\n";
@@ -200,7 +200,7 @@ TEST(MessageCoder, TheFrameFormatOfTheDatabaseDecidesTheFrame) {
   }
 }
 
-TEST(MessageCoder, OnlySelectedPagesAreWrittenAndRead) {
+TEST(MessageCoder, OnlySelectedSignalsAreWrittenAndRead) {
   MessageEncoder encoder(*database().find_message("Pages"), {});
   MessageDecoder decoder(*database().find_message("Pages"), {});
   MessageEncoder::Tally tally;
@@ -217,7 +217,7 @@ TEST(MessageCoder, OnlySelectedPagesAreWrittenAndRead) {
   EXPECT_EQ(seen, (std::vector<std::size_t>{0, 2}));
 }
 
-TEST(MessageCoder, MessagesLongerThanEightBytesBecomeFdFramesOfALengthThatExists) {
+TEST(MessageCoder, LongMessagesBecomeFdFramesOfAValidLength) {
   MessageEncoder encoder(*database().find_message("Odd"), {});
   MessageEncoder::Tally tally;
   const Frame frame = encoder.build(std::array<double, 1>{200.0}, tally);
@@ -226,7 +226,7 @@ TEST(MessageCoder, MessagesLongerThanEightBytesBecomeFdFramesOfALengthThatExists
   EXPECT_EQ(frame.raw.data[9], 200U);
 }
 
-TEST(MessageCoder, SaysWhatCanNotBeCoded) {
+TEST(MessageCoder, ReportsWhatCanNotBeCoded) {
   const DbcMessage& status = *database().find_message("Status");
   EXPECT_TRUE(coding_problems(status, both, Use::send).empty());
   EXPECT_EQ(coding_problems(status, {"Nothing", ""}, Use::send).size(), 1U);

@@ -1,4 +1,4 @@
-// The wall clock is set while frames wait in the socket.
+// The age of received frames when the wall clock is set while they wait in the socket.
 
 #include "io/can/receive_time.hpp"
 
@@ -23,7 +23,7 @@ class Machine {
   std::int64_t offset_ns_ = 1'700'000'000 * s;
 };
 
-TEST(ReceiveTime, WithoutAStepTheStampIsTheArrival) {
+TEST(ReceiveTime, AgeFollowsTheStampWithoutAClockStep) {
   Machine machine;
   ReceiveTime time;
   time.socket_empty(machine.clocks());
@@ -33,7 +33,7 @@ TEST(ReceiveTime, WithoutAStepTheStampIsTheArrival) {
   EXPECT_EQ(time.age_ns(stamp, machine.clocks()), 200 * ms);
 }
 
-TEST(ReceiveTime, AStepWhileAFrameWaitsDoesNotMoveIt) {
+TEST(ReceiveTime, AgeIsCorrectAcrossAClockStep) {
   for (const std::int64_t step : {6 * s, -6 * s, 3600 * s, -3600 * s, 400 * ms, -400 * ms}) {
     Machine machine;
     ReceiveTime time;
@@ -55,12 +55,12 @@ TEST(ReceiveTime, AStepWhileAFrameWaitsDoesNotMoveIt) {
   }
 }
 
-TEST(ReceiveTime, AStepShorterThanTheWindowNeverMakesAFrameFresher) {
+TEST(ReceiveTime, ClockStepNeverMakesAFrameFresher) {
   for (const std::int64_t step : {6 * s, -6 * s}) {
     Machine machine;
     ReceiveTime time;
     time.socket_empty(machine.clocks());
-    machine.pass(10 * s);  // no thread reads the socket
+    machine.pass(10 * s);
     const std::int64_t stamp = machine.stamp();
     machine.pass(1 * s);
     machine.set_wall_clock_by(step);
@@ -69,7 +69,7 @@ TEST(ReceiveTime, AStepShorterThanTheWindowNeverMakesAFrameFresher) {
   }
 }
 
-TEST(ReceiveTime, TwoStepsLeaveTheFrameBetweenTheEndsOfTheWindow) {
+TEST(ReceiveTime, AgeIsBoundedAcrossTwoClockSteps) {
   Machine machine;
   ReceiveTime time;
   time.socket_empty(machine.clocks());
@@ -83,13 +83,13 @@ TEST(ReceiveTime, TwoStepsLeaveTheFrameBetweenTheEndsOfTheWindow) {
   EXPECT_LE(age_ns, 50 * ms);
 }
 
-TEST(ReceiveTime, AFrameOfTheFutureArrivesNow) {
+TEST(ReceiveTime, FutureStampsHaveAgeZero) {
   Machine machine;
   ReceiveTime time;
   time.socket_empty(machine.clocks());
   machine.pass(1 * ms);
   EXPECT_EQ(time.age_ns(machine.stamp() + 100'000, machine.clocks()), 0)
-      << "the two clocks are not read at once";
+      << "stamp and clock are read at different times";
 }
 
 }  // namespace

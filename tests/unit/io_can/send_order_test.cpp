@@ -5,7 +5,7 @@
 namespace hil::io::can {
 namespace {
 
-TEST(SendOrder, EachOwnFrameThatComesBackMovesTheEarliestTimeToItsSend) {
+TEST(SendOrder, EchoedFramesRaiseTheEarliestTime) {
   SendOrder order;
   EXPECT_EQ(order.earliest_ns(), std::numeric_limits<RunTimeNs>::min());
   order.sent(0x100, 10);
@@ -21,7 +21,7 @@ TEST(SendOrder, EachOwnFrameThatComesBackMovesTheEarliestTimeToItsSend) {
   EXPECT_EQ(order.earliest_ns(), 30);
 }
 
-TEST(SendOrder, OfFramesThatNeverComeBackTheOldestAreForgotten) {
+TEST(SendOrder, ForgetsTheOldestFramesWithoutAnEcho) {
   SendOrder order;
   for (RunTimeNs time = 1; time <= 1'000; ++time)
     order.sent(static_cast<canid_t>(time), time);

@@ -23,9 +23,8 @@ DbcSignal make_signal(std::uint16_t start, std::uint16_t length, ByteOrder order
   return signal;
 }
 
-/// An independent reading of the layout, one bit at a time, from the rule in words: Intel counts up from the
-/// least significant bit; Motorola starts at the most significant bit, goes down inside a byte and on at bit
-/// 7 of the next byte.
+/// Reads the layout bit by bit. Intel counts up from the least significant bit; Motorola starts at the most
+/// significant bit, counts down inside a byte and continues at bit 7 of the next byte.
 std::uint64_t oracle_extract(const DbcSignal& signal, std::span<const std::uint8_t> payload) {
   std::uint64_t raw = 0;
   int byte = signal.start_bit / 8;
@@ -90,7 +89,7 @@ TEST(SignalCodec, AgreesWithABitByBitReadingForRandomLayouts) {
   }
 }
 
-TEST(SignalCodec, EveryValueInRangeComesBackWithinHalfAStep) {
+TEST(SignalCodec, RoundTripsPhysicalValuesWithinHalfAStep) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (int round = 0; round < 20000; ++round) {
@@ -113,7 +112,7 @@ TEST(SignalCodec, EveryValueInRangeComesBackWithinHalfAStep) {
   }
 }
 
-TEST(SignalCodec, EveryRawValueSurvivesTheWayOverPhysical) {
+TEST(SignalCodec, RoundTripsEveryRawValue) {
   for (const auto type : {ValueType::unsigned_integer, ValueType::signed_integer}) {
     for (const double factor : {1.0, 0.01, -0.1, 0.05, 3.7}) {
       const SignalCodec codec(make_signal(0, 12, ByteOrder::intel, type, factor, -51.2));
@@ -126,7 +125,7 @@ TEST(SignalCodec, EveryRawValueSurvivesTheWayOverPhysical) {
   }
 }
 
-TEST(SignalCodec, SaturatesAtTheBits) {
+TEST(SignalCodec, SaturatesAtTheRawRange) {
   const SignalCodec small(make_signal(0, 8, ByteOrder::intel, ValueType::signed_integer, 0.5, 10.0));
   EXPECT_EQ(small.to_raw(1e9).raw, 0x7FU);
   EXPECT_EQ(small.to_raw(1e9).verdict, SignalCodec::Verdict::saturated);
@@ -143,7 +142,7 @@ TEST(SignalCodec, SaturatesAtTheBits) {
   EXPECT_EQ(wide_signed.to_raw(-1e300).raw, 0x8000000000000000U);
 }
 
-TEST(SignalCodec, SaturatesAtTheDatabasesRangeAndTakesItsEnds) {
+TEST(SignalCodec, SaturatesAtTheRangeOfTheDatabase) {
   DbcSignal signal = make_signal(0, 16, ByteOrder::intel, ValueType::signed_integer, 0.01);
   signal.minimum = -100.0;
   signal.maximum = 100.0;
@@ -155,7 +154,7 @@ TEST(SignalCodec, SaturatesAtTheDatabasesRangeAndTakesItsEnds) {
   EXPECT_EQ(codec.to_physical(codec.to_raw(-200.0).raw), -100.0);
 }
 
-TEST(SignalCodec, NamedValuesAndTheStartValueAreSentAlsoOutsideOfTheRange) {
+TEST(SignalCodec, AcceptsNamedAndStartValuesOutsideTheRange) {
   DbcSignal signal = make_signal(0, 8, ByteOrder::intel, ValueType::unsigned_integer, 0.5, 10.0);
   signal.minimum = 10.0;
   signal.maximum = 110.0;
@@ -169,7 +168,7 @@ TEST(SignalCodec, NamedValuesAndTheStartValueAreSentAlsoOutsideOfTheRange) {
   EXPECT_EQ(codec.to_raw(300 * 0.5 + 10.0).raw, 200U) << "the end of the range";
 }
 
-TEST(SignalCodec, RawNumbersOfAFileAreReadWithTheSignOfTheSignal) {
+TEST(SignalCodec, ReadsRawNumbersWithTheSignOfTheSignal) {
   const DbcSignal plain = make_signal(0, 8, ByteOrder::intel);
   EXPECT_EQ(raw_number(plain, 255.0), 255.0);
   EXPECT_FALSE(raw_number(plain, 256.0));
@@ -181,7 +180,7 @@ TEST(SignalCodec, RawNumbersOfAFileAreReadWithTheSignOfTheSignal) {
   EXPECT_EQ(raw_number(with_sign, 255.0), -1.0) << "written as its bits";
   EXPECT_FALSE(raw_number(with_sign, -129.0));
   const DbcSignal wide = make_signal(0, 64, ByteOrder::intel);
-  EXPECT_EQ(raw_number(wide, -1.0), 0x1p64) << "all bits set, as near as a double comes";
+  EXPECT_EQ(raw_number(wide, -1.0), 0x1p64) << "all bits set, rounded to a double";
   const DbcSignal floating = make_signal(0, 32, ByteOrder::intel, ValueType::float32);
   EXPECT_EQ(raw_number(floating, 0.5), 0.5);
 }
@@ -202,7 +201,7 @@ TEST(SignalCodec, RefusesNotANumber) {
   }
 }
 
-TEST(SignalCodec, CarriesFloatingPoint) {
+TEST(SignalCodec, EncodesFloatingPoint) {
   std::array<std::uint8_t, 8> payload{};
   const SignalCodec single(make_signal(0, 32, ByteOrder::intel, ValueType::float32));
   single.insert(payload, single.to_raw(-1.5).raw);

@@ -9,7 +9,7 @@
 namespace hil::io {
 namespace {
 
-TEST(LatestValue, HandsOverTheNewestAndSaysWhatWasLost) {
+TEST(LatestValue, TakesTheNewestAndReportsReplacedValues) {
   LatestValue<int> exchange(7);
   EXPECT_EQ(exchange.current(), 7);
   EXPECT_FALSE(exchange.take_newest());
@@ -26,7 +26,7 @@ TEST(LatestValue, HandsOverTheNewestAndSaysWhatWasLost) {
   EXPECT_EQ(exchange.current(), 9);
 }
 
-TEST(LatestValue, NeverShowsHalfAStateNorGoesBack) {
+TEST(LatestValue, StatesAreCompleteAndInOrder) {
   using State = std::array<std::uint64_t, 16>;
   constexpr std::uint64_t rounds = 300'000;
   LatestValue<State> exchange(State{});

@@ -11,7 +11,7 @@
 namespace hil::io {
 namespace {
 
-TEST(TimedRowRing, RefusesWhenFullAndGivesBackInOrder) {
+TEST(TimedRowRing, RefusesRowsWhenFullAndKeepsTheirOrder) {
   TimedRowRing ring(3, 2);
   for (int row = 0; row < 3; ++row)
     EXPECT_TRUE(ring.push(std::array<double, 2>{1.0 * row, 2.0 * row}, row));
@@ -25,7 +25,7 @@ TEST(TimedRowRing, RefusesWhenFullAndGivesBackInOrder) {
   EXPECT_FALSE(ring.take([](auto, auto) { FAIL(); }));
 }
 
-TEST(TimedRowRing, EveryRowThatWasTakenInComesOutOnceAndInOrder) {
+TEST(TimedRowRing, DeliversEveryRowOnceInOrder) {
   TimedRowRing ring(16, 3);
   const int rows = static_cast<int>(tests::rounds(100'000));
   std::thread producer([&] {
@@ -51,7 +51,7 @@ TEST(TimedRowRing, EveryRowThatWasTakenInComesOutOnceAndInOrder) {
   producer.join();
 }
 
-TEST(TimedRowRing, ADeviceWithoutOutputsStillPassesTicks) {
+TEST(TimedRowRing, RowsWithoutValuesCarryTheirTick) {
   TimedRowRing ring(2, 0);
   EXPECT_TRUE(ring.push({}, 7));
   EXPECT_TRUE(ring.take([](std::span<const double> values, RunTimeNs tick_ns) {

@@ -1,4 +1,4 @@
-// Whether the client takes its unit for connected: at the start, while a cycle hangs, and without any input.
+// Whether the client reports its unit as connected: at the start, during a long cycle, and without inputs.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -10,37 +10,37 @@ namespace {
 
 constexpr RunTimeNs ms = 1'000'000;
 
-TEST(ClientPresence, AUnitThatAcceptedIsConnectedFromTheStartAndHasAnsweredAfterItsFirstReply) {
-  FakeServer server([](FakeConnection& connection, int) { behave(connection, 7); });
+TEST(ClientPresence, UnitIsConnectedFromTheStartAndAnswersFirst) {
+  FakeServer server([](FakeConnection& connection, int) { answer_all(connection, 7); });
   SetClock clock;
-  ClientDevice client(patient(server.port()), two_words());
+  ClientDevice client(long_timeouts(server.port()), two_words());
   client.start(clock, Pacing::lockstep);
   EXPECT_TRUE(client.connected());
   EXPECT_FALSE(client.has_answered());
-  EXPECT_TRUE(exchange_once(client, 1, 0).good);
+  EXPECT_TRUE(exchange_once(client, 1, 0).ok);
   EXPECT_TRUE(client.has_answered());
 }
 
-TEST(ClientPresence, AUnitThatAcceptsAndIsSilentHasNeverAnswered) {
+TEST(ClientPresence, SilentUnitHasNeverAnswered) {
   FakeServer server([](FakeConnection& connection, int) { connection.receive(), connection.receive(); });
   SetClock clock;
-  ClientDevice client(quick(server.port()), two_words());
+  ClientDevice client(short_timeouts(server.port()), two_words());
   client.start(clock, Pacing::lockstep);
-  EXPECT_FALSE(exchange_once(client, 1, 0).good);
+  EXPECT_FALSE(exchange_once(client, 1, 0).ok);
   EXPECT_FALSE(client.connected());
   EXPECT_FALSE(client.has_answered());
 }
 
-TEST(ClientPresence, AReleaseThatWaitsForLongerThanMaxAgeDisconnectsUntilTheCycleEnds) {
+TEST(ClientPresence, ReleaseOlderThanMaxAgeDisconnectsUntilTheCycleEnds) {
   std::atomic<bool> may_reply{false};
   FakeServer server([&](FakeConnection& connection, int) {
     const Bytes request = connection.receive();
     eventually([&] { return may_reply.load(); });
     connection.send(FakeConnection::reply_to(request, 7));
-    behave(connection, 7);
+    answer_all(connection, 7);
   });
   SetClock clock;
-  ClientSettings settings = patient(server.port());
+  ClientSettings settings = long_timeouts(server.port());
   settings.max_age = milliseconds(100);
   ClientDevice client(settings, two_words());
   client.start(clock, Pacing::realtime);
@@ -60,7 +60,7 @@ TEST(ClientPresence, AReleaseThatWaitsForLongerThanMaxAgeDisconnectsUntilTheCycl
   EXPECT_TRUE(eventually([&] { return client.fault().empty(); }));
 }
 
-TEST(ClientPresence, AUnitWithoutInputsGetsUnchangedOutputsAgainSoThatItsLossIsNoticed) {
+TEST(ClientPresence, UnchangedOutputsAreRepeatedToAUnitWithoutInputs) {
   std::atomic<int> requests{0};
   FakeServer server([&](FakeConnection& connection, int) {
     while (requests < 2) {
@@ -73,17 +73,17 @@ TEST(ClientPresence, AUnitWithoutInputsGetsUnchangedOutputsAgainSoThatItsLossIsN
     connection.receive();
   });
   SetClock clock;
-  ClientSettings settings = quick(server.port());
+  ClientSettings settings = short_timeouts(server.port());
   settings.max_age = milliseconds(100);
   ClientDevice client(settings, {{entry("out", Table::holding, 0, ValueType::u16, true)}});
   client.start(clock, Pacing::lockstep);
   for (RunTimeNs tick = 0; tick < 50; tick += 10)
-    EXPECT_TRUE(exchange_once(client, 1, tick * ms).good);
+    EXPECT_TRUE(exchange_once(client, 1, tick * ms).ok);
   EXPECT_EQ(requests, 1) << "nothing changed";
-  EXPECT_TRUE(exchange_once(client, 1, 50 * ms).good);
+  EXPECT_TRUE(exchange_once(client, 1, 50 * ms).ok);
   EXPECT_EQ(requests, 2);
-  EXPECT_TRUE(exchange_once(client, 1, 99 * ms).good);
-  EXPECT_FALSE(exchange_once(client, 1, 100 * ms).good);
+  EXPECT_TRUE(exchange_once(client, 1, 99 * ms).ok);
+  EXPECT_FALSE(exchange_once(client, 1, 100 * ms).ok);
   EXPECT_FALSE(client.connected());
 }
 

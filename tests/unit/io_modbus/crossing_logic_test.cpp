@@ -9,8 +9,7 @@ namespace {
 
 constexpr std::int64_t scan_ms = 20;
 
-/// Scans until the lights differ from now, or `limit_ms` is over; returns the time it took, -1 when they
-/// stayed.
+/// Scans until the lights change. Returns the time until then; -1 when they do not change within the limit.
 std::int64_t until_change(CrossingLogic& logic, const Inputs& inputs, std::int64_t limit_ms = 60'000) {
   const Outputs before = logic.outputs();
   for (std::int64_t passed = scan_ms; passed <= limit_ms; passed += scan_ms) {
@@ -25,13 +24,14 @@ void expect_lights(const CrossingLogic& logic, Light ego, Light cross) {
   EXPECT_EQ(logic.outputs().cross, cross);
 }
 
-TEST(CrossingLogic, StartsWithGreenForTheCrossingRoadAndStaysWithoutDemand) {
+TEST(CrossingLogic, StaysGreenForTheCrossingRoadWithoutDemand) {
   CrossingLogic logic(Timing{});
   expect_lights(logic, Light::red, Light::green);
   EXPECT_EQ(until_change(logic, {}, 600'000), -1);
+  EXPECT_EQ(until_change(logic, {.override_mode = 4711}), -1) << "an unknown override is none";
 }
 
-TEST(CrossingLogic, ChangesOnDemandWithEveryTimeKept) {
+TEST(CrossingLogic, KeepsEveryPhaseTimeOnDemand) {
   const Timing timing;
   CrossingLogic logic(timing);
   Inputs waiting{.detector_ego = 1};
@@ -45,17 +45,17 @@ TEST(CrossingLogic, ChangesOnDemandWithEveryTimeKept) {
   EXPECT_EQ(until_change(logic, waiting), timing.red_yellow_ms);
   expect_lights(logic, Light::green, Light::red);
   logic.step({}, scan_ms);
-  EXPECT_FALSE(logic.outputs().demand_ego) << "green is what it asked for";
+  EXPECT_FALSE(logic.outputs().demand_ego);
 }
 
-TEST(CrossingLogic, AVehicleThatPassedTheLoopIsRemembered) {
+TEST(CrossingLogic, RemembersAVehicleThatPassedTheDetector) {
   CrossingLogic logic(Timing{});
   logic.step({.detector_ego = 1}, scan_ms);
   EXPECT_EQ(until_change(logic, {}), Timing{}.minimum_green_ms - scan_ms);
   expect_lights(logic, Light::red, Light::yellow);
 }
 
-TEST(CrossingLogic, AnOccupiedRoadKeepsGreenUpToItsMaximum) {
+TEST(CrossingLogic, OccupiedRoadKeepsGreenUpToTheMaximum) {
   const Timing timing;
   for (const Inputs inputs : {Inputs{.detector_ego = 1, .detector_cross_right = 2},
                               Inputs{.detector_ego = 1, .detector_cross_left = 1}}) {
@@ -64,7 +64,7 @@ TEST(CrossingLogic, AnOccupiedRoadKeepsGreenUpToItsMaximum) {
   }
 }
 
-TEST(CrossingLogic, GreenRemainingCountsThroughZero) {
+TEST(CrossingLogic, RemainingGreenCountsBelowZero) {
   const Timing timing;
   CrossingLogic logic(timing);
   logic.step({}, 500);
@@ -73,7 +73,7 @@ TEST(CrossingLogic, GreenRemainingCountsThroughZero) {
   EXPECT_EQ(logic.outputs().green_remaining_ms, -500);
 }
 
-TEST(CrossingLogic, OverridesTakeTheSafeWay) {
+TEST(CrossingLogic, OverridesPassThroughSafePhases) {
   const Timing timing;
   CrossingLogic logic(timing);
   const Inputs ego{.override_mode = 1};
@@ -84,7 +84,7 @@ TEST(CrossingLogic, OverridesTakeTheSafeWay) {
   until_change(logic, ego);
   expect_lights(logic, Light::green, Light::red);
   EXPECT_EQ(until_change(logic, {.detector_cross_right = 9, .override_mode = 1}), -1)
-      << "demand beat the override";
+      << "the override has priority over demand";
   const Inputs red{.override_mode = 3};
   until_change(logic, red);
   expect_lights(logic, Light::yellow, Light::red);
@@ -93,16 +93,11 @@ TEST(CrossingLogic, OverridesTakeTheSafeWay) {
   EXPECT_EQ(until_change(logic, red), -1);
   until_change(logic, {.override_mode = 2});
   expect_lights(logic, Light::red, Light::red_yellow);
-  until_change(logic, {.override_mode = 3});  // nobody has started: straight back
+  until_change(logic, {.override_mode = 3});  // no phase of yellow after red and yellow
   expect_lights(logic, Light::red, Light::red);
 }
 
-TEST(CrossingLogic, AnUnknownOverrideMeansAutomatic) {
-  CrossingLogic logic(Timing{});
-  EXPECT_EQ(until_change(logic, {.override_mode = 4711}), -1);
-}
-
-TEST(CrossingLogic, ALostClientTurnsAllLightsRedAndItsReturnEndsThat) {
+TEST(CrossingLogic, LostClientTurnsAllLightsRedUntilItReturns) {
   Timing timing;
   timing.minimum_green_ms = 10'000;
   timing.maximum_green_ms = 20'000;
@@ -128,14 +123,14 @@ TEST(CrossingLogic, ALostClientTurnsAllLightsRedAndItsReturnEndsThat) {
   expect_lights(logic, Light::red, Light::green);
 }
 
-TEST(CrossingLogic, WithoutAClientTheWatchdogSleeps) {
+TEST(CrossingLogic, WatchdogStartsWithTheFirstHeartbeat) {
   CrossingLogic logic(Timing{});
-  logic.step({.heartbeat = 500}, scan_ms);  // a leftover in the register is no heartbeat
+  logic.step({.heartbeat = 500}, scan_ms);  // an old value in the register
   EXPECT_EQ(until_change(logic, {.heartbeat = 500}, 60'000), -1);
   EXPECT_FALSE(logic.outputs().watchdog_fault);
 }
 
-/// What may follow what on one road.
+/// Whether `after` may follow `before` on one road.
 bool may_follow(Light before, Light after) {
   if (before == after) return true;
   switch (before) {
@@ -151,12 +146,12 @@ bool may_follow(Light before, Light after) {
   return false;
 }
 
-struct RoadWatch {
+struct RoadState {
   Light light = Light::red;
   std::int64_t since_ms = 0;  ///< the last change
 };
 
-TEST(CrossingLogic, RandomDetectorsOverridesAndHeartbeatsNeverBreakTheRules) {
+TEST(CrossingLogic, RandomInputsNeverBreakTheRules) {
   std::mt19937 random(1234);
   int greens = 0;
   for (int round = 0; round < 200; ++round) {
@@ -167,8 +162,8 @@ TEST(CrossingLogic, RandomDetectorsOverridesAndHeartbeatsNeverBreakTheRules) {
     timing.all_red_ms = 20 + random() % 2000;
     timing.red_yellow_ms = random() % 1000;
     CrossingLogic logic(timing);
-    RoadWatch ego;
-    RoadWatch cross{Light::green, 0};
+    RoadState ego;
+    RoadState cross{Light::green, 0};
     std::int64_t now_ms = 0;
     Inputs inputs;
     for (int scan = 0; scan < 5000; ++scan) {
@@ -183,24 +178,24 @@ TEST(CrossingLogic, RandomDetectorsOverridesAndHeartbeatsNeverBreakTheRules) {
       const Outputs& out = logic.step(inputs, elapsed);
       ASSERT_TRUE(out.ego == Light::red || out.cross == Light::red)
           << "round " << round << " at " << now_ms << " ms";
-      for (auto [watch, other, light] :
+      for (auto [road, other, light] :
            {std::tuple(&ego, &cross, out.ego), std::tuple(&cross, &ego, out.cross)}) {
-        ASSERT_TRUE(may_follow(watch->light, light));
-        if (light == watch->light) continue;
-        const std::int64_t held_ms = now_ms - watch->since_ms;
-        ASSERT_TRUE(watch->light != Light::green || out.watchdog_fault || held_ms >= timing.minimum_green_ms);
-        ASSERT_TRUE(watch->light != Light::yellow || held_ms >= timing.yellow_ms);
-        if (watch->light == Light::red) {
+        ASSERT_TRUE(may_follow(road->light, light));
+        if (light == road->light) continue;
+        const std::int64_t held_ms = now_ms - road->since_ms;
+        ASSERT_TRUE(road->light != Light::green || out.watchdog_fault || held_ms >= timing.minimum_green_ms);
+        ASSERT_TRUE(road->light != Light::yellow || held_ms >= timing.yellow_ms);
+        if (road->light == Light::red) {
           ASSERT_GE(held_ms, timing.all_red_ms);
           ASSERT_GE(now_ms - other->since_ms, timing.all_red_ms)
               << "the other road has not been red long enough";
         }
         greens += light == Light::green ? 1 : 0;
-        *watch = {light, now_ms};
+        *road = {light, now_ms};
       }
     }
   }
-  EXPECT_GT(greens, 1000) << "the sequences never moved the lights";
+  EXPECT_GT(greens, 1000);
 }
 
 TEST(CrossingLogicDeathTest, TimeDoesNotGoBack) {

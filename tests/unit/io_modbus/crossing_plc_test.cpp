@@ -4,9 +4,9 @@
 
 #include <sstream>
 
-#include "bench.hpp"
 #include "configs/crossing/plc/plc_registers.hpp"
 #include "io/modbus/client_device.hpp"
+#include "peers.hpp"
 #include "tests/paths.h"
 
 namespace hil::crossing::plc {
@@ -15,17 +15,14 @@ namespace {
 using namespace io;
 using namespace io::modbus;
 
-using bench::eventually;
-using bench::latched;
-using bench::Process;
-using bench::run_command;
 using std::chrono::milliseconds;
+using test::latched;
+using test::Process;
+using test::run_command;
+using tests::eventually;
 
-/// Sets one register, or reads one, as a user would at a terminal.
 std::string mbpoll(std::uint16_t port, const std::string& options, const std::string& value = "") {
-  return run_command("mbpoll -m tcp -a 1 -0 -1 -q -o 5 -p " + std::to_string(port) + " " + options +
-                     " 127.0.0.1 " + value)
-      .output;
+  return test::mbpoll(port, options, value).output;
 }
 
 ClientSettings settings_for(const Process& plc) {
@@ -46,7 +43,8 @@ double value_of(ClientDevice& client, const std::string& name) {
   return -1.0;
 }
 
-/// 20 s of virtual time at 20 Hz, the ego on its loop from 1 s on: every input of every tick, as text.
+/// 20 s of virtual time at 20 Hz with the ego on its detector from 1 s on: every input of every tick, as
+/// text.
 std::string stepped_run() {
   const Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "stepped"});
   SetClock clock;
@@ -62,7 +60,7 @@ std::string stepped_run() {
     for (const Sample& sample : latched(client))
       text << ' ' << sample.value << '@' << sample.time_ns << sample.fresh;
     text << '\n';
-    // What was read is a function of the time written in the same exchange: whole scans up to it.
+    // The program has made whole scans up to the time that was written in the same exchange.
     EXPECT_EQ(value_of(client, "plc_time_ms"), tick * 50 / 20 * 20) << tick;
     EXPECT_EQ(value_of(client, "scan_count"), tick * 50 / 20) << tick;
   }
@@ -72,13 +70,12 @@ std::string stepped_run() {
   return text.str();
 }
 
-TEST(CrossingPlc, SteppedRunsAreTheSameToTheLastByte) {
+TEST(CrossingPlc, SteppedRunsAreIdentical) {
   const std::string first = stepped_run();
   EXPECT_EQ(first, stepped_run());
   EXPECT_GT(first.size(), 10'000U);
 }
 
-/// The address goes to the program as Endpoint::to_text writes it, and comes back the same way.
 TEST(CrossingPlc, ListensOnAnIpv6Address) {
   const Process plc(
       {HIL_CROSSING_PLC, "--listen", Endpoint{.host = "::1", .port = 0}.to_text(), "--clock", "stepped"});
@@ -89,12 +86,11 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
   ClientDevice client(settings, register_map());
   client.start(clock, Pacing::lockstep);
   EXPECT_TRUE(client.exchange(0)) << client.fault();
-  client.stop();
 }
 
-TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
+TEST(CrossingPlc, SteppedTimeFollowsTheWrittenTimeAndNeverGoesBack) {
   const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
-  std::this_thread::sleep_for(milliseconds(60));  // three scans of wall time, which must not count
+  std::this_thread::sleep_for(milliseconds(60));  // three scans of real time, which must not count
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t0\n"), std::string::npos);
   mbpoll(plc.port(), "-t 4:int -r 10", "1000");
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t50\n"), std::string::npos);
@@ -103,7 +99,7 @@ TEST(CrossingPlc, SteppedTimeNeverGoesBackAndStandsStillOtherwise) {
   EXPECT_NE(mbpoll(plc.port(), "-t 3:int -r 6").find("[6]: \t1000\n"), std::string::npos);
 }
 
-TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
+TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightDuringARun) {
   ASSERT_EQ(run_command("command -v mbpoll").exit_code, 0) << "mbpoll is missing: apt-get install mbpoll";
   Process plc({HIL_CROSSING_PLC, "--listen", "127.0.0.1:0", "--clock", "wall", "--minimum-green-ms", "100",
                "--yellow-ms", "100", "--all-red-ms", "100", "--red-yellow-ms", "100"});
@@ -114,7 +110,6 @@ TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
   const auto runs_until = [&](const std::function<bool()>& holds) {
     return eventually([&] {
       client.release_outputs(std::vector<double>{0, 3, 0}, clock.now_ns());
-      std::this_thread::sleep_for(milliseconds(20));
       return holds();
     });
   };
@@ -128,17 +123,16 @@ TEST(CrossingPlc, MbpollReadsADetectorAndSetsTheLightWhileTheBenchRuns) {
   const double scans = value_of(client, "scan_count");
   EXPECT_TRUE(runs_until([&] { return value_of(client, "scan_count") > scans + 5; }));
 
-  // The bench goes: within the watchdog's 2 s, and the yellow, all lights are red and the fault is set.
+  // Without a client, the watchdog turns all lights red and sets the fault.
   client.stop();
   EXPECT_TRUE(eventually([&] {
-    std::this_thread::sleep_for(milliseconds(100));
     const std::string lights = mbpoll(plc.port(), "-t 3 -r 0 -c 3");
     return lights.find("[0]: \t0\n[1]: \t0\n[2]: \t1\n") != std::string::npos;
   }));
   EXPECT_EQ(plc.terminate(), 0);
 }
 
-TEST(CrossingPlc, WallTimePassesAtItsRateInWholeScans) {
+TEST(CrossingPlc, WallTimeAdvancesInWholeScans) {
   const Process plc({HIL_CROSSING_PLC});
   const auto number = [&](const std::string& options, const std::string& label) {
     const std::string text = mbpoll(plc.port(), options);
@@ -161,22 +155,22 @@ TEST(CrossingPlc, WallTimePassesAtItsRateInWholeScans) {
   EXPECT_GT(last_scan, first_scan);
 }
 
-TEST(CrossingPlc, MistakesOnTheCommandLineAreSaid) {
+TEST(CrossingPlc, RefusesInvalidOptions) {
   for (const char* const options :
        {"--listen 127.0.0.1", "--listen 127.0.0.1:66000", "--listen :5", "--listen 1.2.3.4:x",
         "--clock sundial", "--yellow-ms -1", "--minimum-green-ms 500 --maximum-green-ms 400"}) {
-    const bench::CommandResult result = run_command(std::string(HIL_CROSSING_PLC) + " " + options);
+    const test::CommandResult result = run_command(std::string(HIL_CROSSING_PLC) + " " + options);
     EXPECT_NE(result.exit_code, 0) << options;
     EXPECT_FALSE(result.output.empty()) << options;
   }
   const Process first({HIL_CROSSING_PLC});
-  const bench::CommandResult second =
+  const test::CommandResult second =
       run_command(std::string(HIL_CROSSING_PLC) + " --listen 127.0.0.1:" + std::to_string(first.port()));
   EXPECT_EQ(second.exit_code, 4);
   EXPECT_NE(second.output.find("Address already in use"), std::string::npos) << second.output;
 }
 
-TEST(CrossingPlc, TheRegisterMapFileSaysWhatTheProgramDoes) {
+TEST(CrossingPlc, RegisterMapFileAgreesWithTheProgram) {
   const YAML::Node registers =
       YAML::LoadFile(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing_plc.yaml")["registers"];
   const RegisterMap map = register_map();

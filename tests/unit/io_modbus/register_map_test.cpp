@@ -7,18 +7,18 @@
 #include <limits>
 #include <random>
 
-#include "bench.hpp"
+#include "peers.hpp"
 
 namespace hil::io::modbus {
 namespace {
 
-using bench::entry;
+using test::entry;
 
 std::vector<std::string> mistakes_of(RegisterEntry one, Role role = Role::client) {
   return mistakes_in(RegisterMap{{std::move(one)}}, role);
 }
 
-TEST(RegisterMap, ASoundMapHasNoMistakes) {
+TEST(RegisterMap, ValidMapHasNoMistakes) {
   const RegisterMap map{{entry("a", Table::holding, 0, ValueType::u32, true),
                          entry("b", Table::holding, 2, ValueType::f64, true),
                          entry("c", Table::holding, 65535, ValueType::u16, false),
@@ -27,17 +27,17 @@ TEST(RegisterMap, ASoundMapHasNoMistakes) {
                          entry("f", Table::discrete_input, 0, ValueType::boolean, false)}};
   EXPECT_EQ(mistakes_in(map, Role::client), std::vector<std::string>{});
   EXPECT_EQ(map.find("d"), &map.entries[3]);
-  EXPECT_EQ(map.find("nobody"), nullptr);
+  EXPECT_EQ(map.find("missing"), nullptr);
 }
 
 struct Case {
   const char* what;
-  std::function<void(RegisterEntry&)> spoil;
+  std::function<void(RegisterEntry&)> change;
   Role role;
   const char* sentence;
 };
 
-TEST(RegisterMap, EachMistakeIsOneSentenceWithItsValues) {
+TEST(RegisterMap, ReportsEachMistakeWithItsValues) {
   const std::vector<Case> cases{
       {"no name", [](RegisterEntry& e) { e.name.clear(); }, Role::client,
        "register 1 (without a name): a register needs a name"},
@@ -70,22 +70,22 @@ TEST(RegisterMap, EachMistakeIsOneSentenceWithItsValues) {
        "register speed: safe value -1 does not fit between minimum -inf and maximum inf and into the type "
        "u32"}};
   for (const Case& one : cases) {
-    RegisterEntry spoilt = entry("speed", Table::holding, 10, ValueType::u32, true);
-    one.spoil(spoilt);
-    EXPECT_EQ(mistakes_of(spoilt, one.role), std::vector<std::string>{one.sentence}) << one.what;
+    RegisterEntry changed = entry("speed", Table::holding, 10, ValueType::u32, true);
+    one.change(changed);
+    EXPECT_EQ(mistakes_of(changed, one.role), std::vector<std::string>{one.sentence}) << one.what;
   }
 }
 
-TEST(RegisterMap, NanNeverPasses) {
+TEST(RegisterMap, RefusesNan) {
   for (double RegisterEntry::*field : {&RegisterEntry::scale, &RegisterEntry::offset, &RegisterEntry::minimum,
                                        &RegisterEntry::maximum, &RegisterEntry::safe_value}) {
-    RegisterEntry spoilt = entry("speed", Table::holding, 10, ValueType::u32, true);
-    spoilt.*field = std::nan("");
-    EXPECT_EQ(mistakes_of(spoilt).size(), 1U);
+    RegisterEntry changed = entry("speed", Table::holding, 10, ValueType::u32, true);
+    changed.*field = std::nan("");
+    EXPECT_EQ(mistakes_of(changed).size(), 1U);
   }
 }
 
-TEST(RegisterMap, NamesAreUniqueAndOverlapsNamed) {
+TEST(RegisterMap, ReportsRepeatedNamesAndOverlaps) {
   const RegisterMap map{{entry("a", Table::holding, 10, ValueType::u32, true),
                          entry("b", Table::holding, 11, ValueType::u16, true),
                          entry("a", Table::input, 11, ValueType::u16, false)}};
@@ -101,7 +101,7 @@ TEST(RegisterMap, OverlapsAreFoundExactlyWhenTwoEntriesShareAnAddress) {
   for (int round = 0; round < 2000; ++round) {
     RegisterMap map;
     for (std::size_t i = 0; i < 5; ++i) {
-      map.entries.push_back(entry(bench::numbered("r", i), random() % 2 == 0 ? Table::holding : Table::input,
+      map.entries.push_back(entry(test::numbered("r", i), random() % 2 == 0 ? Table::holding : Table::input,
                                   static_cast<std::uint16_t>(random() % 24), types[random() % types.size()],
                                   false));
     }

@@ -4,14 +4,14 @@
 
 #include <random>
 
-#include "bench.hpp"
+#include "peers.hpp"
 
 namespace hil::io::modbus {
 namespace {
 
-using bench::Bytes;
-using bench::entry;
-using bench::frame;
+using test::Bytes;
+using test::entry;
+using test::frame;
 
 /// holding 10..19: 10..13 can be written, 14..19 only read; coils 0..9 can be written; inputs 0..3.
 RegisterBank small_bank() {
@@ -29,19 +29,19 @@ RegisterBank small_bank() {
   return {map, writes};
 }
 
-TEST(Framing, JudgesEveryPrefix) {
+TEST(Framing, PrefixesAreIncomplete) {
   const Bytes whole = frame(0x1234, {3, 0, 10, 0, 4});
   for (std::size_t size = 0; size < whole.size(); ++size) {
     EXPECT_EQ(find_frame(std::span(whole).first(size)).framing, Framing::incomplete) << size;
   }
   EXPECT_EQ(find_frame(whole).framing, Framing::complete);
   EXPECT_EQ(find_frame(whole).size, whole.size());
-  Bytes two = whole;
-  two.insert(two.end(), whole.begin(), whole.end());
-  EXPECT_EQ(find_frame(two).size, whole.size());
+  Bytes twice = whole;
+  twice.insert(twice.end(), whole.begin(), whole.end());
+  EXPECT_EQ(find_frame(twice).size, whole.size());
 }
 
-TEST(Framing, RefusesWhatIsNoModbusAsSoonAsItShows) {
+TEST(Framing, RefusesInvalidHeadersEarly) {
   EXPECT_EQ(find_frame(Bytes{0, 1, 7}).framing, Framing::invalid);
   EXPECT_EQ(find_frame(Bytes{0, 1, 0, 1}).framing, Framing::invalid);
   EXPECT_EQ(find_frame(Bytes{0, 1, 0, 0, 0, 0}).framing, Framing::invalid);
@@ -57,7 +57,7 @@ struct Case {
   const char* what;
 };
 
-TEST(RequestCheck, AnswersEachMalformedRequestWithItsException) {
+TEST(RequestCheck, MalformedRequestsGetTheirException) {
   const RegisterBank bank = small_bank();
   const std::vector<Case> cases{
       {{3, 0, 10, 0, 10}, 0, "read all"},
@@ -74,17 +74,17 @@ TEST(RequestCheck, AnswersEachMalformedRequestWithItsException) {
       {{1, 0, 0, 7, 209}, 3, "read 2001 coils"},
       {{2, 0, 0, 0, 1}, 2, "a table without addresses"},
       {{5, 0, 1, 0xFF, 0}, 0, "coil on"},
-      {{5, 0, 1, 0, 1}, 3, "coil half on"},
-      {{5, 0, 10, 0xFF, 0}, 2, "coil that is not there"},
+      {{5, 0, 1, 0, 1}, 3, "coil with the value 1"},
+      {{5, 0, 10, 0xFF, 0}, 2, "missing coil"},
       {{6, 0, 13, 0, 1}, 0, "write one"},
-      {{6, 0, 14, 0, 1}, 2, "write a gap"},
+      {{6, 0, 14, 0, 1}, 2, "write between registers"},
       {{6, 0, 18, 0, 1}, 2, "write what is only read"},
       {{6, 0, 13, 0}, 3, "short write"},
-      {{16, 0, 10, 0, 2, 4, 1, 2, 3, 4}, 0, "write two"},
-      {{16, 0, 10, 0, 2, 3, 1, 2, 3}, 3, "write two with three bytes"},
-      {{16, 0, 10, 0, 2, 4, 1, 2, 3}, 3, "write two, one byte missing"},
-      {{16, 0, 10, 0, 2, 6, 1, 2, 3, 4, 5, 6}, 3, "write two, six bytes"},
-      {{16, 0, 13, 0, 2, 4, 1, 2, 3, 4}, 2, "write into the gap"},
+      {{16, 0, 10, 0, 2, 4, 1, 2, 3, 4}, 0, "write 2 registers"},
+      {{16, 0, 10, 0, 2, 3, 1, 2, 3}, 3, "write 2 registers with three bytes"},
+      {{16, 0, 10, 0, 2, 4, 1, 2, 3}, 3, "write 2 registers, one byte missing"},
+      {{16, 0, 10, 0, 2, 6, 1, 2, 3, 4, 5, 6}, 3, "write 2 registers, six bytes"},
+      {{16, 0, 13, 0, 2, 4, 1, 2, 3, 4}, 2, "write beyond the writable registers"},
       {{16, 0, 10, 0, 124, 248}, 3, "write 124"},
       {{16, 0, 10}, 3, "short write of many"},
       {{15, 0, 0, 0, 10, 2, 255, 3}, 0, "write ten coils"},
@@ -109,7 +109,7 @@ TEST(RequestCheck, AnswersEachMalformedRequestWithItsException) {
     EXPECT_EQ(check_request(frame(1, one.pdu), bank), one.exception) << one.what;
 }
 
-TEST(RequestCheck, WritesLandWhereTheyShould) {
+TEST(RequestCheck, WritesChangeTheirRegisters) {
   RegisterBank bank = small_bank();
   auto written = apply_writes(frame(1, {16, 0, 11, 0, 2, 4, 1, 2, 3, 4}), bank);
   ASSERT_TRUE(written.has_value());
@@ -129,29 +129,27 @@ TEST(RequestCheck, WritesLandWhereTheyShould) {
   EXPECT_FALSE(apply_writes(frame(1, {17}), bank).has_value());
 }
 
-/// Random bytes in, one of: not a frame, an exception, or a request that can be carried out. Sanitizers watch
-/// the bounds.
-TEST(RequestCheck, NoiseIsJudgedWithoutHarm) {
+TEST(RequestCheck, RandomRequestsWriteOnlyWritableRegisters) {
   std::mt19937 random(31337);
   RegisterBank bank = small_bank();
   const std::array<std::uint8_t, 12> functions{1, 2, 3, 4, 5, 6, 7, 15, 16, 17, 22, 23};
-  int sound = 0;
+  int valid = 0;
   for (int round = 0; round < 200'000; ++round) {
     Bytes pdu{functions[random() % functions.size()]};
     const std::size_t length = random() % 14;
     for (std::size_t i = 0; i < length; ++i) {
-      // Mostly small numbers, so that addresses and counts are often right.
+      // Mostly small numbers, so that many addresses and counts are valid.
       pdu.push_back(static_cast<std::uint8_t>(random() % 3 == 0 ? random() : i % 2 == 0 ? 0 : random() % 20));
     }
     const Bytes bytes = frame(static_cast<std::uint16_t>(random()), pdu);
     ASSERT_EQ(find_frame(bytes).framing, Framing::complete);
     if (check_request(bytes, bank) != 0) continue;
-    ++sound;
+    ++valid;
     apply_writes(bytes, bank);
   }
-  EXPECT_GT(sound, 1000);
+  EXPECT_GT(valid, 1000);
   for (std::uint16_t address = 14; address < 20; ++address) {
-    EXPECT_EQ(bank.get(Table::holding, address), 0) << "written although it must not be";
+    EXPECT_EQ(bank.get(Table::holding, address), 0) << "a client wrote it";
   }
 }
 

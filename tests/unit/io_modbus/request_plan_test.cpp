@@ -6,12 +6,12 @@
 #include <numeric>
 #include <random>
 
-#include "bench.hpp"
+#include "peers.hpp"
 
 namespace hil::io::modbus {
 namespace {
 
-using bench::entry;
+using test::entry;
 
 std::vector<std::size_t> all_of(const RegisterMap& map) {
   std::vector<std::size_t> indices(map.entries.size());
@@ -22,19 +22,19 @@ std::vector<std::size_t> all_of(const RegisterMap& map) {
 RegisterMap words(std::uint16_t first, std::uint16_t count) {
   RegisterMap map;
   for (std::uint16_t i = 0; i < count; ++i) {
-    map.entries.push_back(entry(bench::numbered("r", i), Table::holding,
-                                static_cast<std::uint16_t>(first + i), ValueType::u16, true));
+    map.entries.push_back(entry(test::numbered("r", i), Table::holding, static_cast<std::uint16_t>(first + i),
+                                ValueType::u16, true));
   }
   return map;
 }
 
-TEST(RequestPlan, LimitsAreThoseOfTheProtocol) {
+TEST(RequestPlan, RequestsKeepTheLimitsOfTheProtocol) {
   const RegisterMap map = words(0, 250);
   EXPECT_EQ(plan_requests(map, all_of(map), Access::read, 0).size(), 2U);   // 125 each
   EXPECT_EQ(plan_requests(map, all_of(map), Access::write, 0).size(), 3U);  // 123 each
   RegisterMap bits;
   for (std::uint16_t i = 0; i < 2001; ++i) {
-    bits.entries.push_back(entry(bench::numbered("b", i), Table::coil, i, ValueType::boolean, true));
+    bits.entries.push_back(entry(test::numbered("b", i), Table::coil, i, ValueType::boolean, true));
   }
   const std::vector<PlannedRequest> reads = plan_requests(bits, all_of(bits), Access::read, 0);
   ASSERT_EQ(reads.size(), 2U);
@@ -42,7 +42,7 @@ TEST(RequestPlan, LimitsAreThoseOfTheProtocol) {
   EXPECT_EQ(plan_requests(bits, all_of(bits), Access::write, 0)[0].count, 1968);
 }
 
-TEST(RequestPlan, AGapIsReadAcrossUpToItsLimitAndNeverWritten) {
+TEST(RequestPlan, GapsAreReadUpToTheLimitAndNeverWritten) {
   const RegisterMap map{{entry("a", Table::holding, 0, ValueType::u16, true),
                          entry("b", Table::holding, 4, ValueType::u32, true)}};
   EXPECT_EQ(plan_requests(map, all_of(map), Access::read, 3).size(), 1U);
@@ -63,7 +63,7 @@ TEST(RequestPlan, NothingChosenNeedsNoRequest) {
   EXPECT_TRUE(plan_requests(words(0, 3), {}, Access::read, 0).empty());
 }
 
-/// The fewest requests over entries sorted by address: dynamic programming over every way to cut the row.
+/// The fewest requests for entries sorted by address, by dynamic programming over all partitions.
 std::size_t fewest(const std::vector<RegisterEntry>& sorted, std::uint32_t gap, std::uint32_t limit) {
   std::vector<std::size_t> best(sorted.size() + 1, sorted.size() + 1);
   best[0] = 0;
@@ -81,15 +81,15 @@ std::size_t fewest(const std::vector<RegisterEntry>& sorted, std::uint32_t gap, 
   return best.back();
 }
 
-TEST(RequestPlan, RandomMapsGetTheFewestRequestsThatCarryEveryEntryWhole) {
+TEST(RequestPlan, RandomMapsGetTheFewestCompleteRequests) {
   std::mt19937 random(99);
   const std::array types{ValueType::u16, ValueType::f32, ValueType::f64};
   for (int round = 0; round < 500; ++round) {
     RegisterMap map;
     auto address = static_cast<std::uint32_t>(random() % 50);
     for (std::uint16_t i = 0; i < 60; ++i) {
-      map.entries.push_back(entry(bench::numbered("r", i), Table::holding,
-                                  static_cast<std::uint16_t>(address), types[random() % types.size()], true));
+      map.entries.push_back(entry(test::numbered("r", i), Table::holding, static_cast<std::uint16_t>(address),
+                                  types[random() % types.size()], true));
       address += width_of(map.entries.back().type);
       if (random() % 3 == 0) address += static_cast<std::uint32_t>(random() % 12);
     }
@@ -104,15 +104,15 @@ TEST(RequestPlan, RandomMapsGetTheFewestRequestsThatCarryEveryEntryWhole) {
       std::vector<int> carried(map.entries.size(), 0);
       for (const PlannedRequest& request : plan) {
         ASSERT_LE(request.count, limit);
-        std::uint32_t own = 0;
+        std::uint32_t width = 0;
         for (const std::size_t index : request.entries) {
           ++carried[index];
-          own += width_of(map.entries[index].type);
+          width += width_of(map.entries[index].type);
           ASSERT_GE(map.entries[index].address, request.address);
           ASSERT_LE(map.entries[index].address + width_of(map.entries[index].type),
                     request.address + request.count);
         }
-        ASSERT_TRUE(access == Access::read || own == request.count) << "a write touches addresses of nobody";
+        ASSERT_TRUE(access == Access::read || width == request.count) << "a write between registers";
       }
       ASSERT_TRUE(std::all_of(carried.begin(), carried.end(), [](int times) { return times == 1; }));
     }

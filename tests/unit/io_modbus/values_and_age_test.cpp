@@ -1,24 +1,17 @@
-// Values that do not fit their register, and values that grow too old: counted, and an event per episode.
+// Values that do not fit their register, and values older than max_age: counted, with one event per episode.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "bench.hpp"
-#include "io/modbus/client_device.hpp"
+#include "client_exchange.hpp"
 #include "io/modbus/server_device.hpp"
 #include "tests/support/allocation_guard.hpp"
 
 namespace hil::io::modbus {
 namespace {
 
-using bench::Bytes;
-using bench::entry;
-using bench::FakeConnection;
-using bench::FakeServer;
-using bench::frame;
-using bench::latched;
-using bench::RawClient;
-using std::chrono::milliseconds;
+using test::frame;
+using test::RawClient;
 
 constexpr RunTimeNs ms = 1'000'000;
 
@@ -41,15 +34,10 @@ struct Unit {
     client.start(clock, Pacing::lockstep);
   }
   static ClientSettings settings(std::uint16_t port, milliseconds max_age) {
-    ClientSettings made;
-    made.name = "plc";
-    made.endpoint.port = port;
+    ClientSettings made = long_timeouts(port);
     made.max_age = max_age;
-    made.response_timeout = milliseconds(5000);
-    made.lockstep_limit = milliseconds(10'000);
     return made;
   }
-  ~Unit() { client.stop(); }
   void exchange(RunTimeNs time_ns, const std::vector<double>& values) {
     clock.set(time_ns);
     client.release_outputs(values, time_ns);
@@ -62,7 +50,7 @@ struct Unit {
   ClientDevice client;
 };
 
-TEST(UnfitValues, OfAClientsOutputsAreOneEventPerEpisode) {
+TEST(UnfitValues, ClientOutputsGiveOneEventPerEpisode) {
   RegisterMap map{{entry("torque", Table::holding, 0, ValueType::i16, true),
                    entry("valve", Table::holding, 1, ValueType::u16, true)}};
   map.entries[0].minimum = -100;
@@ -87,7 +75,7 @@ TEST(UnfitValues, OfAClientsOutputsAreOneEventPerEpisode) {
   EXPECT_EQ(unit.client.counters().values.saturated_inputs, 0U);
 }
 
-TEST(UnfitValues, OfAClientsInputsAreOneEventPerEpisode) {
+TEST(UnfitValues, ClientInputsGiveOneEventPerEpisode) {
   RegisterMap map{{entry("level", Table::holding, 0, ValueType::u16, false),
                    entry("flow", Table::holding, 1, ValueType::f32, false)}};
   map.entries[0].maximum = 20'000;
@@ -106,7 +94,7 @@ TEST(UnfitValues, OfAClientsInputsAreOneEventPerEpisode) {
   EXPECT_EQ(unit.client.counters().values.not_a_number_inputs, 3U);
 }
 
-TEST(UnfitValues, OfADeviceAreListedUpToALimit) {
+TEST(UnfitValues, EventsAreListedUpToALimit) {
   RegisterMap map{{entry("torque", Table::holding, 0, ValueType::u16, true)}};
   Unit unit(map);
   for (int round = 0; round < 1010; ++round) {
@@ -140,7 +128,7 @@ struct Panel {
   ServerDevice device;
 };
 
-TEST(UnfitValues, WrittenByAClientAreRefusedWithException3AndChangeNothing) {
+TEST(UnfitValues, ServerRefusesThemWithException3) {
   Panel panel;
   RawClient client(panel.device.port());
   const auto reply = [&](const Bytes& pdu) {
@@ -177,7 +165,7 @@ TEST(UnfitValues, WrittenByAClientAreRefusedWithException3AndChangeNothing) {
   EXPECT_EQ(panel.device.counters().exceptions, exceptions);
 }
 
-TEST(UnfitValues, RefusedFromAClientAreOneEventPerEpisode) {
+TEST(UnfitValues, RefusedWritesGiveOneEventPerEpisode) {
   Panel panel;
   RawClient client(panel.device.port());
   for (const std::uint8_t level : Bytes{101, 102, 50, 103}) {
@@ -189,7 +177,7 @@ TEST(UnfitValues, RefusedFromAClientAreOneEventPerEpisode) {
                                         "unit panel: register level: a client wrote 103" + end}));
 }
 
-TEST(UnfitValues, OfAServersOutputsAreOneEventPerEpisode) {
+TEST(UnfitValues, ServerOutputsGiveOneEventPerEpisode) {
   Panel panel;
   RawClient client(panel.device.port());
   for (const double status : {70'000.0, 80'000.0, 5.0}) {
@@ -211,40 +199,40 @@ void cycle(Unit& unit, RunTimeNs until_ns, RunTimeNs period_ns) {
   }
 }
 
-TEST(StaleValues, OfAUnitThatIsAlwaysTooSlowAreOneEvent) {
+TEST(StaleValues, SlowUnitGivesOneEventPerEpisode) {
   Unit unit({{entry("a", Table::holding, 0, ValueType::u16, false),
               entry("b", Table::holding, 1, ValueType::u16, false),
               entry("c", Table::holding, 2, ValueType::u16, false)}},
             milliseconds(200));
   cycle(unit, 1'000 * ms, 100 * ms);
   EXPECT_EQ(unit.client.counters().stale_inputs, 0U);
-  cycle(unit, 4'000 * ms, 400 * ms);  // fresh for 200 ms, stale for 200 ms, again and again
+  cycle(unit, 4'000 * ms, 400 * ms);  // alternately fresh and stale for 200 ms
   EXPECT_GE(unit.client.counters().stale_inputs, 3U * 7U);
   const std::string event =
       "unit plc: register a (and 2 more) was not read for longer than its max_age of 200 ms; it is stale and "
       "reads its safe value";
   EXPECT_EQ(texts(unit.client), Texts{event});
   EXPECT_EQ(unit.client.events_since(0)[0].time_ns, 1'410 * ms);
-  cycle(unit, 5'000 * ms, 100 * ms);  // in time again: the episode ends
+  cycle(unit, 5'000 * ms, 100 * ms);  // fresh: the episode ends
   EXPECT_EQ(texts(unit.client), Texts{event});
   cycle(unit, 6'000 * ms, 400 * ms);
   EXPECT_EQ(texts(unit.client), (Texts{event, event}));
 }
 
-TEST(StaleValues, OfAServerWithAnAgeAreAnEvent) {
+TEST(StaleValues, ServerInputsGiveAnEvent) {
   Panel panel;
   RawClient client(panel.device.port());
   client.send(frame(1, {6, 0, 1, 0, 9}));
   client.receive_frame();
   EXPECT_TRUE(latched(panel.device)[0].fresh);
-  EXPECT_TRUE(bench::eventually([&] { return !latched(panel.device)[0].fresh; }));
+  EXPECT_TRUE(tests::eventually([&] { return !latched(panel.device)[0].fresh; }));
   EXPECT_EQ(texts(panel.device),
             Texts{"unit panel: register level was not written by a client for longer than "
                   "its max_age of 1000 ms; it is stale and reads its safe value"});
   EXPECT_EQ(panel.device.stale_inputs(), 1U);
 }
 
-TEST(StaleValues, CostTheTickNoAllocation) {
+TEST(StaleValues, LatchingThemAllocatesNothing) {
   Unit unit({{entry("a", Table::holding, 0, ValueType::u16, false)}}, milliseconds(50));
   unit.exchange(10 * ms, {});
   std::vector<Sample> samples(1);

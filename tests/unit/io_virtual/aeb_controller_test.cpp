@@ -1,4 +1,4 @@
-// The braking controller's judgement against a small simulation: does the car that obeys it stay clear?
+// The braking controller against a small simulation of the ego and one crossing car.
 
 #include <gtest/gtest.h>
 
@@ -18,20 +18,22 @@ ObjectReport crossing_car(double x_m, double y_m, double velocity_y_mps, double 
   return {true, x_m, y_m, 0.0, velocity_y_mps, 4.5, age_s};
 }
 
-TEST(FindConflict, MeetsWhatArrivesTogether) {
+TEST(FindConflict, FindsObjectsThatArriveTogether) {
   const Parameters parameters;
   const EgoState ego{10.0, 0.0};
   const auto conflict = find_conflict(ego, crossing_car(30.0, -30.0, 10.0), parameters);
   ASSERT_TRUE(conflict);
   EXPECT_NEAR(conflict->time_s, 2.9, 0.05);  // the front reaches the near side: (30 - 1) / 10
   EXPECT_NEAR(conflict->demand_mps2, 100.0 / (2.0 * 27.0), 1e-9);
-  EXPECT_FALSE(find_conflict(ego, crossing_car(30.0, -90.0, 10.0), parameters)) << "it comes long after";
+  EXPECT_FALSE(find_conflict(ego, crossing_car(30.0, -90.0, 10.0), parameters))
+      << "it arrives long after the ego";
   EXPECT_FALSE(find_conflict(ego, crossing_car(30.0, 30.0, 10.0), parameters)) << "it drives away";
-  EXPECT_FALSE(find_conflict({0.0, 0.0}, crossing_car(30.0, -30.0, 10.0), parameters)) << "the ego stands";
+  EXPECT_FALSE(find_conflict({0.0, 0.0}, crossing_car(30.0, -30.0, 10.0), parameters))
+      << "the ego does not move";
   EXPECT_FALSE(find_conflict(ego, crossing_car(-10.0, -3.0, 10.0), parameters)) << "behind the front";
 }
 
-TEST(FindConflict, FromTheLeftIsTheMirrorOfFromTheRight) {
+TEST(FindConflict, IsSymmetricInLeftAndRight) {
   const Parameters parameters;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -87,10 +89,10 @@ TEST(FindConflict, MissesNoCollisionOfASteppedSimulation) {
       EXPECT_TRUE(find_conflict(ego, object, parameters)) << object.x_m << " " << object.y_m;
     }
   }
-  EXPECT_GT(collisions, 100) << "the simulation does find some";
+  EXPECT_GT(collisions, 100);
 }
 
-TEST(BroughtToNow, MovesTheObjectAndTheEgo) {
+TEST(Extrapolation, MovesTheObjectAndTheEgo) {
   const ObjectReport straight = extrapolated({true, 50.0, -20.0, 1.0, 8.0, 4.0, 0.5}, {10.0, 0.0});
   EXPECT_DOUBLE_EQ(straight.x_m, 50.0 + 0.5 - 5.0);
   EXPECT_DOUBLE_EQ(straight.y_m, -16.0);
@@ -116,7 +118,7 @@ TEST(Controller, CommandsNothingWithoutAFreshEgoStatus) {
   EXPECT_EQ(late.deceleration_mps2, 0.0);
 }
 
-TEST(Controller, BrakesUntilTheEgoStandsOrTheConflictIsGoneForAWhile) {
+TEST(Controller, BrakesUntilTheEgoStopsOrASecondPassesWithoutConflict) {
   Controller controller;
   const ObjectReport near = crossing_car(15.0, -14.0, 14.0);
   controller.ego_status(0, {14.0, 0.0});
@@ -126,14 +128,15 @@ TEST(Controller, BrakesUntilTheEgoStandsOrTheConflictIsGoneForAWhile) {
   controller.ego_status(500 * ms, {10.0, 0.0});
   EXPECT_EQ(controller.object_list(500 * ms, {}).deceleration_mps2, first) << "latched";
   controller.ego_status(1100 * ms, {9.0, 0.0});
-  EXPECT_EQ(controller.object_list(1100 * ms, {}).deceleration_mps2, 0.0) << "a second without conflict";
+  EXPECT_EQ(controller.object_list(1100 * ms, {}).deceleration_mps2, 0.0) << "one second without conflict";
   controller.ego_status(1200 * ms, {14.0, 0.0});
   EXPECT_GT(controller.object_list(1200 * ms, std::span(&near, 1)).deceleration_mps2, 3.0);
   controller.ego_status(1300 * ms, {0.05, 0.0});
-  EXPECT_EQ(controller.object_list(1300 * ms, std::span(&near, 1)).deceleration_mps2, 0.0) << "stands";
+  EXPECT_EQ(controller.object_list(1300 * ms, std::span(&near, 1)).deceleration_mps2, 0.0)
+      << "the ego has stopped";
 }
 
-TEST(Controller, WarnsBeforeItBrakesAndIgnoresEmptySlots) {
+TEST(Controller, WarnsBeforeItBrakesAndIgnoresInvalidObjects) {
   Controller controller;
   controller.ego_status(0, {14.0, 0.0});
   ObjectReport far = crossing_car(45.0, -45.0, 14.0);
@@ -144,9 +147,10 @@ TEST(Controller, WarnsBeforeItBrakesAndIgnoresEmptySlots) {
   EXPECT_FALSE(controller.object_list(0, std::span(&far, 1)).warning);
 }
 
-/// Drives the ego under the controller; lists come every `list_ms` and are `age_s` old. True: it was hit.
-bool drive(bool obey, double list_period_s, double age_s, double ego_speed_mps, double object_y_m,
-           double object_mps) {
+/// Simulates the ego with the controller, which gets a list every `list_period_s` that is `age_s` old.
+/// Returns whether the cars collide.
+bool collides(bool obey, double list_period_s, double age_s, double ego_speed_mps, double object_y_m,
+              double object_mps) {
   Controller controller;
   const Parameters parameters;
   double front_m = 0.0;
@@ -177,7 +181,7 @@ bool drive(bool obey, double list_period_s, double age_s, double ego_speed_mps, 
   return false;
 }
 
-TEST(Controller, ACarThatObeysIsNotHit) {
+TEST(Controller, BrakingPreventsEveryCollision) {
   constexpr double speeds_mps[] = {8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0};
   int hits_without = 0;
   for (const double period_s : {0.1, 1.0}) {
@@ -186,8 +190,8 @@ TEST(Controller, ACarThatObeysIsNotHit) {
         for (const double object_mps : speeds_mps) {
           for (const double early_s : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
             const double object_y_m = -object_mps * (60.0 / speed + early_s);
-            hits_without += drive(false, period_s, age_s, speed, object_y_m, object_mps) ? 1 : 0;
-            EXPECT_FALSE(drive(true, period_s, age_s, speed, object_y_m, object_mps))
+            hits_without += collides(false, period_s, age_s, speed, object_y_m, object_mps) ? 1 : 0;
+            EXPECT_FALSE(collides(true, period_s, age_s, speed, object_y_m, object_mps))
                 << "lists every " << period_s << " s, " << age_s << " s old, ego " << speed << " m/s, object "
                 << object_mps << " m/s, " << early_s << " s off";
           }
@@ -195,7 +199,7 @@ TEST(Controller, ACarThatObeysIsNotHit) {
       }
     }
   }
-  EXPECT_GT(hits_without, 500) << "without braking they do collide";
+  EXPECT_GT(hits_without, 500);
 }
 
 class StationTest : public ::testing::Test {
@@ -219,7 +223,7 @@ class StationTest : public ::testing::Test {
   const std::vector<double> danger_{1.0, 15.0, -14.0, 0.0, 14.0, 4.5, 0.0};
 };
 
-TEST_F(StationTest, AnswersACompleteListAndNamesIt) {
+TEST_F(StationTest, AnswersACompleteListWithItsNumber) {
   EXPECT_FALSE(station_.handle(build(ego_, {14.0, 0.0, 0.0, 0.0}, 0)));
   for (int list = 0; list < 3; ++list) {
     EXPECT_FALSE(station_.handle(build(object0_, danger_, 0)));
@@ -253,7 +257,7 @@ TEST_F(StationTest, DoesNotAnswerAnIncompleteOrDamagedList) {
   EXPECT_FALSE(station_.handle(foreign));
 }
 
-TEST_F(StationTest, AnEmptyListIsAnsweredAndTheDegradedStateIsSaid) {
+TEST_F(StationTest, AnswersAnEmptyListAndReportsTheDegradedState) {
   const auto answer = station_.handle(build(header_, {0.0, 0.0, 0.0, 0.0}, 0));
   ASSERT_TRUE(answer);
   std::vector<double> values(6);
@@ -262,7 +266,7 @@ TEST_F(StationTest, AnEmptyListIsAnsweredAndTheDegradedStateIsSaid) {
   EXPECT_EQ(values[2], 1.0) << "no EgoStatus yet";
 }
 
-TEST(StationDatabase, SaysWhatIsMissing) {
+TEST(StationDatabase, ReportsMissingMessagesAndSignals) {
   EXPECT_TRUE(
       Station::database_problems(can::load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database)
           .empty());

@@ -1,11 +1,8 @@
-// A CAN device on a virtual bus that drops, corrupts and delays frames on purpose: what is counted, and what
-// the log shows.
+// The counters and the log of a CAN device on a virtual bus with injected faults.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
-#include <filesystem>
 #include <thread>
 
 #include "io/can/can_device.hpp"
@@ -13,13 +10,14 @@
 #include "io/virtual/hub.hpp"
 #include "tests/paths.h"
 #include "tests/support/simulation/run_clock.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::io::can {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-/// The frames that were sent and received in the log of this many lock-step ticks under `faults`.
+/// The counters, and the frames of the log that were sent and received.
 struct Logged {
   CanCounters counters;
   std::size_t tx = 0, rx = 0;
@@ -29,8 +27,8 @@ Logged logged_under(const virtual_bus::FaultConfig& faults) {
   auto hub =
       std::make_unique<virtual_bus::Hub>(virtual_bus::HubConfig{.name = "car", .path = {}, .faults = faults});
   virtual_bus::Client outside({hub->address(), "outside"});
-  const auto log_file =
-      std::filesystem::path(::testing::TempDir()) / ("faults-" + std::to_string(::getpid()) + ".log");
+  const tests::TemporaryFolder folder;
+  const auto log_file = folder / "frames.log";
   CanDeviceConfig config;
   config.name = "car";
   config.database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
@@ -63,11 +61,10 @@ Logged logged_under(const virtual_bus::FaultConfig& faults) {
   Logged logged{device.counters()};
   for (const LoggedFrame& frame : read_candump_log(log_file).frames)
     ++(frame.frame.raw.can_id == 0x555 ? logged.rx : logged.tx);
-  std::filesystem::remove(log_file);
   return logged;
 }
 
-TEST(CanDevice, WhatFaultsDroppedIsCountedAndTheLogHoldsTheRest) {
+TEST(CanDevice, InjectedFaultsAreCountedAndTheLogHoldsTheOtherFrames) {
   const Logged lossy = logged_under(
       {.drop_probability = 0.2, .corrupt_probability = 0.1, .delay_probability = 0.0, .seed = 3});
   EXPECT_EQ(lossy.counters.tx, 360U);
@@ -77,17 +74,17 @@ TEST(CanDevice, WhatFaultsDroppedIsCountedAndTheLogHoldsTheRest) {
   EXPECT_GT(lossy.counters.rx, 100U);
   EXPECT_GT(lossy.counters.injected.dropped_rx, 20U);
   EXPECT_GT(lossy.counters.injected.corrupted, 20U);
-  EXPECT_EQ(lossy.counters.dropped, 0U) << "nobody was too slow";
+  EXPECT_EQ(lossy.counters.dropped, 0U);
 
   const Logged silent = logged_under({.drop_probability = 1.0});
   EXPECT_EQ(silent.counters.injected.dropped_tx, 360U);
   EXPECT_EQ(silent.tx + silent.rx, 0U);
   EXPECT_EQ(silent.counters.bus_load_peak, 0.0);
 
-  const Logged late = logged_under({.delay_probability = 1.0, .delay_ns = 25 * ms});
-  EXPECT_GE(late.counters.injected.delayed, 360U);
-  EXPECT_GT(late.counters.injected.dropped_tx, 0U) << "still held back at the end";
-  EXPECT_EQ(late.counters.tx, late.tx + late.counters.injected.dropped_tx);
+  const Logged delayed = logged_under({.delay_probability = 1.0, .delay_ns = 25 * ms});
+  EXPECT_GE(delayed.counters.injected.delayed, 360U);
+  EXPECT_GT(delayed.counters.injected.dropped_tx, 0U) << "still held back at the end";
+  EXPECT_EQ(delayed.counters.tx, delayed.tx + delayed.counters.injected.dropped_tx);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A CAN device whose bus does not take frames, or whose controller is bus-off.
+// A CAN device whose bus refuses frames or is bus-off.
 
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
@@ -13,7 +13,7 @@
 namespace hil::io::can {
 namespace {
 
-TEST(CanSendFaults, AFullQueueIsTriedOnceMoreAtTheNextTickAndNeverSpunOn) {
+TEST(CanSendFaults, FullQueueIsRetriedOnceAtTheNextTick) {
   CanDeviceConfig config = crossing_config();
   config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
   auto owned = std::make_unique<DrivenBus>();
@@ -30,9 +30,9 @@ TEST(CanSendFaults, AFullQueueIsTriedOnceMoreAtTheNextTickAndNeverSpunOn) {
   tick(0);
   EXPECT_EQ(bus.tries, 1);
   tick(1 * ms);
-  EXPECT_EQ(bus.tries, 2) << "once more";
+  EXPECT_EQ(bus.tries, 2) << "one retry";
   tick(2 * ms);
-  EXPECT_EQ(bus.tries, 2) << "and no more until it is due";
+  EXPECT_EQ(bus.tries, 2) << "no second retry";
   tick(10 * ms);
   EXPECT_EQ(bus.tries, 3);
   bus.full = false;
@@ -84,7 +84,7 @@ class DrivenDeviceThatMayBeLost : public DrivenDevice {
   DrivenDeviceThatMayBeLost() : DrivenDevice(true) {}
 };
 
-TEST_F(DrivenDevice, AFrameThatIsRefusedIsNamedWithItsBusAndCause) {
+TEST_F(DrivenDevice, ReportsARefusedFrameWithItsBusAndCause) {
   ticks(0, 100);
   EXPECT_EQ(device_->send_fault(), "");
   bus_->error = EINVAL;
@@ -94,10 +94,10 @@ TEST_F(DrivenDevice, AFrameThatIsRefusedIsNamedWithItsBusAndCause) {
   EXPECT_EQ(device_->counters().send_errors, 10U);
   bus_->error = ENETDOWN;
   ticks(200, 300);
-  EXPECT_NE(device_->send_fault().find("Invalid argument"), std::string::npos) << "the first one stays";
+  EXPECT_NE(device_->send_fault().find("Invalid argument"), std::string::npos) << "the first fault stays";
 }
 
-TEST_F(DrivenDeviceThatMayBeLost, FramesThatALossSwallowsAreNoFaultAndRefusedOnesAre) {
+TEST_F(DrivenDeviceThatMayBeLost, FramesLostWithTheInterfaceAreNoFault) {
   bus_->error = ENETDOWN;
   ticks(0, 100);
   EXPECT_EQ(device_->send_fault(), "");
@@ -107,7 +107,7 @@ TEST_F(DrivenDeviceThatMayBeLost, FramesThatALossSwallowsAreNoFaultAndRefusedOne
   EXPECT_NE(device_->send_fault(), "");
 }
 
-TEST_F(DrivenDevice, AQueueThatIsFullForAMomentIsNoFaultAndOneThatStaysFullIs) {
+TEST_F(DrivenDevice, QueueThatStaysFullIsAFault) {
   bus_->full = true;
   ticks(0, 190);
   bus_->full = false;
@@ -119,7 +119,7 @@ TEST_F(DrivenDevice, AQueueThatIsFullForAMomentIsNoFaultAndOneThatStaysFullIs) {
       << device_->send_fault();
 }
 
-TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
+TEST_F(DrivenDevice, BusOffDisconnectsUntilTheRestart) {
   ticks(0, 10);
   EXPECT_TRUE(device_->connected());
   bus_->arriving = {error_frame(CAN_ERR_BUSOFF)};
@@ -128,14 +128,15 @@ TEST_F(DrivenDevice, ABusThatIsOffIsNotConnectedUntilItIsRestarted) {
   EXPECT_NE(device_->fault().find("bus-off"), std::string::npos) << device_->fault();
   bus_->arriving = {error_frame(CAN_ERR_CRTL)};
   ticks(20, 30);
-  EXPECT_FALSE(device_->connected()) << "another error says nothing of a restart";
+  EXPECT_FALSE(device_->connected()) << "no restart";
   bus_->arriving = {error_frame(CAN_ERR_RESTARTED)};
   ticks(30, 40);
   EXPECT_TRUE(device_->connected());
   EXPECT_EQ(device_->fault(), "");
+  EXPECT_EQ(device_->counters().errors, 3U);
 }
 
-TEST_F(DrivenDevice, AFrameBehindAnOwnFrameIsNotDatedBeforeThatWasSent) {
+TEST_F(DrivenDevice, ReceiveTimeFollowsTheSendTimeOfEarlierFrames) {
   const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   const DbcMessage& message = *database.find_message("BrakeCommand");
   MessageEncoder encoder(message, protection);
@@ -153,20 +154,20 @@ TEST_F(DrivenDevice, AFrameBehindAnOwnFrameIsNotDatedBeforeThatWasSent) {
     return samples[device_->input_groups().front().first].time_ns;
   };
   ticks(0, 10);
-  Frame own = bus_->sent.back();
-  own.direction = Direction::tx;
+  Frame echo = bus_->sent.back();
+  echo.direction = Direction::tx;
   bus_->arriving = {reply_at(-1 * ms)};
   ticks(10, 20);
-  EXPECT_EQ(received_at(), -1 * ms) << "it may have come before the own frame";
-  bus_->arriving = {own, own, reply_at(8 * ms)};
+  EXPECT_EQ(received_at(), -1 * ms) << "possibly received before the sent frame";
+  bus_->arriving = {echo, echo, reply_at(8 * ms)};
   ticks(20, 30);
-  EXPECT_EQ(received_at(), 10 * ms) << "behind the frame that was sent at 10 ms";
+  EXPECT_EQ(received_at(), 10 * ms) << "after the frame that was sent at 10 ms";
   bus_->arriving = {reply_at(12 * ms)};
   ticks(30, 40);
   EXPECT_EQ(received_at(), 12 * ms);
 }
 
-TEST_F(DrivenDevice, TheShortestTimeOutDecidesWhenTheBusIsLost) {
+TEST_F(DrivenDevice, ShortestTimeoutIsTheLossTimeout) {
   EXPECT_EQ(device_->loss_timeout_ns(), 200 * ms);
   ASSERT_FALSE(device_->input_groups().empty());
   const InputGroup& group = device_->input_groups().front();

@@ -1,4 +1,4 @@
-// The virtual bus in real time: hub and clients in one process, pumped by the test.
+// The virtual bus in real time: hub and clients in one process.
 
 #include "io/virtual/hub.hpp"
 
@@ -9,13 +9,16 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "io/virtual/client.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::io::virtual_bus {
 namespace {
@@ -56,7 +59,7 @@ class HubTest : public ::testing::Test {
   Hub hub_{HubConfig{.name = "car", .path = {}, .faults = {}}};
 };
 
-TEST_F(HubTest, EveryFrameGoesToEveryOtherStationInOneOrder) {
+TEST_F(HubTest, DeliversEveryFrameToEveryOtherStationInOneOrder) {
   hub_.open(clock_, Pacing::realtime);
   auto one = connect("one");
   auto two = connect("two");
@@ -110,7 +113,7 @@ TEST_F(HubTest, FdAndExtendedFramesKeepTheirContent) {
   EXPECT_TRUE(back[0].same_content(sent));
 }
 
-TEST_F(HubTest, AClientThatDoesNotReadLosesFramesWithoutBlocking) {
+TEST_F(HubTest, SlowClientLosesFramesWithoutBlockingOthers) {
   hub_.open(clock_, Pacing::realtime);
   auto slow = connect("slow");
   auto good = connect("good");
@@ -130,14 +133,14 @@ TEST_F(HubTest, AClientThatDoesNotReadLosesFramesWithoutBlocking) {
   EXPECT_EQ(counters[0].delivered + counters[0].dropped, count);
   EXPECT_EQ(counters[1].dropped, 0U);
   EXPECT_EQ(hub_.counters().dropped, counters[0].dropped);
-  // What it did get is the beginning, without holes.
+  // It received the first frames without gaps.
   const auto got = receive_all(*slow);
   ASSERT_EQ(got.size(), counters[0].delivered);
   for (std::uint32_t number = 0; number < got.size(); ++number)
     ASSERT_EQ(number_of(got[number]), number);
 }
 
-TEST_F(HubTest, InvalidPacketsAreCountedAndHarmless) {
+TEST_F(HubTest, InvalidPacketsAreCountedAndIgnored) {
   hub_.open(clock_, Pacing::realtime);
   sockaddr_un place{};
   place.sun_family = AF_UNIX;
@@ -157,14 +160,14 @@ TEST_F(HubTest, InvalidPacketsAreCountedAndHarmless) {
   const can::Frame frame = numbered(5, 6);
   ASSERT_EQ(::send(raw, &frame.raw, CAN_MTU, 0), static_cast<ssize_t>(CAN_MTU));
   const auto seen = receive_all(hub_);
-  ASSERT_EQ(seen.size(), 1U) << "the same client still is a station";
+  ASSERT_EQ(seen.size(), 1U);
   EXPECT_TRUE(seen[0].same_content(frame));
   ::close(raw);
   receive_all(hub_);
   EXPECT_EQ(hub_.station_count(), 0U);
 }
 
-TEST_F(HubTest, ItsDescriptorSaysWhenThereIsSomethingToDo) {
+TEST_F(HubTest, DescriptorBecomesReadableWithWork) {
   hub_.open(clock_, Pacing::realtime);
   EXPECT_FALSE(readable(hub_.fd(), 0));
   auto client = connect("one");
@@ -181,12 +184,12 @@ TEST_F(HubTest, ItsDescriptorSaysWhenThereIsSomethingToDo) {
   EXPECT_FALSE(hub_.client_counters().at(0).connected);
 }
 
-TEST_F(HubTest, OneThatConnectsAgainAndAgainIsNotRememberedForEver) {
+TEST_F(HubTest, ForgetsTheOldestClosedConnections) {
   hub_.open(clock_, Pacing::realtime);
   const auto stays = connect("stays");
   receive_all(hub_);
   for (std::uint64_t connection = 2; connection <= 201; ++connection) {
-    connect("comes and goes");
+    connect("closes");
     while (hub_.client_counters().back().connection != connection || hub_.client_counters().back().connected)
       receive_all(hub_);
   }
@@ -195,10 +198,10 @@ TEST_F(HubTest, OneThatConnectsAgainAndAgainIsNotRememberedForEver) {
   EXPECT_EQ(counters.front().name, "stays");
   EXPECT_TRUE(counters.front().connected);
   EXPECT_EQ(counters.back().connection, 201U);
-  EXPECT_EQ(counters[1].connection, 138U) << "of the others, the newest";
+  EXPECT_EQ(counters[1].connection, 138U);
 }
 
-TEST_F(HubTest, FiltersHoldForTheStationThatSetThem) {
+TEST_F(HubTest, FiltersApplyToTheStationThatSetThem) {
   hub_.open(clock_, Pacing::realtime);
   auto client = connect("one");
   const can_filter only{0x20, 0x7FF};
@@ -212,18 +215,21 @@ TEST_F(HubTest, FiltersHoldForTheStationThatSetThem) {
   EXPECT_EQ(number_of(seen[0]), 2U);
 }
 
-TEST_F(HubTest, AClientMayComeBeforeItsHub) {
-  std::thread later([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    hub_.open(clock_, Pacing::realtime);
+TEST_F(HubTest, ClientsMayConnectBeforeTheHubOpens) {
+  std::unique_ptr<Client> client;
+  std::atomic<bool> connected{false};
+  std::thread early([&] {
+    client = connect("early");
+    connected = true;
   });
-  auto client = connect("early");
-  later.join();
+  EXPECT_FALSE(tests::eventually([&] { return connected.load(); }, std::chrono::milliseconds(50)));
+  hub_.open(clock_, Pacing::realtime);
+  early.join();
   receive_all(hub_);
   EXPECT_EQ(hub_.station_count(), 1U);
 }
 
-TEST_F(HubTest, AClosedHubIsLostToItsClientsInWords) {
+TEST_F(HubTest, ClosedHubIsLostForItsClients) {
   hub_.open(clock_, Pacing::realtime);
   auto client = connect("one");
   receive_all(hub_);
@@ -234,7 +240,7 @@ TEST_F(HubTest, AClosedHubIsLostToItsClientsInWords) {
   EXPECT_EQ(client->send(numbered(1, 1)), can::SendResult::error);
 }
 
-TEST(HubOpening, SaysWhyAPlaceCanNotBeHad) {
+TEST(HubOpening, ReportsPathsThatCanNotBeUsed) {
   const RunningClock clock;
   Hub too_long(HubConfig{.name = "a", .path = "/tmp/" + std::string(120, 'x'), .faults = {}});
   EXPECT_THROW(too_long.open(clock, Pacing::realtime), DeviceError);
@@ -246,7 +252,7 @@ TEST(HubOpening, SaysWhyAPlaceCanNotBeHad) {
   Hub second(HubConfig{.name = "a", .path = first.address().substr(5), .faults = {}});
   try {
     second.open(clock, Pacing::realtime);
-    FAIL() << "two hubs at one place";
+    FAIL();
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("another program listens"), std::string::npos);
   }
@@ -256,10 +262,9 @@ TEST(HubOpening, SaysWhyAPlaceCanNotBeHad) {
   EXPECT_THROW(wrong.open(clock, Pacing::realtime), DeviceError);
 }
 
-TEST(HubOpening, ReplacesASocketThatADeadProgramLeftBehindButNoOtherFile) {
+TEST(HubOpening, ReplacesStaleSocketsButNoOtherFiles) {
   const RunningClock clock;
-  const auto folder = std::filesystem::path(::testing::TempDir()) / ("hub-" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
+  const tests::TemporaryFolder folder;
   const std::string stale = (folder / "stale").string();
   sockaddr_un place{};
   place.sun_family = AF_UNIX;
@@ -272,12 +277,11 @@ TEST(HubOpening, ReplacesASocketThatADeadProgramLeftBehindButNoOtherFile) {
   hub.close();
   EXPECT_FALSE(std::filesystem::exists(stale));
 
-  const std::string letter = (folder / "letter").string();
-  std::ofstream(letter) << "keep me";
-  Hub rude(HubConfig{.name = "a", .path = letter, .faults = {}});
-  EXPECT_THROW(rude.open(clock, Pacing::realtime), DeviceError);
-  EXPECT_TRUE(std::filesystem::exists(letter));
-  std::filesystem::remove_all(folder);
+  const std::string file = (folder / "file").string();
+  std::ofstream(file) << "content";
+  Hub refused(HubConfig{.name = "a", .path = file, .faults = {}});
+  EXPECT_THROW(refused.open(clock, Pacing::realtime), DeviceError);
+  EXPECT_TRUE(std::filesystem::exists(file));
 }
 
 TEST(HubFaults, DropCorruptAndDelayComeFromTheSeed) {

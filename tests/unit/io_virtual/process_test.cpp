@@ -6,16 +6,20 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
-#include <thread>
+
+#include "tests/support/eventually.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::io::process {
 namespace {
+
+using tests::content_of;
+using tests::eventually;
+using tests::TemporaryFolder;
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 
@@ -27,30 +31,23 @@ ChildConfig shell(const std::string& script) {
           .output_file = {}};
 }
 
-std::string content_of(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
-/// A shell that has run `setup` when this returns, and then runs for ever.
-std::unique_ptr<Child> endless_shell(const std::string& setup, const std::filesystem::path& output) {
+/// A shell that has run `setup` and runs until it is stopped.
+std::unique_ptr<Child> endless_shell(const std::string& setup) {
+  const TemporaryFolder folder;
   ChildConfig config = shell(setup + "; echo ready; while :; do sleep 0.01; done");
-  config.output_file = output;
+  config.output_file = folder / "output";
   auto child = std::make_unique<Child>(config);
-  while (content_of(output) != "ready\n")
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_TRUE(eventually([&] { return content_of(config.output_file) == "ready\n"; }));
   return child;
 }
 
-std::filesystem::path scratch(const char* name) {
-  return std::filesystem::path(::testing::TempDir()) / (std::string(name) + "-" + std::to_string(::getpid()));
+/// Also of a zombie, which its parent has not reaped yet.
+bool has_ended(pid_t pid) {
+  if (::kill(pid, 0) != 0 && errno == ESRCH) return true;
+  return content_of("/proc/" + std::to_string(pid) + "/stat").find(") Z ") != std::string::npos;
 }
 
-bool alive(pid_t pid) {
-  return ::kill(pid, 0) == 0 || errno != ESRCH;
-}
-
-TEST(Process, SaysHowItEnded) {
+TEST(Process, ReportsHowItEnded) {
   Child three(shell("exit 3"));
   ASSERT_TRUE(three.wait_for_exit(5 * second_ns));
   EXPECT_EQ(three.exit(), (Exit{Exit::How::exited, 3, false}));
@@ -65,7 +62,7 @@ TEST(Process, SaysHowItEnded) {
   EXPECT_EQ(describe(crashed.exit()), "was ended by signal 11 (Segmentation fault)");
 }
 
-TEST(Process, ItsDescriptorSaysWhenItEnds) {
+TEST(Process, DescriptorBecomesReadableWhenItEnds) {
   Child child(shell("sleep 0.05"));
   pollfd watched{child.exit_fd(), POLLIN, 0};
   EXPECT_EQ(::poll(&watched, 1, 0), 0);
@@ -74,33 +71,28 @@ TEST(Process, ItsDescriptorSaysWhenItEnds) {
   EXPECT_FALSE(child.running());
 }
 
-TEST(Process, StopsInOrderAndKillsWhatDoesNotStop) {
-  const auto output = scratch("ready");
-  const auto polite = endless_shell("trap 'exit 7' TERM", output);
-  EXPECT_EQ(polite->stop(5 * second_ns), (Exit{Exit::How::exited, 7, false}));
-  std::filesystem::remove(output);
-  const auto stubborn = endless_shell("trap '' TERM", output);
-  const Exit& exit = stubborn->stop(second_ns / 10);
+TEST(Process, StopTerminatesAndThenKills) {
+  EXPECT_EQ(endless_shell("trap 'exit 7' TERM")->stop(5 * second_ns), (Exit{Exit::How::exited, 7, false}));
+  const auto ignoring = endless_shell("trap '' TERM");
+  const Exit& exit = ignoring->stop(second_ns / 10);
   EXPECT_EQ(exit, (Exit{Exit::How::killed, SIGKILL, true}));
-  EXPECT_EQ(stubborn->stop(0), exit) << "again is the same";
-  std::filesystem::remove(output);
+  EXPECT_EQ(ignoring->stop(0), exit) << "the second stop";
 }
 
-TEST(Process, KeepsItsOutput) {
-  const auto file = scratch("output");
+TEST(Process, WritesItsOutputToAFile) {
+  const TemporaryFolder folder;
   ChildConfig config = shell("echo out; echo err >&2; pwd; cat");
-  config.output_file = file;
+  config.output_file = folder / "output";
   config.working_folder = "/";
   {
     Child child(config);
     ASSERT_TRUE(child.wait_for_exit(5 * second_ns)) << "stdin is empty";
   }
-  EXPECT_EQ(content_of(file), "out\nerr\n/\n");
-  std::filesystem::remove(file);
+  EXPECT_EQ(content_of(config.output_file), "out\nerr\n/\n");
 }
 
-TEST(Process, SaysWhenItCanNotBeStarted) {
-  const auto words_of = [](const ChildConfig& config) -> std::string {
+TEST(Process, ReportsWhyItCanNotBeStarted) {
+  const auto refusal_of = [](const ChildConfig& config) -> std::string {
     try {
       const Child child(config);
     } catch (const DeviceError& error) {
@@ -113,135 +105,96 @@ TEST(Process, SaysWhenItCanNotBeStarted) {
                      .search_folders = {"/opt"},
                      .working_folder = {},
                      .output_file = {}};
-  const std::string missing = words_of(config);
+  const std::string missing = refusal_of(config);
   EXPECT_NE(missing.find("process 'dut': no program 'hil-no-such-program'"), std::string::npos) << missing;
   EXPECT_NE(missing.find("'/opt'"), std::string::npos) << missing;
   config.command = {"/nowhere/program"};
-  EXPECT_NE(words_of(config).find("No such file"), std::string::npos);
+  EXPECT_NE(refusal_of(config).find("No such file"), std::string::npos);
   config.command = {"/etc/passwd"};
-  EXPECT_NE(words_of(config).find("ermission denied"), std::string::npos) << words_of(config);
+  EXPECT_NE(refusal_of(config).find("ermission denied"), std::string::npos) << refusal_of(config);
   config = shell("exit 0");
   config.working_folder = "/nowhere";
-  EXPECT_NE(words_of(config).find("No such file"), std::string::npos);
+  EXPECT_NE(refusal_of(config).find("No such file"), std::string::npos);
   config = shell("exit 0");
   config.output_file = "/nowhere/file";
-  EXPECT_NE(words_of(config).find("output file"), std::string::npos);
+  EXPECT_NE(refusal_of(config).find("output file"), std::string::npos);
 }
 
-TEST(Process, LooksInTheGivenFoldersFirst) {
-  const auto folder = scratch("folder");
-  std::filesystem::create_directories(folder);
+TEST(Process, SearchesTheGivenFoldersFirst) {
+  const TemporaryFolder folder;
   std::ofstream(folder / "true") << "#!/bin/sh\nexit 9\n";
   std::filesystem::permissions(folder / "true", std::filesystem::perms::owner_all);
   Child child({.name = "dut",
                .command = {"true"},
-               .search_folders = {folder},
+               .search_folders = {folder.path()},
                .working_folder = {},
                .output_file = {}});
   ASSERT_TRUE(child.wait_for_exit(5 * second_ns));
   EXPECT_EQ(child.exit().code, 9);
-  std::filesystem::remove_all(folder);
 }
 
-TEST(Process, LeavesNoGrandchildren) {
-  const auto file = scratch("grandchild");
-  Child child(shell("sleep 1000 & echo $! > " + file.string() + "; exit 0"));
+/// The number in a file that a child writes; waits for it.
+pid_t pid_in(const std::filesystem::path& file) {
+  EXPECT_TRUE(eventually([&] { return content_of(file).ends_with('\n'); }));
+  return std::stoi(content_of(file));
+}
+
+TEST(Process, KillsItsDescendantsWhenItEnds) {
+  const TemporaryFolder folder;
+  Child child(shell("sleep 1000 & echo $! > " + (folder / "pid").string() + "; exit 0"));
   ASSERT_TRUE(child.wait_for_exit(5 * second_ns));
-  const int grandchild = std::stoi(content_of(file));
-  for (int wait = 0; wait < 500 && alive(grandchild); ++wait) {
-    // This process can not reap it; it has ended, or is a zombie.
-    if (content_of("/proc/" + std::to_string(grandchild) + "/stat").find(") Z ") != std::string::npos) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    ASSERT_LT(wait, 499) << "it still lives";
-  }
-  std::filesystem::remove(file);
+  const pid_t descendant = pid_in(folder / "pid");
+  EXPECT_TRUE(eventually([&] { return has_ended(descendant); }));
 }
 
-TEST(Process, DiesWithItsParentEvenWhenThatIsKilled) {
-  const auto file = scratch("orphan");
-  const pid_t parent = ::fork();
-  ASSERT_GE(parent, 0);
-  if (parent == 0) {
-    const Child child(shell("echo $$ > " + file.string() + ".tmp; mv " + file.string() + ".tmp " +
-                            file.string() + "; sleep 1000"));
-    ::pause();
-    ::_exit(0);
+TEST(Process, EndsWithItsDescendantsWhenItsParentIsKilled) {
+  for (const std::string script : {"echo $$ > pid; sleep 1000", "sleep 1000 & echo $! > pid; wait"}) {
+    SCOPED_TRACE(script);
+    const TemporaryFolder folder;
+    const pid_t parent = ::fork();
+    ASSERT_GE(parent, 0);
+    if (parent == 0) {
+      ChildConfig config = shell(script);
+      config.working_folder = folder.path();
+      const Child child(config);
+      ::pause();
+      ::_exit(0);
+    }
+    const pid_t descendant = pid_in(folder / "pid");
+    EXPECT_FALSE(has_ended(descendant));
+    ::kill(parent, SIGKILL);
+    ::waitpid(parent, nullptr, 0);
+    EXPECT_TRUE(eventually([&] { return has_ended(descendant); }));
   }
-  for (int wait = 0; wait < 500 && !std::filesystem::exists(file); ++wait) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  const int child = std::stoi(content_of(file));
-  EXPECT_TRUE(alive(child));
-  ::kill(parent, SIGKILL);
-  ::waitpid(parent, nullptr, 0);
-  bool gone = false;
-  for (int wait = 0; wait < 500 && !gone; ++wait) {
-    gone = !alive(child) ||
-           content_of("/proc/" + std::to_string(child) + "/stat").find(") Z ") != std::string::npos;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  EXPECT_TRUE(gone);
-  std::filesystem::remove(file);
 }
 
-/// A process in a group that nobody signals any more; also a zombie that waits for another's reaping is gone.
-bool gone_soon(pid_t pid) {
-  for (int wait = 0; wait < 500; ++wait) {
-    if (!alive(pid)) return true;
-    if (content_of("/proc/" + std::to_string(pid) + "/stat").find(") Z ") != std::string::npos) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
-}
-
-TEST(Process, WhatItStartedDiesWhenItsParentIsKilled) {
-  const auto file = scratch("grandchild-of-killed");
-  const pid_t parent = ::fork();
-  ASSERT_GE(parent, 0);
-  if (parent == 0) {
-    const std::string name = file.string();
-    const Child child(
-        shell("sleep 1000 & echo $! > " + name + ".tmp; mv " + name + ".tmp " + name + "; wait"));
-    ::pause();
-    ::_exit(0);
-  }
-  for (int wait = 0; wait < 500 && !std::filesystem::exists(file); ++wait)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  const int grandchild = std::stoi(content_of(file));
-  EXPECT_TRUE(alive(grandchild));
-  ::kill(parent, SIGKILL);
-  ::waitpid(parent, nullptr, 0);
-  EXPECT_TRUE(gone_soon(grandchild));
-  std::filesystem::remove(file);
-}
-
-TEST(Process, LeavesNoGuardian) {
+TEST(Process, LeavesNoChildBehind) {
   Child child(shell("exit 0"));
   ASSERT_TRUE(child.wait_for_exit(5 * second_ns));
   EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
   EXPECT_EQ(errno, ECHILD);
 }
 
-TEST(Process, KeepsTheFirstPartOfEndlessOutputAndSaysSo) {
-  const auto file = scratch("endless");
+TEST(Process, TruncatesEndlessOutputWithANote) {
+  const TemporaryFolder folder;
+  const auto file = folder / "output";
   ChildConfig config = shell("echo first; exec yes 'and so on'");
   config.output_file = file;
   {
     Child child(config);
-    for (int wait = 0; wait < 1000 && std::filesystem::file_size(file) <= OutputKeeper::kept_bytes; ++wait)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    EXPECT_TRUE(child.running()) << "it is neither blocked nor ended";
+    EXPECT_TRUE(eventually([&] { return std::filesystem::file_size(file) > OutputKeeper::kept_bytes; }));
+    EXPECT_TRUE(child.running());
     EXPECT_EQ(child.stop(5 * second_ns), (Exit{Exit::How::killed, SIGTERM, false}));
   }
   const std::string kept = content_of(file);
   EXPECT_TRUE(kept.starts_with("first\nand so on\n"));
   EXPECT_TRUE(kept.ends_with("[hil: this program printed more than 16 MiB; the rest was left out]\n"));
   EXPECT_LT(kept.size(), OutputKeeper::kept_bytes + 100);
-  std::filesystem::remove(file);
 }
 
 TEST(Process, KeepsAllOfALargeOutputThatFits) {
-  const auto file = scratch("large");
+  const TemporaryFolder folder;
+  const auto file = folder / "output";
   ChildConfig config = shell("head -c 3000000 /dev/zero; echo end");
   config.output_file = file;
   {
@@ -250,7 +203,6 @@ TEST(Process, KeepsAllOfALargeOutputThatFits) {
   }
   EXPECT_EQ(std::filesystem::file_size(file), 3'000'004U);
   EXPECT_TRUE(content_of(file).ends_with("end\n"));
-  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -12,28 +12,27 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/temporary_folder.hpp"
+
 namespace hil::io::virtual_bus {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of this test in the place of /tmp.
+/// Uses a folder of the test in place of /tmp.
 class SocketFolders : public ::testing::Test {
  protected:
   void SetUp() override {
     const char* const before = std::getenv("TMPDIR");
     before_ = before == nullptr ? "" : before;
-    base_ = fs::path(::testing::TempDir()) / ("folders-" + std::to_string(::getpid()));
-    fs::create_directories(base_);
-    ::setenv("TMPDIR", base_.c_str(), 1);
+    ::setenv("TMPDIR", base_.path().c_str(), 1);
   }
   void TearDown() override {
-    fs::remove_all(base_);
     before_.empty() ? ::unsetenv("TMPDIR") : ::setenv("TMPDIR", before_.c_str(), 1);
   }
-  std::ptrdiff_t count() const { return std::distance(fs::directory_iterator(base_), {}); }
+  std::ptrdiff_t count() const { return std::distance(fs::directory_iterator(base_.path()), {}); }
 
-  fs::path base_;
+  const tests::TemporaryFolder base_;
   std::string before_;
 };
 
@@ -46,7 +45,7 @@ void put_socket(const fs::path& path) {
   ::close(fd);
 }
 
-TEST_F(SocketFolders, AreRemovedAtTheEndWithTheirSockets) {
+TEST_F(SocketFolders, AreRemovedWithTheirSockets) {
   {
     SocketFolder folder = SocketFolder::make();
     put_socket(fs::path(folder.path()) / "car");
@@ -56,7 +55,7 @@ TEST_F(SocketFolders, AreRemovedAtTheEndWithTheirSockets) {
   EXPECT_EQ(count(), 0);
 }
 
-TEST_F(SocketFolders, OfKilledOwnersAreRemovedByTheNextAndOthersAreLeft) {
+TEST_F(SocketFolders, OnlyThoseOfKilledProcessesAreRemoved) {
   const SocketFolder in_use = SocketFolder::make();
   put_socket(fs::path(in_use.path()) / "car");
   const pid_t owner = ::fork();
@@ -67,14 +66,14 @@ TEST_F(SocketFolders, OfKilledOwnersAreRemovedByTheNextAndOthersAreLeft) {
     ::kill(::getpid(), SIGKILL);
   }
   ::waitpid(owner, nullptr, 0);
-  fs::create_directories(base_ / "hil-bus-letter");
-  std::ofstream(base_ / "hil-bus-letter" / "file") << "keep me";
-  fs::create_directories(base_ / "somebody-else");
+  fs::create_directories(base_ / "hil-bus-foreign");
+  std::ofstream(base_ / "hil-bus-foreign" / "file") << "content";
+  fs::create_directories(base_ / "foreign");
   ASSERT_EQ(count(), 4);
   const SocketFolder next = SocketFolder::make();
-  EXPECT_EQ(count(), 4) << "one gone, one new";
+  EXPECT_EQ(count(), 4) << "one removed, one added";
   EXPECT_TRUE(fs::exists(fs::path(in_use.path()) / "car"));
-  EXPECT_TRUE(fs::exists(base_ / "hil-bus-letter" / "file"));
+  EXPECT_TRUE(fs::exists(base_ / "hil-bus-foreign" / "file"));
   EXPECT_TRUE(fs::exists(next.path()));
 }
 

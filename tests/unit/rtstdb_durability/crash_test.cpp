@@ -1,26 +1,17 @@
 // A power loss at each disk operation in turn: the recovered state existed, and is not older than the durable
 // version.
 
-#include "life.hpp"
+#include "logged_engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
 
 class Crash : public testing::TestWithParam<DurabilityMode> {
  protected:
-  LifeOptions options() const {
-    LifeOptions options;
-    options.mode = GetParam();
-    options.ring_bytes = 8192;
-    options.segment_bytes = 8192;
-    options.checkpoint_every_bytes = 6000;
-    options.flush_interval = Nanoseconds(100'000);
-    return options;
-  }
-
+  LoggedEngineOptions options() const { return small_options(GetParam()); }
   /// Runs a database with this many commits and a power loss at one disk operation, then one that checks the
   /// recovered state. False: there was no such operation.
-  bool live_and_look(std::uint64_t crash_at_call, std::uint64_t seed);
+  bool run_with_crash(std::uint64_t crash_at_call, std::uint64_t seed);
   Version work(SimulatedDisk& disk, Model& model, std::mt19937_64& random, const std::atomic<bool>& crashed);
 };
 
@@ -34,23 +25,23 @@ Version Crash::work(SimulatedDisk& disk, Model& model, std::mt19937_64& random,
                     const std::atomic<bool>& crashed) {
   auto log = open_log(disk, log_options(options()));
   if (!log) return 0;
-  Life life(std::move(log).value(), options());
-  Version promised = life.log().durable();
+  LoggedEngine db(std::move(log).value(), options());
+  Version durable = db.log().durable();
   for (int k = 0; k < 40 && !crashed; ++k) {
-    const Outcome& outcome = life.commit(model, random);
-    if (outcome.durable) promised = std::max(promised, outcome.version);
+    const Outcome& outcome = db.commit(model, random);
+    if (outcome.durable) durable = std::max(durable, outcome.version);
     EXPECT_TRUE(outcome.done() || outcome.status == Status::refused) << describe(outcome);
     EXPECT_EQ(outcome.refused_by, outcome.done() ? RefusedBy::none : RefusedBy::log_fault);
     // Otherwise async makes few disk operations.
     if (GetParam() == DurabilityMode::async && k % 3 == 0)
-      life.log().wait_until_durable(outcome.version, Nanoseconds(50'000'000));
-    promised = std::max(promised, life.log().durable());
+      db.log().wait_until_durable(outcome.version, Nanoseconds(50'000'000));
+    durable = std::max(durable, db.log().durable());
   }
-  life.engine.close();
-  return std::max(promised, life.log().durable());
+  db.engine.close();
+  return std::max(durable, db.log().durable());
 }
 
-bool Crash::live_and_look(std::uint64_t crash_at_call, std::uint64_t seed) {
+bool Crash::run_with_crash(std::uint64_t crash_at_call, std::uint64_t seed) {
   SimulatedDisk disk(seed);
   Model model;
   std::mt19937_64 random(seed);
@@ -61,42 +52,42 @@ bool Crash::live_and_look(std::uint64_t crash_at_call, std::uint64_t seed) {
     for (const DiskCall call : all_calls)
       disk.fail_kind(call, EIO);
   });
-  Version promised = work(disk, model, random, crashed);
+  Version durable = work(disk, model, random, crashed);
   disk.before_each(nullptr);
   for (const DiskCall call : all_calls)
     disk.fail_kind(call, 0);
   disk.kill();
-  // Twice more: a database that continues after a crash must be as good as the first.
-  for (int lives = 0; lives < 2; ++lives) {
+  // Twice: a database that continues after a crash recovers too.
+  for (int round = 0; round < 2; ++round) {
     auto log = open_log(disk, log_options(options()));
     EXPECT_TRUE(log.ok()) << log.error().message;
     if (!log) return crashed;
     const Recovery recovery = log.value()->recovery();
     EXPECT_TRUE(model.knows(recovery.version)) << recovery.summary;
-    EXPECT_GE(recovery.version, model.newest_up_to(promised))
-        << "promised were " << promised << "; " << recovery.summary;
+    EXPECT_GE(recovery.version, model.newest_up_to(durable))
+        << "durable were versions up to " << durable << "; " << recovery.summary;
     if (testing::Test::HasFailure()) return crashed;
-    model.go_on_at(recovery.version);
+    model.continue_at(recovery.version);
     {
-      Life life(std::move(log).value(), options());
-      EXPECT_EQ(describe(life.image()), describe(living(model.now()))) << recovery.summary;
+      LoggedEngine db(std::move(log).value(), options());
+      EXPECT_EQ(describe(db.image()), describe(without_generations(model.now()))) << recovery.summary;
       for (int k = 0; k < 5; ++k)
-        EXPECT_TRUE(life.commit(model, random).done());
-      EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
-      promised = life.log().durable();
-      EXPECT_EQ(promised, life.engine.latest().version);
+        EXPECT_TRUE(db.commit(model, random).done());
+      EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
+      durable = db.log().durable();
+      EXPECT_EQ(durable, db.engine.latest().version);
     }
     disk.crash();
   }
   return crashed;
 }
 
-TEST_P(Crash, AtEveryDiskOperation) {
+TEST_P(Crash, AtEachDiskOperationKeepsDurableVersions) {
   std::uint64_t call = 0;
-  bool there = true;
-  for (; there && !HasFailure(); call += one_in) {
+  bool crashed = true;
+  for (; crashed && !HasFailure(); call += one_in) {
     SCOPED_TRACE("crash at call " + std::to_string(call));
-    there = live_and_look(call, call + 1);
+    crashed = run_with_crash(call, call + 1);
   }
   // The number of operations depends on how many commits shared a group.
   EXPECT_GT(call, 30u);

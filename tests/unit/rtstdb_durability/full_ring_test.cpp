@@ -1,15 +1,15 @@
 // A slow disk: async continues with a gap; group and sync refuse writes when the ring is full. Afterwards
 // everything is complete.
 
-#include "life.hpp"
+#include "logged_engine.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
 
 class FullRing : public testing::Test {
  protected:
-  LifeOptions options(DurabilityMode mode) const {
-    LifeOptions options;
+  LoggedEngineOptions options(DurabilityMode mode) const {
+    LoggedEngineOptions options;
     options.mode = mode;
     options.ring_bytes = 4096;
     options.checkpoint_every_bytes = 0;
@@ -23,14 +23,13 @@ class FullRing : public testing::Test {
 TEST_F(FullRing, AsyncContinuesAndIsCompleteAfterTheGap) {
   Version gap_begins_after = 0;
   {
-    Life life(disk_, options(DurabilityMode::async));
+    LoggedEngine db(disk_, options(DurabilityMode::async));
     DiskGate gate(disk_, DiskCall::sync);
-    gate.close();
-    ASSERT_TRUE(life.commit(model_, random_).done());
-    gate.wait_until_somebody_stands_there();
+    ASSERT_TRUE(db.commit(model_, random_).done());
+    gate.wait_until_held();
     for (int k = 0; k < 500; ++k)
-      ASSERT_TRUE(life.commit(model_, random_).done());
-    Durability state = life.log().state();
+      ASSERT_TRUE(db.commit(model_, random_).done());
+    Durability state = db.log().state();
     EXPECT_GT(state.commits_in_gaps, 300u);
     EXPECT_GT(state.ring_high_water, 3500u);
     EXPECT_EQ(state.ring_bytes, 4096u);
@@ -43,61 +42,59 @@ TEST_F(FullRing, AsyncContinuesAndIsCompleteAfterTheGap) {
     EXPECT_TRUE(model_.knows(recovered.value().world.latest.version));
     gap_begins_after = recovered.value().world.latest.version;
     gate.open();
-    EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time))
-        << life.log().state().last_fault;
-    state = life.log().state();
+    EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit))
+        << db.log().state().last_fault;
+    state = db.log().state();
     EXPECT_EQ(state.gaps, 1u);
     EXPECT_GE(state.checkpoints, 1u);
     EXPECT_FALSE(state.waits_for_checkpoint);
-    ASSERT_TRUE(life.commit(model_, random_).done());
-    life.engine.close();
-    EXPECT_TRUE(life.log().close().ok());
+    ASSERT_TRUE(db.commit(model_, random_).done());
+    db.engine.close();
+    EXPECT_TRUE(db.log().close().ok());
   }
-  Life life(disk_, options(DurabilityMode::async));
-  EXPECT_GT(life.log().recovery().checkpoint, gap_begins_after);
-  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
+  LoggedEngine db(disk_, options(DurabilityMode::async));
+  EXPECT_GT(db.log().recovery().checkpoint, gap_begins_after);
+  EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
 }
 
-TEST_F(FullRing, AsyncClosesCompleteWithinAGap) {
+TEST_F(FullRing, AsyncIsCompleteWhenClosedWithinAGap) {
   {
-    Life life(disk_, options(DurabilityMode::async));
+    LoggedEngine db(disk_, options(DurabilityMode::async));
     DiskGate gate(disk_, DiskCall::sync);
-    gate.close();
-    ASSERT_TRUE(life.commit(model_, random_).done());
-    gate.wait_until_somebody_stands_there();
+    ASSERT_TRUE(db.commit(model_, random_).done());
+    gate.wait_until_held();
     for (int k = 0; k < 100; ++k)
-      ASSERT_TRUE(life.commit(model_, random_).done());
-    EXPECT_GT(life.log().state().commits_in_gaps, 0u);
+      ASSERT_TRUE(db.commit(model_, random_).done());
+    EXPECT_GT(db.log().state().commits_in_gaps, 0u);
     gate.open();
-    life.engine.close();
-    EXPECT_TRUE(life.log().close().ok());
-    EXPECT_EQ(life.log().durable(), life.engine.latest().version);
+    db.engine.close();
+    EXPECT_TRUE(db.log().close().ok());
+    EXPECT_EQ(db.log().durable(), db.engine.latest().version);
   }
-  Life life(disk_, options(DurabilityMode::async));
-  EXPECT_TRUE(life.log().recovery().closed) << life.log().recovery().summary;
-  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
+  LoggedEngine db(disk_, options(DurabilityMode::async));
+  EXPECT_TRUE(db.log().recovery().closed) << db.log().recovery().summary;
+  EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
 }
 
-TEST_F(FullRing, GroupRefusesAtOnceAndLosesNoDurableVersion) {
+TEST_F(FullRing, GroupRefusesAndLosesNoDurableVersion) {
   {
-    Life life(disk_, options(DurabilityMode::group));
-    const auto creator = life.make();
+    LoggedEngine db(disk_, options(DurabilityMode::group));
+    const auto creator = db.make();
     creator->begin({});
     creator->create(body(1));
-    ASSERT_TRUE(life.execute(*creator).done());
+    ASSERT_TRUE(db.execute(*creator).done());
     const EntityId id = creator->created(0);
     DiskGate gate(disk_, DiskCall::sync);
-    gate.close();
     std::vector<std::unique_ptr<Transaction>> held;
     bool refused = false;
     for (std::uint32_t k = 0; k < 200 && !refused; ++k) {
-      held.push_back(life.make());
+      held.push_back(db.make());
       held.back()->begin({});
       held.back()->update(id, body(100 + k));
-      life.engine.submit(*held.back());
-      if (k == 0) gate.wait_until_somebody_stands_there();
-      // Transactions that wait for the disk are published all the same.
-      while (held.back()->status() == Status::pending && life.engine.latest().version < k + 2)
+      db.engine.submit(*held.back());
+      if (k == 0) gate.wait_until_held();
+      // A transaction that waits for the disk is already published.
+      while (held.back()->status() == Status::pending && db.engine.latest().version < k + 2)
         std::this_thread::yield();
       if (held.back()->status() == Status::pending) continue;
       refused = true;
@@ -106,7 +103,7 @@ TEST_F(FullRing, GroupRefusesAtOnceAndLosesNoDurableVersion) {
       // Reads are still executed.
       creator->begin({});
       creator->read(id);
-      EXPECT_TRUE(life.execute(*creator).done());
+      EXPECT_TRUE(db.execute(*creator).done());
       EXPECT_EQ(creator->state(0)->row.material, 100 + k - 1);
     }
     EXPECT_TRUE(refused);
@@ -116,28 +113,28 @@ TEST_F(FullRing, GroupRefusesAtOnceAndLosesNoDurableVersion) {
       EXPECT_EQ(transaction->status(), Status::pending);
     gate.open();
     for (const auto& transaction : held) {
-      EXPECT_TRUE(life.engine.wait(*transaction).durable);
-      EXPECT_LE(transaction->outcome().version, life.log().durable());
+      EXPECT_TRUE(db.engine.wait(*transaction).durable);
+      EXPECT_LE(transaction->outcome().version, db.log().durable());
     }
-    EXPECT_EQ(life.log().state().commits_in_gaps, 0u);
+    EXPECT_EQ(db.log().state().commits_in_gaps, 0u);
     creator->begin({});
     creator->update(id, body(7));
-    EXPECT_TRUE(life.execute(*creator).durable) << describe(creator->outcome());
+    EXPECT_TRUE(db.execute(*creator).durable) << describe(creator->outcome());
   }
   disk_.crash();
-  Life life(disk_, options(DurabilityMode::group));
-  EXPECT_EQ(life.image()[0].material, 7u);
+  LoggedEngine db(disk_, options(DurabilityMode::group));
+  EXPECT_EQ(db.image()[0].material, 7u);
 }
 
-TEST_F(FullRing, RecordThatNeverFitsIsRefusedByGroupAndSync) {
-  Life life(disk_, options(DurabilityMode::sync));
-  const auto large = life.engine.make_transaction(room_for(30, 0, 0));
+TEST_F(FullRing, SyncRefusesARecordLargerThanTheRing) {
+  LoggedEngine db(disk_, options(DurabilityMode::sync));
+  const auto large = db.engine.make_transaction(options_for(30, 0, 0));
   large->begin({});
   const std::uint32_t first = large->create(body(1));
   for (std::uint32_t k = 0; k < 29; ++k)
     large->update({first, 1}, body(k));
-  EXPECT_EQ(life.execute(*large).refused_by, RefusedBy::log_full);
-  ASSERT_TRUE(life.commit(model_, random_).durable);
+  EXPECT_EQ(db.execute(*large).refused_by, RefusedBy::log_full);
+  ASSERT_TRUE(db.commit(model_, random_).durable);
 }
 
 }  // namespace

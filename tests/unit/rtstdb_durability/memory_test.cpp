@@ -1,118 +1,106 @@
-// The log thread runs out of memory at any allocation: it is handled as a disk failure, and repaired when
-// there is memory again.
+// An allocation of the log thread fails: the log handles it as a disk failure, and repairs itself when there
+// is memory again.
 
-#include <filesystem>
-
-#include "life.hpp"
+#include "logged_engine.hpp"
 #include "rtstdb/log/posix_disk.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/failing_new.hpp"
 #include "tests/support/rounds.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
 
-class Memory : public testing::TestWithParam<DurabilityMode> {
+class OutOfMemory : public testing::TestWithParam<DurabilityMode> {
  protected:
-  Memory() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "hil_memory_XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  ~Memory() override { std::filesystem::remove_all(path_); }
-
-  LifeOptions options() const {
-    LifeOptions options;
-    options.mode = GetParam();
-    options.ring_bytes = 8192;
+  LoggedEngineOptions options() const {
+    LoggedEngineOptions options = small_options(GetParam());
     options.segment_bytes = 4096;
     options.checkpoint_every_bytes = 2000;
-    options.flush_interval = Nanoseconds(100'000);
     return options;
   }
   std::unique_ptr<CommitLog> open() const {
-    auto log = CommitLog::open(std::move(log::open_directory(path_).value()), log_options(options()));
+    auto log =
+        CommitLog::open(std::move(log::open_directory(folder_.path()).value()), log_options(options()));
     EXPECT_TRUE(log.ok()) << log.error().message;
     return std::move(log).value();
   }
   /// Each transaction is completed, or refused because the log cannot be written.
-  void commit_some(Life& life) {
+  void commit_some(LoggedEngine& db) {
     for (int k = 0; k < 40; ++k) {
-      const Outcome& outcome = life.commit(model_, random_);
+      const Outcome& outcome = db.commit(model_, random_);
       ASSERT_TRUE(outcome.done() || outcome.refused_by == RefusedBy::log_fault) << describe(outcome);
-      if (k % 8 == 7) life.log().wait_until_durable(life.engine.latest().version, Nanoseconds(2'000'000));
+      if (k % 8 == 7) db.log().wait_until_durable(db.engine.latest().version, Nanoseconds(2'000'000));
     }
   }
-  void commit_until_durable(Life& life) {
-    const ClockTime end = monotonic_.now() + long_time;
-    while (!life.commit(model_, random_).done() && monotonic_.now() < end) {
-    }
-    ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time))
-        << life.log().state().last_fault;
+  void commit_until_durable(LoggedEngine& db) {
+    ASSERT_TRUE(hil::tests::eventually([&] { return db.commit(model_, random_).done(); }, event_limit));
+    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit))
+        << db.log().state().last_fault;
   }
-  void expect_all_there() {
-    Life life(open(), options());
-    EXPECT_EQ(describe(life.image()), describe(living(model_.now()))) << life.log().recovery().summary;
+  void expect_complete() {
+    LoggedEngine db(open(), options());
+    EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())))
+        << db.log().recovery().summary;
   }
 
-  MonotonicClock monotonic_;
-  std::filesystem::path path_;
+  hil::tests::TemporaryFolder folder_;
   std::mt19937_64 random_{4};
   Model model_;
 };
 
-/// From one allocation that fails to the next.
+/// Distance between the allocations that fail.
 const int step = hil::tests::is_long() ? one_in : 5 * one_in;
 
-INSTANTIATE_TEST_SUITE_P(Durability, Memory, every_mode(), mode_name);
+INSTANTIATE_TEST_SUITE_P(Durability, OutOfMemory, every_mode(), mode_name);
 
-TEST_P(Memory, ThatRunsOutAnywhereIsRepaired) {
+TEST_P(OutOfMemory, AtAnyAllocationIsRepaired) {
   int rounds = 0;
   {
-    Life life(open(), options());
-    ASSERT_TRUE(life.commit(model_, random_).done());
+    LoggedEngine db(open(), options());
+    ASSERT_TRUE(db.commit(model_, random_).done());
     bool failed = true;
     for (int after = 0; failed && !HasFailure(); after += step) {
       SCOPED_TRACE("after " + std::to_string(after) + " allocations");
       hil::test::fail_allocations_of("rtstdb log", after);
-      commit_some(life);
+      commit_some(db);
       failed = hil::test::allocations_failed();
       hil::test::stop_failing_allocations();
-      commit_until_durable(life);
+      commit_until_durable(db);
       ++rounds;
     }
     EXPECT_GT(rounds, 1);
-    EXPECT_NE(life.log().state().last_fault.find("memory"), std::string::npos)
-        << life.log().state().last_fault;
-    life.engine.close();
-    EXPECT_TRUE(life.log().close().ok());
+    EXPECT_NE(db.log().state().last_fault.find("memory"), std::string::npos) << db.log().state().last_fault;
+    db.engine.close();
+    EXPECT_TRUE(db.log().close().ok());
   }
-  std::cout << rounds << " rounds\n";
-  expect_all_there();
+  expect_complete();
 }
 
-/// The durable version is there, and close() reports the failure.
-TEST_P(Memory, ThatRunsOutAtCloseIsReported) {
+/// The durable version survives, and close() reports the failure.
+TEST_P(OutOfMemory, AtCloseIsReported) {
   int refused = 0;
   bool failed = true;
   for (int after = 0; failed && !HasFailure(); after += step) {
     SCOPED_TRACE("after " + std::to_string(after) + " allocations");
-    Version promised = 0;
+    Version durable = 0;
     {
-      Life life(open(), options());
-      ASSERT_TRUE(model_.knows(life.engine.latest().version)) << life.log().recovery().summary;
-      model_.go_on_at(life.engine.latest().version);
+      LoggedEngine db(open(), options());
+      ASSERT_TRUE(model_.knows(db.engine.latest().version)) << db.log().recovery().summary;
+      model_.continue_at(db.engine.latest().version);
       hil::test::fail_allocations_of("rtstdb log", after);
-      commit_some(life);
-      life.engine.close();
-      const auto closed = life.log().close();
+      commit_some(db);
+      db.engine.close();
+      const auto closed = db.log().close();
       failed = hil::test::allocations_failed();
       hil::test::stop_failing_allocations();
-      promised = closed.ok() ? model_.newest_up_to(~Version{0}) : life.log().durable();
+      durable = closed.ok() ? model_.newest_up_to(~Version{0}) : db.log().durable();
       refused += closed.ok() ? 0 : 1;
-      const bool told = closed.ok() || closed.error().message.find("memory") != std::string::npos;
-      EXPECT_TRUE(told) << closed.error().message;
+      const bool reported = closed.ok() || closed.error().message.find("memory") != std::string::npos;
+      EXPECT_TRUE(reported) << closed.error().message;
     }
-    Life life(open(), options());
-    EXPECT_GE(life.engine.latest().version, promised);
+    LoggedEngine db(open(), options());
+    EXPECT_GE(db.engine.latest().version, durable);
   }
   EXPECT_GT(refused, 0);
 }

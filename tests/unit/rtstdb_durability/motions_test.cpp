@@ -1,29 +1,22 @@
-// Records of motions omit unchanged words. Engines with every kind of write, several to one entity, over
-// closes, kills and power losses: the recovered world and every version in the log equal the snapshots of
-// that time, bit for bit.
+// Records of motions omit unchanged words. After closes, kills and power losses the recovered world and every
+// version in the log equal the snapshots that were taken after the commits, bit for bit.
 
 #include <cmath>
 
-#include "life.hpp"
+#include "logged_engine.hpp"
 #include "rtstdb/log/log_replay.hpp"
-#include "rtstdb/store/motion_words.hpp"
+#include "tests/support/simulation/same_state.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
 
 using Rows = std::vector<EntityState>;  // by ascending index
 
-bool same(const EntityState& a, const EntityState& b) {
-  const EntityRow &x = a.row, &y = b.row;
-  return a.id == b.id && a.written_by == b.written_by && x.geometry == y.geometry && x.scale == y.scale &&
-         x.mask == y.mask && x.material == y.material &&
-         store::words_of(x.motion) == store::words_of(y.motion);
-}
 bool same(const Rows& a, const Rows& b) {
-  return std::ranges::equal(a, b, [](const EntityState& x, const EntityState& y) { return same(x, y); });
+  return std::ranges::equal(a, b, hil::test::same_state);
 }
 
-Rows living(const log::World& world) {
+Rows rows_of(const log::World& world) {
   Rows rows;
   for (const EntityState& state : world.rows)
     if (state.id.valid()) rows.push_back(state);
@@ -31,9 +24,9 @@ Rows living(const log::World& world) {
 }
 
 /// Compares the replay of a log with the snapshots.
-class Held final : public log::ReplayListener {
+class ReplayChecker final : public log::ReplayListener {
  public:
-  explicit Held(const std::map<Version, Rows>& images) : images_(images) {}
+  explicit ReplayChecker(const std::map<Version, Rows>& images) : images_(images) {}
   void world(const log::World& world) override { expect_known(world); }
   void geometry(const log::WorldGeometry&) override {}
   void commit(const store::WriteSet& set, const log::World& now, std::uint64_t) override {
@@ -50,8 +43,8 @@ class Held final : public log::ReplayListener {
  private:
   void expect_known(const log::World& world) {
     const auto image = images_.find(world.latest.version);
-    ASSERT_NE(image, images_.end()) << "version " << world.latest.version << " never was";
-    EXPECT_TRUE(same(living(world), image->second)) << "version " << world.latest.version;
+    ASSERT_NE(image, images_.end()) << "version " << world.latest.version << " was never committed";
+    EXPECT_TRUE(same(rows_of(world), image->second)) << "version " << world.latest.version;
   }
   const std::map<Version, Rows>& images_;
 };
@@ -72,12 +65,12 @@ class Motions : public testing::TestWithParam<DurabilityMode> {
   /// Declares up to eight writes, often to an entity that was written before. Returns whether there are any.
   bool declare(Transaction& transaction, Rows rows) {
     bool any = false;
-    std::size_t room = Model::room - rows.size();
+    std::size_t free = Model::capacity - rows.size();
     for (std::uint32_t writes = 1 + below(8); writes > 0; --writes) {
       const std::uint32_t kind = below(10);
       if (rows.empty() || kind < 2) {
-        if (room == 0) continue;
-        --room;
+        if (free == 0) continue;
+        --free;
         any = true;
         EntityRow row = body(below(1u << 30));
         row.motion = changed({});
@@ -96,21 +89,21 @@ class Motions : public testing::TestWithParam<DurabilityMode> {
     }
     return any;
   }
-  void live(Life& life) {
-    const auto transaction = life.engine.make_transaction(room_for(8, 0, 0));
+  void commit_some(LoggedEngine& db) {
+    const auto transaction = db.engine.make_transaction(options_for(8, 0, 0));
     for (int k = 0; k < 40; ++k) {
       transaction->begin({});
       if (!declare(*transaction, images_.rbegin()->second)) continue;
-      const Outcome& outcome = life.execute(*transaction);
+      const Outcome& outcome = db.execute(*transaction);
       ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
-      images_[outcome.version] = life.engine.snapshot(ReadAt::latest()).value();
+      images_[outcome.version] = db.engine.snapshot(ReadAt::latest()).value();
     }
   }
-  void end(Life& life) {
-    const std::uint32_t way = below(3);
-    if (way == 1) disk_.kill();
-    if (way == 2) disk_.crash();
-    life.engine.close();
+  void end(LoggedEngine& db) {
+    const std::uint32_t ending = below(3);
+    if (ending == 1) disk_.kill();
+    if (ending == 2) disk_.crash();
+    db.engine.close();
   }
 
   std::mt19937_64 random_{7};
@@ -123,24 +116,24 @@ INSTANTIATE_TEST_SUITE_P(Durability, Motions, every_mode(), mode_name);
 TEST_P(Motions, AreRecoveredExactly) {
   int commits = 0;
   int motions = 0;
-  for (int life_number = 0; life_number < 40 / one_in && !HasFailure(); ++life_number) {
-    SCOPED_TRACE("life " + std::to_string(life_number));
-    LifeOptions options;
+  for (int round = 0; round < 40 / one_in && !HasFailure(); ++round) {
+    SCOPED_TRACE("db " + std::to_string(round));
+    LoggedEngineOptions options;
     options.mode = GetParam();
     options.flush_interval = Nanoseconds(100'000);
     options.checkpoint_every_bytes = 2048u << below(4);
-    Life life(disk_, options);
-    const Version found = life.log().recovery().version;
-    ASSERT_TRUE(images_.contains(found)) << life.log().recovery().summary;
-    EXPECT_TRUE(same(life.engine.snapshot(ReadAt::latest()).value(), images_.at(found)));
+    LoggedEngine db(disk_, options);
+    const Version found = db.log().recovery().version;
+    ASSERT_TRUE(images_.contains(found)) << db.log().recovery().summary;
+    EXPECT_TRUE(same(db.engine.snapshot(ReadAt::latest()).value(), images_.at(found)));
     images_.erase(images_.upper_bound(found), images_.end());
-    Held held(images_);
-    const auto read = log::replay_log(disk_, false, held);
+    ReplayChecker checker(images_);
+    const auto read = log::replay_log(disk_, false, checker);
     ASSERT_TRUE(read.ok()) << read.error().message;
-    commits += held.commits;
-    motions += held.motions;
-    live(life);
-    end(life);
+    commits += checker.commits;
+    motions += checker.motions;
+    commit_some(db);
+    end(db);
   }
   EXPECT_GT(commits, 1000 / one_in / one_in);
   EXPECT_GT(motions, commits / 2);

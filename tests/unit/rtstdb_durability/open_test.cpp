@@ -1,36 +1,36 @@
 // Refusals when a log is opened, and recovered geometry.
 
 #include <cerrno>
-#include <thread>
 
-#include "life.hpp"
+#include "logged_engine.hpp"
 #include "rtstdb/log/directory.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace rtstdb::transaction::test {
 namespace {
 
-class OpenALog : public testing::Test {
+class OpenLog : public testing::Test {
  protected:
-  void commit_some(int count, const LifeOptions& options = {}) {
-    Life life(disk_, options);
+  void commit_some(int count, const LoggedEngineOptions& options = {}) {
+    LoggedEngine db(disk_, options);
     for (int k = 0; k < count; ++k)
-      ASSERT_TRUE(life.commit(model_, random_).done());
-    ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+      ASSERT_TRUE(db.commit(model_, random_).done());
+    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
   }
   SimulatedDisk disk_{9};
   std::mt19937_64 random_{9};
   Model model_;
 };
 
-TEST_F(OpenALog, IsExclusive) {
-  Life life(disk_, {});
+TEST_F(OpenLog, RefusesALogThatIsOpen) {
+  LoggedEngine db(disk_, {});
   const auto second = open_log(disk_, log_options({}));
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().code, ErrorCode::file);
   EXPECT_EQ(second.error().message, "another database has this log open");
 }
 
-TEST_F(OpenALog, RefusesAWorldThatDoesNotFit) {
+TEST_F(OpenLog, RefusesMoreEntitiesThanItsOptionsAllow) {
   commit_some(30);
   CommitLogOptions options = log_options({});
   options.max_entities = 1;
@@ -41,7 +41,7 @@ TEST_F(OpenALog, RefusesAWorldThatDoesNotFit) {
       << opened.error().message;
 }
 
-TEST_F(OpenALog, RefusesDamageAndSalvages) {
+TEST_F(OpenLog, RefusesDamageAndSalvages) {
   commit_some(60);
   auto contents = disk_.contents();
   std::erase_if(contents, [](const auto& file) { return file.first.starts_with("checkpoint."); });
@@ -58,39 +58,39 @@ TEST_F(OpenALog, RefusesDamageAndSalvages) {
   EXPECT_TRUE(salvaged.value()->recovery().salvaged);
   const Version version = salvaged.value()->recovery().version;
   ASSERT_TRUE(model_.knows(version));
-  model_.go_on_at(version);
-  Life life(std::move(salvaged).value(), {});
-  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
-  ASSERT_TRUE(life.commit(model_, random_).done());
-  EXPECT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+  model_.continue_at(version);
+  LoggedEngine db(std::move(salvaged).value(), {});
+  EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
+  ASSERT_TRUE(db.commit(model_, random_).done());
+  EXPECT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
 }
 
-/// Each segment in turn is copied over the one before: salvage continues from the rest, and the continued log
-/// opens without salvage.
-TEST_F(OpenALog, SalvagesOverwrittenSegments) {
-  LifeOptions small;
+/// Each segment in turn is copied over the one before. Salvage recovers what is left, and the log then opens
+/// without salvage.
+TEST_F(OpenLog, SalvagesOverwrittenSegments) {
+  LoggedEngineOptions small;
   small.segment_bytes = 8192;
   small.checkpoint_every_bytes = 0;
   {
-    Life life(disk_, small);
+    LoggedEngine db(disk_, small);
     for (int k = 1; k <= 240; ++k) {
-      ASSERT_TRUE(life.commit(model_, random_).done());
+      ASSERT_TRUE(db.commit(model_, random_).done());
       // Without gaps, since nothing after a gap would be read.
       if (k % 40 == 0) {
-        ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+        ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
       }
     }
   }
-  const auto whole = disk_.contents();
+  const auto undamaged = disk_.contents();
   std::vector<std::string> names;
-  for (const auto& [name, bytes] : whole)
+  for (const auto& [name, bytes] : undamaged)
     if (name.starts_with("segment.")) names.push_back(name);
   ASSERT_GT(names.size(), 3u);
   const Model model = model_;
   for (std::size_t k = 0; k + 1 < names.size(); ++k) {
     SCOPED_TRACE(names[k]);
-    auto contents = whole;
-    contents[names[k]] = whole.at(names[k + 1]);
+    auto contents = undamaged;
+    contents[names[k]] = undamaged.at(names[k + 1]);
     disk_.set_contents(contents);
     EXPECT_FALSE(open_log(disk_, log_options(small)).ok());
     CommitLogOptions options = log_options(small);
@@ -99,33 +99,31 @@ TEST_F(OpenALog, SalvagesOverwrittenSegments) {
     ASSERT_TRUE(salvaged.ok()) << salvaged.error().message;
     const Version version = salvaged.value()->recovery().version;
     model_ = model;
-    model_.go_on_at(version);
+    model_.continue_at(version);
     {
-      Life life(std::move(salvaged).value(), small);
-      EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
+      LoggedEngine db(std::move(salvaged).value(), small);
+      EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
       for (int more = 0; more < 5; ++more)
-        ASSERT_TRUE(life.commit(model_, random_).done());
-      ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+        ASSERT_TRUE(db.commit(model_, random_).done());
+      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
     }
     auto again = open_log(disk_, log_options(small));
     ASSERT_TRUE(again.ok()) << again.error().message;
-    Life life(std::move(again).value(), small);
-    EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
+    LoggedEngine db(std::move(again).value(), small);
+    EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
   }
 }
 
-/// An older checkpoint is used while the newest one cannot be read; the newest is used again when it can be
-/// read.
-TEST_F(OpenALog, CheckpointThatIsTemporarilyUnreadable) {
+/// Recovery uses an older checkpoint while the newest one is unreadable, and the newest one afterwards.
+TEST_F(OpenLog, ToleratesATemporarilyUnreadableCheckpoint) {
   for (int round = 0; round < 20; ++round) {
     {
-      Life life(disk_, {.checkpoint_every_bytes = 1});
+      LoggedEngine db(disk_, {.checkpoint_every_bytes = 1});
       for (int k = 0; k < 8; ++k)
-        ASSERT_TRUE(life.commit(model_, random_).done());
-      ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
-      // Usually long enough for a checkpoint after the last group.
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      disk_.fail_kind(DiskCall::write, EIO);  // so that it is not closed
+        ASSERT_TRUE(db.commit(model_, random_).done());
+      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
+      ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().checkpoints > 0; }, event_limit));
+      disk_.fail_kind(DiskCall::write, EIO);  // so that close() writes nothing
     }
     disk_.fail_kind(DiskCall::write, 0);
     auto contents = disk_.contents();
@@ -138,11 +136,11 @@ TEST_F(OpenALog, CheckpointThatIsTemporarilyUnreadable) {
     disk_.set_contents(contents);
     const Version version = model_.newest_up_to(~Version{0});
     {
-      Life life(disk_, {.checkpoint_every_bytes = 0});
-      EXPECT_EQ(life.engine.latest().version, version) << life.log().recovery().summary;
+      LoggedEngine db(disk_, {.checkpoint_every_bytes = 0});
+      EXPECT_EQ(db.engine.latest().version, version) << db.log().recovery().summary;
       for (int k = 0; k < round % 3; ++k)
-        ASSERT_TRUE(life.commit(model_, random_).done());
-      ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
+        ASSERT_TRUE(db.commit(model_, random_).done());
+      ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
       if (round % 2 == 0) disk_.fail_kind(DiskCall::write, EIO);
     }
     disk_.fail_kind(DiskCall::write, 0);
@@ -154,38 +152,37 @@ TEST_F(OpenALog, CheckpointThatIsTemporarilyUnreadable) {
     disk_.set_contents(contents);
     auto log = open_log(disk_, log_options({}));
     ASSERT_TRUE(log.ok()) << "round " << round << ": " << log.error().message;
-    Life life(std::move(log).value(), {});
-    EXPECT_EQ(describe(life.image()), describe(living(model_.now()))) << life.log().recovery().summary;
+    LoggedEngine db(std::move(log).value(), {});
+    EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())))
+        << db.log().recovery().summary;
   }
 }
 
-/// Otherwise an unrelated gap later would be refused because of the damaged checkpoint.
-TEST_F(OpenALog, DamagedCheckpointIsFollowedByANewOne) {
+/// With the damaged checkpoint, a later gap could not be recovered.
+TEST_F(OpenLog, ReplacesADamagedCheckpoint) {
   {
-    Life life(disk_, {.checkpoint_every_bytes = 1});
+    LoggedEngine db(disk_, {.checkpoint_every_bytes = 1});
     for (int k = 0; k < 8; ++k)
-      ASSERT_TRUE(life.commit(model_, random_).done());
-    ASSERT_TRUE(life.log().wait_until_durable(life.engine.latest().version, long_time));
-    while (life.log().state().checkpoints == 0)
-      std::this_thread::yield();
+      ASSERT_TRUE(db.commit(model_, random_).done());
+    ASSERT_TRUE(db.log().wait_until_durable(db.engine.latest().version, event_limit));
+    ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().checkpoints > 0; }, event_limit));
   }
   auto contents = disk_.contents();
   for (auto& [name, bytes] : contents)
     if (name.starts_with("checkpoint.")) bytes[70] ^= std::byte{1};
   disk_.set_contents(contents);
   {
-    Life life(disk_, {.checkpoint_every_bytes = 0});
-    EXPECT_TRUE(life.log().recovery().summary.starts_with("checkpoint.")) << life.log().recovery().summary;
-    while (life.log().state().checkpoints == 0)
-      std::this_thread::yield();
+    LoggedEngine db(disk_, {.checkpoint_every_bytes = 0});
+    EXPECT_TRUE(db.log().recovery().summary.starts_with("checkpoint.")) << db.log().recovery().summary;
+    ASSERT_TRUE(hil::tests::eventually([&] { return db.log().state().checkpoints > 0; }, event_limit));
   }
-  Life life(disk_, {.checkpoint_every_bytes = 0});
-  EXPECT_TRUE(life.log().recovery().summary.starts_with("from checkpoint.")) << life.log().recovery().summary;
-  EXPECT_EQ(describe(life.image()), describe(living(model_.now())));
-  EXPECT_EQ(life.log().state().checkpoints, 0u);
+  LoggedEngine db(disk_, {.checkpoint_every_bytes = 0});
+  EXPECT_TRUE(db.log().recovery().summary.starts_with("from checkpoint.")) << db.log().recovery().summary;
+  EXPECT_EQ(describe(db.image()), describe(without_generations(model_.now())));
+  EXPECT_EQ(db.log().state().checkpoints, 0u);
 }
 
-TEST_F(OpenALog, EveryDiskFailureIsAnError) {
+TEST_F(OpenLog, ReportsEveryDiskFailure) {
   commit_some(20);
   const auto contents = disk_.contents();
   for (std::uint64_t call = 0;; ++call) {
@@ -200,7 +197,7 @@ TEST_F(OpenALog, EveryDiskFailureIsAnError) {
   }
 }
 
-TEST_F(OpenALog, ShapesAreRecovered) {
+TEST_F(OpenLog, RecoversShapes) {
   const TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
   GeometryOptions deforms;
   deforms.deforms = true;
@@ -208,26 +205,26 @@ TEST_F(OpenALog, ShapesAreRecovered) {
     return std::vector<glm::vec3>(mesh.positions_m.size(), glm::vec3(x));
   };
   const std::size_t count = mesh.positions_m.size();
-  for (int lives = 0; lives < 3; ++lives) {
-    Life life(disk_, {.checkpoint_every_bytes = lives == 1 ? 1u : 0u});
-    if (lives == 0) {
-      auto geometry = life.log().write_geometry(mesh, "soft", deforms);
+  for (int round = 0; round < 3; ++round) {
+    LoggedEngine db(disk_, {.checkpoint_every_bytes = round == 1 ? 1u : 0u});
+    if (round == 0) {
+      auto geometry = db.log().write_geometry(mesh, "soft", deforms);
       ASSERT_TRUE(geometry.ok());
-      life.engine.call([&] {
+      db.engine.call([&] {
         geometry.value().id = {0};
-        life.engine.keep_shapes({0}, store::ShapeHistory::make(mesh.positions_m, deforms.retained_shapes));
-        life.log().record_geometry(geometry.value(), count);
+        db.engine.keep_shapes({0}, store::ShapeHistory::make(mesh.positions_m, deforms.retained_shapes));
+        db.log().record_geometry(geometry.value(), count);
       });
     } else {
-      EXPECT_EQ(life.engine.shape({0}, count, ReadAt::latest()).value()[0].x, static_cast<float>(lives));
+      EXPECT_EQ(db.engine.shape({0}, count, ReadAt::latest()).value()[0].x, static_cast<float>(round));
     }
-    const auto transaction = life.engine.make_transaction(
+    const auto transaction = db.engine.make_transaction(
         {.max_geometry_updates = 1, .max_positions = static_cast<std::uint32_t>(count)});
     for (int k = 0; k < 3; ++k) {
       transaction->begin({});
-      transaction->update_geometry({0}, positions(static_cast<float>(lives + 1)));
-      ASSERT_TRUE(life.execute(*transaction).done()) << describe(transaction->outcome());
-      ASSERT_TRUE(life.log().wait_until_durable(transaction->outcome().version, long_time));
+      transaction->update_geometry({0}, positions(static_cast<float>(round + 1)));
+      ASSERT_TRUE(db.execute(*transaction).done()) << describe(transaction->outcome());
+      ASSERT_TRUE(db.log().wait_until_durable(transaction->outcome().version, event_limit));
     }
   }
 }

@@ -1,6 +1,6 @@
-// Callers compile with -Wall -Wextra, of which -Wmissing-field-initializers looks at designated initialisers
-// too: each public struct may be given some of its members. That this file compiles is the test; what it
-// checks is that the others have their defaults.
+// Callers compile with -Wmissing-field-initializers, which concerns designated initialisers too. The test is
+// that this file compiles: each public struct can be initialised by some of its members. The others have
+// defaults.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,6 @@
 namespace rtstdb {
 namespace {
 
-// Where the first member has a default already, the last one is given, or none stands before it.
 TEST(DesignatedInitialisers, OfOptions) {
   EXPECT_EQ((DatabaseOptions{.gpu = "0"}).max_entities, 4096u);
   EXPECT_EQ((DurabilityOptions{.mode = DurabilityMode::async}).directory, "");

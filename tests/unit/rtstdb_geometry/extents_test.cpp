@@ -18,7 +18,7 @@ class Directions {
     do {
       direction = {normal_(engine_), normal_(engine_), normal_(engine_)};
     } while (glm::length(direction) < 1e-3);
-    // Some along an axis, an edge or a corner, and between two of them.
+    // Some along an axis, an edge or a diagonal.
     const auto kind = engine_() % 8;
     if (kind == 1) direction.x = 0.0;
     if (kind == 2) direction.y = direction.z;
@@ -37,20 +37,20 @@ template <class Visit>
 void visit_bounds(const TriangleMesh& mesh, const Bounds& bounds, const Visit& visit) {
   const glm::dvec3 middle_m = 0.5 * (glm::dvec3(bounds.minimum_m) + glm::dvec3(bounds.maximum_m));
   for (const glm::uvec3& triangle : mesh.triangles) {
-    const Bounds own = bounds_of({mesh.positions_m, {triangle}});
+    const Bounds triangle_bounds = bounds_of({mesh.positions_m, {triangle}});
     for (int corner = 0; corner < 8; ++corner) {
-      const glm::vec3 at_m(corner & 1 ? own.maximum_m.x : own.minimum_m.x,
-                           corner & 2 ? own.maximum_m.y : own.minimum_m.y,
-                           corner & 4 ? own.maximum_m.z : own.minimum_m.z);
+      const glm::vec3 at_m(corner & 1 ? triangle_bounds.maximum_m.x : triangle_bounds.minimum_m.x,
+                           corner & 2 ? triangle_bounds.maximum_m.y : triangle_bounds.minimum_m.y,
+                           corner & 4 ? triangle_bounds.maximum_m.z : triangle_bounds.minimum_m.z);
       visit(glm::dvec3(at_m) - middle_m);
     }
   }
 }
 
 double exact_extent(const TriangleMesh& mesh, const Bounds& bounds, const glm::dvec3& u) {
-  double most = -1e300;
-  visit_bounds(mesh, bounds, [&](const glm::dvec3& p_m) { most = std::max(most, glm::dot(u, p_m)); });
-  return most;
+  double extent = -1e300;
+  visit_bounds(mesh, bounds, [&](const glm::dvec3& p_m) { extent = std::max(extent, glm::dot(u, p_m)); });
+  return extent;
 }
 
 TriangleMesh moved(TriangleMesh mesh, const glm::vec3& by_m) {
@@ -78,7 +78,7 @@ std::vector<TriangleMesh> meshes() {
           moved(make_sphere(1.0, 2), {1e5f, -3e4f, 7.0f})};
 }
 
-TEST(Extents, BoundsAreThoseOfTheMesh) {
+TEST(Extents, HaveTheBoundsOfTheMesh) {
   for (const TriangleMesh& mesh : meshes()) {
     const Bounds expected = bounds_of(mesh);
     const Bounds bounds = extents_of(mesh).bounds;
@@ -87,7 +87,7 @@ TEST(Extents, BoundsAreThoseOfTheMesh) {
   }
 }
 
-TEST(Extents, NothingReachesBeyondThem) {
+TEST(Extents, AreNotExceeded) {
   Directions directions;
   for (const TriangleMesh& mesh : meshes()) {
     const Extents extents = extents_of(mesh);
@@ -99,7 +99,7 @@ TEST(Extents, NothingReachesBeyondThem) {
   }
 }
 
-TEST(Extents, AlongTheirOwnDirectionsTheyAreExact) {
+TEST(Extents, AreExactInTheirDirections) {
   for (const TriangleMesh& mesh : meshes()) {
     const Extents extents = extents_of(mesh);
     const glm::vec3 far_m = glm::max(glm::abs(extents.bounds.minimum_m), glm::abs(extents.bounds.maximum_m));
@@ -111,7 +111,7 @@ TEST(Extents, AlongTheirOwnDirectionsTheyAreExact) {
   }
 }
 
-TEST(Extents, OfABallAreAnEighthTooLargeAtMost) {
+TEST(Extents, OfASphereAreAtMostAnEighthTooLarge) {
   const Extents extents = extents_of(make_sphere(1.0, 6));
   Directions directions;
   double largest = 0.0;
@@ -122,7 +122,7 @@ TEST(Extents, OfABallAreAnEighthTooLargeAtMost) {
   EXPECT_NEAR(extent_along(extents, glm::normalize(worst)), glm::length(worst), 0.01);
 }
 
-TEST(Extents, OfABoxAreWhatItsCornersReach) {
+TEST(Extents, OfABoxAreExact) {
   const TriangleMesh box = moved(make_box({1.0, 2.0, 5.0}), {0.25f, -3.0f, 8.0f});
   Directions directions;
   for (const Extents& extents : {extents_of(box), extents_of(bounds_of(box))}) {
@@ -134,12 +134,12 @@ TEST(Extents, OfABoxAreWhatItsCornersReach) {
   }
 }
 
-TEST(Extents, OfWhatIsSlantedAreFarLessThanItsBoxReaches) {
+TEST(Extents, OfASlantedMeshAreFarBelowThoseOfItsBounds) {
   const TriangleMesh slanted = meshes()[4];
-  const glm::dvec3 aside(1.0, -1.0, 0.0);
+  const glm::dvec3 across(1.0, -1.0, 0.0);
   const Extents extents = extents_of(slanted);
-  EXPECT_NEAR(extent_along(extents_of(extents.bounds), aside), 2.0, 1e-5);
-  EXPECT_NEAR(extent_along(extents, aside), 2.0, 1e-5) << "one triangle counts by its bounds";
+  EXPECT_NEAR(extent_along(extents_of(extents.bounds), across), 2.0, 1e-5);
+  EXPECT_NEAR(extent_along(extents, across), 2.0, 1e-5) << "one triangle counts by its bounds";
   TriangleMesh fine;
   for (std::uint32_t i = 0; i < 100; ++i) {
     const glm::vec3 at_m(0.02f * static_cast<float>(i));
@@ -147,7 +147,7 @@ TEST(Extents, OfWhatIsSlantedAreFarLessThanItsBoxReaches) {
                             {at_m, at_m + 0.01f, at_m + glm::vec3(0.02f, 0.02f, 0.021f)});
     fine.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
   }
-  EXPECT_NEAR(extent_along(extents_of(fine), aside), 0.02, 1e-3);
+  EXPECT_NEAR(extent_along(extents_of(fine), across), 0.02, 1e-3);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What glTF nodes, primitives and versions become, and which are refused.
+// Reading glTF nodes, primitives and versions, and their refusals.
 
 #include "rtstdb/geometry/gltf_file.hpp"
 
@@ -43,7 +43,7 @@ Result<TriangleMesh> read(const std::string& json) {
   return read_gltf(json, square_bytes(), ".", 1.0);
 }
 
-/// The words with which the file is refused; empty when it is not.
+/// The error for the file; empty without one.
 std::string refusal(const std::string& json) {
   try {
     read(json).value();
@@ -53,7 +53,7 @@ std::string refusal(const std::string& json) {
   return {};
 }
 
-/// A chain of `count` nodes, each moved by (1, 0, 0), with the mesh in the last one.
+/// A chain of `count` nodes, each moved by (1, 0, 0); the last one has the mesh.
 std::string chain_of(std::uint32_t count) {
   std::string nodes;
   for (std::uint32_t k = 0; k + 1 < count; ++k)
@@ -61,7 +61,7 @@ std::string chain_of(std::uint32_t count) {
   return nodes + R"({"mesh":0})";
 }
 
-TEST(ReadGltf, NodesMayNestAsDeepAsTheFileHasNodes) {
+TEST(ReadGltf, ReadsAnyDepthOfNodes) {
   const std::string text = gltf_of(chain_of(200'001));
   const Result<TriangleMesh> mesh = read(text);
   ASSERT_TRUE(mesh.ok()) << mesh.error().message;
@@ -76,7 +76,7 @@ TEST(ReadGltf, RefusesANodeWithTwoParents) {
             "node 2 names node 1, which node 0 has named; a node has one parent");
   EXPECT_EQ(refusal(gltf_of(R"({"children":[1,1]},{"mesh":0})")),
             "node 0 names node 1, which node 0 has named; a node has one parent");
-  // Each level names the next one twice: 2^64 places of one mesh.
+  // Each level names the next one twice: 2^64 copies of one mesh.
   std::string doubled;
   for (int k = 1; k <= 64; ++k)
     doubled += R"({"children":[)" + std::to_string(k) + "," + std::to_string(k) + "]},";
@@ -103,7 +103,7 @@ TEST(ReadGltf, RefusesATransformWithoutItsNumbers) {
             "node 0: the last row of its matrix is not 0, 0, 0, 1");
 }
 
-TEST(ReadGltf, AppliesAMatrixColumnByColumn) {
+TEST(ReadGltf, ReadsMatricesByColumns) {
   // (x, y, z) becomes (y + 5, 2 x + 6, z + 7).
   const std::string text = gltf_of(R"({"mesh":0,"matrix":[0,2,0,0,1,0,0,0,0,0,1,0,5,6,7,1]})");
   const Result<TriangleMesh> mesh = read(text);
@@ -112,7 +112,7 @@ TEST(ReadGltf, AppliesAMatrixColumnByColumn) {
   EXPECT_EQ(mesh.value().positions_m[2], glm::vec3(6, 6, 7));
 }
 
-TEST(ReadGltf, StripsAndFansKeepTheirFronts) {
+TEST(ReadGltf, KeepsTheFrontsOfStripsAndFans) {
   const auto normals_up = [](const std::string& primitive) {
     const std::string text = gltf_of(R"({"mesh":0})", primitive);
     const TriangleMesh mesh = read(text).value();
@@ -125,7 +125,7 @@ TEST(ReadGltf, StripsAndFansKeepTheirFronts) {
     return up;
   };
   EXPECT_EQ(normals_up(R"({"attributes":{"POSITION":0},"indices":1,"mode":5})"), std::vector<bool>(2, true));
-  // Around corner 0, from corner 1 over 2 to 3, which lies between them: there and back.
+  // Around corner 0, from corner 1 to 2 and back to 3, which is between them.
   EXPECT_EQ(normals_up(R"({"attributes":{"POSITION":0},"mode":6})"), (std::vector<bool>{true, false}));
 }
 
@@ -136,7 +136,7 @@ TEST(ReadGltf, RefusesTrianglesWithoutPositions) {
   EXPECT_EQ(refusal(gltf_of(R"({"mesh":0})", std::string(triangle) + R"(,{"attributes":{},"mode":1})")), "");
 }
 
-/// Without a bufferView all elements are zero, as many as the file likes.
+/// Without a bufferView all elements are zero, and their count has no limit.
 TEST(ReadGltf, RefusesAnAccessorWithoutData) {
   std::string text = gltf_of(R"({"mesh":0})");
   const std::string data = R"({"bufferView":0,"byteOffset":48,"componentType":5121,"count":3)";
@@ -165,13 +165,13 @@ TEST(ReadGltf, RefusesAnotherVersion) {
 
 TEST(ReadGltf, RefusesAGlbOfAnotherVersion) {
   const mesh_files::Folder folder;
-  const std::string whole = mesh_files::glb(make_box({1.0, 1.0, 1.0}), R"([{"mesh":0}])");
-  const auto refused = [&](std::size_t at, std::string_view bytes, const std::string& words) {
-    std::string glb = whole;
+  const std::string valid = mesh_files::glb(make_box({1.0, 1.0, 1.0}), R"([{"mesh":0}])");
+  const auto refused = [&](std::size_t at, std::string_view bytes, const std::string& part) {
+    std::string glb = valid;
     glb.replace(at, bytes.size(), bytes);
     const Result<TriangleMesh> loaded = load_mesh(folder.write("body.glb", glb));
     ASSERT_FALSE(loaded.ok());
-    EXPECT_NE(loaded.error().message.find(words), std::string::npos) << loaded.error().message;
+    EXPECT_NE(loaded.error().message.find(part), std::string::npos) << loaded.error().message;
   };
   refused(4, "\1", "it is GLB version 1; version 2 is read");
   refused(0, "glTG", "it does not begin with 'glTF'");

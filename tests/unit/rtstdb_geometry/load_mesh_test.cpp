@@ -8,7 +8,6 @@
 #include <rtstdb/geometry.hpp>
 
 #include "mesh_files.hpp"
-#include "tests/support/real_data.hpp"
 
 namespace rtstdb {
 namespace {
@@ -18,10 +17,10 @@ using mesh_files::soup;
 
 constexpr const char* plain_node = R"([{"mesh":0}])";
 
-/// Sizes that text and float hold alike.
+/// Its coordinates are the same as text and as floats.
 TriangleMesh body() {
   TriangleMesh mesh = make_box({2.0, 4.0, 0.5});
-  mesh.positions_m[7] += glm::vec3(0.25f, 0.5f, 1.0f);  // no symmetry left to hide behind
+  mesh.positions_m[7] += glm::vec3(0.25f, 0.5f, 1.0f);  // without symmetry
   return mesh;
 }
 
@@ -53,7 +52,7 @@ TEST(LoadMesh, ReadsEachFormat) {
   expect_loads_as(folder.write("body.glb", mesh_files::glb(mesh, plain_node)), mesh);
 }
 
-TEST(LoadMesh, DoesNotMindTheCaseOfTheExtensionNorBlanksInThePath) {
+TEST(LoadMesh, IgnoresTheCaseOfTheExtensionAndReadsPathsWithBlanks) {
   const Folder folder;
   expect_loads_as(folder.write("A Body.ObJ", mesh_files::obj(body())), body());
   expect_loads_as(folder.write("k\xc3\xb6rper.STL", mesh_files::binary_stl(body())), body());
@@ -85,7 +84,7 @@ TEST(LoadMesh, TriangulatesPolygonsAndDropsPointsAndLines) {
   EXPECT_EQ(bounds_of(loaded.value()).maximum_m, glm::vec3(4.0f, 3.0f, 0.0f));
 }
 
-TEST(LoadMesh, MakesAllMeshesOfAFileOne) {
+TEST(LoadMesh, JoinsAllMeshesOfAFile) {
   const Folder folder;
   const std::string text =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\no first\nf 1 2 3\n"
@@ -96,7 +95,7 @@ TEST(LoadMesh, MakesAllMeshesOfAFileOne) {
 }
 
 TEST(LoadMesh, AppliesTheTransformsOfNestedNodes) {
-  // Outer: turned by 90 degrees about z, then moved. Inner: stretched twofold along x.
+  // Outer: turned by 90 degrees about z, then moved. Inner: scaled by 2 along x.
   const std::string nodes =
       R"([{"translation":[10,20,30],"rotation":[0,0,0.70710678118654752,0.70710678118654752],
       "children":[1]},{"mesh":0,"scale":[2,1,1]}])";
@@ -127,30 +126,12 @@ TEST(LoadMesh, PlacesAMeshOncePerNode) {
   EXPECT_EQ(bounds_of(loaded.value()).maximum_m.z, 9.25f);
 }
 
-TEST(LoadMesh, KeepsFrontsOutsideUnderAMirroringNode) {
+TEST(LoadMesh, KeepsFrontsOutsideUnderAMirroredNode) {
   const std::string nodes = R"([{"mesh":0,"scale":[-1,1,1]}])";
   const Folder folder;
   const glm::mat3 mirror(-1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f);
   expect_loads_as(folder.write("mirrored.gltf", mesh_files::gltf(body(), nodes)),
                   moved(body(), mirror, glm::vec3(0.0f)));
-}
-
-class RealMeshFiles : public testing::TestWithParam<std::filesystem::path> {};
-GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RealMeshFiles);
-INSTANTIATE_TEST_SUITE_P(Found, RealMeshFiles, testing::ValuesIn(hil::test::real_mesh_folders()),
-                         [](const auto&) { return "meshes"; });
-
-TEST_P(RealMeshFiles, AreRead) {
-  const struct {
-    const char* file;
-    std::size_t triangles;
-  } files[] = {
-      {"stanford-bunny.obj", 69451}, {"armadillo.obj", 86482}, {"spot.obj", 5856}, {"fandisk.obj", 12946}};
-  for (const auto& real : files) {
-    const Result<TriangleMesh> loaded = load_mesh(GetParam() / real.file);
-    ASSERT_TRUE(loaded.ok()) << loaded.error().message;
-    EXPECT_EQ(loaded.value().triangles.size(), real.triangles) << real.file;
-  }
 }
 
 }  // namespace

@@ -13,18 +13,14 @@ TriangleMesh two_triangles() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}}, {{0, 1, 2}, {0, 1, 3}}};
 }
 
-/// Refused, with each of these words in the message.
-void expect_refused(const TriangleMesh& mesh, std::initializer_list<const char*> words) {
+/// Refused with a message that has each part.
+void expect_refused(const TriangleMesh& mesh, std::initializer_list<const char*> parts) {
   const Result<void> checked = validate(mesh);
   ASSERT_FALSE(checked);
   EXPECT_EQ(checked.error().code, ErrorCode::bad_input);
-  for (const char* word : words)
-    EXPECT_NE(checked.error().message.find(word), std::string::npos)
-        << checked.error().message << " lacks " << word;
-}
-
-TEST(Validate, AcceptsAGoodMesh) {
-  EXPECT_TRUE(validate(two_triangles()).ok());
+  for (const char* part : parts)
+    EXPECT_NE(checked.error().message.find(part), std::string::npos)
+        << checked.error().message << " lacks " << part;
 }
 
 TEST(Validate, RefusesAMeshWithNoTriangle) {
@@ -34,8 +30,9 @@ TEST(Validate, RefusesAMeshWithNoTriangle) {
   expect_refused(points, {"no triangle"});
 }
 
-TEST(Validate, NamesTheTriangleWhoseIndexIsPastThePositions) {
+TEST(Validate, NamesTheTriangleWithAnIndexBeyondThePositions) {
   TriangleMesh mesh = two_triangles();
+  EXPECT_TRUE(validate(mesh).ok());
   mesh.triangles[1].z = 4;
   expect_refused(mesh, {"triangle 1", "index 4", "the count of positions is 4"});
 }
@@ -52,13 +49,13 @@ TEST(Validate, NamesTheTriangleAndItsValues) {
   EXPECT_TRUE(validate(mesh).ok());
 }
 
-TEST(Validate, LooksAtUnusedPositionsToo) {
+TEST(Validate, ChecksUnusedPositionsToo) {
   TriangleMesh mesh = two_triangles();
   mesh.positions_m.emplace_back(0.0f, 0.0f, std::numeric_limits<float>::quiet_NaN());
   expect_refused(mesh, {"position 4", "no triangle uses", "not finite"});
 }
 
-TEST(Validate, RefusesOnlyMeshesThatAreDegenerateThroughout) {
+TEST(Validate, RefusesMeshesWithOnlyDegenerateTriangles) {
   TriangleMesh mesh = two_triangles();
   mesh.triangles[0] = {1, 1, 2};
   EXPECT_TRUE(validate(mesh).ok());
@@ -66,12 +63,12 @@ TEST(Validate, RefusesOnlyMeshesThatAreDegenerateThroughout) {
   expect_refused(mesh, {"every triangle (count 2) is degenerate"});
   const TriangleMesh on_one_line{{{0, 0, 0}, {1, 2, 3}, {2, 4, 6}}, {{0, 1, 2}}};
   expect_refused(on_one_line, {"degenerate", "(2, 4, 6)"});
-  // Thin is not degenerate.
+  // A thin triangle is not degenerate.
   const TriangleMesh sliver{{{0, 0, 0}, {1, 0, 0}, {0, 1e-30f, 0}}, {{0, 1, 2}}};
   EXPECT_TRUE(validate(sliver).ok());
 }
 
-TEST(BoundsOf, HoldsWhatTrianglesUseAndNoMore) {
+TEST(BoundsOf, HoldsUsedPositionsOnly) {
   TriangleMesh mesh = two_triangles();
   mesh.positions_m.emplace_back(50.0f, 50.0f, 50.0f);
   mesh.positions_m[1].x = -3.0f;

@@ -1,10 +1,8 @@
 #include "mesh_files.hpp"
 
 #include <glm/common.hpp>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -63,7 +61,7 @@ std::string gltf_buffer(const TriangleMesh& mesh) {
   return bytes;
 }
 
-/// Those of a glTF accessor: also of a mesh whose indices lead beyond its positions.
+/// For a glTF accessor, also of a mesh with indices beyond its positions.
 Bounds bounds_of_positions(const TriangleMesh& mesh) {
   Bounds bounds{mesh.positions_m.at(0), mesh.positions_m.at(0)};
   for (const glm::vec3& position : mesh.positions_m) {
@@ -73,7 +71,7 @@ Bounds bounds_of_positions(const TriangleMesh& mesh) {
   return bounds;
 }
 
-/// Names an embedded image as well: pictures are none of a mesh's business.
+/// Also has an embedded image, which the reader ignores.
 std::string gltf_json(const TriangleMesh& mesh, const std::string& nodes, const std::string& buffer_uri) {
   const Bounds bounds = bounds_of_positions(mesh);
   const std::size_t positions_bytes = mesh.positions_m.size() * 12;
@@ -97,20 +95,8 @@ std::string gltf_json(const TriangleMesh& mesh, const std::string& nodes, const 
 
 }  // namespace
 
-Folder::Folder() {
-  static std::atomic<int> count{0};
-  path_ = std::filesystem::temp_directory_path() /
-          ("rtstdb_mesh_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-  std::filesystem::create_directories(path_);
-}
-
-Folder::~Folder() {
-  std::error_code ignored;  // a folder left behind in the temporary directory is no failure of the test
-  std::filesystem::remove_all(path_, ignored);
-}
-
 std::filesystem::path Folder::write(const std::string& name, std::string_view bytes) const {
-  std::filesystem::path file = path_ / name;
+  std::filesystem::path file = path() / name;
   std::ofstream out(file, std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();
@@ -185,7 +171,7 @@ std::string gltf(const TriangleMesh& mesh, const std::string& nodes) {
 std::string glb(const TriangleMesh& mesh, const std::string& nodes) {
   std::string json = gltf_json(mesh, nodes, "");
   json.append((4 - json.size() % 4) % 4, ' ');
-  const std::string buffer = gltf_buffer(mesh);  // a whole number of words already
+  const std::string buffer = gltf_buffer(mesh);  // its size is a multiple of 4
   std::string bytes = "glTF";
   put(bytes, std::uint32_t{2});
   put(bytes, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + buffer.size()));
@@ -201,7 +187,7 @@ std::vector<std::array<float, 9>> soup(const TriangleMesh& mesh) {
   for (const glm::uvec3& t : mesh.triangles) {
     std::array<std::array<float, 3>, 3> corners{};
     for (int i = 0; i < 3; ++i) {
-      const glm::vec3 p = mesh.positions_m[t[i]] + 0.0f;  // one zero only
+      const glm::vec3 p = mesh.positions_m[t[i]] + 0.0f;  // -0 becomes 0
       corners[static_cast<std::size_t>(i)] = {p.x, p.y, p.z};
     }
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());

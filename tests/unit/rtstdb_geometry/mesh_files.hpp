@@ -1,5 +1,5 @@
 #pragma once
-// Writes small mesh files by hand, byte for byte, for the loader's tests.
+// Small mesh files for the tests of the loader.
 
 #include <array>
 #include <filesystem>
@@ -9,20 +9,13 @@
 
 #include <rtstdb/geometry.hpp>
 
+#include "tests/support/temporary_folder.hpp"
+
 namespace rtstdb::mesh_files {
 
-/// A folder of its own that is gone with the object.
-class Folder {
+class Folder : public hil::tests::TemporaryFolder {
  public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
   std::filesystem::path write(const std::string& name, std::string_view bytes) const;
-
- private:
-  std::filesystem::path path_;
 };
 
 std::string obj(const TriangleMesh& mesh);
@@ -34,8 +27,8 @@ std::string binary_ply(const TriangleMesh& mesh);
 std::string gltf(const TriangleMesh& mesh, const std::string& nodes);
 std::string glb(const TriangleMesh& mesh, const std::string& nodes);
 
-/// The triangles as corner coordinates, each beginning with its least corner (the sense of rotation is kept),
-/// sorted: equal for meshes that differ in the order and sharing of corners only.
+/// The triangles as corner coordinates, each beginning with its lowest corner (in the order of rotation),
+/// sorted: equal for meshes that differ only in the order and sharing of corners.
 std::vector<std::array<float, 9>> soup(const TriangleMesh& mesh);
 
 }  // namespace rtstdb::mesh_files

@@ -56,7 +56,7 @@ class RandomCase {
   std::normal_distribution<double> normal_;
 };
 
-/// The eight corners, straight from the definition in entity.hpp.
+/// The eight corners by the definition in entity.hpp.
 std::vector<glm::dvec3> corners_at(const Case& c, WorldTime t) {
   const Pose pose = pose_at(c.motion, t);
   std::vector<glm::dvec3> corners;
@@ -107,7 +107,7 @@ TEST(ReachM, IsTheFarthestCornerFromTheCentreOfRotation) {
   EXPECT_DOUBLE_EQ(reach_m(off_centre, {2.0, 1.0, 4.0}), std::sqrt(36.0 + 4.0 + 4.0));
 }
 
-TEST(MotionBounds, OfARestingEntityIsItsBox) {
+TEST(MotionBounds, OfAStillEntityIsItsBox) {
   RandomCase random(2);
   Case c = random(1.0);
   c.motion.v_world_mps = {};
@@ -119,7 +119,7 @@ TEST(MotionBounds, OfARestingEntityIsItsBox) {
             1e-9);
 }
 
-TEST(MotionBounds, OfAPureTranslationIsTheSweptBox) {
+TEST(MotionBounds, OfATranslationIsTheSweptBox) {
   const Bounds unit{{-1.0f, -1.0f, -1.0f}, {1.0f, 1.0f, 1.0f}};
   Motion motion;
   motion.v_world_mps = {10.0, -4.0, 0.0};
@@ -139,8 +139,8 @@ TEST(MotionBounds, DoesNotGrowAlongTheAxisOfRotation) {
   EXPECT_NEAR(box.maximum_m.z, 1.5, 1e-12);
 }
 
-TEST(MotionBounds, HoldsWhereTheUnionOfTheEndBoxesFails) {
-  // Half a turn: the ends look the same, and in between the long side stands upright.
+TEST(MotionBounds, ContainsWhatTheBoxesAtBothEndsDoNot) {
+  // Half a turn: both ends are equal, and in between the long side is upright.
   Case c;
   c.bounds = {{-5.0f, -0.1f, -0.1f}, {5.0f, 0.1f, 0.1f}};
   c.scale = glm::dvec3(1.0);
@@ -153,7 +153,7 @@ TEST(MotionBounds, HoldsWhereTheUnionOfTheEndBoxesFails) {
   EXPECT_TRUE(contains(motion_bounds(c.bounds, c.scale, c.motion, c.t0, c.t1), in_between));
 }
 
-TEST(MotionBounds, NeverLosesAPoint) {
+TEST(MotionBounds, ContainsEachPointAtEachTime) {
   RandomCase random(3);
   for (int i = 0; i < 20'000; ++i) {
     const Case c = random(i % 2 == 0 ? 0.1 : 4.0);
@@ -171,7 +171,7 @@ TEST(MotionBounds, NeverLosesAPoint) {
   }
 }
 
-/// Median over random cases of how much longer the box's sides are than the sampled tight box's.
+/// Median over random cases of the ratio of the box's sides to those of the sampled tight box.
 double median_looseness(double max_turns, std::uint64_t seed) {
   RandomCase random(seed);
   std::vector<double> ratios;
@@ -188,13 +188,13 @@ double median_looseness(double max_turns, std::uint64_t seed) {
   return ratios[ratios.size() / 2];
 }
 
-TEST(MotionBounds, IsNotAbsurdlyLoose) {
+TEST(MotionBounds, IsNearlyTight) {
   EXPECT_LT(median_looseness(0.05, 4), 1.02);  // a sharp bend within a scan
   EXPECT_LT(median_looseness(0.5, 5), 1.35);
   EXPECT_LT(median_looseness(4.0, 6), 1.35);  // a propeller
 }
 
-TEST(MotionBoundsDeathTest, AWindowThatRunsBackwardsIsMisuse) {
+TEST(MotionBoundsDeathTest, AReversedWindowIsMisuse) {
   EXPECT_DEATH(motion_bounds({}, glm::dvec3(1.0), {}, world_time_ns(1), world_time_ns(0)), "t0 <= t1");
 }
 

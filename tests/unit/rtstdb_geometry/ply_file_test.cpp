@@ -17,7 +17,7 @@ std::string text_ply(const std::string& elements, const std::string& data) {
   return "ply\nformat ascii 1.0\n" + elements + "end_header\n" + data;
 }
 
-/// The words with which the file is refused; empty when it is not.
+/// The error for the file; empty without one.
 std::string refusal(const std::string& bytes) {
   try {
     read_ply(bytes, 1.0);
@@ -27,7 +27,11 @@ std::string refusal(const std::string& bytes) {
   return {};
 }
 
-TEST(ReadPly, PassesOverWhatIsNoGeometry) {
+void expect_refused(const std::string& bytes, const std::string& part) {
+  EXPECT_NE(refusal(bytes).find(part), std::string::npos) << refusal(bytes) << " lacks " << part;
+}
+
+TEST(ReadPly, SkipsOtherElementsAndProperties) {
   const TriangleMesh mesh = read_ply(
       text_ply(
           "comment made by hand\nobj_info none\nelement vertex 4\nproperty uchar red\nproperty double x\n"
@@ -42,7 +46,7 @@ TEST(ReadPly, PassesOverWhatIsNoGeometry) {
   EXPECT_EQ(mesh.triangles.size(), 2u);
 }
 
-TEST(ReadPly, ReadsFacesThatStandBeforeTheirPositions) {
+TEST(ReadPly, ReadsFacesBeforeTheirPositions) {
   const TriangleMesh mesh =
       read_ply(text_ply("element face 1\nproperty list uchar int vertex_indices\n" + vertex_element,
                         "3 0 1 2\n" + square),
@@ -79,40 +83,39 @@ TEST(ReadPly, ReadsEveryTypeInBothByteOrders) {
   }
 }
 
-TEST(ReadPly, SaysWhereTheHeaderIsWrong) {
-  EXPECT_NE(refusal("poem\n").find("line 1: the first line is not 'ply'"), std::string::npos);
-  EXPECT_NE(refusal("ply\nformat ascii 1.0\n").find("line 3: the file ends within the header"),
-            std::string::npos);
-  EXPECT_NE(refusal("ply\nend_header\n").find("without a format"), std::string::npos);
-  EXPECT_NE(refusal("ply\nformat ascii 2.0\nend_header\n").find("line 2: a format that is neither"),
-            std::string::npos);
-  EXPECT_NE(refusal(text_ply("elephant\n", "")).find("line 3: unknown word 'elephant'"), std::string::npos);
-  EXPECT_NE(refusal(text_ply("element vertex many\n", "")).find("'many' is not a count"), std::string::npos);
-  EXPECT_NE(refusal(text_ply("element vertex -1\n", "")).find("'-1' is not a count"), std::string::npos);
-  EXPECT_NE(refusal(text_ply("property float x\n", "")).find("before the first element"), std::string::npos);
-  EXPECT_NE(refusal(text_ply("element vertex 1\nproperty half x\n", "")).find("unknown type 'half'"),
-            std::string::npos);
-  EXPECT_NE(refusal(text_ply("element face 1\nproperty list float int a\n", "")).find("not an integer type"),
-            std::string::npos);
+TEST(ReadPly, RefusesInvalidHeaders) {
+  expect_refused("poem\n", "line 1: the first line is not 'ply'");
+  expect_refused("ply\nformat ascii 1.0\n", "line 3: the file ends within the header");
+  expect_refused("ply\nend_header\n", "without a format");
+  expect_refused("ply\nformat ascii 2.0\nend_header\n", "line 2: a format that is neither");
+  expect_refused(text_ply("elephant\n", ""), "line 3: unknown word 'elephant'");
+  expect_refused(text_ply("element vertex many\n", ""), "'many' is not a count");
+  expect_refused(text_ply("element vertex -1\n", ""), "'-1' is not a count");
+  expect_refused(text_ply("property float x\n", ""), "before the first element");
+  expect_refused(text_ply("element vertex 1\nproperty half x\n", ""), "unknown type 'half'");
+  expect_refused(text_ply("element face 1\nproperty list float int a\n", ""), "not an integer type");
 }
 
-TEST(ReadPly, SaysWhatIsWrongWithTheData) {
+TEST(ReadPly, RefusesInvalidData) {
   const std::string face_element = "element face 1\nproperty list uchar int vertex_indices\n";
   const auto with_face = [&](const std::string& face) {
     return refusal(text_ply(vertex_element + face_element, square + face));
   };
+  const auto expect_face_refused = [&](const std::string& face, const std::string& part) {
+    EXPECT_NE(with_face(face).find(part), std::string::npos) << with_face(face) << " lacks " << part;
+  };
   EXPECT_EQ(with_face("3 0 1 2"), "");
-  EXPECT_NE(with_face("3 0 1").find("ends before its data"), std::string::npos);
-  EXPECT_NE(with_face("3 0 1 4").find("corner index 4, and the count of positions is 4"), std::string::npos);
-  EXPECT_NE(with_face("3 0 1 -1").find("no corner index"), std::string::npos);
-  EXPECT_NE(with_face("3 0 1 1.5").find("no corner index"), std::string::npos);
-  EXPECT_NE(with_face("-3 0 1 2").find("no count of a list"), std::string::npos);
-  EXPECT_NE(with_face("nan 0 1 2").find("no count of a list"), std::string::npos);
-  EXPECT_NE(with_face("3 0 1 two").find("no number"), std::string::npos);
-  EXPECT_NE(with_face("3 0 1 2x").find("no number"), std::string::npos);
+  expect_face_refused("3 0 1", "ends before its data");
+  expect_face_refused("3 0 1 4", "corner index 4, and the count of positions is 4");
+  expect_face_refused("3 0 1 -1", "no corner index");
+  expect_face_refused("3 0 1 1.5", "no corner index");
+  expect_face_refused("-3 0 1 2", "no count of a list");
+  expect_face_refused("nan 0 1 2", "no count of a list");
+  expect_face_refused("3 0 1 two", "no number");
+  expect_face_refused("3 0 1 2x", "no number");
 }
 
-TEST(ReadPly, RefusesDataBehindTheLastElement) {
+TEST(ReadPly, RefusesDataAfterTheLastElement) {
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
   const std::string one = text_ply(vertex_element + faces, square + "3 0 1 2\n");
   EXPECT_EQ(refusal(one + " \r\n\n"), "");
@@ -124,8 +127,7 @@ TEST(ReadPly, RefusesDataBehindTheLastElement) {
       "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nend_header\n";
   binary += '\1';
   EXPECT_EQ(refusal(binary + "\n"), "") << "some programs end a binary file with a line end";
-  EXPECT_NE(refusal(binary + '\2').find("(vertex 1) end here, and the file has 1 more byte"),
-            std::string::npos);
+  expect_refused(binary + '\2', "(vertex 1) end here, and the file has 1 more byte");
 }
 
 TEST(ReadPly, ReadsLinesThatEndWithACarriageReturn) {
@@ -135,14 +137,12 @@ TEST(ReadPly, ReadsLinesThatEndWithACarriageReturn) {
   EXPECT_EQ(read_ply(text, 1.0).triangles, (std::vector<glm::uvec3>{{0, 1, 2}}));
 }
 
-TEST(ReadPly, IsNotTakenInByHugeCounts) {
+TEST(ReadPly, RefusesHugeCountsBeforeAllocating) {
   const std::string huge = "18446744073709551615";
-  EXPECT_NE(refusal(text_ply("element vertex " + huge + "\nproperty float x\n", "1 2 3")).find("ends before"),
-            std::string::npos);
-  EXPECT_NE(refusal(text_ply("element face 1\nproperty list uint int vertex_indices\n", "4294967295 1 2"))
-                .find("ends before"),
-            std::string::npos);
-  // Of elements without properties any number takes no room and no time.
+  expect_refused(text_ply("element vertex " + huge + "\nproperty float x\n", "1 2 3"), "ends before");
+  expect_refused(text_ply("element face 1\nproperty list uint int vertex_indices\n", "4294967295 1 2"),
+                 "ends before");
+  // Elements without properties take no memory and no time.
   EXPECT_EQ(refusal(text_ply("element nothing " + huge + "\n", "")), "");
 }
 

@@ -12,8 +12,8 @@
 namespace rtstdb {
 namespace {
 
-/// Cuts the polygon of all positions in their order.
-std::vector<glm::uvec3> cut(const std::vector<glm::vec3>& positions_m) {
+/// Triangulates the polygon of all positions in their order.
+std::vector<glm::uvec3> triangulated(const std::vector<glm::vec3>& positions_m) {
   std::vector<std::uint32_t> corners(positions_m.size());
   std::iota(corners.begin(), corners.end(), 0u);
   std::vector<glm::uvec3> triangles;
@@ -27,7 +27,7 @@ glm::dvec3 twice_area(const std::vector<glm::vec3>& p, const glm::uvec3& t) {
 
 /// Every triangle faces `normal`, and together they have the polygon's area.
 void expect_tiled(const std::vector<glm::vec3>& positions_m, const glm::dvec3& normal, double area_m2) {
-  const auto triangles = cut(positions_m);
+  const auto triangles = triangulated(positions_m);
   EXPECT_EQ(triangles.size(), positions_m.size() - 2);
   double sum_m2 = 0.0;
   for (const glm::uvec3& t : triangles) {
@@ -38,20 +38,20 @@ void expect_tiled(const std::vector<glm::vec3>& positions_m, const glm::dvec3& n
   EXPECT_NEAR(sum_m2, area_m2, 1e-5 * area_m2);
 }
 
-TEST(TriangulatePolygon, LeavesATriangleAsItIs) {
-  EXPECT_EQ(cut({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), (std::vector<glm::uvec3>{{0, 1, 2}}));
+TEST(TriangulatePolygon, KeepsATriangle) {
+  EXPECT_EQ(triangulated({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), (std::vector<glm::uvec3>{{0, 1, 2}}));
 }
 
-TEST(TriangulatePolygon, MakesNothingOfPointsAndLines) {
-  EXPECT_TRUE(cut({}).empty());
-  EXPECT_TRUE(cut({{0, 0, 0}}).empty());
-  EXPECT_TRUE(cut({{0, 0, 0}, {1, 0, 0}}).empty());
+TEST(TriangulatePolygon, IgnoresPointsAndLines) {
+  EXPECT_TRUE(triangulated({}).empty());
+  EXPECT_TRUE(triangulated({{0, 0, 0}}).empty());
+  EXPECT_TRUE(triangulated({{0, 0, 0}, {1, 0, 0}}).empty());
 }
 
 TEST(TriangulatePolygon, FollowsAConcaveOutline) {
   const std::vector<glm::vec3> arrow{{0, 0, 0}, {4, -2, 0}, {1, 0, 0}, {4, 2, 0}};
   expect_tiled(arrow, {0, 0, 1}, 2.0);
-  // The same from behind and in the other planes.
+  // The same reversed and in the other planes.
   std::vector<glm::vec3> turned = arrow;
   std::reverse(turned.begin(), turned.end());
   expect_tiled(turned, {0, 0, -1}, 2.0);
@@ -84,12 +84,12 @@ TEST(TriangulatePolygon, TilesRandomStars) {
   }
 }
 
-TEST(TriangulatePolygon, EndsOnPolygonsThatAreNone) {
-  EXPECT_EQ(cut({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}).size(), 2u);
-  EXPECT_EQ(cut({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}, {4, 4, 4}}).size(), 3u);
-  EXPECT_EQ(cut({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).size(), 2u);
+TEST(TriangulatePolygon, TerminatesForInvalidPolygons) {
+  EXPECT_EQ(triangulated({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}).size(), 2u);
+  EXPECT_EQ(triangulated({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}, {4, 4, 4}}).size(), 3u);
+  EXPECT_EQ(triangulated({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).size(), 2u);
   const float nan = std::nanf("");
-  EXPECT_EQ(cut({{0, 0, 0}, {nan, 1, 0}, {1, 0, nan}, {0, 1, 0}}).size(), 2u);
+  EXPECT_EQ(triangulated({{0, 0, 0}, {nan, 1, 0}, {1, 0, nan}, {0, 1, 0}}).size(), 2u);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@
 namespace rtstdb {
 namespace {
 
-TEST(ResultDeathTest, TheValueOfAnErrorEndsWithTheErrorsSentence) {
+TEST(ResultDeathTest, TheValueOfAnErrorAbortsWithItsMessage) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_DEATH(static_cast<void>(load_mesh("/nope.obj").value()),
                "rtstdb was misused: Result::value: .* file: mesh file '/nope.obj' does not exist");
@@ -36,25 +36,15 @@ TEST(ResultDeathTest, TheErrorOfASuccessIsMisuse) {
   EXPECT_DEATH(static_cast<void>(good.error()), "Result::error: the result holds no error");
 }
 
-TEST(Result, HoldsWhatItWasGiven) {
-  Result<TriangleMesh> good(make_box({1.0, 1.0, 1.0}));
-  EXPECT_EQ(good.value().triangles.size(), 12u);
-  EXPECT_EQ(std::move(good).value().triangles.size(), 12u);
-  const Result<void> bad(Error{ErrorCode::capacity, "full"});
-  EXPECT_EQ(bad.error().message, "full");
-  validate(make_box({1.0, 1.0, 1.0})).value();
-}
-
-/// Of the public headers.
-std::string header(const std::filesystem::path& file) {
+std::string content_of(const std::filesystem::path& file) {
   std::ifstream stream(file);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-TEST(Enumerators, EachPublicOneHasAName) {
+TEST(Enumerators, InPublicHeadersHaveNames) {
   std::string all;
   for (const auto& file : std::filesystem::directory_iterator(HIL_SOURCE_DIR "/rtstdb/include/rtstdb"))
-    all += header(file.path());
+    all += content_of(file.path());
   const std::regex declared("enum class ([A-Za-z]+)");
   std::size_t found = 0;
   for (std::sregex_iterator it(all.begin(), all.end(), declared), end; it != end; ++it, ++found) {
@@ -64,7 +54,7 @@ TEST(Enumerators, EachPublicOneHasAName) {
   EXPECT_GT(found, 20u);
 }
 
-TEST(Enumerators, AreCalledAsInTheHeaders) {
+TEST(Enumerators, HaveTheNamesOfTheHeaders) {
   EXPECT_STREQ(to_string(ErrorCode::out_of_memory), "out_of_memory");
   EXPECT_STREQ(to_string(LatePolicy::last_good), "last_good");
   EXPECT_STREQ(to_string(RayMode::first), "first");

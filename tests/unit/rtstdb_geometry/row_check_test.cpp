@@ -27,7 +27,7 @@ void expect_refused(const EntityRow& row, BadInputReason reason) {
   EXPECT_EQ(bad->reason, reason);
 }
 
-TEST(CheckRow, AcceptsGoodRowsUpToTheLimitsThemselves) {
+TEST(CheckRow, AcceptsRowsUpToTheLimits) {
   EntityRow row = good_row();
   EXPECT_FALSE(check_row(row));
   row.motion.p_world_m = {max_coordinate_m, -max_coordinate_m, max_coordinate_m};
@@ -62,7 +62,7 @@ TEST(CheckRow, RefusesEachComponentThatIsNotFinite) {
   }
 }
 
-TEST(CheckRow, HandsBackTheValues) {
+TEST(CheckRow, ReturnsTheValues) {
   EntityRow row = good_row();
   row.motion.p_world_m = {1.0, nan, -7.0};
   auto bad = check_row(row);
@@ -82,7 +82,7 @@ TEST(CheckRow, HandsBackTheValues) {
   EXPECT_EQ(bad->values[3], infinity);
 }
 
-TEST(CheckRow, RefusesQuaternionsWithoutDirection) {
+TEST(CheckRow, RefusesZeroQuaternions) {
   EntityRow row = good_row();
   row.motion.q_world = {0.0, 0.0, 0.0, 0.0};
   expect_refused(row, BadInputReason::zero_quaternion);
@@ -90,8 +90,14 @@ TEST(CheckRow, RefusesQuaternionsWithoutDirection) {
   expect_refused(row, BadInputReason::zero_quaternion);
 }
 
-TEST(CheckRow, RefusesWhatIsJustBeyondALimit) {
+TEST(CheckRow, RefusesValuesJustBeyondALimit) {
   const auto beyond = [](double limit) { return std::nextafter(limit, infinity); };
+  for (const double scale : {beyond(max_scale), std::nextafter(min_scale, 0.0), 0.0, -1.0}) {
+    SCOPED_TRACE(scale);
+    EntityRow row = good_row();
+    row.scale.y = scale;
+    expect_refused(row, BadInputReason::out_of_limits);
+  }
   EntityRow row = good_row();
   row.motion.p_world_m.z = -beyond(max_coordinate_m);
   expect_refused(row, BadInputReason::out_of_limits);
@@ -101,18 +107,9 @@ TEST(CheckRow, RefusesWhatIsJustBeyondALimit) {
   row = good_row();
   row.motion.w_world_radps.y = -beyond(max_angular_rate_radps);
   expect_refused(row, BadInputReason::out_of_limits);
-  row = good_row();
-  row.scale.y = beyond(max_scale);
-  expect_refused(row, BadInputReason::out_of_limits);
-  row.scale.y = std::nextafter(min_scale, 0.0);
-  expect_refused(row, BadInputReason::out_of_limits);
-  row.scale.y = 0.0;
-  expect_refused(row, BadInputReason::out_of_limits);
-  row.scale.y = -1.0;
-  expect_refused(row, BadInputReason::out_of_limits);
 }
 
-TEST(CheckRow, MeasuresSpeedAsAWhole) {
+TEST(CheckRow, LimitsTheLengthOfVelocities) {
   EntityRow row = good_row();
   row.motion.v_world_mps = glm::dvec3(0.6 * max_speed_mps);
   expect_refused(row, BadInputReason::out_of_limits);
@@ -123,13 +120,13 @@ TEST(CheckRow, MeasuresSpeedAsAWhole) {
   expect_refused(row, BadInputReason::out_of_limits);
 }
 
-TEST(CheckRow, TakesARowWithoutGeometry) {
+TEST(CheckRow, AcceptsARowWithoutGeometry) {
   EntityRow row = good_row();
   row.geometry = {};
-  EXPECT_FALSE(check_row(row)) << "a row without geometry is invisible, but may carry";
+  EXPECT_FALSE(check_row(row)) << "such an entity is not hit, but may be a carrier";
 }
 
-TEST(Normalised, HasUnitLengthWhateverTheMagnitude) {
+TEST(Normalised, HasUnitLengthForEachMagnitude) {
   for (const double magnitude : {3e-308, 1e-200, 1e-20, 0.5, 1.0, 7.0, 1e20, 1e200, 1.7e308}) {
     EntityRow row = good_row();
     row.motion.q_world = glm::dquat(0.5, -0.5, 0.5, 1.0) * magnitude;
@@ -142,7 +139,7 @@ TEST(Normalised, HasUnitLengthWhateverTheMagnitude) {
   }
 }
 
-TEST(Normalised, TouchesNothingElse) {
+TEST(Normalised, ChangesNothingElse) {
   EntityRow row = good_row();
   row.motion.q_world = {2.0, 0.0, 0.0, 0.0};
   row.motion.v_world_mps = {1.0, 2.0, 3.0};

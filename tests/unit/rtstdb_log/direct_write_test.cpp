@@ -1,5 +1,5 @@
-// Which writes use direct I/O, and that all of them arrive. The test replaces pwrite: it sees each call and
-// can refuse direct I/O, as some file systems do.
+// Which writes use direct I/O, and that all of them arrive. The test replaces pwrite, to count the calls and
+// to refuse direct I/O as some file systems do.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -8,20 +8,18 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <random>
 
 #include "rtstdb/log/page_buffer.hpp"
 #include "rtstdb/log/posix_disk.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace {
 
-struct Seen {
+struct WriteCounts {
   int direct = 0, cached = 0;
 };
-thread_local Seen seen;
+thread_local WriteCounts writes;
 thread_local bool refuse_direct = false;
 
 }  // namespace
@@ -32,7 +30,7 @@ extern "C" ssize_t pwrite(int descriptor, const void* bytes, std::size_t count, 
     errno = EINVAL;
     return -1;
   }
-  ++(direct ? seen.direct : seen.cached);
+  ++(direct ? writes.direct : writes.cached);
   return ::syscall(SYS_pwrite64, descriptor, bytes, count, offset);
 }
 
@@ -44,24 +42,19 @@ constexpr std::size_t sector = 512;
 class DirectWrite : public testing::Test {
  protected:
   DirectWrite() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "direct_write.XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-    disk_ = std::move(open_directory(path_).value());
+    disk_ = std::move(open_directory(folder_.path()).value());
     file_ = std::move(disk_->create("a").value());
     std::mt19937_64 random(1);
     for (std::byte& byte : memory_.bytes())
       byte = static_cast<std::byte>(random());
-    seen = {};
+    writes = {};
     refuse_direct = false;
   }
-  ~DirectWrite() override {
-    refuse_direct = false;
-    std::filesystem::remove_all(path_);
-  }
+  ~DirectWrite() override { refuse_direct = false; }
 
   /// Determined by a trial: whether single sectors, not only whole pages, can use direct I/O.
   int possible() const {
-    const int probe = ::open((path_ / "probe").c_str(), O_WRONLY | O_CREAT | O_DIRECT | O_CLOEXEC, 0600);
+    const int probe = ::open((folder_ / "probe").c_str(), O_WRONLY | O_CREAT | O_DIRECT | O_CLOEXEC, 0600);
     if (probe < 0) return 0;
     const auto written = ::syscall(SYS_pwrite64, probe, memory_.bytes().data(), sector, sector);
     ::close(probe);
@@ -73,15 +66,14 @@ class DirectWrite : public testing::Test {
     if (expected_.size() < offset + count) expected_.resize(offset + count);
     std::memcpy(expected_.data() + offset, bytes.data(), count);
   }
-  void expect_all_there() {
+  void expect_complete() {
     ASSERT_FALSE(file_->sync());
-    std::ifstream stream(path_ / "a", std::ios::binary);
-    const std::string there{std::istreambuf_iterator<char>(stream), {}};
-    ASSERT_EQ(there.size(), expected_.size());
-    EXPECT_EQ(std::memcmp(there.data(), expected_.data(), there.size()), 0);
+    const std::string written = hil::tests::content_of(folder_ / "a");
+    ASSERT_EQ(written.size(), expected_.size());
+    EXPECT_EQ(std::memcmp(written.data(), expected_.data(), written.size()), 0);
   }
 
-  std::filesystem::path path_;
+  hil::tests::TemporaryFolder folder_;
   std::unique_ptr<Disk> disk_;
   std::unique_ptr<DiskFile> file_;
   PageBuffer memory_{1 << 20};
@@ -92,9 +84,9 @@ TEST_F(DirectWrite, WholeSectorsUseDirectIoIfPossible) {
   write(sector, 0, 8 * sector);
   write(9 * sector, 0, sector);
   write(10 * sector, 0, memory_.bytes().size());
-  EXPECT_EQ(seen.direct, 3 * possible());
-  EXPECT_EQ(seen.cached, 3 - 3 * possible());
-  expect_all_there();
+  EXPECT_EQ(writes.direct, 3 * possible());
+  EXPECT_EQ(writes.cached, 3 - 3 * possible());
+  expect_complete();
 }
 
 TEST_F(DirectWrite, OtherWritesUseTheCache) {
@@ -102,9 +94,9 @@ TEST_F(DirectWrite, OtherWritesUseTheCache) {
   write(2 * sector, 0, 700);      // not whole sectors
   write(8 * sector + 8, 0, 512);  // unaligned offset
   write(16 * sector, 1, sector);  // unaligned memory
-  EXPECT_EQ(seen.direct, 0);
-  EXPECT_EQ(seen.cached, 4);
-  expect_all_there();
+  EXPECT_EQ(writes.direct, 0);
+  EXPECT_EQ(writes.cached, 4);
+  expect_complete();
 }
 
 TEST_F(DirectWrite, DirectAndCachedWritesMix) {
@@ -115,9 +107,9 @@ TEST_F(DirectWrite, DirectAndCachedWritesMix) {
     const std::size_t count = whole ? (1 + random() % 16) * sector : 1 + random() % 5000;
     write(offset, random() % 128 * 4096, count);
   }
-  EXPECT_GT(seen.cached, 100);
-  EXPECT_GE(seen.direct, 100 * possible());
-  expect_all_there();
+  EXPECT_GT(writes.cached, 100);
+  EXPECT_GE(writes.direct, 100 * possible());
+  expect_complete();
 }
 
 TEST_F(DirectWrite, RefusedDirectIoIsNotRetried) {
@@ -125,9 +117,9 @@ TEST_F(DirectWrite, RefusedDirectIoIsNotRetried) {
   write(0, 0, 4 * sector);
   refuse_direct = false;
   write(4 * sector, 0, 4 * sector);
-  EXPECT_EQ(seen.direct, 0);
-  EXPECT_EQ(seen.cached, 2);
-  expect_all_there();
+  EXPECT_EQ(writes.direct, 0);
+  EXPECT_EQ(writes.cached, 2);
+  expect_complete();
 }
 
 TEST(PageBuffer, IsPageAlignedAndZero) {

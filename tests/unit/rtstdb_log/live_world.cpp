@@ -5,23 +5,13 @@
 
 #include "rtstdb/log/geometry_file.hpp"
 #include "rtstdb/store/motion_words.hpp"
+#include "tests/support/simulation/same_state.hpp"
 
 namespace rtstdb::log::test {
-namespace {
-
-bool same(const EntityState& a, const EntityState& b) {
-  const Motion& m = a.row.motion;
-  const Motion& n = b.row.motion;
-  return a.id == b.id && a.written_by == b.written_by && a.row.geometry == b.row.geometry &&
-         a.row.scale == b.row.scale && a.row.mask == b.row.mask && a.row.material == b.row.material &&
-         store::words_of(m) == store::words_of(n);
-}
-
-}  // namespace
 
 bool operator==(const Image& a, const Image& b) {
   const auto same_rows = [](const auto& x, const auto& y) {
-    return x.first == y.first && same(x.second, y.second);
+    return x.first == y.first && hil::test::same_state(x.second, y.second);
   };
   return a.latest.version == b.latest.version && a.latest.time == b.latest.time &&
          std::equal(a.rows.begin(), a.rows.end(), b.rows.begin(), b.rows.end(), same_rows) &&
@@ -41,7 +31,7 @@ Image image_of(const World& world) {
   return image;
 }
 
-std::string in_lines(const World& world) {
+std::string text_of(const World& world) {
   std::string text;
   char line[1024];
   const auto add = [&](int count) { text.append(line, static_cast<std::size_t>(count)); };
@@ -89,12 +79,19 @@ std::string in_lines(const World& world) {
 
 void History::forget_after(Version version) {
   images.erase(images.upper_bound(version), images.end());
-  standing.erase(standing.upper_bound(version), standing.end());
+  valid.erase(valid.upper_bound(version), valid.end());
 }
 
 Version History::newest_valid(Version up_to) const {
-  const auto after = standing.upper_bound(up_to);
-  return after == standing.begin() ? 0 : *std::prev(after);
+  const auto after = valid.upper_bound(up_to);
+  return after == valid.begin() ? 0 : *std::prev(after);
+}
+
+Version History::newest_at(WorldTime time) const {
+  Version newest = 0;
+  for (const Version version : valid)
+    if (images.at(version).latest.time <= time) newest = version;
+  return newest;
 }
 
 LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_bytes)
@@ -170,16 +167,16 @@ store::WriteSet LiveWorld::random_set() {
   using store::WriteKind;
   const auto latest_ns = std::max<std::int64_t>(store_.latest().time.time_since_epoch().count(), 0);
   store::WriteSet set{0, world_time_ns(latest_ns + below(3)), {}};
-  std::map<std::uint32_t, EntityId> living;
+  std::map<std::uint32_t, EntityId> existing;
   for (std::uint32_t index = 0; index < store_.latest_snapshot().index_limit(); ++index)
-    if (const EntityState* state = store_.latest_snapshot().row(index)) living[index] = state->id;
-  std::size_t count = living.size();
+    if (const EntityState* state = store_.latest_snapshot().row(index)) existing[index] = state->id;
+  std::size_t count = existing.size();
   for (std::uint32_t k = 1 + below(3); k > 0; --k) {
-    const auto victim = living.empty()
-                            ? living.end()
-                            : std::next(living.begin(), below(static_cast<std::uint32_t>(living.size())));
+    const auto victim = existing.empty()
+                            ? existing.end()
+                            : std::next(existing.begin(), below(static_cast<std::uint32_t>(existing.size())));
     const std::uint32_t kind = below(8);
-    if (victim == living.end() || kind < 2) {
+    if (victim == existing.end() || kind < 2) {
       if (count == live_entities) continue;
       set.writes.push_back({WriteKind::create, {EntityId{}, random_row(), 0}});
       ++count;
@@ -193,7 +190,7 @@ store::WriteSet LiveWorld::random_set() {
       }
     } else {
       set.writes.push_back({WriteKind::remove, {victim->second, {}, 0}});
-      living.erase(victim);
+      existing.erase(victim);
       --count;
     }
   }
@@ -206,7 +203,7 @@ store::WriteSet LiveWorld::random_set() {
       position = {static_cast<float>(below(100)), 1.5f, -2.0f};
     set.shapes.push_back({{geometry}, positions, positions, shape});
   }
-  if (set.empty()) set.writes.push_back({WriteKind::update, {living.begin()->second, random_row(), 0}});
+  if (set.empty()) set.writes.push_back({WriteKind::update, {existing.begin()->second, random_row(), 0}});
   for (store::Write& write : set.writes)
     if (below(3) == 0) write.state.row.motion.valid_from = set.time;
   return set;
@@ -251,7 +248,7 @@ void LiveWorld::commit(store::WriteSet set) {
       generations_[write.state.id.index] = write.state.id.generation;
   next_version_ = set.version + 1;
   history_.images[set.version] = image();
-  history_.standing.insert(set.version);
+  history_.valid.insert(set.version);
   record(set, true);
 }
 
@@ -259,7 +256,7 @@ void LiveWorld::commit_and_discard(const std::function<void()>& between) {
   store::WriteSet set = random_set();
   const auto fault = store_.stage(set);
   RTSTDB_ASSERT(!fault);
-  if (!recorder_.room_for(set)) {
+  if (!recorder_.has_space_for(set)) {
     store_.discard();
     next_version_ = set.version + 1;
     return;

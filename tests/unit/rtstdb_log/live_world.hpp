@@ -17,6 +17,7 @@
 #include "rtstdb/log/recovery.hpp"
 #include "rtstdb/log/ring.hpp"
 #include "rtstdb/log/world_source.hpp"
+#include "rtstdb/log/writer.hpp"
 #include "rtstdb/store/store.hpp"
 
 namespace rtstdb::log::test {
@@ -31,17 +32,19 @@ struct Image {
 bool operator==(const Image& a, const Image& b);
 Image image_of(const World& world);
 /// The state of a version as text lines, for comparison with the verifier in Python.
-std::string in_lines(const World& world);
+std::string text_of(const World& world);
 
 inline constexpr std::uint32_t live_entities = 12;
 
 /// The states that existed; survives simulated crashes.
 struct History {
   std::map<Version, Image> images;
-  std::set<Version> standing;  ///< published and not discarded
+  std::set<Version> valid;  ///< published and not discarded
   void forget_after(Version version);
-  /// The newest published version up to a version.
+  /// The newest valid version up to a version.
   Version newest_valid(Version up_to) const;
+  /// The newest valid version whose time is not after `time`.
+  Version newest_at(WorldTime time) const;
 };
 
 class LiveWorld final : public WorldSource {
@@ -101,5 +104,11 @@ class LiveWorld final : public WorldSource {
 
   Image checkpoint_;
 };
+
+/// Executes the writer's steps until nothing is left to do.
+inline void write_all(Writer& writer) {
+  while (writer.step(0).worked) {
+  }
+}
 
 }  // namespace rtstdb::log::test

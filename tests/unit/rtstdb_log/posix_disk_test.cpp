@@ -11,23 +11,19 @@
 #include <filesystem>
 
 #include "rtstdb/log/directory.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb::log::test {
 namespace {
 
 class PosixDiskTest : public testing::Test {
  protected:
-  PosixDiskTest()
-      : path_(std::filesystem::temp_directory_path() / ("posix_disk." + std::to_string(::getpid()))) {
-    std::filesystem::remove_all(path_);
-  }
-  ~PosixDiskTest() override { std::filesystem::remove_all(path_); }
-
   static std::vector<std::byte> bytes(std::size_t count, int value) {
     return std::vector<std::byte>(count, static_cast<std::byte>(value));
   }
 
-  std::filesystem::path path_;
+  hil::tests::TemporaryFolder folder_;
+  const std::filesystem::path path_ = folder_ / "log";  ///< open_directory creates it
 };
 
 TEST_F(PosixDiskTest, WritesReadsAndRenames) {
@@ -56,27 +52,27 @@ TEST_F(PosixDiskTest, WritesReadsAndRenames) {
   EXPECT_TRUE(disk.list().value().empty());
 }
 
-/// In a program that does not handle SIGXFSZ: both calls fail, and the program survives. The signal of the
-/// program's own files is unaffected.
+/// In a program that does not handle SIGXFSZ, both calls fail and the program survives. For files of the
+/// program itself the signal still ends it.
 TEST_F(PosixDiskTest, FileBeyondTheSizeLimitIsRefused) {
   const auto outcome = [this] {
     std::signal(SIGXFSZ, SIG_DFL);
-    const rlimit most{.rlim_cur = 8192, .rlim_max = RLIM_INFINITY};
-    ::setrlimit(RLIMIT_FSIZE, &most);
+    const rlimit limit{.rlim_cur = 8192, .rlim_max = RLIM_INFINITY};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
     auto file = open_directory(path_).value()->create("a");
     const DiskFault allocated = file.value()->preallocate(16384);
     const DiskFault written = file.value()->write(16384, bytes(512, 7));
     const bool refused = allocated && allocated->number == EFBIG && written && written->number == EFBIG;
-    const bool the_rest_is_written = !file.value()->write(0, bytes(4096, 7));
-    sigset_t waiting;
-    sigpending(&waiting);
-    std::exit(refused && the_rest_is_written && sigismember(&waiting, SIGXFSZ) == 0 ? 0 : 1);
+    const bool smaller_is_written = !file.value()->write(0, bytes(4096, 7));
+    sigset_t pending;
+    sigpending(&pending);
+    std::exit(refused && smaller_is_written && sigismember(&pending, SIGXFSZ) == 0 ? 0 : 1);
   };
   EXPECT_EXIT(outcome(), testing::ExitedWithCode(0), "");
   const auto of_the_program = [this] {
     std::signal(SIGXFSZ, SIG_DFL);
-    const rlimit most{.rlim_cur = 8192, .rlim_max = RLIM_INFINITY};
-    ::setrlimit(RLIMIT_FSIZE, &most);
+    const rlimit limit{.rlim_cur = 8192, .rlim_max = RLIM_INFINITY};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
     auto file = open_directory(path_).value()->create("b");
     static_cast<void>(file.value()->preallocate(16384));
     static_cast<void>(::truncate((path_ / "b").c_str(), 16384));
@@ -110,10 +106,10 @@ TEST_F(PosixDiskTest, SyncOfADeletedFileFails) {
   EXPECT_FALSE(file.value()->write(0, bytes(50, 7)));
   EXPECT_FALSE(file.value()->sync());
   ASSERT_TRUE(std::filesystem::remove(path_ / "a"));
-  EXPECT_FALSE(file.value()->write(50, bytes(50, 7))) << "nothing else tells";
-  const DiskFault gone = file.value()->sync();
-  ASSERT_TRUE(gone);
-  EXPECT_EQ(gone->describe(), "sync of a: No such file or directory");
+  EXPECT_FALSE(file.value()->write(50, bytes(50, 7))) << "only the sync detects it";
+  const DiskFault removed = file.value()->sync();
+  ASSERT_TRUE(removed);
+  EXPECT_EQ(removed->describe(), "sync of a: No such file or directory");
 }
 
 TEST_F(PosixDiskTest, LockIsExclusive) {

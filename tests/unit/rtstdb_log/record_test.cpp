@@ -80,7 +80,7 @@ void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
     ASSERT_EQ(a.shapes[k].geometry, b.shapes[k].geometry);
     ASSERT_TRUE(std::ranges::equal(a.shapes[k].positions_m, b.shapes[k].positions_m));
     ASSERT_EQ(b.shapes[k].given, b.shapes[k].positions_m.size());
-    ASSERT_EQ(b.shapes[k].room, b.shapes[k].positions_m.size());
+    ASSERT_EQ(b.shapes[k].space, b.shapes[k].positions_m.size());
   }
 }
 
@@ -126,8 +126,8 @@ TEST(LogRecord, MoveWithWorldTimeTakes32Bytes) {
   also_later.writes[0].unchanged &= ~valid_from_word;
   EXPECT_EQ(bytes_of(also_later, world_time_ns(4)).size(), 48u);
   also_later.writes[0].state.row.motion.valid_from = now;
-  EXPECT_EQ(bytes_of(also_later, world_time_ns(4)).size(), 40u) << "told by the world time";
-  EXPECT_EQ(commit_record_encoding(also_later).bytes, 56u) << "there, too";
+  EXPECT_EQ(bytes_of(also_later, world_time_ns(4)).size(), 40u) << "the world time replaces the word";
+  EXPECT_EQ(commit_record_encoding(also_later).bytes, 56u) << "in a commit record too";
 }
 
 TEST(LogRecord, LargeVersionIsEncodedAsCommit) {
@@ -152,10 +152,10 @@ TEST(LogRecord, MoveWithoutWorldTimeIsRefused) {
   encode_gap(7, 8, gap);
   const std::pair<Bytes, bool> between[] = {
       {bytes_of(geometry_named("a name")), true}, {discarded, false}, {gap, false}};
-  for (const auto& [record, told] : between) {
+  for (const auto& [record, keeps_time] : between) {
     ASSERT_EQ(decoder.decode(bytes_of(move(8, now))), nullptr);
     ASSERT_EQ(decoder.decode(record), nullptr);
-    EXPECT_EQ(decoder.decode(without_time) == nullptr, told) << "behind kind " << int(kind_of(record));
+    EXPECT_EQ(decoder.decode(without_time) == nullptr, keeps_time) << "after kind " << int(kind_of(record));
   }
 }
 
@@ -225,11 +225,11 @@ TEST(LogRecord, InvalidOmittedWordsAreRefused) {
   EXPECT_FALSE(refused(0x2001 | 77u << 16, 12));
   EXPECT_TRUE(refused(0x2001 | 77u << 16, 11)) << "too short";
   EXPECT_TRUE(refused(0x2001 | 77u << 16, 13)) << "too long";
-  EXPECT_FALSE(refused(0x4000, 13)) << "it holds from the world time on";
-  EXPECT_TRUE(refused(0x4000 | 77u << 16, 13)) << "it follows, and leaves out only what the commit tells";
-  EXPECT_TRUE(refused(0x6000 | 77u << 16, 12)) << "the last number for two reasons";
-  EXPECT_TRUE(refused(0x8000, 13)) << "a word that no motion has";
-  EXPECT_TRUE(refused(77u << 16, 14)) << "it follows, and leaves nothing out";
+  EXPECT_FALSE(refused(0x4000, 13)) << "valid from the world time";
+  EXPECT_TRUE(refused(0x4000 | 77u << 16, 13)) << "a base version, and only the world time omitted";
+  EXPECT_TRUE(refused(0x6000 | 77u << 16, 12)) << "the last word omitted for two reasons";
+  EXPECT_TRUE(refused(0x8000, 13)) << "a word that motions do not have";
+  EXPECT_TRUE(refused(77u << 16, 14)) << "a base version, and nothing omitted";
 }
 
 TEST(LogRecord, GeometriesRoundTrip) {
@@ -300,7 +300,7 @@ TEST(LogRecord, WrongLengthIsRefused) {
 // A changed record is refused, or encoding it again gives exactly its bytes.
 TEST(LogRecord, AcceptedRecordsEncodeToTheSameBytes) {
   RandomSets random(4);
-  int taken = 0;
+  int accepted = 0;
   for (int round = 0; round < 20'000; ++round) {
     Bytes bytes = round % 10 == 0  ? bytes_of(geometry_named("a name"))
                   : round % 3 == 0 ? bytes_of(random.move())
@@ -312,15 +312,15 @@ TEST(LogRecord, AcceptedRecordsEncodeToTheSameBytes) {
     }
     RecordDecoder decoder;  // without a previous commit
     if (decoder.decode(bytes) != nullptr) continue;
-    ++taken;
+    ++accepted;
     const Record& record = decoder.record();
-    const bool as_commit = kind_of(bytes) == RecordKind::commit;  // a move may be one too
+    const bool as_commit = kind_of(bytes) == RecordKind::commit;  // a move may be a commit record too
     const Bytes again =
         as_commit ? bytes_of(record.commit, commit_record_encoding(record.commit)) : bytes_of(record);
     bytes.resize(decoder.bytes());
     ASSERT_EQ(again, bytes) << "round " << round;
   }
-  EXPECT_GT(taken, 100);
+  EXPECT_GT(accepted, 100);
 }
 
 TEST(LogRecord, InvalidRowsAreRefused) {

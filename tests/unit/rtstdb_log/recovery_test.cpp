@@ -1,5 +1,4 @@
-// Recovery: earlier versions, a salvaged log that is continued, and a store that continues from a recovered
-// world.
+// Recovery of each version, of salvaged logs, and of a store from a recovered world.
 
 #include "rtstdb/log/recovery.hpp"
 
@@ -18,7 +17,7 @@ namespace {
 
 using hil::test::SimulatedDisk;
 
-TEST(LogRecovery, EmptyDirectoryIsAnEmptyWorld) {
+TEST(LogRecovery, OfAnEmptyDirectoryIsAnEmptyWorld) {
   SimulatedDisk disk(1);
   const Recovered recovered = recover(disk).value();
   EXPECT_EQ(recovered.world.latest.version, 0u);
@@ -27,11 +26,10 @@ TEST(LogRecovery, EmptyDirectoryIsAnEmptyWorld) {
 
 TEST(LogRecovery, RecoversEveryVersion) {
   const SampleLog sample = make_sample({.seed = 11, .commits = 60});
-  SimulatedDisk disk(1);
-  disk.set_contents(sample.contents);
+  SimulatedDisk disk(1, sample.contents);
   Image expected = sample.history.images.at(0);
   for (Version version = 0; version <= sample.latest + 1; ++version) {
-    if (sample.history.standing.count(version) != 0) expected = sample.history.images.at(version);
+    if (sample.history.valid.count(version) != 0) expected = sample.history.images.at(version);
     const auto recovered = recover(disk, {.up_to_version = version});
     ASSERT_TRUE(recovered.ok()) << recovered.error().message;
     ASSERT_TRUE(image_of(recovered.value().world) == expected)
@@ -41,14 +39,11 @@ TEST(LogRecovery, RecoversEveryVersion) {
 
 TEST(LogRecovery, RecoversEveryInstant) {
   const SampleLog sample = make_sample({.seed = 12, .commits = 60});
-  SimulatedDisk disk(1);
-  disk.set_contents(sample.contents);
+  SimulatedDisk disk(1, sample.contents);
   const std::int64_t end_ns = sample.history.images.at(sample.latest).latest.time.time_since_epoch().count();
   ASSERT_GT(end_ns, 20);
   for (std::int64_t time_ns = -1; time_ns <= end_ns + 1; ++time_ns) {
-    Version newest = 0;
-    for (const Version version : sample.history.standing)
-      if (sample.history.images.at(version).latest.time <= world_time_ns(time_ns)) newest = version;
+    const Version newest = sample.history.newest_at(world_time_ns(time_ns));
     const auto recovered = recover(disk, {.up_to_time = world_time_ns(time_ns)});
     ASSERT_TRUE(recovered.ok()) << recovered.error().message;
     ASSERT_EQ(recovered.value().world.latest.version, newest) << time_ns;
@@ -61,8 +56,7 @@ TEST(LogRecovery, SalvagedLogContinuesUndamaged) {
   const auto groups = groups_of(sample.contents);
   const GroupPlace& damaged = groups[groups.size() / 2];
   sample.contents[damaged.file][damaged.offset + 100] ^= std::byte{4};
-  SimulatedDisk disk(1);
-  disk.set_contents(sample.contents);
+  SimulatedDisk disk(1, sample.contents);
   ASSERT_FALSE(recover(disk).ok());
   const Recovered salvaged = recover(disk, {.salvage = true}).value();
   const Version version = salvaged.world.latest.version;
@@ -76,8 +70,7 @@ TEST(LogRecovery, SalvagedLogContinuesUndamaged) {
   ASSERT_TRUE(writer.ok());
   for (int k = 0; k < 5; ++k) {
     world.commit();
-    while (writer.value()->step(0).worked) {
-    }
+    write_all(*writer.value());
   }
   EXPECT_EQ(writer.value()->durable(), version + 5);
   disk.crash();
@@ -91,7 +84,8 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
  protected:
   /// A geometry file that checkpoints refer to is missing or damaged.
   SalvagedWithoutAGeometry()
-      : sample(make_sample({.seed = 14, .commits = 40, .closed = false})), whole(sample.contents.at(file)) {
+      : sample(make_sample({.seed = 14, .commits = 40, .closed = false})),
+        undamaged(sample.contents.at(file)) {
     if (GetParam())
       sample.contents.erase(file);
     else
@@ -109,14 +103,13 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
     EXPECT_TRUE(writer.ok());
     for (; writer.ok() && count > 0; --count) {
       world.commit();
-      while (writer.value()->step(0).worked) {
-      }
+      write_all(*writer.value());
     }
     return writer.ok() ? writer.value()->durable() : 0;
   }
-  void put_back() {
+  void restore_file() {
     auto contents = disk.contents();
-    contents[file] = whole;
+    contents[file] = undamaged;
     disk.set_contents(contents);
   }
   void expect_world(const Result<Recovered>& recovered, Version version) {
@@ -127,7 +120,7 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
 
   const std::string file = geometry_name(9);  // the second geometry; the first checkpoint is newer
   SampleLog sample;
-  const std::vector<std::byte> whole;
+  const std::vector<std::byte> undamaged;
   SimulatedDisk disk{1};
 };
 
@@ -152,7 +145,7 @@ TEST_P(SalvagedWithoutAGeometry, ContinuesFromTheWorldBeforeTheGeometry) {
 
 /// The salvaged log has set the checkpoints with the geometry aside: they stay unused, even if the file is
 /// repaired.
-TEST_P(SalvagedWithoutAGeometry, IgnoresOldCheckpointsWhenTheGeometryIsBack) {
+TEST_P(SalvagedWithoutAGeometry, IgnoresOldCheckpointsWhenTheGeometryIsRestored) {
   const auto before = disk.contents();
   for (const int commits : {1, 3, 10, 30, 60, 120}) {
     for (const std::uint64_t checkpoint_every_bytes : {0u, 2000u}) {
@@ -164,7 +157,7 @@ TEST_P(SalvagedWithoutAGeometry, IgnoresOldCheckpointsWhenTheGeometryIsBack) {
       const Version durable = commit(salvaged.value(), commits, checkpoint_every_bytes);
       EXPECT_EQ(durable, salvaged.value().world.latest.version + static_cast<Version>(commits));
       disk.crash();
-      put_back();
+      restore_file();
       expect_world(recover(disk), durable);
       const auto again = recover(disk, {.salvage = true});
       expect_world(again, durable);
@@ -185,7 +178,7 @@ TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItContinues) {
   LiveWorld world(3, sample.history, 1 << 14, salvaged.value());
   EXPECT_FALSE(Writer::start(disk, clock, world.ring(), world, {}, start_after(salvaged.value(), 1)).ok());
   disk.fail_kind(DiskCall::create, 0);
-  put_back();
+  restore_file();
   expect_world(recover(disk), newest);
 }
 
@@ -210,7 +203,7 @@ TEST_P(SalvagedWithoutAGeometry, RestoredCheckpointIsRefused) {
     disk.crash();
     expect_world(recover(disk), durable);
 
-    put_back();
+    restore_file();
     contents = disk.contents();
     contents.insert(checkpoints.begin(), checkpoints.end());
     disk.set_contents(contents);
@@ -227,7 +220,7 @@ TEST_P(SalvagedWithoutAGeometry, RestoredCheckpointIsRefused) {
 }
 
 INSTANTIATE_TEST_SUITE_P(LogRecovery, SalvagedWithoutAGeometry, testing::Bool(),
-                         [](const auto& gone) { return gone.param ? "gone" : "damaged"; });
+                         [](const auto& missing) { return missing.param ? "missing" : "damaged"; });
 
 /// With salvage too: a read error may be temporary.
 TEST(LogRecovery, ReadErrorIsNoDamage) {
@@ -236,8 +229,7 @@ TEST(LogRecovery, ReadErrorIsNoDamage) {
         make_sample({.seed = 14, .commits = 40, .closed = false, .checkpoints = checkpoints});
     int refused = 0;
     for (std::uint64_t call = 0;; ++call) {
-      SimulatedDisk disk(1);
-      disk.set_contents(sample.contents);
+      SimulatedDisk disk(1, sample.contents);
       disk.fail_call(call, EIO);
       const auto recovered = recover(disk, {.salvage = true});
       if (disk.calls() <= call) break;
@@ -267,7 +259,7 @@ store::WriteSet one_write(Version version, store::WriteKind kind) {
 class EndWithinRecords : public testing::Test {
  protected:
   /// A writer continues the recovered log; the records of `put` are on disk at the power loss.
-  void live(const RecoveryOptions& options, const std::function<void(Recorder&)>& put) {
+  void write_and_crash(const RecoveryOptions& options, const std::function<void(Recorder&)>& put) {
     Ring ring(2048);
     Recorder recorder(ring);
     const Recovered recovered = recover(disk, options).value();
@@ -275,8 +267,7 @@ class EndWithinRecords : public testing::Test {
         Writer::start(disk, clock, ring, source, {.segment_bytes = 4096}, start_after(recovered, 1));
     ASSERT_TRUE(writer.ok());
     put(recorder);
-    while (writer.value()->step(0).worked) {
-    }
+    write_all(*writer.value());
     disk.crash();
   }
 
@@ -286,30 +277,30 @@ class EndWithinRecords : public testing::Test {
 };
 
 TEST_F(EndWithinRecords, VersionsBeforeAGapAreKeptWithoutACheckpoint) {
-  live({}, [](Recorder& recorder) {
+  write_and_crash({}, [](Recorder& recorder) {
     recorder.record(one_write(1, store::WriteKind::create));
-    store::WriteSet long_one = one_write(2, store::WriteKind::update);
-    long_one.writes.resize(12, long_one.writes[0]);
-    EXPECT_FALSE(recorder.record(long_one));
+    store::WriteSet too_long = one_write(2, store::WriteKind::update);
+    too_long.writes.resize(12, too_long.writes[0]);
+    EXPECT_FALSE(recorder.record(too_long));
     EXPECT_TRUE(recorder.record(one_write(3, store::WriteKind::update)));
   });
-  for (int life = 0; life < 3; ++life) {
+  for (int round = 0; round < 3; ++round) {
     const auto recovered = recover(disk);
     ASSERT_TRUE(recovered.ok()) << recovered.error().message;
-    ASSERT_EQ(recovered.value().world.latest.version, 1u) << "life " << life;
-    ASSERT_NO_FATAL_FAILURE(live({}, [](Recorder&) {}));
+    ASSERT_EQ(recovered.value().world.latest.version, 1u) << "round " << round;
+    ASSERT_NO_FATAL_FAILURE(write_and_crash({}, [](Recorder&) {}));
   }
 }
 
 TEST_F(EndWithinRecords, SalvagedPartOfAGroupIsNotDurableByTheGroups) {
-  live({}, [](Recorder& recorder) {
+  write_and_crash({}, [](Recorder& recorder) {
     recorder.record(one_write(1, store::WriteKind::create));
-    recorder.record(one_write(2, store::WriteKind::create));  // where an entity lives
+    recorder.record(one_write(2, store::WriteKind::create));  // the index is in use
   });
   ASSERT_FALSE(recover(disk).ok());
   ASSERT_EQ(recover(disk, {.salvage = true}).value().world.latest.version, 1u);
-  live({.salvage = true},
-       [](Recorder& recorder) { recorder.record(one_write(2, store::WriteKind::update)); });
+  write_and_crash({.salvage = true},
+                  [](Recorder& recorder) { recorder.record(one_write(2, store::WriteKind::update)); });
   const auto recovered = recover(disk);
   ASSERT_TRUE(recovered.ok()) << recovered.error().message;
   EXPECT_EQ(recovered.value().world.latest.version, 0u);
@@ -326,7 +317,7 @@ store::StoreOptions options() {
           .max_geometries = 8};
 }
 
-/// The ids of the living entities, each with the version that wrote it.
+/// The ids of the entities, each with the version that wrote it.
 std::vector<std::pair<EntityId, Version>> states(const store::Store& store) {
   std::vector<std::pair<EntityId, Version>> all;
   const store::Snapshot snapshot = store.latest_snapshot();
@@ -347,7 +338,7 @@ std::optional<BadInput> commit(store::Store& store, store::WriteSet& set) {
 TEST(LogRecovery, RestoredStoreAssignsTheSameIdsAndVersions) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     std::mt19937_64 random(seed);
-    store::Store lived(options());
+    store::Store original(options());
     World world;
     const auto random_set = [&](const store::Store& store) {
       store::WriteSet set{0, store.latest().version == 0 ? world_time_ns(0) : store.latest().time, {}};
@@ -361,42 +352,42 @@ TEST(LogRecovery, RestoredStoreAssignsTheSameIdsAndVersions) {
       return set;
     };
     for (int k = 0; k < 40; ++k) {
-      store::WriteSet set = random_set(lived);
+      store::WriteSet set = random_set(original);
       if (random() % 5 == 0) {
-        if (!lived.stage(set)) lived.discard();
+        if (!original.stage(set)) original.discard();
         continue;
       }
-      if (commit(lived, set)) continue;
+      if (commit(original, set)) continue;
       ASSERT_EQ(world.apply(set), nullptr);
     }
-    store::WriteSet probe{0, lived.latest().time, {{store::WriteKind::create, {{}, {}, 0}}}};
+    store::WriteSet probe{0, original.latest().time, {{store::WriteKind::create, {{}, {}, 0}}}};
     world.next_version = [&] {
-      if (lived.stage(probe)) return world.next_version;
+      if (original.stage(probe)) return world.next_version;
       const Version next = probe.version;
-      lived.discard();
+      original.discard();
       return next + 1;
     }();
 
     store::Store restored(options());
     restored.restore(world.restored());
-    ASSERT_EQ(restored.latest().version, lived.latest().version);
-    ASSERT_EQ(states(restored), states(lived));
+    ASSERT_EQ(restored.latest().version, original.latest().version);
+    ASSERT_EQ(states(restored), states(original));
     for (int k = 0; k < 40; ++k) {
-      store::WriteSet set = random_set(lived);
+      store::WriteSet set = random_set(original);
       store::WriteSet same = set;
-      const auto fault = commit(lived, set);
+      const auto fault = commit(original, set);
       ASSERT_EQ(commit(restored, same).has_value(), fault.has_value());
       if (fault) continue;
       ASSERT_EQ(same.version, set.version) << "seed " << seed;
       for (std::size_t write = 0; write < set.writes.size(); ++write)
         ASSERT_EQ(same.writes[write].state.id, set.writes[write].state.id) << "seed " << seed;
-      ASSERT_EQ(states(restored), states(lived));
+      ASSERT_EQ(states(restored), states(original));
     }
   }
 }
 
-// Omitted words are those of the row before, and of no other row.
-TEST(LogRecovery, MotionIsCompletedFromTheRowBefore) {
+// Omitted words are taken from the row before.
+TEST(LogRecovery, CompletesMotionsFromTheRowBefore) {
   World world;
   EntityRow row;
   row.motion.v_world_mps = {1.0, -0.0, 3.0};
@@ -410,7 +401,7 @@ TEST(LogRecovery, MotionIsCompletedFromTheRowBefore) {
   set = {70'000, world_time_ns(20), {moves}};
   ASSERT_EQ(world.apply(set), nullptr);
   row.motion.p_world_m.y = 5.0;
-  EXPECT_EQ(store::words_of(set.writes[0].state.row.motion), store::words_of(row.motion)) << "the set, too";
+  EXPECT_EQ(store::words_of(set.writes[0].state.row.motion), store::words_of(row.motion)) << "in the set too";
   EXPECT_EQ(store::words_of(world.rows[0].row.motion), store::words_of(row.motion));
 
   const auto fault_of = [&](store::Write write) {
@@ -419,15 +410,15 @@ TEST(LogRecovery, MotionIsCompletedFromTheRowBefore) {
     EXPECT_EQ(world.latest.version, 70'000u);
     return std::string(fault != nullptr ? fault : "");
   };
-  EXPECT_NE(fault_of(moves).find("another version"), std::string::npos) << "it follows version 1";
+  EXPECT_NE(fault_of(moves).find("another version"), std::string::npos) << "the base is version 1";
   moves.base_version_low = 70'000 & 0xffff;
   moves.unchanged = store::all_motion_words & ~0b1000u;  // leaves an invalid orientation
   EXPECT_NE(fault_of(moves).find("invalid values"), std::string::npos);
   EXPECT_EQ(store::words_of(world.rows[0].row.motion), store::words_of(row.motion)) << "nothing has changed";
 }
 
-// Also if later writes of the same commit change the row again.
-TEST(LogRecovery, EachWriteHasTheRowThatItLeaves) {
+// Even if later writes of the same commit change the row again.
+TEST(LogRecovery, CompletesEachWriteWithItsRow) {
   World world;
   EntityRow row;
   row.material = 5;

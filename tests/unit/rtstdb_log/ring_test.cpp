@@ -16,11 +16,11 @@ namespace {
 
 /// A record of that size whose bytes follow from its number.
 bool put(Ring& ring, std::uint32_t bytes, std::uint32_t number) {
-  const auto room = ring.reserve(bytes);
-  if (room.empty()) return false;
+  const auto space = ring.reserve(bytes);
+  if (space.empty()) return false;
   const RecordHeader header{.kind = RecordKind::commit, .bytes = bytes};
-  std::memset(room.data(), static_cast<int>(number % 251), room.size());
-  std::memcpy(room.data(), &header, sizeof header);
+  std::memset(space.data(), static_cast<int>(number % 251), space.size());
+  std::memcpy(space.data(), &header, sizeof header);
   ring.commit();
   return true;
 }
@@ -51,14 +51,14 @@ TEST(LogRing, BehavesLikeAQueue) {
     std::uint32_t read = 0;
     for (int step = 0; step < 5000; ++step) {
       const auto bytes = static_cast<std::uint32_t>(8 + 8 * (random() % (ring.capacity() / 8)));
-      const bool room = ring.room_for(bytes);
+      const bool space = ring.has_space_for(bytes);
       if (random() % 3 != 0) {
-        ASSERT_EQ(put(ring, bytes, written), room);
-        if (room) {
+        ASSERT_EQ(put(ring, bytes, written), space);
+        if (space) {
           expected.push_back(bytes);
           ++written;
         }
-        ASSERT_TRUE(room || bytes > ring.longest_record() || !expected.empty());
+        ASSERT_TRUE(space || bytes > ring.longest_record() || !expected.empty());
       } else {
         for (const std::uint32_t size : take(ring, read)) {
           ASSERT_FALSE(expected.empty());
@@ -75,7 +75,7 @@ TEST(LogRing, BehavesLikeAQueue) {
   }
 }
 
-TEST(LogRing, ReportsRoomForTwoRecords) {
+TEST(LogRing, ReportsSpaceForTwoRecords) {
   std::mt19937_64 random(7);
   Ring ring(256);
   std::uint32_t read = 0;
@@ -83,7 +83,7 @@ TEST(LogRing, ReportsRoomForTwoRecords) {
   for (int step = 0; step < 5000; ++step) {
     const auto first = static_cast<std::uint32_t>(8 + 8 * (random() % 20));
     const auto second = static_cast<std::uint32_t>(8 + 8 * (random() % 8));
-    if (ring.room_for(first, second)) {
+    if (ring.has_space_for(first, second)) {
       ASSERT_TRUE(put(ring, first, written++));
       ASSERT_TRUE(put(ring, second, written++));
     }

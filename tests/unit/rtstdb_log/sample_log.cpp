@@ -29,28 +29,23 @@ SampleLog make_sample(const SampleOptions& options) {
     if (commit % 7 == 3) world.commit_and_discard();
     world.commit();
     if (commit % 3 != 0) {
-      while (writer.value()->step(0).worked) {
-      }
+      write_all(*writer.value());
     }
   }
-  const auto step_to_the_end = [&] {
-    while (writer.value()->step(0).worked) {
-    }
-  };
-  step_to_the_end();
+  write_all(*writer.value());
   if (options.moves_at_the_end > 0) {
     world.commit();
-    step_to_the_end();
+    write_all(*writer.value());
     writer.value()->checkpoint_soon();
-    step_to_the_end();
+    write_all(*writer.value());
   }
   for (int move = 0; move < options.moves_at_the_end; ++move)
     world.commit_move();
-  step_to_the_end();
+  write_all(*writer.value());
   if (options.closed) RTSTDB_ASSERT(writer.value()->close(0).ok());
   sample.contents = disk.contents();
   sample.latest = world.latest();
-  sample.latest_in_lines = in_lines(recover(disk).value().world);
+  sample.latest_as_text = text_of(recover(disk).value().world);
   return sample;
 }
 
@@ -62,8 +57,7 @@ void remove_before(const Recovered& recovered, Contents& contents) {
 }
 
 std::vector<GroupPlace> groups_of(const Contents& contents) {
-  hil::test::SimulatedDisk disk(1);
-  disk.set_contents(contents);
+  hil::test::SimulatedDisk disk(1, contents);
   const Listing listing = list_log(disk).value();
   const SegmentChain chain = find_chain(disk, listing.segments, 0, {}).value();
   std::vector<GroupPlace> groups;

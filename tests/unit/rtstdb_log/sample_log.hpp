@@ -27,7 +27,7 @@ struct SampleLog {
   Contents contents;
   History history;
   Version latest = 0;
-  std::string latest_in_lines;
+  std::string latest_as_text;
 };
 
 SampleLog make_sample(const SampleOptions& options);

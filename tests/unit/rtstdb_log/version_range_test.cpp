@@ -1,5 +1,4 @@
-// Ranges of a log: every version in every range is as it was, and versions that the log does not hold are
-// refused.
+// Ranges of a log: every version in a range is as it was committed, and missing versions are refused.
 
 #include "rtstdb/log/version_range.hpp"
 
@@ -57,18 +56,17 @@ void expect_same(store::Store& store, Version version, const Image& image) {
 
 TEST(LogVersionRange, EveryVersionOfEveryRangeIsCorrect) {
   const SampleLog sample = make_sample({.seed = 21, .commits = 45});
-  SimulatedDisk disk(1);
-  disk.set_contents(sample.contents);
-  const auto& standing = sample.history.standing;
-  ASSERT_GT(standing.size(), 40u);
+  SimulatedDisk disk(1, sample.contents);
+  const auto& valid = sample.history.valid;
+  ASSERT_GT(valid.size(), 40u);
   std::size_t with_shapes = 0;
-  for (auto from = standing.begin(); from != standing.end(); std::advance(from, 3)) {
-    for (auto to = from; to != standing.end(); std::advance(to, 4)) {
+  for (auto from = valid.begin(); from != valid.end(); std::advance(from, 3)) {
+    for (auto to = from; to != valid.end(); std::advance(to, 4)) {
       auto range = read_version_range(disk, ReadAt::pinned(*from), ReadAt::pinned(*to), false);
       ASSERT_TRUE(range.ok()) << range.error().message;
       ASSERT_TRUE(image_of(range.value().begin) == sample.history.images.at(*from));
       const auto behind = std::next(to);
-      if (behind == standing.end()) {
+      if (behind == valid.end()) {
         EXPECT_FALSE(range.value().ends.has_value());
       } else {
         EXPECT_EQ(range.value().ends, sample.history.images.at(*behind).latest.time);
@@ -81,35 +79,28 @@ TEST(LogVersionRange, EveryVersionOfEveryRangeIsCorrect) {
         expect_same(*store, *version, image);
         if (HasFatalFailure()) return;
       }
-      if (std::distance(to, standing.end()) <= 4) break;
+      if (std::distance(to, valid.end()) <= 4) break;
     }
-    if (std::distance(from, standing.end()) <= 3) break;
+    if (std::distance(from, valid.end()) <= 3) break;
   }
   EXPECT_GT(with_shapes, 100u);
 }
 
 TEST(LogVersionRange, TimesSelectTheVersionsThatCoverThem) {
   const SampleLog sample = make_sample({.seed = 22, .commits = 40});
-  SimulatedDisk disk(1);
-  disk.set_contents(sample.contents);
-  const auto newest_at = [&](WorldTime time) {
-    Version newest = 0;
-    for (const Version version : sample.history.standing)
-      if (sample.history.images.at(version).latest.time <= time) newest = version;
-    return newest;
-  };
+  SimulatedDisk disk(1, sample.contents);
   const WorldTime end = sample.history.images.at(sample.latest).latest.time;
   for (WorldTime from = world_time_ns(0); from <= end; from += Nanoseconds(7)) {
     const WorldTime to = std::min(from + Nanoseconds(31), end);
     auto range = read_version_range(disk, ReadAt::as_of(from), ReadAt::as_of(to), false);
     ASSERT_TRUE(range.ok()) << range.error().message;
-    EXPECT_EQ(range.value().begin.latest.version, newest_at(from));
-    EXPECT_EQ(range.value().last().version, newest_at(to));
+    EXPECT_EQ(range.value().begin.latest.version, sample.history.newest_at(from));
+    EXPECT_EQ(range.value().last().version, sample.history.newest_at(to));
     const auto store = store_of(range.value());
     for (WorldTime time = from; time <= to; time += Nanoseconds(1)) {
       const auto read = store->read(ReadAt::as_of(time));
       ASSERT_NE(std::get_if<store::Snapshot>(&read), nullptr);
-      EXPECT_EQ(std::get_if<store::Snapshot>(&read)->version(), newest_at(time));
+      EXPECT_EQ(std::get_if<store::Snapshot>(&read)->version(), sample.history.newest_at(time));
     }
     if (const auto ends = range.value().ends) {
       const auto beyond = store->read(ReadAt::as_of(*ends));
@@ -122,24 +113,24 @@ TEST(LogVersionRange, TimesSelectTheVersionsThatCoverThem) {
 
 TEST(LogVersionRange, MissingVersionsAreRefusedWithTheExtent) {
   const SampleLog sample = make_sample({.seed = 23, .commits = 30});
-  SimulatedDisk disk(1);
-  disk.set_contents(sample.contents);
-  const auto why = [&](const ReadAt& from, const ReadAt& to) {
+  SimulatedDisk disk(1, sample.contents);
+  const auto refusal = [&](const ReadAt& from, const ReadAt& to) {
     const auto range = read_version_range(disk, from, to, false);
     return range ? std::string() : range.error().message;
   };
   const std::string has =
       "; the log has version 0, the empty world, to version " + std::to_string(sample.latest) + " of";
   const Version later = sample.latest + 3;
-  const std::string not_there = "version " + std::to_string(later) + " is not in the log" + has;
-  EXPECT_EQ(why(ReadAt::pinned(later), ReadAt::latest()).substr(0, not_there.size()), not_there);
-  EXPECT_EQ(why(ReadAt::pinned(1), ReadAt::pinned(later)).substr(0, not_there.size()), not_there);
+  const std::string missing = "version " + std::to_string(later) + " is not in the log" + has;
+  EXPECT_EQ(refusal(ReadAt::pinned(later), ReadAt::latest()).substr(0, missing.size()), missing);
+  EXPECT_EQ(refusal(ReadAt::pinned(1), ReadAt::pinned(later)).substr(0, missing.size()), missing);
   Version discarded = 1;
-  while (sample.history.standing.count(discarded) != 0)
+  while (sample.history.valid.count(discarded) != 0)
     ++discarded;
-  ASSERT_LT(discarded, sample.latest) << "the sample takes some back";
-  EXPECT_NE(why(ReadAt::pinned(discarded), ReadAt::latest()).find("is not in the log"), std::string::npos);
-  EXPECT_NE(why(ReadAt::pinned(sample.latest), ReadAt::pinned(1)).find("is before version"),
+  ASSERT_LT(discarded, sample.latest) << "the sample discards some versions";
+  EXPECT_NE(refusal(ReadAt::pinned(discarded), ReadAt::latest()).find("is not in the log"),
+            std::string::npos);
+  EXPECT_NE(refusal(ReadAt::pinned(sample.latest), ReadAt::pinned(1)).find("is before version"),
             std::string::npos);
   SimulatedDisk empty(1);
   EXPECT_EQ(read_version_range(empty, ReadAt::latest(), ReadAt::latest(), false).error().message,
@@ -159,12 +150,11 @@ class SalvagedTimes {
         if (place >= bytes.size()) continue;
         Contents damaged = sample_.contents;
         damaged[name][place] ^= std::byte{0x10};
-        SimulatedDisk disk(1);
-        disk.set_contents(damaged);
-        if (name.starts_with("geometry.")) expect_extent_tells(disk, name);
+        SimulatedDisk disk(1, damaged);
+        if (name.starts_with("geometry.")) expect_extent_names(disk, name);
         for (WorldTime time = world_time_ns(0); time <= end(); time += Nanoseconds(11)) {
-          ask(disk, time, ReadAt::latest());
-          ask(disk, time, ReadAt::as_of(time));
+          read(disk, time, ReadAt::latest());
+          read(disk, time, ReadAt::as_of(time));
         }
       }
     }
@@ -173,13 +163,7 @@ class SalvagedTimes {
 
  private:
   WorldTime end() const { return sample_.history.images.at(sample_.latest).latest.time; }
-  Version newest_at(WorldTime time) const {
-    Version newest = 0;
-    for (const Version version : sample_.history.standing)
-      if (sample_.history.images.at(version).latest.time <= time) newest = version;
-    return newest;
-  }
-  void ask(SimulatedDisk& disk, WorldTime time, const ReadAt& to) {
+  void read(SimulatedDisk& disk, WorldTime time, const ReadAt& to) {
     auto range = read_version_range(disk, ReadAt::as_of(time), to, true);
     if (!range.ok()) {
       ++refused;
@@ -191,11 +175,11 @@ class SalvagedTimes {
       const auto* snapshot = std::get_if<store::Snapshot>(&read);
       ++(snapshot != nullptr ? answered : refused);
       if (snapshot != nullptr) {
-        EXPECT_EQ(snapshot->version(), newest_at(at));
+        EXPECT_EQ(snapshot->version(), sample_.history.newest_at(at));
       }
     }
   }
-  void expect_extent_tells(SimulatedDisk& disk, const std::string& name) {
+  void expect_extent_names(SimulatedDisk& disk, const std::string& name) {
     ++geometries;
     EXPECT_FALSE(read_extent(disk, false).ok());
     const Extent salvaged = read_extent(disk, true).value();
@@ -206,7 +190,7 @@ class SalvagedTimes {
   SampleLog sample_;
 };
 
-/// Whichever file is damaged, a salvaged range answers correctly for a time, or refuses it.
+/// For any damaged file, a salvaged range answers a time correctly or refuses it.
 TEST(LogVersionRange, DamagedLogRefusesTimesAfterTheDamage) {
   std::size_t answered = 0, refused = 0, geometries = 0;
   for (std::uint64_t seed = 25; seed < 50; ++seed) {
@@ -225,15 +209,14 @@ TEST(LogVersionRange, DamagedLogRefusesTimesAfterTheDamage) {
 
 TEST(LogVersionRange, OlderSegmentsMayBeRemoved) {
   SampleLog sample = make_sample({.seed = 24, .commits = 60});
-  SimulatedDisk disk(1);
-  disk.set_contents(sample.contents);
+  SimulatedDisk disk(1, sample.contents);
   const Listing listing = list_log(disk).value();
   ASSERT_GE(listing.checkpoints.size(), 2u);
-  const Extent whole = read_extent(disk, false).value();
-  EXPECT_EQ(whole.first.version, 0u);
-  EXPECT_EQ(whole.last.version, sample.latest);
-  EXPECT_EQ(whole.commits, sample.history.standing.size());
-  EXPECT_EQ(whole.end, LogEnd::closed);
+  const Extent before_removal = read_extent(disk, false).value();
+  EXPECT_EQ(before_removal.first.version, 0u);
+  EXPECT_EQ(before_removal.last.version, sample.latest);
+  EXPECT_EQ(before_removal.commits, sample.history.valid.size());
+  EXPECT_EQ(before_removal.end, LogEnd::closed);
 
   const std::uint64_t begins_in = recover(disk).value().report.read_from.segment;
   ASSERT_GT(begins_in, listing.segments.front());
@@ -257,8 +240,7 @@ TEST(LogVersionRange, OlderSegmentsMayBeRemoved) {
 TEST(LogVersionRange, MovesAfterACheckpointHaveItsTime) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     SampleLog sample = make_sample({.seed = seed, .commits = 60, .moves_at_the_end = 4});
-    SimulatedDisk disk(1);
-    disk.set_contents(sample.contents);
+    SimulatedDisk disk(1, sample.contents);
     const Recovered recovered = recover(disk).value();
     ASSERT_EQ(recovered.report.checkpoint_version, sample.latest - 4);
     const WorldTime time = sample.history.images.at(sample.latest - 4).latest.time;
@@ -287,19 +269,15 @@ TEST(LogVersionRange, GapsAreRefused) {
       Writer::start(disk, clock, world.ring(), world, {.segment_bytes = 1 << 14, .checkpoint_every_bytes = 0},
                     start_after(recover(disk).value(), 77));
   ASSERT_TRUE(writer.ok());
-  const auto settle = [&] {
-    while (writer.value()->step(0).worked) {
-    }
-  };
   for (int k = 0; k < 40; ++k)
     world.commit();
-  settle();
+  write_all(*writer.value());
   const Version before = writer.value()->durable();
   ASSERT_LT(before, 40u);
   world.recorder().maintain();
   world.commit();
   world.commit();
-  settle();
+  write_all(*writer.value());
   ASSERT_EQ(writer.value()->durable(), 42u);
 
   const Extent extent = read_extent(disk, false).value();
@@ -307,10 +285,11 @@ TEST(LogVersionRange, GapsAreRefused) {
   EXPECT_EQ(extent.gaps[0].first, before + 1);
   EXPECT_EQ(extent.gaps[0].last, 40u);
   EXPECT_EQ(extent.last.version, 42u);
-  const auto over = read_version_range(disk, ReadAt::pinned(before), ReadAt::latest(), false);
-  ASSERT_FALSE(over.ok());
-  EXPECT_NE(over.error().message.find("versions " + std::to_string(before + 1) + " to 40 are not in the log"),
-            std::string::npos);
+  const auto across = read_version_range(disk, ReadAt::pinned(before), ReadAt::latest(), false);
+  ASSERT_FALSE(across.ok());
+  EXPECT_NE(
+      across.error().message.find("versions " + std::to_string(before + 1) + " to 40 are not in the log"),
+      std::string::npos);
   EXPECT_FALSE(read_version_range(disk, ReadAt::pinned(before + 1), ReadAt::latest(), false).ok());
   auto up_to_it = read_version_range(disk, ReadAt::pinned(1), ReadAt::pinned(before), false);
   ASSERT_TRUE(up_to_it.ok()) << up_to_it.error().message;

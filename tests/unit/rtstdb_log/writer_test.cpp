@@ -1,11 +1,10 @@
-// The writer on a simulated disk: what it writes when, when the durable version advances, and how it handles
+// The writer on a simulated disk: when it writes, when the durable version advances, and how it handles
 // faults.
 
 #include "rtstdb/log/writer.hpp"
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <mutex>
@@ -19,41 +18,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-TEST_F(WriterTest, GroupIsDurableAfterSync) {
-  start();
-  EXPECT_EQ(writer->durable(), 0u);
-  commit(3);
-  EXPECT_EQ(writer->durable(), 0u);
-  writer->step(0);
-  EXPECT_EQ(writer->durable(), 3u);
-  commit(1);
-  EXPECT_EQ(writer->durable(), 3u);
-  EXPECT_EQ(version_after_crash(), 3u);
-  EXPECT_EQ(writer->statistics().groups, 1u);
-}
-
-TEST_F(WriterTest, ClosedLogIsRecognised) {
-  start();
-  commit(5);
-  ASSERT_TRUE(writer->close(0).ok());
-  EXPECT_EQ(version_after_crash(), 5u);
-  const Recovered recovered = recover(disk).value();
-  EXPECT_EQ(recovered.report.log.end, LogEnd::closed);
-  EXPECT_EQ(recovered.report.log.cut_bytes, 0u);
-}
-
-TEST_F(WriterTest, ClosedLogContinues) {
-  start();
-  commit(5);
-  ASSERT_TRUE(writer->close(0).ok());
-  start();
-  EXPECT_EQ(writer->durable(), 5u);
-  commit(2);
-  settle();
-  EXPECT_EQ(version_after_crash(), 7u);
-}
-
-/// The disk has room for the data but not for a segment allocated ahead.
+/// The disk has space for the data but not for a preallocated segment.
 TEST_F(WriterTest, LogContinuesOnANearlyFullDisk) {
   start({.segment_bytes = 1 << 16, .checkpoint_every_bytes = 0});
   commit(5);
@@ -83,15 +48,6 @@ TEST_F(WriterTest, FullSegmentIsFollowedByANewOne) {
   for (const auto& [name, bytes] : disk.contents())
     EXPECT_LE(bytes.size(), 4096u) << name;
   EXPECT_EQ(version_after_crash(), 50u);
-}
-
-TEST_F(WriterTest, LargeGroupHasItsOwnSegment) {
-  start({.segment_bytes = 1024, .checkpoint_every_bytes = 0});
-  commit(20);
-  settle();
-  commit(1);
-  settle();
-  EXPECT_EQ(version_after_crash(), 21u);
 }
 
 TEST_F(WriterTest, RecordsWaitForTheFlushInterval) {
@@ -149,7 +105,7 @@ TEST_F(WriterTest, CheckpointDoesNotBeginBeforeADiscardRecord) {
   settle();
   clock.advance(Nanoseconds(3'000'000));
   world.commit_and_discard([this] { writer->step(0); });
-  ASSERT_EQ(writer->records_on_disk(), 2u) << "the commit alone";
+  ASSERT_EQ(writer->records_on_disk(), 2u) << "only the commit";
   writer->checkpoint_soon();
   settle();
   clock.advance(Nanoseconds(3'000'000));
@@ -194,10 +150,10 @@ TEST_F(WriterTest, FailedSyncHoldsTheDurableVersionUntilACheckpoint) {
   const auto distrusted = disk.contents().at("segment.0000000001");
   disk.fail_kind(DiskCall::sync, 0);
   settle();
-  EXPECT_EQ(writer->durable(), 2u) << "tried again before its time";
+  EXPECT_EQ(writer->durable(), 2u) << "the retry is not due yet";
   clock.advance(Nanoseconds(1'000'000'000));
   writer->step(0);
-  EXPECT_EQ(writer->durable(), 2u) << "the checkpoint is not there yet";
+  EXPECT_EQ(writer->durable(), 2u) << "the checkpoint is not finished";
   settle();
   EXPECT_EQ(writer->durable(), 4u);
   EXPECT_EQ(writer->statistics().checkpoints, 1u);
@@ -211,10 +167,10 @@ TEST_F(WriterTest, FailedSyncHoldsTheDurableVersionUntilACheckpoint) {
 TEST_F(WriterTest, CloseRetriesWithoutWaiting) {
   start();
   commit(2);
-  disk.fail_call(disk.calls() + 1, EIO);  // the sync of their group
+  disk.fail_call(disk.calls() + 1, EIO);  // the sync of its group
   settle();
   clock.advance(Nanoseconds(1'000'000'000));
-  writer->step(0);  // their group again, in a new segment
+  writer->step(0);  // the group again, in a new segment
   disk.fail_kind(DiskCall::rename, EIO);
   settle();
   disk.fail_kind(DiskCall::rename, 0);
@@ -244,23 +200,6 @@ TEST_F(WriterTest, CheckpointBegunBeforeAFaultDoesNotCount) {
   EXPECT_EQ(version_after_crash(), 4u);
 }
 
-// The sync after a failed one succeeds although its pages were dropped: the data in that file are lost.
-TEST_F(WriterTest, DataOfAFailedSyncIsWrittenAgain) {
-  start();
-  disk.at_crash_keep(SimulatedDisk::Keeps::nothing);
-  for (int round = 0; round < 5; ++round) {
-    commit(2);
-    disk.fail_kind(DiskCall::sync, EIO);
-    settle();
-    disk.fail_kind(DiskCall::sync, 0);
-    clock.advance(Nanoseconds(10'000'000'000));
-    commit(1);
-    settle();
-    EXPECT_EQ(writer->durable(), world.latest());
-  }
-  EXPECT_EQ(version_after_crash(), world.latest());
-}
-
 TEST_F(WriterTest, FullDiskIsRetriedAtGrowingIntervals) {
   start();
   commit(2);
@@ -278,7 +217,7 @@ TEST_F(WriterTest, FullDiskIsRetriedAtGrowingIntervals) {
     }
     clock.advance(Nanoseconds(10'000'000));
   }
-  EXPECT_LT(writer->durable(), world.latest() - 10) << "what was allocated ahead does not last so long";
+  EXPECT_LT(writer->durable(), world.latest() - 10) << "the disk is full before that";
   EXPECT_NE(writer->statistics().last_fault.find("No space left on device"), std::string::npos);
   EXPECT_LT(writer->statistics().faults, 20u);
   EXPECT_GE(longest, Nanoseconds(900'000'000));
@@ -293,25 +232,6 @@ class SmallRing : public WriterTest {
  protected:
   SmallRing() : WriterTest(2048) {}
 };
-
-TEST_F(SmallRing, FullRingMakesAGapThatACheckpointEnds) {
-  start();
-  commit(40);
-  EXPECT_TRUE(world.recorder().in_gap());
-  EXPECT_GT(world.recorder().gap_versions(), 20u);
-  settle();
-  const Version before_gap = writer->durable();
-  EXPECT_LT(before_gap, 40u);
-  world.recorder().maintain();
-  EXPECT_FALSE(world.recorder().in_gap());
-  commit(2);
-  writer->step(0);
-  EXPECT_EQ(writer->durable(), before_gap);
-  settle();
-  EXPECT_EQ(writer->durable(), 42u);
-  EXPECT_EQ(writer->statistics().gaps, 1u);
-  EXPECT_EQ(version_after_crash(), 42u);
-}
 
 TEST_F(SmallRing, CrashWithinAGapLeavesTheWorldBefore) {
   start();
@@ -370,40 +290,6 @@ TEST_F(WriterTest, RecordingNeitherAllocatesNorUsesTheDisk) {
   writing.join();
   EXPECT_FALSE(called_here);
   EXPECT_GT(writer->statistics().ring_high_water, writer->statistics().ring_bytes * 9 / 10);
-}
-
-TEST(LogThreads, CommitterWriterAndReadersRunTogether) {
-  SimulatedDisk disk(1);
-  hil::test::SimulatedClock clock;
-  History history;
-  LiveWorld world(9, history, 1 << 20);
-  auto started =
-      Writer::start(disk, clock, world.ring(), world, {.segment_bytes = 1 << 16, .checkpoint_every_bytes = 0},
-                    start_after(recover(disk).value(), 1));
-  Writer& writer = *started.value();
-  std::atomic<bool> over{false};
-  std::thread writing([&] {
-    while (!over || world.ring().used() != 0)
-      if (!writer.step(0).worked) std::this_thread::yield();
-  });
-  std::thread looking([&] {
-    Version before = 0;
-    while (!over) {
-      const Version durable = writer.durable();
-      EXPECT_GE(durable, before);
-      before = durable;
-      EXPECT_LE(writer.statistics().ring_high_water, world.ring().capacity());
-      std::this_thread::yield();
-    }
-  });
-  for (int k = 0; k < 1500; ++k)
-    world.commit();
-  over = true;
-  writing.join();
-  looking.join();
-  EXPECT_EQ(writer.durable(), world.latest());
-  EXPECT_EQ(world.recorder().gap_versions(), 0u);
-  EXPECT_EQ(recover(disk).value().world.latest.version, world.latest());
 }
 
 }  // namespace

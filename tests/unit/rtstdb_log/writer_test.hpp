@@ -26,10 +26,7 @@ class WriterTest : public testing::Test {
     ASSERT_TRUE(started.ok()) << started.error().message;
     writer = std::move(started).value();
   }
-  void settle() {
-    while (writer->step(0).worked) {
-    }
-  }
+  void settle() { write_all(*writer); }
   void commit(int count) {
     for (; count > 0; --count)
       world.commit();

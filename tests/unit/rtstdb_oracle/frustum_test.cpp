@@ -1,4 +1,4 @@
-// Frusta against closed forms, and against points thrown at random.
+// Frusta compared with closed forms and with random points.
 
 #include "rtstdb/oracle/frustum.hpp"
 
@@ -27,7 +27,7 @@ OrientedBox cube_at(const glm::dvec3& center_m) {
   return box;
 }
 
-TEST(Frustum, SeparationFromItsFaces) {
+TEST(Frustum, SeparationOfABoxFromItsFaces) {
   EXPECT_DOUBLE_EQ(separation_m(straight_ahead(0.0), cube_at({13, 0, 0})), 2.0);
   EXPECT_DOUBLE_EQ(separation_m(straight_ahead(5.0), cube_at({2, 0, 0})), 2.0);
   EXPECT_DOUBLE_EQ(separation_m(straight_ahead(0.0), cube_at({-3, 0, 0})), 2.0);
@@ -36,7 +36,7 @@ TEST(Frustum, SeparationFromItsFaces) {
   EXPECT_LT(separation_m(straight_ahead(0.0), cube_at({5, 5, 0})), 0.0);
 }
 
-TEST(Frustum, HowFarABoxSticksOut) {
+TEST(Frustum, DepthOfABoxOutside) {
   EXPECT_NEAR(sticks_out_m(cube_at({10, 0, 0}), straight_ahead(0.0)), 1.0, 1e-12);
   EXPECT_NEAR(sticks_out_m(cube_at({5, 0, 0}), straight_ahead(5.0)), 1.0, 1e-12);
   // The corner at (4, 6) lies 2 / sqrt(2) beyond y = x.
@@ -44,8 +44,9 @@ TEST(Frustum, HowFarABoxSticksOut) {
   EXPECT_LT(sticks_out_m(cube_at({8, 0, 0}), straight_ahead(0.0)), 0.0);
 }
 
-/// A common point proves that they touch; a box of which a point lies outside does not lie within.
-TEST(Frustum, NoPointContradicts) {
+/// A common point proves contact; a point of the box outside of the frustum proves that the box is not
+/// inside.
+TEST(Frustum, AgreesWithRandomPoints) {
   std::mt19937_64 engine(91);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto vector = [&] { return glm::dvec3(unit(engine), unit(engine), unit(engine)); };

@@ -1,8 +1,6 @@
-// Closed forms for things that move while rays ask, each at its own time.
+// Moving entities and carriers compared with closed forms; each ray has its own time.
 
 #include <gtest/gtest.h>
-
-#include <numbers>
 
 #include "scene.hpp"
 #include "tests/support/rounds.hpp"
@@ -10,12 +8,7 @@
 namespace rtstdb::oracle {
 namespace {
 
-void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
-  EXPECT_LE(glm::length(a - b), tolerance) << "(" << a.x << ", " << a.y << ", " << a.z << ") against (" << b.x
-                                           << ", " << b.y << ", " << b.z << ")";
-}
-
-TEST(Moving, PlaneIsHitWhereItIsAtTheRaysTime) {
+TEST(RayMotion, HitsAPlaneAtItsPoseAtTheTimeOfTheRay) {
   Random random(1);
   for (int i = 0; i < 500; ++i) {
     Motion motion = at(random.vector());
@@ -47,8 +40,8 @@ double sphere_lambda(const glm::dvec3& o, const glm::dvec3& d, const glm::dvec3&
   return (-half_b - std::sqrt(discriminant)) / a;
 }
 
-TEST(Moving, SphereIsHitBetweenItsInnerAndOuterRadius) {
-  // The mesh lies between the ball through its corners and the ball inside its faces: so does the hit.
+TEST(RayMotion, HitsASphereMeshBetweenItsInnerAndOuterRadius) {
+  // The mesh, and so the hit, lies between the ball through its corners and the ball inside its faces.
   const double outer_m = 2.0;
   const TriangleMesh mesh = make_sphere(outer_m, 4);
   double inner_m = outer_m;
@@ -89,11 +82,11 @@ TEST(Moving, SphereIsHitBetweenItsInnerAndOuterRadius) {
   EXPECT_GT(hits, worlds / 2);
 }
 
-TEST(Moving, TurningWallIsHitAtItsAngle) {
+TEST(RayMotion, HitsATurningWallAtItsAngle) {
   // A wall through the origin that turns about z; a beam along y at x = 3 meets it at 3 tan(angle).
   Scene scene;
   Motion motion;
-  motion.q_world = glm::angleAxis(std::numbers::pi / 2, glm::dvec3(1, 0, 0));  // stands upright, along x
+  motion.q_world = glm::angleAxis(pi / 2, glm::dvec3(1, 0, 0));  // upright, along x
   motion.w_world_radps = {0, 0, 2.0};
   scene.place(make_rectangle(200, 200), motion);
   const World world = scene.world();
@@ -107,7 +100,7 @@ TEST(Moving, TurningWallIsHitAtItsAngle) {
   }
 }
 
-TEST(Carried, RayMovesAndTurnsWithItsCarrier) {
+TEST(RayCarrier, MovesAndTurnsTheRay) {
   // A beacon at height 2 that turns about z on a car driving along x; a wall at x = 50.
   Scene scene;
   Motion car = at({1, 2, 0});
@@ -116,10 +109,10 @@ TEST(Carried, RayMovesAndTurnsWithItsCarrier) {
   scene.place(make_box({1, 1, 1}), car).mask = 1;
   const EntityId carrier = scene.last();
   Motion wall = at({50, 0, 0});
-  wall.q_world = glm::angleAxis(-std::numbers::pi / 2, glm::dvec3(0, 1, 0));
+  wall.q_world = glm::angleAxis(-pi / 2, glm::dvec3(0, 1, 0));
   wall.v_world_mps = {-3, 0, 0};
   scene.place(make_rectangle(400, 400), wall).mask = 2;
-  scene.entities[0].row.scale = {3, 3, 3};  // scale stretches the car, not the rays that it carries
+  scene.entities[0].row.scale = {3, 3, 3};  // of the car; it does not scale the rays
   const World world = scene.world();
   for (int i = 0; i < 29; ++i) {
     const double t_s = 0.031 * i;
@@ -138,7 +131,7 @@ TEST(Carried, RayMovesAndTurnsWithItsCarrier) {
   }
 }
 
-TEST(Carried, RayThatLooksAtItsOwnCarrierSeesItStandStill) {
+TEST(RayCarrier, StandsStillForItsRay) {
   Scene scene;
   Motion motion = at({5, 6, 7});
   motion.q_world = glm::angleAxis(1.0, glm::normalize(glm::dvec3(1, 1, 0)));
@@ -153,23 +146,23 @@ TEST(Carried, RayThatLooksAtItsOwnCarrierSeesItStandStill) {
     const RayTruth hit = trace(world, ray);
     ASSERT_EQ(hit.status, HitStatus::hit);
     EXPECT_NEAR(hit.lambda, 3.0, 1e-11);
-    // Both turn together: what is left is w x (hit - origin), the carrier's frame being no inertial one.
+    // Both turn together. What is left is w x (hit - origin), since the carrier's frame is not inertial.
     const glm::dvec3 between = pose_at(motion, ray.t).q_world * glm::dvec3(0, 0, -3);
     expect_near(hit.v_relative_mps, glm::cross(motion.w_world_radps, between), 1e-9);
   }
 }
 
-TEST(Moving, WorldAnswersAsAStandingOneBuiltForTheRaysTime) {
+TEST(RayMotion, EqualsAStillWorldRebasedToTheTimeOfTheRay) {
   const Scene scene = crowd(11, 40);
   const World world = scene.world();
   Random random(12);
   int hits = 0;
   for (int i = 0; i < 2000; ++i) {
     const Ray ray = random_ray(random, scene);
-    std::vector<EntityState> standing = scene.entities;
-    for (EntityState& state : standing)
+    std::vector<EntityState> rebased_entities = scene.entities;
+    for (EntityState& state : rebased_entities)
       state.row.motion = rebased(state.row.motion, ray.t);
-    const World then = world.with_entities(standing, ray.t);
+    const World then = world.with_entities(rebased_entities, ray.t);
     const RayTruth moving = trace(world, ray);
     const RayTruth still = trace(then, ray, RayMode::closest, true);
     ASSERT_EQ(moving.status, still.status) << i;
@@ -184,7 +177,7 @@ TEST(Moving, WorldAnswersAsAStandingOneBuiltForTheRaysTime) {
   EXPECT_GT(hits, 300);
 }
 
-TEST(IgnoredMotion, StopsEverythingAtTheVersionsTimeAndKeepsVelocities) {
+TEST(IgnoredMotion, TracesAtTheTimeOfTheVersionAndKeepsVelocities) {
   const Scene scene = crowd(13, 40);
   const World world = scene.world();
   Random random(14);

@@ -10,11 +10,7 @@
 namespace rtstdb::oracle {
 namespace {
 
-NearestQueryOptions asking(NearestTarget target, std::uint32_t k, bool is_signed = false) {
-  return {.name = "test", .capacity = 1, .target = target, .k = k, .is_signed = is_signed};
-}
-
-/// The truth in single precision: an answer as good as it can be.
+/// The truth in single precision: the best possible answer.
 std::vector<Neighbor> rounded(const World& world, std::span<const NeighborTruth> truth) {
   std::vector<Neighbor> neighbors;
   for (const NeighborTruth& one : truth) {
@@ -57,7 +53,7 @@ TEST(CompareNearest, AgreesWithTheRoundedTruth) {
     const Nearest point = random_point(random);
     const auto target = static_cast<NearestTarget>(i % 4);
     const auto options =
-        asking(target, 1u + static_cast<std::uint32_t>(i % 9), target >= NearestTarget::surface);
+        nearest_options(target, 1u + static_cast<std::uint32_t>(i % 9), target >= NearestTarget::surface);
     const auto neighbors = rounded(world, nearest(world, point, options));
     EXPECT_EQ(verdict_on(world, point, options, neighbors), Verdict::agrees);
   }
@@ -70,15 +66,16 @@ struct Tampering {
 
 class CompareTamperedNearest : public testing::TestWithParam<Tampering> {};
 
-TEST_P(CompareTamperedNearest, IsCaught) {
+TEST_P(CompareTamperedNearest, IsRejected) {
   const Scene scene = crowd(82, 50);
   const World world = scene.world();
   Random random(83);
   int tried = 0;
-  int caught = 0;
+  int rejected = 0;
   for (int i = 0; i < 600; ++i) {
     const Nearest point = random_point(random);
-    const auto options = asking(i % 2 == 0 ? NearestTarget::surface : NearestTarget::triangle, 5, true);
+    const auto options =
+        nearest_options(i % 2 == 0 ? NearestTarget::surface : NearestTarget::triangle, 5, true);
     auto neighbors = rounded(world, nearest(world, point, options));
     if (glm::length(neighbors[0].v_relative_mps) < 0.1f || std::abs(neighbors[0].distance_m) < 0.01f)
       continue;
@@ -86,11 +83,11 @@ TEST_P(CompareTamperedNearest, IsCaught) {
     ++tried;
     const Verdict verdict = verdict_on(world, point, options, neighbors);
     EXPECT_NE(verdict, Verdict::agrees);
-    caught += verdict == Verdict::differs;
+    rejected += verdict == Verdict::differs;
   }
   EXPECT_GT(tried, 200);
-  // What lies at the border has the benefit of the doubt.
-  EXPECT_GT(caught, tried * 95 / 100);
+  // The others are within the tolerance of a border.
+  EXPECT_GT(rejected, tried * 95 / 100);
 }
 
 using Neighbors = std::vector<Neighbor>;
@@ -129,7 +126,7 @@ class CompareNearestBoxes : public testing::Test {
   }
   Neighbors of(std::initializer_list<std::uint32_t> indices) {
     const World world = scene_.world();
-    const auto all = rounded(world, nearest(world, {}, asking(NearestTarget::bounds, 9)));
+    const auto all = rounded(world, nearest(world, {}, nearest_options(NearestTarget::bounds, 9)));
     Neighbors neighbors;
     for (const std::uint32_t index : indices)
       neighbors.push_back(all[index]);
@@ -139,55 +136,57 @@ class CompareNearestBoxes : public testing::Test {
                   std::uint32_t k = 3) {
     Nearest point;
     point.radius_m = radius_m;
-    return verdict_on(scene_.world(), point, asking(NearestTarget::bounds, k), neighbors, incomplete);
+    return verdict_on(scene_.world(), point, nearest_options(NearestTarget::bounds, k), neighbors,
+                      incomplete);
   }
   Scene scene_;
 };
 
-TEST_F(CompareNearestBoxes, TheListAsAWhole) {
+TEST_F(CompareNearestBoxes, ChecksOrderAndCompletenessOfTheList) {
   EXPECT_EQ(verdict(of({0, 1, 2})), Verdict::agrees);
   EXPECT_EQ(verdict(of({0, 1, 2}), 100.0f, true), Verdict::differs) << "incomplete";
   EXPECT_EQ(verdict(of({0, 1, 3})), Verdict::differs) << "a nearer one is missing";
-  EXPECT_EQ(verdict(of({0, 1})), Verdict::differs) << "there is a third";
+  EXPECT_EQ(verdict(of({0, 1})), Verdict::differs) << "a third one is missing";
   EXPECT_EQ(verdict(of({1, 0, 2})), Verdict::differs) << "out of order";
   EXPECT_EQ(verdict(of({0, 1, 1})), Verdict::differs) << "twice";
   EXPECT_EQ(verdict(of({0, 1, 2, 3})), Verdict::differs) << "too many";
   EXPECT_EQ(verdict(of({0, 2}), 100.0f, false, 2), Verdict::too_close)
-      << "1 and 2 are as far to single precision";
+      << "1 and 2 are equally far in single precision";
   EXPECT_EQ(verdict(of({0, 1}), 100.0f, false, 2), Verdict::agrees);
 }
 
-TEST_F(CompareNearestBoxes, TheRadius) {
+TEST_F(CompareNearestBoxes, ChecksTheRadius) {
   EXPECT_EQ(verdict(of({0}), 4.9f), Verdict::agrees);
   EXPECT_EQ(verdict(of({0, 1}), 4.9f), Verdict::differs) << "beyond the radius";
-  EXPECT_EQ(verdict(of({0}), 5.1f), Verdict::differs) << "less than there are";
+  EXPECT_EQ(verdict(of({0}), 5.1f), Verdict::differs) << "one is missing";
   EXPECT_EQ(verdict(of({0, 1}), 5.0f), Verdict::agrees);
   EXPECT_EQ(verdict(of({0, 1, 2}), 5.0f), Verdict::too_close);
   EXPECT_EQ(verdict(of({0}), 5.0f), Verdict::too_close);
   EXPECT_EQ(verdict({}, 1.9f), Verdict::agrees);
 }
 
-TEST_F(CompareNearestBoxes, TheExcludedAndTheMaskedOut) {
+TEST_F(CompareNearestBoxes, ChecksExclusionAndMask) {
   Nearest point;
   point.excluded = {0, 1};
-  const auto options = asking(NearestTarget::bounds, 1);
+  const auto options = nearest_options(NearestTarget::bounds, 1);
   EXPECT_EQ(verdict_on(scene_.world(), point, options, of({0})), Verdict::differs);
   EXPECT_EQ(verdict_on(scene_.world(), point, options, of({1})), Verdict::agrees);
   scene_.entities[0].row.mask = 4;
   point = {};
   point.mask = 3;
-  Neighbors masked_out = of({0});
-  EXPECT_EQ(verdict_on(scene_.world(), point, options, masked_out), Verdict::differs);
+  Neighbors masked = of({0});
+  EXPECT_EQ(verdict_on(scene_.world(), point, options, masked), Verdict::differs);
 }
 
-TEST(CompareNearest, ASurfaceAnswersWithItsNearestTriangle) {
+TEST(CompareNearest, ChecksTheTriangleOfASurface) {
   Scene scene;
   scene.place(make_box({2, 2, 2}));
   const World world = scene.world();
   Nearest point;
   point.point_m = {4, 0.2f, 0.3f};
-  const auto by_triangle = rounded(world, nearest(world, point, asking(NearestTarget::triangle, 12)));
-  const auto options = asking(NearestTarget::surface, 1);
+  const auto by_triangle =
+      rounded(world, nearest(world, point, nearest_options(NearestTarget::triangle, 12)));
+  const auto options = nearest_options(NearestTarget::surface, 1);
   EXPECT_EQ(verdict_on(world, point, options, std::span(by_triangle).first(1)), Verdict::agrees);
   EXPECT_EQ(verdict_on(world, point, options, std::span(by_triangle).subspan(3, 1)), Verdict::differs);
 }

@@ -17,29 +17,19 @@ Nearest at_point(const glm::vec3& point_m, WorldTime t = {}) {
   return nearest;
 }
 
-NearestQueryOptions asking(NearestTarget target, std::uint32_t k = 1, bool is_signed = false) {
-  return {.name = "test", .capacity = 1, .target = target, .k = k, .is_signed = is_signed};
-}
-
 NeighborTruth only(const Scene& scene, const Nearest& point, NearestTarget target, bool is_signed = false) {
-  const auto truth = nearest(scene.world(), point, asking(target, 1, is_signed));
+  const auto truth = nearest(scene.world(), point, nearest_options(target, 1, is_signed));
   EXPECT_EQ(truth.size(), 1u);
   return truth.empty() ? NeighborTruth{} : truth[0];
 }
 
-void expect_point(const glm::dvec3& point, const glm::dvec3& wanted, double tolerance = 1e-12) {
-  EXPECT_LT(glm::length(point - wanted), tolerance)
-      << "(" << point.x << ", " << point.y << ", " << point.z << ") instead of (" << wanted.x << ", "
-      << wanted.y << ", " << wanted.z << ")";
-}
-
 using Corners = std::array<glm::dvec3, 3>;
 
-TEST(NearestOnTriangle, FaceEdgesAndCorners) {
+TEST(NearestOnTriangle, IsOnItsFaceEdgesOrCorners) {
   const Corners c{glm::dvec3{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
   const auto expect = [&](const glm::dvec3& p, const glm::dvec3& wanted, double u, double v) {
     const TrianglePoint nearest = nearest_on_triangle(c, p);
-    expect_point(nearest.point, wanted);
+    expect_near(nearest.point, wanted);
     EXPECT_NEAR(nearest.u, u, 1e-12);
     EXPECT_NEAR(nearest.v, v, 1e-12);
   };
@@ -54,16 +44,16 @@ TEST(NearestOnTriangle, FaceEdgesAndCorners) {
   expect({1, 1, 0}, {1, 1, 0}, 0.25, 0.25);
 }
 
-TEST(NearestOnTriangle, WithoutAreaIsALineOrAPoint) {
+TEST(NearestOnTriangle, WithoutAreaIsOnALineOrAPoint) {
   const Corners line{glm::dvec3{0, 0, 0}, {4, 0, 0}, {1, 0, 0}};
-  expect_point(nearest_on_triangle(line, {3, 2, 0}).point, {3, 0, 0});
-  expect_point(nearest_on_triangle(line, {7, 2, 1}).point, {4, 0, 0});
+  expect_near(nearest_on_triangle(line, {3, 2, 0}).point, {3, 0, 0});
+  expect_near(nearest_on_triangle(line, {7, 2, 1}).point, {4, 0, 0});
   const Corners point{glm::dvec3{1, 2, 3}, {1, 2, 3}, {1, 2, 3}};
-  expect_point(nearest_on_triangle(point, {5, 5, 5}).point, {1, 2, 3});
+  expect_near(nearest_on_triangle(point, {5, 5, 5}).point, {1, 2, 3});
 }
 
-/// The nearest point of a convex set is the one from which no part of it lies towards the asker.
-TEST(NearestOnTriangle, NothingLiesNearer) {
+/// For the nearest point of a convex set, no part of the set is in the half space towards the given point.
+TEST(NearestOnTriangle, IsNotFartherThanAnyOtherPoint) {
   Random random(70);
   for (int i = 0; i < 20'000; ++i) {
     Corners c{random.vector(), random.vector(), random.vector()};
@@ -78,7 +68,7 @@ TEST(NearestOnTriangle, NothingLiesNearer) {
   }
 }
 
-/// Turned by a right angle about z and stretched: reaches 4 in x, 1 in y, 3 in z from (10, 0, 0).
+/// Turned by a right angle about z and scaled: extends 4 in x, 1 in y and 3 in z from (10, 0, 0).
 Scene turned_box() {
   Scene scene;
   Motion motion = at({10, 0, 0});
@@ -92,7 +82,7 @@ TEST(NearestEntity, BoundsAreASolidBox) {
   const auto expect = [&](const glm::vec3& p, double distance_m, const glm::dvec3& wanted) {
     const NeighborTruth truth = only(scene, at_point(p), NearestTarget::bounds);
     EXPECT_NEAR(truth.distance_m, distance_m, 1e-12);
-    expect_point(truth.p_world_m, wanted);
+    expect_near(truth.p_world_m, wanted);
   };
   expect({0, 0, 0}, 6.0, {6, 0, 0});
   expect({10, 5, 0}, 4.0, {10, 1, 0});
@@ -101,7 +91,7 @@ TEST(NearestEntity, BoundsAreASolidBox) {
   expect({11, 0.5f, -2}, 0.0, {11, 0.5, -2});
 }
 
-TEST(NearestEntity, CenterIsThatOfTheBounds) {
+TEST(NearestEntity, CenterIsTheCenterOfTheBounds) {
   Scene scene;
   TriangleMesh off_center = make_box({2, 2, 2});
   for (glm::vec3& p : off_center.positions_m)
@@ -109,7 +99,7 @@ TEST(NearestEntity, CenterIsThatOfTheBounds) {
   scene.place(off_center, at({0, 1, 0})).scale = {2, 1, 1};
   const NeighborTruth truth = only(scene, at_point({10, 0, 0}), NearestTarget::center);
   EXPECT_NEAR(truth.distance_m, 1.0, 1e-12);
-  expect_point(truth.p_world_m, {10, 1, 0});
+  expect_near(truth.p_world_m, {10, 1, 0});
 }
 
 TEST(NearestSurface, OfABoxFromOutsideAndInside) {
@@ -118,7 +108,7 @@ TEST(NearestSurface, OfABoxFromOutsideAndInside) {
   EXPECT_NEAR(only(scene, at_point({17, 5, 0}), NearestTarget::surface).distance_m, 5.0, 1e-12);
   const NeighborTruth inside = only(scene, at_point({11, 0.25f, -2}), NearestTarget::surface, true);
   EXPECT_NEAR(inside.distance_m, -0.75, 1e-12);
-  expect_point(inside.p_world_m, {11, 1, -2});
+  expect_near(inside.p_world_m, {11, 1, -2});
   EXPECT_TRUE(inside.has_sign);
   EXPECT_NEAR(only(scene, at_point({11, 0.25f, -2}), NearestTarget::surface).distance_m, 0.75, 1e-12);
 }
@@ -131,7 +121,7 @@ TEST(NearestSurface, OfASphereMesh) {
   for (int i = 0; i < 500; ++i) {
     const double radius_m = random.magnitude(0.2, 50.0);
     const glm::vec3 p(glm::dvec3(1, 2, 3) + radius_m * random.direction());
-    const auto truth = nearest(world, at_point(p), asking(NearestTarget::surface, 1, true));
+    const auto truth = nearest(world, at_point(p), nearest_options(NearestTarget::surface, 1, true));
     ASSERT_EQ(truth.size(), 1u);
     // The faces lie below the sphere by the sagitta of their corners: less than 2 mm.
     const double sphere_m = glm::length(glm::dvec3(p) - glm::dvec3(1, 2, 3)) - 2.0;
@@ -140,8 +130,8 @@ TEST(NearestSurface, OfASphereMesh) {
   }
 }
 
-TEST(NearestSign, OfASurfaceThatFoldsIn) {
-  // A box with a box cut out of it from above: the notch reaches from -0.5 to 0.5 and down to z = 0.
+TEST(NearestSign, OfANonconvexSurface) {
+  // A box with a notch from above, from -0.5 to 0.5 and down to z = 0.
   Scene scene;
   TriangleMesh mesh;
   const float outline[8][2] = {{-2, -1},  {2, -1},    {2, 1},     {0.5f, 1},
@@ -176,7 +166,7 @@ TEST(NearestSign, OfASurfaceThatFoldsIn) {
   EXPECT_NEAR(distance_m({0, 0, 3}), std::hypot(0.5, 2.0), 1e-7) << "nearest to the rims";
 }
 
-TEST(NearestSign, IsOnlyThatOfClosedMeshes) {
+TEST(NearestSign, IsKnownForClosedMeshesOnly) {
   const auto has_sign = [](TriangleMesh mesh) {
     Scene scene;
     scene.place(std::move(mesh));
@@ -196,7 +186,7 @@ TEST(NearestSign, IsOnlyThatOfClosedMeshes) {
   for (glm::uvec3& triangle : all_turned.triangles)
     std::swap(triangle.x, triangle.y);
   EXPECT_TRUE(has_sign(all_turned));
-  // Corners by place, not by index.
+  // Corners are shared by position, not by index.
   TriangleMesh unshared;
   const TriangleMesh box = make_box({2, 2, 2});
   for (const glm::uvec3& triangle : box.triangles) {
@@ -208,7 +198,7 @@ TEST(NearestSign, IsOnlyThatOfClosedMeshes) {
   EXPECT_TRUE(has_sign(unshared));
 }
 
-TEST(NearestSign, AHollowBodyIsOutsideInItsHollow) {
+TEST(NearestSign, IsPositiveInACavity) {
   TriangleMesh mesh = make_box({4, 4, 4});
   const TriangleMesh hollow = make_box({2, 2, 2});
   for (const glm::uvec3& triangle : hollow.triangles)
@@ -221,7 +211,7 @@ TEST(NearestSign, AHollowBodyIsOutsideInItsHollow) {
   EXPECT_NEAR(only(scene, at_point({0, 1.25f, 0}), NearestTarget::surface, true).distance_m, -0.25, 1e-12);
 }
 
-TEST(NearestList, InOrderAndWithinTheRadius) {
+TEST(NearestList, IsOrderedAndWithinTheRadius) {
   Scene scene;
   const GeometryId box = scene.add(make_box({2, 2, 2}));
   for (int i = 0; i < 6; ++i)
@@ -230,7 +220,8 @@ TEST(NearestList, InOrderAndWithinTheRadius) {
     Nearest point = at_point({});
     point.radius_m = radius_m;
     std::vector<std::uint32_t> indices;
-    for (const NeighborTruth& truth : nearest(scene.world(), point, asking(NearestTarget::bounds, k)))
+    for (const NeighborTruth& truth :
+         nearest(scene.world(), point, nearest_options(NearestTarget::bounds, k)))
       indices.push_back(truth.entity.index);
     return indices;
   };
@@ -243,11 +234,12 @@ TEST(NearestList, InOrderAndWithinTheRadius) {
   EXPECT_EQ(found(32, 0.0f), Indices{});
 }
 
-TEST(NearestList, TrianglesAtOneCornerGoByIndex) {
+TEST(NearestList, OrdersEquallyFarTrianglesByIndex) {
   Scene scene;
   scene.place(make_box({2, 2, 2}));
   scene.place(GeometryId{0});
-  const auto truth = nearest(scene.world(), at_point({2, 3, 4}), asking(NearestTarget::triangle, 32));
+  const auto truth =
+      nearest(scene.world(), at_point({2, 3, 4}), nearest_options(NearestTarget::triangle, 32));
   ASSERT_EQ(truth.size(), 24u);
   std::size_t at_corner = 0;
   while (at_corner < 24 && truth[at_corner].distance_m < std::sqrt(14.0) + 1e-9)
@@ -260,7 +252,7 @@ TEST(NearestList, TrianglesAtOneCornerGoByIndex) {
                              }));
 }
 
-TEST(NearestMotion, MovesTurnsAndCarries) {
+TEST(NearestMotion, AppliesToEntitiesAndCarriers) {
   Scene scene;
   Motion motion = at({0, 0, 0});
   motion.v_world_mps = {10, 0, 0};
@@ -270,16 +262,16 @@ TEST(NearestMotion, MovesTurnsAndCarries) {
   carrier.q_world = glm::angleAxis(glm::half_pi<double>(), glm::dvec3(0, 0, 1));
   carrier.v_world_mps = {10, 1, 0};
   scene.place(GeometryId{}, carrier);
-  // After a second the box stands upright at (10, 0, 0) and reaches from -3 to 3 in y.
+  // After a second the box is at (10, 0, 0), with its long side along y from -3 to 3.
   Nearest point = at_point({-11, 0, 0.5f}, at_s(1.0));
   point.carrier = scene.last();  // at (10, 21, 0), its x along y: the point is at (10, 10, 0.5)
   const NeighborTruth truth = only(scene, point, NearestTarget::surface);
   EXPECT_NEAR(truth.distance_m, 7.0, 1e-12);
-  expect_point(truth.p_world_m, {10, 3, 0.5});
-  expect_point(truth.v_relative_mps, {-3.0 * glm::half_pi<double>(), -1.0, 0.0});
+  expect_near(truth.p_world_m, {10, 3, 0.5});
+  expect_near(truth.v_relative_mps, {-3.0 * glm::half_pi<double>(), -1.0, 0.0});
 }
 
-TEST(NearestMask, HidesAndExcludes) {
+TEST(NearestMask, HidesEntities) {
   Scene scene;
   const GeometryId box = scene.add(make_box({2, 2, 2}));
   scene.place(box, at({3, 0, 0})).mask = 1;
@@ -305,7 +297,8 @@ TEST(NearestTree, AgreesWithBruteForce) {
     if (i % 5 == 0) point.mask = 3;
     if (i % 7 == 0) point.carrier = scene.entities[static_cast<std::size_t>(random.below(60))].id;
     const auto target = static_cast<NearestTarget>(i % 4);
-    const NearestQueryOptions options = asking(target, 1u << (i % 6), target >= NearestTarget::surface);
+    const NearestQueryOptions options =
+        nearest_options(target, 1u << (i % 6), target >= NearestTarget::surface);
     const auto truth = nearest(world, point, options);
     const auto slow = nearest_brute_force(world, point, options);
     ASSERT_EQ(truth.size(), slow.size());

@@ -1,4 +1,4 @@
-// The judge of a ray's first hits: what is right passes, and each way of being wrong is caught.
+// The comparison of a ray's first hits accepts right answers and rejects each kind of wrong one.
 
 #include <gtest/gtest.h>
 
@@ -12,11 +12,11 @@ namespace rtstdb::oracle {
 namespace {
 
 /// Boxes of a metre at 2 m and at 4 m; the ray crosses both.
-class FirstHitsJudged : public testing::Test {
+class CompareFirstHits : public testing::Test {
  protected:
-  FirstHitsJudged() { stand({2.0, 0.0, 0.0}, {4.0, 0.0, 0.0}); }
-  /// Where the boxes' centres are.
-  void stand(const glm::dvec3& near_m, const glm::dvec3& far_m) {
+  CompareFirstHits() { place_boxes({2.0, 0.0, 0.0}, {4.0, 0.0, 0.0}); }
+  /// By the boxes' centres.
+  void place_boxes(const glm::dvec3& near_m, const glm::dvec3& far_m) {
     const TriangleMesh box = make_box({1.0, 1.0, 1.0});
     const TriangleMesh* const meshes[] = {&box};
     std::vector<EntityState> entities(2);
@@ -44,11 +44,6 @@ class FirstHitsJudged : public testing::Test {
   Judgement judge(std::span<const RayHit> hits) const {
     return compare_first(*world_, ray_, false, truth_, hits);
   }
-  void expect_caught(const std::string& words) const {
-    const Judgement judgement = judge(hits_);
-    EXPECT_EQ(judgement.verdict, Verdict::differs);
-    EXPECT_NE(judgement.reason.find(words), std::string::npos) << judgement.reason;
-  }
 
   std::unique_ptr<World> world_;
   Ray ray_;
@@ -56,53 +51,46 @@ class FirstHitsJudged : public testing::Test {
   std::vector<RayHit> hits_;
 };
 
-TEST_F(FirstHitsJudged, WhatIsRightPasses) {
+TEST_F(CompareFirstHits, AcceptsRightAnswers) {
   ASSERT_EQ(hits_.size(), 4u);
   EXPECT_EQ(judge(hits_).verdict, Verdict::agrees);
-  EXPECT_EQ(judge(std::span(hits_).first(2)).verdict, Verdict::agrees) << "there was room for two";
+  EXPECT_EQ(judge(std::span(hits_).first(2)).verdict, Verdict::agrees) << "the list holds two";
   hits_.resize(6);
-  EXPECT_EQ(judge(hits_).verdict, Verdict::agrees) << "misses behind";
+  EXPECT_EQ(judge(hits_).verdict, Verdict::agrees) << "followed by misses";
 }
 
-TEST_F(FirstHitsJudged, AMissingHitIsCaught) {
-  hits_.erase(hits_.begin() + 1);
-  expect_caught("no hit of entity 0");
+TEST_F(CompareFirstHits, RejectsWrongAnswers) {
+  using Hits = std::vector<RayHit>;
+  const struct {
+    const char* what;
+    const char* reason;
+    void (*tamper)(Hits&);
+  } cases[] = {
+      {"a hit is missing", "no hit of entity 0", [](Hits& hits) { hits.erase(hits.begin() + 1); }},
+      {"the last hit is missing", "no hit of entity 1", [](Hits& hits) { hits.back() = {}; }},
+      {"a hit is repeated", "is hit twice", [](Hits& hits) { hits[1] = hits[0]; }},
+      {"wrong order", "not in order", [](Hits& hits) { std::swap(hits[1], hits[2]); }},
+      {"a hit after a miss", "behind a miss", [](Hits& hits) { hits[1] = {}; }},
+      {"another triangle", "", [](Hits& hits) { hits[1].triangle = hits[1].triangle == 0 ? 1 : 0; }}};
+  for (const auto& one : cases) {
+    SCOPED_TRACE(one.what);
+    Hits hits = hits_;
+    one.tamper(hits);
+    const Judgement judgement = judge(hits);
+    EXPECT_EQ(judgement.verdict, Verdict::differs);
+    EXPECT_NE(judgement.reason.find(one.reason), std::string::npos) << judgement.reason;
+  }
 }
 
-TEST_F(FirstHitsJudged, AMissingLastHitIsCaught) {
-  hits_.back() = {};
-  expect_caught("no hit of entity 1");
-}
-
-TEST_F(FirstHitsJudged, AHitThatIsThereTwiceIsCaught) {
-  hits_[1] = hits_[0];
-  expect_caught("is hit twice");
-}
-
-TEST_F(FirstHitsJudged, DisorderIsCaught) {
-  std::swap(hits_[1], hits_[2]);
-  expect_caught("not in order");
-}
-
-TEST_F(FirstHitsJudged, AHitBehindAMissIsCaught) {
-  hits_[1] = {};
-  expect_caught("behind a miss");
-}
-
-TEST_F(FirstHitsJudged, AHitThatIsNotThereIsCaught) {
-  hits_[1].triangle = hits_[1].triangle == 0 ? 1 : 0;
-  EXPECT_EQ(judge(hits_).verdict, Verdict::differs);
-}
-
-/// Close behind another surface, by the edge between two triangles: either is right.
-TEST_F(FirstHitsJudged, ANeighbourBehindAnotherHitIsRight) {
-  const auto by_an_edge = [&] {
+/// Close behind another surface, at the edge between two triangles: each of the two is right.
+TEST_F(CompareFirstHits, AcceptsEitherTriangleAtAnEdge) {
+  const auto at_an_edge = [&] {
     return truth_.size() == 4 && truth_[1].entity.index == 1 &&
            truth_[1].edge_distance_m < 0.1 * truth_[1].noise_m && truth_[0].edge_distance_m > 0.01;
   };
-  stand({2.0, 0.0, 0.0}, {2.0001, 0.100000001, 0.0});  // one diagonal of its face, or the other
-  if (!by_an_edge()) stand({2.0, 0.0, 0.0}, {2.0001, 0.300000001, 0.0});
-  ASSERT_TRUE(by_an_edge());
+  place_boxes({2.0, 0.0, 0.0}, {2.0001, 0.100000001, 0.0});  // one diagonal of its face, or the other
+  if (!at_an_edge()) place_boxes({2.0, 0.0, 0.0}, {2.0001, 0.300000001, 0.0});
+  ASSERT_TRUE(at_an_edge());
   hits_[1].triangle ^= 1u;
   EXPECT_EQ(judge(hits_).verdict, Verdict::too_close) << judge(hits_).reason;
 }

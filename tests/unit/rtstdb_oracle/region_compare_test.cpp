@@ -9,8 +9,8 @@ EntityId id(std::uint32_t index) {
   return {index, 1};
 }
 
-/// Entities 0 to 4: in, at the border inside, out, at the border outside, in.
-std::vector<EntityGap> five() {
+/// Entities 0 to 4: inside, inside at the border, outside, outside at the border, inside.
+std::vector<EntityGap> five_gaps() {
   return {{id(0), -1.0, 1e-4},
           {id(1), -1e-5, 1e-4},
           {id(2), 1.0, 1e-4},
@@ -23,7 +23,7 @@ Verdict verdict_on(const std::vector<EntityId>& ids, std::uint32_t found, bool o
   answer.entities = ids;
   answer.found = found;
   answer.overflow = overflow;
-  const auto truth = five();
+  const auto truth = five_gaps();
   const Judgement judgement = compare(truth, answer);
   EXPECT_EQ(judgement.reason.empty(), judgement.verdict == Verdict::agrees) << judgement.reason;
   return judgement.verdict;
@@ -33,12 +33,12 @@ TEST(CompareRegion, AgreesWithTheExactAnswer) {
   EXPECT_EQ(verdict_on({id(0), id(1), id(4)}, 3), Verdict::agrees);
 }
 
-TEST(CompareRegion, LeavesTheBorderOpen) {
+TEST(CompareRegion, IsTooCloseAtTheBorder) {
   EXPECT_EQ(verdict_on({id(0), id(4)}, 2), Verdict::too_close);
   EXPECT_EQ(verdict_on({id(0), id(1), id(3), id(4)}, 4), Verdict::too_close);
 }
 
-TEST(CompareRegion, CatchesEveryWrongAnswer) {
+TEST(CompareRegion, RejectsWrongAnswers) {
   EXPECT_EQ(verdict_on({id(0), id(1)}, 2), Verdict::differs);                // one missing at the end
   EXPECT_EQ(verdict_on({id(1), id(4)}, 2), Verdict::differs);                // one missing at the front
   EXPECT_EQ(verdict_on({id(0), id(1), id(2), id(4)}, 4), Verdict::differs);  // one too many
@@ -50,24 +50,24 @@ TEST(CompareRegion, CatchesEveryWrongAnswer) {
   EXPECT_EQ(verdict_on({}, 0), Verdict::differs);
 }
 
-TEST(CompareRegion, JudgesOverflowByWhatIsListed) {
+TEST(CompareRegion, ComparesTheListedEntitiesOfAnOverflow) {
   EXPECT_EQ(verdict_on({id(0), id(1)}, 3, true), Verdict::agrees);
   EXPECT_EQ(verdict_on({id(0)}, 3, true), Verdict::agrees);
-  EXPECT_EQ(verdict_on({id(0)}, 2, true), Verdict::too_close);         // without the one at the border
-  EXPECT_EQ(verdict_on({id(0), id(4)}, 3, true), Verdict::too_close);  // 3 counted in its stead
+  EXPECT_EQ(verdict_on({id(0)}, 2, true), Verdict::too_close);         // the one at the border is not counted
+  EXPECT_EQ(verdict_on({id(0), id(4)}, 3, true), Verdict::too_close);  // entity 3 is counted instead
   EXPECT_EQ(verdict_on({id(4)}, 3, true), Verdict::differs);           // not the lowest
-  EXPECT_EQ(verdict_on({id(0)}, 5, true), Verdict::differs);           // more than there can be
+  EXPECT_EQ(verdict_on({id(0)}, 5, true), Verdict::differs);           // more than exist
   EXPECT_EQ(verdict_on({id(0)}, 1, true), Verdict::differs);           // no overflow at all
   EXPECT_EQ(verdict_on({id(0), id(1)}, 3, false), Verdict::differs);   // overflow not flagged
 }
 
-TEST(CompareRegion, TakesNoIncompleteAnswer) {
+TEST(CompareRegion, RejectsIncompleteAnswers) {
   RegionAnswer answer;
   answer.incomplete = true;
   EXPECT_EQ(compare(std::span<const EntityGap>{}, answer).verdict, Verdict::differs);
 }
 
-TEST(CompareRegion, AgreesWithTheOraclesOwnAnswers) {
+TEST(CompareRegion, AgreesWithTheAnswersOfTheOracle) {
   const Scene scene = crowd(9, 60);
   const World world = scene.world();
   Random random(10);

@@ -1,14 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numbers>
 
 #include "scene.hpp"
 
 namespace rtstdb::oracle {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 Region box_at(const glm::vec3& center_m, const glm::vec3& half_extent_m) {
   Region region;
@@ -35,7 +32,7 @@ Scene one_box(const Motion& motion = {}) {
   return scene;
 }
 
-TEST(RegionBox, TouchingCounts) {
+TEST(RegionBox, IncludesTouchingEntities) {
   const Scene scene = one_box();
   EXPECT_EQ(only_gap(scene, box_at({3, 0, 0}, {2, 2, 2})), 0.0);  // face on face
   EXPECT_EQ(only_gap(scene, box_at({3, 3, 3}, {2, 2, 2})), 0.0);  // corner on corner
@@ -45,17 +42,17 @@ TEST(RegionBox, TouchingCounts) {
   EXPECT_EQ(only_gap(scene, box_at({0, 0, 0}, {0, 0, 0})), -1.0);  // a point in the middle
 }
 
-TEST(RegionBox, ObeysItsOrientation) {
+TEST(RegionBox, HasAnOrientation) {
   const Scene scene = one_box();
   Region region = box_at({3, 0, 0}, {1, 1, 1});
   EXPECT_NEAR(only_gap(scene, region), 1.0, 1e-12);
   region.q = glm::angleAxis(static_cast<float>(pi / 4), glm::vec3(0, 0, 1));
-  EXPECT_NEAR(only_gap(scene, region), 2.0 - std::sqrt(2.0), 1e-6);  // its edge comes closer
-  region.q *= 7.0f;                                                  // the length says nothing
+  EXPECT_NEAR(only_gap(scene, region), 2.0 - std::sqrt(2.0), 1e-6);  // its edge is closer
+  region.q *= 7.0f;                                                  // the length is ignored
   EXPECT_NEAR(only_gap(scene, region), 2.0 - std::sqrt(2.0), 1e-6);
 }
 
-TEST(RegionBox, InsideAsksForEveryCorner) {
+TEST(RegionBox, InsideMeansEveryCorner) {
   const Scene scene = one_box();
   Region region = box_at({0.5f, 0, 0}, {1.5f, 1, 1});
   region.test = RegionTest::inside;
@@ -69,7 +66,7 @@ TEST(RegionBox, InsideAsksForEveryCorner) {
   EXPECT_NEAR(only_gap(scene, region), std::sqrt(2.0) - 1.2, 1e-6);
 }
 
-TEST(RegionSphere, MeasuresToFaceEdgeAndCorner) {
+TEST(RegionSphere, IsMeasuredToFacesEdgesAndCorners) {
   const Scene scene = one_box();
   EXPECT_EQ(only_gap(scene, sphere_at({3, 0, 0}, 2)), 0.0);
   EXPECT_NEAR(only_gap(scene, sphere_at({2, 2, 0}, 1)), std::sqrt(2.0) - 1.0, 1e-12);
@@ -77,7 +74,7 @@ TEST(RegionSphere, MeasuresToFaceEdgeAndCorner) {
   EXPECT_EQ(only_gap(scene, sphere_at({0.75f, 0, 0}, 1)), -1.25);
 }
 
-TEST(RegionSphere, InsideReachesToTheFarthestCorner) {
+TEST(RegionSphere, InsideMeansTheFarthestCorner) {
   const Scene scene = one_box();
   Region region = sphere_at({1, 0, 0}, 3);
   region.test = RegionTest::inside;
@@ -86,7 +83,7 @@ TEST(RegionSphere, InsideReachesToTheFarthestCorner) {
   EXPECT_NEAR(only_gap(scene, region), std::sqrt(6.0) - 2.0, 1e-12);
 }
 
-TEST(Region, ReadsScaledAndPosedBoundsAtItsTime) {
+TEST(Region, TestsScaledBoundsAtItsTime) {
   Motion motion = at({0, 0, 1});
   motion.v_world_mps = {10, 0, 0};
   motion.w_world_radps = {0, 0, pi / 2};
@@ -99,7 +96,7 @@ TEST(Region, ReadsScaledAndPosedBoundsAtItsTime) {
   EXPECT_NEAR(only_gap(scene, region), -2.0, 1e-9);
 }
 
-TEST(Region, IsCarried) {
+TEST(Region, MovesWithItsCarrier) {
   Motion car = at({0, 0, 0});
   car.v_world_mps = {10, 0, 0};
   car.w_world_radps = {0, 0, pi / 2};
@@ -116,7 +113,7 @@ TEST(Region, IsCarried) {
   EXPECT_NEAR(only_gap(scene, ahead), 0.0, 1e-9);
 }
 
-TEST(Region, SkipsWhatTheMaskHides) {
+TEST(Region, IgnoresMaskedEntities) {
   Scene scene;
   for (const std::uint32_t mask : {1u, 2u, 3u, 0u})
     scene.place(make_box({1, 1, 1})).mask = mask;
@@ -137,7 +134,7 @@ glm::dvec3 nearest_in(const OrientedBox& box, const glm::dvec3& p) {
   return nearest;
 }
 
-/// Distance of two boxes by going to and fro between nearest points: slow, and owes nothing to axes.
+/// Distance of two boxes by alternating projections, independent of separating axes.
 double distance_by_projection(const OrientedBox& a, const OrientedBox& b) {
   glm::dvec3 p = a.center_m;
   double distance = 0.0;
@@ -150,7 +147,7 @@ double distance_by_projection(const OrientedBox& a, const OrientedBox& b) {
   return distance;
 }
 
-TEST(Overlap, AgreesWithAnotherWayOfMeasuring) {
+TEST(Overlap, AgreesWithAlternatingProjections) {
   Random random(1);
   int apart = 0;
   int together = 0;
@@ -172,7 +169,7 @@ TEST(Overlap, AgreesWithAnotherWayOfMeasuring) {
     const double distance = distance_by_projection(box_of(0), box_of(1));
     if (gap > 0.0) {
       ++apart;
-      // The best axis sees the true distance or less, and not less than a third of it.
+      // The best axis gives at most the distance, and at least a third of it.
       EXPECT_LE(gap, distance + 1e-6);
       EXPECT_GE(gap, distance / 3.0 - 1e-6);
     } else if (gap < -1e-3) {
@@ -184,8 +181,8 @@ TEST(Overlap, AgreesWithAnotherWayOfMeasuring) {
   EXPECT_GT(together, 200);
 }
 
-TEST(Overlap, FindsEdgesThatOnlyACrossedAxisTellsApart) {
-  // Two bars crossed like an X, one above the other, each turned onto its edge.
+TEST(Overlap, FindsEdgesThatOnlyACrossedAxisSeparates) {
+  // Two crossed bars, one above the other, each on its edge.
   Scene scene;
   const glm::dquat on_edge = glm::angleAxis(pi / 4, glm::dvec3(1, 0, 0));
   EntityRow& lower = scene.place(make_box({10, 1, 1}));
@@ -196,7 +193,7 @@ TEST(Overlap, FindsEdgesThatOnlyACrossedAxisTellsApart) {
   EXPECT_NEAR(all.at(0).gap_m, 1.5 - std::sqrt(2.0), 1e-12);
 }
 
-TEST(Overlap, IsSymmetricAndLeavesItselfOut) {
+TEST(Overlap, IsSymmetricAndExcludesItself) {
   const Scene scene = crowd(3, 100);
   const World world = scene.world();
   std::vector<std::vector<EntityGap>> rows;
@@ -207,17 +204,17 @@ TEST(Overlap, IsSymmetricAndLeavesItselfOut) {
     ASSERT_EQ(rows[i].size(), rows.size() - 1);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (i == k) continue;
-      const EntityGap& forth = rows[i][k < i ? k : k - 1];
-      const EntityGap& back = rows[k][i < k ? i : i - 1];
-      EXPECT_EQ(forth.entity, scene.entities[k].id);
-      EXPECT_NEAR(forth.gap_m, back.gap_m, 1e-9);
-      overlaps += forth.gap_m <= 0.0;
+      const EntityGap& forward = rows[i][k < i ? k : k - 1];
+      const EntityGap& backward = rows[k][i < k ? i : i - 1];
+      EXPECT_EQ(forward.entity, scene.entities[k].id);
+      EXPECT_NEAR(forward.gap_m, backward.gap_m, 1e-9);
+      overlaps += forward.gap_m <= 0.0;
     }
   }
   EXPECT_GT(overlaps, 4);
 }
 
-TEST(Overlap, TouchingCountsAndMasksHide) {
+TEST(Overlap, IncludesTouchingEntitiesAndIgnoresMaskedOnes) {
   Scene scene;
   scene.place(make_box({2, 2, 2}), at({0, 0, 0})).mask = 1;
   scene.place(make_box({2, 2, 2}), at({2, 0, 0})).mask = 2;
@@ -228,7 +225,7 @@ TEST(Overlap, TouchingCountsAndMasksHide) {
   EXPECT_TRUE(found(gaps(world, Overlap{scene.entities[0].id, {}, 1})).empty());
 }
 
-TEST(Overlap, FlatBoundsHaveAPlaceToo) {
+TEST(Overlap, WorksWithFlatBounds) {
   Scene scene;
   scene.place(make_rectangle(4, 4));
   scene.place(make_box({1, 1, 1}), at({0, 0, 0.5}));
@@ -240,7 +237,7 @@ TEST(Overlap, FlatBoundsHaveAPlaceToo) {
   EXPECT_EQ(all[2].gap_m, 0.25);
 }
 
-TEST(RegionDeathTest, BadOnesAreMisuse) {
+TEST(RegionDeathTest, InvalidElementsAreMisuse) {
   const World world = one_box().world();
   Region region = box_at({0, 0, 0}, {1, -1, 1});
   EXPECT_DEATH(gaps(world, region), "half_m");

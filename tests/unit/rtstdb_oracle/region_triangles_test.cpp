@@ -1,18 +1,15 @@
-// Regions by triangle against closed forms, and against points thrown at random.
+// Regions by triangle compared with closed forms and with random points.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 
 #include "rtstdb/oracle/polyhedron.hpp"
 #include "scene.hpp"
 
 namespace rtstdb::oracle {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 Region region_of(RegionShape shape, RegionTest test, const glm::vec3& center_m,
                  const glm::vec3& half_extent_m) {
@@ -37,17 +34,16 @@ using Numbers = std::vector<std::uint32_t>;
 using enum RegionShape;
 using enum RegionTest;
 
-/// Of a single triangle from (0, 0, 0) to (1, 0, 0) and (0, 1, 0); a line along (1, 1, 1) and a point beside
-/// it.
-Scene flat_things() {
+/// The triangle (0, 0, 0), (1, 0, 0), (0, 1, 0), a line along (1, 1, 1) and a point.
+Scene triangle_line_and_point() {
   Scene scene;
   scene.place({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {4, 4, 4}, {6, 6, 6}, {9, 9, 9}},
                {{0, 1, 2}, {3, 4, 3}, {5, 5, 5}}});
   return scene;
 }
 
-TEST(RegionTriangles, TouchingCounts) {
-  const Scene scene = flat_things();
+TEST(RegionTriangles, IncludesTouchingTriangles) {
+  const Scene scene = triangle_line_and_point();
   EXPECT_EQ(numbers(scene, region_of(box, touching, {-1, -1, -1}, {1, 1, 1})), Numbers{0});
   EXPECT_EQ(numbers(scene, region_of(box, touching, {1, 1, 0}, {0.5f, 0.5f, 0.5f})), Numbers{0});
   EXPECT_EQ(numbers(scene, region_of(box, touching, {1, 1, 0}, {0.49f, 0.5f, 0.5f})), Numbers{});
@@ -61,8 +57,8 @@ TEST(RegionTriangles, TouchingCounts) {
   EXPECT_EQ(numbers(scene, region_of(box, touching, {0, 0, 0}, {99, 99, 99})), (Numbers{0, 1, 2}));
 }
 
-TEST(RegionTriangles, InsideAsksForEveryCorner) {
-  const Scene scene = flat_things();
+TEST(RegionTriangles, InsideMeansEveryCorner) {
+  const Scene scene = triangle_line_and_point();
   EXPECT_EQ(numbers(scene, region_of(box, inside, {0.5f, 0.5f, 0}, {0.5f, 0.5f, 0})), Numbers{0});
   EXPECT_EQ(numbers(scene, region_of(box, inside, {0.5f, 0.5f, 0}, {0.5f, 0.4f, 1})), Numbers{});
   EXPECT_EQ(numbers(scene, region_of(sphere, inside, {0, 0, 0}, {1, 0, 0})), Numbers{0});
@@ -72,16 +68,16 @@ TEST(RegionTriangles, InsideAsksForEveryCorner) {
 }
 
 TEST(RegionTriangles, GapsAreLengths) {
-  const Scene scene = flat_things();
+  const Scene scene = triangle_line_and_point();
   const auto gap_m = [&](const Region& region) { return triangle_gaps(scene.world(), region).at(0).gap_m; };
   EXPECT_NEAR(gap_m(region_of(box, touching, {0.25f, 0.25f, 0.5f}, {0.1f, 0.1f, 0.75f})), -0.25, 1e-6);
   EXPECT_NEAR(gap_m(region_of(sphere, touching, {0.25f, 0.25f, 0.5f}, {0.75f, 0, 0})), -0.25, 1e-6);
   EXPECT_NEAR(gap_m(region_of(box, inside, {0.5f, 0.5f, 0}, {0.75f, 0.75f, 0.125f})), -0.125, 1e-6);
-  // The far face stands 0.5 beyond the corner.
+  // The far face is 0.5 beyond the corner.
   EXPECT_NEAR(gap_m(region_of(frustum, touching, {-2, 0, 0}, {2.5f, 99, 99})), -0.5, 1e-6);
 }
 
-TEST(RegionTriangles, PosedScaledCarriedAndMasked) {
+TEST(RegionTriangles, UsesPoseScaleCarrierAndMask) {
   Motion motion = at({0, 0, 1});
   motion.v_world_mps = {10, 0, 0};
   motion.w_world_radps = {0, 0, pi / 2};
@@ -91,7 +87,7 @@ TEST(RegionTriangles, PosedScaledCarriedAndMasked) {
   EntityRow& row = scene.place(TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}, motion);
   row.scale = {3, 1, 1};
   row.mask = 4;
-  // At one second it stands at x = 10, and its long side reaches to y = 3.
+  // At one second it is at x = 10, with its long side along y to 3.
   Region region = region_of(sphere, touching, {10, 5, 1}, {2.001f, 0, 0});
   region.t = at_s(1.0);
   EXPECT_EQ(numbers(scene, region), Numbers{0});
@@ -105,11 +101,11 @@ TEST(RegionTriangles, PosedScaledCarriedAndMasked) {
   EXPECT_EQ(numbers(scene, region), Numbers{});
 }
 
-TEST(RegionSurfaces, TouchesWithOneTriangleAndIsInsideWithAll) {
+TEST(RegionSurfaces, TouchWithOneTriangleAndAreInsideWithAll) {
   Scene scene;
   scene.place(make_sphere(1.0, 3));
   const auto count = [&](const Region& region) { return found(surface_gaps(scene.world(), region)).size(); };
-  EXPECT_EQ(count(region_of(box, touching, {}, {0.3f, 0.3f, 0.3f})), 0u) << "a surface is no body";
+  EXPECT_EQ(count(region_of(box, touching, {}, {0.3f, 0.3f, 0.3f})), 0u) << "the interior does not count";
   EXPECT_EQ(count(region_of(box, touching, {1, 0, 0}, {0.3f, 0.3f, 0.3f})), 1u);
   EXPECT_EQ(count(region_of(box, inside, {1, 0, 0}, {0.3f, 0.3f, 0.3f})), 0u);
   EXPECT_EQ(count(region_of(sphere, inside, {}, {1.001f, 0, 0})), 1u);
@@ -118,9 +114,9 @@ TEST(RegionSurfaces, TouchesWithOneTriangleAndIsInsideWithAll) {
   EXPECT_EQ(surface_gaps(scene.world(), region_of(sphere, touching, {50, 0, 0}, {1, 0, 0})).size(), 1u);
 }
 
-/// A common point proves that they touch, and a point of the triangle that lies outside, that it is not
-/// inside; where no point of many is common, they do not overlap deeply.
-TEST(RegionTriangles, NoPointContradicts) {
+/// A common point proves contact; a point of the triangle outside of the region proves that it is not inside;
+/// without a common point among many, the overlap is not deep.
+TEST(RegionTriangles, AgreesWithRandomPoints) {
   Random random(71);
   int touching_count = 0;
   int apart = 0;
@@ -171,8 +167,8 @@ TEST(RegionTriangles, NoPointContradicts) {
   EXPECT_GT(within, 50);
 }
 
-/// Entity 1: triangles in, at the border inside, at the border outside; entity 3: in.
-std::vector<TriangleGap> four() {
+/// Entity 1: triangles inside, inside at the border, outside at the border; entity 3: inside.
+std::vector<TriangleGap> four_gaps() {
   return {
       {{1, 1}, 2, -1.0, 1e-4}, {{1, 1}, 5, -1e-5, 1e-4}, {{1, 1}, 6, 1e-5, 1e-4}, {{3, 1}, 0, -1.0, 1e-4}};
 }
@@ -182,12 +178,12 @@ Verdict verdict_on(const std::vector<EntityTriangle>& triangles, std::uint32_t f
   answer.triangles = triangles;
   answer.found = found;
   answer.overflow = overflow;
-  const Judgement judgement = compare(four(), answer);
+  const Judgement judgement = compare(four_gaps(), answer);
   EXPECT_EQ(judgement.reason.empty(), judgement.verdict == Verdict::agrees) << judgement.reason;
   return judgement.verdict;
 }
 
-TEST(CompareRegionTriangles, AgreesLeavesTheBorderOpenAndCatchesTheRest) {
+TEST(CompareRegionTriangles, AgreesIsTooCloseAtTheBorderOrDiffers) {
   const EntityTriangle a{{1, 1}, 2};
   const EntityTriangle b{{1, 1}, 5};
   const EntityTriangle c{{1, 1}, 6};

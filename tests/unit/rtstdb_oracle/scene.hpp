@@ -1,13 +1,15 @@
 #pragma once
-// Builds worlds for the oracle's tests.
+// Worlds, elements and comparisons for the tests of the oracle.
 
 #include <glm/ext/vector_double3.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdint>
 #include <deque>
+#include <numbers>
 #include <random>
 #include <utility>
 #include <vector>
@@ -15,6 +17,8 @@
 #include "rtstdb/oracle/oracle.hpp"
 
 namespace rtstdb::oracle {
+
+inline constexpr double pi = std::numbers::pi;
 
 inline WorldTime at_s(double seconds) {
   return world_time_ns(std::llround(seconds * 1e9));
@@ -63,6 +67,16 @@ inline Ray ray_from(const glm::vec3& origin_m, const glm::vec3& direction, World
   return ray;
 }
 
+inline NearestQueryOptions nearest_options(NearestTarget target, std::uint32_t k = 1,
+                                           bool is_signed = false) {
+  return {.name = "test", .capacity = 1, .target = target, .k = k, .is_signed = is_signed};
+}
+
+inline void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance = 1e-12) {
+  EXPECT_LE(glm::length(a - b), tolerance) << "(" << a.x << ", " << a.y << ", " << a.z << ") against (" << b.x
+                                           << ", " << b.y << ", " << b.z << ")";
+}
+
 struct Random {
   std::mt19937_64 engine;
   explicit Random(std::uint64_t seed) : engine(seed) {}
@@ -81,7 +95,7 @@ struct Random {
   glm::dquat orientation() { return glm::angleAxis(uniform(0.0, 6.28), direction()); }
 };
 
-/// A crowd of moving, turning, stretched bodies within some tens of metres.
+/// Moving, turning, scaled bodies within some tens of metres.
 inline Scene crowd(std::uint64_t seed, int count) {
   Random random(seed);
   Scene scene;
@@ -103,17 +117,17 @@ inline Scene crowd(std::uint64_t seed, int count) {
   return scene;
 }
 
-/// A ray that looks about in a crowd, most often at one of it; some are carried, some see only a part.
+/// A ray towards a random body of the scene. Some rays have a carrier, a mask or a maximum lambda.
 inline Ray random_ray(Random& random, const Scene& scene) {
-  const auto one_of_them = [&]() -> const EntityState& {
+  const auto random_entity = [&]() -> const EntityState& {
     return scene.entities[static_cast<std::size_t>(random.below(static_cast<int>(scene.entities.size())))];
   };
   const WorldTime t = scene.version_time + Nanoseconds(random.below(1'000'000'000));
   const glm::dvec3 from_m = 15.0 * random.vector();
-  const glm::dvec3 to_m = pose_at(one_of_them().row.motion, t).p_world_m + 0.7 * random.vector();
+  const glm::dvec3 to_m = pose_at(random_entity().row.motion, t).p_world_m + 0.7 * random.vector();
   Ray ray = ray_from(glm::vec3(from_m), glm::vec3(random.magnitude(0.01, 10.0) * (to_m - from_m)), t);
   if (random.below(4) == 0) {
-    const EntityState& carrier = one_of_them();
+    const EntityState& carrier = random_entity();
     const Pose pose = pose_at(carrier.row.motion, t);
     const glm::dquat to_carrier = glm::conjugate(pose.q_world);
     ray.carrier = carrier.id;

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
-#include <thread>
 
 namespace rtstdb::standing::test {
 
@@ -20,7 +18,7 @@ FollowedWorld::FollowedWorld(const FollowerOptions& options, std::uint32_t kept_
       follower_(std::make_unique<Follower>(engine_, options)),
       transaction_(
           engine_.make_transaction({.max_writes = 1024, .max_geometry_updates = 4, .max_positions = 4096})) {
-  clockwork_ = create(EntityRow{}, -max_world_time_ns);
+  written_by_pass_ = create(EntityRow{}, -max_world_time_ns);
 }
 
 GeometryId FollowedWorld::add(const TriangleMesh& mesh, bool deforms) {
@@ -61,13 +59,13 @@ void FollowedWorld::remove(EntityId id, std::int64_t ns) {
   execute([&](Transaction& transaction) { transaction.remove(id); }, ns);
 }
 void FollowedWorld::pass(std::int64_t ns) {
-  update(clockwork_, EntityRow{}, ns);
+  update(written_by_pass_, EntityRow{}, ns);
 }
 
 namespace {
 
-template <class Asked>
-std::unique_ptr<StandingQuery> registered(Follower& follower, const Asked& definition,
+template <class Definition>
+std::unique_ptr<StandingQuery> registered(Follower& follower, const Definition& definition,
                                           const StandingOptions& options) {
   const auto spec = make_query_spec(definition, options.name);
   EXPECT_TRUE(spec) << (spec ? "" : spec.error().message);
@@ -93,12 +91,10 @@ std::unique_ptr<StandingQuery> FollowedWorld::watch(const StandingNearest& defin
 
 void FollowedWorld::catch_up(const StandingQuery& query) {
   const Version latest = engine_.latest().version;
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  while (query.status() == StandingStatus::following && query.progress().version < latest) {
-    ASSERT_LT(std::chrono::steady_clock::now(), patience)
-        << "the follower does not get to version " << latest;
-    std::this_thread::sleep_for(std::chrono::microseconds(50));
-  }
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] { return query.status() != StandingStatus::following || query.progress().version >= latest; },
+      event_limit))
+      << "version " << latest;
 }
 
 oracle::World FollowedWorld::rows() {
@@ -106,6 +102,13 @@ oracle::World FollowedWorld::rows() {
   for (const TriangleMesh& mesh : meshes_)
     meshes.push_back(&mesh);
   return {engine_.snapshot(ReadAt::latest()).value(), meshes, engine_.latest().time};
+}
+
+std::vector<EntityId> FollowedWorld::entities_in(const StandingRegion& definition) {
+  Region region = definition.region;
+  const oracle::World latest = rows();
+  region.t = latest.version_time();
+  return oracle::found(oracle::gaps(latest, region));
 }
 
 std::vector<StandingEvent> events_of(FollowedWorld& world, StandingQuery& query) {
@@ -127,21 +130,21 @@ void Members::take(const StandingEvent& event) {
   switch (event.kind) {
     case EventKind::reset:
       members_.clear();
-      whole_ = false;
-      told_lost_ += event.lost;
+      complete_ = false;
+      reported_lost_ += event.lost;
       return;
     case EventKind::complete:
-      EXPECT_FALSE(whole_);
-      whole_ = true;
+      EXPECT_FALSE(complete_);
+      complete_ = true;
       return;
     case EventKind::present:
     case EventKind::enter:
-      EXPECT_FALSE(holds(event.entity)) << "entity " << event.entity.index << " came twice";
+      EXPECT_FALSE(holds(event.entity)) << "entity " << event.entity.index << " entered twice";
       members_.insert(place, event.entity);
       return;
     case EventKind::exit:
       if (!holds(event.entity)) {
-        ADD_FAILURE() << "entity " << event.entity.index << " left and was not there";
+        ADD_FAILURE() << "entity " << event.entity.index << " left and was no member";
         return;
       }
       members_.erase(place);
@@ -160,6 +163,11 @@ EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m, const glm::dv
   row.motion.p_world_m = p_world_m;
   row.motion.v_world_mps = v_world_mps;
   return row;
+}
+
+EntityRow random_row_in_plane(std::mt19937& random, GeometryId geometry) {
+  const auto number = [&] { return static_cast<double>(random() % 400) / 10.0 - 20.0; };
+  return row_of(geometry, {number(), number(), 0.0}, {number(), number(), 0.0});
 }
 
 }  // namespace rtstdb::standing::test

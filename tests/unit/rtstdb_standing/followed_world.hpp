@@ -1,8 +1,12 @@
 #pragma once
 // An engine without a device, a follower, and the checks of its events.
 
+#include <glm/gtc/quaternion.hpp>
+
+#include <chrono>
 #include <cstdint>
 #include <memory>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -10,9 +14,13 @@
 #include "rtstdb/standing/follower.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/no_queries.hpp"
 
 namespace rtstdb::standing::test {
+
+/// For events that depend on other threads, with a sanitizer too.
+inline constexpr std::chrono::minutes event_limit{5};
 
 inline WorldTime at_ns(std::int64_t ns) {
   return world_time_ns(ns);
@@ -32,6 +40,8 @@ class FollowedWorld {
   void pass(std::int64_t ns);
   /// Declares and executes a transaction; fails the test unless it is committed.
   Outcome execute(const std::function<void(Transaction&)>& declare, std::int64_t ns);
+  /// The entity of a create in the last transaction.
+  EntityId created(std::uint32_t ordinal) const { return transaction_->created(ordinal); }
 
   std::unique_ptr<StandingQuery> watch(const StandingRegion& definition, const StandingOptions& options = {});
   std::unique_ptr<StandingQuery> watch(const StandingRay& definition, const StandingOptions& options = {});
@@ -41,6 +51,8 @@ class FollowedWorld {
   void catch_up(const StandingQuery& query);
 
   oracle::World rows();
+  /// The entities in the region in the latest version, by the oracle.
+  std::vector<EntityId> entities_in(const StandingRegion& definition);
   std::span<const TriangleMesh> meshes() const { return meshes_; }
   transaction::Engine& engine() { return engine_; }
   Follower& follower() { return *follower_; }
@@ -52,7 +64,7 @@ class FollowedWorld {
   transaction::Engine engine_;
   std::unique_ptr<Follower> follower_;
   std::unique_ptr<Transaction> transaction_;
-  EntityId clockwork_;  ///< the entity that `pass` writes
+  EntityId written_by_pass_;
 };
 
 /// All pending events, after the latest version has been evaluated.
@@ -65,17 +77,38 @@ class Members {
   void take(const StandingEvent& event);
   bool holds(EntityId id) const;
   const std::vector<EntityId>& all() const { return members_; }  ///< ascending
-  /// The list of members is complete, and no loss is pending.
-  bool whole(const StandingQuery& query) const { return whole_ && told_lost_ == query.lost(); }
-  std::uint64_t told_lost() const { return told_lost_; }
+  /// The list of members is complete, and all losses are reported.
+  bool complete(const StandingQuery& query) const { return complete_ && reported_lost_ == query.lost(); }
+  std::uint64_t reported_lost() const { return reported_lost_; }
 
  private:
   std::vector<EntityId> members_;
-  bool whole_ = false;
-  std::uint64_t told_lost_ = 0;
+  bool complete_ = false;
+  std::uint64_t reported_lost_ = 0;
 };
 
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0),
                  const glm::dvec3& v_world_mps = glm::dvec3(0.0));
+
+/// Random position within 20 m and velocity within 20 m/s, in the plane z = 0.
+EntityRow random_row_in_plane(std::mt19937& random, GeometryId geometry);
+
+/// Random numbers and vectors.
+class Dice {
+ public:
+  explicit Dice(std::uint32_t seed) : random_(seed) {}
+  double from(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_()) / 4294967296.0;
+  }
+  std::uint32_t below(std::uint32_t end) { return static_cast<std::uint32_t>(random_() % end); }
+  bool one_in(std::uint32_t n) { return below(n) == 0; }
+  glm::dvec3 vector(double size) { return {from(-size, size), from(-size, size), from(-size, size)}; }
+  glm::dquat orientation() {
+    return glm::normalize(glm::dquat(from(-1, 1), from(-1, 1), from(-1, 1), from(-1, 1) + 0.01));
+  }
+
+ private:
+  std::mt19937 random_;
+};
 
 }  // namespace rtstdb::standing::test

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <chrono>
 #include <random>
 #include <thread>
 
@@ -23,32 +22,24 @@ StandingRegion around_origin(float half_m) {
 }
 
 /// Fetches until the list of members is complete.
-void take_until_whole(FollowedWorld& world, StandingQuery& query, Members& members) {
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  world.catch_up(query);
-  do {
-    members.take(events_of(world, query));
-    ASSERT_LT(std::chrono::steady_clock::now(), patience) << "no complete";
-    std::this_thread::yield();
-  } while (!members.whole(query));
+void take_until_complete(FollowedWorld& world, StandingQuery& query, Members& members) {
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] {
+        members.take(events_of(world, query));
+        return members.complete(query);
+      },
+      event_limit));
   // Events after `complete`.
   members.take(events_of(world, query));
 }
 
-std::vector<EntityId> truly_inside(FollowedWorld& world, const StandingRegion& definition) {
-  Region region = definition.region;
-  const oracle::World rows = world.rows();
-  region.t = rows.version_time();
-  return oracle::found(oracle::gaps(rows, region));
-}
-
-TEST(Loss, FullRingCountsAndListsMembersAgain) {
+TEST(Loss, OfEventsIsCountedAndTheMembersAreListedAgain) {
   FollowedWorld world;
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   const auto definition = around_origin(5.0f);
   const auto query = world.watch(definition, {.name = "gate", .ring_capacity = 8});
   Members members;
-  take_until_whole(world, *query, members);
+  take_until_complete(world, *query, members);
   std::vector<EntityId> made;
   made.reserve(100);
   for (int k = 0; k < 100; ++k)
@@ -61,16 +52,17 @@ TEST(Loss, FullRingCountsAndListsMembersAgain) {
     EXPECT_EQ(event.kind, EventKind::enter);
   // The list is longer than the ring and arrives in pieces.
   std::vector<StandingEvent> all;
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  while (all.empty() || all.back().kind != EventKind::complete) {
-    ASSERT_LT(std::chrono::steady_clock::now(), patience);
-    for (const StandingEvent& event : events_of(world, *query))
-      all.push_back(event);
-  }
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] {
+        for (const StandingEvent& event : events_of(world, *query))
+          all.push_back(event);
+        return !all.empty() && all.back().kind == EventKind::complete;
+      },
+      event_limit));
   ASSERT_EQ(all.size(), 102u);
   EXPECT_EQ(all.front().kind, EventKind::reset);
   EXPECT_EQ(all.front().lost, 92u);
-  EXPECT_EQ(all.front().seq, first.back().seq + 93) << "numbers that are missing were lost";
+  EXPECT_EQ(all.front().seq, first.back().seq + 93) << "lost events have numbers";
   members.take(all);
   EXPECT_EQ(members.all(), made);
   EXPECT_EQ(query->lost(), 92u);
@@ -78,7 +70,7 @@ TEST(Loss, FullRingCountsAndListsMembersAgain) {
 
 /// A slow reader and writers that do not wait for it: at each `complete` and at the end the membership is
 /// correct.
-TEST(Loss, SlowReaderEndsWithCorrectMembers) {
+TEST(Loss, OfASlowReaderEndsWithCorrectMembers) {
   std::mt19937 random(5);
   FollowedWorld world;
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
@@ -87,7 +79,6 @@ TEST(Loss, SlowReaderEndsWithCorrectMembers) {
   std::vector<EntityId> alive;
   Members members;
   std::array<StandingEvent, 3> some;
-  const auto anywhere = [&] { return static_cast<double>(random() % 400) / 10.0 - 20.0; };
   std::uint64_t last_seq = 0;
   std::uint64_t missing = 0;
   const auto take = [&](std::span<const StandingEvent> events) {
@@ -99,36 +90,36 @@ TEST(Loss, SlowReaderEndsWithCorrectMembers) {
   };
   for (int k = 0; k < 600; ++k) {
     const std::int64_t now_ns = std::int64_t{k} * 20'000'000;
-    const EntityRow row = row_of(cube, {anywhere(), anywhere(), 0.0}, {anywhere(), anywhere(), 0.0});
+    const EntityRow row = random_row_in_plane(random, cube);
     if (alive.size() < 30) {
       alive.push_back(world.create(row, now_ns));
     } else {
       world.update(alive[random() % alive.size()], row, now_ns);
     }
     if (random() % 16 == 0) take(std::span(some).first(query->next_events(some)));
-    // Lets the follower run meanwhile; at the end alone it would have fewer events than the ring has room
-    // for.
+    // So that the follower evaluates in between: at the end only, all events would fit into the ring.
     if (k % 50 == 49) world.catch_up(*query);
   }
   EXPECT_GT(query->lost(), 0u);
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  do {
-    take(events_of(world, *query));
-    ASSERT_LT(std::chrono::steady_clock::now(), patience);
-  } while (!members.whole(*query));
-  EXPECT_EQ(members.all(), truly_inside(world, definition));
+  ASSERT_TRUE(hil::tests::eventually(
+      [&] {
+        take(events_of(world, *query));
+        return members.complete(*query);
+      },
+      event_limit));
+  EXPECT_EQ(members.all(), world.entities_in(definition));
   EXPECT_EQ(missing, query->lost());
-  EXPECT_EQ(members.told_lost(), query->lost());
+  EXPECT_EQ(members.reported_lost(), query->lost());
 }
 
 /// Commits that do not fit into the feed: their effects have EventCause::gap; crossings of other entities
 /// keep their times.
-TEST(Loss, FullFeedIsCaughtUp) {
+TEST(Loss, OfCommitsInAFullFeedIsCaughtUp) {
   FollowedWorld world({.max_entities = 256, .feed_capacity = 8});
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   const EntityId crosses = world.create(row_of(cube, {-7.5, 0.0, 0.0}, {1.0, 0.0, 0.0}), 0);
   const EntityId stays = world.create(row_of(cube), 0);
-  const EntityId goes = world.create(row_of(cube, {1.0, 0.0, 0.0}), 0);
+  const EntityId leaves = world.create(row_of(cube, {1.0, 0.0, 0.0}), 0);
   const auto definition = around_origin(5.0f);
   const auto region = world.watch(definition);
   StandingNearest point;
@@ -136,24 +127,22 @@ TEST(Loss, FullFeedIsCaughtUp) {
   const auto nearest = world.watch(point);
   Members members;
   Members nearest_members;
-  take_until_whole(world, *region, members);
-  take_until_whole(world, *nearest, nearest_members);
-  std::vector<EntityId> come;
-  Transaction* used = nullptr;
+  take_until_complete(world, *region, members);
+  take_until_complete(world, *nearest, nearest_members);
+  std::vector<EntityId> entered;
   world.execute(
       [&](Transaction& transaction) {
-        used = &transaction;
-        transaction.remove(goes);
+        transaction.remove(leaves);
         transaction.remove(stays);
         for (int k = 0; k < 20; ++k)
           transaction.create(row_of(cube, {0.0, 0.1 * k, 0.0}));
       },
       9'000'000'000);
   for (std::uint32_t k = 0; k < 20; ++k)
-    come.push_back(used->created(k));
+    entered.push_back(world.created(k));
   const auto events = events_of(world, *region);
   members.take(events);
-  EXPECT_EQ(members.all(), truly_inside(world, definition));
+  EXPECT_EQ(members.all(), world.entities_in(definition));
   ASSERT_EQ(events.size(), 1u + 2u + 20u);
   EXPECT_EQ(events[0].cause, EventCause::motion);
   EXPECT_EQ(events[0].entity, crosses);
@@ -163,12 +152,13 @@ TEST(Loss, FullFeedIsCaughtUp) {
     EXPECT_EQ(events[k].time, at_ns(9'000'000'000));
   }
   nearest_members.take(events_of(world, *nearest));
-  EXPECT_EQ(nearest_members.all(), std::vector{come[0].index < come[1].index ? come[0] : come[1]});
+  EXPECT_EQ(nearest_members.all(),
+            std::vector{entered[0].index < entered[1].index ? entered[0] : entered[1]});
   const StandingCounts counts = world.follower().counts();
   EXPECT_EQ(counts.gaps, 1u);
   EXPECT_EQ(counts.skipped_versions, 1u);
   // The evaluation continues.
-  world.remove(come[5], 9'500'000'000);
+  world.remove(entered[5], 9'500'000'000);
   const auto after = events_of(world, *region);
   ASSERT_EQ(after.size(), 1u);
   EXPECT_EQ(after[0].cause, EventCause::write);
@@ -176,18 +166,14 @@ TEST(Loss, FullFeedIsCaughtUp) {
 
 /// Commits at full speed with a feed of few rows: after any number of gaps, the members are correct at the
 /// end.
-TEST(Loss, ManyGapsEndWithCorrectMembers) {
+TEST(Loss, OfManyGapsEndsWithCorrectMembers) {
   std::mt19937 random(11);
   FollowedWorld world({.max_entities = 512, .feed_capacity = 4}, 256);
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   std::vector<EntityId> alive;
-  const auto anywhere = [&] { return static_cast<double>(random() % 400) / 10.0 - 20.0; };
-  const auto somewhere = [&] {
-    return row_of(cube, {anywhere(), anywhere(), 0.0}, {anywhere(), anywhere(), 0.0});
-  };
   alive.reserve(300);
   for (int k = 0; k < 300; ++k)
-    alive.push_back(world.create(somewhere(), 0));
+    alive.push_back(world.create(random_row_in_plane(random, cube), 0));
   const auto definition = around_origin(8.0f);
   const auto query = world.watch(definition, {.name = "gate", .ring_capacity = 1 << 16});
   Members members;
@@ -195,30 +181,30 @@ TEST(Loss, ManyGapsEndWithCorrectMembers) {
     world.execute(
         [&](Transaction& transaction) {
           for (int n = 0; n < 4; ++n)
-            transaction.update(alive[random() % alive.size()], somewhere());
+            transaction.update(alive[random() % alive.size()], random_row_in_plane(random, cube));
         },
         std::int64_t{k} * 1'000'000);
     if (k % 16 == 0)
       world.execute(
           [&](Transaction& transaction) {
             for (int n = 0; n < 5; ++n)
-              transaction.update(alive[random() % alive.size()], somewhere());
+              transaction.update(alive[random() % alive.size()], random_row_in_plane(random, cube));
           },
           std::int64_t{k} * 1'000'000);
   }
-  take_until_whole(world, *query, members);
-  EXPECT_EQ(members.all(), truly_inside(world, definition));
+  take_until_complete(world, *query, members);
+  EXPECT_EQ(members.all(), world.entities_in(definition));
   EXPECT_GT(world.follower().counts().gaps, 0u);
   EXPECT_EQ(query->lost(), 0u);
 }
 
 /// A query that runs out of memory fails with a reason; the other queries and the database continue.
-TEST(Loss, QueryWithoutMemoryFailsWithReason) {
+TEST(Loss, OfMemoryFailsAQueryWithItsReason) {
   FollowedWorld world({.max_entities = 4096});
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
-  const auto query = world.watch(around_origin(5.0f), {.name = "greedy"});
+  const auto query = world.watch(around_origin(5.0f), {.name = "gate"});
   Members members;
-  take_until_whole(world, *query, members);
+  take_until_complete(world, *query, members);
   fail_allocations_of("rtstdb follower", 0);
   world.execute(
       [&](Transaction& transaction) {
@@ -226,29 +212,26 @@ TEST(Loss, QueryWithoutMemoryFailsWithReason) {
           transaction.create(row_of(cube, {100.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}));
       },
       1000);
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  while (query->status() == StandingStatus::following) {
-    ASSERT_LT(std::chrono::steady_clock::now(), patience);
-    std::this_thread::yield();
-  }
+  ASSERT_TRUE(
+      hil::tests::eventually([&] { return query->status() != StandingStatus::following; }, event_limit));
   EXPECT_EQ(query->status(), StandingStatus::failed);
-  EXPECT_EQ(query->reason(), "standing query 'greedy': no memory was left to follow it");
+  EXPECT_EQ(query->reason(), "standing query 'gate': no memory was left to follow it");
   stop_failing_allocations();
   // It can be registered again.
   const auto again = world.watch(around_origin(5.0f));
   world.pass(120'000'000'000);
   Members later;
-  take_until_whole(world, *again, later);
+  take_until_complete(world, *again, later);
   EXPECT_TRUE(later.all().empty());
   EXPECT_EQ(query->status(), StandingStatus::failed);
 }
 
 /// The follower runs out of memory at any allocation: an error at registration, or a failed query later, and
 /// nothing else.
-TEST(Loss, SurvivesMemoryExhaustionAnywhere) {
+TEST(Loss, OfMemoryAtAnyAllocationIsReported) {
   int refused = 0;
   int failed = 0;
-  int untouched = 0;
+  int unaffected = 0;
   for (int after = 0; after < 40; ++after) {
     FollowedWorld world;
     const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
@@ -268,13 +251,13 @@ TEST(Loss, SurvivesMemoryExhaustionAnywhere) {
       ++refused;
     } else {
       world.catch_up(*made.value());
-      ++(made.value()->status() == StandingStatus::failed ? failed : untouched);
+      ++(made.value()->status() == StandingStatus::failed ? failed : unaffected);
     }
     stop_failing_allocations();
   }
   EXPECT_GT(refused, 0);
   EXPECT_GT(failed, 0);
-  EXPECT_GT(untouched, 0);
+  EXPECT_GT(unaffected, 0);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iostream>
 #include <optional>
 #include <random>
 
@@ -36,10 +35,10 @@ constexpr Nanoseconds around{2000};
 /// up to 1 km/s.
 constexpr double at_crossing_m = 1e-6;
 
-struct Asked {
-  explicit Asked(const StandingRegion& definition) : region(definition) {}
-  explicit Asked(const StandingRay& definition) : ray(definition) {}
-  explicit Asked(const StandingNearest& definition) : nearest(definition) {}
+struct Definition {
+  explicit Definition(const StandingRegion& definition) : region(definition) {}
+  explicit Definition(const StandingRay& definition) : ray(definition) {}
+  explicit Definition(const StandingNearest& definition) : nearest(definition) {}
 
   std::optional<StandingRegion> region;
   std::optional<StandingRay> ray;
@@ -90,13 +89,13 @@ double center_gap_m(const oracle::World& world, const Region& region, const glm:
   return std::max({p.x - half.x, static_cast<double>(region.near_m) - p.x, side_m, roof_m});
 }
 
-/// How much the box must grow for the ray to meet it (negative: how much it may shrink), by bisection with
-/// the slab test.
+/// By how much the box has to grow until the ray hits it (negative: may shrink), by bisection with the slab
+/// test.
 double ray_gap_m(const oracle::World& world, const Ray& ray, const OrientedBox& box, WorldTime t) {
   const Pose carrier = carrier_pose(world, ray.carrier, t);
   const glm::dvec3 from_m = carrier.p_world_m + carrier.q_world * glm::dvec3(ray.origin_m) - box.center_m;
   const glm::dvec3 direction = carrier.q_world * glm::dvec3(ray.direction);
-  const auto meets = [&](double grown_m) {
+  const auto hits = [&](double grown_m) {
     double first = static_cast<double>(ray.lambda_min);
     double last = static_cast<double>(ray.lambda_max);
     for (int i = 0; i < 3; ++i) {
@@ -115,11 +114,11 @@ double ray_gap_m(const oracle::World& world, const Ray& ray, const OrientedBox& 
     }
     return first <= last;
   };
-  double not_enough = -100.0;
-  double enough = 2000.0;
-  while (enough - not_enough > 1e-10)
-    (meets(0.5 * (not_enough + enough)) ? enough : not_enough) = 0.5 * (not_enough + enough);
-  return enough;
+  double too_small = -100.0;
+  double large_enough = 2000.0;
+  while (large_enough - too_small > 1e-10)
+    (hits(0.5 * (too_small + large_enough)) ? large_enough : too_small) = 0.5 * (too_small + large_enough);
+  return large_enough;
 }
 
 std::vector<Gap> nearest_gaps(const oracle::World& world, const StandingNearest& definition, WorldTime t) {
@@ -145,7 +144,7 @@ std::vector<Gap> nearest_gaps(const oracle::World& world, const StandingNearest&
   return gaps;
 }
 
-std::vector<Gap> gaps_at(const oracle::World& world, const Asked& definition, WorldTime t) {
+std::vector<Gap> gaps_at(const oracle::World& world, const Definition& definition, WorldTime t) {
   std::vector<Gap> gaps;
   if (definition.nearest) return nearest_gaps(world, *definition.nearest, t);
   if (definition.region && definition.region->target == StandingTarget::bounds) {
@@ -167,7 +166,7 @@ std::vector<Gap> gaps_at(const oracle::World& world, const Asked& definition, Wo
   return gaps;
 }
 
-double gap_of(const oracle::World& world, const Asked& definition, EntityId entity, WorldTime t) {
+double gap_of(const oracle::World& world, const Definition& definition, EntityId entity, WorldTime t) {
   for (const Gap& gap : gaps_at(world, definition, t))
     if (gap.entity == entity) return gap.gap_m;
   return std::numeric_limits<double>::infinity();
@@ -175,27 +174,10 @@ double gap_of(const oracle::World& world, const Asked& definition, EntityId enti
 
 // ---- random worlds
 
-class Dice {
- public:
-  explicit Dice(std::uint32_t seed) : random_(seed) {}
-  double from(double low, double high) {
-    return low + (high - low) * static_cast<double>(random_()) / 4294967296.0;
-  }
-  std::uint32_t below(std::uint32_t end) { return static_cast<std::uint32_t>(random_() % end); }
-  bool one_in(std::uint32_t n) { return below(n) == 0; }
-  glm::dvec3 vector(double size) { return {from(-size, size), from(-size, size), from(-size, size)}; }
-  glm::dquat turn() {
-    return glm::normalize(glm::dquat(from(-1, 1), from(-1, 1), from(-1, 1), from(-1, 1) + 0.01));
-  }
-
- private:
-  std::mt19937 random_;
-};
-
 Motion random_motion(Dice& dice, std::int64_t now_ns) {
   Motion motion;
   motion.p_world_m = dice.vector(12.0);
-  motion.q_world = dice.one_in(3) ? glm::dquat(1, 0, 0, 0) : dice.turn();
+  motion.q_world = dice.one_in(3) ? glm::dquat(1, 0, 0, 0) : dice.orientation();
   motion.v_world_mps = dice.one_in(5) ? glm::dvec3(0.0) : dice.vector(15.0);
   if (!dice.one_in(3)) motion.w_world_radps = dice.vector(dice.one_in(4) ? 20.0 : 2.0);
   motion.valid_from = at_ns(now_ns - static_cast<std::int64_t>(dice.below(200'000'000)));
@@ -211,20 +193,20 @@ EntityRow random_row(Dice& dice, std::int64_t now_ns) {
   return row;
 }
 
-std::vector<Asked> random_questions(Dice& dice, std::span<const EntityId> carriers) {
-  std::vector<Asked> all;
+std::vector<Definition> random_queries(Dice& dice, std::span<const EntityId> carriers) {
+  std::vector<Definition> all;
   const auto carried_by = [&](bool carried) { return carried ? carriers[dice.below(2)] : EntityId{}; };
   for (const bool carried : {false, true}) {
     for (const RegionShape shape : {RegionShape::box, RegionShape::sphere, RegionShape::frustum}) {
-      for (int way = 0; way < 3; ++way) {
+      for (int variant = 0; variant < 3; ++variant) {
         StandingRegion definition;
         definition.region.shape = shape;
-        definition.region.test = way == 1 ? RegionTest::inside : RegionTest::touching;
-        definition.target = way == 2 ? StandingTarget::center : StandingTarget::bounds;
+        definition.region.test = variant == 1 ? RegionTest::inside : RegionTest::touching;
+        definition.target = variant == 2 ? StandingTarget::center : StandingTarget::bounds;
         definition.region.center_m = glm::vec3(dice.vector(5.0));
         definition.region.half_extent_m = glm::vec3(dice.from(4, 12), dice.from(2, 9), dice.from(2, 9));
         definition.region.near_m = shape == RegionShape::frustum && dice.one_in(2) ? 1.5f : 0.0f;
-        if (!dice.one_in(3)) definition.region.q = glm::quat(dice.turn());
+        if (!dice.one_in(3)) definition.region.q = glm::quat(dice.orientation());
         definition.region.mask = dice.one_in(3) ? 1u : mask_all;
         definition.region.carrier = carried_by(carried);
         if (dice.one_in(2)) definition.excluded = carriers[0];
@@ -253,7 +235,7 @@ std::vector<Asked> random_questions(Dice& dice, std::span<const EntityId> carrie
 }
 
 struct Watched {
-  Asked definition;
+  Definition definition;
   std::unique_ptr<StandingQuery> query;
   Members members;
   std::vector<StandingEvent> waiting;
@@ -263,13 +245,13 @@ struct Tally {
   std::size_t compared = 0, unsure = 0, crossings = 0, writes = 0;
 };
 
-std::unique_ptr<StandingQuery> watch(FollowedWorld& world, const Asked& definition) {
+std::unique_ptr<StandingQuery> watch(FollowedWorld& world, const Definition& definition) {
   if (definition.region) return world.watch(*definition.region);
   if (definition.ray) return world.watch(*definition.ray);
   return world.watch(*definition.nearest);
 }
 
-/// A sample nobody who is certainly in is missing, nobody who is certainly out is there.
+/// Entities that are certainly inside are members, and those that are certainly outside are not.
 void compare(const oracle::World& world, const Watched& watched, WorldTime t, Tally& tally,
              const char* when) {
   for (const Gap& gap : gaps_at(world, watched.definition, t)) {
@@ -315,13 +297,11 @@ void write_at_random(FollowedWorld& world, Dice& dice, std::vector<EntityId>& al
                      std::int64_t now_ns) {
   std::vector<std::uint32_t> created;
   std::vector<EntityId> removed;
-  Transaction* used = nullptr;
   world.execute(
       [&](Transaction& transaction) {
-        used = &transaction;
         for (auto count = 1 + dice.below(4); count > 0; --count) {
           const EntityId some = alive[dice.below(static_cast<std::uint32_t>(alive.size()))];
-          const bool may_go =
+          const bool may_be_removed =
               alive.size() > kept + 4 &&
               std::ranges::find(alive, some) >= alive.begin() + static_cast<std::ptrdiff_t>(kept);
           switch (dice.below(6)) {
@@ -329,7 +309,7 @@ void write_at_random(FollowedWorld& world, Dice& dice, std::vector<EntityId>& al
               created.push_back(transaction.create(random_row(dice, now_ns)));
               break;
             case 1:
-              if (!may_go) break;
+              if (!may_be_removed) break;
               transaction.remove(some);
               removed.push_back(some);
               std::erase(alive, some);
@@ -345,7 +325,7 @@ void write_at_random(FollowedWorld& world, Dice& dice, std::vector<EntityId>& al
       },
       now_ns);
   for (const std::uint32_t ordinal : created)
-    alive.push_back(used->created(ordinal));
+    alive.push_back(world.created(ordinal));
 }
 
 void run_world(std::uint32_t seed, Tally& tally) {
@@ -360,7 +340,7 @@ void run_world(std::uint32_t seed, Tally& tally) {
     alive.push_back(world.create(random_row(dice, 0), 0));
   constexpr std::size_t kept = 4;
   std::vector<Watched> all;
-  for (const Asked& definition : random_questions(dice, std::span(alive).first(kept)))
+  for (const Definition& definition : random_queries(dice, std::span(alive).first(kept)))
     all.push_back({definition, watch(world, definition), {}, {}});
   std::int64_t now_ns = 0;
   for (int k = 0; k < versions; ++k) {
@@ -377,7 +357,7 @@ void run_world(std::uint32_t seed, Tally& tally) {
         watched.members.take(event);
       }
       watched.waiting.clear();
-      EXPECT_TRUE(watched.members.whole(*watched.query));
+      EXPECT_TRUE(watched.members.complete(*watched.query));
       ASSERT_NO_FATAL_FAILURE(compare(rows, watched, from, tally, "at a version")) << "seed " << seed;
     }
     now_ns += static_cast<std::int64_t>(dice.one_in(6) ? 0 : dice.below(120'000'000));
@@ -401,8 +381,6 @@ TEST(RandomWorld, EventsAgreeWithTheOracle) {
   EXPECT_GT(tally.crossings, std::size_t{worlds} * 150);
   EXPECT_GT(tally.writes, std::size_t{worlds} * 500);
   EXPECT_LT(tally.unsure, tally.compared / 1000);
-  std::cout << tally.compared << " compared, " << tally.unsure << " too close, " << tally.crossings
-            << " crossings, " << tally.writes << " by writes\n";
 }
 
 }  // namespace

@@ -12,13 +12,13 @@
 namespace rtstdb::standing::test {
 namespace {
 
-template <class Asked>
-void expect_refused(const Asked& definition, const std::string& words) {
+template <class Definition>
+void expect_refused(const Definition& definition, const std::string& part) {
   const auto spec = make_query_spec(definition, "gate");
-  ASSERT_FALSE(spec) << words;
+  ASSERT_FALSE(spec) << part;
   EXPECT_EQ(spec.error().code, ErrorCode::bad_input);
   EXPECT_NE(spec.error().message.find("standing query 'gate'"), std::string::npos);
-  EXPECT_NE(spec.error().message.find(words), std::string::npos) << spec.error().message;
+  EXPECT_NE(spec.error().message.find(part), std::string::npos) << spec.error().message;
 }
 
 TEST(Refusal, OfRegions) {
@@ -55,7 +55,7 @@ TEST(Refusal, OfRegions) {
 TEST(Refusal, OfEmptyRegions) {
   StandingRegion flat;
   flat.region.half_extent_m = {1.0f, 0.0f, 3.0f};
-  EXPECT_TRUE(make_query_spec(flat, "gate")) << "bounds can touch a curtain";
+  EXPECT_TRUE(make_query_spec(flat, "gate")) << "bounds can touch a flat region";
   flat.target = StandingTarget::center;
   expect_refused(flat, "empty");
   flat.target = StandingTarget::bounds;
@@ -109,19 +109,19 @@ TEST(Refusal, OfNearest) {
 TEST(Refusal, OfUnknownEntitiesAndRings) {
   FollowedWorld world;
   const EntityId alive = world.create(EntityRow{}, 0);
-  const EntityId dead = world.create(EntityRow{}, 0);
-  world.remove(dead, 0);
+  const EntityId removed = world.create(EntityRow{}, 0);
+  world.remove(removed, 0);
   StandingRegion definition;
   definition.region.half_extent_m = {1.0f, 1.0f, 1.0f};
-  const auto refused = [&](const StandingRegion& wanted, const StandingOptions& options) {
-    auto made = world.follower().watch(make_query_spec(wanted, options.name).value(), options);
+  const auto refused = [&](const StandingRegion& region, const StandingOptions& options) {
+    auto made = world.follower().watch(make_query_spec(region, options.name).value(), options);
     EXPECT_FALSE(made);
     return made ? std::string() : made.error().message;
   };
-  definition.region.carrier = dead;
+  definition.region.carrier = removed;
   EXPECT_EQ(refused(definition, {.name = "gate"}), "standing query 'gate': its carrier 2.1 does not exist");
   definition.region.carrier = alive;
-  definition.excluded = {dead.index, 7};
+  definition.excluded = {removed.index, 7};
   EXPECT_EQ(refused(definition, {.name = "gate"}),
             "standing query 'gate': the excluded entity 2.7 does not exist");
   definition.excluded = {};

@@ -19,14 +19,14 @@ class Writes : public testing::Test {
     definition.region.half_extent_m = {5.0f, 5.0f, 5.0f};
   }
 
-  struct Told {
+  struct Effect {
     EventKind kind;
     EntityId entity;
-    friend bool operator==(const Told&, const Told&) = default;
+    friend bool operator==(const Effect&, const Effect&) = default;
   };
   /// The events with EventCause::write, all at this time.
-  std::vector<Told> events(StandingQuery& query, std::int64_t ns) {
-    std::vector<Told> all;
+  std::vector<Effect> events(StandingQuery& query, std::int64_t ns) {
+    std::vector<Effect> all;
     for (const StandingEvent& event : events_of(world, query)) {
       if (event.cause == EventCause::list) continue;
       EXPECT_EQ(event.cause, EventCause::write);
@@ -42,53 +42,50 @@ class Writes : public testing::Test {
   StandingRegion definition;
 };
 
-TEST_F(Writes, CreateJumpMaskAndRemove) {
+TEST_F(Writes, OfEachKindChangeMembership) {
   const auto query = world.watch(definition);
   EXPECT_TRUE(events(*query, 0).empty());
   const EntityId one = world.create(row_of(cube), 10);
-  EXPECT_EQ(events(*query, 10), (std::vector<Told>{{enter, one}}));
+  EXPECT_EQ(events(*query, 10), (std::vector<Effect>{{enter, one}}));
   world.update(one, row_of(cube, {20.0, 0.0, 0.0}), 20);
-  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{exit, one}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Effect>{{exit, one}}));
   world.update(one, row_of(cube, {5.5, 0.0, 0.0}), 20);  // touches
-  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{enter, one}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Effect>{{enter, one}}));
   EntityRow unseen = row_of(cube);
   unseen.mask = 0;
   world.update(one, unseen, 30);
-  EXPECT_EQ(events(*query, 30), (std::vector<Told>{{exit, one}}));
+  EXPECT_EQ(events(*query, 30), (std::vector<Effect>{{exit, one}}));
   world.update(one, row_of(GeometryId{}), 31);
   EXPECT_TRUE(events(*query, 31).empty());
   world.update(one, row_of(cube), 32);
-  EXPECT_EQ(events(*query, 32), (std::vector<Told>{{enter, one}}));
+  EXPECT_EQ(events(*query, 32), (std::vector<Effect>{{enter, one}}));
   world.remove(one, 40);
-  EXPECT_EQ(events(*query, 40), (std::vector<Told>{{exit, one}}));
+  EXPECT_EQ(events(*query, 40), (std::vector<Effect>{{exit, one}}));
 }
 
-TEST_F(Writes, ReusedIndexIsAnotherEntity) {
+TEST_F(Writes, ThatReuseAnIndexAreOfAnotherEntity) {
   const EntityId one = world.create(row_of(cube), 0);
   const auto region = world.watch(definition);
   const auto nearest = world.watch(StandingNearest{});
   static_cast<void>(events(*region, 0));
   static_cast<void>(events(*nearest, 0));
-  EntityId other;
   std::uint32_t ordinal = 0;
-  Transaction* used = nullptr;
   world.execute(
       [&](Transaction& transaction) {
-        used = &transaction;
         transaction.remove(one);
         ordinal = transaction.create(row_of(cube, {1.0, 0.0, 0.0}));
       },
       10);
-  other = used->created(ordinal);
+  const EntityId other = world.created(ordinal);
   ASSERT_EQ(other.index, one.index);
-  EXPECT_EQ(events(*region, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
-  EXPECT_EQ(events(*nearest, 10), (std::vector<Told>{{exit, one}, {enter, other}}));
+  EXPECT_EQ(events(*region, 10), (std::vector<Effect>{{exit, one}, {enter, other}}));
+  EXPECT_EQ(events(*nearest, 10), (std::vector<Effect>{{exit, one}, {enter, other}}));
 }
 
-TEST_F(Writes, JumpingCarrierMovesTheQuery) {
+TEST_F(Writes, ToACarrierMoveTheQuery) {
   const EntityId carrier = world.create(EntityRow{}, 0);
-  const EntityId here = world.create(row_of(cube), 0);
-  const EntityId there = world.create(row_of(cube, {100.0, 0.0, 0.0}), 0);
+  const EntityId near = world.create(row_of(cube), 0);
+  const EntityId far = world.create(row_of(cube, {100.0, 0.0, 0.0}), 0);
   definition.region.carrier = carrier;
   const auto region = world.watch(definition);
   StandingNearest point;
@@ -105,10 +102,10 @@ TEST_F(Writes, JumpingCarrierMovesTheQuery) {
   jumped.motion.p_world_m = {100.0, 0.0, 0.0};
   world.update(carrier, jumped, 10);
   for (StandingQuery* query : {region.get(), nearest.get(), ray.get()})
-    EXPECT_EQ(events(*query, 10), (std::vector<Told>{{exit, here}, {enter, there}}));
+    EXPECT_EQ(events(*query, 10), (std::vector<Effect>{{exit, near}, {enter, far}}));
 }
 
-TEST_F(Writes, RemovingTheCarrierEndsTheQuery) {
+TEST_F(Writes, ThatRemoveTheCarrierEndTheQuery) {
   const EntityId carrier = world.create(EntityRow{}, 0);
   const EntityId one = world.create(row_of(cube), 0);
   definition.region.carrier = carrier;
@@ -117,10 +114,9 @@ TEST_F(Writes, RemovingTheCarrierEndsTheQuery) {
   EXPECT_EQ(query->status(), StandingStatus::following);
   EXPECT_EQ(query->reason(), "");
   world.remove(carrier, 10);
-  EXPECT_EQ(events(*query, 10), (std::vector<Told>{{exit, one}}));
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  while (query->status() == StandingStatus::following && std::chrono::steady_clock::now() < patience)
-    std::this_thread::yield();
+  EXPECT_EQ(events(*query, 10), (std::vector<Effect>{{exit, one}}));
+  EXPECT_TRUE(
+      hil::tests::eventually([&] { return query->status() != StandingStatus::following; }, event_limit));
   EXPECT_EQ(query->status(), StandingStatus::ended);
   EXPECT_EQ(query->reason(), "standing query 'bumper': its carrier was removed");
   // An entity with the same index is not the carrier.
@@ -129,7 +125,7 @@ TEST_F(Writes, RemovingTheCarrierEndsTheQuery) {
   EXPECT_TRUE(events(*query, 30).empty());
 }
 
-TEST_F(Writes, ExcludedEntityIsNeverAMember) {
+TEST_F(Writes, DoNotMakeTheExcludedEntityAMember) {
   const EntityId self = world.create(row_of(cube), 0);
   const EntityId other = world.create(row_of(cube, {2.0, 0.0, 0.0}), 0);
   definition.excluded = self;
@@ -140,7 +136,7 @@ TEST_F(Writes, ExcludedEntityIsNeverAMember) {
   EXPECT_EQ(members.all(), std::vector{other});
 }
 
-TEST_F(Writes, ShapeChangesMoveTheBounds) {
+TEST_F(Writes, ToShapesMoveTheBounds) {
   const TriangleMesh flat = make_box({1.0, 1.0, 1.0});
   const GeometryId soft = world.add(flat, true);
   TriangleMesh wide = flat;
@@ -150,18 +146,18 @@ TEST_F(Writes, ShapeChangesMoveTheBounds) {
   const auto query = world.watch(definition);
   EXPECT_TRUE(events(*query, 0).empty());
   world.execute([&](Transaction& transaction) { transaction.update_geometry(soft, wide.positions_m); }, 10);
-  EXPECT_EQ(events(*query, 10), (std::vector<Told>{{enter, before}}));
+  EXPECT_EQ(events(*query, 10), (std::vector<Effect>{{enter, before}}));
   // A query registered later uses the current shape.
   const auto later = world.watch(definition);
   Members members;
   members.take(events_of(world, *later));
   EXPECT_EQ(members.all(), std::vector{before});
   world.execute([&](Transaction& transaction) { transaction.update_geometry(soft, flat.positions_m); }, 20);
-  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{exit, before}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Effect>{{exit, before}}));
 }
 
-/// When few entities are left, distant ones become members that were outside the guard while there were many.
-TEST_F(Writes, DistantEntitiesAreFoundAfterNearOnesAreRemoved) {
+/// With many entities, distant ones are outside of the guard; with few, they become members.
+TEST_F(Writes, ThatRemoveNearEntitiesLetDistantOnesEnter) {
   StandingNearest point;
   point.k = 3;
   std::vector<EntityId> near;
@@ -181,12 +177,11 @@ TEST_F(Writes, DistantEntitiesAreFoundAfterNearOnesAreRemoved) {
   members.take(events_of(world, *query));
   EXPECT_EQ(members.all(), std::vector{near[0]});
   const EntityId far = world.create(row_of(cube, {900.0, 0.0, 0.0}), 20);
-  EXPECT_EQ(events(*query, 20), (std::vector<Told>{{enter, far}}));
+  EXPECT_EQ(events(*query, 20), (std::vector<Effect>{{enter, far}}));
 }
 
-/// Of the entities that contain the point, the one with the lowest index is the nearest, whichever was there
-/// first.
-TEST_F(Writes, LowestIndexOfThoseThatContainThePoint) {
+/// Of the entities that contain the point, the one with the lowest index is the nearest.
+TEST_F(Writes, KeepTheLowestIndexOfEntitiesAroundThePoint) {
   const EntityId low = world.create(row_of(cube, {-3.0, 0.0, 0.0}, {1.0, 0.0, 0.0}), 0);
   const EntityId high = world.create(row_of(cube), 0);
   const auto query = world.watch(StandingNearest{});

@@ -15,29 +15,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(Commit, EmptyWorldIsVersionZero) {
-  Store store(options(4));
-  EXPECT_EQ(store.latest().version, 0u);
-  EXPECT_EQ(store.latest().time, world_time_ns(-max_world_time_ns));
-  EXPECT_EQ(store.latest_snapshot().index_limit(), 0u);
-}
-
-TEST(Commit, CreatesTakeTheLowestFreeIndex) {
-  Store store(options(4));
-  ASSERT_FALSE(commit(store, set_of(10, {create(row_at(1)), create(row_at(2)), create(row_at(3))})));
-  ASSERT_FALSE(commit(store, set_of(11, {remove({1, 1}), remove({0, 1})})));
-  WriteSet set = set_of(12, {create(row_at(4)), create(row_at(5)), create(row_at(6))});
-  ASSERT_FALSE(commit(store, set));
-  EXPECT_EQ(set.writes[0].state.id, (EntityId{0, 2}));
-  EXPECT_EQ(set.writes[1].state.id, (EntityId{1, 2}));
-  EXPECT_EQ(set.writes[2].state.id, (EntityId{3, 1}));
-  EXPECT_EQ(set.version, 3u);
-  EXPECT_EQ(store.latest().time, world_time_ns(12));
-  EXPECT_EQ(store.latest_snapshot().find({0, 1}), nullptr) << "the old generation is gone for good";
-  EXPECT_EQ(store.latest_snapshot().find({0, 2})->row.material, 4u);
-}
-
-TEST(Commit, WritesSeeEarlierWrites) {
+TEST(Commit, AppliesWritesInTheirOrder) {
   Store store(options(4));
   Motion motion;
   motion.p_world_m = {7, 8, 9};
@@ -53,34 +31,13 @@ TEST(Commit, WritesSeeEarlierWrites) {
   EXPECT_EQ(moved->row.motion.p_world_m, motion.p_world_m);
   EXPECT_EQ(moved->row.motion.q_world, glm::dquat(0, 1, 0, 0)) << "normalised on entry";
   EXPECT_EQ(now.find({1, 1}), nullptr);
-  ASSERT_NE(now.find({1, 2}), nullptr) << "removed and created anew within one set";
+  ASSERT_NE(now.find({1, 2}), nullptr) << "removed and created within one set";
   EXPECT_EQ(now.find({1, 2})->row.material, 3u);
   EXPECT_EQ(now.find({1, 2})->written_by, 1u);
 }
 
-TEST(Commit, WriteSetRebuildsTheVersion) {
-  Store store(options(8));
-  Store copy(options(8));
-  Motion motion;
-  motion.p_world_m = {1, 2, 3};
-  WriteSet first = set_of(1, {create(row_at(1)), create(row_at(2))});
-  WriteSet second = set_of(2, {update_motion({0, 1}, motion), remove({1, 1}), create(row_at(5))});
-  for (WriteSet* set : {&first, &second}) {
-    ASSERT_FALSE(commit(store, *set));
-    WriteSet again{0, set->time, {}};
-    for (const Write& write : set->writes) {  // as a log would: ids and whole rows, no motion-only updates
-      const bool whole = write.kind == WriteKind::update_motion;
-      again.writes.push_back({whole ? WriteKind::update : write.kind, write.state});
-    }
-    ASSERT_FALSE(commit(copy, again));
-  }
-  for (std::uint32_t index = 0; index < 2; ++index) {
-    EXPECT_TRUE(same(*store.latest_snapshot().row(index), *copy.latest_snapshot().row(index))) << index;
-  }
-}
-
 // The unchanged words of each write; zeros of different signs differ.
-TEST(Commit, StagingFindsUnchangedWords) {
+TEST(Commit, FindsUnchangedWords) {
   Store store(options(8));
   EntityRow row = row_at(1);
   row.motion.w_world_radps = {0.0, 2.0, 3.0};
@@ -111,8 +68,8 @@ struct Refusal {
 std::vector<Refusal> refusals() {
   EntityRow not_finite = row_at(1);
   not_finite.motion.v_world_mps.y = nan;
-  EntityRow no_turn = row_at(1);
-  no_turn.motion.q_world = {0, 0, 0, 0};
+  EntityRow no_orientation = row_at(1);
+  no_orientation.motion.q_world = {0, 0, 0, 0};
   EntityRow far_away = row_at(1);
   far_away.motion.p_world_m.x = 2e5;
   EntityRow late = row_at(1);
@@ -121,7 +78,7 @@ std::vector<Refusal> refusals() {
   bad_motion.p_world_m.x = nan;
   return {
       {"NaN", create(not_finite), BadInputReason::not_finite, 1.0},
-      {"zero quaternion", update({0, 1}, no_turn), BadInputReason::zero_quaternion, 0.0},
+      {"zero quaternion", update({0, 1}, no_orientation), BadInputReason::zero_quaternion, 0.0},
       {"too far", update({0, 1}, far_away), BadInputReason::out_of_limits, 2e5},
       {"time beyond limits", create(late), BadInputReason::out_of_limits,
        seconds_between({}, WorldTime::max())},
@@ -135,7 +92,7 @@ std::vector<Refusal> refusals() {
   };
 }
 
-TEST(Commit, OneFaultRefusesTheWholeSet) {
+TEST(Commit, IsRefusedAsAWholeForOneFault) {
   for (const Refusal& refusal : refusals()) {
     SCOPED_TRACE(refusal.name);
     Store store(options(4));
@@ -158,11 +115,11 @@ TEST(Commit, OneFaultRefusesTheWholeSet) {
     EXPECT_EQ(store.latest_snapshot().find({1, 1})->row.material, 2u);
     WriteSet next = set_of(6, {create(row_at(3))});
     ASSERT_FALSE(commit(store, next));
-    EXPECT_EQ(next.writes[0].state.id, (EntityId{2, 1})) << "indices and generations are as they were";
+    EXPECT_EQ(next.writes[0].state.id, (EntityId{2, 1})) << "indices and generations are not used up";
   }
 }
 
-TEST(Commit, RefusesOneEntityTooMany) {
+TEST(Commit, RefusesTooManyEntities) {
   Store store(options(2));
   const auto fault = commit(store, set_of(0, {create(row_at(1)), create(row_at(2)), create(row_at(3))}));
   ASSERT_TRUE(fault);
@@ -172,11 +129,12 @@ TEST(Commit, RefusesOneEntityTooMany) {
   EXPECT_FALSE(commit(store, set_of(0, {create(row_at(1)), create(row_at(2))})));
 }
 
-TEST(Commit, WorldTimeDoesNotGoBack) {
+TEST(Commit, RefusesADecreasingWorldTime) {
   Store store(options(4));
-  ASSERT_FALSE(commit(store, set_of(-3'000'000'000, {create(row_at(1))}))) << "zero is the caller's choice";
+  ASSERT_FALSE(commit(store, set_of(-3'000'000'000, {create(row_at(1))})))
+      << "the origin of time is the caller's";
   ASSERT_FALSE(commit(store, set_of(2'000'000'000, {create(row_at(1))})));
-  ASSERT_FALSE(commit(store, set_of(2'000'000'000, {create(row_at(1))}))) << "may stand still";
+  ASSERT_FALSE(commit(store, set_of(2'000'000'000, {create(row_at(1))}))) << "equal times are allowed";
   const auto fault = commit(store, set_of(1'500'000'000, {create(row_at(1))}));
   ASSERT_TRUE(fault);
   EXPECT_EQ(fault->reason, BadInputReason::world_time_goes_back);
@@ -185,10 +143,10 @@ TEST(Commit, WorldTimeDoesNotGoBack) {
   EXPECT_EQ(fault->element, BadInput::no_element);
   const auto beyond = commit(store, set_of(WorldTime::max().time_since_epoch().count(), {create(row_at(1))}));
   EXPECT_EQ(beyond->reason, BadInputReason::out_of_limits);
-  EXPECT_EQ(beyond->element, BadInput::no_element) << "the terms, and no write";
+  EXPECT_EQ(beyond->element, BadInput::no_element) << "of the terms, not of a write";
 }
 
-TEST(Commit, DiscardedSetUsesUpItsVersionNumber) {
+TEST(Commit, UsesUpTheVersionNumberOfADiscardedSet) {
   Store store(options(4));
   ASSERT_FALSE(commit(store, set_of(1, {create(row_at(1)), create(row_at(2))})));
   for (const bool published : {false, true}) {

@@ -8,7 +8,7 @@
 namespace rtstdb::store {
 namespace {
 
-TEST(FreeIndices, HandsOutEveryIndexOnceLowestFirst) {
+TEST(FreeIndices, AreTakenLowestFirst) {
   for (const std::uint32_t count : {1u, 63u, 64u, 65u, 4096u, 4097u, 300000u}) {
     FreeIndices free(count);
     for (std::uint32_t expected = 0; expected < count; ++expected) {
@@ -20,7 +20,7 @@ TEST(FreeIndices, HandsOutEveryIndexOnceLowestFirst) {
   }
 }
 
-TEST(FreeIndices, AgreesWithAnOrderedSet) {
+TEST(FreeIndices, AgreeWithAnOrderedSet) {
   for (const std::uint32_t count : {5u, 64u, 130u, 5000u}) {
     std::mt19937 random(count);
     FreeIndices free(count);

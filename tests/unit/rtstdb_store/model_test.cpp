@@ -1,4 +1,4 @@
-// Seeded random commits, discards and faults against a model that keeps a full copy of every version.
+// Random commits, discards and faults, compared with a model that keeps a full copy of every version.
 
 #include <gtest/gtest.h>
 
@@ -160,33 +160,33 @@ class Comparison {
   }
 
   static void expect_rows(const Snapshot& snapshot, const Rows& rows) {
-    std::size_t live = 0;
+    std::size_t existing = 0;
     for (std::uint32_t index = 0; index < snapshot.index_limit(); ++index) {
       const EntityState* state = snapshot.row(index);
       if (state == nullptr) continue;
-      ++live;
+      ++existing;
       const auto expected = rows.find(index);
       ASSERT_NE(expected, rows.end()) << "version " << snapshot.version() << " index " << index;
       ASSERT_TRUE(same(*state, expected->second)) << "version " << snapshot.version() << " index " << index;
     }
-    ASSERT_EQ(live, rows.size()) << "version " << snapshot.version();
+    ASSERT_EQ(existing, rows.size()) << "version " << snapshot.version();
   }
 
   void expect_some_older_versions() {
-    const Version asked =
+    const Version version =
         below(8) == 0 ? below(static_cast<std::uint32_t>(model_.next + 2)) : model_.oldest_kept() + below(6);
-    const bool is_staged_now = asked == model_.next && store_.latest().version == asked;
-    if (!is_staged_now) expect_pinned(asked);
+    const bool is_staged_now = version == model_.next && store_.latest().version == version;
+    if (!is_staged_now) expect_pinned(version);
     const auto newest_ns = model_.published.rbegin()->second.time.time_since_epoch().count();
     if (store_.latest().version == model_.published.rbegin()->first) {
       expect_as_of(world_time_ns(std::max(newest_ns + 1 - below(12), -max_world_time_ns)));
     }
   }
 
-  void expect_pinned(Version asked) {
-    const auto answer = store_.read(ReadAt::pinned(asked));
-    const auto copy = model_.published.find(asked);
-    if (asked < model_.oldest_kept()) {
+  void expect_pinned(Version version) {
+    const auto answer = store_.read(ReadAt::pinned(version));
+    const auto copy = model_.published.find(version);
+    if (version < model_.oldest_kept()) {
       ASSERT_EQ(std::get<BadInput>(answer).reason, BadInputReason::snapshot_too_old);
     } else if (copy == model_.published.end()) {
       ASSERT_EQ(std::get<BadInput>(answer).reason, BadInputReason::unknown_version);
@@ -221,18 +221,18 @@ class Comparison {
     const bool other_published = model_.published.count(other) != 0;
     std::vector<std::uint32_t> named;
     if (!std::get<Snapshot>(store_.read(ReadAt::pinned(kept))).changed_between(other, named)) {
-      ASSERT_TRUE(other < model_.oldest_kept() || !other_published) << "forgotten without need";
+      ASSERT_TRUE(other < model_.oldest_kept() || !other_published) << "the changes are still kept";
       return;
     }
     const std::set<std::uint32_t> unique(named.begin(), named.end());
     ASSERT_EQ(unique.size(), named.size()) << "an index named twice";
-    const Rows& here = model_.published.at(kept).rows;
-    const Rows& there = other_published ? model_.published.at(other).rows : model_.discarded.at(other);
+    const Rows& kept_rows = model_.published.at(kept).rows;
+    const Rows& other_rows = other_published ? model_.published.at(other).rows : model_.discarded.at(other);
     for (std::uint32_t index = 0; index < model_.max_entities; ++index) {
-      const auto a = here.find(index);
-      const auto b = there.find(index);
-      const bool differs =
-          (a == here.end()) != (b == there.end()) || (a != here.end() && !same(a->second, b->second));
+      const auto a = kept_rows.find(index);
+      const auto b = other_rows.find(index);
+      const bool differs = (a == kept_rows.end()) != (b == other_rows.end()) ||
+                           (a != kept_rows.end() && !same(a->second, b->second));
       ASSERT_TRUE(!differs || unique.count(index) != 0)
           << "index " << index << " differs between " << kept << " and " << other;
     }
@@ -243,22 +243,22 @@ class Comparison {
   std::mt19937_64 random_;
 };
 
-struct Shape {
+struct Limits {
   std::uint32_t max_entities;
   std::uint32_t retained_changes;
 };
 
-TEST(StoreModel, AgreesUnderRandomCommits) {
-  for (const Shape shape : {Shape{1, 1}, Shape{3, 2}, Shape{8, 16}, Shape{24, 64}, Shape{200, 1000}}) {
+TEST(StoreModel, AgreesAfterRandomCommits) {
+  for (const Limits limits : {Limits{1, 1}, Limits{3, 2}, Limits{8, 16}, Limits{24, 64}, Limits{200, 1000}}) {
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
-      SCOPED_TRACE(testing::Message() << "max_entities " << shape.max_entities << " retained "
-                                      << shape.retained_changes << " seed " << seed);
-      Comparison comparison(seed, shape.max_entities, shape.retained_changes);
+      SCOPED_TRACE(testing::Message() << "max_entities " << limits.max_entities << " retained "
+                                      << limits.retained_changes << " seed " << seed);
+      Comparison comparison(seed, limits.max_entities, limits.retained_changes);
       for (int step = 0; step < 600; ++step) {
         comparison.step();
         ASSERT_FALSE(HasFailure()) << "at step " << step;
       }
-      EXPECT_GT(comparison.commits(), 20u) << "too little of the store was reached";
+      EXPECT_GT(comparison.commits(), 20u) << "too few commits";
     }
   }
 }

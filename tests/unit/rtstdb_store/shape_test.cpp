@@ -45,7 +45,7 @@ class Shapes : public testing::Test {
   Store store_{options(8)};
 };
 
-TEST_F(Shapes, HoldFromTheVersionThatMadeThemOn) {
+TEST_F(Shapes, AreValidFromTheirVersionOn) {
   EXPECT_EQ(x_at(0), 0.0f);
   const Version first = commit_shape(GeometryId{1}, 1.0f);
   EXPECT_EQ(x_at(first), 1.0f);
@@ -58,14 +58,14 @@ TEST_F(Shapes, HoldFromTheVersionThatMadeThemOn) {
   EXPECT_EQ(x_at(second), 2.0f);
   EXPECT_EQ(x_at(first), 1.0f);
   const auto found = read(0);
-  ASSERT_TRUE(std::holds_alternative<BadInput>(found)) << "two are kept";
+  ASSERT_TRUE(std::holds_alternative<BadInput>(found)) << "two shapes are kept";
   EXPECT_EQ(std::get<BadInput>(found).reason, BadInputReason::snapshot_too_old);
   EXPECT_EQ(std::get<BadInput>(found).values[0], 0.0);
   EXPECT_EQ(std::get<BadInput>(found).values[1], static_cast<double>(first));
-  EXPECT_TRUE(std::holds_alternative<Snapshot>(store_.read(ReadAt::pinned(0)))) << "its rows are";
+  EXPECT_TRUE(std::holds_alternative<Snapshot>(store_.read(ReadAt::pinned(0)))) << "its rows are kept";
 }
 
-TEST_F(Shapes, AreStagedPublishedAndDiscardedWithTheRest) {
+TEST_F(Shapes, AreStagedPublishedAndDiscardedWithTheRows) {
   const Version first = commit_shape(GeometryId{1}, 1.0f);
   const Positions lost = all_at(7.0f);
   WriteSet set = set_of(0, {create(row_at(1))});
@@ -78,12 +78,12 @@ TEST_F(Shapes, AreStagedPublishedAndDiscardedWithTheRest) {
   EXPECT_EQ(store_.latest_snapshot().shape(GeometryId{1}).positions_m[0].x, 7.0f);
   store_.discard();
   EXPECT_EQ(x_at(first), 1.0f);
-  EXPECT_EQ(x_at(0), 0.0f) << "what came to nothing takes no place";
+  EXPECT_EQ(x_at(0), 0.0f) << "a discarded shape takes no place";
   EXPECT_EQ(commit_shape(GeometryId{1}, 2.0f), first + 2);
   EXPECT_EQ(x_at(first), 1.0f);
 }
 
-TEST_F(Shapes, TheLastOfAVersionCounts) {
+TEST_F(Shapes, OfOneVersionReplaceEachOther) {
   deform(GeometryId{2}, 3);
   const Positions one = all_at(1.0f), two = all_at(2.0f), other = all_at(9.0f);
   WriteSet set = set_of(0, {});
@@ -91,10 +91,10 @@ TEST_F(Shapes, TheLastOfAVersionCounts) {
   ASSERT_FALSE(commit(store_, set));
   EXPECT_EQ(x_at(1), 2.0f);
   EXPECT_EQ(x_at(1, GeometryId{2}), 9.0f);
-  EXPECT_EQ(x_at(0), 0.0f) << "and takes one place";
+  EXPECT_EQ(x_at(0), 0.0f) << "they take one place";
 }
 
-TEST_F(Shapes, AFaultLeavesEverythingAsItWas) {
+TEST_F(Shapes, AreUnchangedAfterAFault) {
   const Positions good = all_at(1.0f);
   Positions bad = all_at(2.0f);
   bad[2].y = NAN;
@@ -114,7 +114,7 @@ TEST_F(Shapes, AFaultLeavesEverythingAsItWas) {
   EXPECT_EQ(x_at(1), 0.0f);
 }
 
-TEST_F(Shapes, KeepsAfterSaysWhatACommitWouldForget) {
+TEST_F(Shapes, AreDroppedAsKeepsAfterPredicts) {
   const Positions positions = all_at(1.0f);
   WriteSet set = set_of(0, {});
   set.shapes = {moved(GeometryId{1}, positions)};
@@ -124,11 +124,11 @@ TEST_F(Shapes, KeepsAfterSaysWhatACommitWouldForget) {
   EXPECT_TRUE(store_.keeps_after(1, set));
   WriteSet unknown = set_of(0, {});
   unknown.shapes = {moved(GeometryId{}, positions)};
-  EXPECT_TRUE(store_.keeps_after(0, unknown)) << "it will be refused";
+  EXPECT_TRUE(store_.keeps_after(0, unknown)) << "the commit is refused";
 }
 
-/// Versions without rows are forgotten too, one for each that the history of changes has room for.
-TEST(ShapesInAShortHistory, AreForgottenWithTheirVersions) {
+/// Versions without rows are dropped too: each counts as one change of the history.
+TEST(ShapesWithShortHistory, AreDroppedWithTheirVersions) {
   Store store(options(8, 3));
   store.keep_shapes(GeometryId{0}, ShapeHistory::make(all_at(0.0f), 100));
   const auto write = [&](float x) {
@@ -146,10 +146,10 @@ TEST(ShapesInAShortHistory, AreForgottenWithTheirVersions) {
   EXPECT_TRUE(store.keeps_after(1, next));
   ASSERT_FALSE(commit(store, next));
   EXPECT_EQ(store.oldest_kept(), 1u);
-  const auto gone = store.read(ReadAt::pinned(0));
-  ASSERT_TRUE(std::holds_alternative<BadInput>(gone));
-  EXPECT_EQ(std::get<BadInput>(gone).reason, BadInputReason::snapshot_too_old);
-  EXPECT_EQ(std::get<BadInput>(gone).values[1], 1.0);
+  const auto dropped = store.read(ReadAt::pinned(0));
+  ASSERT_TRUE(std::holds_alternative<BadInput>(dropped));
+  EXPECT_EQ(std::get<BadInput>(dropped).reason, BadInputReason::snapshot_too_old);
+  EXPECT_EQ(std::get<BadInput>(dropped).values[1], 1.0);
   for (Version version = 1; version <= 4; ++version) {
     const auto found = store.read(ReadAt::pinned(version), ReadFor::rows_and_shapes);
     ASSERT_TRUE(std::holds_alternative<Snapshot>(found));
@@ -157,8 +157,7 @@ TEST(ShapesInAShortHistory, AreForgottenWithTheirVersions) {
   }
 }
 
-/// Against a list of everything that ever was.
-TEST(ShapesAndAModel, Agree) {
+TEST(ShapeModel, AgreesAfterRandomCommits) {
   constexpr std::uint32_t kept[] = {1, 2, 5};
   std::mt19937 random(5);
   Store store(options(8, 1000));

@@ -36,36 +36,37 @@ TEST(ForkJoin, ExecutesEachBlockOnce) {
   }
 }
 
-TEST(ForkJoin, BothThreadsTakeBlocks) {
+TEST(ForkJoin, UsesBothThreads) {
   ForkJoin both(0);
   // A thread that takes a block waits until the other has one too, so the loop ends only with both threads.
-  std::array<std::atomic<bool>, ForkJoin::thread_count> came{};
+  std::array<std::atomic<bool>, ForkJoin::thread_count> entered{};
   both.for_each_block(2, [&](std::uint32_t, std::uint32_t thread) {
-    came[thread] = true;
-    came[thread].notify_all();
-    came[1 - thread].wait(false);
+    entered[thread] = true;
+    entered[thread].notify_all();
+    entered[1 - thread].wait(false);
   });
-  EXPECT_TRUE(came[0]);
-  EXPECT_TRUE(came[1]);
+  EXPECT_TRUE(entered[0]);
+  EXPECT_TRUE(entered[1]);
 }
 
 TEST(ForkJoin, WaitsForBlocksOfTheHelper) {
   ForkJoin both(0);
   for (int round = 0; round < 20; ++round) {
-    std::atomic<bool> other_is_inside{false};
-    bool other_has_ended = false;
+    std::atomic<bool> helper_runs{false};
+    bool helper_has_ended = false;
     both.for_each_block(2, [&](std::uint32_t, std::uint32_t thread) {
-      if (thread == 0) return other_is_inside.wait(false);
-      other_is_inside = true;
-      other_is_inside.notify_all();
+      if (thread == 0) return helper_runs.wait(false);
+      helper_runs = true;
+      helper_runs.notify_all();
+      // A right ForkJoin passes without the sleep, which gives a wrong one time to return early.
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      other_has_ended = true;
+      helper_has_ended = true;
     });
-    EXPECT_TRUE(other_has_ended);
+    EXPECT_TRUE(helper_has_ended);
   }
 }
 
-TEST(ForkJoin, SingleBlockIsExecutedByTheCaller) {
+TEST(ForkJoin, ExecutesASingleBlockOnTheCallingThread) {
   ForkJoin both(0);
   for (int round = 0; round < 1000; ++round) {
     std::thread::id by;
@@ -74,7 +75,7 @@ TEST(ForkJoin, SingleBlockIsExecutedByTheCaller) {
   }
 }
 
-TEST(ForkJoin, IsCreatedAndDestroyed) {
+TEST(ForkJoin, CanBeDestroyedAtAnyTime) {
   for (int round = 0; round < 300; ++round) {
     ForkJoin both(0);
     std::atomic<int> done{0};

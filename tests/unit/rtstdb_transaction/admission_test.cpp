@@ -1,10 +1,10 @@
-// What admission promises, it keeps: under random loads, whoever runs, and for the deadline that it names.
+// Admission keeps its promises and names deadlines that can be met, also under random loads.
 
 #include <gtest/gtest.h>
 
 #include <random>
-#include <thread>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/simulation/engine.hpp"
 
 namespace rtstdb::transaction::test {
@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Every element costs a microsecond, and the clock moves in nothing else.
+/// Every element takes a microsecond; nothing else takes time.
 class Admission : public testing::Test {
  protected:
   Admission() {
@@ -20,20 +20,20 @@ class Admission : public testing::Test {
                                    std::uint32_t end) {
       world_.clock.advance(1us * (end - first));
       if (in_every_chunk) in_every_chunk();
-      if (happens && request.query == &large_ && first > 0) std::exchange(happens, nullptr)();
+      if (event && request.query == &large_ && first > 0) std::exchange(event, nullptr)();
     };
-    // Until it is known.
+    // Until the cost model knows both queries.
     for (std::uint32_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
       const std::uint32_t count = 100 * (1 + k % 4);
-      ask(*transaction_, small_, terms(DeadlineClass::soft), count);
-      world_.execute(*transaction_);
-      ask(*transaction_, large_, terms(DeadlineClass::soft), 10 * count);
-      world_.execute(*transaction_);
+      world_.execute(begin_query(*transaction_, small_, terms(DeadlineClass::soft), count));
+      world_.execute(begin_query(*transaction_, large_, terms(DeadlineClass::soft), 10 * count));
     }
   }
-  static void ask(Transaction& transaction, SimulatedQuery& query, const Terms& given, std::uint32_t count) {
-    transaction.begin(given);
-    transaction.add_query(query, count);
+  const Outcome& run_large(const Terms& given, std::uint32_t count = 20'000) {
+    return world_.execute(begin_query(*running_, large_, given, count));
+  }
+  Terms firm(Nanoseconds time, std::uint8_t importance = 0) const {
+    return terms(DeadlineClass::firm, in(time), importance);
   }
   ClockTime in(Nanoseconds time) const { return world_.clock.peek() + time; }
 
@@ -42,39 +42,37 @@ class Admission : public testing::Test {
   SimulatedQuery large_{100'000};
   std::unique_ptr<Transaction> transaction_ = world_.make();
   std::unique_ptr<Transaction> running_ = world_.make();
-  std::function<void()> happens, in_every_chunk;
+  std::function<void()> event;  ///< in the second chunk of the large query
+  std::function<void()> in_every_chunk;
 };
 
-TEST_F(Admission, CountsWhatIsLeftOfTheOneThatRuns) {
-  // 20 ms in chunks of half a millisecond; at the end of the second it is asked.
-  happens = [&] {
-    ask(*transaction_, small_, terms(DeadlineClass::firm, in(10ms)), 100);
-    world_.engine.submit(*transaction_);
-    EXPECT_EQ(world_.engine.wait(*transaction_).status, Status::refused) << "it does not go before";
+TEST_F(Admission, CountsTheRemainingTimeOfTheRunningTransaction) {
+  // 20 ms in chunks of half a millisecond; the firm transaction comes in the second chunk.
+  event = [&] {
+    begin_query(*transaction_, small_, firm(10ms), 100);
+    EXPECT_EQ(world_.execute(*transaction_).status, Status::refused) << "it does not preempt";
   };
-  ask(*running_, large_, terms(DeadlineClass::soft, in(1ms)), 20'000);
-  world_.execute(*running_);
+  run_large(terms(DeadlineClass::soft, in(1ms)));
   const Outcome& refused = transaction_->outcome();
   EXPECT_GE(refused.earliest_feasible, refused.submitted + 19ms);
   EXPECT_LE(refused.earliest_feasible, refused.submitted + 19400us);
 }
 
-/// From then on elements cost so many times as much, and all that is asked is firm, at the deadline that is
-/// named: what comes too late is given up between two chunks, and no run is done.
-TEST_F(Admission, LearnsFromWhatItGivesUp) {
-  for (const int times : {2, 3, 8}) {
-    SCOPED_TRACE(times);
+/// Elements cost `factor` times as much as before. Firm transactions at the deadline that a refusal names are
+/// missed at a preemption point, so that no run completes until the cost model has learned.
+TEST_F(Admission, LearnsFromMissedTransactions) {
+  for (const int factor : {2, 3, 8}) {
+    SCOPED_TRACE(factor);
     world_.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {
-      world_.clock.advance(times * 1us * (end - first));
+      world_.clock.advance(factor * 1us * (end - first));
     };
     int broken = 0;
     int kept_in_a_row = 0;
     for (int k = 0; k < 200 && kept_in_a_row < 20; ++k) {
-      ask(*transaction_, large_, terms(DeadlineClass::firm, in(100us)), 20'000);
-      const Outcome refused = world_.execute(*transaction_);
-      if (refused.status != Status::refused) continue;  // one of many is let in
-      ask(*transaction_, large_, terms(DeadlineClass::firm, refused.earliest_feasible), 20'000);
-      const bool kept = world_.execute(*transaction_).status == Status::committed;
+      const Outcome refused = run_large(firm(100us));
+      if (refused.status != Status::refused) continue;  // now and then one is admitted to learn its cost
+      const bool kept =
+          run_large(terms(DeadlineClass::firm, refused.earliest_feasible)).status == Status::committed;
       broken += kept ? 0 : 1;
       kept_in_a_row = kept ? kept_in_a_row + 1 : 0;
     }
@@ -83,105 +81,96 @@ TEST_F(Admission, LearnsFromWhatItGivesUp) {
   }
 }
 
-/// One outlier makes it promise little for long; but at the usual cost it would be in time.
-TEST_F(Admission, LetsOneOfFourInThatIsLikelyToBeInTime) {
+/// After an outlier, admission is cautious for long; transactions that meet the deadline at the usual cost
+/// are admitted now and then.
+TEST_F(Admission, TriesOneOfFourTransactionsThatAreLikelyToBeInTime) {
   Nanoseconds each = 1us;
   world_.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {
     world_.clock.advance(each * (end - first));
   };
-  const auto asked_for = [&](Nanoseconds room) {
-    ask(*transaction_, small_, terms(DeadlineClass::firm, in(room)), 400);
-    return world_.execute(*transaction_).status;
+  const auto run_within = [&](Nanoseconds time) {
+    return world_.execute(begin_query(*transaction_, small_, firm(time), 400)).status;
   };
   for (int k = 0; k < 50; ++k)
-    ASSERT_EQ(asked_for(1s), Status::committed);
+    ASSERT_EQ(run_within(1s), Status::committed);
   each = 8us;
-  asked_for(1s);
+  run_within(1s);
   each = 1us;
-  int let_in = 0;
+  int admitted = 0;
   for (int k = 0; k < 40; ++k)
-    let_in += asked_for(1ms) == Status::committed ? 1 : 0;
-  EXPECT_EQ(let_in, 10);
-  let_in = 0;
+    admitted += run_within(1ms) == Status::committed ? 1 : 0;
+  EXPECT_EQ(admitted, 10);
+  admitted = 0;
   for (int k = 0; k < 64; ++k)
-    let_in += asked_for(100us) == Status::refused ? 0 : 1;
-  EXPECT_EQ(let_in, 4) << "these are not";
+    admitted += run_within(100us) == Status::refused ? 0 : 1;
+  EXPECT_EQ(admitted, 4) << "these are not likely to be in time";
 }
 
-TEST_F(Admission, CountsAChunkOfTheOneThatItInterrupts) {
+TEST_F(Admission, CountsTheCurrentChunkOfThePreemptedTransaction) {
   const auto second = world_.make();
   SimulatedQuery other(1000);
-  happens = [&] {
-    ask(*transaction_, small_, terms(DeadlineClass::firm, in(1050us), 1), 100);
-    ask(*second, other, terms(DeadlineClass::firm, in(1350us), 1), 100);
-    world_.engine.submit(*transaction_);
-    world_.engine.submit(*second);
-    EXPECT_EQ(world_.engine.wait(*transaction_).status, Status::refused) << "a chunk and its own";
+  event = [&] {
+    world_.engine.submit(begin_query(*transaction_, small_, firm(1050us, 1), 100));
+    world_.engine.submit(begin_query(*second, other, firm(1350us, 1), 100));
+    EXPECT_EQ(world_.engine.wait(*transaction_).status, Status::refused) << "a chunk and its own time";
   };
-  ask(*running_, large_, terms(DeadlineClass::soft), 20'000);
-  EXPECT_EQ(world_.execute(*running_).status, Status::committed);
+  EXPECT_EQ(run_large(terms(DeadlineClass::soft)).status, Status::committed);
   EXPECT_EQ(second->status(), Status::committed);
 }
 
-TEST_F(Admission, ANewcomerDoesNotBreakAPromise) {
+TEST_F(Admission, DoesNotBreakEarlierPromises) {
   const auto first = world_.make();
   const auto second = world_.make();
   const auto third = world_.make();
   SimulatedQuery a(1000);
   SimulatedQuery b(1000);
-  happens = [&] {
-    ask(*first, small_, terms(DeadlineClass::firm, in(2ms), 1), 800);
-    ask(*second, a, terms(DeadlineClass::firm, in(1900us), 1), 400);  // before the first, which would miss
-    ask(*third, b, terms(DeadlineClass::firm, in(1900us), 2), 400);   // more important: its right
+  event = [&] {
+    begin_query(*first, small_, firm(2ms, 1), 800);
+    begin_query(*second, a, firm(1900us, 1), 400);  // runs before the first, which then misses its deadline
+    begin_query(*third, b, firm(1900us, 2), 400);   // a higher importance may break the promise
     for (const auto& transaction : {first.get(), second.get(), third.get()})
       world_.engine.submit(*transaction);
     EXPECT_EQ(world_.engine.wait(*second).status, Status::refused);
     EXPECT_EQ(second->outcome().earliest_feasible, first->outcome().submitted + 2300us);
   };
-  ask(*running_, large_, terms(DeadlineClass::soft), 20'000);
-  world_.execute(*running_);
+  run_large(terms(DeadlineClass::soft));
   EXPECT_EQ(third->status(), Status::committed);
 }
 
-/// Those who pass the one that runs wait 20 ms for it in each gap, though it takes no longer than was
-/// thought.
-TEST_F(Admission, CountsOnGapsThatTakeAsLongAsTheyDid) {
-  constexpr Nanoseconds gap = 20ms;
-  const auto passing = world_.make();
-  int gaps = 0;
+/// Transactions that preempt the running one wait 20 ms each, longer than predicted.
+TEST_F(Admission, CountsTheMeasuredPreemptionLatency) {
+  constexpr Nanoseconds latency = 20ms;
+  const auto preempting = world_.make();
+  SimulatedQuery preempting_query(1000);
+  int chunks = 0;
   Status before = Status::idle;
-  const auto ask_firm = [&] {
-    ask(*transaction_, small_, terms(DeadlineClass::firm, in(10ms), 7), 100);
-    world_.engine.submit(*transaction_);
+  const auto submit_firm = [&] {
+    world_.engine.submit(begin_query(*transaction_, small_, firm(10ms, 7), 100));
   };
-  SimulatedQuery passes(1000);
   world_.executor.chunk = [&](const auto&, const query::Request& request, std::uint32_t first,
                               std::uint32_t end) {
     world_.clock.advance(1us * (end - first));
     if (request.query != &large_) return;
-    if (++gaps == 1) ask_firm();
-    if (gaps == 2) before = transaction_->status();
-    if (gaps == 2) world_.executor.while_draining = [&] { world_.clock.advance(gap); };
-    if (gaps >= 2 && gaps < 20) {
-      ask(*passing, passes, terms(DeadlineClass::soft, ClockTime::max(), 7), 100);
-      world_.engine.submit(*passing);
-    }
-    if (gaps != 20) return;
-    ask_firm();
-    // If it is not refused, nobody could wait for it here.
-    for (int k = 0; k < 5'000 && transaction_->status() == Status::pending; ++k)
-      std::this_thread::sleep_for(1ms);
+    if (++chunks == 1) submit_firm();
+    if (chunks == 2) before = transaction_->status();
+    if (chunks == 2) world_.executor.while_draining = [&] { world_.clock.advance(latency); };
+    if (chunks >= 2 && chunks < 20)
+      world_.engine.submit(begin_query(*preempting, preempting_query, soft_terms(7), 100));
+    if (chunks != 20) return;
+    submit_firm();
+    // Not Engine::wait: the engine thread, which is here, executes it if it is not refused.
+    ASSERT_TRUE(hil::tests::eventually([&] { return transaction_->status() != Status::pending; }));
     ASSERT_EQ(transaction_->status(), Status::refused);
-    EXPECT_GE(transaction_->outcome().earliest_feasible, transaction_->outcome().submitted + gap * 9 / 10);
+    EXPECT_GE(transaction_->outcome().earliest_feasible,
+              transaction_->outcome().submitted + latency * 9 / 10);
   };
-  ask(*running_, large_, terms(DeadlineClass::soft), 20'000);
-  world_.execute(*running_);
+  run_large(terms(DeadlineClass::soft));
   world_.executor.while_draining = nullptr;
-  EXPECT_EQ(before, Status::committed) << "in time while gaps took no longer than was thought";
-  EXPECT_GE(gaps, 20);
+  EXPECT_EQ(before, Status::committed) << "in time while the latency is as predicted";
+  EXPECT_GE(chunks, 20);
 }
 
-TEST(Calibration, KnowsTheCostsBeforeTheFirstTransaction) {
+TEST(Calibration, MeasuresTheCostBeforeTheFirstTransaction) {
   World world;
   world.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {
     world.clock.advance(1us * (end - first));
@@ -200,11 +189,11 @@ TEST(Calibration, KnowsTheCostsBeforeTheFirstTransaction) {
   EXPECT_EQ(world.engine.latest().version, before);
   EXPECT_EQ(world.material(entity), 1) << "nothing was published";
   EXPECT_EQ(transaction->status(), Status::idle);
-  EXPECT_EQ(world.execute(*transaction).status, Status::committed) << "it is declared as it was";
+  EXPECT_EQ(world.execute(*transaction).status, Status::committed) << "calibrate keeps what was declared";
   EXPECT_EQ(world.material(entity), 2);
   EXPECT_NEAR(static_cast<double>(transaction->outcome().predicted_cost.count()), 800'000.0, 1'000.0);
   declare(terms(DeadlineClass::firm, world.clock.peek() + 100us), 300);
-  EXPECT_EQ(world.execute(*transaction).status, Status::refused) << "the first of them";
+  EXPECT_EQ(world.execute(*transaction).status, Status::refused) << "the first firm transaction";
 
   transaction->begin({});
   transaction->update({9, 9}, row_of(2));
@@ -214,72 +203,68 @@ TEST(Calibration, KnowsTheCostsBeforeTheFirstTransaction) {
             "bad_input: entity 9 (generation 9) does not exist, in write 0; nothing was done");
 }
 
-/// Firm transactions that come at random while others run, one and a half times what can be done; who is
-/// refused asks again at once for the deadline that was named.
+/// Random firm transactions during a run, one and a half times of what the device can do. A refused one is
+/// submitted again at once with the deadline that the refusal names.
 class RandomAdmission : public Admission {
  protected:
-  struct Asker {
+  struct Client {
     std::unique_ptr<Transaction> transaction;
     std::unique_ptr<SimulatedQuery> query;
   };
 
-  /// In the middle of a chunk: time stands still.
-  void come() {
+  /// Called within a chunk; time does not pass.
+  void submit_randomly() {
     if (random_() % 8 != 0) return;
-    Asker& asker = askers_[random_() % askers_.size()];
-    if (asker.transaction->status() == Status::pending) return;
-    collect(asker);
+    Client& client = clients_[random_() % clients_.size()];
+    if (client.transaction->status() == Status::pending) return;
+    collect(client);
     const std::uint32_t count = 1 + static_cast<std::uint32_t>(random_() % 10'000);
     const Nanoseconds until = 1us * count + Nanoseconds(random_() % 30'000'000);
     const auto importance = static_cast<std::uint8_t>(1 + random_() % 2);
-    submit(asker, terms(DeadlineClass::firm, in(until), importance), count);
-    if (asker.transaction->status() != Status::refused) return;
+    submit(client, terms(DeadlineClass::firm, in(until), importance), count);
+    if (client.transaction->status() != Status::refused) return;
     ++refused_;
-    const ClockTime named = asker.transaction->outcome().earliest_feasible;
+    const ClockTime named = client.transaction->outcome().earliest_feasible;
     EXPECT_GT(named, in(until));
-    submit(asker, terms(DeadlineClass::firm, named, importance), count);
-    named_and_refused_ += asker.transaction->status() == Status::refused;
+    submit(client, terms(DeadlineClass::firm, named, importance), count);
+    named_and_refused_ += client.transaction->status() == Status::refused;
   }
-  void submit(Asker& asker, const Terms& given, std::uint32_t count) {
-    ask(*asker.transaction, *asker.query, given, count);
-    world_.engine.submit(*asker.transaction);
-    // Once this has its outcome the one before it was looked at.
-    probe_->begin(terms(DeadlineClass::firm, in(-1ns)));
-    world_.engine.submit(*probe_);
-    world_.engine.wait(*probe_);
+  void submit(Client& client, const Terms& given, std::uint32_t count) {
+    world_.engine.submit(begin_query(*client.transaction, *client.query, given, count));
+    // Admission has decided about the client's transaction when the probe has its outcome.
+    probe_->begin(firm(-1ns));
+    world_.execute(*probe_);
   }
-  void collect(Asker& asker) {
-    const Status status = asker.transaction->status();
+  void collect(Client& client) {
+    const Status status = client.transaction->status();
     kept_ += status == Status::committed;
     missed_ += status == Status::missed;
   }
 
   std::mt19937 random_{5};
-  std::vector<Asker> askers_;
+  std::vector<Client> clients_;
   std::unique_ptr<Transaction> probe_ = world_.make();
   int kept_ = 0, missed_ = 0, refused_ = 0, named_and_refused_ = 0;
 };
 
-TEST_F(RandomAdmission, KeepsWhatItPromises) {
+TEST_F(RandomAdmission, KeepsAllPromises) {
   for (int k = 0; k < 12; ++k)
-    askers_.push_back({world_.make(), std::make_unique<SimulatedQuery>(10'000)});
-  in_every_chunk = [this] { come(); };
+    clients_.push_back({world_.make(), std::make_unique<SimulatedQuery>(10'000)});
+  in_every_chunk = [this] { submit_randomly(); };
   for (int round = 0; round < 60; ++round) {
-    ask(*running_, large_, terms(DeadlineClass::soft), 100'000);
-    world_.execute(*running_);
+    run_large(terms(DeadlineClass::soft), 100'000);
   }
   in_every_chunk = nullptr;
-  for (Asker& asker : askers_) {
-    if (asker.transaction->status() != Status::idle) world_.engine.wait(*asker.transaction);
-    collect(asker);
+  for (Client& client : clients_) {
+    if (client.transaction->status() != Status::idle) world_.engine.wait(*client.transaction);
+    collect(client);
   }
   EXPECT_GT(kept_, 1000);
   EXPECT_GT(refused_, 100);
   EXPECT_EQ(named_and_refused_, 0) << "of " << refused_;
   const SchedulerCounts counts = world_.engine.scheduler_counts();
   EXPECT_GT(counts.promised, 1000u);
-  EXPECT_EQ(counts.kept + counts.outranked, counts.promised)
-      << "but by more important ones no promise is broken";
+  EXPECT_EQ(counts.kept + counts.outranked, counts.promised) << "only a higher importance breaks a promise";
   EXPECT_GE(counts.kept, counts.promised * 3 / 4);
   ASSERT_EQ(counts.predictions.size(), 1u);
   EXPECT_EQ(counts.predictions[0].cost_class, "ray_closest");

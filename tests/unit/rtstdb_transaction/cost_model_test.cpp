@@ -18,7 +18,7 @@ store::WriteSet rows(std::size_t count) {
   return set;
 }
 
-TEST(CostLine, FindsBaseAndSlopeInNoise) {
+TEST(CostLine, FitsBaseAndSlopeInNoise) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 2000.0);
   CostLine line;
@@ -30,7 +30,7 @@ TEST(CostLine, FindsBaseAndSlopeInNoise) {
   EXPECT_NEAR(line.predict_ns(1000), 170'000.0, 3000.0);
 }
 
-TEST(CostLine, FollowsAChangedMachine) {
+TEST(CostLine, FollowsSlowChanges) {
   CostLine line;
   for (int k = 0; k < 500; ++k)
     line.learn(k % 50, 1000.0 + 10.0 * (k % 50));
@@ -39,8 +39,8 @@ TEST(CostLine, FollowsAChangedMachine) {
   EXPECT_NEAR(line.predict_ns(20), 9800.0, 100.0);
 }
 
-/// The world has grown, or has been emptied. One sample is a hiccup of the machine; a second like it is none.
-TEST(CostLine, FollowsSoonWhereCostsAreFarFromWhatTheyWere) {
+/// One outlier is a disturbance. Several in a row are a new cost: the world has grown or has been emptied.
+TEST(CostLine, FollowsRepeatedOutliers) {
   for (const double now_ns : {20'000.0, 50.0}) {
     SCOPED_TRACE(now_ns);
     CostLine line;
@@ -53,14 +53,14 @@ TEST(CostLine, FollowsSoonWhereCostsAreFarFromWhatTheyWere) {
     EXPECT_NEAR(line.predict_ns(64), 1000.0, 400.0);
     learn_some(20, 1000.0);
     learn_some(1, now_ns);
-    EXPECT_NEAR(line.predict_ns(64), 1000.0, 700.0) << "others lay between them";
+    EXPECT_NEAR(line.predict_ns(64), 1000.0, 700.0) << "usual samples were between the outliers";
     learn_some(4, now_ns);
     EXPECT_LT(line.predict_ns(64), 4.0 * now_ns);
     EXPECT_GT(line.promised_ns(64), now_ns);
   }
 }
 
-TEST(CostLine, OfCountsSeenLongAgoNothingIsMade) {
+TEST(CostLine, DoesNotExtrapolateFromOldCounts) {
   CostLine line;
   line.learn(1, 1000.0);
   for (int k = 0; k < 2'000; ++k)
@@ -68,7 +68,7 @@ TEST(CostLine, OfCountsSeenLongAgoNothingIsMade) {
   EXPECT_LT(line.predict_ns(16), 20'000.0);
 }
 
-TEST(CostLine, OneCountSaysLittleAboutOthers) {
+TEST(CostLine, IsProportionalAboveASingleKnownCount) {
   CostLine line;
   EXPECT_EQ(line.predict_ns(5), 0.0);
   for (int k = 0; k < 50; ++k)
@@ -78,7 +78,7 @@ TEST(CostLine, OneCountSaysLittleAboutOthers) {
   EXPECT_NEAR(line.predict_ns(1), 1000.0, 1e-6);
 }
 
-TEST(CostLine, NeverFallsNorGoesBelowZero) {
+TEST(CostLine, IsNeitherFallingNorNegative) {
   CostLine falling;
   for (int k = 0; k < 50; ++k)
     falling.learn(k, 1000.0 - k);
@@ -90,7 +90,7 @@ TEST(CostLine, NeverFallsNorGoesBelowZero) {
     EXPECT_GE(steep.predict_ns(count), 0.0) << count;
 }
 
-TEST(CostLine, RemembersHowFarTheLastSamplesLayAbove) {
+TEST(CostLine, RemembersTheLargestRatioToThePrediction) {
   CostLine line;
   for (int k = 0; k < 100; ++k)
     line.learn(64, 1000.0);
@@ -98,19 +98,19 @@ TEST(CostLine, RemembersHowFarTheLastSamplesLayAbove) {
   line.learn(64, 2500.0);
   EXPECT_NEAR(line.above(), 2.5, 1e-6);
   line.learn(64, 1e9);
-  EXPECT_EQ(line.above(), 4.0) << "what the operating system did is not promised";
+  EXPECT_EQ(line.above(), 4.0) << "the margin is limited";
   for (int k = 0; k < 1000; ++k)
     line.learn(64, 1000.0);
-  EXPECT_GT(line.above(), 1.5) << "what happens once in a thousand times";
+  EXPECT_GT(line.above(), 1.5) << "an outlier in a thousand samples counts";
   for (int k = 0; k < 9000; ++k)
     line.learn(64, 1000.0);
   EXPECT_LT(line.above(), 1.01);
 }
 
-TEST(CostModel, APreparedQueryIsPredictedByItsOwnOnceItIsKnown) {
+TEST(CostModel, PredictsAKnownQueryByItsOwnSamples) {
   CostModel model;
   SimulatedQuery cheap(1000);
-  SimulatedQuery dear(1000);
+  SimulatedQuery expensive(1000);
   SimulatedQuery unknown(1000);
   model.learn_writes(rows(0), Nanoseconds(0));
   const auto predicted = [&](SimulatedQuery& query) {
@@ -118,17 +118,17 @@ TEST(CostModel, APreparedQueryIsPredictedByItsOwnOnceItIsKnown) {
     return model.predict(rows(0), std::span(&request, 1))->mean;
   };
   for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
-    const query::Request requests[] = {{&cheap, 100}, {&dear, 100}};
+    const query::Request requests[] = {{&cheap, 100}, {&expensive, 100}};
     model.learn_writes(rows(0), Nanoseconds(0));
     model.learn_queries(std::span(requests).first(1), Nanoseconds(10'000));
     model.learn_queries(std::span(requests).last(1), Nanoseconds(90'000));
   }
   EXPECT_EQ(predicted(cheap), Nanoseconds(10'000));
-  EXPECT_EQ(predicted(dear), Nanoseconds(90'000));
-  EXPECT_NEAR(static_cast<double>(predicted(unknown).count()), 50'000.0, 2000.0) << "as its kind";
+  EXPECT_EQ(predicted(expensive), Nanoseconds(90'000));
+  EXPECT_NEAR(static_cast<double>(predicted(unknown).count()), 50'000.0, 2000.0) << "by its cost class";
 }
 
-TEST(CostModel, StructuresAreMeasuredApart) {
+TEST(CostModel, PredictsStructureWorkSeparately) {
   CostModel model;
   SimulatedQuery rays(1000);
   const query::Request request{&rays, 100};
@@ -139,7 +139,7 @@ TEST(CostModel, StructuresAreMeasuredApart) {
     model.learn_writes(rows(10), Nanoseconds(0));
     model.learn_queries(one, Nanoseconds(20'000));
   }
-  EXPECT_EQ(model.predict(rows(0), one)->mean, Nanoseconds(20'000)) << "it finds its structures there";
+  EXPECT_EQ(model.predict(rows(0), one)->mean, Nanoseconds(20'000)) << "no structure work";
   for (int k = 0; k < 40; ++k) {
     model.learn_queries(one, Nanoseconds(50'000), refit);
     model.learn_queries(one, Nanoseconds(20'000 + 400'000), build);
@@ -155,30 +155,30 @@ TEST(CostModel, StructuresAreMeasuredApart) {
     write.kind = store::WriteKind::create;
   EXPECT_NEAR(predicted(update), 50'000.0, 2'000.0);
   EXPECT_NEAR(predicted(create), 424'000.0, 8'000.0);
-  EXPECT_NEAR(predicted(rows(0)), 50'000.0, 2'000.0) << "it needed them the last times";
+  EXPECT_NEAR(predicted(rows(0)), 50'000.0, 2'000.0) << "the last runs refitted";
 }
 
-TEST(QueryCostTable, KeepsTheQueriesThatRanLast) {
+TEST(QueryCostTable, KeepsTheLastUsedQueries) {
   using scheduler::QueryCostTable;
   QueryCostTable table;
   EXPECT_EQ(table.find(1), nullptr);
   table.use(1).structures_share = 0.5;
   for (std::uint64_t id = 2; id <= QueryCostTable::capacity; ++id)
     table.use(id);
-  ASSERT_NE(table.find(1), nullptr) << "as many as the table holds";
+  ASSERT_NE(table.find(1), nullptr) << "the table holds `capacity` queries";
   EXPECT_EQ(table.find(1)->structures_share, 0.5);
   table.use(1);
   for (std::uint64_t id = QueryCostTable::capacity + 1; id <= 2 * QueryCostTable::capacity - 128; ++id)
     table.use(id);
-  EXPECT_NE(table.find(1), nullptr) << "the others of its set ran longer ago";
+  EXPECT_NE(table.find(1), nullptr) << "others of its set were used earlier";
   EXPECT_EQ(table.find(129), nullptr);
   for (std::uint64_t id = 1; id <= 8; ++id)
     table.use(10 * QueryCostTable::capacity + 1 + 128 * id);
   EXPECT_EQ(table.find(1), nullptr);
-  EXPECT_EQ(table.use(1).structures_share, 0.0) << "nothing is left of it";
+  EXPECT_EQ(table.use(1).structures_share, 0.0) << "it starts from nothing";
 }
 
-TEST(CostModel, AQueryThatIsForgottenIsPredictedByItsKind) {
+TEST(CostModel, PredictsAForgottenQueryByItsCostClass) {
   CostModel model;
   SimulatedQuery cheap(1000);
   const query::Request request{&cheap, 100};
@@ -196,14 +196,14 @@ TEST(CostModel, AQueryThatIsForgottenIsPredictedByItsKind) {
               100.0);
 }
 
-/// As the model divides one that asks so many; chunks of half a millisecond.
+/// How the model divides `count` elements into chunks of half a millisecond.
 query::Request divided(const CostModel& model, SimulatedQuery& query, std::uint32_t count) {
   query::Request request{&query, count};
   model.divide(std::span(&request, 1), Nanoseconds(500'000));
   return request;
 }
 
-TEST(CostModel, WhatWasNeverAskedBeginsWithFew) {
+TEST(CostModel, StartsAnUnknownCostClassWithASmallChunk) {
   const CostModel model;
   SimulatedQuery query(10'000);
   EXPECT_EQ(divided(model, query, 100).per_chunk, 0u);
@@ -212,7 +212,7 @@ TEST(CostModel, WhatWasNeverAskedBeginsWithFew) {
   EXPECT_DOUBLE_EQ(request.initial_chunk_fraction * request.per_chunk, 64.0);
 }
 
-TEST(CostModel, WhatOthersOfItsKindCostSaysLittle) {
+TEST(CostModel, StartsAnUnknownQueryOfAKnownCostClassWithASmallChunk) {
   CostModel model;
   SimulatedQuery known(10'000), unknown(10'000);
   const query::Request request{&known, 1'000};
@@ -222,10 +222,10 @@ TEST(CostModel, WhatOthersOfItsKindCostSaysLittle) {
   EXPECT_EQ(divided(model, known, 2'100).per_chunk, 1'000u);
   EXPECT_EQ(divided(model, known, 2'100).initial_chunk_fraction, 0.5);
   EXPECT_DOUBLE_EQ(divided(model, unknown, 1'900).initial_chunk_fraction * 1'000.0, 64.0);
-  EXPECT_EQ(divided(model, unknown, 500).per_chunk, 0u) << "few are not divided for what is not known";
+  EXPECT_EQ(divided(model, unknown, 500).per_chunk, 0u) << "a small batch is not divided";
 }
 
-TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
+TEST(CostModel, StartsWithASmallChunkAfterExpensiveElements) {
   CostModel model;
   SimulatedQuery query(10'000);
   const auto run = [&](const query::Request& request, Nanoseconds cost,
@@ -237,11 +237,11 @@ TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
   const std::span few(&hundred, 1);
   for (int k = 0; k < 20; ++k)
     run(whole, Nanoseconds(1'500'000));
-  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "a machine that is busy";
+  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "three times the cost is a busy machine";
   run(whole, Nanoseconds(50'000'000), {.refitted = true, .rows = 1'000, .entities = 1'000});
-  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "structures";
+  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "the time went into structures";
   model.learn_worst_elements(few, Nanoseconds(50'000'000), {});
-  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "so few tell nothing";
+  EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "a small batch does not count";
 
   run(whole, Nanoseconds(50'000'000));
   const query::Request request = divided(model, query, 1'900);
@@ -250,7 +250,7 @@ TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
   EXPECT_EQ(divided(model, query, 500).per_chunk, 0u);
   for (int k = 0; k < 60; ++k)
     run(whole, Nanoseconds(500'000));
-  EXPECT_NEAR(divided(model, query, 1'900).initial_chunk_fraction, 0.025, 0.002) << "it fades";
+  EXPECT_NEAR(divided(model, query, 1'900).initial_chunk_fraction, 0.025, 0.002) << "the ratio decays";
   for (int k = 0; k < 500; ++k)
     run(whole, Nanoseconds(500'000));
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u);
@@ -258,10 +258,10 @@ TEST(CostModel, WhereSomeWereFarDearerABatchBeginsWithFew) {
   query.worst_cost_ratio = 200.0;
   run({.query = &query, .count = 1'000, .per_chunk = 1'000, .chunk_time = Nanoseconds(500'000)},
       Nanoseconds(500'000));
-  EXPECT_NEAR(divided(model, query, 1'900).initial_chunk_fraction, 0.005, 1e-6) << "one chunk of them";
+  EXPECT_NEAR(divided(model, query, 1'900).initial_chunk_fraction, 0.005, 1e-6) << "reported for one chunk";
 }
 
-TEST(CostModel, NoChunkIsMostlyItsDispatch) {
+TEST(CostModel, MakesChunksLongerThanTheirDispatch) {
   CostModel model;
   SimulatedQuery query(10'000);
   query::Request request{&query, 10'000};
@@ -272,7 +272,7 @@ TEST(CostModel, NoChunkIsMostlyItsDispatch) {
   EXPECT_EQ(request.chunk_time, Nanoseconds(200'000));
 }
 
-TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
+TEST(CostModel, PredictsOnlyAfterEnoughSamples) {
   CostModel model;
   SimulatedQuery rays(1000, 0, query::CostClass::ray_closest);
   SimulatedQuery regions(1000, 0, query::CostClass::region);
@@ -286,10 +286,10 @@ TEST(CostModel, PredictsOnlyWhatItHasSeenEnoughOf) {
     model.learn_queries(std::span(both, 1), Nanoseconds(10'000));
   }
   EXPECT_EQ(model.predict(rows(1), std::span(both, 1))->mean, Nanoseconds(10'500));
-  EXPECT_FALSE(model.predict(rows(1), both)) << "no region was ever asked";
+  EXPECT_FALSE(model.predict(rows(1), both)) << "no region query has run";
 }
 
-TEST(CostModel, TellsKindsInOneTransactionApart) {
+TEST(CostModel, SeparatesTheCostClassesOfOneTransaction) {
   CostModel model;
   SimulatedQuery rays(1000, 0, query::CostClass::ray_closest);
   SimulatedQuery regions(1000, 0, query::CostClass::region);
@@ -313,16 +313,16 @@ TEST(CostModel, TellsKindsInOneTransactionApart) {
   }
 }
 
-TEST(CostModel, TellsPositionsFromRows) {
+TEST(CostModel, SeparatesPositionsFromRows) {
   CostModel model;
   store::WriteSet shape = rows(10);
   shape.shapes.push_back({GeometryId{0}, 1000, 1000, {}});
   for (int k = 0; k < 16; ++k)
     model.learn_writes(rows(10), Nanoseconds(5'000));
-  EXPECT_FALSE(model.predict(shape, {})) << "no shape was ever written";
+  EXPECT_FALSE(model.predict(shape, {})) << "no shape has been written";
   for (int k = 0; k < 16; ++k)
     model.learn_writes(shape, Nanoseconds(25'000));
-  EXPECT_EQ(model.predict(rows(10), {})->mean, Nanoseconds(5'000)) << "rows are as cheap as they were";
+  EXPECT_EQ(model.predict(rows(10), {})->mean, Nanoseconds(5'000)) << "the cost of rows is unchanged";
   EXPECT_EQ(model.predict(shape, {})->mean, Nanoseconds(25'000));
   shape.shapes.push_back({GeometryId{0}, 1000, 1000, {}});
   EXPECT_EQ(model.predict(shape, {})->mean, Nanoseconds(45'000));

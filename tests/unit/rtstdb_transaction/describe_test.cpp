@@ -8,7 +8,7 @@
 namespace rtstdb::transaction::test {
 namespace {
 
-TEST(Describe, SentencesHoldTheirValues) {
+TEST(Describe, HoldsTheValuesOfAnOutcome) {
   Outcome outcome;
   outcome.status = Status::committed;
   outcome.version = 12;
@@ -46,7 +46,7 @@ TEST(Describe, SentencesHoldTheirValues) {
       "version 7; nothing was done");
 }
 
-TEST(Describe, BadInputNamesPlaceAndValues) {
+TEST(Describe, NamesPlaceAndValueOfBadInput) {
   World world;
   const auto transaction = world.make();
   transaction->begin({});
@@ -55,34 +55,23 @@ TEST(Describe, BadInputNamesPlaceAndValues) {
   EXPECT_EQ(describe(world.execute(*transaction)),
             "bad_input: entity 5 (generation 3) does not exist, in write 1; nothing was done");
 
-  EntityRow row = row_of(1);
-  const auto refused_with = [&](const EntityRow& bad) {
+  const auto expect_refusal = [&](const std::string& problem, const std::function<void(EntityRow&)>& spoil) {
+    EntityRow row = row_of(1);
+    spoil(row);
     transaction->begin({});
-    transaction->create(bad);
-    return describe(world.execute(*transaction));
+    transaction->create(row);
+    EXPECT_EQ(describe(world.execute(*transaction)),
+              "bad_input: " + problem + ", in write 0; nothing was done");
   };
-  row.scale.x = -1.0;
-  EXPECT_EQ(refused_with(row),
-            "bad_input: scale.x is -1; it must be 1e-06 to 100000, in write 0; nothing was done");
-  row = row_of(1);
-  row.scale.z = 2e5;
-  EXPECT_EQ(refused_with(row),
-            "bad_input: scale.z is 200000; it must be 1e-06 to 100000, in write 0; nothing was done");
-  row = row_of(1);
-  row.motion.p_world_m.y = -3e5;
-  EXPECT_EQ(
-      refused_with(row),
-      "bad_input: motion.p_world_m.y is -300000; it must be -100000 to 100000, in write 0; nothing was done");
-  row = row_of(1);
-  row.motion.q_world.z = HUGE_VAL;
-  EXPECT_EQ(refused_with(row),
-            "bad_input: motion.q_world.z is inf; it must be finite, in write 0; nothing was done");
-  row = row_of(1);
-  row.motion.v_world_mps = {3e5, 0.0, -4e5};
-  EXPECT_EQ(
-      refused_with(row),
-      "bad_input: the length of motion.v_world_mps is 500000; it must be 0 to 100000, in write 0; nothing "
-      "was done");
+  expect_refusal("scale.x is -1; it must be 1e-06 to 100000", [](EntityRow& row) { row.scale.x = -1.0; });
+  expect_refusal("scale.z is 200000; it must be 1e-06 to 100000", [](EntityRow& row) { row.scale.z = 2e5; });
+  expect_refusal("motion.p_world_m.y is -300000; it must be -100000 to 100000",
+                 [](EntityRow& row) { row.motion.p_world_m.y = -3e5; });
+  expect_refusal("motion.q_world.z is inf; it must be finite",
+                 [](EntityRow& row) { row.motion.q_world.z = HUGE_VAL; });
+  expect_refusal("the length of motion.v_world_mps is 500000; it must be 0 to 100000", [](EntityRow& row) {
+    row.motion.v_world_mps = {3e5, 0.0, -4e5};
+  });
 
   Terms too_far;
   too_far.world_time = world_time_ns(max_world_time_ns + 1);
@@ -91,16 +80,14 @@ TEST(Describe, BadInputNamesPlaceAndValues) {
   const std::string refused = describe(world.execute(*transaction));
   EXPECT_NE(refused.find(", in its terms; nothing was done"), std::string::npos) << refused;
 
-  Terms pinned;
-  pinned.read_at = ReadAt::pinned(40);
-  transaction->begin(pinned);
-  EXPECT_EQ(describe(world.execute(*transaction)),
-            "bad_input: version 40 belongs to no version that was published; nothing was done");
-  pinned.read_at = ReadAt::pinned(~Version{0});
-  transaction->begin(pinned);
-  EXPECT_EQ(
-      describe(world.execute(*transaction)),
-      "bad_input: version 18446744073709551615 belongs to no version that was published; nothing was done");
+  for (const Version version : {Version{40}, ~Version{0}}) {
+    Terms pinned;
+    pinned.read_at = ReadAt::pinned(version);
+    transaction->begin(pinned);
+    EXPECT_EQ(describe(world.execute(*transaction)),
+              "bad_input: version " + std::to_string(version) +
+                  " belongs to no version that was published; nothing was done");
+  }
   Outcome beyond;
   beyond.status = Status::bad_input;
   beyond.bad_input.reason = BadInputReason::beyond_history;
@@ -121,7 +108,7 @@ TEST(Describe, BadInputNamesPlaceAndValues) {
       "2.000000000 s on");
 }
 
-TEST(Describe, EveryNameIsItsOwn) {
+TEST(Describe, NamesAreUnique) {
   std::set<std::string> names;
   for (int k = 0; k <= static_cast<int>(Status::bad_input); ++k)
     names.insert(to_string(static_cast<Status>(k)));

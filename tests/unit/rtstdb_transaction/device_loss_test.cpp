@@ -1,4 +1,4 @@
-// The engine without its device: what is lost, what waits, what goes on.
+// The engine while its device is lost: which transactions fail, which wait, which are executed.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Is lost when a run is told so, and comes back as it is told.
+/// A simulated executor whose device is lost in a run on request.
 class LosableExecutor final : public query::Executor {
  public:
   query::RunReport run(const store::RowSource& rows, std::span<const query::Request> requests,
@@ -45,12 +45,7 @@ class LosableExecutor final : public query::Executor {
 
 class DeviceLoss : public testing::Test {
  protected:
-  std::unique_ptr<Transaction> make() { return engine_.make_transaction(room_for(8, 4, 2)); }
-  Transaction& ask(Transaction& transaction, SimulatedQuery& query, const Terms& given) {
-    transaction.begin(given);
-    transaction.add_query(query, 1);
-    return transaction;
-  }
+  std::unique_ptr<Transaction> make() { return engine_.make_transaction(options_for(8, 4, 2)); }
   Status execute(Transaction& transaction) {
     engine_.submit(transaction);
     return engine_.wait(transaction).status;
@@ -72,7 +67,7 @@ class DeviceLoss : public testing::Test {
   std::unique_ptr<Transaction> second_ = make();
 };
 
-TEST_F(DeviceLoss, WhatRunsIsLostAndPublishesNothing) {
+TEST_F(DeviceLoss, EndsTheRunningTransactionWithoutAVersion) {
   executor_.lose_next_run = true;
   first_->begin({});
   first_->create(row_of(1));
@@ -80,102 +75,99 @@ TEST_F(DeviceLoss, WhatRunsIsLostAndPublishesNothing) {
   EXPECT_EQ(execute(*first_), Status::device_lost);
   EXPECT_EQ(entities(), 0u);
   EXPECT_FALSE(first_->created(0).valid());
-  EXPECT_EQ(execute(ask(*second_, query_, {})), Status::committed);
+  EXPECT_EQ(execute(begin_query(*second_, query_, {})), Status::committed);
   EXPECT_EQ(executor_.revivals, 1);
   EXPECT_EQ(engine_.counts().device_lost, 1u);
 }
 
-TEST_F(DeviceLoss, IsSeenToWithoutAnybodyAsking) {
+TEST_F(DeviceLoss, StartsARevivalWithoutFurtherTransactions) {
   executor_.lose_next_run = true;
   std::binary_semaphore revived{0};
   executor_.while_reviving = [&] { revived.release(); };
-  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::device_lost);
   EXPECT_TRUE(revived.try_acquire_for(30s));
 }
 
-TEST_F(DeviceLoss, WhatWaitsIsAnsweredAfterwards) {
+TEST_F(DeviceLoss, DoesNotEndWaitingTransactions) {
   executor_.lose_next_run = true;
   executor_.inner.work = [&, first = true](const auto&, const auto&, const auto&) mutable {
-    if (std::exchange(first, false)) engine_.submit(ask(*second_, other_query_, terms(DeadlineClass::soft)));
+    if (std::exchange(first, false))
+      engine_.submit(begin_query(*second_, other_query_, terms(DeadlineClass::soft)));
     return query::RunReport{};
   };
-  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::device_lost);
   EXPECT_EQ(engine_.wait(*second_).status, Status::committed);
 }
 
-/// Who has a firm deadline before it can be, is told so at once; who has a later one waits.
-TEST_F(DeviceLoss, NobodyWaitsForTheDeviceInVain) {
-  const auto hopeless = make();
-  const auto hopeful = make();
+TEST_F(DeviceLoss, EndsFirmTransactionsThatAreDueBeforeTheRevival) {
+  const auto due_before = make();
+  const auto due_after = make();
   executor_.lose_next_run = true;
-  Status told = Status::pending;
+  Status during = Status::pending;
   std::binary_semaphore submitted{0};
   executor_.while_reviving = [&] {
-    engine_.submit(ask(*hopeful, other_query_, terms(DeadlineClass::firm, clock_.peek() + 200ms)));
-    engine_.submit(ask(*hopeless, query_, terms(DeadlineClass::firm, clock_.peek() + 99ms)));
-    told = engine_.wait(*hopeless).status;
-    EXPECT_EQ(hopeful->status(), Status::pending);
+    engine_.submit(begin_query(*due_after, other_query_, terms(DeadlineClass::firm, clock_.peek() + 200ms)));
+    engine_.submit(begin_query(*due_before, query_, terms(DeadlineClass::firm, clock_.peek() + 99ms)));
+    during = engine_.wait(*due_before).status;
+    EXPECT_EQ(due_after->status(), Status::pending);
     submitted.release();
   };
-  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::device_lost);
   submitted.acquire();
-  EXPECT_EQ(engine_.wait(*hopeful).status, Status::committed);
-  EXPECT_EQ(told, Status::device_lost);
+  EXPECT_EQ(engine_.wait(*due_after).status, Status::committed);
+  EXPECT_EQ(during, Status::device_lost);
   EXPECT_EQ(engine_.counts().firm_late_commits, 0u);
 }
 
-TEST_F(DeviceLoss, WritesAreCommittedMeanwhile) {
+TEST_F(DeviceLoss, DoesNotDelayWrites) {
   executor_.lose_next_run = true;
   Status written = Status::pending;
   executor_.while_reviving = [&] { written = write(1); };
-  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
-  EXPECT_EQ(execute(ask(*second_, query_, {})), Status::committed);
+  EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(execute(begin_query(*second_, query_, {})), Status::committed);
   EXPECT_EQ(written, Status::committed);
   EXPECT_EQ(entities(), 1u);
 }
 
-TEST_F(DeviceLoss, ThatStaysIsToldEachTimeAndWritesGoOn) {
+TEST_F(DeviceLoss, ThatPersistsEndsEachQueryAndNoWrite) {
   executor_.lose_next_run = true;
   executor_.stays_away = true;
   for (int k = 0; k < 5; ++k) {
-    EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+    EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::device_lost);
     EXPECT_EQ(write(1), Status::committed);
   }
   EXPECT_EQ(entities(), 5u);
   EXPECT_GE(executor_.revivals, 5);
   executor_.stays_away = false;
-  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::committed);
+  EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::committed);
 }
 
-/// Of those that stand in one another nobody is answered, and the device comes back when all have been told.
-TEST_F(DeviceLoss, TakesAllThatStandInOneAnother) {
-  constexpr std::uint32_t many = 3 * 4096;
-  SimulatedQuery large(many, 3);
+/// The revival begins when the nested run and the preempted one have ended.
+TEST_F(DeviceLoss, EndsNestedAndPreemptedRuns) {
+  constexpr std::uint32_t large_count = 3 * unmeasured_chunk;
+  SimulatedQuery large(large_count, 3);
   executor_.inner.chunk = [&](const store::RowSource&, const query::Request& request, std::uint32_t first,
                               std::uint32_t) {
     clock_.advance(500us);
-    if (request.query == &large && first == 0)
-      engine_.submit(ask(*second_, query_, terms(DeadlineClass::soft, ClockTime::max(), 1)));
+    if (request.query == &large && first == 0) engine_.submit(begin_query(*second_, query_, soft_terms(1)));
     if (request.query == &query_) executor_.lose_next_run = true;
   };
-  first_->begin({});
-  first_->add_query(large, many);
-  EXPECT_EQ(execute(*first_), Status::device_lost);
+  EXPECT_EQ(execute(begin_query(*first_, large, {}, large_count)), Status::device_lost);
   EXPECT_EQ(engine_.wait(*second_).status, Status::device_lost);
   executor_.inner.chunk = {};
-  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::committed);
+  EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::committed);
   EXPECT_EQ(executor_.revivals, 1);
 }
 
-TEST_F(DeviceLoss, UnderAVirtualClockNobodyIsGivenUp) {
+TEST_F(DeviceLoss, UnderAVirtualClockEndsNoWaitingTransaction) {
   clock_.virtual_time = true;
   executor_.lose_next_run = true;
   std::binary_semaphore submitted{0};
   executor_.while_reviving = [&] {
-    engine_.submit(ask(*second_, other_query_, terms(DeadlineClass::firm, clock_.peek() + 1ns)));
+    engine_.submit(begin_query(*second_, other_query_, terms(DeadlineClass::firm, clock_.peek() + 1ns)));
     submitted.release();
   };
-  EXPECT_EQ(execute(ask(*first_, query_, {})), Status::device_lost);
+  EXPECT_EQ(execute(begin_query(*first_, query_, {})), Status::device_lost);
   submitted.acquire();
   EXPECT_EQ(engine_.wait(*second_).status, Status::committed);
 }

@@ -1,4 +1,4 @@
-// What the engine offers beside transactions.
+// Snapshots, and the engine thread, on which Engine::call executes.
 
 #include "tests/support/simulation/engine.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(EngineSnapshot, ShowsLatestPinnedAndAsOf) {
+TEST(EngineSnapshot, IsOfTheLatestVersionAPinnedVersionOrATime) {
   World world;
   const EntityId a = world.create(1);
   const EntityId b = world.create(2);
@@ -45,8 +45,8 @@ TEST(EngineSnapshot, ShowsLatestPinnedAndAsOf) {
   EXPECT_EQ(refused.error().message, "unknown_version: version 8 belongs to no version that was published");
 }
 
-/// More rows than one slice, and commits between the slices that overtake a short history.
-TEST(EngineSnapshot, IsOfOneVersionWhileWritersWrite) {
+/// More rows than one slice of the job; with the short history, commits between the slices drop its version.
+TEST(EngineSnapshot, IsOfOneVersionDuringWrites) {
   constexpr std::uint32_t entities = 1500;
   for (const std::uint32_t retained : {2000u, 1u << 20}) {
     World world(engine_options(64, entities, retained));
@@ -66,12 +66,12 @@ TEST(EngineSnapshot, IsOfOneVersionWhileWritersWrite) {
         world.execute(*transaction);
       }
     });
-    for (int look = 0; look < 40; ++look) {
+    for (int round = 0; round < 40; ++round) {
       const auto states = world.engine.snapshot(ReadAt::latest());
       ASSERT_TRUE(states.ok());
       ASSERT_EQ(states.value().size(), entities);
       for (const EntityState& state : states.value()) {
-        ASSERT_EQ(state.row.material, states.value()[0].row.material) << "half of a version";
+        ASSERT_EQ(state.row.material, states.value()[0].row.material) << "rows of two versions";
       }
     }
     stop = true;
@@ -79,25 +79,7 @@ TEST(EngineSnapshot, IsOfOneVersionWhileWritersWrite) {
   }
 }
 
-TEST(EngineCall, RunsOnTheEnginesThreadBetweenTransactions) {
-  World world;
-  std::thread::id in_call;
-  std::thread::id in_executor;
-  world.executor.work = [&](const auto&, const auto&, const auto&) {
-    in_executor = std::this_thread::get_id();
-    return query::RunReport{};
-  };
-  world.engine.call([&] { in_call = std::this_thread::get_id(); });
-  SimulatedQuery query(1);
-  const auto transaction = world.make();
-  transaction->begin({});
-  transaction->add_query(query, 1);
-  world.execute(*transaction);
-  EXPECT_NE(in_call, std::this_thread::get_id());
-  EXPECT_EQ(in_call, in_executor);
-}
-
-TEST(EngineThread, PriorityIsSetOrItsRefusalIsTold) {
+TEST(EngineThread, HasItsPriorityOrReportsTheRefusal) {
   SimulatedClock clock;
   SimulatedExecutor executor;
   EngineOptions options = engine_options();
@@ -130,31 +112,31 @@ TEST(EngineThread, PriorityIsSetOrItsRefusalIsTold) {
   EXPECT_NE(refused.degraded()[0].find("1000: Invalid argument"), std::string::npos) << refused.degraded()[0];
 }
 
-TEST(EngineThread, TakesNoSignals) {
+TEST(EngineThread, BlocksSignals) {
   World world;
   sigset_t blocked;
   world.engine.call([&] { pthread_sigmask(SIG_SETMASK, nullptr, &blocked); });
   EXPECT_TRUE(sigismember(&blocked, SIGINT));
   EXPECT_TRUE(sigismember(&blocked, SIGTERM));
-  sigset_t own;
-  pthread_sigmask(SIG_SETMASK, nullptr, &own);
-  EXPECT_FALSE(sigismember(&own, SIGINT)) << "the caller's mask is as it was";
+  sigset_t callers;
+  pthread_sigmask(SIG_SETMASK, nullptr, &callers);
+  EXPECT_FALSE(sigismember(&callers, SIGINT)) << "the caller's mask is unchanged";
 }
 
-TEST(EngineThread, SleepsWhenThereIsNothingToDo) {
+TEST(EngineThread, UsesNoProcessorTimeWhenIdle) {
   World world;
   world.create(1);
   timespec before{};
   timespec after{};
   world.engine.call([&] { clock_gettime(CLOCK_THREAD_CPUTIME_ID, &before); });
-  std::this_thread::sleep_for(200ms);
+  std::this_thread::sleep_for(200ms);  // real time is the subject: the thread has to stay idle for a while
   world.engine.call([&] { clock_gettime(CLOCK_THREAD_CPUTIME_ID, &after); });
   const double used_s = static_cast<double>(after.tv_sec - before.tv_sec) +
                         static_cast<double>(after.tv_nsec - before.tv_nsec) * 1e-9;
   EXPECT_LT(used_s, 0.05);
 }
 
-TEST(MonotonicClock, IsTheKernels) {
+TEST(MonotonicClock, IsClockMonotonic) {
   const MonotonicClock clock;
   timespec kernel{};
   clock_gettime(CLOCK_MONOTONIC, &kernel);

@@ -1,4 +1,4 @@
-// Whoever rings is heard: by who sleeps, by who is about to, and by who is being woken.
+// A ring wakes the sleeper: while it sleeps, before it sleeps and while it wakes up.
 
 #include "rtstdb/transaction/log_bell.hpp"
 
@@ -17,7 +17,7 @@ constexpr std::uint32_t rounds = 2'000;
 constexpr std::uint32_t rounds = 50'000;
 #endif
 
-TEST(LogBell, EveryRingIsHeard) {
+TEST(LogBell, WakesAtEveryRing) {
   LogBell bell;
   std::atomic<std::uint32_t> put{0}, taken{0};
   std::thread sleeper([&] {
@@ -27,7 +27,7 @@ TEST(LogBell, EveryRingIsHeard) {
         taken.store(put.load());
         continue;
       }
-      // By turns, as the log's thread does; it would wake by itself after long enough for the test to fail.
+      // Both ways in turn, as the log's thread does. The timeout is longer than that of the test.
       if (taken.load() % 3 != 0) {
         bell.sleep(seen);
       } else {
@@ -36,9 +36,9 @@ TEST(LogBell, EveryRingIsHeard) {
     }
   });
   for (std::uint32_t k = 1; k <= rounds; ++k) {
-    const bool dozes = taken.load() % 3 == 0;
+    const bool urgent = taken.load() % 3 == 0;
     put.store(k);
-    if (dozes) {
+    if (urgent) {
       bell.ring_urgently();
     } else {
       bell.ring();
@@ -50,7 +50,7 @@ TEST(LogBell, EveryRingIsHeard) {
   EXPECT_EQ(taken.load(), rounds);
 }
 
-TEST(LogBell, EveryRingOfManyIsHeard) {
+TEST(LogBell, WakesAtEveryRingOfSeveralThreads) {
   LogBell bell;
   constexpr std::uint32_t threads = 4;
   std::atomic<std::uint32_t> put{0}, taken{0};
@@ -70,7 +70,7 @@ TEST(LogBell, EveryRingOfManyIsHeard) {
       for (std::uint32_t k = 0; k < rounds; ++k) {
         put.fetch_add(1);
         bell.ring();
-        // Now and then all wait until the sleeper sleeps again.
+        // So that the sleeper sleeps now and then.
         if (k % 16 == 0) {
           for (const std::uint32_t seen = put.load(); static_cast<std::int32_t>(taken.load() - seen) < 0;)
             std::this_thread::yield();
@@ -83,7 +83,7 @@ TEST(LogBell, EveryRingOfManyIsHeard) {
   EXPECT_EQ(taken.load(), threads * rounds);
 }
 
-TEST(LogBell, APlainRingLetsDozeOn) {
+TEST(LogBell, SleepUntilUrgentIgnoresAPlainRing) {
   LogBell bell;
   const auto begun = std::chrono::steady_clock::now();
   const LogBell::Counts seen = bell.counts();

@@ -7,64 +7,64 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanoseconds usual{500'000}, long_one{25'000'000};
-constexpr ClockTime first_came{Nanoseconds(1'000'000'000'000)};
+constexpr Nanoseconds usual{500'000}, high{25'000'000};
+constexpr ClockTime start{Nanoseconds(1'000'000'000'000)};
 
-PreemptionLatency after_usual_ones() {
-  PreemptionLatency waits;
+PreemptionLatency after_usual_samples() {
+  PreemptionLatency latency;
   for (int i = 0; i < 100; ++i)
-    waits.learn(usual, first_came - 10ms * (100 - i));
-  return waits;
+    latency.learn(usual, start - 10ms * (100 - i));
+  return latency;
 }
 
-TEST(PreemptionLatencyTest, AreNoneBeforeAnybodyWaited) {
-  EXPECT_EQ(PreemptionLatency().longest(first_came), 0ns);
+TEST(PreemptionLatencyTest, IsZeroWithoutSamples) {
+  EXPECT_EQ(PreemptionLatency().longest(start), 0ns);
 }
 
-TEST(PreemptionLatencyTest, AreAsLongAsTheyAllAre) {
-  const Nanoseconds longest = after_usual_ones().longest(first_came);
+TEST(PreemptionLatencyTest, IsThatOfEqualSamples) {
+  const Nanoseconds longest = after_usual_samples().longest(start);
   EXPECT_LE(longest, usual);
   EXPECT_GT(longest, usual * 9 / 10);
 }
 
-TEST(PreemptionLatencyTest, OneThatIsLongByItselfMovesThemByHalf) {
-  PreemptionLatency waits = after_usual_ones();
-  waits.learn(100 * long_one, first_came);
-  EXPECT_GT(waits.longest(first_came), usual);
-  EXPECT_LE(waits.longest(first_came), usual * 3 / 2);
+TEST(PreemptionLatencyTest, GrowsByHalfAfterASingleHighSample) {
+  PreemptionLatency latency = after_usual_samples();
+  latency.learn(100 * high, start);
+  EXPECT_GT(latency.longest(start), usual);
+  EXPECT_LE(latency.longest(start), usual * 3 / 2);
 }
 
-/// Among a hundred a second.
-TEST(PreemptionLatencyTest, FollowThoseThatComeFiveTimesASecond) {
-  PreemptionLatency waits = after_usual_ones();
-  ClockTime now = first_came;
-  Nanoseconds least = long_one;
+/// One of twenty samples is high, with a hundred samples a second.
+TEST(PreemptionLatencyTest, FollowsHighSamplesFiveTimesASecond) {
+  PreemptionLatency latency = after_usual_samples();
+  ClockTime now = start;
+  Nanoseconds lowest = high;
   for (int i = 0; i < 1'000; ++i) {
     now += 10ms;
-    waits.learn(i % 20 == 0 ? long_one : usual, now);
-    if (i > 300) least = std::min(least, waits.longest(now));
+    latency.learn(i % 20 == 0 ? high : usual, now);
+    if (i > 300) lowest = std::min(lowest, latency.longest(now));
   }
-  EXPECT_GT(least, long_one * 8 / 10);
-  EXPECT_LE(waits.longest(now), long_one);
+  EXPECT_GT(lowest, high * 8 / 10);
+  EXPECT_LE(latency.longest(now), high);
 }
 
-TEST(PreemptionLatencyTest, LeaveOutThoseThatAreRare) {
-  PreemptionLatency waits = after_usual_ones();
-  ClockTime now = first_came;
+TEST(PreemptionLatencyTest, IgnoresRareHighSamples) {
+  PreemptionLatency latency = after_usual_samples();
+  ClockTime now = start;
   for (int i = 0; i < 2'000; ++i) {
     now += 10ms;
-    waits.learn(i % 200 == 0 ? long_one : usual, now);
-    ASSERT_LT(waits.longest(now), 2 * usual);
+    latency.learn(i % 200 == 0 ? high : usual, now);
+    ASSERT_LT(latency.longest(now), 2 * usual);
   }
 }
 
-TEST(PreemptionLatencyTest, AreForgottenByHalfEverySecond) {
-  PreemptionLatency waits;
+TEST(PreemptionLatencyTest, DecaysByHalfEverySecond) {
+  PreemptionLatency latency;
   for (int i = 0; i < 20; ++i)
-    waits.learn(long_one, first_came);
-  ASSERT_EQ(waits.longest(first_came), long_one);
-  EXPECT_EQ(waits.longest(first_came + 1s), long_one / 2);
-  EXPECT_LT(waits.longest(first_came + 10s), usual);
+    latency.learn(high, start);
+  ASSERT_EQ(latency.longest(start), high);
+  EXPECT_EQ(latency.longest(start + 1s), high / 2);
+  EXPECT_LT(latency.longest(start + 10s), usual);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Rows read in a transaction.
+// Rows that a transaction reads with Transaction::read.
 
 #include <gtest/gtest.h>
 
@@ -9,22 +9,17 @@ namespace {
 
 class Reads : public testing::Test {
  protected:
-  std::unique_ptr<Transaction> make(std::uint32_t max_reads = 4) {
-    TransactionOptions options = room_for(4, 2, 2);
-    options.max_reads = max_reads;
-    return world_.engine.make_transaction(options);
-  }
   World world_;
   EntityId first_ = world_.create(10);
   EntityId second_ = world_.create(20);
 };
 
-TEST_F(Reads, FindTheLatestRows) {
-  const auto transaction = make();
+TEST_F(Reads, ReturnTheLatestRows) {
+  const auto transaction = world_.make();
   transaction->begin({});
   EXPECT_EQ(transaction->read(second_), 0u);
   EXPECT_EQ(transaction->read(first_), 1u);
-  EXPECT_EQ(transaction->read(second_), 2u) << "twice is allowed";
+  EXPECT_EQ(transaction->read(second_), 2u) << "the same entity twice is allowed";
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   ASSERT_NE(transaction->state(0), nullptr);
   EXPECT_EQ(transaction->state(0)->id, second_);
@@ -35,45 +30,49 @@ TEST_F(Reads, FindTheLatestRows) {
   EXPECT_EQ(transaction->state(2)->id, second_);
 }
 
-TEST_F(Reads, SeeTheTransactionsOwnWrites) {
-  const auto transaction = make();
+TEST_F(Reads, IncludeTheWritesOfTheirTransaction) {
+  const auto transaction = world_.make();
   transaction->begin({});
   const auto of_removed = transaction->read(first_);
   transaction->update(second_, row_of(21));
   transaction->remove(first_);
   const auto of_updated = transaction->read(second_);
+  transaction->create(row_of(30));
+  const auto of_created = transaction->read({first_.index, first_.generation + 1});
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   EXPECT_EQ(transaction->state(of_removed), nullptr)
-      << "reads come after all writes, wherever they were declared";
+      << "reads follow all writes, in whichever order they are declared";
   ASSERT_NE(transaction->state(of_updated), nullptr);
   EXPECT_EQ(transaction->state(of_updated)->row.material, 21u);
   EXPECT_EQ(transaction->state(of_updated)->written_by, transaction->outcome().version);
+  ASSERT_NE(transaction->state(of_created), nullptr);
+  EXPECT_EQ(transaction->state(of_created)->row.material, 30u);
 }
 
-TEST_F(Reads, StayInThePinnedVersion) {
-  const auto writer = make();
+TEST_F(Reads, AreOfThePinnedVersion) {
+  const auto writer = world_.make();
   writer->begin({});
   writer->update(first_, row_of(11));
   ASSERT_EQ(world_.execute(*writer).status, Status::committed);
   Terms pinned;
   pinned.read_at = ReadAt::pinned(1);
-  const auto transaction = make();
+  const auto transaction = world_.make();
   transaction->begin(pinned);
   const auto of_first = transaction->read(first_);
   const auto of_second = transaction->read(second_);
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   ASSERT_NE(transaction->state(of_first), nullptr);
   EXPECT_EQ(transaction->state(of_first)->row.material, 10u);
-  EXPECT_EQ(transaction->state(of_second), nullptr) << "it was made later";
+  EXPECT_EQ(transaction->state(of_second), nullptr) << "created by a later version";
 }
 
-TEST_F(Reads, AreCopiesThatLaterWritesDoNotChange) {
-  const auto transaction = make();
+TEST_F(Reads, AreNotChangedByLaterWrites) {
+  const auto transaction = world_.make();
   transaction->begin({});
   transaction->read(first_);
   world_.execute(*transaction);
   const EntityState* state = transaction->state(0);
-  const auto writer = make();
+  const auto writer = world_.make();
   writer->begin({});
   writer->update(first_, row_of(99));
   world_.execute(*writer);
@@ -81,19 +80,19 @@ TEST_F(Reads, AreCopiesThatLaterWritesDoNotChange) {
   EXPECT_EQ(transaction->state(0), state);
 }
 
-TEST_F(Reads, OfStrangersFindNothing) {
-  const auto transaction = make();
+TEST_F(Reads, OfUnknownEntitiesReturnNothing) {
+  const auto transaction = world_.make();
   transaction->begin({});
   transaction->read({first_.index, first_.generation + 1});
   transaction->read({4'000'000'000u, 1});
   transaction->read({});
-  ASSERT_EQ(world_.execute(*transaction).status, Status::committed) << "a read is a question, not a demand";
+  ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   for (std::uint32_t i = 0; i < 3; ++i)
     EXPECT_EQ(transaction->state(i), nullptr) << i;
 }
 
-TEST_F(Reads, OfATransactionThatCameToNothingFindNothing) {
-  const auto transaction = make();
+TEST_F(Reads, OfATransactionThatIsNotDoneReturnNothing) {
+  const auto transaction = world_.make();
   transaction->begin({});
   transaction->read(first_);
   transaction->expect_written_by(second_, 77);
@@ -109,23 +108,13 @@ TEST_F(Reads, OfATransactionThatCameToNothingFindNothing) {
   transaction->read(first_);
   transaction->add_query(query, 1);
   ASSERT_EQ(world_.execute(*transaction).status, Status::device_lost);
-  EXPECT_EQ(transaction->state(0), nullptr) << "the row that was read was never published";
-}
-
-TEST_F(Reads, BeginAnewEachTime) {
-  const auto transaction = make(1);
-  for (const EntityId entity : {first_, second_, first_}) {
-    transaction->begin({});
-    EXPECT_EQ(transaction->read(entity), 0u);
-    ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
-    EXPECT_EQ(transaction->state(0)->id, entity);
-  }
+  EXPECT_EQ(transaction->state(0), nullptr) << "the version of that row was not published";
 }
 
 TEST(ReadsDeathTest, MisuseAborts) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   World world;
-  TransactionOptions options = room_for(1, 1, 1);
+  TransactionOptions options = options_for(1, 1, 1);
   options.max_reads = 1;
   const auto transaction = world.engine.make_transaction(options);
   transaction->begin({});

@@ -1,4 +1,4 @@
-// Who is preempted by whom, and the time that counts for each.
+// The stack of nested runs, and the time that counts for each.
 
 #include "rtstdb/scheduler/run_stack.hpp"
 
@@ -15,7 +15,7 @@ using scheduler::RunTime;
 
 constexpr ClockTime start = clock_time_ns(1'000'000'000);
 
-TEST(RunTimeTest, CountsWhileItRuns) {
+TEST(RunTimeTest, CountsBetweenStartAndStop) {
   RunTime time;
   EXPECT_EQ(time.total(start), 0ms);
   time.start(start);
@@ -26,7 +26,7 @@ TEST(RunTimeTest, CountsWhileItRuns) {
   EXPECT_EQ(time.total(start + 11ms), 4ms);
 }
 
-TEST(RunStackTest, TellsWhoIsPreemptedByWhom) {
+TEST(RunStackTest, KnowsTheRunThatTheInnermostPreempts) {
   World world;
   const auto lower = world.make();
   const auto higher = world.make();
@@ -36,8 +36,7 @@ TEST(RunStackTest, TellsWhoIsPreemptedByWhom) {
   EXPECT_EQ(runs.preempted_by_innermost(), nullptr);
   runs.push(static_cast<TransactionImpl&>(*higher), start + 1ms);
   EXPECT_EQ(runs.depth(), 2u);
-  EXPECT_EQ(runs.preempted_by_innermost(), nullptr)
-      << "it executes beside the outer one, which waits for the device";
+  EXPECT_EQ(runs.preempted_by_innermost(), nullptr) << "it runs while the outer one waits for the device";
   EXPECT_EQ(outer.time.total(start + 2ms), 2ms);
   runs.pop();
   outer.time.stop(start + 3ms);
@@ -49,7 +48,7 @@ TEST(RunStackTest, TellsWhoIsPreemptedByWhom) {
   inner.staged = true;
   EXPECT_TRUE(runs.any_staged());
   runs.pop();
-  EXPECT_FALSE(runs.any_staged()) << "a run leaves nothing to the next one in its place";
+  EXPECT_FALSE(runs.any_staged());
   EXPECT_EQ(outer.time.total(start + 9ms), 3ms);
 }
 

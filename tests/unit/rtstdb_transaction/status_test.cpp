@@ -1,4 +1,4 @@
-// Every status, and what it leaves behind.
+// Each status of a transaction, and its effect.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 class Statuses : public testing::Test {
  protected:
-  /// A transaction that moves `entity_` to material 2 and asks one ray.
+  /// A transaction that sets the material of `entity_` to 2 and has one ray.
   std::unique_ptr<Transaction> change(const Terms& given) {
     auto transaction = world_.make();
     transaction->begin(given);
@@ -36,15 +36,11 @@ class Statuses : public testing::Test {
   ClockTime now_ = world_.clock.peek();
 };
 
-TEST_F(Statuses, IdleUntilSubmitted) {
-  const auto transaction = change(terms(DeadlineClass::soft));
-  EXPECT_EQ(transaction->status(), Status::idle);
-}
-
-TEST_F(Statuses, CommittedWithItsFiveInstants) {
+TEST_F(Statuses, CommittedHasFiveInstants) {
   executor_takes(300us);
   world_.clock.per_reading_ns = 10;
   const auto transaction = change(terms(DeadlineClass::firm, now_ + 1ms));
+  EXPECT_EQ(transaction->status(), Status::idle) << "until it is submitted";
   const Outcome& outcome = world_.execute(*transaction);
   EXPECT_EQ(outcome.status, Status::committed);
   EXPECT_TRUE(outcome.done());
@@ -61,7 +57,7 @@ TEST_F(Statuses, CommittedWithItsFiveInstants) {
   EXPECT_EQ(world_.engine.latest().version, 2u);
 }
 
-TEST_F(Statuses, WhatItWaitsForTheDeviceIsNotItsCost) {
+TEST_F(Statuses, WaitingForTheDeviceIsNotACost) {
   executor_takes(1ms);
   world_.executor.while_draining = [&] { world_.clock.advance(4ms); };
   for (int k = 0; k < 40; ++k) {
@@ -75,7 +71,7 @@ TEST_F(Statuses, WhatItWaitsForTheDeviceIsNotItsCost) {
   }
 }
 
-TEST_F(Statuses, HardAndSoftMayBeLateAndSayByHowMuch) {
+TEST_F(Statuses, LateHasItsLateness) {
   executor_takes(5ms);
   for (const DeadlineClass deadline_class : {DeadlineClass::hard, DeadlineClass::soft}) {
     const auto transaction = change(terms(deadline_class, world_.clock.peek() + 2ms));
@@ -89,7 +85,7 @@ TEST_F(Statuses, HardAndSoftMayBeLateAndSayByHowMuch) {
   EXPECT_EQ(world_.engine.counts().hard_misses, 1u);
 }
 
-TEST_F(Statuses, AFirmTransactionThatTakesTooLongIsMissedAndLeavesNothing) {
+TEST_F(Statuses, MissedChangesNothing) {
   executor_takes(5ms);
   const auto transaction = change(terms(DeadlineClass::firm, now_ + 2ms));
   const Outcome& outcome = world_.execute(*transaction);
@@ -103,7 +99,7 @@ TEST_F(Statuses, AFirmTransactionThatTakesTooLongIsMissedAndLeavesNothing) {
   EXPECT_EQ(world_.engine.latest().version, 1u);
 }
 
-TEST_F(Statuses, AFirmTransactionWhoseDeadlineHasPassedIsNotStarted) {
+TEST_F(Statuses, MissedAtSubmissionIsNotStarted) {
   bool ran = false;
   world_.executor.work = [&](const auto&, const auto&, const auto&) {
     ran = true;
@@ -117,7 +113,7 @@ TEST_F(Statuses, AFirmTransactionWhoseDeadlineHasPassedIsNotStarted) {
   EXPECT_FALSE(ran);
 }
 
-TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
+TEST_F(Statuses, RefusedNamesTheEarliestFeasibleDeadline) {
   executor_takes(2ms);
   for (std::uint64_t k = 0; k < scheduler::CostModel::min_samples; ++k) {
     const auto transaction = change(terms(DeadlineClass::firm, world_.clock.peek() + 10ms));
@@ -130,19 +126,19 @@ TEST_F(Statuses, RefusedNamesTheEarliestDeadlineThatWouldDo) {
   EXPECT_EQ(refused.status, Status::refused);
   EXPECT_EQ(refused.predicted_cost, 2ms);
   EXPECT_EQ(refused.started, ClockTime{});
-  EXPECT_EQ(refused.earliest_feasible, refused.submitted + 2250us) << "with an eighth to ask again";
+  EXPECT_EQ(refused.earliest_feasible, refused.submitted + 2250us) << "with an eighth for the resubmission";
 
   const auto feasible = change(terms(DeadlineClass::firm, refused.earliest_feasible));
-  EXPECT_EQ(world_.execute(*feasible).status, Status::committed) << "the time named is one that can be met";
-  const auto short_of_it = change(terms(DeadlineClass::firm, world_.clock.peek() + 2ms - 1ns));
-  EXPECT_EQ(world_.execute(*short_of_it).status, Status::refused);
+  EXPECT_EQ(world_.execute(*feasible).status, Status::committed);
+  const auto infeasible = change(terms(DeadlineClass::firm, world_.clock.peek() + 2ms - 1ns));
+  EXPECT_EQ(world_.execute(*infeasible).status, Status::refused);
   for (const DeadlineClass never_refused : {DeadlineClass::hard, DeadlineClass::soft}) {
     const auto transaction = change(terms(never_refused, world_.clock.peek() + 1ms));
     EXPECT_EQ(world_.execute(*transaction).status, Status::late);
   }
 }
 
-TEST_F(Statuses, APredictionThatWasTooHighIsFoundOut) {
+TEST_F(Statuses, RefusedEndsWhenCostsFall) {
   executor_takes(2ms);
   for (std::uint64_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
     world_.execute(*change(terms(DeadlineClass::soft)));
@@ -161,7 +157,7 @@ TEST_F(Statuses, APredictionThatWasTooHighIsFoundOut) {
   EXPECT_GE(committed_in_a_row, 100) << "after " << submitted;
 }
 
-TEST_F(Statuses, UnderAVirtualClockNothingIsRefusedByCost) {
+TEST_F(Statuses, RefusedDoesNotOccurUnderAVirtualClock) {
   world_.clock.virtual_time = true;
   executor_takes(2ms);
   for (int k = 0; k < 40; ++k) {
@@ -202,10 +198,11 @@ TEST_F(Statuses, ConflictNamesThePrecondition) {
   writer->begin(earlier);
   writer->expect_written_by(entity_, 1);
   EXPECT_EQ(world_.execute(*writer).status, Status::committed)
-      << "a reader's preconditions look at what it reads";
+      << "a reader's preconditions are checked in the version that it reads";
+  EXPECT_EQ(world_.engine.counts().conflicts, 2u);
 }
 
-TEST_F(Statuses, TruncatedIsDoneButSaysSo) {
+TEST_F(Statuses, TruncatedIsDone) {
   executor_takes(1us, query::RunStatus::truncated);
   const auto in_time = change(terms(DeadlineClass::firm, now_ + 1ms));
   EXPECT_EQ(world_.execute(*in_time).status, Status::truncated);
@@ -217,19 +214,7 @@ TEST_F(Statuses, TruncatedIsDoneButSaysSo) {
   EXPECT_TRUE(late->outcome().truncated);
 }
 
-TEST_F(Statuses, ALostDevicePublishesNothing) {
-  executor_takes(1us, query::RunStatus::device_lost);
-  const auto transaction = change(terms(DeadlineClass::soft));
-  EXPECT_EQ(world_.execute(*transaction).status, Status::device_lost);
-  EXPECT_EQ(world_.material(entity_), 1);
-  executor_takes(1us);
-  transaction->begin({});
-  transaction->update(entity_, row_of(3));
-  transaction->add_query(query_, 1);
-  EXPECT_EQ(world_.execute(*transaction).status, Status::committed) << "the database goes on";
-}
-
-TEST_F(Statuses, BadInputInAWrite) {
+TEST_F(Statuses, BadInputInAWriteChangesNothing) {
   const auto transaction = world_.make();
   transaction->begin({});
   transaction->update(entity_, row_of(5));
@@ -246,7 +231,7 @@ TEST_F(Statuses, BadInputInAWrite) {
   EXPECT_FALSE(transaction->created(0).valid());
 }
 
-TEST_F(Statuses, BadInputInAQueryTakesTheWritesBack) {
+TEST_F(Statuses, BadInputInAQueryDiscardsTheWrites) {
   Terms later = terms(DeadlineClass::soft);
   later.world_time = world_time_ns(100);
   SimulatedQuery other(4);
@@ -267,93 +252,38 @@ TEST_F(Statuses, BadInputInAQueryTakesTheWritesBack) {
   EXPECT_EQ(world_.material(entity_), 1);
 }
 
-TEST_F(Statuses, TimesTooFarApartAreRefused) {
-  const auto ask = [&](WorldTime last) {
+TEST_F(Statuses, BadInputInTimesTooFarApart) {
+  const auto run = [&](WorldTime last) {
     query_.rays()[0].t = WorldTime{};
     query_.rays()[1].t = last;
-    const auto transaction = world_.make();
-    transaction->begin({});
-    transaction->add_query(query_, 2);
-    return world_.execute(*transaction);
+    return world_.execute(begin_query(*world_.make(), query_, {}, 2));
   };
-  EXPECT_EQ(ask(world_time_ns(max_query_window_ns)).status, Status::committed);
-  const Outcome refused = ask(world_time_ns(max_query_window_ns + 1));
+  EXPECT_EQ(run(world_time_ns(max_query_window_ns)).status, Status::committed);
+  const Outcome refused = run(world_time_ns(max_query_window_ns + 1));
   EXPECT_EQ(refused.bad_input.reason, BadInputReason::window_too_long);
   EXPECT_DOUBLE_EQ(refused.bad_input.values[1], 1.000000001);
-  EXPECT_EQ(ask(WorldTime::max()).status, Status::bad_input);
+  EXPECT_EQ(run(WorldTime::max()).status, Status::bad_input);
 }
 
-TEST_F(Statuses, ReadingAVersionThatIsNotThere) {
-  Terms future = terms(DeadlineClass::soft);
-  future.read_at = ReadAt::pinned(9);
-  const auto transaction = world_.make();
-  transaction->begin(future);
-  transaction->add_query(query_, 1);
-  EXPECT_EQ(world_.execute(*transaction).bad_input.reason, BadInputReason::unknown_version);
-}
-
-TEST_F(Statuses, AskingForNothingIsAllowed) {
-  std::optional<store::TimeSpan> asked;
+TEST_F(Statuses, CommittedWithoutElementsOrOperations) {
+  std::optional<store::TimeSpan> span;
   world_.executor.work = [&](const auto&, const auto&, const store::TimeSpan& times) {
-    asked = times;
+    span = times;
     return query::RunReport{};
   };
   const auto transaction = world_.make();
   transaction->begin({});
   transaction->add_query(query_, 0);
   EXPECT_EQ(world_.execute(*transaction).status, Status::committed);
-  ASSERT_TRUE(asked) << "the executor must learn that the last batch had no element";
-  EXPECT_EQ(asked->first, WorldTime{});
-  EXPECT_EQ(asked->last, WorldTime{});
+  ASSERT_TRUE(span) << "the executor must learn that the last batch had no element";
+  EXPECT_EQ(span->first, WorldTime{});
+  EXPECT_EQ(span->last, WorldTime{});
   transaction->begin({});
   EXPECT_EQ(world_.execute(*transaction).status, Status::committed) << "an empty transaction";
   EXPECT_EQ(transaction->outcome().version, 1u);
 }
 
-TEST_F(Statuses, ReadsShowTheRowsOfTheVersionMadeOrRead) {
-  const auto transaction = world_.make();
-  transaction->begin({});
-  transaction->update(entity_, row_of(5));
-  transaction->create(row_of(6));
-  const std::uint32_t own = transaction->read(entity_);
-  const std::uint32_t created = transaction->read({1, 1});
-  const std::uint32_t absent = transaction->read({1, 7});
-  ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
-  ASSERT_NE(transaction->state(own), nullptr);
-  EXPECT_EQ(transaction->state(own)->row.material, 5u);
-  EXPECT_EQ(transaction->state(own)->written_by, 2u);
-  ASSERT_NE(transaction->state(created), nullptr);
-  EXPECT_EQ(transaction->state(created)->row.material, 6u);
-  EXPECT_EQ(transaction->state(absent), nullptr);
-
-  Terms pinned;
-  pinned.read_at = ReadAt::pinned(1);
-  transaction->begin(pinned);
-  const std::uint32_t older = transaction->read(entity_);
-  world_.execute(*transaction);
-  EXPECT_EQ(transaction->state(older)->row.material, 1u);
-
-  transaction->begin(terms(DeadlineClass::firm, now_ - 1ms));
-  const std::uint32_t never = transaction->read(entity_);
-  world_.execute(*transaction);
-  EXPECT_EQ(transaction->state(never), nullptr) << "nothing was done, nothing was read";
-}
-
-TEST_F(Statuses, CountsAddUp) {
-  world_.execute(*change(terms(DeadlineClass::soft)));
-  world_.execute(*change(terms(DeadlineClass::firm, now_ - 1ms)));
-  const auto bad = world_.make();
-  bad->begin({});
-  bad->remove({40, 1});
-  world_.execute(*bad);
-  const TransactionCounts counts = world_.engine.counts();
-  EXPECT_EQ(counts.submitted, 4u);
-  EXPECT_EQ(counts.committed, 2u);
-  EXPECT_EQ(counts.missed, 1u);
-  EXPECT_EQ(counts.bad_input, 1u);
-}
-
-TEST(MisuseDeathTest, Aborts) {
+TEST(MisuseDeathTest, OfADeclaredTransactionAborts) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   World world;
   const auto transaction = world.make(1, 1);
@@ -385,7 +315,7 @@ TEST(MisuseDeathTest, Aborts) {
                "Database::submit: the transaction was made by another database");
 }
 
-TEST(MisuseDeathTest, ATransactionThatWasNeverBegun) {
+TEST(MisuseDeathTest, OfATransactionThatWasNeverBegunAborts) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   World world;
   SimulatedQuery query(1);
@@ -406,8 +336,7 @@ TEST(MisuseDeathTest, ATransactionThatWasNeverBegun) {
   EXPECT_DEATH(static_cast<void>(world.engine.calibrate(never)), "Database::calibrate" + fault);
 }
 
-/// `begin` empties the transaction: what was declared before and not submitted is gone.
-TEST(Misuse, NoneInASecondBegin) {
+TEST(Begin, DiscardsEarlierDeclarations) {
   World world;
   const auto transaction = world.make(1, 0);
   transaction->begin({});

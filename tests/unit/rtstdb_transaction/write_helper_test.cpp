@@ -1,4 +1,4 @@
-// Writes go on while a query waits for the device.
+// The write helper thread commits writes while the engine thread waits for the device.
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 namespace rtstdb::transaction::test {
 namespace {
 
-class WriteHelping : public testing::Test {
+class WriteHelper : public testing::Test {
  protected:
-  /// Writes `material` to the first entity and waits for it, as another thread's tick does.
+  /// Writes `material` to the first entity and waits for the outcome.
   Status write(std::uint32_t material) {
     writer_->begin({});
     writer_->update(first_, row_of(material));
@@ -30,7 +30,7 @@ class WriteHelping : public testing::Test {
   std::unique_ptr<Transaction> reader_ = world_.make();
 };
 
-TEST_F(WriteHelping, CommitsAWriteAndLeavesTheReadersVersionAlone) {
+TEST_F(WriteHelper, CommitsAWriteAndKeepsTheReadersVersion) {
   Status written = Status::idle;
   std::uint32_t seen = 0;
   world_.executor.while_waiting = [&] { written = write(2); };
@@ -39,13 +39,13 @@ TEST_F(WriteHelping, CommitsAWriteAndLeavesTheReadersVersionAlone) {
     return query::RunReport{};
   };
   EXPECT_EQ(read(), Status::committed);
-  EXPECT_EQ(written, Status::committed) << "it waited for the device";
+  EXPECT_EQ(written, Status::committed) << "during the wait for the device";
   EXPECT_EQ(seen, 1u);
   EXPECT_EQ(world_.material(first_), 2);
   EXPECT_LT(reader_->outcome().version, writer_->outcome().version);
 }
 
-TEST_F(WriteHelping, CommitsManyWritesDuringOneWait) {
+TEST_F(WriteHelper, CommitsManyWritesDuringOneWait) {
   int committed = 0;
   world_.executor.while_waiting = [&] {
     for (std::uint32_t k = 0; k < 100; ++k)
@@ -55,7 +55,7 @@ TEST_F(WriteHelping, CommitsManyWritesDuringOneWait) {
   EXPECT_EQ(committed, 100);
 }
 
-TEST_F(WriteHelping, TakesAWriteThatCameBeforeTheWait) {
+TEST_F(WriteHelper, CommitsAWriteThatWasSubmittedBeforeTheWait) {
   const auto early = world_.make();
   early->begin({});
   early->update(first_, row_of(7));
@@ -64,7 +64,7 @@ TEST_F(WriteHelping, TakesAWriteThatCameBeforeTheWait) {
   world_.executor.work = [&](const auto&, const auto&, const auto&) { return query::RunReport{}; };
   reader_->begin(terms(DeadlineClass::soft, ClockTime::max(), max_importance));
   reader_->add_query(query_, 1);
-  // Both are handed over before the engine looks: the reader goes first by its importance.
+  // The engine receives both at once and starts the reader because of its importance.
   world_.engine.call([&] {
     world_.engine.submit(*reader_);
     world_.engine.submit(*early);
@@ -73,7 +73,7 @@ TEST_F(WriteHelping, TakesAWriteThatCameBeforeTheWait) {
   EXPECT_EQ(written, Status::committed);
 }
 
-TEST(WriteHelpingInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSurvive) {
+TEST(WriteHelperWithShortHistory, DelaysAWriteThatWouldDropTheReadersVersion) {
   World world(engine_options(64, 64, 1));
   const EntityId first = world.create(1);
   const auto writer = world.make();
@@ -98,8 +98,8 @@ TEST(WriteHelpingInAShortHistory, LetsAWriteWaitThatTheReadersVersionWouldNotSur
   EXPECT_GE(writer->outcome().started, reader->outcome().computed);
 }
 
-/// Two shapes are kept: while the older is read, no third may come.
-TEST(WriteHelpingOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
+/// The history keeps two shapes: a third one has to wait while the older one is read.
+TEST(WriteHelperWithShapes, DelaysAnUpdateThatWouldDropTheReadersShape) {
   World world;
   world.engine.call([&] {
     world.engine.keep_shapes(GeometryId{0}, store::ShapeHistory::make(std::vector<glm::vec3>(3), 2));
@@ -117,7 +117,7 @@ TEST(WriteHelpingOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
   float seen = -1.0f;
   world.executor.while_waiting = [&] {
     update(*writers[0], 1.0f);
-    EXPECT_EQ(world.engine.wait(*writers[0]).status, Status::committed) << "it waited for the device";
+    EXPECT_EQ(world.engine.wait(*writers[0]).status, Status::committed) << "during the wait for the device";
     update(*writers[1], 2.0f);
   };
   world.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
@@ -135,7 +135,7 @@ TEST(WriteHelpingOfShapes, LetsAnUpdateWaitThatTheReadersShapeWouldNotSurvive) {
   EXPECT_FALSE(world.engine.shape(GeometryId{0}, 3, ReadAt::pinned(0)).ok());
 }
 
-TEST_F(WriteHelping, LeavesTransactionsWithQueriesWaiting) {
+TEST_F(WriteHelper, DoesNotStartTransactionsWithQueries) {
   const auto mixed = world_.make();
   SimulatedQuery other(1);
   bool first_run = true;

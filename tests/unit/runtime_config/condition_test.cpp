@@ -1,7 +1,5 @@
 #include "runtime/config/condition.hpp"
 
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <random>
 
@@ -19,7 +17,7 @@ std::optional<Condition> parse(const std::string& written, Diagnostics& diagnost
   return Condition::parse((*value)["never"], diagnostics);
 }
 
-/// With a = 1, b = 2, c.d = NaN.
+/// For a = 1, b = 2, c.d = NaN.
 bool holds(const std::string& written) {
   Diagnostics diagnostics;
   const std::optional<Condition> condition = parse(written, diagnostics);
@@ -38,27 +36,18 @@ Diagnostics mistakes_in(const std::string& written) {
   return diagnostics;
 }
 
-TEST(Condition, Compares) {
-  EXPECT_TRUE(holds("a == 1"));
-  EXPECT_TRUE(holds("a != b"));
-  EXPECT_TRUE(holds("a < b"));
-  EXPECT_TRUE(holds("a <= 1"));
-  EXPECT_TRUE(holds("b > -3"));
-  EXPECT_TRUE(holds("2.0 >= b"));
-  EXPECT_FALSE(holds("a==2"));
-  EXPECT_FALSE(holds("a>b"));
-  EXPECT_TRUE(holds("a<b"));
-  EXPECT_TRUE(holds("a == +1e0"));
-}
-
-TEST(Condition, ComparisonsWithNanAreThoseOfIeee) {
+TEST(Condition, ComparesNumbers) {
+  for (const char* held : {"a == 1", "a != b", "a < b", "a <= 1", "b > -3", "2.0 >= b", "a<b", "a == +1e0"})
+    EXPECT_TRUE(holds(held)) << held;
+  for (const char* failed : {"a==2", "a>b"})
+    EXPECT_FALSE(holds(failed)) << failed;
   for (const char* sign : {"==", "<", "<=", ">", ">="})
-    EXPECT_FALSE(holds(std::string("c.d ") + sign + " 0")) << sign;
-  EXPECT_TRUE(holds("c.d != 0"));
-  EXPECT_TRUE(holds("not c.d < 0"));
+    EXPECT_FALSE(holds(std::string("c.d ") + sign + " 0")) << "NaN " << sign;
+  EXPECT_TRUE(holds("c.d != 0")) << "NaN";
+  EXPECT_TRUE(holds("not c.d < 0")) << "NaN";
 }
 
-/// With a = 1 and b unknown.
+/// For a = 1 and b unknown.
 Truth truth(const std::string& written) {
   Diagnostics diagnostics;
   const std::optional<Condition> condition = parse(written, diagnostics);
@@ -71,7 +60,7 @@ Truth truth(const std::string& written) {
   return condition->bind(indices).truth(values, unknown);
 }
 
-TEST(Condition, AnUnknownSignalIsUnknownWhereItDecides) {
+TEST(Condition, IsUnknownWhereAnUnknownSignalDecides) {
   EXPECT_EQ(truth("a == 1"), Truth::yes);
   EXPECT_EQ(truth("a == 2"), Truth::no);
   EXPECT_EQ(truth("b == 1"), Truth::unknown);
@@ -83,10 +72,10 @@ TEST(Condition, AnUnknownSignalIsUnknownWhereItDecides) {
   EXPECT_EQ(truth("b == 1 or a == 1"), Truth::yes);
   EXPECT_EQ(truth("a == 2 or b == 1"), Truth::unknown);
   EXPECT_EQ(truth("not (b == 1 or a == 1)"), Truth::no);
-  EXPECT_EQ(truth("b == 1 or b != 1"), Truth::unknown) << "each comparison by itself";
+  EXPECT_EQ(truth("b == 1 or b != 1"), Truth::unknown) << "each comparison is evaluated separately";
 }
 
-TEST(Condition, JoinsByPrecedence) {
+TEST(Condition, JoinsComparisonsByPrecedence) {
   EXPECT_TRUE(holds("a == 1 or a == 9 and a == 8"));  // and first
   EXPECT_FALSE(holds("(a == 1 or a == 9) and a == 8"));
   EXPECT_TRUE(holds("not a == 2 and b == 2"));  // not first
@@ -109,7 +98,7 @@ TEST(Condition, KeepsEveryMentionWithItsPlace) {
   EXPECT_EQ(condition->text(), "a > b or can.x.Y < z.a");
 }
 
-TEST(Condition, AWordBesideASignalWithADotNamesAValueOfIt) {
+TEST(Condition, ReadsValueNamesBesideASignal) {
   Diagnostics diagnostics;
   const auto condition =
       parse("\"can.x.Y == LimpHome and 'on, off' != can.x.Z and On == can.x.W and a < b\"", diagnostics);
@@ -138,44 +127,48 @@ TEST(Condition, AWordBesideASignalWithADotNamesAValueOfIt) {
   EXPECT_FALSE(bound.holds(std::vector<double>{7.0, 0.0, 1.0, 1.0, 2.0}));
 }
 
-TEST(Condition, PlacesReachIntoFoldedText) {
+TEST(Condition, HasPlacesInFoldedText) {
   Diagnostics diagnostics;
   const auto condition = parse(">\n  a > 1\n  and b < 2\n", diagnostics);
   ASSERT_TRUE(condition) << diagnostics.to_text();
   EXPECT_EQ(condition->mentions()[1].place, (Place{"f.yaml", 3, 7}));
 }
 
-TEST(Condition, MistakesStandAtTheirCharacter) {
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a >"), 1, 11,
-                              "the condition ends where a signal or a number is expected"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a"), 1, 9, "the condition ends where a comparison"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a == 1 && b == 2"), 1, 15, "found '&'; write and"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("\"a == 1 || b == 2\""), 1, 16, "write or"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("\"! a == 1\""), 1, 9, "write not"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a = 1"), 1, 10, "write =="));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < a < 2"), 1, 14, "can not be chained"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < 2"), 1, 8, "two constants"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("1 < 'two'"), 1, 8, "at least one side has to be a signal"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a.b == 'open"), 1, 15, "not closed"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50 km/h"), 1, 15, "found 'km'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 50km"), 1, 14, "numbers have no unit here"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("(a > 1"), 1, 14, "the condition ends where 'and', 'or' or ')'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1)"), 1, 13, "found ')'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1 b < 2"), 1, 14, "found 'b'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 010"), 1, 12, "leading zero"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > 1e400"), 1, 12, "too large"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a..b > 1"), 1, 8, "'a..b' is not a signal's name"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > and"), 1, 12, "found 'and'"));
-  EXPECT_TRUE(is_only_mistake(mistakes_in("a > $"), 1, 12, "found '$'"));
+TEST(Condition, MistakesHaveTheirPlace) {
+  const std::tuple<const char*, std::uint32_t, const char*> mistakes[] = {
+      {"a >", 11, "the condition ends where a signal or a number is expected"},
+      {"a", 9, "the condition ends where a comparison"},
+      {"a == 1 && b == 2", 15, "found '&'; write and"},
+      {"\"a == 1 || b == 2\"", 16, "write or"},
+      {"\"! a == 1\"", 9, "write not"},
+      {"a = 1", 10, "write =="},
+      {"1 < a < 2", 14, "can not be chained"},
+      {"1 < 2", 8, "two constants"},
+      {"1 < 'two'", 8, "at least one side has to be a signal"},
+      {"a.b == 'open", 15, "not closed"},
+      {"a > 50 km/h", 15, "found 'km'"},
+      {"a > 50km", 14, "numbers have no unit here"},
+      {"(a > 1", 14, "the condition ends where 'and', 'or' or ')'"},
+      {"a > 1)", 13, "found ')'"},
+      {"a > 1 b < 2", 14, "found 'b'"},
+      {"a > 010", 12, "leading zero"},
+      {"a > 1e400", 12, "too large"},
+      {"a..b > 1", 8, "'a..b' is not a signal's name"},
+      {"a > and", 12, "found 'and'"},
+      {"a > $", 12, "found '$'"},
+  };
+  for (const auto& [written, column, words] : mistakes)
+    EXPECT_TRUE(is_only_mistake(mistakes_in(written), 1, column, words)) << written;
 }
 
-TEST(Condition, BoundsAreExact) {
-  std::string most = "a == 0";
+TEST(Condition, LimitsAreExact) {
+  std::string largest = "a == 0";
   for (std::size_t i = 1; i < Condition::max_comparisons; ++i)
-    most += " or a == 0";
-  EXPECT_FALSE(holds(most));
-  EXPECT_TRUE(is_only_mistake(mistakes_in(most + " or a == 1"), 1,
-                              static_cast<std::uint32_t>(8 + most.size() + 4), "more than 256 comparisons"));
+    largest += " or a == 0";
+  EXPECT_FALSE(holds(largest));
+  EXPECT_TRUE(is_only_mistake(mistakes_in(largest + " or a == 1"), 1,
+                              static_cast<std::uint32_t>(8 + largest.size() + 4),
+                              "more than 256 comparisons"));
   const auto nested = [](std::size_t levels) {
     return std::string(levels, '(') + "a == 1" + std::string(levels, ')');
   };
@@ -187,7 +180,7 @@ TEST(Condition, BoundsAreExact) {
                       "at most 8192 bytes"));
 }
 
-/// A random condition as text, and what it has to give for the values of a and b.
+/// A random condition as text, and its result for the values of a and b.
 struct Expected {
   std::string text;
   bool holds = false;
@@ -214,7 +207,7 @@ Expected random_condition(std::mt19937& random, int depth, double a, double b) {
   return {"(" + left.text + ") or (" + right.text + ")", left.holds || right.holds};
 }
 
-TEST(Condition, RandomConditionsGiveWhatTheyShould) {
+TEST(Condition, RandomConditionsHaveTheExpectedResult) {
   std::mt19937 random(7);
   int true_ones = 0;
   for (int i = 0; i < 500; ++i) {
@@ -236,7 +229,7 @@ TEST(Condition, RandomConditionsGiveWhatTheyShould) {
   EXPECT_LT(true_ones, 400);
 }
 
-TEST(Condition, MisuseStopsTheProgram) {
+TEST(Condition, MisuseIsAsserted) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   Diagnostics diagnostics;
   const auto condition = parse("a > b", diagnostics);

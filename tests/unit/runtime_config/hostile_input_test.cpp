@@ -1,4 +1,4 @@
-// Input made to exhaust the reader: refused with a place, in bounded time.
+// Input that is made to exhaust the reader is refused with a place, in bounded time.
 
 #include <sys/stat.h>
 
@@ -17,16 +17,16 @@ namespace {
 using testing::is_only_mistake;
 using testing::TemporaryFolder;
 
-/// Loads the text as a scenario, and expects it to be refused in time.
+/// Loads the text as a scenario, which has to be refused in time.
 Diagnostics refusal_of(const std::string& text) {
   const TemporaryFolder folder;
   const std::string file = folder.write("hostile.yaml", text);
   Diagnostics diagnostics;
-  const std::clock_t begin = std::clock();  // processor time: the machine may be busy with other tests
-  EXPECT_FALSE(load_scenario(file, {}, testing::module_schemas(), diagnostics));
+  const std::clock_t begin = std::clock();  // processor time, since other tests may run
+  EXPECT_FALSE(load_scenario(file, {}, testing::scenario_types(), diagnostics));
   const double took_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
-  constexpr double limit_s = 30.0;  // these builds are slower by such a factor
+  constexpr double limit_s = 30.0;  // these builds are slower by this factor
 #else
   constexpr double limit_s = 2.0;
 #endif
@@ -51,20 +51,20 @@ std::string repeated(const std::string& piece, std::size_t bytes) {
   return text;
 }
 
-TEST(HostileInput, TenMegabytesOfNoiseNameTheLimit) {
+TEST(HostileInput, TooLargeFileIsRefused) {
   const std::string text =
       noise(10'000'000, 1, [](std::mt19937& random) { return static_cast<char>(random()); });
   EXPECT_TRUE(is_only_mistake(refusal_of(text), 0, 0,
                               "is too large: 10000000 bytes, and at most 1 MiB (1048576 bytes) are read"));
 }
 
-TEST(HostileInput, TextOverTheLimitIsRefusedAsWell) {
+TEST(HostileInput, TooLargeTextIsRefused) {
   Diagnostics diagnostics;
-  EXPECT_FALSE(parse_text("text", std::string(max_file_bytes + 1, ' '), scenario_schema(), diagnostics));
+  EXPECT_FALSE(parse_text("text", std::string(max_file_bytes + 1, ' '), scenario_schema({}), diagnostics));
   EXPECT_TRUE(is_only_mistake(diagnostics, 0, 0, "is too large"));
 }
 
-TEST(HostileInput, NoiseUpToTheLimitIsRefusedInTime) {
+TEST(HostileInput, NoiseOfTheLargestSizeIsRefusedInTime) {
   refusal_of(noise(max_file_bytes, 2, [](std::mt19937& random) { return static_cast<char>(random()); }));
   refusal_of(
       noise(max_file_bytes, 3, [](std::mt19937& random) { return static_cast<char>(32 + random() % 95); }));
@@ -73,7 +73,7 @@ TEST(HostileInput, NoiseUpToTheLimitIsRefusedInTime) {
   refusal_of(noise(max_file_bytes, 5, [](std::mt19937& random) { return "ab \n:-"[random() % 6]; }));
 }
 
-TEST(HostileInput, RegularTextUpToTheLimitIsRefusedInTime) {
+TEST(HostileInput, RegularTextOfTheLargestSizeIsRefusedInTime) {
   for (const std::string piece :
        {"a",      " ",     "\n",      "#",    "- ",        "-\n", "a: ",   "a:\n", "[",       "{",   "[a,",
         "{a: ",   "'",     "\"",      "? ",   "? a\n",     "!a ", "&a ",   "*a ",  "|\n",     "a\n", " a\n",
@@ -84,7 +84,7 @@ TEST(HostileInput, RegularTextUpToTheLimitIsRefusedInTime) {
   }
 }
 
-TEST(HostileInput, ManyUnknownKeysAreCountedNotKept) {
+TEST(HostileInput, ManyUnknownKeysAreCountedAndNotKept) {
   std::string text = "scenario: many\n";
   for (int i = 0; i < 50'000; ++i)
     text += "key_" + std::to_string(i) + ": 1\n";
@@ -92,7 +92,7 @@ TEST(HostileInput, ManyUnknownKeysAreCountedNotKept) {
   EXPECT_EQ(diagnostics.mistakes().size(), Diagnostics::capacity);
 }
 
-TEST(HostileInput, DepthHasALimit) {
+TEST(HostileInput, DepthIsLimited) {
   const auto nested = [](std::size_t levels) {
     return "tasks: [{module: m, type: vehicles, rate: 1 Hz, parameters: " + std::string(levels, '[') +
            std::string(levels, ']') + "}]";
@@ -106,7 +106,7 @@ TEST(HostileInput, DepthHasALimit) {
   refusal_of(repeated("{a: ", 1'000'000));
 }
 
-TEST(HostileInput, ABillionLaughsAreRefused) {
+TEST(HostileInput, ExponentialAliasesAreRefused) {
   std::ostringstream text;
   text << "scenario: lol\nl0: &l0 [lol, lol, lol, lol, lol, lol, lol, lol, lol, lol]\n";
   for (int i = 1; i <= 9; ++i) {
@@ -121,7 +121,7 @@ TEST(HostileInput, ABillionLaughsAreRefused) {
   EXPECT_GT(diagnostics.mistakes()[0].place.line, 3U);
 }
 
-TEST(HostileInput, ALongTextManyTimesIsRefused) {
+TEST(HostileInput, ManyAliasesOfALongTextAreRefused) {
   std::string text = "scenario: long\na: &a " + std::string(1'000'000, 'x') + "\nb: [*a";
   for (int i = 0; i < 1000; ++i)
     text += ", *a";
@@ -129,7 +129,7 @@ TEST(HostileInput, ALongTextManyTimesIsRefused) {
   EXPECT_NE(diagnostics.to_text().find("bytes of values"), std::string::npos);
 }
 
-TEST(HostileInput, DepthThroughAliasesIsDepthAllTheSame) {
+TEST(HostileInput, DepthThroughAliasesIsLimited) {
   std::ostringstream text;
   text << "scenario: deep\na0: &a0 [x]\n";
   for (int i = 1; i < 70; ++i)
@@ -137,7 +137,7 @@ TEST(HostileInput, DepthThroughAliasesIsDepthAllTheSame) {
   EXPECT_NE(refusal_of(text.str()).to_text().find("nested deeper than 64 levels"), std::string::npos);
 }
 
-TEST(HostileInput, AFifoDoesNotBlock) {
+TEST(HostileInput, FifoDoesNotBlock) {
   const TemporaryFolder folder;
   const std::string fifo = (folder.path() / "fifo").string();
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);

@@ -1,10 +1,12 @@
 #include "config_test.hpp"
+#include "runtime/buses/bus.hpp"
+#include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/config/schema_markdown.hpp"
 
 namespace hil::config {
 namespace {
 
-TEST(Markdown, ShowsEveryKindOfKey) {
+TEST(Markdown, DescribesEveryKindOfKey) {
   const Schema schema = Schema::record({
       Field::needed("rate", Schema::quantity(Quantity::frequency_hz, 1.0, 1000.0), "How often."),
       Field::with_default("clock", Schema::one_of({"wall", "virtual"}), "wall", "Which clock."),
@@ -29,8 +31,9 @@ TEST(Markdown, ShowsEveryKindOfKey) {
             "    - `k` (whole number, from 0 to 9): K.\n");
 }
 
-TEST(Markdown, OfTheScenarioNamesEveryKeyWithASentence) {
-  const std::string text = schema_to_markdown(scenario_schema()) + schema_to_markdown(register_map_schema());
+TEST(Markdown, OfTheScenarioDescribesEveryKeyInASentence) {
+  const std::string text = schema_to_markdown(scenario_schema(buses::section_types())) +
+                           schema_to_markdown(buses::modbus::register_map_schema());
   for (const char* key : {"base_rate", "lock_memory", "quaternion", "retained_changes", "overrun", "checksum",
                           "corrupt", "heartbeat", "safe_on_exit", "at_least", "word_order", "dut"}) {
     EXPECT_NE(text.find("- `" + std::string(key) + "` ("), std::string::npos) << key;

@@ -1,5 +1,5 @@
-// Seeded changes to a good scenario. Whatever they make of it: no crash, and every mistake has a file, a line
-// and a column.
+// Seeded changes of a good scenario: none crashes the reader, and every mistake has a file, a line and a
+// column.
 
 #include "scenario_fixture.hpp"
 #include "tests/support/rounds.hpp"
@@ -8,6 +8,7 @@
 namespace hil::config {
 namespace {
 
+using buses::modbus::load_register_map;
 using testing::ScenarioFolder;
 using tests::TextMutator;
 
@@ -21,7 +22,7 @@ void expect_places(const Diagnostics& diagnostics, const std::string& text) {
   }
 }
 
-TEST(Mutation, ScenariosNeverCrashAndEveryMistakeHasAPlace) {
+TEST(Mutation, OfScenariosNeverCrashesAndMistakesHaveAPlace) {
   const ScenarioFolder files;
   std::uint64_t accepted = 0;
   std::uint64_t refused = 0;
@@ -35,11 +36,11 @@ TEST(Mutation, ScenariosNeverCrashAndEveryMistakeHasAPlace) {
     if (::testing::Test::HasFatalFailure()) FAIL() << "seed " << seed;
     ++(scenario ? accepted : refused);
   }
-  EXPECT_GT(accepted, 0u);  // both ways are walked
+  EXPECT_GT(accepted, 0u);  // both results occur
   EXPECT_GT(refused, seeds / 2);
 }
 
-TEST(Mutation, RegisterMapsNeverCrash) {
+TEST(Mutation, OfRegisterMapsNeverCrashes) {
   const testing::TemporaryFolder folder;
   for (std::uint64_t seed = 0; seed < hil::tests::rounds(1000, 20'000); ++seed) {
     const std::string text = TextMutator(seed + 1'000'000).mutate(testing::register_map_text);
@@ -51,7 +52,7 @@ TEST(Mutation, RegisterMapsNeverCrash) {
   }
 }
 
-TEST(Mutation, OverridesNeverCrash) {
+TEST(Mutation, OfOverridesNeverCrashes) {
   const ScenarioFolder files;
   for (std::uint64_t seed = 0; seed < hil::tests::rounds(600, 20'000); ++seed) {
     TextMutator mutator(seed + 2'000'000);
@@ -66,7 +67,7 @@ TEST(Mutation, OverridesNeverCrash) {
   }
 }
 
-TEST(Mutation, ConditionsNeverCrash) {
+TEST(Mutation, OfConditionsNeverCrashes) {
   const Schema schema = Schema::record({Field::needed("c", Schema::text(), "A condition.")});
   int accepted = 0;
   for (std::uint64_t seed = 0; seed < hil::tests::rounds(2000); ++seed) {

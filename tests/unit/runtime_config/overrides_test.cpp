@@ -5,6 +5,8 @@
 namespace hil::config {
 namespace {
 
+using testing::can_of;
+using testing::modbus_of;
 using testing::ScenarioFolder;
 
 Scenario load_with(const std::vector<std::string>& overrides) {
@@ -22,7 +24,7 @@ std::string mistakes_with(const std::vector<std::string>& overrides) {
   return diagnostics.to_text();
 }
 
-TEST(Overrides, SetWhatIsWritten) {
+TEST(Overrides, ReplaceValuesOfTheFile) {
   EXPECT_EQ(load_with({"seed=9"}).seed, 9U);
   EXPECT_EQ(load_with({"duration=9 s"}).duration_ticks, 9000U);
   EXPECT_EQ(load_with({"realtime.priority=3"}).realtime.priority, 3);
@@ -30,13 +32,13 @@ TEST(Overrides, SetWhatIsWritten) {
   EXPECT_EQ(load_with({"realtime.cpus=[3]"}).realtime.cpus, std::vector<int>{3});
 }
 
-TEST(Overrides, SetWhatTheFileLeavesOut) {
+TEST(Overrides, AddValuesThatTheFileLacks) {
   EXPECT_FALSE(load_with({"dut.enabled=false"}).processes[0].enabled);
   EXPECT_EQ(load_with({"world.queue_capacity=8"}).world.queue_capacity, 8U);
   EXPECT_EQ(load_with({"tasks.traffic.inputs.more=ego.speed"}).tasks[0].inputs[1].port.text, "more");
 }
 
-TEST(Overrides, MakeSectionsOnTheWay) {
+TEST(Overrides, CreateMissingSections) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   const auto scenario = files.load("scenario: least\n", diagnostics, {"realtime.priority=7", "world.gpu=1"});
@@ -45,28 +47,28 @@ TEST(Overrides, MakeSectionsOnTheWay) {
   EXPECT_EQ(scenario->world.gpu, "1");
 }
 
-TEST(Overrides, FindListEntriesByWordAndIndex) {
+TEST(Overrides, FindListEntriesByNameAndIndex) {
   EXPECT_EQ(load_with({"tasks.scanner.parameters.columns=96"}).tasks[1].parameters["columns"].integer(), 96);
   EXPECT_EQ(load_with({"tasks.1.parameters.columns=97"}).tasks[1].parameters["columns"].integer(), 97);
-  EXPECT_EQ(load_with({"can.bench.device=virtual"}).can[1].interface, "");
-  EXPECT_EQ(load_with({"modbus.plc.device=h:1502"}).modbus[0].port, 1502);
+  EXPECT_EQ(can_of(load_with({"can.bench.device=virtual"}), 1).interface, "");
+  EXPECT_EQ(modbus_of(load_with({"modbus.plc.device=h:1502"}), 0).port, 1502);
   EXPECT_EQ(load_with({"world.entities.pole.scale=3"}).world.entities[1].scale, 3.0);
-  EXPECT_EQ(load_with({"can.car.send.EgoStatus.signals.Speed=5"}).can[0].send[0].signals.size(), 2U);
+  EXPECT_EQ(can_of(load_with({"can.car.send.EgoStatus.signals.Speed=5"}), 0).send[0].signals.size(), 2U);
   EXPECT_EQ(load_with({"expectations.it answers.response.within=9 ms"}).expectations.size(), 4U);
   EXPECT_EQ(load_with({"realtime.cpus.1=5"}).realtime.cpus, (std::vector<int>{0, 5}));
 }
 
-TEST(Overrides, WriteAShortFormOut) {
-  EXPECT_EQ(load_with({"can.car.receive.BrakeCommand.timeout=30 ms"}).can[0].receive[0].timeout_ns,
+TEST(Overrides, ExpandAShortForm) {
+  EXPECT_EQ(can_of(load_with({"can.car.receive.BrakeCommand.timeout=30 ms"}), 0).receive[0].timeout_ns,
             30'000'000);
 }
 
-TEST(Overrides, APathThatIsSetTwiceIsAMistakeWithBothValues) {
+TEST(Overrides, DuplicatePathIsAMistakeWithBothValues) {
   EXPECT_EQ(mistakes_with({"seed=1", "seed=2"}),
             "--set seed:1:1: 'seed' is set twice: '1' and '2'; set it once\n");
 }
 
-TEST(Overrides, UnknownPathsNameTheNearest) {
+TEST(Overrides, UnknownPathIsAMistakeWithTheNearestName) {
   EXPECT_EQ(mistakes_with({"dut.enabld=false"}),
             "--set dut.enabld:1:5: there is no 'dut.enabld'; did you mean 'dut.enabled'?\n");
   EXPECT_EQ(mistakes_with({"dutt.enabled=false"}),
@@ -82,7 +84,7 @@ TEST(Overrides, UnknownPathsNameTheNearest) {
   EXPECT_EQ(mistakes_with({"seed.x=1"}), "--set seed.x:1:6: 'seed' has no keys, so there is no 'seed.x'\n");
 }
 
-TEST(Overrides, BadValuesStandBehindTheEqualsSign) {
+TEST(Overrides, BadValueHasItsPlaceAfterTheEqualsSign) {
   EXPECT_EQ(mistakes_with({"dut.enabled=no"}),
             "--set dut.enabled:1:13: 'enabled': 'no' is not a boolean; write true or false (yes, no, on and "
             "off are none)\n");
@@ -98,7 +100,7 @@ TEST(Overrides, BadValuesStandBehindTheEqualsSign) {
   EXPECT_EQ(mistakes_with({"tasks.traffic.rate=300 Hz"}).substr(0, 31), "--set tasks.traffic.rate:1:20: ");
 }
 
-TEST(Overrides, MalformedOnesAreMistakes) {
+TEST(Overrides, MalformedOverrideIsAMistake) {
   EXPECT_EQ(mistakes_with({"seed"}), "--set seed:1:1: expected path=value, as in dut.enabled=false\n");
   EXPECT_EQ(mistakes_with({"=5"}), "--set :1:1: a word is missing in the path ''\n");
   EXPECT_EQ(mistakes_with({"realtime..priority=5"}),
@@ -108,7 +110,7 @@ TEST(Overrides, MalformedOnesAreMistakes) {
             std::string::npos);
 }
 
-TEST(Overrides, MistakesComeTogetherWithThoseOfTheFile) {
+TEST(Overrides, MistakesAreReportedWithThoseOfTheFile) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   EXPECT_FALSE(
@@ -116,7 +118,7 @@ TEST(Overrides, MistakesComeTogetherWithThoseOfTheFile) {
   EXPECT_EQ(diagnostics.count(), 3U) << diagnostics.to_text();
 }
 
-TEST(Overrides, AnAmbiguousWordAsksForTheIndex) {
+TEST(Overrides, AmbiguousNameRequiresTheIndex) {
   const Schema schema = Schema::record(
       {Field::needed("l",
                      Schema::list(Schema::record({Field::needed("name", Schema::name(), "."),

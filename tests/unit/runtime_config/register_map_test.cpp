@@ -3,6 +3,7 @@
 namespace hil::config {
 namespace {
 
+using buses::modbus::load_register_map;
 using io::modbus::Role;
 using testing::is_only_mistake;
 using testing::TemporaryFolder;
@@ -14,7 +15,7 @@ Diagnostics mistakes_of(const std::string& text, Role role = Role::client) {
   return diagnostics;
 }
 
-TEST(RegisterMapFile, IsReadAsItIsWritten) {
+TEST(RegisterMapFile, IsReadAsWritten) {
   const TemporaryFolder folder;
   Diagnostics diagnostics;
   const auto map =
@@ -41,7 +42,7 @@ TEST(RegisterMapFile, IsReadAsItIsWritten) {
   EXPECT_EQ(map->entries[4].table, io::modbus::Table::discrete_input);
 }
 
-TEST(RegisterMapFile, EveryTypeAndOrderHasItsWord) {
+TEST(RegisterMapFile, AcceptsEveryTypeAndWordOrder) {
   const TemporaryFolder folder;
   for (const char* type : {"u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64"}) {
     for (const char* order : {"ABCD", "CDAB", "BADC", "DCBA"}) {
@@ -61,29 +62,24 @@ TEST(RegisterMapFile, EveryTypeAndOrderHasItsWord) {
 }
 
 TEST(RegisterMapFile, MistakesHavePlaces) {
-  const std::string start = "registers:\n- {name: a, table: holding, address: 0, type: u32, access: write}\n";
-  EXPECT_TRUE(is_only_mistake(
-      mistakes_of(start + "- {name: a, table: holding, address: 9, type: u16, access: read}\n"), 3, 10,
-      "'a' is given twice; first in line 2"));
-  EXPECT_TRUE(is_only_mistake(
-      mistakes_of(start + "- {name: ab, table: holding, address: 1, type: u16, access: read}\n"), 3, 3,
-      "overlaps"));
-  EXPECT_TRUE(is_only_mistake(
-      mistakes_of(start + "- {name: ab, table: input, address: 1, type: u16, access: write}\n"), 3, 3,
-      "can not write the table input"));
-  EXPECT_TRUE(is_only_mistake(
-      mistakes_of(start + "- {name: ab, table: coil, address: 1, type: u16, access: write}\n"), 3, 3,
-      "single bits"));
-  EXPECT_TRUE(is_only_mistake(
-      mistakes_of(start + "- {name: ab, table: input, address: 70000, type: u16, access: read}\n"), 3, 37,
-      "from 0 to 65535"));
-  EXPECT_TRUE(is_only_mistake(
-      mistakes_of(start + "- {name: ab, table: input, address: 1, type: u17, access: read}\n"), 3, 46,
-      "did you mean"));
+  const std::tuple<const char*, std::uint32_t, const char*> mistakes[] = {
+      {"{name: a, table: holding, address: 9, type: u16, access: read}", 10,
+       "'a' is given twice; first in line 2"},
+      {"{name: b, table: holding, address: 1, type: u16, access: read}", 3, "overlaps"},
+      {"{name: b, table: input, address: 1, type: u16, access: write}", 3, "can not write the table input"},
+      {"{name: b, table: coil, address: 1, type: u16, access: write}", 3, "single bits"},
+      {"{name: b, table: input, address: 70000, type: u16, access: read}", 36, "from 0 to 65535"},
+      {"{name: b, table: input, address: 1, type: u17, access: read}", 45, "did you mean"},
+  };
+  for (const auto& [entry, column, words] : mistakes)
+    EXPECT_TRUE(is_only_mistake(
+        mistakes_of("registers:\n- {name: a, table: holding, address: 0, type: u32, access: write}\n- " +
+                    std::string(entry) + "\n"),
+        3, column, words));
   EXPECT_TRUE(is_only_mistake(mistakes_of("registers: []\n"), 1, 12, "at least 1"));
 }
 
-TEST(RegisterMapFile, TheRoleCounts) {
+TEST(RegisterMapFile, IsCheckedForItsRole) {
   const std::string text = "registers: [{name: a, table: input, address: 0, type: u16, access: read}]\n";
   const TemporaryFolder folder;
   Diagnostics diagnostics;

@@ -1,7 +1,11 @@
 #pragma once
-// A scenario that uses every part of the language, with the files it names.
+// A scenario that uses every part of the language, with its files.
 
 #include "config_test.hpp"
+#include "runtime/buses/bus.hpp"
+#include "runtime/buses/can/can_section.hpp"
+#include "runtime/buses/modbus/modbus_section.hpp"
+#include "runtime/buses/modbus/register_map_file.hpp"
 
 namespace hil::config::testing {
 
@@ -103,13 +107,22 @@ expectations:
     response: {request: can.car.Objects.Counter, reply: can.car.BrakeCommand.AnswerTo, within: 50 ms, at_least: 10}
 )";
 
-inline SchemaOfModules module_schemas() {
-  return {{"vehicles",
-           Schema::record({Field::with_default("cars", Schema::integer(0, 100), "1", "How many cars.")})},
-          {"laser_scanner",
-           Schema::record(
-               {Field::needed("columns", Schema::integer(1, 4096), "Columns of the scan."),
-                Field::needed("range", Schema::quantity(Quantity::length_m, 0.1, 500.0), "Its reach.")})}};
+inline ScenarioTypes scenario_types() {
+  SchemaOfModules modules{
+      {"vehicles",
+       Schema::record({Field::with_default("cars", Schema::integer(0, 100), "1", "How many cars.")})},
+      {"laser_scanner",
+       Schema::record(
+           {Field::needed("columns", Schema::integer(1, 4096), "Columns of the scan."),
+            Field::needed("range", Schema::quantity(Quantity::length_m, 0.1, 500.0), "Its range.")})}};
+  return {.modules = std::move(modules), .buses = buses::section_types()};
+}
+
+inline const buses::can::CanSection& can_of(const Scenario& scenario, std::size_t index) {
+  return *sections_of<buses::can::CanSection>(scenario.buses).at(index);
+}
+inline const buses::modbus::ModbusSection& modbus_of(const Scenario& scenario, std::size_t index) {
+  return *sections_of<buses::modbus::ModbusSection>(scenario.buses).at(index);
 }
 
 /// scenario.yaml and the files beside it.
@@ -127,14 +140,14 @@ class ScenarioFolder {
 
   std::optional<Scenario> load(std::string_view text, Diagnostics& diagnostics,
                                const std::vector<std::string>& overrides = {}) const {
-    return load_scenario(folder_.write("scenario.yaml", text), overrides, module_schemas(), diagnostics);
+    return load_scenario(folder_.write("scenario.yaml", text), overrides, scenario_types(), diagnostics);
   }
 
  private:
   TemporaryFolder folder_;
 };
 
-/// The scenario with one piece of its text replaced; the piece has to be there once.
+/// The text with `from`, which it contains once, replaced by `to`.
 inline std::string with_change(const std::string& from, const std::string& to,
                                std::string text = scenario_text) {
   const std::size_t at = text.find(from);

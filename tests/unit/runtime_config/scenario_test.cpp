@@ -6,11 +6,16 @@
 namespace hil::config {
 namespace {
 
+using buses::can::CanSection;
+using buses::can::SentMessage;
+using buses::modbus::ModbusSection;
+using testing::can_of;
+using testing::modbus_of;
 using testing::scenario_text;
 using testing::ScenarioFolder;
 using testing::with_change;
 
-class ScenarioTest : public ::testing::Test {
+class ScenarioFile : public ::testing::Test {
  protected:
   void SetUp() override {
     scenario_ = files_.load(testing::scenario_text, diagnostics_);
@@ -25,7 +30,7 @@ class ScenarioTest : public ::testing::Test {
   std::optional<Scenario> scenario_;
 };
 
-TEST_F(ScenarioTest, General) {
+TEST_F(ScenarioFile, GeneralSettingsAreRead) {
   EXPECT_EQ(scenario().file, path("scenario.yaml"));
   EXPECT_EQ(scenario().name, "everything");
   EXPECT_EQ(scenario().about, "uses every part of the language");
@@ -42,7 +47,7 @@ TEST_F(ScenarioTest, General) {
   EXPECT_EQ(scenario().realtime.watchdog_ns, 250'000'000);
 }
 
-TEST_F(ScenarioTest, World) {
+TEST_F(ScenarioFile, WorldIsRead) {
   const World& world = scenario().world;
   EXPECT_EQ(world.gpu, "llvmpipe");
   EXPECT_EQ(world.max_entities, 100U);
@@ -70,7 +75,7 @@ TEST_F(ScenarioTest, World) {
   EXPECT_EQ(world.entities[0].rotation_wxyz, (std::array{1.0, 0.0, 0.0, 0.0}));
 }
 
-TEST_F(ScenarioTest, Tasks) {
+TEST_F(ScenarioFile, TasksAreRead) {
   ASSERT_EQ(scenario().tasks.size(), 2U);
   const TaskSection& traffic = scenario().tasks[0];
   EXPECT_EQ(traffic.module.text, "traffic");
@@ -97,9 +102,9 @@ TEST_F(ScenarioTest, Tasks) {
   EXPECT_EQ(scanner.parameters["range"].number(), 80.0);
 }
 
-TEST_F(ScenarioTest, Can) {
-  ASSERT_EQ(scenario().can.size(), 2U);
-  const CanSection& car = scenario().can[0];
+TEST_F(ScenarioFile, CanBusesAreRead) {
+  ASSERT_EQ(sections_of<CanSection>(scenario().buses).size(), 2U);
+  const CanSection& car = can_of(scenario(), 0);
   EXPECT_TRUE(car.is_virtual());
   EXPECT_EQ(car.database, path("crossing.dbc"));
   EXPECT_EQ(car.every_ticks, 10U);
@@ -125,14 +130,14 @@ TEST_F(ScenarioTest, Can) {
   EXPECT_EQ(car.faults.drop, 0.25);
   EXPECT_EQ(car.faults.corrupt, 0.125);
   EXPECT_EQ(car.faults.delay_ns, 3'000'000);
-  EXPECT_EQ(scenario().can[1].interface, "vcan0");
-  EXPECT_FALSE(scenario().can[1].is_virtual());
+  EXPECT_EQ(can_of(scenario(), 1).interface, "vcan0");
+  EXPECT_FALSE(can_of(scenario(), 1).is_virtual());
 }
 
-TEST_F(ScenarioTest, Modbus) {
-  ASSERT_EQ(scenario().modbus.size(), 1U);
-  const ModbusSection& plc = scenario().modbus[0];
-  EXPECT_EQ(plc.unit.text, "plc");
+TEST_F(ScenarioFile, ModbusUnitsAreRead) {
+  ASSERT_EQ(sections_of<ModbusSection>(scenario().buses).size(), 1U);
+  const ModbusSection& plc = modbus_of(scenario(), 0);
+  EXPECT_EQ(plc.name.text, "plc");
   EXPECT_EQ(plc.role, io::modbus::Role::client);
   EXPECT_EQ(plc.host, "127.0.0.1");
   EXPECT_FALSE(plc.port);
@@ -150,14 +155,14 @@ TEST_F(ScenarioTest, Modbus) {
   EXPECT_EQ(plc.registers.find("time_ms")->order, io::modbus::ByteOrder::cdab);
 }
 
-TEST_F(ScenarioTest, AModbusClientKeepsTheRegistersThatTheScenarioNames) {
+TEST_F(ScenarioFile, ModbusClientKeepsTheRegistersThatAreUsed) {
   const auto names_after = [](const std::string& from, const std::string& to) {
     Diagnostics diagnostics;
     const ScenarioFolder files;
     const auto changed = files.load(with_change(from, to), diagnostics);
     std::vector<std::string> names;
     if (!changed) return names;
-    for (const io::modbus::RegisterEntry& entry : changed->modbus[0].registers.entries)
+    for (const io::modbus::RegisterEntry& entry : modbus_of(*changed, 0).registers.entries)
       names.push_back(entry.name);
     std::sort(names.begin(), names.end());
     return names;
@@ -171,9 +176,9 @@ TEST_F(ScenarioTest, AModbusClientKeepsTheRegistersThatTheScenarioNames) {
             (Names{"alive", "demand", "light", "time_ms"}));
 }
 
-TEST_F(ScenarioTest, ModbusConstantsAndLimits) {
-  EXPECT_EQ(scenario().modbus[0].max_gap, 0);
-  EXPECT_EQ(scenario().modbus[0].max_clients, 64U);
+TEST_F(ScenarioFile, ModbusLimitsAreRead) {
+  EXPECT_EQ(modbus_of(scenario(), 0).max_gap, 0);
+  EXPECT_EQ(modbus_of(scenario(), 0).max_clients, 64U);
   Diagnostics diagnostics;
   const ScenarioFolder files;
   const auto other =
@@ -181,14 +186,14 @@ TEST_F(ScenarioTest, ModbusConstantsAndLimits) {
                              "{detector: 12}\n    max_gap: 20\n    max_clients: 3\n    unit_id: 250"),
                  diagnostics);
   ASSERT_TRUE(other) << diagnostics.to_text();
-  EXPECT_EQ(std::get<double>(other->modbus[0].write[0].source), 12.0);
-  EXPECT_EQ(other->modbus[0].max_gap, 20);
-  EXPECT_EQ(other->modbus[0].max_clients, 3U);
-  EXPECT_EQ(other->modbus[0].unit_id, 250);
+  EXPECT_EQ(std::get<double>(modbus_of(*other, 0).write[0].source), 12.0);
+  EXPECT_EQ(modbus_of(*other, 0).max_gap, 20);
+  EXPECT_EQ(modbus_of(*other, 0).max_clients, 3U);
+  EXPECT_EQ(modbus_of(*other, 0).unit_id, 250);
 }
 
-/// One period of 20 Hz and the time-out of 500 ms are 550 ms.
-TEST_F(ScenarioTest, AnAgeThatIsReachedWithoutAFaultIsAWarning) {
+/// A period of 50 ms and a time-out of 500 ms: values are up to 550 ms old without a fault.
+TEST_F(ScenarioFile, MaxAgeBelowPeriodAndTimeoutIsAWarning) {
   const auto warnings = [](const std::string& from, const std::string& to) {
     Diagnostics diagnostics;
     const ScenarioFolder files;
@@ -207,7 +212,7 @@ TEST_F(ScenarioTest, AnAgeThatIsReachedWithoutAFaultIsAWarning) {
   EXPECT_EQ(warnings("max_age: 2 s", "timeout: 5 s").size(), 1U);
 }
 
-TEST_F(ScenarioTest, Processes) {
+TEST_F(ScenarioFile, ProcessesAreRead) {
   ASSERT_EQ(scenario().processes.size(), 2U);
   const ProcessSection& dut = scenario().processes[0];
   EXPECT_EQ(dut.name.text, "dut");
@@ -227,7 +232,7 @@ TEST_F(ScenarioTest, Processes) {
   EXPECT_EQ(plc.start_timeout_ns, 3'000'000'000);
 }
 
-TEST_F(ScenarioTest, Expectations) {
+TEST_F(ScenarioFile, ExpectationsAreRead) {
   ASSERT_EQ(scenario().expectations.size(), 4U);
   const Never& never = std::get<Never>(scenario().expectations[0].claim);
   ASSERT_EQ(never.condition.mentions().size(), 1U);
@@ -242,7 +247,7 @@ TEST_F(ScenarioTest, Expectations) {
   EXPECT_EQ(response.at_least, 10U);
 }
 
-TEST(ScenarioDefaults, OneLineIsAScenario) {
+TEST(ScenarioDefaults, ApplyToAScenarioOfOneLine) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   const auto scenario = files.load("scenario: least\n", diagnostics);
@@ -261,7 +266,7 @@ TEST(ScenarioDefaults, OneLineIsAScenario) {
   EXPECT_TRUE(scenario->processes.empty());
 }
 
-TEST(ScenarioDefaults, NothingMayBeLostUnlessItIsSaid) {
+TEST(ScenarioDefaults, PermitNoLoss) {
   const ScenarioFolder files;
   const auto load = [&](const std::string& text) {
     Diagnostics diagnostics;
@@ -272,7 +277,8 @@ TEST(ScenarioDefaults, NothingMayBeLostUnlessItIsSaid) {
   const Scenario strict = load(scenario_text);
   EXPECT_DOUBLE_EQ(strict.realtime.max_lost, 0.05);
   EXPECT_DOUBLE_EQ(strict.expectations[0].coverage, 0.95);
-  EXPECT_FALSE(strict.can[0].may_be_lost || strict.modbus[0].may_be_lost || strict.processes[0].may_be_lost);
+  EXPECT_FALSE(can_of(strict, 0).may_be_lost || modbus_of(strict, 0).may_be_lost ||
+               strict.processes[0].may_be_lost);
   EXPECT_FALSE(strict.processes[0].free_running);
   const Scenario lenient = load(
       with_change("watchdog: 250 ms", "watchdog: 250 ms, max_lost: 12.5 %",
@@ -280,10 +286,10 @@ TEST(ScenarioDefaults, NothingMayBeLostUnlessItIsSaid) {
                               with_change("    rate: 20 Hz\n", "    rate: 20 Hz\n    may_be_lost: true\n"))));
   EXPECT_DOUBLE_EQ(lenient.realtime.max_lost, 0.125);
   EXPECT_DOUBLE_EQ(lenient.expectations[0].coverage, 0.5);
-  EXPECT_TRUE(lenient.modbus[0].may_be_lost);
+  EXPECT_TRUE(modbus_of(lenient, 0).may_be_lost);
 }
 
-TEST(ScenarioDefaults, UnderTheVirtualClockAProcessKeepsStepOrIsSaidToRunFree) {
+TEST(ScenarioDefaults, RefuseProcessesOutOfStepWithTheVirtualClock) {
   const ScenarioFolder files;
   const auto mistakes = [&](const std::string& command, const std::string& more = "") {
     Diagnostics diagnostics;
@@ -314,7 +320,7 @@ TEST(ScenarioDefaults, UnderTheVirtualClockAProcessKeepsStepOrIsSaidToRunFree) {
   }
 }
 
-TEST(ScenarioDefaults, HowSurelyTheHistoryIsOnDiskCanBeSaid) {
+TEST(ScenarioDefaults, OfDurabilityCanBeChanged) {
   const ScenarioFolder files;
   const auto world = [&](const std::string& words) {
     Diagnostics diagnostics;
@@ -333,7 +339,7 @@ TEST(ScenarioDefaults, HowSurelyTheHistoryIsOnDiskCanBeSaid) {
     EXPECT_FALSE(world(refused)) << refused;
 }
 
-TEST(ScenarioDefaults, AnglesTurnRollFirstAndYawLast) {
+TEST(ScenarioDefaults, RotateRollFirstAndYawLast) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   const auto scenario = files.load(
@@ -349,7 +355,7 @@ TEST(ScenarioDefaults, AnglesTurnRollFirstAndYawLast) {
   EXPECT_NEAR(q[3], 0.5, 1e-15);
 }
 
-TEST(Layers, HoldThirtyTwo) {
+TEST(Layers, AreAtMost32) {
   Layers layers;
   for (int i = 0; i < 32; ++i)
     EXPECT_EQ(layers.add("layer" + std::to_string(i)), std::uint32_t{1} << i);

@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdint>
-#include <thread>
 
 #include "runtime/executive/executive.hpp"
 #include "tests/unit/runtime_executive/fake_time.hpp"
@@ -30,12 +28,7 @@ TEST(Accounting, StagesAndIdleAddUpToThePeriodToTheNanosecond) {
   fake.hooks.on_end = [&](const TickInfo&) { fake.work(40'007); };
   ScriptedTask first([&](const TickInfo&) { fake.work(200'011); });
   ScriptedTask second([&](const TickInfo&) { fake.work(100'013); });
-  ScriptedTask own;
-  own.on_publish = [&](const TickInfo&) { fake.work(5'021); };
-  Executive executive(fake.options);
-  executive.add_task(spec_of("first"), first);
-  executive.add_task(spec_of("second"), second);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("first"), &first}, {spec_of("second"), &second}});
   ASSERT_EQ(result.trace.ticks.size(), 10U);
   for (const TickSpan& tick : result.trace.ticks) {
     EXPECT_EQ(tick.awake_ns - tick.frame_begin_ns, 17'003);
@@ -61,9 +54,7 @@ TEST(Accounting, StagesAddUpAcrossOverrunsAndSkippedTicks) {
   });
   TaskSpec spec = spec_of("t");
   spec.overrun = OverrunPolicy::queue;
-  Executive executive(fake.options);
-  executive.add_task(spec, task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec, &task}});
   EXPECT_GT(result.base.skipped_ticks, 0U);
   EXPECT_GT(result.base.late_ticks, 0U);
   EXPECT_EQ(sum_of_stages(result.base), 100 * ms);
@@ -73,16 +64,14 @@ TEST(Accounting, StagesAddUpAcrossOverrunsAndSkippedTicks) {
   }
 }
 
-TEST(Accounting, StagesMatchWhatAnotherWatchMeasuresInRealTime) {
-  MonotonicClock clock;
+TEST(Accounting, StagesMatchAnIndependentMeasurementInRealTime) {
+  testing::ClockRun<MonotonicClock> real(100);
   testing::ScriptedHooks hooks;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.hooks = &hooks;
-  options.duration_ticks = 100;
-  options.base_period_ns = 2 * ms;
-  options.catch_up_ticks = 1'000;
-  // The test's own stamps: the length of the hook and of the task, and the whole run.
+  real.options.hooks = &hooks;
+  real.options.base_period_ns = 2 * ms;
+  real.options.catch_up_ticks = 1'000;
+  const MonotonicClock& clock = real.clock;
+  // Measured by the test: the time in the hook, the time in the task, the first and the last instant.
   std::int64_t hook_ns = 0, task_ns = 0, first_ns = 0, last_ns = 0;
   const auto spin_for = [&](std::int64_t span_ns) {
     const std::int64_t begin_ns = clock.now_ns();
@@ -96,10 +85,7 @@ TEST(Accounting, StagesMatchWhatAnotherWatchMeasuresInRealTime) {
   };
   hooks.on_end = [&](const TickInfo&) { last_ns = clock.now_ns(); };
   ScriptedTask task([&](const TickInfo&) { task_ns += spin_for(100 * us); });
-  Executive executive(options);
-  executive.add_task(spec_of("t"), task);
-  const std::atomic<bool> stop{false};
-  const RunResult result = executive.run(stop);
+  const RunResult result = real.run({{spec_of("t"), &task}});
   ASSERT_EQ(result.ticks, 100U);
   EXPECT_GE(result.base.begin.total_ns(), hook_ns);
   EXPECT_GE(result.tasks[0].wall.total_ns(), task_ns);
@@ -115,34 +101,30 @@ TEST(Accounting, StagesMatchWhatAnotherWatchMeasuresInRealTime) {
   }
   const TickSpan& last = result.trace.ticks.back();
   EXPECT_EQ(sum_of_stages(result.base), last.frame_end_ns);
-  // From the first hook to the last one, by the test's watch and by the stages: apart by a few clock
-  // readings.
+  // From the first hook to the last one, as the test measured it and as the stages say: they differ by a few
+  // clock readings.
   const std::int64_t by_stages_ns = last.ended_ns - result.trace.ticks.front().awake_ns;
   EXPECT_GE(by_stages_ns, last_ns - first_ns);
 }
 
-TEST(Accounting, FullRingsLoseRecordsButNotCounts) {
+TEST(Accounting, FullRingsLoseRecordsButNoCounts) {
   FakeRun fake(2'000);
   fake.options.accounting.records_per_thread = 4;
   ScriptedTask task([&](const TickInfo&) { fake.work(10); });
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("t"), &task}});
   EXPECT_EQ(result.tasks[0].runs, 2'000U);
-  EXPECT_GT(result.lost_records, 0U) << "2000 ticks take the blink of an eye: 4 records can not hold them";
+  EXPECT_GT(result.lost_records, 0U) << "the collector can not keep up with 2000 immediate ticks";
   EXPECT_EQ(result.tasks[0].wall.count() + result.base.wake.count() + result.lost_records, 4'000U);
 }
 
-TEST(Accounting, KeepsTheFirstMissesAndCountsAll) {
+TEST(Accounting, FirstMissesAreKeptAndAllAreCounted) {
   FakeRun fake(100);
   fake.options.accounting.kept_misses_per_task = 5;
   TaskSpec spec = spec_of("t", 2);
   spec.deadline_ns = 100 * us;
-  // The worst is none of the first.
+  // The worst miss is not among the first five.
   ScriptedTask task([&](const TickInfo& tick) { fake.work(tick.tick == 60 ? 450 * us : 150 * us); });
-  Executive executive(fake.options);
-  executive.add_task(spec, task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec, &task}});
   EXPECT_EQ(result.tasks[0].deadline_misses, 50U);
   EXPECT_EQ(result.tasks[0].misses_by_cause[static_cast<std::size_t>(MissCause::own_work)], 50U);
   EXPECT_EQ(result.tasks[0].worst_lateness_ns, 350 * us);
@@ -152,42 +134,31 @@ TEST(Accounting, KeepsTheFirstMissesAndCountsAll) {
   EXPECT_EQ(result.tasks[0].misses[4].cause, MissCause::own_work);
 }
 
-TEST(Accounting, KeepsTheFirstTimesThatTicksWereGivenUpAndCountsAll) {
+TEST(Accounting, FirstSkipsAreKeptAndAllAreCounted) {
   FakeRun fake(200);
   fake.options.accounting.kept_misses_per_task = 3;
   ScriptedTask task([&](const TickInfo& tick) {
     if (tick.tick % 20 == 0) fake.work(10 * ms + 500 * us);
   });
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("t"), &task}});
   EXPECT_EQ(result.base.skips.size(), 3U);
   EXPECT_EQ(result.base.times_skipped, 10U);
   EXPECT_EQ(result.ticks + result.base.skipped_ticks, 200U);
 }
 
-TEST(Accounting, TheTraceHasTheConfiguredLength) {
-  FakeRun fake(1'000);
-  fake.options.accounting.trace_ns = 100 * ms;
-  ScriptedTask task;
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t", 10), task);
-  const RunResult result = executive.run(fake.stop);
-  ASSERT_EQ(result.trace.ticks.size(), 100U);
-  EXPECT_EQ(result.trace.ticks.front().tick, 900U);
-  ASSERT_EQ(result.trace.tasks.size(), 10U);
-  EXPECT_EQ(result.trace.tasks.front().tick, 900U);
-}
-
-TEST(Accounting, NoTraceWhenNoneIsWanted) {
-  FakeRun fake(10);
-  fake.options.accounting.trace_ns = 0;
-  ScriptedTask task;
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  const RunResult result = executive.run(fake.stop);
-  EXPECT_TRUE(result.trace.ticks.empty());
-  EXPECT_TRUE(result.trace.tasks.empty());
+TEST(Accounting, TraceHasTheConfiguredLength) {
+  for (const std::uint64_t length_ms : {0, 100}) {
+    SCOPED_TRACE(length_ms);
+    FakeRun fake(1'000);
+    fake.options.accounting.trace_ns = static_cast<std::int64_t>(length_ms) * ms;
+    ScriptedTask task;
+    const RunResult result = fake.run({{spec_of("t", 10), &task}});
+    ASSERT_EQ(result.trace.ticks.size(), length_ms);
+    ASSERT_EQ(result.trace.tasks.size(), length_ms / 10);
+    if (length_ms == 0) continue;
+    EXPECT_EQ(result.trace.ticks.front().tick, 900U);
+    EXPECT_EQ(result.trace.tasks.front().tick, 900U);
+  }
 }
 
 TEST(Accounting, CountsCpuTimeBlockedTimeAndPageFaultsOfEachTask) {
@@ -201,10 +172,7 @@ TEST(Accounting, CountsCpuTimeBlockedTimeAndPageFaultsOfEachTask) {
   task.blocked_ns = 50 * us;
   task.gpu_ns = 30 * us;
   ScriptedTask other([&](const TickInfo&) { fake.work(10 * us); });
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  executive.add_task(spec_of("other"), other);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("t"), &task}, {spec_of("other"), &other}});
   EXPECT_EQ(result.tasks[0].cpu.max_ns(), 100 * us);
   EXPECT_EQ(result.tasks[0].wall.max_ns(), 150 * us);
   EXPECT_EQ(result.tasks[0].blocked.max_ns(), 50 * us);
@@ -212,7 +180,7 @@ TEST(Accounting, CountsCpuTimeBlockedTimeAndPageFaultsOfEachTask) {
   EXPECT_EQ(result.tasks[0].minor_faults, 20);
   EXPECT_EQ(result.tasks[0].major_faults, 10);
   EXPECT_EQ(result.tasks[1].cpu.max_ns(), 10 * us);
-  EXPECT_EQ(result.tasks[1].minor_faults, 0) << "a neighbour's faults are its own";
+  EXPECT_EQ(result.tasks[1].minor_faults, 0) << "page faults count for the task that has them";
 }
 
 }  // namespace

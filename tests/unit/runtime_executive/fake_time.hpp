@@ -1,11 +1,18 @@
 #pragma once
-// Time that a test moves: a clock that is not virtual for the executive (ticks can be late on it) but stands
-// still unless slept on or moved, and a probe that reports what the test says.
+// Executives of tests. A FakeClock stands still unless a thread sleeps on it or the test advances it; it is
+// not a virtual clock, so ticks can be late on it. A FakeProbe reports the values that the test sets.
+
+#include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <fstream>
 #include <functional>
+#include <initializer_list>
+#include <iterator>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "runtime/executive/clock.hpp"
@@ -93,7 +100,31 @@ class ScriptedHooks final : public TickHooks {
   std::function<void(const TickInfo&)> on_begin, on_end;
 };
 
-/// Everything a run on fake time needs, with 1 ms ticks.
+using Tasks = std::initializer_list<std::pair<TaskSpec, Task*>>;
+
+/// Runs an executive with these tasks to its end.
+inline RunResult run_tasks(const ExecutiveOptions& options, Tasks tasks, const std::atomic<bool>& stop) {
+  Executive executive(options);
+  for (const auto& [spec, task] : tasks)
+    executive.add_task(spec, *task);
+  return executive.run(stop);
+}
+
+/// A run of 1 ms ticks on a clock that the test does not control.
+template <typename ClockType>
+struct ClockRun {
+  ClockType clock;
+  ExecutiveOptions options;
+  std::atomic<bool> stop{false};
+
+  explicit ClockRun(std::uint64_t duration_ticks) {
+    options.clock = &clock;
+    options.duration_ticks = duration_ticks;
+  }
+  RunResult run(Tasks tasks) { return run_tasks(options, tasks, stop); }
+};
+
+/// A run of 1 ms ticks on fake time.
 struct FakeRun {
   FakeClock clock;
   FakeProbe probe;
@@ -109,7 +140,8 @@ struct FakeRun {
     options.hooks = &hooks;
     options.watchdog.timeout_ns = 60'000'000'000;
   }
-  /// Computes for that long: the clock and the thread's CPU time go on.
+  RunResult run(Tasks tasks) { return run_tasks(options, tasks, stop); }
+  /// Computes for that long: the clock and the thread's CPU time advance.
   void work(std::int64_t for_ns) {
     probe.cpu_ns += for_ns;
     clock.advance(for_ns);
@@ -122,6 +154,18 @@ inline TaskSpec spec_of(const char* name, std::uint32_t every_ticks = 1, const c
   spec.every_ticks = every_ticks;
   spec.thread = std::string(thread);
   return spec;
+}
+
+/// Waits until a thread of this process sleeps. Three readings in a row, since a running thread may sleep for
+/// a moment on its way.
+inline void wait_until_thread_sleeps(pid_t thread) {
+  for (int asleep = 0; asleep < 3; ++asleep) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::ifstream stat("/proc/self/task/" + std::to_string(thread) + "/stat");
+    const std::string text{std::istreambuf_iterator<char>(stat), {}};
+    const std::size_t name_end = text.rfind(')');  // the state follows the name
+    if (name_end == std::string::npos || text[name_end + 2] != 'S') asleep = -1;
+  }
 }
 
 }  // namespace hil::executive::testing

@@ -1,37 +1,26 @@
 #include "runtime/executive/machine.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-
-#include "tests/paths.h"
+#include "tests/support/test_folder.hpp"
 
 namespace hil::executive {
 namespace {
 
-namespace fs = std::filesystem;
-
-class MachineFolder : public ::testing::Test {
+class FactsOfAMachine : public ::testing::Test {
  protected:
-  void SetUp() override {
-    root_ = fs::path(HIL_BINARY_DIR) / ("machine-test-" + std::to_string(getpid()));
-    fs::create_directories(root_);
-  }
-  void TearDown() override { fs::remove_all(root_); }
-  void put(const std::string& file, const std::string& text) {
-    fs::create_directories((root_ / file).parent_path());
-    std::ofstream(root_ / file) << text << '\n';
-  }
-  fs::path root_;
+  void put(const std::string& file, const std::string& text) { root_.write(file, text + '\n'); }
+  MachineFacts read() const { return read_machine_facts(root_.path()); }
+
+ private:
+  tests::TestFolder root_;
 };
 
-TEST_F(MachineFolder, ReadsARealTimeMachine) {
+TEST_F(FactsOfAMachine, AreReadFromARealTimeMachine) {
   put("sys/kernel/realtime", "1");
   put("proc/sys/kernel/sched_rt_runtime_us", "-1");
   put("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
-  const MachineFacts facts = read_machine_facts(root_);
+  const MachineFacts facts = read();
   EXPECT_TRUE(facts.preempt_rt);
   EXPECT_EQ(facts.rt_runtime_us, -1);
   MachineFacts exact = facts;
@@ -39,13 +28,13 @@ TEST_F(MachineFolder, ReadsARealTimeMachine) {
   EXPECT_TRUE(timing_limits(exact, true).empty());
 }
 
-TEST_F(MachineFolder, ReadsAnOrdinaryMachine) {
+TEST_F(FactsOfAMachine, AreReadFromAnOrdinaryMachine) {
   put("proc/version", "Linux version 6.1.0 #1 SMP PREEMPT_DYNAMIC");
   put("proc/sys/kernel/sched_rt_runtime_us", "950000");
   put("proc/sys/kernel/sched_rt_period_us", "1000000");
   put("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "powersave");
   put("sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave");
-  MachineFacts facts = read_machine_facts(root_);
+  MachineFacts facts = read();
   facts.timer_resolution_ns = 4'000'000;
   const auto limits = timing_limits(facts, true);
   ASSERT_EQ(limits.size(), 4U) << "each governor is named once";
@@ -56,14 +45,14 @@ TEST_F(MachineFolder, ReadsAnOrdinaryMachine) {
   EXPECT_EQ(timing_limits(facts, false).size(), 3U) << "throttling concerns real-time threads only";
 }
 
-TEST_F(MachineFolder, KnowsPreemptRtByTheVersionToo) {
+TEST_F(FactsOfAMachine, IncludePreemptRtByTheVersion) {
   put("proc/version", "Linux version 6.1.0-rt #1 SMP PREEMPT_RT Debian");
-  EXPECT_TRUE(read_machine_facts(root_).preempt_rt);
+  EXPECT_TRUE(read().preempt_rt);
 }
 
-TEST_F(MachineFolder, ToleratesAMachineThatSaysNothing) {
+TEST_F(FactsOfAMachine, AreUnknownWithoutTheirFiles) {
   put("proc/sys/kernel/sched_rt_runtime_us", "noise");
-  const MachineFacts facts = read_machine_facts(root_);
+  const MachineFacts facts = read();
   EXPECT_FALSE(facts.preempt_rt);
   EXPECT_FALSE(facts.rt_runtime_us.has_value());
   EXPECT_TRUE(facts.frequency_governors.empty());

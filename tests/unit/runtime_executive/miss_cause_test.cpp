@@ -3,13 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
+#include <vector>
 
 namespace hil::executive {
 namespace {
 
 constexpr std::int64_t us = 1'000;
 
-/// A run of 1 ms deadline that began at once and computed 100 us.
+/// A run with a deadline of 1 ms that starts at its release and computes for 100 us.
 RunEvidence quiet_run() {
   RunEvidence run;
   run.release_ns = 10'000 * us;
@@ -22,155 +24,158 @@ RunEvidence quiet_run() {
   return run;
 }
 
+void compute(RunEvidence& run, std::int64_t for_ns) {
+  run.cpu_ns = for_ns;
+  run.finish_ns = run.start_ns + for_ns;
+}
+
 void delay_start(RunEvidence& run, std::int64_t by_ns) {
   run.start_ns += by_ns;
   run.finish_ns += by_ns;
 }
 
-TEST(MissCause, LateWakeupOfTheBaseThread) {
-  RunEvidence run = quiet_run();
-  delay_start(run, 950 * us);
-  run.base_wake_ns += 950 * us;
-  run.ready_ns = run.start_ns;
-  EXPECT_EQ(take_apart(run).largest(), MissCause::late_wakeup);
-  EXPECT_EQ(take_apart(run)[MissCause::late_wakeup], 950 * us);
-}
+struct Case {
+  const char* name;
+  void (*change)(RunEvidence&);                           ///< of a quiet run
+  std::vector<std::pair<MissCause, std::int64_t>> parts;  ///< in us, the largest first
+};
 
-TEST(MissCause, LateWakeupOfTheTasksOwnThread) {
-  RunEvidence run = quiet_run();
-  delay_start(run, 950 * us);
-  run.ready_ns = run.release_ns + 5 * us;
-  const DelayParts parts = take_apart(run);
-  EXPECT_EQ(parts[MissCause::late_wakeup], 945 * us);
-  EXPECT_EQ(parts[MissCause::earlier_task], 5 * us);
-}
+const Case cases[] = {
+    {"late wake-up of the base thread",
+     [](RunEvidence& run) {
+       delay_start(run, 950 * us);
+       run.base_wake_ns += 950 * us;
+       run.ready_ns = run.start_ns;
+     },
+     {{MissCause::late_wakeup, 950}}},
+    {"late wake-up of the task's thread",
+     [](RunEvidence& run) {
+       delay_start(run, 950 * us);
+       run.ready_ns = run.release_ns + 5 * us;
+     },
+     {{MissCause::late_wakeup, 945}, {MissCause::earlier_task, 5}}},
+    {"earlier task on the base thread",
+     [](RunEvidence& run) {
+       delay_start(run, 950 * us);
+       run.base_wake_ns += 20 * us;
+       run.ready_ns = run.start_ns;
+     },
+     {{MissCause::earlier_task, 930}, {MissCause::late_wakeup, 20}}},
+    {"earlier task on a shared thread",
+     [](RunEvidence& run) {
+       delay_start(run, 950 * us);
+       run.thread_free_ns = run.release_ns + 940 * us;
+     },
+     {{MissCause::earlier_task, 940}, {MissCause::late_wakeup, 10}}},
+    {"work beyond the budget",
+     [](RunEvidence& run) {
+       run.budget_ns = 500 * us;
+       delay_start(run, 300 * us);
+       run.base_wake_ns = run.ready_ns = run.start_ns;
+       compute(run, 900 * us);
+     },
+     {{MissCause::own_work, 400}, {MissCause::late_wakeup, 300}}},
+    {"waiting longer than the work beyond the budget",
+     [](RunEvidence& run) {
+       run.budget_ns = 800 * us;
+       delay_start(run, 300 * us);
+       run.base_wake_ns = run.ready_ns = run.start_ns;
+       compute(run, 900 * us);
+     },
+     {{MissCause::late_wakeup, 300}, {MissCause::own_work, 100}}},
+    {"work beyond the deadline, without a budget",
+     [](RunEvidence& run) { compute(run, 1'200 * us); },
+     {{MissCause::own_work, 200}}},
+    {"database",
+     [](RunEvidence& run) {
+       run.blocked_ns = 950 * us;
+       run.finish_ns = run.start_ns + 1'050 * us;
+     },
+     {{MissCause::database, 950}}},
+    {"database, where the wait spins",
+     [](RunEvidence& run) {
+       run.blocked_ns = 950 * us;
+       compute(run, 1'050 * us);
+     },
+     {{MissCause::database, 950}}},
+    {"preempted",
+     [](RunEvidence& run) { run.finish_ns = run.start_ns + 1'100 * us; },
+     {{MissCause::preempted, 1'000}}},
+    {"page fault from disk",
+     [](RunEvidence& run) {
+       run.finish_ns = run.start_ns + 1'100 * us;
+       run.major_faults = 1;
+     },
+     {{MissCause::page_fault, 1'000}}},
+    {"many small page faults",
+     [](RunEvidence& run) {
+       run.budget_ns = 300 * us;
+       compute(run, 1'100 * us);
+       run.minor_faults = 700;
+     },
+     {{MissCause::page_fault, 700}, {MissCause::own_work, 100}}},
+    {"host pause in the step",
+     [](RunEvidence& run) {
+       run.finish_ns = run.start_ns + 50'100 * us;
+       run.pause_in_step_ns = 49'000 * us;
+     },
+     {{MissCause::host_pause, 49'000}, {MissCause::preempted, 1'000}}},
+    {"host pause before the step",
+     [](RunEvidence& run) {
+       delay_start(run, 50'000 * us);
+       run.base_wake_ns = run.ready_ns = run.start_ns;
+       run.pause_before_start_ns = 49'000 * us;
+     },
+     {{MissCause::host_pause, 49'000}, {MissCause::late_wakeup, 1'000}}},
+    {"standstill of the process while the step waits for the database",
+     [](RunEvidence& run) {
+       run.finish_ns = run.start_ns + 50'100 * us;
+       run.blocked_ns = 49'800 * us;
+       run.standstill_in_step_ns = 48'000 * us;
+     },
+     {{MissCause::host_pause, 48'000}, {MissCause::database, 1'800}}},
+    {"standstill longer than the wait",
+     [](RunEvidence& run) {
+       run.finish_ns = run.start_ns + 50'100 * us;
+       run.blocked_ns = 49'800 * us;
+       run.standstill_in_step_ns = 60'000 * us;
+     },
+     {{MissCause::host_pause, 49'800}}},
+    {"standstill that includes a detected pause",
+     [](RunEvidence& run) {
+       run.finish_ns = run.start_ns + 50'100 * us;
+       run.blocked_ns = 20'000 * us;
+       run.pause_in_step_ns = 29'000 * us;
+       run.standstill_in_step_ns = 30'000 * us;
+     },
+     {{MissCause::host_pause, 30'000}, {MissCause::database, 19'000}}},
+    {"waiting for the task's previous run, which was late for the database",
+     [](RunEvidence& run) {
+       delay_start(run, 950 * us);
+       run.ready_ns = run.start_ns;
+       run.same_task_until_ns = run.release_ns + 940 * us;
+       run.same_task_cause = MissCause::database;
+     },
+     {{MissCause::database, 940}, {MissCause::earlier_task, 10}}},
+};
 
-TEST(MissCause, EarlierTaskOnTheBaseThread) {
-  RunEvidence run = quiet_run();
-  delay_start(run, 950 * us);
-  run.base_wake_ns += 20 * us;
-  run.ready_ns = run.start_ns;
-  const DelayParts parts = take_apart(run);
-  EXPECT_EQ(parts.largest(), MissCause::earlier_task);
-  EXPECT_EQ(parts[MissCause::earlier_task], 930 * us);
-  EXPECT_EQ(parts[MissCause::late_wakeup], 20 * us);
-}
-
-TEST(MissCause, EarlierTaskOnASharedThread) {
-  RunEvidence run = quiet_run();
-  delay_start(run, 950 * us);
-  run.thread_free_ns = run.release_ns + 940 * us;
-  const DelayParts parts = take_apart(run);
-  EXPECT_EQ(parts[MissCause::earlier_task], 940 * us);
-  EXPECT_EQ(parts[MissCause::late_wakeup], 10 * us);
-}
-
-TEST(MissCause, OwnWorkCountsAboveTheBudget) {
-  RunEvidence run = quiet_run();
-  run.budget_ns = 500 * us;
-  delay_start(run, 300 * us);
-  run.base_wake_ns = run.ready_ns = run.start_ns;
-  run.cpu_ns = 900 * us;
-  run.finish_ns = run.start_ns + 900 * us;
-  EXPECT_EQ(take_apart(run)[MissCause::own_work], 400 * us);
-  EXPECT_EQ(take_apart(run).largest(), MissCause::own_work);
-  run.budget_ns = 800 * us;
-  EXPECT_EQ(take_apart(run).largest(), MissCause::late_wakeup)
-      << "100 us over budget against 300 us of waiting";
-}
-
-TEST(MissCause, WithoutABudgetTheDeadlineIsTheAllowance) {
-  RunEvidence run = quiet_run();
-  run.cpu_ns = 1'200 * us;
-  run.finish_ns = run.start_ns + 1'200 * us;
-  EXPECT_EQ(take_apart(run)[MissCause::own_work], 200 * us);
-  EXPECT_EQ(take_apart(run).largest(), MissCause::own_work);
-}
-
-TEST(MissCause, Database) {
-  RunEvidence run = quiet_run();
-  run.blocked_ns = 950 * us;
-  run.finish_ns = run.start_ns + 1'050 * us;
-  EXPECT_EQ(take_apart(run).largest(), MissCause::database);
-  run.cpu_ns = 1'040 * us;  // the wait was spinning
-  EXPECT_EQ(take_apart(run).largest(), MissCause::database);
-}
-
-TEST(MissCause, Preempted) {
-  RunEvidence run = quiet_run();
-  run.finish_ns = run.start_ns + 1'100 * us;
-  EXPECT_EQ(take_apart(run).largest(), MissCause::preempted);
-  EXPECT_EQ(take_apart(run)[MissCause::preempted], 1'000 * us);
-}
-
-TEST(MissCause, PageFaultsFromDiskTakeTheTimeOffTheCpu) {
-  RunEvidence run = quiet_run();
-  run.finish_ns = run.start_ns + 1'100 * us;
-  run.major_faults = 1;
-  EXPECT_EQ(take_apart(run).largest(), MissCause::page_fault);
-}
-
-TEST(MissCause, ManySmallPageFaultsAreNotTheTasksWork) {
-  RunEvidence run = quiet_run();
-  run.budget_ns = 300 * us;
-  run.cpu_ns = 1'100 * us;
-  run.finish_ns = run.start_ns + 1'100 * us;
-  run.minor_faults = 700;
-  const DelayParts parts = take_apart(run);
-  EXPECT_EQ(parts[MissCause::page_fault], 700 * us);
-  EXPECT_EQ(parts[MissCause::own_work], 100 * us);
-  EXPECT_EQ(parts.largest(), MissCause::page_fault);
-}
-
-TEST(MissCause, HostPauseInTheStepAndBeforeIt) {
-  RunEvidence run = quiet_run();
-  run.finish_ns = run.start_ns + 50'100 * us;
-  run.pause_in_step_ns = 49'000 * us;
-  EXPECT_EQ(take_apart(run).largest(), MissCause::host_pause);
-
-  run = quiet_run();
-  delay_start(run, 50'000 * us);
-  run.base_wake_ns = run.ready_ns = run.start_ns;
-  run.pause_before_start_ns = 49'000 * us;
-  const DelayParts parts = take_apart(run);
-  EXPECT_EQ(parts[MissCause::host_pause], 49'000 * us);
-  EXPECT_EQ(parts[MissCause::late_wakeup], 1'000 * us);
-}
-
-TEST(MissCause, AWaitForTheDatabaseInWhichNoThreadRanIsAPause) {
-  RunEvidence run = quiet_run();
-  run.finish_ns = run.start_ns + 50'100 * us;
-  run.blocked_ns = 49'800 * us;
-  EXPECT_EQ(take_apart(run).largest(), MissCause::database);
-  run.standstill_in_step_ns = 48'000 * us;
-  DelayParts parts = take_apart(run);
-  EXPECT_EQ(parts[MissCause::host_pause], 48'000 * us);
-  EXPECT_EQ(parts[MissCause::database], 1'800 * us);
-  run.standstill_in_step_ns = 60'000 * us;
-  EXPECT_EQ(take_apart(run)[MissCause::host_pause], 49'800 * us) << "no more than it waited";
-  // What was found already is not counted twice.
-  run.blocked_ns = 20'000 * us;
-  run.pause_in_step_ns = 29'000 * us;
-  run.standstill_in_step_ns = 30'000 * us;
-  parts = take_apart(run);
-  EXPECT_EQ(parts[MissCause::host_pause], 30'000 * us);
-  EXPECT_EQ(parts[MissCause::database], 19'000 * us);
-}
-
-TEST(MissCause, WaitingForItsOwnRunBeforeInheritsThatRunsCause) {
-  RunEvidence run = quiet_run();
-  delay_start(run, 950 * us);
-  run.ready_ns = run.start_ns;
-  run.same_task_until_ns = run.release_ns + 940 * us;
-  run.same_task_cause = MissCause::database;
-  const DelayParts parts = take_apart(run);
-  EXPECT_EQ(parts[MissCause::database], 940 * us);
-  EXPECT_EQ(parts[MissCause::earlier_task], 10 * us);
+TEST(MissCause, PartsOfADelayHaveTheirCauses) {
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.name);
+    RunEvidence run = quiet_run();
+    one.change(run);
+    const DelayParts parts = take_apart(run);
+    EXPECT_STREQ(to_string(parts.largest()), to_string(one.parts[0].first));
+    for (const auto& [cause, part_us] : one.parts)
+      EXPECT_EQ(parts[cause], part_us * us) << to_string(cause);
+  }
 }
 
 TEST(MissCause, PartsNeverExceedTheResponseTime) {
   std::mt19937_64 random(3);
-  const auto up_to = [&](std::int64_t most) { return static_cast<std::int64_t>(random() % (most + 1)); };
+  const auto up_to = [&](std::int64_t largest) {
+    return static_cast<std::int64_t>(random() % (largest + 1));
+  };
   for (int i = 0; i < 20'000; ++i) {
     RunEvidence run;
     run.release_ns = 1'000'000;

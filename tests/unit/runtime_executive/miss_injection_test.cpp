@@ -18,7 +18,7 @@ using testing::spec_of;
 constexpr std::int64_t us = 1'000;
 constexpr std::int64_t ms = 1'000'000;
 
-/// Ten ticks of a task with 0.5 ms of deadline; `inject` is called in tick 5 of it.
+/// Ten ticks of a task with a deadline of 0.5 ms; each test injects a delay in tick 5.
 struct Injection {
   FakeRun fake{10};
   ScriptedTask task;
@@ -36,9 +36,12 @@ struct Injection {
     EXPECT_EQ(counted.misses[0].lateness_ns, lateness_ns);
   }
   void run_and_expect(MissCause cause, std::int64_t lateness_ns) {
-    Executive executive(fake.options);
-    executive.add_task(spec, task);
-    expect_one_miss(executive.run(fake.stop), cause, lateness_ns);
+    expect_one_miss(fake.run({{spec, &task}}), cause, lateness_ns);
+  }
+  /// Waits until the stall detector has read its clock a few times.
+  void wait_for_detector() {
+    for (const int before = fake.probe.host_looks; fake.probe.host_looks < before + 4;)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   std::int64_t first_ns = fake.clock.now_ns() + ms;
 };
@@ -55,17 +58,15 @@ TEST(MissInjection, OwnWork) {
   run.run_and_expect(MissCause::own_work, 300 * us);
 }
 
-TEST(MissInjection, OverBudgetNamesOwnWorkAndIsCounted) {
+TEST(MissInjection, WorkBeyondTheBudgetIsCounted) {
   Injection run;
   run.spec.budget_ns = 150 * us;
   run.fake.clock.oversleep_ns = [&](std::int64_t wake_ns) { return wake_ns == run.due_ns(5) ? 120 * us : 0; };
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick == 5) run.fake.work(400 * us);
-    if (tick.tick == 7) run.fake.work(200 * us);  // over budget, yet in time
+    if (tick.tick == 7) run.fake.work(200 * us);  // over budget, but in time
   };
-  Executive executive(run.fake.options);
-  executive.add_task(run.spec, run.task);
-  const RunResult result = executive.run(run.fake.stop);
+  const RunResult result = run.fake.run({{run.spec, &run.task}});
   run.expect_one_miss(result, MissCause::own_work, 20 * us);
   EXPECT_EQ(result.tasks[0].over_budget, 2U);
 }
@@ -85,13 +86,11 @@ TEST(MissInjection, EarlierTask) {
   ScriptedTask earlier([&](const TickInfo& tick) {
     if (tick.tick == 5) run.fake.work(600 * us);
   });
-  Executive executive(run.fake.options);
-  executive.add_task(spec_of("earlier"), earlier);
-  executive.add_task(run.spec, run.task);
-  run.expect_one_miss(executive.run(run.fake.stop), MissCause::earlier_task, 100 * us);
+  run.expect_one_miss(run.fake.run({{spec_of("earlier"), &earlier}, {run.spec, &run.task}}),
+                      MissCause::earlier_task, 100 * us);
 }
 
-TEST(MissInjection, EarlierHookCountsAsEarlierTask) {
+TEST(MissInjection, HookBeforeTheTaskIsAnEarlierTask) {
   Injection run;
   run.fake.hooks.on_begin = [&](const TickInfo& tick) {
     if (tick.tick == 5) run.fake.work(600 * us);
@@ -99,29 +98,24 @@ TEST(MissInjection, EarlierHookCountsAsEarlierTask) {
   run.run_and_expect(MissCause::earlier_task, 100 * us);
 }
 
-TEST(MissInjection, EarlierTaskOfATickThatOverran) {
+TEST(MissInjection, EarlierTaskInTheTickBefore) {
   Injection run;
   ScriptedTask late([&](const TickInfo& tick) {
     if (tick.tick == 4) run.fake.work(1'600 * us);
   });
-  Executive executive(run.fake.options);
-  executive.add_task(run.spec, run.task);
-  executive.add_task(spec_of("late"), late);
-  const RunResult result = executive.run(run.fake.stop);
+  const RunResult result = run.fake.run({{run.spec, &run.task}, {spec_of("late"), &late}});
   ASSERT_EQ(result.tasks[0].misses.size(), 1U);
   EXPECT_EQ(result.tasks[0].misses[0].tick, 5U);
   EXPECT_EQ(result.tasks[0].misses[0].cause, MissCause::earlier_task);
   EXPECT_EQ(result.tasks[0].misses[0].lateness_ns, 100 * us);
 }
 
-TEST(MissInjection, BackToBackTicksAfterALateWakeupStillNameTheWakeup) {
+TEST(MissInjection, TicksThatRunBackToBackAfterALateWakeupNameTheWakeup) {
   Injection run;
   run.fake.clock.oversleep_ns = [&](std::int64_t wake_ns) {
     return wake_ns == run.due_ns(5) ? 2'700 * us : 0;
   };
-  Executive executive(run.fake.options);
-  executive.add_task(run.spec, run.task);
-  const RunResult result = executive.run(run.fake.stop);
+  const RunResult result = run.fake.run({{run.spec, &run.task}});
   ASSERT_EQ(result.tasks[0].misses.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(result.tasks[0].misses[i].tick, 5 + i);
@@ -151,29 +145,24 @@ TEST(MissInjection, PageFault) {
   run.run_and_expect(MissCause::page_fault, 150 * us);
 }
 
-TEST(MissInjection, HostPauseFoundByTheStallDetector) {
+TEST(MissInjection, HostPauseOfTheStallDetector) {
   Injection run;
   run.fake.options.catch_up_ticks = 1'000;
   run.fake.probe.host_ns = run.fake.clock.now_ns();
   run.spec.deadline_ns = 1 * ms;
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
-    // Let the detector fall asleep at an instant near this one, then stop both clocks for 40 ms and let it
-    // wake.
-    const auto let_detector_look = [&] {
-      for (const int before = run.fake.probe.host_looks; run.fake.probe.host_looks < before + 4;)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    };
+    // Both clocks move by 40 ms while the detector sleeps.
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    let_detector_look();
+    run.wait_for_detector();
     run.fake.clock.advance(40 * ms);
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    let_detector_look();
+    run.wait_for_detector();
   };
   run.run_and_expect(MissCause::host_pause, 39 * ms);
 }
 
-TEST(MissInjection, HostPauseSeenAsStolenTime) {
+TEST(MissInjection, HostPauseAsStolenTime) {
   Injection run;
   run.fake.options.catch_up_ticks = 1'000;
   run.fake.probe.host_ns = run.fake.clock.now_ns();
@@ -181,15 +170,13 @@ TEST(MissInjection, HostPauseSeenAsStolenTime) {
   run.task.on_step = [&](const TickInfo& tick) {
     if (tick.tick != 5) return;
     run.fake.probe.host_ns = run.fake.clock.now_ns();
-    while (run.fake.probe.steal_looks == 0)  // the stall detector has to know where to count from
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    run.wait_for_detector();  // it has read the reference of the stolen time
     run.fake.clock.advance(12 * ms);
-    // The stall detector ran on: it saw its clock move in small steps, and may look at what was stolen at any
-    // of them.
+    // The detector's clock advances in steps that are no pauses, while the stolen time grows.
     for (int step = 0; step < 12; ++step) {
       run.fake.probe.host_ns += ms;
       run.fake.probe.steal_ns += 900 * us;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      run.wait_for_detector();
     }
   };
   run.run_and_expect(MissCause::host_pause, 11 * ms);

@@ -1,9 +1,8 @@
-// When ticks run and tasks are released, on a clock that the test moves.
+// When ticks run and tasks are released, on fake time.
 
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "runtime/executive/executive.hpp"
@@ -25,8 +24,9 @@ std::vector<std::uint64_t> ticks_from(std::uint64_t first, std::uint64_t past) {
   return ticks;
 }
 
-TEST(Pacing, JitterNeverSkipsOrHalvesATask) {
-  // Every wake-up is late by a changing part of a period: a test of "has a period passed?" would lose cycles.
+TEST(Pacing, LateWakeUpsNeitherSkipNorHalveReleases) {
+  // Every wake-up is late by a varying part of a period; pacing relative to the last wake-up would lose
+  // ticks.
   FakeRun fake(1'000);
   int wakes = 0;
   fake.clock.oversleep_ns = [&](std::int64_t) { return (++wakes % 7) * 140 * us; };
@@ -38,12 +38,9 @@ TEST(Pacing, JitterNeverSkipsOrHalvesATask) {
     lateness_ns.push_back(fake.clock.now_ns() - start_ns - tick.time_ns);
   });
   ScriptedTask slow([&](const TickInfo& tick) { fifth.push_back(tick.tick); });
-  Executive executive(fake.options);
-  executive.add_task(spec_of("fast"), fast);
   TaskSpec spec = spec_of("slow", 5);
   spec.offset_ticks = 3;
-  executive.add_task(spec, slow);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("fast"), &fast}, {spec, &slow}});
   EXPECT_EQ(every, ticks_from(0, 1'000));
   ASSERT_EQ(fifth.size(), 200U);
   for (std::size_t i = 0; i < fifth.size(); ++i)
@@ -59,11 +56,9 @@ TEST(Pacing, TickInfoDescribesTheRelease) {
   FakeRun fake(20);
   std::vector<TickInfo> seen;
   ScriptedTask task([&](const TickInfo& tick) { seen.push_back(tick); });
-  Executive executive(fake.options);
   TaskSpec spec = spec_of("t", 4);
   spec.offset_ticks = 1;
-  executive.add_task(spec, task);
-  executive.run(fake.stop);
+  fake.run({{spec, &task}});
   ASSERT_EQ(seen.size(), 5U);
   EXPECT_EQ(seen[2].tick, 9U);
   EXPECT_EQ(seen[2].time_ns, 9 * ms);
@@ -71,31 +66,25 @@ TEST(Pacing, TickInfoDescribesTheRelease) {
   EXPECT_EQ(seen[2].run, 2U);
 }
 
-TEST(Pacing, AFewLateTicksRunBackToBack) {
+TEST(Pacing, FewLateTicksRunBackToBack) {
   FakeRun fake(20);
   std::vector<std::uint64_t> victim_ticks;
-  ScriptedTask hog([&](const TickInfo& tick) {
-    if (tick.tick == 5) fake.work(3'500 * us);
-  });
+  ScriptedTask hog([&](const TickInfo&) { fake.work(3'500 * us); });
   ScriptedTask victim([&](const TickInfo& tick) { victim_ticks.push_back(tick.tick); });
-  Executive executive(fake.options);
-  executive.add_task(spec_of("hog", 20), hog);
-  TaskSpec spec = spec_of("hog_at_5", 20);
-  spec.offset_ticks = 5;
-  executive.add_task(spec, hog);
-  executive.add_task(spec_of("victim"), victim);
-  const RunResult result = executive.run(fake.stop);
+  TaskSpec hog_spec = spec_of("hog", 20);
+  hog_spec.offset_ticks = 5;
+  const RunResult result = fake.run({{hog_spec, &hog}, {spec_of("victim"), &victim}});
   EXPECT_EQ(victim_ticks, ticks_from(0, 20))
       << "the victim's releases came while another task ran: they run late";
   EXPECT_EQ(result.base.skipped_ticks, 0U);
   EXPECT_EQ(result.base.late_ticks, 3U) << "ticks 6, 7, 8";
-  EXPECT_EQ(result.tasks[2].skipped, 0U);
-  EXPECT_EQ(result.tasks[2].overruns, 0U);
-  EXPECT_EQ(result.tasks[2].deadline_misses, 3U)
+  EXPECT_EQ(result.tasks[1].skipped, 0U);
+  EXPECT_EQ(result.tasks[1].overruns, 0U);
+  EXPECT_EQ(result.tasks[1].deadline_misses, 3U)
       << "ticks 5, 6 and 7 finish after 3.5, 2.5, 1.5 ms; tick 8 after 0.5";
 }
 
-TEST(Pacing, MoreLateTicksThanTheBoundAreSkippedAndReported) {
+TEST(Pacing, LateTicksBeyondTheBoundAreSkippedAndReported) {
   FakeRun fake(30);
   fake.options.catch_up_ticks = 4;
   std::vector<std::uint64_t> victim_ticks;
@@ -107,11 +96,8 @@ TEST(Pacing, MoreLateTicksThanTheBoundAreSkippedAndReported) {
     EXPECT_EQ(tick.time_ns, static_cast<std::int64_t>(tick.tick) * ms) << "run time follows real time";
   });
   ScriptedTask third;
-  Executive executive(fake.options);
-  executive.add_task(hog_spec, hog);
-  executive.add_task(spec_of("victim"), victim);
-  executive.add_task(spec_of("third", 3), third);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result =
+      fake.run({{hog_spec, &hog}, {spec_of("victim"), &victim}, {spec_of("third", 3), &third}});
   std::vector<std::uint64_t> expected = ticks_from(0, 6);
   for (const std::uint64_t tick : ticks_from(13, 30))
     expected.push_back(tick);
@@ -128,15 +114,13 @@ TEST(Pacing, MoreLateTicksThanTheBoundAreSkippedAndReported) {
   EXPECT_EQ(result.tasks[2].skipped, 3U) << "its releases at 6, 9 and 12";
 }
 
-TEST(Pacing, ALongSleepSkipsTooAndNamesTheWakeup) {
+TEST(Pacing, SkipsAfterALateWakeUpNameTheWakeUp) {
   FakeRun fake(50);
   fake.clock.oversleep_ns = [&, first_ns = fake.clock.now_ns() + ms](std::int64_t wake_ns) {
     return wake_ns == first_ns + 10 * ms ? 20 * ms + 300 * us : 0;
   };
   ScriptedTask task;
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("t"), &task}});
   ASSERT_EQ(result.base.skips.size(), 1U);
   EXPECT_EQ(result.base.skips[0].tick, 10U);
   EXPECT_EQ(result.base.skips[0].count, 20U);
@@ -155,66 +139,50 @@ TEST(Pacing, TheLastTickAlwaysRuns) {
   });
   TaskSpec spec = spec_of("t");
   spec.overrun = OverrunPolicy::queue;
-  Executive executive(fake.options);
-  executive.add_task(spec, task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec, &task}});
   EXPECT_EQ(ticks, (std::vector<std::uint64_t>{0, 1, 2, 9}));
   EXPECT_EQ(result.ticks, 4U);
   EXPECT_EQ(result.base.skipped_ticks, 6U);
   EXPECT_EQ(result.run_time_ns, 10 * ms);
 }
 
-TEST(Pacing, OverrunningTaskWithPolicySkipDropsWhatCameWhileItRan) {
-  FakeRun fake(20);
-  std::vector<std::uint64_t> ticks;
-  ScriptedTask task([&](const TickInfo& tick) {
-    ticks.push_back(tick.tick);
-    if (tick.tick == 5) fake.work(2'500 * us);
-  });
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  const RunResult result = executive.run(fake.stop);
-  std::vector<std::uint64_t> expected = ticks_from(0, 6);
-  for (const std::uint64_t tick : ticks_from(8, 20))
-    expected.push_back(tick);
-  EXPECT_EQ(ticks, expected);
-  EXPECT_EQ(result.tasks[0].overruns, 1U);
-  EXPECT_EQ(result.tasks[0].skipped, 2U);
-  EXPECT_EQ(result.tasks[0].deadline_misses, 1U);
-  EXPECT_EQ(result.ticks, 20U) << "the ticks themselves run: others are not to suffer";
+TEST(Pacing, OverrunPolicyDecidesWhichReleasesOfAnOverrunAreDropped) {
+  // The run of tick 5 takes 3.5 ms, so the releases 6, 7 and 8 find the task running.
+  struct Case {
+    OverrunPolicy policy;
+    std::uint64_t first_dropped, misses;
+  };
+  for (const auto& [policy, first_dropped, misses] :
+       {Case{OverrunPolicy::skip, 6, 1}, Case{OverrunPolicy::queue, 7, 2}}) {
+    SCOPED_TRACE(first_dropped);
+    FakeRun fake(20);
+    std::vector<std::uint64_t> ticks;
+    ScriptedTask task([&](const TickInfo& tick) {
+      ticks.push_back(tick.tick);
+      if (tick.tick == 5) fake.work(3'500 * us);
+    });
+    TaskSpec spec = spec_of("t");
+    spec.overrun = policy;
+    const RunResult result = fake.run({{spec, &task}});
+    std::vector<std::uint64_t> expected = ticks_from(0, first_dropped);
+    for (const std::uint64_t tick : ticks_from(9, 20))
+      expected.push_back(tick);
+    EXPECT_EQ(ticks, expected);
+    EXPECT_EQ(result.tasks[0].overruns, 1U);
+    EXPECT_EQ(result.tasks[0].skipped, 9 - first_dropped);
+    EXPECT_EQ(result.tasks[0].deadline_misses, misses);
+    EXPECT_EQ(result.ticks, 20U) << "the ticks themselves run, so that other tasks are not affected";
+  }
 }
 
-TEST(Pacing, OverrunningTaskWithPolicyQueueRunsOneOfThem) {
-  FakeRun fake(20);
-  std::vector<std::uint64_t> ticks;
-  ScriptedTask task([&](const TickInfo& tick) {
-    ticks.push_back(tick.tick);
-    if (tick.tick == 5) fake.work(3'500 * us);
-  });
-  TaskSpec spec = spec_of("t");
-  spec.overrun = OverrunPolicy::queue;
-  Executive executive(fake.options);
-  executive.add_task(spec, task);
-  const RunResult result = executive.run(fake.stop);
-  std::vector<std::uint64_t> expected = ticks_from(0, 7);
-  for (const std::uint64_t tick : ticks_from(9, 20))
-    expected.push_back(tick);
-  EXPECT_EQ(ticks, expected) << "releases 6, 7, 8 came while it ran: 6 is kept";
-  EXPECT_EQ(result.tasks[0].overruns, 1U);
-  EXPECT_EQ(result.tasks[0].skipped, 2U);
-  EXPECT_EQ(result.tasks[0].deadline_misses, 2U) << "tick 5, and tick 6 run late";
-}
-
-TEST(Pacing, MissWithoutOverrunAndOverrunsAreCountedApart) {
+TEST(Pacing, MissWithoutAnOverrunIsNoOverrun) {
   FakeRun fake(40);
   ScriptedTask task([&](const TickInfo& tick) {
     if (tick.run == 1) fake.work(2 * ms);  // past its deadline, before its next release
   });
   TaskSpec spec = spec_of("t", 10);
   spec.deadline_ns = ms;
-  Executive executive(fake.options);
-  executive.add_task(spec, task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec, &task}});
   EXPECT_EQ(result.tasks[0].deadline_misses, 1U);
   EXPECT_EQ(result.tasks[0].overruns, 0U);
   EXPECT_EQ(result.tasks[0].skipped, 0U);
@@ -234,9 +202,7 @@ TEST(Pacing, WarmupRunsAreCountedApart) {
   spec.deadline_ns = ms;
   spec.budget_ns = 200 * us;
   spec.warmup_runs = 3;
-  Executive executive(fake.options);
-  executive.add_task(spec, task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec, &task}});
   const TaskResult& counted = result.tasks[0];
   EXPECT_EQ(counted.warmup_runs, 3U);
   EXPECT_EQ(counted.runs, 2U);

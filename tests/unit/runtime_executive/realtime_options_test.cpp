@@ -1,5 +1,5 @@
-// What the machine refuses is said, and everything is taken back at the end. Refusals are brought about in a
-// child process that gives up its rights first.
+// A run reports what the machine refuses, and restores scheduler and affinity at its end. Refusals are
+// provoked in a child process without rights.
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -20,25 +20,19 @@ namespace {
 using testing::ScriptedTask;
 using testing::spec_of;
 
-bool says(const std::vector<std::string>& sentences, const std::string& part) {
+bool contain(const std::vector<std::string>& sentences, const std::string& part) {
   return std::any_of(sentences.begin(), sentences.end(),
                      [&](const std::string& sentence) { return sentence.find(part) != std::string::npos; });
 }
 
 RunResult short_real_run(const RealtimeOptions& realtime) {
-  MonotonicClock clock;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.duration_ticks = 20;
-  options.realtime = realtime;
+  testing::ClockRun<MonotonicClock> real(20);
+  real.options.realtime = realtime;
   ScriptedTask task;
-  Executive executive(options);
-  executive.add_task(spec_of("own", 5, "own"), task);
-  const std::atomic<bool> stop{false};
-  return executive.run(stop);
+  return real.run({{spec_of("threaded", 5, "threaded"), &task}});
 }
 
-/// Runs `check` in a child without any rights; true when it answered true.
+/// Runs `check` in a child process without rights and returns its result.
 template <typename Check>
 bool holds_without_rights(Check check) {
   const pid_t child = fork();
@@ -55,27 +49,27 @@ bool holds_without_rights(Check check) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-TEST(RealtimeOptions, RefusesNonsenseWithItsValues) {
+TEST(RealtimeOptions, OutOfRangeAreRefusedWithTheirValues) {
   RealtimeOptions options;
   EXPECT_FALSE(why_refused(options).has_value());
   options.scheduler = Scheduler::fifo;
   options.priority = 100;
   EXPECT_EQ(why_refused(options), "SCHED_FIFO priority 100; from 2 to 99");
   options.priority = 1;
-  EXPECT_TRUE(why_refused(options).has_value()) << "tasks' threads need room below";
+  EXPECT_TRUE(why_refused(options).has_value()) << "the tasks' threads need a lower priority";
   options.priority = 50;
   options.cpus = {0, -1};
   EXPECT_EQ(why_refused(options), "CPU -1; from 0 to 1023");
 }
 
-TEST(RealtimeOptions, WithoutOptionsNothingIsRefused) {
+TEST(RealtimeOptions, AtTheirDefaultsRequestNothing) {
   const RunResult result = short_real_run({});
   EXPECT_EQ(result.realtime.scheduler, Scheduler::other);
   EXPECT_FALSE(result.realtime.memory_locked);
-  EXPECT_FALSE(says(result.realtime.degraded, "refused"));
+  EXPECT_FALSE(contain(result.realtime.degraded, "refused"));
 }
 
-TEST(RealtimeOptions, RefusedSchedulerAndMemoryAreSaidOnceAndTheRunGoesOn) {
+TEST(RealtimeOptions, RefusedByTheMachineAreReportedOnceAndTheRunContinues) {
   EXPECT_TRUE(holds_without_rights([] {
     RealtimeOptions realtime;
     realtime.scheduler = Scheduler::fifo;
@@ -87,21 +81,22 @@ TEST(RealtimeOptions, RefusedSchedulerAndMemoryAreSaidOnceAndTheRunGoesOn) {
     const auto fifo_sentences =
         std::count(degraded.begin(), degraded.end(),
                    std::string("SCHED_FIFO refused (EPERM): give CAP_SYS_NICE or an rtprio limit"));
-    return fifo_sentences == 1 && says(degraded, "memory is not locked (limit 64 KiB): give CAP_IPC_LOCK") &&
+    return fifo_sentences == 1 &&
+           contain(degraded, "memory is not locked (limit 64 KiB): give CAP_IPC_LOCK") &&
            result.realtime.scheduler == Scheduler::other && result.realtime.priority == 0 &&
            !result.realtime.memory_locked && result.run_time_ns == 20'000'000;
   }));
 }
 
-TEST(RealtimeOptions, AMissingCpuIsSaid) {
+TEST(RealtimeOptions, WithAnUnknownCpuAreReported) {
   RealtimeOptions realtime;
   realtime.cpus = {1000};
   const RunResult result = short_real_run(realtime);
-  EXPECT_TRUE(says(result.realtime.degraded, "affinity to CPU 1000 refused (EINVAL)"));
+  EXPECT_TRUE(contain(result.realtime.degraded, "affinity to CPU 1000 refused (EINVAL)"));
   EXPECT_TRUE(result.realtime.cpus.empty());
 }
 
-TEST(RealtimeOptions, BindsToCpusAndTakesItBack) {
+TEST(RealtimeOptions, BindToCpusAndRestoreTheAffinity) {
   cpu_set_t before;
   sched_getaffinity(0, sizeof before, &before);
   int first = 0;
@@ -109,22 +104,15 @@ TEST(RealtimeOptions, BindsToCpusAndTakesItBack) {
     ++first;
   RealtimeOptions realtime;
   realtime.cpus = {first};
-  MonotonicClock clock;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.duration_ticks = 10;
-  options.realtime = realtime;
+  testing::ClockRun<MonotonicClock> real(10);
+  real.options.realtime = realtime;
   std::atomic<bool> elsewhere{false};
   const auto note_cpu = [&](const TickInfo&) {
     if (sched_getcpu() != first) elsewhere = true;
   };
-  ScriptedTask base(note_cpu);
-  ScriptedTask own(note_cpu);
-  Executive executive(options);
-  executive.add_task(spec_of("base"), base);
-  executive.add_task(spec_of("own", 1, "own"), own);
-  const std::atomic<bool> stop{false};
-  const RunResult result = executive.run(stop);
+  ScriptedTask base(note_cpu), threaded(note_cpu);
+  const RunResult result =
+      real.run({{spec_of("base"), &base}, {spec_of("threaded", 1, "threaded"), &threaded}});
   EXPECT_EQ(result.realtime.cpus, realtime.cpus);
   EXPECT_FALSE(elsewhere);
   cpu_set_t after;
@@ -132,13 +120,10 @@ TEST(RealtimeOptions, BindsToCpusAndTakesItBack) {
   EXPECT_TRUE(CPU_EQUAL(&before, &after));
 }
 
-TEST(RealtimeOptions, PrioritiesAreRateMonotonicBelowTheBaseAndAreTakenBack) {
-  MonotonicClock clock;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.duration_ticks = 20;
-  options.realtime.scheduler = Scheduler::fifo;
-  options.realtime.priority = 40;
+TEST(RealtimeOptions, GiveRateMonotonicPrioritiesAndRestoreThePolicy) {
+  testing::ClockRun<MonotonicClock> real(20);
+  real.options.realtime.scheduler = Scheduler::fifo;
+  real.options.realtime.priority = 40;
   const auto priority_here = [] {
     sched_param parameters{};
     sched_getparam(0, &parameters);
@@ -148,15 +133,12 @@ TEST(RealtimeOptions, PrioritiesAreRateMonotonicBelowTheBaseAndAreTakenBack) {
   ScriptedTask base([&](const TickInfo&) { base_priority = priority_here(); });
   ScriptedTask fast([&](const TickInfo&) { fast_priority = priority_here(); });
   ScriptedTask slow([&](const TickInfo&) { slow_priority = priority_here(); });
-  Executive executive(options);
-  executive.add_task(spec_of("slow", 10, "slow"), slow);
-  executive.add_task(spec_of("fast", 2, "fast"), fast);
-  executive.add_task(spec_of("base"), base);
-  const std::atomic<bool> stop{false};
-  const RunResult result = executive.run(stop);
-  EXPECT_EQ(sched_getscheduler(0) & ~SCHED_RESET_ON_FORK, SCHED_OTHER) << "the caller gets its policy back";
+  const RunResult result = real.run(
+      {{spec_of("slow", 10, "slow"), &slow}, {spec_of("fast", 2, "fast"), &fast}, {spec_of("base"), &base}});
+  EXPECT_EQ(sched_getscheduler(0) & ~SCHED_RESET_ON_FORK, SCHED_OTHER)
+      << "the policy of the caller is restored";
   if (result.realtime.scheduler == Scheduler::other) {
-    EXPECT_TRUE(says(result.realtime.degraded, "SCHED_FIFO refused"));
+    EXPECT_TRUE(contain(result.realtime.degraded, "SCHED_FIFO refused"));
     EXPECT_EQ(base_priority, 0);
     return;
   }

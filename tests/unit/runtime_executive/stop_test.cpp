@@ -1,9 +1,8 @@
-// A stop request ends a run in order within one tick and leaves no thread behind.
+// A stop request ends a run after the current tick, and no thread remains.
 
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <iterator>
@@ -26,7 +25,7 @@ std::ptrdiff_t threads_of_this_process() {
   return std::distance(fs::directory_iterator("/proc/self/task"), fs::directory_iterator());
 }
 
-TEST(Stop, EndsAfterTheTickOfTheRequest) {
+TEST(Stop, EndsARunAfterTheCurrentTick) {
   FakeRun fake(0);
   std::uint64_t last = 0;
   int ends = 0;
@@ -35,49 +34,45 @@ TEST(Stop, EndsAfterTheTickOfTheRequest) {
     if (tick.tick == 7) fake.stop = true;
   });
   fake.hooks.on_end = [&](const TickInfo&) { ++ends; };
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("t"), &task}});
   EXPECT_TRUE(result.stopped);
   EXPECT_EQ(last, 7U);
-  EXPECT_EQ(ends, 8) << "the tick under way is finished";
+  EXPECT_EQ(ends, 8) << "the current tick is completed";
   EXPECT_EQ(result.ticks, 8U);
 }
 
-TEST(Stop, ARequestBeforeTheRunRunsNothing) {
+TEST(Stop, BeforeTheRunRunsNoTick) {
   FakeRun fake(100);
   fake.stop = true;
   ScriptedTask task;
-  Executive executive(fake.options);
-  executive.add_task(spec_of("t"), task);
-  const RunResult result = executive.run(fake.stop);
+  const RunResult result = fake.run({{spec_of("t"), &task}});
   EXPECT_TRUE(result.stopped);
   EXPECT_EQ(result.ticks, 0U);
   EXPECT_EQ(result.tasks[0].runs, 0U);
   EXPECT_EQ(result.tasks[0].slack_min_ns, 0);
 }
 
-TEST(Stop, ASignalEndsTheSleepOfALongTickAndAllThreadsAreJoined) {
+TEST(Stop, BySignalEndsALongSleepAndJoinsAllThreads) {
   struct sigaction action {};
   action.sa_handler = [](int) { interrupted = true; };
   struct sigaction before {};
   sigaction(SIGINT, &action, &before);
-  std::thread([] {}).join();  // with the first thread the thread sanitizer starts one that stays
+  std::thread([] {}).join();  // the thread sanitizer starts a thread with the first one
   const auto threads_before = threads_of_this_process();
   MonotonicClock clock;
   ExecutiveOptions options;
   options.clock = &clock;
   options.base_period_ns = 1'000'000'000;
   std::atomic<bool> step_begun{false}, step_done{false};
-  ScriptedTask own([&](const TickInfo&) {
+  ScriptedTask threaded([&, base_thread = gettid()](const TickInfo&) {
     step_begun = true;
     while (!interrupted)
       std::this_thread::yield();
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // longer than the end takes without it
+    testing::wait_until_thread_sleeps(base_thread);  // it waits for this step
     step_done = true;
   });
   Executive executive(options);
-  executive.add_task(spec_of("own", 1, "own"), own);
+  executive.add_task(spec_of("threaded", 1, "threaded"), threaded);
   const pthread_t base = pthread_self();
   std::thread sender([&] {
     while (executive.live().ticks_begun == 0 || !step_begun)
@@ -88,8 +83,8 @@ TEST(Stop, ASignalEndsTheSleepOfALongTickAndAllThreadsAreJoined) {
   sender.join();
   sigaction(SIGINT, &before, nullptr);
   EXPECT_TRUE(result.stopped);
-  EXPECT_EQ(result.ticks, 1U) << "not another second of waiting";
-  EXPECT_TRUE(step_done) << "a step under way is waited for";
+  EXPECT_EQ(result.ticks, 1U) << "it does not wait for the next tick";
+  EXPECT_TRUE(step_done) << "the run waits for the current step";
   EXPECT_EQ(threads_of_this_process(), threads_before);
   EXPECT_EQ(result.tasks[0].runs, 1U);
 }

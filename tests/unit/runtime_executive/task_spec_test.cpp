@@ -18,7 +18,7 @@ TEST(TaskSpec, DefaultsAreAccepted) {
   EXPECT_EQ(effective_deadline_ns(spec_of("a", 10), ms), 10 * ms);
 }
 
-TEST(TaskSpec, NamesWhatIsWrongWithTheValues) {
+TEST(TaskSpec, OutOfRangeIsRefusedWithItsValues) {
   EXPECT_EQ(refusal(spec_of("")), "a task needs a name");
   EXPECT_EQ(refusal(spec_of("a", 0)), "task 'a': runs every 0 ticks; at least 1");
 
@@ -32,11 +32,11 @@ TEST(TaskSpec, NamesWhatIsWrongWithTheValues) {
   spec.deadline_ns = -1;
   EXPECT_NE(refusal(spec), "");
 
-  spec = spec_of("a", 10, "own");
+  spec = spec_of("a", 10, "threaded");
   spec.deadline_ns = 2 * ms + 1;
   EXPECT_NE(refusal(spec).find("a multiple of the base period of 1000000 ns"), std::string::npos);
   spec.thread = "";
-  EXPECT_EQ(refusal(spec), "") << "on the base thread any deadline will do";
+  EXPECT_EQ(refusal(spec), "") << "on the base thread any deadline is accepted";
 
   spec = spec_of("a");
   spec.budget_ns = ms + 1;
@@ -45,11 +45,11 @@ TEST(TaskSpec, NamesWhatIsWrongWithTheValues) {
   spec = spec_of("a");
   spec.overrun = OverrunPolicy::abort;
   EXPECT_NE(refusal(spec).find("abort needs a thread of its own"), std::string::npos);
-  spec.thread = "own";
+  spec.thread = "threaded";
   EXPECT_EQ(refusal(spec), "");
 }
 
-TEST(ExecutiveDeathTest, MisuseStopsTheProgram) {
+TEST(ExecutiveDeathTest, MisuseIsAsserted) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   testing::FakeRun fake(1);
   testing::ScriptedTask task;

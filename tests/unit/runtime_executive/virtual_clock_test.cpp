@@ -1,4 +1,4 @@
-// The virtual clock: nothing is late, nothing is lost, and others see what they would see in real time.
+// Under the virtual clock nothing is late or lost, and signals have the values that they have in real time.
 
 #include <gtest/gtest.h>
 
@@ -16,11 +16,11 @@ using testing::ScriptedTask;
 using testing::spec_of;
 constexpr std::int64_t ms = 1'000'000;
 
-/// Three tasks that feed each other: a counter on the base thread, a filter on its own thread with a deadline
-/// shorter than its period, and a sum on another own thread. What the base thread sees in each tick is the
-/// record.
+/// Three tasks that feed each other: a counter on the base thread, a filter on a second thread with a
+/// deadline shorter than its period, and a sum on a third thread. A fourth task records what the base thread
+/// sees in each tick.
 struct Chain {
-  double counter = 0, filtered = 0, summed = 0;  // the "signals": base thread only
+  double counter = 0, filtered = 0, summed = 0;  // the signals, used by the base thread only
   std::vector<double> seen;
 
   RunResult run(Clock& clock, std::int64_t step_delay_ms) {
@@ -42,31 +42,31 @@ struct Chain {
 
     ExecutiveOptions options;
     options.clock = &clock;
-    options.base_period_ns = 10 * ms;  // long, so that a busy machine misses no deadline
+    options.base_period_ns = 10 * ms;  // long, so that no deadline is missed on a busy machine
     options.duration_ticks = 60;
     options.catch_up_ticks = 1'000;
-    Executive executive(options);
-    executive.add_task(spec_of("count"), count);
     TaskSpec filter_spec = spec_of("filter", 6, "filter");
     filter_spec.offset_ticks = 1;
     filter_spec.deadline_ns = 40 * ms;
-    executive.add_task(filter_spec, filter);
-    executive.add_task(spec_of("sum", 10, "sum"), sum);
-    executive.add_task(spec_of("record"), record);
-    const std::atomic<bool> stop{false};
-    return executive.run(stop);
+    return testing::run_tasks(options,
+                              {{spec_of("count"), &count},
+                               {filter_spec, &filter},
+                               {spec_of("sum", 10, "sum"), &sum},
+                               {spec_of("record"), &record}},
+                              std::atomic<bool>{false});
   }
 };
 
-TEST(VirtualClock, OthersSeeTheSameValuesInBothClockModes) {
+TEST(VirtualClock, GivesTheSameValuesAsRealTime) {
   VirtualClock virtual_clock;
   Chain reference;
   const RunResult virtual_result = reference.run(virtual_clock, 0);
   ASSERT_EQ(reference.seen.size(), 180U);
   EXPECT_NE(reference.summed, 0.0);
 
-  // In real time the step takes longer than a tick; that must not show. A busy machine may miss a deadline,
-  // which would rightly change the values: then the run proves nothing and is repeated, up to five times.
+  // In real time the step takes longer than a tick, which must not change the values: real time is the
+  // subject, so the step sleeps. A missed deadline does change the values; such a run is repeated, up to five
+  // times.
   for (int attempt = 1;; ++attempt) {
     MonotonicClock monotonic_clock;
     Chain real;
@@ -84,7 +84,7 @@ TEST(VirtualClock, OthersSeeTheSameValuesInBothClockModes) {
   }
 }
 
-TEST(VirtualClock, TwoRunsAreIdentical) {
+TEST(VirtualClock, GivesTheSameValuesInEachRun) {
   VirtualClock first_clock, second_clock;
   Chain first, second;
   first.run(first_clock, 0);
@@ -92,47 +92,34 @@ TEST(VirtualClock, TwoRunsAreIdentical) {
   EXPECT_EQ(first.seen, second.seen);
 }
 
-TEST(VirtualClock, OutputsAppearAtTheDeadlineTickAndNotBefore) {
-  VirtualClock clock;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.duration_ticks = 12;
+TEST(VirtualClock, PublishesOutputsAtTheDeadlineTick) {
+  testing::ClockRun<VirtualClock> run(12);
   std::int64_t out = -1, visible = -1;
-  ScriptedTask own([&](const TickInfo& tick) { out = static_cast<std::int64_t>(tick.run); });
-  own.on_publish = [&](const TickInfo& tick) {
+  ScriptedTask threaded([&](const TickInfo& tick) { out = static_cast<std::int64_t>(tick.run); });
+  threaded.on_publish = [&](const TickInfo& tick) {
     visible = out;
-    EXPECT_EQ(tick.tick, 5 * tick.run) << "publish is told the release of its run";
+    EXPECT_EQ(tick.tick, 5 * tick.run) << "publish gets the release of its run";
   };
   std::vector<std::int64_t> seen;
-  ScriptedTask stall_detector([&](const TickInfo&) { seen.push_back(visible); });
-  Executive executive(options);
-  TaskSpec spec = spec_of("own", 5, "own");
+  ScriptedTask reader([&](const TickInfo&) { seen.push_back(visible); });
+  TaskSpec spec = spec_of("threaded", 5, "threaded");
   spec.deadline_ns = 3 * ms;
-  executive.add_task(spec, own);
-  executive.add_task(spec_of("stall_detector"), stall_detector);
-  const std::atomic<bool> stop{false};
-  executive.run(stop);
+  run.run({{spec, &threaded}, {spec_of("reader"), &reader}});
   EXPECT_EQ(seen, (std::vector<std::int64_t>{-1, -1, -1, 0, 0, 0, 0, 0, 1, 1, 1, 1}));
 }
 
-TEST(VirtualClock, NothingIsEverLateAndNoRecordIsLost) {
-  VirtualClock clock;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.duration_ticks = 20'000;
-  options.accounting.records_per_thread = 16;
-  options.realtime.scheduler = Scheduler::fifo;
+TEST(VirtualClock, IsNeverLateAndLosesNoRecord) {
+  testing::ClockRun<VirtualClock> run(20'000);
+  run.options.accounting.records_per_thread = 16;
+  run.options.realtime.scheduler = Scheduler::fifo;
   volatile double sink = 0;
   ScriptedTask slow([&](const TickInfo&) {
     for (int i = 0; i < 2'000; ++i)
       sink = sink + 1.0;
   });
-  ScriptedTask own;
-  Executive executive(options);
-  executive.add_task(spec_of("slow"), slow);
-  executive.add_task(spec_of("own", 10, "own"), own);
-  const std::atomic<bool> stop{false};
-  const RunResult result = executive.run(stop);
+  ScriptedTask threaded;
+  const RunResult result =
+      run.run({{spec_of("slow"), &slow}, {spec_of("threaded", 10, "threaded"), &threaded}});
   EXPECT_TRUE(result.virtual_clock);
   EXPECT_EQ(result.ticks, 20'000U);
   EXPECT_EQ(result.base.skipped_ticks + result.base.late_ticks, 0U);
@@ -145,7 +132,7 @@ TEST(VirtualClock, NothingIsEverLateAndNoRecordIsLost) {
   }
   EXPECT_EQ(result.base.idle.total_ns(), 20'000 * ms) << "all of the virtual time is idle";
   EXPECT_GT(result.tasks[0].cpu.max_ns(), 0) << "CPU time is real";
-  EXPECT_TRUE(result.realtime.degraded.empty()) << "no real-time scheduling is asked for";
+  EXPECT_TRUE(result.realtime.degraded.empty()) << "no real-time scheduling is requested";
 }
 
 }  // namespace

@@ -17,47 +17,44 @@ using testing::ScriptedTask;
 using testing::spec_of;
 constexpr std::int64_t ms = 1'000'000;
 
-TEST(Watchdog, DefaultTimeoutIsTheLongerOfTheTwo) {
+// These tests sleep, since a watchdog measures real time: the sleeps are several time-outs long, after which
+// a wrong watchdog would have detected a hang.
+
+TEST(Watchdog, DefaultTimeoutIs100MsOr50Periods) {
   EXPECT_EQ(effective_timeout_ns({}, 1 * ms), 100 * ms);
   EXPECT_EQ(effective_timeout_ns({}, 10 * ms), 500 * ms);
   EXPECT_EQ(effective_timeout_ns({20 * ms, {}}, 10 * ms), 20 * ms);
 }
 
-TEST(Watchdog, CallsTheSafeStateOnceAndRecordsTheHang) {
+TEST(Watchdog, HangIsReportedAndSetsTheSafeStateOnce) {
   std::atomic<int> calls{0};
-  MonotonicClock clock;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.duration_ticks = 700;
-  options.watchdog.timeout_ns = 100 * ms;
-  options.watchdog.safe_state = [&] { ++calls; };
+  testing::ClockRun<MonotonicClock> run(700);
+  run.options.watchdog.timeout_ns = 100 * ms;
+  run.options.watchdog.safe_state = [&] { ++calls; };
   std::atomic<int> calls_during_hang{0};
   ScriptedTask task([&](const TickInfo& tick) {
     if (tick.tick != 50) return;
     while (calls == 0)
       std::this_thread::sleep_for(milliseconds(1));
-    std::this_thread::sleep_for(milliseconds(200));  // two more time-outs
+    std::this_thread::sleep_for(milliseconds(200));
     calls_during_hang = calls.load();
   });
-  Executive executive(options);
-  executive.add_task(spec_of("t"), task);
-  const std::atomic<bool> stop{false};
-  const RunResult result = executive.run(stop);
-  EXPECT_EQ(calls_during_hang, 1) << "while the base thread still hangs";
+  const RunResult result = run.run({{spec_of("t"), &task}});
+  EXPECT_EQ(calls_during_hang, 1) << "during the hang";
   EXPECT_EQ(calls, 1);
   ASSERT_TRUE(result.hang.has_value());
   EXPECT_LE(result.hang->ticks_begun, 51U);
   EXPECT_GE(result.hang->ticks_begun, 1U);
   EXPECT_GE(result.hang->silent_ns, 100 * ms);
-  EXPECT_EQ(result.run_time_ns, 700 * ms) << "the run goes on when the base thread comes back";
+  EXPECT_EQ(result.run_time_ns, 700 * ms) << "the run continues after the hang";
 }
 
-TEST(Watchdog, StaysQuietWhileTicksAreMade) {
+TEST(Watchdog, DetectsNoHangWhileTicksContinue) {
   std::atomic<std::uint64_t> ticks{0};
   std::atomic<int> calls{0};
   Watchdog watchdog({0, [&] { ++calls; }}, 400 * ms, ticks);
   std::this_thread::sleep_for(milliseconds(600));
-  EXPECT_EQ(calls, 0) << "before the first tick there is nothing to watch";
+  EXPECT_EQ(calls, 0) << "it watches from the first tick on";
   for (int i = 0; i < 120; ++i) {
     ++ticks;
     std::this_thread::sleep_for(milliseconds(5));
@@ -68,17 +65,11 @@ TEST(Watchdog, StaysQuietWhileTicksAreMade) {
 
 TEST(Watchdog, IsOffUnderTheVirtualClock) {
   std::atomic<int> calls{0};
-  VirtualClock clock;
-  ExecutiveOptions options;
-  options.clock = &clock;
-  options.duration_ticks = 2;
-  options.watchdog.timeout_ns = 20 * ms;
-  options.watchdog.safe_state = [&] { ++calls; };
+  testing::ClockRun<VirtualClock> run(2);
+  run.options.watchdog.timeout_ns = 20 * ms;
+  run.options.watchdog.safe_state = [&] { ++calls; };
   ScriptedTask task([](const TickInfo&) { std::this_thread::sleep_for(milliseconds(100)); });
-  Executive executive(options);
-  executive.add_task(spec_of("t"), task);
-  const std::atomic<bool> stop{false};
-  EXPECT_FALSE(executive.run(stop).hang.has_value());
+  EXPECT_FALSE(run.run({{spec_of("t"), &task}}).hang.has_value());
   EXPECT_EQ(calls, 0);
 }
 

@@ -14,8 +14,9 @@ namespace {
 
 const glm::dvec3 sizes_m[] = {{4.5, 1.8, 1.5}, {12.0, 2.5, 3.2}, {0.1, 0.1, 0.1}, {50.0, 50.0, 50.0}};
 
-TEST(CarShape, FillsTheBoxThatWasAskedForAndIsCentredOnIt) {
+TEST(CarShape, IsAValidMeshThatFillsItsBox) {
   for (const glm::dvec3& size_m : sizes_m) {
+    EXPECT_TRUE(rtstdb::validate(make_car(size_m)));
     const rtstdb::Bounds bounds = rtstdb::bounds_of(make_car(size_m));
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_NEAR(bounds.maximum_m[axis], 0.5 * size_m[axis], 1e-5 * size_m[axis]);
@@ -24,12 +25,7 @@ TEST(CarShape, FillsTheBoxThatWasAskedForAndIsCentredOnIt) {
   }
 }
 
-TEST(CarShape, IsAGoodMesh) {
-  for (const glm::dvec3& size_m : sizes_m)
-    EXPECT_TRUE(rtstdb::validate(make_car(size_m)));
-}
-
-/// Every edge is passed once in each direction: no hole, no face turned the wrong way round.
+/// Every edge is used once in each direction: the surface has no hole and one orientation.
 TEST(CarShape, IsClosed) {
   const rtstdb::TriangleMesh car = make_car(sizes_m[0]);
   using Key = std::tuple<float, float, float>;
@@ -49,8 +45,8 @@ TEST(CarShape, IsClosed) {
   }
 }
 
-/// The volume by the divergence theorem: positive when fronts are outside; body and cabin add up.
-TEST(CarShape, HasItsFrontsOutside) {
+/// The volume by the divergence theorem is positive when the front faces are outside.
+TEST(CarShape, HasItsFrontFacesOutside) {
   for (const glm::dvec3& size_m : sizes_m) {
     const rtstdb::TriangleMesh car = make_car(size_m);
     double volume_m3 = 0.0;
@@ -66,7 +62,7 @@ TEST(CarShape, HasItsFrontsOutside) {
   }
 }
 
-TEST(CarShape, SidesAreUprightUpToTheBodysHeight) {
+TEST(CarShape, HasVerticalSidesUpToTheHeightOfTheBody) {
   const glm::dvec3 size_m = sizes_m[0];
   const double top_m = body_height_m(size_m) - 0.5 * size_m.z;  // in the entity frame
   EXPECT_GT(body_height_m(size_m), 0.3 * size_m.z);

@@ -10,26 +10,27 @@
 namespace hil::modules {
 namespace {
 
-constexpr double hardest_mps2 = 9.0;
+constexpr double max_braking_mps2 = 9.0;
 constexpr double dt_s = 0.001;
 
 struct Car {
   double travelled_m = 0.0;
   double speed_mps = 0.0;
   void drive(const DriverModel& driver, const Ahead& ahead) {
-    const Travel moved = travel(speed_mps, idm_acceleration(driver, speed_mps, ahead, hardest_mps2), dt_s);
+    const Travel moved =
+        travel(speed_mps, idm_acceleration(driver, speed_mps, ahead, max_braking_mps2), dt_s);
     travelled_m += moved.distance_m;
     speed_mps = moved.speed_mps;
   }
 };
 
-TEST(Driver, AcceleratesFromRestWithItsAccelerationAndKeepsItsDesiredSpeedExactly) {
+TEST(Driver, AcceleratesFromRestAndKeepsTheDesiredSpeed) {
   const DriverModel driver;
-  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 0.0, {}, hardest_mps2), driver.acceleration_mps2);
-  EXPECT_DOUBLE_EQ(idm_acceleration(driver, driver.desired_speed_mps, {}, hardest_mps2), 0.0);
+  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 0.0, {}, max_braking_mps2), driver.acceleration_mps2);
+  EXPECT_DOUBLE_EQ(idm_acceleration(driver, driver.desired_speed_mps, {}, max_braking_mps2), 0.0);
 }
 
-TEST(Driver, ReachesItsDesiredSpeedOnAFreeRoadFromBelowAndFromAbove) {
+TEST(Driver, ReachesTheDesiredSpeedOnAFreeRoad) {
   DriverModel driver;
   driver.desired_speed_mps = 20.0;
   for (const double start_mps : {0.0, 5.0, 19.0, 30.0}) {
@@ -37,7 +38,7 @@ TEST(Driver, ReachesItsDesiredSpeedOnAFreeRoadFromBelowAndFromAbove) {
     double before_mps = start_mps;
     for (int i = 0; i < 120'000; ++i) {
       car.drive(driver, {});
-      // Monotonic: it neither overshoots nor swings.
+      // Monotonic, without overshoot.
       if (start_mps < 20.0) {
         ASSERT_GE(car.speed_mps, before_mps);
       } else {
@@ -49,23 +50,23 @@ TEST(Driver, ReachesItsDesiredSpeedOnAFreeRoadFromBelowAndFromAbove) {
   }
 }
 
-TEST(Driver, StopsBehindAStandingLeaderAtTheStandstillGap) {
+TEST(Driver, StopsBehindAStandingLeader) {
   for (const double speed_mps : {3.0, 10.0, 14.0, 25.0}) {
     DriverModel driver;
     driver.desired_speed_mps = speed_mps;
     const double leader_m = 150.0;
     Car car{.speed_mps = speed_mps};
-    double hardest_seen = 0.0;
+    double max_seen_mps2 = 0.0;
     for (int i = 0; i < 300'000; ++i) {
       const double before_mps = car.speed_mps;
       car.drive(driver, {leader_m - car.travelled_m, 0.0});
-      hardest_seen = std::max(hardest_seen, (before_mps - car.speed_mps) / dt_s);
+      max_seen_mps2 = std::max(max_seen_mps2, (before_mps - car.speed_mps) / dt_s);
       ASSERT_LT(car.travelled_m, leader_m) << "touched from " << speed_mps << " m/s";
     }
     EXPECT_LT(car.speed_mps, 0.05) << "from " << speed_mps;
     EXPECT_NEAR(leader_m - car.travelled_m, driver.standstill_gap_m, 0.25) << "from " << speed_mps;
-    // Seen from afar it is no emergency: about the comfortable deceleration.
-    EXPECT_LT(hardest_seen, 1.3 * driver.comfortable_mps2) << "from " << speed_mps;
+    // The leader is far away: about the comfortable deceleration is enough.
+    EXPECT_LT(max_seen_mps2, 1.3 * driver.comfortable_mps2) << "from " << speed_mps;
   }
 }
 
@@ -86,7 +87,7 @@ TEST(Driver, FollowsAtTheEquilibriumGapOfTheModel) {
   EXPECT_NEAR(leader_m - car.travelled_m, equilibrium_m, 0.05);
 }
 
-TEST(Driver, IsBoundedForEveryGapAndSpeed) {
+TEST(Driver, IsBoundedForEveryDistanceAndSpeed) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> speed(0.0, 100.0);
   std::uniform_real_distribution<double> gap_exponent(-6.0, 9.0);
@@ -94,26 +95,22 @@ TEST(Driver, IsBoundedForEveryGapAndSpeed) {
     DriverModel driver;
     driver.desired_speed_mps = 0.1 + speed(random);
     const double gap_m = (i % 50 == 0 ? -1.0 : 1.0) * std::pow(10.0, gap_exponent(random));
-    const double a = idm_acceleration(driver, speed(random), {gap_m, speed(random)}, hardest_mps2);
+    const double a = idm_acceleration(driver, speed(random), {gap_m, speed(random)}, max_braking_mps2);
     ASSERT_TRUE(std::isfinite(a));
-    ASSERT_GE(a, -hardest_mps2);
+    ASSERT_GE(a, -max_braking_mps2);
     ASSERT_LE(a, driver.acceleration_mps2);
   }
 }
 
-TEST(Driver, IsBoundedFarAboveItsDesiredSpeedOnAFreeRoadToo) {
+TEST(Driver, BrakesWithTheLimitAtContactAndFarAboveTheDesiredSpeed) {
   DriverModel driver;
+  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 1.0, {0.0, 0.0}, max_braking_mps2), -max_braking_mps2);
+  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 0.0, {-3.0, 20.0}, max_braking_mps2), -max_braking_mps2);
   driver.desired_speed_mps = 5.0;
-  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 50.0, {}, hardest_mps2), -hardest_mps2);
+  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 50.0, {}, max_braking_mps2), -max_braking_mps2);
 }
 
-TEST(Driver, BrakesAsHardAsItCanOnceItTouches) {
-  const DriverModel driver;
-  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 1.0, {0.0, 0.0}, hardest_mps2), -hardest_mps2);
-  EXPECT_DOUBLE_EQ(idm_acceleration(driver, 0.0, {-3.0, 20.0}, hardest_mps2), -hardest_mps2);
-}
-
-TEST(Driver, BrakesHarderTheNearerAndTheFasterItCloses) {
+TEST(Driver, BrakesHarderAtSmallerDistanceAndHigherSpeed) {
   const DriverModel driver;
   const auto a = [&](double gap_m, double leader_mps) {
     return idm_acceleration(driver, 12.0, {gap_m, leader_mps}, 1e9);
@@ -122,7 +119,7 @@ TEST(Driver, BrakesHarderTheNearerAndTheFasterItCloses) {
   EXPECT_LT(a(30.0, 5.0), a(30.0, 10.0));
 }
 
-TEST(CanStop, IsTheBrakingDistance) {
+TEST(BrakingDistance, DecidesWhetherACarCanStop) {
   // 10 m/s with 5 m/s2: v^2 / 2a = 10 m.
   EXPECT_TRUE(can_stop(10.0, 10.0, 5.0));
   EXPECT_FALSE(can_stop(10.0, 9.999, 5.0));
@@ -137,7 +134,7 @@ TEST(Travel, IsExactAtConstantAcceleration) {
   EXPECT_DOUBLE_EQ(moved.speed_mps, 16.0);
 }
 
-TEST(Travel, DoesNotDependOnHowTheTimeIsCut) {
+TEST(Travel, OfManyStepsIsThatOfOneStep) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> speed(0.0, 30.0);
   std::uniform_real_distribution<double> acceleration(-9.0, 3.0);
@@ -157,7 +154,7 @@ TEST(Travel, DoesNotDependOnHowTheTimeIsCut) {
   }
 }
 
-TEST(Travel, NeverRollsBackwardAndComesToRestWithinTheStep) {
+TEST(Travel, EndsAtRestAndNeverGoesBackward) {
   const Travel stopped = travel(2.0, -4.0, 10.0);
   EXPECT_DOUBLE_EQ(stopped.distance_m, 0.5);  // v^2 / 2a
   EXPECT_DOUBLE_EQ(stopped.speed_mps, 0.0);

@@ -1,4 +1,4 @@
-// The module types, and what each says of itself before there is a world.
+// The module types, and the ports that modules declare before there is a world.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ const char* const detectors =
     "far: {center: [9 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}}}";
 const char* const collision = "{body: ego, against: [a]}";
 
-TEST(Registry, FindsEveryTypeByItsNameAndNoOther) {
+TEST(Registry, FindsEveryTypeByItsName) {
   std::set<std::string> seen;
   for (const ModuleType& type : module_types()) {
     EXPECT_TRUE(seen.insert(type.name).second) << type.name << " is there twice";
@@ -55,7 +55,7 @@ TEST(Registry, FindsEveryTypeByItsNameAndNoOther) {
   EXPECT_EQ(find_module_type(""), nullptr);
 }
 
-TEST(Registry, EveryModuleNamesItsPortsOnceAndSaysWhatTheyAre) {
+TEST(Registry, EveryModuleDescribesItsPorts) {
   const std::map<std::string, const char*> parameters{{"vehicles", two_vehicles},
                                                       {"laser_scanner", scanner},
                                                       {"detectors", detectors},
@@ -78,7 +78,7 @@ TEST(Registry, EveryModuleNamesItsPortsOnceAndSaysWhatTheyAre) {
   }
 }
 
-TEST(Registry, VehiclesShareALightAndStartWhereTheyAre) {
+TEST(Registry, VehiclesShareALightAndStartAtTheirPositions) {
   config::Diagnostics diagnostics;
   const auto module = create("vehicles", two_vehicles, diagnostics);
   ASSERT_NE(module, nullptr) << diagnostics.to_text();
@@ -100,7 +100,7 @@ TEST(Registry, VehiclesShareALightAndStartWhereTheyAre) {
   EXPECT_EQ(names(ports.outputs).count("other.yaw_rate"), 1U);
 }
 
-TEST(Registry, VehiclesThatCanNotBeDrivenAreMistakesWithTheirPlaces) {
+TEST(Registry, VehiclesThatCanNotDriveAreMistakesWithTheirPlaces) {
   config::Diagnostics diagnostics;
   create("vehicles",
          "vehicles:\n"
@@ -115,7 +115,7 @@ TEST(Registry, VehiclesThatCanNotBeDrivenAreMistakesWithTheirPlaces) {
             std::string::npos);
 }
 
-TEST(Registry, TheScannerHasSevenOutputsForEachSlot) {
+TEST(Registry, ScannerHasSevenOutputsForEachObject) {
   config::Diagnostics diagnostics;
   const auto module = create("laser_scanner", scanner, diagnostics);
   ASSERT_NE(module, nullptr) << diagnostics.to_text();

@@ -23,7 +23,7 @@ PatternOptions paper_options() {
           .left_to_right = true};
 }
 
-TEST(ScanPattern, BeamsTakeExactlyOnePeriodInOrder) {
+TEST(ScanPattern, BeamsTakeExactlyOnePeriod) {
   for (const std::int64_t period_ns : {second_ns, std::int64_t{333'333'333}, std::int64_t{10'000'000'000}}) {
     PatternOptions options = paper_options();
     options.period_ns = period_ns;
@@ -45,7 +45,7 @@ TEST(ScanPattern, BeamsTakeExactlyOnePeriodInOrder) {
   }
 }
 
-TEST(ScanPattern, SlicesOfAnyDivisionTakeEveryBeamOnce) {
+TEST(ScanPattern, SlicesContainEveryBeamOnce) {
   std::mt19937_64 random(3);
   for (int round = 0; round < 200; ++round) {
     PatternOptions options = paper_options();
@@ -83,7 +83,7 @@ TEST(ScanPattern, LargestSweepDoesNotOverflow) {
   EXPECT_GT(pattern.time_ns(pattern.beams() - 1), options.period_ns - 100);
 }
 
-TEST(ScanPattern, ColumnsGoAcrossTheFieldOfViewInTheDirectionAsked) {
+TEST(ScanPattern, ColumnsCrossTheFieldOfViewInTheGivenDirection) {
   for (const bool left_to_right : {true, false}) {
     PatternOptions options = paper_options();
     options.left_to_right = left_to_right;
@@ -100,7 +100,7 @@ TEST(ScanPattern, ColumnsGoAcrossTheFieldOfViewInTheDirectionAsked) {
   }
 }
 
-TEST(ScanPattern, RowsGoFromBottomToTopAroundTheirMiddle) {
+TEST(ScanPattern, RowsAscendAroundTheirElevation) {
   PatternOptions options = paper_options();
   options.elevation_rad = 5.0 * degree;
   const ScanPattern pattern(options);
@@ -111,7 +111,7 @@ TEST(ScanPattern, RowsGoFromBottomToTopAroundTheirMiddle) {
     ASSERT_GT(pattern.elevation_rad(r), pattern.elevation_rad(r - 1));
 }
 
-TEST(ScanPattern, DirectionsAreUnitAndHaveTheirAngles) {
+TEST(ScanPattern, DirectionsAreUnitVectorsWithTheAnglesOfTheBeam) {
   const ScanPattern pattern(paper_options());
   for (std::uint32_t c = 0; c < 480; c += 7) {
     for (std::uint32_t r = 0; r < 270; r += 11) {
@@ -123,14 +123,14 @@ TEST(ScanPattern, DirectionsAreUnitAndHaveTheirAngles) {
   }
 }
 
-TEST(ScanPattern, TheTurningBeamPassesEachColumnInTheMiddleOfItsTime) {
+TEST(ScanPattern, BeamPassesEachColumnInTheMiddleOfItsTime) {
   for (const bool left_to_right : {true, false}) {
     PatternOptions options = paper_options();
     options.left_to_right = left_to_right;
     const ScanPattern pattern(options);
     for (std::uint32_t c = 0; c < 480; ++c) {
       ASSERT_NEAR(pattern.beam_azimuth_rad((c + 0.5) / 480.0), pattern.azimuth_rad(c), 1e-12);
-      // The column is shot while the beam is within half a pitch of it.
+      // The beams of a column leave while the beam is within half a pitch of it.
       const double begin_s =
           static_cast<double>(pattern.time_ns(std::uint64_t{c} * 270)) / static_cast<double>(second_ns);
       ASSERT_LE(std::abs(pattern.beam_azimuth_rad(begin_s) - pattern.azimuth_rad(c)),

@@ -1,4 +1,5 @@
-// A scanner's record survives the way through world.json, and a damaged one is refused with its property.
+// A scanner's record is written to world.json and read back; a damaged record is refused with the name of its
+// property.
 
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
 
@@ -34,13 +35,13 @@ contribution::Property& property(contribution::ModuleRecord& record, const std::
 std::string refusal(const contribution::ModuleRecord& record) {
   try {
     to_scanner_record(record);
-  } catch (const ScannerRecordError& error) {
+  } catch (const RecordError& error) {
     return error.what();
   }
   return {};
 }
 
-TEST(ScannerRecord, IsReadBackAsItWasWritten) {
+TEST(ScannerRecord, IsReadBackAsWritten) {
   const contribution::ModuleRecord record = to_module_record(lidar);
   EXPECT_EQ(record.list, "scanners");
   const ScannerRecord read = to_scanner_record(record);
@@ -54,7 +55,7 @@ TEST(ScannerRecord, IsReadBackAsItWasWritten) {
     EXPECT_EQ(to_module_record(read).properties[i].value, record.properties[i].value);
 }
 
-TEST(ScannerRecord, ADamagedRecordIsRefusedWithItsProperty) {
+TEST(ScannerRecord, DamagedPropertyIsRefusedWithItsName) {
   contribution::ModuleRecord record = to_module_record(lidar);
   property(record, "columns").value = 480.5;
   EXPECT_EQ(refusal(record),

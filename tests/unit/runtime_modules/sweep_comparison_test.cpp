@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 
-class Comparison : public ::testing::Test {
+class LengthComparison : public ::testing::Test {
  protected:
   void sweep(int hits) {
     const std::vector<std::optional<BodyMotion>> motion{BodyMotion{.center = {{20.0, 0.0}, {0.0, 5.0}}}};
@@ -39,25 +39,20 @@ class Comparison : public ::testing::Test {
       {{.name = "traffic.van", .entity = {.index = 3, .generation = 1}, .length_m = 4.5, .width_m = 1.8}}};
 };
 
-TEST_F(Comparison, ABodyThatWasNeverWhollyInViewIsNamed) {
-  sweep(5);
-  const contribution::Contribution report = contributed();
-  EXPECT_TRUE(report.sections.empty());
-  ASSERT_EQ(report.events.size(), 1U);
-  EXPECT_EQ(report.events[0].text, "the length of traffic.van is not compared: no sweep saw its whole side");
-  EXPECT_EQ(report.events[0].time_ns, 7 * second_ns);
+TEST_F(LengthComparison, ReportsWhyALengthIsNotCompared) {
+  const std::string begin = "the length of traffic.van is not compared: ";
+  for (const auto& [hits, reason] : {std::pair(5, "no sweep saw its whole side"),
+                                     {(1 << 15) + 1, "a sweep had more than 32768 points of it"}}) {
+    sweep(hits);
+    const contribution::Contribution report = contributed();
+    EXPECT_TRUE(report.sections.empty());
+    ASSERT_EQ(report.events.size(), 1U);
+    EXPECT_EQ(report.events[0].text, begin + reason);
+    EXPECT_EQ(report.events[0].time_ns, 7 * second_ns);
+  }
 }
 
-TEST_F(Comparison, ABodyWithTooManyPointsIsNamed) {
-  sweep((1 << 15) + 1);
-  const contribution::Contribution report = contributed();
-  EXPECT_TRUE(report.sections.empty());
-  ASSERT_EQ(report.events.size(), 1U);
-  EXPECT_EQ(report.events[0].text,
-            "the length of traffic.van is not compared: a sweep had more than 32768 points of it");
-}
-
-TEST(LengthsTable, ALengthAgreesWithinItsTolerance) {
+TEST(LengthsTable, MarksLengthsByTheirTolerance) {
   const contribution::Table table = lengths_table(
       {{.title = "near", .true_m = 4.5, .measured_m = 4.5, .closed_form_m = 4.6, .tolerance_m = 0.11},
        {.title = "far", .true_m = 4.5, .measured_m = 4.5, .closed_form_m = 4.6, .tolerance_m = 0.09}});

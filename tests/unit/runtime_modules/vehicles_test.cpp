@@ -1,49 +1,21 @@
-// Vehicles in a world: what their rows say while they drive.
+// Vehicles in a world: their outputs and their rows agree while they drive.
 
 #include <gtest/gtest.h>
 
-#include "runtime/config/parse.hpp"
-#include "runtime/modules/module.hpp"
+#include "tests/unit/runtime_modules/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 
-class VehiclesIn : public ::testing::Test {
+class VehiclesModule : public testing::ModuleFixture {
  protected:
-  void SetUp() override {
-    auto opened = rtstdb::Database::open({});
-    ASSERT_TRUE(opened) << opened.error().message;
-    database_ = std::move(opened).value();
-    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"vehicle"});
-  }
+  VehiclesModule() : ModuleFixture({"vehicle"}) {}
 
   std::unique_ptr<Module> make(const std::string& parameters, const std::string& instance = "traffic") {
-    const ModuleType& type = *find_module_type("vehicles");
-    const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
-    if (!value) return nullptr;
-    auto module = type.create(*value, diagnostics_);
-    module->configure(*world_, events_, {.instance = instance, .period_ns = 100 * second_ns});
-    return module;
-  }
-
-  std::vector<double> step(Module& module, std::uint64_t run) {
-    return step(module, run, static_cast<std::int64_t>(run) * 100 * second_ns, 100 * second_ns);
-  }
-
-  std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns) {
-    std::vector<double> outputs(module.ports().outputs.size());
-    StepContext context;
-    context.run = run;
-    context.period_ns = period_ns;
-    context.time_ns = time_ns;
-    context.deadline = rtstdb::ClockTime::max();
-    context.version = database_->latest().version;
-    context.outputs = outputs;
-    context.events = &events_;
-    module.step(context);
-    return outputs;
+    return ModuleFixture::make(*find_module_type("vehicles"), parameters,
+                               {.instance = instance, .period_ns = 100 * second_ns});
   }
 
   rtstdb::Motion motion_of(const std::string& name) const {
@@ -54,21 +26,17 @@ class VehiclesIn : public ::testing::Test {
     }
     throw std::runtime_error("no body " + name);
   }
-
-  std::unique_ptr<rtstdb::Database> database_;
-  std::unique_ptr<World> world_;
-  EventLog events_;
-  config::Diagnostics diagnostics_;
 };
 
-TEST_F(VehiclesIn, OneThatLeavesTheWorldHoldsNoOtherUp) {
+TEST_F(VehiclesModule, OneLeavesTheWorldWithoutAffectingOthers) {
   const auto module = make(
       "{vehicles: {far: {position: [9 km, 0 m], speed: 99 m/s, desired_speed: 100 m/s, acceleration: 0.1 "
       "m/s2},"
       " slow: {position: [-9 km, 50 m], speed: 1 m/s, desired_speed: 100 m/s, acceleration: 0.1 m/s2}}}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   for (std::uint64_t run = 0; run < 13; ++run) {
-    const std::vector<double> outputs = step(*module, run);
+    const std::vector<double> outputs =
+        step(*module, run, static_cast<std::int64_t>(run) * 100 * second_ns, 100 * second_ns);
     if (run == 0) continue;
     EXPECT_DOUBLE_EQ(motion_of("traffic.slow").v_world_mps.x, outputs[7]) << "after step " << run;
   }
@@ -79,13 +47,13 @@ TEST_F(VehiclesIn, OneThatLeavesTheWorldHoldsNoOtherUp) {
   EXPECT_EQ(events[0].text, "far leaves the world");
 }
 
-/// A car at a constant speed, one that accelerates and one that closes up to another.
+/// A car at a constant speed, one that accelerates, and one that approaches the first.
 constexpr const char* three_cars =
     "{vehicles: {steady: {position: [0 m, 0 m], speed: 10 m/s},"
     " hasty: {position: [0 m, 50 m], speed: 5 m/s, desired_speed: 30 m/s},"
     " behind: {position: [-40 m, 0 m], speed: 20 m/s}}}";
 
-TEST_F(VehiclesIn, SkippedReleasesCostNoTravel) {
+TEST_F(VehiclesModule, TravelIsIndependentOfSkippedReleases) {
   constexpr std::int64_t period_ns = second_ns / 100;
   const auto punctual = make(three_cars, "punctual");
   const auto late = make(three_cars, "late");
@@ -93,24 +61,24 @@ TEST_F(VehiclesIn, SkippedReleasesCostNoTravel) {
   std::uint64_t late_runs = 0;
   for (std::uint64_t run = 0; run <= 300; ++run) {
     const auto time_ns = static_cast<std::int64_t>(run) * period_ns;
-    const std::vector<double> there = step(*punctual, run, time_ns, period_ns);
+    const std::vector<double> expected = step(*punctual, run, time_ns, period_ns);
     if (run % 5 == 3 || (run > 100 && run < 140)) continue;
-    const std::vector<double> here = step(*late, late_runs++, time_ns, period_ns);
-    ASSERT_EQ(here, there) << "at " << time_ns << " ns";
-    ASSERT_NEAR(here[0], 10.0 * static_cast<double>(time_ns) * 1e-9, 1e-9) << "as its row says";
+    const std::vector<double> outputs = step(*late, late_runs++, time_ns, period_ns);
+    ASSERT_EQ(outputs, expected) << "at " << time_ns << " ns";
+    ASSERT_NEAR(outputs[0], 10.0 * static_cast<double>(time_ns) * 1e-9, 1e-9) << "its row has this position";
   }
 }
 
-TEST_F(VehiclesIn, AfterALongPauseTheyAreWhereTheirRowsSay) {
+TEST_F(VehiclesModule, PositionsAfterALongPauseAreThoseOfTheRows) {
   const auto module = make(three_cars);
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   step(*module, 0, 0, second_ns / 1000);
   const std::vector<double> outputs = step(*module, 1, 30 * second_ns, second_ns / 1000);
   EXPECT_NEAR(outputs[0], 300.0, 1e-6);
-  EXPECT_GT(outputs[0], outputs[10] + 4.5) << "the one behind does not drive into it";
+  EXPECT_GT(outputs[0], outputs[10] + 4.5) << "the following car does not collide";
 }
 
-TEST_F(VehiclesIn, AFirstReleaseBehindTheStartFindsThemUnderWay) {
+TEST_F(VehiclesModule, FirstReleaseAfterTheStartIncludesTheTravelSoFar) {
   const auto module = make(three_cars);
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   EXPECT_NEAR(step(*module, 0, 5'000'000, second_ns / 100)[0], 0.05, 1e-9);

@@ -4,21 +4,16 @@
 
 #include <limits>
 
-#include "runtime/modules/module.hpp"
+#include "tests/unit/runtime_modules/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
 
-class WorldOf : public ::testing::Test {
+class ModuleWorld : public testing::ModuleFixture {
  protected:
-  void SetUp() override {
-    auto opened = rtstdb::Database::open({});
-    ASSERT_TRUE(opened) << opened.error().message;
-    database_ = std::move(opened).value();
-    world_ = std::make_unique<World>(*database_, std::vector<std::string>{"ground", "structure", "vehicle"});
-  }
+  ModuleWorld() : ModuleFixture({"ground", "structure", "vehicle"}) {}
 
-  /// The words of the SetupError that it throws.
+  /// The text of the SetupError that `action` throws.
   template <typename Action>
   static std::string refusal(Action action) {
     try {
@@ -28,12 +23,9 @@ class WorldOf : public ::testing::Test {
     }
     return "no SetupError";
   }
-
-  std::unique_ptr<rtstdb::Database> database_;
-  std::unique_ptr<World> world_;
 };
 
-TEST_F(WorldOf, LayersAreTheBitsOfAMaskInTheirOrder) {
+TEST_F(ModuleWorld, LayersAreMaskBitsInTheirOrder) {
   EXPECT_EQ(world_->layer_bit("ground"), 1U);
   EXPECT_EQ(world_->layer_bit("vehicle"), 4U);
   EXPECT_FALSE(world_->layer_bit("pole"));
@@ -41,7 +33,7 @@ TEST_F(WorldOf, LayersAreTheBitsOfAMaskInTheirOrder) {
   EXPECT_EQ(world_->mask_of({}, "module x"), 0U);
 }
 
-TEST_F(WorldOf, AnUnknownLayerIsRefusedWithTheNearest) {
+TEST_F(ModuleWorld, UnknownLayerIsRefusedWithTheNearestName) {
   EXPECT_EQ(refusal([&] {
               world_->mask_of({"ground", "vehicel"}, "module loops");
             }),
@@ -50,7 +42,7 @@ TEST_F(WorldOf, AnUnknownLayerIsRefusedWithTheNearest) {
             "module loops: the scenario has no layer 'zebra'; known here: ground, structure, vehicle");
 }
 
-TEST_F(WorldOf, BodiesOfOneShapeShareItsGeometry) {
+TEST_F(ModuleWorld, BodiesOfOneShapeShareAGeometry) {
   int made = 0;
   const auto box = [&] {
     ++made;
@@ -63,7 +55,7 @@ TEST_F(WorldOf, BodiesOfOneShapeShareItsGeometry) {
   EXPECT_EQ(made, 2);
 }
 
-TEST_F(WorldOf, EntitiesAreFoundByTheirNamesAndKeepTheirBounds) {
+TEST_F(ModuleWorld, EntitiesAreFoundByNameWithTheirBounds) {
   rtstdb::EntityRow row;
   row.geometry = world_->add_geometry(rtstdb::make_box({2.0, 4.0, 6.0}), "box");
   const rtstdb::EntityId first = world_->create("house", row);
@@ -78,7 +70,7 @@ TEST_F(WorldOf, EntitiesAreFoundByTheirNamesAndKeepTheirBounds) {
   EXPECT_FLOAT_EQ(world_->bounds_of(second).maximum_m.y, 0.5F);
 }
 
-TEST_F(WorldOf, TwoEntitiesOfOneNameAreRefused) {
+TEST_F(ModuleWorld, DuplicateEntityNameIsRefused) {
   rtstdb::EntityRow row;
   row.geometry = world_->add_geometry(rtstdb::make_box({2.0, 4.0, 6.0}), "box");
   const rtstdb::EntityId first = world_->create("house", row);
@@ -86,7 +78,7 @@ TEST_F(WorldOf, TwoEntitiesOfOneNameAreRefused) {
   EXPECT_EQ(world_->find("house"), first);
 }
 
-TEST_F(WorldOf, WhatTheDatabaseRefusesIsRefusedWithItsWordsAndTheName) {
+TEST_F(ModuleWorld, ErrorsOfTheDatabaseAreReportedWithTheName) {
   EXPECT_EQ(refusal([&] { world_->add_geometry({}, "empty"); }).rfind("empty: ", 0), 0U);
   rtstdb::EntityRow row;
   row.geometry = world_->add_geometry(rtstdb::make_box({1.0, 1.0, 1.0}), "box");

@@ -1,4 +1,4 @@
-// The drawing parts below the page: axes, histograms, label placement, windows, panels.
+// The charts of the report: axes, histograms, labels, the top view, pictures of scans.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ namespace {
 using test::parse_strictly;
 using test::XmlElement;
 
-constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t max_int64 = std::numeric_limits<std::int64_t>::max();
 
 double number(const XmlElement& element, const char* attribute) {
   return std::stod(element.attributes.at(attribute));
@@ -34,7 +34,7 @@ double picture_width(const XmlElement& svg) {
   return width;
 }
 
-/// No text reaches out of the picture, by our own upper estimate of its width.
+/// No text extends beyond the picture, by an upper estimate of its width.
 void expect_text_inside(const XmlElement& svg) {
   const double width = picture_width(svg);
   for (const XmlElement* text : svg.all("text")) {
@@ -73,18 +73,16 @@ TEST(Axis, TicksAreRoundAndInside) {
   }
 }
 
-TEST(HistogramChart, EmptySaysSo) {
-  EXPECT_NE(drawn({}, {"latency", Scale::Kind::logarithmic, {}}).find("No samples."), std::string::npos);
-  EXPECT_NE(drawn({{5, 6, 0}}, {"latency", Scale::Kind::linear, {}}).find("No samples."), std::string::npos);
-}
-
-TEST(HistogramChart, BearsOneSampleZeroAndHugeRanges) {
-  const std::vector<Histogram> histograms{{{0, 0, 1}},
-                                          {{1, 1, 1}},
-                                          {{5'000, 5'031, 1}},
-                                          {{0, 0, 10'000'000'000}, {largest - 1, largest, 1}},
-                                          {{-50, -1, 3}, {0, 9, 2}},
-                                          {{largest, largest, std::numeric_limits<std::uint64_t>::max()}}};
+TEST(HistogramChart, DrawsAnyRange) {
+  for (const Histogram& empty : {Histogram{}, Histogram{{5, 6, 0}}})
+    EXPECT_NE(drawn(empty, {"latency", Scale::Kind::linear, {}}).find("No samples."), std::string::npos);
+  const std::vector<Histogram> histograms{
+      {{0, 0, 1}},
+      {{1, 1, 1}},
+      {{5'000, 5'031, 1}},
+      {{0, 0, 10'000'000'000}, {max_int64 - 1, max_int64, 1}},
+      {{-50, -1, 3}, {0, 9, 2}},
+      {{max_int64, max_int64, std::numeric_limits<std::uint64_t>::max()}}};
   for (const Histogram& histogram : histograms) {
     for (const auto axis : {Scale::Kind::linear, Scale::Kind::logarithmic}) {
       const XmlElement svg = parse_strictly(drawn(
@@ -104,7 +102,7 @@ TEST(HistogramChart, BearsOneSampleZeroAndHugeRanges) {
   }
 }
 
-TEST(HistogramChart, TallerBarsForMoreCounts) {
+TEST(HistogramChart, BarsGrowWithTheLogarithmOfTheCount) {
   const XmlElement svg =
       parse_strictly(drawn({{1'000, 1'999, 1}, {2'000, 3'999, 100}, {4'000, 7'999, 10'000}},
                            {"latency", Scale::Kind::logarithmic, {}}));
@@ -116,7 +114,7 @@ TEST(HistogramChart, TallerBarsForMoreCounts) {
       << "the count axis is logarithmic";
 }
 
-TEST(HistogramChart, MarkNamesAreNotCrossedByTallerMarks) {
+TEST(HistogramChart, NamesOfMarksAreNotCrossedByTallerMarks) {
   for (const std::int64_t p99 : {1'001, 1'100, 2'000, 10'000}) {
     for (const std::int64_t maximum : {10'001, 11'000, 100'000}) {
       const XmlElement svg = parse_strictly(
@@ -143,8 +141,8 @@ TEST(HistogramChart, MarkNamesAreNotCrossedByTallerMarks) {
 
 TEST(HistogramOf, CountsEverySampleOnce) {
   std::mt19937_64 random(5);
-  std::uniform_int_distribution<std::int64_t> any(std::numeric_limits<std::int64_t>::min(), largest);
-  std::vector<std::int64_t> samples{0, 1, largest, std::numeric_limits<std::int64_t>::min()};
+  std::uniform_int_distribution<std::int64_t> any(std::numeric_limits<std::int64_t>::min(), max_int64);
+  std::vector<std::int64_t> samples{0, 1, max_int64, std::numeric_limits<std::int64_t>::min()};
   for (int round = 0; round < 500; ++round)
     samples.push_back(any(random));
   const Histogram histogram = histogram_of(samples, 40);
@@ -159,32 +157,32 @@ TEST(HistogramOf, CountsEverySampleOnce) {
   EXPECT_TRUE(histogram_of({}, 40).empty());
 }
 
-TEST(SpreadOf, IsTheRankedSample) {
+TEST(QuantilesOf, AreRankedSamples) {
   EXPECT_EQ(quantiles_of({}).samples, 0U);
   std::vector<std::int64_t> samples;
   for (std::int64_t value = 1000; value >= 1; --value)
     samples.push_back(value);
-  const Quantiles spread = quantiles_of(samples);
-  EXPECT_EQ(spread.p50, 500);
-  EXPECT_EQ(spread.p99, 990);
-  EXPECT_EQ(spread.p999, 999);
-  EXPECT_EQ(spread.max, 1000);
+  const Quantiles quantiles = quantiles_of(samples);
+  EXPECT_EQ(quantiles.p50, 500);
+  EXPECT_EQ(quantiles.p99, 990);
+  EXPECT_EQ(quantiles.p999, 999);
+  EXPECT_EQ(quantiles.max, 1000);
   EXPECT_EQ(quantiles_of({7}).p50, 7);
 }
 
-TEST(LabelPlacement, NeverOverlapsNorLeavesTheArea) {
+TEST(LabelPlacement, NeverOverlapsOrLeavesTheArea) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> x(0.0, 300.0);
   const PixelBox area{0.0, 0.0, 300.0, 200.0};
   LabelPlacement placement(area);
   std::vector<PixelBox> placed;
-  int without_room = 0;
+  int without_place = 0;
   for (int round = 0; round < 200; ++round) {
     const double left = x(random);
     const double top = x(random) * 2.0 / 3.0;
     const auto at = placement.place("label", {left, top, left + 5.0, top + 5.0});
     if (!at) {
-      ++without_room;
+      ++without_place;
       continue;
     }
     const PixelBox box{at->x, at->y - 10.0, at->x + text_width("label", 11.0), at->y + 4.0};
@@ -194,10 +192,10 @@ TEST(LabelPlacement, NeverOverlapsNorLeavesTheArea) {
     placed.push_back(box);
   }
   EXPECT_GT(placed.size(), 30U);
-  EXPECT_GT(without_room, 0) << "the area is small enough to fill up";
+  EXPECT_GT(without_place, 0) << "the area is small enough to fill up";
 }
 
-TEST(Clipped, KeepsAreaInsideOnly) {
+TEST(Clipped, PolygonIsTheAreaInside) {
   const ViewBox box{{0.0, 0.0}, {10.0, 10.0}};
   const std::vector<PointM> around{{-5, -5}, {15, -5}, {15, 15}, {-5, 15}};
   const auto corners = clipped(around, box);
@@ -229,10 +227,10 @@ std::string drawn(const TopView& view, PictureUse use) {
   return out.take();
 }
 
-TEST(TopView, DrawsScaleBarToScale) {
+TEST(TopView, ScaleBarIsToScale) {
   const XmlElement svg = parse_strictly(drawn(*test::full_record().top_view, PictureUse::inline_in_page));
   expect_text_inside(svg);
-  // The tick marks of the x axis and the scale bar have to tell the same metres per pixel.
+  // The tick marks of the x axis and the scale bar have the same scale.
   std::vector<std::pair<double, double>> ticks;
   double bar_m = 0.0;
   double bar_px = 0.0;
@@ -255,15 +253,19 @@ TEST(TopView, DrawsScaleBarToScale) {
   EXPECT_NEAR(bar_px / bar_m, pixels_per_metre, 0.02);
 }
 
-TEST(TopView, ShowsNamesTracksFanAndHits) {
-  const std::string text = drawn(*test::full_record().top_view, PictureUse::inline_in_page);
-  for (const char* expected : {">ego<", ">car_1<", ">light<", "class=\"fan\"", "class=\"hits\"",
-                               "class=\"track track-ego\"", "y north"}) {
-    EXPECT_NE(text.find(expected), std::string::npos) << expected;
+TEST(TopView, ShowsNamesTracksFieldOfViewAndHits) {
+  for (const PictureWidth width : {PictureWidth::page, PictureWidth::phone}) {
+    Markup out;
+    draw_top_view(out, *test::full_record().top_view, PictureUse::inline_in_page, width);
+    const std::string text = out.take();
+    for (const char* expected : {">ego<", ">car_1<", ">car_2<", "class=\"fan\"", "class=\"hits\"",
+                                 "class=\"track track-ego\"", "y north"})
+      EXPECT_NE(text.find(expected), std::string::npos) << expected;
+    expect_text_inside(parse_strictly(text));
   }
 }
 
-TEST(TopView, BearsNothingAndNonsense) {
+TEST(TopView, DrawsEmptyAndInvalidContent) {
   EXPECT_NO_THROW(parse_strictly(drawn(TopView{}, PictureUse::inline_in_page)));
   TopView odd;
   odd.shapes = {{Layer::vehicle, "nowhere", {{not_known, 0}, {1, 1}, {2, HUGE_VAL}}},
@@ -294,10 +296,10 @@ void expect_box(const ViewBox& box, double x0, double y0, double x1, double y1) 
   EXPECT_NEAR(box.maximum.y_m, y1, 1e-9);
 }
 
-/// Takes every shape as it is.
+/// Permits every aspect ratio.
 constexpr AspectLimits any_aspect{0.0, 1e9};
 
-TEST(TopView, ShowsTheBoundingBoxOfTheBodiesWithAMargin) {
+TEST(TopView, WindowIsTheBoundingBoxOfTheBodiesWithAMargin) {
   TopView view;
   view.shapes = {{Layer::ground, "ground", square(0, 0, 500)},
                  {Layer::road, "road", square(0, 0, 300)},
@@ -308,32 +310,25 @@ TEST(TopView, ShowsTheBoundingBoxOfTheBodiesWithAMargin) {
   view.scan_points = {{900.0, 900.0, 0, 0, 0, 0, 0}};
   // The larger extent is 152 m, and 6 % of it 9.12 m.
   expect_box(window_of(view, any_aspect), -50 - 9.12, -30 - 9.12, 102 + 9.12, 22 + 9.12);
-}
 
-TEST(TopView, AMarginOfFourMetresAtLeast) {
-  TopView view;
-  view.shapes = {{Layer::ground, "ground", square(0, 0, 500)},
-                 {Layer::structure, "crate", square(100, 50, 1)}};
-  expect_box(window_of(view, any_aspect), 95, 45, 105, 55);
-}
+  TopView one_body;
+  one_body.shapes = {{Layer::ground, "ground", square(0, 0, 500)},
+                     {Layer::structure, "crate", square(100, 50, 1)}};
+  expect_box(window_of(one_body, any_aspect), 95, 45, 105, 55);  // the margin is at least 4 m
 
-TEST(TopView, WithoutBodiesEverythingCounts) {
-  TopView view;
-  view.shapes = {{Layer::ground, "ground", square(0, 0, 50)}};
-  view.scan_points = {{100.0, 0.0, 0, 0, 0, 0, 0}};
-  expect_box(window_of(view, any_aspect), -59, -59, 109, 59);
-}
+  TopView no_body;
+  no_body.shapes = {{Layer::ground, "ground", square(0, 0, 50)}};
+  no_body.scan_points = {{100.0, 0.0, 0, 0, 0, 0, 0}};
+  expect_box(window_of(no_body, any_aspect), -59, -59, 109, 59);  // everything counts
 
-TEST(TopView, IsGrownToTheAspectOfThePicture) {
-  TopView view;
-  view.shapes = {{Layer::vehicle, "a", square(0, 0, 1)}, {Layer::vehicle, "b", square(100, 0, 1)}};
-  const AspectLimits aspect{0.5, 1.0};
-  const ViewBox box = window_of(view, aspect);
+  TopView row;
+  row.shapes = {{Layer::vehicle, "a", square(0, 0, 1)}, {Layer::vehicle, "b", square(100, 0, 1)}};
+  const ViewBox box = window_of(row, {0.5, 1.0});  // extended to the aspect ratio
   EXPECT_NEAR((box.maximum.y_m - box.minimum.y_m) / (box.maximum.x_m - box.minimum.x_m), 0.5, 1e-9);
   EXPECT_NEAR(box.minimum.y_m, -box.maximum.y_m, 1e-9);
 }
 
-TEST(TopView, HasContentWhenThereIsSomethingFinite) {
+TEST(TopView, HasContentIfSomethingIsFinite) {
   TopView view;
   EXPECT_FALSE(has_content(view));
   view.shapes = {{Layer::ego, "", {}}, {Layer::pole, "", {{not_known, 0}}}};
@@ -342,18 +337,7 @@ TEST(TopView, HasContentWhenThereIsSomethingFinite) {
   EXPECT_TRUE(has_content(view));
 }
 
-TEST(TopView, TextOfThePhonesPictureStaysInside) {
-  Markup out;
-  draw_top_view(out, *test::full_record().top_view, PictureUse::inline_in_page, PictureWidth::phone);
-  const XmlElement svg = parse_strictly(out.take());
-  expect_text_inside(svg);
-  for (const char* name : {"ego", "car_1", "car_2"})
-    EXPECT_TRUE(std::ranges::any_of(svg.all("text"), [&](const XmlElement* text) {
-      return text->text == name;
-    })) << name;
-}
-
-TEST(TopView, NamesWithoutRoomAreHandedBack) {
+TEST(TopView, NamesWithoutSpaceAreReturned) {
   TopView crowded;
   for (int index = 0; index < 60; ++index) {
     crowded.shapes.push_back(
@@ -372,7 +356,7 @@ TEST(TopView, NamesWithoutRoomAreHandedBack) {
   EXPECT_EQ(shown + result.labels_without_space.size(), 60U);
 }
 
-TEST(PointPicture, ShowsItsDimensionsToOneScale) {
+TEST(PointPicture, ShowsItsDimensionsToScale) {
   const auto pictures = test::full_record().sections.at(0).pictures;
   const PictureFrame frame = common_frame(pictures);
   for (const Picture& picture : pictures) {
@@ -380,7 +364,7 @@ TEST(PointPicture, ShowsItsDimensionsToOneScale) {
     draw_point_picture(out, picture, frame, PictureUse::inline_in_page);
     const XmlElement svg = parse_strictly(out.take());
     expect_text_inside(svg);
-    // Dimension lines are as long, against each other, as the lengths they stand for.
+    // The dimension lines have the ratios of their lengths.
     std::vector<double> lengths;
     for (const XmlElement* line : svg.all("line")) {
       const double length = number(*line, "x2") - number(*line, "x1");
@@ -394,24 +378,17 @@ TEST(PointPicture, ShowsItsDimensionsToOneScale) {
   }
 }
 
-TEST(PointPicture, BearsNoPointsAndNoLengths) {
-  const std::vector<Picture> pictures{{.title = "empty", .caption = "", .entities = {}, .dimensions = {{}}}};
-  Markup out;
-  draw_point_picture(out, pictures.front(), common_frame(pictures), PictureUse::standalone_file);
-  const std::string text = out.take();
-  EXPECT_NO_THROW(parse_strictly(text));
-  EXPECT_NE(text.find("no point of the body was seen"), std::string::npos);
-  EXPECT_NE(text.find("not known"), std::string::npos);
-  EXPECT_EQ(text.find("nan"), std::string::npos);
-}
-
-TEST(PointPicture, BearsAnyNumberOfDimensions) {
+TEST(PointPicture, DrawsNoPointsAndAnyNumberOfDimensions) {
   for (std::size_t count = 0; count < 6; ++count) {
     const std::vector<Picture> pictures{
-        {.title = "t", .dimensions = std::vector<contribution::Dimension>(count, {"length", 2.0})}};
+        {.title = "t", .dimensions = std::vector<contribution::Dimension>(count, {"length", not_known})}};
     Markup out;
     draw_point_picture(out, pictures.front(), common_frame(pictures), PictureUse::standalone_file);
-    expect_text_inside(parse_strictly(out.take()));
+    const std::string text = out.take();
+    expect_text_inside(parse_strictly(text));
+    EXPECT_NE(text.find("no point of the body was seen"), std::string::npos);
+    EXPECT_EQ(text.find("not known") != std::string::npos, count > 0);
+    EXPECT_EQ(text.find("nan"), std::string::npos);
   }
 }
 

@@ -20,7 +20,7 @@ const XmlElement& case_named(const XmlElement& document, const std::string& name
   throw std::runtime_error("no test case " + name);
 }
 
-TEST(JunitXml, HasOneCasePerExpectationAndTwoForTheRun) {
+TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
   const XmlElement document = parse_strictly(junit_xml(test::full_record()));
   EXPECT_EQ(document.name, "testsuites");
   EXPECT_EQ(document.all("testcase").size(), 4U);
@@ -35,7 +35,7 @@ TEST(JunitXml, HasOneCasePerExpectationAndTwoForTheRun) {
   EXPECT_TRUE(case_named(document, "DUT answers within 50 ms").children.empty());
 }
 
-TEST(JunitXml, TellsMissesThatTheVerdictToleratesWithoutFailing) {
+TEST(JunitXml, ReportsPermittedMissesWithoutAFailure) {
   const XmlElement document = parse_strictly(junit_xml(test::full_record()));
   const XmlElement& timing = case_named(document, "timing not broken");
   ASSERT_EQ(timing.children.size(), 1U);
@@ -44,27 +44,27 @@ TEST(JunitXml, TellsMissesThatTheVerdictToleratesWithoutFailing) {
   EXPECT_NE(timing.children.at(0).text.find("tick 3117, late by 402 us: late wake-up"), std::string::npos);
 }
 
-TEST(JunitXml, EachCaseCarriesTheRunTimeAtWhichItWasDecided) {
+TEST(JunitXml, CasesHaveTheRunTimeOfTheirDecision) {
   RunRecord record;
   record.run_time_ns = 10'000'000'000;
   record.wall_ns = 10'021'000'000;
   Expectation failed{.name = "failed", .result = ExpectationResult::failed, .detail = {}};
   failed.first_failure_ns = 8'412'000'000;
-  Expectation met{.name = "met", .result = ExpectationResult::held, .detail = {}};
-  met.met_ns = 250'000'000;
+  Expectation early{.name = "early", .result = ExpectationResult::held, .detail = {}};
+  early.met_ns = 250'000'000;
   const Expectation held{.name = "held", .result = ExpectationResult::held, .detail = {}};
-  record.expectations = {failed, met, held};
+  record.expectations = {failed, early, held};
   const XmlElement document = parse_strictly(junit_xml(record));
   for (const auto& [name, time] : {std::pair{"failed", "8.412"},
-                                   {"met", "0.250"},
+                                   {"early", "0.250"},
                                    {"held", "10.000"},
                                    {"run completed", "10.000"},
                                    {"timing not broken", "10.000"}})
     EXPECT_EQ(case_named(document, name).attributes.at("time"), time) << name;
-  EXPECT_EQ(document.attributes.at("time"), "10.021") << "the suite's is the wall clock's";
+  EXPECT_EQ(document.attributes.at("time"), "10.021") << "the suite has the wall time";
 }
 
-TEST(JunitXml, CountsAndNodesAgreeForEveryVerdict) {
+TEST(JunitXml, CountsAndElementsAgreeForEveryVerdict) {
   for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
                                 Verdict::gpu_failed, Verdict::interrupted, Verdict::refused}) {
     RunRecord record = test::full_record();
@@ -93,15 +93,6 @@ TEST(JunitXml, EscapesAnyBytes) {
     EXPECT_EQ(cases.at(index)->children.at(0).text,
               clean_text(record.expectations.at(index).detail + "\nevaluated on 0 of 0 ticks"));
   }
-}
-
-TEST(StrictXml, RefusesBrokenDocuments) {
-  for (const char* broken :
-       {"", "<a>", "<a></b>", "<a><b></a></b>", "<a b=c/>", "<a b=\"<\"/>", "<a>&nbsp;</a>", "<a>&</a>",
-        "<a b=\"1\" b=\"2\"/>", "<a/><b/>", "<a b=\"1\"c=\"2\"/>", "<a>\x01</a>", "<1/>"}) {
-    EXPECT_THROW(parse_strictly(broken), std::runtime_error) << broken;
-  }
-  EXPECT_EQ(parse_strictly("<a b=\"&lt;\">x<c/>y</a>").text, "xy");
 }
 
 }  // namespace

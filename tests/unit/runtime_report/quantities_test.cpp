@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t smallest = std::numeric_limits<std::int64_t>::min();
 constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max();
 
-TEST(MeasuredTime, ShowsThreeDigitsAndTheUnitThatSuits) {
+TEST(MeasuredTime, HasThreeDigitsAndASuitableUnit) {
   EXPECT_EQ(measured_time(0), "0");
   EXPECT_EQ(measured_time(1), "1 ns");
   EXPECT_EQ(measured_time(999), "999 ns");
@@ -24,7 +24,7 @@ TEST(MeasuredTime, ShowsThreeDigitsAndTheUnitThatSuits) {
   EXPECT_EQ(measured_time(4'000'000'000'000), "4\u202F000 s");
 }
 
-TEST(MeasuredTime, RoundsOverToTheNextForm) {
+TEST(MeasuredTime, RoundsToTheNextUnit) {
   EXPECT_EQ(measured_time(9'994), "9.99 µs");
   EXPECT_EQ(measured_time(9'995), "10.0 µs");
   EXPECT_EQ(measured_time(99'950), "100 µs");
@@ -33,13 +33,13 @@ TEST(MeasuredTime, RoundsOverToTheNextForm) {
   EXPECT_EQ(measured_time(999'999'999), "1.00 s");
 }
 
-TEST(MeasuredTime, ShowsNegativesAndTheExtremes) {
+TEST(MeasuredTime, HasASignAndALargeRange) {
   EXPECT_EQ(measured_time(-402'113), "\u2212402 µs");
   EXPECT_EQ(measured_time(smallest), "\u22129\u202F223\u202F372\u202F037 s");
   EXPECT_EQ(measured_time(largest), "9\u202F223\u202F372\u202F037 s");
 }
 
-TEST(ChosenTime, ShowsAllDigitsAndNoMore) {
+TEST(ChosenTime, HasAllDigits) {
   EXPECT_EQ(chosen_time(0), "0");
   EXPECT_EQ(chosen_time(8'000'000), "8 ms");
   EXPECT_EQ(chosen_time(1'500'000), "1.5 ms");
@@ -83,7 +83,7 @@ TEST(Numbers, AreShortAndNeverNan) {
   }
 }
 
-TEST(BytesText, ShowsThreeDigits) {
+TEST(BytesText, HasThreeDigits) {
   EXPECT_EQ(bytes_text(0), "0 B");
   EXPECT_EQ(bytes_text(999), "999 B");
   EXPECT_EQ(bytes_text(1'000), "1.00 kB");
@@ -95,7 +95,7 @@ TEST(BytesText, ShowsThreeDigits) {
   EXPECT_EQ(bytes_text(~std::uint64_t{0}), "18.4 EB");
 }
 
-TEST(ToAscii, SpellsEverySignOfOurs) {
+TEST(ToAscii, ReplacesEverySpecialCharacter) {
   EXPECT_EQ(to_ascii(measured_time(-402'113)), "-402 us");
   EXPECT_EQ(to_ascii(count_text(12'345'678)), "12345678");
   EXPECT_EQ(to_ascii(dash), "-");

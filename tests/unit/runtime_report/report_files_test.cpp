@@ -2,14 +2,13 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include <fstream>
-#include <iterator>
 #include <set>
 
 #include "sample_record.hpp"
 #include "strict_xml.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace hil::report {
 namespace {
@@ -18,24 +17,13 @@ namespace fs = std::filesystem;
 
 class ReportFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() /
-                 ("hil-report-" + std::string(test->name()) + '-' + std::to_string(::getpid()));
-    fs::remove_all(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
+  std::string content(const std::string& name) const { return folder_.read(name); }
 
-  std::string content(const fs::path& name) const {
-    std::ifstream in(directory_ / name, std::ios::binary);
-    EXPECT_TRUE(in.is_open()) << name;
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-
-  fs::path directory_;
+  const tests::TestFolder folder_;
+  const fs::path directory_ = folder_.path();
 };
 
-TEST_F(ReportFiles, WritesAllOfThemAndNoHalves) {
+TEST_F(ReportFiles, AreAllWrittenCompletely) {
   write_report(test::full_record(), directory_ / "deep" / "er");
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(directory_ / "deep" / "er")) {
@@ -49,7 +37,7 @@ TEST_F(ReportFiles, WritesAllOfThemAndNoHalves) {
             "http://www.w3.org/2000/svg");
 }
 
-TEST_F(ReportFiles, MakesTheSamePageAgainFromItsJson) {
+TEST_F(ReportFiles, AreRemadeFromTheJson) {
   write_report(test::full_record(), directory_);
   const std::string page = content("report.html");
   const std::string json = content("report.json");
@@ -57,25 +45,24 @@ TEST_F(ReportFiles, MakesTheSamePageAgainFromItsJson) {
   remake_report(load_report(directory_), directory_);
   EXPECT_EQ(content("report.json"), json);
   const std::string again = content("report.html");
-  // Points are rounded when they are written, which may move a dot by less than the width of a line.
+  // Written points are rounded, so the pictures may differ by less than the width of a line.
   EXPECT_EQ(test::parse_strictly(again).whole_text(), test::parse_strictly(page).whole_text());
   remake_report(load_report(directory_), directory_);
   EXPECT_EQ(content("report.html"), again);
 }
 
-TEST_F(ReportFiles, AnEmptyRunHasNoPictures) {
+TEST_F(ReportFiles, OfAnEmptyRunHaveNoPictures) {
   write_report(RunRecord{}, directory_);
   EXPECT_FALSE(fs::exists(directory_ / "pictures"));
   EXPECT_TRUE(fs::exists(directory_ / "report.html"));
 }
 
-TEST_F(ReportFiles, WritesTheTrace) {
+TEST_F(ReportFiles, IncludeTheTrace) {
   write_trace({"hil", {{"base"}}, {{0, 1, 2, 3, ""}}, {}}, directory_);
   EXPECT_EQ(nlohmann::json::parse(content("trace.json")).at("traceEvents").size(), 4U);
 }
 
-TEST_F(ReportFiles, RefusalsNameThePath) {
-  fs::create_directories(directory_);
+TEST_F(ReportFiles, ErrorsNameThePath) {
   const auto message = [](auto action) -> std::string {
     try {
       action();
@@ -101,13 +88,13 @@ TEST_F(ReportFiles, RefusalsNameThePath) {
             std::string::npos);
 }
 
-TEST_F(ReportFiles, AFullDiskIsToldNotSwallowed) {
+TEST_F(ReportFiles, OnAFullDiskAreAnError) {
   if (!fs::exists("/dev/full")) FAIL() << "this machine has no /dev/full";
-  fs::create_directories(directory_);
   fs::create_symlink("/dev/full", directory_ / "report.json.part");
   EXPECT_THROW(write_report(test::full_record(), directory_), ReportError);
   EXPECT_FALSE(fs::exists(directory_ / "report.json"));
-  EXPECT_FALSE(fs::is_symlink(directory_ / "report.json.part")) << "it would take room from the others";
+  EXPECT_FALSE(fs::is_symlink(directory_ / "report.json.part"))
+      << "it would use space that the other files need";
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ namespace {
 using test::parse_strictly;
 using test::XmlElement;
 
-/// Puts `text` into every text of a record, wherever it is.
+/// Replaces every text of a record by `text`.
 struct FillText {
   std::string text;
   void operator()(const char*, std::string& member) const { member = text; }
@@ -39,7 +39,7 @@ struct FillText {
   }
 };
 
-/// Only elements and attributes that can neither fetch nor run anything.
+/// The page has only elements and attributes that neither load nor execute anything.
 void expect_self_contained(const std::string& html) {
   static const std::set<std::string> elements{
       "html",       "head", "meta",  "title", "style", "body", "main", "header",  "section",
@@ -71,7 +71,7 @@ void expect_self_contained(const std::string& html) {
   }
 }
 
-/// Elements whose self-closed form a browser takes for an opening tag.
+/// A browser reads other self-closed elements as opening tags.
 void expect_html_reads_it_alike(const std::string& html) {
   static const std::set<std::string> may_be_empty{"meta", "br", "line", "path", "rect"};
   for (std::size_t at = html.find("/>"); at != std::string::npos; at = html.find("/>", at + 1)) {
@@ -90,7 +90,7 @@ TEST(ReportHtml, IsWellFormedAndSelfContained) {
   }
 }
 
-TEST(ReportHtml, SaysWhatTheRecordHolds) {
+TEST(ReportHtml, ShowsTheContentOfTheRecord) {
   const std::string text = parse_strictly(report_html(test::full_record())).whole_text();
   for (const char* expected : {"Failed",
                                "1 of 2 expectations did not hold: no collision.",
@@ -131,7 +131,7 @@ TEST(ReportHtml, SaysWhatTheRecordHolds) {
   }
 }
 
-TEST(ReportHtml, EveryTaskHasItsRowAndItsHistograms) {
+TEST(ReportHtml, HasARowAndHistogramsForEachTask) {
   const RunRecord record = test::full_record();
   const XmlElement page = parse_strictly(report_html(record));
   for (const Task& task : record.tasks) {
@@ -153,7 +153,7 @@ TEST(ReportHtml, EveryTaskHasItsRowAndItsHistograms) {
             6);
 }
 
-TEST(ReportHtml, RowsHaveAsManyCellsAsTheirTableHasColumns) {
+TEST(ReportHtml, RowsHaveACellForEachColumn) {
   const XmlElement page = parse_strictly(report_html(test::full_record()));
   for (const XmlElement* table : page.all("table")) {
     std::size_t columns = 0;
@@ -167,12 +167,12 @@ TEST(ReportHtml, RowsHaveAsManyCellsAsTheirTableHasColumns) {
   }
 }
 
-TEST(ReportHtml, BearsHostileTextEverywhere) {
+TEST(ReportHtml, EscapesHostileTextEverywhere) {
   RunRecord record = test::full_record();
   record.sections.at(0).pictures.resize(1);
   for (const std::string& text : test::hostile_texts()) {
     each_field(record, FillText{text});
-    ASSERT_EQ(record.tasks.at(0).misses.at(0).cause, text) << "the filler reaches nested records";
+    ASSERT_EQ(record.tasks.at(0).misses.at(0).cause, text) << "nested records are filled";
     ASSERT_EQ(record.top_view->shapes.at(0).label, text);
     const std::string html = report_html(record);
     expect_self_contained(html);
@@ -181,7 +181,7 @@ TEST(ReportHtml, BearsHostileTextEverywhere) {
   }
 }
 
-TEST(ReportHtml, EveryVerdictHasItsTone) {
+TEST(ReportHtml, VerdictHasItsColour) {
   for (const auto& [verdict, tone] : {std::pair{Verdict::passed, "verdict good"},
                                       {Verdict::failed, "verdict bad"},
                                       {Verdict::interrupted, "verdict warn"},
@@ -194,7 +194,7 @@ TEST(ReportHtml, EveryVerdictHasItsTone) {
   }
 }
 
-TEST(ReportHtml, AnInterruptedRunSaysHowFarItCame) {
+TEST(ReportHtml, InterruptedRunShowsItsProgress) {
   RunRecord record;
   record.verdict = Verdict::interrupted;
   record.ticks = 2'400;  // and 100 skipped: the run still covers 2.5 s
@@ -209,7 +209,7 @@ TEST(ReportHtml, AnInterruptedRunSaysHowFarItCame) {
   EXPECT_NE(report_html(record).find("100 of 2\u202F500 ticks skipped (4.0 %)"), std::string::npos);
 }
 
-TEST(ReportHtml, MoreMissesThanItListsOrKnowsAreTold) {
+TEST(ReportHtml, MissesThatAreNotListedAreCounted) {
   RunRecord record;
   Task task;
   task.name = "late";
@@ -249,7 +249,7 @@ std::string phone_block() {
   return css.substr(begin, css.find("\n}\n", begin) - begin);
 }
 
-TEST(ReportHtml, NoColumnIsNarrowerThanItsWords) {
+TEST(ReportHtml, ColumnsAreAsWideAsTheirWords) {
   // `anywhere` makes a single letter the least width of a column; `break-word` makes it the longest word.
   for (const auto& [selectors, declarations] : rules_of(std::string(page_style()))) {
     const bool of_cells =
@@ -267,7 +267,7 @@ TEST(ReportHtml, NoColumnIsNarrowerThanItsWords) {
   }
 }
 
-TEST(ReportHtml, OnAPhoneEachCellStandsInALineWithItsTitle) {
+TEST(ReportHtml, CellsOnAPhoneHaveALineWithTheirTitle) {
   const XmlElement page = parse_strictly(report_html(test::full_record()));
   ASSERT_FALSE(page.all("td").empty());
   for (const XmlElement* cell : page.all("td")) {
@@ -277,7 +277,7 @@ TEST(ReportHtml, OnAPhoneEachCellStandsInALineWithItsTitle) {
   const std::string phone = phone_block();
   EXPECT_NE(phone.find("td::before{content:attr(data-label)"), std::string::npos);
   EXPECT_NE(phone.find("table,tbody,tr{display:block}"), std::string::npos);
-  // What gives a cell a width of its own on a wide page gives it none here.
+  // Rules for the width of cells on a wide page are reset.
   const std::size_t end = phone.find("{display:grid");
   const std::string reset =
       "," + phone.substr(phone.rfind('\n', end) + 1, end - phone.rfind('\n', end) - 1) + ",";
@@ -293,7 +293,7 @@ TEST(ReportHtml, OnAPhoneEachCellStandsInALineWithItsTitle) {
   }
 }
 
-TEST(ReportHtml, APhoneGetsATopViewOfItsOwn) {
+TEST(ReportHtml, TopViewOnAPhoneIsNarrower) {
   const XmlElement page = parse_strictly(report_html(test::full_record()));
   std::size_t on_page = 0;
   std::size_t on_phone = 0;
@@ -314,7 +314,7 @@ TEST(ReportHtml, APhoneGetsATopViewOfItsOwn) {
   EXPECT_NE(phone_block().find(".on-phone{display:block}"), std::string::npos);
 }
 
-TEST(ReportHtml, AScenarioWithoutAWorldHasNoPictureOfIt) {
+TEST(ReportHtml, TopViewNeedsAWorld) {
   RunRecord record;
   EXPECT_EQ(report_html(record).find("The world from above"), std::string::npos);
   record.top_view.emplace();

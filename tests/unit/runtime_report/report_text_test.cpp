@@ -15,7 +15,7 @@ LiveStatus some_status() {
   return {3'000'000'000, 10'000'000'000, 999.6, 2, 412'345, {{"car", 0.124}, {"body", not_known}}};
 }
 
-TEST(LiveLine, ShowsTimeRateMissesSlackAndBusLoad) {
+TEST(LiveLine, HasTimeRateMissesSlackAndBusLoad) {
   EXPECT_EQ(live_line(some_status(), 200),
             "   3.0 s / 10 s   1000 ticks/s  misses 2  slack >= 412 us  car 12 %  body -");
 }
@@ -27,7 +27,7 @@ TEST(LiveLine, IsNeverWiderThanTheTerminal) {
   EXPECT_EQ(live_line(some_status(), 20), "   3.0 s / 10 s");
 }
 
-TEST(LiveLine, BearsUnknownsAndHostileNames) {
+TEST(LiveLine, AcceptsUnknownValuesAndHostileNames) {
   LiveStatus status;
   status.tick_rate_hz = not_known;
   EXPECT_EQ(live_line(status, 80), "   0.0 s      - ticks/s  misses 0  slack -");
@@ -37,11 +37,11 @@ TEST(LiveLine, BearsUnknownsAndHostileNames) {
   EXPECT_TRUE(std::ranges::none_of(line, [](char c) { return static_cast<unsigned char>(c) < 0x20U; }));
 }
 
-TEST(ReportText, SaysVerdictReasonsMissesAndPlace) {
+TEST(ReportText, HasVerdictReasonsMissesAndFolder) {
   const std::string text = report_text(test::full_record(), "out/run-1");
   EXPECT_TRUE(text.starts_with("Failed: 1 of 2 expectations did not hold: no collision.\n"));
   EXPECT_NE(text.find("  failed: no collision at 8.412 s: collision.ego was 1\n"), std::string::npos);
-  EXPECT_EQ(text.find("DUT answers"), std::string::npos) << "what held is not listed";
+  EXPECT_EQ(text.find("DUT answers"), std::string::npos) << "held expectations are not listed";
   EXPECT_NE(
       text.find(
           "  traffic: 2 of 9900 runs missed the deadline (late wake-up 1, own work 1; latest by 402 us)\n"),
@@ -54,7 +54,7 @@ TEST(ReportText, SaysVerdictReasonsMissesAndPlace) {
   EXPECT_TRUE(text.ends_with("  9980 ticks in 10.0 s, report in out/run-1\n"));
 }
 
-TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
+TEST(ReportText, ReportsWhatABusDidNotSendOrLog) {
   const std::string text = report_text(test::full_record(), "d");
   for (const char* line :
        {"  can.car: 5 output values beyond the range of the signal: its limit was sent instead\n",
@@ -64,11 +64,11 @@ TEST(ReportText, SaysWhatABusDidNotSendOrLog) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   EXPECT_EQ(text.find("fault injection"), std::string::npos) << "the scenario requests it";
   RunRecord sound;
-  sound.can = {{"car", "virtual", 1, 1, 2, 3, 4, 5, 6, 7, 0.5}};
+  sound.buses = {test::can_group({{"car", "virtual", 1, 1, 2, 3, 4, 5, 6, 7, 0.5}})};
   EXPECT_EQ(report_text(sound, "d").find("can.car"), std::string::npos);
 }
 
-TEST(ReportText, SaysWhatAModbusUnitDidNotTakeOrGive) {
+TEST(ReportText, ReportsProblemsOfModbusUnits) {
   const std::string text = report_text(test::full_record(), "d");
   const std::string plc = "  modbus.plc at 127.0.0.1:40213: ";
   for (const std::string& line :
@@ -91,12 +91,13 @@ TEST(ReportText, SaysWhatAModbusUnitDidNotTakeOrGive) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   EXPECT_EQ(text.find("an invalid reply"), std::string::npos) << "all three errors are exceptions";
   RunRecord sound;
-  sound.modbus.resize(1);
-  sound.modbus[0].device = "plc";
+  buses::modbus::UnitFacts plc_without_faults;
+  plc_without_faults.device = "plc";
+  sound.buses = {test::modbus_group({plc_without_faults})};
   EXPECT_EQ(report_text(sound, "d").find("modbus.plc"), std::string::npos);
 }
 
-TEST(ReportText, EveryVerdictHasASentence) {
+TEST(ReportText, HasASentenceForEveryVerdict) {
   for (const Verdict verdict : {Verdict::passed, Verdict::failed, Verdict::timing_broken, Verdict::io_failed,
                                 Verdict::gpu_failed, Verdict::interrupted, Verdict::refused}) {
     RunRecord record;
@@ -108,7 +109,7 @@ TEST(ReportText, EveryVerdictHasASentence) {
   }
 }
 
-TEST(ReportText, MissesWithoutDetailsAreStillTold) {
+TEST(ReportText, ReportsMissesWithoutDetails) {
   RunRecord record;
   record.tasks.resize(1);
   record.tasks[0].name = "detectors";
@@ -118,7 +119,7 @@ TEST(ReportText, MissesWithoutDetailsAreStillTold) {
             std::string::npos);
 }
 
-TEST(ReportText, TotalsAreRightHoweverFewMissesAreListed) {
+TEST(ReportText, TotalsIncludeMissesThatAreNotListed) {
   RunRecord record;
   record.tasks.resize(1);
   record.tasks[0].name = "slow";

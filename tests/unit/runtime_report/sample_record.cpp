@@ -1,11 +1,7 @@
 #include "sample_record.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <random>
 
 namespace hil::report::test {
 namespace {
@@ -13,8 +9,8 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::int64_t millisecond = 1'000'000;
 
-Quantiles spread(std::uint64_t samples, std::int64_t p50, std::int64_t p99, std::int64_t p999,
-                 std::int64_t max) {
+Quantiles quantiles(std::uint64_t samples, std::int64_t p50, std::int64_t p99, std::int64_t p999,
+                    std::int64_t max) {
   return {samples, p50, p99, p999, max};
 }
 
@@ -29,32 +25,27 @@ Task task(const char* name, double rate_hz, std::int64_t deadline_ns, std::int64
   return task;
 }
 
-/// The histogram's own quantiles, by the upper edges of its bins.
-Quantiles spread_of_bins(const Histogram& histogram) {
-  Quantiles spread;
-  for (const Bin& bin : histogram)
-    spread.samples += bin.count;
-  const auto at_share = [&](double share) {
-    double seen = 0.0;
-    for (const Bin& bin : histogram) {
-      seen += static_cast<double>(bin.count);
-      if (seen >= share * static_cast<double>(spread.samples)) return bin.last_ns;
-    }
-    return std::int64_t{0};
-  };
-  spread.p50 = at_share(0.5);
-  spread.p99 = at_share(0.99);
-  spread.p999 = at_share(0.999);
-  spread.max = at_share(1.0);
-  return spread;
+/// `count` samples around `middle_ns` with a long tail.
+Histogram tailed_histogram(std::int64_t middle_ns, std::uint64_t count) {
+  const std::uint64_t tail = count / 100;
+  return {{middle_ns / 2, middle_ns - 1, count / 2},
+          {middle_ns, 2 * middle_ns - 1, count - count / 2 - tail},
+          {8 * middle_ns, 16 * middle_ns - 1, tail}};
+}
+
+/// The quantiles of such a histogram, by the upper edges of its bins.
+Quantiles quantiles_of_tailed(const Histogram& histogram) {
+  if (histogram.empty()) return {};
+  return {histogram[0].count + histogram[1].count + histogram[2].count, histogram[0].last_ns,
+          histogram[1].last_ns, histogram[2].last_ns, histogram[2].last_ns};
 }
 
 void measure(Task& task, const TaskHistograms& histograms) {
   task.histograms = histograms;
-  task.wake_latency_ns = spread_of_bins(histograms.wake_latency_ns);
-  task.wall_ns = spread_of_bins(histograms.wall_ns);
-  task.cpu_ns = spread_of_bins(histograms.cpu_ns);
-  task.blocked_ns = spread_of_bins(histograms.blocked_ns);
+  task.wake_latency_ns = quantiles_of_tailed(histograms.wake_latency_ns);
+  task.wall_ns = quantiles_of_tailed(histograms.wall_ns);
+  task.cpu_ns = quantiles_of_tailed(histograms.cpu_ns);
+  task.blocked_ns = quantiles_of_tailed(histograms.blocked_ns);
 }
 
 std::vector<Task> tasks() {
@@ -67,10 +58,9 @@ std::vector<Task> tasks() {
   traffic.over_budget = 3;
   traffic.without_answer = 6;
   traffic.slack_ns = {9'900, -402'113, 951'000};
-  measure(traffic, {tailed_histogram(6'000, 9'900, 1),
-                    tailed_histogram(41'000, 9'900, 2),
-                    tailed_histogram(39'000, 9'900, 3),
-                    {}});
+  measure(
+      traffic,
+      {tailed_histogram(6'000, 9'900), tailed_histogram(41'000, 9'900), tailed_histogram(39'000, 9'900), {}});
   traffic.warmup_problems = 4;
   traffic.misses_by_cause = {{"late wake-up", 1}, {"own work", 1}};
   traffic.worst_lateness_ns = 402'113;
@@ -82,10 +72,10 @@ std::vector<Task> tasks() {
   scanner.warmup_runs = 10;
   scanner.deadline_misses = 1;
   scanner.page_faults = 4;
-  scanner.gpu_ns = spread(990, 4'510'000, 7'010'000, 8'600'000, 9'800'000);
+  scanner.gpu_ns = quantiles(990, 4'510'000, 7'010'000, 8'600'000, 9'800'000);
   scanner.slack_ns = {990, -870'000, 4'760'000};
-  measure(scanner, {tailed_histogram(9'800, 990, 4), tailed_histogram(5'200'000, 990, 5),
-                    tailed_histogram(310'000, 990, 6), tailed_histogram(4'800'000, 990, 7)});
+  measure(scanner, {tailed_histogram(9'800, 990), tailed_histogram(5'200'000, 990),
+                    tailed_histogram(310'000, 990), tailed_histogram(4'800'000, 990)});
   scanner.misses_by_cause = {{"database", 1}};
   scanner.worst_lateness_ns = 870'000;
   scanner.misses = {{4'200, "database", 870'000}};
@@ -94,7 +84,7 @@ std::vector<Task> tasks() {
   detectors.runs = 495;
   detectors.warmup_runs = 5;
   detectors.slack_ns = {495, 18'700'000, 19'350'000};
-  measure(detectors, {tailed_histogram(6'400, 495, 8), tailed_histogram(640'000, 495, 9), {}, {}});
+  measure(detectors, {tailed_histogram(6'400, 495), tailed_histogram(640'000, 495), {}, {}});
   return {traffic, scanner, detectors};
 }
 
@@ -147,93 +137,52 @@ TopView crossing() {
   return view;
 }
 
-/// The first meeting of a ray from the origin with an upright box at one instant, or infinity.
-double range_to_box(double azimuth, double elevation, PointM minimum, PointM maximum, double low_m,
-                    double high_m) {
-  const std::array direction{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                             std::sin(elevation)};
-  const std::array near{minimum.x_m, minimum.y_m, low_m};
-  const std::array far{maximum.x_m, maximum.y_m, high_m};
-  double enter = 0.0;
-  double leave = 1e9;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double a = near[axis] / direction[axis];
-    const double b = far[axis] / direction[axis];
-    enter = std::max(enter, std::min(a, b));
-    leave = std::min(leave, std::max(a, b));
-  }
-  return enter <= leave ? enter : std::numeric_limits<double>::infinity();
-}
-
-/// A scanner 1.2 m above the ground looks along +x and turns from left to right in one second.
-Picture scan_of_car(const char* title, const char* caption, double speed_mps) {
-  constexpr int columns = 700;
-  Picture picture{.title = title,
-                  .caption = caption,
-                  .entities = {"ground", "car_1", "house"},
-                  .subject = 1,
-                  .right = {0.0, -1.0},
-                  .outline_length_m = 4.5,
-                  .dimensions = {},
-                  .points = {}};
-  double lowest = 1e9;
-  double highest = -1e9;
-  for (int column = 0; column < columns; ++column) {
-    const double time_s = static_cast<double>(column) / columns;
-    const double azimuth = (70.0 - 140.0 * time_s) * degree;
-    const double middle = speed_mps * (time_s - 0.5);
-    for (int row = 0; row < 60; ++row) {
-      const double elevation = (-4.5 + 0.1 * row) * degree;
-      const double body =
-          range_to_box(azimuth, elevation, {14.0, middle - 2.25}, {15.8, middle + 2.25}, -0.9, -0.3);
-      const double cabin =
-          range_to_box(azimuth, elevation, {14.2, middle - 1.3}, {15.6, middle + 0.9}, -0.3, 0.35);
-      const double wall = range_to_box(azimuth, elevation, {26.0, -30.0}, {27.0, 30.0}, -1.2, 9.0);
-      const double range = std::min({body, cabin, wall});
-      if (!std::isfinite(range)) continue;
-      if (range == wall && column % 4 != 0) continue;
-      const double y_m = range * std::cos(elevation) * std::sin(azimuth);
-      picture.points.push_back({range * std::cos(elevation) * std::cos(azimuth), y_m,
-                                1.2 + range * std::sin(elevation), azimuth, elevation, range,
-                                range == wall ? 2U : 1U});
-      if (range == wall) continue;
-      lowest = std::min(lowest, y_m);
-      highest = std::max(highest, y_m);
+/// The side of a car, `measured_m` long, in front of a wall, seen by a scanner 1.2 m above the ground.
+Picture scan_of_car(const char* title, const char* caption, double measured_m) {
+  Picture picture{
+      .title = title,
+      .caption = caption,
+      .entities = {"ground", "car_1", "house"},
+      .subject = 1,
+      .right = {0.0, -1.0},
+      .outline_length_m = 4.5,
+      .dimensions = {{"measured", measured_m}, {"closed form", measured_m + 0.021}, {"true length", 4.5}},
+      .points = {}};
+  const auto add = [&](double x_m, double y_m, double z_m, std::uint32_t entity) {
+    picture.points.push_back({x_m, y_m, z_m, std::atan2(y_m, x_m), std::atan2(z_m - 1.2, x_m),
+                              std::hypot(x_m, y_m, z_m - 1.2), entity});
+  };
+  for (int column = 0; column <= 100; ++column) {
+    for (int row = 0; row < 12; ++row) {
+      add(14.0, (0.5 - 0.01 * column) * measured_m, 0.3 + 0.1 * row, 1U);
+      add(26.0, 30.0 - 0.6 * column, 0.7 * row, 2U);
     }
   }
-  const double measured_m = highest - lowest;
-  picture.dimensions = {{"measured", measured_m}, {"closed form", measured_m + 0.021}, {"true length", 4.5}};
   return picture;
 }
 
 ResponseTime response() {
   ResponseTime response{"DUT answers within 50 ms", 50 * millisecond, {}, 0};
-  std::mt19937 random(11);
-  std::gamma_distribution<double> delay(6.0, 2.1e6);
   for (int sample = 0; sample < 400; ++sample)
-    response.samples_ns.push_back(static_cast<std::int64_t>(4e6 + delay(random)));
+    response.samples_ns.push_back(4 * millisecond + sample * sample * 230);
   return response;
 }
 
 }  // namespace
 
-Histogram tailed_histogram(std::int64_t middle_ns, std::uint64_t count, std::uint32_t seed) {
-  std::mt19937 random(seed);
-  std::lognormal_distribution<double> value(std::log(static_cast<double>(middle_ns)), 0.35);
-  std::uniform_real_distribution<double> chance(0.0, 1.0);
-  std::map<long, std::uint64_t> bins;
-  for (std::uint64_t sample = 0; sample < count; ++sample) {
-    const double tail = chance(random) < 0.004 ? std::exp(4.0 * chance(random)) : 1.0;
-    ++bins[std::lround(std::floor(std::log2(value(random) * tail) * 8.0))];
-  }
-  Histogram histogram;
-  for (const auto& [index, bin_count] : bins) {
-    const auto edge = [](long at) {
-      return static_cast<std::int64_t>(std::ceil(std::exp2(static_cast<double>(at) / 8.0)));
-    };
-    histogram.push_back({edge(index), edge(index + 1) - 1, bin_count});
-  }
-  return histogram;
+BusGroup can_group(const std::vector<buses::can::CanFacts>& all) {
+  BusGroup group{.section = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
+  for (const buses::can::CanFacts& facts : all)
+    group.buses.push_back(to_record(facts));
+  return group;
+}
+
+BusGroup modbus_group(const std::vector<buses::modbus::UnitFacts>& all) {
+  BusGroup group{
+      .section = "modbus", .title = "Modbus", .name_key = "device", .columns = buses::modbus::unit_columns()};
+  for (const buses::modbus::UnitFacts& facts : all)
+    group.buses.push_back(to_record(facts));
+  return group;
 }
 
 RunRecord full_record() {
@@ -265,10 +214,11 @@ RunRecord full_record() {
        "Memory could not be locked: RLIMIT_MEMLOCK is 8 MiB."}};
   record.gpu = {"llvmpipe (LLVM 15.0.6, 256 bits)", "Mesa 22.3.6", "Vulkan 1.3.230"};
   record.tasks = tasks();
-  record.base_stages = {{"latch inputs", 24 * millisecond, spread(10'000, 2'300, 4'000, 9'000, 21'000)},
-                        {"tasks", 770 * millisecond, spread(10'000, 71'000, 160'000, 700'000, 1'300'000)},
-                        {"release outputs", 31 * millisecond, spread(10'000, 2'900, 6'000, 11'000, 30'000)},
-                        {"idle", 9'175 * millisecond, spread(10'000, 921'000, 975'000, 980'000, 981'000)}};
+  record.base_stages = {
+      {"latch inputs", 24 * millisecond, quantiles(10'000, 2'300, 4'000, 9'000, 21'000)},
+      {"tasks", 770 * millisecond, quantiles(10'000, 71'000, 160'000, 700'000, 1'300'000)},
+      {"release outputs", 31 * millisecond, quantiles(10'000, 2'900, 6'000, 11'000, 30'000)},
+      {"idle", 9'175 * millisecond, quantiles(10'000, 921'000, 975'000, 980'000, 981'000)}};
   record.watchdog = {{7'041 * millisecond, "no tick for 20 ms; outputs set to their safe values"}};
   record.watchdog_not_listed = 3;
   record.transactions = {12'345, 12'340, 2, 1, 1, 0, 0, 1, 0, 0, 0, 2};
@@ -285,32 +235,32 @@ RunRecord full_record() {
       4'158'976, 221,         2,          1,
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
-  record.can = {{"car",
-                 "virtual",
-                 1'000,
-                 3'021,
-                 0,
-                 0,
-                 0,
-                 2,
-                 1,
-                 0,
-                 0.124,
-                 0.31,
-                 1,
-                 "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
-                 3,
-                 5,
-                 7,
-                 11,
-                 13,
-                 17,
-                 19,
-                 23,
-                 29,
-                 1'031,
-                 {{"BrakeCommand", 37, 41}}}};
-  ModbusUnit plc;
+  const buses::can::CanFacts car{"car",
+                                 "virtual",
+                                 1'000,
+                                 3'021,
+                                 0,
+                                 0,
+                                 0,
+                                 2,
+                                 1,
+                                 0,
+                                 0.124,
+                                 0.31,
+                                 1,
+                                 "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
+                                 3,
+                                 5,
+                                 7,
+                                 11,
+                                 13,
+                                 17,
+                                 19,
+                                 23,
+                                 29,
+                                 1'031,
+                                 {{"BrakeCommand", 37, 41}}};
+  buses::modbus::UnitFacts plc;
   plc.device = "plc at 127.0.0.1:40213";
   plc.role = "client";
   plc.requests = 400;
@@ -325,7 +275,7 @@ RunRecord full_record() {
   plc.not_a_number_inputs = 7;
   plc.superseded = 8;
   plc.stale = 9;
-  ModbusUnit panel;
+  buses::modbus::UnitFacts panel;
   panel.device = "panel";
   panel.role = "server";
   panel.requests = 90;
@@ -336,7 +286,7 @@ RunRecord full_record() {
   panel.refused_connections = 10;
   panel.replaced_connections = 11;
   panel.dropped_connections = 12;
-  record.modbus = {plc, panel};
+  record.buses = {can_group({car}), modbus_group({plc, panel})};
   record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
                        "signal 11 (SIGSEGV)", 6'210 * millisecond},
                       {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exit code 0", std::nullopt}};
@@ -360,12 +310,9 @@ RunRecord full_record() {
       {.name = "scan",
        .title = "What the scanner sees of a moving car",
        .text = "Each beam has its own instant.",
-       .pictures = {scan_of_car("Motion ignored",
-                                "Every beam meets the car where it stood at the middle of the scan.", 0.0),
-                    scan_of_car("With the scan", "The car drives to the right, as the beam turns: elongated.",
-                                -9.0),
-                    scan_of_car("Against the scan",
-                                "The car drives to the left, toward the turning beam: compressed.", 9.0)},
+       .pictures = {scan_of_car("Motion ignored", "The car as it is in the middle of the scan.", 4.487),
+                    scan_of_car("With the scan", "The car drives with the beam: elongated.", 5.9),
+                    scan_of_car("Against the scan", "The car drives against the beam: compressed.", 3.6)},
        .tables = {{.columns = {{.title = "Case"},
                                {.title = "Measured", .numeric = true, .unit = "m", .decimals = 3},
                                {.title = "Tolerance", .numeric = true, .unit = "m", .decimals = 3},

@@ -1,6 +1,6 @@
 #pragma once
-// A strict reader of the XML that reports are written in, for tests: no recovery, no entities but the five
-// and numeric ones, no comments, no CDATA. Throws std::runtime_error with the byte at the first mistake.
+// A strict reader of XML: no recovery, only predefined and numeric entities, no comments, no CDATA. It throws
+// std::runtime_error with the byte of the first mistake.
 
 #include <map>
 #include <string>
@@ -12,7 +12,7 @@ namespace hil::report::test {
 struct XmlElement {
   std::string name;
   std::map<std::string, std::string> attributes;
-  std::string text;  ///< its own, references resolved, without that of its children
+  std::string text;  ///< without that of its children, with resolved references
   std::vector<XmlElement> children;
 
   /// This element and everything below it, in document order.

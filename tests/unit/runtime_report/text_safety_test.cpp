@@ -10,9 +10,9 @@
 namespace hil::report {
 namespace {
 
-const std::string lost = "\xEF\xBF\xBD";
+const std::string replacement = "\xEF\xBF\xBD";
 
-TEST(CleanText, KeepsUtf8AsItIs) {
+TEST(CleanText, KeepsValidUtf8) {
   for (const char* text : {"", "plain", "µ ü", "漢字", "😀", "a\tb\nc\rd", "\xf4\x8f\xbf\xbd"})
     EXPECT_EQ(clean_text(text), text);
 }
@@ -20,26 +20,27 @@ TEST(CleanText, KeepsUtf8AsItIs) {
 TEST(CleanText, ReplacesEachByteThatIsNotUtf8) {
   EXPECT_EQ(clean_text("a\xff"
                        "b"),
-            "a" + lost + "b");
-  EXPECT_EQ(clean_text("\xc3("), lost + "(");
-  EXPECT_EQ(clean_text("\x80"), lost);
-  EXPECT_EQ(clean_text("\xe2\x82"), lost + lost) << "cut short";
-  EXPECT_EQ(clean_text("\xed\xa0\x80"), lost + lost + lost) << "surrogate";
-  EXPECT_EQ(clean_text("\xc0\xaf"), lost + lost) << "overlong";
-  EXPECT_EQ(clean_text("\xe0\x80\xaf"), lost + lost + lost) << "overlong";
-  EXPECT_EQ(clean_text("\xf4\x90\x80\x80"), lost + lost + lost + lost) << "past U+10FFFF";
+            "a" + replacement + "b");
+  EXPECT_EQ(clean_text("\xc3("), replacement + "(");
+  EXPECT_EQ(clean_text("\x80"), replacement);
+  EXPECT_EQ(clean_text("\xe2\x82"), replacement + replacement) << "cut short";
+  EXPECT_EQ(clean_text("\xed\xa0\x80"), replacement + replacement + replacement) << "surrogate";
+  EXPECT_EQ(clean_text("\xc0\xaf"), replacement + replacement) << "overlong";
+  EXPECT_EQ(clean_text("\xe0\x80\xaf"), replacement + replacement + replacement) << "overlong";
+  EXPECT_EQ(clean_text("\xf4\x90\x80\x80"), replacement + replacement + replacement + replacement)
+      << "past U+10FFFF";
 }
 
 TEST(CleanText, ReplacesCharactersThatDocumentsForbid) {
-  EXPECT_EQ(clean_text(std::string("a\0b", 3)), "a" + lost + "b");
-  EXPECT_EQ(clean_text("\x1b"), lost);
-  EXPECT_EQ(clean_text("\x7f"), lost);
-  EXPECT_EQ(clean_text("\xc2\x85"), lost);
-  EXPECT_EQ(clean_text("\xef\xbf\xbe"), lost);
+  EXPECT_EQ(clean_text(std::string("a\0b", 3)), "a" + replacement + "b");
+  EXPECT_EQ(clean_text("\x1b"), replacement);
+  EXPECT_EQ(clean_text("\x7f"), replacement);
+  EXPECT_EQ(clean_text("\xc2\x85"), replacement);
+  EXPECT_EQ(clean_text("\xef\xbf\xbe"), replacement);
 }
 
 TEST(ValidUtf8, ReplacesOnlyWhatIsNotUtf8) {
-  EXPECT_EQ(valid_utf8("\x1b[0m\xc2\x85\xff"), "\x1b[0m\xc2\x85" + lost);
+  EXPECT_EQ(valid_utf8("\x1b[0m\xc2\x85\xff"), "\x1b[0m\xc2\x85" + replacement);
 }
 
 TEST(CleanText, IsIdempotentOnRandomBytes) {
@@ -54,7 +55,7 @@ TEST(CleanText, IsIdempotentOnRandomBytes) {
   }
 }
 
-TEST(EscapeMarkup, ComesBackFromAParserAsTheCleanText) {
+TEST(EscapeMarkup, IsReadBackAsTheCleanText) {
   std::vector<std::string> texts = test::hostile_texts();
   std::mt19937 random(8);
   std::uniform_int_distribution<int> byte(0, 255);
@@ -74,7 +75,7 @@ TEST(EscapeMarkup, ComesBackFromAParserAsTheCleanText) {
   }
 }
 
-TEST(OneLine, HasNoControlCharacterLeft) {
+TEST(OneLine, HasNoControlCharacters) {
   for (const std::string& text : test::hostile_texts()) {
     for (const char c : one_line(text))
       EXPECT_GE(static_cast<unsigned char>(c), 0x20U);
@@ -82,7 +83,7 @@ TEST(OneLine, HasNoControlCharacterLeft) {
   EXPECT_EQ(one_line("a\nb\tc"), "a b c");
 }
 
-TEST(ColumnsOf, CountsCharactersNotBytes) {
+TEST(ColumnsOf, CountsCharacters) {
   EXPECT_EQ(columns_of(""), 0U);
   EXPECT_EQ(columns_of("µs"), 2U);
 }

@@ -18,7 +18,7 @@ std::string written(const TraceRecord& trace) {
   return out.str();
 }
 
-TEST(TraceJson, IsAListOfNamedRowsSpansAndInstants) {
+TEST(TraceJson, HasNamedRowsSpansAndInstants) {
   const TraceRecord trace{
       "hil crossing",
       {{"base tick"}, {"scanner"}},
@@ -36,7 +36,7 @@ TEST(TraceJson, IsAListOfNamedRowsSpansAndInstants) {
   EXPECT_DOUBLE_EQ(span.at("dur"), 41.007);
   EXPECT_EQ(span.at("args").at("tick"), 17);
   EXPECT_EQ(events.at(6).at("name"), "slice");
-  EXPECT_EQ(events.at(6).at("tid"), events.at(3).at("tid")) << "a span lies on its track's row";
+  EXPECT_EQ(events.at(6).at("tid"), events.at(3).at("tid")) << "a span has the row of its track";
   EXPECT_EQ(events.at(7).at("ph"), "i");
   EXPECT_EQ(events.at(7).at("s"), "t");
   EXPECT_EQ(events.at(8).at("s"), "g");
@@ -54,7 +54,7 @@ TEST(TraceJson, WritesNanosecondsExactly) {
   EXPECT_NE(text.find("\"dur\":-9223372036854775.808"), std::string::npos);
 }
 
-TEST(TraceJson, EmptyAndHostileTracesStayJson) {
+TEST(TraceJson, IsJsonForEmptyAndHostileTraces) {
   EXPECT_EQ(nlohmann::json::parse(written({})).at("traceEvents").size(), 1U);
   TraceRecord trace;
   for (const std::string& text : test::hostile_texts()) {
@@ -66,7 +66,7 @@ TEST(TraceJson, EmptyAndHostileTracesStayJson) {
   EXPECT_EQ(nlohmann::json::parse(text).at("traceEvents").size(), 1U + 3 * trace.tracks.size());
 }
 
-TEST(TraceJsonDeathTest, ATrackThatIsNotThereIsMisuse) {
+TEST(TraceJsonDeathTest, UnknownTrackIsMisuse) {
   const TraceRecord trace{"", {{"only"}}, {{1, 0, 0, 0, ""}}, {}};
   EXPECT_DEATH(written(trace), "track 1 of 1");
 }

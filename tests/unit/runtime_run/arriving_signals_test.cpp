@@ -1,4 +1,4 @@
-// Expectations over signals that arrive from outside the run, which are unknown while they are not fresh.
+// Expectations over received signals, which are unknown while they are not fresh.
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 namespace hil::run {
 namespace {
 
-/// Signals that arrive from outside: a message with a time-out of 100 ms, a rare one without, and whether the
-/// bus is there.
-class Arriving : public Expectations {
+/// Received signals: of a message with a time-out of 100 ms and of one without a time-out; and whether the
+/// bus is connected.
+class ReceivedSignals : public Expectations {
  protected:
   const signals::SignalId mode_ = table_.add({.name = "can.car.Status.Mode",
                                               .unit = "",
@@ -28,159 +28,139 @@ class Arriving : public Expectations {
   const signals::SignalId fresh_ =
       table_.add({.name = "can.car.Status.fresh", .unit = "", .writer = "can.car"});
 
-  void hear(signals::SignalId signal, double value, bool fresh, std::int64_t time_ns) {
+  void receive(signals::SignalId signal, double value, bool fresh, std::int64_t time_ns) {
     table_.write(signal, {.value = value, .time_ns = time_ns, .fresh = fresh});
   }
   /// Ticks of 1 ms with the mode as given.
   void run(Judge& judge, double mode, bool fresh, std::int64_t from_ms, std::int64_t to_ms) {
     for (std::int64_t time = from_ms; time < to_ms; ++time) {
-      hear(mode_, mode, fresh, time * ms);
+      receive(mode_, mode, fresh, time * ms);
       table_.write(fresh_, fresh ? 1.0 : 0.0, time * ms);
       judge.check(table_, {}, time * ms);
     }
   }
-  static bool says(const report::Expectation& result, const std::string& words) {
-    return result.detail.find(words) != std::string::npos;
-  }
 };
 
-TEST_F(Arriving, WhatNeverArrivedWasNotChecked) {
+TEST_F(ReceivedSignals, ThatNeverArrivedAreNotChecked) {
   const auto always = judge(config::Always{condition("can.car.Status.Mode == 0")});
   run(*always, 0.0, false, 0, 1'000);
-  const auto result = always->result(until(1'000 * ms, 1'000));
-  EXPECT_EQ(result.result, Result::not_checked) << "the safe value is no message";
+  const auto result = expect(
+      *always, until(1'000 * ms, 1'000), Result::not_checked,
+      {"evaluated on none of 1000 ticks", "can.car.Status.Mode was not fresh from 0.000 s to 0.999 s"});
   EXPECT_EQ(result.evaluated_ticks, 0U);
   EXPECT_EQ(result.covered_ticks, 1'000U);
-  EXPECT_TRUE(says(result, "evaluated on none of 1000 ticks")) << result.detail;
-  EXPECT_TRUE(says(result, "can.car.Status.Mode was not fresh from 0.000 s to 0.999 s")) << result.detail;
 }
 
-TEST_F(Arriving, ASilenceAsLongAsTheTimeOutIsForgivenAndALongerOneIsNot) {
+TEST_F(ReceivedSignals, MayBeMissingForTheirTimeOutAndNoLonger) {
   const auto always = judge(config::Always{condition("can.car.Status.Mode == 1")});
   run(*always, 1.0, true, 0, 5'000);
   run(*always, 0.0, false, 5'000, 5'101);
   run(*always, 1.0, true, 5'101, 10'000);
-  EXPECT_EQ(always->result(until(10'000 * ms, 10'000)).result, Result::held);
+  expect(*always, until(10'000 * ms, 10'000), Result::held);
   run(*always, 0.0, false, 10'000, 10'102);
   run(*always, 1.0, true, 10'102, 20'000);
-  const auto result = always->result(until(20'000 * ms, 20'000));
-  EXPECT_EQ(result.result, Result::not_checked);
-  EXPECT_TRUE(says(result,
-                   "can.car.Status.Mode was not fresh from 10.000 s to 10.101 s, longer than its time-out "
-                   "of 0.100 s"))
-      << result.detail;
+  expect(*always, until(20'000 * ms, 20'000), Result::not_checked,
+         {"can.car.Status.Mode was not fresh from 10.000 s to 10.101 s, longer than its time-out "
+          "of 0.100 s"});
 }
 
-TEST_F(Arriving, AFailureThatWasSeenStaysAFailure) {
+TEST_F(ReceivedSignals, DoNotHideAFailure) {
   const auto always = judge(config::Always{condition("can.car.Status.Mode == 1")});
   run(*always, 2.0, true, 0, 1);
   run(*always, 0.0, false, 1, 1'000);
-  EXPECT_EQ(always->result(until(1'000 * ms, 1'000)).result, Result::failed);
+  expect(*always, until(1'000 * ms, 1'000), Result::failed);
 }
 
-TEST_F(Arriving, OnlyAnUnknownSignalThatDecidesCounts) {
+TEST_F(ReceivedSignals, MatterOnlyWhereTheyDecide) {
   const auto guarded =
       judge(config::Always{condition("can.car.Status.fresh == 0 or can.car.Status.Mode == 1")});
   const auto settled = judge(config::Never{condition("ego.speed > 14 and can.car.Status.Mode == 1")});
   table_.write(speed_, 3.0, 0);
   run(*guarded, 0.0, false, 0, 1'000);
   run(*settled, 0.0, false, 0, 1'000);
-  EXPECT_EQ(guarded->result(until(1'000 * ms, 1'000)).result, Result::held);
-  EXPECT_EQ(settled->result(until(1'000 * ms, 1'000)).result, Result::held);
+  expect(*guarded, until(1'000 * ms, 1'000), Result::held);
+  expect(*settled, until(1'000 * ms, 1'000), Result::held);
 }
 
-TEST_F(Arriving, TheCoverageIsOfAllTicksThatWereDue) {
+TEST_F(ReceivedSignals, CoverageIsAShareOfAllTicks) {
   const auto never = judge(config::Never{condition("ego.speed > 14")});
   for (std::int64_t time = 0; time < 950; ++time)
-    look(*never, 3.0, time * ms);
-  EXPECT_EQ(never->result(until(1'000 * ms, 1'000)).result, Result::held);
-  const auto result = never->result(until(1'000 * ms, 1'001));
-  EXPECT_EQ(result.result, Result::not_checked);
-  EXPECT_TRUE(says(result, "evaluated on 950 of 1001 ticks (94.9 %)")) << result.detail;
+    set_speed(*never, 3.0, time * ms);
+  expect(*never, until(1'000 * ms, 1'000), Result::held);
+  expect(*never, until(1'000 * ms, 1'001), Result::not_checked, {"evaluated on 950 of 1001 ticks (94.9 %)"});
 }
 
-TEST_F(Arriving, WhatWasEvaluatedOnNoTickIsNotCheckedWhateverItsCoverage) {
-  config::Expectation expectation;
-  expectation.name = "lights";
-  expectation.claim = config::Never{condition("can.car.Status.Mode == 1")};
+TEST_F(ReceivedSignals, CoverageZeroStillRequiresOneTick) {
+  config::Expectation expectation{
+      .name = "lights", .place = {}, .claim = config::Never{condition("can.car.Status.Mode == 1")}};
   expectation.coverage = 0.0;
-  const Arrivals arrivals{};
-  const auto never = make_judge(expectation, table_, arrivals, 10);
+  const auto never = make_judge(expectation, table_, arrivals_, 10);
   run(*never, 0.0, false, 0, 50);
-  EXPECT_EQ(never->result(until(50 * ms, 50)).result, Result::not_checked);
+  expect(*never, until(50 * ms, 50), Result::not_checked);
   run(*never, 0.0, true, 50, 51);
-  EXPECT_EQ(never->result(until(51 * ms, 51)).result, Result::held);
+  expect(*never, until(51 * ms, 51), Result::held);
 }
 
-TEST_F(Arriving, EventuallyThatWasMetNeedsNoMore) {
+TEST_F(ReceivedSignals, EventuallyIsHeldByOneTick) {
   const auto met = judge(config::Eventually{condition("can.car.Status.Mode == 1"), std::nullopt});
   run(*met, 1.0, true, 0, 1);
   run(*met, 0.0, false, 1, 1'000);
-  EXPECT_EQ(met->result(until(1'000 * ms, 1'000)).result, Result::held);
+  expect(*met, until(1'000 * ms, 1'000), Result::held);
   const auto missed = judge(config::Eventually{condition("can.car.Status.Mode == 1"), std::nullopt});
   run(*missed, 0.0, false, 0, 1'000);
-  const auto result = missed->result(until(1'000 * ms, 1'000));
-  EXPECT_EQ(result.result, Result::not_checked);
+  const auto result = expect(*missed, until(1'000 * ms, 1'000), Result::not_checked);
   EXPECT_FALSE(result.first_failure_ns);
 }
 
-TEST_F(Arriving, EventuallyByATimeCoversTheTicksUpToIt) {
+TEST_F(ReceivedSignals, EventuallyByATimeCoversTheTicksUpToIt) {
   const auto claim = judge(config::Eventually{condition("can.car.Status.Mode == 1"), 99 * ms});
   run(*claim, 0.0, true, 0, 100);
   run(*claim, 0.0, false, 100, 1'000);
-  const auto result = claim->result(until(1'000 * ms, 1'000));
-  EXPECT_EQ(result.result, Result::failed) << result.detail;
+  const auto result = expect(*claim, until(1'000 * ms, 1'000), Result::failed);
   EXPECT_EQ(result.covered_ticks, 100U);
 }
 
-TEST_F(Arriving, ARequestThatNeverCameWasNotChecked) {
+TEST_F(ReceivedSignals, RequestThatNeverArrivesIsNotChecked) {
   const auto claim = judge(config::Response{
       .request = {"can.car.Key.State", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
   run(*claim, 0.0, true, 0, 1'000);
-  const auto result = claim->result(until(1'000 * ms, 1'000));
-  EXPECT_EQ(result.result, Result::not_checked);
-  EXPECT_TRUE(says(result, "only 0 requests")) << result.detail;
+  expect(*claim, until(1'000 * ms, 1'000), Result::not_checked, {"only 0 requests"});
 }
 
-TEST_F(Arriving, RequestsWhileTheReplyingBusIsAwayAreCountedApart) {
+TEST_F(ReceivedSignals, RequestsWithoutTheReplyingBusAreCountedSeparately) {
   const auto claim = judge(config::Response{
       .request = {"ego.speed", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
   table_.write(connected_, 1.0, 0);
   for (int i = 1; i <= 40; ++i) {
-    look(*claim, i, i * 100 * ms);
-    hear(answer_, i, true, i * 100 * ms + 10 * ms);
+    set_speed(*claim, i, i * 100 * ms);
+    receive(answer_, i, true, i * 100 * ms + 10 * ms);
     claim->check(table_, {}, i * 100 * ms + 10 * ms);
   }
-  look(*claim, 41, 4'100 * ms);
+  set_speed(*claim, 41, 4'100 * ms);
   table_.write(connected_, 0.0, 4'120 * ms);
   claim->check(table_, {}, 4'120 * ms);
   table_.write(connected_, 1.0, 4'300 * ms);
   claim->check(table_, {}, 4'300 * ms);
-  look(*claim, 42, 4'980 * ms);
-  const auto result = claim->result({5'000 * ms, 1, ms});
-  EXPECT_EQ(result.result, Result::held) << result.detail;
-  EXPECT_TRUE(says(result, "40 requests, 0 unanswered")) << result.detail;
-  EXPECT_TRUE(says(result, "1 further request not judged, since the replying device was not connected"))
-      << result.detail;
-  EXPECT_TRUE(says(result, "1 further request not judged, since the run ended before their time limit"))
-      << result.detail;
+  set_speed(*claim, 42, 4'980 * ms);
+  expect(*claim, {5'000 * ms, 1, ms}, Result::held,
+         {"40 requests, 0 unanswered",
+          "1 further request not judged, since the replying device was not connected",
+          "1 further request not judged, since the run ended before their time limit"});
   EXPECT_EQ(claim->response_times(5'000 * ms)->not_judged, 2U);
 }
 
-TEST_F(Arriving, TooManyRequestsThatWereNotJudgedAreNotChecked) {
+TEST_F(ReceivedSignals, TooFewJudgedRequestsAreNotChecked) {
   const auto claim = judge(config::Response{
       .request = {"ego.speed", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
   table_.write(connected_, 1.0, 0);
-  look(*claim, 1, 100 * ms);
-  hear(answer_, 1, true, 110 * ms);
+  set_speed(*claim, 1, 100 * ms);
+  receive(answer_, 1, true, 110 * ms);
   claim->check(table_, {}, 110 * ms);
   table_.write(connected_, 0.0, 190 * ms);
   for (int i = 2; i <= 9; ++i)
-    look(*claim, i, i * 100 * ms);
-  const auto result = claim->result({2'000 * ms, 1, ms});
-  EXPECT_EQ(result.result, Result::not_checked);
-  EXPECT_TRUE(says(result, "judged 1 of 9 requests (11.1 %), less than its coverage of 95 %"))
-      << result.detail;
+    set_speed(*claim, i, i * 100 * ms);
+  expect(*claim, {2'000 * ms, 1, ms}, Result::not_checked,
+         {"judged 1 of 9 requests (11.1 %), less than its coverage of 95 %"});
 }
 
 }  // namespace

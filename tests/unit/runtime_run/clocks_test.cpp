@@ -4,17 +4,16 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "io/can/can_device.hpp"
 #include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
 #include "tests/paths.h"
+#include "tests/support/eventually.hpp"
 
 namespace hil::run {
 namespace {
@@ -22,7 +21,7 @@ namespace {
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t s = 1'000'000'000;
 
-TEST(DeviceClock, IsNegativeBeforeTheFirstTickAndNeverGoesBack) {
+TEST(DeviceClock, IsNegativeBeforeTheFirstTickAndNeverDecreases) {
   executive::VirtualClock machine;
   machine.sleep_until(40 * s);
   DeviceClock clock(machine);
@@ -43,13 +42,13 @@ TEST(DeviceClock, IsNegativeBeforeTheFirstTickAndNeverGoesBack) {
   EXPECT_EQ(clock.now_ns(), 2 * s);
 }
 
-TEST(DeviceClock, SettlesAStampOfTheOpeningToWhenItWasBeforeTheFirstTick) {
+TEST(DeviceClock, ConvertsTimesOfTheOpeningToTimesBeforeTheFirstTick) {
   executive::VirtualClock machine;
   machine.sleep_until(40 * s);
   DeviceClock clock(machine);
   machine.sleep_until(41 * s);
   const io::RunTimeNs stamp = clock.now_ns();
-  EXPECT_EQ(clock.settled(stamp), stamp) << "nobody knows yet";
+  EXPECT_EQ(clock.settled(stamp), stamp) << "the origin is not known yet";
   clock.set_origin(45 * s);
   EXPECT_EQ(clock.settled(stamp), -4 * s);
   EXPECT_EQ(clock.settled(-s), -s);
@@ -57,7 +56,7 @@ TEST(DeviceClock, SettlesAStampOfTheOpeningToWhenItWasBeforeTheFirstTick) {
   EXPECT_EQ(clock.settled(INT64_MIN), INT64_MIN) << "never";
 }
 
-TEST(DeviceClock, TellsOfTheOpeningAtTheFirstTick) {
+TEST(DeviceClock, ReportsEventsOfTheOpeningAtTheFirstTick) {
   executive::VirtualClock machine;
   DeviceClock clock(machine);
   EXPECT_EQ(clock.report_ns(), 0);
@@ -67,7 +66,7 @@ TEST(DeviceClock, TellsOfTheOpeningAtTheFirstTick) {
   EXPECT_EQ(clock.report_ns(), 3 * s);
 }
 
-/// One station of a CAN bus and the device that listens to it, while a run opens.
+/// A station of a CAN bus and the device that receives its frames, during the opening of a run.
 class OpeningBus : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -86,11 +85,10 @@ class OpeningBus : public ::testing::Test {
   void TearDown() override { device_->stop(); }
 
   void pass(std::int64_t duration_ns) { machine_.sleep_until(machine_.now_ns() + duration_ns); }
-  void send_and_await() {
+  void send_and_wait() {
     const std::vector<std::uint8_t> payload(8);
     station_->send(io::can::make_frame(768, payload));
-    while (!newest().fresh)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_TRUE(tests::eventually([&] { return newest().fresh; }));
   }
   io::Sample newest() {
     std::vector<io::Sample> samples(device_->inputs().size());
@@ -104,8 +102,8 @@ class OpeningBus : public ::testing::Test {
   std::optional<io::can::CanDevice> device_;
 };
 
-TEST_F(OpeningBus, AStationThatFellSilentWhileTheRunOpenedIsNotFresh) {
-  send_and_await();
+TEST_F(OpeningBus, StationThatStoppedDuringTheOpeningIsNotFresh) {
+  send_and_wait();
   pass(300 * ms);
   clock_.set_origin(machine_.now_ns() + ms);
   const io::Sample sample = newest();
@@ -113,8 +111,8 @@ TEST_F(OpeningBus, AStationThatFellSilentWhileTheRunOpenedIsNotFresh) {
   EXPECT_EQ(sample.time_ns, -301 * ms);
 }
 
-TEST_F(OpeningBus, WhatCameJustBeforeTheFirstTickIsFreshForItsTimeout) {
-  send_and_await();
+TEST_F(OpeningBus, FrameBeforeTheFirstTickIsFreshForItsTimeOut) {
+  send_and_wait();
   pass(50 * ms);
   clock_.set_origin(machine_.now_ns() + ms);
   EXPECT_TRUE(newest().fresh);

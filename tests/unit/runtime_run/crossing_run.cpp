@@ -45,7 +45,7 @@ CrossingRun run_crossing(const std::vector<std::string>& overrides) {
   all.emplace_back("clock=virtual");
   config::Diagnostics diagnostics;
   auto scenario = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml", all,
-                                        module_schemas(), diagnostics);
+                                        scenario_types(), diagnostics);
   if (!scenario) throw std::runtime_error(diagnostics.to_text());
   const auto kept = std::make_unique<config::Scenario>(std::move(*scenario));
   auto wiring = wire(*kept, diagnostics);

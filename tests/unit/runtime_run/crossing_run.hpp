@@ -13,8 +13,8 @@ namespace hil::run::testing {
 class Signals {
  public:
   explicit Signals(const std::string& csv);
-  /// The signal's value at that instant, linear between two rows. Throws when there is no such signal, or no
-  /// row before and after.
+  /// The signal's value at this time, interpolated between two rows. Throws when the signal does not exist or
+  /// has no row before and after.
   double at(const std::string& signal, double time_s) const;
 
  private:

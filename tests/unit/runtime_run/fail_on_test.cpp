@@ -19,11 +19,11 @@ executive::RunResult two_tasks() {
   return result;
 }
 
-TEST(FailOn, EveryCountIsReadFromItsPlaceAndFromNoOther) {
+TEST(FailOn, EveryCountHasItsSource) {
   const executive::RunResult clean = two_tasks();
   struct Case {
     const char* count;
-    void (*spoil)(executive::RunResult&, report::RunRecord&);
+    void (*change)(executive::RunResult&, report::RunRecord&);
   };
   const Case cases[] = {
       {"misses", [](auto& r, auto&) { r.tasks[1].deadline_misses = 3; }},
@@ -36,36 +36,31 @@ TEST(FailOn, EveryCountIsReadFromItsPlaceAndFromNoOther) {
       {"hard_misses", [](auto&, auto& record) { record.transactions.hard_misses = 3; }},
       {"without_answer", [](auto&, auto& record) { record.tasks[1].without_answer = 3; }},
   };
-  for (const Case& spoiled : cases) {
+  for (const Case& changed : cases) {
     executive::RunResult result = two_tasks();
     report::RunRecord record;
     record.tasks.resize(2);
-    spoiled.spoil(result, record);
-    for (const Case& asked : cases) {
-      const std::string condition = std::string(asked.count) + " == 3";
-      EXPECT_EQ(broken(condition, result, record), asked.count == spoiled.count)
-          << asked.count << " with " << spoiled.count;
+    changed.change(result, record);
+    for (const Case& compared : cases) {
+      const std::string condition = std::string(compared.count) + " == 3";
+      EXPECT_EQ(broken(condition, result, record), compared.count == changed.count)
+          << compared.count << " with " << changed.count;
       EXPECT_FALSE(broken(condition, clean));
     }
   }
 }
 
-TEST(FailOn, TasksAddUp) {
+TEST(FailOn, CountsAreSumsOverAllTasks) {
   executive::RunResult result = two_tasks();
   result.tasks[0].deadline_misses = 2;
   result.tasks[1].deadline_misses = 5;
   EXPECT_TRUE(broken("misses == 7", result));
   EXPECT_FALSE(broken("misses > 7", result));
+  EXPECT_TRUE(broken("misses == 7 or overruns > 0", result));
+  EXPECT_FALSE(broken("misses == 7 and overruns > 0", result));
 }
 
-TEST(FailOn, ConditionsMayBeJoined) {
-  executive::RunResult result = two_tasks();
-  result.tasks[0].overruns = 1;
-  EXPECT_TRUE(broken("misses > 0 or overruns > 0", result));
-  EXPECT_FALSE(broken("misses > 0 and overruns > 0", result));
-}
-
-TEST(FailOn, AnUnknownCountIsAMistakeWithItsColumnAndAllCountsTheNearestFirst) {
+TEST(FailOn, UnknownCountIsAMistakeWithItsColumnAndAllCounts) {
   config::Diagnostics diagnostics;
   EXPECT_FALSE(parse_fail_on("misses > 0 or overuns > 0", diagnostics));
   EXPECT_EQ(
@@ -74,7 +69,7 @@ TEST(FailOn, AnUnknownCountIsAMistakeWithItsColumnAndAllCountsTheNearestFirst) {
       "misses, skipped, aborted, over_budget, skipped_ticks, lost_records, hard_misses, without_answer\n");
 }
 
-TEST(FailOn, AWordThatIsNoConditionListsTheCounts) {
+TEST(FailOn, WordThatIsNoConditionListsTheCounts) {
   for (const char* text : {"nonsense", "nonsense >", "misses > 0 or nonsense", "misses >> nonsense"}) {
     config::Diagnostics diagnostics;
     EXPECT_FALSE(parse_fail_on(text, diagnostics)) << text;
@@ -87,18 +82,18 @@ TEST(FailOn, AWordThatIsNoConditionListsTheCounts) {
   }
 }
 
-TEST(FailOn, NumbersWithAnExponentAreNoWords) {
-  config::Diagnostics diagnostics;
-  EXPECT_TRUE(parse_fail_on("misses > 1e3 and not (overruns < .5)", diagnostics)) << diagnostics.to_text();
-}
-
-TEST(FailOn, AllUnknownCountsAtOnce) {
+TEST(FailOn, AllUnknownCountsAreReported) {
   config::Diagnostics diagnostics;
   EXPECT_FALSE(parse_fail_on("zebra > 0 or giraffe > 0", diagnostics));
   EXPECT_EQ(diagnostics.count(), 2U) << diagnostics.to_text();
 }
 
-TEST(FailOn, HostileTextIsRefusedWithoutFalling) {
+TEST(FailOn, NumbersMayHaveAnExponent) {
+  config::Diagnostics diagnostics;
+  EXPECT_TRUE(parse_fail_on("misses > 1e3 and not (overruns < .5)", diagnostics)) << diagnostics.to_text();
+}
+
+TEST(FailOn, HostileTextIsRefused) {
   for (const char* text : {"", " ", ">", "misses >", "misses > > 0", "\"", "misses > 0 \"", "{a: b}",
                            "# misses > 0", "misses \x01> 0", "\xff\xfe", "5 > 3", "misses"}) {
     config::Diagnostics diagnostics;

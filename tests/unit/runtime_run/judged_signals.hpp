@@ -1,10 +1,12 @@
 #pragma once
-// Signals, and expectations over them, for tests that judge tick by tick.
+// Signals, and expectations that are evaluated tick by tick.
 
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
+#include <source_location>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -32,10 +34,10 @@ class Expectations : public ::testing::Test {
   const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
   const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
 
-  const Arrivals no_arrivals_{};
+  Arrivals arrivals_;  ///< empty unless a test keeps samples of inputs
 
   std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim, std::uint64_t max_samples = 1000) {
-    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, no_arrivals_,
+    return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, arrivals_,
                       max_samples);
   }
   std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
@@ -46,18 +48,28 @@ class Expectations : public ::testing::Test {
                                   .at_least = at_least},
                  max_samples);
   }
-  /// Of a run that had at least one tick.
+  /// Checks the result, and that its detail contains each of the words.
+  static report::Expectation expect(const Judge& judge, const Extent& extent, Result expected,
+                                    std::initializer_list<const char*> words = {},
+                                    const std::source_location& at = std::source_location::current()) {
+    const ::testing::ScopedTrace trace(at.file_name(), static_cast<int>(at.line()), "expected here");
+    const report::Expectation result = judge.result(extent);
+    EXPECT_EQ(result.result, expected) << result.detail;
+    for (const char* word : words)
+      EXPECT_NE(result.detail.find(word), std::string::npos) << result.detail;
+    return result;
+  }
   static Extent until(std::int64_t end_ns, std::uint64_t ticks = 1) { return {end_ns, ticks, ms}; }
 
-  void look(Judge& judge, double speed, std::int64_t time_ns) {
+  void set_speed(Judge& judge, double speed, std::int64_t time_ns) {
     table_.write(speed_, speed, time_ns);
     judge.check(table_, {}, time_ns);
   }
-  void ask(Judge& judge, double value, std::int64_t time_ns) {
+  void request(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(request_, value, time_ns);
     judge.check(table_, {}, time_ns);
   }
-  void answer(Judge& judge, double value, std::int64_t time_ns) {
+  void reply(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(reply_, value, time_ns);
     judge.check(table_, {}, time_ns);
   }

@@ -10,38 +10,38 @@ namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class Plug final : public tests::StillDevice {
+class WatchedDevice final : public tests::StillDevice {
  public:
-  explicit Plug(io::RunTimeNs timeout_ns) : StillDevice("plug"), timeout_ns_(timeout_ns) {}
+  explicit WatchedDevice(io::RunTimeNs timeout_ns) : StillDevice("device"), timeout_ns_(timeout_ns) {}
   io::RunTimeNs loss_timeout_ns() const noexcept override { return timeout_ns_; }
-  bool connected() const noexcept override { return is_in; }
-  bool is_in = true;
+  bool connected() const noexcept override { return is_connected; }
+  bool is_connected = true;
 
  private:
   io::RunTimeNs timeout_ns_;
 };
 
-void look(LossWatch& watch, std::int64_t from_ms, std::int64_t to_ms) {
+void check(LossWatch& watch, std::int64_t from_ms, std::int64_t to_ms) {
   for (std::int64_t time = from_ms; time < to_ms; ++time)
     watch.check(time * ms);
 }
 
-TEST(LossWatch, AGapAsLongAsTheTimeOutIsNoLossAndALongerOneIs) {
-  Plug plc(10 * ms);
+TEST(LossWatch, DisconnectionLongerThanTheTimeOutIsALoss) {
+  WatchedDevice plc(10 * ms);
   LossWatch watch({{&plc, "Modbus unit plc", false}});
-  look(watch, 0, 100);
-  plc.is_in = false;
-  look(watch, 100, 110);
-  plc.is_in = true;
-  look(watch, 110, 200);
+  check(watch, 0, 100);
+  plc.is_connected = false;
+  check(watch, 100, 110);
+  plc.is_connected = true;
+  check(watch, 110, 200);
   EXPECT_TRUE(watch.losses(200 * ms, {}).empty());
-  plc.is_in = false;
-  look(watch, 200, 211);
+  plc.is_connected = false;
+  check(watch, 200, 211);
   EXPECT_FALSE(watch.outputs_must_be_safe());
-  look(watch, 211, 215);
+  check(watch, 211, 215);
   EXPECT_TRUE(watch.outputs_must_be_safe());
-  plc.is_in = true;
-  look(watch, 215, 300);
+  plc.is_connected = true;
+  check(watch, 215, 300);
   EXPECT_FALSE(watch.outputs_must_be_safe());
   const auto losses = watch.losses(300 * ms, {});
   ASSERT_EQ(losses.size(), 1U);
@@ -52,41 +52,30 @@ TEST(LossWatch, AGapAsLongAsTheTimeOutIsNoLossAndALongerOneIs) {
   EXPECT_FALSE(losses[0].permitted);
 }
 
-TEST(LossWatch, WhatNeverConnectsIsLostFromTheFirstTickToTheEnd) {
-  Plug plc(10 * ms);
-  plc.is_in = false;
-  LossWatch watch({{&plc, "Modbus unit plc", false}});
-  look(watch, 0, 50);
-  const auto losses = watch.losses(50 * ms, {});
-  ASSERT_EQ(losses.size(), 1U);
-  EXPECT_EQ(losses[0].begin_ns, 0);
-  EXPECT_EQ(losses[0].duration_ns, 50 * ms);
-  EXPECT_TRUE(losses[0].to_the_end);
-}
-
-TEST(LossWatch, WhatNeverAnswersIsLostInAShortRunToo) {
-  Plug plc(1'000 * ms);
+TEST(LossWatch, DeviceThatNeverConnectsIsLostForTheWholeRun) {
+  WatchedDevice plc(1'000 * ms);
   LossWatch never_run({{&plc, "Modbus unit plc", false}});
   EXPECT_TRUE(never_run.losses(0, {}).empty()) << "no tick ran";
-  plc.is_in = false;
+  plc.is_connected = false;
   LossWatch watch({{&plc, "Modbus unit plc", false}});
-  look(watch, 0, 50);
+  check(watch, 0, 50);
   ASSERT_EQ(watch.losses(50 * ms, {}).size(), 1U);
+  EXPECT_EQ(watch.losses(50 * ms, {})[0].begin_ns, 0);
   EXPECT_EQ(watch.losses(50 * ms, {})[0].duration_ns, 50 * ms);
   EXPECT_TRUE(watch.losses(50 * ms, {})[0].to_the_end);
-  plc.is_in = true;
-  look(watch, 50, 51);
-  EXPECT_TRUE(watch.losses(51 * ms, {}).empty());
+  plc.is_connected = true;
+  check(watch, 50, 51);
+  EXPECT_TRUE(watch.losses(51 * ms, {}).empty()) << "shorter than the time-out";
 }
 
-TEST(LossWatch, ALossThatIsPermittedHoldsNoOutputs) {
-  Plug plc(10 * ms), bus(10 * ms);
-  plc.is_in = false;
+TEST(LossWatch, PermittedLossDoesNotSetOutputsToSafeValues) {
+  WatchedDevice plc(10 * ms), bus(10 * ms);
+  plc.is_connected = false;
   LossWatch watch({{&plc, "Modbus unit plc", true}, {&bus, "CAN bus car", false}});
-  look(watch, 0, 50);
+  check(watch, 0, 50);
   EXPECT_FALSE(watch.outputs_must_be_safe());
-  bus.is_in = false;
-  look(watch, 50, 70);
+  bus.is_connected = false;
+  check(watch, 50, 70);
   EXPECT_TRUE(watch.outputs_must_be_safe());
   const auto losses = watch.losses(70 * ms, {});
   ASSERT_EQ(losses.size(), 2U);
@@ -94,24 +83,24 @@ TEST(LossWatch, ALossThatIsPermittedHoldsNoOutputs) {
   EXPECT_FALSE(losses[1].permitted);
 }
 
-TEST(LossWatch, WithoutATimeOutNothingIsLost) {
-  Plug server(0);
-  server.is_in = false;
+TEST(LossWatch, DeviceWithoutATimeOutIsNeverLost) {
+  WatchedDevice server(0);
+  server.is_connected = false;
   LossWatch watch({{&server, "Modbus unit hmi", false}});
-  look(watch, 0, 5'000);
+  check(watch, 0, 5'000);
   EXPECT_TRUE(watch.losses(5'000 * ms, {}).empty());
 }
 
-TEST(LossWatch, OfVeryManyLossesTheFirstHundredAreKeptAndTheOthersCountedWithoutAllocating) {
-  Plug plc(ms);
+TEST(LossWatch, FirstHundredLossesAreListedAndAllAreCountedWithoutAllocation) {
+  WatchedDevice plc(ms);
   LossWatch watch({{&plc, "Modbus unit plc", false}});
   allocation_guard::reset();
   allocation_guard::enter_tick();
   for (std::int64_t i = 0; i < 150; ++i) {
-    plc.is_in = false;
-    look(watch, i * 10, i * 10 + 5);
-    plc.is_in = true;
-    look(watch, i * 10 + 5, i * 10 + 10);
+    plc.is_connected = false;
+    check(watch, i * 10, i * 10 + 5);
+    plc.is_connected = true;
+    check(watch, i * 10 + 5, i * 10 + 10);
   }
   allocation_guard::leave_tick();
   EXPECT_EQ(allocation_guard::seen().total(), 0U);
@@ -119,13 +108,13 @@ TEST(LossWatch, OfVeryManyLossesTheFirstHundredAreKeptAndTheOthersCountedWithout
   EXPECT_EQ(watch.not_listed(), 50U);
 }
 
-TEST(LossWatch, AProcessThatEndsIsALossUnlessItsEndEndsTheRun) {
-  Plug plc(10 * ms);
+TEST(LossWatch, ProcessThatEndsIsALossUnlessItEndsTheRun) {
+  WatchedDevice plc(10 * ms);
   LossWatch watch({{&plc, "Modbus unit plc", false}});
-  plc.is_in = false;
-  look(watch, 0, 50);
-  plc.is_in = true;
-  look(watch, 50, 100);
+  plc.is_connected = false;
+  check(watch, 0, 50);
+  plc.is_connected = true;
+  check(watch, 50, 100);
   const std::vector<ProcessExit> exits{
       {.name = "dut", .command = "", .ended_early = true, .ended_at_ns = 30 * ms, .exit = "exit code 1"},
       {.name = "logger",
@@ -138,7 +127,7 @@ TEST(LossWatch, AProcessThatEndsIsALossUnlessItsEndEndsTheRun) {
       {.name = "viewer", .command = "", .exit = "running", .safe_on_exit = false}};
   const auto losses = watch.losses(100 * ms, exits);
   ASSERT_EQ(losses.size(), 2U);
-  EXPECT_EQ(losses[0].what, "Modbus unit plc") << "the earlier loss first";
+  EXPECT_EQ(losses[0].what, "Modbus unit plc") << "in the order of their begin";
   EXPECT_EQ(losses[1].what, "process logger");
   EXPECT_EQ(losses[1].begin_ns, 20 * ms);
   EXPECT_EQ(losses[1].duration_ns, 80 * ms);

@@ -9,12 +9,14 @@
 #include <system_error>
 #include <thread>
 
+#include "tests/support/eventually.hpp"
 #include "tests/unit/runtime_run/run_test.hpp"
 
 namespace hil::run {
 namespace {
 
 using testing::Folder;
+using tests::eventually;
 using namespace std::chrono_literals;
 
 ProcessWatch::Program shell(const std::string& name, const std::string& script, bool safe_on_exit = true) {
@@ -26,19 +28,9 @@ ProcessWatch::Program shell(const std::string& name, const std::string& script, 
           .safe_on_exit = safe_on_exit};
 }
 
-template <typename Condition>
-bool comes_true(Condition condition) {
-  const auto until = std::chrono::steady_clock::now() + 20s;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > until) return false;
-    std::this_thread::sleep_for(2ms);
-  }
-  return true;
-}
-
-class Deaths {
+class ExitRecorder {
  public:
-  std::function<void(const ProcessExit&)> watcher() {
+  std::function<void(const ProcessExit&)> callback() {
     return [this](const ProcessExit& exit_state) {
       const std::lock_guard lock(mutex_);
       exits_.push_back(exit_state);
@@ -54,31 +46,32 @@ class Deaths {
   std::vector<ProcessExit> exits_;
 };
 
-/// Its connection was seen to close, and the run ended, before it could be seen to end.
-TEST(ProcessWatch, WaitsForTheEndOfOneThatIsAboutToEnd) {
-  Deaths deaths;
+/// The run ends since a connection closed, before the end of the program at its other side is detected.
+TEST(ProcessWatch, WaitsForAProgramThatIsAboutToEnd) {
+  ExitRecorder recorder;
   ProcessWatch watch(
       {shell("plc", "sleep 100"), shell("helper", "exit 0", false), shell("dut", "sleep 0.5; kill -9 $$")},
       [] { return 5; });
   {
-    const ProcessWatch::Watching watching = watch.watch(deaths.watcher(), {});
-    ASSERT_TRUE(comes_true([&] { return deaths.all().size() == 1; })) << "one that nobody needs";
+    const ProcessWatch::Watching watching = watch.watch(recorder.callback(), {});
+    ASSERT_TRUE(eventually([&] { return recorder.all().size() == 1; }))
+        << "a program that the run does not need";
     watch.end_watch_after_exit(20s);
   }
-  ASSERT_EQ(deaths.all().size(), 2u);
-  EXPECT_EQ(deaths.all().back().name, "dut");
-  EXPECT_NE(deaths.all().back().exit.find("signal 9"), std::string::npos) << deaths.all().back().exit;
+  ASSERT_EQ(recorder.all().size(), 2u);
+  EXPECT_EQ(recorder.all().back().name, "dut");
+  EXPECT_NE(recorder.all().back().exit.find("signal 9"), std::string::npos) << recorder.all().back().exit;
 }
 
-TEST(ProcessWatch, TellsOfAProgramThatEndsByItself) {
-  Deaths deaths;
+TEST(ProcessWatch, ReportsAProgramThatEnds) {
+  ExitRecorder recorder;
   std::atomic<std::int64_t> now_ns{0};
   ProcessWatch watch({shell("plc", "sleep 100"), shell("dut", "sleep 0.1; exit 3", false)},
                      [&] { return now_ns.load(); });
   now_ns.store(1'234);
-  const auto watching = watch.watch(deaths.watcher(), {});
-  ASSERT_TRUE(comes_true([&] { return !deaths.all().empty(); }));
-  const auto seen = deaths.all();
+  const auto watching = watch.watch(recorder.callback(), {});
+  ASSERT_TRUE(eventually([&] { return !recorder.all().empty(); }));
+  const auto seen = recorder.all();
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].name, "dut");
   EXPECT_EQ(seen[0].exit, "exited with code 3");
@@ -88,27 +81,28 @@ TEST(ProcessWatch, TellsOfAProgramThatEndsByItself) {
   const auto exits = watch.stop();
   ASSERT_EQ(exits.size(), 2U);
   EXPECT_EQ(exits[0].name, "plc");
+  EXPECT_EQ(exits[0].command, "sh -c sleep 100");
   EXPECT_FALSE(exits[0].ended_early);
   EXPECT_TRUE(exits[0].safe_on_exit);
   EXPECT_EQ(exits[1].exit, "exited with code 3");
   EXPECT_TRUE(exits[1].ended_early);
-  EXPECT_EQ(deaths.all().size(), 1U) << "told twice, or of its own stop";
+  EXPECT_EQ(recorder.all().size(), 1U) << "reported twice, or its stop was reported";
 }
 
-TEST(ProcessWatch, TellsOfEachOfSeveralDeathsOnce) {
-  Deaths deaths;
+TEST(ProcessWatch, ReportsEachEndOnce) {
+  ExitRecorder recorder;
   ProcessWatch watch({shell("a", "exit 0"), shell("b", "kill -KILL $$"), shell("c", "sleep 0.2; exit 1")},
                      [] { return std::int64_t{0}; });
-  const auto watching = watch.watch(deaths.watcher(), {});
-  ASSERT_TRUE(comes_true([&] { return deaths.all().size() == 3; }));
+  const auto watching = watch.watch(recorder.callback(), {});
+  ASSERT_TRUE(eventually([&] { return recorder.all().size() == 3; }));
   const auto exits = watch.stop();
-  EXPECT_EQ(deaths.all().size(), 3U);
+  EXPECT_EQ(recorder.all().size(), 3U);
   EXPECT_EQ(exits[0].exit, "exited with code 0");
   EXPECT_EQ(exits[1].exit, "was ended by signal 9 (Killed)");
   EXPECT_EQ(exits[2].exit, "exited with code 1");
 }
 
-TEST(ProcessWatch, StopsAllAndTellsTheirFatesInTheirOrder) {
+TEST(ProcessWatch, StopsProgramsInOrderAndReturnsTheirExits) {
   const Folder folder;
   const std::string log = (folder.path() / "ends").string();
   const auto program = [&](const std::string& name) {
@@ -117,7 +111,7 @@ TEST(ProcessWatch, StopsAllAndTellsTheirFatesInTheirOrder) {
   };
   ProcessWatch watch({program("first"), program("second"), program("third")}, [] { return std::int64_t{0}; });
   for (const char* name : {"up-first", "up-second", "up-third"})
-    ASSERT_TRUE(comes_true([&] { return folder.read(name) == "up\n"; }));
+    ASSERT_TRUE(eventually([&] { return folder.read(name) == "up\n"; }));
   const auto watching = watch.watch({}, {});
   const auto exits = watch.stop();
   EXPECT_EQ(folder.read("ends"), "first\nsecond\nthird\n");
@@ -128,33 +122,28 @@ TEST(ProcessWatch, StopsAllAndTellsTheirFatesInTheirOrder) {
     EXPECT_EQ(exit_state.exit, "exited with code 0");
     EXPECT_FALSE(exit_state.ended_early);
   }
-  EXPECT_EQ(watch.stop().size(), 3U) << "a second stop tells the same";
+  EXPECT_EQ(watch.stop().size(), 3U) << "a second stop returns the same";
 }
 
-TEST(ProcessWatch, WhatEndsAfterTheWatchHasNotEndedEarly) {
-  Deaths deaths;
+TEST(ProcessWatch, ProgramsThatEndAfterTheWatchDidNotEndEarly) {
+  ExitRecorder recorder;
   ProcessWatch watch({shell("dut", "trap 'exit 0' TERM; while :; do sleep 0.01; done")},
                      [] { return std::int64_t{0}; });
-  const auto watching = watch.watch(deaths.watcher(), {});
+  const auto watching = watch.watch(recorder.callback(), {});
   watch.end_watch();
   const auto exits = watch.stop();
   EXPECT_FALSE(exits[0].ended_early);
-  EXPECT_TRUE(deaths.all().empty());
+  EXPECT_TRUE(recorder.all().empty());
 }
 
-TEST(ProcessWatch, NamesTheFirstThatIsDeadBeforeTheWatch) {
+TEST(ProcessWatch, NamesTheFirstThatEndedBeforeTheWatch) {
   ProcessWatch watch({shell("plc", "sleep 100"), shell("dut", "exit 7")}, [] { return std::int64_t{0}; });
-  std::string dead;
-  ASSERT_TRUE(comes_true([&] { return !(dead = watch.first_ended()).empty(); }));
-  EXPECT_EQ(dead, "dut exited with code 7");
+  std::string ended;
+  ASSERT_TRUE(eventually([&] { return !(ended = watch.first_ended()).empty(); }));
+  EXPECT_EQ(ended, "dut exited with code 7");
 }
 
-TEST(ProcessWatch, CommandsAreShownAsTheyWereGiven) {
-  ProcessWatch watch({shell("dut", "sleep 100")}, [] { return std::int64_t{0}; });
-  EXPECT_EQ(watch.stop()[0].command, "sh -c sleep 100");
-}
-
-TEST(ProcessWatch, AProgramThatCanNotBeStartedStopsThoseBeforeIt) {
+TEST(ProcessWatch, ProgramThatCanNotStartStopsTheEarlierOnes) {
   const Folder folder;
   ProcessWatch::Program missing = shell("missing", "");
   missing.child.command = {"hil-there-is-no-such-program"};
@@ -167,7 +156,7 @@ TEST(ProcessWatch, AProgramThatCanNotBeStartedStopsThoseBeforeIt) {
     EXPECT_NE(std::string(error.what()).find("hil-there-is-no-such-program"), std::string::npos)
         << error.what();
   }
-  // It may have been ended before it wrote its number.
+  // It may have ended before it wrote its process id.
   const std::string pid = folder.read("pid");
   if (!pid.empty()) {
     EXPECT_EQ(::kill(std::stoi(pid), 0), -1);
@@ -175,26 +164,27 @@ TEST(ProcessWatch, AProgramThatCanNotBeStartedStopsThoseBeforeIt) {
   }
 }
 
-TEST(ProcessWatch, EndsWithItsScopeWhenARunThrows) {
-  Deaths deaths;
+TEST(ProcessWatch, EndsWithItsScopeWhenTheRunThrows) {
+  ExitRecorder recorder;
   ProcessWatch watch({shell("dut", "sleep 100")}, [] { return std::int64_t{0}; });
   EXPECT_THROW(
       {
-        const auto watching = watch.watch(deaths.watcher(), {});
+        const auto watching = watch.watch(recorder.callback(), {});
         throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
       },
       std::system_error);
   ASSERT_EQ(::kill(watch.process_of("dut"), SIGKILL), 0);
   EXPECT_FALSE(watch.stop()[0].ended_early);
-  EXPECT_TRUE(deaths.all().empty()) << "what it told might be gone";
+  EXPECT_TRUE(recorder.all().empty()) << "its callback may no longer exist";
 }
 
-TEST(ProcessWatch, CallsOnceASecond) {
+/// Real time is the subject: two calls are one second apart, and none follows the stop.
+TEST(ProcessWatch, CallsItsCallbackOnceASecond) {
   std::atomic<int> calls{0};
   ProcessWatch watch({}, [] { return std::int64_t{0}; });
   const auto began = std::chrono::steady_clock::now();
   const auto watching = watch.watch({}, [&] { calls.fetch_add(1); });
-  ASSERT_TRUE(comes_true([&] { return calls.load() == 2; }));
+  ASSERT_TRUE(eventually([&] { return calls.load() == 2; }));
   EXPECT_GE(std::chrono::steady_clock::now() - began, 1'990ms);
   watch.stop();
   const int after = calls.load();

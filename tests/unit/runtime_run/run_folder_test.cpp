@@ -11,80 +11,77 @@ namespace {
 namespace fs = std::filesystem;
 using testing::Folder;
 
-TEST(RunFolder, IsMadeWithItsParents) {
+TEST(RunFolder, IsCreatedWithItsParents) {
   const Folder folder;
-  const RunFolder mine(folder.path() / "a/b");
+  const RunFolder run(folder.path() / "a/b");
   EXPECT_TRUE(fs::is_directory(folder.path() / "a/b"));
 }
 
-TEST(RunFolder, ClearsTheResultsOfAnEarlierRunAndNothingElse) {
+TEST(RunFolder, ClearRemovesOnlyTheResultsOfAnEarlierRun) {
   const Folder folder;
-  fs::create_directories(folder.path() / "pictures");
   const char* const results[] = {"report.json",        "report.html",           "junit.xml",
                                  "trace.json",         "pictures/top-view.svg", "pictures/scan-1.svg",
                                  "pictures/scan-2.svg"};
   for (const char* file : results)
     folder.write(file, "passed");
-  folder.write("notes.txt", "mine");
-  folder.write("a.out", "mine");
-  const RunFolder mine(folder.path());
+  folder.write("notes.txt", "of the user");
+  folder.write("a.out", "of the user");
+  const RunFolder run(folder.path());
   EXPECT_EQ(folder.read("junit.xml"), "passed");
-  mine.clear();
+  run.clear();
   for (const char* file : results)
     EXPECT_FALSE(fs::exists(folder.path() / file)) << file;
-  EXPECT_EQ(folder.read("notes.txt"), "mine");
-  EXPECT_EQ(folder.read("a.out"), "mine");
+  EXPECT_EQ(folder.read("notes.txt"), "of the user");
+  EXPECT_EQ(folder.read("a.out"), "of the user");
 }
 
-TEST(RunFolder, ClearsTheLogOfAnEarlierRunAndNoOtherFiles) {
+TEST(RunFolder, ClearRemovesTheLogOfAnEarlierRunOnly) {
   const Folder folder;
-  fs::create_directories(folder.path() / "database");
   for (const char* file : {"lock", "segment.0000000001", "segment.0000000002.new", "checkpoint.0000000001",
                            "geometry.0000000003"})
     folder.write(std::string("database/") + file, "of a run");
   folder.write("world.json", "{}");
   {
-    const RunFolder mine(folder.path());
-    mine.clear();
+    const RunFolder run(folder.path());
+    run.clear();
     EXPECT_FALSE(fs::exists(folder.path() / "database"));
     EXPECT_FALSE(fs::exists(folder.path() / "world.json"));
   }
-  fs::create_directories(folder.path() / "database");
   folder.write("database/lock", "of a run");
-  folder.write("database/thesis.txt", "mine");
+  folder.write("database/thesis.txt", "of the user");
   folder.write("junit.xml", "passed");
-  const RunFolder mine(folder.path());
+  const RunFolder run(folder.path());
   try {
-    mine.clear();
-    FAIL() << "a log would lie among somebody's files";
+    run.clear();
+    FAIL() << "the log would be among files of the user";
   } catch (const io::DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("database"), std::string::npos) << error.what();
   }
-  EXPECT_EQ(folder.read("database/thesis.txt"), "mine");
-  EXPECT_FALSE(fs::exists(folder.path() / "junit.xml")) << "it would say that this run passed";
+  EXPECT_EQ(folder.read("database/thesis.txt"), "of the user");
+  EXPECT_FALSE(fs::exists(folder.path() / "junit.xml")) << "it would be taken for the result of this run";
 }
 
-TEST(RunFolder, BelongsToOneRunAtATime) {
+TEST(RunFolder, IsUsedByOneRunAtATime) {
   const Folder folder;
   {
-    const RunFolder mine(folder.path());
-    folder.write("report.json", "of the run that lives");
+    const RunFolder run(folder.path());
+    folder.write("report.json", "of the first run");
     try {
       const RunFolder second(folder.path());
-      FAIL() << "two runs in one folder";
+      FAIL() << "a second run in the folder";
     } catch (const io::DeviceError& error) {
       EXPECT_NE(std::string(error.what()).find("in use by another run"), std::string::npos) << error.what();
     }
-    EXPECT_EQ(folder.read("report.json"), "of the run that lives");
+    EXPECT_EQ(folder.read("report.json"), "of the first run");
   }
   const RunFolder after(folder.path());
 }
 
-TEST(RunFolder, WhatIsNoFolderIsRefused) {
+TEST(RunFolder, PathOfAFileIsRefused) {
   const Folder folder;
   folder.write("file", "x");
-  EXPECT_THROW(const RunFolder mine(folder.path() / "file"), io::DeviceError);
-  EXPECT_THROW(const RunFolder mine(folder.path() / "file/below"), io::DeviceError);
+  EXPECT_THROW(const RunFolder run(folder.path() / "file"), io::DeviceError);
+  EXPECT_THROW(const RunFolder run(folder.path() / "file/below"), io::DeviceError);
 }
 
 }  // namespace

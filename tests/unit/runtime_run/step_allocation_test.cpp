@@ -1,6 +1,6 @@
-// No heap traffic in the steps of the crossing's modules, in real time, with the real database: every module
-// of configs/crossing/crossing.yaml is stepped by the executive as in a session, and what its task does on
-// the tick's threads is counted after the warm-up.
+// The modules of configs/crossing/crossing.yaml do not allocate in their steps, in real time and with the
+// real database: the executive steps them as in a session, and the heap traffic of their tasks is counted
+// after the warm-up.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@
 namespace hil::run {
 namespace {
 
-/// Counts the heap traffic of the task within.
+/// Counts the heap traffic of a task.
 class Guarded final : public executive::Task {
  public:
   Guarded(executive::Task& task, std::uint64_t warmup_runs) : task_(task), warmup_runs_(warmup_runs) {}
@@ -47,13 +47,13 @@ class Guarded final : public executive::Task {
   std::atomic<std::uint64_t> guarded_runs_{0};
 };
 
-TEST(StepAllocation, NoModuleOfTheCrossingTouchesTheHeapInRealTime) {
+TEST(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   config::Diagnostics diagnostics;
   const auto scenario = config::load_scenario(
       std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml",
       std::vector<std::string>{"tasks.scanner.parameters.columns=240", "tasks.scanner.parameters.rows=60",
                                "realtime.scheduler=other"},
-      module_schemas(), diagnostics);
+      scenario_types(), diagnostics);
   ASSERT_TRUE(scenario) << diagnostics.to_text();
   auto wiring = wire(*scenario, diagnostics);
   ASSERT_TRUE(wiring) << diagnostics.to_text();
@@ -81,7 +81,7 @@ TEST(StepAllocation, NoModuleOfTheCrossingTouchesTheHeapInRealTime) {
   } origin(run_clock);
   executive::ExecutiveOptions run_options;
   run_options.base_period_ns = scenario->base_period_ns;
-  run_options.duration_ticks = 2'500;  // two sweeps and a half
+  run_options.duration_ticks = 2'500;  // two and a half sweeps
   run_options.clock = &clock;
   run_options.hooks = &origin;
   run_options.realtime.scheduler = executive::Scheduler::other;
@@ -109,7 +109,7 @@ TEST(StepAllocation, NoModuleOfTheCrossingTouchesTheHeapInRealTime) {
   executive.run(never);
   EXPECT_EQ(allocation_guard::seen().allocations, 0U);
   EXPECT_EQ(allocation_guard::seen().frees, 0U);
-  // It has counted something: each module ran, the world was written and asked.
+  // Each module ran, and the world was written and queried.
   ASSERT_EQ(guarded.size(), 4U);
   for (const auto& task : guarded)
     EXPECT_GT(task->guarded_runs(), 20U);

@@ -1,4 +1,4 @@
-// Modules and devices as tasks of the executive, with fakes on both sides.
+// Modules and devices as tasks of the executive, with a fake module, device and database.
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-/// Has a latest version and nothing else.
-class VersionOnly final : public rtstdb::Database {
+/// A database with a latest version and one outcome; it accepts nothing else.
+class FakeDatabase final : public rtstdb::Database {
  public:
   rtstdb::Version version = 0;
   rtstdb::Outcome outcome;  ///< of every transaction
@@ -39,15 +39,15 @@ class VersionOnly final : public rtstdb::Database {
     return refused();
   }
   rtstdb::Result<std::unique_ptr<rtstdb::StandingQuery>> watch(
-      const rtstdb::StandingRegion& /*asked*/, const rtstdb::StandingOptions& /*options*/) override {
+      const rtstdb::StandingRegion& /*region*/, const rtstdb::StandingOptions& /*options*/) override {
     return refused();
   }
   rtstdb::Result<std::unique_ptr<rtstdb::StandingQuery>> watch(
-      const rtstdb::StandingRay& /*asked*/, const rtstdb::StandingOptions& /*options*/) override {
+      const rtstdb::StandingRay& /*ray*/, const rtstdb::StandingOptions& /*options*/) override {
     return refused();
   }
   rtstdb::Result<std::unique_ptr<rtstdb::StandingQuery>> watch(
-      const rtstdb::StandingNearest& /*asked*/, const rtstdb::StandingOptions& /*options*/) override {
+      const rtstdb::StandingNearest& /*nearest*/, const rtstdb::StandingOptions& /*options*/) override {
     return refused();
   }
   void submit(rtstdb::Transaction& /*transaction*/) noexcept override {}
@@ -87,7 +87,7 @@ class VersionOnly final : public rtstdb::Database {
   rtstdb::Recovery recovery_;
 };
 
-/// Only there to be carried out.
+/// A transaction that is only executed.
 class AnyTransaction final : public rtstdb::Transaction {
  public:
   void begin(const rtstdb::Terms& /*terms*/) noexcept override {}
@@ -110,7 +110,7 @@ class AnyTransaction final : public rtstdb::Transaction {
   rtstdb::Outcome outcome_;
 };
 
-/// Keeps what it was given; its output is its first input plus one.
+/// Records its inputs; its output is its first input plus one.
 class Recorder final : public modules::Module {
  public:
   Recorder() {
@@ -130,13 +130,13 @@ class Recorder final : public modules::Module {
     context.outputs[0] = in.value + 1.0;
     context.blocked_ns += 11;
     context.gpu_ns += 5;
-    if (asks != nullptr) context.execute(*asks, transaction_);
+    if (queried != nullptr) context.execute(*queried, transaction_);
   }
 
   modules::StepContext seen;
   signals::SignalValue in, open;
   double out_before = 0.0;
-  rtstdb::Database* asks = nullptr;  ///< every step carries out a transaction there
+  rtstdb::Database* queried = nullptr;  ///< every step executes a transaction there
 
  private:
   AnyTransaction transaction_;
@@ -150,7 +150,7 @@ class ModuleTasks : public ::testing::Test {
   const signals::SignalId out_ = table_.add({.name = "m.out", .unit = "", .writer = "m", .initial = 3.0});
   const signals::SignalId untouched_ =
       table_.add({.name = "m.untouched", .unit = "", .writer = "m", .initial = 4.0});
-  VersionOnly database_;
+  FakeDatabase database_;
   executive::VirtualClock executive_clock_;
   DeviceClock clock_{executive_clock_};
   modules::EventLog events_;
@@ -160,12 +160,12 @@ class ModuleTasks : public ::testing::Test {
       events_};
 };
 
-TEST_F(ModuleTasks, GiveTheStepItsTimesAndTheWorldsVersion) {
+TEST_F(ModuleTasks, PassTimesAndVersionToTheStep) {
   clock_.set_origin(1'000 * ms);
   database_.version = 42;
   const executive::TickInfo tick{.tick = 20, .time_ns = 20 * ms, .period_ns = 10 * ms, .run = 2};
   task_.latch(tick);
-  database_.version = 43;  // others write while it waits for its thread
+  database_.version = 43;  // written while the task waits for its thread
   task_.step(tick);
   EXPECT_EQ(module_.seen.run, 2U);
   EXPECT_EQ(module_.seen.time_ns, 20 * ms);
@@ -176,25 +176,25 @@ TEST_F(ModuleTasks, GiveTheStepItsTimesAndTheWorldsVersion) {
   EXPECT_EQ(module_.seen.world_time(), rtstdb::world_time_ns(20 * ms));
 }
 
-TEST_F(ModuleTasks, AKeptReleaseReadsInputsAndWorldAsOfItsOwnTick) {
-  const executive::TickInfo under_way{.tick = 10, .time_ns = 10 * ms, .period_ns = 10 * ms, .run = 1};
+TEST_F(ModuleTasks, KeptReleaseReadsTheInputsAndTheVersionOfItsTick) {
+  const executive::TickInfo running{.tick = 10, .time_ns = 10 * ms, .period_ns = 10 * ms, .run = 1};
   const executive::TickInfo kept{.tick = 20, .time_ns = 20 * ms, .period_ns = 10 * ms, .run = 2};
   const executive::TickInfo next{.tick = 30, .time_ns = 30 * ms, .period_ns = 10 * ms, .run = 3};
   table_.write(source_, 1.0, 10 * ms);
   database_.version = 41;
-  task_.latch(under_way);
+  task_.latch(running);
   table_.write(source_, 2.0, 20 * ms);
   database_.version = 42;
   task_.keep(kept);
   table_.write(source_, 3.0, 25 * ms);
   database_.version = 43;
-  task_.step(under_way);
-  EXPECT_EQ(module_.seen.version, 41U) << "what is under way sees nothing of it";
+  task_.step(running);
+  EXPECT_EQ(module_.seen.version, 41U) << "the running step is not affected";
   EXPECT_DOUBLE_EQ(module_.in.value, 1.0);
   task_.latch(kept);
   task_.step(kept);
   EXPECT_EQ(module_.seen.time_ns, 20 * ms);
-  EXPECT_EQ(module_.seen.version, 42U) << "rows of later versions begin after its time";
+  EXPECT_EQ(module_.seen.version, 42U) << "rows of later versions are valid only after its time";
   EXPECT_DOUBLE_EQ(module_.in.value, 2.0);
   task_.latch(next);
   task_.step(next);
@@ -202,21 +202,21 @@ TEST_F(ModuleTasks, AKeptReleaseReadsInputsAndWorldAsOfItsOwnTick) {
   EXPECT_DOUBLE_EQ(module_.in.value, 3.0);
 }
 
-TEST_F(ModuleTasks, CountRunsWhoseTransactionCameToNothing) {
+TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   task_.step({});
   EXPECT_EQ(task_.runs_without_answer(), 0U);
-  module_.asks = &database_;
+  module_.queried = &database_;
   database_.outcome.status = rtstdb::Status::bad_input;
   task_.step({});
   database_.outcome.status = rtstdb::Status::missed;
   task_.step({});
   database_.outcome.status = rtstdb::Status::late;
   task_.step({});
-  EXPECT_EQ(task_.runs_without_answer(), 2U) << "late is done";
+  EXPECT_EQ(task_.runs_without_answer(), 2U) << "a late transaction is done";
   EXPECT_EQ(task_.first_failure(), rtstdb::Status::bad_input);
 }
 
-TEST_F(ModuleTasks, WorkOnCopiesBetweenLatchAndPublish) {
+TEST_F(ModuleTasks, UseCopiesOfTheSignalsBetweenLatchAndPublish) {
   const executive::TickInfo tick{.tick = 0, .time_ns = 0, .period_ns = ms, .run = 0};
   table_.write(source_, 10.0, 0);
   task_.latch(tick);
@@ -224,7 +224,7 @@ TEST_F(ModuleTasks, WorkOnCopiesBetweenLatchAndPublish) {
   task_.step(tick);
   EXPECT_DOUBLE_EQ(module_.in.value, 10.0);
   EXPECT_TRUE(module_.in.fresh);
-  EXPECT_DOUBLE_EQ(table_.value(out_), 3.0) << "seen before it was published";
+  EXPECT_DOUBLE_EQ(table_.value(out_), 3.0) << "visible before it was published";
   task_.publish(tick);
   EXPECT_DOUBLE_EQ(table_.value(out_), 11.0);
   EXPECT_TRUE(table_.read(out_).fresh);
@@ -240,7 +240,7 @@ TEST_F(ModuleTasks, UnconnectedInputsReadTheirInitialValueAndAreNotFresh) {
   EXPECT_FALSE(module_.in.fresh) << "connected, but never written";
 }
 
-TEST_F(ModuleTasks, OutputsHoldTheValuesOfTheLastRun) {
+TEST_F(ModuleTasks, OutputsKeepTheValuesOfTheLastRun) {
   task_.latch({});
   task_.step({});
   EXPECT_DOUBLE_EQ(module_.out_before, 3.0);
@@ -250,14 +250,14 @@ TEST_F(ModuleTasks, OutputsHoldTheValuesOfTheLastRun) {
   EXPECT_DOUBLE_EQ(module_.out_before, 1.0);
 }
 
-TEST_F(ModuleTasks, CountTheTimeOfEachRunApart) {
+TEST_F(ModuleTasks, MeasureTheTimesOfEachRun) {
   task_.step({});
   task_.step({});
   EXPECT_EQ(task_.last_blocked_ns(), 11);
   EXPECT_EQ(task_.last_gpu_ns(), 5);
 }
 
-/// Two inputs and two outputs; remembers the calls.
+/// Two inputs and two outputs; records the calls.
 class FakeDevice final : public tests::StillDevice {
  public:
   FakeDevice() : StillDevice("fake") {}
@@ -310,7 +310,7 @@ class DeviceLinks : public ::testing::Test {
                            .fresh = {fresh_}};
 };
 
-TEST_F(DeviceLinks, InputsBecomeSignalsWithTheirTimes) {
+TEST_F(DeviceLinks, WriteInputsToSignalsWithTheirTimes) {
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   device_.first = {.value = 5.0, .time_ns = 1'234, .fresh = true};
   device_.second = {.value = -2.0, .time_ns = 99, .fresh = false};
@@ -323,7 +323,7 @@ TEST_F(DeviceLinks, InputsBecomeSignalsWithTheirTimes) {
   EXPECT_FALSE(table_.read(a_).fresh);
 }
 
-TEST_F(DeviceLinks, WhetherTheDeviceIsThereAndItsInputsAreFreshAreSignals) {
+TEST_F(DeviceLinks, WriteConnectionAndFreshnessToSignals) {
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   link.latch_inputs(3 * ms);
   EXPECT_EQ(table_.value(connected_), 1.0);
@@ -337,7 +337,7 @@ TEST_F(DeviceLinks, WhetherTheDeviceIsThereAndItsInputsAreFreshAreSignals) {
   EXPECT_TRUE(table_.read(fresh_).fresh && table_.read(connected_).fresh);
 }
 
-TEST_F(DeviceLinks, SafeValuesAreHeldUntilTheyAreLetGo) {
+TEST_F(DeviceLinks, HoldSafeValuesUntilTheyAreReleased) {
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   link.hold_safe_values(true);
   link.step({.tick = 3, .time_ns = 3 * ms, .period_ns = ms, .run = 3});
@@ -349,7 +349,7 @@ TEST_F(DeviceLinks, SafeValuesAreHeldUntilTheyAreLetGo) {
   EXPECT_DOUBLE_EQ(device_.released[1], 6.0);
 }
 
-TEST_F(DeviceLinks, OutputsComeFromSignalsAndConstants) {
+TEST_F(DeviceLinks, ReadOutputsFromSignalsAndConstants) {
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   link.step({.tick = 3, .time_ns = 3 * ms, .period_ns = ms, .run = 3});
   EXPECT_DOUBLE_EQ(device_.released[0], 4.0);
@@ -358,11 +358,11 @@ TEST_F(DeviceLinks, OutputsComeFromSignalsAndConstants) {
   table_.write(source_, 8.0, 4 * ms);
   link.step({.tick = 4, .time_ns = 4 * ms, .period_ns = ms, .run = 4});
   EXPECT_DOUBLE_EQ(device_.released[1], 8.0);
-  EXPECT_EQ(device_.exchanges, 0) << "nobody waits in real time";
+  EXPECT_EQ(device_.exchanges, 0) << "there is no exchange in real time";
   EXPECT_TRUE(link.in_step());
 }
 
-TEST_F(DeviceLinks, InLockStepTheyExchangeAfterTheRelease) {
+TEST_F(DeviceLinks, ExchangeAfterTheReleaseInLockStep) {
   DeviceLink link(device_, links_, table_, io::Pacing::lockstep);
   link.step({.tick = 5, .time_ns = 5 * ms, .period_ns = ms, .run = 5});
   EXPECT_EQ(device_.exchanges, 1);
@@ -371,7 +371,7 @@ TEST_F(DeviceLinks, InLockStepTheyExchangeAfterTheRelease) {
   EXPECT_TRUE(link.in_step());
 }
 
-TEST_F(DeviceLinks, ADeviceThatDoesNotAnswerIsNotWaitedForAgain) {
+TEST_F(DeviceLinks, DoNotWaitAgainForADeviceThatDidNotReply) {
   DeviceLink link(device_, links_, table_, io::Pacing::lockstep);
   device_.answers = false;
   link.step({});

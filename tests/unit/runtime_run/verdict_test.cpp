@@ -31,12 +31,12 @@ class Verdicts : public ::testing::Test {
   report::RunRecord record_;
 };
 
-TEST_F(Verdicts, WhatHeldPasses) {
+TEST_F(Verdicts, HeldExpectationsPass) {
   EXPECT_EQ(exit_code(), exit_passed);
   EXPECT_EQ(record_.verdict, report::Verdict::passed);
 }
 
-TEST_F(Verdicts, WhatWasNotCheckedDoesNotPassAndIsNamed) {
+TEST_F(Verdicts, UncheckedExpectationFailsAndIsNamed) {
   record_.expectations.push_back(
       {.name = "lights", .result = ExpectationResult::not_checked, .detail = "evaluated on 1 of 9 ticks"});
   EXPECT_EQ(exit_code(), exit_expectation_failed);
@@ -44,10 +44,11 @@ TEST_F(Verdicts, WhatWasNotCheckedDoesNotPassAndIsNamed) {
   EXPECT_EQ(record_.reason, "expectation 'lights' was not checked: evaluated on 1 of 9 ticks");
   record_.expectations.push_back({.name = "speed", .result = ExpectationResult::failed, .detail = "broken"});
   EXPECT_EQ(exit_code(), exit_expectation_failed);
-  EXPECT_EQ(record_.reason, "expectation 'speed' failed: broken") << "a failure says more";
+  EXPECT_EQ(record_.reason, "expectation 'speed' failed: broken")
+      << "a failure precedes an unchecked expectation";
 }
 
-TEST_F(Verdicts, GivenUpTicksBreakTheTimingAboveTheLimitAndNotAtIt) {
+TEST_F(Verdicts, SkippedTicksAboveTheLimitBreakTheTiming) {
   record_.ticks = 9'500;
   record_.skipped_ticks = 500;
   EXPECT_EQ(exit_code(), exit_passed);
@@ -58,7 +59,7 @@ TEST_F(Verdicts, GivenUpTicksBreakTheTimingAboveTheLimitAndNotAtIt) {
   EXPECT_NE(record_.reason.find("the limit (realtime.max_lost) is 5 %"), std::string::npos) << record_.reason;
 }
 
-TEST_F(Verdicts, ReleasesThatWereSkippedOrAbortedBreakTheTimingOfTheirTask) {
+TEST_F(Verdicts, SkippedAndAbortedReleasesBreakTheTiming) {
   report::Task& task = record_.tasks[0];
   task.runs = 95;
   task.skipped = 5;
@@ -69,26 +70,28 @@ TEST_F(Verdicts, ReleasesThatWereSkippedOrAbortedBreakTheTimingOfTheirTask) {
       << record_.reason;
 }
 
-TEST_F(Verdicts, RunsWithoutAnAnswerFromTheWorldBreakItToo) {
+TEST_F(Verdicts, RunsWithoutAnAnswerBreakTheTiming) {
   record_.tasks[0].without_answer = 6;
   EXPECT_EQ(exit_code(), exit_timing_broken);
   EXPECT_NE(record_.reason.find("6 of 100 runs got no answer"), std::string::npos) << record_.reason;
 }
 
-TEST_F(Verdicts, OutputsThatABusDidNotSendBreakItToo) {
+TEST_F(Verdicts, OutputsThatWereNotSentBreakTheTiming) {
   record_.tasks[0].name = "can.car";
-  record_.can.resize(1);
-  record_.can[0].bus = "car";
-  record_.can[0].dropped_releases = 5;
+  const auto set_dropped = [&](std::uint64_t ticks) {
+    const report::BusRecord car{.name = "car", .fields = {{"dropped_releases", ticks}}};
+    record_.buses = {{.section = "can", .buses = {car}}};
+  };
+  set_dropped(5);
   EXPECT_EQ(exit_code(), exit_passed);
-  record_.can[0].dropped_releases = 6;
+  set_dropped(6);
   EXPECT_EQ(exit_code(), exit_timing_broken);
   EXPECT_NE(record_.reason.find("task can.car: the outputs of 6 of 100 runs were not sent"),
             std::string::npos)
       << record_.reason;
 }
 
-TEST_F(Verdicts, TheGpuComesBeforeIoThatBeforeTimingThatBeforeInterruption) {
+TEST_F(Verdicts, MostSevereReasonDecides) {
   record_.expectations[0].result = ExpectationResult::failed;
   EXPECT_EQ(exit_code(), exit_expectation_failed);
   EXPECT_EQ(exit_code(true), exit_interrupted);

@@ -1,18 +1,20 @@
-// Who writes which signal and who reads it: every mistake with its place and the nearest name there is.
-
-#include "runtime/run/wiring.hpp"
+// Writers and readers of signals: every mistake has its place and the nearest existing name.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <thread>
 
+#include "runtime/buses/can/can_bus.hpp"
+#include "runtime/buses/modbus/modbus_unit.hpp"
 #include "tests/paths.h"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
+#include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
 namespace {
-
-using testing::Folder;
 
 const char* const database_text = R"(VERSION ""
 BU_: HIL ECU
@@ -80,30 +82,18 @@ expectations:
     response: {request: can.car.EgoStatus.Counter, reply: can.car.BrakeCommand.AnswerTo, within: 50 ms}
 )";
 
-class WiringOf : public ::testing::Test {
+class WiringTest : public testing::WiringFixture {
  protected:
-  WiringOf() {
+  WiringTest() {
     folder_.write("test.dbc", database_text);
     folder_.write("map.yaml", registers_text);
   }
-
-  std::optional<Wiring> wired(const std::string& text) {
-    auto loaded =
-        config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_);
-    if (!loaded) throw std::runtime_error("refused before the wiring:\n" + diagnostics_.to_text());
-    scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
-    return wire(*scenario_, diagnostics_);
-  }
-
   static std::string changed(const std::string& from, const std::string& to,
-                             std::string text = scenario_text) {
-    const std::size_t at = text.find(from);
-    if (at == std::string::npos || text.find(from, at + 1) != std::string::npos)
-      throw std::runtime_error("not exactly once in the text: " + from);
-    return text.replace(at, from.size(), to);
+                             const std::string& text = scenario_text) {
+    return WiringFixture::changed(from, to, text);
   }
 
-  /// Whether there is such a mistake, at the line and column where `at` begins in the text.
+  /// Whether there is a mistake with `words` at the line and column where `at` begins in the text.
   ::testing::AssertionResult has_mistake(const std::string& text, const std::string& at,
                                          const std::string& words) const {
     const std::size_t index = text.find(at);
@@ -120,35 +110,31 @@ class WiringOf : public ::testing::Test {
            << "no mistake at " << line << ":" << column << " with \"" << words << "\" in:\n"
            << diagnostics_.to_text();
   }
-  /// The only mistake of the changed scenario.
+  /// Whether this is the only mistake of the scenario.
   ::testing::AssertionResult refuses(const std::string& text, const std::string& at,
                                      const std::string& words) {
-    if (wired(text)) return ::testing::AssertionFailure() << "not refused";
+    if (wired(text) || !is_loaded_) return ::testing::AssertionFailure() << "not refused by the wiring";
     if (diagnostics_.count() != 1)
       return ::testing::AssertionFailure() << "not exactly one mistake:\n" << diagnostics_.to_text();
     return has_mistake(text, at, words);
   }
-
-  Folder folder_;
-  config::Diagnostics diagnostics_;
-  std::unique_ptr<config::Scenario> scenario_;
 };
 
-TEST_F(WiringOf, ABusIsRefusedWhenMoreMistakesWereMadeThanAreKept) {
+TEST_F(WiringTest, BusIsRefusedWhenNoMoreMistakesAreKept) {
   for (const auto& [good, bad] : {std::pair("checksum: Checksum", "checksum: Counter"),
                                   std::pair("safe: {Mode: 1}", "safe: {Moed: 1}")}) {
     config::Diagnostics diagnostics;
     const auto scenario = config::load_scenario(folder_.write("scenario.yaml", changed(good, bad)), {},
-                                                module_schemas(), diagnostics);
+                                                scenario_types(), diagnostics);
     ASSERT_TRUE(scenario) << diagnostics.to_text();
     for (std::size_t i = 0; i < config::Diagnostics::capacity; ++i)
-      diagnostics.add({}, "said before");
+      diagnostics.add({}, "an earlier mistake");
     EXPECT_FALSE(wire(*scenario, diagnostics)) << bad;
     EXPECT_GT(diagnostics.count(), config::Diagnostics::capacity) << bad;
   }
 }
 
-TEST_F(WiringOf, AGoodScenarioConnectsEverySignal) {
+TEST_F(WiringTest, EverySignalIsConnected) {
   const auto wiring = wired(scenario_text);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   const signals::SignalTable& table = wiring->signals;
@@ -166,50 +152,80 @@ TEST_F(WiringOf, AGoodScenarioConnectsEverySignal) {
   EXPECT_EQ(traffic.outputs[0], id("traffic.ego.x"));
   EXPECT_DOUBLE_EQ(table.value(id("traffic.ego.speed")), 10.0) << "signals start with their initial values";
 
-  ASSERT_EQ(wiring->can.size(), 1U);
-  const auto& sources = wiring->can[0].links.outputs;  // Speed, Mode
+  ASSERT_EQ(wiring->buses.size(), 2U);
+  const auto& sources = wiring->buses[0].links.outputs;  // Speed, Mode
   ASSERT_EQ(sources.size(), 2U);
   EXPECT_EQ(sources[0].signal, id("traffic.ego.speed"));
   EXPECT_FALSE(sources[1].signal.valid());
   EXPECT_DOUBLE_EQ(sources[1].constant, 3.0);
-  EXPECT_EQ(wiring->can[0].device.send[0].safe_values.at("Mode"), 1.0);
-  EXPECT_EQ(wiring->can[0].device.send[0].protection.counter_signal, "Counter");
-  EXPECT_EQ(wiring->can[0].device.receive[0].timeout_ns, 200'000'000);
+  const auto& config = dynamic_cast<const buses::can::CanBus&>(*wiring->buses[0].bus).config();
+  EXPECT_EQ(config.send[0].safe_values.at("Mode"), 1.0);
+  EXPECT_EQ(config.send[0].protection.counter_signal, "Counter");
+  EXPECT_EQ(config.receive[0].timeout_ns, 200'000'000);
 
-  ASSERT_EQ(wiring->modbus.size(), 1U);
   bool written = false;
-  for (const DeviceLink::Source& source : wiring->modbus[0].links.outputs)
+  for (const buses::Source& source : wiring->buses[1].links.outputs)
     written = written || source.signal == id("collision.hits");
   EXPECT_TRUE(written);
 }
 
-TEST_F(WiringOf, ARegisterCanBeWrittenFromAConstant) {
+TEST_F(WiringTest, RegisterIsWrittenFromAConstant) {
   const auto wiring = wired(changed("{detector: collision.hits}", "{detector: 12}"));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  const auto& sources = wiring->modbus[0].links.outputs;
+  const auto& sources = wiring->buses[1].links.outputs;
   ASSERT_EQ(sources.size(), 1U);
   EXPECT_FALSE(sources[0].signal.valid());
   EXPECT_DOUBLE_EQ(sources[0].constant, 12.0);
 }
 
-TEST_F(WiringOf, LimitsOfAUnitReachItsDevice) {
+TEST_F(WiringTest, DeviceOfEachBusCallsTheHookInItsThread) {
+  folder_.write("map.yaml",
+                "registers:\n"
+                "  - {name: detector, table: input, address: 0, type: u16, access: write}\n"
+                "  - {name: light, table: holding, address: 0, type: u16, access: read}\n");
+  const auto wiring =
+      wired(changed("    device: 127.0.0.1:1502\n", "    device: 127.0.0.1:auto\n    role: server\n",
+                    changed("    heartbeat: alive\n", "", changed("    read: [light]\n", ""))));
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  ASSERT_EQ(wiring->buses.size(), buses::bus_types().size());
+  const io::RunningClock clock;
+  for (const WiredBus& wired : wiring->buses) {
+    SCOPED_TRACE(wired.section->full_name());
+    std::atomic<int> calls{0};
+    std::atomic<bool> is_own_thread{false};
+    const auto run = wired.bus->make_device({.scenario = *scenario_,
+                                             .directory = folder_.path(),
+                                             .on_thread_start = [&, test = std::this_thread::get_id()] {
+                                               is_own_thread = std::this_thread::get_id() != test;
+                                               ++calls;
+                                             }});
+    run->device().start(clock, io::Pacing::realtime);
+    EXPECT_TRUE(tests::eventually([&] { return calls == 1; }));
+    run->device().stop();
+    EXPECT_EQ(calls, 1);
+    EXPECT_TRUE(is_own_thread);
+  }
+}
+
+TEST_F(WiringTest, LimitsOfAUnitArePassedToItsDevice) {
   const auto wiring = wired(changed("    heartbeat: alive\n",
                                     "    heartbeat: alive\n    unit_id: 250\n    max_gap: 9\n"
                                     "    max_clients: 7\n"));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  const io::modbus::ClientSettings client = client_settings(*wiring->modbus[0].section, {});
+  const auto& section = dynamic_cast<const buses::modbus::ModbusSection&>(*wiring->buses[1].section);
+  const io::modbus::ClientSettings client = buses::modbus::client_settings(section, {});
   EXPECT_EQ(client.unit, 250);
   EXPECT_EQ(client.max_gap, 9);
-  EXPECT_EQ(server_settings(*wiring->modbus[0].section, {}).limits.max_connections, 7U);
+  EXPECT_EQ(buses::modbus::server_settings(section, {}).limits.max_connections, 7U);
 }
 
-TEST_F(WiringOf, AnInputThatIsNotConnectedHasNoSignal) {
+TEST_F(WiringTest, OpenInputHasNoSignal) {
   const auto wiring = wired(changed("      ego_brake_request: can.car.BrakeCommand.Deceleration\n", ""));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   EXPECT_FALSE(wiring->modules[0].links.inputs[1].valid());
 }
 
-TEST_F(WiringOf, AnUnknownSignalHasItsPlaceAndTheNearestName) {
+TEST_F(WiringTest, UnknownSignalIsAMistakeWithTheNearestName) {
   const struct {
     const char *from, *to, *nearest;
   } cases[] = {{"light_east: modbus.plc.light", "light_east: modbus.plc.ligth", "'modbus.plc.light'"},
@@ -219,7 +235,6 @@ TEST_F(WiringOf, AnUnknownSignalHasItsPlaceAndTheNearestName) {
                {"AnswerTo, within", "AnswrTo, within", "'can.car.BrakeCommand.AnswerTo'"},
                {"never: collision.total > 0", "never: collision.totl > 0", "'collision.total'"}};
   for (const auto& one : cases) {
-    diagnostics_ = {};
     const std::string text = changed(one.from, one.to);
     const std::string to = one.to;
     std::string signal = to.substr(to.find(": ") == std::string::npos ? 0 : to.find(": ") + 2);
@@ -230,19 +245,7 @@ TEST_F(WiringOf, AnUnknownSignalHasItsPlaceAndTheNearestName) {
   }
 }
 
-TEST_F(WiringOf, AnInputThatTheModuleDoesNotHaveIsAMistake) {
-  const std::string text = changed("ego_brake_request:", "ego_brake_reqest:");
-  EXPECT_TRUE(refuses(text, "ego_brake_reqest",
-                      "module traffic has no input 'ego_brake_reqest'; did you mean "
-                      "'ego_brake_request'?"));
-}
-
-TEST_F(WiringOf, ARequiredInputHasToBeConnected) {
-  const std::string text = changed("      light_east: modbus.plc.light\n", "");
-  EXPECT_TRUE(refuses(text, "traffic\n", "module traffic needs its input 'light_east'"));
-}
-
-TEST_F(WiringOf, TwoWritersOfOneSignalAreAMistake) {
+TEST_F(WiringTest, SecondWriterOfASignalIsAMistake) {
   const std::string text =
       changed("  - module: collision\n",
               "  - module: modbus\n    type: detectors\n    rate: 50 Hz\n    parameters: {layers: [vehicle], "
@@ -255,130 +258,80 @@ TEST_F(WiringOf, TwoWritersOfOneSignalAreAMistake) {
               "  - module: modbus\n    type: vehicles\n    rate: 1 kHz\n    parameters: {vehicles: {plc: "
               "{position: [9 m, 9 m], speed: 1 m/s}}}\n  - module: collision\n",
               changed("read: [light]", "read: [light, speed]"));
-  diagnostics_ = {};
   EXPECT_TRUE(refuses(clash, "plc\n    device",
                       "two writers of one signal: 'modbus.plc.speed' is written by "
                       "module modbus and by modbus.plc"));
 }
 
-TEST_F(WiringOf, UnitsHaveToAgree) {
-  const std::string text = changed("Speed: traffic.ego.speed", "Speed: traffic.ego.x");
-  EXPECT_TRUE(refuses(text, "traffic.ego.x", "'traffic.ego.x' is in m, but 'EgoStatus.Speed' is in m/s"));
-}
-
-TEST_F(WiringOf, UnitsOfAModulesInputsHaveToAgreeToo) {
-  const std::string text = changed("can.car.BrakeCommand.Deceleration\n", "can.car.BrakeCommand.Length\n");
-  EXPECT_TRUE(refuses(text, "can.car.BrakeCommand.Length", "is in m, but 'ego_brake_request' is in m/s2"));
-}
-
-TEST_F(WiringOf, UnitsThatAreLeftOpenFitAnything) {
+TEST_F(WiringTest, SignalWithoutAUnitAcceptsAnyUnit) {
   EXPECT_TRUE(wired(changed("Mode: 3", "Mode: traffic.ego.speed"))) << diagnostics_.to_text();
 }
 
-TEST_F(WiringOf, AnUnknownMessageHasTheNearestName) {
-  const std::string sent = changed("- message: EgoStatus", "- message: EgoStatsu");
-  ASSERT_FALSE(wired(sent));
-  EXPECT_TRUE(has_mistake(sent, "EgoStatsu",
-                          "the CAN database has no message 'EgoStatsu'; did you mean 'EgoStatus'?"));
-  diagnostics_ = {};
-  const std::string received = changed("{message: BrakeCommand,", "{message: BrakeComand,");
-  ASSERT_FALSE(wired(received));
-  EXPECT_TRUE(has_mistake(received, "BrakeComand", "did you mean 'BrakeCommand'?"));
-}
-
-TEST_F(WiringOf, AnUnknownSignalOfAMessageHasTheNearestName) {
-  const struct {
-    const char *from, *to, *at;
-  } cases[] = {{"{Speed: traffic", "{Spede: traffic", "Spede"},
-               {"counter: Counter", "counter: Countre", "Countre"},
-               {"checksum: Checksum", "checksum: Cheksum", "Cheksum"},
-               {"safe: {Mode: 1}", "safe: {Mdoe: 1}", "Mdoe"}};
-  for (const auto& one : cases) {
-    diagnostics_ = {};
-    const std::string text = changed(one.from, one.to);
-    ASSERT_FALSE(wired(text)) << one.to;
-    EXPECT_TRUE(has_mistake(text, one.at,
-                            std::string("message EgoStatus has no signal '") + one.at + "'; did you mean '"))
-        << one.to;
-  }
-}
-
-TEST_F(WiringOf, AConstantThatItsSignalDoesNotHoldIsAMistake) {
+TEST_F(WiringTest, WrongNamesAndUnitsAreMistakesAtTheirPlaces) {
   const struct {
     const char *from, *to, *at, *words;
+    std::size_t mistakes = 1;
   } cases[] = {
+      {"ego_brake_request:", "ego_brake_reqest:", "ego_brake_reqest",
+       "module traffic has no input 'ego_brake_reqest'; did you mean 'ego_brake_request'?"},
+      {"      light_east: modbus.plc.light\n", "", "traffic\n",
+       "module traffic needs its input 'light_east'"},
+      {"Speed: traffic.ego.speed", "Speed: traffic.ego.x", "traffic.ego.x",
+       "'traffic.ego.x' is in m, but 'EgoStatus.Speed' is in m/s"},
+      {"can.car.BrakeCommand.Deceleration\n", "can.car.BrakeCommand.Length\n", "can.car.BrakeCommand.Length",
+       "is in m, but 'ego_brake_request' is in m/s2"},
+      {"{Speed: traffic", "{Spede: traffic", "Spede",
+       "message EgoStatus has no signal 'Spede'; did you mean '"},
+      {"counter: Counter", "counter: Countre", "Countre", "has no signal 'Countre'; did you mean '", 2},
+      {"checksum: Checksum", "checksum: Cheksum", "Cheksum", "has no signal 'Cheksum'; did you mean '", 2},
+      {"safe: {Mode: 1}", "safe: {Mdoe: 1}", "Mdoe", "has no signal 'Mdoe'; did you mean '"},
       {"Mode: 3", "Mode: 16", "Mode: 16", "'Mode': 16 is out of range; the signal has the range 0 to 15"},
       {"Mode: 3", "Mode: -5", "Mode: -5", "-5 is out of range"},
       {"Speed: traffic.ego.speed", "Speed: 1e300", "Speed: 1e300", "has the range -100 to 100"},
-      {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "Mode: 1e300", "has the range 0 to 15"}};
+      {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "Mode: 1e300", "has the range 0 to 15"},
+      {"- message: EgoStatus", "- message: EgoStatsu", "EgoStatsu",
+       "the CAN database has no message 'EgoStatsu'; did you mean 'EgoStatus'?"},
+      {"{message: BrakeCommand,", "{message: BrakeComand,", "BrakeComand", "did you mean 'BrakeCommand'?"}};
   for (const auto& one : cases) {
-    diagnostics_ = {};
-    EXPECT_TRUE(refuses(changed(one.from, one.to), one.at, one.words)) << one.to;
-  }
-}
-
-/// Refused before the wiring, which may then count on it.
-TEST_F(WiringOf, WhatADeviceFillsItselfIsNotFedBySignals) {
-  const struct {
-    const char *from, *to, *at;
-  } cases[] = {{"Mode: 3}", "Mode: 3, Checksum: 5}", "Checksum: 5"},
-               {"Mode: 3}", "Mode: 3, Counter: traffic.ego.x}", "Counter: traffic"},
-               {"{detector: collision.hits}", "{detector: collision.hits, alive: collision.hits}",
-                "alive: collision"}};
-  for (const auto& one : cases) {
-    diagnostics_ = {};
+    SCOPED_TRACE(one.to);
     const std::string text = changed(one.from, one.to);
-    EXPECT_FALSE(
-        config::load_scenario(folder_.write("scenario.yaml", text), {}, module_schemas(), diagnostics_));
-    EXPECT_EQ(diagnostics_.count(), 1U) << diagnostics_.to_text();
-    EXPECT_TRUE(has_mistake(text, one.at, "hil sets"));
+    EXPECT_FALSE(wired(text));
+    EXPECT_EQ(diagnostics_.count(), one.mistakes) << diagnostics_.to_text();
+    EXPECT_TRUE(has_mistake(text, one.at, one.words));
   }
 }
 
-TEST_F(WiringOf, AllMistakesAreReportedAtOnce) {
-  std::string text = scenario_text;
-  text = changed("ego_brake_request:", "ego_brake_reqest:", text);
-  text = changed("Mode: 3", "Mode: traffic.ego.sped", text);
-  text = changed("{detector: collision.hits}", "{detector: collision.hit}", text);
-  text = changed("never: collision.total > 0", "never: collision.totl > 0 or traffic.eog.x > 1", text);
-  EXPECT_FALSE(wired(text));
-  EXPECT_EQ(diagnostics_.count(), 5U) << diagnostics_.to_text();
-  EXPECT_TRUE(has_mistake(text, "ego_brake_reqest", "has no input"));
-  EXPECT_TRUE(has_mistake(text, "traffic.ego.sped", "there is no signal"));
-  EXPECT_TRUE(has_mistake(text, "collision.hit}", "there is no signal"));
-  EXPECT_TRUE(has_mistake(text, "collision.totl", "there is no signal"));
-  EXPECT_TRUE(has_mistake(text, "traffic.eog.x", "there is no signal"));
+/// A part that can not be declared hides no mistakes elsewhere, and its signals are not reported as missing.
+TEST_F(WiringTest, MistakesHideNoOthers) {
+  const struct {
+    const char *from, *to, *at, *words;
+  } changes[] = {
+      {"ego_brake_request:", "ego_brake_reqest:", "ego_brake_reqest", "has no input"},
+      {"Mode: 3", "Mode: traffic.ego.sped", "traffic.ego.sped", "there is no signal"},
+      {"{detector: collision.hits}", "{detector: collision.hit}", "collision.hit}", "there is no signal"},
+      {"collision.total > 0", "collision.totl > 0", "collision.totl", "there is no signal"},
+      {"{message: BrakeCommand,", "{message: BrakeComand,", "BrakeComand", "no message"},
+      {"stop_line: 50 m, ", "", "east, braked", "no stop_line"},
+      {"collision.total > 0", "collision.total > 0 or traffic.eog.x > 1", "traffic.eog.x",
+       "there is no signal"}};
+  // Each combination with its number of mistakes.
+  const std::pair<std::vector<std::size_t>, std::size_t> combinations[] = {
+      {{0, 1, 2, 6}, 4}, {{1, 4}, 2}, {{2, 3, 4, 5}, 4}};
+  for (const auto& [chosen, mistakes] : combinations) {
+    SCOPED_TRACE(mistakes);
+    std::string text = scenario_text;
+    for (const std::size_t i : chosen)
+      text = changed(changes[i].from, changes[i].to, text);
+    EXPECT_FALSE(wired(text));
+    EXPECT_EQ(diagnostics_.count(), mistakes) << diagnostics_.to_text();
+    for (const std::size_t i : chosen)
+      EXPECT_TRUE(has_mistake(text, changes[i].at, changes[i].words));
+  }
 }
 
-/// A part that can not be declared does not hide mistakes elsewhere, and its own signals are not blamed on
-/// those that ask for them.
-TEST_F(WiringOf, AMistakeInOnePartDoesNotHideThoseOfOthers) {
-  std::string text = scenario_text;
-  text = changed("{message: BrakeCommand,", "{message: BrakeComand,", text);
-  text = changed("stop_line: 50 m, ", "", text);
-  text = changed("never: collision.total > 0", "never: collision.totl > 0", text);
-  text = changed("{detector: collision.hits}", "{detector: collision.hit}", text);
-  EXPECT_FALSE(wired(text));
-  EXPECT_EQ(diagnostics_.count(), 4U) << diagnostics_.to_text();
-  EXPECT_TRUE(has_mistake(text, "BrakeComand", "no message"));
-  EXPECT_TRUE(has_mistake(text, "east, braked", "no stop_line"));
-  EXPECT_TRUE(has_mistake(text, "collision.totl", "there is no signal"));
-  EXPECT_TRUE(has_mistake(text, "collision.hit}", "there is no signal"));
-}
-
-TEST_F(WiringOf, AMistakeInOneMessageDoesNotHideThoseOfTheSameBus) {
-  std::string text = scenario_text;
-  text = changed("{message: BrakeCommand,", "{message: BrakeComand,", text);
-  text = changed("Mode: 3", "Mode: traffic.ego.sped", text);
-  EXPECT_FALSE(wired(text));
-  EXPECT_EQ(diagnostics_.count(), 2U) << diagnostics_.to_text();
-  EXPECT_TRUE(has_mistake(text, "BrakeComand", "no message"));
-  EXPECT_TRUE(has_mistake(text, "traffic.ego.sped", "there is no signal"));
-}
-
-TEST_F(WiringOf, TheCrossingOfTheRepositoryIsWired) {
+TEST_F(WiringTest, CrossingOfTheRepositoryIsWired) {
   auto loaded = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml", {},
-                                      module_schemas(), diagnostics_);
+                                      scenario_types(), diagnostics_);
   ASSERT_TRUE(loaded) << diagnostics_.to_text();
   EXPECT_TRUE(wire(*loaded, diagnostics_)) << diagnostics_.to_text();
 }

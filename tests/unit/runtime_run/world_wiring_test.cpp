@@ -1,30 +1,23 @@
-// What `hil check` finds of a scenario's world: shapes, layers, room, and what modules ask of their tasks.
+// Mistakes of a scenario's world: shapes, layers, capacities, and what modules require of their tasks.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 
-#include "runtime/run/wiring.hpp"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
 namespace {
 
-using testing::Folder;
-
-class WorldWiringOf : public ::testing::Test {
+class WorldWiring : public testing::WiringFixture {
  protected:
   /// All mistakes as text, without the folder; empty when the scenario is wired.
   std::string mistakes_of(const std::string& text) {
-    config::Diagnostics diagnostics;
-    const std::string file = folder_.write("scenario.yaml", text);
-    auto loaded = config::load_scenario(file, {}, module_schemas(), diagnostics);
-    if (!loaded) throw std::runtime_error("refused before the wiring:\n" + diagnostics.to_text());
-    scenario_ = std::make_unique<config::Scenario>(std::move(*loaded));
-    wiring_ = wire(*scenario_, diagnostics);
-    EXPECT_EQ(wiring_.has_value(), diagnostics.empty());
-    std::string mistakes = diagnostics.to_text();
+    wiring_ = wired(text);
+    if (!is_loaded_) throw std::runtime_error("refused before the wiring:\n" + diagnostics_.to_text());
+    EXPECT_EQ(wiring_.has_value(), diagnostics_.empty());
+    std::string mistakes = diagnostics_.to_text();
     const std::string path = folder_.path().string() + "/";
     for (std::size_t at = mistakes.find(path); at != std::string::npos; at = mistakes.find(path))
       mistakes.erase(at, path.size());
@@ -43,8 +36,6 @@ class WorldWiringOf : public ::testing::Test {
            parameters + "}\n";
   }
 
-  Folder folder_;
-  std::unique_ptr<config::Scenario> scenario_;
   std::optional<Wiring> wiring_;
 };
 
@@ -53,7 +44,7 @@ class WorldWiringOf : public ::testing::Test {
   return ::testing::AssertionFailure() << "\"" << text << "\" does not begin with \"" << with << "\"";
 }
 
-TEST_F(WorldWiringOf, AMeshFileThatCanNotBeUsedIsRefusedAtItsPlace) {
+TEST_F(WorldWiring, UnusableMeshFileIsRefusedAtItsPlace) {
   const std::pair<const char*, const char*> meshes[] = {
       {"none.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"},
       {"nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n"},
@@ -66,7 +57,7 @@ TEST_F(WorldWiringOf, AMeshFileThatCanNotBeUsedIsRefusedAtItsPlace) {
     EXPECT_TRUE(begins(mistakes_of_mesh(name, mesh), "scenario.yaml:4:31: ")) << name;
 }
 
-TEST_F(WorldWiringOf, AMeshIsReadOnceForAllOfItsEntities) {
+TEST_F(WorldWiring, MeshIsReadOnceForAllItsEntities) {
   folder_.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: a.obj}}\n"
                         "    - {name: b, shape: {file: a.obj}, scale: 3}\n"
@@ -77,14 +68,14 @@ TEST_F(WorldWiringOf, AMeshIsReadOnceForAllOfItsEntities) {
   EXPECT_FLOAT_EQ(wiring_->scenery.bounds[1].maximum_m.x, 2.0F);
 }
 
-TEST_F(WorldWiringOf, AScaleThatTakesAMeshOutOfTheWorldIsRefused) {
+TEST_F(WorldWiring, ScaleBeyondTheWorldIsRefused) {
   folder_.write("a.obj", "v 0 0 0\nv 70000 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_TRUE(begins(
       mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: a.obj}, scale: 2}\n"),
       "scenario.yaml:4:46: 'scale' takes a corner of the mesh to 140000 m; 100000 m is the farthest"));
 }
 
-TEST_F(WorldWiringOf, EqualShapesTakeOnePlace) {
+TEST_F(WorldWiring, EqualShapesShareAGeometry) {
   std::string text = "scenario: a\nworld:\n  max_geometries: 1\n  entities:\n";
   for (int i = 0; i < 1025; ++i)
     text += "    - {name: e" + std::to_string(i) + ", shape: {sphere: 1 m}}\n";
@@ -96,7 +87,7 @@ TEST_F(WorldWiringOf, EqualShapesTakeOnePlace) {
              "scenario.yaml:1030:28: 2 different shapes so far, but world.max_geometries is 1"));
 }
 
-TEST_F(WorldWiringOf, VehiclesCountAsBodiesAndByTheirSizeAsShapes) {
+TEST_F(WorldWiring, VehiclesCountAsEntitiesAndTheirSizesAsGeometries) {
   const auto traffic = [](const std::string& limits, int cars, const std::string& more) {
     std::string text =
         "scenario: a\nworld: {" + limits +
@@ -116,7 +107,7 @@ TEST_F(WorldWiringOf, VehiclesCountAsBodiesAndByTheirSizeAsShapes) {
       "scenario.yaml:4:13: module traffic: 2 different shapes so far, but world.max_geometries is 1"));
 }
 
-TEST_F(WorldWiringOf, AScenarioThatListsNoLayersHasThoseOfItsBodies) {
+TEST_F(WorldWiring, LayersAreThoseOfTheBodiesUnlessListed) {
   const std::string vehicles =
       "tasks:\n  - module: traffic\n    type: vehicles\n    rate: 1 kHz\n    parameters: {vehicles: {a: "
       "{position: [0 m, 0 m], speed: 1 m/s}, b: {position: [9 m, 0 m], speed: 1 m/s}}}\n"
@@ -133,18 +124,18 @@ TEST_F(WorldWiringOf, AScenarioThatListsNoLayersHasThoseOfItsBodies) {
       "list; known here: ground\n");
 }
 
-TEST_F(WorldWiringOf, ASweepIsAWholeNumberOfTheTasksPeriods) {
+TEST_F(WorldWiring, SweepIsAWholeNumberOfPeriods) {
   EXPECT_EQ(mistakes_of(scanner("100 Hz", "scan_rate: 0.5 Hz")), "");
   EXPECT_TRUE(begins(mistakes_of(scanner("100 Hz", "scan_rate: 33 Hz")),
                      "scenario.yaml:8:74: 'scan_rate': a sweep of 30303030 ns is not a whole number of the "
                      "task's periods of 10000000 ns; with 33.3333333333 Hz or 25 Hz it is"));
   EXPECT_EQ(mistakes_of(scanner("100 Hz", "scan_rate: 33.3333333333 Hz")), "")
-      << "the rate it names is taken";
+      << "the suggested rate is accepted";
   EXPECT_TRUE(begins(mistakes_of(scanner("100 Hz", "scan_rate: 0.3 Hz")), "scenario.yaml:8:74: 'scan_rate'"));
   EXPECT_TRUE(begins(mistakes_of(scanner("1 Hz", "scan_rate: 2 Hz")), "scenario.yaml:8:74: 'scan_rate'"));
 }
 
-TEST_F(WorldWiringOf, AStepHasNoMoreBeamsThanAQueryTakes) {
+TEST_F(WorldWiring, BeamsOfAStepAreLimited) {
   EXPECT_EQ(mistakes_of(scanner("1 Hz", "columns: 2048, rows: 2048")), "");
   EXPECT_TRUE(begins(
       mistakes_of(scanner("1 Hz", "columns: 16384, rows: 8192")),
@@ -155,19 +146,19 @@ TEST_F(WorldWiringOf, AStepHasNoMoreBeamsThanAQueryTakes) {
   EXPECT_EQ(mistakes_of(scanner("0.5 Hz", "scan_rate: 0.5 Hz, ignore_motion: true")), "");
 }
 
-TEST_F(WorldWiringOf, AScannerIsNotComparedWithItsCarrier) {
+TEST_F(WorldWiring, ScannerIsNotComparedWithItsCarrier) {
   EXPECT_EQ(mistakes_of(scanner("100 Hz", "compare: [a]")),
             "scenario.yaml:8:73: 'compare': 'a' carries the scanner, so its beams do not sweep over it\n");
 }
 
-TEST_F(WorldWiringOf, DetectorsHaveALoop) {
+TEST_F(WorldWiring, DetectorsNeedALoop) {
   EXPECT_EQ(
       mistakes_of("scenario: a\nworld: {layers: [car]}\ntasks:\n  - module: loops\n    type: detectors\n"
                   "    rate: 50 Hz\n    parameters: {layers: [car], loops: {}}\n"),
       "scenario.yaml:7:40: 'loops': 0 loops; from 1 to 65535 are possible\n");
 }
 
-/// Extents of an outline: smallest and largest x, then y.
+/// Extent of an outline: smallest and largest x, then y.
 std::array<double, 4> extents(const report::Shape& shape) {
   std::array<double, 4> box{1e9, -1e9, 1e9, -1e9};
   for (const report::PointM& p : shape.footprint)
@@ -176,13 +167,13 @@ std::array<double, 4> extents(const report::Shape& shape) {
   return box;
 }
 
-void expect_extents(const report::Shape& shape, const std::array<double, 4>& wanted) {
+void expect_extents(const report::Shape& shape, const std::array<double, 4>& expected) {
   const std::array<double, 4> box = extents(shape);
   for (std::size_t i = 0; i < box.size(); ++i)
-    EXPECT_NEAR(box[i], wanted[i], 1e-6) << shape.label << ' ' << i;
+    EXPECT_NEAR(box[i], expected[i], 1e-6) << shape.label << ' ' << i;
 }
 
-TEST_F(WorldWiringOf, OutlinesStandWhereTheBodiesAreAtTheInstant) {
+TEST_F(WorldWiring, OutlinesShowTheBodiesAtTheGivenTime) {
   ASSERT_EQ(mistakes_of(R"(
 scenario: a
 world:
@@ -204,7 +195,7 @@ world:
   expect_extents(shapes[4], {-3.0, 3.0, -3.0, 3.0});
   EXPECT_EQ(shapes[0].footprint.size(), 4U);
   EXPECT_EQ(shapes[0].body_layer, "thing");
-  EXPECT_EQ(shapes[0].layer, report::Layer::structure) << "how it is drawn";
+  EXPECT_EQ(shapes[0].layer, report::Layer::structure) << "the layer of the picture";
   EXPECT_EQ(shapes[1].body_layer, "ground");
 }
 

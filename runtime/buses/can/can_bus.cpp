@@ -1,0 +1,138 @@
+#include "runtime/buses/can/can_bus.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "io/can/socketcan_bus.hpp"
+#include "runtime/buses/can/can_description.hpp"
+#include "runtime/buses/can/can_run.hpp"
+
+namespace hil::buses::can {
+namespace {
+
+using config::Diagnostics;
+
+template <class Configured>
+const io::can::DbcMessage* used(const io::can::Dbc& database, const Word& name,
+                                const std::vector<Configured>& configured) {
+  const io::can::DbcMessage* const message = database.find_message(name.text);
+  const bool is_used = message != nullptr &&
+                       std::ranges::find(configured, message->name, &Configured::message) != configured.end();
+  return is_used ? message : nullptr;
+}
+
+/// Connects an output to a value name of its DBC signal or to a signal of the run, whose name has a dot.
+void connect_output(const Word& word, const io::can::DbcSignal& signal, const io::ChannelInfo& channel,
+                    Source& target, const KnownSignals& known, Diagnostics& diagnostics) {
+  const std::map<std::string, double> values = named_values_of(signal);
+  constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
+  const bool may_be_signal =
+      word.text.find('.') != std::string::npos && word.text.find_first_not_of(letters) == std::string::npos;
+  if (!may_be_signal || (values.contains(word.text) && !known.table().find(word.text))) {
+    if (const auto value = value_named(values, word, channel.name, diagnostics)) target.constant = *value;
+    return;
+  }
+  target.signal = known.find(word, diagnostics);
+  known.check_unit(target.signal, channel.name, channel.unit, word.place, diagnostics);
+}
+
+}  // namespace
+
+CanBus::CanBus(const CanSection& section, io::can::CanDeviceConfig config)
+    : section_(section),
+      config_(std::move(config)),
+      channels_(std::make_unique<io::can::CanDevice>(
+          config_, std::make_unique<io::can::SocketCanBus>(
+                       io::can::SocketCanConfig{.interface = section.name.text}))) {}
+
+const io::can::DbcMessage* CanBus::sent(const Word& name) const {
+  return used(config_.database, name, config_.send);
+}
+
+const io::can::DbcMessage* CanBus::received(const Word& name) const {
+  return used(config_.database, name, config_.receive);
+}
+
+void CanBus::describe_message(const Word& name, const io::can::DbcMessage* message, const std::string& prefix,
+                              KnownSignals& known) const {
+  if (message == nullptr) {
+    // The name of the message is a mistake here; a signal of the bus elsewhere may be right.
+    const bool is_known = config_.database.find_message(name.text) != nullptr;
+    return known.add_undeclared(is_known ? prefix + name.text + "." : prefix);
+  }
+  for (const io::can::DbcSignal& signal : message->signals) {
+    const auto id = known.table().find(prefix + message->name + "." + signal.name);
+    if (!id) continue;
+    for (const std::string& first : {message->name, message->short_name}) {
+      for (const std::string& second : {signal.name, signal.short_name}) {
+        std::string alias = prefix;
+        alias.append(first).append(".").append(second);
+        known.table().add_alias(alias, *id);
+      }
+    }
+    known.table().set_named_values(*id, named_values_of(signal));
+    if (std::string warning = precision_warning(signal); !warning.empty())
+      known.set_imprecise(*id, std::move(warning));
+  }
+}
+
+void CanBus::describe_signals(const std::string& prefix, KnownSignals& known) const {
+  for (const SentMessage& message : section_.send)
+    describe_message(message.message, sent(message.message), prefix, known);
+  for (const ReceivedMessage& configured : section_.receive) {
+    const io::can::DbcMessage* const message = received(configured.message);
+    describe_message(configured.message, message, prefix, known);
+    if (message == nullptr || configured.timeout_ns) continue;
+    for (const io::can::DbcSignal& signal : message->signals) {
+      const auto id = known.table().find(prefix + message->name + "." + signal.name);
+      if (id && known.table().info(*id).timeout_ns == 0) known.set_never_stale(*id);
+    }
+  }
+}
+
+void CanBus::connect_message(const SentMessage& sent, const io::can::DbcMessage& message,
+                             const KnownSignals& known, std::vector<Source>& outputs,
+                             Diagnostics& diagnostics) const {
+  for (const io::can::DbcSignal& signal : message.signals) {
+    const std::size_t index = output_index(*channels_, message.name + "." + signal.name);
+    const auto start = start_value_of(signal);
+    if (index < outputs.size() && start) outputs[index].constant = *start;
+  }
+  warn_of_unset_signals(sent, message, diagnostics);
+  for (const SignalSource& source : sent.signals) {
+    const io::can::DbcSignal* const found = message.find_signal(source.dbc_signal.text);
+    if (found == nullptr) continue;
+    const io::can::DbcSignal& signal = *found;
+    const std::size_t index = output_index(*channels_, message.name + "." + signal.name);
+    if (index == outputs.size()) {
+      diagnostics.add(source.dbc_signal.place,
+                      "'" + source.dbc_signal.text + "' of " + sent.message.text +
+                          " is its counter or checksum, which the bus fills at the send instant");
+      continue;
+    }
+    const std::string imprecise = precision_warning(signal);
+    if (!imprecise.empty())
+      diagnostics.warn(source.dbc_signal.place, "'" + source.dbc_signal.text + "' " + imprecise);
+    if (const double* constant = std::get_if<double>(&source.source)) {
+      outputs[index].constant = *constant;
+    } else {
+      connect_output(std::get<Word>(source.source), signal, channels_->outputs()[index], outputs[index],
+                     known, diagnostics);
+    }
+  }
+}
+
+void CanBus::connect(const KnownSignals& known, std::vector<Source>& outputs,
+                     Diagnostics& diagnostics) const {
+  for (const SentMessage& message : section_.send) {
+    if (const io::can::DbcMessage* const used_message = sent(message.message))
+      connect_message(message, *used_message, known, outputs, diagnostics);
+  }
+}
+
+std::unique_ptr<BusDevice> CanBus::make_device(RunFacts facts) const {
+  return std::make_unique<CanRun>(section_, config_, std::move(facts));
+}
+
+}  // namespace hil::buses::can

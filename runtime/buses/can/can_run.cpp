@@ -1,0 +1,64 @@
+#include "runtime/buses/can/can_run.hpp"
+
+#include <utility>
+
+#include "io/can/socketcan_bus.hpp"
+#include "runtime/buses/can/can_record.hpp"
+
+namespace hil::buses::can {
+namespace {
+
+io::virtual_bus::HubConfig hub_config(const CanSection& section, std::uint64_t seed,
+                                      std::size_t connection_count) {
+  return {.name = section.name.text,
+          .path = {},
+          .faults = {.drop_probability = section.faults.drop,
+                     .corrupt_probability = section.faults.corrupt,
+                     .delay_probability = section.faults.delay_ns > 0 ? 1.0 : 0.0,
+                     .delay_ns = section.faults.delay_ns,
+                     .seed = seed},
+          .expected_clients = connection_count};
+}
+
+}  // namespace
+
+CanRun::CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunFacts facts)
+    : section_(section), stations_(facts.scenario, section) {
+  std::unique_ptr<io::can::Bus> port;
+  if (section.is_virtual()) {
+    auto hub = std::make_unique<io::virtual_bus::Hub>(
+        hub_config(section, facts.scenario.seed, stations_.connection_count()));
+    hub_ = hub.get();
+    port = std::move(hub);
+  } else {
+    port = std::make_unique<io::can::SocketCanBus>(io::can::SocketCanConfig{.interface = section.interface});
+  }
+  config.log_file = facts.directory / log_file();
+  config.on_thread_start = std::move(facts.on_thread_start);
+  device_ = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
+}
+
+std::string CanRun::address() const {
+  return hub_ != nullptr ? hub_->address() : "socketcan:" + section_.interface;
+}
+
+bool CanRun::all_programs_connected(const StartedPrograms& programs) const {
+  return hub_ == nullptr || stations_.all_connected(*hub_, programs);
+}
+
+contribution::BusRecord CanRun::record() const {
+  return to_record(facts_of(*device_));
+}
+
+std::string CanRun::log_file() const {
+  return "can-" + section_.name.text + ".log";
+}
+
+std::string CanRun::log_fault() const {
+  if (std::string fault = device_->log_fault(); !fault.empty()) return fault;
+  const std::uint64_t frames = device_->counters().log_dropped;
+  if (frames == 0) return {};
+  return log_file() + " lacks " + std::to_string(frames) + " frames: the disk was too slow";
+}
+
+}  // namespace hil::buses::can

@@ -1,0 +1,195 @@
+#include "runtime/buses/can/can_section.hpp"
+
+#include <algorithm>
+
+#include "runtime/buses/can/can_schema.hpp"
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/reading.hpp"
+
+namespace hil::buses::can {
+namespace {
+
+using namespace config;
+
+bool is_interface(std::string_view name) {
+  constexpr std::size_t longest = 15;  // IFNAMSIZ with its closing zero
+  const auto is_bad = [](char letter) { return letter == '/' || letter == ':' || letter <= ' '; };
+  return !name.empty() && name.size() <= longest && std::none_of(name.begin(), name.end(), is_bad);
+}
+
+/// Empty for a virtual bus and for a mistake.
+std::string read_interface(const Value& device, Diagnostics& diagnostics) {
+  constexpr std::string_view prefix = "socketcan:";
+  const std::string& text = device.text();
+  if (text == "virtual") return {};
+  if (!text.starts_with(prefix)) {
+    const std::string meant = nearest(text, {"virtual"}).empty() ? "socketcan:" + text : "virtual";
+    diagnostics.add(device.place(), "'device': " + in_quotes(text) +
+                                        " is neither virtual nor socketcan:INTERFACE; did you mean " +
+                                        in_quotes(meant) + "?");
+    return {};
+  }
+  std::string interface = text.substr(prefix.size());
+  if (!is_interface(interface)) {
+    diagnostics.add(device.place(),
+                    "'device': " + in_quotes(interface) +
+                        " is no interface's name; it has 1 to 15 characters, as in socketcan:vcan0");
+  }
+  return interface;
+}
+
+/// A number, or a word that is looked up later. Empty with a mistake for a number that can not be read.
+std::optional<std::variant<Word, double>> read_value(const Word& dbc_signal, const Value& value,
+                                                     Diagnostics& diagnostics) {
+  const std::string& text = value.text();
+  const NumberReading number = read_number(text);
+  if (number.length == 0 || (number.fault.empty() && number.length < text.size())) return word_of(value);
+  if (number.fault.empty()) return number.value;
+  diagnostics.add(value.place(), in_quotes(dbc_signal.text) + ": " + in_quotes(text) + " " + number.fault);
+  return std::nullopt;
+}
+
+std::vector<SafeValue> read_safe(const Value& map, Diagnostics& diagnostics) {
+  std::vector<SafeValue> values;
+  for (std::size_t i = 0; i < map.entries().size(); ++i) {
+    const Value& value = map.entries()[i].second;
+    const Word dbc_signal{map.entries()[i].first, map.key_place(i)};
+    if (const auto number = read_value(dbc_signal, value, diagnostics))
+      values.push_back({dbc_signal, *number});
+  }
+  return values;
+}
+
+std::optional<SignalSource> read_source(const Word& dbc_signal, const Value& value,
+                                        Diagnostics& diagnostics) {
+  auto read = read_value(dbc_signal, value, diagnostics);
+  if (!read) return std::nullopt;
+  return SignalSource{dbc_signal, std::move(*read)};
+}
+
+void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_ns,
+                 Diagnostics& diagnostics) {
+  if (value.has("period")) {
+    if (!multiple_of(value["period"], bus_period_ns, "period", "the bus's period", diagnostics)) return;
+    sent.period_ns = value["period"].duration_ns();
+  }
+  const Value& offset = value["offset"];
+  if (!multiple_of(offset, bus_period_ns, "offset", "the bus's period", diagnostics)) return;
+  sent.offset_ns = offset.duration_ns();
+  if (sent.period_ns == 0 || sent.offset_ns < sent.period_ns) return;
+  diagnostics.add(offset.place(), "'offset': " + format_duration(sent.offset_ns) +
+                                      " has to be less than the message's period of " +
+                                      format_duration(sent.period_ns));
+}
+
+/// `bus_period_ns`: 0 when the rate is a mistake; periods are then not checked.
+SentMessage read_sent(const Value& value, std::int64_t bus_period_ns, Diagnostics& diagnostics) {
+  SentMessage sent;
+  sent.message = word_of(value["message"]);
+  if (bus_period_ns > 0) read_period(value, sent, bus_period_ns, diagnostics);
+  sent.counter = word_in(value, "counter");
+  sent.checksum = word_in(value, "checksum");
+  const Value& signals = value["signals"];
+  for (std::size_t i = 0; i < signals.entries().size(); ++i) {
+    const auto& [name, source] = signals.entries()[i];
+    const Word dbc_signal{name, signals.key_place(i)};
+    if (sent.counter && sent.counter->text == name) {
+      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the counter, which hil sets; leave it out");
+    } else if (sent.checksum && sent.checksum->text == name) {
+      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the checksum, which hil sets; leave it out");
+    }
+    std::optional<SignalSource> read = read_source(dbc_signal, source, diagnostics);
+    if (read) sent.signals.push_back(std::move(*read));
+  }
+  sent.safe = read_safe(value["safe"], diagnostics);
+  return sent;
+}
+
+ReceivedMessage read_received(const Value& value, Diagnostics& diagnostics) {
+  ReceivedMessage received;
+  received.message = word_of(value["message"]);
+  if (value.has("timeout")) received.timeout_ns = value["timeout"].duration_ns();
+  received.counter = word_in(value, "counter");
+  received.checksum = word_in(value, "checksum");
+  received.safe = read_safe(value["safe"], diagnostics);
+  return received;
+}
+
+void read_messages(const Value& value, CanSection& section, Diagnostics& diagnostics) {
+  UniqueNames sent_names("sent message", diagnostics);
+  UniqueNames received_names("received message", diagnostics);
+  if (const Value* const list = part_of(value, "send")) {
+    for (const Value& sent : list->items()) {
+      if (const std::optional<Word> name = word_in(sent, "message")) sent_names.add(*name);
+      if (is_whole(sent)) section.send.push_back(read_sent(sent, section.period_ns, diagnostics));
+    }
+  }
+  if (const Value* const list = part_of(value, "receive")) {
+    for (const Value& received : list->items()) {
+      if (const std::optional<Word> name = word_in(received, "message")) received_names.add(*name);
+      if (is_whole(received)) section.receive.push_back(read_received(received, diagnostics));
+    }
+  }
+}
+
+void read_faults(const Value& value, CanSection& section, Diagnostics& diagnostics) {
+  const Value* const faults = part_of(value, "faults");
+  if (faults == nullptr) return;
+  if (!section.is_virtual()) {
+    diagnostics.add(faults->place(), "'faults': only a virtual bus can lose, delay and corrupt frames");
+  }
+  if (!is_whole(*faults)) return;
+  section.faults = {(*faults)["drop"].number(), (*faults)["corrupt"].number(),
+                    (*faults)["delay"].duration_ns()};
+}
+
+/// Refuses two buses on one interface: each would take the other's frames for those of the device under test.
+void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
+  const std::vector<const CanSection*> sections = sections_of<CanSection>(list);
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (sections[i]->is_virtual()) continue;
+    const auto end = sections.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto first = std::find_if(sections.begin(), end, [&](const CanSection* other) {
+      return other->interface == sections[i]->interface;
+    });
+    if (first == end) continue;
+    diagnostics.add(sections[i]->device_place, "'device': the bus " + in_quotes((*first)->name.text) +
+                                                   " is already on " + in_quotes(sections[i]->interface));
+  }
+}
+
+}  // namespace
+
+void CanSection::read_entry(const Value& entry, Reading& reading) {
+  if (entry.has("device")) {
+    interface = read_interface(entry["device"], reading.diagnostics);
+    device_place = entry["device"].place();
+    if (!is_virtual() && reading.clock == ClockKind::virtual_time) {
+      reading.diagnostics.add(
+          device_place,
+          "'device': a bus of the kernel keeps to the clock on the wall; 'clock: virtual' needs "
+          "'device: virtual'");
+    }
+  }
+  read_messages(entry, *this, reading.diagnostics);
+  read_faults(entry, *this, reading.diagnostics);
+  if (!is_whole(entry)) return;
+  database = entry["database"].text();
+  database_place = entry["database"].place();
+  bits_per_second = static_cast<double>(entry["bit_rate"].integer());
+}
+
+BusSectionType can_section_type() {
+  return {.key = "can",
+          .about = "The CAN buses.",
+          .name_key = "bus",
+          .noun = "CAN bus",
+          .plural = "CAN buses",
+          .entry = can_schema(),
+          .arrival = "frame",
+          .counts_dropped_releases = true,
+          .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<CanSection>(); },
+          .check = check_interfaces};
+}
+
+}  // namespace hil::buses::can

@@ -1,0 +1,75 @@
+#pragma once
+// A CAN bus in a scenario. Names that are looked up when the bus is wired (a signal, a message of the DBC
+// file) keep their place for error texts.
+//
+// Threads: immutable once loaded; any thread may read.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "runtime/config/bus_section.hpp"
+
+namespace hil::buses::can {
+
+using config::Place;
+using config::Word;
+
+/// The source of a signal of a message.
+struct SignalSource {
+  Word dbc_signal;
+  std::variant<Word, double> source;  ///< a signal of the run or a value name of the DBC file, or a constant
+};
+
+struct SafeValue {
+  Word dbc_signal;
+  std::variant<Word, double> value;  ///< a value name of the DBC file, or a number
+};
+
+struct SentMessage {
+  Word message;
+  /// A multiple of the bus's period; 0: the cycle time of the DBC file, or the bus's period.
+  std::int64_t period_ns = 0;
+  std::int64_t offset_ns = 0;  ///< a multiple of the bus's period, less than the message's period
+  std::optional<Word> counter;
+  std::optional<Word> checksum;
+  std::vector<SignalSource> signals;
+  std::vector<SafeValue> safe;
+};
+
+struct ReceivedMessage {
+  Word message;
+  std::optional<std::int64_t> timeout_ns;  ///< 0: never; empty: three cycle times of the DBC file
+  std::optional<Word> counter;
+  std::optional<Word> checksum;
+  std::vector<SafeValue> safe;
+};
+
+/// Faults that a virtual bus injects.
+struct BusFaults {
+  double drop = 0.0;     ///< probability per frame
+  double corrupt = 0.0;  ///< probability per frame
+  std::int64_t delay_ns = 0;
+};
+
+class CanSection final : public config::BusSection {
+ public:
+  std::string interface;  ///< of SocketCAN; empty: a virtual bus
+  Place device_place;
+  std::string database;  ///< absolute path of the DBC file
+  Place database_place;
+  double bits_per_second = 0.0;
+  std::vector<SentMessage> send;
+  std::vector<ReceivedMessage> receive;
+  BusFaults faults;
+
+  bool is_virtual() const noexcept { return interface.empty(); }
+  void read_entry(const config::Value& entry, config::Reading& reading) override;
+};
+
+/// What the list `can` of a scenario may contain.
+config::BusSectionType can_section_type();
+
+}  // namespace hil::buses::can

@@ -1,0 +1,58 @@
+#pragma once
+// The signals of a run while its parts are connected, and what is known of them: a mistake or a warning has
+// the place that names the signal.
+//
+// Threads: the one that wires the run.
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "runtime/config/condition.hpp"
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/signals/signal_table.hpp"
+
+namespace hil::buses {
+
+class KnownSignals {
+ public:
+  /// The table outlives it.
+  explicit KnownSignals(signals::SignalTable& table) : table_(table) {}
+
+  signals::SignalTable& table() noexcept { return table_; }
+  const signals::SignalTable& table() const noexcept { return table_; }
+
+  /// The signals whose names begin with `prefix` ("can.car.") could not be declared, since their part has a
+  /// mistake: that they are missing is no further mistake.
+  void add_undeclared(std::string prefix) { undeclared_.push_back(std::move(prefix)); }
+  /// A double can not represent all values of the signal. `reason` follows its name: "has 64 bits; ...".
+  void set_imprecise(signals::SignalId signal, std::string reason) {
+    imprecise_.emplace(signal.index, std::move(reason));
+  }
+  /// A received signal to which nothing gives a time-out.
+  void set_never_stale(signals::SignalId signal) { never_stale_.insert(signal.index); }
+  bool is_never_stale(signals::SignalId signal) const { return never_stale_.contains(signal.index); }
+
+  /// Invalid with a mistake when there is no such signal; without one when its part has a mistake.
+  signals::SignalId find(const config::Word& name, config::Diagnostics& diagnostics) const;
+
+  /// A signal and its reader (a channel of a device, an input of a module) need the same unit, since values
+  /// are not converted. Either may have none. An invalid signal is no mistake.
+  void check_unit(signals::SignalId signal, const std::string& reader, const std::string& unit_of_reader,
+                  const config::Place& place, config::Diagnostics& diagnostics) const;
+
+ private:
+  signals::SignalTable& table_;
+  std::vector<std::string> undeclared_;
+  std::map<std::uint32_t, std::string> imprecise_;  ///< by index of the signal
+  std::set<std::uint32_t> never_stale_;             ///< by index of the signal
+};
+
+/// The value with this name; empty with a mistake when there is none, or several (NaN). `signal`: the name of
+/// what the value belongs to.
+std::optional<double> value_named(const std::map<std::string, double>& values, const config::Word& name,
+                                  const std::string& signal, config::Diagnostics& diagnostics);
+
+}  // namespace hil::buses

@@ -1,0 +1,29 @@
+// The type of bus `modbus`.
+
+#include "runtime/buses/bus.hpp"
+#include "runtime/buses/modbus/modbus_schema.hpp"
+#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/unit_record.hpp"
+
+namespace hil::buses {
+namespace modbus {
+namespace {
+
+std::unique_ptr<Bus> wire_modbus(const config::BusSection& section, config::Diagnostics& diagnostics) {
+  static_cast<void>(diagnostics);
+  return std::make_unique<ModbusUnit>(dynamic_cast<const ModbusSection&>(section));
+}
+
+}  // namespace
+}  // namespace modbus
+
+BusType modbus_type() {
+  return {.section = modbus::modbus_section_type(),
+          .title = "Modbus",
+          .record_name_key = "device",
+          .columns = modbus::unit_columns(),
+          .files = {{"Register map files", modbus::register_map_schema()}},
+          .wire = modbus::wire_modbus};
+}
+
+}  // namespace hil::buses

@@ -1,0 +1,36 @@
+#pragma once
+// A Modbus unit of a scenario, connected to the signals of a run: the port of runtime/buses for Modbus.
+
+#include <memory>
+#include <vector>
+
+#include "io/modbus/client_device.hpp"
+#include "io/modbus/server_device.hpp"
+#include "runtime/buses/bus.hpp"
+#include "runtime/buses/modbus/modbus_section.hpp"
+
+namespace hil::buses::modbus {
+
+class ModbusUnit final : public Bus {
+ public:
+  /// The section outlives it.
+  explicit ModbusUnit(const ModbusSection& section);
+
+  const io::Device& channels() const noexcept override { return *channels_; }
+  void connect(const KnownSignals& known, std::vector<Source>& outputs,
+               config::Diagnostics& diagnostics) const override;
+  std::unique_ptr<BusDevice> make_device(RunFacts facts) const override;
+
+ private:
+  const ModbusSection& section_;
+  std::unique_ptr<io::Device> channels_;
+};
+
+/// The settings of a unit, from its section and the endpoint that it uses: the section may leave the port
+/// open.
+io::modbus::ClientSettings client_settings(const ModbusSection& section,
+                                           const io::modbus::Endpoint& endpoint);
+io::modbus::ServerSettings server_settings(const ModbusSection& section,
+                                           const io::modbus::Endpoint& endpoint);
+
+}  // namespace hil::buses::modbus

@@ -1,0 +1,134 @@
+#include "runtime/buses/modbus/unit_record.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hil::buses::modbus {
+namespace {
+
+using contribution::add_sentence;
+using contribution::BusSentence;
+
+void take_values(const io::modbus::ValueCounters& counters, UnitFacts& unit) {
+  unit.saturated_outputs = counters.saturated_outputs;
+  unit.saturated_inputs = counters.saturated_inputs;
+  unit.not_a_number_outputs = counters.not_a_number_outputs;
+  unit.not_a_number_inputs = counters.not_a_number_inputs;
+}
+
+void take_exceptions(const io::modbus::ExceptionCounts& counts, UnitFacts& unit) {
+  for (std::size_t code = 0; code < counts.size(); ++code) {
+    if (counts[code] > 0) unit.exceptions.push_back({static_cast<int>(code), counts[code]});
+  }
+}
+
+std::vector<BusSentence> faults_of(const UnitFacts& unit) {
+  const bool is_server = unit.role == "server";
+  std::vector<BusSentence> sentences;
+  add_sentence(sentences, unit.timeouts, "request", "requests", "had no answer in time");
+  std::uint64_t other_errors = unit.errors;
+  for (const ExceptionCount& one : unit.exceptions) {
+    other_errors -= std::min(other_errors, one.count);
+    add_sentence(sentences, one.count, "request", "requests",
+                 "refused with exception " + std::to_string(one.code));
+  }
+  if (is_server) {
+    add_sentence(sentences, other_errors, "connection", "connections",
+                 "closed for bytes that are not Modbus TCP");
+  } else {
+    add_sentence(sentences, other_errors, "request", "requests",
+                 "with an invalid reply, or on a connection that was lost");
+  }
+  add_sentence(sentences, unit.reconnects, "time", "times", "connected again after the connection was lost");
+  add_sentence(sentences, unit.saturated_outputs, "output value", "output values",
+               "beyond the range of the register: its limit was written instead");
+  add_sentence(sentences, unit.saturated_inputs, "input value", "input values",
+               "beyond the range of the register: its limit was read instead");
+  add_sentence(sentences, unit.not_a_number_outputs, "output value", "output values",
+               "that were not a number: the register kept its value");
+  add_sentence(sentences, unit.not_a_number_inputs, "input value", "input values",
+               "that were not a finite number: the signal kept its value");
+  add_sentence(
+      sentences, unit.superseded, "tick", "ticks",
+      "whose outputs were replaced by newer ones before they were sent: the unit or hil's thread was too "
+      "slow");
+  add_sentence(sentences, unit.stale, "time", "times",
+               "an input became older than max_age and had its safe value");
+  add_sentence(sentences, unit.refused_connections, "connection", "connections",
+               "refused: max_clients was reached, or the system had no descriptor");
+  add_sentence(sentences, unit.replaced_connections, "idle connection", "idle connections",
+               "closed for another client (max_clients)");
+  add_sentence(sentences, unit.dropped_connections, "connection", "connections",
+               "dropped: the client was silent, or did not read its replies");
+  return sentences;
+}
+
+}  // namespace
+
+UnitFacts facts_of(const io::modbus::ClientDevice& device) {
+  const io::modbus::ClientCounters counters = device.counters();
+  UnitFacts unit;
+  unit.device = device.name();
+  unit.role = "client";
+  unit.requests = counters.requests;
+  unit.replies = counters.replies;
+  unit.timeouts = counters.timeouts;
+  unit.errors = counters.errors;
+  unit.reconnects = counters.reconnects;
+  unit.superseded = counters.superseded_releases;
+  unit.stale = counters.stale_inputs;
+  take_values(counters.values, unit);
+  take_exceptions(counters.by_code, unit);
+  return unit;
+}
+
+UnitFacts facts_of(const io::modbus::ServerDevice& device) {
+  const io::modbus::ServerCounters counters = device.counters();
+  UnitFacts unit;
+  unit.device = device.name();
+  unit.role = "server";
+  unit.requests = counters.requests;
+  unit.replies = counters.replies;
+  unit.errors = counters.exceptions + counters.malformed;
+  unit.stale = device.stale_inputs();
+  unit.connections = counters.accepted;
+  unit.refused_connections = counters.refused;
+  unit.replaced_connections = counters.replaced;
+  unit.dropped_connections = counters.dropped_silent + counters.dropped_not_reading;
+  take_values(device.value_counters(), unit);
+  take_exceptions(counters.by_code, unit);
+  return unit;
+}
+
+std::vector<contribution::BusColumn> unit_columns() {
+  return {{"device", "Device"},       {"requests", "Requests"},
+          {"replies", "Replies"},     {"timeouts", "Time-outs", true},
+          {"errors", "Errors", true}, {"reconnects", "Reconnects", true}};
+}
+
+contribution::BusRecord to_record(const UnitFacts& unit) {
+  std::vector<contribution::BusRow> exceptions;
+  for (const ExceptionCount& one : unit.exceptions)
+    exceptions.push_back({{"code", static_cast<std::uint64_t>(one.code)}, {"count", one.count}});
+  return {.name = unit.device,
+          .fields = {{"role", unit.role},
+                     {"requests", unit.requests},
+                     {"replies", unit.replies},
+                     {"timeouts", unit.timeouts},
+                     {"errors", unit.errors},
+                     {"reconnects", unit.reconnects},
+                     {"exceptions", std::move(exceptions)},
+                     {"saturated_outputs", unit.saturated_outputs},
+                     {"saturated_inputs", unit.saturated_inputs},
+                     {"not_a_number_outputs", unit.not_a_number_outputs},
+                     {"not_a_number_inputs", unit.not_a_number_inputs},
+                     {"superseded", unit.superseded},
+                     {"stale", unit.stale},
+                     {"connections", unit.connections},
+                     {"refused_connections", unit.refused_connections},
+                     {"replaced_connections", unit.replaced_connections},
+                     {"dropped_connections", unit.dropped_connections}},
+          .faults = faults_of(unit)};
+}
+
+}  // namespace hil::buses::modbus

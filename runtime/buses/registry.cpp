@@ -1,0 +1,54 @@
+#include <algorithm>
+
+#include "runtime/buses/bus.hpp"
+
+namespace hil::buses {
+
+#define BUS(folder) BusType folder##_type();
+#include "runtime/buses/table.def"
+#undef BUS
+
+const std::vector<BusType>& bus_types() {
+#define BUS(folder) folder##_type(),
+  static const std::vector<BusType> types{
+#include "runtime/buses/table.def"
+  };
+#undef BUS
+  return types;
+}
+
+const std::vector<config::BusSectionType>& section_types() {
+  static const std::vector<config::BusSectionType> types = [] {
+    std::vector<config::BusSectionType> all;
+    for (const BusType& type : bus_types())
+      all.push_back(type.section);
+    return all;
+  }();
+  return types;
+}
+
+const BusType& type_of(const config::BusSection& section) {
+  const auto index = section.type - section_types().data();
+  return bus_types().at(static_cast<std::size_t>(index));
+}
+
+std::vector<contribution::BusGroup> empty_groups() {
+  std::vector<contribution::BusGroup> groups;
+  for (const BusType& type : bus_types()) {
+    groups.push_back({.section = type.section.key,
+                      .title = type.title,
+                      .name_key = type.record_name_key,
+                      .columns = type.columns,
+                      .buses = {}});
+  }
+  return groups;
+}
+
+std::size_t output_index(const io::Device& device, const std::string& channel) {
+  const auto outputs = device.outputs();
+  return static_cast<std::size_t>(
+      std::find_if(outputs.begin(), outputs.end(), [&](const auto& info) { return info.name == channel; }) -
+      outputs.begin());
+}
+
+}  // namespace hil::buses

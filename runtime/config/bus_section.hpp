@@ -1,0 +1,100 @@
+#pragma once
+// The port between a scenario and a type of bus: what every bus has in a scenario, and what the scenario's
+// reader, schema and checks need to know of a type. A type's own keys are read by a class of the type
+// (runtime/buses), so that this folder names no type.
+//
+// Threads: immutable once loaded; any thread may read.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/config/condition.hpp"
+#include "runtime/config/schema.hpp"
+
+namespace hil::config {
+
+struct Reading;
+struct BusSectionType;
+
+/// One bus of a scenario: an entry of the list under its type's key. A type derives its own section from it.
+class BusSection {
+ public:
+  virtual ~BusSection() = default;
+
+  const BusSectionType* type = nullptr;  ///< outlives the section
+  Word name;
+  double rate_hz = 0.0;
+  std::uint32_t every_ticks = 1;
+  std::int64_t period_ns = 0;  ///< of the rate; 0 only while a scenario with a mistake in it is read
+  std::optional<int> thread_priority;
+  bool may_be_lost = false;  ///< its loss does not make the run fail
+
+  /// "can.car": the name of its task; with a dot the beginning of its signals' names.
+  std::string full_name() const;
+
+  /// Reads the keys of the type. The members above are set as far as they have no mistakes. An entry that is
+  /// not whole is read for its further mistakes and then left out.
+  virtual void read_entry(const Value& entry, Reading& reading) = 0;
+  /// Adds a mistake when the section does not fit the commands of the processes. `is_named`: some command has
+  /// its placeholder.
+  virtual void check_commands(bool is_named, Diagnostics& diagnostics) const {
+    static_cast<void>(is_named), static_cast<void>(diagnostics);
+  }
+  /// Whether a program that has its address gets the run time under the virtual clock, so that it can keep
+  /// step with the run.
+  virtual bool keeps_step() const { return true; }
+};
+
+using BusSections = std::vector<std::shared_ptr<const BusSection>>;
+
+/// What a scenario may contain of a type of bus.
+struct BusSectionType {
+  std::string key;       ///< of the list in a scenario, and the first word of its signals' names: "can"
+  std::string about;     ///< of that list, for the documentation: "The CAN buses."
+  std::string name_key;  ///< of an entry's name, for which --set looks: "bus", "unit" or "name"
+  std::string noun;      ///< one of them, in sentences: "CAN bus"
+  std::string plural;    ///< "CAN buses"
+  /// Of an entry: a record with `name_key`, `rate` and `may_be_lost`, and perhaps `priority`, of the schemas
+  /// in schema_parts.hpp.
+  Schema entry;
+  bool has_address = true;  ///< its placeholder stands for an address in the command of a process
+  /// Which of them keep step, behind their placeholder: "of a unit with run_time". Empty: all.
+  std::string step_condition{};
+  /// What carries each value of a signal: "frame". Empty: only the newest value of a tick can be judged.
+  std::string arrival{};
+  /// Its record counts the ticks whose outputs were not sent (contribution/bus_record.hpp), which
+  /// realtime.max_lost limits.
+  bool counts_dropped_releases = false;
+
+  std::unique_ptr<BusSection> (*create)() = nullptr;
+  /// Adds the mistakes of sections that exclude each other. `sections`: all of the type that are whole. May
+  /// be null.
+  void (*check)(std::span<const std::shared_ptr<const BusSection>> sections,
+                Diagnostics& diagnostics) = nullptr;
+
+  /// "{can.BUS}"
+  std::string placeholder() const;
+};
+
+/// The placeholders of the types that have addresses: "{can.BUS} and {modbus.UNIT}".
+std::string address_placeholders(std::span<const BusSectionType> types);
+/// The same and {clock}: "{can.BUS}, {modbus.UNIT} or {clock}".
+std::string all_placeholders(std::span<const BusSectionType> types, const std::string& conjunction);
+/// Those by which a process keeps step: "{clock}, {can.BUS} and {modbus.UNIT} of a unit with run_time".
+std::string stepping_placeholders(std::span<const BusSectionType> types, const std::string& conjunction);
+
+/// Those sections that are of this class, in their order.
+template <class Section>
+std::vector<const Section*> sections_of(std::span<const std::shared_ptr<const BusSection>> sections) {
+  std::vector<const Section*> found;
+  for (const std::shared_ptr<const BusSection>& section : sections) {
+    if (const auto* const typed = dynamic_cast<const Section*>(section.get())) found.push_back(typed);
+  }
+  return found;
+}
+
+}  // namespace hil::config

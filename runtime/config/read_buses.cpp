@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <cctype>
+
+#include "runtime/config/scenario_parts.hpp"
+
+namespace hil::config {
+namespace {
+
+void read_common(const Value& entry, UniqueNames& names, BusSection& section, Reading& reading) {
+  if (const std::optional<Word> name = word_in(entry, section.type->name_key)) {
+    names.add(*name);
+    reading.bus_names[section.type->key].push_back(name->text);
+    section.name = *name;
+  }
+  if (entry.has("rate")) {
+    if (const std::optional<std::uint32_t> ticks = ticks_between(entry["rate"], reading);
+        ticks && reading.base) {
+      section.every_ticks = *ticks;
+      section.rate_hz = reading.base->hz / *ticks;
+      section.period_ns = *ticks * reading.base->period_ns;
+    }
+  }
+  if (!is_whole(entry)) return;
+  section.may_be_lost = entry["may_be_lost"].boolean();
+  if (entry.has("priority")) section.thread_priority = static_cast<int>(entry["priority"].integer());
+}
+
+std::vector<std::string> placeholders_of(std::span<const BusSectionType> types, bool with_condition) {
+  std::vector<std::string> all;
+  for (const BusSectionType& type : types) {
+    if (!type.has_address) continue;
+    const bool is_longer = with_condition && !type.step_condition.empty();
+    all.push_back(type.placeholder() + (is_longer ? " " + type.step_condition : ""));
+  }
+  return all;
+}
+
+/// "a, b and c"
+std::string joined(const std::vector<std::string>& words, const std::string& conjunction) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const bool is_last = i + 1 == words.size();
+    text += (i == 0 ? "" : is_last ? " " + conjunction + " " : ", ") + words[i];
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string BusSection::full_name() const {
+  return type->key + "." + name.text;
+}
+
+std::string BusSectionType::placeholder() const {
+  std::string upper = name_key;
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::toupper(letter)); });
+  return "{" + key + "." + upper + "}";
+}
+
+std::string address_placeholders(std::span<const BusSectionType> types) {
+  return joined(placeholders_of(types, false), "and");
+}
+
+std::string all_placeholders(std::span<const BusSectionType> types, const std::string& conjunction) {
+  std::vector<std::string> all = placeholders_of(types, false);
+  all.push_back("{clock}");
+  return joined(all, conjunction);
+}
+
+std::string stepping_placeholders(std::span<const BusSectionType> types, const std::string& conjunction) {
+  std::vector<std::string> all = placeholders_of(types, true);
+  all.insert(all.begin(), "{clock}");
+  return joined(all, conjunction);
+}
+
+void read_buses(const Value& root, Scenario& scenario, Reading& reading) {
+  for (const BusSectionType& type : reading.types.buses) {
+    const Value* const list = part_of(root, type.key);
+    if (list == nullptr) continue;
+    UniqueNames names(type.name_key, reading.diagnostics);
+    const std::size_t first = scenario.buses.size();
+    for (const Value& entry : list->items()) {
+      std::unique_ptr<BusSection> section = type.create();
+      section->type = &type;
+      read_common(entry, names, *section, reading);
+      section->read_entry(entry, reading);
+      if (is_whole(entry)) scenario.buses.push_back(std::move(section));
+    }
+    if (type.check != nullptr) type.check(std::span(scenario.buses).subspan(first), reading.diagnostics);
+  }
+}
+
+}  // namespace hil::config

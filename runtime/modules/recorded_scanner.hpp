@@ -1,0 +1,54 @@
+#pragma once
+// A scanner of a run that is over, as its module described it in world.json: its sweeps, whose beams a
+// history traces again. The type of the module makes it (ModuleType::recall).
+//
+// Units: nanoseconds of run time, which is world time; metres. Threads: one.
+
+#include <glm/ext/vector_double3.hpp>
+#include <glm/ext/vector_float3.hpp>
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+namespace hil::modules {
+
+/// A sentence that begins with "world.json" and names what is missing in a record of a module, of another
+/// type, or beyond the limits of the module's parameters.
+class RecordError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct ScannerFacts {
+  std::string name;  ///< of the module in the scenario
+  rtstdb::EntityId carrier;
+  glm::dvec3 mount_m{0.0};  ///< origin of the beams in the carrier's frame
+  double range_m = 0.0;
+  std::uint32_t mask = 0;
+  bool ignore_motion = false;  ///< the beams of a sweep meet the world as it is at the sweep's begin
+  std::int64_t first_sweep_ns = 0;
+  std::int64_t sweep_ns = 0;
+  std::int64_t step_ns = 0;  ///< the beams of one step are one query, on the version at the step's begin
+  std::uint32_t max_beams_per_step = 0;
+};
+
+class RecordedScanner {
+ public:
+  struct Beam {
+    std::uint32_t column = 0, row = 0;
+    std::int64_t time_ns = 0;   ///< since the begin of the sweep
+    glm::vec3 direction{0.0F};  ///< unit vector in the carrier's frame
+  };
+
+  virtual ~RecordedScanner() = default;
+  virtual const ScannerFacts& facts() const noexcept = 0;
+  /// The beams of the step that begins `offset_ns` after the sweep, in the order of time; at most
+  /// max_beams_per_step.
+  virtual std::vector<Beam> beams_of_step(std::int64_t offset_ns) const = 0;
+};
+
+}  // namespace hil::modules

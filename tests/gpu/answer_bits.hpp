@@ -1,0 +1,116 @@
+#pragma once
+// Answers as 32-bit words, to compare the answers of two runs bit for bit.
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+namespace rtstdb::test {
+
+using Words = std::vector<std::uint32_t>;
+
+inline void add(Words& words, float value) {
+  words.push_back(std::bit_cast<std::uint32_t>(value));
+}
+
+inline void add(Words& words, const glm::vec3& v) {
+  for (const float value : {v.x, v.y, v.z})
+    add(words, value);
+}
+
+inline void add(Words& words, EntityId id) {
+  words.insert(words.end(), {id.index, id.generation});
+}
+
+/// Stands for an incomplete hit or list of neighbors.
+inline const Words incomplete_words{0xFFFFFFFFu};
+
+inline std::vector<Words> words_of(std::span<const RayHit> hits) {
+  std::vector<Words> of_hits;
+  for (const RayHit& hit : hits) {
+    Words& words = of_hits.emplace_back();
+    if (hit.status == HitStatus::incomplete) {
+      words = incomplete_words;
+      continue;
+    }
+    words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material, hit.triangle,
+                               hit.front_face ? 1u : 0u});
+    for (const float value : {hit.lambda, hit.u, hit.v})
+      add(words, value);
+    add(words, hit.entity);
+    add(words, hit.n_world);
+    add(words, hit.v_relative_mps);
+  }
+  return of_hits;
+}
+
+/// An incomplete region has no words: what its search found depends on the tree, which differs from slot to
+/// slot. Near the limit of rounds, the tree also decides whether the search is complete.
+inline std::vector<Words> words_of(std::span<const RegionAnswer> answers) {
+  std::vector<Words> of_regions;
+  for (const RegionAnswer& answer : answers) {
+    Words& words = of_regions.emplace_back();
+    if (answer.incomplete) continue;
+    words.insert(words.end(), {answer.found, answer.overflow ? 1u : 0u});
+    for (const EntityId id : answer.entities)
+      add(words, id);
+    for (const EntityTriangle& one : answer.triangles) {
+      add(words, one.entity);
+      words.push_back(one.triangle);
+    }
+  }
+  return of_regions;
+}
+
+inline std::vector<Words> words_of(std::span<const NearestAnswer> answers) {
+  std::vector<Words> of_points;
+  for (const NearestAnswer& answer : answers) {
+    Words& words = of_points.emplace_back();
+    words.push_back(static_cast<std::uint32_t>(answer.neighbors.size()));
+    if (answer.incomplete) words = incomplete_words;
+    for (const Neighbor& one : answer.neighbors) {
+      words.insert(words.end(), {one.mask, one.material, one.triangle, one.has_sign ? 1u : 0u});
+      for (const float value : {one.distance_m, one.u, one.v})
+        add(words, value);
+      add(words, one.entity);
+      add(words, one.p_world_m);
+      add(words, one.v_relative_mps);
+    }
+  }
+  return of_points;
+}
+
+inline std::vector<Words> words_of(std::span<const ConeReturn> returns) {
+  std::vector<Words> of_returns;
+  for (const ConeReturn& one : returns) {
+    Words& words = of_returns.emplace_back();
+    if (one.status == HitStatus::incomplete) {
+      words = incomplete_words;
+      continue;
+    }
+    words.insert(words.end(), {static_cast<std::uint32_t>(one.status), one.mask, one.material, one.triangle,
+                               one.front_face ? 1u : 0u, one.overflow ? 1u : 0u});
+    for (const float value : {one.lambda, one.u, one.v, one.fraction})
+      add(words, value);
+    add(words, one.entity);
+    add(words, one.n_world);
+    add(words, one.v_relative_mps);
+  }
+  return of_returns;
+}
+
+/// All pairs of complete answers are equal, and at most 2 % of the answers are incomplete.
+inline bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
+  std::size_t incomplete = 0;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    const bool one_is_incomplete = a[i].empty() || b[i].empty();
+    if (!one_is_incomplete && a[i] != b[i]) return false;
+    incomplete += one_is_incomplete ? 1 : 0;
+  }
+  return a.size() == b.size() && incomplete <= a.size() / 50;
+}
+
+}  // namespace rtstdb::test

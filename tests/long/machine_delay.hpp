@@ -1,0 +1,36 @@
+#pragma once
+// Delays that the machine causes: the time in which runnable threads of the process waited for a processor,
+// the time that the host stole, and the time by which a thread that only sleeps wakes too late. The
+// difference of two readings excuses lateness between them.
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+#include <rtstdb/time.hpp>
+
+namespace hil::stress {
+
+class MachineDelay {
+ public:
+  MachineDelay();
+  ~MachineDelay();
+  MachineDelay(const MachineDelay&) = delete;
+  MachineDelay& operator=(const MachineDelay&) = delete;
+
+  /// The measured work does not wait for the calling thread.
+  void exclude_this_thread();
+  /// The sum since the start of the program. Takes some microseconds for each thread.
+  rtstdb::Nanoseconds total() const;
+
+ private:
+  void measure_oversleep() noexcept;
+
+  std::atomic<bool> done_{false};
+  std::atomic<std::int64_t> overslept_ns_{0};
+  std::vector<int> excluded_;
+  std::thread sleeper_;
+};
+
+}  // namespace hil::stress

@@ -1,0 +1,61 @@
+// The types of bus, and what each says of itself before there is a scenario.
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <set>
+#include <string>
+
+#include "runtime/buses/bus.hpp"
+#include "runtime/config/schema_node.hpp"
+#include "runtime/report/report_json.hpp"
+
+namespace hil::buses {
+namespace {
+
+TEST(BusTypes, HaveTheNamesOfTheirFoldersEachOnce) {
+  std::multiset<std::string> keys;
+  for (const BusType& type : bus_types())
+    keys.insert(type.section.key);
+  const std::multiset<std::string> folders{
+#define BUS(folder) #folder,
+#include "runtime/buses/table.def"
+#undef BUS
+  };
+  EXPECT_EQ(keys, folders);
+}
+
+TEST(BusTypes, SayWhatAScenarioAndAReportNeed) {
+  const std::set<std::string> found_by_override{"name", "bus", "unit"};
+  for (const BusType& type : bus_types()) {
+    const config::BusSectionType& section = type.section;
+    for (const std::string& word :
+         {section.about, section.noun, section.plural, type.title, type.record_name_key})
+      EXPECT_FALSE(word.empty()) << section.key;
+    EXPECT_TRUE(found_by_override.contains(section.name_key)) << section.key;
+    for (const char* key : {section.name_key.c_str(), "rate", "may_be_lost"})
+      EXPECT_NE(section.entry.node().field(key), nullptr) << section.key << " lacks " << key;
+    ASSERT_NE(section.create, nullptr);
+    EXPECT_NE(section.create(), nullptr);
+    EXPECT_NE(type.wire, nullptr);
+    EXPECT_FALSE(type.columns.empty()) << section.key;
+  }
+}
+
+TEST(BusTypes, HaveListsOfTheirOwnInTheReport) {
+  const auto report = nlohmann::json::parse(report::report_json({}));
+  for (const BusType& type : bus_types())
+    EXPECT_FALSE(report.contains(type.section.key)) << type.section.key;
+}
+
+TEST(BusTypes, AreFoundByTheirSections) {
+  ASSERT_EQ(section_types().size(), bus_types().size());
+  for (std::size_t i = 0; i < bus_types().size(); ++i) {
+    const auto section = section_types()[i].create();
+    section->type = &section_types()[i];
+    EXPECT_EQ(&type_of(*section), &bus_types()[i]);
+  }
+}
+
+}  // namespace
+}  // namespace hil::buses

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/config/parse.hpp"
+#include "runtime/modules/module.hpp"
+
+namespace hil::modules::testing {
+
+/// A world on a database, and modules in it.
+class ModuleFixture : public ::testing::Test {
+ protected:
+  explicit ModuleFixture(std::vector<std::string> layers) : layers_(std::move(layers)) {}
+
+  void SetUp() override {
+    auto opened = rtstdb::Database::open({});
+    ASSERT_TRUE(opened) << opened.error().message;
+    database_ = std::move(opened).value();
+    world_ = std::make_unique<World>(*database_, layers_);
+  }
+
+  /// Empty when the parameters are refused.
+  std::unique_ptr<Module> make(const ModuleType& type, const std::string& parameters, const TaskFacts& task) {
+    const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
+    if (!value) return nullptr;
+    auto module = type.create(*value, diagnostics_);
+    module->configure(*world_, events_, task);
+    return module;
+  }
+  /// The outputs of one step.
+  std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns) {
+    std::vector<double> outputs(module.ports().outputs.size());
+    StepContext context;
+    context.run = run;
+    context.period_ns = period_ns;
+    context.time_ns = time_ns;
+    context.deadline = rtstdb::ClockTime::max();
+    context.version = database_->latest().version;
+    context.outputs = outputs;
+    context.events = &events_;
+    module.step(context);
+    return outputs;
+  }
+
+  const std::vector<std::string> layers_;
+  std::unique_ptr<rtstdb::Database> database_;
+  std::unique_ptr<World> world_;
+  EventLog events_;
+  config::Diagnostics diagnostics_;
+};
+
+}  // namespace hil::modules::testing
