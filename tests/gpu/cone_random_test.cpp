@@ -39,7 +39,8 @@ TEST_P(RandomCones, FirstContactsAgreeWithTheOracle) {
 
 TEST_P(RandomCones, SeveralReturnsAgreeWithTheOracle) {
   fill(GetParam().world);
-  expect_informative(run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, GetParam().cones / 4), 0.03);
+  expect_informative(
+      run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, GetParam().cones / 4), 0.03);
 }
 
 TEST_P(RandomCones, FractionsAgreeWithTheOracle) {

@@ -69,7 +69,7 @@ Nearest random_element(Random& random, const ElementScene& scene, const Nearest*
 
 // ---- cone
 
-std::vector<ConeQueryOptions> options_worth_a_test(const ConeQuery* /*kind*/) {
+std::vector<ConeQueryOptions> tested_options(const ConeQuery* /*kind*/) {
   return {{.name = "cone"},
           {.name = "cone returns", .returns_per_cone = 5},
           {.name = "cone fronts", .returns_per_cone = 8, .faces = Faces::front},

@@ -135,7 +135,8 @@ TEST_P(ManyCones, AgreeWithTheOracle) {
         tally += run_random(ConeQueryOptions{.name = "cones", .faces = Faces::front}, part(0.1));
         tally += run_random(ConeQueryOptions{.name = "cones", .faces = Faces::back}, part(0.1));
         tally += run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8}, part(0.18));
-        tally += run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8, .fractions = true}, part(0.02));
+        tally += run_random(ConeQueryOptions{.name = "cones", .returns_per_cone = 8, .fractions = true},
+                            part(0.02));
         return tally;
       },
       0.005);

@@ -20,8 +20,8 @@ const float world_blur = 8e-6;
 // the frame that the cone's points have for z = 1.
 struct ConeSlopes {
   vec3 axis;
-  vec3 per_most;
-  vec3 per_least;
+  vec3 per_max;
+  vec3 per_min;
 };
 
 ConeSlopes slopes_of(vec3 axis, float tangent) {
@@ -36,18 +36,18 @@ ConeSlopes slopes_of(vec3 axis, float tangent) {
 // A lower bound of the axial coordinates that the cone and a box have in common; `nowhere`: they do not meet.
 // The corners are relative to the apex. Monotonic: a box in another one has no lower bound than that.
 float box_bound(ConeSlopes cone, vec3 lo, vec3 hi) {
-  precise vec3 from_lo = lo * cone.per_most;
-  precise vec3 from_hi = hi * cone.per_least;
-  const bvec3 above = greaterThan(cone.per_most, vec3(0.0));
-  const bvec3 below = lessThan(cone.per_least, vec3(0.0));
+  precise vec3 from_lo = lo * cone.per_max;
+  precise vec3 from_hi = hi * cone.per_min;
+  const bvec3 above = greaterThan(cone.per_max, vec3(0.0));
+  const bvec3 below = lessThan(cone.per_min, vec3(0.0));
   const vec3 enters = max(mix(vec3(-nowhere), from_lo, above), mix(vec3(-nowhere), from_hi, below));
   const vec3 leaves = min(mix(from_lo, vec3(nowhere), above), mix(from_hi, vec3(nowhere), below));
   precise vec3 at_lo = cone.axis * lo;
   precise vec3 at_hi = cone.axis * hi;
-  const vec3 least_along = min(at_lo, at_hi);
-  const vec3 most_along = max(at_lo, at_hi);
-  precise float first = least_along.x + least_along.y + least_along.z;
-  precise float last = most_along.x + most_along.y + most_along.z;
+  const vec3 min_along = min(at_lo, at_hi);
+  const vec3 max_along = max(at_lo, at_hi);
+  precise float first = min_along.x + min_along.y + min_along.z;
+  precise float last = max_along.x + max_along.y + max_along.z;
   const float enter = max(max(enters.x, max(enters.y, enters.z)), max(first, 0.0));
   const float leave = min(min(leaves.x, min(leaves.y, leaves.z)), last);
   return enter <= leave ? enter : nowhere;

@@ -54,7 +54,7 @@ bool cut_short = false;
 const uint rounds_at_end = 400u;
 
 // Below this sine a beam is thinner than positions are precise, and has the fraction of a ray.
-const float least_sine = 1e-6;
+const float min_beam_sine = 1e-6;
 
 // What this many directions of the pattern see is at most this part of the beam, about.
 float largest_share(uint directions) {
@@ -226,7 +226,7 @@ void main() {
   Contacts found = Contacts(args.contacts);
   const uint first_contact = record.place * beam_contacts;
   const uint entities = min(count.found, beam_entities);
-  const bool is_beam = cone.angle.sine > least_sine;
+  const bool is_beam = cone.angle.sine > min_beam_sine;
   const float z_max = min(cone.axis.lambda_max * cone.m_per_lambda, 1e30);
 
   const bool is_contact = lane >= beam_directions && lane - beam_directions < entities;
