@@ -34,7 +34,7 @@ ConeSlopes slopes_of(vec3 axis, float tangent) {
 }
 
 // A lower bound of the axial coordinates that the cone and a box have in common; `nowhere`: they do not meet.
-// The corners are relative to the apex. Monotonic: a box in another one has no lower bound than that.
+// The corners are relative to the apex. Monotonic: the bound of a box is not below that of a box around it.
 float box_bound(ConeSlopes cone, vec3 lo, vec3 hi) {
   precise vec3 from_lo = lo * cone.per_max;
   precise vec3 from_hi = hi * cone.per_min;
@@ -186,11 +186,12 @@ struct TriangleContact {
 // Where a ray along the axis meets the triangle is a contact of every cone, so no cone passes between
 // triangles that share an edge; it is the only one of a cone without an opening.
 TriangleContact contact_with(ConeInFrame there, TracedCone cone, uint slot) {
-  const bool is_thin = is_ray(cone.angle);
+  const bool without_opening = is_ray(cone.angle);
   Found hit = nothing_within(cone.axis.lambda_max);
   const int base = int(slot * triangle_texels);
   test_corners(there.axis, texelFetch(triangles, base), texelFetch(triangles, base + 1),
-               texelFetch(triangles, base + 2).xyz, slot, 0.0, is_thin ? args.faces : 0.0, 0u, 0u, hit);
+               texelFetch(triangles, base + 2).xyz, slot, 0.0, without_opening ? args.faces : 0.0, 0u, 0u,
+               hit);
   const bool hits = hit.status == status_hit;
   TriangleContact contact = TriangleContact(hits, hit.lambda, hit.u, hit.v, hit.front);
   const Corners corners = fetch_corners(slot);
@@ -207,11 +208,11 @@ TriangleContact contact_with(ConeInFrame there, TracedCone cone, uint slot) {
   const float lambda = max(first.z, bound) / cone.m_per_lambda;
   const bool meets = first.z < nowhere && bound < nowhere && lambda <= cone.axis.lambda_max &&
                      corners.has_area && facing * args.faces >= 0.0;
-  contact.found = is_thin ? contact.found : meets;
-  contact.lambda = is_thin ? contact.lambda : lambda;
-  contact.u = is_thin ? contact.u : first.u;
-  contact.v = is_thin ? contact.v : first.v;
-  contact.front = is_thin ? contact.front : facing > 0.0;
+  contact.found = without_opening ? contact.found : meets;
+  contact.lambda = without_opening ? contact.lambda : lambda;
+  contact.u = without_opening ? contact.u : first.u;
+  contact.v = without_opening ? contact.v : first.v;
+  contact.front = without_opening ? contact.front : facing > 0.0;
   return contact;
 }
 
