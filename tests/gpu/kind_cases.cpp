@@ -71,9 +71,9 @@ Nearest random_element(Random& random, const ElementScene& scene, const Nearest*
 
 std::vector<ConeQueryOptions> tested_options(const ConeQuery* /*kind*/) {
   return {{.name = "cone"},
-          {.name = "cone returns", .returns_per_cone = 5},
-          {.name = "cone fronts", .returns_per_cone = 8, .faces = Faces::front},
-          {.name = "cone fractions", .returns_per_cone = 4, .fractions = true}};
+          {.name = "cone returns", .returns_per_cone = 3},
+          {.name = "cone fronts", .returns_per_cone = 2, .faces = Faces::front},
+          {.name = "cone fractions", .returns_per_cone = 2, .fractions = true}};
 }
 
 Cone random_element(Random& random, const ElementScene& scene, const Cone* /*type*/) {
