@@ -220,9 +220,9 @@ void ClientDevice::enter_safe_state() noexcept {
 // ---- called by the device's thread, or by exchange()
 
 void ClientDevice::run() noexcept {
-  if (settings_.on_thread_start) settings_.on_thread_start();
   block_all_signals();
   pthread_setname_np(pthread_self(), "hil-modbus-cl");
+  if (settings_.on_thread_start) settings_.on_thread_start();
   while (!stopping_.load()) {
     wait_for_work();
     if (stopping_.load()) break;

@@ -73,7 +73,7 @@ struct ClientSettings {
   /// maximum and then from the minimum again, for the unit's watchdog. Empty: none. It is not among
   /// outputs().
   std::string heartbeat_entry{};
-  /// Real time: called first in the device's thread (name, priority); may be empty.
+  /// Real time: called in the device's thread before its work (name, priority); may be empty.
   std::function<void()> on_thread_start{};
 };
 

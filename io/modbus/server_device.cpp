@@ -176,11 +176,11 @@ RunTimeNs ServerDevice::loss_timeout_ns() const noexcept {
 // ---- called by the device's thread, or by exchange()
 
 void ServerDevice::run() noexcept {
-  if (settings_.on_thread_start) settings_.on_thread_start();
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, nullptr);  // the main thread handles the executive's signals
   pthread_setname_np(pthread_self(), "hil-modbus-sv");
+  if (settings_.on_thread_start) settings_.on_thread_start();
   while (!stopping_.load()) {
     server_.serve(std::chrono::milliseconds(-1), wake_event_.get());
     std::uint64_t events = 0;

@@ -43,7 +43,7 @@ struct ServerSettings {
   ServerLimits limits{};
   std::chrono::milliseconds max_age{0};             ///< age up to which an input is fresh; 0: no limit
   std::chrono::milliseconds lockstep_limit{1'000};  ///< wall-clock time of one exchange()
-  /// Real time: called first in the device's thread (name, priority); may be empty.
+  /// Real time: called in the device's thread before its work (name, priority); may be empty.
   std::function<void()> on_thread_start{};
 };
 
