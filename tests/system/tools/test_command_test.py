@@ -15,7 +15,7 @@ import unittest
 
 ROOT = pathlib.Path(sys.argv.pop(1))
 
-# ctest of the tests: executes plan.py, whose function run(chosen, again) gives {test: {case: result} or status}.
+# Stands for ctest: executes plan.py, whose function run(again) gives {test: {case: result} or status}.
 CTEST = '''#!/usr/bin/env python3
 import json, pathlib, re, sys
 options = dict(zip(sys.argv, sys.argv[1:]))
@@ -46,7 +46,7 @@ junit.write_text("<testsuite>" + "".join(lines) + "</testsuite>")
 
 class TestCommand(unittest.TestCase):
     def run_plan(self, first, again=None):
-        """(last line, unsteady lines, exit code) of tools/test for these results, and those of a repetition."""
+        """(last line, unsteady lines, exit code) of tools/test; `again`: results of the repetition."""
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             (folder / "tools").mkdir()
@@ -80,7 +80,8 @@ class TestCommand(unittest.TestCase):
         self.assertEqual(self.run_plan({"Skips": {"b": "skipped"}}, {}), ("0 passed, 1 failed", [], 1))
 
     def test_disabled_or_missing_test_fails(self):
-        self.assertEqual(self.run_plan({"a": "run", "b": "disabled"}, {"b": "run"}), ("1 passed, 1 failed", [], 1))
+        self.assertEqual(self.run_plan({"a": "run", "b": "disabled"}, {"b": "run"}),
+                         ("1 passed, 1 failed", [], 1))
 
     def test_case_that_fails_twice_fails(self):
         plan = {"A": {"a": "failed", "b": "passed"}}
