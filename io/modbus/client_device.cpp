@@ -54,7 +54,7 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
       description_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
-      label_("unit " + settings_.name),
+      label_("Modbus unit " + settings_.name),
       run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
       heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
       releases_(Release{}),

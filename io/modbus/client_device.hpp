@@ -175,7 +175,7 @@ class ClientDevice final : public Device {
   const ClientSettings settings_;
   const RegisterMap map_;
   const std::string description_;  ///< "Modbus unit plc (127.0.0.1:1502)"
-  const std::string label_;        ///< "unit plc"
+  const std::string label_;        ///< "Modbus unit plc"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;

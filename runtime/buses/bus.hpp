@@ -113,7 +113,6 @@ struct MachineFact {
 struct BusType {
   config::BusSectionType section;
   std::string title;                               ///< of its table on the page: "CAN"
-  std::string record_name_key;                     ///< of the name in a record: "bus"
   std::vector<contribution::BusColumn> columns{};  ///< of that table
   std::size_t max_descriptors = 8;                 ///< that one bus opens, an upper bound
   std::vector<FileFormat> files{};

@@ -50,7 +50,6 @@ std::vector<MachineFact> socketcan_facts() {
 BusType can_type() {
   return {.section = can::can_section_type(),
           .title = "CAN",
-          .record_name_key = "bus",
           .columns = can::can_columns(),
           .wire = can::wire_can,
           .machine_facts = can::socketcan_facts};

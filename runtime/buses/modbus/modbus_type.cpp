@@ -20,7 +20,6 @@ std::unique_ptr<Bus> wire_modbus(const config::BusSection& section, config::Diag
 BusType modbus_type() {
   return {.section = modbus::modbus_section_type(),
           .title = "Modbus",
-          .record_name_key = "device",
           .columns = modbus::unit_columns(),
           .files = {{"Register map files", modbus::register_map_schema()}},
           .wire = modbus::wire_modbus};

@@ -20,7 +20,7 @@ struct ExceptionCount {
 
 /// Outputs are the registers that hil writes, inputs those that it reads.
 struct UnitFacts {
-  std::string device;
+  std::string name;
   std::string role;  ///< of hil: "client" or "server"
   std::uint64_t requests = 0;
   std::uint64_t replies = 0;

@@ -56,7 +56,7 @@ std::vector<Task> tasks() {
   traffic.overruns = 1;
   traffic.skipped = 1;
   traffic.over_budget = 3;
-  traffic.without_answer = 6;
+  traffic.without_result = 6;
   traffic.slack_ns = {9'900, -402'113, 951'000};
   measure(
       traffic,
@@ -171,7 +171,7 @@ ResponseTime response() {
 }  // namespace
 
 BusGroup can_group(const std::vector<buses::can::CanFacts>& all) {
-  BusGroup group{.section = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
+  BusGroup group{.list_key = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
   for (const buses::can::CanFacts& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
@@ -179,7 +179,7 @@ BusGroup can_group(const std::vector<buses::can::CanFacts>& all) {
 
 BusGroup modbus_group(const std::vector<buses::modbus::UnitFacts>& all) {
   BusGroup group{
-      .section = "modbus", .title = "Modbus", .name_key = "device", .columns = buses::modbus::unit_columns()};
+      .list_key = "modbus", .title = "Modbus", .name_key = "unit", .columns = buses::modbus::unit_columns()};
   for (const buses::modbus::UnitFacts& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
@@ -261,7 +261,7 @@ RunRecord full_record() {
                                  1'031,
                                  {{"BrakeCommand", 37, 41}}};
   buses::modbus::UnitFacts plc;
-  plc.device = "plc at 127.0.0.1:40213";
+  plc.name = "plc";
   plc.role = "client";
   plc.requests = 400;
   plc.replies = 398;
@@ -276,7 +276,7 @@ RunRecord full_record() {
   plc.superseded = 8;
   plc.stale = 9;
   buses::modbus::UnitFacts panel;
-  panel.device = "panel";
+  panel.name = "panel";
   panel.role = "server";
   panel.requests = 90;
   panel.replies = 89;

@@ -204,7 +204,7 @@ TEST_F(ModuleTasks, KeptReleaseReadsTheInputsAndTheVersionOfItsTick) {
 
 TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   task_.step({});
-  EXPECT_EQ(task_.runs_without_answer(), 0U);
+  EXPECT_EQ(task_.runs_without_result(), 0U);
   module_.queried = &database_;
   database_.outcome.status = rtstdb::Status::bad_input;
   task_.step({});
@@ -212,7 +212,7 @@ TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   task_.step({});
   database_.outcome.status = rtstdb::Status::late;
   task_.step({});
-  EXPECT_EQ(task_.runs_without_answer(), 2U) << "a late transaction is done";
+  EXPECT_EQ(task_.runs_without_result(), 2U) << "a late transaction is done";
   EXPECT_EQ(task_.first_failure(), rtstdb::Status::bad_input);
 }
 
