@@ -254,7 +254,7 @@ struct Loss {
   std::int64_t begin_ns = 0;
   std::int64_t duration_ns = 0;
   bool to_the_end = false;  ///< it was still lost when the run ended
-  bool permitted = false;   ///< the scenario says may_be_lost
+  bool permitted = false;   ///< the scenario sets may_be_lost
   std::string cause;        ///< in words; may be empty
 };
 

@@ -45,7 +45,7 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context) : wiring_(wiring), conte
   world_ = std::make_unique<modules::World>(*database_, wiring_.layers.names());
   create_scenery(context_.scenario, wiring_.scenery, *world_);
   for (WiredModule& wired : wiring_.modules) {
-    const modules::TaskFacts facts = task_facts(context_.scenario, *wired.section);
+    const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
     wired.module->configure(*world_, events_, facts);
     tasks_.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
                                                   wiring_.signals, *database_, context_.device_clock,

@@ -26,8 +26,8 @@ const report::Expectation* first_with(const report::RunRecord& record, report::E
   return nullptr;
 }
 
-}  // namespace
-
+/// A sentence for the first share of ticks, releases or unsent outputs above `max_lost`; empty: there is
+/// none.
 std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) {
   if (exceeds(record.skipped_ticks, record.ticks + record.skipped_ticks, max_lost))
     return with_limit(report::skipped_ticks_sentence(record), max_lost);
@@ -55,6 +55,8 @@ std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) 
   }
   return {};
 }
+
+}  // namespace
 
 void decide(const VerdictInputs& inputs, report::RunRecord& record) {
   const auto conclude = [&](report::Verdict verdict, int exit_code, std::string reason) {

@@ -8,7 +8,7 @@ namespace {
 using contribution::add_sentence;
 using contribution::BusSentence;
 
-std::vector<BusSentence> faults_of(const CanFacts& bus) {
+std::vector<BusSentence> faults_of(const CanRecord& bus) {
   std::vector<BusSentence> sentences;
   add_sentence(sentences, bus.saturated, "output value was", "output values were",
                "beyond the range of the signal: its limit was sent instead");
@@ -24,7 +24,7 @@ std::vector<BusSentence> faults_of(const CanFacts& bus) {
   return sentences;
 }
 
-std::vector<BusSentence> remarks_of(const CanFacts& bus) {
+std::vector<BusSentence> remarks_of(const CanRecord& bus) {
   std::vector<BusSentence> sentences;
   add_sentence(sentences, bus.fault_dropped_tx, "sent frame was", "sent frames were",
                "dropped by fault injection (drop, or delay beyond the end of the run): counted as sent, but "
@@ -53,9 +53,9 @@ std::vector<BusSentence> remarks_of(const CanFacts& bus) {
 
 }  // namespace
 
-CanFacts facts_of(const io::can::CanDevice& device) {
+CanRecord record_of(const io::can::CanDevice& device) {
   const io::can::CanCounters counters = device.counters();
-  CanFacts bus;
+  CanRecord bus;
   bus.bus = device.name();
   bus.driver = device.bus().description();
   bus.rx = counters.rx;
@@ -100,7 +100,7 @@ std::vector<contribution::BusColumn> can_columns() {
           {"bus_load_peak", "Peak in 0.1 s"}};
 }
 
-contribution::BusRecord to_record(const CanFacts& bus) {
+contribution::BusRecord to_record(const CanRecord& bus) {
   std::vector<contribution::BusRow> other_lengths;
   for (const FrameLengths& lengths : bus.other_lengths) {
     other_lengths.push_back(

@@ -1,9 +1,9 @@
 // The type of bus `modbus`.
 
 #include "runtime/buses/bus.hpp"
+#include "runtime/buses/modbus/modbus_record.hpp"
 #include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/buses/modbus/modbus_unit.hpp"
-#include "runtime/buses/modbus/unit_record.hpp"
 
 namespace hil::buses {
 namespace modbus {

@@ -73,7 +73,7 @@ class Vehicles final : public Module {
   Vehicles(const config::Value& parameters, config::Diagnostics& diagnostics);
 
   const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskFacts& task) override;
+  void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
@@ -213,7 +213,7 @@ rtstdb::Motion motion_of(const Vehicle& v, std::int64_t time_ns) {
           .valid_from = rtstdb::world_time_ns(time_ns)};
 }
 
-void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) {
+void Vehicles::configure(World& world, EventLog& events, const TaskParameters& task) {
   database_ = &world.database();
   transaction_ = database_->make_transaction({.max_writes = static_cast<std::uint32_t>(vehicles_.size())});
   for (Vehicle& v : vehicles_) {

@@ -91,7 +91,7 @@ TEST(ReportText, ReportsProblemsOfModbusUnits) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   EXPECT_EQ(text.find("the reply was invalid"), std::string::npos) << "all three errors are exceptions";
   RunRecord sound;
-  buses::modbus::UnitFacts plc_without_faults;
+  buses::modbus::UnitRecord plc_without_faults;
   plc_without_faults.name = "plc";
   sound.buses = {test::modbus_group({plc_without_faults})};
   EXPECT_EQ(report_text(sound, "d").find("modbus.plc"), std::string::npos);

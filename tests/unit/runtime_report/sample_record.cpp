@@ -170,17 +170,17 @@ ResponseTime response() {
 
 }  // namespace
 
-BusGroup can_group(const std::vector<buses::can::CanFacts>& all) {
+BusGroup can_group(const std::vector<buses::can::CanRecord>& all) {
   BusGroup group{.list_key = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
-  for (const buses::can::CanFacts& facts : all)
+  for (const buses::can::CanRecord& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
 }
 
-BusGroup modbus_group(const std::vector<buses::modbus::UnitFacts>& all) {
+BusGroup modbus_group(const std::vector<buses::modbus::UnitRecord>& all) {
   BusGroup group{
       .list_key = "modbus", .title = "Modbus", .name_key = "unit", .columns = buses::modbus::unit_columns()};
-  for (const buses::modbus::UnitFacts& facts : all)
+  for (const buses::modbus::UnitRecord& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
 }
@@ -235,32 +235,32 @@ RunRecord full_record() {
       4'158'976, 221,         2,          1,
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
-  const buses::can::CanFacts car{"car",
-                                 "virtual",
-                                 1'000,
-                                 3'021,
-                                 0,
-                                 0,
-                                 0,
-                                 2,
-                                 1,
-                                 0,
-                                 0.124,
-                                 0.31,
-                                 1,
-                                 "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
-                                 3,
-                                 5,
-                                 7,
-                                 11,
-                                 13,
-                                 17,
-                                 19,
-                                 23,
-                                 29,
-                                 1'031,
-                                 {{"BrakeCommand", 37, 41}}};
-  buses::modbus::UnitFacts plc;
+  const buses::can::CanRecord car{"car",
+                                  "virtual",
+                                  1'000,
+                                  3'021,
+                                  0,
+                                  0,
+                                  0,
+                                  2,
+                                  1,
+                                  0,
+                                  0.124,
+                                  0.31,
+                                  1,
+                                  "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
+                                  3,
+                                  5,
+                                  7,
+                                  11,
+                                  13,
+                                  17,
+                                  19,
+                                  23,
+                                  29,
+                                  1'031,
+                                  {{"BrakeCommand", 37, 41}}};
+  buses::modbus::UnitRecord plc;
   plc.name = "plc";
   plc.role = "client";
   plc.requests = 400;
@@ -275,7 +275,7 @@ RunRecord full_record() {
   plc.not_a_number_inputs = 7;
   plc.superseded = 8;
   plc.stale = 9;
-  buses::modbus::UnitFacts panel;
+  buses::modbus::UnitRecord panel;
   panel.name = "panel";
   panel.role = "server";
   panel.requests = 90;

@@ -121,7 +121,7 @@ class Recorder final : public modules::Module {
   }
   const modules::Ports& ports() const noexcept override { return ports_; }
   void configure(modules::World& /*world*/, modules::EventLog& /*events*/,
-                 const modules::TaskFacts& /*task*/) override {}
+                 const modules::TaskParameters& /*task*/) override {}
   void step(modules::StepContext& context) noexcept override {
     seen = context;
     in = context.inputs[0];

@@ -1,4 +1,4 @@
-#include "runtime/buses/modbus/unit_record.hpp"
+#include "runtime/buses/modbus/modbus_record.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -10,20 +10,20 @@ using contribution::add_repetition;
 using contribution::add_sentence;
 using contribution::BusSentence;
 
-void copy_values(const io::modbus::ValueCounters& counters, UnitFacts& unit) {
+void copy_values(const io::modbus::ValueCounters& counters, UnitRecord& unit) {
   unit.saturated_outputs = counters.saturated_outputs;
   unit.saturated_inputs = counters.saturated_inputs;
   unit.not_a_number_outputs = counters.not_a_number_outputs;
   unit.not_a_number_inputs = counters.not_a_number_inputs;
 }
 
-void copy_exceptions(const io::modbus::ExceptionCounts& counts, UnitFacts& unit) {
+void copy_exceptions(const io::modbus::ExceptionCounts& counts, UnitRecord& unit) {
   for (std::size_t code = 0; code < counts.size(); ++code) {
     if (counts[code] > 0) unit.exceptions.push_back({static_cast<int>(code), counts[code]});
   }
 }
 
-std::vector<BusSentence> faults_of(const UnitFacts& unit) {
+std::vector<BusSentence> faults_of(const UnitRecord& unit) {
   const bool is_server = unit.role == "server";
   std::vector<BusSentence> sentences;
   add_sentence(sentences, unit.timeouts, "request", "requests", "had no reply in time");
@@ -63,9 +63,9 @@ std::vector<BusSentence> faults_of(const UnitFacts& unit) {
 
 }  // namespace
 
-UnitFacts facts_of(const io::modbus::ClientDevice& device) {
+UnitRecord record_of(const io::modbus::ClientDevice& device) {
   const io::modbus::ClientCounters counters = device.counters();
-  UnitFacts unit;
+  UnitRecord unit;
   unit.name = device.name();
   unit.role = "client";
   unit.requests = counters.requests;
@@ -80,9 +80,9 @@ UnitFacts facts_of(const io::modbus::ClientDevice& device) {
   return unit;
 }
 
-UnitFacts facts_of(const io::modbus::ServerDevice& device) {
+UnitRecord record_of(const io::modbus::ServerDevice& device) {
   const io::modbus::ServerCounters counters = device.counters();
-  UnitFacts unit;
+  UnitRecord unit;
   unit.name = device.name();
   unit.role = "server";
   unit.requests = counters.requests;
@@ -104,7 +104,7 @@ std::vector<contribution::BusColumn> unit_columns() {
           {"errors", "Errors", true}, {"reconnects", "Reconnects", true}};
 }
 
-contribution::BusRecord to_record(const UnitFacts& unit) {
+contribution::BusRecord to_record(const UnitRecord& unit) {
   std::vector<contribution::BusRow> exceptions;
   for (const ExceptionCount& one : unit.exceptions)
     exceptions.push_back({{"code", static_cast<std::uint64_t>(one.code)}, {"count", one.count}});
