@@ -37,7 +37,7 @@ class Limit {
 
 }  // namespace
 
-// In real time a full socket loses the packet. In lock-step this waits and reads from the client meanwhile,
+// In real time a full socket loses the packet. In lock-step this waits and reads from the client,
 // since the client may itself wait until the hub reads.
 bool Hub::write(Client& client, const void* data, std::size_t size) noexcept {
   const Limit limit(pacing_ == Pacing::lockstep ? config_.answer_limit_ns : 0);

@@ -40,7 +40,7 @@ class RecordedScanner {
  public:
   struct Beam {
     std::uint32_t column = 0, row = 0;
-    std::int64_t time_ns = 0;   ///< since the begin of the sweep
+    std::int64_t time_ns = 0;   ///< since the start of the sweep
     glm::vec3 direction{0.0F};  ///< unit vector in the carrier's frame
   };
 

@@ -288,7 +288,7 @@ void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s
     vehicle.was_braking = requested_mps2 > 0.0;
     if (vehicle.brake_mps2 > 0.05) acceleration = std::min(acceleration, -vehicle.brake_mps2);
   }
-  // A vehicle that brakes below this speed stops, since the driver model alone would approach rest for ever.
+  // A vehicle that brakes below this speed stops, since the driver model alone would never reach rest.
   const bool comes_to_rest = vehicle.speed_mps > 0.0 && vehicle.speed_mps < 0.05 && acceleration < 0.0;
   const Travel moved = comes_to_rest ? Travel{0.0, 0.0} : travel(vehicle.speed_mps, acceleration, dt_s);
   if (vehicle.is_ego && vehicle.speed_mps > 0.0 && moved.speed_mps == 0.0) {
