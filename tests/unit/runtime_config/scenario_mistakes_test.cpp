@@ -185,7 +185,7 @@ TEST(ScenarioMistakes, OfCanBuses) {
       {"offset: 10 ms", "offset: @20 ms", "less than the message's period of 20 ms"},
       {"Mode: 3}", "Mode: @1e999}", "'1e999' is too large"},
       {"Mode: 3}", "@Counter: 3}", "hil writes 'Counter' (the counter); leave it out of 'signals'"},
-      {"Mode: 3}", "Mode: 3, @Checksum: 5}", "hil sets"},
+      {"Mode: 3}", "Mode: 3, @Checksum: 5}", "hil writes"},
       {"message: Status", "message: @BrakeCommand", "the received message 'BrakeCommand' is given twice"},
       {"drop: 0.25", "drop: @25", "from 0 to 1"},
       {"rate: 50 Hz}", "rate: 50 Hz, faults: @{drop: 1}}", "only a virtual bus"},
@@ -278,7 +278,7 @@ TEST(ScenarioMistakes, OfProcesses) {
   });
   EXPECT_TRUE(
       is_refused("scenario: a\nmodbus: [{unit: u, device: @\"h:auto\", registers: map.yaml, rate: 10 Hz}]\n",
-                 "no process has it in its command as {modbus.u}"));
+                 "a process whose command contains {modbus.u}"));
 }
 
 TEST(ScenarioMistakes, OfExpectations) {

@@ -70,10 +70,10 @@ TEST_F(Verdicts, SkippedAndAbortedReleasesBreakTheTiming) {
       << record_.reason;
 }
 
-TEST_F(Verdicts, RunsWithoutAnAnswerBreakTheTiming) {
+TEST_F(Verdicts, RunsWithoutAResultBreakTheTiming) {
   record_.tasks[0].without_result = 6;
   EXPECT_EQ(exit_code(), exit_timing_broken);
-  EXPECT_NE(record_.reason.find("6 of 100 runs got no answer"), std::string::npos) << record_.reason;
+  EXPECT_NE(record_.reason.find("6 of 100 runs had no result"), std::string::npos) << record_.reason;
 }
 
 TEST_F(Verdicts, OutputsThatWereNotSentBreakTheTiming) {
