@@ -36,7 +36,7 @@ bool touches(const RegisterEntry& entry, const WrittenRange& range) {
 ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
-      label_("unit " + settings_.name),
+      label_("Modbus unit " + settings_.name),
       releases_(std::vector<double>{}),
       readings_(std::vector<Reading>{}),
       freshness_(map_.read_count(),

@@ -101,7 +101,7 @@ class ServerDevice final : public Device {
 
   const ServerSettings settings_;
   const RegisterMap map_;
-  const std::string label_;  ///< "unit panel"
+  const std::string label_;  ///< "Modbus unit panel"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;

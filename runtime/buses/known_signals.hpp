@@ -1,6 +1,6 @@
 #pragma once
-// The signals of a run while its parts are connected, and what is known of them: a mistake or a warning has
-// the place that names the signal.
+// The signals of a run while it is wired, and their properties that only wiring needs. Mistakes carry the
+// place in the scenario at which the signal is named.
 //
 // Threads: the one that wires the run.
 
@@ -25,7 +25,7 @@ class KnownSignals {
   const signals::SignalTable& table() const noexcept { return table_; }
 
   /// The signals whose names begin with `prefix` ("can.car.") could not be declared, since their part has a
-  /// mistake: that they are missing is no further mistake.
+  /// mistake; so a reference to one of them adds no second mistake.
   void add_undeclared(std::string prefix) { undeclared_.push_back(std::move(prefix)); }
   /// A double can not represent all values of the signal. `reason` follows its name: "has 64 bits; ...".
   void set_imprecise(signals::SignalId signal, std::string reason) {

@@ -35,9 +35,9 @@ const BusType& type_of(const config::BusSection& section) {
 std::vector<contribution::BusGroup> empty_groups() {
   std::vector<contribution::BusGroup> groups;
   for (const BusType& type : bus_types()) {
-    groups.push_back({.section = type.section.key,
+    groups.push_back({.list_key = type.section.key,
                       .title = type.title,
-                      .name_key = type.record_name_key,
+                      .name_key = type.section.name_key,
                       .columns = type.columns,
                       .buses = {}});
   }

@@ -202,7 +202,7 @@ std::optional<Value> Checker::check_boolean(const TreeNode& tree, const Schema::
 std::optional<Value> Checker::check_integer(const TreeNode& tree, const Schema::Node& schema,
                                             const std::string& label) {
   if (!expect_scalar(tree, schema, label, false)) return std::nullopt;
-  const IntegerReading reading = read_integer(tree.scalar);
+  const ParsedInteger reading = read_integer(tree.scalar);
   if (!reading.fault.empty()) return wrong(tree, label, in_quotes(tree.scalar) + " " + reading.fault);
   if (reading.value < schema.minimum_integer || reading.value > schema.maximum_integer) {
     return wrong(tree, label, tree.scalar + " is out of range; it can be " + range_of(schema));
@@ -215,7 +215,7 @@ std::optional<Value> Checker::check_integer(const TreeNode& tree, const Schema::
 std::optional<Value> Checker::check_number(const TreeNode& tree, const Schema::Node& schema,
                                            const std::string& label) {
   if (!expect_scalar(tree, schema, label, false)) return std::nullopt;
-  const NumberReading reading = read_number(tree.scalar);
+  const ParsedNumber reading = read_number(tree.scalar);
   if (!reading.fault.empty()) return wrong(tree, label, in_quotes(tree.scalar) + " " + reading.fault);
   if (reading.length != tree.scalar.size()) {
     return wrong(tree, label,

@@ -37,7 +37,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   Scenario scenario;
   std::error_code error;
   scenario.file = std::filesystem::absolute(path, error).lexically_normal().string();
-  Reading reading{.diagnostics = diagnostics, .types = types};
+  ReaderContext reading{.diagnostics = diagnostics, .types = types};
   const std::size_t mistakes_of_schema = diagnostics.count();
   read_general(*root, scenario, reading);
   read_world(*root, scenario, reading);

@@ -141,7 +141,7 @@ class Override {
       }
     }
     if (found != nullptr) return found;
-    const IntegerReading index = read_integer(word);
+    const ParsedInteger index = read_integer(word);
     if (!index.fault.empty()) return refuse_unknown(step, known);
     if (index.value < 0 || static_cast<std::size_t>(index.value) >= list.items.size()) {
       return refuse(step, "there is no entry " + word + "; the list has " +

@@ -6,7 +6,7 @@
 namespace hil::config {
 namespace {
 
-void read_common(const Value& entry, UniqueNames& names, BusSection& section, Reading& reading) {
+void read_common(const Value& entry, UniqueNames& names, BusSection& section, ReaderContext& reading) {
   if (const std::optional<Word> name = word_in(entry, section.type->name_key)) {
     names.add(*name);
     reading.bus_names[section.type->key].push_back(name->text);
@@ -29,18 +29,18 @@ std::vector<std::string> placeholders_of(std::span<const BusSectionType> types, 
   std::vector<std::string> all;
   for (const BusSectionType& type : types) {
     if (!type.has_address) continue;
-    const bool is_longer = with_condition && !type.step_condition.empty();
-    all.push_back(type.placeholder() + (is_longer ? " " + type.step_condition : ""));
+    const bool is_longer = with_condition && !type.run_time_condition.empty();
+    all.push_back(type.placeholder() + (is_longer ? " " + type.run_time_condition : ""));
   }
   return all;
 }
 
 /// "a, b and c"
-std::string joined(const std::vector<std::string>& words, const std::string& conjunction) {
+std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const bool is_last = i + 1 == words.size();
-    text += (i == 0 ? "" : is_last ? " " + conjunction + " " : ", ") + words[i];
+    text += (i == 0 ? "" : is_last ? " and " : ", ") + words[i];
   }
   return text;
 }
@@ -59,22 +59,22 @@ std::string BusSectionType::placeholder() const {
 }
 
 std::string address_placeholders(std::span<const BusSectionType> types) {
-  return joined(placeholders_of(types, false), "and");
+  return joined(placeholders_of(types, false));
 }
 
-std::string all_placeholders(std::span<const BusSectionType> types, const std::string& conjunction) {
+std::string all_placeholders(std::span<const BusSectionType> types) {
   std::vector<std::string> all = placeholders_of(types, false);
   all.push_back("{clock}");
-  return joined(all, conjunction);
+  return joined(all);
 }
 
-std::string stepping_placeholders(std::span<const BusSectionType> types, const std::string& conjunction) {
+std::string run_time_placeholders(std::span<const BusSectionType> types) {
   std::vector<std::string> all = placeholders_of(types, true);
   all.insert(all.begin(), "{clock}");
-  return joined(all, conjunction);
+  return joined(all);
 }
 
-void read_buses(const Value& root, Scenario& scenario, Reading& reading) {
+void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading) {
   for (const BusSectionType& type : reading.types.buses) {
     const Value* const list = part_of(root, type.key);
     if (list == nullptr) continue;

@@ -47,7 +47,7 @@ std::string format_duration(std::int64_t nanoseconds) {
   return std::abs(nanoseconds) >= 1'000 ? format_number(value / 1e3) + " us" : format_number(value) + " ns";
 }
 
-std::optional<std::uint32_t> ticks_between(const Value& rate, const Reading& reading) {
+std::optional<std::uint32_t> ticks_between(const Value& rate, const ReaderContext& reading) {
   if (!reading.base) return std::nullopt;
   const double base_hz = reading.base->hz;
   const double ratio = base_hz / rate.number();

@@ -118,7 +118,7 @@ std::string unit_list(Quantity quantity) {
 QuantityReading read_quantity(std::string_view text, Quantity quantity) {
   QuantityReading reading;
   text = trimmed(text);
-  const NumberReading number = read_number(text);
+  const ParsedNumber number = read_number(text);
   if (number.length == 0) {
     reading.fault = number.fault + " with a unit; " + written_in(quantity);
     return reading;

@@ -61,7 +61,7 @@ class RunDevices {
   /// Sends the safe values, then closes all devices.
   void stop() noexcept;
   /// After stop: writes the events since the last check to run.log.
-  void take_last_events();
+  void collect_last_events();
 
   /// Fills in the groups of buses.
   void fill(report::RunRecord& record) const;

@@ -17,12 +17,6 @@ report::Histogram bins_of(const executive::Histogram& histogram) {
   return bins;
 }
 
-std::string cause_text(executive::MissCause cause) {
-  std::string text = executive::to_string(cause);
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return text;
-}
-
 report::Task task_of(const executive::TaskResult& result) {
   report::Task task;
   task.name = result.name;
@@ -50,11 +44,11 @@ report::Task task_of(const executive::TaskResult& result) {
   for (std::size_t i = 0; i < result.misses_by_cause.size(); ++i) {
     if (result.misses_by_cause[i] == 0) continue;
     task.misses_by_cause.push_back(
-        {cause_text(static_cast<executive::MissCause>(i)), result.misses_by_cause[i]});
+        {executive::to_string(static_cast<executive::MissCause>(i)), result.misses_by_cause[i]});
   }
   task.worst_lateness_ns = result.worst_lateness_ns;
   for (const executive::Miss& miss : result.misses)
-    task.misses.push_back({miss.tick, cause_text(miss.cause), miss.lateness_ns});
+    task.misses.push_back({miss.tick, executive::to_string(miss.cause), miss.lateness_ns});
   return task;
 }
 
@@ -110,7 +104,7 @@ void take_executive(const executive::RunResult& result, const config::Scenario& 
   for (const executive::Skip& skip : result.base.skips) {
     record.watchdog.push_back(
         {static_cast<std::int64_t>(skip.tick) * result.period_ns,
-         std::to_string(skip.count) + " ticks skipped (" + cause_text(skip.cause) + ")"});
+         std::to_string(skip.count) + " ticks skipped (" + executive::to_string(skip.cause) + ")"});
   }
   record.watchdog_not_listed = result.base.times_skipped - result.base.skips.size();
 }

@@ -243,7 +243,7 @@ SessionResult LiveSession::run() {
                     " ticks; outputs go to their safe values");
   const std::string step_fault = devices_.step_fault();
   close_devices();
-  devices_.take_last_events();
+  devices_.collect_last_events();
   context_.log.info("all devices and processes are closed");
   write_faults_ = world_->close(record);
   close_logs();

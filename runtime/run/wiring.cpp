@@ -32,7 +32,7 @@ void declare_modules(Wiring& wiring, KnownSignals& known, Diagnostics& diagnosti
     if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");
     } else {
-      wired.module->check_task(section.parameters, task_facts(*wiring.scenario, section), diagnostics);
+      wired.module->check_task(section.parameters, task_parameters(*wiring.scenario, section), diagnostics);
       for (const modules::Port& port : wired.module->ports().outputs) {
         add_signal(wiring.signals,
                    {.name = section.module.text + "." + port.name,
@@ -165,7 +165,8 @@ void check_expectations(const config::Scenario& scenario, const KnownSignals& kn
 
 }  // namespace
 
-modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section) {
+modules::TaskParameters task_parameters(const config::Scenario& scenario,
+                                        const config::TaskSection& section) {
   const std::int64_t period_ns = scenario.base_period_ns * section.every_ticks;
   return {.instance = section.module.text,
           .period_ns = period_ns,

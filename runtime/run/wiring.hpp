@@ -46,7 +46,7 @@ struct Wiring {
 config::ScenarioTypes scenario_types();
 
 /// The properties of a module's task.
-modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section);
+modules::TaskParameters task_parameters(const config::Scenario& scenario, const config::TaskSection& section);
 
 /// Empty when there is a mistake.
 std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics);

@@ -106,9 +106,9 @@ void CanBus::connect_message(const SentMessage& sent, const io::can::DbcMessage&
     const io::can::DbcSignal& signal = *found;
     const std::size_t index = output_index(*channels_, message.name + "." + signal.name);
     if (index == outputs.size()) {
-      diagnostics.add(source.dbc_signal.place,
-                      "'" + source.dbc_signal.text + "' of " + sent.message.text +
-                          " is its counter or checksum, which the bus fills at the send instant");
+      diagnostics.add(source.dbc_signal.place, "hil writes '" + source.dbc_signal.text +
+                                                   "' (the counter or checksum of " + sent.message.text +
+                                                   "); leave it out of 'signals'");
       continue;
     }
     const std::string imprecise = precision_warning(signal);
@@ -131,8 +131,8 @@ void CanBus::connect(const KnownSignals& known, std::vector<Source>& outputs,
   }
 }
 
-std::unique_ptr<BusDevice> CanBus::make_device(RunFacts facts) const {
-  return std::make_unique<CanRun>(section_, config_, std::move(facts));
+std::unique_ptr<BusDevice> CanBus::make_device(RunEnvironment environment) const {
+  return std::make_unique<CanRun>(section_, config_, std::move(environment));
 }
 
 }  // namespace hil::buses::can

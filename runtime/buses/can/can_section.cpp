@@ -33,7 +33,7 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
   if (!is_interface(interface)) {
     diagnostics.add(device.place(),
                     "'device': " + in_quotes(interface) +
-                        " is no interface's name; it has 1 to 15 characters, as in socketcan:vcan0");
+                        " is not a name of an interface: 1 to 15 characters, as in socketcan:vcan0");
   }
   return interface;
 }
@@ -42,7 +42,7 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
 std::optional<std::variant<Word, double>> read_value(const Word& dbc_signal, const Value& value,
                                                      Diagnostics& diagnostics) {
   const std::string& text = value.text();
-  const NumberReading number = read_number(text);
+  const ParsedNumber number = read_number(text);
   if (number.length == 0 || (number.fault.empty() && number.length < text.size())) return word_of(value);
   if (number.fault.empty()) return number.value;
   diagnostics.add(value.place(), in_quotes(dbc_signal.text) + ": " + in_quotes(text) + " " + number.fault);
@@ -94,9 +94,11 @@ SentMessage read_sent(const Value& value, std::int64_t bus_period_ns, Diagnostic
     const auto& [name, source] = signals.entries()[i];
     const Word dbc_signal{name, signals.key_place(i)};
     if (sent.counter && sent.counter->text == name) {
-      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the counter, which hil sets; leave it out");
+      diagnostics.add(dbc_signal.place,
+                      "hil writes " + in_quotes(name) + " (the counter); leave it out of 'signals'");
     } else if (sent.checksum && sent.checksum->text == name) {
-      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the checksum, which hil sets; leave it out");
+      diagnostics.add(dbc_signal.place,
+                      "hil writes " + in_quotes(name) + " (the checksum); leave it out of 'signals'");
     }
     std::optional<SignalSource> read = read_source(dbc_signal, source, diagnostics);
     if (read) sent.signals.push_back(std::move(*read));
@@ -160,22 +162,20 @@ void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, D
 
 }  // namespace
 
-void CanSection::read_entry(const Value& entry, Reading& reading) {
+void CanSection::read_entry(const Value& entry, ReaderContext& reading) {
   if (entry.has("device")) {
     interface = read_interface(entry["device"], reading.diagnostics);
     device_place = entry["device"].place();
     if (!is_virtual() && reading.clock == ClockKind::virtual_time) {
       reading.diagnostics.add(
           device_place,
-          "'device': a bus of the kernel keeps to the clock on the wall; 'clock: virtual' needs "
-          "'device: virtual'");
+          "'device': a SocketCAN bus runs in real time; 'clock: virtual' needs 'device: virtual'");
     }
   }
   read_messages(entry, *this, reading.diagnostics);
   read_faults(entry, *this, reading.diagnostics);
   if (!is_whole(entry)) return;
   database = entry["database"].text();
-  database_place = entry["database"].place();
   bits_per_second = static_cast<double>(entry["bit_rate"].integer());
 }
 
@@ -186,7 +186,7 @@ BusSectionType can_section_type() {
           .noun = "CAN bus",
           .plural = "CAN buses",
           .entry = can_schema(),
-          .arrival = "frame",
+          .arrival_noun = "frame",
           .counts_dropped_releases = true,
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<CanSection>(); },
           .check = check_interfaces};

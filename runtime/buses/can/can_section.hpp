@@ -59,14 +59,13 @@ class CanSection final : public config::BusSection {
   std::string interface;  ///< of SocketCAN; empty: a virtual bus
   Place device_place;
   std::string database;  ///< absolute path of the DBC file
-  Place database_place;
   double bits_per_second = 0.0;
   std::vector<SentMessage> send;
   std::vector<ReceivedMessage> receive;
   BusFaults faults;
 
   bool is_virtual() const noexcept { return interface.empty(); }
-  void read_entry(const config::Value& entry, config::Reading& reading) override;
+  void read_entry(const config::Value& entry, config::ReaderContext& reading) override;
 };
 
 /// What the list `can` of a scenario may contain.

@@ -24,7 +24,7 @@ std::unique_ptr<Bus> wire_can(const config::BusSection& section, config::Diagnos
   return std::make_unique<CanBus>(can_section, std::move(*description));
 }
 
-std::vector<MachineFact> socketcan_facts() {
+std::vector<DoctorLine> socketcan_lines() {
   const int fd = socket(PF_CAN, SOCK_RAW, CAN_RAW);
   if (fd < 0) {
     return {{"SocketCAN", std::string("not in this kernel (") + std::strerror(errno) +
@@ -50,10 +50,9 @@ std::vector<MachineFact> socketcan_facts() {
 BusType can_type() {
   return {.section = can::can_section_type(),
           .title = "CAN",
-          .record_name_key = "bus",
           .columns = can::can_columns(),
           .wire = can::wire_can,
-          .machine_facts = can::socketcan_facts};
+          .doctor_lines = can::socketcan_lines};
 }
 
 }  // namespace hil::buses

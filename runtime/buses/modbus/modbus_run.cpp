@@ -9,8 +9,8 @@
 #include <cstring>
 #include <utility>
 
+#include "runtime/buses/modbus/modbus_record.hpp"
 #include "runtime/buses/modbus/modbus_unit.hpp"
-#include "runtime/buses/modbus/unit_record.hpp"
 
 namespace hil::buses::modbus {
 namespace {
@@ -49,7 +49,7 @@ io::Device& ModbusRun::device() noexcept {
 }
 
 contribution::BusRecord ModbusRun::record() const {
-  return to_record(client_ ? facts_of(*client_) : facts_of(*server_));
+  return to_record(client_ ? record_of(*client_) : record_of(*server_));
 }
 
 }  // namespace hil::buses::modbus

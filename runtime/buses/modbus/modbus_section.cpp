@@ -35,7 +35,7 @@ void read_device(const Value& device, ModbusSection& section, Diagnostics& diagn
     section.host = parts->host;
     return;
   }
-  const IntegerReading number = read_integer(port);
+  const ParsedInteger number = read_integer(port);
   if (!number.fault.empty() || number.value < 1 || number.value > std::numeric_limits<std::uint16_t>::max()) {
     diagnostics.add(device.place(),
                     "'device': the port " + in_quotes(port) + " is neither from 1 to 65535 nor auto");
@@ -97,8 +97,8 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
     check_register(*filled, true, section.registers, diagnostics);
     for (const RegisterWrite& write : section.write) {
       if (write.entry.text != filled->text) continue;
-      diagnostics.add(write.entry.place,
-                      "hil sets the register " + in_quotes(filled->text) + "; leave it out");
+      diagnostics.add(write.entry.place, "hil writes " + in_quotes(filled->text) +
+                                             " (run_time or heartbeat); leave it out of 'write'");
     }
   }
 }
@@ -125,7 +125,7 @@ std::optional<std::variant<Word, double>> source_of_register(const std::string& 
                                                              Diagnostics& diagnostics) {
   const std::string& text = value.text();
   if (is_signal_name(text)) return word_of(value);
-  const NumberReading number = read_number(text);
+  const ParsedNumber number = read_number(text);
   if (number.fault.empty() && number.length == text.size()) return number.value;
   const std::string fault =
       number.length > 0 && !number.fault.empty() ? number.fault : "is neither a signal nor a number";
@@ -158,7 +158,7 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   section.registers_file = value["registers"].text();
   section.timeout_ns = value["timeout"].duration_ns();
   if (value.has("max_age")) section.max_age_ns = value["max_age"].duration_ns();
-  section.start_limit_ns = value["start_limit"].duration_ns();
+  section.start_timeout_ns = value["start_timeout"].duration_ns();
   section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
   section.max_gap = static_cast<std::uint16_t>(value["max_gap"].integer());
   section.max_clients = static_cast<std::size_t>(value["max_clients"].integer());
@@ -172,12 +172,13 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   keep_used_registers(section);
   if (section.registers.entries.empty())
     diagnostics.add(value["registers"].place(),
-                    "the scenario neither reads nor writes a register of this map; name some under 'write'");
+                    "the scenario neither reads nor writes a register of this map; list registers under "
+                    "'read' or 'write'");
 }
 
 /// Warns of a max_age that values exceed without a fault: a value is read once per period, and its reply may
 /// take the whole time-out.
-void warn_of_short_max_age(const Value& value, const ModbusSection& section, const Reading& reading) {
+void warn_of_short_max_age(const Value& value, const ModbusSection& section, const ReaderContext& reading) {
   if (section.role != Role::client || !reading.base || section.registers.read_count() == 0) return;
   const std::int64_t period_ns = section.every_ticks * reading.base->period_ns;
   const std::int64_t needed_ns = period_ns + section.timeout_ns;
@@ -192,7 +193,7 @@ void warn_of_short_max_age(const Value& value, const ModbusSection& section, con
           format_duration(needed_ns) + " or more, or read more often");
 }
 
-/// Two servers can not listen at one place. 0.0.0.0 and :: are all places of the machine.
+/// Two servers can not listen on one address and port. 0.0.0.0 and :: are all addresses.
 void check_listening(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
   const std::vector<const ModbusSection*> sections = sections_of<ModbusSection>(list);
   const auto is_anywhere = [](const std::string& host) { return host == "0.0.0.0" || host == "::"; };
@@ -212,7 +213,7 @@ void check_listening(std::span<const std::shared_ptr<const BusSection>> list, Di
 
 }  // namespace
 
-void ModbusSection::read_entry(const Value& entry, Reading& reading) {
+void ModbusSection::read_entry(const Value& entry, ReaderContext& reading) {
   if (entry.has("role")) role = entry["role"].text() == "server" ? Role::server : Role::client;
   if (entry.has("device")) read_device(entry["device"], *this, reading.diagnostics);
   if (!is_whole(entry)) return;
@@ -220,10 +221,10 @@ void ModbusSection::read_entry(const Value& entry, Reading& reading) {
   warn_of_short_max_age(entry, *this, reading);
 }
 
-void ModbusSection::check_commands(bool is_named, Diagnostics& diagnostics) const {
-  if (is_named || port || host.empty() || role != Role::client) return;
-  diagnostics.add(device_place, "'device': the port is auto, but no process has it in its command as {" +
-                                    full_name() + "}; name the port of the unit");
+void ModbusSection::check_commands(bool is_in_a_command, Diagnostics& diagnostics) const {
+  if (is_in_a_command || port || host.empty() || role != Role::client) return;
+  diagnostics.add(device_place, "'device': 'auto' needs a process whose command contains {" + full_name() +
+                                    "}; give the unit's port instead");
 }
 
 BusSectionType modbus_section_type() {
@@ -233,7 +234,7 @@ BusSectionType modbus_section_type() {
           .noun = "Modbus unit",
           .plural = "Modbus units",
           .entry = modbus_schema(),
-          .step_condition = "of a unit with run_time",
+          .run_time_condition = "of a unit with run_time",
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<ModbusSection>(); },
           .check = check_listening};
 }

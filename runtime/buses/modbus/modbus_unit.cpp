@@ -24,7 +24,8 @@ void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs
   for (const RegisterWrite& write : section_.write) {
     const std::size_t index = output_index(*channels_, write.entry.text);
     if (index == outputs.size()) {
-      diagnostics.add(write.entry.place, "'" + write.entry.text + "' is filled by the device itself");
+      diagnostics.add(write.entry.place, "hil writes '" + write.entry.text +
+                                             "' (run_time or heartbeat); leave it out of 'write'");
       continue;
     }
     if (const double* constant = std::get_if<double>(&write.source)) {
@@ -38,8 +39,8 @@ void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs
   }
 }
 
-std::unique_ptr<BusDevice> ModbusUnit::make_device(RunFacts facts) const {
-  return std::make_unique<ModbusRun>(section_, std::move(facts.on_thread_start));
+std::unique_ptr<BusDevice> ModbusUnit::make_device(RunEnvironment environment) const {
+  return std::make_unique<ModbusRun>(section_, std::move(environment.on_thread_start));
 }
 
 io::modbus::ClientSettings client_settings(const ModbusSection& section,
@@ -54,7 +55,7 @@ io::modbus::ClientSettings client_settings(const ModbusSection& section,
   settings.unit = section.unit_id;
   settings.max_gap = section.max_gap;
   settings.response_timeout = ceil<microseconds>(nanoseconds(section.timeout_ns));
-  settings.start_limit = ceil<milliseconds>(nanoseconds(section.start_limit_ns));
+  settings.start_timeout = ceil<milliseconds>(nanoseconds(section.start_timeout_ns));
   if (section.max_age_ns) settings.max_age = ceil<milliseconds>(nanoseconds(*section.max_age_ns));
   if (section.run_time_entry) settings.run_time_ms_entry = section.run_time_entry->text;
   if (section.heartbeat_entry) settings.heartbeat_entry = section.heartbeat_entry->text;

@@ -19,7 +19,7 @@ class ModbusUnit final : public Bus {
   const io::Device& channels() const noexcept override { return *channels_; }
   void connect(const KnownSignals& known, std::vector<Source>& outputs,
                config::Diagnostics& diagnostics) const override;
-  std::unique_ptr<BusDevice> make_device(RunFacts facts) const override;
+  std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const override;
 
  private:
   const ModbusSection& section_;

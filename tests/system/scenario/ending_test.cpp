@@ -186,23 +186,24 @@ TEST(Ending, UnitThatIsLostAndReturnsIsReported) {
   LongRun run("realtime", {"--set", "modbus.plc.may_be_lost=true"});
   run.signal_child("hil-crossing-plc", SIGSTOP);
   const std::string log = run.out() + "/run.log";
-  EXPECT_TRUE(eventually([&] { return read_text(log).find("device plc is lost") != std::string::npos; }))
+  EXPECT_TRUE(eventually([&] { return read_text(log).find("Modbus unit plc is lost") != std::string::npos; }))
       << read_text(log);
   run.signal_child("hil-crossing-plc", SIGCONT);
-  EXPECT_TRUE(eventually([&] { return read_text(log).find("device plc works again") != std::string::npos; }))
-      << read_text(log);
+  EXPECT_TRUE(eventually([&] {
+    return read_text(log).find("Modbus unit plc works again") != std::string::npos;
+  })) << read_text(log);
   run.interrupt();
   EXPECT_EQ(run.wait().code, 130);
   std::vector<std::string> events;
   const auto report = read_report(run.out());
   for (const auto& event : report["events"]) {
-    if (const auto text = event["text"].get<std::string>(); text.starts_with("device plc"))
+    if (const auto text = event["text"].get<std::string>(); text.starts_with("Modbus unit plc"))
       events.push_back(text);
   }
   ASSERT_GE(events.size(), 2U);
   EXPECT_TRUE(std::ranges::any_of(
-      events, [](const std::string& sentence) { return sentence.starts_with("device plc is lost: "); }));
-  EXPECT_EQ(events.back(), "device plc works again");
+      events, [](const std::string& sentence) { return sentence.starts_with("Modbus unit plc is lost: "); }));
+  EXPECT_EQ(events.back(), "Modbus unit plc works again");
   EXPECT_NE(read_text(log).find("exit code 130: stopped"), std::string::npos) << read_text(log);
 }
 

@@ -98,7 +98,7 @@ TEST_F(History, WrongQueriesAreRefusedWithTheReason) {
       {{"near", "pst", "--at", "1s"}, "no entity 'pst'; did you mean 'post'?"},
       {{"near", "7.1", "--at", "1s"}, "'7.1' does not exist at that time"},
       {{"near", "post", "--at", "4.001s"}, "the time 4.001 s lies after the end of the run at 4 s"},
-      {{"near", "post", "--at", "-1s"}, "the time -1 s lies before the begin of the run at 0 s"},
+      {{"near", "post", "--at", "-1s"}, "the time -1 s lies before the beginning of the run at 0 s"},
       {{"near", "post", "--at", "1"}, "no unit"},
       {{"near", "post", "--at", "1s", "--until", "2s"}, "need each other"},
       {{"near", "post", "--at", "1s", "--until", "2s", "--every", "0s"}, "is not above zero"},

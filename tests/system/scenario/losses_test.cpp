@@ -55,7 +55,7 @@ TEST(Losses, UnitThatNeverRepliesFailsTheRunAndItsExpectations) {
   const auto report = read_report(scenario.out());
   ASSERT_EQ(report["losses"].size(), 1U);
   EXPECT_EQ(report["losses"][0]["what"], "Modbus unit plc");
-  EXPECT_EQ(report["expectations"][0]["result"], "not checked");
+  EXPECT_EQ(report["expectations"][0]["result"], "not_checked");
   EXPECT_EQ(report["expectations"][0]["passed"], false);
   const std::string junit = read_text(scenario.out() + "/junit.xml");
   EXPECT_NE(junit.find("Modbus unit plc was lost"), std::string::npos) << junit;
@@ -92,7 +92,7 @@ TEST(Losses, UnitThatRestartsIsLostForATime) {
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   plc->signal(SIGKILL);
   EXPECT_TRUE(eventually([&] {
-    return !run.running() || read_text(log).find("device plc is lost") != std::string::npos;
+    return !run.running() || read_text(log).find("Modbus unit plc is lost") != std::string::npos;
   })) << read_text(log);
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   plc = start_plc(port);

@@ -105,10 +105,11 @@ TEST(ModbusRun, ReportsValuesOutOfRangeAndRefusedConnections) {
   EXPECT_GT(peer.at("saturated_inputs"), 10);
   EXPECT_EQ(peer.at("saturated_outputs"), 0);
 
-  EXPECT_EQ(events(report,
-                   "unit panel: register level: a client wrote 101, outside 0 to 100; it was answered with "
-                   "exception 3 and changed nothing"),
-            1)
+  EXPECT_EQ(
+      events(report,
+             "Modbus unit panel: register level: a client wrote 101, outside 0 to 100; it was answered with "
+             "exception 3 and changed nothing"),
+      1)
       << report.at("events");
   EXPECT_EQ(events(report, "unit peer: register status: 30000 is outside 0 to 100; 100 is read"), 1)
       << report.at("events");

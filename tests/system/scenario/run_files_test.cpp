@@ -51,7 +51,7 @@ TEST(RunFolder, LogDescribesTheRunAndIsPrintedWithVerbose) {
   EXPECT_EQ(log, run.errors);
   std::size_t at = 0;
   for (const char* saying : {"scenario crossing from ", "GPU: ", "bus car: unix:", "started dut (process ",
-                             "started plc (process ", "unit plc: 127.0.0.1:", "the run begins",
+                             "started plc (process ", "Modbus unit plc: 127.0.0.1:", "the run begins",
                              "the run is over after 10000 ticks", "exit code 0: every expectation held"}) {
     at = log.find(saying, at);
     ASSERT_NE(at, std::string::npos) << saying << " is not in its place in\n" << log;
@@ -92,7 +92,7 @@ TEST_F(RunFiles, OfAnEarlierRunAreReplacedByARunThatCanNotBegin) {
   EXPECT_EQ(report["ticks"], 0);
   ASSERT_EQ(report["expectations"].size(), 2U);
   EXPECT_EQ(report["expectations"][0]["passed"], false);
-  EXPECT_EQ(report["expectations"][0]["result"], "not checked");
+  EXPECT_EQ(report["expectations"][0]["result"], "not_checked");
   const std::string junit = read_text(folder / "out/junit.xml");
   EXPECT_NE(junit.find("errors=\"1\""), std::string::npos) << junit;
   EXPECT_NE(junit.find("failures=\"2\""), std::string::npos) << junit;

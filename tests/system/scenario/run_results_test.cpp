@@ -42,7 +42,7 @@ tasks:
   const auto report = read_report(folder / "out");
   const auto scanner = named(report["tasks"], "scanner");
   EXPECT_GT(scanner["runs"].get<int>(), 1);
-  EXPECT_EQ(scanner["without_answer"], 0);
+  EXPECT_EQ(scanner["without_result"], 0);
   EXPECT_EQ(report["transactions"]["bad_input"], 0);
 }
 

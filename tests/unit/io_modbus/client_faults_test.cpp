@@ -194,7 +194,7 @@ TEST(ClientFaults, StartReportsAnUnreachableUnit) {
   }
   RunningClock clock;
   ClientSettings settings = short_timeouts(port);
-  settings.start_limit = milliseconds(60);
+  settings.start_timeout = milliseconds(60);
   ClientDevice client(settings, two_words());
   std::string refusal;
   try {

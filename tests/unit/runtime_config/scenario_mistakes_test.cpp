@@ -184,8 +184,8 @@ TEST(ScenarioMistakes, OfCanBuses) {
        "no multiple of the bus's period of 10 ms; the nearest are 10 ms and 20 ms"},
       {"offset: 10 ms", "offset: @20 ms", "less than the message's period of 20 ms"},
       {"Mode: 3}", "Mode: @1e999}", "'1e999' is too large"},
-      {"Mode: 3}", "@Counter: 3}", "'Counter' is the counter, which hil sets; leave it out"},
-      {"Mode: 3}", "Mode: 3, @Checksum: 5}", "hil sets"},
+      {"Mode: 3}", "@Counter: 3}", "hil writes 'Counter' (the counter); leave it out of 'signals'"},
+      {"Mode: 3}", "Mode: 3, @Checksum: 5}", "hil writes"},
       {"message: Status", "message: @BrakeCommand", "the received message 'BrakeCommand' is given twice"},
       {"drop: 0.25", "drop: @25", "from 0 to 1"},
       {"rate: 50 Hz}", "rate: 50 Hz, faults: @{drop: 1}}", "only a virtual bus"},
@@ -227,7 +227,7 @@ TEST(ScenarioMistakes, OfModbusUnits) {
       {"[light, demand]", "[light, @light]", "is given twice"},
       {"[light, demand]", "[@detector]", "'detector' is written, not read"},
       {"{detector: detectors.ego}", "{@light: detectors.ego}", "'light' is read, not written"},
-      {"{detector: detectors.ego}", "{@alive: detectors.ego}", "hil sets the register 'alive'"},
+      {"{detector: detectors.ego}", "{@alive: detectors.ego}", "hil writes 'alive' (run_time or heartbeat)"},
       {"heartbeat: alive", "heartbeat: @time_ms",
        "the register 'time_ms' is already written with the run's time"},
       {"registers: map.yaml", "registers: @nap.yaml", "there is no such file"},
@@ -272,13 +272,13 @@ TEST(ScenarioMistakes, OfProcesses) {
   expect_refused({
       {"\"{can.car}\"", "\"x@{can.cat}\"", "there is no CAN bus 'cat'; did you mean 'car'?"},
       {"/{can.bench}", "/@{can.bench", "this '{' has no '}'"},
-      {"/{can.bench}", "/@{tcp.x}", "'{tcp.x}' is no placeholder"},
+      {"/{can.bench}", "/@{tcp.x}", "'{tcp.x}' is not a placeholder"},
       {"  plc:\n", "  @dut:\n", "'dut' has a section of its own"},
       {"[plc, \"{modbus.plc}\"]", "@[]", "at least 1"},
   });
   EXPECT_TRUE(
       is_refused("scenario: a\nmodbus: [{unit: u, device: @\"h:auto\", registers: map.yaml, rate: 10 Hz}]\n",
-                 "no process has it in its command as {modbus.u}"));
+                 "a process whose command contains {modbus.u}"));
 }
 
 TEST(ScenarioMistakes, OfExpectations) {

@@ -124,7 +124,7 @@ TEST(Pacing, SkipsAfterALateWakeUpNameTheWakeUp) {
   ASSERT_EQ(result.base.skips.size(), 1U);
   EXPECT_EQ(result.base.skips[0].tick, 10U);
   EXPECT_EQ(result.base.skips[0].count, 20U);
-  EXPECT_EQ(result.base.skips[0].cause, MissCause::late_wakeup);
+  EXPECT_EQ(result.base.skips[0].cause, MissCause::late_wake_up);
   EXPECT_EQ(result.tasks[0].skipped, 20U);
   EXPECT_EQ(result.tasks[0].deadline_misses, 0U);
   EXPECT_EQ(result.base.wake.max_ns(), 20 * ms + 300 * us);

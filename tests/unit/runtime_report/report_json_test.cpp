@@ -49,7 +49,7 @@ TEST(ReportJson, HasEveryDocumentedKey) {
     can.rx can.tx can.dropped can.errors can.send_errors can.wrong_kind can.saturated can.refused_values
     can.dropped_releases can.log_dropped can.lost_arrivals can.fault_dropped_tx can.fault_dropped_rx
     can.fault_corrupted can.fault_delayed can.other_lengths.message can.other_lengths.longer
-    can.other_lengths.shorter modbus.device modbus.requests modbus.replies modbus.timeouts modbus.errors
+    can.other_lengths.shorter modbus.unit modbus.requests modbus.replies modbus.timeouts modbus.errors
     modbus.role modbus.exceptions.code modbus.exceptions.count modbus.saturated_outputs
     modbus.saturated_inputs modbus.not_a_number_outputs modbus.not_a_number_inputs modbus.superseded
     modbus.stale modbus.connections modbus.refused_connections modbus.replaced_connections
@@ -156,14 +156,14 @@ TEST(ReportJson, WritesNanAndInfinityAsNull) {
 
 TEST(ReportJson, KeepsBusesOfATypeThatTheProgramDoesNotHave) {
   RunRecord record;
-  record.buses = {{.section = "semaphore",
+  record.buses = {{.list_key = "semaphore",
                    .title = "Semaphores",
                    .name_key = "mast",
                    .columns = {{"mast", "Mast"}, {"signs", "Signs", true}},
                    .buses = {{.name = "hill",
                               .fields = {{"signs", std::uint64_t{3}}, {"share", 0.5}},
-                              .faults = {{2, "sign", "signs", "lost in fog"}},
-                              .remarks = {{1, "sign", "signs", "repeated"}}}}}};
+                              .faults = {{2, "2 signs were lost in fog"}},
+                              .remarks = {{1, "1 sign was repeated"}}}}}};
   const RunRecord again = parse_report(report_json(record));
   EXPECT_EQ(report_json(again), report_json(record));
   ASSERT_EQ(again.buses.size(), 1U);
@@ -173,7 +173,7 @@ TEST(ReportJson, KeepsBusesOfATypeThatTheProgramDoesNotHave) {
   EXPECT_EQ(mast.name, "hill");
   EXPECT_EQ(std::get<std::uint64_t>(mast.find("signs")->value), 3U);
   EXPECT_EQ(std::get<double>(mast.find("share")->value), 0.5);
-  EXPECT_EQ(mast.faults.at(0).words, "lost in fog");
+  EXPECT_EQ(mast.faults.at(0).text, "2 signs were lost in fog");
   EXPECT_EQ(mast.remarks.at(0).count, 1U);
 }
 
@@ -233,7 +233,7 @@ TEST(ParseReport, RefusesWithThePlace) {
 
   Json changed = json;
   changed["schema_version"] = 1;
-  refused_with(changed, "schema_version is 1; this program reads 8");
+  refused_with(changed, "schema_version is 1; this program reads 9");
   changed = json;
   changed["tasks"][1]["wall_ns"].erase("p50");
   refused_with(changed, "tasks[1].wall_ns.p50 is missing");

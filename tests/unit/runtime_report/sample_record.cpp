@@ -56,7 +56,7 @@ std::vector<Task> tasks() {
   traffic.overruns = 1;
   traffic.skipped = 1;
   traffic.over_budget = 3;
-  traffic.without_answer = 6;
+  traffic.without_result = 6;
   traffic.slack_ns = {9'900, -402'113, 951'000};
   measure(
       traffic,
@@ -170,17 +170,17 @@ ResponseTime response() {
 
 }  // namespace
 
-BusGroup can_group(const std::vector<buses::can::CanFacts>& all) {
-  BusGroup group{.section = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
-  for (const buses::can::CanFacts& facts : all)
+BusGroup can_group(const std::vector<buses::can::CanRecord>& all) {
+  BusGroup group{.list_key = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
+  for (const buses::can::CanRecord& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
 }
 
-BusGroup modbus_group(const std::vector<buses::modbus::UnitFacts>& all) {
+BusGroup modbus_group(const std::vector<buses::modbus::UnitRecord>& all) {
   BusGroup group{
-      .section = "modbus", .title = "Modbus", .name_key = "device", .columns = buses::modbus::unit_columns()};
-  for (const buses::modbus::UnitFacts& facts : all)
+      .list_key = "modbus", .title = "Modbus", .name_key = "unit", .columns = buses::modbus::unit_columns()};
+  for (const buses::modbus::UnitRecord& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
 }
@@ -235,33 +235,33 @@ RunRecord full_record() {
       4'158'976, 221,         2,          1,
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
-  const buses::can::CanFacts car{"car",
-                                 "virtual",
-                                 1'000,
-                                 3'021,
-                                 0,
-                                 0,
-                                 0,
-                                 2,
-                                 1,
-                                 0,
-                                 0.124,
-                                 0.31,
-                                 1,
-                                 "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
-                                 3,
-                                 5,
-                                 7,
-                                 11,
-                                 13,
-                                 17,
-                                 19,
-                                 23,
-                                 29,
-                                 1'031,
-                                 {{"BrakeCommand", 37, 41}}};
-  buses::modbus::UnitFacts plc;
-  plc.device = "plc at 127.0.0.1:40213";
+  const buses::can::CanRecord car{"car",
+                                  "virtual",
+                                  1'000,
+                                  3'021,
+                                  0,
+                                  0,
+                                  0,
+                                  2,
+                                  1,
+                                  0,
+                                  0.124,
+                                  0.31,
+                                  1,
+                                  "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
+                                  3,
+                                  5,
+                                  7,
+                                  11,
+                                  13,
+                                  17,
+                                  19,
+                                  23,
+                                  29,
+                                  1'031,
+                                  {{"BrakeCommand", 37, 41}}};
+  buses::modbus::UnitRecord plc;
+  plc.name = "plc";
   plc.role = "client";
   plc.requests = 400;
   plc.replies = 398;
@@ -275,8 +275,8 @@ RunRecord full_record() {
   plc.not_a_number_inputs = 7;
   plc.superseded = 8;
   plc.stale = 9;
-  buses::modbus::UnitFacts panel;
-  panel.device = "panel";
+  buses::modbus::UnitRecord panel;
+  panel.name = "panel";
   panel.role = "server";
   panel.requests = 90;
   panel.replies = 89;

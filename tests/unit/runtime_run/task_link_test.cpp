@@ -121,7 +121,7 @@ class Recorder final : public modules::Module {
   }
   const modules::Ports& ports() const noexcept override { return ports_; }
   void configure(modules::World& /*world*/, modules::EventLog& /*events*/,
-                 const modules::TaskFacts& /*task*/) override {}
+                 const modules::TaskParameters& /*task*/) override {}
   void step(modules::StepContext& context) noexcept override {
     seen = context;
     in = context.inputs[0];
@@ -204,7 +204,7 @@ TEST_F(ModuleTasks, KeptReleaseReadsTheInputsAndTheVersionOfItsTick) {
 
 TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   task_.step({});
-  EXPECT_EQ(task_.runs_without_answer(), 0U);
+  EXPECT_EQ(task_.runs_without_result(), 0U);
   module_.queried = &database_;
   database_.outcome.status = rtstdb::Status::bad_input;
   task_.step({});
@@ -212,7 +212,7 @@ TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   task_.step({});
   database_.outcome.status = rtstdb::Status::late;
   task_.step({});
-  EXPECT_EQ(task_.runs_without_answer(), 2U) << "a late transaction is done";
+  EXPECT_EQ(task_.runs_without_result(), 2U) << "a late transaction is done";
   EXPECT_EQ(task_.first_failure(), rtstdb::Status::bad_input);
 }
 

@@ -70,17 +70,17 @@ TEST_F(Verdicts, SkippedAndAbortedReleasesBreakTheTiming) {
       << record_.reason;
 }
 
-TEST_F(Verdicts, RunsWithoutAnAnswerBreakTheTiming) {
-  record_.tasks[0].without_answer = 6;
+TEST_F(Verdicts, RunsWithoutAResultBreakTheTiming) {
+  record_.tasks[0].without_result = 6;
   EXPECT_EQ(exit_code(), exit_timing_broken);
-  EXPECT_NE(record_.reason.find("6 of 100 runs got no answer"), std::string::npos) << record_.reason;
+  EXPECT_NE(record_.reason.find("6 of 100 runs had no result"), std::string::npos) << record_.reason;
 }
 
 TEST_F(Verdicts, OutputsThatWereNotSentBreakTheTiming) {
   record_.tasks[0].name = "can.car";
   const auto set_dropped = [&](std::uint64_t ticks) {
-    const report::BusRecord car{.name = "car", .fields = {{"dropped_releases", ticks}}};
-    record_.buses = {{.section = "can", .buses = {car}}};
+    const report::BusRecord car{.name = "car", .dropped_releases = ticks};
+    record_.buses = {{.list_key = "can", .buses = {car}}};
   };
   set_dropped(5);
   EXPECT_EQ(exit_code(), exit_passed);
