@@ -95,7 +95,7 @@ class HaltedRuns : public ExecutorTest {
   }
   void expect_same(std::span<const Batch> all, const std::vector<std::vector<Words>>& complete) {
     for (std::size_t k = 0; k < all.size(); ++k)
-      EXPECT_TRUE(same(all[k].answers(), complete[k])) << all[k].query->name();
+      EXPECT_TRUE(have_equal_answers(all[k].answers(), complete[k])) << all[k].query->name();
   }
   void run_at_another_version(const Batch& batch, query::ExecutorCallbacks* callbacks = nullptr) {
     constexpr std::uint32_t few = 64;
@@ -133,7 +133,7 @@ TEST_F(HaltedRuns, AnswerAsCompleteRuns) {
            ++attempt) {
         chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
         run(std::span(&all[k], 1), &points);
-        EXPECT_TRUE(same(all[k].answers(), complete[k])) << "query " << k;
+        EXPECT_TRUE(have_equal_answers(all[k].answers(), complete[k])) << "query " << k;
       }
       EXPECT_EQ(points.count > 0, can_halt()) << "query " << k;
     }

@@ -60,10 +60,6 @@ class KindCase {
   std::string name_;
 };
 
-inline bool is_incomplete(const Words& words) {
-  return words.empty() || words == incomplete_words;
-}
-
 /// All tested options of all kinds: each uses other kernels or buffers. Capacities are not set.
 std::vector<AnyQueryOptions> options_of_every_kind();
 /// The first tested options of each kind.
