@@ -41,6 +41,7 @@ tasks:
   EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
   const auto report = read_report(folder / "out");
   const auto scanner = named(report["tasks"], "scanner");
+  ASSERT_GT(scanner["overruns"].get<int>(), 0) << "no release was queued";
   EXPECT_GT(scanner["runs"].get<int>(), 1);
   EXPECT_EQ(scanner["without_answer"], 0);
   EXPECT_EQ(report["transactions"]["bad_input"], 0);
