@@ -187,7 +187,8 @@ TEST(ReportHtml, VerdictHasItsColour) {
                                       {Verdict::interrupted, "verdict warn"},
                                       {Verdict::timing_broken, "verdict bad"},
                                       {Verdict::io_failed, "verdict bad"},
-                                      {Verdict::gpu_failed, "verdict bad"}}) {
+                                      {Verdict::gpu_failed, "verdict bad"},
+                                      {Verdict::refused, "verdict bad"}}) {
     RunRecord record;
     record.verdict = verdict;
     EXPECT_EQ(parse_strictly(report_html(record)).all("header").front()->attributes.at("class"), tone);
