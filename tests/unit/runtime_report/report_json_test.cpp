@@ -55,7 +55,7 @@ TEST(ReportJson, HasEveryDocumentedKey) {
   ASSERT_GT(documented.size(), 100U);
   const std::set<std::string> values{"null",       "passed",      "failed",  "timing_broken", "io_failed",
                                      "gpu_failed", "interrupted", "refused", "held",          "not_checked",
-                                     "eventually", "response",    "group",   "sync"};
+                                     "eventually", "response",    "max_age", "group",         "sync"};
   for (const std::string& word : documented) {
     if (!values.contains(word)) {
       EXPECT_TRUE(keys.contains(word)) << word << " is documented, but no key of the file";
