@@ -138,7 +138,7 @@ TEST(Losses, RunThatSkipsMostOfItsTicksIsBroken) {
   // stopped before its first tick loses nothing.
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   run.signal(SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::milliseconds(3'000));  // as long as the run
+  std::this_thread::sleep_for(std::chrono::milliseconds(3'000));  // as long as the run's duration
   run.signal(SIGCONT);
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 3) << ended.output << ended.errors;
