@@ -50,7 +50,7 @@ class Chunks : public DatabaseTest {
   std::vector<std::unique_ptr<KindCase>> all_kinds() {
     std::vector<std::unique_ptr<KindCase>> all;
     const ElementScene elements{entities_, {.radius_m = 12.0, .version_time = at_s(5.0)}, at_s(5.1), 0.5};
-    for (const AnyQueryOptions& options : options_of_every_kind()) {
+    for (const AnyQueryOptions& options : all_tested_options()) {
       all.push_back(prepare_case(database(), with(options, batch_size)));
       Random random(42);
       all.back()->fill(random, elements);

@@ -56,7 +56,7 @@ class HaltedRuns : public ExecutorTest {
   /// Rays also at one instant and as packets.
   std::vector<Batch> all_kinds() {
     std::vector<Batch> all;
-    for (const AnyQueryOptions& options : options_of_every_kind())
+    for (const AnyQueryOptions& options : all_tested_options())
       all.push_back(prepare(options, max_elements - 1));
     for (const RayMode mode : {RayMode::closest, RayMode::any}) {
       all.push_back(prepare(RayQueryOptions{.name = "rays at one instant", .mode = mode}, max_elements, 0.0));

@@ -65,7 +65,7 @@ TEST_F(SameAnswers, InEveryRunOrderAndSplit) {
   for (const std::uint32_t entities : {200u, 2500u}) {
     std::vector<std::vector<Words>> first_run;
     fill_world(entities);
-    for (const AnyQueryOptions& options : options_of_every_kind()) {
+    for (const AnyQueryOptions& options : all_tested_options()) {
       const auto all = random_case(options, count, 0.6);
       SCOPED_TRACE(testing::Message() << all->name() << ", " << entities << " entities");
       const std::vector<Words> answers = first_run.emplace_back(answers_of(*all));
@@ -82,7 +82,7 @@ TEST_F(SameAnswers, InEveryRunOrderAndSplit) {
     }
     fill_world(entities);
     std::size_t k = 0;
-    for (const AnyQueryOptions& options : options_of_every_kind())
+    for (const AnyQueryOptions& options : all_tested_options())
       EXPECT_TRUE(have_equal_answers(answers_of(*random_case(options, count, 0.6)), first_run[k++]))
           << "in a second run";
   }
@@ -94,7 +94,7 @@ TEST_F(SameAnswers, AtOneInstantAndBesideElementsAtOtherTimes) {
   std::iota(places.begin(), places.end(), 0u);
   for (const std::uint32_t entities : {200u, 2500u}) {
     fill_world(entities);
-    for (const AnyQueryOptions& options : options_of_every_kind()) {
+    for (const AnyQueryOptions& options : all_tested_options()) {
       const auto all = random_case(options, count, 0.0);
       SCOPED_TRACE(testing::Message() << all->name() << ", " << entities << " entities");
       const std::vector<Words> answers = answers_of(*all);

@@ -70,8 +70,8 @@ std::vector<std::uint32_t> indices_written_by(Version n) {
 }
 
 /// Memory that a process shares with the test, which reads it after the process is killed.
-struct SharedAccount {
-  DiskAccount disk;
+struct SharedDiskTime {
+  DiskTime disk;
   std::atomic<pid_t> log_thread{0}, engine_thread{0};
   std::atomic<std::int64_t> stopped_ns{0};  ///< the time at which it was stopped
   std::atomic<std::int64_t> threads_ns{0};  ///< thread_time() until then
@@ -90,7 +90,7 @@ Scheduled scheduled(pid_t process, pid_t thread) {
 }
 
 /// The time in which the log thread ran or waited for a processor, and the engine thread waited for one.
-Nanoseconds thread_time(pid_t process, const SharedAccount& account) {
+Nanoseconds thread_time(pid_t process, const SharedDiskTime& account) {
   const Scheduled log = scheduled(process, account.log_thread);
   return Nanoseconds(log.ran_ns + log.waited_ns + scheduled(process, account.engine_thread).waited_ns);
 }
@@ -107,7 +107,7 @@ pid_t thread_named(const std::string& wanted) {
 /// The database of a process.
 class Opened {
  public:
-  Opened(const std::filesystem::path& directory, DurabilityMode mode, SharedAccount& account) {
+  Opened(const std::filesystem::path& directory, DurabilityMode mode, SharedDiskTime& account) {
     transaction::CommitLogOptions options;
     options.durability.mode = mode;
     options.durability.ring_bytes = ring_bytes;
@@ -162,7 +162,7 @@ struct Acknowledgement {
 
 /// Exits only after a fault.
 [[noreturn]] void commit_until_killed(const std::filesystem::path& directory, DurabilityMode mode,
-                                      SharedAccount& account, int pipe_end) {
+                                      SharedDiskTime& account, int pipe_end) {
   try {
     Opened opened(directory, mode, account);
     account.log_thread = thread_named("rtstdb log");
@@ -177,7 +177,7 @@ struct Acknowledgement {
       const ClockTime now = opened.clock.now();
       const Acknowledgement last{
           n,   opened.engine->log()->durable(), opened.engine->log()->state().commits_in_gaps,
-          now, account.disk.taken(now),         thread_time(getpid(), account)};
+          now, account.disk.total(now),         thread_time(getpid(), account)};
       if (write(pipe_end, &last, sizeof last) != sizeof last) _exit(5);
     }
   } catch (const std::exception& failure) {
@@ -187,7 +187,7 @@ struct Acknowledgement {
 }
 
 /// Reads the accounts while the process is stopped, and kills it.
-[[noreturn]] void stop_and_kill(std::int64_t micros, pid_t process, SharedAccount& account) {
+[[noreturn]] void stop_and_kill(std::int64_t micros, pid_t process, SharedDiskTime& account) {
   usleep(static_cast<useconds_t>(micros));
   kill(process, SIGSTOP);
   for (std::string id, name, state; state != "T";)
@@ -202,14 +202,15 @@ struct Acknowledgement {
 class Kill9 : public testing::Test {
  protected:
   void SetUp() override {
-    shared_ = mmap(nullptr, sizeof(SharedAccount), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    shared_ =
+        mmap(nullptr, sizeof(SharedDiskTime), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     ASSERT_NE(shared_, MAP_FAILED);
   }
-  void TearDown() override { munmap(shared_, sizeof(SharedAccount)); }
+  void TearDown() override { munmap(shared_, sizeof(SharedDiskTime)); }
 
   /// Runs a process and kills it some time after its first commit. Returns its acknowledgements.
   std::vector<Acknowledgement> run_process(DurabilityMode mode) {
-    account_ = new (shared_) SharedAccount;
+    account_ = new (shared_) SharedDiskTime;
     int ends[2];
     EXPECT_EQ(pipe(ends), 0);
     const pid_t child = fork();
@@ -246,12 +247,12 @@ class Kill9 : public testing::Test {
     const std::string found = recovered.value().report.describe();
     const Version version = world.latest.version;
     ASSERT_GE(version, last.durable) << found;
-    ASSERT_GE(version, at_) << found;
+    ASSERT_GE(version, replayed_version_) << found;
     // The last commit may lack its acknowledgement.
     ASSERT_LE(version, last.done + 1 + (mode == DurabilityMode::group ? 1 : 0)) << found;
-    while (at_ < version)
-      for (const std::uint32_t index : indices_written_by(++at_))
-        written_[index] = static_cast<std::uint32_t>(at_);
+    while (replayed_version_ < version)
+      for (const std::uint32_t index : indices_written_by(++replayed_version_))
+        written_[index] = static_cast<std::uint32_t>(replayed_version_);
     // In async mode even the first commit, which creates all entities, can be lost.
     ASSERT_EQ(world.rows.size(), version == 0 ? 0 : entities);
     for (std::uint32_t index = 0; index < world.rows.size(); ++index)
@@ -273,7 +274,7 @@ class Kill9 : public testing::Test {
   void check_loss(const Acknowledgement& last, const Acknowledgement& oldest_lost) {
     const Nanoseconds span = last.at - oldest_lost.at;
     const Nanoseconds disk =
-        account_->disk.taken(clock_time_ns(account_->stopped_ns)) - oldest_lost.disk_time;
+        account_->disk.total(clock_time_ns(account_->stopped_ns)) - oldest_lost.disk_time;
     const Nanoseconds threads = Nanoseconds(account_->threads_ns) - oldest_lost.thread_time;
     const Nanoseconds unexplained = span - flush_interval - disk - threads;
     if (unexplained > timer_slack) {
@@ -287,9 +288,9 @@ class Kill9 : public testing::Test {
 
   const tests::TemporaryFolder directory_;
   void* shared_ = nullptr;
-  SharedAccount* account_ = nullptr;
+  SharedDiskTime* account_ = nullptr;
   std::mt19937_64 random_{9};
-  Version at_ = 0;
+  Version replayed_version_ = 0;
   LastWriters written_ = LastWriters(entities, 0);
   Version max_lost_ = 0;
   Nanoseconds longest_lost_{0};
@@ -306,14 +307,14 @@ TEST_F(Kill9, LosesNoDurableCommit) {
     const std::vector<Acknowledgement> last = run_process(mode);
     if (!HasFailure()) check_recovery(mode, last);
   }
-  EXPECT_GT(at_, static_cast<Version>(processes));
+  EXPECT_GT(replayed_version_, static_cast<Version>(processes));
   const Nanoseconds host = host_time() - taken_before + Nanoseconds(10'000'000);  // a tick may not be full
   EXPECT_LE(unexplained_count_, 1 + processes / 100);
   EXPECT_LE(unexplained_, host) << "more commits are lost than all known delays explain";
-  std::cout << processes << " processes killed, " << at_ << " versions; async lost at most " << max_lost_
-            << " commits, of " << longest_lost_.count() / 1000 << " us; " << unexplained_.count() / 1000
-            << " us unexplained, stolen by the host " << host.count() / 1000 << " us; " << with_gaps_
-            << " processes with a full ring\n";
+  std::cout << processes << " processes killed, " << replayed_version_ << " versions; async lost at most "
+            << max_lost_ << " commits, of " << longest_lost_.count() / 1000 << " us; "
+            << unexplained_.count() / 1000 << " us unexplained, stolen by the host " << host.count() / 1000
+            << " us; " << with_gaps_ << " processes with a full ring\n";
 }
 
 }  // namespace

@@ -15,12 +15,12 @@
 
 namespace hil::stress {
 
-class DiskAccount {
+class DiskTime {
  public:
   /// The time in completed calls and in the current one.
-  rtstdb::Nanoseconds taken(rtstdb::ClockTime now) const noexcept;
-  void begins(rtstdb::ClockTime now) noexcept;
-  void ends(rtstdb::ClockTime now) noexcept;
+  rtstdb::Nanoseconds total(rtstdb::ClockTime now) const noexcept;
+  void begin_call(rtstdb::ClockTime now) noexcept;
+  void end_call(rtstdb::ClockTime now) noexcept;
 
  private:
   std::atomic<std::int64_t> finished_ns_{0};
@@ -30,7 +30,7 @@ class DiskAccount {
 class TimedDisk final : public rtstdb::log::Disk {
  public:
   /// Account and clock outlive the disk and its files.
-  TimedDisk(std::unique_ptr<rtstdb::log::Disk> disk, DiskAccount& account, const rtstdb::Clock& clock)
+  TimedDisk(std::unique_ptr<rtstdb::log::Disk> disk, DiskTime& account, const rtstdb::Clock& clock)
       : disk_(std::move(disk)), timer_{account, clock} {}
 
   template <class T>
@@ -46,13 +46,13 @@ class TimedDisk final : public rtstdb::log::Disk {
 
  private:
   struct Timer {
-    DiskAccount& account;
+    DiskTime& account;
     const rtstdb::Clock& clock;
     template <class Call>
     auto operator()(const Call& call) const {
-      account.begins(clock.now());
+      account.begin_call(clock.now());
       auto result = call();
-      account.ends(clock.now());
+      account.end_call(clock.now());
       return result;
     }
   };

@@ -22,7 +22,7 @@ class LongRun {
   explicit LongRun(const std::string& clock, const std::vector<std::string>& more = {})
       : program_(hil(joined({{"run", crossing(), "--clock", clock, "--duration", "3600 s", "--out", out()},
                              few_beams(),
-                             patient_watchdog(),
+                             relaxed_timing(),
                              more}))) {
     const auto frames_are_logged = [&] {
       std::error_code absent;
@@ -75,7 +75,7 @@ void expect_safe_values_last(const std::string& out) {
 TEST(Ending, RunInRealTimeIsPacedByTheWallClock) {
   const Folder folder;
   const Ended run = run_hil(joined(
-      {{"run", crossing(), "--duration", "2 s", "--out", folder / "out"}, few_beams(), patient_watchdog()}));
+      {{"run", crossing(), "--duration", "2 s", "--out", folder / "out"}, few_beams(), relaxed_timing()}));
   EXPECT_EQ(run.code, 1) << "two seconds are too short for 500 answers of the DUT\n"
                          << run.output << run.errors;
   const auto report = read_report(folder / "out");

@@ -35,7 +35,7 @@ bool runs_within(const char* option, std::uint64_t value) {
       Program(within(option, value,
                      hil(joined({{"run", crossing(), "--duration", "0.2s", "--out", folder / "out"},
                                  few_beams(),
-                                 patient_watchdog()}))))
+                                 relaxed_timing()}))))
           .wait();
   if (ended.code == 0 || ended.code == 1) {  // a run this short has too few answers
     EXPECT_GT(read_report(folder / "out")["ticks"], 0);
@@ -106,7 +106,7 @@ TEST(Limits, DoNotPreventInterrupts) {
     const Folder folder;
     Program run(
         within("-v", enough_memory_kib,
-               hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams(), patient_watchdog()}))));
+               hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams(), relaxed_timing()}))));
     ASSERT_TRUE(run_begins(run, folder / "out"));
     run.signal(number);
     const Ended ended = run.wait();

@@ -3,16 +3,16 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/still_device.hpp"
+#include "tests/support/idle_device.hpp"
 
 namespace hil::run {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class WatchedDevice final : public tests::StillDevice {
+class WatchedDevice final : public tests::IdleDevice {
  public:
-  explicit WatchedDevice(io::RunTimeNs timeout_ns) : StillDevice("device"), timeout_ns_(timeout_ns) {}
+  explicit WatchedDevice(io::RunTimeNs timeout_ns) : IdleDevice("device"), timeout_ns_(timeout_ns) {}
   io::RunTimeNs loss_timeout_ns() const noexcept override { return timeout_ns_; }
   bool connected() const noexcept override { return is_connected; }
   bool is_connected = true;

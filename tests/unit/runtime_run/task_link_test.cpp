@@ -7,7 +7,7 @@
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/module_task.hpp"
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/still_device.hpp"
+#include "tests/support/idle_device.hpp"
 
 namespace hil::run {
 namespace {
@@ -258,9 +258,9 @@ TEST_F(ModuleTasks, PassOnTheTimesThatTheModuleMeasured) {
 }
 
 /// Two inputs and two outputs; records the calls.
-class FakeDevice final : public tests::StillDevice {
+class FakeDevice final : public tests::IdleDevice {
  public:
-  FakeDevice() : StillDevice("fake") {}
+  FakeDevice() : IdleDevice("fake") {}
   std::span<const io::ChannelInfo> inputs() const noexcept override { return channels_; }
   std::span<const io::InputGroup> input_groups() const noexcept override { return groups_; }
   std::span<const io::ChannelInfo> outputs() const noexcept override { return channels_; }
