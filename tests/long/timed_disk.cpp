@@ -1,4 +1,4 @@
-#include "tests/support/simulation/timed_disk.hpp"
+#include "timed_disk.hpp"
 
 #include <algorithm>
 
