@@ -93,6 +93,7 @@ TEST(Ending, RunInRealTimeIsPacedByTheWallClock) {
       << report["realtime"];
 }
 
+/// Real time is the subject: the run ends within a limit.
 TEST(Ending, InterruptEndsARunInOrder) {
   for (const char* clock : {"realtime", "virtual"}) {
     SCOPED_TRACE(clock);
@@ -113,6 +114,7 @@ TEST(Ending, InterruptEndsARunInOrder) {
   }
 }
 
+/// Real time is the subject: the run ends within a limit.
 TEST(Ending, SecondInterruptEndsTheProgramAndItsChildren) {
   LongRun run("realtime");
   const auto dut = run.program().child("hil-aeb-controller");
@@ -227,6 +229,7 @@ TEST(Ending, PausedRunReportsThePause) {
   }
 }
 
+/// Real time is the subject: the run ends within a limit.
 TEST(Ending, HungProgramUnderTheVirtualClockEndsTheRun) {
   for (const auto& [program, name] :
        {std::pair<std::string, std::string>("hil-aeb-controller", "aeb-controller"),
