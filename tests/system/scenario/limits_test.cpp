@@ -118,7 +118,7 @@ TEST(Limits, DoNotPreventInterrupts) {
 /// Where the driver of the GPU reports the lack of memory itself, the database does not open (code 5).
 TEST(Limits, DoctorReportsThatMemoryRanOut) {
   std::size_t reported = 0;
-  for (std::uint64_t kib = enough_memory_kib / 80; kib < enough_memory_kib / 16; kib += 25'000) {
+  for (std::uint64_t kib = 100'000; kib <= 400'000; kib += 50'000) {  // too little for a Vulkan device
     const Ended ended = Program(within("-v", kib, hil({"doctor"}))).wait();
     SCOPED_TRACE("ulimit -v " + std::to_string(kib));
     ASSERT_TRUE(ended.code == 70 || ended.code == 5) << ended.code << ended.output << ended.errors;
