@@ -332,7 +332,7 @@ TEST(ScenarioMistakes, InOneSectionHideNoneInOthers) {
 }
 
 TEST(ScenarioMistakes, UnreadableFilesAreReported) {
-  const testing::TemporaryFolder folder;
+  const testing::TestFolder folder;
   Diagnostics missing;
   EXPECT_FALSE(load_scenario((folder.path() / "none.yaml").string(), {}, {}, missing));
   EXPECT_TRUE(is_only_mistake(missing, 0, 0, "there is no such file"));
