@@ -227,10 +227,6 @@ TEST_F(History, SecondRunInTheFolderBeginsANewLog) {
   const Json after = answer({"db", "info", out(), "--json"});
   EXPECT_NE(before["database_id"], after["database_id"]);
   EXPECT_EQ(before["commits"], after["commits"]);
-  write_text(out() + "/database/notes.txt", "of the user");
-  const Ended run = run_hil({"run", folder_ / "two_blocks.yaml", "--out", out()});
-  EXPECT_EQ(run.code, 4) << "files that no run wrote are not removed";
-  EXPECT_EQ(read_text(out() + "/database/notes.txt"), "of the user");
 }
 
 TEST_F(History, DamagedLogIsRefusedUnlessSalvaged) {

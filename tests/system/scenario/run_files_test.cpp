@@ -50,11 +50,11 @@ TEST(RunFolder, LogDescribesTheRunAndIsPrintedWithVerbose) {
   const std::string log = read_text(folder / "out/run.log");
   EXPECT_EQ(log, run.errors);
   std::size_t at = 0;
-  for (const char* saying : {"scenario crossing from ", "GPU: ", "bus car: unix:", "started dut (process ",
-                             "started plc (process ", "Modbus unit plc: 127.0.0.1:", "the run begins",
-                             "the run is over after 10000 ticks", "exit code 0: every expectation held"}) {
-    at = log.find(saying, at);
-    ASSERT_NE(at, std::string::npos) << saying << " is not in its place in\n" << log;
+  for (const char* text : {"scenario crossing from ", "GPU: ", "bus car: unix:", "started dut (process ",
+                           "started plc (process ", "Modbus unit plc: 127.0.0.1:", "the run begins",
+                           "the run is over after 10000 ticks", "exit code 0: every expectation held"}) {
+    at = log.find(text, at);
+    ASSERT_NE(at, std::string::npos) << text << " is not in its place in\n" << log;
   }
 }
 
@@ -78,7 +78,7 @@ TEST(RunFolder, ReasonOfAFailedStartIsPrintedAndLoggedOnce) {
   }
 }
 
-TEST_F(RunFiles, OfAnEarlierRunAreReplacedByARunThatCanNotBegin) {
+TEST_F(RunFiles, RunThatCanNotBeginReplacesTheFilesOfTheEarlierRun) {
   const Folder folder;
   std::filesystem::copy(out(), folder / "out", std::filesystem::copy_options::recursive);
   ASSERT_TRUE(std::filesystem::exists(folder / "out/pictures/top-view.svg"));
@@ -112,9 +112,8 @@ TEST(RunFolder, TraceThatCanNotBeWrittenFailsTheRun) {
   EXPECT_EQ(run.code, 4) << run.output << run.errors;
   EXPECT_NE(run.errors.find("can not be written: File too large"), std::string::npos) << run.errors;
   EXPECT_FALSE(run.output.empty()) << "the console reports the end of the run";
-  if (std::filesystem::exists(folder / "out/report.json")) {
-    EXPECT_EQ(read_report(folder / "out")["exit_code"], 4);
-  }
+  ASSERT_TRUE(std::filesystem::exists(folder / "out/report.json"));
+  EXPECT_EQ(read_report(folder / "out")["exit_code"], 4);
 }
 
 TEST_F(RunFiles, TraceHasTheRunsOfEveryTask) {

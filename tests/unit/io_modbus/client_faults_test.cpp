@@ -181,6 +181,7 @@ TEST(ClientFaults, ResponseTimeoutAndExchangeLimitAreKept) {
     const Exchange one = exchange_once(client, 1, 0);
     EXPECT_FALSE(one.ok);
     EXPECT_EQ(client.counters().timeouts, 1U);
+    // Real time is the subject.
     EXPECT_GE(one.duration, expected - milliseconds(1));
     EXPECT_LT(one.duration, expected + milliseconds(1500));
   }
@@ -278,8 +279,8 @@ TEST(ClientFaults, SilentUnitDelaysNeitherTheTickNorOtherUnits) {
   }));
   EXPECT_TRUE(samples[0].fresh);
   EXPECT_EQ(samples[0].value, 7.0);
-  // The median of four calls: the machine may interrupt some ticks. Waiting for the silent unit would take
-  // hundreds of milliseconds.
+  // Real time is the subject. The median of four calls: the machine may interrupt some ticks. Waiting for
+  // the silent unit would take hundreds of milliseconds.
   const auto median = tick_ns.begin() + static_cast<std::ptrdiff_t>(tick_ns.size() / 2);
   std::ranges::nth_element(tick_ns, median);
   EXPECT_LT(*median, 1'000'000);

@@ -90,7 +90,7 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
 
 TEST(CrossingPlc, SteppedTimeFollowsTheWrittenTimeAndNeverGoesBack) {
   const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
-  std::this_thread::sleep_for(milliseconds(60));  // three scans of real time, which must not count
+  std::this_thread::sleep_for(milliseconds(60));  // real time is the subject: three scans, not counted
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t0\n"), std::string::npos);
   mbpoll(plc.port(), "-t 4:int -r 10", "1000");
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t50\n"), std::string::npos);

@@ -1,4 +1,4 @@
-// A CAN device whose bus refuses frames or is bus-off.
+// A CAN device on a bus that the test drives: refused frames, bus-off, receive times, time-outs.
 
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
@@ -167,8 +167,17 @@ TEST_F(DrivenDevice, ReceiveTimeFollowsTheSendTimeOfEarlierFrames) {
   EXPECT_EQ(received_at(), 12 * ms);
 }
 
-TEST_F(DrivenDevice, ShortestTimeoutIsTheLossTimeout) {
-  EXPECT_EQ(device_->loss_timeout_ns(), 200 * ms);
+TEST(CanLossTimeout, IsTheShortestTimeoutOfAReceivedMessage) {
+  for (const bool shortest_first : {true, false}) {
+    CanDeviceConfig config = crossing_config();
+    config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
+    config.receive = {{"BrakeCommand", (shortest_first ? 200 : 300) * ms, protection, {}},
+                      {"Object0", (shortest_first ? 300 : 200) * ms, {}, {}}};
+    EXPECT_EQ(CanDevice(std::move(config), std::make_unique<DrivenBus>()).loss_timeout_ns(), 200 * ms);
+  }
+}
+
+TEST_F(DrivenDevice, InputGroupIsAMessageWithItsTimeout) {
   ASSERT_FALSE(device_->input_groups().empty());
   const InputGroup& group = device_->input_groups().front();
   EXPECT_EQ(group.name, "BrakeCommand");

@@ -149,7 +149,7 @@ const Case cases[] = {
        run.standstill_in_step_ns = 30'000 * us;
      },
      {{MissCause::host_pause, 30'000}, {MissCause::database, 19'000}}},
-    {"waiting for the task's previous run, which was late for the database",
+    {"waiting for the task's previous run, which waited for the database",
      [](RunEvidence& run) {
        delay_start(run, 950 * us);
        run.ready_ns = run.start_ns;

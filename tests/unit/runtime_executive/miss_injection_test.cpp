@@ -40,7 +40,7 @@ struct Injection {
   }
   /// Waits until the stall detector has read its clock a few times.
   void wait_for_detector() {
-    for (const int before = fake.probe.host_looks; fake.probe.host_looks < before + 4;)
+    for (const int before = fake.probe.host_time_readings; fake.probe.host_time_readings < before + 4;)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   std::int64_t first_ns = fake.clock.now_ns() + ms;

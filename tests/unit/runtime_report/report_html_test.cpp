@@ -102,9 +102,10 @@ TEST(ReportHtml, ShowsTheContentOfTheRecord) {
                                "402 µs",
                                "virtual",
                                "12.4 %",
+                               "hil-crossing-plc --listen 127.0.0.1:40213",
                                "plc: 1 request was refused with exception 2.",
                                "panel: 10 connections were refused: max_clients was reached",
-                               "signal 11 (SIGSEGV)",
+                               "was ended by signal 11 (Segmentation fault)",
                                "car_1 runs its red light",
                                "Watchdog: no tick for 20 ms",
                                "Ticks were skipped 3 more times",
@@ -186,7 +187,8 @@ TEST(ReportHtml, VerdictHasItsColour) {
                                       {Verdict::interrupted, "verdict warn"},
                                       {Verdict::timing_broken, "verdict bad"},
                                       {Verdict::io_failed, "verdict bad"},
-                                      {Verdict::gpu_failed, "verdict bad"}}) {
+                                      {Verdict::gpu_failed, "verdict bad"},
+                                      {Verdict::refused, "verdict bad"}}) {
     RunRecord record;
     record.verdict = verdict;
     EXPECT_EQ(parse_strictly(report_html(record)).all("header").front()->attributes.at("class"), tone);

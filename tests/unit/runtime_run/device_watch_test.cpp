@@ -2,14 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/still_device.hpp"
+#include "tests/support/idle_device.hpp"
 
 namespace hil::run {
 namespace {
 
-class WatchedDevice final : public tests::StillDevice {
+class WatchedDevice final : public tests::IdleDevice {
  public:
-  WatchedDevice() : StillDevice("plc") {}
+  WatchedDevice() : IdleDevice("plc") {}
   struct State {
     bool connected = true;
     std::string fault{};
