@@ -43,7 +43,7 @@ class Client {
 
 Json unit_of(const Json& report, const std::string& name) {
   for (const Json& unit : report.at("modbus")) {
-    if (unit.at("device") == name) return unit;
+    if (unit.at("unit") == name) return unit;
   }
   ADD_FAILURE() << "no unit " << name;
   return Json::object();

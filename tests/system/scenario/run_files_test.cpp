@@ -171,7 +171,7 @@ TEST(RunFolder, CanLogHasNoFramesThatFaultInjectionDropped) {
   EXPECT_EQ(count("dropped"), 0U);
   EXPECT_EQ(read_can_log(folder / "out/can-car.log").size(),
             count("rx") + count("tx") - count("fault_dropped_tx"));
-  EXPECT_NE(read_text(folder / "out/report.html").find("sent frames dropped by fault injection"),
+  EXPECT_NE(read_text(folder / "out/report.html").find("sent frames were dropped by fault injection"),
             std::string::npos);
 }
 
