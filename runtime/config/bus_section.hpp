@@ -75,7 +75,7 @@ struct BusSectionType {
   /// Adds the mistakes of sections that exclude each other. `sections`: all of the type that are whole. May
   /// be null.
   void (*check)(std::span<const std::shared_ptr<const BusSection>> sections,
-                Diagnostics& diagnostics) = nullptr;
+                ReaderContext& reading) = nullptr;
 
   /// "{can.BUS}"
   std::string placeholder() const;

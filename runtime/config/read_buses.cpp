@@ -87,7 +87,7 @@ void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading) {
       section->read_entry(entry, reading);
       if (is_whole(entry)) scenario.buses.push_back(std::move(section));
     }
-    if (type.check != nullptr) type.check(std::span(scenario.buses).subspan(first), reading.diagnostics);
+    if (type.check != nullptr) type.check(std::span(scenario.buses).subspan(first), reading);
   }
 }
 

@@ -146,7 +146,7 @@ void read_faults(const Value& value, CanSection& section, Diagnostics& diagnosti
 }
 
 /// Refuses two buses on one interface: each would take the other's frames for those of the device under test.
-void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
+void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, ReaderContext& reading) {
   const std::vector<const CanSection*> sections = sections_of<CanSection>(list);
   for (std::size_t i = 0; i < sections.size(); ++i) {
     if (sections[i]->is_virtual()) continue;
@@ -155,8 +155,9 @@ void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, D
       return other->interface == sections[i]->interface;
     });
     if (first == end) continue;
-    diagnostics.add(sections[i]->device_place, "'device': the bus " + in_quotes((*first)->name.text) +
-                                                   " is already on " + in_quotes(sections[i]->interface));
+    reading.diagnostics.add(sections[i]->device_place, "'device': the bus " + in_quotes((*first)->name.text) +
+                                                           " is already on " +
+                                                           in_quotes(sections[i]->interface));
   }
 }
 

@@ -193,21 +193,55 @@ void warn_of_short_max_age(const Value& value, const ModbusSection& section, con
           format_duration(needed_ns) + " or more, or read more often");
 }
 
-/// Two servers can not listen on one address and port. 0.0.0.0 and :: are all addresses.
-void check_listening(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
+/// All addresses of the machine.
+bool is_anywhere(const std::string& host) {
+  return host == "0.0.0.0" || host == "::";
+}
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+
+std::string without_alias(const std::string& host) {
+  return host == "localhost" ? "127.0.0.1" : host;
+}
+
+/// Two servers can not listen on one address and port.
+bool exclude_each_other(const ModbusSection& first, const ModbusSection& second) {
+  return first.role == Role::server && second.role == Role::server && first.port &&
+         first.port == second.port &&
+         (first.host == second.host || is_anywhere(first.host) || is_anywhere(second.host));
+}
+
+/// Whether the client connects to this server, as far as the texts of their addresses show it.
+bool connects_to(const ModbusSection& client, const ModbusSection& server) {
+  return client.role == Role::client && server.role == Role::server && client.port &&
+         client.port == server.port &&
+         (without_alias(client.host) == without_alias(server.host) ||
+          (is_anywhere(server.host) && is_loopback(client.host)));
+}
+
+void check_endpoints(std::span<const std::shared_ptr<const BusSection>> list, ReaderContext& reading) {
   const std::vector<const ModbusSection*> sections = sections_of<ModbusSection>(list);
-  const auto is_anywhere = [](const std::string& host) { return host == "0.0.0.0" || host == "::"; };
   for (std::size_t i = 0; i < sections.size(); ++i) {
-    const ModbusSection& later = *sections[i];
-    if (later.role != Role::server || !later.port) continue;
-    for (std::size_t j = 0; j < i; ++j) {
-      const ModbusSection& first = *sections[j];
-      const bool same_host = first.host == later.host || is_anywhere(first.host) || is_anywhere(later.host);
-      if (first.role != Role::server || first.port != later.port || !same_host) continue;
-      diagnostics.add(later.device_place, "'device': the unit " + in_quotes(first.name.text) +
-                                              " already listens on port " + std::to_string(*later.port));
-      break;
+    const auto earlier = std::span(sections).first(i);
+    const auto other = std::ranges::find_if(
+        earlier, [&](const auto* one) { return exclude_each_other(*one, *sections[i]); });
+    if (other != earlier.end()) {
+      reading.diagnostics.add(sections[i]->device_place,
+                              "'device': the unit " + in_quotes((*other)->name.text) +
+                                  " already listens on port " + std::to_string(*sections[i]->port));
     }
+  }
+  if (reading.clock != ClockKind::virtual_time) return;
+  for (const ModbusSection* client : sections) {
+    const auto server =
+        std::ranges::find_if(sections, [&](const auto* one) { return connects_to(*client, *one); });
+    if (server == sections.end()) continue;
+    reading.diagnostics.add(client->device_place,
+                            "'device': the unit " + in_quotes((*server)->name.text) +
+                                " of this scenario listens there; under 'clock: virtual' it does not reply "
+                                "while hil waits for this unit. Use 'clock: realtime'");
   }
 }
 
@@ -236,7 +270,7 @@ BusSectionType modbus_section_type() {
           .entry = modbus_schema(),
           .run_time_condition = "of a unit with run_time",
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<ModbusSection>(); },
-          .check = check_listening};
+          .check = check_endpoints};
 }
 
 }  // namespace hil::buses::modbus

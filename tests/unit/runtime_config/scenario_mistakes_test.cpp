@@ -218,6 +218,22 @@ TEST(ScenarioMistakes, ServersOnOnePortAreReported) {
     expect_accepted(servers("127.0.0.1:1502", other));
 }
 
+TEST(ScenarioMistakes, ClientOfAServerOfTheScenarioNeedsRealTime) {
+  const auto pair = [](const char* clock, const char* server, const char* client) {
+    return std::string("scenario: pair\nclock: ") + clock +
+           "\nmodbus:\n  - {unit: a, role: server, registers: served.yaml, rate: 1 Hz, device: '" + server +
+           "'}\n  - {unit: b, registers: map.yaml, rate: 1 Hz, device: " + client + "}\n";
+  };
+  const std::string fault = "the unit 'a' of this scenario listens there; under 'clock: virtual'";
+  EXPECT_TRUE(is_refused(pair("virtual", "127.0.0.1:1502", "@'127.0.0.1:1502'"), fault));
+  EXPECT_TRUE(is_refused(pair("virtual", "127.0.0.1:1502", "@'localhost:1502'"), fault));
+  EXPECT_TRUE(is_refused(pair("virtual", "0.0.0.0:1502", "@'127.0.0.1:1502'"), fault));
+  expect_accepted(pair("realtime", "127.0.0.1:1502", "'127.0.0.1:1502'"));
+  expect_accepted(pair("virtual", "127.0.0.1:1502", "'127.0.0.1:1503'"));
+  expect_accepted(pair("virtual", "127.0.0.1:1502", "'127.0.0.2:1502'"));
+  expect_accepted(pair("virtual", "0.0.0.0:1502", "'192.168.0.9:1502'"));
+}
+
 TEST(ScenarioMistakes, WrongModbusUnitsAreReported) {
   expect_refused({
       {"127.0.0.1:auto", "@127.0.0.1", "is not HOST:PORT"},
