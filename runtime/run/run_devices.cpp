@@ -121,13 +121,22 @@ void RunDevices::begin_tick(std::int64_t time_ns) noexcept {
     link->hold_safe_values(loss_watch_->outputs_must_be_safe());
 }
 
+bool RunDevices::ends_run(std::size_t bus) const noexcept {
+  const bool is_permitted_loss =
+      buses_[bus].wired->section->may_be_lost && !links_[bus]->device().connected();
+  return !links_[bus]->in_step() && !is_permitted_loss;
+}
+
 bool RunDevices::in_step() const noexcept {
-  return std::all_of(links_.begin(), links_.end(), [](const auto& link) { return link->in_step(); });
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (ends_run(i)) return false;
+  }
+  return true;
 }
 
 std::string RunDevices::step_fault() const {
   for (std::size_t i = 0; i < links_.size(); ++i) {
-    if (links_[i]->in_step()) continue;
+    if (!ends_run(i)) continue;
     const std::string fault = links_[i]->device().fault();
     return name_of(*buses_[i].wired->section) +
            " did not complete the exchange of this tick: " + (fault.empty() ? "no reply" : fault);

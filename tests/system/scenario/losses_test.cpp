@@ -71,6 +71,24 @@ TEST(Losses, UnitThatNeverRepliesFailsTheRunAndItsExpectations) {
   EXPECT_EQ(expecting.code, 0) << expecting.output;
 }
 
+TEST(Losses, UnitThatStopsReplyingUnderTheVirtualClockMayBeLost) {
+  const SilentListener unit;
+  const SmallScenario scenario(std::string("duration: 2 s\nclock: virtual\n") + unit_at(unit.address()) +
+                               "expectations: [{name: away, eventually: modbus.plc.connected == 0}]\n");
+  const Ended lost = run_hil(scenario.run());
+  EXPECT_EQ(lost.code, 4) << lost.output << lost.errors;
+  EXPECT_NE(lost.output.find("did not complete the exchange"), std::string::npos) << lost.output;
+  EXPECT_LT(read_report(scenario.out())["ticks"], 200);
+
+  const Ended permitted = run_hil(scenario.run({"--set", "modbus.plc.may_be_lost=true"}));
+  EXPECT_EQ(permitted.code, 0) << permitted.output << permitted.errors;
+  EXPECT_NE(permitted.output.find("lost, as the scenario permits: Modbus unit plc"), std::string::npos)
+      << permitted.output;
+  const auto report = read_report(scenario.out());
+  EXPECT_EQ(report["losses"][0]["duration_ns"], 2'000'000'000);
+  EXPECT_EQ(report["modbus"][0]["requests"], 1) << "it is not asked again";
+}
+
 TEST(Losses, UnitThatRestartsIsLostForATime) {
   const Folder folder;
   const std::string map = std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing_plc.yaml";
