@@ -75,6 +75,8 @@ struct ClientSettings {
   std::string heartbeat_entry{};
   /// Real time: called in the device's thread before its work (name, priority); may be empty.
   std::function<void()> on_thread_start{};
+  /// While it is true, start() fails at once instead of trying again. May be null; outlives the device.
+  const std::atomic<bool>* stop_requested = nullptr;
 };
 
 /// Counted since construction. reconnects: connections after the first.
@@ -108,7 +110,8 @@ class ClientDevice final : public Device {
   /// `max_age`.
   RunTimeNs loss_timeout_ns() const noexcept override;
 
-  /// Connects, retrying for `start_timeout`. Throws DeviceError when the unit can not be reached in it.
+  /// Connects, retrying for `start_timeout`. Throws DeviceError when the unit can not be reached in it, or
+  /// when `stop_requested` is true after an attempt.
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;

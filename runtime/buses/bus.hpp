@@ -16,6 +16,7 @@
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -44,6 +45,9 @@ struct RunEnvironment {
   const config::Scenario& scenario;         ///< outlives the device
   std::filesystem::path directory;          ///< for its files
   std::function<void()> on_thread_start{};  ///< to be called first in the device's thread: name and priority
+  /// Set by the user. While it is set, io::Device::start throws io::DeviceError instead of waiting. Outlives
+  /// the device.
+  const std::atomic<bool>& stop_requested;
 };
 
 /// The programs that the run has started. Passed to all_programs_connected.

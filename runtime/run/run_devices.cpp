@@ -39,7 +39,8 @@ void RunDevices::make() {
         .device =
             wired.bus->make_device({.scenario = context_.scenario,
                                     .directory = context_.options.directory,
-                                    .on_thread_start = thread_start(section.thread_priority, thread_name)})});
+                                    .on_thread_start = thread_start(section.thread_priority, thread_name),
+                                    .stop_requested = context_.stop_requested})});
     keep_judged_arrivals(bus);
     if (bus.device->start_phase() == buses::StartPhase::before_programs) start(bus);
   }

@@ -73,8 +73,7 @@ class LiveSession final : public executive::TickHooks {
   LiveSession(Wiring wiring, const SessionOptions& options, const std::atomic<bool>& stop_requested)
       : wiring_(std::move(wiring)),
         scenario_(*wiring_.scenario),
-        context_(scenario_, options),
-        stop_requested_(stop_requested),
+        context_(scenario_, options, stop_requested),
         log_every_ticks_(std::max<std::uint64_t>(
             1, static_cast<std::uint64_t>(scenario_.base_rate_hz / signal_log_rate_hz))),
         devices_(wiring_, context_, arrivals_) {}
@@ -91,7 +90,7 @@ class LiveSession final : public executive::TickHooks {
   void end_tick(const executive::TickInfo& tick) noexcept override {
     judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
-    if (!devices_.in_step() || stop_requested_.load(std::memory_order_relaxed))
+    if (!devices_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
       stop_.store(true, std::memory_order_relaxed);
   }
 
@@ -115,8 +114,7 @@ class LiveSession final : public executive::TickHooks {
   Wiring wiring_;
   const config::Scenario& scenario_;
   RunContext context_;
-  const std::atomic<bool>& stop_requested_;  ///< by the user
-  std::atomic<bool> stop_{false};            ///< the executive stops at the next tick
+  std::atomic<bool> stop_{false};  ///< the executive stops at the next tick
   const std::uint64_t log_every_ticks_;
   std::unique_ptr<RunWorld> world_;
   Arrivals arrivals_;
@@ -173,12 +171,13 @@ void LiveSession::refuse_ended_process(const std::string& process, const std::st
 
 void LiveSession::wait_for_stations() {
   const auto began = std::chrono::steady_clock::now();
-  while (!stop_requested_.load()) {  // a run that is to stop ends with its first tick
+  while (!context_.stop_requested.load()) {
     if (devices_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
       return;
     if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, "");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+  throw StoppedError("the run was stopped while its programs were connecting");
 }
 
 /// Starts the devices that connect to others. Processes of the run may serve them.
@@ -186,6 +185,7 @@ void LiveSession::open_clients() {
   try {
     devices_.finish();
   } catch (const io::DeviceError& error) {
+    if (context_.stop_requested.load()) throw StoppedError(error.what());
     const std::string ended = processes_->first_ended();
     if (ended.empty()) throw;
     refuse_ended_process(ended, std::string(". After that: ") + error.what());
@@ -247,7 +247,7 @@ SessionResult LiveSession::run() {
   context_.log.info("all devices and processes are closed");
   write_faults_ = world_->close(record);
   close_logs();
-  const bool interrupted = result.stopped && stop_requested_.load();
+  const bool interrupted = result.stopped && context_.stop_requested.load();
   if (!step_fault.empty()) record.failures.push_back(step_fault);
   fill_record(result, record);
   decide({.result = result,

@@ -40,7 +40,7 @@ void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs
 }
 
 std::unique_ptr<BusDevice> ModbusUnit::make_device(RunEnvironment environment) const {
-  return std::make_unique<ModbusRun>(section_, std::move(environment.on_thread_start));
+  return std::make_unique<ModbusRun>(section_, std::move(environment));
 }
 
 io::modbus::ClientSettings client_settings(const ModbusSection& section,

@@ -9,6 +9,7 @@
 
 #include "tests/system/scenario/hil.hpp"
 #include "tests/system/scenario/run_files.hpp"
+#include "tests/system/scenario/silent_listener.hpp"
 
 namespace hil::scenario_test {
 namespace {
@@ -149,7 +150,30 @@ TEST(Ending, InterruptEndsARunThatWaitsForItsPrograms) {
   program.signal(SIGINT);
   const Ended ended = program.wait(std::chrono::seconds(20));
   EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
+  EXPECT_EQ(read_report(folder / "out")["verdict"], "interrupted");
   EXPECT_TRUE(eventually([&] { return ::kill(*process, 0) != 0; }));
+}
+
+TEST(Ending, InterruptEndsARunThatConnectsToAUnit) {
+  const Folder folder;
+  write_text(folder / "map.yaml",
+             "registers: [{name: fault, table: holding, address: 0, type: u16, access: read}]\n");
+  write_text(folder / "absent.yaml",
+             "scenario: absent\nduration: 1 s\nmodbus: [{unit: plc, registers: map.yaml, rate: 10 Hz, "
+             "start_timeout: 3600 s, device: '127.0.0.1:" +
+                 std::to_string(free_port()) + "'}]\n" +
+                 "expectations: [{name: away, eventually: modbus.plc.connected == 0}]\n");
+  Program program(hil({"run", folder / "absent.yaml", "--out", folder / "out"}));
+  EXPECT_TRUE(eventually(
+      [&] { return read_text(folder / "out/run.log").find("scenario absent") != std::string::npos; }));
+  program.signal(SIGINT);
+  const Ended ended = program.wait(std::chrono::seconds(20));
+  EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
+  EXPECT_NE(ended.errors.find("the run was stopped before Modbus unit plc"), std::string::npos)
+      << ended.errors;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(report["verdict"], "interrupted");
+  EXPECT_EQ(report["expectations"][0]["result"], "not_checked");
 }
 
 TEST(Ending, KilledProgramEndsTheRunInTheSafeState) {

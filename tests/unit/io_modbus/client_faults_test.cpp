@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <thread>
 
 #include "client_exchange.hpp"
 #include "io/modbus/server_device.hpp"
@@ -207,6 +209,32 @@ TEST(ClientFaults, StartReportsAnUnreachableUnit) {
             "Modbus unit plc (127.0.0.1:" + std::to_string(port) +
                 ") can not be reached: Connection refused; tried for 60 ms. Check that the unit is on and "
                 "that the address and port are right");
+}
+
+TEST(ClientFaults, StartEndsWhenAStopIsRequested) {
+  std::uint16_t port = 0;
+  {
+    const FakeServer gone([](FakeConnection&, int) {});
+    port = gone.port();
+  }
+  RunningClock clock;
+  std::atomic<bool> stop_requested{false};
+  ClientSettings settings = short_timeouts(port);
+  settings.start_timeout = std::chrono::hours(1);
+  settings.stop_requested = &stop_requested;
+  ClientDevice client(settings, two_words());
+  std::string refusal;
+  std::thread starting([&] {
+    try {
+      client.start(clock, Pacing::realtime);
+    } catch (const DeviceError& error) {
+      refusal = error.what();
+    }
+  });
+  stop_requested = true;
+  starting.join();
+  EXPECT_EQ(refusal, "the run was stopped before Modbus unit plc (127.0.0.1:" + std::to_string(port) +
+                         ") was reached: Connection refused");
 }
 
 TEST(ClientFaults, ReturningUnitGetsAllOutputsAgain) {

@@ -200,8 +200,10 @@ class DevicesOfEachBusType : public WiringTest {
   }
   std::unique_ptr<buses::BusDevice> make_device(const WiredBus& bus,
                                                 std::function<void()> on_thread_start = {}) const {
-    return bus.bus->make_device(
-        {.scenario = *scenario_, .directory = folder_.path(), .on_thread_start = std::move(on_thread_start)});
+    return bus.bus->make_device({.scenario = *scenario_,
+                                 .directory = folder_.path(),
+                                 .on_thread_start = std::move(on_thread_start),
+                                 .stop_requested = stop_requested_});
   }
 
   std::optional<Wiring> wiring_;
