@@ -236,9 +236,9 @@ TEST(ScenarioMistakes, WrongModbusUnitsAreReported) {
 
 TEST(ScenarioMistakes, ConstantsOutOfARegistersRangeAreReported) {
   expect_refused({
-      {"{detector: detectors.ego}", "{@detector: 70000}",
+      {"{detector: detectors.ego}", "{detector: @70000}",
        "'detector': 70000 is out of range; the register takes 0 to 65535"},
-      {"{detector: detectors.ego}", "{@detector: -1}", "out of range"},
+      {"{detector: detectors.ego}", "{detector: @-1}", "out of range"},
       {"{detector: detectors.ego}", "{detector: @1 kHz}",
        "'detector': '1 kHz' is neither a signal nor a number"},
       {"max_age: 2 s", "max_gap: @1999", "from 0 to 1998"},

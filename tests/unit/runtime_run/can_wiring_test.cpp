@@ -121,7 +121,7 @@ TEST_F(CanWiring, ScenarioPrecedesTheDatabase) {
 TEST_F(CanWiring, CycleTimeThatTheBusCanNotKeepIsRefused) {
   EXPECT_TRUE(
       refuses(changed("rate: 100 Hz", "rate: 40 Hz"), 10, "is no multiple of the bus's period of 25 ms"));
-  EXPECT_TRUE(refuses(changed("- message: Command\n", "- message: Command\n        offset: 20 ms\n"), 10,
+  EXPECT_TRUE(refuses(changed("- message: Command\n", "- message: Command\n        offset: 20 ms\n"), 11,
                       "has to be less than the message's period of 20 ms"));
 }
 
