@@ -177,6 +177,13 @@ void describe_received(const ReceivedMessage& received, io::can::CanDeviceConfig
   const io::can::DbcMessage* const message =
       find_message(device.database, received.message, io::can::Use::receive, diagnostics);
   if (message == nullptr || is_named_twice(received.message, *message, device.receive, diagnostics)) return;
+  if (std::ranges::find(device.send, message->name, &io::can::SentMessageConfig::message) !=
+      device.send.end()) {
+    diagnostics.add(received.message.place, "message '" + received.message.text +
+                                                "' is under 'receive' and under 'send'; hil either sends a "
+                                                "message or receives it: leave it out of one of them");
+    return;
+  }
   constexpr std::int64_t cycles = 3;
   io::can::ReceivedMessageConfig config{
       .message = message->name,

@@ -135,6 +135,11 @@ TEST_F(CanWiring, UnusableStartValuesAreWarnings) {
   EXPECT_TRUE(warns(scenario, "do not fit their bits; they have their safe values: 'Level' (9999)"));
 }
 
+TEST_F(CanWiring, MessageThatIsSentAndReceivedIsRefused) {
+  EXPECT_TRUE(refuses(changed("- message: Status\n", "- message: Status\n      - message: Command\n"), 14,
+                      "message 'Command' is under 'receive' and under 'send'"));
+}
+
 TEST_F(CanWiring, DuplicateMessagesAndUnusableChecksumsAreRefused) {
   const std::string both = "- message: Status\n      - message: StatusOfTheBatteryManagement\n";
   EXPECT_TRUE(refuses(changed("- message: Status\n", both), 14,
