@@ -231,6 +231,7 @@ TEST(ScenarioMistakes, WrongModbusUnitsAreReported) {
       {"heartbeat: alive", "heartbeat: @time_ms",
        "the register 'time_ms' is already written with the run's time"},
       {"registers: map.yaml", "registers: @nap.yaml", "there is no such file"},
+      {"max_age: 2 s", "@start_limit: 2 s", "unknown key 'start_limit'; it was renamed to 'start_timeout'"},
   });
 }
 
