@@ -337,6 +337,9 @@ TEST(ScenarioMistakes, UnreadableFilesAreReported) {
   Diagnostics missing;
   EXPECT_FALSE(load_scenario((folder.path() / "none.yaml").string(), {}, {}, missing));
   EXPECT_TRUE(is_only_mistake(missing, 0, 0, "there is no such file"));
+  Diagnostics unnamed;
+  EXPECT_FALSE(load_scenario("", {}, {}, unnamed));
+  EXPECT_EQ(unnamed.to_text(), "'': the name of a file is needed, not an empty text\n");
   Diagnostics directory;
   EXPECT_FALSE(load_scenario(folder.path().string(), {}, {}, directory));
   EXPECT_TRUE(is_only_mistake(directory, 0, 0, "is a directory"));
