@@ -22,8 +22,8 @@
 
 namespace hil::config {
 
-/// Each override that can not be applied is a mistake and changes nothing; the others are applied. `buses`: the
-/// types of bus of the document; none for a document that is no scenario.
+/// Each override that can not be applied is a mistake and changes nothing; the others are applied. `buses`:
+/// the types of bus of a scenario; empty for another document.
 void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
                      std::span<const BusSectionType> buses, Diagnostics& diagnostics);
 
