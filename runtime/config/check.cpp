@@ -325,7 +325,11 @@ void Checker::check_written_fields(Data& data, const TreeNode& tree, const Schem
     }
     std::vector<std::string> known = schema.field_names();
     if (!own_key.empty()) known.push_back(own_key);
-    diagnostics_.add(place_of(entry.key), "unknown key " + in_quotes(name) + suggestion(name, known));
+    const std::string new_name = schema.new_name_of(name);
+    diagnostics_.add(
+        place_of(entry.key),
+        "unknown key " + in_quotes(name) +
+            (new_name.empty() ? suggestion(name, known) : "; it was renamed to " + in_quotes(new_name)));
     if (diagnostics_.full()) return;
   }
 }

@@ -27,7 +27,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   std::optional<TreeNode> tree = build_tree(source, diagnostics);
   if (!tree) return std::nullopt;
   const Schema schema = scenario_schema(types.buses);
-  apply_overrides(*tree, schema, overrides, diagnostics);
+  apply_overrides(*tree, schema, overrides, types.buses, diagnostics);
   bool sound = diagnostics.count() == mistakes_before;
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;

@@ -55,7 +55,7 @@ std::vector<SafeValue> read_safe(const Value& map, Diagnostics& diagnostics) {
     const Value& value = map.entries()[i].second;
     const Word dbc_signal{map.entries()[i].first, map.key_place(i)};
     if (const auto number = read_value(dbc_signal, value, diagnostics))
-      values.push_back({dbc_signal, *number});
+      values.push_back({dbc_signal, *number, value.place()});
   }
   return values;
 }
@@ -64,7 +64,7 @@ std::optional<SignalSource> read_source(const Word& dbc_signal, const Value& val
                                         Diagnostics& diagnostics) {
   auto read = read_value(dbc_signal, value, diagnostics);
   if (!read) return std::nullopt;
-  return SignalSource{dbc_signal, std::move(*read)};
+  return SignalSource{dbc_signal, std::move(*read), value.place()};
 }
 
 void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_ns,
@@ -76,6 +76,7 @@ void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_
   const Value& offset = value["offset"];
   if (!multiple_of(offset, bus_period_ns, "offset", "the bus's period", diagnostics)) return;
   sent.offset_ns = offset.duration_ns();
+  sent.offset_place = offset.place();
   if (sent.period_ns == 0 || sent.offset_ns < sent.period_ns) return;
   diagnostics.add(offset.place(), "'offset': " + format_duration(sent.offset_ns) +
                                       " has to be less than the message's period of " +

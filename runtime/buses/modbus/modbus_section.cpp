@@ -74,9 +74,10 @@ void check_constant(const RegisterWrite& write, const RegisterMap& map, Diagnost
   std::array<std::uint16_t, io::modbus::widest_value> registers{};
   if (io::modbus::encode(*entry, *constant, registers) == io::modbus::Conversion::exact) return;
   const io::modbus::ValueRange range = io::modbus::range_of(*entry);
-  diagnostics.add(write.entry.place, in_quotes(write.entry.text) + ": " + format_number(*constant) +
-                                         " is out of range; the register takes " +
-                                         format_number(range.lowest) + " to " + format_number(range.highest));
+  diagnostics.add(write.source_place, in_quotes(write.entry.text) + ": " + format_number(*constant) +
+                                          " is out of range; the register takes " +
+                                          format_number(range.lowest) + " to " +
+                                          format_number(range.highest));
 }
 
 void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
@@ -138,7 +139,7 @@ void read_names(const Value& value, ModbusSection& section, Diagnostics& diagnos
   for (std::size_t i = 0; i < write.entries().size(); ++i) {
     const auto& [name, source] = write.entries()[i];
     auto read = source_of_register(name, source, diagnostics);
-    if (read) section.write.push_back({{name, write.key_place(i)}, std::move(*read)});
+    if (read) section.write.push_back({{name, write.key_place(i)}, std::move(*read), source.place()});
   }
   UniqueNames names("register", diagnostics);
   for (const Value& read : value["read"].items()) {

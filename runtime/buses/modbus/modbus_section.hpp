@@ -20,6 +20,7 @@ using config::Word;
 struct RegisterWrite {
   Word entry;
   std::variant<Word, double> source;  ///< a signal of the run, or a constant
+  Place source_place;
 };
 
 class ModbusSection final : public config::BusSection {

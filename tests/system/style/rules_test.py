@@ -100,6 +100,14 @@ class Rules(unittest.TestCase):
         self.assertEqual(code, 1)
         self.assertIn("no sources", output)
 
+    def test_sources_without_tidy_are_refused(self):
+        for options in (["--rules"], ["--format"], []):
+            with tempfile.TemporaryDirectory() as folder:
+                command = [STYLE, *options, "--root", folder, "io/bus.cpp"]
+                done = subprocess.run(command, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("io/bus.cpp: only --tidy takes sources", done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -247,14 +247,15 @@ TEST(ScenarioMistakes, WrongModbusUnitsAreReported) {
       {"heartbeat: alive", "heartbeat: @time_ms",
        "the register 'time_ms' is already written with the run's time"},
       {"registers: map.yaml", "registers: @nap.yaml", "there is no such file"},
+      {"max_age: 2 s", "@start_limit: 2 s", "unknown key 'start_limit'; it was renamed to 'start_timeout'"},
   });
 }
 
 TEST(ScenarioMistakes, ConstantsOutOfARegistersRangeAreReported) {
   expect_refused({
-      {"{detector: detectors.ego}", "{@detector: 70000}",
+      {"{detector: detectors.ego}", "{detector: @70000}",
        "'detector': 70000 is out of range; the register takes 0 to 65535"},
-      {"{detector: detectors.ego}", "{@detector: -1}", "out of range"},
+      {"{detector: detectors.ego}", "{detector: @-1}", "out of range"},
       {"{detector: detectors.ego}", "{detector: @1 kHz}",
        "'detector': '1 kHz' is neither a signal nor a number"},
       {"max_age: 2 s", "max_gap: @1999", "from 0 to 1998"},
@@ -352,6 +353,9 @@ TEST(ScenarioMistakes, UnreadableFilesAreReported) {
   Diagnostics missing;
   EXPECT_FALSE(load_scenario((folder.path() / "none.yaml").string(), {}, {}, missing));
   EXPECT_TRUE(is_only_mistake(missing, 0, 0, "there is no such file"));
+  Diagnostics unnamed;
+  EXPECT_FALSE(load_scenario("", {}, {}, unnamed));
+  EXPECT_EQ(unnamed.to_text(), "'': the name of a file is needed, not an empty text\n");
   Diagnostics directory;
   EXPECT_FALSE(load_scenario(folder.path().string(), {}, {}, directory));
   EXPECT_TRUE(is_only_mistake(directory, 0, 0, "is a directory"));
