@@ -22,7 +22,7 @@ ModbusUnit::ModbusUnit(const ModbusSection& section) : section_(section), channe
 void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs,
                          config::Diagnostics& diagnostics) const {
   for (const RegisterWrite& write : section_.write) {
-    const std::size_t index = output_index(*channels_, write.entry.text);
+    const std::size_t index = io::output_index(*channels_, write.entry.text);
     if (index == outputs.size()) {
       diagnostics.add(write.entry.place, "hil writes '" + write.entry.text +
                                              "' (run_time or heartbeat); leave it out of 'write'");
