@@ -5,6 +5,7 @@
 #include "runtime/buses/can/can_schema.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/reading.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::buses::can {
 namespace {
