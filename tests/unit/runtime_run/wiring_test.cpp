@@ -12,7 +12,7 @@
 #include <variant>
 
 #include "runtime/buses/can/can_bus.hpp"
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/modbus_settings.hpp"
 #include "tests/paths.h"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
