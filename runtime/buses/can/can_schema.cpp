@@ -1,6 +1,6 @@
 #include "runtime/buses/can/can_schema.hpp"
 
-#include "runtime/config/schema_parts.hpp"
+#include "runtime/config/shared_schemas.hpp"
 
 namespace hil::buses::can {
 namespace {
