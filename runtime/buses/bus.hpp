@@ -26,13 +26,16 @@
 #include <vector>
 
 #include "io/device.hpp"
-#include "runtime/buses/known_signals.hpp"
-#include "runtime/buses/links.hpp"
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/contribution/bus_record.hpp"
+#include "runtime/signals/known_signals.hpp"
+#include "runtime/signals/links.hpp"
 
 namespace hil::buses {
+
+using signals::KnownSignals;
+using signals::Source;
 
 /// When a run starts a device.
 enum class StartPhase : std::uint8_t {
@@ -135,8 +138,5 @@ const BusType& type_of(const config::BusSection& section);
 
 /// For each type the group of its records, still empty.
 std::vector<contribution::BusGroup> empty_groups();
-
-/// The index of the output with this name; the number of outputs: there is none.
-std::size_t output_index(const io::Device& device, const std::string& channel);
 
 }  // namespace hil::buses

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "runtime/buses/bus.hpp"
 
 namespace hil::buses {
@@ -42,13 +40,6 @@ std::vector<contribution::BusGroup> empty_groups() {
                       .buses = {}});
   }
   return groups;
-}
-
-std::size_t output_index(const io::Device& device, const std::string& channel) {
-  const auto outputs = device.outputs();
-  return static_cast<std::size_t>(
-      std::find_if(outputs.begin(), outputs.end(), [&](const auto& info) { return info.name == channel; }) -
-      outputs.begin());
 }
 
 }  // namespace hil::buses

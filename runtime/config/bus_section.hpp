@@ -58,7 +58,7 @@ struct BusSectionType {
   std::string noun;      ///< one of them, in sentences: "CAN bus"
   std::string plural;    ///< "CAN buses"
   /// Of an entry: a record with `name_key`, `rate` and `may_be_lost`, and perhaps `priority`, of the schemas
-  /// in schema_parts.hpp.
+  /// in shared_schemas.hpp.
   Schema entry;
   bool has_address = true;  ///< its placeholder stands for an address in the command of a process
   /// A condition that follows the placeholder in a sentence: "of a unit with run_time". Empty: all buses of

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "runtime/config/overrides.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 
 namespace hil::config {
 namespace {

@@ -1,4 +1,5 @@
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "runtime/config/numbers.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 
 namespace hil::config {
 namespace {

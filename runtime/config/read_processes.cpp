@@ -1,4 +1,4 @@
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 
 namespace hil::config {
 namespace {

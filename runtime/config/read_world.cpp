@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "runtime/config/numbers.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {

@@ -51,9 +51,6 @@ std::optional<Word> word_in(const Value& record, const std::string& field);
 /// The list or map field, if it is there.
 const Value* part_of(const Value& record, const std::string& field);
 
-/// "1.5 ms"
-std::string format_duration(std::int64_t nanoseconds);
-
 /// The base rate divided by `rate`; empty with a mistake (naming the nearest rates that do) when that is no
 /// whole number. Without a base rate: empty, no mistake.
 std::optional<std::uint32_t> ticks_between(const Value& rate, const ReaderContext& reading);

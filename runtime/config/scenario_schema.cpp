@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "runtime/config/scenario.hpp"
-#include "runtime/config/schema_parts.hpp"
+#include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {

@@ -41,4 +41,7 @@ QuantityReading read_quantity(std::string_view text, Quantity quantity);
 /// A value in SI, written in `unit`: "50 km/h".
 std::string format_quantity(double value_si, const Unit& unit);
 
+/// "1.5 ms"
+std::string format_duration(std::int64_t nanoseconds);
+
 }  // namespace hil::config

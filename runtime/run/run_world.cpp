@@ -7,8 +7,8 @@
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
+#include "runtime/run/database_record.hpp"
 #include "runtime/run/run_folder.hpp"
-#include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/scenery.hpp"
 
 namespace hil::run {
@@ -16,6 +16,20 @@ namespace {
 
 /// Files of the log are allocated ahead: this is the least that a short run leaves.
 constexpr std::uint64_t log_segment_bytes = std::uint64_t{2} << 20;
+
+rtstdb::DurabilityMode durability_mode(config::Durability durability) {
+  switch (durability) {
+    case config::Durability::none:
+      return rtstdb::DurabilityMode::volatile_only;
+    case config::Durability::async:
+      return rtstdb::DurabilityMode::async;
+    case config::Durability::group:
+      return rtstdb::DurabilityMode::group;
+    case config::Durability::sync:
+      return rtstdb::DurabilityMode::sync;
+  }
+  return rtstdb::DurabilityMode::volatile_only;
+}
 
 rtstdb::DurabilityOptions durability_of(const RunContext& context) {
   static_assert(config::min_log_ring_bytes == rtstdb::min_ring_bytes &&

@@ -16,11 +16,11 @@
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
+#include "runtime/run/executive_record.hpp"
 #include "runtime/run/judges.hpp"
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_context.hpp"
 #include "runtime/run/run_devices.hpp"
-#include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/run_world.hpp"
 #include "runtime/run/signal_log.hpp"
 

@@ -8,10 +8,10 @@
 namespace hil::run {
 namespace {
 
-using buses::KnownSignals;
 using config::Diagnostics;
 using config::Place;
 using config::Word;
+using signals::KnownSignals;
 
 void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Place& place,
                 Diagnostics& diagnostics, std::vector<signals::SignalId>& ids) {
@@ -79,7 +79,7 @@ void connect_module(WiredModule& wired, const KnownSignals& known, Diagnostics& 
 }
 
 void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place, Wiring& wiring,
-                    buses::Links& links, Diagnostics& diagnostics) {
+                    signals::Links& links, Diagnostics& diagnostics) {
   const std::string writer = prefix.substr(0, prefix.size() - 1);
   std::vector<std::int64_t> timeouts_ns(device.inputs().size(), 0);
   for (const io::InputGroup& group : device.input_groups())
@@ -135,7 +135,7 @@ void check_expectations(const config::Scenario& scenario, const KnownSignals& kn
     for (const config::Condition::NamedValue& value : condition.named_values()) {
       const std::string& signal = condition.mentions()[value.mention].text;
       if (const auto id = known.table().find(signal))
-        buses::value_named(known.table().info(*id).named_values, value.name, signal, diagnostics);
+        signals::value_named(known.table().info(*id).named_values, value.name, signal, diagnostics);
     }
   };
   const auto check_every_tick = [&](const config::Condition& condition) {

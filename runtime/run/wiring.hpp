@@ -28,7 +28,7 @@ struct WiredModule {
 struct WiredBus {
   const config::BusSection* section = nullptr;
   std::unique_ptr<buses::Bus> bus;
-  buses::Links links;
+  signals::Links links;
 };
 
 /// The scenario outlives it.

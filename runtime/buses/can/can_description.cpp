@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "io/can/signal_codec.hpp"
-#include "runtime/buses/known_signals.hpp"
 #include "runtime/config/numbers.hpp"
+#include "runtime/signals/known_signals.hpp"
 
 namespace hil::buses::can {
 namespace {
@@ -117,7 +117,8 @@ std::map<std::string, double> safe_values_of(const std::vector<SafeValue>& writt
     if (signal == nullptr) continue;
     std::optional<double> value;
     if (const Word* const name = std::get_if<Word>(&safe.value)) {
-      value = value_named(named_values_of(*signal), *name, message.name + "." + signal->name, diagnostics);
+      value = signals::value_named(named_values_of(*signal), *name, message.name + "." + signal->name,
+                                   diagnostics);
     } else {
       value = std::get<double>(safe.value);
     }

@@ -1,17 +1,10 @@
 // The type of bus `can`.
 
-#include <linux/can.h>
-#include <net/if.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/can/can_bus.hpp"
 #include "runtime/buses/can/can_description.hpp"
 #include "runtime/buses/can/can_record.hpp"
+#include "runtime/buses/can/socketcan_lines.hpp"
 
 namespace hil::buses {
 namespace can {
@@ -22,26 +15,6 @@ std::unique_ptr<Bus> wire_can(const config::BusSection& section, config::Diagnos
   auto description = describe_can_device(can_section, diagnostics);
   if (!description) return nullptr;
   return std::make_unique<CanBus>(can_section, std::move(*description));
-}
-
-std::vector<DoctorLine> socketcan_lines() {
-  const int fd = socket(PF_CAN, SOCK_RAW, CAN_RAW);
-  if (fd < 0) {
-    return {{"SocketCAN", std::string("not in this kernel (") + std::strerror(errno) +
-                              "); the virtual bus works without it"}};
-  }
-  close(fd);
-  std::string interfaces;
-  if (struct if_nameindex* all = if_nameindex(); all != nullptr) {
-    for (struct if_nameindex* i = all; i->if_index != 0; ++i) {
-      if (std::strstr(i->if_name, "can") != nullptr) interfaces += std::string(" ") + i->if_name;
-    }
-    if_freenameindex(all);
-  }
-  return {{"SocketCAN",
-           interfaces.empty()
-               ? "in the kernel, but no interface; ip link add dev vcan0 type vcan makes a virtual one"
-               : "interfaces:" + interfaces}};
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "runtime/buses/modbus/modbus_record.hpp"
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/modbus_settings.hpp"
 
 namespace hil::buses::modbus {
 namespace {

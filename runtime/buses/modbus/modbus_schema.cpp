@@ -1,6 +1,6 @@
 #include "runtime/buses/modbus/modbus_schema.hpp"
 
-#include "runtime/config/schema_parts.hpp"
+#include "runtime/config/shared_schemas.hpp"
 
 namespace hil::buses::modbus {
 

@@ -11,6 +11,7 @@
 #include "runtime/buses/modbus/register_map_file.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/reading.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::buses::modbus {
 namespace {

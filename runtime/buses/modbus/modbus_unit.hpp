@@ -4,8 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "io/modbus/client_device.hpp"
-#include "io/modbus/server_device.hpp"
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/modbus/modbus_section.hpp"
 
@@ -25,12 +23,5 @@ class ModbusUnit final : public Bus {
   const ModbusSection& section_;
   std::unique_ptr<io::Device> channels_;
 };
-
-/// The settings of a unit, from its section and the endpoint that it uses: the section may leave the port
-/// open.
-io::modbus::ClientSettings client_settings(const ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint);
-io::modbus::ServerSettings server_settings(const ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint);
 
 }  // namespace hil::buses::modbus

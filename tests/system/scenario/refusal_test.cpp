@@ -95,21 +95,6 @@ TEST(BadScenario, MissingFileIsRefused) {
   expect_refused(run_hil({"run", folder.path().string()}), 2, {folder.path().string()});
 }
 
-TEST(FailOn, ConditionThatHoldsIsExitCode3) {
-  const Folder folder;
-  const std::vector<std::string> short_run =
-      joined({{"run", crossing(), "--clock", "virtual", "--set", "expectations=[]", "--duration", "500 ms",
-               "--out", folder / "out"},
-              few_beams()});
-  const Ended broken = run_hil(joined({short_run, {"--fail-on", "misses >= 0"}}));
-  EXPECT_EQ(broken.code, 3) << broken.output << broken.errors;
-  const auto report = read_report(folder / "out");
-  EXPECT_EQ(report["verdict"], "timing_broken");
-  EXPECT_NE(report["reason"].get<std::string>().find("misses >= 0"), std::string::npos) << report["reason"];
-  const Ended kept = run_hil(joined({short_run, {"--fail-on", "misses > 0 or hard_misses > 0"}}));
-  EXPECT_EQ(kept.code, 0) << "the virtual clock misses nothing\n" << kept.output << kept.errors;
-}
-
 TEST(MissingPart, PortInUseIsReportedByTheServer) {
   const SilentListener port;
   const Folder folder;
@@ -171,13 +156,6 @@ TEST(MissingPart, VulkanDeviceIsReportedByDoctor) {
   EXPECT_EQ(ended.code, 5);
   EXPECT_NE(ended.output.find("no Vulkan device"), std::string::npos) << ended.output;
   EXPECT_NE(ended.output.find("wake-up latency"), std::string::npos) << "the other checks run";
-}
-
-TEST(Doctor, ReportsTheParts) {
-  const Ended ended = run_hil({"doctor"});
-  EXPECT_EQ(ended.code, 0) << ended.output;
-  for (const char* topic : {"Vulkan device", "opens on", "SocketCAN", "SCHED_FIFO", "wake-up latency"})
-    EXPECT_NE(ended.output.find(topic), std::string::npos) << topic << " is not in: " << ended.output;
 }
 
 TEST(MissingPart, ProgramThatEndsAtItsStartIsReported) {

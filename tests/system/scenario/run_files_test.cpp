@@ -1,4 +1,4 @@
-// The files that a run writes, and the commands that need no run.
+// The files that a run writes.
 
 #include "tests/system/scenario/run_files.hpp"
 
@@ -173,51 +173,6 @@ TEST(RunFolder, CanLogHasNoFramesThatFaultInjectionDropped) {
             count("rx") + count("tx") - count("fault_dropped_tx"));
   EXPECT_NE(read_text(folder / "out/report.html").find("sent frames were dropped by fault injection"),
             std::string::npos);
-}
-
-TEST(Commands, CheckCountsTheParts) {
-  const Ended ended = run_hil({"check", crossing()});
-  EXPECT_EQ(ended.code, 0) << ended.errors;
-  for (const char* words : {"4 tasks", "1 CAN bus", "1 Modbus unit", "2 expectations", "no mistakes"})
-    EXPECT_NE(ended.output.find(words), std::string::npos) << words << " is not in: " << ended.output;
-}
-
-TEST(Commands, KeysDescribesModuleTypesAndAllParts) {
-  const Ended ended = run_hil({"keys"});
-  EXPECT_EQ(ended.code, 0);
-  for (const char* type : {"vehicles", "laser_scanner", "detectors", "collision"}) {
-    EXPECT_NE(ended.output.find(std::string("module type `").append(type).append("`")), std::string::npos)
-        << type;
-  }
-  for (const char* word : {"base_rate", "watchdog", "scan_rate", "columns", "counter", "checksum",
-                           "heartbeat", "run_time", "stop_line", "start_timeout", "within"}) {
-    EXPECT_NE(ended.output.find(std::string("`").append(word).append("`")), std::string::npos) << word;
-  }
-}
-
-TEST_F(RunFiles, OutputOfCommandsThatCanNotBeWrittenIsExitCode4) {
-  const std::vector<std::vector<std::string>> commands{
-      {"keys"}, {"check", crossing()}, {"report", out()}, {"doctor"}};
-  for (const std::vector<std::string>& command : commands) {
-    const Ended ended = Program(joined({{"sh", "-c", "exec \"$@\" > /dev/full", "sh"}, hil(command)})).wait();
-    EXPECT_EQ(ended.code, 4) << command.front();
-    EXPECT_EQ(ended.errors,
-              "hil " + command.front() + ": the output can not be written: No space left on device\n");
-  }
-}
-
-TEST(Commands, LackOfMemoryIsReported) {
-  const Folder folder;
-  std::string many = "world:\n  entities:\n";
-  for (int i = 0; i < 30'000; ++i)
-    many += "    - {name: a, mask: [b, c, d]}\n";
-  write_text(folder / "many.yaml", many);
-  const Ended ended = Program(joined({{"sh", "-c", "ulimit -v 60000; exec \"$@\"", "sh"},
-                                      hil({"check", folder / "many.yaml"})}))
-                          .wait();
-  EXPECT_EQ(ended.code, 70);
-  EXPECT_EQ(ended.errors,
-            "hil: memory ran out; raise its limit (ulimit -v, ulimit -d) or make memory free\n");
 }
 
 }  // namespace

@@ -115,6 +115,21 @@ TEST(RunResults, EveryCollisionIsCounted) {
   }
 }
 
+TEST(FailOn, ConditionThatHoldsIsExitCode3) {
+  const Folder folder;
+  const std::vector<std::string> short_run =
+      joined({{"run", crossing(), "--clock", "virtual", "--set", "expectations=[]", "--duration", "500 ms",
+               "--out", folder / "out"},
+              few_beams()});
+  const Ended broken = run_hil(joined({short_run, {"--fail-on", "misses >= 0"}}));
+  EXPECT_EQ(broken.code, 3) << broken.output << broken.errors;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(report["verdict"], "timing_broken");
+  EXPECT_NE(report["reason"].get<std::string>().find("misses >= 0"), std::string::npos) << report["reason"];
+  const Ended kept = run_hil(joined({short_run, {"--fail-on", "misses > 0 or hard_misses > 0"}}));
+  EXPECT_EQ(kept.code, 0) << "the virtual clock misses nothing\n" << kept.output << kept.errors;
+}
+
 TEST(RunResults, ReportThatCanNotBeWrittenIsWrittenAgainAsAFailure) {
   const Folder folder;
   std::filesystem::create_directories(folder / "out");

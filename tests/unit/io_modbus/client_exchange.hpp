@@ -8,6 +8,9 @@
 
 #include "io/modbus/client_device.hpp"
 #include "peers.hpp"
+#include "registers.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus {
 

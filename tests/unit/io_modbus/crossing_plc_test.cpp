@@ -6,8 +6,11 @@
 
 #include "configs/crossing/plc/plc_registers.hpp"
 #include "io/modbus/client_device.hpp"
-#include "peers.hpp"
+#include "programs.hpp"
+#include "registers.hpp"
 #include "tests/paths.h"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::crossing::plc {
 namespace {

@@ -11,13 +11,13 @@
 #include <thread>
 
 #include "tests/support/eventually.hpp"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace hil::run {
 namespace {
 
-using testing::Folder;
 using tests::eventually;
+using tests::TestFolder;
 using namespace std::chrono_literals;
 
 ProcessWatch::Program shell(const std::string& name, const std::string& script, bool safe_on_exit = true) {
@@ -104,7 +104,7 @@ TEST(ProcessWatch, ReportsEachEndOnce) {
 }
 
 TEST(ProcessWatch, StopsProgramsInOrderAndReturnsTheirExits) {
-  const Folder folder;
+  const TestFolder folder;
   const std::string log = (folder.path() / "ends").string();
   const auto program = [&](const std::string& name) {
     return shell(name, "trap 'echo " + name + " >> " + log + "; exit 0' TERM; echo up >> " +

@@ -12,7 +12,7 @@
 #include <variant>
 
 #include "runtime/buses/can/can_bus.hpp"
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/modbus_settings.hpp"
 #include "tests/paths.h"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
@@ -169,7 +169,7 @@ TEST_F(WiringTest, SignalsAreConnectedByName) {
   EXPECT_EQ(config.receive[0].timeout_ns, 200'000'000);
 
   bool written = false;
-  for (const buses::Source& source : wiring->buses[1].links.outputs)
+  for (const signals::Source& source : wiring->buses[1].links.outputs)
     written = written || source.signal == id("collision.hits");
   EXPECT_TRUE(written);
 }

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/runtime_modules/module_fixture.hpp"
+#include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
