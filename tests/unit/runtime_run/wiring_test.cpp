@@ -206,6 +206,7 @@ class DevicesOfEachBusType : public WiringTest {
                                  .stop_requested = stop_requested_});
   }
 
+  std::atomic<bool> stop_requested_{false};
   std::optional<Wiring> wiring_;
 };
 
