@@ -134,9 +134,8 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   address_ = resolve(settings_.endpoint);
   const WallTime until = WallClock::now() + settings_.start_timeout;
   while (!connect_until(until)) {
-    if (settings_.stop_requested != nullptr && settings_.stop_requested->load()) {
+    if (settings_.stop_requested != nullptr && settings_.stop_requested->load())
       throw DeviceError("the run was stopped before " + description_ + " was reached: " + connect_fault_);
-    }
     if (WallClock::now() + settings_.reconnect_pause_min >= until) {
       throw DeviceError(description_ + " can not be reached: " + connect_fault_ + "; tried for " +
                         std::to_string(settings_.start_timeout.count()) +

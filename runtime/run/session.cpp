@@ -171,13 +171,14 @@ void LiveSession::refuse_ended_process(const std::string& process, const std::st
 
 void LiveSession::wait_for_stations() {
   const auto began = std::chrono::steady_clock::now();
-  while (!context_.stop_requested.load()) {
+  for (;;) {
     if (devices_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
       return;
     if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, "");
+    if (context_.stop_requested.load())
+      throw StoppedError("the run was stopped while its programs were connecting");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  throw StoppedError("the run was stopped while its programs were connecting");
 }
 
 /// Starts the devices that connect to others. Processes of the run may serve them.

@@ -164,8 +164,10 @@ TEST(Ending, InterruptEndsARunThatConnectsToAUnit) {
                  std::to_string(free_port()) + "'}]\n" +
                  "expectations: [{name: away, eventually: modbus.plc.connected == 0}]\n");
   Program program(hil({"run", folder / "absent.yaml", "--out", folder / "out"}));
-  EXPECT_TRUE(eventually(
-      [&] { return read_text(folder / "out/run.log").find("scenario absent") != std::string::npos; }));
+  const std::string log = folder / "out/run.log";
+  EXPECT_TRUE(eventually([&] {
+    return std::filesystem::exists(log) && read_text(log).find("scenario absent") != std::string::npos;
+  }));
   program.signal(SIGINT);
   const Ended ended = program.wait(std::chrono::seconds(20));
   EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;

