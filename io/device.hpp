@@ -151,4 +151,14 @@ class Device {
   }
 };
 
+/// The index of the output with this name; the number of outputs: there is none.
+inline std::size_t output_index(const Device& device, const std::string& name) {
+  std::size_t index = 0;
+  for (const ChannelInfo& output : device.outputs()) {
+    if (output.name == name) break;
+    ++index;
+  }
+  return index;
+}
+
 }  // namespace hil::io

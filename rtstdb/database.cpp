@@ -38,7 +38,7 @@ constexpr bool validation_default = false;
 #endif
 
 /// Opens the device on a thread with real-time priority below that of the engine thread. The driver creates
-/// its threads meanwhile, and they inherit the priority, so a software device computes with it. If the
+/// its threads during the call, and they inherit the priority, so a software device computes with it. If the
 /// priority is refused, the engine reports that for its own threads.
 Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& options, int thread_priority) {
   std::optional<Result<std::unique_ptr<gpu::Device>>> device;

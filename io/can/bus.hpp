@@ -48,10 +48,10 @@ struct BusCounters {
 struct SettleResult {
   enum class Status : std::uint8_t {
     settled,
-    clients_missing,  ///< fewer stations connected than expected; `client` says how many
-    client_hung,      ///< no acknowledgement within the limit
-    client_died,      ///< its connection closed
-    not_quiescent,    ///< stations did not stop replying to each other
+    stations_missing,   ///< fewer stations connected than expected; `client` says how many
+    station_timed_out,  ///< no acknowledgement within the limit
+    station_ended,      ///< its connection closed
+    too_many_rounds,    ///< stations did not stop replying to each other
   };
   Status status = Status::settled;
   std::string client;  ///< the name of the station that caused the failure

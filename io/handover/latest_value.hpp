@@ -16,7 +16,7 @@ class LatestValue {
   /// allocate.
   explicit LatestValue(const State& prototype) : slots_{prototype, prototype, prototype} {}
 
-  /// Equivalent to a new construction. Neither side may use the object meanwhile.
+  /// Equivalent to a new construction. Neither side may use the object during the call.
   void reset(const State& prototype) {
     slots_.fill(prototype);
     writer_slot_ = 0;

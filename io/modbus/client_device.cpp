@@ -54,7 +54,7 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
       description_("Modbus unit " + settings_.name + " (" + settings_.endpoint.to_text() + ")"),
-      label_("unit " + settings_.name),
+      label_("Modbus unit " + settings_.name),
       run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
       heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
       releases_(Release{}),
@@ -66,7 +66,7 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
       reconnect_pause_(settings_.reconnect_pause_min) {
   require(mistakes_in(map_, Role::client).empty(),
           "ClientDevice: the register map has mistakes (see mistakes_in)");
-  require(settings_.response_timeout.count() > 0 && settings_.start_limit.count() > 0 &&
+  require(settings_.response_timeout.count() > 0 && settings_.start_timeout.count() > 0 &&
               settings_.reconnect_pause_min.count() > 0 && settings_.max_age.count() > 0 &&
               settings_.reconnect_pause_max >= settings_.reconnect_pause_min &&
               settings_.lockstep_limit.count() > 0 && settings_.stop_limit.count() > 0,
@@ -132,11 +132,13 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   stopping_.store(false);
   safe_requested_.store(false);
   address_ = resolve(settings_.endpoint);
-  const WallTime until = WallClock::now() + settings_.start_limit;
+  const WallTime until = WallClock::now() + settings_.start_timeout;
   while (!connect_until(until)) {
+    if (settings_.stop_requested != nullptr && settings_.stop_requested->load())
+      throw DeviceError("the run was stopped before " + description_ + " was reached: " + connect_fault_);
     if (WallClock::now() + settings_.reconnect_pause_min >= until) {
       throw DeviceError(description_ + " can not be reached: " + connect_fault_ + "; tried for " +
-                        std::to_string(settings_.start_limit.count()) +
+                        std::to_string(settings_.start_timeout.count()) +
                         " ms. Check that the unit is on and that the address and port are right");
     }
     std::this_thread::sleep_for(settings_.reconnect_pause_min);
@@ -220,9 +222,9 @@ void ClientDevice::enter_safe_state() noexcept {
 // ---- called by the device's thread, or by exchange()
 
 void ClientDevice::run() noexcept {
-  if (settings_.on_thread_start) settings_.on_thread_start();
   block_all_signals();
   pthread_setname_np(pthread_self(), "hil-modbus-cl");
+  if (settings_.on_thread_start) settings_.on_thread_start();
   while (!stopping_.load()) {
     wait_for_work();
     if (stopping_.load()) break;

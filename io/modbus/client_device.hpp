@@ -53,7 +53,7 @@ struct ClientSettings {
   std::uint8_t unit = 1;  ///< unit identifier in every request
   std::chrono::microseconds response_timeout{
       500'000};  ///< per request until its reply is complete; also per connect
-  std::chrono::milliseconds start_limit{2'000};  ///< how long start() tries to reach the unit
+  std::chrono::milliseconds start_timeout{2'000};  ///< how long start() tries to reach the unit
   std::chrono::milliseconds reconnect_pause_min{50};
   std::chrono::milliseconds reconnect_pause_max{2'000};
   std::chrono::milliseconds max_age{1'000};         ///< age up to which an input is fresh
@@ -73,8 +73,10 @@ struct ClientSettings {
   /// maximum and then from the minimum again, for the unit's watchdog. Empty: none. It is not among
   /// outputs().
   std::string heartbeat_entry{};
-  /// Real time: called first in the device's thread (name, priority); may be empty.
+  /// Real time: called in the device's thread before its work (name, priority); may be empty.
   std::function<void()> on_thread_start{};
+  /// While it is true, start() fails at once instead of trying again. May be null; outlives the device.
+  const std::atomic<bool>* stop_requested = nullptr;
 };
 
 /// Counted since construction. reconnects: connections after the first.
@@ -108,7 +110,8 @@ class ClientDevice final : public Device {
   /// `max_age`.
   RunTimeNs loss_timeout_ns() const noexcept override;
 
-  /// Connects, retrying for `start_limit`. Throws DeviceError when the unit can not be reached in that time.
+  /// Connects, retrying for `start_timeout`. Throws DeviceError when the unit can not be reached in it, or
+  /// when `stop_requested` is true after an attempt.
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
@@ -175,7 +178,7 @@ class ClientDevice final : public Device {
   const ClientSettings settings_;
   const RegisterMap map_;
   const std::string description_;  ///< "Modbus unit plc (127.0.0.1:1502)"
-  const std::string label_;        ///< "unit plc"
+  const std::string label_;        ///< "Modbus unit plc"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;

@@ -52,7 +52,7 @@ class FreshnessWatch {
   std::uint64_t stale() const noexcept { return stale_.load(std::memory_order_relaxed); }
 
   /// Adds an event for each episode since the last call. Any ordinary thread. `device` begins the sentence
-  /// ("unit plc"); `missed` says what was not done to the input ("was not read").
+  /// ("Modbus unit plc"); `missed` says what was not done to the input ("was not read").
   void report(std::span<const ChannelInfo> inputs, const std::string& device, const std::string& missed,
               EventList& events) const {
     const std::scoped_lock lock(mutex_);

@@ -36,7 +36,7 @@ bool touches(const RegisterEntry& entry, const WrittenRange& range) {
 ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
     : settings_(std::move(settings)),
       map_(std::move(map)),
-      label_("unit " + settings_.name),
+      label_("Modbus unit " + settings_.name),
       releases_(std::vector<double>{}),
       readings_(std::vector<Reading>{}),
       freshness_(map_.read_count(),
@@ -176,11 +176,11 @@ RunTimeNs ServerDevice::loss_timeout_ns() const noexcept {
 // ---- called by the device's thread, or by exchange()
 
 void ServerDevice::run() noexcept {
-  if (settings_.on_thread_start) settings_.on_thread_start();
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, nullptr);  // the main thread handles the executive's signals
   pthread_setname_np(pthread_self(), "hil-modbus-sv");
+  if (settings_.on_thread_start) settings_.on_thread_start();
   while (!stopping_.load()) {
     server_.serve(std::chrono::milliseconds(-1), wake_event_.get());
     std::uint64_t events = 0;

@@ -43,7 +43,7 @@ struct ServerSettings {
   ServerLimits limits{};
   std::chrono::milliseconds max_age{0};             ///< age up to which an input is fresh; 0: no limit
   std::chrono::milliseconds lockstep_limit{1'000};  ///< wall-clock time of one exchange()
-  /// Real time: called first in the device's thread (name, priority); may be empty.
+  /// Real time: called in the device's thread before its work (name, priority); may be empty.
   std::function<void()> on_thread_start{};
 };
 
@@ -101,7 +101,7 @@ class ServerDevice final : public Device {
 
   const ServerSettings settings_;
   const RegisterMap map_;
-  const std::string label_;  ///< "unit panel"
+  const std::string label_;  ///< "Modbus unit panel"
   mutable EventList events_;
   std::vector<ChannelInfo> inputs_, outputs_;
   std::vector<InputGroup> groups_;

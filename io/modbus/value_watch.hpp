@@ -23,7 +23,7 @@ struct ValueCounters {
 
 class ValueWatch {
  public:
-  /// `map` and `events` outlive it. `device` begins each event ("unit plc").
+  /// `map` and `events` outlive it. `device` begins each event ("Modbus unit plc").
   ValueWatch(const RegisterMap& map, std::string device, EventList& events);
 
   /// One thread at a time. `value`: the value to write, or that of the registers.

@@ -37,7 +37,7 @@ struct HubConfig {
   std::string path;
   FaultConfig faults;
   /// Lock-step: the first settle() waits until this many clients have connected.
-  std::size_t expected_clients = 0;
+  std::size_t expected_stations = 0;
   /// Wall-clock limits of that wait and of one client's acknowledgement of a barrier.
   std::int64_t connect_limit_ns = 10'000'000'000;
   std::int64_t answer_limit_ns = 2'000'000'000;

@@ -37,7 +37,7 @@ class Limit {
 
 }  // namespace
 
-// In real time a full socket loses the packet. In lock-step this waits and reads from the client meanwhile,
+// In real time a full socket loses the packet. In lock-step this waits and reads from the client,
 // since the client may itself wait until the hub reads.
 bool Hub::write(Client& client, const void* data, std::size_t size) noexcept {
   const Limit limit(pacing_ == Pacing::lockstep ? config_.answer_limit_ns : 0);
@@ -85,7 +85,7 @@ bool Hub::wait_for_clients() {
   const Limit limit(config_.connect_limit_ns);
   while (true) {
     accept_waiting_clients();
-    if (greeted_count() >= config_.expected_clients) return true;
+    if (greeted_count() >= config_.expected_stations) return true;
     if (!limit.wait(epoll_, POLLIN)) return false;
   }
 }
@@ -114,8 +114,8 @@ can::SettleResult Hub::settle(RunTimeNs now_ns) {
     return lost_;
   }
   if (!complete_ && !wait_for_clients()) {
-    return fail(can::SettleResult::Status::clients_missing,
-                std::to_string(greeted_count()) + " of " + std::to_string(config_.expected_clients));
+    return fail(can::SettleResult::Status::stations_missing,
+                std::to_string(greeted_count()) + " of " + std::to_string(config_.expected_stations));
   }
   if (complete_) {  // later clients may join but are not awaited
     accept_clients();
@@ -134,7 +134,7 @@ can::SettleResult Hub::settle(RunTimeNs now_ns) {
       return {};
     }
   }
-  return fail(can::SettleResult::Status::not_quiescent, clients_.empty() ? "" : clients_.front()->name);
+  return fail(can::SettleResult::Status::too_many_rounds, clients_.empty() ? "" : clients_.front()->name);
 }
 
 can::SettleResult Hub::settle_round(bool& quiet) {
@@ -143,15 +143,15 @@ can::SettleResult Hub::settle_round(bool& quiet) {
     quiet = false;
     client->unsettled = false;
     const std::uint64_t sequence = ++sequence_;
-    auto status = can::SettleResult::Status::client_died;
+    auto status = can::SettleResult::Status::station_ended;
     if (send_time(*client, TimePacket::Kind::barrier, sequence)) {
       status = wait_for_ack(*client, sequence);
     } else if (client->socket >= 0) {
-      status = can::SettleResult::Status::client_hung;
+      status = can::SettleResult::Status::station_timed_out;
     }
     // A client that only listens may leave; an expected one may not.
     const bool may_leave =
-        status == can::SettleResult::Status::client_died && greeted_count() >= config_.expected_clients;
+        status == can::SettleResult::Status::station_ended && greeted_count() >= config_.expected_stations;
     if (status != can::SettleResult::Status::settled && !may_leave) return fail(status, client->name);
     std::deque<can::Frame> sent;
     sent.swap(client->inbox);
@@ -170,8 +170,8 @@ can::SettleResult::Status Hub::wait_for_ack(Client& client, std::uint64_t sequen
       if (acknowledged == sequence) return can::SettleResult::Status::settled;
     }
     if (read_packet(client)) continue;
-    if (client.socket < 0) return can::SettleResult::Status::client_died;
-    if (!limit.wait(client.socket, POLLIN)) return can::SettleResult::Status::client_hung;
+    if (client.socket < 0) return can::SettleResult::Status::station_ended;
+    if (!limit.wait(client.socket, POLLIN)) return can::SettleResult::Status::station_timed_out;
   }
 }
 
@@ -180,17 +180,17 @@ can::SettleResult Hub::fail(can::SettleResult::Status status, const std::string&
   switch (status) {
     case can::SettleResult::Status::settled:
       break;
-    case can::SettleResult::Status::clients_missing:
+    case can::SettleResult::Status::stations_missing:
       set_fault(bus + client + " expected stations have connected within the limit");
       break;
-    case can::SettleResult::Status::client_hung:
+    case can::SettleResult::Status::station_timed_out:
       set_fault(bus + "station '" + client + "' did not answer within " +
                 std::to_string(config_.answer_limit_ns / 1'000'000) + " ms");
       break;
-    case can::SettleResult::Status::client_died:
+    case can::SettleResult::Status::station_ended:
       set_fault(bus + "station '" + client + "' closed its connection");
       break;
-    case can::SettleResult::Status::not_quiescent:
+    case can::SettleResult::Status::too_many_rounds:
       set_fault(bus + "stations, '" + client + "' among them, answer each other without end");
       break;
   }

@@ -3,7 +3,7 @@
 // the window records a share, so that the slot is ready in time and no batch waits for the whole. The new
 // slot copies the tree of the slot in use, or, if that tree has degraded, gets one that is built over the
 // instances at the end of the window in use. It then gets instances and boxes for its own window. Rows are
-// copied over several batches. Rows that change meanwhile are uploaded again by each batch, so that the
+// copied over several batches. Rows that change in between are uploaded again by each batch, so that the
 // copied rows are always those of one version, which may be one that was discarded.
 //
 // Threads: one, in the tick; nothing allocates.
@@ -69,7 +69,7 @@ class TlasNextSlot {
   void begin(TlasSlot& used, TlasSlot& slot, const store::RowSource& rows, const TlasRequest& request,
              TreeSource tree, TlasSlots& slots, TlasPasses& passes) noexcept;
   void abandon() noexcept;
-  /// Notes that preparing the successor of `source` failed, since too many rows changed meanwhile.
+  /// Notes that preparing the successor of `source` failed, since too many rows changed during it.
   void note_failure(TlasSlot& source) noexcept;
   /// Remaining work once the slot has its tree, and all of the work, in the weights of tlas_next_slot.cpp.
   static std::uint64_t work_with_tree(const TlasSlot& slot, std::uint32_t row_count) noexcept;

@@ -84,7 +84,7 @@ class DiskFile {
   /// supports that.
   virtual DiskFault preallocate(std::uint64_t bytes) = 0;
   /// Brings everything written to disk. After a fault, everything written since the last successful call may
-  /// be lost, even if a later call succeeds. A file that was deleted meanwhile is a fault.
+  /// be lost, even if a later call succeeds. A file that was deleted during the call is a fault.
   virtual DiskFault sync() = 0;
 
   /// Returns the number of bytes read: fewer than requested at the end of the file.

@@ -8,7 +8,7 @@
 
 namespace rtstdb::log {
 
-/// Blocks SIGXFSZ for the calling thread during its lifetime. A signal sent meanwhile is discarded, unless
+/// Blocks SIGXFSZ for the calling thread during its lifetime. A signal sent in that time is discarded, unless
 /// the thread had it blocked before.
 class FileSizeSignalBlocked {
  public:

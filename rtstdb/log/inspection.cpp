@@ -121,7 +121,7 @@ class ReplayInspector final : public ReplayListener {
     if (found == checkpoints_of_.end()) return;
     for (const auto& [number, place] : found->second) {
       auto checkpoint = read_checkpoint(disk_, number, contents_.database_id);
-      if (!checkpoint) continue;  // removed meanwhile
+      if (!checkpoint) continue;  // removed since the folder was listed
       ++contents_.compared_checkpoints;
       const World& world = checkpoint.value().world;
       contents_.files[place].damage = difference(now, world);
@@ -190,7 +190,7 @@ class Inspection {
         if (size) file.bytes = size.value();
         if (!size) file.damage = size.error().describe();
       } else if (kind == LogFileKind::unfinished) {
-        continue;  // renamed to its final name meanwhile
+        continue;  // renamed to its final name since
       } else {
         file.damage = opened.error().describe();
       }

@@ -268,7 +268,7 @@ Result<VersionRange> read_version_range(Disk& disk, const ReadAt& from, const Re
                          (to.kind == ReadAt::Kind::time && to.time < found.time);
   if (backwards)
     return Error{ErrorCode::bad_input,
-                 describe(to) + " is before " + describe(found) + ", the begin of the range"};
+                 describe(to) + " is before " + describe(found) + ", the beginning of the range"};
   if (to.kind == ReadAt::Kind::version && range.last().version != to.version)
     return not_there(describe(to), disk, salvage);
   return range;

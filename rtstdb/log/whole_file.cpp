@@ -10,7 +10,7 @@ DiskResult<std::vector<std::byte>> read_whole_file(Disk& disk, std::string_view 
   std::vector<std::byte> bytes(size.value());
   auto count = file.value()->read(0, bytes);
   if (!count) return count.error();
-  bytes.resize(count.value());  // the file may have been truncated meanwhile
+  bytes.resize(count.value());  // the file may have been truncated since
   return bytes;
 }
 

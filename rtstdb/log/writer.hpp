@@ -5,7 +5,7 @@
 // Disk failures: the group that failed is kept, and the durable version does not advance. After a waiting
 // time, which grows with each failure, a new segment begins with that group and a checkpoint follows; when
 // the checkpoint is on disk, the durable version advances again. A file with a failed write is neither
-// written nor trusted any more. If the ring becomes full meanwhile, the recorder records a gap; after a gap,
+// written nor trusted any more. If the ring becomes full by then, the recorder records a gap; after a gap,
 // too, the durable version advances only with a checkpoint. Memory exhaustion is handled as a disk failure.
 //
 // Threads: one thread drives it; any thread may call the functions that report progress, flush_soon and

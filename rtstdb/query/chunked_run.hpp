@@ -65,7 +65,7 @@ class ChunkedRun {
     Cursor begin, end;
     std::uint32_t elements = 0;
     bool halted = false;        // it ended before its elements were complete
-    double predicted_ns = 0.0;  // 0: not to be learned from, structures are brought up in the same submission
+    double predicted_ns = 0.0;  // 0: no sample of the cost, structures are brought up in the same submission
   };
 
   /// Begins the lane's recorder and records what brings the structures to the version. False: the device is

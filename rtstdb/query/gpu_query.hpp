@@ -28,7 +28,7 @@
 
 namespace rtstdb::query {
 
-/// How a dispatch learns that it starts no further elements (shaders/common/halt.glsl).
+/// Where a dispatch reads that it must start no further elements (shaders/common/halt.glsl).
 struct HaltAt {
   glm::uvec2 words{0};     ///< address of the HaltWords of its chunk; zero: it is never halted
   std::uint32_t from = 0;  ///< number in the chunk of the element at place 0; may wrap
@@ -200,7 +200,7 @@ class GpuQuery : public PreparedQuery {
     });
   }
 
-  /// Every final class calls this first in its destructor, so that nobody binds a query that is half
+  /// Every final class calls this first in its destructor, so that no transaction binds a query that is half
   /// destroyed.
   void leave() noexcept {
     if (queries_) queries_->leave(*this);

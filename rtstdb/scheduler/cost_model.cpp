@@ -22,7 +22,7 @@ constexpr Nanoseconds min_chunk{200'000};
 /// operating system took, and dividing them would double their cost.
 constexpr std::uint32_t min_divided = 512;
 
-/// What a run that was given up would have cost is known up to this factor.
+/// What a run that was stopped would have cost is known up to this factor.
 constexpr double clearly_more = 1.1;
 
 /// A query that caused structure work in a larger share of its runs is expected to cause it.

@@ -60,11 +60,11 @@ class CostModel {
   /// get what the others leave.
   void learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
                      const query::StructureWork& structures = {}) noexcept;
-  /// Learns how expensive single elements of a run were. To be called before learn_queries, and also for a
-  /// run that was given up.
+  /// Updates the estimate of the worst cost of single elements from a run. To be called before
+  /// learn_queries, and also for a run that was stopped.
   void learn_worst_elements(std::span<const query::Request> requests, Nanoseconds cost,
                             const query::StructureWork& structures) noexcept;
-  /// A run that was given up after `cost`: learns what all of it would have cost, judged by what it had
+  /// Updates the estimate from a run that was stopped after `cost`, scaled to the whole run by what it had
   /// answered, where that is clearly more than predicted. An incomplete run can not show that work has become
   /// cheaper.
   void learn_stopped(std::span<const query::Request> requests, Nanoseconds cost,

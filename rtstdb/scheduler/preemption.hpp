@@ -43,7 +43,7 @@ class Preemption {
   bool may_nest(const ScheduledTransaction& waiting) const noexcept;
 
   // ---- a preemption point of the innermost run
-  /// Whether a transaction waits that goes before the innermost run.
+  /// Whether a transaction waits that has precedence over the innermost run.
   bool is_due() const noexcept;
   /// The innermost run is preempted from now on.
   void suspend() noexcept;

@@ -17,7 +17,7 @@ namespace rtstdb::scheduler {
 struct QueryCosts {
   CostLine line;
   double structures_share = 0.0;  ///< of the last runs, those that had to bring structures to the device
-  double last_share_ns = 0.0;     ///< of the cost of the last run that was learned
+  double last_share_ns = 0.0;     ///< of the cost of the last run that updated the estimate
 };
 
 class QueryCostTable {

@@ -26,7 +26,7 @@ class ReadyQueue {
   ScheduledTransaction* pop() noexcept;
   /// The first one, which stays; null when empty.
   ScheduledTransaction* first() const noexcept { return heap_.empty() ? nullptr : heap_.front(); }
-  /// Whether a waiting transaction goes before this one.
+  /// Whether a waiting transaction has precedence over this one.
   bool holds_before(const ScheduledTransaction& transaction) const noexcept {
     return !heap_.empty() && goes_before(*heap_.front(), transaction);
   }
@@ -45,15 +45,15 @@ class ReadyQueue {
     return found;
   }
 
-  /// Chooses the transaction to be cancelled when a newcomer meets a full queue, and takes it out of the
-  /// queue: the last of the best-effort ones, the newcomer included; without one, and with a reserved
-  /// newcomer, the last that is not reserved; else the newcomer, which is in no queue.
+  /// Chooses the transaction to be cancelled when a new one arrives at a full queue, and removes it from the
+  /// queue: the last of the best-effort ones, the new one included; without one, and when the new one is
+  /// reserved, the last that is not reserved; else the new one, which is in no queue.
   ScheduledTransaction& shed(ScheduledTransaction& newcomer) noexcept;
 
-  /// Whether a newcomer with this deadline would go before `other`.
+  /// Whether a new transaction with this deadline would have precedence over `other`.
   static bool comes_before(const ScheduledTransaction& newcomer, ClockTime deadline,
                            const ScheduledTransaction& other) noexcept;
-  /// The sum of the promised costs of all that would go before a newcomer with this deadline.
+  /// The sum of the promised costs of all that have precedence over a new one with this deadline.
   Nanoseconds cost_before(const ScheduledTransaction& newcomer, ClockTime deadline) const noexcept;
   /// Visits all, in no order.
   template <class Each>

@@ -1,5 +1,5 @@
 #pragma once
-// Blocks all signals of the calling thread during its lifetime. A thread created meanwhile inherits the mask
+// Blocks all signals of the calling thread during its lifetime. A thread created then inherits the mask
 // and gets no signals, which are for the program's own threads.
 
 #include <csignal>

@@ -3,18 +3,20 @@
 // config, run, report and cli iterate over the types and name none.
 //
 // Calls for each bus of a scenario, in this order:
-// - its section is created and reads its keys (config/bus_section.hpp).
-// - BusType::wire makes the Bus from the section, with a device that is never started, whose channels become
-//   signals. `hil check` goes this far: nothing is opened.
-// - describe_signals, when the signals of its inputs are declared; connect, when all signals of the run are.
-// - make_device, for a run. Then start of the io::Device, before or after the programs of the run are started
-//   (start_phase); all_programs_connected until it holds; the tick, as io/device.hpp states.
-// - record, log_file and log_fault, after the device is stopped.
+// 1. `create` and `read_entry`: the section reads its keys (config/bus_section.hpp).
+// 2. `wire`: makes the Bus. `hil check` ends here: nothing is opened.
+// 3. `describe_signals`, after the signals of all inputs are declared; then `connect`.
+// 4. `make_device`, for a run.
+// 5. `io::Device::start`, before the programs of the run or after them (`start_phase`).
+// 6. `all_programs_connected`, called repeatedly until it returns true.
+// 7. The tick (io/device.hpp).
+// 8. After the device is stopped: `record`, `log_file`, `log_fault`.
 //
 // Threads: the ordinary thread that wires and opens the run, except for load.
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -24,13 +26,16 @@
 #include <vector>
 
 #include "io/device.hpp"
-#include "runtime/buses/known_signals.hpp"
-#include "runtime/buses/links.hpp"
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/contribution/bus_record.hpp"
+#include "runtime/signals/known_signals.hpp"
+#include "runtime/signals/links.hpp"
 
 namespace hil::buses {
+
+using signals::KnownSignals;
+using signals::Source;
 
 /// When a run starts a device.
 enum class StartPhase : std::uint8_t {
@@ -38,14 +43,17 @@ enum class StartPhase : std::uint8_t {
   after_programs,   ///< it connects to programs of the run
 };
 
-/// What a device needs of its run.
-struct RunFacts {
+/// The run that a device is made for. Passed to make_device.
+struct RunEnvironment {
   const config::Scenario& scenario;         ///< outlives the device
   std::filesystem::path directory;          ///< for its files
   std::function<void()> on_thread_start{};  ///< to be called first in the device's thread: name and priority
+  /// Set by the user. While it is set, io::Device::start throws io::DeviceError instead of waiting. Outlives
+  /// the device.
+  const std::atomic<bool>& stop_requested;
 };
 
-/// The programs that the run has started, while it waits for those that connect to its buses.
+/// The programs that the run has started. Passed to all_programs_connected.
 struct StartedPrograms {
   /// The id of a process, by its name in the scenario, and of its process group; -1: there is none.
   std::function<pid_t(const std::string& name)> process_of;
@@ -86,16 +94,16 @@ class Bus {
 
   /// The channels that make_device will have. Never started.
   virtual const io::Device& channels() const noexcept = 0;
-  /// Adds to the signals of its inputs what their channels do not say: further names, names of values, lack
-  /// of a time-out. `prefix`: the beginning of their names, "can.car.".
+  /// Adds what a channel can not express: alternative names, names of values, whether an input never becomes
+  /// stale. `prefix`: the beginning of the names of its signals, "can.car.".
   virtual void describe_signals(const std::string& prefix, KnownSignals& known) const {
     static_cast<void>(prefix), static_cast<void>(known);
   }
-  /// Connects the outputs, by channel. Each is at its safe value as a constant before the call.
+  /// Sets the source of each output, by channel index. On entry each is a constant with its safe value.
   virtual void connect(const KnownSignals& known, std::vector<Source>& outputs,
                        config::Diagnostics& diagnostics) const = 0;
   /// The device of a run, not started. Throws io::DeviceError.
-  virtual std::unique_ptr<BusDevice> make_device(RunFacts facts) const = 0;
+  virtual std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const = 0;
 };
 
 /// A kind of file that a type reads besides the scenario, for the documentation of keys.
@@ -105,7 +113,7 @@ struct FileFormat {
 };
 
 /// What this machine offers a type of bus, as a line of `hil doctor`.
-struct MachineFact {
+struct DoctorLine {
   std::string topic;
   std::string text;
 };
@@ -113,13 +121,12 @@ struct MachineFact {
 struct BusType {
   config::BusSectionType section;
   std::string title;                               ///< of its table on the page: "CAN"
-  std::string record_name_key;                     ///< of the name in a record: "bus"
   std::vector<contribution::BusColumn> columns{};  ///< of that table
   std::size_t max_descriptors = 8;                 ///< that one bus opens, an upper bound
   std::vector<FileFormat> files{};
-  /// Null with mistakes when nothing of the bus can be used. The section outlives the bus.
+  /// Null, with mistakes in `diagnostics`, when the bus can not be used. The section outlives the bus.
   std::unique_ptr<Bus> (*wire)(const config::BusSection& section, config::Diagnostics& diagnostics) = nullptr;
-  std::vector<MachineFact> (*machine_facts)() = nullptr;  ///< may be null
+  std::vector<DoctorLine> (*doctor_lines)() = nullptr;  ///< may be null
 };
 
 /// All types of the program (table.def), in its order: that of their sections, tasks and tables.
@@ -131,8 +138,5 @@ const BusType& type_of(const config::BusSection& section);
 
 /// For each type the group of its records, still empty.
 std::vector<contribution::BusGroup> empty_groups();
-
-/// The index of the output with this name; the number of outputs: there is none.
-std::size_t output_index(const io::Device& device, const std::string& channel);
 
 }  // namespace hil::buses

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "runtime/buses/bus.hpp"
 
 namespace hil::buses {
@@ -35,20 +33,13 @@ const BusType& type_of(const config::BusSection& section) {
 std::vector<contribution::BusGroup> empty_groups() {
   std::vector<contribution::BusGroup> groups;
   for (const BusType& type : bus_types()) {
-    groups.push_back({.section = type.section.key,
+    groups.push_back({.list_key = type.section.key,
                       .title = type.title,
-                      .name_key = type.record_name_key,
+                      .name_key = type.section.name_key,
                       .columns = type.columns,
                       .buses = {}});
   }
   return groups;
-}
-
-std::size_t output_index(const io::Device& device, const std::string& channel) {
-  const auto outputs = device.outputs();
-  return static_cast<std::size_t>(
-      std::find_if(outputs.begin(), outputs.end(), [&](const auto& info) { return info.name == channel; }) -
-      outputs.begin());
 }
 
 }  // namespace hil::buses

@@ -75,7 +75,7 @@ bool check_scheduling() {
     for (const std::string& sentence : process.refused())
       line("", sentence);
   }
-  for (const std::string& sentence : executive::timing_limits(executive::read_machine_facts(), fifo))
+  for (const std::string& sentence : executive::timing_limits(executive::read_machine_state(), fifo))
     line("limits timing", sentence);
   return fifo;
 }
@@ -93,9 +93,9 @@ bool check_gpus() {
 
 void check_buses() {
   for (const buses::BusType& type : buses::bus_types()) {
-    if (type.machine_facts == nullptr) continue;
-    for (const buses::MachineFact& fact : type.machine_facts())
-      line(fact.topic.c_str(), fact.text);
+    if (type.doctor_lines == nullptr) continue;
+    for (const buses::DoctorLine& entry : type.doctor_lines())
+      line(entry.topic.c_str(), entry.text);
   }
 }
 

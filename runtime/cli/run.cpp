@@ -237,7 +237,7 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--duration", arguments->duration,
                       "run time at which the run ends, with its unit: 10s");
   command->add_option("--clock", arguments->clock, "realtime, or virtual: as fast as possible");
-  command->add_option("--out", arguments->directory, "folder of the run (default: out/<scenario>-<time>)");
+  command->add_option("--out", arguments->directory, "folder of the run (default: out/<file>-<time>)");
   command
       ->add_option("--set", arguments->overrides,
                    "change a value of the scenario: path=value; may be repeated")

@@ -71,6 +71,8 @@ StartFailure start_failure_of(const std::exception& error, const std::filesystem
   if (dynamic_cast<const run::MemoryError*>(&error) != nullptr) return lack_of_memory(error.what());
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
     return lack_of_memory("the run needs more than there is");
+  if (dynamic_cast<const run::StoppedError*>(&error) != nullptr)
+    return {Verdict::interrupted, run::exit_interrupted, error.what()};
   if (dynamic_cast<const run::GpuError*>(&error) != nullptr) return gpu_failure(error.what());
   if (dynamic_cast<const io::DeviceError*>(&error) != nullptr) return io_failure(error.what(), directory);
   if (const auto* setup = dynamic_cast<const modules::SetupError*>(&error))

@@ -1,5 +1,5 @@
 #pragma once
-// Why a run could not begin: verdict, exit code, and a sentence that says what to do.
+// Why a run could not begin: verdict, exit code, and a sentence that states what to do.
 
 #include <exception>
 #include <filesystem>

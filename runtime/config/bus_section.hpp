@@ -17,7 +17,7 @@
 
 namespace hil::config {
 
-struct Reading;
+struct ReaderContext;
 struct BusSectionType;
 
 /// One bus of a scenario: an entry of the list under its type's key. A type derives its own section from it.
@@ -36,17 +36,16 @@ class BusSection {
   /// "can.car": the name of its task; with a dot the beginning of its signals' names.
   std::string full_name() const;
 
-  /// Reads the keys of the type. The members above are set as far as they have no mistakes. An entry that is
-  /// not whole is read for its further mistakes and then left out.
-  virtual void read_entry(const Value& entry, Reading& reading) = 0;
-  /// Adds a mistake when the section does not fit the commands of the processes. `is_named`: some command has
-  /// its placeholder.
-  virtual void check_commands(bool is_named, Diagnostics& diagnostics) const {
-    static_cast<void>(is_named), static_cast<void>(diagnostics);
+  /// Reads the keys of the type. Called after the members above are read. An entry with a mistake is still
+  /// read, so that all its mistakes are reported, and is then discarded.
+  virtual void read_entry(const Value& entry, ReaderContext& reading) = 0;
+  /// Checks the section against the commands of the processes. `is_in_a_command`: a command contains the
+  /// placeholder of this bus.
+  virtual void check_commands(bool is_in_a_command, Diagnostics& diagnostics) const {
+    static_cast<void>(is_in_a_command), static_cast<void>(diagnostics);
   }
-  /// Whether a program that has its address gets the run time under the virtual clock, so that it can keep
-  /// step with the run.
-  virtual bool keeps_step() const { return true; }
+  /// Whether a program connected to this bus receives the run time under the virtual clock.
+  virtual bool gives_run_time() const { return true; }
 };
 
 using BusSections = std::vector<std::shared_ptr<const BusSection>>;
@@ -55,17 +54,19 @@ using BusSections = std::vector<std::shared_ptr<const BusSection>>;
 struct BusSectionType {
   std::string key;       ///< of the list in a scenario, and the first word of its signals' names: "can"
   std::string about;     ///< of that list, for the documentation: "The CAN buses."
-  std::string name_key;  ///< of an entry's name, for which --set looks: "bus", "unit" or "name"
+  std::string name_key;  ///< of an entry's name, by which --set finds the entry: "bus"
   std::string noun;      ///< one of them, in sentences: "CAN bus"
   std::string plural;    ///< "CAN buses"
   /// Of an entry: a record with `name_key`, `rate` and `may_be_lost`, and perhaps `priority`, of the schemas
-  /// in schema_parts.hpp.
+  /// in shared_schemas.hpp.
   Schema entry;
   bool has_address = true;  ///< its placeholder stands for an address in the command of a process
-  /// Which of them keep step, behind their placeholder: "of a unit with run_time". Empty: all.
-  std::string step_condition{};
-  /// What carries each value of a signal: "frame". Empty: only the newest value of a tick can be judged.
-  std::string arrival{};
+  /// A condition that follows the placeholder in a sentence: "of a unit with run_time". Empty: all buses of
+  /// the type give the run time.
+  std::string run_time_condition{};
+  /// The unit in which values arrive ("frame"): a response is judged per unit. Empty: a response is judged
+  /// once per tick, by the newest value.
+  std::string arrival_noun{};
   /// Its record counts the ticks whose outputs were not sent (contribution/bus_record.hpp), which
   /// realtime.max_lost limits.
   bool counts_dropped_releases = false;
@@ -74,7 +75,7 @@ struct BusSectionType {
   /// Adds the mistakes of sections that exclude each other. `sections`: all of the type that are whole. May
   /// be null.
   void (*check)(std::span<const std::shared_ptr<const BusSection>> sections,
-                Diagnostics& diagnostics) = nullptr;
+                ReaderContext& reading) = nullptr;
 
   /// "{can.BUS}"
   std::string placeholder() const;
@@ -82,10 +83,11 @@ struct BusSectionType {
 
 /// The placeholders of the types that have addresses: "{can.BUS} and {modbus.UNIT}".
 std::string address_placeholders(std::span<const BusSectionType> types);
-/// The same and {clock}: "{can.BUS}, {modbus.UNIT} or {clock}".
-std::string all_placeholders(std::span<const BusSectionType> types, const std::string& conjunction);
-/// Those by which a process keeps step: "{clock}, {can.BUS} and {modbus.UNIT} of a unit with run_time".
-std::string stepping_placeholders(std::span<const BusSectionType> types, const std::string& conjunction);
+/// The same and {clock}: "{can.BUS}, {modbus.UNIT} and {clock}".
+std::string all_placeholders(std::span<const BusSectionType> types);
+/// Those by which a process receives the run time: "{clock}, {can.BUS} and {modbus.UNIT} of a unit with
+/// run_time".
+std::string run_time_placeholders(std::span<const BusSectionType> types);
 
 /// Those sections that are of this class, in their order.
 template <class Section>

@@ -202,7 +202,7 @@ std::optional<Value> Checker::check_boolean(const TreeNode& tree, const Schema::
 std::optional<Value> Checker::check_integer(const TreeNode& tree, const Schema::Node& schema,
                                             const std::string& label) {
   if (!expect_scalar(tree, schema, label, false)) return std::nullopt;
-  const IntegerReading reading = read_integer(tree.scalar);
+  const ParsedInteger reading = read_integer(tree.scalar);
   if (!reading.fault.empty()) return wrong(tree, label, in_quotes(tree.scalar) + " " + reading.fault);
   if (reading.value < schema.minimum_integer || reading.value > schema.maximum_integer) {
     return wrong(tree, label, tree.scalar + " is out of range; it can be " + range_of(schema));
@@ -215,7 +215,7 @@ std::optional<Value> Checker::check_integer(const TreeNode& tree, const Schema::
 std::optional<Value> Checker::check_number(const TreeNode& tree, const Schema::Node& schema,
                                            const std::string& label) {
   if (!expect_scalar(tree, schema, label, false)) return std::nullopt;
-  const NumberReading reading = read_number(tree.scalar);
+  const ParsedNumber reading = read_number(tree.scalar);
   if (!reading.fault.empty()) return wrong(tree, label, in_quotes(tree.scalar) + " " + reading.fault);
   if (reading.length != tree.scalar.size()) {
     return wrong(tree, label,
@@ -325,7 +325,11 @@ void Checker::check_written_fields(Data& data, const TreeNode& tree, const Schem
     }
     std::vector<std::string> known = schema.field_names();
     if (!own_key.empty()) known.push_back(own_key);
-    diagnostics_.add(place_of(entry.key), "unknown key " + in_quotes(name) + suggestion(name, known));
+    const std::string new_name = schema.new_name_of(name);
+    diagnostics_.add(
+        place_of(entry.key),
+        "unknown key " + in_quotes(name) +
+            (new_name.empty() ? suggestion(name, known) : "; it was renamed to " + in_quotes(new_name)));
     if (diagnostics_.full()) return;
   }
 }

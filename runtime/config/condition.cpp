@@ -215,7 +215,7 @@ class ConditionParser {
       fail(at_, unexpected("a signal or a number"));
       return false;
     }
-    const NumberReading reading = read_number(text_.substr(at_));
+    const ParsedNumber reading = read_number(text_.substr(at_));
     if (!reading.fault.empty()) {
       fail(at_, in_quotes(text_.substr(at_, std::max<std::size_t>(reading.length, 1))) + " " + reading.fault);
       return false;

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "runtime/config/overrides.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 
 namespace hil::config {
 namespace {
@@ -27,7 +27,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   std::optional<TreeNode> tree = build_tree(source, diagnostics);
   if (!tree) return std::nullopt;
   const Schema schema = scenario_schema(types.buses);
-  apply_overrides(*tree, schema, overrides, diagnostics);
+  apply_overrides(*tree, schema, overrides, types.buses, diagnostics);
   bool sound = diagnostics.count() == mistakes_before;
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;
@@ -37,7 +37,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   Scenario scenario;
   std::error_code error;
   scenario.file = std::filesystem::absolute(path, error).lexically_normal().string();
-  Reading reading{.diagnostics = diagnostics, .types = types};
+  ReaderContext reading{.diagnostics = diagnostics, .types = types};
   const std::size_t mistakes_of_schema = diagnostics.count();
   read_general(*root, scenario, reading);
   read_world(*root, scenario, reading);

@@ -92,8 +92,8 @@ bool names_no_finite_number(std::string_view text) {
 
 }  // namespace
 
-NumberReading read_number(std::string_view text) {
-  NumberReading reading;
+ParsedNumber read_number(std::string_view text) {
+  ParsedNumber reading;
   const Parts parts = split(text);
   if (parts.length == 0) {
     reading.fault = names_no_finite_number(text) ? "is not a finite number" : "is not a number";
@@ -116,8 +116,8 @@ NumberReading read_number(std::string_view text) {
   return reading;
 }
 
-IntegerReading read_integer(std::string_view text) {
-  IntegerReading reading;
+ParsedInteger read_integer(std::string_view text) {
+  ParsedInteger reading;
   std::string_view digits = text;
   const bool negative = digits.starts_with('-');
   if (negative || digits.starts_with('+')) digits.remove_prefix(1);

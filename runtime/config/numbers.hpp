@@ -10,23 +10,23 @@
 
 namespace hil::config {
 
-struct NumberReading {
+struct ParsedNumber {
   double value = 0.0;
   std::size_t length = 0;  ///< bytes of the number at the front of the text; what follows is the caller's
-  std::string fault;       ///< empty, or a clause that says why it is no number
+  std::string fault;       ///< empty, or a clause that states why it is no number
 };
 
 /// The number at the front of `text`, correctly rounded to double. Too large or too small for a double is a
 /// fault.
-NumberReading read_number(std::string_view text);
+ParsedNumber read_number(std::string_view text);
 
-struct IntegerReading {
+struct ParsedInteger {
   std::int64_t value = 0;
   std::string fault;
 };
 
 /// The whole of `text` as a decimal or 0x... integer.
-IntegerReading read_integer(std::string_view text);
+ParsedInteger read_integer(std::string_view text);
 
 /// A decimal number (as read_number accepts it) times an integer unit, rounded half away from zero: "1.5" *
 /// 1'000'000 is exactly 1'500'000. Digits beyond the 18th significant one are dropped. Empty when it does not

@@ -1,7 +1,6 @@
 #include "runtime/config/overrides.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,8 +15,6 @@ namespace hil::config {
 namespace {
 
 using Shape = TreeNode::Shape;
-
-constexpr std::array<const char*, 5> identifying_keys{"name", "module", "bus", "unit", "message"};
 
 struct Step {
   std::string word;
@@ -35,11 +32,20 @@ std::vector<Step> split(const std::string& path) {
   }
 }
 
+/// The keys under which entries of lists have their names.
+std::vector<std::string> name_keys_of(std::span<const BusSectionType> buses) {
+  std::vector<std::string> keys{"name", "module", "message"};
+  for (const BusSectionType& type : buses) {
+    if (std::find(keys.begin(), keys.end(), type.name_key) == keys.end()) keys.push_back(type.name_key);
+  }
+  return keys;
+}
+
 /// The names by which an override finds an entry of a list.
-std::vector<std::string> words_of(const TreeNode& item) {
+std::vector<std::string> words_of(const TreeNode& item, const std::vector<std::string>& name_keys) {
   if (item.shape == Shape::scalar) return {item.scalar};
   std::vector<std::string> words;
-  for (const char* key : identifying_keys) {
+  for (const std::string& key : name_keys) {
     const TreeNode* const value = item.find(key);
     if (value != nullptr && value->shape == Shape::scalar) words.push_back(value->scalar);
   }
@@ -49,8 +55,13 @@ std::vector<std::string> words_of(const TreeNode& item) {
 /// One --set option: walks its path down the tree and sets the value.
 class Override {
  public:
-  Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps, Diagnostics& diagnostics)
-      : source_(std::move(source)), steps_(std::move(steps)), diagnostics_(diagnostics) {}
+  Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps,
+           std::span<const BusSectionType> buses, Diagnostics& diagnostics)
+      : source_(std::move(source)),
+        steps_(std::move(steps)),
+        buses_(buses),
+        name_keys_(name_keys_of(buses)),
+        diagnostics_(diagnostics) {}
 
   void apply(TreeNode& root, const Schema& schema, TreeNode value) {
     TreeNode* target = &root;
@@ -79,6 +90,24 @@ class Override {
     return refuse(step, "there is no " + in_quotes(path + steps_[step].word) +
                             (near.empty() ? suggestion(steps_[step].word, known)
                                           : "; did you mean " + in_quotes(path + near) + "?"));
+  }
+
+  TreeNode* refuse_renamed(std::size_t step, const std::string& new_name) {
+    const std::string path = prefix(step);
+    return refuse(step, "there is no " + in_quotes(path + steps_[step].word) + "; it was renamed to " +
+                            in_quotes(path + new_name));
+  }
+
+  /// Refuses the step below the list at step `list`, which the file does not have.
+  TreeNode* refuse_missing_list(std::size_t list) {
+    const std::string& entry = steps_[list + 1].word;
+    const std::string path = prefix(list) + steps_[list].word;
+    const auto type = std::find_if(buses_.begin(), buses_.end(), [&](const BusSectionType& known) {
+      return list == 0 && known.key == steps_[list].word;
+    });
+    const std::string missing =
+        type != buses_.end() ? type->noun + " " + in_quotes(entry) : in_quotes(path + "." + entry);
+    return refuse(list + 1, "there is no " + missing + ", since the file has no list " + in_quotes(path));
   }
 
   TreeNode make(Shape shape, std::size_t step) const {
@@ -129,7 +158,7 @@ class Override {
     std::vector<std::string> known;
     TreeNode* found = nullptr;
     for (TreeNode& item : list.items) {
-      for (std::string& name : words_of(item)) {
+      for (std::string& name : words_of(item, name_keys_)) {
         if (name == word) {
           if (found != nullptr && found != &item) {
             return refuse(
@@ -141,7 +170,7 @@ class Override {
       }
     }
     if (found != nullptr) return found;
-    const IntegerReading index = read_integer(word);
+    const ParsedInteger index = read_integer(word);
     if (!index.fault.empty()) return refuse_unknown(step, known);
     if (index.value < 0 || static_cast<std::size_t>(index.value) >= list.items.size()) {
       return refuse(step, "there is no entry " + word + "; the list has " +
@@ -161,6 +190,8 @@ class Override {
     if (rules != nullptr && (rules->kind == Kind::record || rules->kind == Kind::choice)) {
       known = fields_of(mapping, *rules);
       schema = field_of(mapping, *rules, word);
+      const std::string new_name = new_name_of(mapping, *rules, word);
+      if (schema == nullptr && !new_name.empty()) return refuse_renamed(step, new_name);
       if (std::find(known.begin(), known.end(), word) == known.end()) return refuse_unknown(step, known);
     } else if (rules != nullptr && rules->kind == Kind::map) {
       schema = &*rules->item;
@@ -168,6 +199,10 @@ class Override {
     } else {
       schema = nullptr;
     }
+    const TreeNode* const written = mapping.find(word);
+    const bool is_empty = written == nullptr || written->shape == Shape::nothing;
+    if (is_empty && !is_last && schema != nullptr && schema->node().kind == Kind::list)
+      return refuse_missing_list(step);
     if (!is_written) mapping.entries.push_back({key_node(step), make(Shape::mapping, step)});
     TreeNode* const value = mapping.find(word);
     if (value->shape == Shape::nothing && !is_last) *value = make(Shape::mapping, step);
@@ -202,13 +237,21 @@ class Override {
     return alternative != nullptr ? alternative->field(word) : nullptr;
   }
 
+  static std::string new_name_of(const TreeNode& mapping, const Schema::Node& rules,
+                                 const std::string& word) {
+    const Schema::Node* const fields = rules.kind == Kind::record ? &rules : alternative_of(mapping, rules);
+    return fields != nullptr ? fields->new_name_of(word) : "";
+  }
+
   std::shared_ptr<const SourceText> source_;
   std::vector<Step> steps_;
+  std::span<const BusSectionType> buses_;
+  std::vector<std::string> name_keys_;
   Diagnostics& diagnostics_;
 };
 
 void apply_override(TreeNode& root, const Schema& schema, const std::string& option,
-                    Diagnostics& diagnostics) {
+                    std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
   const std::size_t equals = option.find('=');
   if (equals == std::string::npos) {
     diagnostics.add({"--set " + option, 1, 1}, "expected path=value, as in dut.enabled=false");
@@ -225,13 +268,13 @@ void apply_override(TreeNode& root, const Schema& schema, const std::string& opt
     return;
   }
   std::optional<TreeNode> value = build_tree_from(source, equals + 1, diagnostics);
-  if (value) Override(source, std::move(steps), diagnostics).apply(root, schema, std::move(*value));
+  if (value) Override(source, std::move(steps), buses, diagnostics).apply(root, schema, std::move(*value));
 }
 
 }  // namespace
 
 void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
-                     Diagnostics& diagnostics) {
+                     std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
   std::map<std::string, std::string> values;
   for (const std::string& option : overrides) {
     const std::size_t equals = std::min(option.find('='), option.size());
@@ -239,7 +282,7 @@ void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::
     const std::string value = option.substr(std::min(equals + 1, option.size()));
     const auto [first, is_new] = values.emplace(path, value);
     if (is_new) {
-      apply_override(root, schema, option, diagnostics);
+      apply_override(root, schema, option, buses, diagnostics);
     } else {
       diagnostics.add({"--set " + path, 1, 1}, in_quotes(path) +
                                                    " is set twice: " + in_quotes(first->second) + " and " +

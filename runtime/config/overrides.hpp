@@ -4,7 +4,8 @@
 // "path=value".
 //
 //   dut.enabled=false                          keys joined by dots
-//   tasks.scanner.parameters.columns=96        an entry of a list: by its name, module, bus, unit or message,
+//   tasks.scanner.parameters.columns=96        an entry of a list: by its name, module or message, of a bus
+//                                              by its name_key (bus_section.hpp),
 //   can.car.receive.BrakeCommand.timeout=1 s   or by its text when it is a bare word,
 //   world.entities.0.mask=[static]             or by its index, from 0
 //
@@ -14,14 +15,16 @@
 #include <span>
 #include <string>
 
+#include "runtime/config/bus_section.hpp"
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/schema.hpp"
 #include "runtime/config/tree.hpp"
 
 namespace hil::config {
 
-/// Each override that can not be applied is a mistake and changes nothing; the others are applied.
+/// Each override that can not be applied is a mistake and changes nothing; the others are applied. `buses`:
+/// the types of bus of a scenario; empty for another document.
 void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
-                     Diagnostics& diagnostics);
+                     std::span<const BusSectionType> buses, Diagnostics& diagnostics);
 
 }  // namespace hil::config

@@ -16,7 +16,7 @@ std::optional<Value> parse_source(const std::shared_ptr<const SourceText>& sourc
   const std::size_t mistakes_before = diagnostics.count();
   std::optional<TreeNode> tree = build_tree(source, diagnostics);
   if (!tree) return std::nullopt;
-  apply_overrides(*tree, schema, overrides, diagnostics);
+  apply_overrides(*tree, schema, overrides, {}, diagnostics);
   std::optional<Value> value = check_tree(*tree, schema, diagnostics);
   if (diagnostics.count() != mistakes_before) return std::nullopt;
   return value;

@@ -1,12 +1,9 @@
-#include <algorithm>
-#include <cctype>
-
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 
 namespace hil::config {
 namespace {
 
-void read_common(const Value& entry, UniqueNames& names, BusSection& section, Reading& reading) {
+void read_common(const Value& entry, UniqueNames& names, BusSection& section, ReaderContext& reading) {
   if (const std::optional<Word> name = word_in(entry, section.type->name_key)) {
     names.add(*name);
     reading.bus_names[section.type->key].push_back(name->text);
@@ -25,56 +22,9 @@ void read_common(const Value& entry, UniqueNames& names, BusSection& section, Re
   if (entry.has("priority")) section.thread_priority = static_cast<int>(entry["priority"].integer());
 }
 
-std::vector<std::string> placeholders_of(std::span<const BusSectionType> types, bool with_condition) {
-  std::vector<std::string> all;
-  for (const BusSectionType& type : types) {
-    if (!type.has_address) continue;
-    const bool is_longer = with_condition && !type.step_condition.empty();
-    all.push_back(type.placeholder() + (is_longer ? " " + type.step_condition : ""));
-  }
-  return all;
-}
-
-/// "a, b and c"
-std::string joined(const std::vector<std::string>& words, const std::string& conjunction) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const bool is_last = i + 1 == words.size();
-    text += (i == 0 ? "" : is_last ? " " + conjunction + " " : ", ") + words[i];
-  }
-  return text;
-}
-
 }  // namespace
 
-std::string BusSection::full_name() const {
-  return type->key + "." + name.text;
-}
-
-std::string BusSectionType::placeholder() const {
-  std::string upper = name_key;
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::toupper(letter)); });
-  return "{" + key + "." + upper + "}";
-}
-
-std::string address_placeholders(std::span<const BusSectionType> types) {
-  return joined(placeholders_of(types, false), "and");
-}
-
-std::string all_placeholders(std::span<const BusSectionType> types, const std::string& conjunction) {
-  std::vector<std::string> all = placeholders_of(types, false);
-  all.push_back("{clock}");
-  return joined(all, conjunction);
-}
-
-std::string stepping_placeholders(std::span<const BusSectionType> types, const std::string& conjunction) {
-  std::vector<std::string> all = placeholders_of(types, true);
-  all.insert(all.begin(), "{clock}");
-  return joined(all, conjunction);
-}
-
-void read_buses(const Value& root, Scenario& scenario, Reading& reading) {
+void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading) {
   for (const BusSectionType& type : reading.types.buses) {
     const Value* const list = part_of(root, type.key);
     if (list == nullptr) continue;
@@ -87,7 +37,7 @@ void read_buses(const Value& root, Scenario& scenario, Reading& reading) {
       section->read_entry(entry, reading);
       if (is_whole(entry)) scenario.buses.push_back(std::move(section));
     }
-    if (type.check != nullptr) type.check(std::span(scenario.buses).subspan(first), reading.diagnostics);
+    if (type.check != nullptr) type.check(std::span(scenario.buses).subspan(first), reading);
   }
 }
 

@@ -1,4 +1,5 @@
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {
@@ -34,7 +35,7 @@ std::optional<Claim> read_claim(const Value& value, std::int64_t duration_ns, Di
 
 }  // namespace
 
-void read_expectations(const Value& root, Scenario& scenario, Reading& reading) {
+void read_expectations(const Value& root, Scenario& scenario, ReaderContext& reading) {
   const Value* const list = part_of(root, "expectations");
   if (list == nullptr) return;
   UniqueNames names("expectation", reading.diagnostics);

@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "runtime/config/numbers.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 
 namespace hil::config {
 namespace {
@@ -33,7 +33,7 @@ void read_realtime(const Value& value, Realtime& realtime) {
 
 }  // namespace
 
-void read_general(const Value& root, Scenario& scenario, Reading& reading) {
+void read_general(const Value& root, Scenario& scenario, ReaderContext& reading) {
   if (root.has("scenario")) scenario.name = root["scenario"].text();
   if (root.has("about")) scenario.about = root["about"].text();
   if (root.has("base_rate")) reading.base = read_base_rate(root["base_rate"], reading.diagnostics);

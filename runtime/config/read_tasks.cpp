@@ -1,4 +1,5 @@
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {
@@ -12,7 +13,7 @@ std::vector<std::string> names_of(const SchemaOfModules& modules) {
 }
 
 /// The second parse of the parameters, done even when the rest of the task is wrong.
-std::optional<Value> read_parameters(const Value& task, Reading& reading) {
+std::optional<Value> read_parameters(const Value& task, ReaderContext& reading) {
   const std::optional<Word> type = word_in(task, "type");
   if (!type) return std::nullopt;
   const auto known = reading.types.modules.find(type->text);
@@ -64,7 +65,7 @@ void read_budget(const Value& value, TaskSection& task, Diagnostics& diagnostics
   }
 }
 
-void read_timing(const Value& value, TaskSection& task, const Reading& reading) {
+void read_timing(const Value& value, TaskSection& task, const ReaderContext& reading) {
   const std::optional<std::uint32_t> ticks = ticks_between(value["rate"], reading);
   if (!ticks || !reading.base) return;
   task.every_ticks = *ticks;
@@ -86,7 +87,7 @@ std::vector<InputLink> read_inputs(const Value& map) {
 
 }  // namespace
 
-void read_tasks(const Value& root, Scenario& scenario, Reading& reading) {
+void read_tasks(const Value& root, Scenario& scenario, ReaderContext& reading) {
   const Value* const list = part_of(root, "tasks");
   if (list == nullptr) return;
   UniqueNames names("module", reading.diagnostics);

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "runtime/config/numbers.hpp"
-#include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/section_readers.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {
@@ -170,7 +170,7 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   return entity;
 }
 
-void read_entities(const Value& list, Scenario& scenario, Reading& reading) {
+void read_entities(const Value& list, Scenario& scenario, ReaderContext& reading) {
   World& world = scenario.world;
   UniqueNames names("entity", reading.diagnostics);
   for (const Value& value : list.items()) {
@@ -221,13 +221,12 @@ std::optional<std::uint32_t> Layers::add(std::string_view name) {
   return bit(name);
 }
 
-void read_world(const Value& root, Scenario& scenario, Reading& reading) {
+void read_world(const Value& root, Scenario& scenario, ReaderContext& reading) {
   const Value* const value = part_of(root, "world");
   if (value == nullptr) return;
   World& world = scenario.world;
   if (value->has("gpu")) {
     world.gpu = (*value)["gpu"].text();
-    world.gpu_place = (*value)["gpu"].place();
   }
   world.max_entities = count_in(*value, "max_entities");
   world.max_geometries = count_in(*value, "max_geometries");

@@ -39,15 +39,7 @@ const Value* part_of(const Value& record, const std::string& field) {
   return record.has(field) ? &record[field] : nullptr;
 }
 
-std::string format_duration(std::int64_t nanoseconds) {
-  const auto value = static_cast<double>(nanoseconds);
-  if (nanoseconds == 0) return "0 ms";
-  if (nanoseconds % 1'000'000'000 == 0) return format_number(value / 1e9) + " s";
-  if (std::abs(nanoseconds) >= 1'000'000) return format_number(value / 1e6) + " ms";
-  return std::abs(nanoseconds) >= 1'000 ? format_number(value / 1e3) + " us" : format_number(value) + " ns";
-}
-
-std::optional<std::uint32_t> ticks_between(const Value& rate, const Reading& reading) {
+std::optional<std::uint32_t> ticks_between(const Value& rate, const ReaderContext& reading) {
   if (!reading.base) return std::nullopt;
   const double base_hz = reading.base->hz;
   const double ratio = base_hz / rate.number();

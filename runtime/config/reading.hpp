@@ -21,7 +21,7 @@ struct BaseRate {
 };
 
 /// The state that the readers share.
-struct Reading {
+struct ReaderContext {
   Diagnostics& diagnostics;
   const ScenarioTypes& types;
   std::optional<BaseRate> base{};  ///< empty: it was a mistake; rates are then not checked
@@ -51,12 +51,9 @@ std::optional<Word> word_in(const Value& record, const std::string& field);
 /// The list or map field, if it is there.
 const Value* part_of(const Value& record, const std::string& field);
 
-/// "1.5 ms"
-std::string format_duration(std::int64_t nanoseconds);
-
 /// The base rate divided by `rate`; empty with a mistake (naming the nearest rates that do) when that is no
 /// whole number. Without a base rate: empty, no mistake.
-std::optional<std::uint32_t> ticks_between(const Value& rate, const Reading& reading);
+std::optional<std::uint32_t> ticks_between(const Value& rate, const ReaderContext& reading);
 
 /// `duration` / `unit_ns`; empty with a mistake when that is no whole number. `unit_name`: "the base period".
 std::optional<std::int64_t> multiple_of(const Value& duration, std::int64_t unit_ns, const std::string& field,

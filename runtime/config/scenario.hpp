@@ -91,7 +91,6 @@ class Layers {
 
 struct World {
   std::string gpu;  ///< a device's name, its index, or "auto"
-  Place gpu_place;
   std::uint32_t max_entities = 0;
   std::uint32_t max_geometries = 0;
   std::uint32_t retained_changes = 0;

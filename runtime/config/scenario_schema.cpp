@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "runtime/config/scenario.hpp"
-#include "runtime/config/schema_parts.hpp"
+#include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {
@@ -30,8 +30,8 @@ std::string nouns(std::span<const BusSectionType> buses, const Has& has) {
   return text;
 }
 
-/// Which outputs max_lost limits, too. Empty: those of no type.
-std::string of_dropped_outputs(std::span<const BusSectionType> buses) {
+/// The words on unsent outputs in the documentation of max_lost; empty when no type counts them.
+std::string unsent_outputs_words(std::span<const BusSectionType> buses) {
   const std::string noun =
       nouns(buses, [](const BusSectionType& type) { return type.counts_dropped_releases; });
   return noun.empty() ? "" : ", and of each " + noun + "'s outputs that were not sent";
@@ -44,16 +44,16 @@ Schema realtime_schema(std::span<const BusSectionType> buses) {
           "The Linux scheduling class of the base thread. What the machine refuses is reported as degraded."),
       Field::with_default("priority", Schema::integer(2, highest_priority), "60",
                           "The priority of the base thread under fifo. The database's engine thread has the "
-                          "same priority, the GPU "
-                          "driver's threads two less, task threads one less and lower, never below 1."),
+                          "same priority, the GPU driver's threads two less, task threads one less and "
+                          "lower, never below 1."),
       Field::with_default("lock_memory", Schema::boolean(), "true",
                           "Whether all memory of the program stays in RAM."),
       Field::with_default("cpus", Schema::list(Schema::integer(0, 1023), 0, 1024), "[]",
                           "The processors that the base thread and the task threads may run on. Empty: all."),
       Field::with_default("max_lost", Schema::quantity(Quantity::share, 0.0, 1.0), "5 %",
-                          "The largest permitted share of given-up ticks, of each task's releases that were "
+                          "The largest permitted share of skipped ticks, of each task's releases that were "
                           "skipped, aborted or left without a result of the database" +
-                              of_dropped_outputs(buses) +
+                              unsent_outputs_words(buses) +
                               ". Above it the run's timing is broken (exit code 3)."),
       Field::optional("watchdog", duration_schema(1e-3),
                       "The run ends, with outputs in their safe state, when the base thread completes no "
@@ -191,7 +191,7 @@ Schema process_schema(std::span<const BusSectionType> buses) {
           "free_running", Schema::boolean(), "false",
           "true permits, under clock: virtual, a process that can not keep step with the run: its command "
           "has none of " +
-              stepping_placeholders(buses, "and") + "."),
+              run_time_placeholders(buses) + "."),
       Field::with_default(
           "start_timeout", duration_schema(1e-3, 3600.0), "5 s",
           "The longest wall-clock time until the process has connected to the virtual buses of its command."),
@@ -202,8 +202,8 @@ Schema process_schema(std::span<const BusSectionType> buses) {
 std::string meaning_of_request(std::span<const BusSectionType> buses) {
   std::string text;
   for (const BusSectionType& type : buses) {
-    if (!type.arrival.empty())
-      text += " Of a signal on a " + type.noun + ", each " + type.arrival + " is a request.";
+    if (!type.arrival_noun.empty())
+      text += " Of a signal on a " + type.noun + ", each " + type.arrival_noun + " is a request.";
   }
   return text;
 }

@@ -202,6 +202,12 @@ Field Field::optional(std::string name, Schema schema, std::string about) {
   return {std::move(name), std::move(schema), std::nullopt, false, std::move(about)};
 }
 
+Field Field::renamed_from(std::string earlier_name) const {
+  Field field = *this;
+  field.old_name = std::move(earlier_name);
+  return field;
+}
+
 const Schema* Schema::Node::field(const std::string& name) const {
   for (const auto* list : {&fields, &exclusive}) {
     for (const SchemaField& known : *list) {
@@ -216,6 +222,16 @@ std::vector<std::string> Schema::Node::field_names() const {
   for (std::string& name : names_of(fields))
     names.push_back(std::move(name));
   return names;
+}
+
+std::string Schema::Node::new_name_of(const std::string& name) const {
+  if (name.empty()) return {};
+  for (const auto* list : {&fields, &exclusive}) {
+    for (const SchemaField& known : *list) {
+      if (known.field.old_name == name) return known.field.name;
+    }
+  }
+  return {};
 }
 
 std::vector<std::string> Schema::Node::exclusive_names() const {

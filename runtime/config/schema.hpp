@@ -96,11 +96,14 @@ struct Field {
   /// absent.
   std::optional<std::string> default_yaml;
   bool required = false;
-  std::string about;  ///< one sentence for the documentation and for error messages
+  std::string about;       ///< one sentence for the documentation and for error messages
+  std::string old_name{};  ///< an earlier name, which is refused with `name`; empty: there is none
 
   static Field needed(std::string name, Schema schema, std::string about);
   static Field with_default(std::string name, Schema schema, std::string default_yaml, std::string about);
   static Field optional(std::string name, Schema schema, std::string about);
+  /// This field, with its earlier name.
+  Field renamed_from(std::string earlier_name) const;
 };
 
 /// A checked value and its place. The place of a field with its default is that of its record. Cheap to copy.

@@ -41,6 +41,8 @@ struct Schema::Node {
   /// The schema under a field's name, or null.
   const Schema* field(const std::string& name) const;
   std::vector<std::string> field_names() const;
+  /// The name of the field with this old name; empty: there is none.
+  std::string new_name_of(const std::string& name) const;
   std::vector<std::string> exclusive_names() const;
   std::vector<std::string> alternative_names() const;
   const Schema* alternative(const std::string& word) const;

@@ -99,9 +99,10 @@ std::string too_large(std::uintmax_t bytes) {
 
 std::optional<std::string> read_bytes(const std::string& path, Diagnostics& diagnostics) {
   const auto refuse = [&](const std::string& why) {
-    diagnostics.add({path, 0, 0}, why);
+    diagnostics.add({path.empty() ? "''" : path, 0, 0}, why);
     return std::nullopt;
   };
+  if (path.empty()) return refuse("the name of a file is needed, not an empty text");
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found) return refuse("there is no such file");

@@ -118,7 +118,7 @@ std::string unit_list(Quantity quantity) {
 QuantityReading read_quantity(std::string_view text, Quantity quantity) {
   QuantityReading reading;
   text = trimmed(text);
-  const NumberReading number = read_number(text);
+  const ParsedNumber number = read_number(text);
   if (number.length == 0) {
     reading.fault = number.fault + " with a unit; " + written_in(quantity);
     return reading;
@@ -160,6 +160,14 @@ QuantityReading read_quantity(std::string_view text, Quantity quantity) {
 
 std::string format_quantity(double value_si, const Unit& unit) {
   return format_number(value_si * unit.denominator / unit.numerator) + " " + std::string(unit.symbol);
+}
+
+std::string format_duration(std::int64_t nanoseconds) {
+  const auto value = static_cast<double>(nanoseconds);
+  if (nanoseconds == 0) return "0 ms";
+  if (nanoseconds % 1'000'000'000 == 0) return format_number(value / 1e9) + " s";
+  if (std::abs(nanoseconds) >= 1'000'000) return format_number(value / 1e6) + " ms";
+  return std::abs(nanoseconds) >= 1'000 ? format_number(value / 1e3) + " us" : format_number(value) + " ns";
 }
 
 }  // namespace hil::config

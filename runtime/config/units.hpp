@@ -31,7 +31,7 @@ struct QuantityReading {
   double value_si = 0.0;
   std::int64_t nanoseconds = 0;  ///< durations
   const Unit* unit = nullptr;
-  std::string fault;  ///< empty, or a clause that says what is wrong and which units would do
+  std::string fault;  ///< empty, or a clause that states what is wrong and which units would do
 };
 
 /// "50 km/h" (the blank is optional). A duration is exact to the nanosecond, and its value in seconds is the
@@ -40,5 +40,8 @@ QuantityReading read_quantity(std::string_view text, Quantity quantity);
 
 /// A value in SI, written in `unit`: "50 km/h".
 std::string format_quantity(double value_si, const Unit& unit);
+
+/// "1.5 ms"
+std::string format_duration(std::int64_t nanoseconds);
 
 }  // namespace hil::config

@@ -6,6 +6,7 @@
 // A double that is not known is NaN; files hold null for it and the page shows a dash. Threads: plain data.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -22,28 +23,37 @@ struct BusField {
   std::variant<std::uint64_t, double, std::string, std::vector<BusRow>> value;
 };
 
-/// "3 frames missing in the log": the count with its noun, then the words.
+/// A sentence on something that happened `count` times: "3 frames are missing in the log".
 struct BusSentence {
   std::uint64_t count = 0;
-  std::string one{};    ///< the noun: "frame"
-  std::string many{};   ///< "frames"
-  std::string words{};  ///< without a full stop
+  std::string text{};  ///< the whole sentence, with the count, without a full stop
 };
 
-/// Adds the sentence unless the count is zero.
-inline void add_sentence(std::vector<BusSentence>& sentences, std::uint64_t count, std::string one,
-                         std::string many, std::string words) {
-  if (count > 0) sentences.push_back({count, std::move(one), std::move(many), std::move(words)});
+/// "3 frames are missing in the log". Adds nothing when the count is zero. The subjects have the verb if it
+/// differs: "frame is", "frames are".
+inline void add_sentence(std::vector<BusSentence>& sentences, std::uint64_t count,
+                         const std::string& singular, const std::string& plural,
+                         const std::string& predicate) {
+  if (count == 0) return;
+  sentences.push_back(
+      {count, std::to_string(count) + ' ' + (count == 1 ? singular : plural) + ' ' + predicate});
 }
 
-/// The key of the number of ticks whose outputs were not sent, which realtime.max_lost limits.
-inline constexpr const char* dropped_releases_key = "dropped_releases";
+/// "the connection was restored 3 times". Adds nothing when the count is zero.
+inline void add_repetition(std::vector<BusSentence>& sentences, std::uint64_t count,
+                           const std::string& sentence) {
+  if (count == 0) return;
+  sentences.push_back({count, sentence + ' ' + (count == 1 ? "once" : std::to_string(count) + " times")});
+}
 
 struct BusRecord {
   std::string name{};
   std::vector<BusField> fields{};      ///< in the order of the file, behind the name
   std::vector<BusSentence> faults{};   ///< for the console and the page
   std::vector<BusSentence> remarks{};  ///< for the page alone
+  /// Ticks whose outputs were not sent, which realtime.max_lost limits; empty: the type does not count them.
+  /// Only in memory; a type that counts them has a field for them too.
+  std::optional<std::uint64_t> dropped_releases{};
 
   /// Null: it has no field with this key.
   const BusField* find(const std::string& key) const {
@@ -63,7 +73,7 @@ struct BusColumn {
 
 /// The buses of one type. Every field that a column shows is in each record.
 struct BusGroup {
-  std::string section{};   ///< the key of their list in report.json, and in a scenario: "can"
+  std::string list_key{};  ///< of their list in report.json, and in a scenario: "can"
   std::string title{};     ///< of the table: "CAN"
   std::string name_key{};  ///< of the name in each record: "bus"
   std::vector<BusColumn> columns{};

@@ -115,7 +115,7 @@ MissCause Accounting::cause_of_skip(const TickRecord& tick) const noexcept {
   const std::int64_t begin_ns = slept ? tick.frame_begin_ns : last_tick_.awake_ns;
   const std::int64_t lost_ns = tick.awake_ns - begin_ns;
   if (stall_detector_.pause_ns(begin_ns, tick.awake_ns, lost_ns) * 2 >= lost_ns) return MissCause::host_pause;
-  return slept ? MissCause::late_wakeup : MissCause::earlier_task;
+  return slept ? MissCause::late_wake_up : MissCause::earlier_task;
 }
 
 void Accounting::write_into(RunResult& result, const Slots& slots, std::int64_t start_ns) const {

@@ -23,7 +23,7 @@ bool BaseLoop::run(const std::atomic<bool>& stop_requested) noexcept {
   hooks_.before_first_tick(start_ns_);
   while (options_.duration_ticks == 0 || next_tick_ < options_.duration_ticks) {
     if (!wait_for_tick(stop_requested)) return true;
-    const std::uint64_t skipped = give_up_late_ticks();
+    const std::uint64_t skipped = skip_late_ticks();
     next_tick_ += skipped;
     run_tick(skipped);
     ++next_tick_;
@@ -45,7 +45,7 @@ bool BaseLoop::wait_for_tick(const std::atomic<bool>& stop_requested) noexcept {
   return !stop_requested.load(std::memory_order_relaxed);
 }
 
-std::uint64_t BaseLoop::give_up_late_ticks() noexcept {
+std::uint64_t BaseLoop::skip_late_ticks() noexcept {
   const auto latest_due = static_cast<std::uint64_t>((awake_ns_ - start_ns_) / options_.base_period_ns);
   if (latest_due <= next_tick_ + options_.catch_up_ticks) return 0;
   // The last tick of the run always runs, however late.
@@ -128,7 +128,7 @@ void BaseLoop::run_here(TaskSlot& slot, std::uint64_t tick) noexcept {
   slot.task.step(info);
   slot.task.publish(info);
   record.finish_ns = clock_.now_ns();
-  // One reading serves as the end of this run and the begin of the next.
+  // One reading serves as the end of this run and the beginning of the next.
   last_usage_ = read_thread_usage(probe_);
   last_usage_is_valid_ = true;
   record_usage(record, before, last_usage_);

@@ -47,7 +47,7 @@ class BaseLoop {
     return start_ns_ + static_cast<std::int64_t>(tick) * options_.base_period_ns;
   }
   bool wait_for_tick(const std::atomic<bool>& stop_requested) noexcept;
-  std::uint64_t give_up_late_ticks() noexcept;
+  std::uint64_t skip_late_ticks() noexcept;
   void run_tick(std::uint64_t skipped_before) noexcept;
   void run_tasks(std::uint64_t tick) noexcept;
 

@@ -80,7 +80,7 @@ void note_machine(const RealtimeOptions& wanted, const ThreadRealtime& thread, c
     add_once(outcome.degraded, refused);
   for (const std::string& refused : process.refused())
     add_once(outcome.degraded, refused);
-  for (std::string& limit : timing_limits(read_machine_facts(), wanted.scheduler == Scheduler::fifo)) {
+  for (std::string& limit : timing_limits(read_machine_state(), wanted.scheduler == Scheduler::fifo)) {
     add_once(outcome.degraded, std::move(limit));
   }
 }

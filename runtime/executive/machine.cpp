@@ -39,8 +39,8 @@ std::vector<std::string> governors_below(const fs::path& cpus) {
 
 }  // namespace
 
-MachineFacts read_machine_facts(const std::string& root) {
-  MachineFacts facts;
+MachineState read_machine_state(const std::string& root) {
+  MachineState facts;
   facts.preempt_rt = first_line(root + "/sys/kernel/realtime") == "1" ||
                      first_line(root + "/proc/version").find("PREEMPT_RT") != std::string::npos;
   timespec resolution{};
@@ -53,7 +53,7 @@ MachineFacts read_machine_facts(const std::string& root) {
   return facts;
 }
 
-std::vector<std::string> timing_limits(const MachineFacts& facts, bool fifo) {
+std::vector<std::string> timing_limits(const MachineState& facts, bool fifo) {
   std::vector<std::string> limits;
   if (!facts.preempt_rt) limits.emplace_back("the kernel is not PREEMPT_RT: wake-up latency has no bound");
   if (facts.timer_resolution_ns > 1'000) {

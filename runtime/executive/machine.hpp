@@ -8,7 +8,7 @@
 
 namespace hil::executive {
 
-struct MachineFacts {
+struct MachineState {
   bool preempt_rt = false;
   std::int64_t timer_resolution_ns = 0;
   std::vector<std::string>
@@ -20,9 +20,9 @@ struct MachineFacts {
 };
 
 /// `root` is the folder that contains /proc and /sys: "" on a machine, another folder in tests.
-MachineFacts read_machine_facts(const std::string& root = "");
+MachineState read_machine_state(const std::string& root = "");
 
 /// One sentence for each property that impairs timing. `fifo`: SCHED_FIFO was requested.
-std::vector<std::string> timing_limits(const MachineFacts& facts, bool fifo);
+std::vector<std::string> timing_limits(const MachineState& facts, bool fifo);
 
 }  // namespace hil::executive

@@ -16,10 +16,10 @@ std::int64_t span_ns(std::int64_t begin_ns, std::int64_t end_ns) noexcept {
   return std::max<std::int64_t>(end_ns - begin_ns, 0);
 }
 
-void take_apart_wait(const RunEvidence& run, DelayParts& parts) noexcept {
+void attribute_wait(const RunEvidence& run, DelayParts& parts) noexcept {
   const std::int64_t base_wake_ns = std::clamp(run.base_wake_ns, run.release_ns, run.ready_ns);
   const std::int64_t thread_free_ns = std::clamp(run.thread_free_ns, run.ready_ns, run.start_ns);
-  parts[MissCause::late_wakeup] =
+  parts[MissCause::late_wake_up] =
       span_ns(run.release_ns, base_wake_ns) + span_ns(thread_free_ns, run.start_ns);
   parts[MissCause::earlier_task] =
       span_ns(base_wake_ns, run.ready_ns) + span_ns(run.ready_ns, thread_free_ns);
@@ -32,14 +32,14 @@ void take_apart_wait(const RunEvidence& run, DelayParts& parts) noexcept {
     parts[run.same_task_cause] += inherited_ns;
   }
   std::int64_t paused_ns = run.pause_before_start_ns;
-  for (const MissCause delayed : {MissCause::late_wakeup, MissCause::earlier_task}) {
+  for (const MissCause delayed : {MissCause::late_wake_up, MissCause::earlier_task}) {
     const std::int64_t moved_ns = std::min(paused_ns, parts[delayed]);
     move_time(parts[delayed], parts[MissCause::host_pause], moved_ns);
     paused_ns -= moved_ns;
   }
 }
 
-void take_apart_step(const RunEvidence& run, DelayParts& parts) noexcept {
+void attribute_step(const RunEvidence& run, DelayParts& parts) noexcept {
   const std::int64_t wall_ns = span_ns(run.start_ns, run.finish_ns);
   const std::int64_t blocked_ns = std::clamp<std::int64_t>(run.blocked_ns, 0, wall_ns);
   // A spinning wait uses CPU time but still counts as the database's.
@@ -63,20 +63,20 @@ void take_apart_step(const RunEvidence& run, DelayParts& parts) noexcept {
 
 const char* to_string(MissCause cause) noexcept {
   switch (cause) {
-    case MissCause::late_wakeup:
-      return "late_wakeup";
+    case MissCause::late_wake_up:
+      return "late wake-up";
     case MissCause::own_work:
-      return "own_work";
+      return "own work";
     case MissCause::database:
       return "database";
     case MissCause::earlier_task:
-      return "earlier_task";
+      return "earlier task";
     case MissCause::preempted:
       return "preempted";
     case MissCause::page_fault:
-      return "page_fault";
+      return "page fault";
     case MissCause::host_pause:
-      return "host_pause";
+      return "host pause";
   }
   return "unknown";
 }
@@ -86,10 +86,10 @@ MissCause DelayParts::largest() const noexcept {
   return *found == 0 ? MissCause::own_work : static_cast<MissCause>(found - parts_ns_.begin());
 }
 
-DelayParts take_apart(const RunEvidence& run) noexcept {
+DelayParts attribute_delay(const RunEvidence& run) noexcept {
   DelayParts parts;
-  take_apart_wait(run, parts);
-  take_apart_step(run, parts);
+  attribute_wait(run, parts);
+  attribute_step(run, parts);
   return parts;
 }
 

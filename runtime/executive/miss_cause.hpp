@@ -12,9 +12,9 @@
 namespace hil::executive {
 
 enum class MissCause : std::uint8_t {
-  late_wakeup,  ///< the kernel woke the base thread, or the task's thread, late
-  own_work,     ///< the step used more CPU time than its budget (without a budget: than its deadline)
-  database,     ///< the step waited for the database
+  late_wake_up,  ///< the kernel woke the base thread, or the task's thread, late
+  own_work,      ///< the step used more CPU time than its budget (without a budget: than its deadline)
+  database,      ///< the step waited for the database
   /// It started late because of what ran before it: hooks and tasks of this tick, or of one that overran.
   earlier_task,
   /// It neither computed nor waited for the database: another thread had the CPU, or the step slept.
@@ -24,7 +24,7 @@ enum class MissCause : std::uint8_t {
 };
 inline constexpr std::size_t miss_cause_count = 7;
 
-/// The name in report.json.
+/// Its words in report.json and in texts: "late wake-up".
 const char* to_string(MissCause cause) noexcept;
 
 /// Delays by cause, in nanoseconds. Their sum is at most the time from release to finish.
@@ -69,6 +69,6 @@ struct RunEvidence {
   MissCause same_task_cause = MissCause::own_work;
 };
 
-DelayParts take_apart(const RunEvidence& run) noexcept;
+DelayParts attribute_delay(const RunEvidence& run) noexcept;
 
 }  // namespace hil::executive

@@ -61,7 +61,7 @@ struct TaskResult {
 struct Skip {
   std::uint64_t tick = 0;                     ///< the first skipped tick
   std::uint64_t count = 0;                    ///< how many
-  MissCause cause = MissCause::earlier_task;  ///< late_wakeup, host_pause or earlier_task
+  MissCause cause = MissCause::earlier_task;  ///< late_wake_up, host_pause or earlier_task
 };
 
 struct BaseResult {

@@ -54,7 +54,7 @@ DelayParts TaskAccount::explain(const RunRecord& run,
   evidence.standstill_in_step_ns = stall_detector.standstill_ns(run.start_ns, run.finish_ns);
   evidence.same_task_until_ns = last_finish_ns_;
   evidence.same_task_cause = last_cause_;
-  return take_apart(evidence);
+  return attribute_delay(evidence);
 }
 
 void TaskAccount::measure(const RunRecord& run) noexcept {

@@ -144,7 +144,7 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
 
 std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::RecordedScanner& scanner,
                                                      std::int64_t time_ns) {
-  const modules::ScannerFacts& facts = scanner.facts();
+  const modules::ScannerDescription& facts = scanner.facts();
   const std::int64_t sweeps = std::max<std::int64_t>(time_ns - facts.first_sweep_ns, 0) / facts.sweep_ns;
   const std::int64_t begin_ns = facts.first_sweep_ns + sweeps * facts.sweep_ns;
   return {begin_ns, begin_ns + facts.sweep_ns};
@@ -152,7 +152,7 @@ std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::RecordedScan
 
 Sweep Past::scan(const modules::RecordedScanner& scanner, std::int64_t time_ns) {
   using ScannerBeam = modules::RecordedScanner::Beam;
-  const modules::ScannerFacts& facts = scanner.facts();
+  const modules::ScannerDescription& facts = scanner.facts();
   Sweep sweep;
   std::tie(sweep.begin_ns, sweep.end_ns) = sweep_at(scanner, time_ns);
   auto query = taken(database_->prepare(rtstdb::RayQueryOptions{.name = "scan",

@@ -69,8 +69,8 @@ std::vector<std::unique_ptr<modules::RecordedScanner>> scanners_of(const contrib
   try {
     for (const contribution::ModuleRecord& record : world.modules) {
       for (const modules::ModuleType& type : modules::module_types()) {
-        if (type.recall != nullptr && type.recorded_list == record.list)
-          scanners.push_back(type.recall(record));
+        if (type.make_recorded_scanner != nullptr && type.recorded_list == record.list)
+          scanners.push_back(type.make_recorded_scanner(record));
       }
     }
   } catch (const modules::RecordError& fault) {
@@ -139,13 +139,13 @@ void RunHistory::check_time(std::int64_t time_ns) const {
     throw HistoryError(Kind::question, "the time " + seconds(time_ns) + " is longer than any run");
   if (time_ns < 0)
     throw HistoryError(Kind::question,
-                       "the time " + seconds(time_ns) + " lies before the begin of the run at 0 s");
+                       "the time " + seconds(time_ns) + " lies before the beginning of the run at 0 s");
   if (end_ns_ && time_ns > *end_ns_)
     throw HistoryError(Kind::question, "the time " + seconds(time_ns) + " lies after the end of the run at " +
                                            seconds(*end_ns_));
   if (extent_.first.version > 0 && rtstdb::world_time_ns(time_ns) < extent_.first.time)
     throw HistoryError(Kind::question, "the time " + seconds(time_ns) +
-                                           " lies before the begin of the log at " +
+                                           " lies before the beginning of the log at " +
                                            seconds(extent_.first.time.time_since_epoch().count()));
   if (const std::string missing = shortfall();
       !missing.empty() && rtstdb::world_time_ns(time_ns) > extent_.last.time)

@@ -44,7 +44,7 @@ class RunHistory {
   /// Empty, or a sentence: the run had later versions than the log.
   std::string shortfall() const;
 
-  /// Throws HistoryError (question) for a time before run time 0, after the run's end, before the begin of
+  /// Throws HistoryError (question) for a time before run time 0, after the run's end, before the start of
   /// the log, or after the log's end if the run continued.
   void check_time(std::int64_t time_ns) const;
   /// Empty, or a sentence: it is unknown whether the run was still running at that time.

@@ -7,7 +7,8 @@
 // - check_task: checks the task against the parameters. `hil check` goes this far.
 // - configure, on an ordinary thread: creates the entities, prepares the queries and allocates all memory of
 //   the module.
-// - describe, on an ordinary thread: records what a history of the run needs.
+// - describe, on an ordinary thread: records what a history of the run needs; ModuleType::
+//   make_recorded_scanner reads it, for `hil history`.
 // - step, once per release, in the tick: reads the inputs, executes transactions, writes the outputs. It
 //   neither allocates nor takes a lock that blocks, and does no file or console I/O.
 // - contribute, after the last tick, on an ordinary thread: adds to the report.
@@ -76,7 +77,7 @@ class SetupError : public std::runtime_error {
 };
 
 /// The properties of the task that steps a module.
-struct TaskFacts {
+struct TaskParameters {
   std::string instance;  ///< the module's name in the scenario
   std::int64_t period_ns = 0;
   std::int64_t offset_ns = 0;    ///< run time of the first release
@@ -119,12 +120,12 @@ class Module {
   virtual const Ports& ports() const noexcept = 0;
   /// Adds a mistake, with its place, for each parameter that the task does not permit. `parameters` are
   /// those of create. Opens nothing; configure relies on it.
-  virtual void check_task(const config::Value& parameters, const TaskFacts& task,
+  virtual void check_task(const config::Value& parameters, const TaskParameters& task,
                           config::Diagnostics& diagnostics) const {
     (void)parameters, (void)task, (void)diagnostics;
   }
   /// Throws SetupError.
-  virtual void configure(World& world, EventLog& events, const TaskFacts& task) = 0;
+  virtual void configure(World& world, EventLog& events, const TaskParameters& task) = 0;
   virtual void step(StepContext& context) noexcept = 0;
   /// Adds what a history of the run needs to know of this module. After configure.
   virtual void describe(std::vector<contribution::ModuleRecord>& records) const { (void)records; }
@@ -139,10 +140,11 @@ struct ModuleType {
   config::Schema parameters;  ///< a record
   /// Returns null with mistakes for parameters that the schema permits but the module does not.
   std::unique_ptr<Module> (*create)(const config::Value& parameters, config::Diagnostics& diagnostics);
-  /// The key of world.json whose list holds the records that recall reads; empty: the type has no recall.
+  /// The key of world.json whose list holds the records that make_recorded_scanner reads; empty: none.
   std::string recorded_list{};
   /// Makes the scanner of a run that is over, from a record of Module::describe. Throws RecordError.
-  std::unique_ptr<RecordedScanner> (*recall)(const contribution::ModuleRecord& record) = nullptr;
+  std::unique_ptr<RecordedScanner> (*make_recorded_scanner)(const contribution::ModuleRecord& record) =
+      nullptr;
 };
 
 /// All module types of the program (table.def), by name.

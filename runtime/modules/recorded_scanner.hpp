@@ -1,6 +1,6 @@
 #pragma once
 // A scanner of a run that is over, as its module described it in world.json: its sweeps, whose beams a
-// history traces again. The type of the module makes it (ModuleType::recall).
+// history traces again. The type of the module makes it (ModuleType::make_recorded_scanner).
 //
 // Units: nanoseconds of run time, which is world time; metres. Threads: one.
 
@@ -23,7 +23,7 @@ class RecordError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-struct ScannerFacts {
+struct ScannerDescription {
   std::string name;  ///< of the module in the scenario
   rtstdb::EntityId carrier;
   glm::dvec3 mount_m{0.0};  ///< origin of the beams in the carrier's frame
@@ -40,12 +40,12 @@ class RecordedScanner {
  public:
   struct Beam {
     std::uint32_t column = 0, row = 0;
-    std::int64_t time_ns = 0;   ///< since the begin of the sweep
+    std::int64_t time_ns = 0;   ///< since the start of the sweep
     glm::vec3 direction{0.0F};  ///< unit vector in the carrier's frame
   };
 
   virtual ~RecordedScanner() = default;
-  virtual const ScannerFacts& facts() const noexcept = 0;
+  virtual const ScannerDescription& facts() const noexcept = 0;
   /// The beams of the step that begins `offset_ns` after the sweep, in the order of time; at most
   /// max_beams_per_step.
   virtual std::vector<Beam> beams_of_step(std::int64_t offset_ns) const = 0;

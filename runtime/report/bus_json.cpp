@@ -41,10 +41,7 @@ Json json_of(const std::vector<BusRow>& rows) {
 Json json_of(const std::vector<BusSentence>& sentences) {
   Json list = Json::array();
   for (const BusSentence& sentence : sentences) {
-    list.push_back({{"count", sentence.count},
-                    {"one", json_of(sentence.one)},
-                    {"many", json_of(sentence.many)},
-                    {"words", json_of(sentence.words)}});
+    list.push_back({{"count", sentence.count}, {"text", json_of(sentence.text)}});
   }
   return list;
 }
@@ -97,8 +94,7 @@ std::vector<BusSentence> sentences_at(const Place& list) {
   std::vector<BusSentence> sentences;
   for (std::size_t index = 0; index < list_at(list).json.size(); ++index) {
     const Place item = list.item(index);
-    sentences.push_back({count_at(item.member("count")), text_at(item.member("one")),
-                         text_at(item.member("many")), text_at(item.member("words"))});
+    sentences.push_back({count_at(item.member("count")), text_at(item.member("text"))});
   }
   return sentences;
 }
@@ -129,13 +125,13 @@ void add_bus_lists(const std::vector<BusGroup>& groups, Json& file) {
       object[remarks_key] = json_of(bus.remarks);
       list.push_back(std::move(object));
     }
-    file[group.section] = std::move(list);
+    file[group.list_key] = std::move(list);
   }
 }
 
 void read_bus_lists(const Place& file, std::vector<BusGroup>& groups) {
   for (BusGroup& group : groups) {
-    const Place list = file.member(group.section.c_str());
+    const Place list = file.member(group.list_key.c_str());
     for (std::size_t index = 0; index < list_at(list).json.size(); ++index)
       group.buses.push_back(record_at(list.item(index), group.name_key));
   }

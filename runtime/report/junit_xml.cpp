@@ -61,7 +61,7 @@ class Cases {
          expectation.first_failure_ns.value_or(expectation.met_ns.value_or(record_.run_time_ns)));
     if (expectation.result != ExpectationResult::held) {
       const auto& at = expectation.first_failure_ns;
-      const std::string result = to_string(expectation.result);
+      const std::string result = words_of(expectation.result);
       const std::string share = "evaluated on " + to_ascii(count_text(expectation.evaluated_ticks)) + " of " +
                                 to_ascii(counted(expectation.covered_ticks, "tick", "ticks"));
       xml_.element(

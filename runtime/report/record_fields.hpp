@@ -99,7 +99,7 @@ void each_field(T& task, Visit&& visit) {
   visit("skipped", task.skipped);
   visit("aborted", task.aborted);
   visit("over_budget", task.over_budget);
-  visit("without_answer", task.without_answer);
+  visit("without_result", task.without_result);
   visit("warmup_problems", task.warmup_problems);
   visit("page_faults", task.page_faults);
   visit("wake_latency_ns", task.wake_latency_ns);
@@ -208,7 +208,7 @@ void each_field(T& column, Visit&& visit) {
 /// Without the records of the buses, which are a list of the file itself (bus_json.hpp).
 template <Is<BusGroup> T, class Visit>
 void each_field(T& group, Visit&& visit) {
-  visit("section", group.section);
+  visit("list_key", group.list_key);
   visit("title", group.title);
   visit("name_key", group.name_key);
   visit("columns", group.columns);

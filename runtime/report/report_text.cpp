@@ -36,7 +36,7 @@ void add_expectations(std::string& out, const RunRecord& record) {
     if (expectation.result == ExpectationResult::held) continue;
     const bool is_in_reason = record.reason.find(expectation.detail) != std::string::npos;
     if (is_in_reason && !expectation.first_failure_ns) continue;
-    out += std::string("  ") + to_string(expectation.result) + ": " + one_line(expectation.name);
+    out += std::string("  ") + words_of(expectation.result) + ": " + one_line(expectation.name);
     if (expectation.first_failure_ns) out += " at " + to_ascii(instant(*expectation.first_failure_ns));
     if (!is_in_reason) out += ": " + one_line(expectation.detail);
     out += '\n';
@@ -81,7 +81,7 @@ void add_misses(std::string& out, const Task& task) {
 
 void add_bus_faults(std::string& out, const std::string& name, const BusRecord& bus) {
   for (const contribution::BusSentence& fault : bus.faults)
-    out += "  " + name + ": " + to_ascii(sentence_of(fault)) + '\n';
+    out += "  " + name + ": " + to_ascii(fault.text) + '\n';
 }
 
 }  // namespace
@@ -110,7 +110,7 @@ std::string report_text(const RunRecord& record, const std::string& report_place
     out += "  " + to_ascii(sentence) + '\n';
   for (const BusGroup& group : record.buses) {
     for (const BusRecord& bus : group.buses)
-      add_bus_faults(out, group.section + "." + one_line(bus.name), bus);
+      add_bus_faults(out, group.list_key + "." + one_line(bus.name), bus);
   }
   for (const std::string& sentence : record.realtime.degraded)
     out += "  degraded: " + one_line(sentence) + '\n';
@@ -136,10 +136,6 @@ std::string lost_releases_sentence(const Task& task) {
   if (task.aborted > 0) sentence += ", " + count_text(task.aborted) + " aborted";
   return sentence + " (" +
          percent(static_cast<double>(task.skipped + task.aborted) / static_cast<double>(releases)) + ")";
-}
-
-std::string sentence_of(const contribution::BusSentence& sentence) {
-  return counted(sentence.count, sentence.one.c_str(), sentence.many.c_str()) + ' ' + sentence.words;
 }
 
 std::string sentence_of(const Loss& loss) {

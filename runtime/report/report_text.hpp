@@ -40,9 +40,6 @@ std::string skipped_ticks_sentence(const RunRecord& record);
 /// The number of skipped and aborted releases of the task; empty: none. Typographic.
 std::string lost_releases_sentence(const Task& task);
 
-/// "3 frames missing in the log". Typographic.
-std::string sentence_of(const contribution::BusSentence& sentence);
-
 /// What was lost, with begin, duration and cause. Typographic.
 std::string sentence_of(const Loss& loss);
 

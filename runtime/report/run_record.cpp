@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::array verdict_words{"passed",     "failed",      "timing_broken", "io_failed",
                                    "gpu_failed", "interrupted", "refused"};
-constexpr std::array result_words{"held", "failed", "not checked"};
+constexpr std::array result_words{"held", "failed", "not_checked"};
 
 }  // namespace
 
@@ -17,6 +17,10 @@ const char* to_string(ExpectationResult result) noexcept {
 
 const char* to_string(Verdict verdict) noexcept {
   return verdict_words[static_cast<std::size_t>(verdict)];
+}
+
+const char* words_of(ExpectationResult result) noexcept {
+  return result == ExpectationResult::not_checked ? "not checked" : to_string(result);
 }
 
 std::optional<ExpectationResult> expectation_result_from(const std::string& word) {

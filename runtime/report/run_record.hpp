@@ -20,7 +20,7 @@ namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 8;
+inline constexpr int schema_version = 9;
 
 using contribution::BusGroup;
 using contribution::BusRecord;
@@ -131,7 +131,7 @@ struct Task {
   std::uint64_t skipped = 0;
   std::uint64_t aborted = 0;
   std::uint64_t over_budget = 0;
-  std::uint64_t without_answer = 0;  ///< runs, warm-up runs included, in which a transaction failed
+  std::uint64_t without_result = 0;  ///< runs, warm-up runs included, in which a transaction failed
   /// Misses, overruns, skipped, aborted and over_budget of the warm-up, which those counts do not include.
   std::uint64_t warmup_problems = 0;
   std::uint64_t page_faults = 0;
@@ -254,7 +254,7 @@ struct Loss {
   std::int64_t begin_ns = 0;
   std::int64_t duration_ns = 0;
   bool to_the_end = false;  ///< it was still lost when the run ended
-  bool permitted = false;   ///< the scenario says may_be_lost
+  bool permitted = false;   ///< the scenario sets may_be_lost
   std::string cause;        ///< in words; may be empty
 };
 
@@ -322,7 +322,10 @@ struct RunRecord {
   std::vector<Section> sections;  ///< of modules
 };
 
+/// The word in report.json: "not_checked".
 const char* to_string(ExpectationResult result) noexcept;
+/// The same for a reader: "not checked".
+const char* words_of(ExpectationResult result) noexcept;
 const char* to_string(Verdict verdict) noexcept;
 std::optional<ExpectationResult> expectation_result_from(const std::string& word);
 std::optional<Verdict> verdict_from(const std::string& word);

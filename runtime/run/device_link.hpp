@@ -8,16 +8,16 @@
 #include <vector>
 
 #include "io/device.hpp"
-#include "runtime/buses/links.hpp"
 #include "runtime/executive/task.hpp"
+#include "runtime/signals/links.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::run {
 
 class DeviceLink final : public executive::Task {
  public:
-  using Source = buses::Source;
-  using Links = buses::Links;
+  using Source = signals::Source;
+  using Links = signals::Links;
 
   DeviceLink(io::Device& device, Links links, signals::SignalTable& table, io::Pacing pacing);
 

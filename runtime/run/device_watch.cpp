@@ -1,26 +1,27 @@
 #include "runtime/run/device_watch.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hil::run {
 
-DeviceWatch::DeviceWatch(const std::vector<const io::Device*>& devices) {
-  for (const io::Device* device : devices)
-    watched_.push_back({.device = device, .connected = true, .faulty = false});
+DeviceWatch::DeviceWatch(std::vector<Subject> subjects) {
+  for (Subject& subject : subjects)
+    watched_.push_back({.subject = std::move(subject), .connected = true, .faulty = false});
 }
 
 void DeviceWatch::check(std::int64_t run_time_ns,
                         const std::function<void(bool good, const std::string&)>& report) {
   for (Watched& watched : watched_) {
-    take_events(watched, [&](const std::string& sentence) { report(false, sentence); });
-    const bool connected = watched.device->connected();
-    const std::string fault = watched.device->fault();
+    collect_events(watched, [&](const std::string& sentence) { report(false, sentence); });
+    const bool connected = watched.subject.device->connected();
+    const std::string fault = watched.subject.device->fault();
     const bool faulty = !fault.empty();
     if (connected == watched.connected && faulty == watched.faulty) continue;
     watched.connected = connected;
     watched.faulty = faulty;
     const bool good = connected && !faulty;
-    std::string sentence = "device " + watched.device->name();
+    std::string sentence = watched.subject.name;
     sentence += good        ? " works again"
                 : connected ? " has a fault"
                 : faulty    ? " is lost"
@@ -31,13 +32,13 @@ void DeviceWatch::check(std::int64_t run_time_ns,
   }
 }
 
-void DeviceWatch::take_last_events(const std::function<void(const std::string&)>& report) {
+void DeviceWatch::collect_last_events(const std::function<void(const std::string&)>& report) {
   for (Watched& watched : watched_)
-    take_events(watched, report);
+    collect_events(watched, report);
 }
 
-void DeviceWatch::take_events(Watched& watched, const std::function<void(const std::string&)>& report) {
-  for (io::DeviceEvent& event : watched.device->events_since(watched.events)) {
+void DeviceWatch::collect_events(Watched& watched, const std::function<void(const std::string&)>& report) {
+  for (io::DeviceEvent& event : watched.subject.device->events_since(watched.events)) {
     ++watched.events;
     // An event from before the run is listed at its beginning.
     const std::int64_t time_ns = std::max<io::RunTimeNs>(event.time_ns, 0);

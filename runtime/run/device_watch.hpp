@@ -16,8 +16,11 @@ namespace hil::run {
 
 class DeviceWatch {
  public:
-  /// The devices outlive it.
-  explicit DeviceWatch(const std::vector<const io::Device*>& devices);
+  struct Subject {
+    const io::Device* device = nullptr;  ///< outlives the watch
+    std::string name;                    ///< with the noun of its type: "CAN bus car"
+  };
+  explicit DeviceWatch(std::vector<Subject> subjects);
 
   /// Compares each device's state with that of the last check, takes its events, and calls `report` with a
   /// sentence for each change and each event. The first check reports only devices that are not connected or
@@ -25,18 +28,18 @@ class DeviceWatch {
   void check(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& report);
   /// After the run: takes the events since the last check. Ignores the state of the devices, which are
   /// stopped.
-  void take_last_events(const std::function<void(const std::string&)>& report);
+  void collect_last_events(const std::function<void(const std::string&)>& report);
   /// All changes, with the run time of the check that found them, and all events, with their own time.
   const std::vector<report::Event>& events() const noexcept { return events_; }
 
  private:
   struct Watched {
-    const io::Device* device;
+    Subject subject;
     bool connected = true;
     bool faulty = false;
     std::size_t events = 0;  ///< taken so far
   };
-  void take_events(Watched& watched, const std::function<void(const std::string&)>& report);
+  void collect_events(Watched& watched, const std::function<void(const std::string&)>& report);
 
   std::vector<Watched> watched_;
   std::vector<report::Event> events_;

@@ -12,7 +12,7 @@ namespace hil::run {
 namespace {
 
 constexpr std::array counts{"misses",        "overruns",     "skipped",     "aborted",       "over_budget",
-                            "skipped_ticks", "lost_records", "hard_misses", "without_answer"};
+                            "skipped_ticks", "lost_records", "hard_misses", "without_result"};
 
 std::uint32_t index_of(const std::string& name) {
   return static_cast<std::uint32_t>(std::find(counts.begin(), counts.end(), name) - counts.begin());
@@ -84,7 +84,7 @@ bool timing_broken(const config::Condition& condition, const executive::RunResul
   values[6] = static_cast<double>(result.lost_records);
   values[7] = static_cast<double>(record.transactions.hard_misses);
   for (const report::Task& task : record.tasks)
-    values[8] += static_cast<double>(task.without_answer);
+    values[8] += static_cast<double>(task.without_result);
   std::vector<std::uint32_t> indices;
   for (const config::Word& mention : condition.mentions())
     indices.push_back(index_of(mention.text));

@@ -11,7 +11,7 @@
 namespace hil::run {
 
 /// A condition over the counts of a run: misses, overruns, skipped (releases), aborted, over_budget,
-/// skipped_ticks, lost_records, hard_misses, without_answer (runs of tasks). Empty with mistakes when the
+/// skipped_ticks, lost_records, hard_misses, without_result (runs of tasks). Empty with mistakes when the
 /// text is no such condition.
 std::optional<config::Condition> parse_fail_on(const std::string& text, config::Diagnostics& diagnostics);
 

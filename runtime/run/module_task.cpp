@@ -56,7 +56,7 @@ void ModuleTask::step(const executive::TickInfo& /*tick*/) noexcept {
   context_.failure = rtstdb::Status::idle;
   module_.step(context_);
   if (context_.failure == rtstdb::Status::idle) return;
-  if (runs_without_answer_++ == 0) first_failure_ = context_.failure;
+  if (runs_without_result_++ == 0) first_failure_ = context_.failure;
 }
 
 void ModuleTask::publish(const executive::TickInfo& tick) noexcept {

@@ -30,7 +30,7 @@ class ModuleTask final : public executive::Task {
 
   /// The number of runs, warm-up runs included, in which a transaction failed: their outputs are those of
   /// an earlier run. After the run.
-  std::uint64_t runs_without_answer() const noexcept { return runs_without_answer_; }
+  std::uint64_t runs_without_result() const noexcept { return runs_without_result_; }
   /// The status of the first such transaction.
   rtstdb::Status first_failure() const noexcept { return first_failure_; }
 
@@ -50,7 +50,7 @@ class ModuleTask final : public executive::Task {
   bool kept_ = false;
   std::vector<double> outputs_;
   modules::StepContext context_;
-  std::uint64_t runs_without_answer_ = 0;
+  std::uint64_t runs_without_result_ = 0;
   rtstdb::Status first_failure_ = rtstdb::Status::idle;
 };
 

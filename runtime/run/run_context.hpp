@@ -1,10 +1,11 @@
 #pragma once
-// What all parts of a run share: the scenario, the options, the clocks, run.log, and the list of degraded
-// properties.
+// What all parts of a run share: the scenario, the options, the user's request to stop, the clocks, run.log,
+// and the list of degraded properties.
 //
 // Threads: DegradedList and RunLog as stated there; the rest is constant.
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -40,10 +41,12 @@ class RunContext {
   executive::VirtualClock virtual_clock_;
 
  public:
-  /// Throws io::DeviceError when run.log can not be written. Scenario and options outlive it.
-  RunContext(const config::Scenario& run_scenario, const SessionOptions& run_options)
+  /// Throws io::DeviceError when run.log can not be written. All arguments outlive it.
+  RunContext(const config::Scenario& run_scenario, const SessionOptions& run_options,
+             const std::atomic<bool>& stop_requested_by_user)
       : scenario(run_scenario),
         options(run_options),
+        stop_requested(stop_requested_by_user),
         is_virtual(run_scenario.clock == config::ClockKind::virtual_time),
         database_clock(clock()),
         device_clock(clock()),
@@ -57,6 +60,7 @@ class RunContext {
 
   const config::Scenario& scenario;
   const SessionOptions& options;
+  const std::atomic<bool>& stop_requested;  ///< by the user
   const bool is_virtual;
   DatabaseClock database_clock;
   DeviceClock device_clock;

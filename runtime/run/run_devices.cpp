@@ -8,6 +8,14 @@
 #include <variant>
 
 namespace hil::run {
+namespace {
+
+/// "CAN bus car"
+std::string name_of(const config::BusSection& section) {
+  return section.type->noun + " " + section.name.text;
+}
+
+}  // namespace
 
 std::function<void()> RunDevices::thread_start(std::optional<int> priority, const std::string& name) {
   return [this, priority, name] {
@@ -31,7 +39,8 @@ void RunDevices::make() {
         .device =
             wired.bus->make_device({.scenario = context_.scenario,
                                     .directory = context_.options.directory,
-                                    .on_thread_start = thread_start(section.thread_priority, thread_name)})});
+                                    .on_thread_start = thread_start(section.thread_priority, thread_name),
+                                    .stop_requested = context_.stop_requested})});
     keep_judged_arrivals(bus);
     if (bus.device->start_phase() == buses::StartPhase::before_programs) start(bus);
   }
@@ -55,7 +64,7 @@ void RunDevices::start(RunningBus& bus) {
   bus.device->device().start(context_.device_clock, context_.pacing());
   const config::BusSection& section = *bus.wired->section;
   if (!section.type->has_address) return;
-  context_.log.info(section.type->name_key + " " + section.name.text + ": " + bus.device->address());
+  context_.log.info(name_of(section) + ": " + bus.device->address());
 }
 
 bool RunDevices::all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const {
@@ -75,16 +84,16 @@ void RunDevices::finish() {
     if (bus.device->start_phase() == buses::StartPhase::after_programs) start(bus);
   }
   std::vector<LossWatch::Subject> subjects;
-  std::vector<const io::Device*> devices;
+  std::vector<DeviceWatch::Subject> watched;
   for (const RunningBus& bus : buses_) {
     const config::BusSection& section = *bus.wired->section;
     io::Device& device = bus.device->device();
     links_.push_back(
         std::make_unique<DeviceLink>(device, bus.wired->links, wiring_.signals, context_.pacing()));
-    subjects.push_back({&device, section.type->noun + " " + section.name.text, section.may_be_lost});
-    devices.push_back(&device);
+    subjects.push_back({&device, name_of(section), section.may_be_lost});
+    watched.push_back({&device, name_of(section)});
   }
-  device_watch_.emplace(devices);
+  device_watch_.emplace(std::move(watched));
   loss_watch_.emplace(std::move(subjects));
 }
 
@@ -113,15 +122,25 @@ void RunDevices::begin_tick(std::int64_t time_ns) noexcept {
     link->hold_safe_values(loss_watch_->outputs_must_be_safe());
 }
 
+bool RunDevices::ends_run(std::size_t bus) const noexcept {
+  const bool is_permitted_loss =
+      buses_[bus].wired->section->may_be_lost && !links_[bus]->device().connected();
+  return !links_[bus]->in_step() && !is_permitted_loss;
+}
+
 bool RunDevices::in_step() const noexcept {
-  return std::all_of(links_.begin(), links_.end(), [](const auto& link) { return link->in_step(); });
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (ends_run(i)) return false;
+  }
+  return true;
 }
 
 std::string RunDevices::step_fault() const {
-  for (const auto& link : links_) {
-    if (link->in_step()) continue;
-    const std::string fault = link->device().fault();
-    return "device " + link->device().name() + " fell out of step: " + (fault.empty() ? "no answer" : fault);
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (!ends_run(i)) continue;
+    const std::string fault = links_[i]->device().fault();
+    return name_of(*buses_[i].wired->section) +
+           " did not complete the exchange of this tick: " + (fault.empty() ? "no reply" : fault);
   }
   return {};
 }
@@ -152,14 +171,14 @@ void RunDevices::stop() noexcept {
     link->device().stop();
 }
 
-void RunDevices::take_last_events() {
-  device_watch_->take_last_events([this](const std::string& sentence) { context_.log.warn(sentence); });
+void RunDevices::collect_last_events() {
+  device_watch_->collect_last_events([this](const std::string& sentence) { context_.log.warn(sentence); });
 }
 
 void RunDevices::fill(report::RunRecord& record) const {
   for (const RunningBus& bus : buses_) {
     const auto group =
-        std::ranges::find(record.buses, bus.wired->section->type->key, &report::BusGroup::section);
+        std::ranges::find(record.buses, bus.wired->section->type->key, &report::BusGroup::list_key);
     group->buses.push_back(bus.device->record());
   }
 }

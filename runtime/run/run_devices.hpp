@@ -49,9 +49,9 @@ class RunDevices {
   void add_tasks(executive::Executive& executive);
   /// Latches the inputs; the devices' tasks release safe values while a loss is not permitted.
   void begin_tick(std::int64_t time_ns) noexcept;
-  /// False once a device failed in a lock-step exchange.
+  /// False once a device failed in a lock-step exchange and that is not a permitted loss.
   bool in_step() const noexcept;
-  /// The reason for that, in a sentence; empty: all are in step.
+  /// The reason for that, in a sentence; empty: in_step() is true.
   std::string step_fault() const;
 
   /// Writes changes of the devices' states and their events to run.log.
@@ -61,7 +61,7 @@ class RunDevices {
   /// Sends the safe values, then closes all devices.
   void stop() noexcept;
   /// After stop: writes the events since the last check to run.log.
-  void take_last_events();
+  void collect_last_events();
 
   /// Fills in the groups of buses.
   void fill(report::RunRecord& record) const;
@@ -79,6 +79,8 @@ class RunDevices {
     std::unique_ptr<buses::BusDevice> device;
   };
   void start(RunningBus& bus);
+  /// Whether the bus failed in a lock-step exchange and may not be lost.
+  bool ends_run(std::size_t bus) const noexcept;
   void keep_judged_arrivals(RunningBus& bus);
   std::function<void()> thread_start(std::optional<int> priority, const std::string& name);
 

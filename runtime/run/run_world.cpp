@@ -7,8 +7,8 @@
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
+#include "runtime/run/database_record.hpp"
 #include "runtime/run/run_folder.hpp"
-#include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/scenery.hpp"
 
 namespace hil::run {
@@ -16,6 +16,20 @@ namespace {
 
 /// Files of the log are allocated ahead: this is the least that a short run leaves.
 constexpr std::uint64_t log_segment_bytes = std::uint64_t{2} << 20;
+
+rtstdb::DurabilityMode durability_mode(config::Durability durability) {
+  switch (durability) {
+    case config::Durability::none:
+      return rtstdb::DurabilityMode::volatile_only;
+    case config::Durability::async:
+      return rtstdb::DurabilityMode::async;
+    case config::Durability::group:
+      return rtstdb::DurabilityMode::group;
+    case config::Durability::sync:
+      return rtstdb::DurabilityMode::sync;
+  }
+  return rtstdb::DurabilityMode::volatile_only;
+}
 
 rtstdb::DurabilityOptions durability_of(const RunContext& context) {
   static_assert(config::min_log_ring_bytes == rtstdb::min_ring_bytes &&
@@ -45,7 +59,7 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context) : wiring_(wiring), conte
   world_ = std::make_unique<modules::World>(*database_, wiring_.layers.names());
   create_scenery(context_.scenario, wiring_.scenery, *world_);
   for (WiredModule& wired : wiring_.modules) {
-    const modules::TaskFacts facts = task_facts(context_.scenario, *wired.section);
+    const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
     wired.module->configure(*world_, events_, facts);
     tasks_.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
                                                   wiring_.signals, *database_, context_.device_clock,
@@ -134,11 +148,11 @@ std::vector<std::string> RunWorld::close(report::RunRecord& record) {
 void RunWorld::add_unanswered_runs(report::RunRecord& record) const {
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     report::Task& task = record.tasks[i];
-    task.without_answer = tasks_[i]->runs_without_answer();
-    if (task.without_answer == 0) continue;
+    task.without_result = tasks_[i]->runs_without_result();
+    if (task.without_result == 0) continue;
     record.realtime.degraded.push_back(
-        "task " + task.name + ": " + std::to_string(task.without_answer) + " of " +
-        std::to_string(task.runs + task.warmup_runs) + " runs got no answer from the world (the first: " +
+        "task " + task.name + ": " + std::to_string(task.without_result) + " of " +
+        std::to_string(task.runs + task.warmup_runs) + " runs had no result of the database (the first: " +
         rtstdb::to_string(tasks_[i]->first_failure()) + "); their outputs are those of an earlier run");
   }
 }

@@ -16,11 +16,11 @@
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
+#include "runtime/run/executive_record.hpp"
 #include "runtime/run/judges.hpp"
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_context.hpp"
 #include "runtime/run/run_devices.hpp"
-#include "runtime/run/run_record_parts.hpp"
 #include "runtime/run/run_world.hpp"
 #include "runtime/run/signal_log.hpp"
 
@@ -73,8 +73,7 @@ class LiveSession final : public executive::TickHooks {
   LiveSession(Wiring wiring, const SessionOptions& options, const std::atomic<bool>& stop_requested)
       : wiring_(std::move(wiring)),
         scenario_(*wiring_.scenario),
-        context_(scenario_, options),
-        stop_requested_(stop_requested),
+        context_(scenario_, options, stop_requested),
         log_every_ticks_(std::max<std::uint64_t>(
             1, static_cast<std::uint64_t>(scenario_.base_rate_hz / signal_log_rate_hz))),
         devices_(wiring_, context_, arrivals_) {}
@@ -91,7 +90,7 @@ class LiveSession final : public executive::TickHooks {
   void end_tick(const executive::TickInfo& tick) noexcept override {
     judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
-    if (!devices_.in_step() || stop_requested_.load(std::memory_order_relaxed))
+    if (!devices_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
       stop_.store(true, std::memory_order_relaxed);
   }
 
@@ -115,8 +114,7 @@ class LiveSession final : public executive::TickHooks {
   Wiring wiring_;
   const config::Scenario& scenario_;
   RunContext context_;
-  const std::atomic<bool>& stop_requested_;  ///< by the user
-  std::atomic<bool> stop_{false};            ///< the executive stops at the next tick
+  std::atomic<bool> stop_{false};  ///< the executive stops at the next tick
   const std::uint64_t log_every_ticks_;
   std::unique_ptr<RunWorld> world_;
   Arrivals arrivals_;
@@ -173,10 +171,12 @@ void LiveSession::refuse_ended_process(const std::string& process, const std::st
 
 void LiveSession::wait_for_stations() {
   const auto began = std::chrono::steady_clock::now();
-  while (!stop_requested_.load()) {  // a run that is to stop ends with its first tick
+  for (;;) {
     if (devices_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
       return;
     if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, "");
+    if (context_.stop_requested.load())
+      throw StoppedError("the run was stopped while its programs were connecting");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 }
@@ -186,6 +186,7 @@ void LiveSession::open_clients() {
   try {
     devices_.finish();
   } catch (const io::DeviceError& error) {
+    if (context_.stop_requested.load()) throw StoppedError(error.what());
     const std::string ended = processes_->first_ended();
     if (ended.empty()) throw;
     refuse_ended_process(ended, std::string(". After that: ") + error.what());
@@ -243,11 +244,11 @@ SessionResult LiveSession::run() {
                     " ticks; outputs go to their safe values");
   const std::string step_fault = devices_.step_fault();
   close_devices();
-  devices_.take_last_events();
+  devices_.collect_last_events();
   context_.log.info("all devices and processes are closed");
   write_faults_ = world_->close(record);
   close_logs();
-  const bool interrupted = result.stopped && stop_requested_.load();
+  const bool interrupted = result.stopped && context_.stop_requested.load();
   if (!step_fault.empty()) record.failures.push_back(step_fault);
   fill_record(result, record);
   decide({.result = result,

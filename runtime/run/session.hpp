@@ -37,6 +37,12 @@ class MemoryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The user stopped the run before it began. A sentence for the user.
+class StoppedError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 struct SessionOptions {
   std::filesystem::path directory;  ///< of the run's files; it exists (RunFolder)
   std::vector<report::Override> overrides;
@@ -55,7 +61,7 @@ struct SessionResult {
 report::RunRecord record_of_refusal(const config::Scenario& scenario, const SessionOptions& options,
                                     report::Verdict verdict, int exit_code, const std::string& reason);
 
-/// Runs to the end, or until `stop_requested`. Throws GpuError, MemoryError, io::DeviceError,
+/// Runs to the end, or until `stop_requested`. Throws StoppedError, GpuError, MemoryError, io::DeviceError,
 /// modules::SetupError or an exception of the standard library when the run can not begin. Later faults are
 /// in the record.
 SessionResult run_session(Wiring wiring, const SessionOptions& options,

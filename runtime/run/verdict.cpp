@@ -10,19 +10,13 @@
 namespace hil::run {
 namespace {
 
-std::string above(const std::string& sentence, double max_lost) {
+std::string with_limit(const std::string& sentence, double max_lost) {
   return report::to_ascii(sentence + "; the limit (realtime.max_lost) is " +
                           report::shortest(max_lost * 100.0) + " %");
 }
 
 bool exceeds(std::uint64_t part, std::uint64_t whole, double max_lost) {
   return whole > 0 && static_cast<double>(part) > max_lost * static_cast<double>(whole);
-}
-
-/// 0 when the bus does not count them.
-std::uint64_t dropped_releases(const report::BusRecord& bus) {
-  const contribution::BusField* const field = bus.find(contribution::dropped_releases_key);
-  return field != nullptr ? std::get<std::uint64_t>(field->value) : 0;
 }
 
 const report::Expectation* first_with(const report::RunRecord& record, report::ExpectationResult result) {
@@ -32,35 +26,37 @@ const report::Expectation* first_with(const report::RunRecord& record, report::E
   return nullptr;
 }
 
-}  // namespace
-
+/// A sentence for the first share of ticks, releases or unsent outputs above `max_lost`; empty: there is
+/// none.
 std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) {
   if (exceeds(record.skipped_ticks, record.ticks + record.skipped_ticks, max_lost))
-    return above(report::skipped_ticks_sentence(record), max_lost);
+    return with_limit(report::skipped_ticks_sentence(record), max_lost);
   for (const report::Task& task : record.tasks) {
     if (exceeds(task.skipped + task.aborted, task.runs + task.skipped, max_lost))
-      return above(report::lost_releases_sentence(task), max_lost);
-    if (exceeds(task.without_answer, task.runs + task.warmup_runs, max_lost)) {
-      return above("task " + task.name + ": " + std::to_string(task.without_answer) + " of " +
-                       report::counted(task.runs + task.warmup_runs, "run", "runs") +
-                       " got no answer from the world",
-                   max_lost);
+      return with_limit(report::lost_releases_sentence(task), max_lost);
+    if (exceeds(task.without_result, task.runs + task.warmup_runs, max_lost)) {
+      return with_limit("task " + task.name + ": " + std::to_string(task.without_result) + " of " +
+                            report::counted(task.runs + task.warmup_runs, "run", "runs") +
+                            " had no result of the database",
+                        max_lost);
     }
   }
   for (const report::BusGroup& group : record.buses) {
     for (const report::BusRecord& bus : group.buses) {
-      const std::string task_name = group.section + "." + bus.name;
-      const std::uint64_t dropped = dropped_releases(bus);
+      const std::string task_name = group.list_key + "." + bus.name;
+      const std::uint64_t dropped = bus.dropped_releases.value_or(0);
       const auto task = std::ranges::find(record.tasks, task_name, &report::Task::name);
       if (task == record.tasks.end() || !exceeds(dropped, task->runs, max_lost)) continue;
-      return above("task " + task_name + ": the outputs of " + std::to_string(dropped) + " of " +
-                       report::counted(task->runs, "run", "runs") +
-                       " were not sent: the bus's thread was too slow",
-                   max_lost);
+      return with_limit("task " + task_name + ": the outputs of " + std::to_string(dropped) + " of " +
+                            report::counted(task->runs, "run", "runs") +
+                            " were not sent: its thread was too slow",
+                        max_lost);
     }
   }
   return {};
 }
+
+}  // namespace
 
 void decide(const VerdictInputs& inputs, report::RunRecord& record) {
   const auto conclude = [&](report::Verdict verdict, int exit_code, std::string reason) {

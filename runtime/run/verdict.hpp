@@ -36,8 +36,4 @@ struct VerdictInputs {
 /// record.failures is an I/O failure.
 void decide(const VerdictInputs& inputs, report::RunRecord& record);
 
-/// A sentence for the first share of ticks, releases or unsent outputs above `max_lost`; empty: there is
-/// none.
-std::string lost_beyond_limit(const report::RunRecord& record, double max_lost);
-
 }  // namespace hil::run

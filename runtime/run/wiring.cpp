@@ -8,10 +8,10 @@
 namespace hil::run {
 namespace {
 
-using buses::KnownSignals;
 using config::Diagnostics;
 using config::Place;
 using config::Word;
+using signals::KnownSignals;
 
 void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Place& place,
                 Diagnostics& diagnostics, std::vector<signals::SignalId>& ids) {
@@ -32,7 +32,7 @@ void declare_modules(Wiring& wiring, KnownSignals& known, Diagnostics& diagnosti
     if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");
     } else {
-      wired.module->check_task(section.parameters, task_facts(*wiring.scenario, section), diagnostics);
+      wired.module->check_task(section.parameters, task_parameters(*wiring.scenario, section), diagnostics);
       for (const modules::Port& port : wired.module->ports().outputs) {
         add_signal(wiring.signals,
                    {.name = section.module.text + "." + port.name,
@@ -79,7 +79,7 @@ void connect_module(WiredModule& wired, const KnownSignals& known, Diagnostics& 
 }
 
 void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place, Wiring& wiring,
-                    buses::Links& links, Diagnostics& diagnostics) {
+                    signals::Links& links, Diagnostics& diagnostics) {
   const std::string writer = prefix.substr(0, prefix.size() - 1);
   std::vector<std::int64_t> timeouts_ns(device.inputs().size(), 0);
   for (const io::InputGroup& group : device.input_groups())
@@ -135,7 +135,7 @@ void check_expectations(const config::Scenario& scenario, const KnownSignals& kn
     for (const config::Condition::NamedValue& value : condition.named_values()) {
       const std::string& signal = condition.mentions()[value.mention].text;
       if (const auto id = known.table().find(signal))
-        buses::value_named(known.table().info(*id).named_values, value.name, signal, diagnostics);
+        signals::value_named(known.table().info(*id).named_values, value.name, signal, diagnostics);
     }
   };
   const auto check_every_tick = [&](const config::Condition& condition) {
@@ -165,7 +165,8 @@ void check_expectations(const config::Scenario& scenario, const KnownSignals& kn
 
 }  // namespace
 
-modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section) {
+modules::TaskParameters task_parameters(const config::Scenario& scenario,
+                                        const config::TaskSection& section) {
   const std::int64_t period_ns = scenario.base_period_ns * section.every_ticks;
   return {.instance = section.module.text,
           .period_ns = period_ns,

@@ -28,7 +28,7 @@ struct WiredModule {
 struct WiredBus {
   const config::BusSection* section = nullptr;
   std::unique_ptr<buses::Bus> bus;
-  buses::Links links;
+  signals::Links links;
 };
 
 /// The scenario outlives it.
@@ -46,7 +46,7 @@ struct Wiring {
 config::ScenarioTypes scenario_types();
 
 /// The properties of a module's task.
-modules::TaskFacts task_facts(const config::Scenario& scenario, const config::TaskSection& section);
+modules::TaskParameters task_parameters(const config::Scenario& scenario, const config::TaskSection& section);
 
 /// Empty when there is a mistake.
 std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics);

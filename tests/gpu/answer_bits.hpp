@@ -102,11 +102,15 @@ inline std::vector<Words> words_of(std::span<const ConeReturn> returns) {
   return of_returns;
 }
 
+inline bool is_incomplete(const Words& words) {
+  return words.empty() || words == incomplete_words;
+}
+
 /// All pairs of complete answers are equal, and at most 2 % of the answers are incomplete.
-inline bool same(const std::vector<Words>& a, const std::vector<Words>& b) {
+inline bool have_equal_answers(const std::vector<Words>& a, const std::vector<Words>& b) {
   std::size_t incomplete = 0;
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
-    const bool one_is_incomplete = a[i].empty() || b[i].empty();
+    const bool one_is_incomplete = is_incomplete(a[i]) || is_incomplete(b[i]);
     if (!one_is_incomplete && a[i] != b[i]) return false;
     incomplete += one_is_incomplete ? 1 : 0;
   }

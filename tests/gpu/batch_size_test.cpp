@@ -77,7 +77,7 @@ class BatchSizes : public RandomQueries, public testing::WithParamInterface<std:
 
 TEST_P(BatchSizes, DoNotChangeAnswers) {
   const ElementScene elements{oracle_world().entities(), scene(), scene().version_time, 0.5};
-  for (const AnyQueryOptions& options : options_of_every_kind()) {
+  for (const AnyQueryOptions& options : all_tested_options()) {
     const auto query = prepare_case(database(), with(options, max_size));
     query->fill(random(), elements);
     expect_same_answers_in_every_size(*query);

@@ -81,7 +81,7 @@ class DeformingWorlds : public DeformingGeometry {
     return tally;
   }
   void prepare_all() {
-    for (const AnyQueryOptions& options : options_of_every_kind())
+    for (const AnyQueryOptions& options : all_tested_options())
       queries_.push_back(prepare_case(database(), with(options, 32)));
   }
 

@@ -37,9 +37,9 @@ void DeviceLossTest::TearDown() {
 }
 
 void DeviceLossTest::expect_same(std::size_t kind, unsigned round) {
-  const DeviceLossWorld::Kind& lost_kind = lost_.kinds()[kind];
-  const DeviceLossWorld::Kind& undisturbed_kind =
-      *std::ranges::find(undisturbed_.kinds(), lost_kind.name, &DeviceLossWorld::Kind::name);
+  const DeviceLossWorld::TransactionCase& lost_kind = lost_.kinds()[kind];
+  const DeviceLossWorld::TransactionCase& undisturbed_kind =
+      *std::ranges::find(undisturbed_.kinds(), lost_kind.name, &DeviceLossWorld::TransactionCase::name);
   const Status expected = undisturbed_.execute(undisturbed_kind, round).status;
   ASSERT_TRUE(expected == Status::committed || expected == Status::truncated) << to_string(expected);
   const auto end = SteadyClock::now() + timeout;

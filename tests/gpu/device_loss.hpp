@@ -1,6 +1,7 @@
 #pragma once
 // Fixture of tests that lose the device of a database at the n-th Vulkan call and compare with an undisturbed
-// database. The long form tests each call, the short one a sample.
+// database. The long form tests each call where a test
+// does not state another stride, the short one a sample.
 
 #include <algorithm>
 #include <chrono>

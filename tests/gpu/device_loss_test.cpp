@@ -1,5 +1,5 @@
 // The device is lost at any Vulkan call: committed versions stay, aborted transactions leave nothing, and the
-// same answers come again soon.
+// queries have the same answers again after the recovery.
 
 #include "tests/gpu/device_loss.hpp"
 

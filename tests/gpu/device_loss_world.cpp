@@ -63,11 +63,11 @@ DeviceLossWorld::DeviceLossWorld(On device, DatabaseOptions options) {
 }
 
 int DeviceLossWorld::setup_steps() {
-  return steps_before + static_cast<int>(options_of_each_kind().size()) + 1;
+  return steps_before + static_cast<int>(one_option_per_kind().size()) + 1;
 }
 
 std::vector<int> DeviceLossWorld::query_steps() {
-  std::vector<int> steps(options_of_each_kind().size());
+  std::vector<int> steps(one_option_per_kind().size());
   std::iota(steps.begin(), steps.end(), steps_before);
   return steps;
 }
@@ -75,7 +75,7 @@ std::vector<int> DeviceLossWorld::query_steps() {
 Result<void> DeviceLossWorld::set_up(int step) {
   if (step == 0) return add_geometries();
   if (step == 1) return add_geometry_that_deforms();
-  const auto kinds = options_of_each_kind();
+  const auto kinds = one_option_per_kind();
   const auto k = static_cast<std::size_t>(step - steps_before);
   return k < kinds.size() ? prepare_queries(kind_name(kinds[k])) : create_entities();
 }
@@ -106,7 +106,7 @@ Result<void> DeviceLossWorld::add_geometry_that_deforms() {
 }
 
 Result<void> DeviceLossWorld::prepare_queries(std::string_view kind) {
-  for (const AnyQueryOptions& options : options_of_every_kind()) {
+  for (const AnyQueryOptions& options : all_tested_options()) {
     if (kind_name(options) != kind) continue;
     auto made = try_to_prepare_case(*database_, with(options, element_count));
     if (!made) return made.error();
@@ -153,8 +153,8 @@ Result<void> DeviceLossWorld::create_entities() {
 }
 
 void DeviceLossWorld::add_writing_kinds() {
-  const Kind closest = kinds_.front();
-  Kind moves{
+  const TransactionCase closest = kinds_.front();
+  TransactionCase moves{
       .name = "write and query", .declare = {}, .append_answers = closest.append_answers, .writes = true};
   moves.declare = [this, add_query = closest.declare](Transaction& transaction, unsigned round) {
     Random random(round + 4);
@@ -169,7 +169,7 @@ void DeviceLossWorld::add_writing_kinds() {
     }
     add_query(transaction, round);
   };
-  Kind deforms = moves;
+  TransactionCase deforms = moves;
   deforms.name = "deform and query";
   deforms.declare = [this, add_query = closest.declare](Transaction& transaction, unsigned round) {
     Random random(round + 5);
@@ -183,13 +183,13 @@ void DeviceLossWorld::add_writing_kinds() {
   kinds_.push_back(std::move(deforms));
 }
 
-const Outcome& DeviceLossWorld::execute(const Kind& kind, unsigned round) {
+const Outcome& DeviceLossWorld::execute(const TransactionCase& kind, unsigned round) {
   transaction_->begin(at(round));
   kind.declare(*transaction_, round);
   return database_->execute(*transaction_);
 }
 
-AnswerBits DeviceLossWorld::answers(const Kind& kind) const {
+AnswerBits DeviceLossWorld::answers(const TransactionCase& kind) const {
   AnswerBits all;
   kind.append_answers(all);
   return all;

@@ -39,15 +39,15 @@ class DeviceLossWorld {
   Database& database() { return *database_; }
 
   /// A kind of transaction, with queries, or with writes and queries. Its content follows from the round.
-  struct Kind {
+  struct TransactionCase {
     std::string name;
     std::function<void(Transaction&, unsigned round)> declare;
     std::function<void(AnswerBits&)> append_answers;
     bool writes = false;
   };
-  const std::vector<Kind>& kinds() const { return kinds_; }
-  const Outcome& execute(const Kind& kind, unsigned round);
-  AnswerBits answers(const Kind& kind) const;
+  const std::vector<TransactionCase>& kinds() const { return kinds_; }
+  const Outcome& execute(const TransactionCase& kind, unsigned round);
+  AnswerBits answers(const TransactionCase& kind) const;
   /// Transactions that write give this geometry to some entities.
   void show_as(GeometryId geometry) { newest_ = geometry; }
   std::vector<EntityState> rows() const;
@@ -66,7 +66,7 @@ class DeviceLossWorld {
   std::vector<EntityId> entities_;
   std::vector<EntityState> states_;  // as created
   std::vector<std::unique_ptr<KindCase>> queries_;
-  std::vector<Kind> kinds_;
+  std::vector<TransactionCase> kinds_;
   std::unique_ptr<Transaction> transaction_;
 };
 

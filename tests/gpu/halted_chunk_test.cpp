@@ -56,7 +56,7 @@ class HaltedRuns : public ExecutorTest {
   /// Rays also at one instant and as packets.
   std::vector<Batch> all_kinds() {
     std::vector<Batch> all;
-    for (const AnyQueryOptions& options : options_of_every_kind())
+    for (const AnyQueryOptions& options : all_tested_options())
       all.push_back(prepare(options, max_elements - 1));
     for (const RayMode mode : {RayMode::closest, RayMode::any}) {
       all.push_back(prepare(RayQueryOptions{.name = "rays at one instant", .mode = mode}, max_elements, 0.0));
@@ -95,7 +95,7 @@ class HaltedRuns : public ExecutorTest {
   }
   void expect_same(std::span<const Batch> all, const std::vector<std::vector<Words>>& complete) {
     for (std::size_t k = 0; k < all.size(); ++k)
-      EXPECT_TRUE(same(all[k].answers(), complete[k])) << all[k].query->name();
+      EXPECT_TRUE(have_equal_answers(all[k].answers(), complete[k])) << all[k].query->name();
   }
   void run_at_another_version(const Batch& batch, query::ExecutorCallbacks* callbacks = nullptr) {
     constexpr std::uint32_t few = 64;
@@ -133,7 +133,7 @@ TEST_F(HaltedRuns, AnswerAsCompleteRuns) {
            ++attempt) {
         chunk_time_ = Nanoseconds(attempt == 0 ? 10'000 : 1);
         run(std::span(&all[k], 1), &points);
-        EXPECT_TRUE(same(all[k].answers(), complete[k])) << "query " << k;
+        EXPECT_TRUE(have_equal_answers(all[k].answers(), complete[k])) << "query " << k;
       }
       EXPECT_EQ(points.count > 0, can_halt()) << "query " << k;
     }

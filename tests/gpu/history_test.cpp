@@ -19,7 +19,7 @@ namespace {
 class QueriesOfEachKind {
  public:
   explicit QueriesOfEachKind(Database& database) : database_(database) {
-    for (const AnyQueryOptions& options : options_of_each_kind())
+    for (const AnyQueryOptions& options : one_option_per_kind())
       queries_.push_back(prepare_case(database, with(options, count)));
     transaction_ = database.make_transaction({.max_queries = static_cast<std::uint32_t>(queries_.size())});
   }

@@ -160,7 +160,7 @@ std::unique_ptr<KindCase> expect_made(Result<std::unique_ptr<KindCase>> made) {
 
 }  // namespace
 
-std::vector<AnyQueryOptions> options_of_every_kind() {
+std::vector<AnyQueryOptions> all_tested_options() {
   std::vector<AnyQueryOptions> all;
 #define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...)         \
   for (const auto& options : tested_options(static_cast<const Class*>(nullptr))) \
@@ -170,7 +170,7 @@ std::vector<AnyQueryOptions> options_of_every_kind() {
   return all;
 }
 
-std::vector<AnyQueryOptions> options_of_each_kind() {
+std::vector<AnyQueryOptions> one_option_per_kind() {
   std::vector<AnyQueryOptions> all;
 #define QUERY_KIND(kind, Class, Element, elements, Answer, answers, ...) \
   all.emplace_back(tested_options(static_cast<const Class*>(nullptr)).front());

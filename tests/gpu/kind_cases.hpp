@@ -60,14 +60,10 @@ class KindCase {
   std::string name_;
 };
 
-inline bool is_incomplete(const Words& words) {
-  return words.empty() || words == incomplete_words;
-}
-
 /// All tested options of all kinds: each uses other kernels or buffers. Capacities are not set.
-std::vector<AnyQueryOptions> options_of_every_kind();
+std::vector<AnyQueryOptions> all_tested_options();
 /// The first tested options of each kind.
-std::vector<AnyQueryOptions> options_of_each_kind();
+std::vector<AnyQueryOptions> one_option_per_kind();
 AnyQueryOptions with(AnyQueryOptions options, std::uint32_t capacity, LatePolicy late = LatePolicy::discard);
 std::string_view kind_name(const AnyQueryOptions& options);
 

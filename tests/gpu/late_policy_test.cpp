@@ -41,7 +41,7 @@ class LatePolicies : public DatabaseTest {
     all_.clear();
     const auto entities = database().snapshot({}).value();
     const VersionInfo latest = database().latest();
-    for (const AnyQueryOptions& options : options_of_each_kind()) {
+    for (const AnyQueryOptions& options : one_option_per_kind()) {
       all_.push_back(prepare_case(database(), with(options, capacity, late)));
       Random random(18);
       all_.back()->fill(random,

@@ -1,4 +1,4 @@
-// The device is lost at each call, and not at a sample of the calls.
+// The device is lost at each call, where a test does not state another stride.
 
 #include "tests/gpu/device_loss.hpp"
 

@@ -1,5 +1,5 @@
 // A loop over a large moving world: each tick changes one entity and runs small batches while slots are made
-// ahead. Every so often all answers are compared with the oracle.
+// ahead. In about 60 ticks of each loop all answers are compared with the oracle.
 
 #include <algorithm>
 

@@ -139,7 +139,7 @@ TEST_F(OutOfMemoryInSetup, IsAnErrorOfPrepare) {
   const auto fail_to_prepare = [&](const auto& options) {
     fail_in(307, [&] { return error_of(database_->prepare(options)); });
   };
-  for (const AnyQueryOptions& options : options_of_every_kind()) {
+  for (const AnyQueryOptions& options : all_tested_options()) {
     SCOPED_TRACE(kind_name(options));
     std::visit(
         [&](auto of_kind) {

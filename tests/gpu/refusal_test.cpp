@@ -267,7 +267,7 @@ TEST_F(Refusals, OfOptionsThatAreNoEnumerators) {
                  "level 3");
   expect_refused(NearestQueryOptions{.name = "q", .capacity = 1, .target = static_cast<NearestTarget>(4)},
                  "target 4");
-  for (const AnyQueryOptions& options : options_of_each_kind()) {
+  for (const AnyQueryOptions& options : one_option_per_kind()) {
     std::visit(
         [&](auto of_kind) {
           of_kind.name = "q";

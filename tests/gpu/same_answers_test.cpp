@@ -65,24 +65,26 @@ TEST_F(SameAnswers, InEveryRunOrderAndSplit) {
   for (const std::uint32_t entities : {200u, 2500u}) {
     std::vector<std::vector<Words>> first_run;
     fill_world(entities);
-    for (const AnyQueryOptions& options : options_of_every_kind()) {
+    for (const AnyQueryOptions& options : all_tested_options()) {
       const auto all = random_case(options, count, 0.6);
       SCOPED_TRACE(testing::Message() << all->name() << ", " << entities << " entities");
       const std::vector<Words> answers = first_run.emplace_back(answers_of(*all));
       for (const std::uint32_t capacity : {333u, 64u, 7u})
-        EXPECT_TRUE(same(answers_in_batches(*all, options, places, capacity), answers))
+        EXPECT_TRUE(have_equal_answers(answers_in_batches(*all, options, places, capacity), answers))
             << "in batches of " << capacity;
       auto shuffled = places;
       for (unsigned seed = 0; seed < 3; ++seed) {
         std::ranges::shuffle(shuffled, std::mt19937(seed));
-        EXPECT_TRUE(same(in_order(answers_in_batches(*all, options, shuffled, count), shuffled), answers))
+        EXPECT_TRUE(have_equal_answers(in_order(answers_in_batches(*all, options, shuffled, count), shuffled),
+                                       answers))
             << "in random order " << seed;
       }
     }
     fill_world(entities);
     std::size_t k = 0;
-    for (const AnyQueryOptions& options : options_of_every_kind())
-      EXPECT_TRUE(same(answers_of(*random_case(options, count, 0.6)), first_run[k++])) << "in a second run";
+    for (const AnyQueryOptions& options : all_tested_options())
+      EXPECT_TRUE(have_equal_answers(answers_of(*random_case(options, count, 0.6)), first_run[k++]))
+          << "in a second run";
   }
 }
 
@@ -92,7 +94,7 @@ TEST_F(SameAnswers, AtOneInstantAndBesideElementsAtOtherTimes) {
   std::iota(places.begin(), places.end(), 0u);
   for (const std::uint32_t entities : {200u, 2500u}) {
     fill_world(entities);
-    for (const AnyQueryOptions& options : options_of_every_kind()) {
+    for (const AnyQueryOptions& options : all_tested_options()) {
       const auto all = random_case(options, count, 0.0);
       SCOPED_TRACE(testing::Message() << all->name() << ", " << entities << " entities");
       const std::vector<Words> answers = answers_of(*all);
@@ -100,7 +102,7 @@ TEST_F(SameAnswers, AtOneInstantAndBesideElementsAtOtherTimes) {
       with_others->copy_elements(*all, places);
       auto words = answers_of(*with_others);
       words.resize(answers.size());
-      EXPECT_TRUE(same(words, answers));
+      EXPECT_TRUE(have_equal_answers(words, answers));
     }
   }
 }

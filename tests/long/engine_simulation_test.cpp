@@ -25,9 +25,9 @@ constexpr std::uint64_t seeds_for_all_events = 100;
 std::atomic<std::uint64_t> watched_seed{0};
 
 /// Ends the program and names the seed when a simulation does not end.
-class Watch {
+class SeedTimeLimit {
  public:
-  explicit Watch(std::uint64_t seed) {
+  explicit SeedTimeLimit(std::uint64_t seed) {
     watched_seed = seed;
     std::signal(SIGALRM, [](int) {
       std::fprintf(stderr, "HIL_SIM_SEED=%llu does not end\n",
@@ -36,9 +36,9 @@ class Watch {
     });
     alarm(seed_limit_s);
   }
-  ~Watch() { alarm(0); }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
+  ~SeedTimeLimit() { alarm(0); }
+  SeedTimeLimit(const SeedTimeLimit&) = delete;
+  SeedTimeLimit& operator=(const SeedTimeLimit&) = delete;
 };
 
 void expect_all_disk_events(const SimulationCounts& counts) {
@@ -66,7 +66,7 @@ TEST(EngineSimulation, OutcomesAgreeWithTheModel) {
   const std::uint64_t last = chosen != nullptr ? first : tests::rounds(120, 3'000);
   std::string fault;
   for (std::uint64_t seed = first; seed <= last && fault.empty(); ++seed) {
-    const Watch watch(seed);
+    const SeedTimeLimit limit(seed);
     EngineSimulation simulation(seed);
     fault = simulation.run(steps_each);
     counts.add(simulation.counts());

@@ -26,8 +26,8 @@
 #include "rtstdb/transaction/engine.hpp"
 #include "tests/support/rounds.hpp"
 #include "tests/support/simulation/no_queries.hpp"
-#include "tests/support/simulation/timed_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "timed_disk.hpp"
 
 namespace hil::stress {
 namespace {
@@ -70,29 +70,29 @@ std::vector<std::uint32_t> indices_written_by(Version n) {
 }
 
 /// Memory that a process shares with the test, which reads it after the process is killed.
-struct SharedAccount {
-  DiskAccount disk;
+struct SharedDiskTime {
+  DiskTime disk;
   std::atomic<pid_t> log_thread{0}, engine_thread{0};
   std::atomic<std::int64_t> stopped_ns{0};  ///< the time at which it was stopped
   std::atomic<std::int64_t> threads_ns{0};  ///< thread_time() until then
 };
 
-/// The kernel's account of a thread.
+/// The times of a thread, from the kernel.
 struct Scheduled {
   std::int64_t ran_ns = 0, waited_ns = 0;
 };
 
 Scheduled scheduled(pid_t process, pid_t thread) {
   std::ifstream file("/proc/" + std::to_string(process) + "/task/" + std::to_string(thread) + "/schedstat");
-  Scheduled account;
-  file >> account.ran_ns >> account.waited_ns;
-  return account;
+  Scheduled times;
+  file >> times.ran_ns >> times.waited_ns;
+  return times;
 }
 
 /// The time in which the log thread ran or waited for a processor, and the engine thread waited for one.
-Nanoseconds thread_time(pid_t process, const SharedAccount& account) {
-  const Scheduled log = scheduled(process, account.log_thread);
-  return Nanoseconds(log.ran_ns + log.waited_ns + scheduled(process, account.engine_thread).waited_ns);
+Nanoseconds thread_time(pid_t process, const SharedDiskTime& times) {
+  const Scheduled log = scheduled(process, times.log_thread);
+  return Nanoseconds(log.ran_ns + log.waited_ns + scheduled(process, times.engine_thread).waited_ns);
 }
 
 pid_t thread_named(const std::string& wanted) {
@@ -107,7 +107,7 @@ pid_t thread_named(const std::string& wanted) {
 /// The database of a process.
 class Opened {
  public:
-  Opened(const std::filesystem::path& directory, DurabilityMode mode, SharedAccount& account) {
+  Opened(const std::filesystem::path& directory, DurabilityMode mode, SharedDiskTime& times) {
     transaction::CommitLogOptions options;
     options.durability.mode = mode;
     options.durability.ring_bytes = ring_bytes;
@@ -118,7 +118,7 @@ class Opened {
     auto disk = log::open_directory(directory);
     if (!disk) throw std::runtime_error(disk.error().describe());
     auto opened = transaction::CommitLog::open(
-        std::make_shared<TimedDisk>(std::move(disk.value()), account.disk, clock), options);
+        std::make_shared<TimedDisk>(std::move(disk.value()), times.disk, clock), options);
     if (!opened) throw std::runtime_error(opened.error().message);
     transaction::EngineOptions engine_options;
     engine_options.store.max_entities = entities;
@@ -162,11 +162,11 @@ struct Acknowledgement {
 
 /// Exits only after a fault.
 [[noreturn]] void commit_until_killed(const std::filesystem::path& directory, DurabilityMode mode,
-                                      SharedAccount& account, int pipe_end) {
+                                      SharedDiskTime& times, int pipe_end) {
   try {
-    Opened opened(directory, mode, account);
-    account.log_thread = thread_named("rtstdb log");
-    account.engine_thread = thread_named("rtstdb");
+    Opened opened(directory, mode, times);
+    times.log_thread = thread_named("rtstdb log");
+    times.engine_thread = thread_named("rtstdb");
     for (Version n = opened.engine->latest().version + 1;; ++n) {
       const Outcome& outcome = opened.commit(n);
       if (!outcome.done() || outcome.version != n) {
@@ -177,7 +177,7 @@ struct Acknowledgement {
       const ClockTime now = opened.clock.now();
       const Acknowledgement last{
           n,   opened.engine->log()->durable(), opened.engine->log()->state().commits_in_gaps,
-          now, account.disk.taken(now),         thread_time(getpid(), account)};
+          now, times.disk.total(now),           thread_time(getpid(), times)};
       if (write(pipe_end, &last, sizeof last) != sizeof last) _exit(5);
     }
   } catch (const std::exception& failure) {
@@ -186,15 +186,15 @@ struct Acknowledgement {
   _exit(6);
 }
 
-/// Reads the accounts while the process is stopped, and kills it.
-[[noreturn]] void stop_and_kill(std::int64_t micros, pid_t process, SharedAccount& account) {
+/// Reads the times while the process is stopped, and kills it.
+[[noreturn]] void stop_and_kill(std::int64_t micros, pid_t process, SharedDiskTime& times) {
   usleep(static_cast<useconds_t>(micros));
   kill(process, SIGSTOP);
   for (std::string id, name, state; state != "T";)
     std::ifstream("/proc/" + std::to_string(process) + "/stat") >> id >> name >> state;
   const transaction::MonotonicClock clock;
-  account.stopped_ns = clock.now().time_since_epoch().count();
-  account.threads_ns = thread_time(process, account).count();
+  times.stopped_ns = clock.now().time_since_epoch().count();
+  times.threads_ns = thread_time(process, times).count();
   kill(process, SIGKILL);
   _exit(0);
 }
@@ -202,20 +202,21 @@ struct Acknowledgement {
 class Kill9 : public testing::Test {
  protected:
   void SetUp() override {
-    shared_ = mmap(nullptr, sizeof(SharedAccount), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    shared_ =
+        mmap(nullptr, sizeof(SharedDiskTime), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     ASSERT_NE(shared_, MAP_FAILED);
   }
-  void TearDown() override { munmap(shared_, sizeof(SharedAccount)); }
+  void TearDown() override { munmap(shared_, sizeof(SharedDiskTime)); }
 
   /// Runs a process and kills it some time after its first commit. Returns its acknowledgements.
   std::vector<Acknowledgement> run_process(DurabilityMode mode) {
-    account_ = new (shared_) SharedAccount;
+    times_ = new (shared_) SharedDiskTime;
     int ends[2];
     EXPECT_EQ(pipe(ends), 0);
     const pid_t child = fork();
     if (child == 0) {
       close(ends[0]);
-      commit_until_killed(directory_.path(), mode, *account_, ends[1]);
+      commit_until_killed(directory_.path(), mode, *times_, ends[1]);
     }
     close(ends[1]);
     std::vector<Acknowledgement> all(1);
@@ -224,7 +225,7 @@ class Kill9 : public testing::Test {
     // The killer is a process, so that this one keeps reading the pipe.
     const auto micros = static_cast<std::int64_t>(random_() % 30'000);
     const pid_t killer = fork();
-    if (killer == 0) stop_and_kill(micros, child, *account_);
+    if (killer == 0) stop_and_kill(micros, child, *times_);
     for (Acknowledgement next; read(ends[0], &next, sizeof next) == sizeof next;)
       all.push_back(next);
     close(ends[0]);
@@ -246,12 +247,12 @@ class Kill9 : public testing::Test {
     const std::string found = recovered.value().report.describe();
     const Version version = world.latest.version;
     ASSERT_GE(version, last.durable) << found;
-    ASSERT_GE(version, at_) << found;
+    ASSERT_GE(version, replayed_version_) << found;
     // The last commit may lack its acknowledgement.
     ASSERT_LE(version, last.done + 1 + (mode == DurabilityMode::group ? 1 : 0)) << found;
-    while (at_ < version)
-      for (const std::uint32_t index : indices_written_by(++at_))
-        written_[index] = static_cast<std::uint32_t>(at_);
+    while (replayed_version_ < version)
+      for (const std::uint32_t index : indices_written_by(++replayed_version_))
+        written_[index] = static_cast<std::uint32_t>(replayed_version_);
     // In async mode even the first commit, which creates all entities, can be lost.
     ASSERT_EQ(world.rows.size(), version == 0 ? 0 : entities);
     for (std::uint32_t index = 0; index < world.rows.size(); ++index)
@@ -272,9 +273,8 @@ class Kill9 : public testing::Test {
   /// of the two threads waited for a processor.
   void check_loss(const Acknowledgement& last, const Acknowledgement& oldest_lost) {
     const Nanoseconds span = last.at - oldest_lost.at;
-    const Nanoseconds disk =
-        account_->disk.taken(clock_time_ns(account_->stopped_ns)) - oldest_lost.disk_time;
-    const Nanoseconds threads = Nanoseconds(account_->threads_ns) - oldest_lost.thread_time;
+    const Nanoseconds disk = times_->disk.total(clock_time_ns(times_->stopped_ns)) - oldest_lost.disk_time;
+    const Nanoseconds threads = Nanoseconds(times_->threads_ns) - oldest_lost.thread_time;
     const Nanoseconds unexplained = span - flush_interval - disk - threads;
     if (unexplained > timer_slack) {
       unexplained_ += unexplained - timer_slack;
@@ -287,9 +287,9 @@ class Kill9 : public testing::Test {
 
   const tests::TemporaryFolder directory_;
   void* shared_ = nullptr;
-  SharedAccount* account_ = nullptr;
+  SharedDiskTime* times_ = nullptr;
   std::mt19937_64 random_{9};
-  Version at_ = 0;
+  Version replayed_version_ = 0;
   LastWriters written_ = LastWriters(entities, 0);
   Version max_lost_ = 0;
   Nanoseconds longest_lost_{0};
@@ -306,14 +306,14 @@ TEST_F(Kill9, LosesNoDurableCommit) {
     const std::vector<Acknowledgement> last = run_process(mode);
     if (!HasFailure()) check_recovery(mode, last);
   }
-  EXPECT_GT(at_, static_cast<Version>(processes));
+  EXPECT_GT(replayed_version_, static_cast<Version>(processes));
   const Nanoseconds host = host_time() - taken_before + Nanoseconds(10'000'000);  // a tick may not be full
   EXPECT_LE(unexplained_count_, 1 + processes / 100);
   EXPECT_LE(unexplained_, host) << "more commits are lost than all known delays explain";
-  std::cout << processes << " processes killed, " << at_ << " versions; async lost at most " << max_lost_
-            << " commits, of " << longest_lost_.count() / 1000 << " us; " << unexplained_.count() / 1000
-            << " us unexplained, stolen by the host " << host.count() / 1000 << " us; " << with_gaps_
-            << " processes with a full ring\n";
+  std::cout << processes << " processes killed, " << replayed_version_ << " versions; async lost at most "
+            << max_lost_ << " commits, of " << longest_lost_.count() / 1000 << " us; "
+            << unexplained_.count() / 1000 << " us unexplained, stolen by the host " << host.count() / 1000
+            << " us; " << with_gaps_ << " processes with a full ring\n";
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ TEST(PausedProcess, HasNoLateCommitAndNoFalseMiss) {
     int state = 0;
     ASSERT_EQ(waitpid(child, &state, WUNTRACED), child);
     ASSERT_TRUE(WIFSTOPPED(state));
-    std::this_thread::sleep_for(150ms);
+    std::this_thread::sleep_for(150ms);  // the length of the pause
     ASSERT_EQ(kill(child, SIGCONT), 0);
   }
   close(until[1]);

@@ -1,6 +1,6 @@
 // Reservations and promises with a real device and clock. Delays of the machine (MachineDelay) excuse
 // lateness; the tests with simulated time make the strict claims. Since not every delay is measured, one
-// round of three has to have no unexcused miss.
+// round of three has to have no unexcused miss of a reservation, and at most permitted_misses of promises.
 
 #include <gtest/gtest.h>
 
@@ -25,6 +25,7 @@ using namespace rtstdb;
 constexpr std::uint32_t entity_count = 500;
 constexpr std::int64_t hard_transactions = 2000;
 constexpr std::int64_t firm_transactions = 5000;
+constexpr std::uint64_t permitted_misses = 5;
 
 template <class Value>
 Value value_of(Result<Value> result) {
@@ -207,9 +208,9 @@ TEST_F(RealDeadlines, PromisesAreMissedOnlyByDelaysOfTheMachine) {
     for (const CostPredictions& one : after.predictions)
       std::cout << "  " << one.cost_class << ": 1 % below " << one.p01 << ", median " << one.median
                 << ", 1 % above " << one.p99 << " (" << one.count << ")\n";
-    if (unexcused <= promised / 1000) break;
+    if (unexcused <= permitted_misses) break;
   }
-  EXPECT_LE(unexcused, static_cast<std::uint64_t>(firm_transactions) / 1000);
+  EXPECT_LE(unexcused, permitted_misses);
   EXPECT_EQ(database_->counts().firm_late_commits, 0u);
 }
 

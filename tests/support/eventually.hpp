@@ -8,7 +8,7 @@ namespace hil::tests {
 /// Waits until `condition` holds. False when it does not within the limit, which is longer than any machine
 /// needs.
 template <typename Condition>
-bool eventually(const Condition& condition, std::chrono::milliseconds limit = std::chrono::seconds(20)) {
+bool eventually(const Condition& condition, std::chrono::milliseconds limit = std::chrono::seconds(60)) {
   const auto end = std::chrono::steady_clock::now() + limit;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > end) return false;

@@ -21,7 +21,7 @@
 //   slow     Commits wait in a ring in memory. When the ring is full, async continues without recording; the
 //            missing versions are a gap, and the log is complete again from the next checkpoint on. Group and
 //            sync refuse writes (RefusedBy::log_full).
-//   failing  The writer retries in a new file until it succeeds. Async continues meanwhile. Group ends the
+//   failing  The writer retries in a new file until it succeeds. Async continues. Group ends the
 //            waiting transactions as committed and not durable; group and sync refuse further writes
 //            (RefusedBy::log_fault) until the disk accepts them again.
 // Database::durability() reports both. Segments are allocated ahead; if the disk has no space for that, a

@@ -48,7 +48,7 @@ enum class LatePolicy : std::uint8_t {
   /// policy are left to execute and the next chunk would pass the deadline, the transaction ends, whatever
   /// its class: it completes as truncated (Outcome::partial). A firm transaction that passes its deadline
   /// nevertheless, or has other queries left, is missed; the elements answered by then keep their answers,
-  /// and so do long searches that completed meanwhile. Queries are executed in the order in which they were
+  /// and so do long searches that completed during it. Queries are executed in the order in which they were
   /// added. Elements without an answer are marked incomplete. The deadline is checked between chunks
   /// (DatabaseOptions::chunk): a batch that is not split is answered whole or not at all. Has no effect under
   /// a virtual clock. In a transaction with writes it acts as discard, since no version exists that the

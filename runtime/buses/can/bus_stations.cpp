@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "runtime/config/reading.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::buses::can {
 

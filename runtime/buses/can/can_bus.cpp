@@ -30,7 +30,8 @@ void connect_output(const Word& word, const io::can::DbcSignal& signal, const io
   const bool may_be_signal =
       word.text.find('.') != std::string::npos && word.text.find_first_not_of(letters) == std::string::npos;
   if (!may_be_signal || (values.contains(word.text) && !known.table().find(word.text))) {
-    if (const auto value = value_named(values, word, channel.name, diagnostics)) target.constant = *value;
+    if (const auto value = signals::value_named(values, word, channel.name, diagnostics))
+      target.constant = *value;
     return;
   }
   target.signal = known.find(word, diagnostics);
@@ -95,7 +96,7 @@ void CanBus::connect_message(const SentMessage& sent, const io::can::DbcMessage&
                              const KnownSignals& known, std::vector<Source>& outputs,
                              Diagnostics& diagnostics) const {
   for (const io::can::DbcSignal& signal : message.signals) {
-    const std::size_t index = output_index(*channels_, message.name + "." + signal.name);
+    const std::size_t index = io::output_index(*channels_, message.name + "." + signal.name);
     const auto start = start_value_of(signal);
     if (index < outputs.size() && start) outputs[index].constant = *start;
   }
@@ -104,11 +105,11 @@ void CanBus::connect_message(const SentMessage& sent, const io::can::DbcMessage&
     const io::can::DbcSignal* const found = message.find_signal(source.dbc_signal.text);
     if (found == nullptr) continue;
     const io::can::DbcSignal& signal = *found;
-    const std::size_t index = output_index(*channels_, message.name + "." + signal.name);
+    const std::size_t index = io::output_index(*channels_, message.name + "." + signal.name);
     if (index == outputs.size()) {
-      diagnostics.add(source.dbc_signal.place,
-                      "'" + source.dbc_signal.text + "' of " + sent.message.text +
-                          " is its counter or checksum, which the bus fills at the send instant");
+      diagnostics.add(source.dbc_signal.place, "hil writes '" + source.dbc_signal.text +
+                                                   "' (the counter or checksum of " + sent.message.text +
+                                                   "); leave it out of 'signals'");
       continue;
     }
     const std::string imprecise = precision_warning(signal);
@@ -131,8 +132,8 @@ void CanBus::connect(const KnownSignals& known, std::vector<Source>& outputs,
   }
 }
 
-std::unique_ptr<BusDevice> CanBus::make_device(RunFacts facts) const {
-  return std::make_unique<CanRun>(section_, config_, std::move(facts));
+std::unique_ptr<BusDevice> CanBus::make_device(RunEnvironment environment) const {
+  return std::make_unique<CanRun>(section_, config_, std::move(environment));
 }
 
 }  // namespace hil::buses::can

@@ -22,7 +22,7 @@ class CanBus final : public Bus {
   void describe_signals(const std::string& prefix, KnownSignals& known) const override;
   void connect(const KnownSignals& known, std::vector<Source>& outputs,
                config::Diagnostics& diagnostics) const override;
-  std::unique_ptr<BusDevice> make_device(RunFacts facts) const override;
+  std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const override;
 
  private:
   /// The message that the configuration has under this name. Null: it could not be configured.
@@ -36,7 +36,7 @@ class CanBus final : public Bus {
 
   const CanSection& section_;
   io::can::CanDeviceConfig config_;
-  std::unique_ptr<io::can::CanDevice> channels_;
+  std::unique_ptr<io::can::CanDevice> channels_;  ///< never opened: only its channels are used
 };
 
 }  // namespace hil::buses::can

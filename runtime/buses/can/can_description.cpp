@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "io/can/signal_codec.hpp"
-#include "runtime/buses/known_signals.hpp"
 #include "runtime/config/numbers.hpp"
+#include "runtime/signals/known_signals.hpp"
 
 namespace hil::buses::can {
 namespace {
@@ -66,15 +66,16 @@ const io::can::DbcSignal* find_dbc_signal(const io::can::DbcMessage& message, co
   return nullptr;
 }
 
-/// Adds a mistake for a constant beyond the bits or the range of the signal.
-void check_constant(const io::can::DbcSignal& signal, const Word& written, double value,
-                    Diagnostics& diagnostics) {
+/// Adds a mistake for a constant at `place` beyond the bits or the range of the signal, which the scenario
+/// calls `written`.
+void check_constant(const io::can::DbcSignal& signal, const std::string& written, double value,
+                    const config::Place& place, Diagnostics& diagnostics) {
   const io::can::SignalCodec codec(signal);
   if (codec.to_raw(value).verdict != io::can::SignalCodec::Verdict::saturated) return;
-  diagnostics.add(written.place, "'" + written.text + "': " + config::format_number(value) +
-                                     " is out of range; the signal has the range " +
-                                     config::format_number(codec.physical_minimum()) + " to " +
-                                     config::format_number(codec.physical_maximum()));
+  diagnostics.add(place, "'" + written + "': " + config::format_number(value) +
+                             " is out of range; the signal has the range " +
+                             config::format_number(codec.physical_minimum()) + " to " +
+                             config::format_number(codec.physical_maximum()));
 }
 
 /// Leaves `protection` empty after a mistake; the message can still be used.
@@ -116,12 +117,13 @@ std::map<std::string, double> safe_values_of(const std::vector<SafeValue>& writt
     if (signal == nullptr) continue;
     std::optional<double> value;
     if (const Word* const name = std::get_if<Word>(&safe.value)) {
-      value = value_named(named_values_of(*signal), *name, message.name + "." + signal->name, diagnostics);
+      value = signals::value_named(named_values_of(*signal), *name, message.name + "." + signal->name,
+                                   diagnostics);
     } else {
       value = std::get<double>(safe.value);
     }
     if (!value) continue;
-    if (is_sent) check_constant(*signal, safe.dbc_signal, *value, diagnostics);
+    if (is_sent) check_constant(*signal, safe.dbc_signal.text, *value, safe.value_place, diagnostics);
     values[signal->name] = *value;
   }
   return values;
@@ -139,9 +141,9 @@ std::int64_t period_of(const SentMessage& sent, const io::can::DbcMessage& messa
                                             source + ", is no multiple of the bus's period of " +
                                             milliseconds(bus_period_ns) + "; set 'period' or another 'rate'");
   } else if (sent.offset_ns >= period_ns) {
-    diagnostics.add(sent.message.place, "'offset': " + milliseconds(sent.offset_ns) +
-                                            " has to be less than the message's period of " +
-                                            milliseconds(period_ns) + source);
+    diagnostics.add(sent.offset_place, "'offset': " + milliseconds(sent.offset_ns) +
+                                           " has to be less than the message's period of " +
+                                           milliseconds(period_ns) + source);
   }
   return period_ns;
 }
@@ -166,7 +168,7 @@ void describe_sent(const SentMessage& sent, std::int64_t bus_period_ns, io::can:
                       "'" + signal->name + "' is set twice, by its long and its short name");
     fed.push_back(signal);
     if (const double* constant = std::get_if<double>(&source.source))
-      check_constant(*signal, source.dbc_signal, *constant, diagnostics);
+      check_constant(*signal, source.dbc_signal.text, *constant, source.source_place, diagnostics);
   }
   device.send.push_back(std::move(config));
 }
@@ -176,6 +178,13 @@ void describe_received(const ReceivedMessage& received, io::can::CanDeviceConfig
   const io::can::DbcMessage* const message =
       find_message(device.database, received.message, io::can::Use::receive, diagnostics);
   if (message == nullptr || is_named_twice(received.message, *message, device.receive, diagnostics)) return;
+  if (std::ranges::find(device.send, message->name, &io::can::SentMessageConfig::message) !=
+      device.send.end()) {
+    diagnostics.add(received.message.place, "message '" + received.message.text +
+                                                "' is under 'receive' and under 'send'; hil either sends a "
+                                                "message or receives it: leave it out of one of them");
+    return;
+  }
   constexpr std::int64_t cycles = 3;
   io::can::ReceivedMessageConfig config{
       .message = message->name,

@@ -8,15 +8,15 @@ namespace {
 using contribution::add_sentence;
 using contribution::BusSentence;
 
-std::vector<BusSentence> faults_of(const CanFacts& bus) {
+std::vector<BusSentence> faults_of(const CanRecord& bus) {
   std::vector<BusSentence> sentences;
-  add_sentence(sentences, bus.saturated, "output value", "output values",
+  add_sentence(sentences, bus.saturated, "output value was", "output values were",
                "beyond the range of the signal: its limit was sent instead");
-  add_sentence(sentences, bus.refused_values, "output value", "output values",
-               "that were not a number: the last value was sent again");
-  add_sentence(sentences, bus.dropped_releases, "tick", "ticks",
-               "whose outputs were not sent: the bus's thread was too slow");
-  add_sentence(sentences, bus.log_dropped, "frame", "frames",
+  add_sentence(sentences, bus.refused_values, "output value was", "output values were",
+               "not a number: the last value was sent again");
+  add_sentence(sentences, bus.dropped_releases, "set of outputs was", "sets of outputs were",
+               "not sent: the thread of the bus was too slow");
+  add_sentence(sentences, bus.log_dropped, "frame is", "frames are",
                "missing in the log: the disk was too slow or failed");
   add_sentence(sentences, bus.send_errors, "frame", "frames",
                bus.send_fault.empty() ? "could not be sent while the bus was lost"
@@ -24,38 +24,38 @@ std::vector<BusSentence> faults_of(const CanFacts& bus) {
   return sentences;
 }
 
-std::vector<BusSentence> remarks_of(const CanFacts& bus) {
+std::vector<BusSentence> remarks_of(const CanRecord& bus) {
   std::vector<BusSentence> sentences;
-  add_sentence(sentences, bus.fault_dropped_tx, "sent frame", "sent frames",
+  add_sentence(sentences, bus.fault_dropped_tx, "sent frame was", "sent frames were",
                "dropped by fault injection (drop, or delay beyond the end of the run): counted as sent, but "
                "neither on the bus nor in the log");
   add_sentence(
-      sentences, bus.fault_dropped_rx, "frame of other stations", "frames of other stations",
+      sentences, bus.fault_dropped_rx, "frame of other stations was", "frames of other stations were",
       "dropped by fault injection (drop, or delay beyond the end of the run): neither received nor in "
       "the log");
-  add_sentence(sentences, bus.fault_corrupted, "frame", "frames",
-               "corrupted by fault injection: the log has them as they were on the bus");
-  add_sentence(sentences, bus.fault_delayed, "frame", "frames",
+  add_sentence(sentences, bus.fault_corrupted, "frame was", "frames were",
+               "corrupted by fault injection: the log shows the frame as it was on the bus");
+  add_sentence(sentences, bus.fault_delayed, "frame was", "frames were",
                "delayed by fault injection: the log has the time on the bus");
-  add_sentence(sentences, bus.wrong_kind, "received frame", "received frames",
+  add_sentence(sentences, bus.wrong_kind, "received frame was", "received frames were",
                "refused: a remote request, or of another format (classic, CAN FD) than the message");
   for (const FrameLengths& lengths : bus.other_lengths) {
-    add_sentence(sentences, lengths.longer, "received frame", "received frames",
+    add_sentence(sentences, lengths.longer, "received frame was", "received frames were",
                  "longer than the message " + lengths.message + ": the bytes after the message are padding");
-    add_sentence(sentences, lengths.shorter, "received frame", "received frames",
+    add_sentence(sentences, lengths.shorter, "received frame was", "received frames were",
                  "shorter than the message " + lengths.message +
                      ": only the signals that the frame contains completely were updated");
   }
-  add_sentence(sentences, bus.lost_arrivals, "received value", "received values",
+  add_sentence(sentences, bus.lost_arrivals, "received value is", "received values are",
                "missing in the measured response times: more came in one tick than are kept");
   return sentences;
 }
 
 }  // namespace
 
-CanFacts facts_of(const io::can::CanDevice& device) {
+CanRecord record_of(const io::can::CanDevice& device) {
   const io::can::CanCounters counters = device.counters();
-  CanFacts bus;
+  CanRecord bus;
   bus.bus = device.name();
   bus.driver = device.bus().description();
   bus.rx = counters.rx;
@@ -100,7 +100,7 @@ std::vector<contribution::BusColumn> can_columns() {
           {"bus_load_peak", "Peak in 0.1 s"}};
 }
 
-contribution::BusRecord to_record(const CanFacts& bus) {
+contribution::BusRecord to_record(const CanRecord& bus) {
   std::vector<contribution::BusRow> other_lengths;
   for (const FrameLengths& lengths : bus.other_lengths) {
     other_lengths.push_back(
@@ -132,7 +132,8 @@ contribution::BusRecord to_record(const CanFacts& bus) {
                      {"fault_delayed", bus.fault_delayed},
                      {"other_lengths", std::move(other_lengths)}},
           .faults = faults_of(bus),
-          .remarks = remarks_of(bus)};
+          .remarks = remarks_of(bus),
+          .dropped_releases = bus.dropped_releases};
 }
 
 }  // namespace hil::buses::can

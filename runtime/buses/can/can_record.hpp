@@ -22,7 +22,7 @@ struct FrameLengths {
 };
 
 /// The log contains what was on the bus: rx + tx + errors - fault_dropped_tx - log_dropped frames.
-struct CanFacts {
+struct CanRecord {
   std::string bus;
   std::string driver;
   std::uint64_t rx = 0;
@@ -50,13 +50,13 @@ struct CanFacts {
   std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
 };
 
-CanFacts facts_of(const io::can::CanDevice& device);
+CanRecord record_of(const io::can::CanDevice& device);
 
 /// The columns of the table on the page.
 std::vector<contribution::BusColumn> can_columns();
 
 /// Faults: output values and frames that were changed, not sent or not logged. Remarks: further counters that
 /// have no column, injected faults included.
-contribution::BusRecord to_record(const CanFacts& facts);
+contribution::BusRecord to_record(const CanRecord& bus);
 
 }  // namespace hil::buses::can

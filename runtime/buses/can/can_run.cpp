@@ -17,24 +17,24 @@ io::virtual_bus::HubConfig hub_config(const CanSection& section, std::uint64_t s
                      .delay_probability = section.faults.delay_ns > 0 ? 1.0 : 0.0,
                      .delay_ns = section.faults.delay_ns,
                      .seed = seed},
-          .expected_clients = connection_count};
+          .expected_stations = connection_count};
 }
 
 }  // namespace
 
-CanRun::CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunFacts facts)
-    : section_(section), stations_(facts.scenario, section) {
+CanRun::CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment)
+    : section_(section), stations_(environment.scenario, section) {
   std::unique_ptr<io::can::Bus> port;
   if (section.is_virtual()) {
     auto hub = std::make_unique<io::virtual_bus::Hub>(
-        hub_config(section, facts.scenario.seed, stations_.connection_count()));
+        hub_config(section, environment.scenario.seed, stations_.connection_count()));
     hub_ = hub.get();
     port = std::move(hub);
   } else {
     port = std::make_unique<io::can::SocketCanBus>(io::can::SocketCanConfig{.interface = section.interface});
   }
-  config.log_file = facts.directory / log_file();
-  config.on_thread_start = std::move(facts.on_thread_start);
+  config.log_file = environment.directory / log_file();
+  config.on_thread_start = std::move(environment.on_thread_start);
   device_ = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
 }
 
@@ -47,7 +47,7 @@ bool CanRun::all_programs_connected(const StartedPrograms& programs) const {
 }
 
 contribution::BusRecord CanRun::record() const {
-  return to_record(facts_of(*device_));
+  return to_record(record_of(*device_));
 }
 
 std::string CanRun::log_file() const {

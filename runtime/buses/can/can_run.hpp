@@ -16,7 +16,7 @@ namespace hil::buses::can {
 class CanRun final : public BusDevice {
  public:
   /// The section outlives it. Throws io::DeviceError.
-  CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunFacts facts);
+  CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment);
 
   io::Device& device() noexcept override { return *device_; }
   StartPhase start_phase() const noexcept override { return StartPhase::before_programs; }

@@ -2,14 +2,84 @@
 
 #include <algorithm>
 
-#include "runtime/buses/can/can_schema.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/reading.hpp"
+#include "runtime/config/shared_schemas.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::buses::can {
 namespace {
 
 using namespace config;
+
+Schema sent_schema() {
+  return Schema::record_or(
+      "message",
+      {
+          Field::needed("message", Schema::name(), "A message of the DBC file."),
+          Field::optional("period", duration_schema(min_duration_s),
+                          "The period of sending, a multiple of the bus's period. Left out: GenMsgCycleTime "
+                          "of the DBC file, else one period of the bus."),
+          Field::with_default(
+              "offset", duration_schema(0.0), "0 ms",
+              "The shift of sending: a multiple of the bus's period, less than the message's period."),
+          Field::optional("counter", Schema::name(), "The signal that counts the frames."),
+          Field::optional("checksum", Schema::name(),
+                          "The signal that carries the checksum (CRC-8 SAE J1850)."),
+          Field::with_default(
+              "signals", Schema::map(Schema::text()), "{}",
+              "The source of each signal: a signal of the run, a number, or a value name of the DBC file. "
+              "Other signals have their start value (GenSigStartValue), else their safe value."),
+          Field::with_default("safe", Schema::map(Schema::text()), "{}",
+                              "The safe value of each signal, a number or a value name. Other signals: 0."),
+      });
+}
+
+Schema received_schema() {
+  return Schema::record_or(
+      "message",
+      {
+          Field::needed("message", Schema::name(), "A message of the DBC file."),
+          Field::optional("timeout", duration_schema(0.0),
+                          "The age beyond which the signals are not fresh and have their safe values; a "
+                          "multiplexed signal by its own last value. 0 ms: no limit. Left out: three times "
+                          "GenMsgCycleTime of the DBC file, else no limit."),
+          Field::optional("counter", Schema::name(), "The signal that counts the frames. Gaps are counted."),
+          Field::optional("checksum", Schema::name(),
+                          "The signal that carries the checksum. It is verified."),
+          Field::with_default("safe", Schema::map(Schema::text()), "{}",
+                              "The safe value of each signal, a number or a value name. Other signals: 0."),
+      });
+}
+
+Schema can_schema() {
+  return Schema::record({
+      Field::needed("bus", Schema::name(), "The bus's name. Its signals begin with can.NAME."),
+      Field::with_default("device", Schema::text(), "virtual",
+                          "virtual, or socketcan:INTERFACE for an interface of the kernel."),
+      Field::needed("database", Schema::file(), "The DBC file."),
+      Field::needed("rate", rate_schema(),
+                    "The rate at which frames are read and sent. It divides the base rate."),
+      Field::with_default("bit_rate", Schema::integer(1'000, 20'000'000), "500000",
+                          "The bit rate in bits per second, for the bus load."),
+      Field::optional("priority", thread_priority_schema(),
+                      "The real-time priority of the device's thread. Left out: an ordinary thread."),
+      Field::with_default("send", Schema::list(sent_schema()), "[]", "The messages the run sends."),
+      Field::with_default("receive", Schema::list(received_schema()), "[]", "The messages the run reads."),
+      Field::optional("faults",
+                      Schema::record({
+                          Field::with_default("drop", Schema::number(0.0, 1.0), "0",
+                                              "The probability that a frame is lost."),
+                          Field::with_default("corrupt", Schema::number(0.0, 1.0), "0",
+                                              "The probability that a bit of a frame is inverted."),
+                          Field::with_default("delay", duration_schema(0.0, 60.0), "0 ms",
+                                              "The delay of each frame. Under clock: virtual, rounded up to "
+                                              "whole periods of the bus's rate."),
+                      }),
+                      "The faults that a virtual bus injects."),
+      may_be_lost_field("The bus: its interface goes down or away, or its controller goes bus-off."),
+  });
+}
 
 bool is_interface(std::string_view name) {
   constexpr std::size_t longest = 15;  // IFNAMSIZ with its closing zero
@@ -33,7 +103,7 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
   if (!is_interface(interface)) {
     diagnostics.add(device.place(),
                     "'device': " + in_quotes(interface) +
-                        " is no interface's name; it has 1 to 15 characters, as in socketcan:vcan0");
+                        " is not a name of an interface: 1 to 15 characters, as in socketcan:vcan0");
   }
   return interface;
 }
@@ -42,7 +112,7 @@ std::string read_interface(const Value& device, Diagnostics& diagnostics) {
 std::optional<std::variant<Word, double>> read_value(const Word& dbc_signal, const Value& value,
                                                      Diagnostics& diagnostics) {
   const std::string& text = value.text();
-  const NumberReading number = read_number(text);
+  const ParsedNumber number = read_number(text);
   if (number.length == 0 || (number.fault.empty() && number.length < text.size())) return word_of(value);
   if (number.fault.empty()) return number.value;
   diagnostics.add(value.place(), in_quotes(dbc_signal.text) + ": " + in_quotes(text) + " " + number.fault);
@@ -55,7 +125,7 @@ std::vector<SafeValue> read_safe(const Value& map, Diagnostics& diagnostics) {
     const Value& value = map.entries()[i].second;
     const Word dbc_signal{map.entries()[i].first, map.key_place(i)};
     if (const auto number = read_value(dbc_signal, value, diagnostics))
-      values.push_back({dbc_signal, *number});
+      values.push_back({dbc_signal, *number, value.place()});
   }
   return values;
 }
@@ -64,7 +134,7 @@ std::optional<SignalSource> read_source(const Word& dbc_signal, const Value& val
                                         Diagnostics& diagnostics) {
   auto read = read_value(dbc_signal, value, diagnostics);
   if (!read) return std::nullopt;
-  return SignalSource{dbc_signal, std::move(*read)};
+  return SignalSource{dbc_signal, std::move(*read), value.place()};
 }
 
 void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_ns,
@@ -76,6 +146,7 @@ void read_period(const Value& value, SentMessage& sent, std::int64_t bus_period_
   const Value& offset = value["offset"];
   if (!multiple_of(offset, bus_period_ns, "offset", "the bus's period", diagnostics)) return;
   sent.offset_ns = offset.duration_ns();
+  sent.offset_place = offset.place();
   if (sent.period_ns == 0 || sent.offset_ns < sent.period_ns) return;
   diagnostics.add(offset.place(), "'offset': " + format_duration(sent.offset_ns) +
                                       " has to be less than the message's period of " +
@@ -94,9 +165,11 @@ SentMessage read_sent(const Value& value, std::int64_t bus_period_ns, Diagnostic
     const auto& [name, source] = signals.entries()[i];
     const Word dbc_signal{name, signals.key_place(i)};
     if (sent.counter && sent.counter->text == name) {
-      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the counter, which hil sets; leave it out");
+      diagnostics.add(dbc_signal.place,
+                      "hil writes " + in_quotes(name) + " (the counter); leave it out of 'signals'");
     } else if (sent.checksum && sent.checksum->text == name) {
-      diagnostics.add(dbc_signal.place, in_quotes(name) + " is the checksum, which hil sets; leave it out");
+      diagnostics.add(dbc_signal.place,
+                      "hil writes " + in_quotes(name) + " (the checksum); leave it out of 'signals'");
     }
     std::optional<SignalSource> read = read_source(dbc_signal, source, diagnostics);
     if (read) sent.signals.push_back(std::move(*read));
@@ -144,7 +217,7 @@ void read_faults(const Value& value, CanSection& section, Diagnostics& diagnosti
 }
 
 /// Refuses two buses on one interface: each would take the other's frames for those of the device under test.
-void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
+void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, ReaderContext& reading) {
   const std::vector<const CanSection*> sections = sections_of<CanSection>(list);
   for (std::size_t i = 0; i < sections.size(); ++i) {
     if (sections[i]->is_virtual()) continue;
@@ -153,29 +226,28 @@ void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, D
       return other->interface == sections[i]->interface;
     });
     if (first == end) continue;
-    diagnostics.add(sections[i]->device_place, "'device': the bus " + in_quotes((*first)->name.text) +
-                                                   " is already on " + in_quotes(sections[i]->interface));
+    reading.diagnostics.add(sections[i]->device_place, "'device': the bus " + in_quotes((*first)->name.text) +
+                                                           " is already on " +
+                                                           in_quotes(sections[i]->interface));
   }
 }
 
 }  // namespace
 
-void CanSection::read_entry(const Value& entry, Reading& reading) {
+void CanSection::read_entry(const Value& entry, ReaderContext& reading) {
   if (entry.has("device")) {
     interface = read_interface(entry["device"], reading.diagnostics);
     device_place = entry["device"].place();
     if (!is_virtual() && reading.clock == ClockKind::virtual_time) {
       reading.diagnostics.add(
           device_place,
-          "'device': a bus of the kernel keeps to the clock on the wall; 'clock: virtual' needs "
-          "'device: virtual'");
+          "'device': a SocketCAN bus runs in real time; 'clock: virtual' needs 'device: virtual'");
     }
   }
   read_messages(entry, *this, reading.diagnostics);
   read_faults(entry, *this, reading.diagnostics);
   if (!is_whole(entry)) return;
   database = entry["database"].text();
-  database_place = entry["database"].place();
   bits_per_second = static_cast<double>(entry["bit_rate"].integer());
 }
 
@@ -186,7 +258,7 @@ BusSectionType can_section_type() {
           .noun = "CAN bus",
           .plural = "CAN buses",
           .entry = can_schema(),
-          .arrival = "frame",
+          .arrival_noun = "frame",
           .counts_dropped_releases = true,
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<CanSection>(); },
           .check = check_interfaces};

@@ -21,11 +21,13 @@ using config::Word;
 struct SignalSource {
   Word dbc_signal;
   std::variant<Word, double> source;  ///< a signal of the run or a value name of the DBC file, or a constant
+  Place source_place;
 };
 
 struct SafeValue {
   Word dbc_signal;
   std::variant<Word, double> value;  ///< a value name of the DBC file, or a number
+  Place value_place;
 };
 
 struct SentMessage {
@@ -33,6 +35,7 @@ struct SentMessage {
   /// A multiple of the bus's period; 0: the cycle time of the DBC file, or the bus's period.
   std::int64_t period_ns = 0;
   std::int64_t offset_ns = 0;  ///< a multiple of the bus's period, less than the message's period
+  Place offset_place;
   std::optional<Word> counter;
   std::optional<Word> checksum;
   std::vector<SignalSource> signals;
@@ -59,14 +62,13 @@ class CanSection final : public config::BusSection {
   std::string interface;  ///< of SocketCAN; empty: a virtual bus
   Place device_place;
   std::string database;  ///< absolute path of the DBC file
-  Place database_place;
   double bits_per_second = 0.0;
   std::vector<SentMessage> send;
   std::vector<ReceivedMessage> receive;
   BusFaults faults;
 
   bool is_virtual() const noexcept { return interface.empty(); }
-  void read_entry(const config::Value& entry, config::Reading& reading) override;
+  void read_entry(const config::Value& entry, config::ReaderContext& reading) override;
 };
 
 /// What the list `can` of a scenario may contain.

@@ -1,17 +1,10 @@
 // The type of bus `can`.
 
-#include <linux/can.h>
-#include <net/if.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/can/can_bus.hpp"
 #include "runtime/buses/can/can_description.hpp"
 #include "runtime/buses/can/can_record.hpp"
+#include "runtime/buses/can/socketcan_lines.hpp"
 
 namespace hil::buses {
 namespace can {
@@ -24,36 +17,15 @@ std::unique_ptr<Bus> wire_can(const config::BusSection& section, config::Diagnos
   return std::make_unique<CanBus>(can_section, std::move(*description));
 }
 
-std::vector<MachineFact> socketcan_facts() {
-  const int fd = socket(PF_CAN, SOCK_RAW, CAN_RAW);
-  if (fd < 0) {
-    return {{"SocketCAN", std::string("not in this kernel (") + std::strerror(errno) +
-                              "); the virtual bus works without it"}};
-  }
-  close(fd);
-  std::string interfaces;
-  if (struct if_nameindex* all = if_nameindex(); all != nullptr) {
-    for (struct if_nameindex* i = all; i->if_index != 0; ++i) {
-      if (std::strstr(i->if_name, "can") != nullptr) interfaces += std::string(" ") + i->if_name;
-    }
-    if_freenameindex(all);
-  }
-  return {{"SocketCAN",
-           interfaces.empty()
-               ? "in the kernel, but no interface; ip link add dev vcan0 type vcan makes a virtual one"
-               : "interfaces:" + interfaces}};
-}
-
 }  // namespace
 }  // namespace can
 
 BusType can_type() {
   return {.section = can::can_section_type(),
           .title = "CAN",
-          .record_name_key = "bus",
           .columns = can::can_columns(),
           .wire = can::wire_can,
-          .machine_facts = can::socketcan_facts};
+          .doctor_lines = can::socketcan_lines};
 }
 
 }  // namespace hil::buses

@@ -9,8 +9,8 @@
 #include <cstring>
 #include <utility>
 
-#include "runtime/buses/modbus/modbus_unit.hpp"
-#include "runtime/buses/modbus/unit_record.hpp"
+#include "runtime/buses/modbus/modbus_record.hpp"
+#include "runtime/buses/modbus/modbus_settings.hpp"
 
 namespace hil::buses::modbus {
 namespace {
@@ -31,15 +31,16 @@ std::uint16_t free_port() {
 
 }  // namespace
 
-ModbusRun::ModbusRun(const ModbusSection& section, std::function<void()> on_thread_start)
+ModbusRun::ModbusRun(const ModbusSection& section, RunEnvironment environment)
     : endpoint_{.host = section.host, .port = section.port ? *section.port : free_port()} {
   if (section.role == io::modbus::Role::client) {
     io::modbus::ClientSettings settings = client_settings(section, endpoint_);
-    settings.on_thread_start = std::move(on_thread_start);
+    settings.on_thread_start = std::move(environment.on_thread_start);
+    settings.stop_requested = &environment.stop_requested;
     client_ = std::make_unique<io::modbus::ClientDevice>(std::move(settings), section.registers);
   } else {
     io::modbus::ServerSettings settings = server_settings(section, endpoint_);
-    settings.on_thread_start = std::move(on_thread_start);
+    settings.on_thread_start = std::move(environment.on_thread_start);
     server_ = std::make_unique<io::modbus::ServerDevice>(std::move(settings), section.registers);
   }
 }
@@ -49,7 +50,7 @@ io::Device& ModbusRun::device() noexcept {
 }
 
 contribution::BusRecord ModbusRun::record() const {
-  return to_record(client_ ? facts_of(*client_) : facts_of(*server_));
+  return to_record(client_ ? record_of(*client_) : record_of(*server_));
 }
 
 }  // namespace hil::buses::modbus

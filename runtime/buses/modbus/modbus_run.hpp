@@ -1,7 +1,6 @@
 #pragma once
 // A Modbus unit in a run: its device, and the endpoint that it uses.
 
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -15,8 +14,7 @@ namespace hil::buses::modbus {
 class ModbusRun final : public BusDevice {
  public:
   /// Chooses a free port when the section leaves it open; throws io::DeviceError when there is none.
-  /// `on_thread_start`: called first in the device's thread.
-  ModbusRun(const ModbusSection& section, std::function<void()> on_thread_start);
+  ModbusRun(const ModbusSection& section, RunEnvironment environment);
 
   io::Device& device() noexcept override;
   /// Programs may be clients of a server.

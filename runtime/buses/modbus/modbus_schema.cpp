@@ -1,6 +1,6 @@
 #include "runtime/buses/modbus/modbus_schema.hpp"
 
-#include "runtime/config/schema_parts.hpp"
+#include "runtime/config/shared_schemas.hpp"
 
 namespace hil::buses::modbus {
 
@@ -20,8 +20,9 @@ Schema modbus_schema() {
       Field::optional("max_age", duration_schema(1e-3),
                       "The age beyond which a value that is read is not fresh. Left out: 1 s as a client, no "
                       "limit as a server."),
-      Field::with_default("start_limit", duration_schema(1e-3, 3600.0), "2 s",
-                          "The longest time in which the run tries to reach the unit at its start."),
+      Field::with_default("start_timeout", duration_schema(1e-3, 3600.0), "2 s",
+                          "The longest time in which the run tries to reach the unit at its start.")
+          .renamed_from("start_limit"),
       Field::with_default("unit_id", Schema::integer(0, 255), "1", "The unit identifier in each request."),
       Field::with_default(
           "max_gap", Schema::integer(0, 1998), "0",

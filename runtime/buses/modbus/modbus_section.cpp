@@ -11,6 +11,7 @@
 #include "runtime/buses/modbus/register_map_file.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/reading.hpp"
+#include "runtime/config/units.hpp"
 
 namespace hil::buses::modbus {
 namespace {
@@ -35,7 +36,7 @@ void read_device(const Value& device, ModbusSection& section, Diagnostics& diagn
     section.host = parts->host;
     return;
   }
-  const IntegerReading number = read_integer(port);
+  const ParsedInteger number = read_integer(port);
   if (!number.fault.empty() || number.value < 1 || number.value > std::numeric_limits<std::uint16_t>::max()) {
     diagnostics.add(device.place(),
                     "'device': the port " + in_quotes(port) + " is neither from 1 to 65535 nor auto");
@@ -74,9 +75,10 @@ void check_constant(const RegisterWrite& write, const RegisterMap& map, Diagnost
   std::array<std::uint16_t, io::modbus::widest_value> registers{};
   if (io::modbus::encode(*entry, *constant, registers) == io::modbus::Conversion::exact) return;
   const io::modbus::ValueRange range = io::modbus::range_of(*entry);
-  diagnostics.add(write.entry.place, in_quotes(write.entry.text) + ": " + format_number(*constant) +
-                                         " is out of range; the register takes " +
-                                         format_number(range.lowest) + " to " + format_number(range.highest));
+  diagnostics.add(write.source_place, in_quotes(write.entry.text) + ": " + format_number(*constant) +
+                                          " is out of range; the register takes " +
+                                          format_number(range.lowest) + " to " +
+                                          format_number(range.highest));
 }
 
 void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
@@ -97,8 +99,8 @@ void check_registers(const ModbusSection& section, Diagnostics& diagnostics) {
     check_register(*filled, true, section.registers, diagnostics);
     for (const RegisterWrite& write : section.write) {
       if (write.entry.text != filled->text) continue;
-      diagnostics.add(write.entry.place,
-                      "hil sets the register " + in_quotes(filled->text) + "; leave it out");
+      diagnostics.add(write.entry.place, "hil writes " + in_quotes(filled->text) +
+                                             " (run_time or heartbeat); leave it out of 'write'");
     }
   }
 }
@@ -125,7 +127,7 @@ std::optional<std::variant<Word, double>> source_of_register(const std::string& 
                                                              Diagnostics& diagnostics) {
   const std::string& text = value.text();
   if (is_signal_name(text)) return word_of(value);
-  const NumberReading number = read_number(text);
+  const ParsedNumber number = read_number(text);
   if (number.fault.empty() && number.length == text.size()) return number.value;
   const std::string fault =
       number.length > 0 && !number.fault.empty() ? number.fault : "is neither a signal nor a number";
@@ -138,7 +140,7 @@ void read_names(const Value& value, ModbusSection& section, Diagnostics& diagnos
   for (std::size_t i = 0; i < write.entries().size(); ++i) {
     const auto& [name, source] = write.entries()[i];
     auto read = source_of_register(name, source, diagnostics);
-    if (read) section.write.push_back({{name, write.key_place(i)}, std::move(*read)});
+    if (read) section.write.push_back({{name, write.key_place(i)}, std::move(*read), source.place()});
   }
   UniqueNames names("register", diagnostics);
   for (const Value& read : value["read"].items()) {
@@ -158,7 +160,7 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   section.registers_file = value["registers"].text();
   section.timeout_ns = value["timeout"].duration_ns();
   if (value.has("max_age")) section.max_age_ns = value["max_age"].duration_ns();
-  section.start_limit_ns = value["start_limit"].duration_ns();
+  section.start_timeout_ns = value["start_timeout"].duration_ns();
   section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
   section.max_gap = static_cast<std::uint16_t>(value["max_gap"].integer());
   section.max_clients = static_cast<std::size_t>(value["max_clients"].integer());
@@ -172,12 +174,13 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   keep_used_registers(section);
   if (section.registers.entries.empty())
     diagnostics.add(value["registers"].place(),
-                    "the scenario neither reads nor writes a register of this map; name some under 'write'");
+                    "the scenario neither reads nor writes a register of this map; list registers under "
+                    "'read' or 'write'");
 }
 
 /// Warns of a max_age that values exceed without a fault: a value is read once per period, and its reply may
 /// take the whole time-out.
-void warn_of_short_max_age(const Value& value, const ModbusSection& section, const Reading& reading) {
+void warn_of_short_max_age(const Value& value, const ModbusSection& section, const ReaderContext& reading) {
   if (section.role != Role::client || !reading.base || section.registers.read_count() == 0) return;
   const std::int64_t period_ns = section.every_ticks * reading.base->period_ns;
   const std::int64_t needed_ns = period_ns + section.timeout_ns;
@@ -192,27 +195,61 @@ void warn_of_short_max_age(const Value& value, const ModbusSection& section, con
           format_duration(needed_ns) + " or more, or read more often");
 }
 
-/// Two servers can not listen at one place. 0.0.0.0 and :: are all places of the machine.
-void check_listening(std::span<const std::shared_ptr<const BusSection>> list, Diagnostics& diagnostics) {
+/// All addresses of the machine.
+bool is_anywhere(const std::string& host) {
+  return host == "0.0.0.0" || host == "::";
+}
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.starts_with("127.");
+}
+
+std::string without_alias(const std::string& host) {
+  return host == "localhost" ? "127.0.0.1" : host;
+}
+
+/// Two servers can not listen on one address and port.
+bool exclude_each_other(const ModbusSection& first, const ModbusSection& second) {
+  return first.role == Role::server && second.role == Role::server && first.port &&
+         first.port == second.port &&
+         (first.host == second.host || is_anywhere(first.host) || is_anywhere(second.host));
+}
+
+/// Whether the client connects to this server, as far as the texts of their addresses show it.
+bool connects_to(const ModbusSection& client, const ModbusSection& server) {
+  return client.role == Role::client && server.role == Role::server && client.port &&
+         client.port == server.port &&
+         (without_alias(client.host) == without_alias(server.host) ||
+          (is_anywhere(server.host) && is_loopback(client.host)));
+}
+
+void check_endpoints(std::span<const std::shared_ptr<const BusSection>> list, ReaderContext& reading) {
   const std::vector<const ModbusSection*> sections = sections_of<ModbusSection>(list);
-  const auto is_anywhere = [](const std::string& host) { return host == "0.0.0.0" || host == "::"; };
   for (std::size_t i = 0; i < sections.size(); ++i) {
-    const ModbusSection& later = *sections[i];
-    if (later.role != Role::server || !later.port) continue;
-    for (std::size_t j = 0; j < i; ++j) {
-      const ModbusSection& first = *sections[j];
-      const bool same_host = first.host == later.host || is_anywhere(first.host) || is_anywhere(later.host);
-      if (first.role != Role::server || first.port != later.port || !same_host) continue;
-      diagnostics.add(later.device_place, "'device': the unit " + in_quotes(first.name.text) +
-                                              " already listens on port " + std::to_string(*later.port));
-      break;
+    const auto earlier = std::span(sections).first(i);
+    const auto other = std::ranges::find_if(
+        earlier, [&](const auto* one) { return exclude_each_other(*one, *sections[i]); });
+    if (other != earlier.end()) {
+      reading.diagnostics.add(sections[i]->device_place,
+                              "'device': the unit " + in_quotes((*other)->name.text) +
+                                  " already listens on port " + std::to_string(*sections[i]->port));
     }
+  }
+  if (reading.clock != ClockKind::virtual_time) return;
+  for (const ModbusSection* client : sections) {
+    const auto server =
+        std::ranges::find_if(sections, [&](const auto* one) { return connects_to(*client, *one); });
+    if (server == sections.end()) continue;
+    reading.diagnostics.add(client->device_place,
+                            "'device': the unit " + in_quotes((*server)->name.text) +
+                                " of this scenario listens there; under 'clock: virtual' it does not reply "
+                                "while hil waits for this unit. Use 'clock: realtime'");
   }
 }
 
 }  // namespace
 
-void ModbusSection::read_entry(const Value& entry, Reading& reading) {
+void ModbusSection::read_entry(const Value& entry, ReaderContext& reading) {
   if (entry.has("role")) role = entry["role"].text() == "server" ? Role::server : Role::client;
   if (entry.has("device")) read_device(entry["device"], *this, reading.diagnostics);
   if (!is_whole(entry)) return;
@@ -220,10 +257,10 @@ void ModbusSection::read_entry(const Value& entry, Reading& reading) {
   warn_of_short_max_age(entry, *this, reading);
 }
 
-void ModbusSection::check_commands(bool is_named, Diagnostics& diagnostics) const {
-  if (is_named || port || host.empty() || role != Role::client) return;
-  diagnostics.add(device_place, "'device': the port is auto, but no process has it in its command as {" +
-                                    full_name() + "}; name the port of the unit");
+void ModbusSection::check_commands(bool is_in_a_command, Diagnostics& diagnostics) const {
+  if (is_in_a_command || port || host.empty() || role != Role::client) return;
+  diagnostics.add(device_place, "'device': 'auto' needs a process whose command contains {" + full_name() +
+                                    "}; give the unit's port instead");
 }
 
 BusSectionType modbus_section_type() {
@@ -233,9 +270,9 @@ BusSectionType modbus_section_type() {
           .noun = "Modbus unit",
           .plural = "Modbus units",
           .entry = modbus_schema(),
-          .step_condition = "of a unit with run_time",
+          .run_time_condition = "of a unit with run_time",
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<ModbusSection>(); },
-          .check = check_listening};
+          .check = check_endpoints};
 }
 
 }  // namespace hil::buses::modbus

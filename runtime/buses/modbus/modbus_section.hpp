@@ -20,6 +20,7 @@ using config::Word;
 struct RegisterWrite {
   Word entry;
   std::variant<Word, double> source;  ///< a signal of the run, or a constant
+  Place source_place;
 };
 
 class ModbusSection final : public config::BusSection {
@@ -33,7 +34,7 @@ class ModbusSection final : public config::BusSection {
   std::int64_t timeout_ns = 0;
   std::optional<std::int64_t>
       max_age_ns;  ///< empty: the device's own, 1 s for a client, any age for a server
-  std::int64_t start_limit_ns = 0;
+  std::int64_t start_timeout_ns = 0;
   std::uint8_t unit_id = 1;
   std::uint16_t max_gap = 0;    ///< of a client
   std::size_t max_clients = 0;  ///< of a server
@@ -42,11 +43,11 @@ class ModbusSection final : public config::BusSection {
   std::vector<RegisterWrite> write;
   std::vector<Word> read;
 
-  void read_entry(const config::Value& entry, config::Reading& reading) override;
+  void read_entry(const config::Value& entry, config::ReaderContext& reading) override;
   /// Refuses a free port (auto) of a client when no process's command names the unit, so that no server knows
   /// it.
-  void check_commands(bool is_named, config::Diagnostics& diagnostics) const override;
-  bool keeps_step() const override { return run_time_entry.has_value(); }
+  void check_commands(bool is_in_a_command, config::Diagnostics& diagnostics) const override;
+  bool gives_run_time() const override { return run_time_entry.has_value(); }
 };
 
 /// What the list `modbus` of a scenario may contain.

@@ -1,9 +1,9 @@
 // The type of bus `modbus`.
 
 #include "runtime/buses/bus.hpp"
+#include "runtime/buses/modbus/modbus_record.hpp"
 #include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/buses/modbus/modbus_unit.hpp"
-#include "runtime/buses/modbus/unit_record.hpp"
 
 namespace hil::buses {
 namespace modbus {
@@ -20,7 +20,6 @@ std::unique_ptr<Bus> wire_modbus(const config::BusSection& section, config::Diag
 BusType modbus_type() {
   return {.section = modbus::modbus_section_type(),
           .title = "Modbus",
-          .record_name_key = "device",
           .columns = modbus::unit_columns(),
           .files = {{"Register map files", modbus::register_map_schema()}},
           .wire = modbus::wire_modbus};

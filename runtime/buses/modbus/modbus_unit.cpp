@@ -1,9 +1,11 @@
 #include "runtime/buses/modbus/modbus_unit.hpp"
 
-#include <chrono>
 #include <utility>
 
+#include "io/modbus/client_device.hpp"
+#include "io/modbus/server_device.hpp"
 #include "runtime/buses/modbus/modbus_run.hpp"
+#include "runtime/buses/modbus/modbus_settings.hpp"
 
 namespace hil::buses::modbus {
 namespace {
@@ -22,9 +24,10 @@ ModbusUnit::ModbusUnit(const ModbusSection& section) : section_(section), channe
 void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs,
                          config::Diagnostics& diagnostics) const {
   for (const RegisterWrite& write : section_.write) {
-    const std::size_t index = output_index(*channels_, write.entry.text);
+    const std::size_t index = io::output_index(*channels_, write.entry.text);
     if (index == outputs.size()) {
-      diagnostics.add(write.entry.place, "'" + write.entry.text + "' is filled by the device itself");
+      diagnostics.add(write.entry.place, "hil writes '" + write.entry.text +
+                                             "' (run_time or heartbeat); leave it out of 'write'");
       continue;
     }
     if (const double* constant = std::get_if<double>(&write.source)) {
@@ -38,40 +41,8 @@ void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs
   }
 }
 
-std::unique_ptr<BusDevice> ModbusUnit::make_device(RunFacts facts) const {
-  return std::make_unique<ModbusRun>(section_, std::move(facts.on_thread_start));
-}
-
-io::modbus::ClientSettings client_settings(const ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint) {
-  using std::chrono::ceil;
-  using std::chrono::microseconds;
-  using std::chrono::milliseconds;
-  using std::chrono::nanoseconds;
-  io::modbus::ClientSettings settings;
-  settings.name = section.name.text;
-  settings.endpoint = endpoint;
-  settings.unit = section.unit_id;
-  settings.max_gap = section.max_gap;
-  settings.response_timeout = ceil<microseconds>(nanoseconds(section.timeout_ns));
-  settings.start_limit = ceil<milliseconds>(nanoseconds(section.start_limit_ns));
-  if (section.max_age_ns) settings.max_age = ceil<milliseconds>(nanoseconds(*section.max_age_ns));
-  if (section.run_time_entry) settings.run_time_ms_entry = section.run_time_entry->text;
-  if (section.heartbeat_entry) settings.heartbeat_entry = section.heartbeat_entry->text;
-  return settings;
-}
-
-io::modbus::ServerSettings server_settings(const ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint) {
-  io::modbus::ServerSettings settings;
-  settings.name = section.name.text;
-  settings.endpoint = endpoint;
-  settings.limits.max_connections = section.max_clients;
-  if (section.max_age_ns) {
-    settings.max_age =
-        std::chrono::ceil<std::chrono::milliseconds>(std::chrono::nanoseconds(*section.max_age_ns));
-  }
-  return settings;
+std::unique_ptr<BusDevice> ModbusUnit::make_device(RunEnvironment environment) const {
+  return std::make_unique<ModbusRun>(section_, std::move(environment));
 }
 
 }  // namespace hil::buses::modbus

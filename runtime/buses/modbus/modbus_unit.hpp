@@ -4,8 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "io/modbus/client_device.hpp"
-#include "io/modbus/server_device.hpp"
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/modbus/modbus_section.hpp"
 
@@ -19,18 +17,11 @@ class ModbusUnit final : public Bus {
   const io::Device& channels() const noexcept override { return *channels_; }
   void connect(const KnownSignals& known, std::vector<Source>& outputs,
                config::Diagnostics& diagnostics) const override;
-  std::unique_ptr<BusDevice> make_device(RunFacts facts) const override;
+  std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const override;
 
  private:
   const ModbusSection& section_;
   std::unique_ptr<io::Device> channels_;
 };
-
-/// The settings of a unit, from its section and the endpoint that it uses: the section may leave the port
-/// open.
-io::modbus::ClientSettings client_settings(const ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint);
-io::modbus::ServerSettings server_settings(const ModbusSection& section,
-                                           const io::modbus::Endpoint& endpoint);
 
 }  // namespace hil::buses::modbus

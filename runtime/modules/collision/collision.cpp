@@ -31,7 +31,7 @@ class Collision final : public Module {
 
   const Ports& ports() const noexcept override { return ports_; }
 
-  void configure(World& world, EventLog& events, const TaskFacts& task) override {
+  void configure(World& world, EventLog& events, const TaskParameters& task) override {
     const std::string caller = "module " + task.instance;
     entity_ = world.entity_of(body_, caller);
     mask_ = world.mask_of(layers_, caller);

@@ -41,7 +41,7 @@ class Detectors final : public Module {
 
   const Ports& ports() const noexcept override { return ports_; }
 
-  void configure(World& world, EventLog& /*events*/, const TaskFacts& task) override {
+  void configure(World& world, EventLog& /*events*/, const TaskParameters& task) override {
     database_ = &world.database();
     const std::uint32_t mask = world.mask_of(layers_, "module " + task.instance);
     auto query =

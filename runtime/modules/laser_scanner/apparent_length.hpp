@@ -12,7 +12,7 @@
 
 namespace hil::modules {
 
-/// A point with constant velocity, in world x and y; time counts from the begin of the sweep.
+/// A point with constant velocity, in world x and y; time counts from the start of the sweep.
 struct MovingPoint {
   glm::dvec2 p_m{0.0};
   glm::dvec2 v_mps{0.0};
@@ -27,7 +27,7 @@ struct SensorMotion {
   glm::dvec2 seen(const glm::dvec2& p_m, double t_s) const noexcept;
 };
 
-/// The time at which the turning beam meets the point, in seconds after the begin of the sweep; empty: not in
+/// The time at which the turning beam meets the point, in seconds after the start of the sweep; empty: not in
 /// this sweep.
 std::optional<double> meeting_time_s(const ScanPattern& pattern, const SensorMotion& sensor,
                                      const MovingPoint& point);

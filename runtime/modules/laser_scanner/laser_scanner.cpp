@@ -48,9 +48,9 @@ class LaserScanner final : public Module {
   explicit LaserScanner(const config::Value& parameters);
 
   const Ports& ports() const noexcept override { return ports_; }
-  void check_task(const config::Value& parameters, const TaskFacts& task,
+  void check_task(const config::Value& parameters, const TaskParameters& task,
                   config::Diagnostics& diagnostics) const override;
-  void configure(World& world, EventLog& events, const TaskFacts& task) override;
+  void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void describe(std::vector<contribution::ModuleRecord>& records) const override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
@@ -134,7 +134,7 @@ std::uint64_t LaserScanner::max_beams_per_step(std::int64_t step_ns) const noexc
   return max_beams;
 }
 
-void LaserScanner::check_task(const config::Value& parameters, const TaskFacts& task,
+void LaserScanner::check_task(const config::Value& parameters, const TaskParameters& task,
                               config::Diagnostics& diagnostics) const {
   const std::int64_t sweep_ns = options_.pattern.period_ns;
   if (sweep_ns % task.period_ns != 0) {
@@ -165,7 +165,7 @@ void LaserScanner::check_task(const config::Value& parameters, const TaskFacts& 
   }
 }
 
-void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskFacts& task) {
+void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
   instance_ = task.instance;
   step_ns_ = task.period_ns;
   first_release_ns_ = task.offset_ns;
@@ -435,7 +435,7 @@ ModuleType laser_scanner_type() {
         return std::make_unique<LaserScanner>(values);
       },
       .recorded_list = scanner_list,
-      .recall = recorded_laser_scanner};
+      .make_recorded_scanner = recorded_laser_scanner};
 }
 
 }  // namespace hil::modules

@@ -23,7 +23,7 @@ class RecordedLaserScanner final : public RecordedScanner {
                .max_beams_per_step = static_cast<std::uint32_t>(std::min<std::uint64_t>(
                    pattern_.first_beam_at(scanner.step_ns) + pattern_.rows(), pattern_.beams()))} {}
 
-  const ScannerFacts& facts() const noexcept override { return facts_; }
+  const ScannerDescription& facts() const noexcept override { return facts_; }
   std::vector<Beam> beams_of_step(std::int64_t offset_ns) const override {
     const std::uint64_t first = pattern_.first_beam_at(offset_ns);
     const std::uint64_t end = pattern_.first_beam_at(std::min(offset_ns + facts_.step_ns, facts_.sweep_ns));
@@ -38,7 +38,7 @@ class RecordedLaserScanner final : public RecordedScanner {
 
  private:
   ScanPattern pattern_;
-  ScannerFacts facts_;
+  ScannerDescription facts_;
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 #pragma once
 // The directions and times of the beams of a turning-mirror scanner. A sweep of `columns` x `rows` beams
 // takes one scan period. Columns follow one another across the horizontal field of view, the rows of a
-// column from bottom to top; beam k leaves k / (columns * rows) of a period after the begin of the sweep
+// column from bottom to top; beam k leaves k / (columns * rows) of a period after the start of the sweep
 // (paper, Section 6: one sweep a second, from left to right).
 //
 // Sensor frame: x forward, y left, z up. Azimuth counts from x to y, elevation from the xy plane to z.
@@ -39,7 +39,7 @@ class ScanPattern {
   std::uint32_t row_of(std::uint64_t beam) const noexcept {
     return static_cast<std::uint32_t>(beam % options_.rows);
   }
-  /// Nanoseconds since the begin of the sweep.
+  /// Nanoseconds since the start of the sweep.
   std::int64_t time_ns(std::uint64_t beam) const noexcept;
   /// The first beam that leaves at or after `offset_ns` (0 to period); beams() at the end.
   std::uint64_t first_beam_at(std::int64_t offset_ns) const noexcept;
@@ -49,7 +49,7 @@ class ScanPattern {
   glm::vec3 direction(std::uint32_t column, std::uint32_t row) const noexcept;
   /// The angle between two columns.
   double pitch_rad() const noexcept { return options_.horizontal_rad / options_.columns; }
-  /// Azimuth of the turning beam `offset_s` seconds after the begin of the sweep, also between columns.
+  /// Azimuth of the turning beam `offset_s` seconds after the start of the sweep, also between columns.
   double beam_azimuth_rad(double offset_s) const noexcept;
 
  private:

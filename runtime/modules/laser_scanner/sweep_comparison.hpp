@@ -27,7 +27,7 @@ struct ComparedBody {
   double width_m = 0.0;
 };
 
-/// The motion of a body at the begin of a sweep.
+/// The motion of a body at the start of a sweep.
 struct BodyMotion {
   MovingPoint center;
   double heading_rad = 0.0;
@@ -54,7 +54,7 @@ class SweepComparison {
 
   SweepComparison(const ScanPattern& pattern, std::vector<ComparedBody> bodies);
 
-  /// The motions of the sensor and of the bodies, in the order of construction, at the begin of the sweep;
+  /// The motions of the sensor and of the bodies, in the order of construction, at the start of the sweep;
   /// empty for a body that is deleted.
   void begin_sweep(std::int64_t begin_ns, const SensorMotion& sensor,
                    std::span<const std::optional<BodyMotion>> bodies) noexcept;

@@ -73,7 +73,7 @@ class Vehicles final : public Module {
   Vehicles(const config::Value& parameters, config::Diagnostics& diagnostics);
 
   const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskFacts& task) override;
+  void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
@@ -213,7 +213,7 @@ rtstdb::Motion motion_of(const Vehicle& v, std::int64_t time_ns) {
           .valid_from = rtstdb::world_time_ns(time_ns)};
 }
 
-void Vehicles::configure(World& world, EventLog& events, const TaskFacts& task) {
+void Vehicles::configure(World& world, EventLog& events, const TaskParameters& task) {
   database_ = &world.database();
   transaction_ = database_->make_transaction({.max_writes = static_cast<std::uint32_t>(vehicles_.size())});
   for (Vehicle& v : vehicles_) {
@@ -288,7 +288,7 @@ void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s
     vehicle.was_braking = requested_mps2 > 0.0;
     if (vehicle.brake_mps2 > 0.05) acceleration = std::min(acceleration, -vehicle.brake_mps2);
   }
-  // A vehicle that brakes below this speed stops, since the driver model alone would approach rest for ever.
+  // A vehicle that brakes below this speed stops, since the driver model alone would never reach rest.
   const bool comes_to_rest = vehicle.speed_mps > 0.0 && vehicle.speed_mps < 0.05 && acceleration < 0.0;
   const Travel moved = comes_to_rest ? Travel{0.0, 0.0} : travel(vehicle.speed_mps, acceleration, dt_s);
   if (vehicle.is_ego && vehicle.speed_mps > 0.0 && moved.speed_mps == 0.0) {

@@ -35,7 +35,7 @@ void bus_sentences(Markup& out, const BusGroup& group) {
   for (const BusRecord& bus : group.buses) {
     for (const auto* sentences : {&bus.faults, &bus.remarks}) {
       for (const contribution::BusSentence& sentence : *sentences)
-        all.push_back(bus.name + ": " + sentence_of(sentence) + ".");
+        all.push_back(bus.name + ": " + sentence.text + ".");
     }
   }
   sentence_list(out, all);

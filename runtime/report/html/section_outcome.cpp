@@ -101,7 +101,7 @@ void expectations_section(Markup& out, const RunRecord& record) {
     Table table(out, {{"Result"}, {"Expectation"}, {"Detail"}, {"Evaluated", true}, {"First failed", true}});
     for (const Expectation& expectation : record.expectations) {
       const bool held = expectation.result == ExpectationResult::held;
-      table.row({{(held ? "✓ " : "✗ ") + std::string(to_string(expectation.result)),
+      table.row({{(held ? "✓ " : "✗ ") + std::string(words_of(expectation.result)),
                   held ? "tone good nowrap" : "tone bad nowrap"},
                  expectation.name,
                  expectation.detail,

@@ -24,8 +24,8 @@ std::string counts_of(const Task& task) {
                      " skipped";
   if (task.aborted > 0) text += ", " + count_text(task.aborted) + " aborted";
   if (task.warmup_problems > 0) text += ", " + count_text(task.warmup_problems) + " of these in the warm-up";
-  if (task.without_answer > 0)
-    text += ", " + count_text(task.without_answer) + " runs without an answer from the world";
+  if (task.without_result > 0)
+    text += ", " + count_text(task.without_result) + " runs without a result of the database";
   return text + "; " + counted(task.page_faults, "page fault", "page faults") + ".";
 }
 

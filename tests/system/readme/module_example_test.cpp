@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/modules/range_finder/range_finder.hpp"
-#include "tests/unit/runtime_modules/module_fixture.hpp"
+#include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {

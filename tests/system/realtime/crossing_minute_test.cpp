@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t minute_ms = 60'000;
 constexpr int priority = 60;  // the scenario's
 
-TEST(CrossingMinute, MissesAndWakeUpLatenciesAreThoseOfCyclictest) {
+TEST(CrossingMinute, HasNoMoreLateWakeUpsThanCyclictest) {
   const Folder folder;
   // cyclictest starts when the run has opened, which takes about one second.
   std::future<bench::WakeupLatency> in_parallel = std::async(std::launch::async, [] {
@@ -34,10 +34,7 @@ TEST(CrossingMinute, MissesAndWakeUpLatenciesAreThoseOfCyclictest) {
 
   const auto report = read_report(folder / "out");
   ASSERT_EQ(report["realtime"]["scheduler"], "SCHED_FIFO");
-  std::uint64_t skipped = 0;  // ticks in which the host had taken the processors
-  for (const auto& event : report["watchdog"])
-    skipped += std::stoull(event["text"].get<std::string>());
-  EXPECT_EQ(report["ticks"].get<std::uint64_t>() + skipped, minute_ms);
+  EXPECT_EQ(report["ticks"].get<std::uint64_t>() + report["skipped_ticks"].get<std::uint64_t>(), minute_ms);
   // CPU time that the host takes without reporting it is counted as work. cyclictest, which has no work,
   // shows how often that happens.
   std::uint64_t by_own_work = 0;

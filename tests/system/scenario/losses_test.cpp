@@ -14,7 +14,7 @@
 namespace hil::scenario_test {
 namespace {
 
-constexpr const char* tolerant_timing =
+constexpr const char* relaxed_timing_section =
     "realtime: {scheduler: other, lock_memory: false, watchdog: 30 s, max_lost: 100 %}\n";
 
 /// A scenario with an empty world, in its folder.
@@ -44,7 +44,8 @@ std::string unit_at(const std::string& address) {
 
 TEST(Losses, UnitThatNeverRepliesFailsTheRunAndItsExpectations) {
   const SilentListener unit;
-  const SmallScenario scenario(std::string("duration: 2 s\n") + tolerant_timing + unit_at(unit.address()) +
+  const SmallScenario scenario(std::string("duration: 2 s\n") + relaxed_timing_section +
+                               unit_at(unit.address()) +
                                "expectations: [{name: no fault, never: modbus.plc.fault == 1}]\n");
   const Ended lost = run_hil(scenario.run());
   EXPECT_EQ(lost.code, 4) << lost.output << lost.errors;
@@ -55,7 +56,7 @@ TEST(Losses, UnitThatNeverRepliesFailsTheRunAndItsExpectations) {
   const auto report = read_report(scenario.out());
   ASSERT_EQ(report["losses"].size(), 1U);
   EXPECT_EQ(report["losses"][0]["what"], "Modbus unit plc");
-  EXPECT_EQ(report["expectations"][0]["result"], "not checked");
+  EXPECT_EQ(report["expectations"][0]["result"], "not_checked");
   EXPECT_EQ(report["expectations"][0]["passed"], false);
   const std::string junit = read_text(scenario.out() + "/junit.xml");
   EXPECT_NE(junit.find("Modbus unit plc was lost"), std::string::npos) << junit;
@@ -70,6 +71,24 @@ TEST(Losses, UnitThatNeverRepliesFailsTheRunAndItsExpectations) {
   EXPECT_EQ(expecting.code, 0) << expecting.output;
 }
 
+TEST(Losses, UnitThatStopsReplyingUnderTheVirtualClockMayBeLost) {
+  const SilentListener unit;
+  const SmallScenario scenario(std::string("duration: 2 s\nclock: virtual\n") + unit_at(unit.address()) +
+                               "expectations: [{name: away, eventually: modbus.plc.connected == 0}]\n");
+  const Ended lost = run_hil(scenario.run());
+  EXPECT_EQ(lost.code, 4) << lost.output << lost.errors;
+  EXPECT_NE(lost.output.find("did not complete the exchange"), std::string::npos) << lost.output;
+  EXPECT_LT(read_report(scenario.out())["ticks"], 200);
+
+  const Ended permitted = run_hil(scenario.run({"--set", "modbus.plc.may_be_lost=true"}));
+  EXPECT_EQ(permitted.code, 0) << permitted.output << permitted.errors;
+  EXPECT_NE(permitted.output.find("lost, as the scenario permits: Modbus unit plc"), std::string::npos)
+      << permitted.output;
+  const auto report = read_report(scenario.out());
+  EXPECT_EQ(report["losses"][0]["duration_ns"], 2'000'000'000);
+  EXPECT_LE(report["modbus"][0]["requests"], 2) << "at the first tick, and to set safe values at the end";
+}
+
 TEST(Losses, UnitThatRestartsIsLostForATime) {
   const Folder folder;
   const std::string map = std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing_plc.yaml";
@@ -81,7 +100,7 @@ TEST(Losses, UnitThatRestartsIsLostForATime) {
   const std::string port = std::to_string(free_port());
   auto plc = start_plc(port);
   write_text(folder / "scenario.yaml",
-             std::string("scenario: plc\nduration: 6 s\n") + tolerant_timing +
+             std::string("scenario: plc\nduration: 6 s\n") + relaxed_timing_section +
                  "modbus:\n  - {unit: plc, device: \"127.0.0.1:" + port + "\", registers: \"" + map +
                  "\", rate: 20 Hz, timeout: 200 ms, max_age: 300 ms, heartbeat: heartbeat_hil, run_time: "
                  "bench_time_ms, read: [fault]}\n");
@@ -92,7 +111,7 @@ TEST(Losses, UnitThatRestartsIsLostForATime) {
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   plc->signal(SIGKILL);
   EXPECT_TRUE(eventually([&] {
-    return !run.running() || read_text(log).find("device plc is lost") != std::string::npos;
+    return !run.running() || read_text(log).find("Modbus unit plc is lost") != std::string::npos;
   })) << read_text(log);
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   plc = start_plc(port);
@@ -110,7 +129,7 @@ TEST(Losses, UnitThatRestartsIsLostForATime) {
 
 TEST(Losses, ProcessThatEndsEarlyIsLostUnlessPermitted) {
   const SmallScenario scenario(
-      std::string("duration: 2 s\n") + tolerant_timing +
+      std::string("duration: 2 s\n") + relaxed_timing_section +
       "processes:\n"
       "  tool: {command: [sh, \"-c\", \"sleep 0.5; exit 3\"], safe_on_exit: false}\n");
   const Ended lost = run_hil(scenario.run());
@@ -138,7 +157,7 @@ TEST(Losses, RunThatSkipsMostOfItsTicksIsBroken) {
   // stopped before its first tick loses nothing.
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   run.signal(SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::milliseconds(3'000));  // as long as the run
+  std::this_thread::sleep_for(std::chrono::milliseconds(3'000));  // as long as the run's duration
   run.signal(SIGCONT);
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 3) << ended.output << ended.errors;
@@ -148,7 +167,7 @@ TEST(Losses, RunThatSkipsMostOfItsTicksIsBroken) {
 }
 
 TEST(Losses, RemovedRunFolderIsReported) {
-  const SmallScenario scenario(std::string("duration: 3 s\n") + tolerant_timing +
+  const SmallScenario scenario(std::string("duration: 3 s\n") + relaxed_timing_section +
                                "can: [{bus: car, database: \"" + HIL_SOURCE_DIR +
                                "/configs/crossing/crossing.dbc\", rate: 100 Hz}]\n");
   Program run(hil(scenario.run()));
@@ -167,7 +186,7 @@ TEST(Losses, FilesThatCanNotBeWrittenAreReported) {
                                     {"tool.out", "tool.out"},
                                     {"", "tool.out' was changed by another program"}}) {
     SCOPED_TRACE(words);
-    const SmallScenario scenario(std::string("duration: 1 s\n") + tolerant_timing +
+    const SmallScenario scenario(std::string("duration: 1 s\n") + relaxed_timing_section +
                                  "processes:\n  tool: {command: [sh, \"-c\", \"echo hello; " +
                                  (file.empty() ? "sleep 0.5; : > $0; echo again; " : "") +
                                  "exec sleep 100\", out/tool.out]}\n");
@@ -182,7 +201,7 @@ TEST(Losses, FilesThatCanNotBeWrittenAreReported) {
 
 TEST(Losses, ProcessThatEndsAtItsStartIsTheReason) {
   const SmallScenario scenario(
-      std::string("duration: 1 s\n") + tolerant_timing +
+      std::string("duration: 1 s\n") + relaxed_timing_section +
       "modbus: [{unit: plc, device: \"127.0.0.1:auto\", registers: map.yaml, rate: 20 Hz, read: [fault]}]\n"
       "processes:\n  plc: {command: [sh, \"-c\", \"sleep 0.2; exit 7\", \"{modbus.plc}\"]}\n");
   const Ended ended = run_hil(scenario.run());

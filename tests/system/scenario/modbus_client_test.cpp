@@ -65,7 +65,7 @@ TEST(ModbusClient, ReadsTheDetectorAndSetsTheLightsDuringARun) {
   const Folder folder;
   Program run(hil(joined({{"run", crossing(), "--duration", "3600 s", "--out", folder / "out"},
                           few_beams(),
-                          patient_watchdog()})));
+                          relaxed_timing()})));
   const auto plc = run.child("hil-crossing-plc");
   ASSERT_TRUE(plc.has_value());
   const Mbpoll mbpoll(*plc);

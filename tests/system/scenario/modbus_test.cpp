@@ -43,7 +43,7 @@ class Client {
 
 Json unit_of(const Json& report, const std::string& name) {
   for (const Json& unit : report.at("modbus")) {
-    if (unit.at("device") == name) return unit;
+    if (unit.at("unit") == name) return unit;
   }
   ADD_FAILURE() << "no unit " << name;
   return Json::object();
@@ -105,14 +105,15 @@ TEST(ModbusRun, ReportsValuesOutOfRangeAndRefusedConnections) {
   EXPECT_GT(peer.at("saturated_inputs"), 10);
   EXPECT_EQ(peer.at("saturated_outputs"), 0);
 
-  EXPECT_EQ(events(report,
-                   "unit panel: register level: a client wrote 101, outside 0 to 100; it was answered with "
-                   "exception 3 and changed nothing"),
-            1)
+  EXPECT_EQ(
+      events(report,
+             "Modbus unit panel: register level: a client wrote 101, outside 0 to 100; it was answered with "
+             "exception 3 and changed nothing"),
+      1)
       << report.at("events");
-  EXPECT_EQ(events(report, "unit peer: register status: 30000 is outside 0 to 100; 100 is read"), 1)
+  EXPECT_EQ(events(report, "Modbus unit peer: register status: 30000 is outside 0 to 100; 100 is read"), 1)
       << report.at("events");
-  EXPECT_NE(ended.output.find("modbus.panel: 1 connection refused"), std::string::npos) << ended.output;
+  EXPECT_NE(ended.output.find("modbus.panel: 1 connection was refused"), std::string::npos) << ended.output;
   const Signals signals(folder / "out");
   EXPECT_EQ(signals["modbus.peer.status"].back(), 100.0);
   EXPECT_EQ(signals["modbus.panel.level"].back(), 0.0);

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/eventually.hpp"
+
 namespace hil::scenario_test {
 
 using Environment = std::vector<std::pair<std::string, std::string>>;
@@ -52,15 +54,6 @@ class Program {
 /// The words of a running program's command line.
 std::vector<std::string> command_line(pid_t pid);
 
-/// Waits until the condition holds. False when it does not within the limit.
-template <typename Condition>
-bool eventually(const Condition& condition, std::chrono::seconds limit = std::chrono::seconds(60)) {
-  const auto end = std::chrono::steady_clock::now() + limit;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  return true;
-}
+using tests::eventually;
 
 }  // namespace hil::scenario_test

@@ -12,12 +12,11 @@
 namespace hil::scenario_test {
 namespace {
 
-/// The run is refused with this exit code, and standard error contains each of the sayings.
-void expect_refused(const Ended& ended, int code, const std::vector<std::string>& sayings) {
+/// The run is refused with this exit code, and standard error contains each of the texts.
+void expect_refused(const Ended& ended, int code, const std::vector<std::string>& texts) {
   EXPECT_EQ(ended.code, code) << ended.output << ended.errors;
-  for (const std::string& saying : sayings)
-    EXPECT_NE(ended.errors.find(saying), std::string::npos)
-        << "'" << saying << "' is not in: " << ended.errors;
+  for (const std::string& text : texts)
+    EXPECT_NE(ended.errors.find(text), std::string::npos) << "'" << text << "' is not in: " << ended.errors;
 }
 
 Ended run_copy(const ScenarioCopy& copy, const std::vector<std::string>& more = {}) {
@@ -26,7 +25,7 @@ Ended run_copy(const ScenarioCopy& copy, const std::vector<std::string>& more = 
 
 struct Change {
   const char *from, *to, *marked;
-  std::vector<std::string> sayings;  ///< of the mistake, whose place is that of `marked`
+  std::vector<std::string> texts;  ///< of the mistake, whose place is that of `marked`
   const char* file = "crossing.yaml";
 };
 
@@ -56,11 +55,11 @@ TEST(BadScenario, IsRefusedWithThePlaceOfItsMistake) {
        {"'u17'"},
        "crossing_plc.yaml"},
   };
-  for (const auto& [from, to, marked, sayings, file] : changes) {
+  for (const auto& [from, to, marked, texts, file] : changes) {
     SCOPED_TRACE(to);
     ScenarioCopy copy;
     const std::string place = copy.replace(from, to, marked, file);
-    expect_refused(run_copy(copy), 2, joined({{place + ": "}, sayings}));
+    expect_refused(run_copy(copy), 2, joined({{place + ": "}, texts}));
     EXPECT_FALSE(std::filesystem::exists(copy.folder() / "out")) << "a refused run leaves nothing";
   }
 }
@@ -82,10 +81,10 @@ TEST(BadScenario, IsRefusedWithAllMistakes) {
        {"scan_rate: 1 Hz", "scan_rate: 1 kg", "1 kg", {"has the unit 'kg'"}}}};
   for (const std::vector<Change>& changes : combinations) {
     ScenarioCopy copy;
-    std::vector<std::string> sayings;
+    std::vector<std::string> texts;
     for (const auto& [from, to, marked, words, file] : changes)
-      sayings = joined({sayings, {copy.replace(from, to, marked) + ": "}, words});
-    expect_refused(run_hil({"check", copy.file()}), 2, sayings);
+      texts = joined({texts, {copy.replace(from, to, marked) + ": "}, words});
+    expect_refused(run_hil({"check", copy.file()}), 2, texts);
   }
 }
 
@@ -94,21 +93,6 @@ TEST(BadScenario, MissingFileIsRefused) {
   expect_refused(run_hil({"run", folder / "nothing.yaml"}), 2,
                  {folder / "nothing.yaml: there is no such file"});
   expect_refused(run_hil({"run", folder.path().string()}), 2, {folder.path().string()});
-}
-
-TEST(FailOn, ConditionThatHoldsIsExitCode3) {
-  const Folder folder;
-  const std::vector<std::string> short_run =
-      joined({{"run", crossing(), "--clock", "virtual", "--set", "expectations=[]", "--duration", "500 ms",
-               "--out", folder / "out"},
-              few_beams()});
-  const Ended broken = run_hil(joined({short_run, {"--fail-on", "misses >= 0"}}));
-  EXPECT_EQ(broken.code, 3) << broken.output << broken.errors;
-  const auto report = read_report(folder / "out");
-  EXPECT_EQ(report["verdict"], "timing_broken");
-  EXPECT_NE(report["reason"].get<std::string>().find("misses >= 0"), std::string::npos) << report["reason"];
-  const Ended kept = run_hil(joined({short_run, {"--fail-on", "misses > 0 or hard_misses > 0"}}));
-  EXPECT_EQ(kept.code, 0) << "the virtual clock misses nothing\n" << kept.output << kept.errors;
 }
 
 TEST(MissingPart, PortInUseIsReportedByTheServer) {
@@ -174,13 +158,6 @@ TEST(MissingPart, VulkanDeviceIsReportedByDoctor) {
   EXPECT_NE(ended.output.find("wake-up latency"), std::string::npos) << "the other checks run";
 }
 
-TEST(Doctor, ReportsTheParts) {
-  const Ended ended = run_hil({"doctor"});
-  EXPECT_EQ(ended.code, 0) << ended.output;
-  for (const char* topic : {"Vulkan device", "opens on", "SocketCAN", "SCHED_FIFO", "wake-up latency"})
-    EXPECT_NE(ended.output.find(topic), std::string::npos) << topic << " is not in: " << ended.output;
-}
-
 TEST(MissingPart, ProgramThatEndsAtItsStartIsReported) {
   const Folder folder;
   const Ended ended = run_hil(
@@ -202,7 +179,7 @@ TEST(MissingPart, ConnectionOfAProgramIsReportedAtItsTimeOut) {
   }
 }
 
-TEST(MissingPart, ConnectionMayBeThatOfAChildProcess) {
+TEST(Processes, ConnectionOfAChildProcessCounts) {
   for (const char* clock : {"virtual", "realtime"}) {
     const Folder folder;
     const Ended ended = run_hil(joined(
@@ -210,7 +187,7 @@ TEST(MissingPart, ConnectionMayBeThatOfAChildProcess) {
           "dut.command=[sh, -c, \"" + built("hil-aeb-controller") +
               " --bus {can.car} --database crossing.dbc; true\"]"},
          few_beams(),
-         patient_watchdog()}));
+         relaxed_timing()}));
     EXPECT_EQ(ended.code, 1) << "too few answers in this time: " << ended.output << ended.errors;
   }
 }

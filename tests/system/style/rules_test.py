@@ -51,7 +51,6 @@ BREAKS = [
     ("files_are_short", "io/a.cpp", "int x;\n" * 501, "io/a.cpp: 501 lines"),
     ("files_are_short", "shaders/a.comp", "\n" * 501, "shaders/a.comp: 501 lines"),
     ("files_are_short", "shaders/build/a.comp", "\n" * 501, "shaders/build/a.comp: 501 lines"),
-    ("files_are_short", "tools/long_files", "io/bus.cpp it was long once\n", "tools/long_files: io/bus.cpp"),
     ("nothing_is_left_for_later", "docs/a.md", "One.\nTO" "DO: two\n", "docs/a.md:2"),
     ("nothing_is_left_for_later", "io/a.cpp", "// FIX" "ME\n", "io/a.cpp:1"),
     ("no_test_is_switched_off", "tests/a_test.cpp", "TEST(Row, DISABLED_Moves) {}\n", "tests/a_test.cpp:1"),
@@ -96,16 +95,18 @@ class Rules(unittest.TestCase):
                 self.assertTrue(lines[0].startswith(place), output)
                 self.assertTrue(lines[1].strip().startswith(rule + ": "), output)
 
-    def test_a_long_file_with_a_reason_is_allowed(self):
-        files = {**GOOD, "io/a.cpp": "int x;\n" * 501, "tools/long_files": "# Why\nio/a.cpp one table\n"}
-        self.assertEqual(findings(files), (0, ""))
-        code, output = findings({**files, "tools/long_files": "io/a.cpp\n"})
-        self.assertEqual(code, 1, "a file without a reason passed: " + output)
-
     def test_a_tree_without_sources_is_refused(self):
         code, output = findings({"README.md": "x\n"})
         self.assertEqual(code, 1)
         self.assertIn("no sources", output)
+
+    def test_sources_without_tidy_are_refused(self):
+        for options in (["--rules"], ["--format"], []):
+            with tempfile.TemporaryDirectory() as folder:
+                command = [STYLE, *options, "--root", folder, "io/bus.cpp"]
+                done = subprocess.run(command, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("io/bus.cpp: only --tidy takes sources", done.stderr)
 
 
 if __name__ == "__main__":

@@ -217,6 +217,7 @@ TEST(DbcFuzz, MutatedAndTruncatedTextsGiveValidDatabases) {
   EXPECT_GT(refused, 1000U);
 }
 
+/// Real time is the subject: a reader that is quadratic in the length of the text takes far longer.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr double limit_s = 20.0;
 #else

@@ -9,7 +9,9 @@
 #include <random>
 
 #include "io/modbus/server_device.hpp"
-#include "peers.hpp"
+#include "registers.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus {
 namespace {

@@ -8,6 +8,9 @@
 
 #include "io/modbus/client_device.hpp"
 #include "peers.hpp"
+#include "registers.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus {
 
@@ -30,7 +33,7 @@ inline ClientSettings short_timeouts(std::uint16_t port) {
   settings.name = "plc";
   settings.endpoint.port = port;
   settings.response_timeout = milliseconds(30);
-  settings.start_limit = milliseconds(5000);
+  settings.start_timeout = milliseconds(5000);
   settings.reconnect_pause_min = milliseconds(5);
   settings.reconnect_pause_max = milliseconds(40);
   settings.lockstep_limit = milliseconds(100);

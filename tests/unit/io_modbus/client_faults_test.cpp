@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <thread>
 
 #include "client_exchange.hpp"
 #include "io/modbus/server_device.hpp"
@@ -181,6 +183,7 @@ TEST(ClientFaults, ResponseTimeoutAndExchangeLimitAreKept) {
     const Exchange one = exchange_once(client, 1, 0);
     EXPECT_FALSE(one.ok);
     EXPECT_EQ(client.counters().timeouts, 1U);
+    // Real time is the subject.
     EXPECT_GE(one.duration, expected - milliseconds(1));
     EXPECT_LT(one.duration, expected + milliseconds(1500));
   }
@@ -194,7 +197,7 @@ TEST(ClientFaults, StartReportsAnUnreachableUnit) {
   }
   RunningClock clock;
   ClientSettings settings = short_timeouts(port);
-  settings.start_limit = milliseconds(60);
+  settings.start_timeout = milliseconds(60);
   ClientDevice client(settings, two_words());
   std::string refusal;
   try {
@@ -206,6 +209,32 @@ TEST(ClientFaults, StartReportsAnUnreachableUnit) {
             "Modbus unit plc (127.0.0.1:" + std::to_string(port) +
                 ") can not be reached: Connection refused; tried for 60 ms. Check that the unit is on and "
                 "that the address and port are right");
+}
+
+TEST(ClientFaults, StartEndsWhenAStopIsRequested) {
+  std::uint16_t port = 0;
+  {
+    const FakeServer gone([](FakeConnection&, int) {});
+    port = gone.port();
+  }
+  RunningClock clock;
+  std::atomic<bool> stop_requested{false};
+  ClientSettings settings = short_timeouts(port);
+  settings.start_timeout = std::chrono::hours(1);
+  settings.stop_requested = &stop_requested;
+  ClientDevice client(settings, two_words());
+  std::string refusal;
+  std::thread starting([&] {
+    try {
+      client.start(clock, Pacing::realtime);
+    } catch (const DeviceError& error) {
+      refusal = error.what();
+    }
+  });
+  stop_requested = true;
+  starting.join();
+  EXPECT_EQ(refusal, "the run was stopped before Modbus unit plc (127.0.0.1:" + std::to_string(port) +
+                         ") was reached: Connection refused");
 }
 
 TEST(ClientFaults, ReturningUnitGetsAllOutputsAgain) {
@@ -278,8 +307,8 @@ TEST(ClientFaults, SilentUnitDelaysNeitherTheTickNorOtherUnits) {
   }));
   EXPECT_TRUE(samples[0].fresh);
   EXPECT_EQ(samples[0].value, 7.0);
-  // The median of four calls: the machine may interrupt some ticks. Waiting for the silent unit would take
-  // hundreds of milliseconds.
+  // Real time is the subject. The median of four calls: the machine may interrupt some ticks. Waiting for
+  // the silent unit would take hundreds of milliseconds.
   const auto median = tick_ns.begin() + static_cast<std::ptrdiff_t>(tick_ns.size() / 2);
   std::ranges::nth_element(tick_ns, median);
   EXPECT_LT(*median, 1'000'000);

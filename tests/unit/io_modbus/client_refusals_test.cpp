@@ -96,10 +96,10 @@ TEST(ClientRefusals, RefusedReadAcrossGapsIsSplitForever) {
   }
   const std::vector<DeviceEvent> events = client.events_since(0);
   ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(
-      events[0].text,
-      "unit plc: it refused to read holding 0..5 (exception 2), which has gaps; from now on it is read in "
-      "2 requests");
+  EXPECT_EQ(events[0].text,
+            "Modbus unit plc: it refused to read holding 0..5 (exception 2), which has gaps; from now on it "
+            "is read in "
+            "2 requests");
 }
 
 TEST(ClientRefusals, ReadsCrossGapsOnlyIfAllowed) {

@@ -6,8 +6,11 @@
 
 #include "configs/crossing/plc/plc_registers.hpp"
 #include "io/modbus/client_device.hpp"
-#include "peers.hpp"
+#include "programs.hpp"
+#include "registers.hpp"
 #include "tests/paths.h"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::crossing::plc {
 namespace {
@@ -90,7 +93,7 @@ TEST(CrossingPlc, ListensOnAnIpv6Address) {
 
 TEST(CrossingPlc, SteppedTimeFollowsTheWrittenTimeAndNeverGoesBack) {
   const Process plc({HIL_CROSSING_PLC, "--clock", "stepped"});
-  std::this_thread::sleep_for(milliseconds(60));  // three scans of real time, which must not count
+  std::this_thread::sleep_for(milliseconds(60));  // real time is the subject: three scans, not counted
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t0\n"), std::string::npos);
   mbpoll(plc.port(), "-t 4:int -r 10", "1000");
   EXPECT_NE(mbpoll(plc.port(), "-t 3 -r 4").find("[4]: \t50\n"), std::string::npos);

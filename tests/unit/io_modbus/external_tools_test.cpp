@@ -8,8 +8,10 @@
 
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/server_device.hpp"
-#include "peers.hpp"
+#include "programs.hpp"
+#include "registers.hpp"
 #include "tests/paths.h"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus {
 namespace {

@@ -1,34 +1,21 @@
 #pragma once
-// The other sides of the Modbus devices under test: sockets without libmodbus, a server that follows a
-// script, processes, mbpoll.
-
-#include <gtest/gtest.h>
+// The other sides of the Modbus devices under test, in this process and without libmodbus: a client, and a
+// server that follows a script.
 
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
-#include "io/device.hpp"
-#include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
-#include "tests/support/eventually.hpp"
-#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus::test {
 
 using Bytes = std::vector<std::uint8_t>;
 using std::chrono::milliseconds;
-
-/// "r7"
-std::string numbered(const char* letter, std::size_t number);
-
-RegisterEntry entry(std::string name, Table table, std::uint16_t address, ValueType type, bool writable);
-
-std::vector<Sample> latched(Device& device);
 
 /// A blocking client socket, every operation bounded by 5 s.
 class RawClient {
@@ -79,33 +66,6 @@ class FakeServer {
   std::atomic<bool> stop_{false};
   std::atomic<int> connections_{0};
   std::thread thread_;
-};
-
-struct CommandResult {
-  int exit_code = -1;
-  std::string output;  ///< stdout and stderr
-};
-CommandResult run_command(const std::string& command);
-
-/// Reads or, with `values`, writes registers of unit 1.
-CommandResult mbpoll(std::uint16_t port, const std::string& options, const std::string& values = "");
-
-/// A child process. The constructor waits for its first line of output, the destructor kills it.
-class Process {
- public:
-  explicit Process(const std::vector<std::string>& command);
-  ~Process();
-  const std::string& first_line() const { return first_line_; }
-  /// The number after the last ':' of the first line.
-  std::uint16_t port() const;
-  void kill();
-  /// SIGTERM, and the exit code.
-  int terminate();
-
- private:
-  int pid_ = -1;
-  Descriptor output_;
-  std::string first_line_;
 };
 
 }  // namespace hil::io::modbus::test

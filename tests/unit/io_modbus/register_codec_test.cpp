@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "peers.hpp"
+#include "registers.hpp"
 
 namespace hil::io::modbus {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "peers.hpp"
+#include "registers.hpp"
 
 namespace hil::io::modbus {
 namespace {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "peers.hpp"
+#include "registers.hpp"
 
 namespace hil::io::modbus {
 namespace {

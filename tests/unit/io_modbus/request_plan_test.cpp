@@ -6,7 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include "peers.hpp"
+#include "registers.hpp"
 
 namespace hil::io::modbus {
 namespace {

@@ -6,6 +6,9 @@
 #include <thread>
 
 #include "peers.hpp"
+#include "registers.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus {
 namespace {

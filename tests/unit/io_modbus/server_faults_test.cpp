@@ -8,6 +8,9 @@
 
 #include "io/modbus/server_device.hpp"
 #include "peers.hpp"
+#include "registers.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::modbus {
 namespace {
@@ -124,6 +127,7 @@ TEST(ServerFaults, DropsAClientThatTricklesBytesWithoutDelayingOthers) {
   Served served({.frame_limit = milliseconds(100)});
   RawClient slow(served.device.port());
   RawClient valid(served.device.port());
+  // Real time is the subject: a slow client delays no other one.
   const auto before = Wall::now();
   const Bytes bytes = frame(1, Bytes(200, 16));
   std::size_t sent = 0;

@@ -62,12 +62,13 @@ TEST(UnfitValues, ClientOutputsGiveOneEventPerEpisode) {
   unit.exchange(40 * ms, {-101, 70000});
   unit.exchange(50 * ms, {std::nan(""), 0});
   unit.exchange(60 * ms, {std::nan(""), 0});
-  EXPECT_EQ(texts(unit.client),
-            (Texts{"unit plc: register torque: 1000 is outside -100 to 100; 100 is written",
-                   "unit plc: register valve: 70000 is outside 0 to 65535; 65535 is written",
-                   "unit plc: register torque: -101 is outside -100 to 100; -100 is written",
-                   "unit plc: register torque: the value to write is not a number; the register keeps its "
-                   "value"}));
+  EXPECT_EQ(
+      texts(unit.client),
+      (Texts{"Modbus unit plc: register torque: 1000 is outside -100 to 100; 100 is written",
+             "Modbus unit plc: register valve: 70000 is outside 0 to 65535; 65535 is written",
+             "Modbus unit plc: register torque: -101 is outside -100 to 100; -100 is written",
+             "Modbus unit plc: register torque: the value to write is not a number; the register keeps its "
+             "value"}));
   EXPECT_EQ(unit.client.events_since(0)[0].time_ns, 10 * ms);
   EXPECT_EQ(unit.client.events_since(2).front().time_ns, 40 * ms);
   EXPECT_EQ(unit.client.counters().values.saturated_outputs, 5U);
@@ -87,8 +88,8 @@ TEST(UnfitValues, ClientInputsGiveOneEventPerEpisode) {
   }
   EXPECT_EQ(latched(unit.client)[0].value, 20'000.0);
   const Texts once{
-      "unit plc: register level: 32704 is outside 0 to 20000; 20000 is read",
-      "unit plc: register flow: the register holds no finite number; the signal keeps its last value"};
+      "Modbus unit plc: register level: 32704 is outside 0 to 20000; 20000 is read",
+      "Modbus unit plc: register flow: the register holds no finite number; the signal keeps its last value"};
   EXPECT_EQ(texts(unit.client), (Texts{once[0], once[1], once[0], once[1]}));
   EXPECT_EQ(unit.client.counters().values.saturated_inputs, 3U);
   EXPECT_EQ(unit.client.counters().values.not_a_number_inputs, 3U);
@@ -173,8 +174,8 @@ TEST(UnfitValues, RefusedWritesGiveOneEventPerEpisode) {
     client.receive_frame();
   }
   const std::string end = ", outside 0 to 100; it was answered with exception 3 and changed nothing";
-  EXPECT_EQ(texts(panel.device), (Texts{"unit panel: register level: a client wrote 101" + end,
-                                        "unit panel: register level: a client wrote 103" + end}));
+  EXPECT_EQ(texts(panel.device), (Texts{"Modbus unit panel: register level: a client wrote 101" + end,
+                                        "Modbus unit panel: register level: a client wrote 103" + end}));
 }
 
 TEST(UnfitValues, ServerOutputsGiveOneEventPerEpisode) {
@@ -186,7 +187,7 @@ TEST(UnfitValues, ServerOutputsGiveOneEventPerEpisode) {
     client.receive_frame();
   }
   EXPECT_EQ(texts(panel.device),
-            Texts{"unit panel: register status: 70000 is outside 0 to 65535; 65535 is written"});
+            Texts{"Modbus unit panel: register status: 70000 is outside 0 to 65535; 65535 is written"});
   EXPECT_EQ(panel.device.value_counters().saturated_outputs, 2U);
 }
 
@@ -209,7 +210,8 @@ TEST(StaleValues, SlowUnitGivesOneEventPerEpisode) {
   cycle(unit, 4'000 * ms, 400 * ms);  // alternately fresh and stale for 200 ms
   EXPECT_GE(unit.client.counters().stale_inputs, 3U * 7U);
   const std::string event =
-      "unit plc: register a (and 2 more) was not read for longer than its max_age of 200 ms; it is stale and "
+      "Modbus unit plc: register a (and 2 more) was not read for longer than its max_age of 200 ms; it is "
+      "stale and "
       "reads its safe value";
   EXPECT_EQ(texts(unit.client), Texts{event});
   EXPECT_EQ(unit.client.events_since(0)[0].time_ns, 1'410 * ms);
@@ -227,7 +229,7 @@ TEST(StaleValues, ServerInputsGiveAnEvent) {
   EXPECT_TRUE(latched(panel.device)[0].fresh);
   EXPECT_TRUE(tests::eventually([&] { return !latched(panel.device)[0].fresh; }));
   EXPECT_EQ(texts(panel.device),
-            Texts{"unit panel: register level was not written by a client for longer than "
+            Texts{"Modbus unit panel: register level was not written by a client for longer than "
                   "its max_age of 1000 ms; it is stale and reads its safe value"});
   EXPECT_EQ(panel.device.stale_inputs(), 1U);
 }

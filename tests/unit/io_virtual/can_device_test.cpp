@@ -30,8 +30,8 @@ std::size_t channel(std::span<const ChannelInfo> channels, const std::string& na
   return 0;
 }
 
-virtual_bus::HubConfig hub_config(std::size_t expected_clients) {
-  return {.name = "car", .path = {}, .faults = {}, .expected_clients = expected_clients};
+virtual_bus::HubConfig hub_config(std::size_t expected_stations) {
+  return {.name = "car", .path = {}, .faults = {}, .expected_stations = expected_stations};
 }
 
 process::ChildConfig controller_config(const std::string& address, const TemporaryFolder& folder) {

@@ -7,8 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "driven_bus.hpp"
-#include "tests/support/simulation/run_clock.hpp"
+#include "driven_device.hpp"
 
 namespace hil::io::can {
 namespace {
@@ -44,40 +43,6 @@ TEST(CanSendFaults, FullQueueIsRetriedOnceAtTheNextTick) {
   EXPECT_EQ(device.counters().no_buffer, 3U);
   EXPECT_EQ(device.counters().tx, 2U);
 }
-
-/// One message sent every 10 ms, one received with a time-out of 200 ms, over a bus that the test drives.
-class DrivenDevice : public ::testing::Test {
- protected:
-  explicit DrivenDevice(bool may_be_lost = false) {
-    CanDeviceConfig config = crossing_config();
-    config.send = {{"EgoStatus", 10 * ms, 0, protection, {}}};
-    config.may_be_lost = may_be_lost;
-    for (ReceivedMessageConfig& received : config.receive)
-      received.timeout_ns = 200 * ms;
-    auto owned = std::make_unique<DrivenBus>();
-    bus_ = owned.get();
-    device_ = std::make_unique<CanDevice>(std::move(config), std::move(owned));
-    device_->start(clock_, Pacing::lockstep);
-  }
-  void ticks(RunTimeNs from_ms, RunTimeNs to_ms) {
-    const std::vector<double> outputs(device_->outputs().size(), 0.0);
-    for (RunTimeNs now = from_ms * ms; now < to_ms * ms; now += 10 * ms) {
-      clock_.set(now);
-      device_->release_outputs(outputs, now);
-      EXPECT_TRUE(device_->exchange(now));
-    }
-  }
-  static Frame error_frame(canid_t classes) {
-    Frame frame;
-    frame.raw.can_id = CAN_ERR_FLAG | classes;
-    frame.raw.len = CAN_ERR_DLC;
-    return frame;
-  }
-
-  SetClock clock_;
-  DrivenBus* bus_ = nullptr;
-  std::unique_ptr<CanDevice> device_;
-};
 
 class DrivenDeviceThatMayBeLost : public DrivenDevice {
  protected:
@@ -119,6 +84,13 @@ TEST_F(DrivenDevice, QueueThatStaysFullIsAFault) {
       << device_->send_fault();
 }
 
+Frame error_frame(canid_t classes) {
+  Frame frame;
+  frame.raw.can_id = CAN_ERR_FLAG | classes;
+  frame.raw.len = CAN_ERR_DLC;
+  return frame;
+}
+
 TEST_F(DrivenDevice, BusOffDisconnectsUntilTheRestart) {
   ticks(0, 10);
   EXPECT_TRUE(device_->connected());
@@ -134,46 +106,6 @@ TEST_F(DrivenDevice, BusOffDisconnectsUntilTheRestart) {
   EXPECT_TRUE(device_->connected());
   EXPECT_EQ(device_->fault(), "");
   EXPECT_EQ(device_->counters().errors, 3U);
-}
-
-TEST_F(DrivenDevice, ReceiveTimeFollowsTheSendTimeOfEarlierFrames) {
-  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
-  const DbcMessage& message = *database.find_message("BrakeCommand");
-  MessageEncoder encoder(message, protection);
-  MessageEncoder::Tally tally;
-  const auto reply_at = [&](RunTimeNs time_ns) {
-    Frame reply = encoder.build(std::vector<double>(message.signals.size(), 1.0), tally);
-    encoder.confirm_sent();
-    reply.direction = Direction::rx;
-    reply.time_ns = time_ns;
-    return reply;
-  };
-  const auto received_at = [&] {
-    std::vector<Sample> samples(device_->inputs().size());
-    device_->latch_inputs(samples);
-    return samples[device_->input_groups().front().first].time_ns;
-  };
-  ticks(0, 10);
-  Frame echo = bus_->sent.back();
-  echo.direction = Direction::tx;
-  bus_->arriving = {reply_at(-1 * ms)};
-  ticks(10, 20);
-  EXPECT_EQ(received_at(), -1 * ms) << "possibly received before the sent frame";
-  bus_->arriving = {echo, echo, reply_at(8 * ms)};
-  ticks(20, 30);
-  EXPECT_EQ(received_at(), 10 * ms) << "after the frame that was sent at 10 ms";
-  bus_->arriving = {reply_at(12 * ms)};
-  ticks(30, 40);
-  EXPECT_EQ(received_at(), 12 * ms);
-}
-
-TEST_F(DrivenDevice, ShortestTimeoutIsTheLossTimeout) {
-  EXPECT_EQ(device_->loss_timeout_ns(), 200 * ms);
-  ASSERT_FALSE(device_->input_groups().empty());
-  const InputGroup& group = device_->input_groups().front();
-  EXPECT_EQ(group.name, "BrakeCommand");
-  EXPECT_TRUE(device_->inputs()[group.first].name.starts_with("BrakeCommand."));
-  EXPECT_EQ(group.timeout_ns, 200 * ms);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ class Station {
   }
   std::atomic<bool> leave_{false};
   /// Makes the station stop answering, and returns when it has stopped.
-  void hang() {
+  void stop_answering() {
     hang_ = true;
     hangs_.wait(false);
   }
@@ -86,7 +86,7 @@ can::Frame frame_of_bytes(canid_t id, std::initializer_list<std::uint8_t> bytes)
 /// All frames of a run, as a log of the hub.
 std::string log_of_run(std::uint64_t jitter_seed, FaultConfig faults) {
   const SetClock clock;
-  Hub hub(HubConfig{.name = "car", .path = {}, .faults = faults, .expected_clients = 3});
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = faults, .expected_stations = 3});
   hub.open(clock, Pacing::lockstep);
   // "b" answers frames of the hub twice; "a" answers those of "b", and "c" those of "a".
   const auto echo = [](canid_t from, canid_t to, int times) {
@@ -144,7 +144,7 @@ TEST(Lockstep, LogsWithInjectedFaultsAreIdentical) {
 
 TEST(Lockstep, FramesHaveTheRunTimeOfTheirStep) {
   const SetClock clock;
-  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 1});
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_stations = 1});
   hub.open(clock, Pacing::lockstep);
   std::vector<RunTimeNs> times;
   {
@@ -166,7 +166,7 @@ TEST(Lockstep, FramesHaveTheRunTimeOfTheirStep) {
 
 TEST(Lockstep, MoreFramesThanASocketHoldsAreAllDelivered) {
   const SetClock clock;
-  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 1});
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_stations = 1});
   hub.open(clock, Pacing::lockstep);
   constexpr std::size_t count = 20000;
   std::atomic<std::size_t> received{0};
@@ -193,16 +193,17 @@ TEST(Lockstep, MoreFramesThanASocketHoldsAreAllDelivered) {
 TEST(Lockstep, ReportsAStationThatDoesNotAnswer) {
   const SetClock clock;
   Hub hub(HubConfig{
-      .name = "car", .path = {}, .faults = {}, .expected_clients = 1, .answer_limit_ns = 100'000'000});
+      .name = "car", .path = {}, .faults = {}, .expected_stations = 1, .answer_limit_ns = 100'000'000});
   hub.open(clock, Pacing::lockstep);
-  Station hanging(
-      hub.address(), "hanging", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
+  Station silent(
+      hub.address(), "silent", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
   ASSERT_TRUE(hub.settle(0).settled());
-  hanging.hang();
+  silent.stop_answering();
   const can::SettleResult result = hub.settle(1);
-  EXPECT_EQ(result.status, can::SettleResult::Status::client_hung);
-  EXPECT_EQ(result.client, "hanging");
-  EXPECT_NE(hub.fault().find("'hanging' did not answer within 100 ms"), std::string::npos);
+  EXPECT_EQ(result.status, can::SettleResult::Status::station_timed_out);
+  EXPECT_EQ(result.client, "silent");
+  EXPECT_NE(hub.fault().find("'silent' did not answer within 100 ms"), std::string::npos);
+  // Real time is the subject: the second exchange does not wait for the station.
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_FALSE(hub.settle(2).settled()) << "no second wait";
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(100));
@@ -210,39 +211,39 @@ TEST(Lockstep, ReportsAStationThatDoesNotAnswer) {
 
 TEST(Lockstep, ReportsAStationThatEnds) {
   const SetClock clock;
-  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 2});
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_stations = 2});
   hub.open(clock, Pacing::lockstep);
   const auto silent = [](const can::Frame&) { return std::vector<can::Frame>{}; };
-  Station stays(hub.address(), "stays", silent, 1);
-  auto dies = std::make_unique<Station>(hub.address(), "dies", silent, 2);
+  Station remaining(hub.address(), "remaining", silent, 1);
+  auto ending = std::make_unique<Station>(hub.address(), "ending", silent, 2);
   ASSERT_TRUE(hub.settle(0).settled());
-  dies.reset();
+  ending.reset();
   const can::SettleResult result = hub.settle(1);
-  EXPECT_EQ(result.status, can::SettleResult::Status::client_died);
-  EXPECT_EQ(result.client, "dies");
+  EXPECT_EQ(result.status, can::SettleResult::Status::station_ended);
+  EXPECT_EQ(result.client, "ending");
 }
 
 TEST(Lockstep, ReportsMissingStations) {
   const SetClock clock;
   Hub hub(HubConfig{
-      .name = "car", .path = {}, .faults = {}, .expected_clients = 2, .connect_limit_ns = 100'000'000});
+      .name = "car", .path = {}, .faults = {}, .expected_stations = 2, .connect_limit_ns = 100'000'000});
   hub.open(clock, Pacing::lockstep);
   const Station only(
       hub.address(), "only", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
   const can::SettleResult result = hub.settle(0);
-  EXPECT_EQ(result.status, can::SettleResult::Status::clients_missing);
+  EXPECT_EQ(result.status, can::SettleResult::Status::stations_missing);
   EXPECT_NE(hub.fault().find("1 of 2 expected stations"), std::string::npos) << hub.fault();
 }
 
 TEST(Lockstep, ReportsStationsThatAnswerEachOtherForever) {
   const SetClock clock;
-  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_clients = 2});
+  Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_stations = 2});
   hub.open(clock, Pacing::lockstep);
   const auto echo_back = [](const can::Frame& frame) { return std::vector<can::Frame>{frame}; };
   const Station one(hub.address(), "one", echo_back, 1, 0);
   const Station two(hub.address(), "two", echo_back, 2, 0);
   hub.send(frame_of_bytes(1, {}));
-  EXPECT_EQ(hub.settle(0).status, can::SettleResult::Status::not_quiescent);
+  EXPECT_EQ(hub.settle(0).status, can::SettleResult::Status::too_many_rounds);
 }
 
 TEST(Lockstep, BusWithoutStationsSettles) {

@@ -172,25 +172,25 @@ store::WriteSet LiveWorld::random_set() {
     if (const EntityState* state = store_.latest_snapshot().row(index)) existing[index] = state->id;
   std::size_t count = existing.size();
   for (std::uint32_t k = 1 + below(3); k > 0; --k) {
-    const auto victim = existing.empty()
+    const auto chosen = existing.empty()
                             ? existing.end()
                             : std::next(existing.begin(), below(static_cast<std::uint32_t>(existing.size())));
     const std::uint32_t kind = below(8);
-    if (victim == existing.end() || kind < 2) {
+    if (chosen == existing.end() || kind < 2) {
       if (count == live_entities) continue;
       set.writes.push_back({WriteKind::create, {EntityId{}, random_row(), 0}});
       ++count;
     } else if (kind < 7) {
-      const bool known = store_.latest_snapshot().row(victim->first) != nullptr;
+      const bool known = store_.latest_snapshot().row(chosen->first) != nullptr;
       if (kind < 5) {
         set.writes.push_back(
-            {WriteKind::update_motion, {victim->second, known ? moved(victim->second) : random_row(), 0}});
+            {WriteKind::update_motion, {chosen->second, known ? moved(chosen->second) : random_row(), 0}});
       } else {
-        set.writes.push_back({WriteKind::update, {victim->second, random_row(), 0}});
+        set.writes.push_back({WriteKind::update, {chosen->second, random_row(), 0}});
       }
     } else {
-      set.writes.push_back({WriteKind::remove, {victim->second, {}, 0}});
-      existing.erase(victim);
+      set.writes.push_back({WriteKind::remove, {chosen->second, {}, 0}});
+      existing.erase(chosen);
       --count;
     }
   }

@@ -199,7 +199,7 @@ TEST(Loss, OfManyGapsEndsWithCorrectMembers) {
 }
 
 /// A query that runs out of memory fails with a reason; the other queries and the database continue.
-TEST(Loss, OfMemoryFailsAQueryWithItsReason) {
+TEST(OutOfMemory, FailsTheQueryWithItsReason) {
   FollowedWorld world({.max_entities = 4096});
   const auto cube = world.add(make_box({1.0, 1.0, 1.0}));
   const auto query = world.watch(around_origin(5.0f), {.name = "gate"});
@@ -228,7 +228,7 @@ TEST(Loss, OfMemoryFailsAQueryWithItsReason) {
 
 /// The follower runs out of memory at any allocation: an error at registration, or a failed query later, and
 /// nothing else.
-TEST(Loss, OfMemoryAtAnyAllocationIsReported) {
+TEST(OutOfMemory, IsReportedAtAnyAllocation) {
   int refused = 0;
   int failed = 0;
   int unaffected = 0;

@@ -172,16 +172,16 @@ TEST(Commit, UsesUpTheVersionNumberOfADiscardedSet) {
 
 TEST(CommitDeathTest, StepsOutOfOrderAbort) {
   Store store(options(4));
-  EXPECT_DEATH(store.publish(), "");
-  EXPECT_DEATH(store.settle(), "");
-  EXPECT_DEATH(store.discard(), "");
-  EXPECT_DEATH(static_cast<void>(store.staged_snapshot()), "");
+  EXPECT_DEATH(store.publish(), "misused: progress_ == Progress::staged");
+  EXPECT_DEATH(store.settle(), "misused: progress_ == Progress::published");
+  EXPECT_DEATH(store.discard(), "misused: progress_ != Progress::none");
+  EXPECT_DEATH(static_cast<void>(store.staged_snapshot()), "misused: progress_ != Progress::none");
   WriteSet empty;
-  EXPECT_DEATH(static_cast<void>(store.stage(empty)), "");
+  EXPECT_DEATH(static_cast<void>(store.stage(empty)), "misused: !set.empty");
   WriteSet set = set_of(0, {create(row_at(1))});
   ASSERT_FALSE(store.stage(set));
-  EXPECT_DEATH(static_cast<void>(store.stage(set)), "");
-  EXPECT_DEATH(store.settle(), "");
+  EXPECT_DEATH(static_cast<void>(store.stage(set)), "misused: progress_ == Progress::none");
+  EXPECT_DEATH(store.settle(), "misused: progress_ == Progress::published");
 }
 
 }  // namespace

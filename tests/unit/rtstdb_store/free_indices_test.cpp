@@ -48,11 +48,11 @@ TEST(FreeIndices, AgreeWithAnOrderedSet) {
 
 TEST(FreeIndicesDeathTest, MisuseAborts) {
   FreeIndices free(10);
-  EXPECT_DEATH(free.give_back(3), "");
+  EXPECT_DEATH(free.give_back(3), "free_indices.cpp.* rtstdb was misused");
   free.take(3);
-  EXPECT_DEATH(free.take(3), "");
-  EXPECT_DEATH(free.take(64), "");
-  EXPECT_DEATH(free.take(10), "");
+  EXPECT_DEATH(free.take(3), "free_indices.cpp.* rtstdb was misused");
+  EXPECT_DEATH(free.take(64), "free_indices.cpp.* rtstdb was misused");
+  EXPECT_DEATH(free.take(10), "free_indices.cpp.* rtstdb was misused");
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST_F(Admission, LearnsFromMissedTransactions) {
     int kept_in_a_row = 0;
     for (int k = 0; k < 200 && kept_in_a_row < 20; ++k) {
       const Outcome refused = run_large(firm(100us));
-      if (refused.status != Status::refused) continue;  // now and then one is admitted to learn its cost
+      if (refused.status != Status::refused) continue;  // some are admitted to measure their cost
       const bool kept =
           run_large(terms(DeadlineClass::firm, refused.earliest_feasible)).status == Status::committed;
       broken += kept ? 0 : 1;
@@ -82,7 +82,7 @@ TEST_F(Admission, LearnsFromMissedTransactions) {
 }
 
 /// After an outlier, admission is cautious for long; transactions that meet the deadline at the usual cost
-/// are admitted now and then.
+/// are admitted at a fixed rate.
 TEST_F(Admission, TriesOneOfFourTransactionsThatAreLikelyToBeInTime) {
   Nanoseconds each = 1us;
   world_.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {

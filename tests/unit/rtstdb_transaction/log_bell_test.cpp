@@ -64,21 +64,21 @@ TEST(LogBell, WakesAtEveryRingOfSeveralThreads) {
       }
     }
   });
-  std::vector<std::thread> ringers;
+  std::vector<std::thread> ringing_threads;
   for (std::uint32_t t = 0; t < threads; ++t)
-    ringers.emplace_back([&] {
+    ringing_threads.emplace_back([&] {
       for (std::uint32_t k = 0; k < rounds; ++k) {
         put.fetch_add(1);
         bell.ring();
-        // So that the sleeper sleeps now and then.
+        // So that the sleeper sleeps after each 16th.
         if (k % 16 == 0) {
           for (const std::uint32_t seen = put.load(); static_cast<std::int32_t>(taken.load() - seen) < 0;)
             std::this_thread::yield();
         }
       }
     });
-  for (std::thread& ringer : ringers)
-    ringer.join();
+  for (std::thread& thread : ringing_threads)
+    thread.join();
   sleeper.join();
   EXPECT_EQ(taken.load(), threads * rounds);
 }

@@ -36,7 +36,7 @@ TEST(Spin, IsRareAfterFailures) {
     });
     spun += polls > 1;
   }
-  EXPECT_GE(spun, 10) << "it tries again now and then";
+  EXPECT_GE(spun, 10) << "it tries again in some of the rounds";
   EXPECT_LE(spun, 40);
   for (int k = 0; k < 200; ++k)
     spin.until(10s, [] { return true; });

@@ -13,7 +13,7 @@
 
 namespace hil::config::testing {
 
-using TemporaryFolder = tests::TestFolder;
+using tests::TestFolder;
 
 /// Whether there is exactly one mistake, at this place, and its text contains `words`.
 inline ::testing::AssertionResult is_only_mistake(const Diagnostics& diagnostics, std::uint32_t line,

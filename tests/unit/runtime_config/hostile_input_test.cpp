@@ -15,11 +15,11 @@ namespace hil::config {
 namespace {
 
 using testing::is_only_mistake;
-using testing::TemporaryFolder;
+using testing::TestFolder;
 
 /// Loads the text as a scenario, which has to be refused in time.
 Diagnostics refusal_of(const std::string& text) {
-  const TemporaryFolder folder;
+  const TestFolder folder;
   const std::string file = folder.write("hostile.yaml", text);
   Diagnostics diagnostics;
   const std::clock_t begin = std::clock();  // processor time, since other tests may run
@@ -138,7 +138,7 @@ TEST(HostileInput, DepthThroughAliasesIsLimited) {
 }
 
 TEST(HostileInput, FifoDoesNotBlock) {
-  const TemporaryFolder folder;
+  const TestFolder folder;
   const std::string fifo = (folder.path() / "fifo").string();
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
   Diagnostics diagnostics;

@@ -41,7 +41,7 @@ TEST(Mutation, OfScenariosNeverCrashesAndMistakesHaveAPlace) {
 }
 
 TEST(Mutation, OfRegisterMapsNeverCrashes) {
-  const testing::TemporaryFolder folder;
+  const testing::TestFolder folder;
   for (std::uint64_t seed = 0; seed < hil::tests::rounds(1000, 20'000); ++seed) {
     const std::string text = TextMutator(seed + 1'000'000).mutate(testing::register_map_text);
     Diagnostics diagnostics;

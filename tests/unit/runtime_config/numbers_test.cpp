@@ -31,7 +31,7 @@ TEST(ReadNumber, AcceptsDecimalForms) {
                                                  {"4.9e-324", 4.9e-324},
                                                  {"0e999999999999", 0.0}};
   for (const auto& [text, value] : good) {
-    const NumberReading reading = read_number(text);
+    const ParsedNumber reading = read_number(text);
     EXPECT_EQ(reading.fault, "") << text;
     EXPECT_EQ(reading.length, std::string(text).size()) << text;
     EXPECT_EQ(reading.value, value) << text;
@@ -67,7 +67,7 @@ TEST(ReadNumber, AgreesWithStrtodOnRandomDoubles) {
     if (!std::isfinite(value)) continue;
     char text[40];
     std::snprintf(text, sizeof text, "%.17g", value);
-    const NumberReading reading = read_number(text);
+    const ParsedNumber reading = read_number(text);
     ASSERT_EQ(reading.fault, "") << text;
     ASSERT_EQ(reading.value, std::strtod(text, nullptr)) << text;
     ASSERT_EQ(reading.value, value) << text;

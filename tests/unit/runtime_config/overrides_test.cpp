@@ -100,6 +100,60 @@ TEST(Overrides, BadValueHasItsPlaceAfterTheEqualsSign) {
   EXPECT_EQ(mistakes_with({"tasks.traffic.rate=300 Hz"}).substr(0, 31), "--set tasks.traffic.rate:1:20: ");
 }
 
+TEST(Overrides, ConstantOutOfRangeHasItsPlaceAfterTheEqualsSign) {
+  EXPECT_EQ(
+      mistakes_with({"modbus.plc.write.detector=70000"}),
+      "--set modbus.plc.write.detector:1:27: 'detector': 70000 is out of range; the register takes 0 to "
+      "65535\n");
+}
+
+TEST(Overrides, RenamedKeyIsAMistakeWithTheNewName) {
+  EXPECT_EQ(mistakes_with({"modbus.plc.start_limit=1 s"}),
+            "--set modbus.plc.start_limit:1:12: there is no 'modbus.plc.start_limit'; it was renamed to "
+            "'modbus.plc.start_timeout'\n");
+}
+
+TEST(Overrides, EntryOfAMissingListIsAMistake) {
+  const ScenarioFolder files;
+  for (const char* text : {"scenario: least\n", "scenario: least\ncan:\ntasks:\n"}) {
+    Diagnostics diagnostics;
+    EXPECT_FALSE(files.load(text, diagnostics, {"can.car.device=virtual"}));
+    EXPECT_NE(
+        diagnostics.to_text().find("--set can.car.device:1:5: there is no CAN bus 'car', since the file "
+                                   "has no list 'can'\n"),
+        std::string::npos)
+        << diagnostics.to_text();
+    Diagnostics of_tasks;
+    EXPECT_FALSE(files.load(text, of_tasks, {"tasks.scanner.rate=1 Hz"}));
+    EXPECT_NE(of_tasks.to_text().find("there is no 'tasks.scanner', since the file has no list 'tasks'\n"),
+              std::string::npos)
+        << of_tasks.to_text();
+  }
+}
+
+TEST(Overrides, FindABusByTheNameKeyOfItsType) {
+  const Schema entry = Schema::record(
+      {Field::needed("mast", Schema::name(), "."), Field::optional("height", Schema::integer(0, 9), ".")});
+  const Schema schema = Schema::record({Field::needed("semaphore", Schema::list(entry), ".")});
+  const std::vector<BusSectionType> types{{.key = "semaphore",
+                                           .about = "The semaphores.",
+                                           .name_key = "mast",
+                                           .noun = "semaphore",
+                                           .plural = "semaphores",
+                                           .entry = entry}};
+  Diagnostics diagnostics;
+  const auto source =
+      source_of_text("f.yaml", "semaphore: [{mast: hill, height: 1}, {mast: bay}]", diagnostics);
+  std::optional<TreeNode> tree = build_tree(source, diagnostics);
+  ASSERT_TRUE(tree) << diagnostics.to_text();
+  const std::vector<std::string> overrides{"semaphore.bay.height=4"};
+  apply_overrides(*tree, schema, overrides, types, diagnostics);
+  EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_text();
+  const TreeNode* const height = tree->find("semaphore")->items.at(1).find("height");
+  ASSERT_NE(height, nullptr);
+  EXPECT_EQ(height->scalar, "4");
+}
+
 TEST(Overrides, MalformedOverrideIsAMistake) {
   EXPECT_EQ(mistakes_with({"seed"}), "--set seed:1:1: expected path=value, as in dut.enabled=false\n");
   EXPECT_EQ(mistakes_with({"=5"}), "--set :1:1: a word is missing in the path ''\n");

@@ -6,17 +6,17 @@ namespace {
 using buses::modbus::load_register_map;
 using io::modbus::Role;
 using testing::is_only_mistake;
-using testing::TemporaryFolder;
+using testing::TestFolder;
 
 Diagnostics mistakes_of(const std::string& text, Role role = Role::client) {
-  const TemporaryFolder folder;
+  const TestFolder folder;
   Diagnostics diagnostics;
   EXPECT_FALSE(load_register_map(folder.write("map.yaml", text), role, diagnostics)) << text;
   return diagnostics;
 }
 
 TEST(RegisterMapFile, IsReadAsWritten) {
-  const TemporaryFolder folder;
+  const TestFolder folder;
   Diagnostics diagnostics;
   const auto map =
       load_register_map(folder.write("map.yaml", testing::register_map_text), Role::client, diagnostics);
@@ -43,7 +43,7 @@ TEST(RegisterMapFile, IsReadAsWritten) {
 }
 
 TEST(RegisterMapFile, AcceptsEveryTypeAndWordOrder) {
-  const TemporaryFolder folder;
+  const TestFolder folder;
   for (const char* type : {"u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64"}) {
     for (const char* order : {"ABCD", "CDAB", "BADC", "DCBA"}) {
       Diagnostics diagnostics;
@@ -81,7 +81,7 @@ TEST(RegisterMapFile, MistakesHavePlaces) {
 
 TEST(RegisterMapFile, IsCheckedForItsRole) {
   const std::string text = "registers: [{name: a, table: input, address: 0, type: u16, access: read}]\n";
-  const TemporaryFolder folder;
+  const TestFolder folder;
   Diagnostics diagnostics;
   EXPECT_TRUE(load_register_map(folder.write("map.yaml", text), Role::client, diagnostics))
       << diagnostics.to_text();

@@ -136,7 +136,7 @@ class ScenarioFolder {
                   "registers: [{name: mode, table: holding, address: 0, type: u16, access: read}]\n");
   }
 
-  const TemporaryFolder& folder() const { return folder_; }
+  const TestFolder& folder() const { return folder_; }
 
   std::optional<Scenario> load(std::string_view text, Diagnostics& diagnostics,
                                const std::vector<std::string>& overrides = {}) const {
@@ -144,7 +144,7 @@ class ScenarioFolder {
   }
 
  private:
-  TemporaryFolder folder_;
+  TestFolder folder_;
 };
 
 /// The text with `from`, which it contains once, replaced by `to`.

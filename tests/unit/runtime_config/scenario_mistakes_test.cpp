@@ -55,7 +55,7 @@ void expect_accepted(const std::string& text) {
   EXPECT_TRUE(files.load(text, diagnostics)) << diagnostics.to_text();
 }
 
-TEST(ScenarioMistakes, OfKeysAndWords) {
+TEST(ScenarioMistakes, WrongKeysAndWordsAreReported) {
   expect_refused({
       {"seed: 7", "@sed: 7", "unknown key 'sed'; did you mean 'seed'?"},
       {"scenario: everything\n", "\n@", "missing key 'scenario'"},
@@ -64,7 +64,7 @@ TEST(ScenarioMistakes, OfKeysAndWords) {
 }
 
 /// The executive keeps a priority below the base thread free for the tasks' threads.
-TEST(ScenarioMistakes, OfPriorities) {
+TEST(ScenarioMistakes, WrongPrioritiesAreReported) {
   expect_refused({
       {"priority: 42", "priority: @1", "from 2 to 98"},
       {"priority: 42", "priority: @99", "from 2 to 98"},
@@ -74,7 +74,7 @@ TEST(ScenarioMistakes, OfPriorities) {
   expect_accepted(with_change("priority: 55", "priority: 1"));
 }
 
-TEST(ScenarioMistakes, OfOneNameInTwoFilesNameTheFile) {
+TEST(ScenarioMistakes, OneNameInTwoFilesIsReportedWithBothFiles) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   EXPECT_FALSE(files.load(testing::scenario_text, diagnostics, {"tasks.traffic.module=scanner"}));
@@ -85,7 +85,7 @@ TEST(ScenarioMistakes, OfOneNameInTwoFilesNameTheFile) {
       << diagnostics.to_text();
 }
 
-TEST(ScenarioMistakes, OfRates) {
+TEST(ScenarioMistakes, WrongRatesAreReported) {
   expect_refused({
       {"base_rate: 1 kHz", "base_rate: @1.0000001 kHz", "no whole number of nanoseconds"},
       {"rate: 100 Hz\n    offset", "rate: @300 Hz\n    offset",
@@ -101,7 +101,7 @@ TEST(ScenarioMistakes, OfRates) {
   expect_accepted("scenario: a\nbase_rate: 3.000000003 Hz\nduration: 333333333 ns\n");
 }
 
-TEST(ScenarioMistakes, OfTaskTiming) {
+TEST(ScenarioMistakes, WrongTimingOfTasksIsReported) {
   expect_refused({
       {"offset: 2 ms", "offset: @10 ms", "less than the task's period of 10 ms"},
       {"offset: 2 ms", "offset: @1500 us", "the nearest are 1 ms and 2 ms"},
@@ -116,7 +116,7 @@ TEST(ScenarioMistakes, OfTaskTiming) {
   expect_accepted("scenario: a\ntasks: [{module: m, type: vehicles, rate: 100 Hz, deadline: 700 us}]\n");
 }
 
-TEST(ScenarioMistakes, OfModules) {
+TEST(ScenarioMistakes, WrongModulesAreReported) {
   expect_refused({
       {"type: laser_scanner", "type: @laser_scaner",
        "unknown type of module 'laser_scaner'; did you mean 'laser_scanner'?"},
@@ -128,7 +128,7 @@ TEST(ScenarioMistakes, OfModules) {
   });
 }
 
-TEST(ScenarioMistakes, OfTheWorld) {
+TEST(ScenarioMistakes, WrongWorldsAreReported) {
   expect_refused({
       {"name: sheet", "name: @ball", "the entity 'ball' is given twice; first in line 22"},
       {"sphere: 1 m}", "sphere: 1 m, @box: [1 m, 1 m, 1 m]}", "'box' next to 'sphere'"},
@@ -143,7 +143,7 @@ TEST(ScenarioMistakes, OfTheWorld) {
                          "5 entities, but max_entities is 4"));
 }
 
-TEST(ScenarioMistakes, OfMotionBeyondTheLimitsOfTheWorld) {
+TEST(ScenarioMistakes, MotionBeyondTheLimitsOfTheWorldIsReported) {
   expect_refused({
       {"[36 km/h, 0 m/s, 0 m/s]", "@[80000 m/s, 80000 m/s, 0 m/s]",
        "'velocity' is 113137.08499 m/s in all; at most 100000 m/s is possible"},
@@ -155,7 +155,7 @@ TEST(ScenarioMistakes, OfMotionBeyondTheLimitsOfTheWorld) {
   expect_accepted(with_change("[36 km/h, 0 m/s, 0 m/s]", "[0 m/s, -9999 m/s, 0 m/s]"));
 }
 
-TEST(ScenarioMistakes, OfLayers) {
+TEST(ScenarioMistakes, WrongLayersAreReported) {
   const std::string listed = with_change("max_entities: 100", "layers: [static, grund]");
   const std::string one_ground = with_change("mask: [static, ground]", "mask: [static]", listed);
   EXPECT_TRUE(is_refused(with_change("mask: [ground]", "mask: [@ground]", one_ground),
@@ -171,7 +171,7 @@ TEST(ScenarioMistakes, OfLayers) {
   EXPECT_TRUE(is_refused(many, "the layer 'layer32' is one too many; there can be 32"));
 }
 
-TEST(ScenarioMistakes, OfCanBuses) {
+TEST(ScenarioMistakes, WrongCanBusesAreReported) {
   expect_refused({
       {"\"socketcan:vcan0\"", "@vcan0", "did you mean 'socketcan:vcan0'?"},
       {"device: virtual", "device: @virtul", "did you mean 'virtual'?"},
@@ -184,8 +184,8 @@ TEST(ScenarioMistakes, OfCanBuses) {
        "no multiple of the bus's period of 10 ms; the nearest are 10 ms and 20 ms"},
       {"offset: 10 ms", "offset: @20 ms", "less than the message's period of 20 ms"},
       {"Mode: 3}", "Mode: @1e999}", "'1e999' is too large"},
-      {"Mode: 3}", "@Counter: 3}", "'Counter' is the counter, which hil sets; leave it out"},
-      {"Mode: 3}", "Mode: 3, @Checksum: 5}", "hil sets"},
+      {"Mode: 3}", "@Counter: 3}", "hil writes 'Counter' (the counter); leave it out of 'signals'"},
+      {"Mode: 3}", "Mode: 3, @Checksum: 5}", "hil writes"},
       {"message: Status", "message: @BrakeCommand", "the received message 'BrakeCommand' is given twice"},
       {"drop: 0.25", "drop: @25", "from 0 to 1"},
       {"rate: 50 Hz}", "rate: 50 Hz, faults: @{drop: 1}}", "only a virtual bus"},
@@ -195,7 +195,7 @@ TEST(ScenarioMistakes, OfCanBuses) {
                          "'clock: virtual' needs 'device: virtual'"));
 }
 
-TEST(ScenarioMistakes, OfBusesOnOneInterface) {
+TEST(ScenarioMistakes, BusesOnOneInterfaceAreReported) {
   expect_refused({
       {"  - {bus: bench,",
        "  - {bus: bank, device: 'socketcan:can1', database: crossing.dbc, rate: 50 Hz}\n  - {bus: tank, "
@@ -205,7 +205,7 @@ TEST(ScenarioMistakes, OfBusesOnOneInterface) {
   });
 }
 
-TEST(ScenarioMistakes, OfServersOnOnePort) {
+TEST(ScenarioMistakes, ServersOnOnePortAreReported) {
   const auto servers = [](const std::string& first, const std::string& second) {
     return "scenario: two\nmodbus:\n  - {unit: a, role: server, registers: served.yaml, rate: 1 Hz, device: "
            "'" +
@@ -218,7 +218,23 @@ TEST(ScenarioMistakes, OfServersOnOnePort) {
     expect_accepted(servers("127.0.0.1:1502", other));
 }
 
-TEST(ScenarioMistakes, OfModbusUnits) {
+TEST(ScenarioMistakes, ClientOfAServerOfTheScenarioNeedsRealTime) {
+  const auto pair = [](const char* clock, const char* server, const char* client) {
+    return std::string("scenario: pair\nclock: ") + clock +
+           "\nmodbus:\n  - {unit: a, role: server, registers: served.yaml, rate: 1 Hz, device: '" + server +
+           "'}\n  - {unit: b, registers: map.yaml, rate: 1 Hz, device: " + client + "}\n";
+  };
+  const std::string fault = "the unit 'a' of this scenario listens there; under 'clock: virtual'";
+  EXPECT_TRUE(is_refused(pair("virtual", "127.0.0.1:1502", "@'127.0.0.1:1502'"), fault));
+  EXPECT_TRUE(is_refused(pair("virtual", "127.0.0.1:1502", "@'localhost:1502'"), fault));
+  EXPECT_TRUE(is_refused(pair("virtual", "0.0.0.0:1502", "@'127.0.0.1:1502'"), fault));
+  expect_accepted(pair("realtime", "127.0.0.1:1502", "'127.0.0.1:1502'"));
+  expect_accepted(pair("virtual", "127.0.0.1:1502", "'127.0.0.1:1503'"));
+  expect_accepted(pair("virtual", "127.0.0.1:1502", "'127.0.0.2:1502'"));
+  expect_accepted(pair("virtual", "0.0.0.0:1502", "'192.168.0.9:1502'"));
+}
+
+TEST(ScenarioMistakes, WrongModbusUnitsAreReported) {
   expect_refused({
       {"127.0.0.1:auto", "@127.0.0.1", "is not HOST:PORT"},
       {"127.0.0.1:auto", "@127.0.0.1:70000", "from 1 to 65535"},
@@ -227,18 +243,19 @@ TEST(ScenarioMistakes, OfModbusUnits) {
       {"[light, demand]", "[light, @light]", "is given twice"},
       {"[light, demand]", "[@detector]", "'detector' is written, not read"},
       {"{detector: detectors.ego}", "{@light: detectors.ego}", "'light' is read, not written"},
-      {"{detector: detectors.ego}", "{@alive: detectors.ego}", "hil sets the register 'alive'"},
+      {"{detector: detectors.ego}", "{@alive: detectors.ego}", "hil writes 'alive' (run_time or heartbeat)"},
       {"heartbeat: alive", "heartbeat: @time_ms",
        "the register 'time_ms' is already written with the run's time"},
       {"registers: map.yaml", "registers: @nap.yaml", "there is no such file"},
+      {"max_age: 2 s", "@start_limit: 2 s", "unknown key 'start_limit'; it was renamed to 'start_timeout'"},
   });
 }
 
-TEST(ScenarioMistakes, OfConstantsOutOfARegistersRange) {
+TEST(ScenarioMistakes, ConstantsOutOfARegistersRangeAreReported) {
   expect_refused({
-      {"{detector: detectors.ego}", "{@detector: 70000}",
+      {"{detector: detectors.ego}", "{detector: @70000}",
        "'detector': 70000 is out of range; the register takes 0 to 65535"},
-      {"{detector: detectors.ego}", "{@detector: -1}", "out of range"},
+      {"{detector: detectors.ego}", "{detector: @-1}", "out of range"},
       {"{detector: detectors.ego}", "{detector: @1 kHz}",
        "'detector': '1 kHz' is neither a signal nor a number"},
       {"max_age: 2 s", "max_gap: @1999", "from 0 to 1998"},
@@ -247,7 +264,7 @@ TEST(ScenarioMistakes, OfConstantsOutOfARegistersRange) {
 }
 
 /// A wrong port is one mistake: it is not reported as a port that no process uses.
-TEST(ScenarioMistakes, OfPortsAreOneMessage) {
+TEST(ScenarioMistakes, WrongPortIsOneMistake) {
   for (const char* port : {"70000", "0", "-1", "x"}) {
     EXPECT_TRUE(is_refused("scenario: a\nmodbus: [{unit: u, device: @\"127.0.0.1:" + std::string(port) +
                                "\", registers: map.yaml, rate: 10 Hz}]\n",
@@ -255,7 +272,7 @@ TEST(ScenarioMistakes, OfPortsAreOneMessage) {
   }
 }
 
-TEST(ScenarioMistakes, OfRegisterMapsHavePlacesInTheirFile) {
+TEST(ScenarioMistakes, MistakesOfRegisterMapsHavePlacesInTheirFile) {
   const ScenarioFolder files;
   files.folder().write("map.yaml",
                        std::string(testing::register_map_text) + "  - {name: more, table: holding}\n");
@@ -268,20 +285,20 @@ TEST(ScenarioMistakes, OfRegisterMapsHavePlacesInTheirFile) {
   EXPECT_TRUE(has_mistake(diagnostics, 7, 5, "missing key 'address'"));
 }
 
-TEST(ScenarioMistakes, OfProcesses) {
+TEST(ScenarioMistakes, WrongProcessesAreReported) {
   expect_refused({
       {"\"{can.car}\"", "\"x@{can.cat}\"", "there is no CAN bus 'cat'; did you mean 'car'?"},
       {"/{can.bench}", "/@{can.bench", "this '{' has no '}'"},
-      {"/{can.bench}", "/@{tcp.x}", "'{tcp.x}' is no placeholder"},
+      {"/{can.bench}", "/@{tcp.x}", "'{tcp.x}' is not a placeholder"},
       {"  plc:\n", "  @dut:\n", "'dut' has a section of its own"},
       {"[plc, \"{modbus.plc}\"]", "@[]", "at least 1"},
   });
   EXPECT_TRUE(
       is_refused("scenario: a\nmodbus: [{unit: u, device: @\"h:auto\", registers: map.yaml, rate: 10 Hz}]\n",
-                 "no process has it in its command as {modbus.u}"));
+                 "a process whose command contains {modbus.u}"));
 }
 
-TEST(ScenarioMistakes, OfExpectations) {
+TEST(ScenarioMistakes, WrongExpectationsAreReported) {
   expect_refused({
       {"collision.ego > 0", "collision.ego >@", "the condition ends"},
       {"name: it stops", "name: @alive", "the expectation 'alive' is given twice"},
@@ -331,11 +348,14 @@ TEST(ScenarioMistakes, InOneSectionHideNoneInOthers) {
   }
 }
 
-TEST(ScenarioMistakes, OfTheFileItself) {
-  const testing::TemporaryFolder folder;
+TEST(ScenarioMistakes, UnreadableFilesAreReported) {
+  const testing::TestFolder folder;
   Diagnostics missing;
   EXPECT_FALSE(load_scenario((folder.path() / "none.yaml").string(), {}, {}, missing));
   EXPECT_TRUE(is_only_mistake(missing, 0, 0, "there is no such file"));
+  Diagnostics unnamed;
+  EXPECT_FALSE(load_scenario("", {}, {}, unnamed));
+  EXPECT_EQ(unnamed.to_text(), "'': the name of a file is needed, not an empty text\n");
   Diagnostics directory;
   EXPECT_FALSE(load_scenario(folder.path().string(), {}, {}, directory));
   EXPECT_TRUE(is_only_mistake(directory, 0, 0, "is a directory"));

@@ -7,7 +7,7 @@ namespace {
 
 using testing::has_mistake;
 using testing::is_only_mistake;
-using testing::TemporaryFolder;
+using testing::TestFolder;
 
 Schema one(Schema schema) {
   return Schema::record({Field::needed("v", std::move(schema), "The value.")});
@@ -83,7 +83,7 @@ TEST(SchemaScalars, AreRefusedWithTheReason) {
 }
 
 TEST(SchemaFiles, AreRelativeToTheFileThatNamesThem) {
-  const TemporaryFolder folder;
+  const TestFolder folder;
   folder.write("data.txt", "x");
   const std::string file = folder.write("f.yaml", "v: ./sub/../data.txt\n");
   Diagnostics diagnostics;
@@ -107,7 +107,7 @@ class WithoutRoot {
 };
 
 TEST(SchemaFiles, UnreadableFilesAreMistakes) {
-  const TemporaryFolder folder;
+  const TestFolder folder;
   const std::string secret = folder.write("secret.txt", "x");
   std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
   std::filesystem::permissions(secret, std::filesystem::perms::none);

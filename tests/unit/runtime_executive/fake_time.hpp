@@ -42,12 +42,12 @@ class FakeProbe final : public Probe {
   std::int64_t thread_cpu_ns() const noexcept override { return cpu_ns.load(); }
   PageFaults thread_faults() const noexcept override { return {minor_faults.load(), major_faults.load()}; }
   std::int64_t host_now_ns() const noexcept override {
-    ++host_looks;
+    ++host_time_readings;
     return host_ns.load();
   }
   std::int64_t process_cpu_ns() const noexcept override { return process_ns.load(); }
   std::int64_t host_steal_ns() const noexcept override {
-    ++steal_looks;
+    ++steal_readings;
     return steal_ns.load();
   }
 
@@ -57,8 +57,8 @@ class FakeProbe final : public Probe {
   std::atomic<std::int64_t> host_ns{0};
   std::atomic<std::int64_t> process_ns{0};
   std::atomic<std::int64_t> steal_ns{0};
-  mutable std::atomic<int> steal_looks{0};
-  mutable std::atomic<int> host_looks{0};
+  mutable std::atomic<int> steal_readings{0};
+  mutable std::atomic<int> host_time_readings{0};
 };
 
 /// A task made of functions; those not given do nothing.

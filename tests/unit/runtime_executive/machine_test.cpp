@@ -10,7 +10,7 @@ namespace {
 class FactsOfAMachine : public ::testing::Test {
  protected:
   void put(const std::string& file, const std::string& text) { root_.write(file, text + '\n'); }
-  MachineFacts read() const { return read_machine_facts(root_.path()); }
+  MachineState read() const { return read_machine_state(root_.path()); }
 
  private:
   tests::TestFolder root_;
@@ -20,10 +20,10 @@ TEST_F(FactsOfAMachine, AreReadFromARealTimeMachine) {
   put("sys/kernel/realtime", "1");
   put("proc/sys/kernel/sched_rt_runtime_us", "-1");
   put("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
-  const MachineFacts facts = read();
+  const MachineState facts = read();
   EXPECT_TRUE(facts.preempt_rt);
   EXPECT_EQ(facts.rt_runtime_us, -1);
-  MachineFacts exact = facts;
+  MachineState exact = facts;
   exact.timer_resolution_ns = 1;
   EXPECT_TRUE(timing_limits(exact, true).empty());
 }
@@ -34,7 +34,7 @@ TEST_F(FactsOfAMachine, AreReadFromAnOrdinaryMachine) {
   put("proc/sys/kernel/sched_rt_period_us", "1000000");
   put("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "powersave");
   put("sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave");
-  MachineFacts facts = read();
+  MachineState facts = read();
   facts.timer_resolution_ns = 4'000'000;
   const auto limits = timing_limits(facts, true);
   ASSERT_EQ(limits.size(), 4U) << "each governor is named once";
@@ -52,7 +52,7 @@ TEST_F(FactsOfAMachine, IncludePreemptRtByTheVersion) {
 
 TEST_F(FactsOfAMachine, AreUnknownWithoutTheirFiles) {
   put("proc/sys/kernel/sched_rt_runtime_us", "noise");
-  const MachineFacts facts = read();
+  const MachineState facts = read();
   EXPECT_FALSE(facts.preempt_rt);
   EXPECT_FALSE(facts.rt_runtime_us.has_value());
   EXPECT_TRUE(facts.frequency_governors.empty());

@@ -47,26 +47,26 @@ const Case cases[] = {
        run.base_wake_ns += 950 * us;
        run.ready_ns = run.start_ns;
      },
-     {{MissCause::late_wakeup, 950}}},
+     {{MissCause::late_wake_up, 950}}},
     {"late wake-up of the task's thread",
      [](RunEvidence& run) {
        delay_start(run, 950 * us);
        run.ready_ns = run.release_ns + 5 * us;
      },
-     {{MissCause::late_wakeup, 945}, {MissCause::earlier_task, 5}}},
+     {{MissCause::late_wake_up, 945}, {MissCause::earlier_task, 5}}},
     {"earlier task on the base thread",
      [](RunEvidence& run) {
        delay_start(run, 950 * us);
        run.base_wake_ns += 20 * us;
        run.ready_ns = run.start_ns;
      },
-     {{MissCause::earlier_task, 930}, {MissCause::late_wakeup, 20}}},
+     {{MissCause::earlier_task, 930}, {MissCause::late_wake_up, 20}}},
     {"earlier task on a shared thread",
      [](RunEvidence& run) {
        delay_start(run, 950 * us);
        run.thread_free_ns = run.release_ns + 940 * us;
      },
-     {{MissCause::earlier_task, 940}, {MissCause::late_wakeup, 10}}},
+     {{MissCause::earlier_task, 940}, {MissCause::late_wake_up, 10}}},
     {"work beyond the budget",
      [](RunEvidence& run) {
        run.budget_ns = 500 * us;
@@ -74,7 +74,7 @@ const Case cases[] = {
        run.base_wake_ns = run.ready_ns = run.start_ns;
        compute(run, 900 * us);
      },
-     {{MissCause::own_work, 400}, {MissCause::late_wakeup, 300}}},
+     {{MissCause::own_work, 400}, {MissCause::late_wake_up, 300}}},
     {"waiting longer than the work beyond the budget",
      [](RunEvidence& run) {
        run.budget_ns = 800 * us;
@@ -82,7 +82,7 @@ const Case cases[] = {
        run.base_wake_ns = run.ready_ns = run.start_ns;
        compute(run, 900 * us);
      },
-     {{MissCause::late_wakeup, 300}, {MissCause::own_work, 100}}},
+     {{MissCause::late_wake_up, 300}, {MissCause::own_work, 100}}},
     {"work beyond the deadline, without a budget",
      [](RunEvidence& run) { compute(run, 1'200 * us); },
      {{MissCause::own_work, 200}}},
@@ -126,7 +126,7 @@ const Case cases[] = {
        run.base_wake_ns = run.ready_ns = run.start_ns;
        run.pause_before_start_ns = 49'000 * us;
      },
-     {{MissCause::host_pause, 49'000}, {MissCause::late_wakeup, 1'000}}},
+     {{MissCause::host_pause, 49'000}, {MissCause::late_wake_up, 1'000}}},
     {"standstill of the process while the step waits for the database",
      [](RunEvidence& run) {
        run.finish_ns = run.start_ns + 50'100 * us;
@@ -149,7 +149,7 @@ const Case cases[] = {
        run.standstill_in_step_ns = 30'000 * us;
      },
      {{MissCause::host_pause, 30'000}, {MissCause::database, 19'000}}},
-    {"waiting for the task's previous run, which was late for the database",
+    {"waiting for the task's previous run, which waited for the database",
      [](RunEvidence& run) {
        delay_start(run, 950 * us);
        run.ready_ns = run.start_ns;
@@ -164,7 +164,7 @@ TEST(MissCause, PartsOfADelayHaveTheirCauses) {
     SCOPED_TRACE(one.name);
     RunEvidence run = quiet_run();
     one.change(run);
-    const DelayParts parts = take_apart(run);
+    const DelayParts parts = attribute_delay(run);
     EXPECT_STREQ(to_string(parts.largest()), to_string(one.parts[0].first));
     for (const auto& [cause, part_us] : one.parts)
       EXPECT_EQ(parts[cause], part_us * us) << to_string(cause);
@@ -195,7 +195,7 @@ TEST(MissCause, PartsNeverExceedTheResponseTime) {
     run.standstill_in_step_ns = up_to(4'000);
     run.same_task_until_ns = run.release_ns + up_to(4'000) - 1'000;
     run.same_task_cause = static_cast<MissCause>(up_to(miss_cause_count - 1));
-    const DelayParts parts = take_apart(run);
+    const DelayParts parts = attribute_delay(run);
     std::int64_t sum = 0;
     for (std::size_t cause = 0; cause < miss_cause_count; ++cause) {
       EXPECT_GE(parts[static_cast<MissCause>(cause)], 0);

@@ -40,7 +40,7 @@ struct Injection {
   }
   /// Waits until the stall detector has read its clock a few times.
   void wait_for_detector() {
-    for (const int before = fake.probe.host_looks; fake.probe.host_looks < before + 4;)
+    for (const int before = fake.probe.host_time_readings; fake.probe.host_time_readings < before + 4;)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   std::int64_t first_ns = fake.clock.now_ns() + ms;
@@ -49,7 +49,7 @@ struct Injection {
 TEST(MissInjection, LateWakeup) {
   Injection run;
   run.fake.clock.oversleep_ns = [&](std::int64_t wake_ns) { return wake_ns == run.due_ns(5) ? 700 * us : 0; };
-  run.run_and_expect(MissCause::late_wakeup, 200 * us);
+  run.run_and_expect(MissCause::late_wake_up, 200 * us);
 }
 
 TEST(MissInjection, OwnWork) {
@@ -119,7 +119,7 @@ TEST(MissInjection, TicksThatRunBackToBackAfterALateWakeupNameTheWakeup) {
   ASSERT_EQ(result.tasks[0].misses.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(result.tasks[0].misses[i].tick, 5 + i);
-    EXPECT_EQ(result.tasks[0].misses[i].cause, MissCause::late_wakeup);
+    EXPECT_EQ(result.tasks[0].misses[i].cause, MissCause::late_wake_up);
     EXPECT_EQ(result.tasks[0].misses[i].lateness_ns, 2'200 * us - static_cast<std::int64_t>(i) * ms);
   }
 }

@@ -68,14 +68,14 @@ TEST(Pacing, TickInfoDescribesTheRelease) {
 
 TEST(Pacing, FewLateTicksRunBackToBack) {
   FakeRun fake(20);
-  std::vector<std::uint64_t> victim_ticks;
-  ScriptedTask hog([&](const TickInfo&) { fake.work(3'500 * us); });
-  ScriptedTask victim([&](const TickInfo& tick) { victim_ticks.push_back(tick.tick); });
-  TaskSpec hog_spec = spec_of("hog", 20);
-  hog_spec.offset_ticks = 5;
-  const RunResult result = fake.run({{hog_spec, &hog}, {spec_of("victim"), &victim}});
-  EXPECT_EQ(victim_ticks, ticks_from(0, 20))
-      << "the victim's releases came while another task ran: they run late";
+  std::vector<std::uint64_t> short_task_ticks;
+  ScriptedTask long_task([&](const TickInfo&) { fake.work(3'500 * us); });
+  ScriptedTask short_task([&](const TickInfo& tick) { short_task_ticks.push_back(tick.tick); });
+  TaskSpec long_task_spec = spec_of("long_task", 20);
+  long_task_spec.offset_ticks = 5;
+  const RunResult result = fake.run({{long_task_spec, &long_task}, {spec_of("short_task"), &short_task}});
+  EXPECT_EQ(short_task_ticks, ticks_from(0, 20))
+      << "the releases of short_task came while another task ran: they run late";
   EXPECT_EQ(result.base.skipped_ticks, 0U);
   EXPECT_EQ(result.base.late_ticks, 3U) << "ticks 6, 7, 8";
   EXPECT_EQ(result.tasks[1].skipped, 0U);
@@ -87,21 +87,21 @@ TEST(Pacing, FewLateTicksRunBackToBack) {
 TEST(Pacing, LateTicksBeyondTheBoundAreSkippedAndReported) {
   FakeRun fake(30);
   fake.options.catch_up_ticks = 4;
-  std::vector<std::uint64_t> victim_ticks;
-  TaskSpec hog_spec = spec_of("hog", 30);
-  hog_spec.offset_ticks = 5;
-  ScriptedTask hog([&](const TickInfo&) { fake.work(8'200 * us); });
-  ScriptedTask victim([&](const TickInfo& tick) {
-    victim_ticks.push_back(tick.tick);
+  std::vector<std::uint64_t> short_task_ticks;
+  TaskSpec long_task_spec = spec_of("long_task", 30);
+  long_task_spec.offset_ticks = 5;
+  ScriptedTask long_task([&](const TickInfo&) { fake.work(8'200 * us); });
+  ScriptedTask short_task([&](const TickInfo& tick) {
+    short_task_ticks.push_back(tick.tick);
     EXPECT_EQ(tick.time_ns, static_cast<std::int64_t>(tick.tick) * ms) << "run time follows real time";
   });
   ScriptedTask third;
-  const RunResult result =
-      fake.run({{hog_spec, &hog}, {spec_of("victim"), &victim}, {spec_of("third", 3), &third}});
+  const RunResult result = fake.run(
+      {{long_task_spec, &long_task}, {spec_of("short_task"), &short_task}, {spec_of("third", 3), &third}});
   std::vector<std::uint64_t> expected = ticks_from(0, 6);
   for (const std::uint64_t tick : ticks_from(13, 30))
     expected.push_back(tick);
-  EXPECT_EQ(victim_ticks, expected) << "tick 13 is the latest that is due at 13.2 ms";
+  EXPECT_EQ(short_task_ticks, expected) << "tick 13 is the latest that is due at 13.2 ms";
   EXPECT_EQ(result.ticks, 23U);
   EXPECT_EQ(result.run_time_ns, 30 * ms);
   EXPECT_EQ(result.base.skipped_ticks, 7U);
@@ -124,7 +124,7 @@ TEST(Pacing, SkipsAfterALateWakeUpNameTheWakeUp) {
   ASSERT_EQ(result.base.skips.size(), 1U);
   EXPECT_EQ(result.base.skips[0].tick, 10U);
   EXPECT_EQ(result.base.skips[0].count, 20U);
-  EXPECT_EQ(result.base.skips[0].cause, MissCause::late_wakeup);
+  EXPECT_EQ(result.base.skips[0].cause, MissCause::late_wake_up);
   EXPECT_EQ(result.tasks[0].skipped, 20U);
   EXPECT_EQ(result.tasks[0].deadline_misses, 0U);
   EXPECT_EQ(result.base.wake.max_ns(), 20 * ms + 300 * us);

@@ -36,7 +36,7 @@ TEST(Watchdog, HangIsReportedAndSetsTheSafeStateOnce) {
     if (tick.tick != 50) return;
     while (calls == 0)
       std::this_thread::sleep_for(milliseconds(1));
-    std::this_thread::sleep_for(milliseconds(200));
+    std::this_thread::sleep_for(milliseconds(200));  // real time is the subject: two time-outs
     calls_during_hang = calls.load();
   });
   const RunResult result = run.run({{spec_of("t"), &task}});
@@ -53,7 +53,7 @@ TEST(Watchdog, DetectsNoHangWhileTicksContinue) {
   std::atomic<std::uint64_t> ticks{0};
   std::atomic<int> calls{0};
   Watchdog watchdog({0, [&] { ++calls; }}, 400 * ms, ticks);
-  std::this_thread::sleep_for(milliseconds(600));
+  std::this_thread::sleep_for(milliseconds(600));  // real time is the subject: longer than the time-out
   EXPECT_EQ(calls, 0) << "it watches from the first tick on";
   for (int i = 0; i < 120; ++i) {
     ++ticks;

@@ -102,10 +102,10 @@ TEST(ReportHtml, ShowsTheContentOfTheRecord) {
                                "402 µs",
                                "virtual",
                                "12.4 %",
-                               "plc at 127.0.0.1:40213",
-                               "plc at 127.0.0.1:40213: 1 request refused with exception 2.",
-                               "panel: 10 connections refused: max_clients was reached",
-                               "signal 11 (SIGSEGV)",
+                               "hil-crossing-plc --listen 127.0.0.1:40213",
+                               "plc: 1 request was refused with exception 2.",
+                               "panel: 10 connections were refused: max_clients was reached",
+                               "was ended by signal 11 (Segmentation fault)",
                                "car_1 runs its red light",
                                "Watchdog: no tick for 20 ms",
                                "Ticks were skipped 3 more times",
@@ -115,17 +115,17 @@ TEST(ReportHtml, ShowsTheContentOfTheRecord) {
                                "With the scan",
                                "Against the scan",
                                "limit 50.0 ms",
-                               "car: 5 output values beyond the range",
-                               "car: 7 output values that were not a number",
-                               "car: 11 ticks whose outputs were not sent",
-                               "car: 13 frames missing in the log",
+                               "car: 5 output values were beyond the range",
+                               "car: 7 output values were not a number",
+                               "car: 11 sets of outputs were not sent",
+                               "car: 13 frames are missing in the log",
                                "car: 1 frame could not be sent",
-                               "car: 3 received frames refused",
-                               "car: 17 received values missing",
-                               "car: 19 sent frames dropped by fault injection",
-                               "car: 23 frames of other stations dropped by fault injection",
-                               "car: 29 frames corrupted by fault injection",
-                               "car: 1\u202F031 frames delayed by fault injection",
+                               "car: 3 received frames were refused",
+                               "car: 17 received values are missing",
+                               "car: 19 sent frames were dropped by fault injection",
+                               "car: 23 frames of other stations were dropped by fault injection",
+                               "car: 29 frames were corrupted by fault injection",
+                               "car: 1031 frames were delayed by fault injection",
                                "y north"}) {
     EXPECT_NE(text.find(expected), std::string::npos) << expected;
   }
@@ -187,7 +187,8 @@ TEST(ReportHtml, VerdictHasItsColour) {
                                       {Verdict::interrupted, "verdict warn"},
                                       {Verdict::timing_broken, "verdict bad"},
                                       {Verdict::io_failed, "verdict bad"},
-                                      {Verdict::gpu_failed, "verdict bad"}}) {
+                                      {Verdict::gpu_failed, "verdict bad"},
+                                      {Verdict::refused, "verdict bad"}}) {
     RunRecord record;
     record.verdict = verdict;
     EXPECT_EQ(parse_strictly(report_html(record)).all("header").front()->attributes.at("class"), tone);

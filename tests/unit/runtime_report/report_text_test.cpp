@@ -57,10 +57,10 @@ TEST(ReportText, HasVerdictReasonsMissesAndFolder) {
 TEST(ReportText, ReportsWhatABusDidNotSendOrLog) {
   const std::string text = report_text(test::full_record(), "d");
   for (const char* line :
-       {"  can.car: 5 output values beyond the range of the signal: its limit was sent instead\n",
-        "  can.car: 7 output values that were not a number: the last value was sent again\n",
-        "  can.car: 11 ticks whose outputs were not sent: the bus's thread was too slow\n",
-        "  can.car: 13 frames missing in the log: the disk was too slow or failed\n"})
+       {"  can.car: 5 output values were beyond the range of the signal: its limit was sent instead\n",
+        "  can.car: 7 output values were not a number: the last value was sent again\n",
+        "  can.car: 11 sets of outputs were not sent: the thread of the bus was too slow\n",
+        "  can.car: 13 frames are missing in the log: the disk was too slow or failed\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
   EXPECT_EQ(text.find("fault injection"), std::string::npos) << "the scenario requests it";
   RunRecord sound;
@@ -70,29 +70,29 @@ TEST(ReportText, ReportsWhatABusDidNotSendOrLog) {
 
 TEST(ReportText, ReportsProblemsOfModbusUnits) {
   const std::string text = report_text(test::full_record(), "d");
-  const std::string plc = "  modbus.plc at 127.0.0.1:40213: ";
+  const std::string plc = "  modbus.plc: ";
   for (const std::string& line :
-       {plc + "2 requests had no answer in time\n", plc + "1 request refused with exception 2\n",
-        plc + "2 requests refused with exception 6\n",
-        plc + "1 time connected again after the connection was lost\n",
-        plc + "4 output values beyond the range of the register: its limit was written instead\n",
-        plc + "5 input values beyond the range of the register: its limit was read instead\n",
-        plc + "6 output values that were not a number: the register kept its value\n",
-        plc + "7 input values that were not a finite number: the signal kept its value\n",
-        plc + "8 ticks whose outputs were replaced by newer ones before they were sent: the unit or hil's "
-              "thread was too slow\n",
-        plc + "9 times an input became older than max_age and had its safe value\n",
-        std::string("  modbus.panel: 1 connection closed for bytes that are not Modbus TCP\n"),
-        std::string("  modbus.panel: 10 connections refused: max_clients was reached, or the system had "
+       {plc + "2 requests had no reply in time\n", plc + "1 request was refused with exception 2\n",
+        plc + "2 requests were refused with exception 6\n",
+        plc + "the connection was lost and restored once\n",
+        plc + "4 output values were beyond the range of the register: its limit was written instead\n",
+        plc + "5 input values were beyond the range of the register: its limit was read instead\n",
+        plc + "6 output values were not a number: the register kept its value\n",
+        plc + "7 input values were not a finite number: the signal kept its value\n",
+        plc + "8 sets of outputs were not sent, because newer outputs came first: the unit or hil's thread "
+              "was too slow\n",
+        plc + "an input became older than max_age and had its safe value 9 times\n",
+        std::string("  modbus.panel: 1 connection was closed because the bytes were not Modbus TCP\n"),
+        std::string("  modbus.panel: 10 connections were refused: max_clients was reached, or the system had "
                     "no descriptor\n"),
-        std::string("  modbus.panel: 11 idle connections closed for another client (max_clients)\n"),
-        std::string(
-            "  modbus.panel: 12 connections dropped: the client was silent, or did not read its replies\n")})
+        std::string("  modbus.panel: 11 idle connections were closed for another client (max_clients)\n"),
+        std::string("  modbus.panel: 12 connections were dropped: the client was silent, or did not read its "
+                    "replies\n")})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
-  EXPECT_EQ(text.find("an invalid reply"), std::string::npos) << "all three errors are exceptions";
+  EXPECT_EQ(text.find("the reply was invalid"), std::string::npos) << "all three errors are exceptions";
   RunRecord sound;
-  buses::modbus::UnitFacts plc_without_faults;
-  plc_without_faults.device = "plc";
+  buses::modbus::UnitRecord plc_without_faults;
+  plc_without_faults.name = "plc";
   sound.buses = {test::modbus_group({plc_without_faults})};
   EXPECT_EQ(report_text(sound, "d").find("modbus.plc"), std::string::npos);
 }

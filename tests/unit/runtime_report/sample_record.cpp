@@ -56,7 +56,7 @@ std::vector<Task> tasks() {
   traffic.overruns = 1;
   traffic.skipped = 1;
   traffic.over_budget = 3;
-  traffic.without_answer = 6;
+  traffic.without_result = 6;
   traffic.slack_ns = {9'900, -402'113, 951'000};
   measure(
       traffic,
@@ -170,17 +170,17 @@ ResponseTime response() {
 
 }  // namespace
 
-BusGroup can_group(const std::vector<buses::can::CanFacts>& all) {
-  BusGroup group{.section = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
-  for (const buses::can::CanFacts& facts : all)
+BusGroup can_group(const std::vector<buses::can::CanRecord>& all) {
+  BusGroup group{.list_key = "can", .title = "CAN", .name_key = "bus", .columns = buses::can::can_columns()};
+  for (const buses::can::CanRecord& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
 }
 
-BusGroup modbus_group(const std::vector<buses::modbus::UnitFacts>& all) {
+BusGroup modbus_group(const std::vector<buses::modbus::UnitRecord>& all) {
   BusGroup group{
-      .section = "modbus", .title = "Modbus", .name_key = "device", .columns = buses::modbus::unit_columns()};
-  for (const buses::modbus::UnitFacts& facts : all)
+      .list_key = "modbus", .title = "Modbus", .name_key = "unit", .columns = buses::modbus::unit_columns()};
+  for (const buses::modbus::UnitRecord& facts : all)
     group.buses.push_back(to_record(facts));
   return group;
 }
@@ -235,33 +235,34 @@ RunRecord full_record() {
       4'158'976, 221,         2,          1,
       3'993'027, 123'931'859, 16'777'216, 28'288,
       1,         5,           3,          "write of segment.0000000002: Input/output error"};
-  const buses::can::CanFacts car{"car",
-                                 "virtual",
-                                 1'000,
-                                 3'021,
-                                 0,
-                                 0,
-                                 0,
-                                 2,
-                                 1,
-                                 0,
-                                 0.124,
-                                 0.31,
-                                 1,
-                                 "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
-                                 3,
-                                 5,
-                                 7,
-                                 11,
-                                 13,
-                                 17,
-                                 19,
-                                 23,
-                                 29,
-                                 1'031,
-                                 {{"BrakeCommand", 37, 41}}};
-  buses::modbus::UnitFacts plc;
-  plc.device = "plc at 127.0.0.1:40213";
+  const buses::can::CanRecord car{
+      .bus = "car",
+      .driver = "virtual",
+      .rx = 1'000,
+      .tx = 3'021,
+      .dropped = 0,
+      .errors = 0,
+      .no_buffer = 0,
+      .bad_checksum = 2,
+      .bad_counter = 1,
+      .unknown_id = 0,
+      .bus_load_mean = 0.124,
+      .bus_load_peak = 0.31,
+      .send_errors = 1,
+      .send_fault = "message EgoStatus could not be sent on CAN bus 'car': Invalid argument",
+      .wrong_kind = 3,
+      .saturated = 5,
+      .refused_values = 7,
+      .dropped_releases = 11,
+      .log_dropped = 13,
+      .lost_arrivals = 17,
+      .fault_dropped_tx = 19,
+      .fault_dropped_rx = 23,
+      .fault_corrupted = 29,
+      .fault_delayed = 1'031,
+      .other_lengths = {{"BrakeCommand", 37, 41}}};
+  buses::modbus::UnitRecord plc;
+  plc.name = "plc";
   plc.role = "client";
   plc.requests = 400;
   plc.replies = 398;
@@ -275,8 +276,8 @@ RunRecord full_record() {
   plc.not_a_number_inputs = 7;
   plc.superseded = 8;
   plc.stale = 9;
-  buses::modbus::UnitFacts panel;
-  panel.device = "panel";
+  buses::modbus::UnitRecord panel;
+  panel.name = "panel";
   panel.role = "server";
   panel.requests = 90;
   panel.replies = 89;
@@ -287,23 +288,25 @@ RunRecord full_record() {
   panel.replaced_connections = 11;
   panel.dropped_connections = 12;
   record.buses = {can_group({car}), modbus_group({plc, panel})};
-  record.processes = {{"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
-                       "signal 11 (SIGSEGV)", 6'210 * millisecond},
-                      {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exit code 0", std::nullopt}};
+  record.processes = {
+      {"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
+       "was ended by signal 11 (Segmentation fault)", 6'210 * millisecond},
+      {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exited with code 0", std::nullopt}};
   record.expectations = {
       {"no collision", ExpectationResult::failed, "collision.ego was 1", 8'412 * millisecond, 8'413, 10'000},
       {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms", std::nullopt,
        9'900, 10'000}};
-  record.losses = {
-      {"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, ""},
-      {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false, "signal 11 (SIGSEGV)"}};
+  record.losses = {{"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, ""},
+                   {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false,
+                    "was ended by signal 11 (Segmentation fault)"}};
   record.losses_not_listed = 2;
   record.failures = {
-      "process dut was lost from 6.210 s on for 3.79 s, to the end of the run: signal 11 (SIGSEGV)"};
+      "process dut was lost from 6.210 s on for 3.79 s, to the end of the run: was ended by signal 11 "
+      "(Segmentation fault)"};
   record.response_times = {response()};
   record.events = {{2'000 * millisecond, "light_cross turns red"},
                    {4'310 * millisecond, "car_1 runs its red light"},
-                   {6'210 * millisecond, "dut died: signal 11 (SIGSEGV)"},
+                   {6'210 * millisecond, "dut was ended by signal 11 (Segmentation fault)"},
                    {8'412 * millisecond, "ego collides with car_1"}};
   record.top_view = crossing();
   record.sections = {

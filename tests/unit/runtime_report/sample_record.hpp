@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "runtime/buses/can/can_record.hpp"
-#include "runtime/buses/modbus/unit_record.hpp"
+#include "runtime/buses/modbus/modbus_record.hpp"
 #include "runtime/report/run_record.hpp"
 
 namespace hil::report::test {
@@ -12,7 +12,7 @@ namespace hil::report::test {
 /// buses, the crossing from above, three scans.
 RunRecord full_record();
 
-BusGroup can_group(const std::vector<buses::can::CanFacts>& all);
-BusGroup modbus_group(const std::vector<buses::modbus::UnitFacts>& all);
+BusGroup can_group(const std::vector<buses::can::CanRecord>& all);
+BusGroup modbus_group(const std::vector<buses::modbus::UnitRecord>& all);
 
 }  // namespace hil::report::test

@@ -8,16 +8,16 @@
 #include <vector>
 
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/still_device.hpp"
+#include "tests/support/idle_device.hpp"
 #include "tests/unit/runtime_run/judged_signals.hpp"
 
 namespace hil::run {
 namespace {
 
 /// Two inputs that keep their samples, and a third one that does not.
-class CounterDevice final : public tests::StillDevice {
+class CounterDevice final : public tests::IdleDevice {
  public:
-  CounterDevice() : StillDevice("counters") {}
+  CounterDevice() : IdleDevice("counters") {}
   void receive(std::size_t input, double value, std::int64_t time_ns) {
     kept_[input].push_back({value, time_ns, true});
   }

@@ -121,7 +121,7 @@ TEST_F(CanWiring, ScenarioPrecedesTheDatabase) {
 TEST_F(CanWiring, CycleTimeThatTheBusCanNotKeepIsRefused) {
   EXPECT_TRUE(
       refuses(changed("rate: 100 Hz", "rate: 40 Hz"), 10, "is no multiple of the bus's period of 25 ms"));
-  EXPECT_TRUE(refuses(changed("- message: Command\n", "- message: Command\n        offset: 20 ms\n"), 10,
+  EXPECT_TRUE(refuses(changed("- message: Command\n", "- message: Command\n        offset: 20 ms\n"), 11,
                       "has to be less than the message's period of 20 ms"));
 }
 
@@ -133,6 +133,11 @@ TEST_F(CanWiring, UnusableStartValuesAreWarnings) {
   EXPECT_TRUE(warns(unset, "(BA_DEF_DEF_ GenSigStartValue): 'KeyState' (0)"));
   folder_.write("test.dbc", changed("SG_ 256 Level 7", "SG_ 256 Level 9999", database));
   EXPECT_TRUE(warns(scenario, "do not fit their bits; they have their safe values: 'Level' (9999)"));
+}
+
+TEST_F(CanWiring, MessageThatIsSentAndReceivedIsRefused) {
+  EXPECT_TRUE(refuses(changed("- message: Status\n", "- message: Status\n      - message: Command\n"), 14,
+                      "message 'Command' is under 'receive' and under 'send'"));
 }
 
 TEST_F(CanWiring, DuplicateMessagesAndUnusableChecksumsAreRefused) {

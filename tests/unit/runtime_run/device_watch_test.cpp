@@ -2,14 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/still_device.hpp"
+#include "tests/support/idle_device.hpp"
 
 namespace hil::run {
 namespace {
 
-class WatchedDevice final : public tests::StillDevice {
+class WatchedDevice final : public tests::IdleDevice {
  public:
-  WatchedDevice() : StillDevice("plc") {}
+  WatchedDevice() : IdleDevice("plc") {}
   struct State {
     bool connected = true;
     std::string fault{};
@@ -35,31 +35,31 @@ class DeviceWatchTest : public ::testing::Test {
   using Reports = std::vector<std::string>;
 
   WatchedDevice plc_;
-  DeviceWatch watch_{std::vector<const io::Device*>{&plc_}};
+  DeviceWatch watch_{{{&plc_, "Modbus unit plc"}}};
 };
 
 TEST_F(DeviceWatchTest, EachChangeIsReportedOnceWithItsTime) {
   EXPECT_EQ(check(0), Reports{});
   plc_.state = {.connected = false, .fault = "no answer"};
-  EXPECT_EQ(check(1), Reports{"bad: device plc is lost: no answer"});
+  EXPECT_EQ(check(1), Reports{"bad: Modbus unit plc is lost: no answer"});
   plc_.state.fault = "no route";
   EXPECT_EQ(check(2), Reports{}) << "another reason for the same loss";
   plc_.state = {.connected = true, .fault = "exception 2"};
-  EXPECT_EQ(check(3), Reports{"bad: device plc has a fault: exception 2"});
+  EXPECT_EQ(check(3), Reports{"bad: Modbus unit plc has a fault: exception 2"});
   plc_.state = {.connected = true, .fault = {}};
-  EXPECT_EQ(check(4), Reports{"good: device plc works again"});
+  EXPECT_EQ(check(4), Reports{"good: Modbus unit plc works again"});
   EXPECT_EQ(check(5), Reports{});
   plc_.state = {.connected = false, .fault = {}};
-  EXPECT_EQ(check(6), Reports{"bad: device plc is not connected"});
+  EXPECT_EQ(check(6), Reports{"bad: Modbus unit plc is not connected"});
   ASSERT_EQ(watch_.events().size(), 4U);
   EXPECT_EQ(watch_.events()[0].time_ns, 1);
   EXPECT_EQ(watch_.events()[3].time_ns, 6);
-  EXPECT_EQ(watch_.events()[3].text, "device plc is not connected");
+  EXPECT_EQ(watch_.events()[3].text, "Modbus unit plc is not connected");
 }
 
 TEST_F(DeviceWatchTest, DeviceThatWasNeverConnectedIsReportedAtTheFirstCheck) {
   plc_.state = {.connected = false, .fault = {}};
-  EXPECT_EQ(check(0), Reports{"bad: device plc is not connected"});
+  EXPECT_EQ(check(0), Reports{"bad: Modbus unit plc is not connected"});
 }
 
 TEST_F(DeviceWatchTest, EachEventOfADeviceIsReportedOnceWithItsTime) {
@@ -68,7 +68,7 @@ TEST_F(DeviceWatchTest, EachEventOfADeviceIsReportedOnceWithItsTime) {
   EXPECT_EQ(check(11), Reports{});
   plc_.events.push_back({12, "another is stale"});
   std::vector<std::string> last;
-  watch_.take_last_events([&](const std::string& sentence) { last.push_back(sentence); });
+  watch_.collect_last_events([&](const std::string& sentence) { last.push_back(sentence); });
   EXPECT_EQ(last, std::vector<std::string>{"another is stale"});
   ASSERT_EQ(watch_.events().size(), 3U);
   EXPECT_EQ(watch_.events()[0].time_ns, 0) << "events before the first tick have its time";

@@ -34,7 +34,7 @@ TEST(FailOn, EveryCountHasItsSource) {
       {"skipped_ticks", [](auto& r, auto&) { r.base.skipped_ticks = 3; }},
       {"lost_records", [](auto& r, auto&) { r.lost_records = 3; }},
       {"hard_misses", [](auto&, auto& record) { record.transactions.hard_misses = 3; }},
-      {"without_answer", [](auto&, auto& record) { record.tasks[1].without_answer = 3; }},
+      {"without_result", [](auto&, auto& record) { record.tasks[1].without_result = 3; }},
   };
   for (const Case& changed : cases) {
     executive::RunResult result = two_tasks();
@@ -66,7 +66,7 @@ TEST(FailOn, UnknownCountIsAMistakeWithItsColumnAndAllCounts) {
   EXPECT_EQ(
       diagnostics.to_text(),
       "--fail-on:1:15: 'overuns' is not a count of the run; did you mean 'overruns'? Known here: overruns, "
-      "misses, skipped, aborted, over_budget, skipped_ticks, lost_records, hard_misses, without_answer\n");
+      "misses, skipped, aborted, over_budget, skipped_ticks, lost_records, hard_misses, without_result\n");
 }
 
 TEST(FailOn, WordThatIsNoConditionListsTheCounts) {
@@ -76,7 +76,7 @@ TEST(FailOn, WordThatIsNoConditionListsTheCounts) {
     EXPECT_NE(
         diagnostics.to_text().find("'nonsense' is not a count of the run; known here: misses, overruns, "
                                    "skipped, aborted, over_budget, skipped_ticks, lost_records, "
-                                   "hard_misses, without_answer"),
+                                   "hard_misses, without_result"),
         std::string::npos)
         << diagnostics.to_text();
   }

@@ -3,16 +3,16 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/still_device.hpp"
+#include "tests/support/idle_device.hpp"
 
 namespace hil::run {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class WatchedDevice final : public tests::StillDevice {
+class WatchedDevice final : public tests::IdleDevice {
  public:
-  explicit WatchedDevice(io::RunTimeNs timeout_ns) : StillDevice("device"), timeout_ns_(timeout_ns) {}
+  explicit WatchedDevice(io::RunTimeNs timeout_ns) : IdleDevice("device"), timeout_ns_(timeout_ns) {}
   io::RunTimeNs loss_timeout_ns() const noexcept override { return timeout_ns_; }
   bool connected() const noexcept override { return is_connected; }
   bool is_connected = true;
@@ -116,12 +116,16 @@ TEST(LossWatch, ProcessThatEndsIsALossUnlessItEndsTheRun) {
   plc.is_connected = true;
   check(watch, 50, 100);
   const std::vector<ProcessExit> exits{
-      {.name = "dut", .command = "", .ended_early = true, .ended_at_ns = 30 * ms, .exit = "exit code 1"},
+      {.name = "dut",
+       .command = "",
+       .ended_early = true,
+       .ended_at_ns = 30 * ms,
+       .exit = "exited with code 1"},
       {.name = "logger",
        .command = "",
        .ended_early = true,
        .ended_at_ns = 20 * ms,
-       .exit = "exit code 2",
+       .exit = "exited with code 2",
        .safe_on_exit = false,
        .may_be_lost = true},
       {.name = "viewer", .command = "", .exit = "running", .safe_on_exit = false}};
@@ -133,7 +137,7 @@ TEST(LossWatch, ProcessThatEndsIsALossUnlessItEndsTheRun) {
   EXPECT_EQ(losses[1].duration_ns, 80 * ms);
   EXPECT_TRUE(losses[1].to_the_end);
   EXPECT_TRUE(losses[1].permitted);
-  EXPECT_EQ(losses[1].cause, "exit code 2");
+  EXPECT_EQ(losses[1].cause, "exited with code 2");
 }
 
 }  // namespace

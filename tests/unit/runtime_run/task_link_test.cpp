@@ -7,7 +7,7 @@
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/module_task.hpp"
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/still_device.hpp"
+#include "tests/support/idle_device.hpp"
 
 namespace hil::run {
 namespace {
@@ -121,7 +121,7 @@ class Recorder final : public modules::Module {
   }
   const modules::Ports& ports() const noexcept override { return ports_; }
   void configure(modules::World& /*world*/, modules::EventLog& /*events*/,
-                 const modules::TaskFacts& /*task*/) override {}
+                 const modules::TaskParameters& /*task*/) override {}
   void step(modules::StepContext& context) noexcept override {
     seen = context;
     in = context.inputs[0];
@@ -176,23 +176,23 @@ TEST_F(ModuleTasks, PassTimesAndVersionToTheStep) {
   EXPECT_EQ(module_.seen.world_time(), rtstdb::world_time_ns(20 * ms));
 }
 
-TEST_F(ModuleTasks, KeptReleaseReadsTheInputsAndTheVersionOfItsTick) {
+TEST_F(ModuleTasks, QueuedReleaseReadsTheInputsAndTheVersionOfItsTick) {
   const executive::TickInfo running{.tick = 10, .time_ns = 10 * ms, .period_ns = 10 * ms, .run = 1};
-  const executive::TickInfo kept{.tick = 20, .time_ns = 20 * ms, .period_ns = 10 * ms, .run = 2};
+  const executive::TickInfo queued{.tick = 20, .time_ns = 20 * ms, .period_ns = 10 * ms, .run = 2};
   const executive::TickInfo next{.tick = 30, .time_ns = 30 * ms, .period_ns = 10 * ms, .run = 3};
   table_.write(source_, 1.0, 10 * ms);
   database_.version = 41;
   task_.latch(running);
   table_.write(source_, 2.0, 20 * ms);
   database_.version = 42;
-  task_.keep(kept);
+  task_.keep(queued);
   table_.write(source_, 3.0, 25 * ms);
   database_.version = 43;
   task_.step(running);
   EXPECT_EQ(module_.seen.version, 41U) << "the running step is not affected";
   EXPECT_DOUBLE_EQ(module_.in.value, 1.0);
-  task_.latch(kept);
-  task_.step(kept);
+  task_.latch(queued);
+  task_.step(queued);
   EXPECT_EQ(module_.seen.time_ns, 20 * ms);
   EXPECT_EQ(module_.seen.version, 42U) << "rows of later versions are valid only after its time";
   EXPECT_DOUBLE_EQ(module_.in.value, 2.0);
@@ -204,7 +204,7 @@ TEST_F(ModuleTasks, KeptReleaseReadsTheInputsAndTheVersionOfItsTick) {
 
 TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   task_.step({});
-  EXPECT_EQ(task_.runs_without_answer(), 0U);
+  EXPECT_EQ(task_.runs_without_result(), 0U);
   module_.queried = &database_;
   database_.outcome.status = rtstdb::Status::bad_input;
   task_.step({});
@@ -212,7 +212,7 @@ TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   task_.step({});
   database_.outcome.status = rtstdb::Status::late;
   task_.step({});
-  EXPECT_EQ(task_.runs_without_answer(), 2U) << "a late transaction is done";
+  EXPECT_EQ(task_.runs_without_result(), 2U) << "a late transaction is done";
   EXPECT_EQ(task_.first_failure(), rtstdb::Status::bad_input);
 }
 
@@ -250,7 +250,7 @@ TEST_F(ModuleTasks, OutputsKeepTheValuesOfTheLastRun) {
   EXPECT_DOUBLE_EQ(module_.out_before, 1.0);
 }
 
-TEST_F(ModuleTasks, MeasureTheTimesOfEachRun) {
+TEST_F(ModuleTasks, PassOnTheTimesThatTheModuleMeasured) {
   task_.step({});
   task_.step({});
   EXPECT_EQ(task_.last_blocked_ns(), 11);
@@ -258,9 +258,9 @@ TEST_F(ModuleTasks, MeasureTheTimesOfEachRun) {
 }
 
 /// Two inputs and two outputs; records the calls.
-class FakeDevice final : public tests::StillDevice {
+class FakeDevice final : public tests::IdleDevice {
  public:
-  FakeDevice() : StillDevice("fake") {}
+  FakeDevice() : IdleDevice("fake") {}
   std::span<const io::ChannelInfo> inputs() const noexcept override { return channels_; }
   std::span<const io::InputGroup> input_groups() const noexcept override { return groups_; }
   std::span<const io::ChannelInfo> outputs() const noexcept override { return channels_; }

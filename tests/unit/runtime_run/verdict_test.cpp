@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/run/fail_on.hpp"
+
 namespace hil::run {
 namespace {
 
@@ -70,17 +72,17 @@ TEST_F(Verdicts, SkippedAndAbortedReleasesBreakTheTiming) {
       << record_.reason;
 }
 
-TEST_F(Verdicts, RunsWithoutAnAnswerBreakTheTiming) {
-  record_.tasks[0].without_answer = 6;
+TEST_F(Verdicts, RunsWithoutAResultBreakTheTiming) {
+  record_.tasks[0].without_result = 6;
   EXPECT_EQ(exit_code(), exit_timing_broken);
-  EXPECT_NE(record_.reason.find("6 of 100 runs got no answer"), std::string::npos) << record_.reason;
+  EXPECT_NE(record_.reason.find("6 of 100 runs had no result"), std::string::npos) << record_.reason;
 }
 
 TEST_F(Verdicts, OutputsThatWereNotSentBreakTheTiming) {
   record_.tasks[0].name = "can.car";
   const auto set_dropped = [&](std::uint64_t ticks) {
-    const report::BusRecord car{.name = "car", .fields = {{"dropped_releases", ticks}}};
-    record_.buses = {{.section = "can", .buses = {car}}};
+    const report::BusRecord car{.name = "car", .dropped_releases = ticks};
+    record_.buses = {{.list_key = "can", .buses = {car}}};
   };
   set_dropped(5);
   EXPECT_EQ(exit_code(), exit_passed);
@@ -95,8 +97,20 @@ TEST_F(Verdicts, MostSevereReasonDecides) {
   record_.expectations[0].result = ExpectationResult::failed;
   EXPECT_EQ(exit_code(), exit_expectation_failed);
   EXPECT_EQ(exit_code(true), exit_interrupted);
+  config::Diagnostics diagnostics;
+  fail_on_ = parse_fail_on("skipped > 0", diagnostics);
+  ASSERT_TRUE(fail_on_) << diagnostics.to_text();
+  result_.tasks.resize(1);
+  result_.tasks[0].skipped = 1;
+  EXPECT_EQ(exit_code(true), exit_timing_broken);
+  EXPECT_EQ(record_.reason, "the condition of --fail-on holds: skipped > 0");
   record_.skipped_ticks = 10'000;
   EXPECT_EQ(exit_code(true), exit_timing_broken);
+  EXPECT_NE(record_.reason.find("realtime.max_lost"), std::string::npos) << record_.reason;
+  result_.hang.emplace();
+  record_.watchdog = {{.text = "the base thread completed no tick"}};
+  EXPECT_EQ(exit_code(true), exit_timing_broken);
+  EXPECT_EQ(record_.reason, "the base thread completed no tick");
   record_.failures = {"Modbus unit plc was lost", "signals.csv could not be written whole"};
   EXPECT_EQ(exit_code(true), exit_io_failed);
   EXPECT_EQ(record_.reason, "Modbus unit plc was lost");

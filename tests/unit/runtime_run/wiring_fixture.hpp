@@ -9,7 +9,7 @@
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/run/wiring.hpp"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace hil::run::testing {
 
@@ -33,7 +33,7 @@ class WiringFixture : public ::testing::Test {
     return text.replace(at, from.size(), to);
   }
 
-  const Folder folder_;
+  const tests::TestFolder folder_;
   config::Diagnostics diagnostics_;
   bool is_loaded_ = false;  ///< a refused scenario was refused by its wiring
   std::unique_ptr<config::Scenario> scenario_;

@@ -4,10 +4,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <thread>
+#include <utility>
+#include <variant>
 
 #include "runtime/buses/can/can_bus.hpp"
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/modbus_settings.hpp"
 #include "tests/paths.h"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
@@ -120,7 +125,7 @@ class WiringTest : public testing::WiringFixture {
   }
 };
 
-TEST_F(WiringTest, BusIsRefusedWhenNoMoreMistakesAreKept) {
+TEST_F(WiringTest, MistakesBeyondTheCapacityOfDiagnosticsRefuseTheScenario) {
   for (const auto& [good, bad] : {std::pair("checksum: Checksum", "checksum: Counter"),
                                   std::pair("safe: {Mode: 1}", "safe: {Moed: 1}")}) {
     config::Diagnostics diagnostics;
@@ -134,7 +139,7 @@ TEST_F(WiringTest, BusIsRefusedWhenNoMoreMistakesAreKept) {
   }
 }
 
-TEST_F(WiringTest, EverySignalIsConnected) {
+TEST_F(WiringTest, SignalsAreConnectedByName) {
   const auto wiring = wired(scenario_text);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
   const signals::SignalTable& table = wiring->signals;
@@ -164,7 +169,7 @@ TEST_F(WiringTest, EverySignalIsConnected) {
   EXPECT_EQ(config.receive[0].timeout_ns, 200'000'000);
 
   bool written = false;
-  for (const buses::Source& source : wiring->buses[1].links.outputs)
+  for (const signals::Source& source : wiring->buses[1].links.outputs)
     written = written || source.signal == id("collision.hits");
   EXPECT_TRUE(written);
 }
@@ -178,27 +183,43 @@ TEST_F(WiringTest, RegisterIsWrittenFromAConstant) {
   EXPECT_DOUBLE_EQ(sources[0].constant, 12.0);
 }
 
-TEST_F(WiringTest, DeviceOfEachBusCallsTheHookInItsThread) {
-  folder_.write("map.yaml",
-                "registers:\n"
-                "  - {name: detector, table: input, address: 0, type: u16, access: write}\n"
-                "  - {name: light, table: holding, address: 0, type: u16, access: read}\n");
-  const auto wiring =
-      wired(changed("    device: 127.0.0.1:1502\n", "    device: 127.0.0.1:auto\n    role: server\n",
-                    changed("    heartbeat: alive\n", "", changed("    read: [light]\n", ""))));
-  ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  ASSERT_EQ(wiring->buses.size(), buses::bus_types().size());
+/// The scenario with a bus of each type whose device needs no other program.
+class DevicesOfEachBusType : public WiringTest {
+ protected:
+  DevicesOfEachBusType() {
+    folder_.write("map.yaml",
+                  "registers:\n"
+                  "  - {name: detector, table: input, address: 0, type: u16, access: write}\n"
+                  "  - {name: light, table: holding, address: 0, type: u16, access: read}\n");
+    wiring_ = wired(changed("    device: 127.0.0.1:1502\n", "    device: 127.0.0.1:auto\n    role: server\n",
+                            changed("    heartbeat: alive\n", "", changed("    read: [light]\n", ""))));
+  }
+  void SetUp() override {
+    ASSERT_TRUE(wiring_) << diagnostics_.to_text();
+    ASSERT_EQ(wiring_->buses.size(), buses::bus_types().size());
+  }
+  std::unique_ptr<buses::BusDevice> make_device(const WiredBus& bus,
+                                                std::function<void()> on_thread_start = {}) const {
+    return bus.bus->make_device({.scenario = *scenario_,
+                                 .directory = folder_.path(),
+                                 .on_thread_start = std::move(on_thread_start),
+                                 .stop_requested = stop_requested_});
+  }
+
+  std::atomic<bool> stop_requested_{false};
+  std::optional<Wiring> wiring_;
+};
+
+TEST_F(DevicesOfEachBusType, CallTheHookInTheirThread) {
   const io::RunningClock clock;
-  for (const WiredBus& wired : wiring->buses) {
+  for (const WiredBus& wired : wiring_->buses) {
     SCOPED_TRACE(wired.section->full_name());
     std::atomic<int> calls{0};
     std::atomic<bool> is_own_thread{false};
-    const auto run = wired.bus->make_device({.scenario = *scenario_,
-                                             .directory = folder_.path(),
-                                             .on_thread_start = [&, test = std::this_thread::get_id()] {
-                                               is_own_thread = std::this_thread::get_id() != test;
-                                               ++calls;
-                                             }});
+    const auto run = make_device(wired, [&, test = std::this_thread::get_id()] {
+      is_own_thread = std::this_thread::get_id() != test;
+      ++calls;
+    });
     run->device().start(clock, io::Pacing::realtime);
     EXPECT_TRUE(tests::eventually([&] { return calls == 1; }));
     run->device().stop();
@@ -207,7 +228,25 @@ TEST_F(WiringTest, DeviceOfEachBusCallsTheHookInItsThread) {
   }
 }
 
-TEST_F(WiringTest, LimitsOfAUnitArePassedToItsDevice) {
+TEST_F(DevicesOfEachBusType, RecordTheFieldsThatTheirTypeNames) {
+  const io::RunningClock clock;
+  for (const WiredBus& wired : wiring_->buses) {
+    const buses::BusType& type = buses::type_of(*wired.section);
+    SCOPED_TRACE(type.section.key);
+    const auto run = make_device(wired);
+    run->device().start(clock, io::Pacing::realtime);
+    run->device().stop();
+    const contribution::BusRecord record = run->record();
+    EXPECT_FALSE(record.name.empty());
+    for (const contribution::BusColumn& column : type.columns) {
+      if (column.key == type.section.name_key) continue;
+      EXPECT_NE(record.find(column.key), nullptr) << "no field for the column " << column.key;
+    }
+    EXPECT_EQ(record.dropped_releases.has_value(), type.section.counts_dropped_releases);
+  }
+}
+
+TEST_F(WiringTest, LimitsOfAUnitAreInItsSettings) {
   const auto wiring = wired(changed("    heartbeat: alive\n",
                                     "    heartbeat: alive\n    unit_id: 250\n    max_gap: 9\n"
                                     "    max_clients: 7\n"));
@@ -231,7 +270,8 @@ TEST_F(WiringTest, UnknownSignalIsAMistakeWithTheNearestName) {
   } cases[] = {{"light_east: modbus.plc.light", "light_east: modbus.plc.ligth", "'modbus.plc.light'"},
                {"Speed: traffic.ego.speed", "Speed: traffic.ego.sped", "'traffic.ego.speed'"},
                {"{detector: collision.hits}", "{detector: collision.hit}", "'collision.hits'"},
-               {"request: can.car.EgoStatus.Counter", "request: can.car.EgoStatus.Count", ""},
+               {"request: can.car.EgoStatus.Counter", "request: can.car.EgoStatus.Count",
+                "'can.car.EgoStatus.Counter'"},
                {"AnswerTo, within", "AnswrTo, within", "'can.car.BrakeCommand.AnswerTo'"},
                {"never: collision.total > 0", "never: collision.totl > 0", "'collision.total'"}};
   for (const auto& one : cases) {
@@ -285,10 +325,10 @@ TEST_F(WiringTest, WrongNamesAndUnitsAreMistakesAtTheirPlaces) {
       {"counter: Counter", "counter: Countre", "Countre", "has no signal 'Countre'; did you mean '", 2},
       {"checksum: Checksum", "checksum: Cheksum", "Cheksum", "has no signal 'Cheksum'; did you mean '", 2},
       {"safe: {Mode: 1}", "safe: {Mdoe: 1}", "Mdoe", "has no signal 'Mdoe'; did you mean '"},
-      {"Mode: 3", "Mode: 16", "Mode: 16", "'Mode': 16 is out of range; the signal has the range 0 to 15"},
-      {"Mode: 3", "Mode: -5", "Mode: -5", "-5 is out of range"},
-      {"Speed: traffic.ego.speed", "Speed: 1e300", "Speed: 1e300", "has the range -100 to 100"},
-      {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "Mode: 1e300", "has the range 0 to 15"},
+      {"Mode: 3", "Mode: 16", "16}", "'Mode': 16 is out of range; the signal has the range 0 to 15"},
+      {"Mode: 3", "Mode: -5", "-5}", "-5 is out of range"},
+      {"Speed: traffic.ego.speed", "Speed: 1e300", "1e300", "has the range -100 to 100"},
+      {"safe: {Mode: 1}", "safe: {Mode: 1e300}", "1e300", "has the range 0 to 15"},
       {"- message: EgoStatus", "- message: EgoStatsu", "EgoStatsu",
        "the CAN database has no message 'EgoStatsu'; did you mean 'EgoStatus'?"},
       {"{message: BrakeCommand,", "{message: BrakeComand,", "BrakeComand", "did you mean 'BrakeCommand'?"}};

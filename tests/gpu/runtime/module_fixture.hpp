@@ -25,7 +25,8 @@ class ModuleFixture : public ::testing::Test {
   }
 
   /// Empty when the parameters are refused.
-  std::unique_ptr<Module> make(const ModuleType& type, const std::string& parameters, const TaskFacts& task) {
+  std::unique_ptr<Module> make(const ModuleType& type, const std::string& parameters,
+                               const TaskParameters& task) {
     const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
     if (!value) return nullptr;
     auto module = type.create(*value, diagnostics_);

@@ -1,4 +1,4 @@
-#include "runtime/run/run_record_parts.hpp"
+#include "runtime/run/executive_record.hpp"
 
 #include <algorithm>
 
@@ -15,12 +15,6 @@ report::Histogram bins_of(const executive::Histogram& histogram) {
   for (const auto& bucket : histogram.filled_buckets())
     bins.push_back({bucket.first_ns, bucket.last_ns, bucket.count});
   return bins;
-}
-
-std::string cause_text(executive::MissCause cause) {
-  std::string text = executive::to_string(cause);
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return text;
 }
 
 report::Task task_of(const executive::TaskResult& result) {
@@ -50,11 +44,11 @@ report::Task task_of(const executive::TaskResult& result) {
   for (std::size_t i = 0; i < result.misses_by_cause.size(); ++i) {
     if (result.misses_by_cause[i] == 0) continue;
     task.misses_by_cause.push_back(
-        {cause_text(static_cast<executive::MissCause>(i)), result.misses_by_cause[i]});
+        {executive::to_string(static_cast<executive::MissCause>(i)), result.misses_by_cause[i]});
   }
   task.worst_lateness_ns = result.worst_lateness_ns;
   for (const executive::Miss& miss : result.misses)
-    task.misses.push_back({miss.tick, cause_text(miss.cause), miss.lateness_ns});
+    task.misses.push_back({miss.tick, executive::to_string(miss.cause), miss.lateness_ns});
   return task;
 }
 
@@ -110,7 +104,7 @@ void take_executive(const executive::RunResult& result, const config::Scenario& 
   for (const executive::Skip& skip : result.base.skips) {
     record.watchdog.push_back(
         {static_cast<std::int64_t>(skip.tick) * result.period_ns,
-         std::to_string(skip.count) + " ticks skipped (" + cause_text(skip.cause) + ")"});
+         std::to_string(skip.count) + " ticks skipped (" + executive::to_string(skip.cause) + ")"});
   }
   record.watchdog_not_listed = result.base.times_skipped - result.base.skips.size();
 }
@@ -139,84 +133,6 @@ report::TraceRecord trace_of(const executive::RunResult& result, const std::vect
     trace.instants.push_back({report::TraceInstant::whole_run, event.time_ns, event.text});
   }
   return trace;
-}
-
-report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts) {
-  report::Scheduler scheduler;
-  scheduler.promised = counts.promised;
-  scheduler.kept = counts.kept;
-  scheduler.outranked = counts.outranked;
-  scheduler.restarts = counts.restarts;
-  for (const rtstdb::CostPredictions& one : counts.predictions)
-    scheduler.predicted_over_actual.push_back(
-        {std::string(one.cost_class), one.count, one.p01, one.median, one.p99});
-  for (const rtstdb::ReservationCounts& one : counts.reservations) {
-    scheduler.reservations.push_back({.name = one.options.name,
-                                      .period_ns = one.options.period.count(),
-                                      .deadline_ns = one.options.deadline.count(),
-                                      .budget_ns = one.options.budget.count(),
-                                      .transactions = one.transactions,
-                                      .kept = one.kept,
-                                      .broken = one.broken,
-                                      .too_often = one.too_often,
-                                      .too_long = one.too_long,
-                                      .largest_cost_ns = one.largest_cost.count(),
-                                      .longest_response_ns = one.longest_response.count()});
-  }
-  return scheduler;
-}
-
-report::Transactions transactions_of(const rtstdb::TransactionCounts& counts) {
-  report::Transactions transactions;
-  transactions.submitted = counts.submitted;
-  transactions.committed = counts.committed;
-  transactions.late = counts.late;
-  transactions.missed = counts.missed;
-  transactions.refused = counts.refused;
-  transactions.conflicts = counts.conflicts;
-  transactions.cancelled = counts.cancelled;
-  transactions.truncated = counts.truncated;
-  transactions.device_lost = counts.device_lost;
-  transactions.bad_input = counts.bad_input;
-  transactions.firm_late_commits = counts.firm_late_commits;
-  transactions.hard_misses = counts.hard_misses;
-  return transactions;
-}
-
-rtstdb::DurabilityMode durability_mode(config::Durability durability) {
-  switch (durability) {
-    case config::Durability::none:
-      return rtstdb::DurabilityMode::volatile_only;
-    case config::Durability::async:
-      return rtstdb::DurabilityMode::async;
-    case config::Durability::group:
-      return rtstdb::DurabilityMode::group;
-    case config::Durability::sync:
-      return rtstdb::DurabilityMode::sync;
-  }
-  return rtstdb::DurabilityMode::volatile_only;
-}
-
-report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest,
-                                    const rtstdb::TransactionCounts& counts) {
-  report::DatabaseLog log;
-  log.durability = rtstdb::to_string(durability.mode);
-  log.refused_transactions = counts.refused_by_log;
-  log.latest_version = latest;
-  log.durable_version = durability.durable;
-  log.bytes = durability.bytes;
-  log.groups = durability.groups;
-  log.segments = durability.segments;
-  log.checkpoints = durability.checkpoints;
-  log.longest_write_ns = durability.longest_write.count();
-  log.all_writes_ns = durability.all_writes.count();
-  log.ring_bytes = durability.ring_bytes;
-  log.ring_high_water_bytes = durability.ring_high_water;
-  log.gaps = durability.gaps;
-  log.commits_in_gaps = durability.commits_in_gaps;
-  log.faults = durability.faults;
-  log.last_fault = durability.last_fault;
-  return log;
 }
 
 }  // namespace hil::run

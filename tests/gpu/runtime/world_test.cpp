@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "tests/unit/runtime_modules/module_fixture.hpp"
+#include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {

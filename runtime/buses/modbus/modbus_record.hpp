@@ -19,8 +19,8 @@ struct ExceptionCount {
 };
 
 /// Outputs are the registers that hil writes, inputs those that it reads.
-struct UnitFacts {
-  std::string device;
+struct UnitRecord {
+  std::string name;
   std::string role;  ///< of hil: "client" or "server"
   std::uint64_t requests = 0;
   std::uint64_t replies = 0;
@@ -40,13 +40,13 @@ struct UnitFacts {
   std::uint64_t dropped_connections = 0;   ///< of a server: silent, or without reading the replies
 };
 
-UnitFacts facts_of(const io::modbus::ClientDevice& device);
-UnitFacts facts_of(const io::modbus::ServerDevice& device);
+UnitRecord record_of(const io::modbus::ClientDevice& device);
+UnitRecord record_of(const io::modbus::ServerDevice& device);
 
 /// The columns of the table on the page.
 std::vector<contribution::BusColumn> unit_columns();
 
 /// Faults: all counters other than requests and replies.
-contribution::BusRecord to_record(const UnitFacts& facts);
+contribution::BusRecord to_record(const UnitRecord& unit);
 
 }  // namespace hil::buses::modbus

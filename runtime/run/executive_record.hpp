@@ -1,7 +1,7 @@
 #pragma once
-// Converts the results of the executive and the database into the report's record.
+// Converts the results of the executive into the report's record.
 
-#include <rtstdb/database.hpp>
+#include <vector>
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/executive/result.hpp"
@@ -15,11 +15,5 @@ namespace hil::run {
 void take_executive(const executive::RunResult& result, const config::Scenario& scenario,
                     report::RunRecord& record);
 report::TraceRecord trace_of(const executive::RunResult& result, const std::vector<report::Event>& events);
-
-report::Transactions transactions_of(const rtstdb::TransactionCounts& counts);
-report::Scheduler scheduler_of(const rtstdb::SchedulerCounts& counts);
-rtstdb::DurabilityMode durability_mode(config::Durability durability);
-report::DatabaseLog database_log_of(const rtstdb::Durability& durability, rtstdb::Version latest,
-                                    const rtstdb::TransactionCounts& counts);
 
 }  // namespace hil::run

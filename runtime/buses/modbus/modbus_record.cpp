@@ -1,4 +1,4 @@
-#include "runtime/buses/modbus/unit_record.hpp"
+#include "runtime/buses/modbus/modbus_record.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -6,69 +6,67 @@
 namespace hil::buses::modbus {
 namespace {
 
+using contribution::add_repetition;
 using contribution::add_sentence;
 using contribution::BusSentence;
 
-void take_values(const io::modbus::ValueCounters& counters, UnitFacts& unit) {
+void copy_values(const io::modbus::ValueCounters& counters, UnitRecord& unit) {
   unit.saturated_outputs = counters.saturated_outputs;
   unit.saturated_inputs = counters.saturated_inputs;
   unit.not_a_number_outputs = counters.not_a_number_outputs;
   unit.not_a_number_inputs = counters.not_a_number_inputs;
 }
 
-void take_exceptions(const io::modbus::ExceptionCounts& counts, UnitFacts& unit) {
+void copy_exceptions(const io::modbus::ExceptionCounts& counts, UnitRecord& unit) {
   for (std::size_t code = 0; code < counts.size(); ++code) {
     if (counts[code] > 0) unit.exceptions.push_back({static_cast<int>(code), counts[code]});
   }
 }
 
-std::vector<BusSentence> faults_of(const UnitFacts& unit) {
+std::vector<BusSentence> faults_of(const UnitRecord& unit) {
   const bool is_server = unit.role == "server";
   std::vector<BusSentence> sentences;
-  add_sentence(sentences, unit.timeouts, "request", "requests", "had no answer in time");
+  add_sentence(sentences, unit.timeouts, "request", "requests", "had no reply in time");
   std::uint64_t other_errors = unit.errors;
   for (const ExceptionCount& one : unit.exceptions) {
     other_errors -= std::min(other_errors, one.count);
-    add_sentence(sentences, one.count, "request", "requests",
+    add_sentence(sentences, one.count, "request was", "requests were",
                  "refused with exception " + std::to_string(one.code));
   }
   if (is_server) {
-    add_sentence(sentences, other_errors, "connection", "connections",
-                 "closed for bytes that are not Modbus TCP");
+    add_sentence(sentences, other_errors, "connection was", "connections were",
+                 "closed because the bytes were not Modbus TCP");
   } else {
     add_sentence(sentences, other_errors, "request", "requests",
-                 "with an invalid reply, or on a connection that was lost");
+                 "failed: the reply was invalid, or the connection was lost");
   }
-  add_sentence(sentences, unit.reconnects, "time", "times", "connected again after the connection was lost");
-  add_sentence(sentences, unit.saturated_outputs, "output value", "output values",
+  add_repetition(sentences, unit.reconnects, "the connection was lost and restored");
+  add_sentence(sentences, unit.saturated_outputs, "output value was", "output values were",
                "beyond the range of the register: its limit was written instead");
-  add_sentence(sentences, unit.saturated_inputs, "input value", "input values",
+  add_sentence(sentences, unit.saturated_inputs, "input value was", "input values were",
                "beyond the range of the register: its limit was read instead");
-  add_sentence(sentences, unit.not_a_number_outputs, "output value", "output values",
-               "that were not a number: the register kept its value");
-  add_sentence(sentences, unit.not_a_number_inputs, "input value", "input values",
-               "that were not a finite number: the signal kept its value");
-  add_sentence(
-      sentences, unit.superseded, "tick", "ticks",
-      "whose outputs were replaced by newer ones before they were sent: the unit or hil's thread was too "
-      "slow");
-  add_sentence(sentences, unit.stale, "time", "times",
-               "an input became older than max_age and had its safe value");
-  add_sentence(sentences, unit.refused_connections, "connection", "connections",
+  add_sentence(sentences, unit.not_a_number_outputs, "output value was", "output values were",
+               "not a number: the register kept its value");
+  add_sentence(sentences, unit.not_a_number_inputs, "input value was", "input values were",
+               "not a finite number: the signal kept its value");
+  add_sentence(sentences, unit.superseded, "set of outputs was", "sets of outputs were",
+               "not sent, because newer outputs came first: the unit or hil's thread was too slow");
+  add_repetition(sentences, unit.stale, "an input became older than max_age and had its safe value");
+  add_sentence(sentences, unit.refused_connections, "connection was", "connections were",
                "refused: max_clients was reached, or the system had no descriptor");
-  add_sentence(sentences, unit.replaced_connections, "idle connection", "idle connections",
+  add_sentence(sentences, unit.replaced_connections, "idle connection was", "idle connections were",
                "closed for another client (max_clients)");
-  add_sentence(sentences, unit.dropped_connections, "connection", "connections",
+  add_sentence(sentences, unit.dropped_connections, "connection was", "connections were",
                "dropped: the client was silent, or did not read its replies");
   return sentences;
 }
 
 }  // namespace
 
-UnitFacts facts_of(const io::modbus::ClientDevice& device) {
+UnitRecord record_of(const io::modbus::ClientDevice& device) {
   const io::modbus::ClientCounters counters = device.counters();
-  UnitFacts unit;
-  unit.device = device.name();
+  UnitRecord unit;
+  unit.name = device.name();
   unit.role = "client";
   unit.requests = counters.requests;
   unit.replies = counters.replies;
@@ -77,15 +75,15 @@ UnitFacts facts_of(const io::modbus::ClientDevice& device) {
   unit.reconnects = counters.reconnects;
   unit.superseded = counters.superseded_releases;
   unit.stale = counters.stale_inputs;
-  take_values(counters.values, unit);
-  take_exceptions(counters.by_code, unit);
+  copy_values(counters.values, unit);
+  copy_exceptions(counters.by_code, unit);
   return unit;
 }
 
-UnitFacts facts_of(const io::modbus::ServerDevice& device) {
+UnitRecord record_of(const io::modbus::ServerDevice& device) {
   const io::modbus::ServerCounters counters = device.counters();
-  UnitFacts unit;
-  unit.device = device.name();
+  UnitRecord unit;
+  unit.name = device.name();
   unit.role = "server";
   unit.requests = counters.requests;
   unit.replies = counters.replies;
@@ -95,22 +93,22 @@ UnitFacts facts_of(const io::modbus::ServerDevice& device) {
   unit.refused_connections = counters.refused;
   unit.replaced_connections = counters.replaced;
   unit.dropped_connections = counters.dropped_silent + counters.dropped_not_reading;
-  take_values(device.value_counters(), unit);
-  take_exceptions(counters.by_code, unit);
+  copy_values(device.value_counters(), unit);
+  copy_exceptions(counters.by_code, unit);
   return unit;
 }
 
 std::vector<contribution::BusColumn> unit_columns() {
-  return {{"device", "Device"},       {"requests", "Requests"},
+  return {{"unit", "Unit"},           {"requests", "Requests"},
           {"replies", "Replies"},     {"timeouts", "Time-outs", true},
           {"errors", "Errors", true}, {"reconnects", "Reconnects", true}};
 }
 
-contribution::BusRecord to_record(const UnitFacts& unit) {
+contribution::BusRecord to_record(const UnitRecord& unit) {
   std::vector<contribution::BusRow> exceptions;
   for (const ExceptionCount& one : unit.exceptions)
     exceptions.push_back({{"code", static_cast<std::uint64_t>(one.code)}, {"count", one.count}});
-  return {.name = unit.device,
+  return {.name = unit.name,
           .fields = {{"role", unit.role},
                      {"requests", unit.requests},
                      {"replies", unit.replies},

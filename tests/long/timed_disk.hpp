@@ -1,8 +1,8 @@
 #pragma once
-// A disk that measures the time in the calls of another disk. The account may be in memory that another
+// A disk that measures the time in the calls of another disk. The time may be in memory that another
 // process reads after this one is killed.
 //
-// Threads: one calls at a time; any thread reads the account.
+// Threads: one calls at a time; any thread reads the time.
 
 #include <atomic>
 #include <cstdint>
@@ -15,12 +15,12 @@
 
 namespace hil::stress {
 
-class DiskAccount {
+class DiskTime {
  public:
   /// The time in completed calls and in the current one.
-  rtstdb::Nanoseconds taken(rtstdb::ClockTime now) const noexcept;
-  void begins(rtstdb::ClockTime now) noexcept;
-  void ends(rtstdb::ClockTime now) noexcept;
+  rtstdb::Nanoseconds total(rtstdb::ClockTime now) const noexcept;
+  void begin_call(rtstdb::ClockTime now) noexcept;
+  void end_call(rtstdb::ClockTime now) noexcept;
 
  private:
   std::atomic<std::int64_t> finished_ns_{0};
@@ -29,9 +29,9 @@ class DiskAccount {
 
 class TimedDisk final : public rtstdb::log::Disk {
  public:
-  /// Account and clock outlive the disk and its files.
-  TimedDisk(std::unique_ptr<rtstdb::log::Disk> disk, DiskAccount& account, const rtstdb::Clock& clock)
-      : disk_(std::move(disk)), timer_{account, clock} {}
+  /// The time and the clock outlive the disk and its files.
+  TimedDisk(std::unique_ptr<rtstdb::log::Disk> disk, DiskTime& time, const rtstdb::Clock& clock)
+      : disk_(std::move(disk)), timer_{time, clock} {}
 
   template <class T>
   using Result = rtstdb::log::DiskResult<T>;
@@ -46,13 +46,13 @@ class TimedDisk final : public rtstdb::log::Disk {
 
  private:
   struct Timer {
-    DiskAccount& account;
+    DiskTime& time;
     const rtstdb::Clock& clock;
     template <class Call>
     auto operator()(const Call& call) const {
-      account.begins(clock.now());
+      time.begin_call(clock.now());
       auto result = call();
-      account.ends(clock.now());
+      time.end_call(clock.now());
       return result;
     }
   };

@@ -1,11 +1,12 @@
 #pragma once
-// The signals of a run while its parts are connected, and what is known of them: a mistake or a warning has
-// the place that names the signal.
+// The signals of a run while it is wired, and their properties that only wiring needs. Mistakes carry the
+// place in the scenario at which the signal is named.
 //
 // Threads: the one that wires the run.
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,37 +15,37 @@
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/signals/signal_table.hpp"
 
-namespace hil::buses {
+namespace hil::signals {
 
 class KnownSignals {
  public:
   /// The table outlives it.
-  explicit KnownSignals(signals::SignalTable& table) : table_(table) {}
+  explicit KnownSignals(SignalTable& table) : table_(table) {}
 
-  signals::SignalTable& table() noexcept { return table_; }
-  const signals::SignalTable& table() const noexcept { return table_; }
+  SignalTable& table() noexcept { return table_; }
+  const SignalTable& table() const noexcept { return table_; }
 
   /// The signals whose names begin with `prefix` ("can.car.") could not be declared, since their part has a
-  /// mistake: that they are missing is no further mistake.
+  /// mistake; so a reference to one of them adds no second mistake.
   void add_undeclared(std::string prefix) { undeclared_.push_back(std::move(prefix)); }
   /// A double can not represent all values of the signal. `reason` follows its name: "has 64 bits; ...".
-  void set_imprecise(signals::SignalId signal, std::string reason) {
+  void set_imprecise(SignalId signal, std::string reason) {
     imprecise_.emplace(signal.index, std::move(reason));
   }
   /// A received signal to which nothing gives a time-out.
-  void set_never_stale(signals::SignalId signal) { never_stale_.insert(signal.index); }
-  bool is_never_stale(signals::SignalId signal) const { return never_stale_.contains(signal.index); }
+  void set_never_stale(SignalId signal) { never_stale_.insert(signal.index); }
+  bool is_never_stale(SignalId signal) const { return never_stale_.contains(signal.index); }
 
   /// Invalid with a mistake when there is no such signal; without one when its part has a mistake.
-  signals::SignalId find(const config::Word& name, config::Diagnostics& diagnostics) const;
+  SignalId find(const config::Word& name, config::Diagnostics& diagnostics) const;
 
   /// A signal and its reader (a channel of a device, an input of a module) need the same unit, since values
   /// are not converted. Either may have none. An invalid signal is no mistake.
-  void check_unit(signals::SignalId signal, const std::string& reader, const std::string& unit_of_reader,
+  void check_unit(SignalId signal, const std::string& reader, const std::string& unit_of_reader,
                   const config::Place& place, config::Diagnostics& diagnostics) const;
 
  private:
-  signals::SignalTable& table_;
+  SignalTable& table_;
   std::vector<std::string> undeclared_;
   std::map<std::uint32_t, std::string> imprecise_;  ///< by index of the signal
   std::set<std::uint32_t> never_stale_;             ///< by index of the signal
@@ -55,4 +56,4 @@ class KnownSignals {
 std::optional<double> value_named(const std::map<std::string, double>& values, const config::Word& name,
                                   const std::string& signal, config::Diagnostics& diagnostics);
 
-}  // namespace hil::buses
+}  // namespace hil::signals

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/runtime_modules/module_fixture.hpp"
+#include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
 namespace {
@@ -28,7 +28,7 @@ class VehiclesModule : public testing::ModuleFixture {
   }
 };
 
-TEST_F(VehiclesModule, OneLeavesTheWorldWithoutAffectingOthers) {
+TEST_F(VehiclesModule, VehicleAtTheBorderIsRemoved) {
   const auto module = make(
       "{vehicles: {far: {position: [9 km, 0 m], speed: 99 m/s, desired_speed: 100 m/s, acceleration: 0.1 "
       "m/s2},"

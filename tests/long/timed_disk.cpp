@@ -1,4 +1,4 @@
-#include "tests/support/simulation/timed_disk.hpp"
+#include "timed_disk.hpp"
 
 #include <algorithm>
 
@@ -11,18 +11,18 @@ using rtstdb::log::DiskFile;
 using rtstdb::log::DiskLock;
 using rtstdb::log::DiskResult;
 
-Nanoseconds DiskAccount::taken(ClockTime now) const noexcept {
+Nanoseconds DiskTime::total(ClockTime now) const noexcept {
   const std::int64_t finished_ns = finished_ns_;
   const std::int64_t begun_ns = begun_ns_;
   const std::int64_t now_ns = now.time_since_epoch().count();
   return Nanoseconds(finished_ns + (begun_ns != 0 ? std::max<std::int64_t>(now_ns - begun_ns, 0) : 0));
 }
 
-void DiskAccount::begins(ClockTime now) noexcept {
+void DiskTime::begin_call(ClockTime now) noexcept {
   begun_ns_ = now.time_since_epoch().count();
 }
 
-void DiskAccount::ends(ClockTime now) noexcept {
+void DiskTime::end_call(ClockTime now) noexcept {
   finished_ns_ += now.time_since_epoch().count() - begun_ns_;
   begun_ns_ = 0;
 }

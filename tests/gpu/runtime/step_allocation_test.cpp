@@ -91,7 +91,7 @@ TEST(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   std::vector<std::unique_ptr<Guarded>> guarded;
   for (WiredModule& wired : wiring->modules) {
     const config::TaskSection& section = *wired.section;
-    const modules::TaskFacts facts = task_facts(*scenario, section);
+    const modules::TaskParameters facts = task_parameters(*scenario, section);
     wired.module->configure(world, events, facts);
     tasks.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
                                                  wiring->signals, *database, run_clock, events));

@@ -7,9 +7,9 @@
 
 namespace hil::tests {
 
-class StillDevice : public io::Device {
+class IdleDevice : public io::Device {
  public:
-  explicit StillDevice(std::string name) : name_(std::move(name)) {}
+  explicit IdleDevice(std::string name) : name_(std::move(name)) {}
   const std::string& name() const noexcept override { return name_; }
   std::span<const io::ChannelInfo> inputs() const noexcept override { return {}; }
   std::span<const io::InputGroup> input_groups() const noexcept override { return {}; }

@@ -1,11 +1,11 @@
-#include "runtime/buses/known_signals.hpp"
+#include "runtime/signals/known_signals.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace hil::buses {
+namespace hil::signals {
 
-signals::SignalId KnownSignals::find(const config::Word& name, config::Diagnostics& diagnostics) const {
+SignalId KnownSignals::find(const config::Word& name, config::Diagnostics& diagnostics) const {
   if (const auto found = table_.find(name.text)) {
     const auto imprecise = imprecise_.find(found->index);
     if (imprecise != imprecise_.end())
@@ -20,9 +20,8 @@ signals::SignalId KnownSignals::find(const config::Word& name, config::Diagnosti
   return {};
 }
 
-void KnownSignals::check_unit(signals::SignalId signal, const std::string& reader,
-                              const std::string& unit_of_reader, const config::Place& place,
-                              config::Diagnostics& diagnostics) const {
+void KnownSignals::check_unit(SignalId signal, const std::string& reader, const std::string& unit_of_reader,
+                              const config::Place& place, config::Diagnostics& diagnostics) const {
   if (!signal.valid()) return;
   const auto spelled = [](std::string unit) {
     unit.erase(std::remove(unit.begin(), unit.end(), '^'), unit.end());
@@ -55,4 +54,4 @@ std::optional<double> value_named(const std::map<std::string, double>& values, c
   return std::nullopt;
 }
 
-}  // namespace hil::buses
+}  // namespace hil::signals

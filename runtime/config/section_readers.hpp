@@ -1,0 +1,17 @@
+#pragma once
+// The sections of a scenario, one reader each. For the files of this folder; scenario.hpp is the public side.
+
+#include "runtime/config/reading.hpp"
+
+namespace hil::config {
+
+void read_general(const Value& root, Scenario& scenario, ReaderContext& reading);
+void read_world(const Value& root, Scenario& scenario, ReaderContext& reading);
+void read_tasks(const Value& root, Scenario& scenario, ReaderContext& reading);
+/// The lists of all bus types. After read_general.
+void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading);
+/// After read_buses, whose names it looks up.
+void read_processes(const Value& root, Scenario& scenario, ReaderContext& reading);
+void read_expectations(const Value& root, Scenario& scenario, ReaderContext& reading);
+
+}  // namespace hil::config

@@ -1,0 +1,24 @@
+#pragma once
+// The signals that the channels of a device are connected with.
+
+#include <vector>
+
+#include "runtime/signals/signal_table.hpp"
+
+namespace hil::signals {
+
+/// The source of an output's value.
+struct Source {
+  SignalId signal;  ///< invalid: the constant
+  double constant = 0.0;
+};
+
+struct Links {
+  std::vector<SignalId> inputs;  ///< by input channel
+  std::vector<Source> outputs;   ///< by output channel
+  SignalId connected;            ///< 1 while the device is connected, else 0; invalid: no signal
+  std::vector<SignalId> fresh;   ///< by input group: 1 while one of its inputs is fresh, else 0;
+                                 ///< invalid: no signal
+};
+
+}  // namespace hil::signals
