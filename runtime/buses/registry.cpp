@@ -28,8 +28,8 @@ const std::vector<config::BusSectionType>& section_types() {
 }
 
 const BusType& type_of(const config::BusSection& section) {
-  const auto index = section.type - section_types().data();
-  return bus_types().at(static_cast<std::size_t>(index));
+  return *std::ranges::find_if(bus_types(),
+                               [&](const BusType& type) { return type.section.key == section.type->key; });
 }
 
 std::vector<contribution::BusGroup> empty_groups() {

@@ -2,6 +2,7 @@
 #include <cctype>
 
 #include "runtime/config/scenario_parts.hpp"
+#include "runtime/config/text_lists.hpp"
 
 namespace hil::config {
 namespace {
@@ -35,16 +36,6 @@ std::vector<std::string> placeholders_of(std::span<const BusSectionType> types, 
   return all;
 }
 
-/// "a, b and c"
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const bool is_last = i + 1 == words.size();
-    text += (i == 0 ? "" : is_last ? " and " : ", ") + words[i];
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string BusSection::full_name() const {
@@ -59,19 +50,19 @@ std::string BusSectionType::placeholder() const {
 }
 
 std::string address_placeholders(std::span<const BusSectionType> types) {
-  return joined(placeholders_of(types, false));
+  return text_list(placeholders_of(types, false));
 }
 
 std::string all_placeholders(std::span<const BusSectionType> types) {
   std::vector<std::string> all = placeholders_of(types, false);
   all.push_back("{clock}");
-  return joined(all);
+  return text_list(all);
 }
 
 std::string run_time_placeholders(std::span<const BusSectionType> types) {
   std::vector<std::string> all = placeholders_of(types, true);
   all.insert(all.begin(), "{clock}");
-  return joined(all);
+  return text_list(all);
 }
 
 void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading) {
