@@ -123,8 +123,8 @@ ClockTime CommitPath::note_cost(TransactionImpl& transaction, const scheduler::R
   outcome.actual_cost = run.time.total(now);
   outcome.interrupted = now - outcome.started - outcome.actual_cost;
   if (!parts_.clock.is_virtual()) {
-    parts_.costs.learn_writes(transaction.write_set(), outcome.actual_cost - cost.time);
-    parts_.queries.learn(transaction, cost);
+    parts_.costs.update_from_writes(transaction.write_set(), outcome.actual_cost - cost.time);
+    parts_.queries.update_costs(transaction, cost);
   }
   return now;
 }

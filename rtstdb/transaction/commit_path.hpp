@@ -64,7 +64,7 @@ class CommitPath {
                          const store::RowSource& version) noexcept;
   Status execute_unpublished(TransactionImpl& transaction) noexcept;
   static bool preconditions_hold(TransactionImpl& transaction, const store::RowSource& rows) noexcept;
-  /// Reads the clock, notes the cost and teaches the cost model.
+  /// Reads the clock, notes the cost and updates the cost model.
   ClockTime note_cost(TransactionImpl& transaction, const scheduler::Run& run,
                       const QueryCost& cost) noexcept;
   /// Notes the cost and sets `published`. False: a firm deadline has passed, and `published` stays unset.
