@@ -1,6 +1,6 @@
 #pragma once
 // The port to one CAN bus: a station that sends and receives frames. Implemented by a kernel interface
-// (socketcan_bus.hpp) and by the hub and the client of the virtual bus (io/virtual).
+// (socketcan_bus.hpp) and by the hub and the stations of the virtual bus (io/virtual).
 //
 // Threads: one thread at a time, except counters() and fault(), which any thread may call. Only open() and
 // settle() block.
@@ -38,7 +38,7 @@ struct InjectedFaults {
 
 struct BusCounters {
   std::uint64_t dropped =
-      0;  ///< frames that this station (for a hub: one of its clients) was too slow to read
+      0;  ///< frames that this station (for a hub: one that is connected) was too slow to read
   std::uint64_t malformed = 0;  ///< packets that are not frames
   std::uint64_t reopened = 0;   ///< how often a lost bus became available again
   InjectedFaults injected;
@@ -48,13 +48,13 @@ struct BusCounters {
 struct SettleResult {
   enum class Status : std::uint8_t {
     settled,
-    stations_missing,   ///< fewer stations connected than expected; `client` says how many
+    stations_missing,   ///< fewer stations connected than expected; `station` is their number
     station_timed_out,  ///< no acknowledgement within the limit
     station_ended,      ///< its connection closed
     too_many_rounds,    ///< stations did not stop replying to each other
   };
   Status status = Status::settled;
-  std::string client;  ///< the name of the station that caused the failure
+  std::string station;  ///< the name of the station that caused the failure
   bool settled() const noexcept { return status == Status::settled; }
 };
 

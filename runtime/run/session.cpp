@@ -97,8 +97,8 @@ class LiveSession final : public executive::TickHooks {
 
  private:
   void start_processes();
-  void wait_for_stations();
-  void open_clients();
+  void wait_for_programs();
+  void start_remaining_devices();
   [[noreturn]] void refuse_ended_process(const std::string& process, const std::string& consequence) const;
   executive::ExecutiveOptions executive_options();
   void add_tasks(executive::Executive& executive);
@@ -134,8 +134,8 @@ void LiveSession::open() {
   world_ = std::make_unique<RunWorld>(wiring_, context_);
   devices_.make();
   start_processes();
-  wait_for_stations();
-  open_clients();
+  wait_for_programs();
+  start_remaining_devices();
   judges_.emplace(scenario_, wiring_.signals, arrivals_);
   signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
                                             context_.is_virtual);
@@ -171,7 +171,7 @@ void LiveSession::refuse_ended_process(const std::string& process, const std::st
                         context_.options.directory.string() + consequence);
 }
 
-void LiveSession::wait_for_stations() {
+void LiveSession::wait_for_programs() {
   const auto began = std::chrono::steady_clock::now();
   while (!stop_requested_.load()) {  // a run that is to stop ends with its first tick
     if (devices_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
@@ -181,8 +181,8 @@ void LiveSession::wait_for_stations() {
   }
 }
 
-/// Starts the devices that connect to others. Processes of the run may serve them.
-void LiveSession::open_clients() {
+/// Starts the devices that connect to programs, which may have been started by this run.
+void LiveSession::start_remaining_devices() {
   try {
     devices_.finish();
   } catch (const io::DeviceError& error) {

@@ -16,7 +16,7 @@
 
 #include "configs/crossing/aeb_controller/station.hpp"
 #include "io/can/socketcan_bus.hpp"
-#include "io/virtual/client.hpp"
+#include "io/virtual/station.hpp"
 
 namespace {
 
@@ -72,8 +72,8 @@ std::unique_ptr<can::Bus> make_bus(const Arguments& arguments) {
     return std::make_unique<can::SocketCanBus>(
         can::SocketCanConfig{arguments.bus.substr(kernel_scheme.size())});
   }
-  return std::make_unique<hil::io::virtual_bus::Client>(
-      hil::io::virtual_bus::ClientConfig{arguments.bus, arguments.name});
+  return std::make_unique<hil::io::virtual_bus::Station>(
+      hil::io::virtual_bus::StationConfig{arguments.bus, arguments.name});
 }
 
 void answer_frames(can::Bus& bus, aeb::Station& station, bool can_reconnect) {

@@ -23,11 +23,11 @@ io::virtual_bus::HubConfig hub_config(const CanSection& section, std::uint64_t s
 }  // namespace
 
 CanRun::CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment)
-    : section_(section), stations_(environment.scenario, section) {
+    : section_(section), programs_(environment.scenario, section) {
   std::unique_ptr<io::can::Bus> port;
   if (section.is_virtual()) {
     auto hub = std::make_unique<io::virtual_bus::Hub>(
-        hub_config(section, environment.scenario.seed, stations_.connection_count()));
+        hub_config(section, environment.scenario.seed, programs_.connection_count()));
     hub_ = hub.get();
     port = std::move(hub);
   } else {
@@ -43,7 +43,7 @@ std::string CanRun::address() const {
 }
 
 bool CanRun::all_programs_connected(const StartedPrograms& programs) const {
-  return hub_ == nullptr || stations_.all_connected(*hub_, programs);
+  return hub_ == nullptr || programs_.all_connected(*hub_, programs);
 }
 
 contribution::BusRecord CanRun::record() const {

@@ -8,8 +8,8 @@
 #include "io/can/can_device.hpp"
 #include "io/virtual/hub.hpp"
 #include "runtime/buses/bus.hpp"
-#include "runtime/buses/can/bus_stations.hpp"
 #include "runtime/buses/can/can_section.hpp"
+#include "runtime/buses/can/connected_programs.hpp"
 
 namespace hil::buses::can {
 
@@ -29,7 +29,7 @@ class CanRun final : public BusDevice {
 
  private:
   const CanSection& section_;
-  BusStations stations_;
+  ConnectedPrograms programs_;
   std::unique_ptr<io::can::CanDevice> device_;
   io::virtual_bus::Hub* hub_ = nullptr;  ///< of a virtual bus; the device owns it
 };

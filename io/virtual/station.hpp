@@ -18,18 +18,18 @@
 
 namespace hil::io::virtual_bus {
 
-struct ClientConfig {
+struct StationConfig {
   std::string address;  ///< "unix:/path"
   std::string name;     ///< of this station, at most 55 bytes; determines its position in lock-step
-  std::int64_t connect_limit_ns = 5'000'000'000;  ///< the hub may start later than the client
+  std::int64_t connect_limit_ns = 5'000'000'000;  ///< the hub may open later
 };
 
-class Client final : public can::Bus {
+class Station final : public can::Bus {
  public:
-  explicit Client(ClientConfig config) : config_(std::move(config)) {}
-  ~Client() override { close(); }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
+  explicit Station(StationConfig config) : config_(std::move(config)) {}
+  ~Station() override { close(); }
+  Station(const Station&) = delete;
+  Station& operator=(const Station&) = delete;
 
   const std::string& name() const noexcept override { return config_.name; }
   std::string description() const override { return "virtual CAN bus at " + config_.address; }
@@ -57,7 +57,7 @@ class Client final : public can::Bus {
   void take_time(const TimePacket& packet) noexcept;
   can::ReceiveResult lose(const char* reason) noexcept;
 
-  ClientConfig config_;
+  StationConfig config_;
   can::FilterSet filters_;
   const RunClock* clock_ = nullptr;
   int socket_ = -1;
