@@ -49,7 +49,7 @@ class SocketCanBus final : public Bus {
   int send_error() const noexcept override { return send_error_; }
   ReceiveResult receive(Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override;
-  SettleResult settle(RunTimeNs now_ns) override;
+  ExchangeResult exchange(RunTimeNs now_ns) override;
   BusCounters counters() const noexcept override;
   std::string fault() const override;
 

@@ -271,7 +271,7 @@ void Hub::deliver(can::Frame frame, ConnectionNumber sender) {
   for (const auto& station : stations_) {
     if (station->connection == sender || station->socket < 0) continue;
     const bool written = write(*station, &frame.raw, frame.struct_size());
-    station->unsettled = true;
+    station->has_unacknowledged = true;
     if (!written) dropped_.fetch_add(1, std::memory_order_relaxed);
     const std::lock_guard lock(mutex_);
     ++(written ? station->counters->delivered : station->counters->dropped);

@@ -7,9 +7,9 @@
 // Real time: the hub works inside receive(), which its owner calls whenever fd() is readable. A station with
 // a full socket loses the frame, which is counted; the hub never waits.
 //
-// Lock-step: frames move only in settle(). The hub serves the stations one after the other, ordered by name
+// Lock-step: frames move only in exchange(). The hub serves the stations one after the other, ordered by name
 // and then by connection, until a round brings no new frame. So the order of frames is the same in every run.
-// No frame is dropped. Frames carry the run time of the settle() that delivered them.
+// No frame is dropped. Frames carry the run time of the exchange() that delivered them.
 //
 // Threads: as in io/can/bus.hpp; any thread may call station_count() and station_counters().
 
@@ -36,7 +36,7 @@ struct HubConfig {
   /// Path of the socket, at most 107 bytes; empty: in a new folder under $TMPDIR or /tmp.
   std::string path;
   FaultConfig faults;
-  /// Lock-step: the first settle() waits until this many stations have connected.
+  /// Lock-step: the first exchange() waits until this many stations have connected.
   std::size_t expected_stations = 0;
   /// Wall-clock limits of that wait and of one station's acknowledgement of a barrier.
   std::int64_t connect_limit_ns = 10'000'000'000;
@@ -74,9 +74,9 @@ class Hub final : public can::Bus {
   int send_error() const noexcept override { return epoll_ < 0 ? ENETDOWN : EINVAL; }
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
-  can::SettleResult settle(RunTimeNs now_ns) override;
+  can::ExchangeResult exchange(RunTimeNs now_ns) override;
   /// Lock-step: accepts the stations that have connected; never waits. For an owner that reads
-  /// station_counters() before the first settle(). In real time receive() does it.
+  /// station_counters() before the first exchange(). In real time receive() does it.
   void accept_waiting_stations();
   /// dropped: the sum over all stations. injected: a delayed frame that is still held when the bus closes
   /// counts as dropped.
@@ -94,9 +94,9 @@ class Hub final : public can::Bus {
     std::uint64_t connection = 0;
     std::string name;
     bool greeted = false;
-    bool unsettled = false;          ///< lock-step: has received something since its last acknowledgement
-    std::deque<can::Frame> inbox;    ///< lock-step: read but not routed
-    std::deque<std::uint64_t> acks;  ///< lock-step: read but not awaited
+    bool has_unacknowledged = false;  ///< lock-step: has received something since its last acknowledgement
+    std::deque<can::Frame> inbox;     ///< lock-step: read but not routed
+    std::deque<std::uint64_t> acks;   ///< lock-step: read but not awaited
     std::shared_ptr<StationCounters> counters;
   };
   using ConnectionNumber = std::uint64_t;
@@ -125,11 +125,11 @@ class Hub final : public can::Bus {
 
   bool wait_for_stations();
   bool send_time(ConnectedStation& station, TimePacket::Kind kind, std::uint64_t sequence) noexcept;
-  can::SettleResult::Status wait_for_ack(ConnectedStation& station, std::uint64_t sequence);
+  can::ExchangeResult::Status wait_for_ack(ConnectedStation& station, std::uint64_t sequence);
   /// Performs one barrier with every station that has received something. `quiet`: there was no such station.
-  can::SettleResult settle_round(bool& quiet);
+  can::ExchangeResult exchange_round(bool& quiet);
   void open_step();
-  can::SettleResult fail(can::SettleResult::Status status, const std::string& station);
+  can::ExchangeResult fail(can::ExchangeResult::Status status, const std::string& station);
   void set_fault(std::string text);
 
   HubConfig config_;
@@ -147,11 +147,11 @@ class Hub final : public can::Bus {
   std::deque<can::Frame> arrived_;  ///< for receive()
   std::multimap<RunTimeNs, Delayed> delayed_;
 
-  std::vector<can::Frame> staged_;  ///< lock-step: sent by this process since the last settle()
+  std::vector<can::Frame> staged_;  ///< lock-step: sent by this process since the last exchange()
   RunTimeNs lockstep_now_ns_ = 0;
   std::uint64_t sequence_ = 0;
-  bool complete_ = false;   ///< all expected stations have connected
-  can::SettleResult lost_;  ///< lock-step: after a station ended or did not answer, every later step fails
+  bool complete_ = false;     ///< all expected stations have connected
+  can::ExchangeResult lost_;  ///< lock-step: after a station ended or did not answer, every later step fails
 
   std::atomic<std::size_t> station_count_{0};
   std::atomic<std::uint64_t> dropped_{0};

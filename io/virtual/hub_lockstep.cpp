@@ -1,4 +1,4 @@
-// The hub under the virtual clock: settle() and its steps.
+// The hub under the virtual clock: exchange() and its steps.
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -97,7 +97,7 @@ void Hub::open_step() {
   for (const auto& station : stations_) {
     if (!station->greeted) continue;
     send_time(*station, TimePacket::Kind::now, sequence_);
-    station->unsettled = true;  // also after a failure, which its barrier then reports
+    station->has_unacknowledged = true;  // also after a failure, which its barrier then reports
   }
   deliver_due(lockstep_now_ns_);
   std::vector<can::Frame> staged;
@@ -106,15 +106,15 @@ void Hub::open_step() {
     route(frame, own_station);
 }
 
-can::SettleResult Hub::settle(RunTimeNs now_ns) {
-  can::require(pacing_ == Pacing::lockstep && epoll_ >= 0, "settle belongs to an open bus in lock-step");
+can::ExchangeResult Hub::exchange(RunTimeNs now_ns) {
+  can::require(pacing_ == Pacing::lockstep && epoll_ >= 0, "exchange belongs to an open bus in lock-step");
   lockstep_now_ns_ = now_ns;
-  if (!lost_.settled()) {
+  if (!lost_.completed()) {
     open_step();  // delivers what was sent, for instance safe values, to the remaining stations
     return lost_;
   }
   if (!complete_ && !wait_for_stations()) {
-    return fail(can::SettleResult::Status::stations_missing,
+    return fail(can::ExchangeResult::Status::stations_missing,
                 std::to_string(greeted_count()) + " of " + std::to_string(config_.expected_stations));
   }
   if (complete_) {  // later stations may join but are not awaited
@@ -127,32 +127,32 @@ can::SettleResult Hub::settle(RunTimeNs now_ns) {
   open_step();
   for (int round = 0; round < max_rounds; ++round) {
     bool quiet = true;
-    can::SettleResult result = settle_round(quiet);
-    if (!result.settled()) return result;
+    can::ExchangeResult result = exchange_round(quiet);
+    if (!result.completed()) return result;
     if (quiet) {
       remove_closed_stations();
       return {};
     }
   }
-  return fail(can::SettleResult::Status::too_many_rounds, stations_.empty() ? "" : stations_.front()->name);
+  return fail(can::ExchangeResult::Status::too_many_rounds, stations_.empty() ? "" : stations_.front()->name);
 }
 
-can::SettleResult Hub::settle_round(bool& quiet) {
+can::ExchangeResult Hub::exchange_round(bool& quiet) {
   for (const auto& station : stations_) {
-    if (!station->greeted || !station->unsettled) continue;
+    if (!station->greeted || !station->has_unacknowledged) continue;
     quiet = false;
-    station->unsettled = false;
+    station->has_unacknowledged = false;
     const std::uint64_t sequence = ++sequence_;
-    auto status = can::SettleResult::Status::station_ended;
+    auto status = can::ExchangeResult::Status::station_ended;
     if (send_time(*station, TimePacket::Kind::barrier, sequence)) {
       status = wait_for_ack(*station, sequence);
     } else if (station->socket >= 0) {
-      status = can::SettleResult::Status::station_timed_out;
+      status = can::ExchangeResult::Status::station_timed_out;
     }
     // A station that only listens may leave; an expected one may not.
     const bool may_leave =
-        status == can::SettleResult::Status::station_ended && greeted_count() >= config_.expected_stations;
-    if (status != can::SettleResult::Status::settled && !may_leave) return fail(status, station->name);
+        status == can::ExchangeResult::Status::station_ended && greeted_count() >= config_.expected_stations;
+    if (status != can::ExchangeResult::Status::completed && !may_leave) return fail(status, station->name);
     std::deque<can::Frame> sent;
     sent.swap(station->inbox);
     for (const can::Frame& frame : sent)
@@ -161,36 +161,36 @@ can::SettleResult Hub::settle_round(bool& quiet) {
   return {};
 }
 
-can::SettleResult::Status Hub::wait_for_ack(ConnectedStation& station, std::uint64_t sequence) {
+can::ExchangeResult::Status Hub::wait_for_ack(ConnectedStation& station, std::uint64_t sequence) {
   const Limit limit(config_.answer_limit_ns);
   while (true) {
     while (!station.acks.empty()) {
       const std::uint64_t acknowledged = station.acks.front();
       station.acks.pop_front();
-      if (acknowledged == sequence) return can::SettleResult::Status::settled;
+      if (acknowledged == sequence) return can::ExchangeResult::Status::completed;
     }
     if (read_packet(station)) continue;
-    if (station.socket < 0) return can::SettleResult::Status::station_ended;
-    if (!limit.wait(station.socket, POLLIN)) return can::SettleResult::Status::station_timed_out;
+    if (station.socket < 0) return can::ExchangeResult::Status::station_ended;
+    if (!limit.wait(station.socket, POLLIN)) return can::ExchangeResult::Status::station_timed_out;
   }
 }
 
-can::SettleResult Hub::fail(can::SettleResult::Status status, const std::string& station) {
+can::ExchangeResult Hub::fail(can::ExchangeResult::Status status, const std::string& station) {
   const std::string bus = "virtual CAN bus '" + config_.name + "': ";
   switch (status) {
-    case can::SettleResult::Status::settled:
+    case can::ExchangeResult::Status::completed:
       break;
-    case can::SettleResult::Status::stations_missing:
+    case can::ExchangeResult::Status::stations_missing:
       set_fault(bus + station + " expected stations have connected within the limit");
       break;
-    case can::SettleResult::Status::station_timed_out:
+    case can::ExchangeResult::Status::station_timed_out:
       set_fault(bus + "station '" + station + "' did not answer within " +
                 std::to_string(config_.answer_limit_ns / 1'000'000) + " ms");
       break;
-    case can::SettleResult::Status::station_ended:
+    case can::ExchangeResult::Status::station_ended:
       set_fault(bus + "station '" + station + "' closed its connection");
       break;
-    case can::SettleResult::Status::too_many_rounds:
+    case can::ExchangeResult::Status::too_many_rounds:
       set_fault(bus + "stations, '" + station + "' among them, answer each other without end");
       break;
   }

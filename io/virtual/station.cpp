@@ -124,8 +124,8 @@ can::ReceiveResult Station::lose(const char* reason) noexcept {
   return can::ReceiveResult::lost;
 }
 
-can::SettleResult Station::settle(RunTimeNs) {
-  can::require(false, "only the hub of a virtual bus settles it");
+can::ExchangeResult Station::exchange(RunTimeNs) {
+  can::require(false, "only the hub of a virtual bus exchanges");
   return {};
 }
 

@@ -43,8 +43,8 @@ class Station final : public can::Bus {
   /// Does not return frames of this station. A closed hub is lost permanently.
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
-  /// Misuse (asserts): only a hub settles the bus.
-  can::SettleResult settle(RunTimeNs now_ns) override;
+  /// Misuse (asserts): only a hub exchanges.
+  can::ExchangeResult exchange(RunTimeNs now_ns) override;
   can::BusCounters counters() const noexcept override;
   std::string fault() const override;
 

@@ -359,7 +359,7 @@ void Store::publish() noexcept {
   latest_ = {staged_->version, staged_->time};
 }
 
-void Store::settle() noexcept {
+void Store::complete_commit() noexcept {
   RTSTDB_ASSERT(progress_ == Progress::published);
   for_each_staged_row([this](const Write& write) {
     EntityState& row = current_[write.state.id.index];

@@ -52,7 +52,7 @@ Status CommitPath::publish(TransactionImpl& transaction, const scheduler::Run& r
   }
   if (parts_.log != nullptr) parts_.log->record(transaction.write_set());
   const Status status = done(transaction, version);
-  parts_.store.settle();
+  parts_.store.complete_commit();
   return status;
 }
 
@@ -77,7 +77,7 @@ Status CommitPath::publish_durably(TransactionImpl& transaction, const scheduler
   outcome.durable = true;
   outcome.durable_at = outcome.published;
   const Status status = done(transaction, version);
-  parts_.store.settle();
+  parts_.store.complete_commit();
   return status;
 }
 

@@ -80,7 +80,7 @@ void BaseLoop::run_tick(std::uint64_t skipped_before) noexcept {
   hooks_.begin_tick(info);
   record.begun_ns = clock_.now_ns();
   for (const auto& slot : slots_)
-    settle(*slot, next_tick_);
+    account(*slot, next_tick_);
   record.published_ns = clock_.now_ns();
   run_tasks(next_tick_);
   record.worked_ns = clock_.now_ns();
@@ -185,18 +185,18 @@ void BaseLoop::begin_run(TaskSlot& slot, std::uint64_t tick) noexcept {
 
 /// For a task on another thread, at or after its deadline tick: publishes the finished run, or applies the
 /// overrun policy.
-void BaseLoop::settle(TaskSlot& slot, std::uint64_t tick) noexcept {
+void BaseLoop::account(TaskSlot& slot, std::uint64_t tick) noexcept {
   const Phase phase = slot.phase.load(std::memory_order_acquire);
   if (phase == Phase::idle || tick < slot.deadline_tick) return;
   if (phase != Phase::finished) {
-    settle_late(slot);
+    account_late(slot);
     return;
   }
   if (!slot.abort_requested) slot.task.publish(slot.info);
   close_run(slot);
 }
 
-void BaseLoop::settle_late(TaskSlot& slot) noexcept {
+void BaseLoop::account_late(TaskSlot& slot) noexcept {
   TaskCounters& counters = slot.counters;
   if (!slot.miss_counted) {
     slot.miss_counted = true;
@@ -230,7 +230,7 @@ void BaseLoop::close_run(TaskSlot& slot) noexcept {
   slot.phase.store(Phase::idle, std::memory_order_relaxed);
 }
 
-void BaseLoop::settle_remaining() noexcept {
+void BaseLoop::account_remaining() noexcept {
   for (const auto& slot : slots_) {
     if (slot->phase.load(std::memory_order_acquire) == Phase::finished) close_run(*slot);
     if (slot->release_kept) slot->counters.count_event(slot->counters.skipped, slot->in_warmup());

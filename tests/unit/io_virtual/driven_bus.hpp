@@ -47,7 +47,7 @@ class DrivenBus final : public Bus {
     return ReceiveResult::frame;
   }
   void set_filters(std::span<const can_filter>) override {}
-  SettleResult settle(RunTimeNs) override { return {}; }
+  ExchangeResult exchange(RunTimeNs) override { return {}; }
   BusCounters counters() const noexcept override { return {}; }
   std::string fault() const override { return {}; }
 

@@ -107,8 +107,8 @@ std::string log_of_run(std::uint64_t jitter_seed, FaultConfig faults) {
   for (int tick = 0; tick < 40; ++tick) {
     hub.send(frame_of_bytes(0x100, {static_cast<std::uint8_t>(tick)}));
     if (tick % 3 == 0) hub.send(frame_of_bytes(0x101, {}));
-    const can::SettleResult result = hub.settle(std::int64_t{tick} * 1'000'000);
-    EXPECT_TRUE(result.settled()) << result.station << " " << hub.fault();
+    const can::ExchangeResult result = hub.exchange(std::int64_t{tick} * 1'000'000);
+    EXPECT_TRUE(result.completed()) << result.station << " " << hub.fault();
     can::Frame frame;
     while (hub.receive(frame) == can::ReceiveResult::frame) {
       can::append_candump_line(log, frame, frame.direction == can::Direction::tx ? "tx" : "rx");
@@ -157,8 +157,8 @@ TEST(Lockstep, FramesHaveTheRunTimeOfTheirStep) {
         1);
     for (const RunTimeNs now : {5LL, 1'000'000LL, 2'000'000LL}) {
       hub.send(frame_of_bytes(1, {}));
-      ASSERT_TRUE(hub.settle(now).settled());
-      EXPECT_EQ(times.back(), now) << "settle returns after the station has answered";
+      ASSERT_TRUE(hub.exchange(now).completed());
+      EXPECT_EQ(times.back(), now) << "exchange returns after the station has answered";
     }
   }
   EXPECT_EQ(times.size(), 3U);
@@ -177,10 +177,10 @@ TEST(Lockstep, MoreFramesThanASocketHoldsAreAllDelivered) {
         return std::vector<can::Frame>{frame_of_bytes(2, {}), frame_of_bytes(3, {})};
       },
       1, 0);
-  ASSERT_TRUE(hub.settle(0).settled());
+  ASSERT_TRUE(hub.exchange(0).completed());
   for (std::size_t index = 0; index < count; ++index)
     hub.send(frame_of_bytes(1, {}));
-  ASSERT_TRUE(hub.settle(1).settled()) << hub.fault();
+  ASSERT_TRUE(hub.exchange(1).completed()) << hub.fault();
   EXPECT_EQ(received, count);
   std::size_t seen = 0;
   can::Frame frame;
@@ -197,15 +197,15 @@ TEST(Lockstep, ReportsAStationThatDoesNotAnswer) {
   hub.open(clock, Pacing::lockstep);
   AnsweringStation silent(
       hub.address(), "silent", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
-  ASSERT_TRUE(hub.settle(0).settled());
+  ASSERT_TRUE(hub.exchange(0).completed());
   silent.stop_answering();
-  const can::SettleResult result = hub.settle(1);
-  EXPECT_EQ(result.status, can::SettleResult::Status::station_timed_out);
+  const can::ExchangeResult result = hub.exchange(1);
+  EXPECT_EQ(result.status, can::ExchangeResult::Status::station_timed_out);
   EXPECT_EQ(result.station, "silent");
   EXPECT_NE(hub.fault().find("'silent' did not answer within 100 ms"), std::string::npos);
   // Real time is the subject: the second exchange does not wait for the station.
   const auto begin = std::chrono::steady_clock::now();
-  EXPECT_FALSE(hub.settle(2).settled()) << "no second wait";
+  EXPECT_FALSE(hub.exchange(2).completed()) << "no second wait";
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(100));
 }
 
@@ -216,10 +216,10 @@ TEST(Lockstep, ReportsAStationThatEnds) {
   const auto silent = [](const can::Frame&) { return std::vector<can::Frame>{}; };
   AnsweringStation remaining(hub.address(), "remaining", silent, 1);
   auto ending = std::make_unique<AnsweringStation>(hub.address(), "ending", silent, 2);
-  ASSERT_TRUE(hub.settle(0).settled());
+  ASSERT_TRUE(hub.exchange(0).completed());
   ending.reset();
-  const can::SettleResult result = hub.settle(1);
-  EXPECT_EQ(result.status, can::SettleResult::Status::station_ended);
+  const can::ExchangeResult result = hub.exchange(1);
+  EXPECT_EQ(result.status, can::ExchangeResult::Status::station_ended);
   EXPECT_EQ(result.station, "ending");
 }
 
@@ -230,8 +230,8 @@ TEST(Lockstep, ReportsMissingStations) {
   hub.open(clock, Pacing::lockstep);
   const AnsweringStation only(
       hub.address(), "only", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
-  const can::SettleResult result = hub.settle(0);
-  EXPECT_EQ(result.status, can::SettleResult::Status::stations_missing);
+  const can::ExchangeResult result = hub.exchange(0);
+  EXPECT_EQ(result.status, can::ExchangeResult::Status::stations_missing);
   EXPECT_NE(hub.fault().find("1 of 2 expected stations"), std::string::npos) << hub.fault();
 }
 
@@ -243,15 +243,15 @@ TEST(Lockstep, ReportsStationsThatAnswerEachOtherForever) {
   const AnsweringStation one(hub.address(), "one", echo_back, 1, 0);
   const AnsweringStation two(hub.address(), "two", echo_back, 2, 0);
   hub.send(frame_of_bytes(1, {}));
-  EXPECT_EQ(hub.settle(0).status, can::SettleResult::Status::too_many_rounds);
+  EXPECT_EQ(hub.exchange(0).status, can::ExchangeResult::Status::too_many_rounds);
 }
 
-TEST(Lockstep, BusWithoutStationsSettles) {
+TEST(Lockstep, BusWithoutStationsCompletesItsExchange) {
   const SetClock clock;
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}});
   hub.open(clock, Pacing::lockstep);
   hub.send(frame_of_bytes(1, {}));
-  ASSERT_TRUE(hub.settle(7).settled());
+  ASSERT_TRUE(hub.exchange(7).completed());
   can::Frame frame;
   ASSERT_EQ(hub.receive(frame), can::ReceiveResult::frame);
   EXPECT_EQ(frame.time_ns, 7);

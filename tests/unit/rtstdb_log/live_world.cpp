@@ -242,7 +242,7 @@ void LiveWorld::commit(store::WriteSet set) {
   const auto fault = store_.stage(set);
   RTSTDB_ASSERT(!fault);
   store_.publish();
-  store_.settle();
+  store_.complete_commit();
   for (const store::Write& write : set.writes)
     if (write.kind == store::WriteKind::create)
       generations_[write.state.id.index] = write.state.id.generation;

@@ -48,12 +48,12 @@ TEST(DeviceClock, ConvertsTimesOfTheOpeningToTimesBeforeTheFirstTick) {
   DeviceClock clock(machine);
   machine.sleep_until(41 * s);
   const io::RunTimeNs stamp = clock.now_ns();
-  EXPECT_EQ(clock.settled(stamp), stamp) << "the origin is not known yet";
+  EXPECT_EQ(clock.to_run_time(stamp), stamp) << "the origin is not known yet";
   clock.set_origin(45 * s);
-  EXPECT_EQ(clock.settled(stamp), -4 * s);
-  EXPECT_EQ(clock.settled(-s), -s);
-  EXPECT_EQ(clock.settled(7 * s), 7 * s);
-  EXPECT_EQ(clock.settled(INT64_MIN), INT64_MIN) << "never";
+  EXPECT_EQ(clock.to_run_time(stamp), -4 * s);
+  EXPECT_EQ(clock.to_run_time(-s), -s);
+  EXPECT_EQ(clock.to_run_time(7 * s), 7 * s);
+  EXPECT_EQ(clock.to_run_time(INT64_MIN), INT64_MIN) << "never";
 }
 
 TEST(DeviceClock, ReportsEventsOfTheOpeningAtTheFirstTick) {
