@@ -30,7 +30,7 @@ std::string joined(const std::vector<std::string>& sentences) {
 
 }  // namespace
 
-CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus)
+CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
     : config_(std::move(config)), bus_(std::move(bus)), load_(config_.bits_per_second) {
   require(bus_ != nullptr, "a CAN device has a bus");
   const std::vector<std::string> problems = configuration_problems(config_);

@@ -17,7 +17,7 @@
 #include <mutex>
 #include <string>
 
-#include "io/can/bus.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/filter.hpp"
 #include "io/can/receive_time.hpp"
 
@@ -31,7 +31,7 @@ struct SocketCanConfig {
   int send_buffer_bytes = 0;  ///< likewise; 0: the kernel's default
 };
 
-class SocketCanBus final : public Bus {
+class SocketCanBus final : public CanTransport {
  public:
   explicit SocketCanBus(SocketCanConfig config) : config_(std::move(config)) {}
   ~SocketCanBus() override { close(); }

@@ -11,7 +11,7 @@
 // and then by connection, until a round brings no new frame. So the order of frames is the same in every run.
 // No frame is dropped. Frames carry the run time of the exchange() that delivered them.
 //
-// Threads: as in io/can/bus.hpp; any thread may call station_count() and station_counters().
+// Threads: as in io/can/can_transport.hpp; any thread may call station_count() and station_counters().
 
 #include <atomic>
 #include <cerrno>
@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "io/can/bus.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/filter.hpp"
 #include "io/virtual/faults.hpp"
 #include "io/virtual/packet.hpp"
@@ -54,7 +54,7 @@ struct StationCounters {
   std::uint64_t received = 0;   ///< frames received from it
 };
 
-class Hub final : public can::Bus {
+class Hub final : public can::CanTransport {
  public:
   explicit Hub(HubConfig config);
   ~Hub() override;

@@ -5,14 +5,14 @@
 // carry the hub's run time. The hub waits until this station has called receive() again and got nothing;
 // everything it sends before that belongs to the same instant.
 //
-// Threads: as in io/can/bus.hpp.
+// Threads: as in io/can/can_transport.hpp.
 
 #include <atomic>
 #include <cerrno>
 #include <mutex>
 #include <string>
 
-#include "io/can/bus.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/filter.hpp"
 #include "io/virtual/packet.hpp"
 
@@ -24,7 +24,7 @@ struct StationConfig {
   std::int64_t connect_limit_ns = 5'000'000'000;  ///< the hub may open later
 };
 
-class Station final : public can::Bus {
+class Station final : public can::CanTransport {
  public:
   explicit Station(StationConfig config) : config_(std::move(config)) {}
   ~Station() override { close(); }

@@ -66,7 +66,7 @@ bool parse_arguments(int count, char** words, Arguments& arguments) {
   return optind == count && !arguments.bus.empty() && !arguments.database.empty();
 }
 
-std::unique_ptr<can::Bus> make_bus(const Arguments& arguments) {
+std::unique_ptr<can::CanTransport> make_bus(const Arguments& arguments) {
   constexpr std::string_view kernel_scheme = "socketcan:";
   if (arguments.bus.starts_with(kernel_scheme)) {
     return std::make_unique<can::SocketCanBus>(
@@ -76,7 +76,7 @@ std::unique_ptr<can::Bus> make_bus(const Arguments& arguments) {
       hil::io::virtual_bus::StationConfig{arguments.bus, arguments.name});
 }
 
-void answer_frames(can::Bus& bus, aeb::Station& station, bool can_reconnect) {
+void answer_frames(can::CanTransport& bus, aeb::Station& station, bool can_reconnect) {
   while (stop_requested == 0) {
     can::Frame frame;
     switch (bus.receive(frame)) {

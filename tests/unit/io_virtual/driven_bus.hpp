@@ -25,7 +25,7 @@ inline CanDeviceConfig crossing_config() {
 }
 
 /// A bus that accepts no frame while `full` or `error` is set, and delivers the frames of `arriving`.
-class DrivenBus final : public Bus {
+class DrivenBus final : public CanTransport {
  public:
   const std::string& name() const noexcept override { return name_; }
   std::string description() const override { return name_; }

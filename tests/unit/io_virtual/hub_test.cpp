@@ -35,7 +35,7 @@ std::uint32_t number_of(const can::Frame& frame) {
   return number;
 }
 
-std::vector<can::Frame> receive_all(can::Bus& bus) {
+std::vector<can::Frame> receive_all(can::CanTransport& bus) {
   std::vector<can::Frame> frames;
   can::Frame frame;
   while (bus.receive(frame) == can::ReceiveResult::frame)

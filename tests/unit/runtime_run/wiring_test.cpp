@@ -11,8 +11,8 @@
 #include <utility>
 #include <variant>
 
-#include "runtime/buses/can/can_bus.hpp"
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/can/can_wiring.hpp"
+#include "runtime/buses/modbus/modbus_wiring.hpp"
 #include "tests/paths.h"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
@@ -163,7 +163,7 @@ TEST_F(WiringTest, SignalsAreConnectedByName) {
   EXPECT_EQ(sources[0].signal, id("traffic.ego.speed"));
   EXPECT_FALSE(sources[1].signal.valid());
   EXPECT_DOUBLE_EQ(sources[1].constant, 3.0);
-  const auto& config = dynamic_cast<const buses::can::CanBus&>(*wiring->buses[0].bus).config();
+  const auto& config = dynamic_cast<const buses::can::CanWiring&>(*wiring->buses[0].bus).config();
   EXPECT_EQ(config.send[0].safe_values.at("Mode"), 1.0);
   EXPECT_EQ(config.send[0].protection.counter_signal, "Counter");
   EXPECT_EQ(config.receive[0].timeout_ns, 200'000'000);

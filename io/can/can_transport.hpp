@@ -58,9 +58,9 @@ struct ExchangeResult {
   bool completed() const noexcept { return status == Status::completed; }
 };
 
-class Bus {
+class CanTransport {
  public:
-  virtual ~Bus() = default;
+  virtual ~CanTransport() = default;
 
   /// The name of the interface or bus in logs: "vcan0", "car".
   virtual const std::string& name() const noexcept = 0;

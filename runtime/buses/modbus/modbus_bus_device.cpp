@@ -1,4 +1,4 @@
-#include "runtime/buses/modbus/modbus_run.hpp"
+#include "runtime/buses/modbus/modbus_bus_device.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "runtime/buses/modbus/modbus_record.hpp"
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/modbus_wiring.hpp"
 
 namespace hil::buses::modbus {
 namespace {
@@ -31,7 +31,7 @@ std::uint16_t free_port() {
 
 }  // namespace
 
-ModbusRun::ModbusRun(const ModbusSection& section, std::function<void()> on_thread_start)
+ModbusBusDevice::ModbusBusDevice(const ModbusSection& section, std::function<void()> on_thread_start)
     : endpoint_{.host = section.host, .port = section.port ? *section.port : free_port()} {
   if (section.role == io::modbus::Role::client) {
     io::modbus::ClientSettings settings = client_settings(section, endpoint_);
@@ -44,11 +44,11 @@ ModbusRun::ModbusRun(const ModbusSection& section, std::function<void()> on_thre
   }
 }
 
-io::Device& ModbusRun::device() noexcept {
+io::Device& ModbusBusDevice::device() noexcept {
   return client_ ? static_cast<io::Device&>(*client_) : static_cast<io::Device&>(*server_);
 }
 
-contribution::BusRecord ModbusRun::record() const {
+contribution::BusRecord ModbusBusDevice::record() const {
   return to_record(client_ ? record_of(*client_) : record_of(*server_));
 }
 

@@ -13,10 +13,10 @@
 
 namespace hil::buses::can {
 
-class CanRun final : public BusDevice {
+class CanBusDevice final : public BusDevice {
  public:
   /// The section outlives it. Throws io::DeviceError.
-  CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment);
+  CanBusDevice(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment);
 
   io::Device& device() noexcept override { return *device_; }
   StartPhase start_phase() const noexcept override { return StartPhase::before_programs; }

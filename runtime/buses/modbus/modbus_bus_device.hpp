@@ -12,11 +12,11 @@
 
 namespace hil::buses::modbus {
 
-class ModbusRun final : public BusDevice {
+class ModbusBusDevice final : public BusDevice {
  public:
   /// Chooses a free port when the section leaves it open; throws io::DeviceError when there is none.
   /// `on_thread_start`: called first in the device's thread.
-  ModbusRun(const ModbusSection& section, std::function<void()> on_thread_start);
+  ModbusBusDevice(const ModbusSection& section, std::function<void()> on_thread_start);
 
   io::Device& device() noexcept override;
   /// Programs may be clients of a server.
