@@ -64,7 +64,7 @@ class BaseLoop {
   void close_run(TaskSlot& slot) noexcept;
   void note_overrun(TaskSlot& slot) noexcept;
 
-  void keep(const RunRecord& record) noexcept;
+  void push_record(const RunRecord& record) noexcept;
   TickInfo next_run_of(TaskSlot& slot, std::uint64_t tick) const noexcept;
   RunRecord new_record(const TaskSlot& slot, const TickInfo& info) const noexcept;
   std::int64_t next_release_after_ns(const TaskSlot& slot, std::int64_t instant_ns) const noexcept;

@@ -119,7 +119,7 @@ TEST(Accounting, FullRingsLoseRecordsButNoCounts) {
 
 TEST(Accounting, FirstMissesAreKeptAndAllAreCounted) {
   FakeRun fake(100);
-  fake.options.accounting.kept_misses_per_task = 5;
+  fake.options.accounting.max_misses_per_task = 5;
   TaskSpec spec = spec_of("t", 2);
   spec.deadline_ns = 100 * us;
   // The worst miss is not among the first five.
@@ -136,7 +136,7 @@ TEST(Accounting, FirstMissesAreKeptAndAllAreCounted) {
 
 TEST(Accounting, FirstSkipsAreKeptAndAllAreCounted) {
   FakeRun fake(200);
-  fake.options.accounting.kept_misses_per_task = 3;
+  fake.options.accounting.max_misses_per_task = 3;
   ScriptedTask task([&](const TickInfo& tick) {
     if (tick.tick % 20 == 0) fake.work(10 * ms + 500 * us);
   });
