@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 std::int64_t now_ns() noexcept {
@@ -56,4 +56,4 @@ rtstdb::Nanoseconds MachineDelay::total() const {
   return rtstdb::Nanoseconds(sum_ns);
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

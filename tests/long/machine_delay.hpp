@@ -9,7 +9,7 @@
 
 #include <rtstdb/time.hpp>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 class MachineDelay {
  public:
@@ -29,4 +29,4 @@ class MachineDelay {
   std::thread sleeper_;
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -11,7 +11,7 @@ namespace rtstdb::log::test {
 
 bool operator==(const Image& a, const Image& b) {
   const auto same_rows = [](const auto& x, const auto& y) {
-    return x.first == y.first && hil::test::same_state(x.second, y.second);
+    return x.first == y.first && hil::tests::same_state(x.second, y.second);
   };
   return a.latest.version == b.latest.version && a.latest.time == b.latest.time &&
          std::equal(a.rows.begin(), a.rows.end(), b.rows.begin(), b.rows.end(), same_rows) &&

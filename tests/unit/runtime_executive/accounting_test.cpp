@@ -10,9 +10,9 @@
 namespace hil::executive {
 namespace {
 
-using testing::FakeRun;
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::FakeRun;
+using test::ScriptedTask;
+using test::spec_of;
 constexpr std::int64_t us = 1'000;
 constexpr std::int64_t ms = 1'000'000;
 
@@ -65,8 +65,8 @@ TEST(Accounting, StagesAddUpAcrossOverrunsAndSkippedTicks) {
 }
 
 TEST(Accounting, StagesMatchAnIndependentMeasurementInRealTime) {
-  testing::ClockRun<MonotonicClock> real(100);
-  testing::ScriptedHooks hooks;
+  test::ClockRun<MonotonicClock> real(100);
+  test::ScriptedHooks hooks;
   real.options.hooks = &hooks;
   real.options.base_period_ns = 2 * ms;
   real.options.catch_up_ticks = 1'000;

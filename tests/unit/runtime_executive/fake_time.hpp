@@ -19,7 +19,7 @@
 #include "runtime/executive/executive.hpp"
 #include "runtime/executive/probe.hpp"
 
-namespace hil::executive::testing {
+namespace hil::executive::test {
 
 class FakeClock final : public Clock {
  public:
@@ -168,4 +168,4 @@ inline void wait_until_thread_sleeps(pid_t thread) {
   }
 }
 
-}  // namespace hil::executive::testing
+}  // namespace hil::executive::test

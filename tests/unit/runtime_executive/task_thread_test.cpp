@@ -18,10 +18,10 @@
 namespace hil::executive {
 namespace {
 
-using testing::FakeRun;
-using testing::ScriptedTask;
-using testing::spec_of;
-using testing::wait_until_thread_sleeps;
+using test::FakeRun;
+using test::ScriptedTask;
+using test::spec_of;
+using test::wait_until_thread_sleeps;
 using Ticks = std::vector<std::uint64_t>;
 constexpr std::int64_t ms = 1'000'000;
 

@@ -62,7 +62,7 @@ expectations:
   - {name: it limps, eventually: can.car.Status.Mode == LimpHome}
 )";
 
-class CanWiring : public testing::WiringFixture {
+class CanWiring : public test::WiringFixture {
  protected:
   CanWiring() { folder_.write("test.dbc", database); }
 

@@ -5,9 +5,9 @@
 #include <sstream>
 
 #include "tests/paths.h"
-#include "tests/unit/runtime_run/run_test.hpp"
+#include "tests/support/temporary_folder.hpp"
 
-namespace hil::run::testing {
+namespace hil::run::test {
 
 Signals::Signals(const std::string& csv) {
   std::istringstream stream(csv);
@@ -50,7 +50,7 @@ CrossingRun run_crossing(const std::vector<std::string>& overrides) {
   const auto kept = std::make_unique<config::Scenario>(std::move(*scenario));
   auto wiring = wire(*kept, diagnostics);
   if (!wiring) throw std::runtime_error(diagnostics.to_text());
-  const Folder folder;
+  const tests::TemporaryFolder folder;
   const std::atomic<bool> never{false};
   SessionResult result = run_session(std::move(*wiring),
                                      {.directory = folder.path(),
@@ -62,4 +62,4 @@ CrossingRun run_crossing(const std::vector<std::string>& overrides) {
   return {std::move(*kept), std::move(result.record), Signals(folder.read("signals.csv"))};
 }
 
-}  // namespace hil::run::testing
+}  // namespace hil::run::test

@@ -7,7 +7,7 @@
 
 #include "runtime/run/session.hpp"
 
-namespace hil::run::testing {
+namespace hil::run::test {
 
 /// signals.csv by column.
 class Signals {
@@ -31,4 +31,4 @@ struct CrossingRun {
 /// runtime_error with all mistakes when the settings are refused.
 CrossingRun run_crossing(const std::vector<std::string>& overrides);
 
-}  // namespace hil::run::testing
+}  // namespace hil::run::test

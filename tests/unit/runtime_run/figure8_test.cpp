@@ -17,8 +17,8 @@
 namespace hil::run {
 namespace {
 
-using testing::CrossingRun;
-using testing::run_crossing;
+using test::CrossingRun;
+using test::run_crossing;
 
 struct Point {
   double x_m = 0.0;

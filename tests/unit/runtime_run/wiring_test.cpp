@@ -87,7 +87,7 @@ expectations:
     response: {request: can.car.EgoStatus.Counter, reply: can.car.BrakeCommand.AnswerTo, within: 50 ms}
 )";
 
-class WiringTest : public testing::WiringFixture {
+class WiringTest : public test::WiringFixture {
  protected:
   WiringTest() {
     folder_.write("test.dbc", database_text);
