@@ -31,7 +31,7 @@ class RunClock {
   virtual RunTimeNs now_ns() const noexcept = 0;
   /// Converts a stamp of now_ns() from before the jump to run time, once the first tick is known. Returns
   /// other times unchanged.
-  virtual RunTimeNs settled(RunTimeNs stamp_ns) const noexcept { return stamp_ns; }
+  virtual RunTimeNs to_run_time(RunTimeNs stamp_ns) const noexcept { return stamp_ns; }
 };
 
 enum class Pacing : std::uint8_t {

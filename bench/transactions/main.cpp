@@ -9,15 +9,15 @@
 #include "bench/transactions/durability.hpp"
 #include "bench/transactions/durable_commits.hpp"
 #include "bench/transactions/log_bandwidth.hpp"
+#include "bench/transactions/preemption.hpp"
 #include "bench/transactions/recovery.hpp"
 #include "bench/transactions/sqlite.hpp"
-#include "bench/transactions/urgent.hpp"
 
 int main(int argc, char** argv) {
   constexpr hil::bench::Family families[] = {
       {"commits", hil::bench::measure_commits},
       {"answers", hil::bench::measure_answers},
-      {"urgent", hil::bench::measure_urgent},
+      {"preemption", hil::bench::measure_preemption},
       {"durability", hil::bench::measure_durability},
       {"log_bandwidth", hil::bench::measure_log_bandwidth},
       {"durable_commits", hil::bench::measure_durable_commits},

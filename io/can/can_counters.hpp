@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "io/can/bus.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/frame.hpp"
 
 namespace hil::io::can {
@@ -14,7 +14,7 @@ namespace hil::io::can {
 struct CanCounters {
   std::uint64_t rx = 0;       ///< frames of other stations, without error frames
   std::uint64_t tx = 0;       ///< frames sent: those seen on the bus and injected.dropped_tx
-  std::uint64_t dropped = 0;  ///< frames lost because a station was too slow (Bus::counters)
+  std::uint64_t dropped = 0;  ///< frames lost because a station was too slow (CanTransport::counters)
   std::uint64_t errors = 0;   ///< error frames
   std::uint64_t no_buffer =
       0;  ///< sends refused because the queue was full; each is retried once, in the next tick

@@ -30,7 +30,7 @@ std::string joined(const std::vector<std::string>& sentences) {
 
 }  // namespace
 
-CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus)
+CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
     : config_(std::move(config)), bus_(std::move(bus)), load_(config_.bits_per_second) {
   require(bus_ != nullptr, "a CAN device has a bus");
   const std::vector<std::string> problems = configuration_problems(config_);
@@ -112,7 +112,7 @@ void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
   const RunTimeNs now_ns = clock_ == nullptr ? 0 : clock_->now_ns();
   for (std::size_t input = 0; input < samples.size(); ++input) {
     samples[input] = newest[input];
-    if (clock_ != nullptr) samples[input].time_ns = clock_->settled(samples[input].time_ns);
+    if (clock_ != nullptr) samples[input].time_ns = clock_->to_run_time(samples[input].time_ns);
     const std::int64_t timeout_ns = input_timeout_ns_[input];
     if (samples[input].fresh && timeout_ns > 0 && now_ns - samples[input].time_ns > timeout_ns) {
       samples[input].value = inputs_[input].safe_value;
@@ -130,7 +130,7 @@ bool CanDevice::keep_arrivals(std::size_t input) {
 bool CanDevice::next_arrival(std::size_t input, Sample& sample) noexcept {
   require(arrivals_[input] != nullptr, "arrivals are taken of inputs that keep them");
   return arrivals_[input]->take([&](std::span<const double> value, RunTimeNs time_ns) {
-    sample = {value.front(), clock_->settled(time_ns), true};
+    sample = {value.front(), clock_->to_run_time(time_ns), true};
   });
 }
 
@@ -148,13 +148,13 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
   last_tick_ns_ = tick_ns;
   send_released();
   send_requested_safe_values();
-  const SettleResult result = bus_->settle(tick_ns);
+  const ExchangeResult result = bus_->exchange(tick_ns);
   while (receive_up_to(frames_per_pass)) {
   }
   load_.advance(tick_ns);
   publish_if_changed();
-  if (!result.settled()) set_health(false, bus_->fault());
-  return result.settled();
+  if (!result.completed()) set_health(false, bus_->fault());
+  return result.completed();
 }
 
 void CanDevice::enter_safe_state() noexcept {

@@ -25,8 +25,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "io/can/bus.hpp"
 #include "io/can/can_counters.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/dbc.hpp"
 #include "io/can/message_coder.hpp"
@@ -73,7 +73,7 @@ std::vector<std::string> configuration_problems(const CanDeviceConfig& config);
 class CanDevice final : public Device {
  public:
   /// Throws DeviceError with all configuration_problems() if there are any.
-  CanDevice(CanDeviceConfig config, std::unique_ptr<Bus> bus);
+  CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus);
   ~CanDevice() override;
 
   const std::string& name() const noexcept override { return config_.name; }
@@ -105,7 +105,7 @@ class CanDevice final : public Device {
   /// Why the log lacks frames for another reason than a full queue (CandumpLogWriter::fault); complete after
   /// stop().
   std::string log_fault() const { return log_ ? log_->fault() : std::string(); }
-  const Bus& bus() const noexcept { return *bus_; }
+  const CanTransport& bus() const noexcept { return *bus_; }
 
  private:
   struct Sent {
@@ -154,7 +154,7 @@ class CanDevice final : public Device {
   void wake() noexcept;
 
   CanDeviceConfig config_;
-  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<CanTransport> bus_;
   std::vector<ChannelInfo> inputs_;
   std::vector<ChannelInfo> outputs_;
   std::vector<InputGroup> groups_;

@@ -276,7 +276,7 @@ void SocketCanBus::set_filters(std::span<const can_filter> filters) {
   if (!problem.empty()) throw DeviceError(problem);
 }
 
-SettleResult SocketCanBus::settle(RunTimeNs) {
+ExchangeResult SocketCanBus::exchange(RunTimeNs) {
   require(false, "a kernel interface has no lock-step");
   return {};
 }

@@ -17,7 +17,7 @@
 #include <mutex>
 #include <string>
 
-#include "io/can/bus.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/filter.hpp"
 #include "io/can/receive_time.hpp"
 
@@ -31,7 +31,7 @@ struct SocketCanConfig {
   int send_buffer_bytes = 0;  ///< likewise; 0: the kernel's default
 };
 
-class SocketCanBus final : public Bus {
+class SocketCanBus final : public CanTransport {
  public:
   explicit SocketCanBus(SocketCanConfig config) : config_(std::move(config)) {}
   ~SocketCanBus() override { close(); }
@@ -49,7 +49,7 @@ class SocketCanBus final : public Bus {
   int send_error() const noexcept override { return send_error_; }
   ReceiveResult receive(Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override;
-  SettleResult settle(RunTimeNs now_ns) override;
+  ExchangeResult exchange(RunTimeNs now_ns) override;
   BusCounters counters() const noexcept override;
   std::string fault() const override;
 

@@ -329,7 +329,7 @@ bool ClientDevice::write_all(WallTime until) {
     if (!settings_.write_unchanged && !is_due && request.image == request.written) continue;
     const Reply reply =
         session_.write(request.plan.table, request.plan.address, request.image, request_limit(until));
-    if (!settle(reply, "writing", request.plan)) return false;
+    if (!judge_reply(reply, "writing", request.plan)) return false;
     if (reply == Reply::good) {
       request.written = request.image;
       request.refused_since_ns.reset();
@@ -360,7 +360,7 @@ bool ClientDevice::read_all(WallTime until) {
     const PlannedRequest& plan = read_requests_[i];
     const std::span<std::uint16_t> image = std::span(registers).first(plan.count);
     const Reply reply = session_.read(plan.table, plan.address, image, request_limit(until));
-    if (!settle(reply, "reading", plan)) return false;
+    if (!judge_reply(reply, "reading", plan)) return false;
     if (refused_for_its_gaps(reply, plan)) {
       split_at_gaps(i);
       continue;
@@ -402,7 +402,7 @@ void ClientDevice::split_at_gaps(std::size_t read_request) {
 }
 
 /// True when the cycle can continue with the next request.
-bool ClientDevice::settle(Reply reply, const char* verb, const PlannedRequest& plan) {
+bool ClientDevice::judge_reply(Reply reply, const char* verb, const PlannedRequest& plan) {
   counters_.requests.fetch_add(1, relaxed);
   if (reply == Reply::good || reply == Reply::exception) {
     answered_.store(true, relaxed);

@@ -170,7 +170,7 @@ class ClientDevice final : public Device {
   bool is_stalled() const noexcept;
   bool refused_for_its_gaps(Reply reply, const PlannedRequest& plan) const;
   void split_at_gaps(std::size_t read_request);
-  bool settle(Reply reply, const char* verb, const PlannedRequest& plan);
+  bool judge_reply(Reply reply, const char* verb, const PlannedRequest& plan);
   std::chrono::microseconds request_limit(WallTime until) const;
   void lose_connection(const std::string& fault);
   void set_fault(const std::string& fault);

@@ -99,7 +99,7 @@ bool ClientSession::usable() {
   const ssize_t rc = ::recv(socket_.get(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
   if (rc < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return true;
   if (rc > 0) {
-    close_with(Reply::broken, "the other side sent bytes that nobody asked for");
+    close_with(Reply::broken, "the other side sent bytes that answer no request");
   } else {
     close_with(Reply::broken, words_of(rc == 0 ? ECONNRESET : errno));
   }

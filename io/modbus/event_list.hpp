@@ -21,12 +21,12 @@ class EventList {
     if (events_.size() + 1 == capacity) text = "further events of this unit are not listed (limit 1000)";
     events_.push_back({time_ns, std::move(text)});
   }
-  /// The events from number `first` on, with times settled by `clock` (RunClock::settled).
+  /// The events from number `first` on, with times converted by `clock` (RunClock::to_run_time).
   std::vector<DeviceEvent> since(std::size_t first, const RunClock& clock) const {
     const std::scoped_lock lock(mutex_);
     std::vector<DeviceEvent> events;
     for (std::size_t i = first; i < events_.size(); ++i)
-      events.push_back({clock.settled(events_[i].time_ns), events_[i].text});
+      events.push_back({clock.to_run_time(events_[i].time_ns), events_[i].text});
     return events;
   }
 

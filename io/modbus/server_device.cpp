@@ -124,7 +124,7 @@ void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
       samples[i] = Sample{.value = inputs_[i].safe_value};
       continue;
     }
-    const RunTimeNs time_ns = clock_->settled(reading.time_ns);
+    const RunTimeNs time_ns = clock_->to_run_time(reading.time_ns);
     if (max_age_ns > 0 && now_ns - time_ns > max_age_ns) {
       samples[i] = Sample{.value = inputs_[i].safe_value, .time_ns = time_ns};
     } else {

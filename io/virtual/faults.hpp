@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <random>
 
-#include "io/can/bus.hpp"
 #include "io/can/can_counters.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/frame.hpp"
 
 namespace hil::io::virtual_bus {

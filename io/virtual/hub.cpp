@@ -17,12 +17,12 @@ namespace hil::io::virtual_bus {
 
 namespace {
 
-constexpr std::size_t packets_per_client = 64;  // read before the next client is served
-// Over all clients in one receive(), a bound for clients that send invalid packets
+constexpr std::size_t packets_per_station = 64;  // read before the next station is served
+// Over all stations in one receive(), a bound for stations that send invalid packets
 constexpr int max_passes = 16;
 constexpr std::size_t max_arrived = 65536;  // frames that receive() has not returned yet, in real time
 constexpr std::ptrdiff_t max_closed_known = 64;
-constexpr int client_buffer_bytes = 1 << 20;  // requested; the kernel grants up to net.core.wmem_max
+constexpr int station_buffer_bytes = 1 << 20;  // requested; the kernel grants up to net.core.wmem_max
 
 std::int64_t wall_clock_ns() noexcept {
   timespec now{};
@@ -90,9 +90,9 @@ void Hub::listen() {
 }
 
 void Hub::close() noexcept {
-  for (const auto& client : clients_)
-    close_client(*client);
-  clients_.clear();
+  for (const auto& station : stations_)
+    close_station(*station);
+  stations_.clear();
   if (listener_ >= 0) {
     ::close(listener_);
     ::unlink(config_.path.c_str());
@@ -131,116 +131,118 @@ bool Hub::pump() noexcept {
   std::array<epoll_event, 32> events{};
   const int count = ::epoll_wait(epoll_, events.data(), static_cast<int>(events.size()), 0);
   for (int index = 0; index < count; ++index) {
-    if (auto* const client = static_cast<Client*>(events[static_cast<std::size_t>(index)].data.ptr)) {
-      read_client(*client, packets_per_client);
+    if (auto* const station =
+            static_cast<ConnectedStation*>(events[static_cast<std::size_t>(index)].data.ptr)) {
+      read_station(*station, packets_per_station);
       continue;
     }
     std::uint64_t expirations = 0;
     static_cast<void>(::read(timer_, &expirations, sizeof expirations));
-    accept_clients();
+    accept_stations();
   }
   if (!delayed_.empty()) deliver_due(clock_->now_ns());
-  remove_closed_clients();
+  remove_closed_stations();
   return count > 0;
 }
 
-void Hub::accept_clients() {
+void Hub::accept_stations() {
   while (true) {
     const int socket = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (socket < 0) return;
     static_cast<void>(
-        ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &client_buffer_bytes, sizeof client_buffer_bytes));
-    auto client = std::make_unique<Client>();
-    client->socket = socket;
-    client->connection = ++connections_;
+        ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &station_buffer_bytes, sizeof station_buffer_bytes));
+    auto station = std::make_unique<ConnectedStation>();
+    station->socket = socket;
+    station->connection = ++connections_;
     ucred peer{};
     socklen_t size = sizeof peer;
     static_cast<void>(::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size));
-    client->name = "pid " + std::to_string(peer.pid);
-    client->counters = std::make_shared<ClientCounters>();
-    client->counters->name = client->name;
-    client->counters->connection = client->connection;
-    client->counters->process_group = peer.pid > 0 ? ::getpgid(peer.pid) : -1;
-    client->counters->connected = true;
+    station->name = "pid " + std::to_string(peer.pid);
+    station->counters = std::make_shared<StationCounters>();
+    station->counters->name = station->name;
+    station->counters->connection = station->connection;
+    station->counters->process_group = peer.pid > 0 ? ::getpgid(peer.pid) : -1;
+    station->counters->connected = true;
     epoll_event event{};
     event.events = EPOLLIN;
-    event.data.ptr = client.get();
+    event.data.ptr = station.get();
     if (::epoll_ctl(epoll_, EPOLL_CTL_ADD, socket, &event) != 0) {
       ::close(socket);
       continue;
     }
     const std::lock_guard lock(mutex_);
-    known_counters_.push_back(client->counters);
-    clients_.push_back(std::move(client));
+    known_counters_.push_back(station->counters);
+    stations_.push_back(std::move(station));
     station_count_.fetch_add(1, std::memory_order_relaxed);
   }
 }
 
-void Hub::read_client(Client& client, std::size_t max_packets) {
-  for (std::size_t count = 0; count < max_packets && client.socket >= 0; ++count) {
-    if (!read_packet(client)) return;
+void Hub::read_station(ConnectedStation& station, std::size_t max_packets) {
+  for (std::size_t count = 0; count < max_packets && station.socket >= 0; ++count) {
+    if (!read_packet(station)) return;
   }
 }
 
-// False: no packet is available, or the client has closed.
-bool Hub::read_packet(Client& client) {
+// False: no packet is available, or the station has closed.
+bool Hub::read_packet(ConnectedStation& station) {
   PacketBuffer packet{};
-  const ssize_t size = ::recv(client.socket, packet.data(), packet.size(), MSG_DONTWAIT);
+  const ssize_t size = ::recv(station.socket, packet.data(), packet.size(), MSG_DONTWAIT);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;
   if (size <= 0) {
-    close_client(client);
+    close_station(station);
     return false;
   }
   const auto length = static_cast<std::size_t>(size);
   if (const auto frame = frame_of(packet, length)) {
     {
       const std::lock_guard lock(mutex_);
-      ++client.counters->received;
+      ++station.counters->received;
     }
     if (pacing_ == Pacing::lockstep) {
-      client.inbox.push_back(*frame);
+      station.inbox.push_back(*frame);
     } else {
-      route(*frame, client.connection);
+      route(*frame, station.connection);
     }
     return true;
   }
   const auto time = time_packet_of(packet, length);
   if (time && time->kind == TimePacket::Kind::ack) {
-    client.acks.push_back(time->sequence);
-  } else if (const auto name = hello_name_of(packet, length); name && !client.greeted) {
-    client.greeted = true;
-    if (!name->empty()) client.name = *name;
+    station.acks.push_back(time->sequence);
+  } else if (const auto name = hello_name_of(packet, length); name && !station.greeted) {
+    station.greeted = true;
+    if (!name->empty()) station.name = *name;
     const std::lock_guard lock(mutex_);
-    client.counters->name = client.name;
-    client.counters->greeted = true;
+    station.counters->name = station.name;
+    station.counters->greeted = true;
   } else {
     malformed_.fetch_add(1, std::memory_order_relaxed);
   }
   return true;
 }
 
-void Hub::remove_closed_clients() {
-  std::erase_if(clients_, [](const std::unique_ptr<Client>& client) { return client->socket < 0; });
+void Hub::remove_closed_stations() {
+  std::erase_if(stations_,
+                [](const std::unique_ptr<ConnectedStation>& station) { return station->socket < 0; });
 }
 
-void Hub::close_client(Client& client) noexcept {
-  if (client.socket < 0) return;
-  ::close(client.socket);
-  client.socket = -1;
+void Hub::close_station(ConnectedStation& station) noexcept {
+  if (station.socket < 0) return;
+  ::close(station.socket);
+  station.socket = -1;
   station_count_.fetch_sub(1, std::memory_order_relaxed);
   const std::lock_guard lock(mutex_);
-  client.counters->connected = false;
+  station.counters->connected = false;
   forget_oldest_closed();
 }
 
-// Bounds memory when a client connects again and again. Requires the lock of the counters.
+// Bounds memory when a station connects again and again. Requires the lock of the counters.
 void Hub::forget_oldest_closed() noexcept {
   const auto is_closed = [](const auto& counters) { return !counters->connected; };
   if (std::count_if(known_counters_.begin(), known_counters_.end(), is_closed) <= max_closed_known) return;
   known_counters_.erase(std::find_if(known_counters_.begin(), known_counters_.end(), is_closed));
 }
 
-void Hub::route(can::Frame frame, Station sender) {
+void Hub::route(can::Frame frame, ConnectionNumber sender) {
   switch (faults_.decide(frame, sender == own_station)) {
     case FaultInjector::FaultOutcome::drop:
       return;
@@ -255,7 +257,7 @@ void Hub::route(can::Frame frame, Station sender) {
   }
 }
 
-void Hub::deliver(can::Frame frame, Station sender) {
+void Hub::deliver(can::Frame frame, ConnectionNumber sender) {
   frame.direction = sender == own_station ? can::Direction::tx : can::Direction::rx;
   frame.time_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : clock_->now_ns();
   frame.wall_ns = pacing_ == Pacing::lockstep ? lockstep_now_ns_ : wall_clock_ns();
@@ -266,13 +268,13 @@ void Hub::deliver(can::Frame frame, Station sender) {
       arrived_.push_back(frame);
     }
   }
-  for (const auto& client : clients_) {
-    if (client->connection == sender || client->socket < 0) continue;
-    const bool written = write(*client, &frame.raw, frame.struct_size());
-    client->unsettled = true;
+  for (const auto& station : stations_) {
+    if (station->connection == sender || station->socket < 0) continue;
+    const bool written = write(*station, &frame.raw, frame.struct_size());
+    station->has_unacknowledged = true;
     if (!written) dropped_.fetch_add(1, std::memory_order_relaxed);
     const std::lock_guard lock(mutex_);
-    ++(written ? client->counters->delivered : client->counters->dropped);
+    ++(written ? station->counters->delivered : station->counters->dropped);
   }
 }
 
@@ -310,9 +312,9 @@ void Hub::set_fault(std::string text) {
   fault_ = std::move(text);
 }
 
-std::vector<ClientCounters> Hub::client_counters() const {
+std::vector<StationCounters> Hub::station_counters() const {
   const std::lock_guard lock(mutex_);
-  std::vector<ClientCounters> all;
+  std::vector<StationCounters> all;
   for (const auto& counters : known_counters_)
     all.push_back(*counters);
   return all;

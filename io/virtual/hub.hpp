@@ -1,17 +1,17 @@
 #pragma once
 // A CAN bus without a kernel interface: a hub in this process on a Unix SOCK_SEQPACKET socket, which carries
-// the kernel's frame structs (packet.hpp). This process and any number of clients are stations. Every frame
-// is delivered to every other station, in one total order, which is also the order in which receive() returns
-// frames.
+// the kernel's frame structs (packet.hpp). This process is a station, and so is each connected process.
+// Every frame is delivered to every other station, in one total order, which is also the order in which
+// receive() returns frames.
 //
-// Real time: the hub works inside receive(), which its owner calls whenever fd() is readable. A client with a
-// full socket loses the frame, which is counted; the hub never waits.
+// Real time: the hub works inside receive(), which its owner calls whenever fd() is readable. A station with
+// a full socket loses the frame, which is counted; the hub never waits.
 //
-// Lock-step: frames move only in settle(). The hub serves the clients one after the other, ordered by name
+// Lock-step: frames move only in exchange(). The hub serves the stations one after the other, ordered by name
 // and then by connection, until a round brings no new frame. So the order of frames is the same in every run.
-// No frame is dropped. Frames carry the run time of the settle() that delivered them.
+// No frame is dropped. Frames carry the run time of the exchange() that delivered them.
 //
-// Threads: as in io/can/bus.hpp; any thread may call station_count() and client_counters().
+// Threads: as in io/can/can_transport.hpp; any thread may call station_count() and station_counters().
 
 #include <atomic>
 #include <cerrno>
@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "io/can/bus.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/filter.hpp"
 #include "io/virtual/faults.hpp"
 #include "io/virtual/packet.hpp"
@@ -36,14 +36,14 @@ struct HubConfig {
   /// Path of the socket, at most 107 bytes; empty: in a new folder under $TMPDIR or /tmp.
   std::string path;
   FaultConfig faults;
-  /// Lock-step: the first settle() waits until this many clients have connected.
+  /// Lock-step: the first exchange() waits until this many stations have connected.
   std::size_t expected_stations = 0;
-  /// Wall-clock limits of that wait and of one client's acknowledgement of a barrier.
+  /// Wall-clock limits of that wait and of one station's acknowledgement of a barrier.
   std::int64_t connect_limit_ns = 10'000'000'000;
   std::int64_t answer_limit_ns = 2'000'000'000;
 };
 
-struct ClientCounters {
+struct StationCounters {
   std::string name;
   std::uint64_t connection = 0;  ///< counts from 1, in the order of connecting
   pid_t process_group = -1;      ///< of the process that connected; -1: unknown
@@ -54,14 +54,14 @@ struct ClientCounters {
   std::uint64_t received = 0;   ///< frames received from it
 };
 
-class Hub final : public can::Bus {
+class Hub final : public can::CanTransport {
  public:
   explicit Hub(HubConfig config);
   ~Hub() override;
   Hub(const Hub&) = delete;
   Hub& operator=(const Hub&) = delete;
 
-  /// The address for clients: "unix:/path". Known from construction on; the socket exists from open() on.
+  /// The address for stations: "unix:/path". Known from construction on; the socket exists from open() on.
   std::string address() const { return "unix:" + config_.path; }
 
   const std::string& name() const noexcept override { return config_.name; }
@@ -74,62 +74,62 @@ class Hub final : public can::Bus {
   int send_error() const noexcept override { return epoll_ < 0 ? ENETDOWN : EINVAL; }
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
-  can::SettleResult settle(RunTimeNs now_ns) override;
-  /// Lock-step: accepts the clients that have connected; never waits. For an owner that reads
-  /// client_counters() before the first settle(). In real time receive() does it.
-  void accept_waiting_clients();
-  /// dropped: the sum over all clients. injected: a delayed frame that is still held when the bus closes
+  can::ExchangeResult exchange(RunTimeNs now_ns) override;
+  /// Lock-step: accepts the stations that have connected; never waits. For an owner that reads
+  /// station_counters() before the first exchange(). In real time receive() does it.
+  void accept_waiting_stations();
+  /// dropped: the sum over all stations. injected: a delayed frame that is still held when the bus closes
   /// counts as dropped.
   can::BusCounters counters() const noexcept override;
   std::string fault() const override;
 
-  /// The number of connected clients.
+  /// The number of connected stations.
   std::size_t station_count() const noexcept { return station_count_.load(std::memory_order_relaxed); }
-  /// All connected clients and the last 64 that have disconnected, in the order of connecting.
-  std::vector<ClientCounters> client_counters() const;
+  /// All connected stations and the last 64 that have disconnected, in the order of connecting.
+  std::vector<StationCounters> station_counters() const;
 
  private:
-  struct Client {
+  struct ConnectedStation {
     int socket = -1;
     std::uint64_t connection = 0;
     std::string name;
     bool greeted = false;
-    bool unsettled = false;          ///< lock-step: has received something since its last acknowledgement
-    std::deque<can::Frame> inbox;    ///< lock-step: read but not routed
-    std::deque<std::uint64_t> acks;  ///< lock-step: read but not awaited
-    std::shared_ptr<ClientCounters> counters;
+    bool has_unacknowledged = false;  ///< lock-step: has received something since its last acknowledgement
+    std::deque<can::Frame> inbox;     ///< lock-step: read but not routed
+    std::deque<std::uint64_t> acks;   ///< lock-step: read but not awaited
+    std::shared_ptr<StationCounters> counters;
   };
-  using Station = std::uint64_t;  ///< a client's connection number
-  static constexpr Station own_station = 0;
+  using ConnectionNumber = std::uint64_t;
+  static constexpr ConnectionNumber own_station = 0;
   struct Delayed {
     can::Frame frame;
-    Station sender;
+    ConnectionNumber sender;
   };
 
   void listen();
   bool pump() noexcept;
-  void accept_clients();
-  void read_client(Client& client, std::size_t max_packets);
-  bool read_packet(Client& client);
-  void greet(Client& client, const PacketBuffer& packet, std::size_t size);
-  void remove_closed_clients();
-  void close_client(Client& client) noexcept;
+  void accept_stations();
+  void read_station(ConnectedStation& station, std::size_t max_packets);
+  bool read_packet(ConnectedStation& station);
+  void greet(ConnectedStation& station, const PacketBuffer& packet, std::size_t size);
+  void remove_closed_stations();
+  void close_station(ConnectedStation& station) noexcept;
   void forget_oldest_closed() noexcept;
   std::size_t greeted_count() const noexcept;
 
-  void route(can::Frame frame, Station sender);
-  void deliver(can::Frame frame, Station sender);
+  void route(can::Frame frame, ConnectionNumber sender);
+  void deliver(can::Frame frame, ConnectionNumber sender);
   void deliver_due(RunTimeNs now_ns);
   void arm_timer() noexcept;
-  bool write(Client& client, const void* data, std::size_t size) noexcept;
+  bool write(ConnectedStation& station, const void* data, std::size_t size) noexcept;
 
-  bool wait_for_clients();
-  bool send_time(Client& client, TimePacket::Kind kind, std::uint64_t sequence) noexcept;
-  can::SettleResult::Status wait_for_ack(Client& client, std::uint64_t sequence);
-  /// Performs one barrier with every client that has received something. `quiet`: there was no such client.
-  can::SettleResult settle_round(bool& quiet);
+  bool wait_for_stations();
+  bool send_time(ConnectedStation& station, TimePacket::Kind kind, std::uint64_t sequence) noexcept;
+  can::ExchangeResult::Status wait_for_ack(ConnectedStation& station, std::uint64_t sequence);
+  /// Performs one barrier with every station that has received something. `quiet`: there was no such station.
+  can::ExchangeResult exchange_round(bool& quiet);
   void open_step();
-  can::SettleResult fail(can::SettleResult::Status status, const std::string& client);
+  can::ExchangeResult fail(can::ExchangeResult::Status status, const std::string& station);
   void set_fault(std::string text);
 
   HubConfig config_;
@@ -142,23 +142,23 @@ class Hub final : public can::Bus {
   int listener_ = -1;
   int timer_ = -1;
 
-  std::vector<std::unique_ptr<Client>> clients_;
+  std::vector<std::unique_ptr<ConnectedStation>> stations_;
   std::uint64_t connections_ = 0;
   std::deque<can::Frame> arrived_;  ///< for receive()
   std::multimap<RunTimeNs, Delayed> delayed_;
 
-  std::vector<can::Frame> staged_;  ///< lock-step: sent by this process since the last settle()
+  std::vector<can::Frame> staged_;  ///< lock-step: sent by this process since the last exchange()
   RunTimeNs lockstep_now_ns_ = 0;
   std::uint64_t sequence_ = 0;
-  bool complete_ = false;   ///< all expected clients have connected
-  can::SettleResult lost_;  ///< lock-step: after a client died or hung, every later step fails
+  bool complete_ = false;     ///< all expected stations have connected
+  can::ExchangeResult lost_;  ///< lock-step: after a station ended or did not answer, every later step fails
 
   std::atomic<std::size_t> station_count_{0};
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<std::uint64_t> malformed_{0};
-  mutable std::mutex mutex_;  ///< fault_ and the counters of clients
+  mutable std::mutex mutex_;  ///< fault_ and the counters of stations
   std::string fault_;
-  std::vector<std::shared_ptr<ClientCounters>> known_counters_;
+  std::vector<std::shared_ptr<StationCounters>> known_counters_;
 };
 
 }  // namespace hil::io::virtual_bus

@@ -1,4 +1,4 @@
-// The hub under the virtual clock: settle() and its steps.
+// The hub under the virtual clock: exchange() and its steps.
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -37,67 +37,67 @@ class Limit {
 
 }  // namespace
 
-// In real time a full socket loses the packet. In lock-step this waits and reads from the client,
-// since the client may itself wait until the hub reads.
-bool Hub::write(Client& client, const void* data, std::size_t size) noexcept {
+// In real time a full socket loses the packet. In lock-step this waits and reads from the station,
+// since the station may itself wait until the hub reads.
+bool Hub::write(ConnectedStation& station, const void* data, std::size_t size) noexcept {
   const Limit limit(pacing_ == Pacing::lockstep ? config_.answer_limit_ns : 0);
-  while (client.socket >= 0) {
-    if (::send(client.socket, data, size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
+  while (station.socket >= 0) {
+    if (::send(station.socket, data, size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       return true;
     if (errno == EINTR) continue;
     if (errno != EAGAIN) {
-      close_client(client);
+      close_station(station);
       return false;
     }
-    if (pacing_ == Pacing::realtime || !limit.wait(client.socket, POLLOUT | POLLIN)) return false;
-    while (read_packet(client)) {
+    if (pacing_ == Pacing::realtime || !limit.wait(station.socket, POLLOUT | POLLIN)) return false;
+    while (read_packet(station)) {
     }
   }
   return false;
 }
 
-bool Hub::send_time(Client& client, TimePacket::Kind kind, std::uint64_t sequence) noexcept {
+bool Hub::send_time(ConnectedStation& station, TimePacket::Kind kind, std::uint64_t sequence) noexcept {
   TimePacket packet;
   packet.kind = kind;
   packet.sequence = sequence;
   packet.run_time_ns = lockstep_now_ns_;
-  return write(client, &packet, sizeof packet);
+  return write(station, &packet, sizeof packet);
 }
 
 std::size_t Hub::greeted_count() const noexcept {
-  return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(), [](const auto& client) {
-    return client->greeted && client->socket >= 0;
+  return static_cast<std::size_t>(std::count_if(stations_.begin(), stations_.end(), [](const auto& station) {
+    return station->greeted && station->socket >= 0;
   }));
 }
 
-void Hub::accept_waiting_clients() {
+void Hub::accept_waiting_stations() {
   can::require(pacing_ == Pacing::lockstep && epoll_ >= 0,
-               "accept_waiting_clients needs an open bus in lock-step");
-  accept_clients();
-  for (const auto& client : clients_) {
-    while (!client->greeted && read_packet(*client)) {
+               "accept_waiting_stations needs an open bus in lock-step");
+  accept_stations();
+  for (const auto& station : stations_) {
+    while (!station->greeted && read_packet(*station)) {
     }
   }
-  remove_closed_clients();
+  remove_closed_stations();
 }
 
-bool Hub::wait_for_clients() {
+bool Hub::wait_for_stations() {
   const Limit limit(config_.connect_limit_ns);
   while (true) {
-    accept_waiting_clients();
+    accept_waiting_stations();
     if (greeted_count() >= config_.expected_stations) return true;
     if (!limit.wait(epoll_, POLLIN)) return false;
   }
 }
 
 void Hub::open_step() {
-  std::sort(clients_.begin(), clients_.end(), [](const auto& one, const auto& other) {
+  std::sort(stations_.begin(), stations_.end(), [](const auto& one, const auto& other) {
     return std::tie(one->name, one->connection) < std::tie(other->name, other->connection);
   });
-  for (const auto& client : clients_) {
-    if (!client->greeted) continue;
-    send_time(*client, TimePacket::Kind::now, sequence_);
-    client->unsettled = true;  // also after a failure, which its barrier then reports
+  for (const auto& station : stations_) {
+    if (!station->greeted) continue;
+    send_time(*station, TimePacket::Kind::now, sequence_);
+    station->has_unacknowledged = true;  // also after a failure, which its barrier then reports
   }
   deliver_due(lockstep_now_ns_);
   std::vector<can::Frame> staged;
@@ -106,95 +106,95 @@ void Hub::open_step() {
     route(frame, own_station);
 }
 
-can::SettleResult Hub::settle(RunTimeNs now_ns) {
-  can::require(pacing_ == Pacing::lockstep && epoll_ >= 0, "settle belongs to an open bus in lock-step");
+can::ExchangeResult Hub::exchange(RunTimeNs now_ns) {
+  can::require(pacing_ == Pacing::lockstep && epoll_ >= 0, "exchange belongs to an open bus in lock-step");
   lockstep_now_ns_ = now_ns;
-  if (!lost_.settled()) {
-    open_step();  // delivers what was sent, for instance safe values, to the remaining clients
+  if (!lost_.completed()) {
+    open_step();  // delivers what was sent, for instance safe values, to the remaining stations
     return lost_;
   }
-  if (!complete_ && !wait_for_clients()) {
-    return fail(can::SettleResult::Status::stations_missing,
+  if (!complete_ && !wait_for_stations()) {
+    return fail(can::ExchangeResult::Status::stations_missing,
                 std::to_string(greeted_count()) + " of " + std::to_string(config_.expected_stations));
   }
-  if (complete_) {  // later clients may join but are not awaited
-    accept_clients();
-    for (const auto& client : clients_) {
-      if (!client->greeted) read_packet(*client);
+  if (complete_) {  // later stations may join but are not awaited
+    accept_stations();
+    for (const auto& station : stations_) {
+      if (!station->greeted) read_packet(*station);
     }
   }
   complete_ = true;
   open_step();
   for (int round = 0; round < max_rounds; ++round) {
     bool quiet = true;
-    can::SettleResult result = settle_round(quiet);
-    if (!result.settled()) return result;
+    can::ExchangeResult result = exchange_round(quiet);
+    if (!result.completed()) return result;
     if (quiet) {
-      remove_closed_clients();
+      remove_closed_stations();
       return {};
     }
   }
-  return fail(can::SettleResult::Status::too_many_rounds, clients_.empty() ? "" : clients_.front()->name);
+  return fail(can::ExchangeResult::Status::too_many_rounds, stations_.empty() ? "" : stations_.front()->name);
 }
 
-can::SettleResult Hub::settle_round(bool& quiet) {
-  for (const auto& client : clients_) {
-    if (!client->greeted || !client->unsettled) continue;
+can::ExchangeResult Hub::exchange_round(bool& quiet) {
+  for (const auto& station : stations_) {
+    if (!station->greeted || !station->has_unacknowledged) continue;
     quiet = false;
-    client->unsettled = false;
+    station->has_unacknowledged = false;
     const std::uint64_t sequence = ++sequence_;
-    auto status = can::SettleResult::Status::station_ended;
-    if (send_time(*client, TimePacket::Kind::barrier, sequence)) {
-      status = wait_for_ack(*client, sequence);
-    } else if (client->socket >= 0) {
-      status = can::SettleResult::Status::station_timed_out;
+    auto status = can::ExchangeResult::Status::station_ended;
+    if (send_time(*station, TimePacket::Kind::barrier, sequence)) {
+      status = wait_for_ack(*station, sequence);
+    } else if (station->socket >= 0) {
+      status = can::ExchangeResult::Status::station_timed_out;
     }
-    // A client that only listens may leave; an expected one may not.
+    // A station that only listens may leave; an expected one may not.
     const bool may_leave =
-        status == can::SettleResult::Status::station_ended && greeted_count() >= config_.expected_stations;
-    if (status != can::SettleResult::Status::settled && !may_leave) return fail(status, client->name);
+        status == can::ExchangeResult::Status::station_ended && greeted_count() >= config_.expected_stations;
+    if (status != can::ExchangeResult::Status::completed && !may_leave) return fail(status, station->name);
     std::deque<can::Frame> sent;
-    sent.swap(client->inbox);
+    sent.swap(station->inbox);
     for (const can::Frame& frame : sent)
-      route(frame, client->connection);
+      route(frame, station->connection);
   }
   return {};
 }
 
-can::SettleResult::Status Hub::wait_for_ack(Client& client, std::uint64_t sequence) {
+can::ExchangeResult::Status Hub::wait_for_ack(ConnectedStation& station, std::uint64_t sequence) {
   const Limit limit(config_.answer_limit_ns);
   while (true) {
-    while (!client.acks.empty()) {
-      const std::uint64_t acknowledged = client.acks.front();
-      client.acks.pop_front();
-      if (acknowledged == sequence) return can::SettleResult::Status::settled;
+    while (!station.acks.empty()) {
+      const std::uint64_t acknowledged = station.acks.front();
+      station.acks.pop_front();
+      if (acknowledged == sequence) return can::ExchangeResult::Status::completed;
     }
-    if (read_packet(client)) continue;
-    if (client.socket < 0) return can::SettleResult::Status::station_ended;
-    if (!limit.wait(client.socket, POLLIN)) return can::SettleResult::Status::station_timed_out;
+    if (read_packet(station)) continue;
+    if (station.socket < 0) return can::ExchangeResult::Status::station_ended;
+    if (!limit.wait(station.socket, POLLIN)) return can::ExchangeResult::Status::station_timed_out;
   }
 }
 
-can::SettleResult Hub::fail(can::SettleResult::Status status, const std::string& client) {
+can::ExchangeResult Hub::fail(can::ExchangeResult::Status status, const std::string& station) {
   const std::string bus = "virtual CAN bus '" + config_.name + "': ";
   switch (status) {
-    case can::SettleResult::Status::settled:
+    case can::ExchangeResult::Status::completed:
       break;
-    case can::SettleResult::Status::stations_missing:
-      set_fault(bus + client + " expected stations have connected within the limit");
+    case can::ExchangeResult::Status::stations_missing:
+      set_fault(bus + station + " expected stations have connected within the limit");
       break;
-    case can::SettleResult::Status::station_timed_out:
-      set_fault(bus + "station '" + client + "' did not answer within " +
+    case can::ExchangeResult::Status::station_timed_out:
+      set_fault(bus + "station '" + station + "' did not answer within " +
                 std::to_string(config_.answer_limit_ns / 1'000'000) + " ms");
       break;
-    case can::SettleResult::Status::station_ended:
-      set_fault(bus + "station '" + client + "' closed its connection");
+    case can::ExchangeResult::Status::station_ended:
+      set_fault(bus + "station '" + station + "' closed its connection");
       break;
-    case can::SettleResult::Status::too_many_rounds:
-      set_fault(bus + "stations, '" + client + "' among them, answer each other without end");
+    case can::ExchangeResult::Status::too_many_rounds:
+      set_fault(bus + "stations, '" + station + "' among them, answer each other without end");
       break;
   }
-  lost_ = {status, client};
+  lost_ = {status, station};
   return lost_;
 }
 

@@ -1,14 +1,14 @@
 #pragma once
-// The packets between the hub and the clients of a virtual CAN bus, each a packet of a SOCK_SEQPACKET socket.
+// The packets between the hub and the stations of a virtual CAN bus, each one of a SOCK_SEQPACKET socket.
 //
 //   16 bytes  struct can_frame     a classic frame, as the kernel lays it out
 //   72 bytes  struct canfd_frame   an FD frame
 //   32 bytes  TimePacket           lock-step only
-//   64 bytes  HelloPacket          the first packet of a client
+//   64 bytes  HelloPacket          the first packet of a station
 //
 // Lock-step: the hub begins a step with `now` (the run time of everything that follows), sends frames, and
-// then `barrier`. The client answers the barrier with `ack` and the same sequence number when its application
-// calls receive() again; what the application sent before is then already in the socket.
+// then `barrier`. The station answers the barrier with `ack` and the same sequence number when its
+// application calls receive() again; what the application sent before is then already in the socket.
 
 #include <linux/can.h>
 

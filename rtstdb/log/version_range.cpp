@@ -279,7 +279,7 @@ void apply_range(VersionRange& range, store::Store& store) {
   for (OwnedCommit& commit : range.commits) {
     store.restage(commit.set());
     store.publish();
-    store.settle();
+    store.complete_commit();
   }
   if (range.ends) store.end_history_at(*range.ends);
 }

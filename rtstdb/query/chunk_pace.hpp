@@ -37,7 +37,7 @@ class ChunkPace {
     is_mostly_dispatch_ = true;
   }
 
-  void learn(const Chunk& chunk) noexcept {
+  void update(const Chunk& chunk) noexcept {
     const Measured last{chunk.predicted_ns / chunk_ns_, chunk.took_ns / chunk_ns_};
     // Two chunks together: where the host wakes late, one seems longer and the next one shorter.
     const bool is_first = previous_.size == 0.0;
@@ -46,7 +46,7 @@ class ChunkPace {
     const bool one_size = !is_first && !is_other_size(last, previous_);
     previous_ = last;
     if (chunk.completed_before_wait) {
-      learn_upper_bound(both);
+      update_from_upper_bound(both);
     } else {
       compare_sizes(one_size ? both : last);
       relative_size_ = next_size(both);
@@ -76,7 +76,7 @@ class ChunkPace {
     return std::clamp(size, 1.0 / 4096.0, largest);
   }
 
-  void learn_upper_bound(const Measured& measured) noexcept {
+  void update_from_upper_bound(const Measured& measured) noexcept {
     const double relative_size = next_size(measured);
     if (relative_size >= relative_size_) {
       relative_size_ = relative_size;

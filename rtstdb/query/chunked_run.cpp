@@ -135,7 +135,7 @@ bool ChunkedRun::finish(accel::Submit& lane, Chunk& chunk, Pass pass, accel::Sub
     halt_after_ = usual_halt_after();
   }
   if (chunk.predicted_ns > 0.0)
-    learn(chunk, static_cast<double>(took_ns), lane.completed_before_wait(), pass);
+    update_estimates(chunk, static_cast<double>(took_ns), lane.completed_before_wait(), pass);
   return true;
 }
 
@@ -167,13 +167,14 @@ void ChunkedRun::follow_halt(const Chunk& chunk, std::uint32_t submitted) noexce
     undivided_per_chunk_ = std::max(submitted / fewer_after_none, 1u);
 }
 
-void ChunkedRun::learn(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept {
+void ChunkedRun::update_estimates(const Chunk& chunk, double took_ns, bool completed_before_wait,
+                                  Pass pass) noexcept {
   const std::size_t request = chunk.begin.request;
   if (request >= measured_requests_) {
     pace_.begin_with(requests_[request].initial_chunk_fraction);
     measured_requests_ = request + 1;
   }
-  pace_.learn({chunk.predicted_ns, took_ns, completed_before_wait});
+  pace_.update({chunk.predicted_ns, took_ns, completed_before_wait});
   const bool is_short = took_ns <= static_cast<double>(requests_[request].chunk_time.count());
   if (pass == Pass::again || completed_before_wait || is_short) return;
   const double worst_cost_ratio = (took_ns - dispatch_ns) / chunk.predicted_ns;

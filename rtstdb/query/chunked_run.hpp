@@ -95,7 +95,7 @@ class ChunkedRun {
   /// After a chunk of `submitted` elements was halted and cut: where none was completed, the next one gets
   /// more time and fewer elements.
   void follow_halt(const Chunk& chunk, std::uint32_t submitted) noexcept;
-  void learn(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept;
+  void update_estimates(const Chunk& chunk, double took_ns, bool completed_before_wait, Pass pass) noexcept;
   /// Moves past requests of which nothing is left.
   void pass_over(Cursor& next, Pass pass) const noexcept;
   std::int64_t chunk_ns() const noexcept {

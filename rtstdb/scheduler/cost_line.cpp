@@ -39,7 +39,7 @@ bool CostLine::costs_have_changed(double ratio) noexcept {
   return outliers_in_a_row_ * side > 1;
 }
 
-void CostLine::learn(double count, double cost_ns) noexcept {
+void CostLine::update(double count, double cost_ns) noexcept {
   const double expected_ns = predict_ns(count);
   double kept = decay;
   above_ = 1.0 + (above_ - 1.0) * above_decay;
@@ -59,7 +59,7 @@ void CostLine::learn(double count, double cost_ns) noexcept {
   ++samples_;
 }
 
-void CostLine::learn_worst_element(double count, double element_cost_ns) noexcept {
+void CostLine::update_from_worst_element(double count, double element_cost_ns) noexcept {
   const double mean_ns = element_ns(count);
   worst_element_ns_ = mean_ns + std::max(worst_element_ns_ - mean_ns, 0.0) * worst_decay;
   if (element_cost_ns > max_above * mean_ns) worst_element_ns_ = std::max(worst_element_ns_, element_cost_ns);

@@ -15,10 +15,10 @@ class CostLine {
   static constexpr double max_above = 4.0;
 
   /// A sample: `count` elements took `cost_ns` together.
-  void learn(double count, double cost_ns) noexcept;
+  void update(double count, double cost_ns) noexcept;
   /// A part of a run over `count` elements cost `element_ns` per element. It is remembered, and decays, where
   /// it is far above the line.
-  void learn_worst_element(double count, double element_ns) noexcept;
+  void update_from_worst_element(double count, double element_ns) noexcept;
 
   /// The expected cost; zero before the first sample. Where all samples have the same count, a larger count
   /// costs in proportion and a smaller one the same.

@@ -14,7 +14,7 @@ constexpr double unmeasured_first_chunk = 64.0;
 /// Fraction of a chunk that the first chunk of a known query gets: others of the batch may cost more.
 constexpr double max_first_fraction = 0.5;
 
-/// Shorter chunks would be mostly dispatch. The cost of an element is learned with its dispatch, so chunks
+/// Shorter chunks would be mostly dispatch. The estimated cost of an element includes its dispatch, so chunks
 /// would become smaller and smaller.
 constexpr Nanoseconds min_chunk{200'000};
 
@@ -146,8 +146,8 @@ void CostModel::divide(std::span<query::Request> requests, Nanoseconds half) con
   }
 }
 
-void CostModel::learn_worst_elements(std::span<const query::Request> requests, Nanoseconds cost,
-                                     const query::StructureWork& structures) noexcept {
+void CostModel::update_from_worst_elements(std::span<const query::Request> requests, Nanoseconds cost,
+                                           const query::StructureWork& structures) noexcept {
   double predicted_ns = 0.0;
   for (const query::Request& request : requests)
     predicted_ns += line_of(request).predict_ns(request.count);
@@ -161,20 +161,20 @@ void CostModel::learn_worst_elements(std::span<const query::Request> requests, N
     } else if (!structures.any()) {
       element_ns = ratio * line_of(request).element_ns(request.count);
     }
-    class_line(request).learn_worst_element(request.count, element_ns);
-    queries_.use(request.query->id).line.learn_worst_element(request.count, element_ns);
+    class_line(request).update_from_worst_element(request.count, element_ns);
+    queries_.use(request.query->id).line.update_from_worst_element(request.count, element_ns);
   }
 }
 
-void CostModel::learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {
+void CostModel::update_from_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept {
   const auto rows = static_cast<double>(writes.writes.size());
   const auto cost_ns = static_cast<double>(cost.count());
   max_rows_ = std::max(max_rows_, rows);
   max_positions_ = std::max(max_positions_, positions_of(writes));
   if (writes.shapes.empty()) {
-    writes_.learn(rows, cost_ns);
+    writes_.update(rows, cost_ns);
   } else {
-    positions_.learn(positions_of(writes), std::max(0.0, cost_ns - writes_.predict_ns(rows)));
+    positions_.update(positions_of(writes), std::max(0.0, cost_ns - writes_.predict_ns(rows)));
   }
 }
 
@@ -189,8 +189,8 @@ CostModel::StructureParts CostModel::parts_of(const query::StructureWork& struct
   return parts;
 }
 
-void CostModel::learn_stopped(std::span<const query::Request> requests, Nanoseconds cost,
-                              const query::StructureWork& structures) noexcept {
+void CostModel::update_from_stopped(std::span<const query::Request> requests, Nanoseconds cost,
+                                    const query::StructureWork& structures) noexcept {
   double structures_ns = 0.0;
   for (const Part& part : parts_of(structures))
     if (part.line != nullptr) structures_ns += part.line->predict_ns(part.count);
@@ -217,11 +217,11 @@ void CostModel::learn_stopped(std::span<const query::Request> requests, Nanoseco
       whole_ns = std::clamp(whole_ns, cost_ns, std::max(cost_ns, CostLine::max_above * predicted_ns));
   }
   if (whole_ns > clearly_more * predicted_ns)
-    learn_queries(requests, Nanoseconds(std::llround(whole_ns)), structures);
+    update_from_queries(requests, Nanoseconds(std::llround(whole_ns)), structures);
 }
 
-void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
-                              const query::StructureWork& structures) noexcept {
+void CostModel::update_from_queries(std::span<const query::Request> requests, Nanoseconds cost,
+                                    const query::StructureWork& structures) noexcept {
   const StructureParts parts = parts_of(structures);
   double known_ns = 0.0;
   double unknown = 0.0;
@@ -244,7 +244,7 @@ void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseco
     const double predicted_ns = line.predict_ns(count);
     return unknown > 0.0 && known_ns < cost_ns ? predicted_ns : predicted_ns * cost_ns / known_ns;
   };
-  // All shares first: learning changes the predictions from which they are computed.
+  // All shares first: an update changes the predictions from which they are computed.
   std::array<double, max_structure_parts> structure_ns{};
   for (std::size_t k = 0; k < parts.size(); ++k) {
     if (parts[k].line != nullptr) structure_ns[k] = share_ns(*parts[k].line, parts[k].count);
@@ -254,13 +254,13 @@ void CostModel::learn_queries(std::span<const query::Request> requests, Nanoseco
     queries_.use(request.query->id).last_share_ns = request_ns;
   }
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    if (parts[k].line != nullptr) parts[k].line->learn(parts[k].count, structure_ns[k]);
+    if (parts[k].line != nullptr) parts[k].line->update(parts[k].count, structure_ns[k]);
   }
   for (const query::Request& request : requests) {
     QueryCosts* const costs = queries_.find(request.query->id);
     if (costs == nullptr) continue;  // another query of this run has taken its place
-    class_line(request).learn(request.count, costs->last_share_ns);
-    costs->line.learn(request.count, costs->last_share_ns);
+    class_line(request).update(request.count, costs->last_share_ns);
+    costs->line.update(request.count, costs->last_share_ns);
     costs->structures_share += structures_weight * ((structures.any() ? 1.0 : 0.0) - costs->structures_share);
   }
   if (structures.entities > 0) entities_ = structures.entities;

@@ -55,20 +55,20 @@ class CostModel {
 
   /// A transaction with these writes took `cost`, its queries excluded. The time to bring a shape to the
   /// device counts with the queries that need it.
-  void learn_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept;
+  void update_from_writes(const store::WriteSet& writes, Nanoseconds cost) noexcept;
   /// One run of the executor took `cost`. It is split in proportion to the predictions; parts without samples
   /// get what the others leave.
-  void learn_queries(std::span<const query::Request> requests, Nanoseconds cost,
-                     const query::StructureWork& structures = {}) noexcept;
+  void update_from_queries(std::span<const query::Request> requests, Nanoseconds cost,
+                           const query::StructureWork& structures = {}) noexcept;
   /// Updates the estimate of the worst cost of single elements from a run. To be called before
-  /// learn_queries, and also for a run that was stopped.
-  void learn_worst_elements(std::span<const query::Request> requests, Nanoseconds cost,
-                            const query::StructureWork& structures) noexcept;
+  /// update_from_queries, and also for a run that was stopped.
+  void update_from_worst_elements(std::span<const query::Request> requests, Nanoseconds cost,
+                                  const query::StructureWork& structures) noexcept;
   /// Updates the estimate from a run that was stopped after `cost`, scaled to the whole run by what it had
   /// answered, where that is clearly more than predicted. An incomplete run can not show that work has become
   /// cheaper.
-  void learn_stopped(std::span<const query::Request> requests, Nanoseconds cost,
-                     const query::StructureWork& structures) noexcept;
+  void update_from_stopped(std::span<const query::Request> requests, Nanoseconds cost,
+                           const query::StructureWork& structures) noexcept;
 
  private:
   /// One line that takes part in the cost of a run.

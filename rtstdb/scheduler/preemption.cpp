@@ -77,7 +77,7 @@ void Preemption::end_drain() noexcept {
   Run* const preempted = runs_.preempted_by_innermost();
   if (preempted == nullptr) return;
   preempted->time.stop(now);
-  latency_.learn(std::exchange(preempted->point_requested_for, Nanoseconds(0)) + (now - drain_began_), now);
+  latency_.update(std::exchange(preempted->point_requested_for, Nanoseconds(0)) + (now - drain_began_), now);
 }
 
 void Preemption::begin_wait() noexcept {

@@ -16,21 +16,21 @@ class PreemptionLatency {
  public:
   /// A transaction waited this long. A single long wait may be the operating system's: it raises the estimate
   /// by half.
-  void learn(Nanoseconds wait, ClockTime now) noexcept {
+  void update(Nanoseconds wait, ClockTime now) noexcept {
     const Nanoseconds before = longest(now);
     longest_ = std::max(before, std::min(wait, std::max(before + before / 2, Nanoseconds(min_step))));
-    learned_at_ = now;
+    updated_at_ = now;
   }
   /// The estimate; it halves each second without a long wait.
   Nanoseconds longest(ClockTime now) const noexcept {
-    const double seconds = std::chrono::duration<double>(now - learned_at_).count();
+    const double seconds = std::chrono::duration<double>(now - updated_at_).count();
     return Nanoseconds(std::llround(static_cast<double>(longest_.count()) * std::exp2(-seconds)));
   }
 
  private:
   static constexpr Nanoseconds min_step{500'000};
   Nanoseconds longest_{0};
-  ClockTime learned_at_;
+  ClockTime updated_at_;
 };
 
 }  // namespace rtstdb::scheduler

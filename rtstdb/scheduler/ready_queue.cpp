@@ -50,36 +50,36 @@ ScheduledTransaction* ReadyQueue::pop() noexcept {
   return first;
 }
 
-ScheduledTransaction& ReadyQueue::shed(ScheduledTransaction& newcomer) noexcept {
+ScheduledTransaction& ReadyQueue::displace(ScheduledTransaction& arriving) noexcept {
   const auto last_of = [&](auto may_go) {
-    ScheduledTransaction* found = may_go(newcomer) ? &newcomer : nullptr;
+    ScheduledTransaction* found = may_go(arriving) ? &arriving : nullptr;
     for (ScheduledTransaction* waiting : heap_) {
       if (may_go(*waiting) && (found == nullptr || goes_after(waiting, found))) found = waiting;
     }
     return found;
   };
-  ScheduledTransaction* victim = last_of(
+  ScheduledTransaction* displaced = last_of(
       [](const ScheduledTransaction& one) { return one.is(DeadlineClass::best_effort) && !one.reserved; });
-  if (victim == nullptr && newcomer.reserved)
-    victim = last_of([](const ScheduledTransaction& one) { return !one.reserved; });
-  if (victim == nullptr || victim == &newcomer) return newcomer;
-  erase(*victim);
-  return *victim;
+  if (displaced == nullptr && arriving.reserved)
+    displaced = last_of([](const ScheduledTransaction& one) { return !one.reserved; });
+  if (displaced == nullptr || displaced == &arriving) return arriving;
+  erase(*displaced);
+  return *displaced;
 }
 
-bool ReadyQueue::comes_before(const ScheduledTransaction& newcomer, ClockTime deadline,
+bool ReadyQueue::comes_before(const ScheduledTransaction& arriving, ClockTime deadline,
                               const ScheduledTransaction& other) noexcept {
-  if (newcomer.reserved || other.reserved)
-    return newcomer.reserved && (!other.reserved || newcomer.due < other.due);
+  if (arriving.reserved || other.reserved)
+    return arriving.reserved && (!other.reserved || arriving.due < other.due);
   const auto importance = other.terms().importance;
-  return importance < newcomer.terms().importance ||
-         (importance == newcomer.terms().importance && deadline < other.terms().deadline);
+  return importance < arriving.terms().importance ||
+         (importance == arriving.terms().importance && deadline < other.terms().deadline);
 }
 
-Nanoseconds ReadyQueue::cost_before(const ScheduledTransaction& newcomer, ClockTime deadline) const noexcept {
+Nanoseconds ReadyQueue::cost_before(const ScheduledTransaction& arriving, ClockTime deadline) const noexcept {
   Nanoseconds sum{0};
   for (const ScheduledTransaction* waiting : heap_) {
-    if (!comes_before(newcomer, deadline, *waiting)) sum += waiting->promised_cost;
+    if (!comes_before(arriving, deadline, *waiting)) sum += waiting->promised_cost;
   }
   return sum;
 }

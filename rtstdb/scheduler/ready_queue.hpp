@@ -48,13 +48,13 @@ class ReadyQueue {
   /// Chooses the transaction to be cancelled when a new one arrives at a full queue, and removes it from the
   /// queue: the last of the best-effort ones, the new one included; without one, and when the new one is
   /// reserved, the last that is not reserved; else the new one, which is in no queue.
-  ScheduledTransaction& shed(ScheduledTransaction& newcomer) noexcept;
+  ScheduledTransaction& displace(ScheduledTransaction& arriving) noexcept;
 
   /// Whether a new transaction with this deadline would have precedence over `other`.
-  static bool comes_before(const ScheduledTransaction& newcomer, ClockTime deadline,
+  static bool comes_before(const ScheduledTransaction& arriving, ClockTime deadline,
                            const ScheduledTransaction& other) noexcept;
   /// The sum of the promised costs of all that have precedence over a new one with this deadline.
-  Nanoseconds cost_before(const ScheduledTransaction& newcomer, ClockTime deadline) const noexcept;
+  Nanoseconds cost_before(const ScheduledTransaction& arriving, ClockTime deadline) const noexcept;
   /// Visits all, in no order.
   template <class Each>
   void for_each(Each each) const noexcept {

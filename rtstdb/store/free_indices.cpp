@@ -31,17 +31,17 @@ FreeIndices::FreeIndices(std::uint32_t count) {
   }
 }
 
-std::optional<std::uint32_t> FreeIndices::take_lowest() noexcept {
+std::optional<std::uint32_t> FreeIndices::acquire_lowest() noexcept {
   if (levels_.back()[0] == 0) return std::nullopt;
   std::uint32_t index = 0;
   for (std::size_t level = levels_.size(); level-- > 0;) {
     index = index * word_bits + static_cast<std::uint32_t>(std::countr_zero(levels_[level][index]));
   }
-  take(index);
+  acquire(index);
   return index;
 }
 
-void FreeIndices::take(std::uint32_t index) noexcept {
+void FreeIndices::acquire(std::uint32_t index) noexcept {
   RTSTDB_ASSERT(index / word_bits < levels_[0].size() &&
                 (levels_[0][index / word_bits] & bit_of(index)) != 0);
   for (auto& words : levels_) {
@@ -51,7 +51,7 @@ void FreeIndices::take(std::uint32_t index) noexcept {
   }
 }
 
-void FreeIndices::give_back(std::uint32_t index) noexcept {
+void FreeIndices::release(std::uint32_t index) noexcept {
   RTSTDB_ASSERT(index / word_bits < levels_[0].size() &&
                 (levels_[0][index / word_bits] & bit_of(index)) == 0);
   for (auto& words : levels_) {

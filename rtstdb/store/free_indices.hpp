@@ -14,12 +14,12 @@ class FreeIndices {
   /// All indices are free. `count` >= 1.
   explicit FreeIndices(std::uint32_t count);
 
-  /// Takes the lowest free index; none if all are taken.
-  std::optional<std::uint32_t> take_lowest() noexcept;
+  /// Acquires the lowest free index; none if no index is free.
+  std::optional<std::uint32_t> acquire_lowest() noexcept;
   /// Misuse: an index that is not free.
-  void take(std::uint32_t index) noexcept;
+  void acquire(std::uint32_t index) noexcept;
   /// Misuse: an index that is free already.
-  void give_back(std::uint32_t index) noexcept;
+  void release(std::uint32_t index) noexcept;
 
  private:
   /// levels_[0] has one bit for each index: 1 is free. A bit of the next level is 1 if the corresponding word

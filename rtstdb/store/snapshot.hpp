@@ -2,7 +2,7 @@
 // The rows and shapes of one version, read from the store without a copy.
 //
 // Threads and lifetime: those of the store. Pointers from row() are valid until the next call of stage,
-// publish, settle or discard.
+// publish, complete_commit or discard.
 
 #include <cstdint>
 #include <vector>

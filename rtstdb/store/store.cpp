@@ -78,7 +78,7 @@ void Store::restore(const RestoredRows& restored) noexcept {
     if (!state.id.valid()) continue;
     RTSTDB_ASSERT(state.id.index == index && state.id.generation == restored.generations[index]);
     current_[index] = state;
-    free_.take(static_cast<std::uint32_t>(index));
+    free_.acquire(static_cast<std::uint32_t>(index));
   }
   index_limit_ = static_cast<std::uint32_t>(restored.rows.size());
   changes_.begin_at(restored.latest.version);
@@ -225,12 +225,12 @@ void Store::restage(WriteSet& set) noexcept {
     if (write.kind == WriteKind::create) {
       ++generations_[id.index];
       RTSTDB_ASSERT(generations_[id.index] == id.generation);
-      free_.take(id.index);
+      free_.acquire(id.index);
       index_limit_ = std::max(index_limit_, id.index + 1);
     } else {
       const EntityState* const before = find_staged(id);
       RTSTDB_ASSERT(before != nullptr);
-      if (write.kind == WriteKind::remove) free_.give_back(id.index);
+      if (write.kind == WriteKind::remove) free_.release(id.index);
       if (write.kind == WriteKind::update_motion)
         write.state.row = with_motion(before->row, write.state.row.motion);
     }
@@ -273,13 +273,13 @@ std::optional<BadInput> Store::stage_write(Write& write) noexcept {
   if (find_staged(write.state.id) == nullptr) return refusal(BadInputReason::unknown_entity);
   if (write.kind == WriteKind::update) return stage_update(write);
   if (write.kind == WriteKind::update_motion) return stage_update_motion(write);
-  free_.give_back(write.state.id.index);
+  free_.release(write.state.id.index);
   return std::nullopt;
 }
 
 std::optional<BadInput> Store::stage_create(Write& write) noexcept {
   if (auto fault = stage_update(write)) return fault;
-  const auto index = free_.take_lowest();
+  const auto index = free_.acquire_lowest();
   if (!index) {
     return refusal(BadInputReason::too_many_entities, static_cast<double>(options_.max_entities));
   }
@@ -346,9 +346,9 @@ void Store::unwind(std::size_t count) noexcept {
     staged_write_[index] = 0;
     if (write.kind == WriteKind::create) {
       --generations_[index];
-      free_.give_back(index);
+      free_.release(index);
     } else if (write.kind == WriteKind::remove) {
-      free_.take(index);
+      free_.acquire(index);
     }
   }
 }
@@ -359,7 +359,7 @@ void Store::publish() noexcept {
   latest_ = {staged_->version, staged_->time};
 }
 
-void Store::settle() noexcept {
+void Store::complete_commit() noexcept {
   RTSTDB_ASSERT(progress_ == Progress::published);
   for_each_staged_row([this](const Write& write) {
     EntityState& row = current_[write.state.id.index];

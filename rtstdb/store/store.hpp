@@ -2,12 +2,13 @@
 // The rows of the world, the shapes of deforming geometry, and their versions.
 //
 // A commit takes several steps, so that queries can be executed on a version before anyone can read it:
-//     stage(set)  checks the whole set; the new version is readable as staged_snapshot(), and nothing else
-//                 changes
-//     publish()   makes it the latest version
-//     settle()    copies the set into the store and the history; the caller may reuse the memory of the set
-//     discard()   instead of publish() or settle(): restores the state before stage(); the version number is
-//                 not used again
+//     stage(set)         checks the whole set; the new version is readable as staged_snapshot(), and nothing
+//                        else changes
+//     publish()          makes it the latest version
+//     complete_commit()  copies the set into the store and the history; the caller may reuse the memory of
+//                        the set
+//     discard()          instead of publish() or complete_commit(): restores the state before stage(); the
+//                        version number is not used again
 //
 // Older versions are read from a bounded history of row changes and one of shapes. Version 0 is the empty
 // world and holds from -max_world_time_ns on.
@@ -102,17 +103,17 @@ class Store {
   ///   unknown_geometry      the geometry's index
   ///   too_many_entities     max_entities
   /// and those of row_check.hpp; for a shape, those of Transaction::update_geometry.
-  /// The set must stay unchanged and at its address until settle() or discard().
+  /// The set must stay unchanged and at its address until complete_commit() or discard().
   std::optional<BadInput> stage(WriteSet& set) noexcept;
   /// Stages a set that was staged and published before, with its version, ids and rows, on the world that it
   /// was staged on then. Skipped version numbers are those of discarded versions. Misuse: a set that does not
-  /// fit this world. Then publish and settle.
+  /// fit this world. Then publish and complete_commit.
   void restage(WriteSet& set) noexcept;
   /// Sets the end of the known history: reading AS OF this time or later is refused, since versions are
   /// missing from there on.
   void end_history_at(WorldTime time) noexcept { history_end_ = time; }
   void publish() noexcept;
-  void settle() noexcept;
+  void complete_commit() noexcept;
   void discard() noexcept;
 
  private:

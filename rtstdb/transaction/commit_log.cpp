@@ -138,7 +138,7 @@ Result<void> CommitLog::close() noexcept {
   if (std::exchange(is_driven_, false)) end_log();
   if (!thread_.joinable()) return closed_;
   closing_.store(true, std::memory_order_release);
-  bell_.ring_urgently();
+  wake_up_.notify_now();
   thread_.join();
   return closed_;
 }
@@ -157,37 +157,37 @@ std::optional<RefusedBy> CommitLog::refuses(const store::WriteSet& set) const no
 void CommitLog::record(const store::WriteSet& set) noexcept {
   if (mode() == DurabilityMode::async && recorder_.collect(set)) return;
   if (!recorder_.record(set)) in_gap_.store(true, std::memory_order_release);
-  if (mode() == DurabilityMode::async) ring_bell();  // else hold() rings
+  if (mode() == DurabilityMode::async) notify_thread();  // else hold() notifies it
 }
 
 void CommitLog::hand_over() noexcept {
-  if (recorder_.flush()) ring_bell();
+  if (recorder_.flush()) notify_thread();
 }
 
-void CommitLog::ring_bell() noexcept {
+void CommitLog::notify_thread() noexcept {
   if (ring_.used() > ring_.capacity() / 2) {
-    bell_.ring_urgently();
+    wake_up_.notify_now();
   } else {
-    bell_.ring();
+    wake_up_.notify();
   }
 }
 
 void CommitLog::hold(TransactionImpl& transaction) noexcept {
   held_.hold(transaction);
-  bell_.ring_urgently();
+  wake_up_.notify_now();
 }
 
 bool CommitLog::write_through(const store::WriteSet& set) noexcept {
   const bool recorded = recorder_.record(set);
   RTSTDB_ASSERT(recorded);  // refuses() has said so
-  bell_.ring_urgently();
+  wake_up_.notify_now();
   wait_until([&] { return durable() >= set.version || writer_->waits_for_checkpoint(); });
   return durable() >= set.version;
 }
 
 bool CommitLog::take_back(Version version) noexcept {
   recorder_.discard(version);
-  bell_.ring_urgently();
+  wake_up_.notify_now();
   const auto on_disk = [&] { return writer_->records_on_disk() >= recorder_.records(); };
   wait_until([&] { return on_disk() || writer_->last_write_failed(); });
   return on_disk();
@@ -198,7 +198,7 @@ void CommitLog::end_gap_if_possible() noexcept {
   recorder_.maintain();
   if (recorder_.in_gap()) return;
   in_gap_.store(false, std::memory_order_relaxed);
-  bell_.ring_urgently();
+  wake_up_.notify_now();
 }
 
 bool CommitLog::has_space_for(const log::LoggedGeometry& geometry) const noexcept {
@@ -209,7 +209,7 @@ void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t
   const bool recorded = recorder_.record(geometry);
   RTSTDB_ASSERT(recorded);  // has_space_for() has said so
   world_copy_.add(geometry, positions);
-  bell_.ring_urgently();
+  wake_up_.notify_now();
 }
 
 // ---- setup, any thread
@@ -239,7 +239,7 @@ bool CommitLog::wait_until_durable(Version version, Nanoseconds at_most) noexcep
     const Nanoseconds left = end - monotonic_clock_.now();
     if (left <= Nanoseconds(0)) return false;
     writer_->flush_soon();
-    bell_.ring_urgently();
+    wake_up_.notify_now();
     waiters_.fetch_add(1, std::memory_order_seq_cst);
     threads::futex_wait_for(progress_, seen, left);
     waiters_.fetch_sub(1, std::memory_order_relaxed);
@@ -289,7 +289,7 @@ Durability CommitLog::state() const {
 
 void CommitLog::run_thread() noexcept {
   while (!closing_.load(std::memory_order_acquire)) {
-    const LogBell::Counts seen = bell_.counts();
+    const LogWakeUp::Counts seen = wake_up_.counts();
     const log::Writer::Step step = work();
     if (!step.worked) sleep(seen, step);
   }
@@ -304,14 +304,14 @@ log::Writer::Step CommitLog::work() noexcept {
   return step;
 }
 
-void CommitLog::sleep(LogBell::Counts seen, const log::Writer::Step& step) noexcept {
+void CommitLog::sleep(LogWakeUp::Counts seen, const log::Writer::Step& step) noexcept {
   const bool polls = world_copy_.under_way() || in_gap_.load(std::memory_order_acquire);
-  if (step.wake_at == ClockTime::max() && !polls) return bell_.sleep(seen);
+  if (step.wake_at == ClockTime::max() && !polls) return wake_up_.sleep(seen);
   const ClockTime now = clock_.now();
   const Nanoseconds at_most = polls || step.wake_at <= now ? check_interval : step.wake_at - now;
   // The next attempt, a checkpoint's, may be far off: a commit wakes the thread before that.
-  if (!polls && !step.has_records) return bell_.sleep(seen, at_most);
-  bell_.sleep_until_urgent(seen, at_most);
+  if (!polls && !step.has_records) return wake_up_.sleep(seen, at_most);
+  wake_up_.sleep_until_notified_now(seen, at_most);
 }
 
 void CommitLog::publish_progress() noexcept {

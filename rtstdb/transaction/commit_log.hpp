@@ -27,7 +27,7 @@
 #include "rtstdb/log/writer.hpp"
 #include "rtstdb/store/store.hpp"
 #include "rtstdb/transaction/held_transactions.hpp"
-#include "rtstdb/transaction/log_bell.hpp"
+#include "rtstdb/transaction/log_wake_up.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "rtstdb/transaction/world_copy.hpp"
 
@@ -135,9 +135,9 @@ class CommitLog {
   Result<void> close_writer();
   void publish_progress() noexcept;
   void return_held() noexcept;
-  void sleep(LogBell::Counts seen, const log::Writer::Step& step) noexcept;
+  void sleep(LogWakeUp::Counts seen, const log::Writer::Step& step) noexcept;
 
-  void ring_bell() noexcept;
+  void notify_thread() noexcept;
 
   /// Waits on `progress_` until the condition holds.
   template <class Condition>
@@ -159,7 +159,7 @@ class CommitLog {
   LogOwner* owner_ = nullptr;
   const Clock* deadline_clock_ = nullptr;
 
-  LogBell bell_;
+  LogWakeUp wake_up_;
   std::atomic<bool> closing_{false};
   std::atomic<bool> in_gap_{false};
   bool is_driven_ = false;                  ///< a driver works for it: started, and not closed

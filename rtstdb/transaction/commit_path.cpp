@@ -52,7 +52,7 @@ Status CommitPath::publish(TransactionImpl& transaction, const scheduler::Run& r
   }
   if (parts_.log != nullptr) parts_.log->record(transaction.write_set());
   const Status status = done(transaction, version);
-  parts_.store.settle();
+  parts_.store.complete_commit();
   return status;
 }
 
@@ -77,7 +77,7 @@ Status CommitPath::publish_durably(TransactionImpl& transaction, const scheduler
   outcome.durable = true;
   outcome.durable_at = outcome.published;
   const Status status = done(transaction, version);
-  parts_.store.settle();
+  parts_.store.complete_commit();
   return status;
 }
 
@@ -123,8 +123,8 @@ ClockTime CommitPath::note_cost(TransactionImpl& transaction, const scheduler::R
   outcome.actual_cost = run.time.total(now);
   outcome.interrupted = now - outcome.started - outcome.actual_cost;
   if (!parts_.clock.is_virtual()) {
-    parts_.costs.learn_writes(transaction.write_set(), outcome.actual_cost - cost.time);
-    parts_.queries.learn(transaction, cost);
+    parts_.costs.update_from_writes(transaction.write_set(), outcome.actual_cost - cost.time);
+    parts_.queries.update_costs(transaction, cost);
   }
   return now;
 }

@@ -1,10 +1,11 @@
 #pragma once
 // Executes one transaction: preconditions, writes, queries, commit.
 //
-//   writes   stage -> queries on the staged version -> publish -> in time? -> record in the log -> settle
+//   writes   stage -> queries on the staged version -> publish -> in time? -> record in the log
+//            -> complete_commit
 //                  \-> failed or late: discard
 //   reads    the version that its terms name -> queries -> in time?
-//   sync     stage -> queries -> on disk? -> publish -> in time? -> settle
+//   sync     stage -> queries -> on disk? -> publish -> in time? -> complete_commit
 //                  \-> failed or late: discard, in the log too
 //
 // When a firm transaction counts as in time: only who holds the engine's lock reads rows, so a version is
@@ -64,7 +65,7 @@ class CommitPath {
                          const store::RowSource& version) noexcept;
   Status execute_unpublished(TransactionImpl& transaction) noexcept;
   static bool preconditions_hold(TransactionImpl& transaction, const store::RowSource& rows) noexcept;
-  /// Reads the clock, notes the cost and teaches the cost model.
+  /// Reads the clock, notes the cost and updates the cost model.
   ClockTime note_cost(TransactionImpl& transaction, const scheduler::Run& run,
                       const QueryCost& cost) noexcept;
   /// Notes the cost and sets `published`. False: a firm deadline has passed, and `published` stays unset.

@@ -167,7 +167,7 @@ std::string why_cancelled(CancelledBy by) {
     case CancelledBy::caller:
       return " by its caller";
     case CancelledBy::full_queue:
-      return ": shed from a full queue";
+      return ": displaced from a full queue";
     case CancelledBy::closing:
       return " by the database closing";
     case CancelledBy::none:

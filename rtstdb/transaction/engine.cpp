@@ -106,7 +106,7 @@ void Engine::set_priority(std::thread& thread, int priority) {
 void Engine::close() noexcept {
   if (!thread_.joinable()) return;
   closing_.store(true, std::memory_order_release);
-  ring();
+  notify();
   thread_.join();
   helper_.stop();
   if (log_ != nullptr) static_cast<void>(log_->close());
@@ -127,7 +127,7 @@ void Engine::submit(Transaction& transaction) noexcept {
   scheduler::Reservations::submitted(submitted, *this);
   outcomes_.submitted();
   if (submitted_.push(submitted)) {
-    ring();
+    notify();
   } else {
     finish_cancelled(submitted, CancelledBy::closing);
   }
@@ -139,7 +139,7 @@ void Engine::cancel(Transaction& transaction) noexcept {
                  "the transaction was made by another database");
   if (!submitted.request_cancel()) return;
   cancels_requested_.fetch_add(1, std::memory_order_release);
-  ring();
+  notify();
 }
 
 const Outcome& Engine::wait(Transaction& transaction) noexcept {
@@ -178,7 +178,7 @@ void Engine::execute_job(EngineJob& job) noexcept {
 void Engine::give_job(EngineJob& job) noexcept {
   const bool open = jobs_.give(job);
   RTSTDB_REQUIRE(open, "Database", "the database is closed (Database::close)");
-  ring();
+  notify();
 }
 
 void Engine::listen(CommitListener* listener) {
@@ -247,9 +247,9 @@ SchedulerCounts Engine::scheduler_counts() const {
   return counts;
 }
 
-void Engine::ring() noexcept {
-  bell_.notify();
-  helper_.ring();
+void Engine::notify() noexcept {
+  wake_up_.notify();
+  helper_.notify();
 }
 
 // ---- the end of a transaction
@@ -259,7 +259,7 @@ void Engine::settle(TransactionImpl& transaction, Status status) noexcept {
   reservations_.ended(transaction, status);
 }
 
-void Engine::give_back(TransactionImpl& transaction, Status status) noexcept {
+void Engine::return_to_owner(TransactionImpl& transaction, Status status) noexcept {
   outcomes_.ended(status, transaction.outcome(), transaction.terms());
   scheduler::Reservations::returned(transaction);
   transaction.finish(status);  // its owner may destroy it from here on
@@ -270,7 +270,7 @@ void Engine::finish(TransactionImpl& transaction, Status status) noexcept {
   const bool firm_commit =
       transaction.is(DeadlineClass::firm) && (status == Status::committed || status == Status::truncated);
   const ClockTime deadline = transaction.terms().deadline;
-  give_back(transaction, status);
+  return_to_owner(transaction, status);
   if (firm_commit && clock_.now() > deadline) outcomes_.count_delivered_late();
 }
 
@@ -284,9 +284,9 @@ void Engine::finish_cancelled(TransactionImpl& transaction, CancelledBy by) noex
 void Engine::run_thread() noexcept {
   helper_.lock().lock();
   while (!is_closing()) {
-    const std::uint32_t heard = bell_.count();
+    const std::uint32_t seen = wake_up_.count();
     if (work_once()) continue;
-    if (!spin_before_sleep_.until(spin_, [&] { return bell_.count() != heard; })) bell_.wait(heard);
+    if (!spin_before_sleep_.until(spin_, [&] { return wake_up_.count() != seen; })) wake_up_.wait(seen);
   }
   cancel_all();
   helper_.lock().unlock();
@@ -331,7 +331,7 @@ void Engine::cancel_all() noexcept {
 // ---- the thread that holds the lock
 
 void Engine::receive() noexcept {
-  received_at_ = bell_.count();
+  received_at_ = wake_up_.count();
   scheduler::HandOverLink* submitted = submitted_.take_all();
   while (submitted != nullptr) {
     scheduler::HandOverLink* const next = submitted->next;
@@ -354,9 +354,9 @@ void Engine::drop_cancelled() noexcept {
 
 void Engine::enqueue(TransactionImpl& transaction) noexcept {
   if (queue_.full()) {
-    TransactionImpl& victim = impl(queue_.shed(transaction));
-    finish_cancelled(victim, CancelledBy::full_queue);
-    if (&victim == &transaction) return;
+    TransactionImpl& displaced = impl(queue_.displace(transaction));
+    finish_cancelled(displaced, CancelledBy::full_queue);
+    if (&displaced == &transaction) return;
   }
   queue_.push(transaction);
 }
@@ -402,7 +402,7 @@ void Engine::restart(TransactionImpl& transaction) noexcept {
 void Engine::begin_wait() noexcept {
   hand_over_log();
   preemption_.begin_wait();
-  helper_.begin_wait([&] { return bell_.count() != received_at_ || !queue_.empty(); });
+  helper_.begin_wait([&] { return wake_up_.count() != received_at_ || !queue_.empty(); });
 }
 
 void Engine::end_wait() noexcept {
@@ -451,7 +451,7 @@ query::ExecutorCallbacks::Continuation Engine::on_preemption_point() noexcept {
 // ---- the log's thread
 
 void Engine::take_job(EngineJob& job) noexcept {
-  if (jobs_.give(job)) return ring();
+  if (jobs_.give(job)) return notify();
   // The engine thread has ended, or does the last jobs.
   const std::lock_guard guard(helper_.lock());
   while (!job.step(store_)) {
@@ -460,7 +460,7 @@ void Engine::take_job(EngineJob& job) noexcept {
 }
 
 void Engine::return_held(TransactionImpl& transaction) noexcept {
-  give_back(transaction, transaction.outcome().status);
+  return_to_owner(transaction, transaction.outcome().status);
 }
 
 }  // namespace rtstdb::transaction

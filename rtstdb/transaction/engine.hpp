@@ -135,7 +135,7 @@ class Engine final : private query::ExecutorCallbacks,
   // LogOwner
   void take_job(EngineJob& job) noexcept override;
   void return_held(TransactionImpl& transaction) noexcept override;
-  void end_gap_soon() noexcept override { ring(); }
+  void end_gap_soon() noexcept override { notify(); }
   // scheduler::ReservationOwner
   void remove_reservation(scheduler::ReservationImpl& reservation) noexcept override;
 
@@ -163,11 +163,11 @@ class Engine final : private query::ExecutorCallbacks,
   void finish(TransactionImpl& transaction, Status status) noexcept;
   void finish_cancelled(TransactionImpl& transaction, CancelledBy by) noexcept;
   void settle(TransactionImpl& transaction, Status status) noexcept;
-  void give_back(TransactionImpl& transaction, Status status) noexcept;
+  void return_to_owner(TransactionImpl& transaction, Status status) noexcept;
 
   Result<void> admit_reservation(scheduler::ReservationImpl& reservation);
   void give_job(EngineJob& job) noexcept;
-  void ring() noexcept;
+  void notify() noexcept;
   void set_priority(std::thread& thread, int priority);
 
   const std::uint32_t max_entities_;
@@ -183,7 +183,7 @@ class Engine final : private query::ExecutorCallbacks,
   std::atomic<std::uint64_t> restarts_{0};
   scheduler::HandOver submitted_;
   JobQueue jobs_;
-  threads::EventCount bell_;  ///< rung when the engine thread has something to look at
+  threads::EventCount wake_up_;  ///< notified when the engine thread has something to look at
   std::atomic<std::uint32_t> cancels_requested_{0};
   std::atomic<bool> closing_{false};
   LatestVersion latest_;  ///< written under the lock, read by any
@@ -201,7 +201,7 @@ class Engine final : private query::ExecutorCallbacks,
   QueryExecution queries_;
   CommitPath commit_path_;
   DeviceRevival revival_;
-  std::uint32_t received_at_ = 0;  ///< the bell when submissions were last taken over
+  std::uint32_t received_at_ = 0;  ///< its count when submissions were last taken over
   std::uint32_t cancels_handled_ = 0;
 
   Spin spin_before_sleep_;

@@ -70,7 +70,8 @@ std::optional<Status> QueryExecution::execute(TransactionImpl& transaction, cons
   // A device that the host times may have been idle for part of that.
   outcome.gpu_time = std::min(Nanoseconds(report.gpu_ns), cost.time);
   if (report.status == query::RunStatus::device_lost) return Status::device_lost;
-  if (!clock_.is_virtual()) costs_.learn_worst_elements(transaction.requests(), cost.time, cost.structures);
+  if (!clock_.is_virtual())
+    costs_.update_from_worst_elements(transaction.requests(), cost.time, cost.structures);
   if (report.status == query::RunStatus::stopped) return stopped(transaction, run, cost);
   if (transaction.cancel_requested()) return cancelled(transaction);
   note_completeness(transaction, report.status);
@@ -91,7 +92,7 @@ Status QueryExecution::stopped(TransactionImpl& transaction, const scheduler::Ru
                                const QueryCost& cost) noexcept {
   if (transaction.cancel_requested()) return cancelled(transaction);
   if (run.must_restart) return Status::pending;
-  if (!clock_.is_virtual()) costs_.learn_stopped(transaction.requests(), cost.time, cost.structures);
+  if (!clock_.is_virtual()) costs_.update_from_stopped(transaction.requests(), cost.time, cost.structures);
   transaction.note_lateness(clock_.now());
   return Status::missed;
 }
@@ -115,14 +116,14 @@ std::optional<BadInput> QueryExecution::check(TransactionImpl& transaction, cons
   return std::nullopt;
 }
 
-void QueryExecution::learn(TransactionImpl& transaction, const QueryCost& cost) noexcept {
+void QueryExecution::update_costs(TransactionImpl& transaction, const QueryCost& cost) noexcept {
   const auto requests = transaction.requests();
   if (requests.empty() || clock_.is_virtual()) return;
   const bool partial = transaction.outcome().partial;
   const auto declared = transaction.declared_counts();
   for (std::size_t k = 0; k < requests.size() && partial; ++k)
     requests[k].count = std::min(requests[k].count, requests[k].query->answered());
-  costs_.learn_queries(requests, cost.time, cost.structures);
+  costs_.update_from_queries(requests, cost.time, cost.structures);
   for (std::size_t k = 0; k < requests.size() && partial; ++k)
     requests[k].count = declared[k];
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Executes the reads and queries of one transaction on one version, and teaches the cost model what they
-// took.
+// Executes the reads and queries of one transaction on one version, and updates the cost model by
+// what they took.
 //
 // Threads: the thread that holds the engine's lock; the executor releases it in its waits
 // (ExecutorCallbacks).
@@ -36,8 +36,8 @@ class QueryExecution {
   std::optional<Status> execute(TransactionImpl& transaction, const scheduler::Run& run,
                                 const store::RowSource& rows, query::ExecutorCallbacks* callbacks,
                                 QueryCost& cost) noexcept;
-  /// Teaches the cost model. After an execution that answered.
-  void learn(TransactionImpl& transaction, const QueryCost& cost) noexcept;
+  /// Updates the cost model. After an execution that answered.
+  void update_costs(TransactionImpl& transaction, const QueryCost& cost) noexcept;
 
  private:
   /// Sets the times of the requests, and `times` to the span of all. A result names what is wrong.

@@ -8,7 +8,7 @@ void WriteHelper::start() {
 
 void WriteHelper::stop() noexcept {
   stopping_.store(true, std::memory_order_release);
-  bell_.notify();
+  wake_up_.notify();
   if (thread_.joinable()) thread_.join();
 }
 
@@ -21,12 +21,12 @@ void WriteHelper::end_wait() noexcept {
 
 void WriteHelper::run_thread() noexcept {
   while (!stopping_.load(std::memory_order_acquire)) {
-    const std::uint32_t heard = bell_.count();
+    const std::uint32_t seen = wake_up_.count();
     if (in_wait_.load(std::memory_order_seq_cst)) {
       const std::lock_guard guard(lock_);
       if (in_wait_.load(std::memory_order_relaxed)) work_.work_in_wait();
     }
-    bell_.wait(heard);
+    wake_up_.wait(seen);
   }
 }
 

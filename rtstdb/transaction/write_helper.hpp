@@ -43,19 +43,19 @@ class WriteHelper {
   /// Releases the lock for a wait for the device. `has_work()` says whether there is work already.
   template <class HasWork>
   void begin_wait(HasWork has_work) noexcept {
-    // Pairs with ring: either its caller sees the flag, or has_work sees what its caller did before.
+    // Pairs with notify: either its caller sees the flag, or has_work sees what its caller did before.
     in_wait_.store(true, std::memory_order_seq_cst);
-    const bool rings = has_work();
+    const bool has_more = has_work();
     lock_.unlock();
-    if (rings) bell_.notify();
+    if (has_more) wake_up_.notify();
   }
   /// Takes the lock back.
   void end_wait() noexcept;
 
   // ---- any thread
   /// There may be work. Wakes the helper where the engine thread waits for the device.
-  void ring() noexcept {
-    if (in_wait_.load(std::memory_order_seq_cst)) bell_.notify();
+  void notify() noexcept {
+    if (in_wait_.load(std::memory_order_seq_cst)) wake_up_.notify();
   }
 
   // ---- the helper's thread, in work_in_wait
@@ -67,7 +67,7 @@ class WriteHelper {
 
   Work& work_;
   std::mutex lock_;
-  threads::EventCount bell_;
+  threads::EventCount wake_up_;
   std::atomic<bool> in_wait_{false};
   std::atomic<bool> device_is_done_{false};
   std::atomic<bool> stopping_{false};

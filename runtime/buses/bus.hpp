@@ -4,7 +4,7 @@
 //
 // Calls for each bus of a scenario, in this order:
 // 1. `create` and `read_entry`: the section reads its keys (config/bus_section.hpp).
-// 2. `wire`: makes the Bus. `hil check` ends here: nothing is opened.
+// 2. `wire`: makes the BusWiring. `hil check` ends here: nothing is opened.
 // 3. `describe_signals`, after the signals of all inputs are declared; then `connect`.
 // 4. `make_device`, for a run.
 // 5. `io::Device::start`, before the programs of the run or after them (`start_phase`).
@@ -88,9 +88,9 @@ class BusDevice {
 };
 
 /// A bus of a scenario, connected to the signals of a run.
-class Bus {
+class BusWiring {
  public:
-  virtual ~Bus() = default;
+  virtual ~BusWiring() = default;
 
   /// The channels that make_device will have. Never started.
   virtual const io::Device& channels() const noexcept = 0;
@@ -125,7 +125,8 @@ struct BusType {
   std::size_t max_descriptors = 8;                 ///< that one bus opens, an upper bound
   std::vector<FileFormat> files{};
   /// Null, with mistakes in `diagnostics`, when the bus can not be used. The section outlives the bus.
-  std::unique_ptr<Bus> (*wire)(const config::BusSection& section, config::Diagnostics& diagnostics) = nullptr;
+  std::unique_ptr<BusWiring> (*wire)(const config::BusSection& section,
+                                     config::Diagnostics& diagnostics) = nullptr;
   std::vector<DoctorLine> (*doctor_lines)() = nullptr;  ///< may be null
 };
 

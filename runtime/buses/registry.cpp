@@ -1,5 +1,6 @@
-#include "runtime/buses/bus.hpp"
+#include <algorithm>
 
+#include "runtime/buses/bus.hpp"
 namespace hil::buses {
 
 #define BUS(folder) BusType folder##_type();
@@ -26,8 +27,8 @@ const std::vector<config::BusSectionType>& section_types() {
 }
 
 const BusType& type_of(const config::BusSection& section) {
-  const auto index = section.type - section_types().data();
-  return bus_types().at(static_cast<std::size_t>(index));
+  return *std::ranges::find_if(bus_types(),
+                               [&](const BusType& type) { return type.section.key == section.type->key; });
 }
 
 std::vector<contribution::BusGroup> empty_groups() {

@@ -4,14 +4,15 @@
 #include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/subcommands.hpp"
+#include "runtime/report/quantities.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
 namespace {
 
 /// "1 task", "2 tasks".
-std::string counted(std::size_t count, const std::string& one, const std::string& more) {
-  return std::to_string(count) + " " + (count == 1 ? one : more);
+std::string counted(std::size_t count, const std::string& one, const std::string& many) {
+  return report::to_ascii(report::counted(count, one.c_str(), many.c_str()));
 }
 
 /// "1 CAN bus, 2 ..., ": each type with the number of its buses.

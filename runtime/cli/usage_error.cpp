@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/config/diagnostics.hpp"
+#include "runtime/config/text_lists.hpp"
 
 namespace hil::cli {
 namespace {
@@ -48,11 +49,11 @@ std::string name_of(const CLI::Option& option) {
   return option.get_lnames().empty() ? option.get_name() : "--" + option.get_lnames().front();
 }
 
-std::string joined(const std::vector<std::string>& values) {
-  std::string text;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == values.size() ? " and " : ", ") + config::in_quotes(values[i]);
-  return text;
+/// "'a', 'b' and 'c'"
+std::string quoted_list(std::vector<std::string> values) {
+  for (std::string& value : values)
+    value = config::in_quotes(value);
+  return config::text_list(values);
 }
 
 /// The error text for an option with more values than it takes; empty: there is none.
@@ -67,10 +68,10 @@ std::string repeated_option(const std::vector<const CLI::App*>& commands) {
       if (most == 1) {
         return name_of(*option) + " is given " +
                (values.size() == 2 ? "twice" : std::to_string(values.size()) + " times") + ": " +
-               joined(values) + "; give it once";
+               quoted_list(values) + "; give it once";
       }
       return name_of(*option) + " takes " + std::to_string(most) + " values, and " +
-             std::to_string(values.size()) + " are given: " + joined(values) + "; give it once";
+             std::to_string(values.size()) + " are given: " + quoted_list(values) + "; give it once";
     }
   }
   return {};

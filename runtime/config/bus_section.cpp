@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "runtime/config/text_lists.hpp"
+
 namespace hil::config {
 namespace {
 
@@ -14,16 +16,6 @@ std::vector<std::string> placeholders_of(std::span<const BusSectionType> types, 
     all.push_back(type.placeholder() + (is_longer ? " " + type.run_time_condition : ""));
   }
   return all;
-}
-
-/// "a, b and c"
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const bool is_last = i + 1 == words.size();
-    text += (i == 0 ? "" : is_last ? " and " : ", ") + words[i];
-  }
-  return text;
 }
 
 }  // namespace
@@ -40,19 +32,19 @@ std::string BusSectionType::placeholder() const {
 }
 
 std::string address_placeholders(std::span<const BusSectionType> types) {
-  return joined(placeholders_of(types, false));
+  return text_list(placeholders_of(types, false));
 }
 
 std::string all_placeholders(std::span<const BusSectionType> types) {
   std::vector<std::string> all = placeholders_of(types, false);
   all.push_back("{clock}");
-  return joined(all);
+  return text_list(all);
 }
 
 std::string run_time_placeholders(std::span<const BusSectionType> types) {
   std::vector<std::string> all = placeholders_of(types, true);
   all.insert(all.begin(), "{clock}");
-  return joined(all);
+  return text_list(all);
 }
 
 }  // namespace hil::config

@@ -1,10 +1,13 @@
 // The language of scenario files. The sentences become the documentation (schema_markdown.hpp).
 
 #include <limits>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/config/shared_schemas.hpp"
+#include "runtime/config/text_lists.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {
@@ -20,21 +23,13 @@ Schema vector3(Quantity quantity, double largest) {
   return Schema::list(Schema::quantity(quantity, -largest, largest), 3, 3);
 }
 
-/// The nouns of the types for which `has` holds, joined by "or".
-template <class Has>
-std::string nouns(std::span<const BusSectionType> buses, const Has& has) {
-  std::string text;
-  for (const BusSectionType& type : buses) {
-    if (has(type)) text += (text.empty() ? "" : " or ") + type.noun;
-  }
-  return text;
-}
-
 /// The words on unsent outputs in the documentation of max_lost; empty when no type counts them.
 std::string unsent_outputs_words(std::span<const BusSectionType> buses) {
-  const std::string noun =
-      nouns(buses, [](const BusSectionType& type) { return type.counts_dropped_releases; });
-  return noun.empty() ? "" : ", and of each " + noun + "'s outputs that were not sent";
+  std::vector<std::string> nouns;
+  for (const BusSectionType& type : buses) {
+    if (type.counts_dropped_releases) nouns.push_back(type.noun);
+  }
+  return nouns.empty() ? "" : ", and of each " + text_list(nouns, "or") + "'s outputs that were not sent";
 }
 
 Schema realtime_schema(std::span<const BusSectionType> buses) {

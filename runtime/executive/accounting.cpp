@@ -34,8 +34,8 @@ Accounting::Accounting(const AccountingOptions& options, const Slots& slots, std
       last_runs_(runs_in(options.trace_ns, slots)),
       last_ticks_(ticks_in(options.trace_ns, base_period_ns)) {
   for (const auto& slot : slots)
-    tasks_.emplace_back(*slot, base_period_ns, options.kept_misses_per_task);
-  base_.skips.reserve(options.kept_misses_per_task);
+    tasks_.emplace_back(*slot, base_period_ns, options.max_misses_per_task);
+  base_.skips.reserve(options.max_misses_per_task);
 }
 
 Accounting::~Accounting() {
@@ -64,14 +64,14 @@ void Accounting::serve() {
     const std::int64_t wake_ns = probe_.host_now_ns() + look_period_ns;
     const std::int64_t ran_before_ns = probe_.process_cpu_ns();
     if (wake_.wait_for(lock, std::chrono::nanoseconds(look_period_ns), [this] { return stopping_; })) return;
-    stall_detector_.note_sleep(wake_ns, probe_.host_now_ns(), probe_.process_cpu_ns() - ran_before_ns);
+    pause_detector_.note_sleep(wake_ns, probe_.host_now_ns(), probe_.process_cpu_ns() - ran_before_ns);
     if (look % looks_per_steal == 0) look_at_steal();
     drain();
   }
 }
 
 void Accounting::look_at_steal() {
-  stall_detector_.note_steal(probe_.host_now_ns(), probe_.host_steal_ns());
+  pause_detector_.note_steal(probe_.host_now_ns(), probe_.host_steal_ns());
 }
 
 void Accounting::drain() {
@@ -88,7 +88,7 @@ void Accounting::take_run(const RunRecord& run) {
     look_at_steal();
     steal_is_fresh_ = true;
   }
-  task.take(run, stall_detector_);
+  task.take(run, pause_detector_);
   last_runs_.put(run);
 }
 
@@ -102,7 +102,7 @@ void Accounting::take_tick(const TickRecord& tick) {
   if (tick.base_wake_ns < tick.frame_begin_ns) ++base_.late_ticks;
   if (tick.skipped_before > 0) {
     base_.skipped_ticks += tick.skipped_before;
-    if (base_.skips.size() < options_.kept_misses_per_task) {
+    if (base_.skips.size() < options_.max_misses_per_task) {
       base_.skips.push_back({tick.tick - tick.skipped_before, tick.skipped_before, cause_of_skip(tick)});
     }
   }
@@ -114,7 +114,7 @@ MissCause Accounting::cause_of_skip(const TickRecord& tick) const noexcept {
   const bool slept = tick.base_wake_ns >= tick.frame_begin_ns;
   const std::int64_t begin_ns = slept ? tick.frame_begin_ns : last_tick_.awake_ns;
   const std::int64_t lost_ns = tick.awake_ns - begin_ns;
-  if (stall_detector_.pause_ns(begin_ns, tick.awake_ns, lost_ns) * 2 >= lost_ns) return MissCause::host_pause;
+  if (pause_detector_.pause_ns(begin_ns, tick.awake_ns, lost_ns) * 2 >= lost_ns) return MissCause::host_pause;
   return slept ? MissCause::late_wake_up : MissCause::earlier_task;
 }
 

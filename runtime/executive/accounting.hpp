@@ -1,7 +1,7 @@
 #pragma once
 // Turns the records of the tick into histograms, deadline misses with their causes, and a trace. In real time
 // an ordinary thread does this concurrently with the run; it also detects pauses of the host
-// (host_stall_detector.hpp). Under the virtual clock there is no such thread: the base thread drains the
+// (host_pause_detector.hpp). Under the virtual clock there is no such thread: the base thread drains the
 // rings when they are half full, so no record is ever lost.
 
 #include <condition_variable>
@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/executive/host_stall_detector.hpp"
+#include "runtime/executive/host_pause_detector.hpp"
 #include "runtime/executive/probe.hpp"
 #include "runtime/executive/records.hpp"
 #include "runtime/executive/result.hpp"
@@ -24,7 +24,7 @@ struct AccountingOptions {
   /// Records per thread's ring. A full ring drops records and counts them. The default holds about 3 s of 10
   /// tasks at 1 kHz.
   std::size_t records_per_thread = 32'768;
-  std::size_t kept_misses_per_task = 1'000;  ///< and kept skips; further ones are only counted
+  std::size_t max_misses_per_task = 1'000;  ///< and skips in the report; further ones are only counted
   /// Length of the trace, from the end of the run backwards; 0: no trace
   std::int64_t trace_ns = 10'000'000'000;
 };
@@ -96,7 +96,7 @@ class Accounting {
   TickRecord last_tick_;
   LastOnes<RunRecord> last_runs_;
   LastOnes<TickRecord> last_ticks_;
-  HostStallDetector stall_detector_;
+  HostPauseDetector pause_detector_;
   bool steal_is_fresh_ = false;
 
   std::mutex mutex_;

@@ -80,7 +80,7 @@ void BaseLoop::run_tick(std::uint64_t skipped_before) noexcept {
   hooks_.begin_tick(info);
   record.begun_ns = clock_.now_ns();
   for (const auto& slot : slots_)
-    settle(*slot, next_tick_);
+    account(*slot, next_tick_);
   record.published_ns = clock_.now_ns();
   run_tasks(next_tick_);
   record.worked_ns = clock_.now_ns();
@@ -140,13 +140,13 @@ void BaseLoop::run_here(TaskSlot& slot, std::uint64_t tick) noexcept {
     slot.counters.count_event(slot.counters.overruns, record.warmup);
   }
   count_run(slot, record, false);
-  keep(record);
+  push_record(record);
 }
 
 void BaseLoop::release(TaskSlot& slot, std::uint64_t tick) noexcept {
-  if (slot.release_kept && slot.phase.load(std::memory_order_acquire) == Phase::idle) {
-    slot.release_kept = false;
-    begin_run(slot, slot.kept_tick);
+  if (slot.release_queued && slot.phase.load(std::memory_order_acquire) == Phase::idle) {
+    slot.release_queued = false;
+    begin_run(slot, slot.queued_tick);
   }
   if (!slot.released_at(tick)) return;
   if (slot.phase.load(std::memory_order_acquire) == Phase::idle) {
@@ -154,10 +154,10 @@ void BaseLoop::release(TaskSlot& slot, std::uint64_t tick) noexcept {
     return;
   }
   note_overrun(slot);
-  if (slot.spec.overrun == OverrunPolicy::queue && !slot.release_kept) {
-    slot.release_kept = true;
-    slot.kept_tick = tick;
-    slot.task.keep({tick, due_ns(tick) - start_ns_, slot.period_ns, slot.next_run});
+  if (slot.spec.overrun == OverrunPolicy::queue && !slot.release_queued) {
+    slot.release_queued = true;
+    slot.queued_tick = tick;
+    slot.task.queue({tick, due_ns(tick) - start_ns_, slot.period_ns, slot.next_run});
   } else {
     slot.counters.count_event(slot.counters.skipped, slot.in_warmup());
   }
@@ -179,24 +179,24 @@ void BaseLoop::begin_run(TaskSlot& slot, std::uint64_t tick) noexcept {
     return;
   }
   run_step(slot, clock_, probe_);
-  keep(slot.record);
+  push_record(slot.record);
   slot.phase.store(Phase::finished, std::memory_order_relaxed);
 }
 
 /// For a task on another thread, at or after its deadline tick: publishes the finished run, or applies the
 /// overrun policy.
-void BaseLoop::settle(TaskSlot& slot, std::uint64_t tick) noexcept {
+void BaseLoop::account(TaskSlot& slot, std::uint64_t tick) noexcept {
   const Phase phase = slot.phase.load(std::memory_order_acquire);
   if (phase == Phase::idle || tick < slot.deadline_tick) return;
   if (phase != Phase::finished) {
-    settle_late(slot);
+    account_late(slot);
     return;
   }
   if (!slot.abort_requested) slot.task.publish(slot.info);
   close_run(slot);
 }
 
-void BaseLoop::settle_late(TaskSlot& slot) noexcept {
+void BaseLoop::account_late(TaskSlot& slot) noexcept {
   TaskCounters& counters = slot.counters;
   if (!slot.miss_counted) {
     slot.miss_counted = true;
@@ -214,7 +214,7 @@ void BaseLoop::settle_late(TaskSlot& slot) noexcept {
   slot.record.start_ns = clock_.now_ns();
   slot.record.finish_ns = slot.record.start_ns;
   slot.record.thread_free_ns = thread_is_busy(slot) ? slot.record.start_ns : slot.record.ready_ns;
-  keep(slot.record);
+  push_record(slot.record);
 }
 
 bool BaseLoop::thread_is_busy(const TaskSlot& waiting) const noexcept {
@@ -230,10 +230,10 @@ void BaseLoop::close_run(TaskSlot& slot) noexcept {
   slot.phase.store(Phase::idle, std::memory_order_relaxed);
 }
 
-void BaseLoop::settle_remaining() noexcept {
+void BaseLoop::account_remaining() noexcept {
   for (const auto& slot : slots_) {
     if (slot->phase.load(std::memory_order_acquire) == Phase::finished) close_run(*slot);
-    if (slot->release_kept) slot->counters.count_event(slot->counters.skipped, slot->in_warmup());
+    if (slot->release_queued) slot->counters.count_event(slot->counters.skipped, slot->in_warmup());
   }
 }
 
@@ -243,7 +243,7 @@ void BaseLoop::note_overrun(TaskSlot& slot) noexcept {
   slot.counters.count_event(slot.counters.overruns, slot.record.warmup);
 }
 
-void BaseLoop::keep(const RunRecord& record) noexcept {
+void BaseLoop::push_record(const RunRecord& record) noexcept {
   if (clock_.is_virtual() && accounting_.base_runs().half_full()) accounting_.drain();
   accounting_.base_runs().push(record);
 }
@@ -258,7 +258,7 @@ RunRecord BaseLoop::new_record(const TaskSlot& slot, const TickInfo& info) const
   record.warmup = info.run < slot.spec.warmup_runs;
   record.tick = info.tick;
   record.release_ns = due_ns(info.tick);
-  // A kept release waited for the previous run, not for the base thread to wake.
+  // A queued release waited for the previous run, not for the base thread to wake.
   record.base_wake_ns = info.tick == next_tick_ ? base_wake_ns_ : record.release_ns;
   return record;
 }

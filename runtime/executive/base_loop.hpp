@@ -35,8 +35,8 @@ class BaseLoop {
 
   /// Runs until the duration is over (returns false) or a stop was requested (returns true).
   bool run(const std::atomic<bool>& stop_requested) noexcept;
-  /// After the tasks' threads have ended: counts the runs that had not been settled.
-  void settle_remaining() noexcept;
+  /// After the tasks' threads have ended: counts the runs that had not been accounted.
+  void account_remaining() noexcept;
 
   std::int64_t start_ns() const noexcept { return start_ns_; }
   /// The index behind the last tick: the number of ticks that ran or were skipped.
@@ -58,13 +58,13 @@ class BaseLoop {
   // Tasks on other threads.
   void release(TaskSlot& slot, std::uint64_t tick) noexcept;
   void begin_run(TaskSlot& slot, std::uint64_t tick) noexcept;
-  void settle(TaskSlot& slot, std::uint64_t tick) noexcept;
-  void settle_late(TaskSlot& slot) noexcept;
+  void account(TaskSlot& slot, std::uint64_t tick) noexcept;
+  void account_late(TaskSlot& slot) noexcept;
   bool thread_is_busy(const TaskSlot& waiting) const noexcept;
   void close_run(TaskSlot& slot) noexcept;
   void note_overrun(TaskSlot& slot) noexcept;
 
-  void keep(const RunRecord& record) noexcept;
+  void push_record(const RunRecord& record) noexcept;
   TickInfo next_run_of(TaskSlot& slot, std::uint64_t tick) const noexcept;
   RunRecord new_record(const TaskSlot& slot, const TickInfo& info) const noexcept;
   std::int64_t next_release_after_ns(const TaskSlot& slot, std::int64_t instant_ns) const noexcept;

@@ -122,7 +122,7 @@ RunResult Executive::run(const std::atomic<bool>& stop_requested) {
     for (const auto& worker : workers)
       worker->stop();
   }
-  loop.settle_remaining();
+  loop.account_remaining();
   accounting.finish();
 
   result.ticks = beat_->ticks_begun.load(std::memory_order_relaxed);

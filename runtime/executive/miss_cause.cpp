@@ -51,7 +51,7 @@ void attribute_step(const RunEvidence& run, DelayParts& parts) noexcept {
   std::int64_t paused_ns = 0;
   move_time(off_cpu_ns, paused_ns, run.pause_in_step_ns);
   // While the process was stopped, the database could not run either.
-  move_time(database_ns, paused_ns, run.standstill_in_step_ns - paused_ns);
+  move_time(database_ns, paused_ns, run.process_pause_in_step_ns - paused_ns);
   parts[MissCause::host_pause] += paused_ns;
   parts[MissCause::database] += database_ns;
   parts[run.major_faults > 0 ? MissCause::page_fault : MissCause::preempted] += off_cpu_ns;

@@ -63,7 +63,7 @@ struct RunEvidence {
   std::int64_t pause_before_start_ns = 0;  ///< pauses of the host between release and start
   std::int64_t pause_in_step_ns = 0;       ///< pauses of the host between start and finish
   /// Lower bound on the time there in which no thread of the process ran
-  std::int64_t standstill_in_step_ns = 0;
+  std::int64_t process_pause_in_step_ns = 0;
   /// The previous run of the same task, if it ran past this release: its end, and its delays.
   std::int64_t same_task_until_ns = 0;
   MissCause same_task_cause = MissCause::own_work;

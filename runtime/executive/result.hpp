@@ -50,7 +50,7 @@ struct TaskResult {
   std::int64_t slack_p50_ns = 0;
 
   std::vector<Miss>
-      misses;  ///< the first ones, up to AccountingOptions::kept_misses_per_task; deadline_misses counts all
+      misses;  ///< the first ones, up to AccountingOptions::max_misses_per_task; deadline_misses counts all
   /// Of all misses except those in RunResult::lost_records: the number by MissCause, and the largest
   /// lateness.
   std::array<std::uint64_t, miss_cause_count> misses_by_cause{};

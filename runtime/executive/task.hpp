@@ -22,9 +22,9 @@ namespace hil::executive {
 enum class OverrunPolicy : std::uint8_t {
   /// It is dropped and counted as skipped. Late outputs are published when the run has finished.
   skip,
-  /// One such release is kept and run when the task is free; further ones are skipped. On another thread the
-  /// kept release starts at the first tick that finds the task free, with the inputs that Task::keep stored
-  /// at its own tick. Late outputs are published when the run has finished.
+  /// One such release is queued and runs when the task is free; further ones are skipped. On another thread
+  /// the queued release starts at the first tick that finds the task free, with the inputs that Task::queue
+  /// stored at its own tick. Late outputs are published when the run has finished.
   queue,
   /// Other threads only. At the deadline the executive calls Task::abort, and the outputs of that run are
   /// never published; if the run has not started, it is cancelled. A release that finds the task still
@@ -70,7 +70,7 @@ class Task {
   /// Base thread, for a task on another thread with OverrunPolicy::queue: a release has to wait for the
   /// running step. Stores the inputs of this tick; latch() with the same tick and run follows when that run
   /// starts.
-  virtual void keep(const TickInfo& tick) noexcept { (void)tick; }
+  virtual void queue(const TickInfo& tick) noexcept { (void)tick; }
   /// Does the work, on the base thread or on the task's own thread.
   virtual void step(const TickInfo& tick) noexcept = 0;
   /// Base thread: makes the outputs visible; directly after step on the base thread, otherwise at the

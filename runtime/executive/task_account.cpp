@@ -4,19 +4,19 @@
 
 namespace hil::executive {
 
-TaskAccount::TaskAccount(const TaskSlot& slot, std::int64_t base_period_ns, std::size_t kept_misses)
-    : budget_ns_(slot.spec.budget_ns), kept_misses_(kept_misses) {
+TaskAccount::TaskAccount(const TaskSlot& slot, std::int64_t base_period_ns, std::size_t max_misses)
+    : budget_ns_(slot.spec.budget_ns), max_misses_(max_misses) {
   result_.name = slot.spec.name;
   result_.thread = slot.spec.thread;
   result_.period_ns = base_period_ns * slot.spec.every_ticks;
   result_.rate_hz = 1e9 / static_cast<double>(result_.period_ns);
   result_.deadline_ns = slot.deadline_ns;
-  result_.misses.reserve(kept_misses);
+  result_.misses.reserve(max_misses);
 }
 
-void TaskAccount::take(const RunRecord& run, const HostStallDetector& stall_detector) {
+void TaskAccount::take(const RunRecord& run, const HostPauseDetector& pause_detector) {
   if (is_late(run)) {
-    const DelayParts parts = explain(run, stall_detector);
+    const DelayParts parts = explain(run, pause_detector);
     last_cause_ = parts.largest();
     if (!run.warmup) note_miss(run, parts);
   }
@@ -28,12 +28,12 @@ void TaskAccount::note_miss(const RunRecord& run, const DelayParts& parts) {
   const std::int64_t lateness_ns = run.finish_ns - run.release_ns - result_.deadline_ns;
   ++result_.misses_by_cause[static_cast<std::size_t>(last_cause_)];
   result_.worst_lateness_ns = std::max(result_.worst_lateness_ns, lateness_ns);
-  if (result_.misses.size() < kept_misses_)
+  if (result_.misses.size() < max_misses_)
     result_.misses.push_back({run.tick, last_cause_, lateness_ns, parts});
 }
 
 DelayParts TaskAccount::explain(const RunRecord& run,
-                                const HostStallDetector& stall_detector) const noexcept {
+                                const HostPauseDetector& pause_detector) const noexcept {
   RunEvidence evidence;
   evidence.release_ns = run.release_ns;
   evidence.base_wake_ns = run.base_wake_ns;
@@ -48,10 +48,10 @@ DelayParts TaskAccount::explain(const RunRecord& run,
   evidence.minor_faults = run.minor_faults;
   evidence.major_faults = run.major_faults;
   evidence.pause_before_start_ns =
-      stall_detector.pause_ns(run.release_ns, run.start_ns, run.start_ns - run.release_ns);
+      pause_detector.pause_ns(run.release_ns, run.start_ns, run.start_ns - run.release_ns);
   const std::int64_t off_cpu_ns = run.finish_ns - run.start_ns - run.cpu_ns - run.blocked_ns;
-  evidence.pause_in_step_ns = stall_detector.pause_ns(run.start_ns, run.finish_ns, off_cpu_ns);
-  evidence.standstill_in_step_ns = stall_detector.standstill_ns(run.start_ns, run.finish_ns);
+  evidence.pause_in_step_ns = pause_detector.pause_ns(run.start_ns, run.finish_ns, off_cpu_ns);
+  evidence.process_pause_in_step_ns = pause_detector.process_pause_ns(run.start_ns, run.finish_ns);
   evidence.same_task_until_ns = last_finish_ns_;
   evidence.same_task_cause = last_cause_;
   return attribute_delay(evidence);

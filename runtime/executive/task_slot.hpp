@@ -78,8 +78,8 @@ struct TaskSlot {
   bool abort_requested = false;
   bool miss_counted = false;
   bool overrun_counted = false;
-  bool release_kept = false;  ///< OverrunPolicy::queue: one release is kept
-  std::uint64_t kept_tick = 0;
+  bool release_queued = false;  ///< OverrunPolicy::queue: one release is queued
+  std::uint64_t queued_tick = 0;
 };
 
 }  // namespace hil::executive

@@ -46,32 +46,32 @@ Json json_of(const std::vector<BusSentence>& sentences) {
   return list;
 }
 
-std::uint64_t count_at(const Place& place) {
-  if (!place.json.is_number_unsigned()) place.refuse("a count");
-  return place.json.get<std::uint64_t>();
+std::uint64_t count_at(const JsonCursor& cursor) {
+  if (!cursor.json.is_number_unsigned()) cursor.refuse("a count");
+  return cursor.json.get<std::uint64_t>();
 }
 
-std::string text_at(const Place& place) {
-  if (!place.json.is_string()) place.refuse("text");
-  return place.json.get<std::string>();
+std::string text_at(const JsonCursor& cursor) {
+  if (!cursor.json.is_string()) cursor.refuse("text");
+  return cursor.json.get<std::string>();
 }
 
-const Place& list_at(const Place& place) {
-  if (!place.json.is_array()) place.refuse("a list");
-  return place;
+const JsonCursor& list_at(const JsonCursor& cursor) {
+  if (!cursor.json.is_array()) cursor.refuse("a list");
+  return cursor;
 }
 
-const Place& object_at(const Place& place) {
-  if (!place.json.is_object()) place.refuse("an object");
-  return place;
+const JsonCursor& object_at(const JsonCursor& cursor) {
+  if (!cursor.json.is_object()) cursor.refuse("an object");
+  return cursor;
 }
 
-std::vector<BusRow> rows_at(const Place& list) {
+std::vector<BusRow> rows_at(const JsonCursor& list) {
   std::vector<BusRow> rows(list.json.size());
   for (std::size_t index = 0; index < rows.size(); ++index) {
-    const Place item = list.item(index);
+    const JsonCursor item = list.item(index);
     for (const auto& [key, value] : object_at(item).json.items()) {
-      const Place member = item.member(key.c_str());
+      const JsonCursor member = item.member(key.c_str());
       if (value.is_string()) {
         rows[index].emplace_back(key, text_at(member));
       } else {
@@ -82,32 +82,32 @@ std::vector<BusRow> rows_at(const Place& list) {
   return rows;
 }
 
-BusField field_at(const std::string& key, const Place& place) {
-  if (place.json.is_string()) return {key, text_at(place)};
-  if (place.json.is_array()) return {key, rows_at(place)};
-  if (place.json.is_null()) return {key, not_known};
-  if (place.json.is_number_float()) return {key, place.json.get<double>()};
-  return {key, count_at(place)};
+BusField field_at(const std::string& key, const JsonCursor& cursor) {
+  if (cursor.json.is_string()) return {key, text_at(cursor)};
+  if (cursor.json.is_array()) return {key, rows_at(cursor)};
+  if (cursor.json.is_null()) return {key, not_known};
+  if (cursor.json.is_number_float()) return {key, cursor.json.get<double>()};
+  return {key, count_at(cursor)};
 }
 
-std::vector<BusSentence> sentences_at(const Place& list) {
+std::vector<BusSentence> sentences_at(const JsonCursor& list) {
   std::vector<BusSentence> sentences;
   for (std::size_t index = 0; index < list_at(list).json.size(); ++index) {
-    const Place item = list.item(index);
+    const JsonCursor item = list.item(index);
     sentences.push_back({count_at(item.member("count")), text_at(item.member("text"))});
   }
   return sentences;
 }
 
-BusRecord record_at(const Place& place, const std::string& name_key) {
+BusRecord record_at(const JsonCursor& cursor, const std::string& name_key) {
   BusRecord record;
-  record.name = text_at(place.member(name_key.c_str()));
-  for (const auto& [key, value] : place.json.items()) {
+  record.name = text_at(cursor.member(name_key.c_str()));
+  for (const auto& [key, value] : cursor.json.items()) {
     if (key != name_key && key != faults_key && key != remarks_key)
-      record.fields.push_back(field_at(key, place.member(key.c_str())));
+      record.fields.push_back(field_at(key, cursor.member(key.c_str())));
   }
-  record.faults = sentences_at(place.member(faults_key));
-  record.remarks = sentences_at(place.member(remarks_key));
+  record.faults = sentences_at(cursor.member(faults_key));
+  record.remarks = sentences_at(cursor.member(remarks_key));
   return record;
 }
 
@@ -129,9 +129,9 @@ void add_bus_lists(const std::vector<BusGroup>& groups, Json& file) {
   }
 }
 
-void read_bus_lists(const Place& file, std::vector<BusGroup>& groups) {
+void read_bus_lists(const JsonCursor& file, std::vector<BusGroup>& groups) {
   for (BusGroup& group : groups) {
-    const Place list = file.member(group.list_key.c_str());
+    const JsonCursor list = file.member(group.list_key.c_str());
     for (std::size_t index = 0; index < list_at(list).json.size(); ++index)
       group.buses.push_back(record_at(list.item(index), group.name_key));
   }

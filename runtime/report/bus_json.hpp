@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "runtime/report/json_place.hpp"
+#include "runtime/report/json_cursor.hpp"
 #include "runtime/report/run_record.hpp"
 
 namespace hil::report {
@@ -15,6 +15,6 @@ namespace hil::report {
 void add_bus_lists(const std::vector<BusGroup>& groups, nlohmann::ordered_json& file);
 
 /// Reads the list of each group. Throws ReportError with the place.
-void read_bus_lists(const Place& file, std::vector<BusGroup>& groups);
+void read_bus_lists(const JsonCursor& file, std::vector<BusGroup>& groups);
 
 }  // namespace hil::report

@@ -9,8 +9,8 @@
 
 #include "runtime/report/bus_json.hpp"
 #include "runtime/report/file_checksum.hpp"
+#include "runtime/report/json_cursor.hpp"
 #include "runtime/report/json_layout.hpp"
-#include "runtime/report/json_place.hpp"
 #include "runtime/report/record_fields.hpp"
 #include "runtime/report/text_safety.hpp"
 
@@ -106,97 +106,97 @@ Json written(const T& value) {
 // ---- reading ----
 
 template <class T>
-void read(const Place& place, T& value);
+void read(const JsonCursor& cursor, T& value);
 
 template <class... Items>
-void read_items(const Place& place, Items&... items) {
-  if (!place.json.is_array() || place.json.size() != sizeof...(items)) {
-    place.refuse("a list of " + std::to_string(sizeof...(items)));
+void read_items(const JsonCursor& cursor, Items&... items) {
+  if (!cursor.json.is_array() || cursor.json.size() != sizeof...(items)) {
+    cursor.refuse("a list of " + std::to_string(sizeof...(items)));
   }
   std::size_t index = 0;
-  (read(place.item(index++), items), ...);
+  (read(cursor.item(index++), items), ...);
 }
 
-void read_row(const Place& place, Bin& bin) {
-  read_items(place, bin.first_ns, bin.last_ns, bin.count);
+void read_row(const JsonCursor& cursor, Bin& bin) {
+  read_items(cursor, bin.first_ns, bin.last_ns, bin.count);
 }
-void read_row(const Place& place, PointM& point) {
-  read_items(place, point.x_m, point.y_m);
+void read_row(const JsonCursor& cursor, PointM& point) {
+  read_items(cursor, point.x_m, point.y_m);
 }
-void read_row(const Place& place, TrackPoint& point) {
-  read_items(place, point.time_ns, point.x_m, point.y_m);
+void read_row(const JsonCursor& cursor, TrackPoint& point) {
+  read_items(cursor, point.time_ns, point.x_m, point.y_m);
 }
-void read_row(const Place& place, SensorPoint& point) {
-  read_items(place, point.x_m, point.y_m, point.z_m, point.azimuth_rad, point.elevation_rad, point.range_m,
+void read_row(const JsonCursor& cursor, SensorPoint& point) {
+  read_items(cursor, point.x_m, point.y_m, point.z_m, point.azimuth_rad, point.elevation_rad, point.range_m,
              point.entity);
 }
-void read_row(const Place& place, std::array<double, 2>& pair) {
-  read_items(place, pair[0], pair[1]);
+void read_row(const JsonCursor& cursor, std::array<double, 2>& pair) {
+  read_items(cursor, pair[0], pair[1]);
 }
 
-void read_word(const Place& place, Verdict& verdict) {
-  const auto found = place.json.is_string() ? verdict_from(place.json.get<std::string>()) : std::nullopt;
-  if (!found) place.refuse("a verdict");
+void read_word(const JsonCursor& cursor, Verdict& verdict) {
+  const auto found = cursor.json.is_string() ? verdict_from(cursor.json.get<std::string>()) : std::nullopt;
+  if (!found) cursor.refuse("a verdict");
   verdict = *found;
 }
-void read_word(const Place& place, ExpectationResult& result) {
+void read_word(const JsonCursor& cursor, ExpectationResult& result) {
   const auto found =
-      place.json.is_string() ? expectation_result_from(place.json.get<std::string>()) : std::nullopt;
-  if (!found) place.refuse("the result of an expectation");
+      cursor.json.is_string() ? expectation_result_from(cursor.json.get<std::string>()) : std::nullopt;
+  if (!found) cursor.refuse("the result of an expectation");
   result = *found;
 }
-void read_word(const Place& place, contribution::Mark& mark) {
+void read_word(const JsonCursor& cursor, contribution::Mark& mark) {
   const auto found =
-      place.json.is_string() ? contribution::mark_from(place.json.get<std::string>()) : std::nullopt;
-  if (!found) place.refuse("a mark");
+      cursor.json.is_string() ? contribution::mark_from(cursor.json.get<std::string>()) : std::nullopt;
+  if (!found) cursor.refuse("a mark");
   mark = *found;
 }
-void read_word(const Place& place, Layer& layer) {
-  const auto found = place.json.is_string() ? layer_from(place.json.get<std::string>()) : std::nullopt;
-  if (!found) place.refuse("a layer");
+void read_word(const JsonCursor& cursor, Layer& layer) {
+  const auto found = cursor.json.is_string() ? layer_from(cursor.json.get<std::string>()) : std::nullopt;
+  if (!found) cursor.refuse("a layer");
   layer = *found;
 }
 
 template <class T>
-void read_integer(const Place& place, T& value) {
-  if (!place.json.is_number_integer()) place.refuse("an integer");
-  if (place.json.is_number_unsigned()) {
-    const auto wide = place.json.get<std::uint64_t>();
-    if (!std::in_range<T>(wide)) place.refuse("an integer that fits");
+void read_integer(const JsonCursor& cursor, T& value) {
+  if (!cursor.json.is_number_integer()) cursor.refuse("an integer");
+  if (cursor.json.is_number_unsigned()) {
+    const auto wide = cursor.json.get<std::uint64_t>();
+    if (!std::in_range<T>(wide)) cursor.refuse("an integer that fits");
     value = static_cast<T>(wide);
   } else {
-    const auto wide = place.json.get<std::int64_t>();
-    if (!std::in_range<T>(wide)) place.refuse("an integer that fits");
+    const auto wide = cursor.json.get<std::int64_t>();
+    if (!std::in_range<T>(wide)) cursor.refuse("an integer that fits");
     value = static_cast<T>(wide);
   }
 }
 
 template <class T>
-void read(const Place& place, T& value) {
+void read(const JsonCursor& cursor, T& value) {
   if constexpr (Row<T>) {
-    read_row(place, value);
+    read_row(cursor, value);
   } else if constexpr (std::same_as<T, double>) {
-    if (!place.json.is_number() && !place.json.is_null()) place.refuse("a number");
-    value = place.json.is_null() ? not_known : place.json.get<double>();
+    if (!cursor.json.is_number() && !cursor.json.is_null()) cursor.refuse("a number");
+    value = cursor.json.is_null() ? not_known : cursor.json.get<double>();
   } else if constexpr (std::is_enum_v<T>) {
-    read_word(place, value);
+    read_word(cursor, value);
   } else if constexpr (std::same_as<T, bool>) {
-    if (!place.json.is_boolean()) place.refuse("true or false");
-    value = place.json.get<bool>();
+    if (!cursor.json.is_boolean()) cursor.refuse("true or false");
+    value = cursor.json.get<bool>();
   } else if constexpr (std::is_integral_v<T>) {
-    read_integer(place, value);
+    read_integer(cursor, value);
   } else if constexpr (std::same_as<T, std::string>) {
-    if (!place.json.is_string()) place.refuse("text");
-    value = place.json.get<std::string>();
+    if (!cursor.json.is_string()) cursor.refuse("text");
+    value = cursor.json.get<std::string>();
   } else if constexpr (IsOptional<T>::value) {
-    if (!place.json.is_null()) read(place, value.emplace());
+    if (!cursor.json.is_null()) read(cursor, value.emplace());
   } else if constexpr (IsVector<T>::value) {
-    if (!place.json.is_array()) place.refuse("a list");
-    value.resize(place.json.size());
+    if (!cursor.json.is_array()) cursor.refuse("a list");
+    value.resize(cursor.json.size());
     for (std::size_t index = 0; index < value.size(); ++index)
-      read(place.item(index), value[index]);
+      read(cursor.item(index), value[index]);
   } else {
-    each_field(value, [&](const char* key, auto& value_of_key) { read(place.member(key), value_of_key); });
+    each_field(value, [&](const char* key, auto& value_of_key) { read(cursor.member(key), value_of_key); });
   }
 }
 
@@ -213,29 +213,29 @@ void add_module_records(const WorldRecord& record, Json& world) {
   }
 }
 
-contribution::Property property_at(const Place& place, const std::string& key) {
+contribution::Property property_at(const JsonCursor& cursor, const std::string& key) {
   contribution::Property property{.key = key, .value = {}};
-  if (place.json.is_boolean()) {
-    read(place, property.value.emplace<bool>());
-  } else if (place.json.is_number_integer()) {
-    read(place, property.value.emplace<std::int64_t>());
-  } else if (place.json.is_number() || place.json.is_null()) {
-    read(place, property.value.emplace<double>());
-  } else if (place.json.is_array()) {
-    read(place, property.value.emplace<std::vector<double>>());
+  if (cursor.json.is_boolean()) {
+    read(cursor, property.value.emplace<bool>());
+  } else if (cursor.json.is_number_integer()) {
+    read(cursor, property.value.emplace<std::int64_t>());
+  } else if (cursor.json.is_number() || cursor.json.is_null()) {
+    read(cursor, property.value.emplace<double>());
+  } else if (cursor.json.is_array()) {
+    read(cursor, property.value.emplace<std::vector<double>>());
   } else {
-    place.refuse("a number, true, false or a list of numbers");
+    cursor.refuse("a number, true, false or a list of numbers");
   }
   return property;
 }
 
 /// Every list beside those of the world itself holds records of modules.
-void read_module_records(const Place& world, WorldRecord& record) {
+void read_module_records(const JsonCursor& world, WorldRecord& record) {
   for (const auto& [list_key, list] : world.json.items()) {
     if (!list.is_array() || list_key == "layers" || list_key == "entities") continue;
-    const Place place = world.member(list_key.c_str());
+    const JsonCursor cursor = world.member(list_key.c_str());
     for (std::size_t index = 0; index < list.size(); ++index) {
-      const Place item = place.item(index);
+      const JsonCursor item = cursor.item(index);
       contribution::ModuleRecord module{.list = list_key, .name = {}, .properties = {}};
       read(item.member("name"), module.name);
       for (const auto& [key, value] : item.json.items()) {
@@ -271,7 +271,7 @@ Record parsed(const std::string& file, std::string_view text, int wanted) {
   } catch (const Json::out_of_range& error) {
     throw ReportError(file + ": a number is out of range: " + error.what());
   }
-  const Place whole{file, json, ""};
+  const JsonCursor whole{file, json, ""};
   int version = 0;
   read(whole.member("schema_version"), version);
   if (version != wanted) {

@@ -34,7 +34,7 @@ class DeviceClock final : public io::RunClock {
   io::RunTimeNs now_ns() const noexcept override { return clock_.now_ns() - origin_ns(); }
   /// The time of an event in the report: one before the first tick has the time of that tick.
   io::RunTimeNs report_ns() const noexcept { return std::max<io::RunTimeNs>(now_ns(), 0); }
-  io::RunTimeNs settled(io::RunTimeNs stamp_ns) const noexcept override {
+  io::RunTimeNs to_run_time(io::RunTimeNs stamp_ns) const noexcept override {
     const bool is_early = stamp_ns > -2 * before_run_ns && stamp_ns < -before_run_ns / 2;
     return is_early ? stamp_ns + early_origin_ns_ - origin_ns() : stamp_ns;
   }

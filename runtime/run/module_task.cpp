@@ -30,7 +30,7 @@ void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) const n
   }
 }
 
-void ModuleTask::keep(const executive::TickInfo& /*tick*/) noexcept {
+void ModuleTask::queue(const executive::TickInfo& /*tick*/) noexcept {
   latch_inputs(kept_inputs_);
   kept_version_ = database_.latest().version;
   kept_ = true;

@@ -22,7 +22,7 @@ class ModuleTask final : public executive::Task {
              const rtstdb::Database& database, const DeviceClock& run_clock, modules::EventLog& events);
 
   void latch(const executive::TickInfo& tick) noexcept override;
-  void keep(const executive::TickInfo& tick) noexcept override;
+  void queue(const executive::TickInfo& tick) noexcept override;
   void step(const executive::TickInfo& tick) noexcept override;
   void publish(const executive::TickInfo& tick) noexcept override;
   std::int64_t last_blocked_ns() const noexcept override { return context_.blocked_ns; }
@@ -44,7 +44,7 @@ class ModuleTask final : public executive::Task {
   const rtstdb::Database& database_;
   const DeviceClock& run_clock_;
   std::vector<signals::SignalValue> inputs_;
-  // Inputs and version of a kept release, as of its tick.
+  // Inputs and version of a queued release, as of its tick.
   std::vector<signals::SignalValue> kept_inputs_;
   rtstdb::Version kept_version_ = 0;
   bool kept_ = false;

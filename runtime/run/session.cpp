@@ -19,8 +19,8 @@
 #include "runtime/run/executive_record.hpp"
 #include "runtime/run/judges.hpp"
 #include "runtime/run/process_watch.hpp"
+#include "runtime/run/run_buses.hpp"
 #include "runtime/run/run_context.hpp"
-#include "runtime/run/run_devices.hpp"
 #include "runtime/run/run_world.hpp"
 #include "runtime/run/signal_log.hpp"
 
@@ -76,7 +76,7 @@ class LiveSession final : public executive::TickHooks {
         context_(scenario_, options, stop_requested),
         log_every_ticks_(std::max<std::uint64_t>(
             1, static_cast<std::uint64_t>(scenario_.base_rate_hz / signal_log_rate_hz))),
-        devices_(wiring_, context_, arrivals_) {}
+        buses_(wiring_, context_, arrivals_) {}
   ~LiveSession() override { close_devices(); }
 
   void open();
@@ -86,18 +86,18 @@ class LiveSession final : public executive::TickHooks {
     context_.device_clock.set_origin(start_ns);
     arrivals_.begin();
   }
-  void begin_tick(const executive::TickInfo& tick) noexcept override { devices_.begin_tick(tick.time_ns); }
+  void begin_tick(const executive::TickInfo& tick) noexcept override { buses_.begin_tick(tick.time_ns); }
   void end_tick(const executive::TickInfo& tick) noexcept override {
     judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
-    if (!devices_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
+    if (!buses_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
       stop_.store(true, std::memory_order_relaxed);
   }
 
  private:
   void start_processes();
-  void wait_for_stations();
-  void open_clients();
+  void wait_for_programs();
+  void start_remaining_devices();
   [[noreturn]] void refuse_ended_process(const std::string& process, const std::string& consequence) const;
   executive::ExecutiveOptions executive_options();
   void add_tasks(executive::Executive& executive);
@@ -118,7 +118,7 @@ class LiveSession final : public executive::TickHooks {
   const std::uint64_t log_every_ticks_;
   std::unique_ptr<RunWorld> world_;
   Arrivals arrivals_;
-  RunDevices devices_;
+  RunBuses buses_;
   std::unique_ptr<ProcessWatch> processes_;
   std::vector<ProcessExit> exits_;
   std::optional<Judges> judges_;
@@ -130,10 +130,10 @@ class LiveSession final : public executive::TickHooks {
 void LiveSession::open() {
   context_.log.info("scenario " + scenario_.name + " from " + scenario_.file);
   world_ = std::make_unique<RunWorld>(wiring_, context_);
-  devices_.make();
+  buses_.make_devices();
   start_processes();
-  wait_for_stations();
-  open_clients();
+  wait_for_programs();
+  start_remaining_devices();
   judges_.emplace(scenario_, wiring_.signals, arrivals_);
   signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
                                             context_.is_virtual);
@@ -154,7 +154,7 @@ void LiveSession::start_processes() {
     for (const config::CommandWord& word : section.command) {
       program.child.command.push_back(
           word.expand([this](const std::string& placeholder_section, const std::string& name) {
-            return devices_.address_of(placeholder_section, name);
+            return buses_.address_of(placeholder_section, name);
           }));
     }
     programs.push_back(std::move(program));
@@ -169,10 +169,10 @@ void LiveSession::refuse_ended_process(const std::string& process, const std::st
                         context_.options.directory.string() + consequence);
 }
 
-void LiveSession::wait_for_stations() {
+void LiveSession::wait_for_programs() {
   const auto began = std::chrono::steady_clock::now();
   for (;;) {
-    if (devices_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
+    if (buses_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
       return;
     if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, "");
     if (context_.stop_requested.load())
@@ -181,10 +181,10 @@ void LiveSession::wait_for_stations() {
   }
 }
 
-/// Starts the devices that connect to others. Processes of the run may serve them.
-void LiveSession::open_clients() {
+/// Starts the devices that connect to programs, which may have been started by this run.
+void LiveSession::start_remaining_devices() {
   try {
-    devices_.finish();
+    buses_.start_remaining_devices();
   } catch (const io::DeviceError& error) {
     if (context_.stop_requested.load()) throw StoppedError(error.what());
     const std::string ended = processes_->first_ended();
@@ -207,7 +207,7 @@ executive::ExecutiveOptions LiveSession::executive_options() {
                       .cpus = scenario_.realtime.cpus};
   options.watchdog.timeout_ns = scenario_.realtime.watchdog_ns;
   options.watchdog.safe_state = [this] {
-    devices_.enter_safe_state();
+    buses_.enter_safe_state();
     stop_.store(true);
     context_.log.warn("the base thread makes no ticks: outputs go to their safe values");
   };
@@ -227,7 +227,7 @@ void LiveSession::add_tasks(executive::Executive& executive) {
                         .thread = section.thread},
                        *world_->tasks()[i]);
   }
-  devices_.add_tasks(executive);
+  buses_.add_tasks(executive);
 }
 
 SessionResult LiveSession::run() {
@@ -242,9 +242,9 @@ SessionResult LiveSession::run() {
   record.wall_ns = (std::chrono::steady_clock::now() - began).count();
   context_.log.info("the run is over after " + std::to_string(result.ticks) +
                     " ticks; outputs go to their safe values");
-  const std::string step_fault = devices_.step_fault();
+  const std::string step_fault = buses_.step_fault();
   close_devices();
-  devices_.collect_last_events();
+  buses_.collect_last_events();
   context_.log.info("all devices and processes are closed");
   write_faults_ = world_->close(record);
   close_logs();
@@ -274,18 +274,18 @@ executive::RunResult LiveSession::run_watched(executive::Executive& executive) {
       processes_->watch([this](const ProcessExit& exit) { end_on_process_exit(exit); },
                         [this, &executive] {
                           if (!world_->check()) stop_.store(true);
-                          devices_.check();
+                          buses_.check();
                           if (context_.options.every_second)
                             context_.options.every_second(live_status(executive));
                         });
   executive::RunResult result = executive.run(stop_);
-  if (!devices_.in_step()) processes_->end_watch_after_exit(std::chrono::milliseconds(100));
+  if (!buses_.in_step()) processes_->end_watch_after_exit(std::chrono::milliseconds(100));
   return result;
 }
 
 void LiveSession::end_on_process_exit(const ProcessExit& exit) {
   if (exit.safe_on_exit) {
-    devices_.enter_safe_state();
+    buses_.enter_safe_state();
     stop_.store(true);
   }
   context_.log.warn("process " + exit.name + " " + exit.exit +
@@ -304,14 +304,14 @@ report::LiveStatus LiveSession::live_status(const executive::Executive& executiv
     if (task.runs > 0)
       status.min_slack_ns = std::min(status.min_slack_ns.value_or(task.slack_min_ns), task.slack_min_ns);
   }
-  status.buses = devices_.bus_loads();
+  status.buses = buses_.bus_loads();
   return status;
 }
 
 /// Safe values are sent before anything closes; processes end after the devices that talk to them.
 void LiveSession::close_devices() noexcept {
   if (processes_) processes_->end_watch();
-  devices_.stop();
+  buses_.stop();
   if (processes_) exits_ = processes_->stop();
   processes_.reset();
 }
@@ -324,10 +324,10 @@ void LiveSession::close_logs() {
   add(signal_log_->close());
   if (const std::uint64_t rows = signal_log_->lost_rows(); rows > 0)
     add("signals.csv lacks " + std::to_string(rows) + " rows: the disk was too slow");
-  for (const std::string& fault : devices_.log_faults())
+  for (const std::string& fault : buses_.log_faults())
     add(fault);
   std::vector<std::string> files{"signals.csv", "run.log", "world.json"};
-  for (const std::string& file : devices_.log_files())
+  for (const std::string& file : buses_.log_files())
     files.push_back(file);
   for (const ProcessExit& exit : exits_) {
     add(exit.output_fault);
@@ -346,7 +346,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   take_executive(result, scenario_, record);
   record.realtime.kernel = kernel_text();
   world_->fill(record);
-  devices_.fill(record);
+  buses_.fill(record);
   for (const ProcessExit& exit : exits_) {
     record.processes.push_back({exit.name, exit.command, exit.exit,
                                 exit.ended_early ? std::optional(exit.ended_at_ns) : std::nullopt});
@@ -368,7 +368,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
 void LiveSession::add_events(report::RunRecord& record) const {
   for (const modules::EventLog::Event& event : world_->events().events())
     record.events.push_back({event.time_ns, event.text});
-  record.events.insert(record.events.end(), devices_.events().begin(), devices_.events().end());
+  record.events.insert(record.events.end(), buses_.events().begin(), buses_.events().end());
   for (const ProcessExit& exit : exits_) {
     if (exit.ended_early)
       record.events.push_back({exit.ended_at_ns, "process " + exit.name + " " + exit.exit});
@@ -387,12 +387,12 @@ void LiveSession::add_failures(std::int64_t end_ns, report::RunRecord& record) c
                     " before the run was over; outputs were set to their safe values");
   }
   record.failures.insert(record.failures.begin(), ended.begin(), ended.end());
-  record.losses = devices_.losses().losses(end_ns, exits_);
-  record.losses_not_listed = devices_.losses().not_listed();
+  record.losses = buses_.losses().losses(end_ns, exits_);
+  record.losses_not_listed = buses_.losses().not_listed();
   for (const report::Loss& loss : record.losses) {
     if (!loss.permitted) record.failures.push_back(report::to_ascii(report::sentence_of(loss)));
   }
-  for (std::string& fault : devices_.send_faults())
+  for (std::string& fault : buses_.send_faults())
     record.failures.push_back(std::move(fault));
   record.failures.insert(record.failures.end(), write_faults_.begin(), write_faults_.end());
 }

@@ -112,7 +112,7 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
 void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
   for (const std::shared_ptr<const config::BusSection>& section : wiring.scenario->buses) {
     const std::string prefix = section->full_name() + ".";
-    std::unique_ptr<buses::Bus> bus = buses::type_of(*section).wire(*section, diagnostics);
+    std::unique_ptr<buses::BusWiring> bus = buses::type_of(*section).wire(*section, diagnostics);
     if (bus == nullptr) {
       known.add_undeclared(prefix);
       continue;

@@ -27,7 +27,7 @@ struct WiredModule {
 
 struct WiredBus {
   const config::BusSection* section = nullptr;
-  std::unique_ptr<buses::Bus> bus;
+  std::unique_ptr<buses::BusWiring> bus;
   signals::Links links;
 };
 

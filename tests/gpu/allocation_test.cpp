@@ -11,7 +11,7 @@
 
 #include <rtstdb/database.hpp>
 
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <bit>
 #include <numeric>
 
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::gpu::test {
 namespace {

@@ -8,9 +8,9 @@
 #include <memory>
 #include <vector>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/dense_meshes.hpp"
-#include "tests/gpu/executor_test.hpp"
+#include "tests/gpu/executor_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -20,30 +20,30 @@ constexpr Nanoseconds chunk_time{500'000};
 constexpr std::uint32_t max_rays = 65'536;
 
 /// Twice, since two chunks are in flight.
-void learn_twice(query::ChunkPace& pace, const query::ChunkPace::Chunk& chunk) {
+void update_twice(query::ChunkPace& pace, const query::ChunkPace::Chunk& chunk) {
   for (int k = 0; k < 2; ++k)
-    pace.learn(chunk);
+    pace.update(chunk);
 }
 
 TEST(ChunkPace, MakesChunksSmallerThatTakeLonger) {
   query::ChunkPace pace(500'000);
   EXPECT_EQ(pace.relative_size(), 1.0);
-  pace.learn({500e3, 500e3});
+  pace.update({500e3, 500e3});
   EXPECT_EQ(pace.relative_size(), 1.0);
-  learn_twice(pace, {500e3, 20e6});
+  update_twice(pace, {500e3, 20e6});
   EXPECT_DOUBLE_EQ(pace.relative_size(), 1.0 / 32.0) << "halved until it takes at most 1.5 times its time";
-  learn_twice(pace, {12.5e3, 500e3});
+  update_twice(pace, {12.5e3, 500e3});
   EXPECT_DOUBLE_EQ(pace.relative_size(), 1.0 / 40.0) << "as large as it should be";
-  learn_twice(pace, {12.5e3, 12.5e3});
+  update_twice(pace, {12.5e3, 12.5e3});
   EXPECT_GT(pace.relative_size(), 0.75) << "doubled as long as it takes at most 1.5 times its time";
-  learn_twice(pace, {500e3, 1e3});
+  update_twice(pace, {500e3, 1e3});
   EXPECT_LE(pace.relative_size(), 1.0) << "no larger than predicted";
 }
 
 TEST(ChunkPace, IgnoresTheTimeOfAChunkThatIsNoticedLate) {
   query::ChunkPace pace(500'000);
   for (int k = 0; k < 20; ++k) {
-    pace.learn({500e3, k % 2 == 0 ? 900e3 : 100e3, k % 2 != 0});
+    pace.update({500e3, k % 2 == 0 ? 900e3 : 100e3, k % 2 != 0});
     EXPECT_EQ(pace.relative_size(), k == 0 ? 0.5 : 1.0);
   }
 }
@@ -53,14 +53,14 @@ TEST(ChunkPace, IgnoresTheTimeOfAChunkThatIsNoticedLate) {
 TEST(ChunkPace, IgnoresTheTimeOfTheHost) {
   query::ChunkPace pace(500'000);
   for (int k = 0; k < 20; ++k) {
-    pace.learn({500e3, 5e6, true});
+    pace.update({500e3, 5e6, true});
     EXPECT_EQ(pace.relative_size(), 1.0);
   }
-  learn_twice(pace, {500e3, 50e6});
-  learn_twice(pace, {5e3, 500e3});
+  update_twice(pace, {500e3, 50e6});
+  update_twice(pace, {5e3, 500e3});
   EXPECT_DOUBLE_EQ(pace.relative_size(), 0.01);
   for (int k = 0; k < 10; ++k) {
-    pace.learn({500e3 * pace.relative_size(), 5e6, true});
+    pace.update({500e3 * pace.relative_size(), 5e6, true});
     EXPECT_DOUBLE_EQ(pace.relative_size(), std::min(0.02 * std::pow(2.0, k), 1.0));
   }
 }
@@ -68,14 +68,14 @@ TEST(ChunkPace, IgnoresTheTimeOfTheHost) {
 /// The first chunk is small if its elements may cost more than predicted; the next ones grow soon.
 TEST(ChunkPace, MayBeginSmall) {
   query::ChunkPace pace(500'000);
-  learn_twice(pace, {500e3, 500e3});
+  update_twice(pace, {500e3, 500e3});
   pace.begin_with(1.0 / 256.0);
   EXPECT_EQ(pace.relative_size(), 1.0 / 256.0);
   for (int k = 0; k < 12; ++k)
-    pace.learn({500e3 * pace.relative_size(), 80e3 + 500e3 * pace.relative_size()});
+    pace.update({500e3 * pace.relative_size(), 80e3 + 500e3 * pace.relative_size()});
   EXPECT_GT(pace.relative_size(), 0.5);
   pace.begin_with(1.0 / 256.0);
-  learn_twice(pace, {500e3 / 256.0, 5e6});
+  update_twice(pace, {500e3 / 256.0, 5e6});
   EXPECT_LT(pace.relative_size(), 1.0 / 256.0) << "more expensive than that";
   const double relative_size = pace.relative_size();
   pace.begin_with(0.5);
@@ -94,7 +94,7 @@ double fraction_of_dispatches(double dispatch_ns, double chunk_ns, double overes
     dispatches_ns += dispatch_ns;
     total_ns += dispatch_ns + elements_ns;
     longest_ns = std::max(longest_ns, dispatch_ns + elements_ns);
-    pace.learn({elements_ns * overestimate, dispatch_ns + elements_ns});
+    pace.update({elements_ns * overestimate, dispatch_ns + elements_ns});
   }
   EXPECT_LT(longest_ns, std::max(4.0 * chunk_ns, 2.5e6)) << "a chunk is much longer than its time";
   return dispatches_ns / total_ns;

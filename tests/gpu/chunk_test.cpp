@@ -165,7 +165,7 @@ TEST_F(Chunks, DoNotBecomeMoreExpensiveWithEachBatch) {
 
 /// The median time that a small query of higher priority takes while large batches run one after the other.
 /// Real time is the subject: it bounds the preemption latency.
-class UrgentQueries : public Chunks {
+class HigherPriorityQueries : public Chunks {
  protected:
   /// The cost is predicted from a first batch of `measured` elements.
   Nanoseconds median_wait(std::span<const Ray> rays, std::uint32_t measured) {
@@ -193,7 +193,7 @@ class UrgentQueries : public Chunks {
       while (!stop)
         run_large(many);
     });
-    std::vector<Nanoseconds> waits = urgent_waits(*small);
+    std::vector<Nanoseconds> waits = preemption_waits(*small);
     stop = true;
     database().cancel(*background);
     thread.join();
@@ -205,13 +205,13 @@ class UrgentQueries : public Chunks {
     return waits[waits.size() / 2];
   }
 
-  Nanoseconds urgent_wait(Transaction& urgent, RayQuery& small) {
+  Nanoseconds preemption_wait(Transaction& higher, RayQuery& small) {
     std::ranges::copy(std::span(rays_).last(64), small.rays().begin());
     Terms terms;
     terms.importance = 1;
-    urgent.begin(terms);
-    urgent.add_query(small, 64);
-    const Outcome& outcome = database().execute(urgent);
+    higher.begin(terms);
+    higher.add_query(small, 64);
+    const Outcome& outcome = database().execute(higher);
     EXPECT_TRUE(outcome.done());
     return outcome.published - outcome.submitted;
   }
@@ -219,18 +219,18 @@ class UrgentQueries : public Chunks {
   Nanoseconds element_cost_{0};
 
  private:
-  std::vector<Nanoseconds> urgent_waits(RayQuery& small) {
-    const auto urgent = database().make_transaction({.max_queries = 1});
+  std::vector<Nanoseconds> preemption_waits(RayQuery& small) {
+    const auto higher = database().make_transaction({.max_queries = 1});
     std::vector<Nanoseconds> waits;
     for (int k = 0; k < 60; ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(3));  // comes at any time of a chunk
-      waits.push_back(urgent_wait(*urgent, small));
+      waits.push_back(preemption_wait(*higher, small));
     }
     return waits;
   }
 };
 
-TEST_F(UrgentQueries, PreemptLargeBatches) {
+TEST_F(HigherPriorityQueries, PreemptLargeBatches) {
   make_world(Nanoseconds(1'000'000), false);
   std::vector<Ray> many(400'000);
   for (std::size_t i = 0; i < many.size(); ++i)
@@ -238,7 +238,7 @@ TEST_F(UrgentQueries, PreemptLargeBatches) {
   EXPECT_LT(median_wait(many, 400'000), std::chrono::milliseconds(5));
 }
 
-TEST_F(UrgentQueries, PreemptPausedSearches) {
+TEST_F(HigherPriorityQueries, PreemptPausedSearches) {
   make_world(Nanoseconds(1'000'000), false);
   create(row_of(DatabaseTest::add(repeated_triangle(100'000)), {0.0, 0.0, 50.0}), at_s(5.1));
   std::vector<Ray> many(400, ray_from({0.0f, 0.0f, 45.0f}, {0, 0, 1}, at_s(5.1)));
@@ -246,7 +246,7 @@ TEST_F(UrgentQueries, PreemptPausedSearches) {
 }
 
 /// In the first pass of the batch, without work sharing.
-TEST_F(UrgentQueries, PreemptSearchesBeforeTheyPause) {
+TEST_F(HigherPriorityQueries, PreemptSearchesBeforeTheyPause) {
   open({.chunk = Nanoseconds(1'000'000)});
   create(row_of(DatabaseTest::add(repeated_triangle(100'000)), {0.0, 0.0, 50.0}), at_s(5.1));
   rays_.assign(64, ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1)));
@@ -260,7 +260,7 @@ TEST_F(UrgentQueries, PreemptSearchesBeforeTheyPause) {
 }
 
 /// By the cost of the cheap rays, a chunk would have hundreds of the expensive ones.
-TEST_F(UrgentQueries, PreemptExpensiveRaysAfterCheapOnes) {
+TEST_F(HigherPriorityQueries, PreemptExpensiveRaysAfterCheapOnes) {
   open({.chunk = Nanoseconds(1'000'000)});
   create(row_of(DatabaseTest::add(repeated_triangle(3'000)), {0.0, 0.0, 50.0}), at_s(5.1));
   const Ray cheap = ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1));
@@ -273,7 +273,7 @@ TEST_F(UrgentQueries, PreemptExpensiveRaysAfterCheapOnes) {
 }
 
 /// There is no prediction yet for elements of some 50 us.
-TEST_F(UrgentQueries, PreemptTheFirstBatchOfItsKind) {
+TEST_F(HigherPriorityQueries, PreemptTheFirstBatchOfItsKind) {
   open({.chunk = Nanoseconds(1'000'000)});
   create(row_of(DatabaseTest::add(repeated_triangle(3'000)), {0.0, 0.0, 50.0}), at_s(5.1));
   constexpr std::uint32_t many = 8'000;
@@ -284,17 +284,17 @@ TEST_F(UrgentQueries, PreemptTheFirstBatchOfItsKind) {
   }
   const auto small = prepare_rays(RayMode::closest, false, 64);
   rays_.assign(64, ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1)));
-  const auto urgent = database().make_transaction({.max_queries = 1});
+  const auto higher = database().make_transaction({.max_queries = 1});
   const auto background = database().make_transaction({.max_queries = 1});
   for (int k = 0; k < 20; ++k)
-    urgent_wait(*urgent, *small);
+    preemption_wait(*higher, *small);
   background->begin({});
   background->add_query(*large, many);
   database().submit(*background);
   std::vector<Nanoseconds> waits;
   for (int k = 0; k < 5; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(3));  // comes at any time of a chunk
-    waits.push_back(urgent_wait(*urgent, *small));
+    waits.push_back(preemption_wait(*higher, *small));
   }
   database().cancel(*background);
   EXPECT_EQ(database().wait(*background).status, Status::cancelled) << "the batch is too short";
@@ -303,7 +303,7 @@ TEST_F(UrgentQueries, PreemptTheFirstBatchOfItsKind) {
 }
 
 /// Regions whose search has begun complete: as many as all processors have lanes.
-TEST_F(UrgentQueries, PreemptExpensiveRegions) {
+TEST_F(HigherPriorityQueries, PreemptExpensiveRegions) {
   open({.chunk = Nanoseconds(1'000'000)});
   const GeometryId box = DatabaseTest::add(make_box({1.0, 1.0, 1.0}));
   std::vector<EntityRow> rows;

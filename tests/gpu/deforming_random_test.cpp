@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/gpu/deforming_test.hpp"
+#include "tests/gpu/deforming_fixture.hpp"
 #include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {

@@ -1,8 +1,6 @@
 // Deforming geometry: which shape each version has, refusals, aborted updates, and queries of other threads
 // while shapes are committed.
 
-#include "tests/gpu/deforming_test.hpp"
-
 #include <glm/geometric.hpp>
 
 #include <array>
@@ -12,6 +10,7 @@
 #include <limits>
 #include <thread>
 
+#include "tests/gpu/deforming_fixture.hpp"
 #include "tests/gpu/stepping_clock.hpp"
 
 namespace rtstdb::test {

@@ -17,7 +17,7 @@
 #include <map>
 #include <thread>
 
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::gpu::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/gpu/answer_bits.hpp"
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/fault_loader.hpp"
 #include "tests/gpu/random_scene.hpp"
 

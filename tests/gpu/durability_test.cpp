@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "database_test.hpp"
+#include "database_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

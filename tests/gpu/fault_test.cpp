@@ -1,7 +1,7 @@
 // A device that runs out of memory or is lost; fault_loader.cpp causes the faults.
 
 #include "tests/gpu/fault_loader.hpp"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::gpu::test {
 namespace {

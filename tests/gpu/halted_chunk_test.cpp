@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/gpu/dense_meshes.hpp"
-#include "tests/gpu/executor_test.hpp"
+#include "tests/gpu/executor_fixture.hpp"
 #include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {

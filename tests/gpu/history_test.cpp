@@ -9,7 +9,7 @@
 
 #include <rtstdb/history.hpp>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {

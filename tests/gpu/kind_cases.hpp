@@ -1,7 +1,7 @@
 #pragma once
 // Queries of every kind of rtstdb/query_kinds.def behind one interface, so that a test runs all kinds without
 // a list of them. A new kind adds its tested options and its random elements to kind_cases.cpp, the words of
-// its answers to answer_bits.hpp, and how they are judged and counted to database_test.hpp.
+// its answers to answer_bits.hpp, and how they are judged and counted to database_fixture.hpp.
 
 #include <cstdint>
 #include <functional>
@@ -15,7 +15,7 @@
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
 #include "tests/gpu/answer_bits.hpp"
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {

@@ -183,14 +183,14 @@ TEST_F(PartialAnswers, NameTheEntitiesOfTheirVersion) {
     const auto entities = database().snapshot({}).value();
     for (const EntityState& state : entities)
       before[state.id.index] = state.id;
-    Terms urgent;
-    urgent.importance = 1;
+    Terms higher;
+    higher.importance = 1;
     std::atomic<bool> submitted = false;
     interrupting_.at_reading = [&] {
-      removes->begin(urgent);
+      removes->begin(higher);
       removes->remove(ids_[k]);
       database().submit(*removes);
-      creates->begin(urgent);
+      creates->begin(higher);
       creates->create(row_of(GeometryId{0}, glm::dvec3(rays_[k].origin_m)));
       creates->add_query(*rays, 64);
       database().submit(*creates);

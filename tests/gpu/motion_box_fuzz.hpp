@@ -8,7 +8,7 @@
 
 #include "rtstdb/accel/tlas.hpp"
 #include "rtstdb/geometry/extents.hpp"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 #include "tests/gpu/version_rows.hpp"
 

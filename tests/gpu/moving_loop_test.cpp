@@ -1,5 +1,6 @@
-// A loop over a large moving world: each tick changes one entity and runs small batches while slots are made
-// ahead. In about 60 ticks of each loop all answers are compared with the oracle.
+// A loop over a large moving world: each tick changes one entity and runs small batches, by which slots are
+// made ahead (counted in tlas_ahead_test.cpp). In about 60 ticks of each loop all answers are compared with
+// the oracle.
 
 #include <algorithm>
 

@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(Worlds, RandomNearest, testing::ValuesIn(cases),
 /// Scanned and modelled bodies of a thousand to a million triangles.
 class NearestOnRealMeshes : public DatabaseTest, public testing::WithParamInterface<std::filesystem::path> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(NearestOnRealMeshes);
-INSTANTIATE_TEST_SUITE_P(Found, NearestOnRealMeshes, testing::ValuesIn(hil::test::real_mesh_folders()),
+INSTANTIATE_TEST_SUITE_P(Found, NearestOnRealMeshes, testing::ValuesIn(hil::tests::real_mesh_folders()),
                          [](const auto&) { return "meshes"; });
 
 TEST_P(NearestOnRealMeshes, AgreeWithTheOracle) {

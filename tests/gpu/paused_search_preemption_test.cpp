@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/dense_meshes.hpp"
-#include "tests/gpu/executor_test.hpp"
+#include "tests/gpu/executor_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

@@ -10,7 +10,7 @@
 #include "bench/spatial/embree_nearest.hpp"
 #include "bench/spatial/embree_scene.hpp"
 #include "bench/spatial/nanoflann_tree.hpp"
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 #include "tests/gpu/static_scene.hpp"
 

@@ -1,8 +1,8 @@
 // When the geometry pool grows, add_geometry rebinds the prepared queries: the next transaction neither does
 // this nor counts it as its cost.
 
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/executor_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
+#include "tests/gpu/executor_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "shaders_generated/all_shared.h"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::gpu::test {
 namespace {

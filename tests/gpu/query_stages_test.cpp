@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tests/gpu/executor_test.hpp"
+#include "tests/gpu/executor_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

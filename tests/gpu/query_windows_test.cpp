@@ -1,6 +1,6 @@
 // Batches of one transaction whose times are far apart.
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

@@ -2,7 +2,7 @@
 // the ends of a range, along the outline of far bodies. It must not depend on the boxes of the tree that a
 // packet visits.
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {

@@ -3,7 +3,7 @@
 
 #include <rtstdb/limits.hpp>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 #include "tests/support/real_data.hpp"
 
@@ -11,7 +11,7 @@ namespace {
 
 class RealMeshes : public DatabaseTest, public testing::WithParamInterface<std::filesystem::path> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RealMeshes);
-INSTANTIATE_TEST_SUITE_P(Found, RealMeshes, testing::ValuesIn(hil::test::real_mesh_folders()),
+INSTANTIATE_TEST_SUITE_P(Found, RealMeshes, testing::ValuesIn(hil::tests::real_mesh_folders()),
                          [](const auto&) { return "meshes"; });
 
 TEST_P(RealMeshes, AreHitAsInTheOracle) {

@@ -6,7 +6,7 @@
 
 #include <rtstdb/limits.hpp>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/kind_cases.hpp"
 
 namespace rtstdb::test {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {

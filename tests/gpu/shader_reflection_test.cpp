@@ -7,7 +7,7 @@
 #include <random>
 
 #include "rtstdb/gpu/timestamp.hpp"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::gpu::test {
 namespace {

@@ -1,6 +1,6 @@
 // The maximal number of entities in a database and of rays in a query.
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

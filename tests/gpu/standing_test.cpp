@@ -12,7 +12,7 @@
 #include <random>
 #include <thread>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

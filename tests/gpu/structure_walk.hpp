@@ -11,7 +11,7 @@
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "shaders/shared/node.h"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::test {
 

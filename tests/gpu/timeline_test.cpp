@@ -4,7 +4,7 @@
 #include <limits>
 #include <thread>
 
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::gpu::test {
 namespace {

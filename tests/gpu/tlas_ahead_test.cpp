@@ -10,7 +10,7 @@
 
 #include "shaders/shared/entity.h"
 #include "shaders/shared/node.h"
-#include "tests/gpu/tlas_test.hpp"
+#include "tests/gpu/tlas_fixture.hpp"
 #include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {

@@ -8,7 +8,7 @@
 #include <ostream>
 
 #include "shaders/shared/build.h"
-#include "tests/gpu/tlas_test.hpp"
+#include "tests/gpu/tlas_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {

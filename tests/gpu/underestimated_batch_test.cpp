@@ -110,17 +110,17 @@ class UnderestimatedBatches : public DatabaseTest, public testing::WithParamInte
 };
 
 TEST_P(UnderestimatedBatches, ArePreempted) {
-  const auto small = database().prepare(RayQueryOptions{.name = "urgent", .capacity = 64}).value();
+  const auto small = database().prepare(RayQueryOptions{.name = "small", .capacity = 64}).value();
   for (Ray& ray : small->rays())
     ray = ray_from({0.0f, 0.0f, 45.0f}, {0, 0, -1}, at_s(5.1));
-  const auto urgent = database().make_transaction({.max_queries = 1});
+  const auto higher = database().make_transaction({.max_queries = 1});
   Terms terms;
   terms.importance = 1;
   expect_short([&] {
     const bool preempts = batch_->status() == Status::pending;
-    urgent->begin(terms);
-    urgent->add_query(*small, 64);
-    EXPECT_TRUE(database().execute(*urgent).done());
+    higher->begin(terms);
+    higher->add_query(*small, 64);
+    EXPECT_TRUE(database().execute(*higher).done());
     return preempts;
   });
 }

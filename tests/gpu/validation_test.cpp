@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::gpu::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/stepping_clock.hpp"
 
 namespace rtstdb::test {

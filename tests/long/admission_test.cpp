@@ -8,7 +8,7 @@
 #include "tests/long/simulated_load.hpp"
 #include "tests/support/rounds.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -78,4 +78,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& conditions) { return conditions.param.name; });
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -8,7 +8,7 @@
 #include "tests/support/rounds.hpp"
 #include "tests/support/simulation/engine.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -130,4 +130,4 @@ TEST(Cancellation, GivesOneOutcomeAtEveryReadingOfTheClock) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -12,7 +12,7 @@
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "tests/support/simulation/engine.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -147,4 +147,4 @@ TEST_F(ConcurrentSubmissions, EachTransactionHasOneValidOutcome) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -9,7 +9,7 @@
 #include "tests/long/list_clients.hpp"
 #include "tests/support/rounds.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace rtstdb;
@@ -72,4 +72,4 @@ TEST(DeviceHistory, OneSerialOrderExplainsAllReads) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database under test
 
@@ -403,4 +403,4 @@ void EngineSimulation::collect(Client& client) {
   ended_.push_back(std::move(ended));
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

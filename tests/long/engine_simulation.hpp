@@ -20,7 +20,7 @@
 #include "tests/long/world_model.hpp"
 #include "tests/support/simulation/device.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 /// Events of one or more seeds.
 struct SimulationCounts {
@@ -155,4 +155,4 @@ class EngineSimulation final : private DeviceEvents {
   std::unique_ptr<rtstdb::transaction::Engine> engine_;
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

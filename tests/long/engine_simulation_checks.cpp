@@ -6,7 +6,7 @@
 
 #include "tests/long/engine_simulation.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database under test
 
@@ -210,4 +210,4 @@ void EngineSimulation::check_snapshot() {
   });
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

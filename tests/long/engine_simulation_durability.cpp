@@ -4,7 +4,7 @@
 
 #include "tests/long/engine_simulation.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using namespace rtstdb;  // NOLINT(google-build-using-namespace): the database under test
 
@@ -64,4 +64,4 @@ void EngineSimulation::check_refusal(const EndedTransaction& ended) {
   }
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

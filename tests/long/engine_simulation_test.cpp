@@ -13,7 +13,7 @@
 
 #include "tests/support/rounds.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 constexpr std::uint64_t steps_each = 10'000;
@@ -112,4 +112,4 @@ TEST(EngineSimulation, OneSeedGivesOneSequenceOfEvents) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -8,7 +8,7 @@
 #include "tests/long/simulated_load.hpp"
 #include "tests/support/rounds.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -102,4 +102,4 @@ TEST(FirmDeadlines, NoTransactionIsPublishedLateAtAnyLoad) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -29,7 +29,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "timed_disk.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace rtstdb;
@@ -144,7 +144,7 @@ class Opened {
   }
 
   transaction::MonotonicClock clock;
-  test::NoQueries executor;
+  tests::NoQueries executor;
   std::unique_ptr<transaction::Engine> engine;
 
  private:
@@ -317,4 +317,4 @@ TEST_F(Kill9, LosesNoDurableCommit) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -19,7 +19,7 @@
 
 #include "tests/long/list_history.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 constexpr Key list_count = 6;
 constexpr std::uint32_t head_mask = 1, value_mask = 2;
@@ -321,4 +321,4 @@ HistorySummary check_rounds(ListClients<Database>& lists, std::uint32_t rounds, 
   return summary;
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -6,7 +6,7 @@
 #include <unordered_set>
 #include <utility>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 namespace {
 
@@ -227,4 +227,4 @@ std::optional<Finding> find_anomaly(const std::vector<RecordedTransaction>& hist
   return Search(history).run();
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using Key = std::uint32_t;
 using Value = std::uint32_t;
@@ -58,4 +58,4 @@ struct Finding {
 /// every list after all appends.
 std::optional<Finding> find_anomaly(const std::vector<RecordedTransaction>& history);
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <random>
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using History = std::vector<RecordedTransaction>;
@@ -155,4 +155,4 @@ TEST(ListHistory, FindsOneStaleReadAmongHundreds) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

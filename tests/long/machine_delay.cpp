@@ -1,14 +1,12 @@
 #include "tests/long/machine_delay.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 std::int64_t now_ns() noexcept {
@@ -36,10 +34,6 @@ MachineDelay::~MachineDelay() {
   sleeper_.join();
 }
 
-void MachineDelay::exclude_this_thread() {
-  excluded_.push_back(gettid());
-}
-
 void MachineDelay::measure_oversleep() noexcept {
   constexpr std::int64_t period_ns = 1'000'000;
   std::int64_t wake_ns = now_ns();
@@ -54,8 +48,6 @@ void MachineDelay::measure_oversleep() noexcept {
 rtstdb::Nanoseconds MachineDelay::total() const {
   std::int64_t sum_ns = overslept_ns_ + stolen_ns();
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
-    const int id = std::stoi(task.path().filename());
-    if (std::ranges::find(excluded_, id) != excluded_.end()) continue;
     std::ifstream file(task.path() / "schedstat");
     std::int64_t ran_ns = 0;
     std::int64_t waited_ns = 0;
@@ -64,4 +56,4 @@ rtstdb::Nanoseconds MachineDelay::total() const {
   return rtstdb::Nanoseconds(sum_ns);
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -6,11 +6,10 @@
 #include <atomic>
 #include <cstdint>
 #include <thread>
-#include <vector>
 
 #include <rtstdb/time.hpp>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 class MachineDelay {
  public:
@@ -19,8 +18,6 @@ class MachineDelay {
   MachineDelay(const MachineDelay&) = delete;
   MachineDelay& operator=(const MachineDelay&) = delete;
 
-  /// The measured work does not wait for the calling thread.
-  void exclude_this_thread();
   /// The sum since the start of the program. Takes some microseconds for each thread.
   rtstdb::Nanoseconds total() const;
 
@@ -29,8 +26,7 @@ class MachineDelay {
 
   std::atomic<bool> done_{false};
   std::atomic<std::int64_t> overslept_ns_{0};
-  std::vector<int> excluded_;
   std::thread sleeper_;
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -23,7 +23,7 @@
 #include "tests/support/eventually.hpp"
 #include "tests/support/rounds.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace rtstdb;
@@ -361,4 +361,4 @@ TEST(PairMoves, AreReadWholeOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

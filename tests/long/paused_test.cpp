@@ -15,7 +15,7 @@
 #include "tests/support/rounds.hpp"
 #include "tests/support/simulation/engine.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -119,4 +119,4 @@ TEST(PausedProcess, HasNoLateCommitAndNoFalseMiss) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -16,7 +16,7 @@
 #include "rtstdb/transaction/monotonic_clock.hpp"
 #include "tests/long/machine_delay.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -243,4 +243,4 @@ TEST_F(RealDeadlines, NoFirmTransactionOfEightThreadsIsPublishedLate) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

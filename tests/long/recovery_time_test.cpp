@@ -11,7 +11,7 @@
 #include "tests/support/simulation/no_queries.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace rtstdb;
@@ -47,7 +47,7 @@ class RecoveryTime : public testing::Test {
   }
 
   const tests::TemporaryFolder directory_;
-  test::NoQueries executor_;
+  tests::NoQueries executor_;
   transaction::MonotonicClock clock_;
 };
 
@@ -97,4 +97,4 @@ TEST_F(RecoveryTime, IsBoundedForTenSecondsOfLog) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

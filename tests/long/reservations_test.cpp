@@ -9,7 +9,7 @@
 #include "tests/long/simulated_load.hpp"
 #include "tests/support/rounds.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -116,4 +116,4 @@ TEST(Reservations, AreNecessaryAtThisLoad) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -13,7 +13,7 @@
 #include "tests/long/list_clients.hpp"
 #include "tests/support/rounds.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace rtstdb;
@@ -122,4 +122,4 @@ TEST(SerialHistory, OneSerialOrderExplainsAllReads) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

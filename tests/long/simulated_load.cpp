@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using namespace std::chrono_literals;
 using rtstdb::Status;
@@ -213,4 +213,4 @@ rtstdb::query::RunReport SimulatedLoad::run_batch(std::span<const rtstdb::query:
   return {};
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -13,7 +13,7 @@
 
 #include "tests/support/simulation/engine.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using rtstdb::ClockTime;
 using rtstdb::Nanoseconds;
@@ -122,4 +122,4 @@ class SimulatedLoad {
   std::uint64_t remaining_ = 0, pending_ = 0;
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

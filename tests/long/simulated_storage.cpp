@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <iostream>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using rtstdb::DurabilityMode;
 using rtstdb::Nanoseconds;
@@ -182,4 +182,4 @@ void SimulatedStorage::restart() {
   clear_faults();
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -15,7 +15,7 @@
 #include "tests/support/simulation/device.hpp"
 #include "tests/support/simulation/disk.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 class SimulatedStorage final : public rtstdb::transaction::LogDriver {
  public:
@@ -69,7 +69,7 @@ class SimulatedStorage final : public rtstdb::transaction::LogDriver {
 
   Chance& chance_;
   SimulatedClock& clock_;
-  test::SimulatedDisk disk_;
+  tests::SimulatedDisk disk_;
   const bool exists_;
   rtstdb::DurabilityMode mode_ = rtstdb::DurabilityMode::volatile_only;
   rtstdb::transaction::CommitLog* log_ = nullptr;
@@ -84,4 +84,4 @@ class SimulatedStorage final : public rtstdb::transaction::LogDriver {
   Counts counts_;
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

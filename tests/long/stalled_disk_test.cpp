@@ -15,13 +15,13 @@
 #include "tests/support/simulation/disk.hpp"
 #include "tests/support/simulation/no_queries.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 namespace {
 
 using namespace rtstdb;
 using namespace std::chrono_literals;
 using Time = std::chrono::steady_clock::time_point;
-using test::SimulatedDisk;
+using tests::SimulatedDisk;
 
 constexpr auto period = 1ms;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -124,7 +124,7 @@ class StallingDatabase {
 
  private:
   std::atomic<bool> stalls_{false}, has_stalled_{false};
-  test::NoQueries executor_;
+  tests::NoQueries executor_;
   transaction::MonotonicClock clock_;
   std::unique_ptr<transaction::Engine> engine_;
   std::unique_ptr<Transaction> transaction_;
@@ -172,4 +172,4 @@ TEST(StalledDisk, CausesNoMissedTicks) {
 }
 
 }  // namespace
-}  // namespace hil::stress
+}  // namespace hil::long_test

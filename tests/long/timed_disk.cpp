@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using rtstdb::ClockTime;
 using rtstdb::Nanoseconds;
@@ -83,4 +83,4 @@ DiskResult<std::unique_ptr<DiskLock>> TimedDisk::lock(std::string_view name) {
   return timer_([&] { return disk_->lock(name); });
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

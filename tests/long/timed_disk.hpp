@@ -13,7 +13,7 @@
 
 #include "rtstdb/log/disk.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 class DiskTime {
  public:
@@ -62,4 +62,4 @@ class TimedDisk final : public rtstdb::log::Disk {
   Timer timer_;
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

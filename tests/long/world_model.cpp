@@ -3,7 +3,7 @@
 #include <iterator>
 #include <utility>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 namespace {
 
@@ -36,7 +36,7 @@ std::string WorldModel::commit(rtstdb::Version version, const std::vector<ModelW
     return "version " + std::to_string(version) + " was committed after " + std::to_string(newest);
   VersionState after = before;
   if (std::string wrong = apply(version, writes, after.rows); !wrong.empty()) return wrong;
-  after.digest = stress::digest(after.rows);
+  after.digest = long_test::digest(after.rows);
   versions_.emplace(version, std::move(after));
   return {};
 }
@@ -44,7 +44,7 @@ std::string WorldModel::commit(rtstdb::Version version, const std::vector<ModelW
 void WorldModel::note_in_doubt(rtstdb::Version version, const std::vector<ModelWrite>& writes) {
   VersionState after = held(version);
   if (!apply(version, writes, after.rows).empty()) return;  // not a valid version: recovering it is a fault
-  after.digest = stress::digest(after.rows);
+  after.digest = long_test::digest(after.rows);
   in_doubt_.insert_or_assign(version, std::move(after));
 }
 
@@ -109,4 +109,4 @@ void WorldModel::forget_before(rtstdb::Version version) {
   versions_.erase(versions_.begin(), std::prev(versions_.upper_bound(version)));
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

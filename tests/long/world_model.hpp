@@ -8,7 +8,7 @@
 
 #include <rtstdb/database.hpp>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 struct ModelWrite {
   enum class Kind : std::uint8_t { create, update, remove } kind = Kind::create;
@@ -59,4 +59,4 @@ class WorldModel {
   std::map<rtstdb::Version, VersionState> in_doubt_;
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

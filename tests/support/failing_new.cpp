@@ -8,7 +8,7 @@
 #include <cstring>
 #include <new>
 
-namespace hil::test {
+namespace hil::tests {
 namespace {
 
 std::atomic<bool> armed{false};
@@ -52,19 +52,19 @@ bool allocations_failed() {
   return allowed.load(std::memory_order_relaxed) < 0;
 }
 
-}  // namespace hil::test
+}  // namespace hil::tests
 
 void* operator new(std::size_t bytes) {
-  return hil::test::allocate(bytes);
+  return hil::tests::allocate(bytes);
 }
 void* operator new[](std::size_t bytes) {
-  return hil::test::allocate(bytes);
+  return hil::tests::allocate(bytes);
 }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-  return hil::test::allocate(bytes, alignment);
+  return hil::tests::allocate(bytes, alignment);
 }
 void* operator new[](std::size_t bytes, std::align_val_t alignment) {
-  return hil::test::allocate(bytes, alignment);
+  return hil::tests::allocate(bytes, alignment);
 }
 void operator delete(void* memory) noexcept {
   std::free(memory);

@@ -1,7 +1,7 @@
 #pragma once
 // Makes operator new fail in threads of one name.
 
-namespace hil::test {
+namespace hil::tests {
 
 /// After that many further allocations by operator new in these threads.
 void fail_allocations_of(const char* thread_name, int after);
@@ -9,4 +9,4 @@ void stop_failing_allocations();
 /// Whether an allocation has failed since fail_allocations_of().
 bool allocations_failed();
 
-}  // namespace hil::test
+}  // namespace hil::tests

@@ -8,7 +8,7 @@
 
 #include "tests/paths.h"
 
-namespace hil::test {
+namespace hil::tests {
 
 /// One folder or none, for INSTANTIATE_TEST_SUITE_P.
 inline std::vector<std::filesystem::path> real_mesh_folders() {
@@ -20,4 +20,4 @@ inline std::vector<std::filesystem::path> real_mesh_folders() {
   return {data / "meshes"};
 }
 
-}  // namespace hil::test
+}  // namespace hil::tests

@@ -6,8 +6,15 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace hil::tests {
+
+/// The content of a file; empty when it does not exist.
+inline std::string content_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
 
 /// A new empty folder, removed with everything in it at the end.
 class TemporaryFolder {
@@ -27,14 +34,20 @@ class TemporaryFolder {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
+  /// Creates missing folders of `name`. Returns the file's path.
+  std::string write(const std::string& name, std::string_view text) const {
+    const std::filesystem::path file = path_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (!stream) throw std::runtime_error("can not write " + file.string());
+    return file.string();
+  }
+  std::string read(const std::string& name) const { return content_of(path_ / name); }
+
  private:
   std::filesystem::path path_;
 };
-
-/// The content of a file; empty when it does not exist.
-inline std::string content_of(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 }  // namespace hil::tests

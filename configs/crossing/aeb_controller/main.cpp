@@ -16,7 +16,7 @@
 
 #include "configs/crossing/aeb_controller/station.hpp"
 #include "io/can/socketcan_bus.hpp"
-#include "io/virtual/client.hpp"
+#include "io/virtual/station.hpp"
 
 namespace {
 
@@ -66,17 +66,17 @@ bool parse_arguments(int count, char** words, Arguments& arguments) {
   return optind == count && !arguments.bus.empty() && !arguments.database.empty();
 }
 
-std::unique_ptr<can::Bus> make_bus(const Arguments& arguments) {
+std::unique_ptr<can::CanTransport> make_bus(const Arguments& arguments) {
   constexpr std::string_view kernel_scheme = "socketcan:";
   if (arguments.bus.starts_with(kernel_scheme)) {
     return std::make_unique<can::SocketCanBus>(
         can::SocketCanConfig{arguments.bus.substr(kernel_scheme.size())});
   }
-  return std::make_unique<hil::io::virtual_bus::Client>(
-      hil::io::virtual_bus::ClientConfig{arguments.bus, arguments.name});
+  return std::make_unique<hil::io::virtual_bus::Station>(
+      hil::io::virtual_bus::StationConfig{arguments.bus, arguments.name});
 }
 
-void answer_frames(can::Bus& bus, aeb::Station& station, bool can_reconnect) {
+void answer_frames(can::CanTransport& bus, aeb::Station& station, bool can_reconnect) {
   while (stop_requested == 0) {
     can::Frame frame;
     switch (bus.receive(frame)) {

@@ -8,16 +8,13 @@
 
 #include "io/can/signal_codec.hpp"
 #include "runtime/config/numbers.hpp"
+#include "runtime/config/units.hpp"
 #include "runtime/signals/known_signals.hpp"
 
 namespace hil::buses::can {
 namespace {
 
 using config::Diagnostics;
-
-std::string milliseconds(std::int64_t duration_ns) {
-  return config::format_number(static_cast<double>(duration_ns) * 1e-6) + " ms";
-}
 
 std::optional<io::can::Dbc> load_database(const CanSection& section, Diagnostics& diagnostics) {
   io::can::DbcResult loaded = io::can::load_dbc(section.database);
@@ -137,13 +134,14 @@ std::int64_t period_of(const SentMessage& sent, const io::can::DbcMessage& messa
   const std::int64_t period_ns = cycle_ns > 0 ? cycle_ns : bus_period_ns;
   const std::string source = cycle_ns > 0 ? " (its cycle time in the DBC file)" : " (that of the bus)";
   if (period_ns % bus_period_ns != 0) {
-    diagnostics.add(sent.message.place, "the period of '" + message.name + "', " + milliseconds(period_ns) +
-                                            source + ", is no multiple of the bus's period of " +
-                                            milliseconds(bus_period_ns) + "; set 'period' or another 'rate'");
+    diagnostics.add(sent.message.place,
+                    "the period of '" + message.name + "', " + config::format_duration(period_ns) + source +
+                        ", is no multiple of the bus's period of " + config::format_duration(bus_period_ns) +
+                        "; set 'period' or another 'rate'");
   } else if (sent.offset_ns >= period_ns) {
-    diagnostics.add(sent.offset_place, "'offset': " + milliseconds(sent.offset_ns) +
+    diagnostics.add(sent.offset_place, "'offset': " + config::format_duration(sent.offset_ns) +
                                            " has to be less than the message's period of " +
-                                           milliseconds(period_ns) + source);
+                                           config::format_duration(period_ns) + source);
   }
   return period_ns;
 }

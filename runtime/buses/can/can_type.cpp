@@ -1,20 +1,20 @@
 // The type of bus `can`.
 
 #include "runtime/buses/bus.hpp"
-#include "runtime/buses/can/can_bus.hpp"
 #include "runtime/buses/can/can_description.hpp"
 #include "runtime/buses/can/can_record.hpp"
+#include "runtime/buses/can/can_wiring.hpp"
 #include "runtime/buses/can/socketcan_lines.hpp"
 
 namespace hil::buses {
 namespace can {
 namespace {
 
-std::unique_ptr<Bus> wire_can(const config::BusSection& section, config::Diagnostics& diagnostics) {
+std::unique_ptr<BusWiring> wire_can(const config::BusSection& section, config::Diagnostics& diagnostics) {
   const auto& can_section = dynamic_cast<const CanSection&>(section);
   auto description = describe_can_device(can_section, diagnostics);
   if (!description) return nullptr;
-  return std::make_unique<CanBus>(can_section, std::move(*description));
+  return std::make_unique<CanWiring>(can_section, std::move(*description));
 }
 
 }  // namespace

@@ -3,15 +3,15 @@
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/modbus/modbus_record.hpp"
 #include "runtime/buses/modbus/modbus_schema.hpp"
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/modbus_wiring.hpp"
 
 namespace hil::buses {
 namespace modbus {
 namespace {
 
-std::unique_ptr<Bus> wire_modbus(const config::BusSection& section, config::Diagnostics& diagnostics) {
+std::unique_ptr<BusWiring> wire_modbus(const config::BusSection& section, config::Diagnostics& diagnostics) {
   static_cast<void>(diagnostics);
-  return std::make_unique<ModbusUnit>(dynamic_cast<const ModbusSection&>(section));
+  return std::make_unique<ModbusWiring>(dynamic_cast<const ModbusSection&>(section));
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ using io::modbus::ValueType;
 
 /// The enumerator that the word names; the schema has made sure that there is one.
 template <typename Enum>
-Enum named(const std::string& word, std::initializer_list<Enum> all) {
+Enum find_enumerator(const std::string& word, std::initializer_list<Enum> all) {
   for (const Enum candidate : all) {
     if (io::modbus::to_text(candidate) == word) return candidate;
   }
@@ -33,14 +33,14 @@ Enum named(const std::string& word, std::initializer_list<Enum> all) {
 RegisterEntry read_entry(const Value& value) {
   RegisterEntry entry;
   entry.name = value["name"].text();
-  entry.table =
-      named(value["table"].text(), {Table::coil, Table::discrete_input, Table::holding, Table::input});
+  entry.table = find_enumerator(value["table"].text(),
+                                {Table::coil, Table::discrete_input, Table::holding, Table::input});
   entry.address = static_cast<std::uint16_t>(value["address"].integer());
-  entry.type = named(value["type"].text(),
-                     {ValueType::boolean, ValueType::u16, ValueType::i16, ValueType::u32, ValueType::i32,
-                      ValueType::u64, ValueType::i64, ValueType::f32, ValueType::f64});
-  entry.order =
-      named(value["word_order"].text(), {ByteOrder::abcd, ByteOrder::cdab, ByteOrder::badc, ByteOrder::dcba});
+  entry.type = find_enumerator(
+      value["type"].text(), {ValueType::boolean, ValueType::u16, ValueType::i16, ValueType::u32,
+                             ValueType::i32, ValueType::u64, ValueType::i64, ValueType::f32, ValueType::f64});
+  entry.order = find_enumerator(value["word_order"].text(),
+                                {ByteOrder::abcd, ByteOrder::cdab, ByteOrder::badc, ByteOrder::dcba});
   entry.scale = value["scale"].number();
   entry.offset = value["offset"].number();
   if (value.has("unit")) entry.unit = value["unit"].text();

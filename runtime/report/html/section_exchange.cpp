@@ -76,8 +76,8 @@ void bus_table(Markup& out, const BusGroup& group) {
 }  // namespace
 
 void transactions_section(Markup& out, const RunRecord& record) {
-  const Transactions& t = record.transactions;
-  if (t.submitted == 0) return;
+  const Transactions& transactions = record.transactions;
+  if (transactions.submitted == 0) return;
   out.element("h2", "Database transactions");
   out.open("div", {{"class", "card"}});
   Table table(out, {{"Submitted", true},
@@ -92,45 +92,48 @@ void transactions_section(Markup& out, const RunRecord& record) {
                     {"Bad input", true},
                     {"Firm but late", true},
                     {"Hard missed", true}});
-  table.row({count_text(t.submitted), count_text(t.committed), count_cell(t.late, true),
-             count_cell(t.missed, true), count_cell(t.refused, true), count_cell(t.conflicts, true),
-             count_cell(t.cancelled, true), count_cell(t.truncated, true), count_cell(t.device_lost, true),
-             count_cell(t.bad_input, true), count_cell(t.firm_late_commits, true),
-             count_cell(t.hard_misses, true)});
+  table.row({count_text(transactions.submitted), count_text(transactions.committed),
+             count_cell(transactions.late, true), count_cell(transactions.missed, true),
+             count_cell(transactions.refused, true), count_cell(transactions.conflicts, true),
+             count_cell(transactions.cancelled, true), count_cell(transactions.truncated, true),
+             count_cell(transactions.device_lost, true), count_cell(transactions.bad_input, true),
+             count_cell(transactions.firm_late_commits, true), count_cell(transactions.hard_misses, true)});
   table.end();
   out.close();
 }
 
 void scheduler_section(Markup& out, const RunRecord& record) {
-  const Scheduler& s = record.scheduler;
-  if (s.predicted_over_actual.empty() && s.reservations.empty() && s.not_reserved.empty()) return;
+  const Scheduler& scheduler = record.scheduler;
+  if (scheduler.predicted_over_actual.empty() && scheduler.reservations.empty() &&
+      scheduler.not_reserved.empty())
+    return;
   out.element("h2", "Database scheduler");
   out.open("div", {{"class", "card"}});
-  if (!s.predicted_over_actual.empty()) {
+  if (!scheduler.predicted_over_actual.empty()) {
     Table table(out, {{"Predicted over actual cost"},
                       {"Transactions", true},
                       {"p1", true},
                       {"Median", true},
                       {"p99", true}});
-    for (const CostPrediction& one : s.predicted_over_actual)
+    for (const CostPrediction& one : scheduler.predicted_over_actual)
       table.row({one.cost_class, count_text(one.count), decimal(one.p01, 2), decimal(one.median, 2),
                  decimal(one.p99, 2)});
     table.end();
   }
-  if (!s.reservations.empty()) {
+  if (!scheduler.reservations.empty()) {
     Table table(out, {{"Reserved for"},
                       {"Transactions", true},
                       {"Kept", true},
                       {"Broken", true},
                       {"Too often", true},
                       {"Too long", true}});
-    for (const Reservation& one : s.reservations) {
+    for (const Reservation& one : scheduler.reservations) {
       table.row({one.name, count_text(one.transactions), count_text(one.kept), count_cell(one.broken, true),
                  count_cell(one.too_often, true), count_cell(one.too_long, true)});
     }
     table.end();
   }
-  for (const std::string& sentence : s.not_reserved)
+  for (const std::string& sentence : scheduler.not_reserved)
     out.element("p", sentence);
   out.close();
 }

@@ -21,7 +21,7 @@
 
 #include "runtime/run/session.hpp"
 #include "tests/paths.h"
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::run {
 namespace {
@@ -87,7 +87,7 @@ CrossingRun run_crossing(const std::vector<std::string>& overrides) {
   const auto kept = std::make_unique<config::Scenario>(std::move(*scenario));
   auto wiring = wire(*kept, diagnostics);
   if (!wiring) throw std::runtime_error(diagnostics.to_text());
-  const tests::TestFolder folder;
+  const tests::TemporaryFolder folder;
   const std::atomic<bool> never{false};
   SessionResult result = run_session(std::move(*wiring),
                                      {.directory = folder.path(),

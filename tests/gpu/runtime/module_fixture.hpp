@@ -10,7 +10,7 @@
 #include "runtime/config/parse.hpp"
 #include "runtime/modules/module.hpp"
 
-namespace hil::modules::testing {
+namespace hil::modules::test {
 
 /// A world on a database, and modules in it.
 class ModuleFixture : public ::testing::Test {
@@ -55,4 +55,4 @@ class ModuleFixture : public ::testing::Test {
   config::Diagnostics diagnostics_;
 };
 
-}  // namespace hil::modules::testing
+}  // namespace hil::modules::test

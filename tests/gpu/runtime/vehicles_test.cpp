@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 
-class VehiclesModule : public testing::ModuleFixture {
+class VehiclesModule : public test::ModuleFixture {
  protected:
   VehiclesModule() : ModuleFixture({"vehicle"}) {}
 

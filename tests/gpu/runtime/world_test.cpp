@@ -9,7 +9,7 @@
 namespace hil::modules {
 namespace {
 
-class ModuleWorld : public testing::ModuleFixture {
+class ModuleWorld : public test::ModuleFixture {
  protected:
   ModuleWorld() : ModuleFixture({"ground", "structure", "vehicle"}) {}
 

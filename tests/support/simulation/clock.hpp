@@ -8,7 +8,7 @@
 
 #include <rtstdb/time.hpp>
 
-namespace hil::test {
+namespace hil::tests {
 
 /// Advances by advance(), by `per_reading_ns` at every reading, and by one jump at a later reading.
 class SimulatedClock final : public rtstdb::Clock {
@@ -47,4 +47,4 @@ class SimulatedClock final : public rtstdb::Clock {
   std::function<void()> event_;
 };
 
-}  // namespace hil::test
+}  // namespace hil::tests

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace hil::stress {
+namespace hil::long_test {
 
 using rtstdb::Nanoseconds;
 using rtstdb::query::ExecutorCallbacks;
@@ -62,4 +62,4 @@ void SimulatedDevice::wait_for_device(ExecutorCallbacks* callbacks) {
   callbacks->end_wait();
 }
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

@@ -14,7 +14,7 @@
 #include "rtstdb/query/executor.hpp"
 #include "tests/support/simulation/clock.hpp"
 
-namespace hil::stress {
+namespace hil::long_test {
 
 class Chance {
  public:
@@ -27,7 +27,7 @@ class Chance {
   std::mt19937_64 engine_;
 };
 
-using test::SimulatedClock;
+using tests::SimulatedClock;
 
 /// Events of the device, for the driver of the simulation.
 class DeviceEvents {
@@ -76,4 +76,4 @@ class SimulatedDevice final : public rtstdb::query::Executor {
   std::atomic<bool> retries_{false};
 };
 
-}  // namespace hil::stress
+}  // namespace hil::long_test

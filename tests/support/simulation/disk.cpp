@@ -4,7 +4,7 @@
 #include <cerrno>
 #include <utility>
 
-namespace hil::test {
+namespace hil::tests {
 
 using rtstdb::log::DiskCall;
 using rtstdb::log::DiskError;
@@ -271,4 +271,4 @@ DiskResult<std::unique_ptr<DiskLock>> SimulatedDisk::lock(std::string_view name)
   return std::unique_ptr<DiskLock>(std::make_unique<SimulatedLock>(*this));
 }
 
-}  // namespace hil::test
+}  // namespace hil::tests

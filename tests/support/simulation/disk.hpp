@@ -19,7 +19,7 @@
 
 #include "rtstdb/log/disk.hpp"
 
-namespace hil::test {
+namespace hil::tests {
 
 class SimulatedDisk final : public rtstdb::log::Disk {
  public:
@@ -131,4 +131,4 @@ class SimulatedDisk final : public rtstdb::log::Disk {
   std::uint64_t locked_in_ = ~std::uint64_t{0};
 };
 
-}  // namespace hil::test
+}  // namespace hil::tests

@@ -16,7 +16,7 @@
 
 namespace rtstdb::transaction::test {
 
-using hil::test::SimulatedClock;
+using hil::tests::SimulatedClock;
 
 /// A ray query that checks the times of its rays; tests know by `label` which query ran.
 class SimulatedQuery final : public RayQuery, public query::PreparedQuery {

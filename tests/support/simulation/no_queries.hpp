@@ -3,7 +3,7 @@
 
 #include "rtstdb/query/executor.hpp"
 
-namespace hil::test {
+namespace hil::tests {
 
 class NoQueries final : public rtstdb::query::Executor {
  public:
@@ -14,4 +14,4 @@ class NoQueries final : public rtstdb::query::Executor {
   }
 };
 
-}  // namespace hil::test
+}  // namespace hil::tests

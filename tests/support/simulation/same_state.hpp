@@ -5,7 +5,7 @@
 
 #include "rtstdb/store/motion_words.hpp"
 
-namespace hil::test {
+namespace hil::tests {
 
 inline bool same_state(const rtstdb::EntityState& a, const rtstdb::EntityState& b) {
   const rtstdb::EntityRow &x = a.row, &y = b.row;
@@ -14,4 +14,4 @@ inline bool same_state(const rtstdb::EntityState& a, const rtstdb::EntityState& 
          rtstdb::store::words_of(x.motion) == rtstdb::store::words_of(y.motion);
 }
 
-}  // namespace hil::test
+}  // namespace hil::tests

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-class GuideRangeFinder : public testing::ModuleFixture {
+class GuideRangeFinder : public test::ModuleFixture {
  protected:
   GuideRangeFinder() : ModuleFixture({"vehicle", "structure"}) {}
   void SetUp() override {

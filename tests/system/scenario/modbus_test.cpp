@@ -53,7 +53,7 @@ std::ptrdiff_t events(const Json& report, const std::string& text) {
   return std::ranges::count_if(report.at("events"), [&](const Json& one) { return one.at("text") == text; });
 }
 
-TEST(ModbusRun, ReportsValuesOutOfRangeAndRefusedConnections) {
+TEST(ModbusBusDevice, ReportsValuesOutOfRangeAndRefusedConnections) {
   const Folder folder;
   const std::uint16_t number = free_port();
   const std::string port = std::to_string(number);

@@ -117,6 +117,7 @@ TEST(MissingPart, PortInUseIsReportedByThePlc) {
   EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
   EXPECT_NE((ended.output + ended.errors).find("process plc exited with code 4"), std::string::npos)
       << ended.output << ended.errors;
+  // Real time is the subject: the run does not wait for a unit whose program has ended.
   EXPECT_LT(ended.took.count(), 60.0);
   EXPECT_NE(read_text(folder / "out/plc.out").find("in use"), std::string::npos);
 }
@@ -175,6 +176,7 @@ TEST(MissingPart, ConnectionOfAProgramIsReportedAtItsTimeOut) {
                             few_beams()})));
     const Ended ended = run.wait();
     expect_refused(ended, 4, {"process dut did not connect to bus car within its start_timeout of 400 ms"});
+    // Real time is the subject.
     EXPECT_LT(ended.took.count(), 8.0) << "the limit of another process does not count";
   }
 }

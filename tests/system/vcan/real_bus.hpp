@@ -26,7 +26,7 @@ inline void shell(const std::string& command) {
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
 }
 
-inline std::vector<Frame> receive_all(Bus& bus) {
+inline std::vector<Frame> receive_all(CanTransport& bus) {
   std::vector<Frame> frames;
   Frame frame;
   while (bus.receive(frame) == ReceiveResult::frame)
@@ -37,7 +37,7 @@ inline std::vector<Frame> receive_all(Bus& bus) {
 
 /// Waits for that many frames, and returns also frames that are there behind them. The kernel delivers frames
 /// from a soft interrupt, which may run after send() has returned.
-inline std::vector<Frame> receive_count(Bus& bus, std::size_t count) {
+inline std::vector<Frame> receive_count(CanTransport& bus, std::size_t count) {
   std::vector<Frame> frames;
   tests::eventually([&] {
     for (const Frame& frame : receive_all(bus))

@@ -175,7 +175,7 @@ TEST(ServerDevice, InputsAgeOnlyWithMaxAge) {
 class StartingClock final : public RunClock {
  public:
   RunTimeNs now_ns() const noexcept override { return begun_.load() ? 0 : -hour_ns - minute_ns; }
-  RunTimeNs settled(RunTimeNs stamp_ns) const noexcept override {
+  RunTimeNs to_run_time(RunTimeNs stamp_ns) const noexcept override {
     return begun_.load() && stamp_ns < -hour_ns ? stamp_ns + hour_ns : stamp_ns;
   }
   void begin_run() noexcept { begun_.store(true); }

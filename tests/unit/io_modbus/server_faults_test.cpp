@@ -150,6 +150,7 @@ TEST(ServerFaults, DropsSilentClientsAndKeepsActiveOnes) {
   }));
   EXPECT_TRUE(silent.closed_within(milliseconds(10)));
   EXPECT_EQ(served.device.counters().dropped_silent, 1U);
+  // Real time is the subject: a client that is active within the idle limit keeps its connection.
   EXPECT_LT(response_time(busy), milliseconds(150));
 }
 
@@ -193,7 +194,7 @@ TEST(ServerFaults, NewClientReplacesTheLongestIdleOne) {
   RawClient third(served.device.port());
   for (RawClient* client : {&third, &first, &second})
     response_time(*client);
-  std::this_thread::sleep_for(milliseconds(2));  // at least replaceable_after
+  std::this_thread::sleep_for(milliseconds(2));  // real time is the subject: replaceable_after
   RawClient fourth(served.device.port());
   response_time(fourth);
   EXPECT_TRUE(third.closed_within(milliseconds(1000))) << "idle for longer than the first";

@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "driven_bus.hpp"
-#include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
 #include "io/virtual/process.hpp"
+#include "io/virtual/station.hpp"
 #include "tests/paths.h"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
@@ -260,7 +260,7 @@ TEST_F(RealtimeDevice, ControllerReplyBecomesStaleAfterItEnds) {
 
 TEST_F(RealtimeDevice, InvalidFramesAreCountedAndValidOnesAccepted) {
   start(crossing_config());
-  virtual_bus::Client outside({address_, "outside"});
+  virtual_bus::Station outside({address_, "outside"});
   outside.open(clock_, Pacing::realtime);
   const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
   MessageEncoder encoder(*database.find_message("BrakeCommand"), protection);
@@ -289,7 +289,7 @@ TEST_F(RealtimeDevice, InvalidFramesAreCountedAndValidOnesAccepted) {
 TEST_F(RealtimeDevice, KeptArrivalsHaveTheirTimeAndLostOnesAreCounted) {
   constexpr int frames = 5000;  // more than it keeps
   auto hub = std::make_unique<virtual_bus::Hub>(hub_config(0));
-  virtual_bus::Client outside({hub->address(), "outside"});
+  virtual_bus::Station outside({hub->address(), "outside"});
   CanDevice device(crossing_config(), std::move(hub));
   const std::size_t answers = channel(device.inputs(), "BrakeCommand.AnswerTo");
   const std::size_t counter = channel(device.inputs(), "ObjectHeader.Counter");

@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "io/can/can_device.hpp"
-#include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "io/virtual/station.hpp"
 #include "tests/paths.h"
 #include "tests/support/simulation/run_clock.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -26,7 +26,7 @@ struct Logged {
 Logged logged_under(const virtual_bus::FaultConfig& faults) {
   auto hub =
       std::make_unique<virtual_bus::Hub>(virtual_bus::HubConfig{.name = "car", .path = {}, .faults = faults});
-  virtual_bus::Client outside({hub->address(), "outside"});
+  virtual_bus::Station outside({hub->address(), "outside"});
   const tests::TemporaryFolder folder;
   const auto log_file = folder / "frames.log";
   CanDeviceConfig config;

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "io/can/can_device.hpp"
-#include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "io/virtual/station.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
 
@@ -28,7 +28,7 @@ class Payloads : public ::testing::Test {
       config.receive.push_back({message.name, timeout_ns, {}, {}});
     auto hub =
         std::make_unique<virtual_bus::Hub>(virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}});
-    outside_ = std::make_unique<virtual_bus::Client>(virtual_bus::ClientConfig{hub->address(), "outside"});
+    outside_ = std::make_unique<virtual_bus::Station>(virtual_bus::StationConfig{hub->address(), "outside"});
     device_ = std::make_unique<CanDevice>(std::move(config), std::move(hub));
     device_->start(clock_, Pacing::realtime);
     outside_->open(clock_, Pacing::realtime);
@@ -45,7 +45,7 @@ class Payloads : public ::testing::Test {
   void send(canid_t id, std::vector<std::uint8_t> bytes) { outside_->send(make_frame(id, bytes)); }
 
   RunningClock clock_;
-  std::unique_ptr<virtual_bus::Client> outside_;
+  std::unique_ptr<virtual_bus::Station> outside_;
   std::unique_ptr<CanDevice> device_;
   std::vector<Sample> samples_;
 };

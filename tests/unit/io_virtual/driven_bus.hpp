@@ -25,7 +25,7 @@ inline CanDeviceConfig crossing_config() {
 }
 
 /// A bus that accepts no frame while `full` or `error` is set, and delivers the frames of `arriving`.
-class DrivenBus final : public Bus {
+class DrivenBus final : public CanTransport {
  public:
   const std::string& name() const noexcept override { return name_; }
   std::string description() const override { return name_; }
@@ -47,7 +47,7 @@ class DrivenBus final : public Bus {
     return ReceiveResult::frame;
   }
   void set_filters(std::span<const can_filter>) override {}
-  SettleResult settle(RunTimeNs) override { return {}; }
+  ExchangeResult exchange(RunTimeNs) override { return {}; }
   BusCounters counters() const noexcept override { return {}; }
   std::string fault() const override { return {}; }
 

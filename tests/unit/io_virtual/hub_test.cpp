@@ -1,4 +1,4 @@
-// The virtual bus in real time: hub and clients in one process.
+// The virtual bus in real time: hub and stations in one process.
 
 #include "io/virtual/hub.hpp"
 
@@ -15,7 +15,7 @@
 #include <fstream>
 #include <thread>
 
-#include "io/virtual/client.hpp"
+#include "io/virtual/station.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -35,7 +35,7 @@ std::uint32_t number_of(const can::Frame& frame) {
   return number;
 }
 
-std::vector<can::Frame> receive_all(can::Bus& bus) {
+std::vector<can::Frame> receive_all(can::CanTransport& bus) {
   std::vector<can::Frame> frames;
   can::Frame frame;
   while (bus.receive(frame) == can::ReceiveResult::frame)
@@ -50,10 +50,10 @@ bool readable(int fd, int limit_ms) {
 
 class HubTest : public ::testing::Test {
  protected:
-  std::unique_ptr<Client> connect(const std::string& name) {
-    auto client = std::make_unique<Client>(ClientConfig{hub_.address(), name});
-    client->open(clock_, Pacing::realtime);
-    return client;
+  std::unique_ptr<Station> connect(const std::string& name) {
+    auto station = std::make_unique<Station>(StationConfig{hub_.address(), name});
+    station->open(clock_, Pacing::realtime);
+    return station;
   }
   RunningClock clock_;
   Hub hub_{HubConfig{.name = "car", .path = {}, .faults = {}}};
@@ -97,18 +97,18 @@ TEST_F(HubTest, DeliversEveryFrameToEveryOtherStationInOneOrder) {
 
 TEST_F(HubTest, FdAndExtendedFramesKeepTheirContent) {
   hub_.open(clock_, Pacing::realtime);
-  auto client = connect("one");
+  auto station = connect("one");
   std::array<std::uint8_t, 64> bytes{};
   for (std::size_t index = 0; index < bytes.size(); ++index)
     bytes[index] = static_cast<std::uint8_t>(index * 3);
   can::Frame sent = can::make_frame(0x1ABCDEF | CAN_EFF_FLAG, bytes, true);
   sent.raw.flags = CANFD_BRS;
-  client->send(sent);
+  station->send(sent);
   const auto seen = receive_all(hub_);
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_TRUE(seen[0].same_content(sent));
   hub_.send(sent);
-  const auto back = receive_all(*client);
+  const auto back = receive_all(*station);
   ASSERT_EQ(back.size(), 1U);
   EXPECT_TRUE(back[0].same_content(sent));
 }
@@ -126,7 +126,7 @@ TEST_F(HubTest, SlowClientLosesFramesWithoutBlockingOthers) {
     receive_all(hub_);
   }
   EXPECT_EQ(seen_by_good, count);
-  const auto counters = hub_.client_counters();
+  const auto counters = hub_.station_counters();
   ASSERT_EQ(counters.size(), 2U);
   EXPECT_EQ(counters[0].name, "slow");
   EXPECT_GT(counters[0].dropped, 0U);
@@ -170,18 +170,18 @@ TEST_F(HubTest, InvalidPacketsAreCountedAndIgnored) {
 TEST_F(HubTest, DescriptorBecomesReadableWithWork) {
   hub_.open(clock_, Pacing::realtime);
   EXPECT_FALSE(readable(hub_.fd(), 0));
-  auto client = connect("one");
-  EXPECT_TRUE(readable(hub_.fd(), 1000)) << "a new client";
+  auto station = connect("one");
+  EXPECT_TRUE(readable(hub_.fd(), 1000)) << "a new station";
   receive_all(hub_);
   EXPECT_FALSE(readable(hub_.fd(), 0));
-  client->send(numbered(1, 1));
+  station->send(numbered(1, 1));
   EXPECT_TRUE(readable(hub_.fd(), 1000));
   EXPECT_EQ(receive_all(hub_).size(), 1U);
-  client.reset();
-  EXPECT_TRUE(readable(hub_.fd(), 1000)) << "a client that left";
+  station.reset();
+  EXPECT_TRUE(readable(hub_.fd(), 1000)) << "a station that left";
   receive_all(hub_);
   EXPECT_EQ(hub_.station_count(), 0U);
-  EXPECT_FALSE(hub_.client_counters().at(0).connected);
+  EXPECT_FALSE(hub_.station_counters().at(0).connected);
 }
 
 TEST_F(HubTest, ForgetsTheOldestClosedConnections) {
@@ -190,10 +190,11 @@ TEST_F(HubTest, ForgetsTheOldestClosedConnections) {
   receive_all(hub_);
   for (std::uint64_t connection = 2; connection <= 201; ++connection) {
     connect("closes");
-    while (hub_.client_counters().back().connection != connection || hub_.client_counters().back().connected)
+    while (hub_.station_counters().back().connection != connection ||
+           hub_.station_counters().back().connected)
       receive_all(hub_);
   }
-  const auto counters = hub_.client_counters();
+  const auto counters = hub_.station_counters();
   ASSERT_EQ(counters.size(), 65U);
   EXPECT_EQ(counters.front().name, "stays");
   EXPECT_TRUE(counters.front().connected);
@@ -203,24 +204,24 @@ TEST_F(HubTest, ForgetsTheOldestClosedConnections) {
 
 TEST_F(HubTest, FiltersApplyToTheStationThatSetThem) {
   hub_.open(clock_, Pacing::realtime);
-  auto client = connect("one");
+  auto station = connect("one");
   const can_filter only{0x20, 0x7FF};
-  client->set_filters(std::span(&only, 1));
+  station->set_filters(std::span(&only, 1));
   receive_all(hub_);
   hub_.send(numbered(0x10, 1));
   hub_.send(numbered(0x20, 2));
   EXPECT_EQ(receive_all(hub_).size(), 2U);
-  const auto seen = receive_all(*client);
+  const auto seen = receive_all(*station);
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(number_of(seen[0]), 2U);
 }
 
 TEST_F(HubTest, ClientWaitsUntilTheHubOpens) {
-  std::unique_ptr<Client> client;
+  std::unique_ptr<Station> station;
   std::atomic<bool> begins{false};
   std::thread early([&] {
     begins = true;
-    client = connect("early");
+    station = connect("early");
   });
   EXPECT_TRUE(tests::eventually([&] { return begins.load(); }));
   hub_.open(clock_, Pacing::realtime);
@@ -231,13 +232,13 @@ TEST_F(HubTest, ClientWaitsUntilTheHubOpens) {
 
 TEST_F(HubTest, ClosedHubIsLostForItsClients) {
   hub_.open(clock_, Pacing::realtime);
-  auto client = connect("one");
+  auto station = connect("one");
   receive_all(hub_);
   hub_.close();
   can::Frame frame;
-  EXPECT_EQ(client->receive(frame), can::ReceiveResult::lost);
-  EXPECT_NE(client->fault().find("closed"), std::string::npos);
-  EXPECT_EQ(client->send(numbered(1, 1)), can::SendResult::error);
+  EXPECT_EQ(station->receive(frame), can::ReceiveResult::lost);
+  EXPECT_NE(station->fault().find("closed"), std::string::npos);
+  EXPECT_EQ(station->send(numbered(1, 1)), can::SendResult::error);
 }
 
 TEST(HubOpening, ReportsPathsThatCanNotBeUsed) {
@@ -256,9 +257,9 @@ TEST(HubOpening, ReportsPathsThatCanNotBeUsed) {
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("another program listens"), std::string::npos);
   }
-  Client unused(ClientConfig{"unix:/nowhere/at/all", "x", 10'000'000});
+  Station unused(StationConfig{"unix:/nowhere/at/all", "x", 10'000'000});
   EXPECT_THROW(unused.open(clock, Pacing::realtime), DeviceError);
-  Client wrong(ClientConfig{"tcp:somewhere", "x", 10'000'000});
+  Station wrong(StationConfig{"tcp:somewhere", "x", 10'000'000});
   EXPECT_THROW(wrong.open(clock, Pacing::realtime), DeviceError);
 }
 
@@ -293,14 +294,14 @@ TEST(HubFaults, HubInjectsTheConfiguredFaults) {
                            .seed = 42};
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = faults});
   hub.open(clock, Pacing::realtime);
-  Client client(ClientConfig{hub.address(), "one"});
-  client.open(clock, Pacing::realtime);
+  Station station(StationConfig{hub.address(), "one"});
+  station.open(clock, Pacing::realtime);
   receive_all(hub);
   std::size_t seen = 0;
   std::size_t changed = 0;
   for (std::uint32_t number = 0; number < 500; ++number) {
     hub.send(numbered(1, number));
-    for (const can::Frame& frame : receive_all(client)) {
+    for (const can::Frame& frame : receive_all(station)) {
       ++seen;
       changed += number_of(frame) != number ? 1 : 0;
     }
@@ -313,7 +314,7 @@ TEST(HubFaults, HubInjectsTheConfiguredFaults) {
   std::size_t late = 0;
   while (late < so_far.delayed && readable(hub.fd(), 1000)) {  // the hub's timer
     receive_all(hub);
-    late += receive_all(client).size();
+    late += receive_all(station).size();
   }
   EXPECT_EQ(late, so_far.delayed);
 }

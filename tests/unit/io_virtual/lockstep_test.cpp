@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "io/can/candump_log.hpp"
-#include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "io/virtual/station.hpp"
 #include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::virtual_bus {
@@ -22,14 +22,14 @@ namespace {
 
 /// A station in its own thread. Sends what `answer` returns for each frame. Waits a random time before each
 /// receive, so that the threads run in many orders.
-class Station {
+class AnsweringStation {
  public:
   using Answer = std::function<std::vector<can::Frame>(const can::Frame&)>;
 
-  Station(const std::string& address, const std::string& name, const Answer& answer, std::uint64_t seed,
-          int jitter_us = 200)
+  AnsweringStation(const std::string& address, const std::string& name, const Answer& answer,
+                   std::uint64_t seed, int jitter_us = 200)
       : thread_([=, this] { run(address, name, answer, seed, jitter_us); }) {}
-  ~Station() {
+  ~AnsweringStation() {
     leave_ = true;
     thread_.join();
   }
@@ -50,8 +50,8 @@ class Station {
     std::mt19937_64 random(seed);
     std::this_thread::sleep_for(
         std::chrono::microseconds(random() % 20000));  // stations connect in any order
-    Client client(ClientConfig{address, name});
-    client.open(clock, Pacing::realtime);
+    Station station(StationConfig{address, name});
+    station.open(clock, Pacing::realtime);
     while (!leave_) {
       if (hang_) {
         hangs_ = true;
@@ -62,15 +62,15 @@ class Station {
       if (jitter_us > 0)
         std::this_thread::sleep_for(std::chrono::microseconds(random() % static_cast<unsigned>(jitter_us)));
       can::Frame frame;
-      switch (client.receive(frame)) {
+      switch (station.receive(frame)) {
         case can::ReceiveResult::frame:
           for (const can::Frame& reply : answer(frame))
-            EXPECT_EQ(client.send(reply), can::SendResult::sent);
+            EXPECT_EQ(station.send(reply), can::SendResult::sent);
           break;
         case can::ReceiveResult::lost:
           return;
         case can::ReceiveResult::empty: {
-          pollfd watched{client.fd(), POLLIN, 0};
+          pollfd watched{station.fd(), POLLIN, 0};
           ::poll(&watched, 1, 5);
         }
       }
@@ -100,15 +100,15 @@ std::string log_of_run(std::uint64_t jitter_seed, FaultConfig faults) {
       return replies;
     };
   };
-  Station b(hub.address(), "b", echo(0x100, 0x200, 2), jitter_seed);
-  Station a(hub.address(), "a", echo(0x200, 0x300, 1), jitter_seed + 1);
-  Station c(hub.address(), "c", echo(0x300, 0x400, 1), jitter_seed + 2);
+  AnsweringStation b(hub.address(), "b", echo(0x100, 0x200, 2), jitter_seed);
+  AnsweringStation a(hub.address(), "a", echo(0x200, 0x300, 1), jitter_seed + 1);
+  AnsweringStation c(hub.address(), "c", echo(0x300, 0x400, 1), jitter_seed + 2);
   std::string log;
   for (int tick = 0; tick < 40; ++tick) {
     hub.send(frame_of_bytes(0x100, {static_cast<std::uint8_t>(tick)}));
     if (tick % 3 == 0) hub.send(frame_of_bytes(0x101, {}));
-    const can::SettleResult result = hub.settle(std::int64_t{tick} * 1'000'000);
-    EXPECT_TRUE(result.settled()) << result.client << " " << hub.fault();
+    const can::ExchangeResult result = hub.exchange(std::int64_t{tick} * 1'000'000);
+    EXPECT_TRUE(result.completed()) << result.station << " " << hub.fault();
     can::Frame frame;
     while (hub.receive(frame) == can::ReceiveResult::frame) {
       can::append_candump_line(log, frame, frame.direction == can::Direction::tx ? "tx" : "rx");
@@ -148,7 +148,7 @@ TEST(Lockstep, FramesHaveTheRunTimeOfTheirStep) {
   hub.open(clock, Pacing::lockstep);
   std::vector<RunTimeNs> times;
   {
-    Station listener(
+    AnsweringStation listener(
         hub.address(), "x",
         [&](const can::Frame& frame) {
           times.push_back(frame.time_ns);
@@ -157,8 +157,8 @@ TEST(Lockstep, FramesHaveTheRunTimeOfTheirStep) {
         1);
     for (const RunTimeNs now : {5LL, 1'000'000LL, 2'000'000LL}) {
       hub.send(frame_of_bytes(1, {}));
-      ASSERT_TRUE(hub.settle(now).settled());
-      EXPECT_EQ(times.back(), now) << "settle returns after the station has answered";
+      ASSERT_TRUE(hub.exchange(now).completed());
+      EXPECT_EQ(times.back(), now) << "exchange returns after the station has answered";
     }
   }
   EXPECT_EQ(times.size(), 3U);
@@ -170,17 +170,17 @@ TEST(Lockstep, MoreFramesThanASocketHoldsAreAllDelivered) {
   hub.open(clock, Pacing::lockstep);
   constexpr std::size_t count = 20000;
   std::atomic<std::size_t> received{0};
-  Station replying(
+  AnsweringStation replying(
       hub.address(), "replying",
       [&](const can::Frame&) {
         ++received;
         return std::vector<can::Frame>{frame_of_bytes(2, {}), frame_of_bytes(3, {})};
       },
       1, 0);
-  ASSERT_TRUE(hub.settle(0).settled());
+  ASSERT_TRUE(hub.exchange(0).completed());
   for (std::size_t index = 0; index < count; ++index)
     hub.send(frame_of_bytes(1, {}));
-  ASSERT_TRUE(hub.settle(1).settled()) << hub.fault();
+  ASSERT_TRUE(hub.exchange(1).completed()) << hub.fault();
   EXPECT_EQ(received, count);
   std::size_t seen = 0;
   can::Frame frame;
@@ -195,17 +195,17 @@ TEST(Lockstep, ReportsAStationThatDoesNotAnswer) {
   Hub hub(HubConfig{
       .name = "car", .path = {}, .faults = {}, .expected_stations = 1, .answer_limit_ns = 100'000'000});
   hub.open(clock, Pacing::lockstep);
-  Station silent(
+  AnsweringStation silent(
       hub.address(), "silent", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
-  ASSERT_TRUE(hub.settle(0).settled());
+  ASSERT_TRUE(hub.exchange(0).completed());
   silent.stop_answering();
-  const can::SettleResult result = hub.settle(1);
-  EXPECT_EQ(result.status, can::SettleResult::Status::station_timed_out);
-  EXPECT_EQ(result.client, "silent");
+  const can::ExchangeResult result = hub.exchange(1);
+  EXPECT_EQ(result.status, can::ExchangeResult::Status::station_timed_out);
+  EXPECT_EQ(result.station, "silent");
   EXPECT_NE(hub.fault().find("'silent' did not answer within 100 ms"), std::string::npos);
   // Real time is the subject: the second exchange does not wait for the station.
   const auto begin = std::chrono::steady_clock::now();
-  EXPECT_FALSE(hub.settle(2).settled()) << "no second wait";
+  EXPECT_FALSE(hub.exchange(2).completed()) << "no second wait";
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(100));
 }
 
@@ -214,13 +214,13 @@ TEST(Lockstep, ReportsAStationThatEnds) {
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_stations = 2});
   hub.open(clock, Pacing::lockstep);
   const auto silent = [](const can::Frame&) { return std::vector<can::Frame>{}; };
-  Station remaining(hub.address(), "remaining", silent, 1);
-  auto ending = std::make_unique<Station>(hub.address(), "ending", silent, 2);
-  ASSERT_TRUE(hub.settle(0).settled());
+  AnsweringStation remaining(hub.address(), "remaining", silent, 1);
+  auto ending = std::make_unique<AnsweringStation>(hub.address(), "ending", silent, 2);
+  ASSERT_TRUE(hub.exchange(0).completed());
   ending.reset();
-  const can::SettleResult result = hub.settle(1);
-  EXPECT_EQ(result.status, can::SettleResult::Status::station_ended);
-  EXPECT_EQ(result.client, "ending");
+  const can::ExchangeResult result = hub.exchange(1);
+  EXPECT_EQ(result.status, can::ExchangeResult::Status::station_ended);
+  EXPECT_EQ(result.station, "ending");
 }
 
 TEST(Lockstep, ReportsMissingStations) {
@@ -228,10 +228,10 @@ TEST(Lockstep, ReportsMissingStations) {
   Hub hub(HubConfig{
       .name = "car", .path = {}, .faults = {}, .expected_stations = 2, .connect_limit_ns = 100'000'000});
   hub.open(clock, Pacing::lockstep);
-  const Station only(
+  const AnsweringStation only(
       hub.address(), "only", [](const can::Frame&) { return std::vector<can::Frame>{}; }, 1);
-  const can::SettleResult result = hub.settle(0);
-  EXPECT_EQ(result.status, can::SettleResult::Status::stations_missing);
+  const can::ExchangeResult result = hub.exchange(0);
+  EXPECT_EQ(result.status, can::ExchangeResult::Status::stations_missing);
   EXPECT_NE(hub.fault().find("1 of 2 expected stations"), std::string::npos) << hub.fault();
 }
 
@@ -240,18 +240,18 @@ TEST(Lockstep, ReportsStationsThatAnswerEachOtherForever) {
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}, .expected_stations = 2});
   hub.open(clock, Pacing::lockstep);
   const auto echo_back = [](const can::Frame& frame) { return std::vector<can::Frame>{frame}; };
-  const Station one(hub.address(), "one", echo_back, 1, 0);
-  const Station two(hub.address(), "two", echo_back, 2, 0);
+  const AnsweringStation one(hub.address(), "one", echo_back, 1, 0);
+  const AnsweringStation two(hub.address(), "two", echo_back, 2, 0);
   hub.send(frame_of_bytes(1, {}));
-  EXPECT_EQ(hub.settle(0).status, can::SettleResult::Status::too_many_rounds);
+  EXPECT_EQ(hub.exchange(0).status, can::ExchangeResult::Status::too_many_rounds);
 }
 
-TEST(Lockstep, BusWithoutStationsSettles) {
+TEST(Lockstep, BusWithoutStationsCompletesItsExchange) {
   const SetClock clock;
   Hub hub(HubConfig{.name = "car", .path = {}, .faults = {}});
   hub.open(clock, Pacing::lockstep);
   hub.send(frame_of_bytes(1, {}));
-  ASSERT_TRUE(hub.settle(7).settled());
+  ASSERT_TRUE(hub.exchange(7).completed());
   can::Frame frame;
   ASSERT_EQ(hub.receive(frame), can::ReceiveResult::frame);
   EXPECT_EQ(frame.time_ns, 7);

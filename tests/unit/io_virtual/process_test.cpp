@@ -157,10 +157,13 @@ TEST(Process, EndsWithItsDescendantsWhenItsParentIsKilled) {
       ChildConfig config = shell(script);
       config.working_folder = folder.path();
       const Child child(config);
+      folder.write("is started", "");
       ::pause();
       ::_exit(0);
     }
     const pid_t descendant = pid_in(folder / "pid");
+    // From here on the descendants end with the parent; the script may write its file before.
+    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(folder / "is started"); }));
     EXPECT_FALSE(has_ended(descendant));
     ::kill(parent, SIGKILL);
     ::waitpid(parent, nullptr, 0);

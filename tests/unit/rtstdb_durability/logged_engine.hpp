@@ -19,7 +19,7 @@
 
 namespace rtstdb::transaction::test {
 
-using hil::test::SimulatedDisk;
+using hil::tests::SimulatedDisk;
 using log::DiskCall;
 
 /// With a sanitizer, which is slow, only one in this many repetitions is executed.

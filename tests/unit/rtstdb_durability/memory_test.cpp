@@ -62,10 +62,10 @@ TEST_P(OutOfMemory, AtAnyAllocationIsRepaired) {
     bool failed = true;
     for (int after = 0; failed && !HasFailure(); after += step) {
       SCOPED_TRACE("after " + std::to_string(after) + " allocations");
-      hil::test::fail_allocations_of("rtstdb log", after);
+      hil::tests::fail_allocations_of("rtstdb log", after);
       commit_some(db);
-      failed = hil::test::allocations_failed();
-      hil::test::stop_failing_allocations();
+      failed = hil::tests::allocations_failed();
+      hil::tests::stop_failing_allocations();
       commit_until_durable(db);
       ++rounds;
     }
@@ -88,12 +88,12 @@ TEST_P(OutOfMemory, AtCloseIsReported) {
       LoggedEngine db(open(), options());
       ASSERT_TRUE(model_.knows(db.engine.latest().version)) << db.log().recovery().summary;
       model_.continue_at(db.engine.latest().version);
-      hil::test::fail_allocations_of("rtstdb log", after);
+      hil::tests::fail_allocations_of("rtstdb log", after);
       commit_some(db);
       db.engine.close();
       const auto closed = db.log().close();
-      failed = hil::test::allocations_failed();
-      hil::test::stop_failing_allocations();
+      failed = hil::tests::allocations_failed();
+      hil::tests::stop_failing_allocations();
       durable = closed.ok() ? model_.newest_up_to(~Version{0}) : db.log().durable();
       refused += closed.ok() ? 0 : 1;
       const bool reported = closed.ok() || closed.error().message.find("memory") != std::string::npos;

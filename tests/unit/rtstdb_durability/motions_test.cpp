@@ -13,7 +13,7 @@ namespace {
 using Rows = std::vector<EntityState>;  // by ascending index
 
 bool same(const Rows& a, const Rows& b) {
-  return std::ranges::equal(a, b, hil::test::same_state);
+  return std::ranges::equal(a, b, hil::tests::same_state);
 }
 
 Rows rows_of(const log::World& world) {

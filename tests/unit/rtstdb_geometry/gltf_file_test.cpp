@@ -14,6 +14,7 @@
 #include <rtstdb/geometry.hpp>
 
 #include "mesh_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb {
 namespace {
@@ -164,7 +165,7 @@ TEST(ReadGltf, RefusesAnotherVersion) {
 }
 
 TEST(ReadGltf, RefusesAGlbOfAnotherVersion) {
-  const mesh_files::Folder folder;
+  const hil::tests::TemporaryFolder folder;
   const std::string valid = mesh_files::glb(make_box({1.0, 1.0, 1.0}), R"([{"mesh":0}])");
   const auto refused = [&](std::size_t at, std::string_view bytes, const std::string& part) {
     std::string glb = valid;

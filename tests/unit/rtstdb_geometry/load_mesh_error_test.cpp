@@ -11,11 +11,12 @@
 #include <rtstdb/limits.hpp>
 
 #include "mesh_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb {
 namespace {
 
-using mesh_files::Folder;
+using hil::tests::TemporaryFolder;
 
 constexpr const char* plain_node = R"([{"mesh":0}])";
 
@@ -36,7 +37,7 @@ class LoadMeshError : public testing::Test {
     SCOPED_TRACE(part);
     expect_refused(folder.write(name, bytes), ErrorCode::file, part);
   }
-  const Folder folder;
+  const TemporaryFolder folder;
 };
 
 TEST_F(LoadMeshError, IsReportedForMissingFiles) {
@@ -120,10 +121,11 @@ TEST_F(LoadMeshError, IsReportedForOtherText) {
 TEST_F(LoadMeshError, IsReportedWithoutTriangles) {
   // The OBJ reader skips unknown lines.
   expect_refused(folder.write("noise.obj", "this is not a mesh\n"), ErrorCode::bad_input, "no triangle");
-  for (const auto& file : {folder.write("cloud.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
-                           folder.write("cloud.ply",
-                                        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
-                                        "property float y\nproperty float z\nend_header\n1 2 3\n")}) {
+  for (const std::filesystem::path file :
+       {folder.write("cloud.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
+        folder.write("cloud.ply",
+                     "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                     "property float y\nproperty float z\nend_header\n1 2 3\n")}) {
     const Result<TriangleMesh> loaded = load_mesh(file);
     ASSERT_FALSE(loaded.ok());
     EXPECT_NE(loaded.error().message.find(file.string()), std::string::npos) << loaded.error().message;
@@ -340,7 +342,7 @@ class DamagedMesh : public testing::TestWithParam<const char*> {
     if (name == "body.gltf") return mesh_files::gltf(mesh, plain_node);
     return mesh_files::glb(mesh, plain_node);
   }
-  Folder folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_P(DamagedMesh, CutAtAnyByteIsAMeshOrAnError) {

@@ -8,11 +8,12 @@
 #include <rtstdb/geometry.hpp>
 
 #include "mesh_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb {
 namespace {
 
-using mesh_files::Folder;
+using hil::tests::TemporaryFolder;
 using mesh_files::soup;
 
 constexpr const char* plain_node = R"([{"mesh":0}])";
@@ -41,7 +42,7 @@ void expect_loads_as(const std::filesystem::path& file, const TriangleMesh& expe
 }
 
 TEST(LoadMesh, ReadsEachFormat) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const TriangleMesh mesh = body();
   expect_loads_as(folder.write("body.obj", mesh_files::obj(mesh)), mesh);
   expect_loads_as(folder.write("text.stl", mesh_files::ascii_stl(mesh)), mesh);
@@ -53,19 +54,19 @@ TEST(LoadMesh, ReadsEachFormat) {
 }
 
 TEST(LoadMesh, IgnoresTheCaseOfTheExtensionAndReadsPathsWithBlanks) {
-  const Folder folder;
+  const TemporaryFolder folder;
   expect_loads_as(folder.write("A Body.ObJ", mesh_files::obj(body())), body());
   expect_loads_as(folder.write("k\xc3\xb6rper.STL", mesh_files::binary_stl(body())), body());
 }
 
 TEST(LoadMesh, MultipliesByTheScale) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const TriangleMesh expected = moved(body(), glm::mat3(0.5f), glm::vec3(0.0f));
   expect_loads_as(folder.write("body.obj", mesh_files::obj(body())), expected, 0.5);
 }
 
 TEST(LoadMesh, TriangulatesPolygonsAndDropsPointsAndLines) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string text =
       "v 0 0 0\nv 4 0 0\nv 4 2 0\nv 2 3 0\nv 0 2 0\nv 9 9 9\n"
       "f 1 2 3 4 5\nl 1 6\np 6\n";
@@ -85,7 +86,7 @@ TEST(LoadMesh, TriangulatesPolygonsAndDropsPointsAndLines) {
 }
 
 TEST(LoadMesh, JoinsAllMeshesOfAFile) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string text =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\no first\nf 1 2 3\n"
       "v 5 0 0\nv 6 0 0\nv 5 1 0\no second\nusemtl absent\nf 4 5 6\n";
@@ -101,9 +102,9 @@ TEST(LoadMesh, AppliesTheTransformsOfNestedNodes) {
       "children":[1]},{"mesh":0,"scale":[2,1,1]}])";
   const glm::mat3 linear(0.0f, 2.0f, 0.0f, -1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f);
   const TriangleMesh expected = moved(body(), linear, {10.0f, 20.0f, 30.0f});
-  const Folder folder;
-  for (const auto& file : {folder.write("nested.gltf", mesh_files::gltf(body(), nodes)),
-                           folder.write("nested.glb", mesh_files::glb(body(), nodes))}) {
+  const TemporaryFolder folder;
+  for (const std::filesystem::path file : {folder.write("nested.gltf", mesh_files::gltf(body(), nodes)),
+                                           folder.write("nested.glb", mesh_files::glb(body(), nodes))}) {
     const Result<TriangleMesh> loaded = load_mesh(file);
     ASSERT_TRUE(loaded.ok()) << loaded.error().message;
     ASSERT_EQ(loaded.value().triangles.size(), expected.triangles.size());
@@ -118,7 +119,7 @@ TEST(LoadMesh, AppliesTheTransformsOfNestedNodes) {
 
 TEST(LoadMesh, PlacesAMeshOncePerNode) {
   const std::string nodes = R"([{"children":[1,2]},{"mesh":0},{"mesh":0,"translation":[0,0,8]}])";
-  const Folder folder;
+  const TemporaryFolder folder;
   const Result<TriangleMesh> loaded = load_mesh(folder.write("twice.gltf", mesh_files::gltf(body(), nodes)));
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;
   EXPECT_EQ(loaded.value().triangles.size(), 24u);
@@ -128,7 +129,7 @@ TEST(LoadMesh, PlacesAMeshOncePerNode) {
 
 TEST(LoadMesh, KeepsFrontsOutsideUnderAMirroredNode) {
   const std::string nodes = R"([{"mesh":0,"scale":[-1,1,1]}])";
-  const Folder folder;
+  const TemporaryFolder folder;
   const glm::mat3 mirror(-1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f);
   expect_loads_as(folder.write("mirrored.gltf", mesh_files::gltf(body(), nodes)),
                   moved(body(), mirror, glm::vec3(0.0f)));

@@ -6,9 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <sstream>
-#include <stdexcept>
 
 namespace rtstdb::mesh_files {
 namespace {
@@ -94,15 +92,6 @@ std::string gltf_json(const TriangleMesh& mesh, const std::string& nodes, const 
 }
 
 }  // namespace
-
-std::filesystem::path Folder::write(const std::string& name, std::string_view bytes) const {
-  std::filesystem::path file = path() / name;
-  std::ofstream out(file, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw std::runtime_error("can not write " + file.string());
-  return file;
-}
 
 std::string obj(const TriangleMesh& mesh) {
   std::ostringstream text;

@@ -2,21 +2,13 @@
 // Small mesh files for the tests of the loader.
 
 #include <array>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <rtstdb/geometry.hpp>
 
-#include "tests/support/temporary_folder.hpp"
-
 namespace rtstdb::mesh_files {
-
-class Folder : public hil::tests::TemporaryFolder {
- public:
-  std::filesystem::path write(const std::string& name, std::string_view bytes) const;
-};
 
 std::string obj(const TriangleMesh& mesh);
 std::string ascii_stl(const TriangleMesh& mesh);

@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <string>
 
@@ -13,6 +11,7 @@
 #include <rtstdb/log.hpp>
 
 #include "tests/paths.h"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb {
 namespace {
@@ -36,15 +35,10 @@ TEST(ResultDeathTest, TheErrorOfASuccessIsMisuse) {
   EXPECT_DEATH(static_cast<void>(good.error()), "Result::error: the result holds no error");
 }
 
-std::string content_of(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 TEST(Enumerators, InPublicHeadersHaveNames) {
   std::string all;
   for (const auto& file : std::filesystem::directory_iterator(HIL_SOURCE_DIR "/rtstdb/include/rtstdb"))
-    all += content_of(file.path());
+    all += hil::tests::content_of(file.path());
   const std::regex declared("enum class ([A-Za-z]+)");
   std::size_t found = 0;
   for (std::sregex_iterator it(all.begin(), all.end(), declared), end; it != end; ++it, ++found) {

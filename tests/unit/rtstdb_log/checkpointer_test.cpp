@@ -10,7 +10,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-using hil::test::SimulatedDisk;
+using hil::tests::SimulatedDisk;
 
 /// A source of an empty world, available when `ready`.
 class SlowWorld final : public WorldSource {

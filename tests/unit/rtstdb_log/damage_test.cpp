@@ -23,7 +23,7 @@ constexpr std::size_t stride = 1;
 #endif
 
 Result<Recovered> recovered_from(const Contents& contents, const RecoveryOptions& options = {}) {
-  hil::test::SimulatedDisk disk(1, contents);
+  hil::tests::SimulatedDisk disk(1, contents);
   return recover(disk, options);
 }
 
@@ -314,7 +314,7 @@ TEST_F(DamagedGroups, OtherFormatsAreRefused) {
 TEST(LogDamage, CheckpointsAndGeometriesOfOtherFormatsAreRefused) {
   const SampleLog sample = make_sample({.seed = 8});
   for (const auto& [name, bytes] : sample.contents) {
-    hil::test::SimulatedDisk disk(1);
+    hil::tests::SimulatedDisk disk(1);
     Contents contents = sample.contents;
     if (name.starts_with("checkpoint.")) {
       set_format<CheckpointHeader>(contents[name], 2);

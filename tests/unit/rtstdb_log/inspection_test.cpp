@@ -17,7 +17,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-using hil::test::SimulatedDisk;
+using hil::tests::SimulatedDisk;
 
 LogContents contents_of(const Contents& files) {
   SimulatedDisk disk(1, files);
@@ -144,7 +144,7 @@ TEST(LogInspection, ComparesCheckpointsWithTheCommits) {
 /// A checkpoint may contain a geometry that was added after the commit of its version.
 TEST(LogInspection, GeometryAddedAfterTheLastCommitIsNoDamage) {
   SimulatedDisk disk(1);
-  hil::test::SimulatedClock clock;
+  hil::tests::SimulatedClock clock;
   History history;
   LiveWorld world(9, history, 1 << 16);
   WriterOptions options;
@@ -276,7 +276,7 @@ TEST(LogReplay, BeginsWithTheOldestCheckpointAfterPruning) {
   EXPECT_EQ(replayed.versions, (std::vector<Version>{latest - 3, latest - 2, latest - 1, latest}));
 }
 
-Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, hil::test::SimulatedClock& clock,
+Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, hil::tests::SimulatedClock& clock,
                                              LiveWorld& world) {
   WriterOptions options;
   options.segment_bytes = 16384;
@@ -288,7 +288,7 @@ Result<std::unique_ptr<Writer>> start_writer(SimulatedDisk& disk, hil::test::Sim
 TEST(LogReplay, OmitsNoVersionAfterAGap) {
   for (const std::uint64_t seed : {8u, 9u, 10u, 11u}) {
     SimulatedDisk disk(seed);
-    hil::test::SimulatedClock clock;
+    hil::tests::SimulatedClock clock;
     History history;
     LiveWorld world(seed, history, 1 << 12);
     auto writer = start_writer(disk, clock, world);

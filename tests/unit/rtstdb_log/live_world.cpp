@@ -11,7 +11,7 @@ namespace rtstdb::log::test {
 
 bool operator==(const Image& a, const Image& b) {
   const auto same_rows = [](const auto& x, const auto& y) {
-    return x.first == y.first && hil::test::same_state(x.second, y.second);
+    return x.first == y.first && hil::tests::same_state(x.second, y.second);
   };
   return a.latest.version == b.latest.version && a.latest.time == b.latest.time &&
          std::equal(a.rows.begin(), a.rows.end(), b.rows.begin(), b.rows.end(), same_rows) &&
@@ -242,7 +242,7 @@ void LiveWorld::commit(store::WriteSet set) {
   const auto fault = store_.stage(set);
   RTSTDB_ASSERT(!fault);
   store_.publish();
-  store_.settle();
+  store_.complete_commit();
   for (const store::Write& write : set.writes)
     if (write.kind == store::WriteKind::create)
       generations_[write.state.id.index] = write.state.id.generation;

@@ -7,7 +7,7 @@
 #include "rtstdb/log/checkpoint_reader.hpp"
 #include "rtstdb/log/directory.hpp"
 #include "rtstdb/log/version_range.hpp"
-#include "writer_test.hpp"
+#include "writer_fixture.hpp"
 
 namespace rtstdb::log::test {
 namespace {

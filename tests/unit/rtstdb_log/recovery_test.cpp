@@ -14,7 +14,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-using hil::test::SimulatedDisk;
+using hil::tests::SimulatedDisk;
 
 TEST(LogRecovery, OfAnEmptyDirectoryIsAnEmptyWorld) {
   SimulatedDisk disk(1);
@@ -98,7 +98,7 @@ class EndWithinRecords : public testing::Test {
   }
 
   SimulatedDisk disk{1};
-  hil::test::SimulatedClock clock;
+  hil::tests::SimulatedClock clock;
   NoWorld source;
 };
 

@@ -38,7 +38,7 @@ std::vector<std::pair<EntityId, Version>> states(const store::Store& store) {
 std::optional<BadInput> commit(store::Store& store, store::WriteSet& set) {
   if (auto fault = store.stage(set)) return fault;
   store.publish();
-  store.settle();
+  store.complete_commit();
   return std::nullopt;
 }
 

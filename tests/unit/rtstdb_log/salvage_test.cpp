@@ -11,7 +11,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-using hil::test::SimulatedDisk;
+using hil::tests::SimulatedDisk;
 
 TEST(LogRecovery, SalvagedLogContinuesUndamaged) {
   SampleLog sample = make_sample({.seed = 13, .commits = 40, .closed = false, .checkpoints = false});
@@ -24,7 +24,7 @@ TEST(LogRecovery, SalvagedLogContinuesUndamaged) {
   const Version version = salvaged.world.latest.version;
   ASSERT_EQ(version, groups[groups.size() / 2 - 1].header.last_version);
 
-  hil::test::SimulatedClock clock;
+  hil::tests::SimulatedClock clock;
   sample.history.forget_after(version);
   LiveWorld world(3, sample.history, 1 << 14, salvaged);
   auto writer = Writer::start(disk, clock, world.ring(), world,
@@ -56,7 +56,7 @@ class SalvagedWithoutAGeometry : public testing::TestWithParam<bool> {
   }
   /// Continues the log without closing it, and returns the durable version.
   Version commit(const Recovered& salvaged, int count, std::uint64_t checkpoint_every_bytes) {
-    hil::test::SimulatedClock clock;
+    hil::tests::SimulatedClock clock;
     sample.history.forget_after(salvaged.world.latest.version);
     LiveWorld world(3, sample.history, 1 << 14, salvaged);
     auto writer = Writer::start(disk, clock, world.ring(), world,
@@ -136,7 +136,7 @@ TEST_P(SalvagedWithoutAGeometry, LosesNothingBeforeItContinues) {
   const auto salvaged = recover(disk, {.salvage = true});
   ASSERT_TRUE(salvaged.ok());
   disk.fail_kind(DiskCall::create, EIO);
-  hil::test::SimulatedClock clock;
+  hil::tests::SimulatedClock clock;
   LiveWorld world(3, sample.history, 1 << 14, salvaged.value());
   EXPECT_FALSE(Writer::start(disk, clock, world.ring(), world, {}, start_after(salvaged.value(), 1)).ok());
   disk.fail_kind(DiskCall::create, 0);

@@ -11,8 +11,8 @@
 namespace rtstdb::log::test {
 SampleLog make_sample(const SampleOptions& options) {
   SampleLog sample;
-  hil::test::SimulatedDisk disk(options.seed);
-  hil::test::SimulatedClock clock;
+  hil::tests::SimulatedDisk disk(options.seed);
+  hil::tests::SimulatedClock clock;
   LiveWorld world(options.seed, sample.history, 1 << 16);
   Recovered nothing = recover(disk).value();
   WriterOptions writer_options;
@@ -57,7 +57,7 @@ void remove_before(const Recovered& recovered, Contents& contents) {
 }
 
 std::vector<GroupPlace> groups_of(const Contents& contents) {
-  hil::test::SimulatedDisk disk(1, contents);
+  hil::tests::SimulatedDisk disk(1, contents);
   const Listing listing = list_log(disk).value();
   const SegmentChain chain = find_chain(disk, listing.segments, 0, {}).value();
   std::vector<GroupPlace> groups;

@@ -18,7 +18,7 @@ namespace rtstdb::log::test {
 namespace {
 
 class Simulation {
-  using SimulatedDisk = hil::test::SimulatedDisk;
+  using SimulatedDisk = hil::tests::SimulatedDisk;
   static constexpr std::uint64_t database_id = 0x1234'5678'9abc'def0;
 
  public:
@@ -180,7 +180,7 @@ class Simulation {
   bool pruned_ = false;  // by any process
   std::mt19937_64 random_;
   SimulatedDisk disk_;
-  hil::test::SimulatedClock clock_;
+  hil::tests::SimulatedClock clock_;
   History history_{{{0, image_of(World{})}}, {0}};
   Version durable_ = 0, durable_in_process_ = 0;
   std::optional<Version> exact_version_;

@@ -123,7 +123,7 @@ TEST_F(VerifierTest, ReadsALogOnARealDisk) {
     auto opened = open_directory(directory(0));
     Disk& real = *opened.value();
     const Recovered recovered = recover(real).value();
-    hil::test::SimulatedClock clock;
+    hil::tests::SimulatedClock clock;
     LiveWorld world(round, history, 1 << 14, recovered);
     auto writer = Writer::start(real, clock, world.ring(), world,
                                 {.segment_bytes = 16384, .checkpoint_every_bytes = 10'000},

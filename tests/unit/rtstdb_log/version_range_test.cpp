@@ -15,7 +15,7 @@
 namespace rtstdb::log::test {
 namespace {
 
-using hil::test::SimulatedDisk;
+using hil::tests::SimulatedDisk;
 
 std::map<std::uint32_t, EntityState> rows_of(const store::RowSource& source) {
   std::map<std::uint32_t, EntityState> rows;
@@ -262,7 +262,7 @@ TEST(LogVersionRange, MovesAfterACheckpointHaveItsTime) {
 
 TEST(LogVersionRange, GapsAreRefused) {
   SimulatedDisk disk(1);
-  hil::test::SimulatedClock clock;
+  hil::tests::SimulatedClock clock;
   History history;
   LiveWorld world(6, history, 2048);
   auto writer =

@@ -13,7 +13,7 @@
 #include "rtstdb/log/checkpoint_reader.hpp"
 #include "rtstdb/log/version_range.hpp"
 #include "tests/support/allocation_guard.hpp"
-#include "writer_test.hpp"
+#include "writer_fixture.hpp"
 
 namespace rtstdb::log::test {
 namespace {

@@ -59,7 +59,7 @@ class FollowedWorld {
 
  private:
   transaction::MonotonicClock clock_;
-  hil::test::NoQueries device_;
+  hil::tests::NoQueries device_;
   std::vector<TriangleMesh> meshes_;
   transaction::Engine engine_;
   std::unique_ptr<Follower> follower_;

@@ -12,8 +12,8 @@
 namespace rtstdb::standing::test {
 namespace {
 
-using hil::test::fail_allocations_of;
-using hil::test::stop_failing_allocations;
+using hil::tests::fail_allocations_of;
+using hil::tests::stop_failing_allocations;
 
 StandingRegion around_origin(float half_m) {
   StandingRegion definition;

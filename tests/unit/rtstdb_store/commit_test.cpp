@@ -173,7 +173,7 @@ TEST(Commit, UsesUpTheVersionNumberOfADiscardedSet) {
 TEST(CommitDeathTest, StepsOutOfOrderAbort) {
   Store store(options(4));
   EXPECT_DEATH(store.publish(), "misused: progress_ == Progress::staged");
-  EXPECT_DEATH(store.settle(), "misused: progress_ == Progress::published");
+  EXPECT_DEATH(store.complete_commit(), "misused: progress_ == Progress::published");
   EXPECT_DEATH(store.discard(), "misused: progress_ != Progress::none");
   EXPECT_DEATH(static_cast<void>(store.staged_snapshot()), "misused: progress_ != Progress::none");
   WriteSet empty;
@@ -181,7 +181,7 @@ TEST(CommitDeathTest, StepsOutOfOrderAbort) {
   WriteSet set = set_of(0, {create(row_at(1))});
   ASSERT_FALSE(store.stage(set));
   EXPECT_DEATH(static_cast<void>(store.stage(set)), "misused: progress_ == Progress::none");
-  EXPECT_DEATH(store.settle(), "misused: progress_ == Progress::published");
+  EXPECT_DEATH(store.complete_commit(), "misused: progress_ == Progress::published");
 }
 
 }  // namespace

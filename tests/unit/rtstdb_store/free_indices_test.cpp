@@ -12,11 +12,11 @@ TEST(FreeIndices, AreTakenLowestFirst) {
   for (const std::uint32_t count : {1u, 63u, 64u, 65u, 4096u, 4097u, 300000u}) {
     FreeIndices free(count);
     for (std::uint32_t expected = 0; expected < count; ++expected) {
-      ASSERT_EQ(free.take_lowest(), expected) << "of " << count;
+      ASSERT_EQ(free.acquire_lowest(), expected) << "of " << count;
     }
-    EXPECT_FALSE(free.take_lowest()) << "of " << count;
-    free.give_back(count - 1);
-    EXPECT_EQ(free.take_lowest(), count - 1);
+    EXPECT_FALSE(free.acquire_lowest()) << "of " << count;
+    free.release(count - 1);
+    EXPECT_EQ(free.acquire_lowest(), count - 1);
   }
 }
 
@@ -30,16 +30,16 @@ TEST(FreeIndices, AgreeWithAnOrderedSet) {
     for (int step = 0; step < 20000; ++step) {
       const auto index = static_cast<std::uint32_t>(random() % count);
       if (random() % 3 == 0) {
-        const auto taken = free.take_lowest();
+        const auto taken = free.acquire_lowest();
         ASSERT_EQ(taken.has_value(), !model.empty());
         if (!taken) continue;
         ASSERT_EQ(*taken, *model.begin());
         model.erase(*taken);
       } else if (model.count(index) != 0) {
-        free.take(index);
+        free.acquire(index);
         model.erase(index);
       } else {
-        free.give_back(index);
+        free.release(index);
         model.insert(index);
       }
     }
@@ -48,11 +48,11 @@ TEST(FreeIndices, AgreeWithAnOrderedSet) {
 
 TEST(FreeIndicesDeathTest, MisuseAborts) {
   FreeIndices free(10);
-  EXPECT_DEATH(free.give_back(3), "free_indices.cpp.* rtstdb was misused");
-  free.take(3);
-  EXPECT_DEATH(free.take(3), "free_indices.cpp.* rtstdb was misused");
-  EXPECT_DEATH(free.take(64), "free_indices.cpp.* rtstdb was misused");
-  EXPECT_DEATH(free.take(10), "free_indices.cpp.* rtstdb was misused");
+  EXPECT_DEATH(free.release(3), "free_indices.cpp.* rtstdb was misused");
+  free.acquire(3);
+  EXPECT_DEATH(free.acquire(3), "free_indices.cpp.* rtstdb was misused");
+  EXPECT_DEATH(free.acquire(64), "free_indices.cpp.* rtstdb was misused");
+  EXPECT_DEATH(free.acquire(10), "free_indices.cpp.* rtstdb was misused");
 }
 
 }  // namespace

@@ -141,14 +141,14 @@ class Comparison {
 
   void finish(const WriteSet& set, const Model::Applied& after) {
     const bool publish = below(4) != 0;
-    const bool settle = publish && below(4) != 0;
+    const bool completes = publish && below(4) != 0;
     if (publish) {
       store_.publish();
       expect_rows(store_.latest_snapshot(), after.rows);
       expect_some_older_versions();
     }
-    if (settle) {
-      store_.settle();
+    if (completes) {
+      store_.complete_commit();
       model_.published[model_.next] = {set.time, after.rows};
       model_.generations = after.generations;
       model_.changes.insert(model_.changes.end(), after.touched.size(), model_.next);

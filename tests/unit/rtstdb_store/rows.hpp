@@ -45,11 +45,11 @@ inline WriteSet set_of(std::int64_t time_ns, std::initializer_list<Write> writes
   return {0, world_time_ns(time_ns), writes};
 }
 
-/// Stages, publishes and settles; returns the fault, if any.
+/// Stages, publishes and completes the commit; returns the fault, if any.
 inline std::optional<BadInput> commit(Store& store, WriteSet& set) {
   if (auto fault = store.stage(set)) return fault;
   store.publish();
-  store.settle();
+  store.complete_commit();
   return std::nullopt;
 }
 inline std::optional<BadInput> commit(Store& store, WriteSet&& set) {

@@ -182,7 +182,7 @@ TEST(ShapeModel, AgreesAfterRandomCommits) {
       EXPECT_EQ(store.latest().version, before);
     } else {
       store.publish();
-      store.settle();
+      store.complete_commit();
       for (const auto& [geometry, positions] : changed)
         model[geometry].emplace_back(store.latest().version, positions[0].x);
     }

@@ -59,8 +59,8 @@ TEST_F(Admission, CountsTheRemainingTimeOfTheRunningTransaction) {
 }
 
 /// Elements cost `factor` times as much as before. Firm transactions at the deadline that a refusal names are
-/// missed at a preemption point, so that no run completes until the cost model has learned.
-TEST_F(Admission, LearnsFromMissedTransactions) {
+/// missed at a preemption point, so that no run completes until the cost model has been updated.
+TEST_F(Admission, AdaptsToMissedTransactions) {
   for (const int factor : {2, 3, 8}) {
     SCOPED_TRACE(factor);
     world_.executor.chunk = [&](const auto&, const auto&, std::uint32_t first, std::uint32_t end) {

@@ -24,7 +24,7 @@ TEST(CostLine, FitsBaseAndSlopeInNoise) {
   CostLine line;
   for (int k = 0; k < 500; ++k) {
     const double count = 1.0 + static_cast<double>(random() % 1000);
-    line.learn(count, 50'000.0 + 120.0 * count + noise(random));
+    line.update(count, 50'000.0 + 120.0 * count + noise(random));
   }
   EXPECT_NEAR(line.predict_ns(0), 50'000.0, 3000.0);
   EXPECT_NEAR(line.predict_ns(1000), 170'000.0, 3000.0);
@@ -33,9 +33,9 @@ TEST(CostLine, FitsBaseAndSlopeInNoise) {
 TEST(CostLine, FollowsSlowChanges) {
   CostLine line;
   for (int k = 0; k < 500; ++k)
-    line.learn(k % 50, 1000.0 + 10.0 * (k % 50));
+    line.update(k % 50, 1000.0 + 10.0 * (k % 50));
   for (int k = 0; k < 400; ++k)
-    line.learn(k % 50, 9000.0 + 40.0 * (k % 50));
+    line.update(k % 50, 9000.0 + 40.0 * (k % 50));
   EXPECT_NEAR(line.predict_ns(20), 9800.0, 100.0);
 }
 
@@ -44,17 +44,17 @@ TEST(CostLine, FollowsRepeatedOutliers) {
   for (const double now_ns : {20'000.0, 50.0}) {
     SCOPED_TRACE(now_ns);
     CostLine line;
-    const auto learn_some = [&](int how_many, double cost_ns) {
+    const auto update_some = [&](int how_many, double cost_ns) {
       for (int k = 0; k < how_many; ++k)
-        line.learn(64, cost_ns);
+        line.update(64, cost_ns);
     };
-    learn_some(200, 1000.0);
-    learn_some(1, now_ns);
+    update_some(200, 1000.0);
+    update_some(1, now_ns);
     EXPECT_NEAR(line.predict_ns(64), 1000.0, 400.0);
-    learn_some(20, 1000.0);
-    learn_some(1, now_ns);
+    update_some(20, 1000.0);
+    update_some(1, now_ns);
     EXPECT_NEAR(line.predict_ns(64), 1000.0, 700.0) << "usual samples were between the outliers";
-    learn_some(4, now_ns);
+    update_some(4, now_ns);
     EXPECT_LT(line.predict_ns(64), 4.0 * now_ns);
     EXPECT_GT(line.promised_ns(64), now_ns);
   }
@@ -62,9 +62,9 @@ TEST(CostLine, FollowsRepeatedOutliers) {
 
 TEST(CostLine, DoesNotExtrapolateFromOldCounts) {
   CostLine line;
-  line.learn(1, 1000.0);
+  line.update(1, 1000.0);
   for (int k = 0; k < 2'000; ++k)
-    line.learn(0, k % 3 == 0 ? 0.0 : 1000.0);
+    line.update(0, k % 3 == 0 ? 0.0 : 1000.0);
   EXPECT_LT(line.predict_ns(16), 20'000.0);
 }
 
@@ -72,7 +72,7 @@ TEST(CostLine, IsProportionalAboveASingleKnownCount) {
   CostLine line;
   EXPECT_EQ(line.predict_ns(5), 0.0);
   for (int k = 0; k < 50; ++k)
-    line.learn(64, 1000.0);
+    line.update(64, 1000.0);
   EXPECT_NEAR(line.predict_ns(64), 1000.0, 1e-6);
   EXPECT_NEAR(line.predict_ns(128), 2000.0, 1e-6);
   EXPECT_NEAR(line.predict_ns(1), 1000.0, 1e-6);
@@ -81,11 +81,11 @@ TEST(CostLine, IsProportionalAboveASingleKnownCount) {
 TEST(CostLine, IsNeitherFallingNorNegative) {
   CostLine falling;
   for (int k = 0; k < 50; ++k)
-    falling.learn(k, 1000.0 - k);
+    falling.update(k, 1000.0 - k);
   EXPECT_GE(falling.predict_ns(1e6), falling.predict_ns(0));
   CostLine steep;
   for (int k = 0; k < 50; ++k)
-    steep.learn(k, static_cast<double>(k * k));
+    steep.update(k, static_cast<double>(k * k));
   for (const double count : {0.0, 1.0, 10.0, 1000.0})
     EXPECT_GE(steep.predict_ns(count), 0.0) << count;
 }
@@ -93,17 +93,17 @@ TEST(CostLine, IsNeitherFallingNorNegative) {
 TEST(CostLine, RemembersTheLargestRatioToThePrediction) {
   CostLine line;
   for (int k = 0; k < 100; ++k)
-    line.learn(64, 1000.0);
+    line.update(64, 1000.0);
   EXPECT_NEAR(line.above(), 1.0, 1e-9);
-  line.learn(64, 2500.0);
+  line.update(64, 2500.0);
   EXPECT_NEAR(line.above(), 2.5, 1e-6);
-  line.learn(64, 1e9);
+  line.update(64, 1e9);
   EXPECT_EQ(line.above(), 4.0) << "the margin is limited";
   for (int k = 0; k < 1000; ++k)
-    line.learn(64, 1000.0);
+    line.update(64, 1000.0);
   EXPECT_GT(line.above(), 1.5) << "an outlier in a thousand samples counts";
   for (int k = 0; k < 9000; ++k)
-    line.learn(64, 1000.0);
+    line.update(64, 1000.0);
   EXPECT_LT(line.above(), 1.01);
 }
 
@@ -112,16 +112,16 @@ TEST(CostModel, PredictsAKnownQueryByItsOwnSamples) {
   SimulatedQuery cheap(1000);
   SimulatedQuery expensive(1000);
   SimulatedQuery unknown(1000);
-  model.learn_writes(rows(0), Nanoseconds(0));
+  model.update_from_writes(rows(0), Nanoseconds(0));
   const auto predicted = [&](SimulatedQuery& query) {
     const query::Request request{&query, 100};
     return model.predict(rows(0), std::span(&request, 1))->mean;
   };
   for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
     const query::Request requests[] = {{&cheap, 100}, {&expensive, 100}};
-    model.learn_writes(rows(0), Nanoseconds(0));
-    model.learn_queries(std::span(requests).first(1), Nanoseconds(10'000));
-    model.learn_queries(std::span(requests).last(1), Nanoseconds(90'000));
+    model.update_from_writes(rows(0), Nanoseconds(0));
+    model.update_from_queries(std::span(requests).first(1), Nanoseconds(10'000));
+    model.update_from_queries(std::span(requests).last(1), Nanoseconds(90'000));
   }
   EXPECT_EQ(predicted(cheap), Nanoseconds(10'000));
   EXPECT_EQ(predicted(expensive), Nanoseconds(90'000));
@@ -136,13 +136,13 @@ TEST(CostModel, PredictsStructureWorkSeparately) {
   const query::StructureWork refit{.refitted = true, .rows = 10, .entities = 1000};
   const query::StructureWork build{.built = true, .rows = 10, .entities = 1000};
   for (int k = 0; k < 40; ++k) {
-    model.learn_writes(rows(10), Nanoseconds(0));
-    model.learn_queries(one, Nanoseconds(20'000));
+    model.update_from_writes(rows(10), Nanoseconds(0));
+    model.update_from_queries(one, Nanoseconds(20'000));
   }
   EXPECT_EQ(model.predict(rows(0), one)->mean, Nanoseconds(20'000)) << "no structure work";
   for (int k = 0; k < 40; ++k) {
-    model.learn_queries(one, Nanoseconds(50'000), refit);
-    model.learn_queries(one, Nanoseconds(20'000 + 400'000), build);
+    model.update_from_queries(one, Nanoseconds(50'000), refit);
+    model.update_from_queries(one, Nanoseconds(20'000 + 400'000), build);
   }
   const auto predicted = [&](const store::WriteSet& writes) {
     return static_cast<double>(model.predict(writes, one)->mean.count());
@@ -183,14 +183,14 @@ TEST(CostModel, PredictsAForgottenQueryByItsCostClass) {
   SimulatedQuery cheap(1000);
   const query::Request request{&cheap, 100};
   for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
-    model.learn_writes(rows(0), Nanoseconds(0));
-    model.learn_queries(std::span(&request, 1), Nanoseconds(10'000));
+    model.update_from_writes(rows(0), Nanoseconds(0));
+    model.update_from_queries(std::span(&request, 1), Nanoseconds(10'000));
   }
   std::vector<std::unique_ptr<SimulatedQuery>> others;
   for (std::size_t k = 0; k < 2 * scheduler::QueryCostTable::capacity; ++k) {
     others.push_back(std::make_unique<SimulatedQuery>(100));
     const query::Request other{others.back().get(), 100};
-    model.learn_queries(std::span(&other, 1), Nanoseconds(20'000));
+    model.update_from_queries(std::span(&other, 1), Nanoseconds(20'000));
   }
   EXPECT_NEAR(static_cast<double>(model.predict(rows(0), std::span(&request, 1))->mean.count()), 20'000.0,
               100.0);
@@ -217,7 +217,7 @@ TEST(CostModel, StartsAnUnknownQueryOfAKnownCostClassWithASmallChunk) {
   SimulatedQuery known(10'000), unknown(10'000);
   const query::Request request{&known, 1'000};
   for (std::uint64_t k = 0; k < CostModel::min_query_samples; ++k)
-    model.learn_queries(std::span(&request, 1), Nanoseconds(500'000));
+    model.update_from_queries(std::span(&request, 1), Nanoseconds(500'000));
   EXPECT_EQ(divided(model, known, 1'900).per_chunk, 0u);
   EXPECT_EQ(divided(model, known, 2'100).per_chunk, 1'000u);
   EXPECT_EQ(divided(model, known, 2'100).initial_chunk_fraction, 0.5);
@@ -230,8 +230,8 @@ TEST(CostModel, StartsWithASmallChunkAfterExpensiveElements) {
   SimulatedQuery query(10'000);
   const auto run = [&](const query::Request& request, Nanoseconds cost,
                        const query::StructureWork& structures = {}) {
-    model.learn_worst_elements(std::span(&request, 1), cost, structures);
-    model.learn_queries(std::span(&request, 1), Nanoseconds(500'000));
+    model.update_from_worst_elements(std::span(&request, 1), cost, structures);
+    model.update_from_queries(std::span(&request, 1), Nanoseconds(500'000));
   };
   const query::Request whole{&query, 1'000}, hundred{&query, 100};
   const std::span few(&hundred, 1);
@@ -240,7 +240,7 @@ TEST(CostModel, StartsWithASmallChunkAfterExpensiveElements) {
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "three times the cost is a busy machine";
   run(whole, Nanoseconds(50'000'000), {.refitted = true, .rows = 1'000, .entities = 1'000});
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "the time went into structures";
-  model.learn_worst_elements(few, Nanoseconds(50'000'000), {});
+  model.update_from_worst_elements(few, Nanoseconds(50'000'000), {});
   EXPECT_EQ(divided(model, query, 1'900).per_chunk, 0u) << "a small batch does not count";
 
   run(whole, Nanoseconds(50'000'000));
@@ -266,7 +266,7 @@ TEST(CostModel, MakesChunksLongerThanTheirDispatch) {
   SimulatedQuery query(10'000);
   query::Request request{&query, 10'000};
   for (int k = 0; k < 20; ++k)
-    model.learn_queries(std::span(&request, 1), Nanoseconds(10'000'000));
+    model.update_from_queries(std::span(&request, 1), Nanoseconds(10'000'000));
   model.divide(std::span(&request, 1), Nanoseconds(20'000));
   EXPECT_EQ(request.per_chunk, 200u);
   EXPECT_EQ(request.chunk_time, Nanoseconds(200'000));
@@ -279,11 +279,11 @@ TEST(CostModel, PredictsOnlyAfterEnoughSamples) {
   const query::Request both[] = {{&rays, 100}, {&regions, 10}};
   for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
     EXPECT_FALSE(model.predict(rows(1), {}));
-    model.learn_writes(rows(1), Nanoseconds(500));
+    model.update_from_writes(rows(1), Nanoseconds(500));
   }
   EXPECT_EQ(model.predict(rows(1), {})->mean, Nanoseconds(500));
   for (std::uint64_t k = 0; k < CostModel::min_samples; ++k) {
-    model.learn_queries(std::span(both, 1), Nanoseconds(10'000));
+    model.update_from_queries(std::span(both, 1), Nanoseconds(10'000));
   }
   EXPECT_EQ(model.predict(rows(1), std::span(both, 1))->mean, Nanoseconds(10'500));
   EXPECT_FALSE(model.predict(rows(1), both)) << "no region query has run";
@@ -298,11 +298,11 @@ TEST(CostModel, SeparatesTheCostClassesOfOneTransaction) {
     return Nanoseconds(static_cast<std::int64_t>(20'000 + 100 * ray_count + 20'000 + 1000 * region_count));
   };
   for (int k = 0; k < 200; ++k)
-    model.learn_writes(rows(0), Nanoseconds(0));
+    model.update_from_writes(rows(0), Nanoseconds(0));
   for (int k = 0; k < 4000; ++k) {
     const query::Request requests[] = {{&rays, static_cast<std::uint32_t>(random() % 1000)},
                                        {&regions, static_cast<std::uint32_t>(random() % 100)}};
-    model.learn_queries(requests, cost(requests[0].count, requests[1].count));
+    model.update_from_queries(requests, cost(requests[0].count, requests[1].count));
   }
   for (const auto& [ray_count, region_count] :
        {std::pair(100u, 10u), std::pair(900u, 10u), std::pair(500u, 90u)}) {
@@ -318,10 +318,10 @@ TEST(CostModel, SeparatesPositionsFromRows) {
   store::WriteSet shape = rows(10);
   shape.shapes.push_back({GeometryId{0}, 1000, 1000, {}});
   for (int k = 0; k < 16; ++k)
-    model.learn_writes(rows(10), Nanoseconds(5'000));
+    model.update_from_writes(rows(10), Nanoseconds(5'000));
   EXPECT_FALSE(model.predict(shape, {})) << "no shape has been written";
   for (int k = 0; k < 16; ++k)
-    model.learn_writes(shape, Nanoseconds(25'000));
+    model.update_from_writes(shape, Nanoseconds(25'000));
   EXPECT_EQ(model.predict(rows(10), {})->mean, Nanoseconds(5'000)) << "the cost of rows is unchanged";
   EXPECT_EQ(model.predict(shape, {})->mean, Nanoseconds(25'000));
   shape.shapes.push_back({GeometryId{0}, 1000, 1000, {}});

@@ -220,11 +220,11 @@ TEST_F(LatePolicies, PartialThatIsCancelledLeavesNoAnswers) {
 }
 
 TEST_F(LatePolicies, PreemptionTimeDoesNotCountForAChunk) {
-  const auto urgent = world_.make();
-  SimulatedQuery urgent_query(2 * unmeasured_chunk, 9);
+  const auto higher = world_.make();
+  SimulatedQuery higher_query(2 * unmeasured_chunk, 9);
   after_chunk = [&] {
     if (chunks_ != 1) return;
-    world_.engine.submit(begin_query(*urgent, urgent_query, terms(DeadlineClass::hard, ClockTime::max(), 7),
+    world_.engine.submit(begin_query(*higher, higher_query, terms(DeadlineClass::hard, ClockTime::max(), 7),
                                      2 * unmeasured_chunk));
   };
   run(firm(3200us), {&partial_});

@@ -13,7 +13,7 @@ constexpr ClockTime start{Nanoseconds(1'000'000'000'000)};
 PreemptionLatency after_usual_samples() {
   PreemptionLatency latency;
   for (int i = 0; i < 100; ++i)
-    latency.learn(usual, start - 10ms * (100 - i));
+    latency.update(usual, start - 10ms * (100 - i));
   return latency;
 }
 
@@ -29,7 +29,7 @@ TEST(PreemptionLatencyTest, IsThatOfEqualSamples) {
 
 TEST(PreemptionLatencyTest, GrowsByHalfAfterASingleHighSample) {
   PreemptionLatency latency = after_usual_samples();
-  latency.learn(100 * high, start);
+  latency.update(100 * high, start);
   EXPECT_GT(latency.longest(start), usual);
   EXPECT_LE(latency.longest(start), usual * 3 / 2);
 }
@@ -41,7 +41,7 @@ TEST(PreemptionLatencyTest, FollowsHighSamplesFiveTimesASecond) {
   Nanoseconds lowest = high;
   for (int i = 0; i < 1'000; ++i) {
     now += 10ms;
-    latency.learn(i % 20 == 0 ? high : usual, now);
+    latency.update(i % 20 == 0 ? high : usual, now);
     if (i > 300) lowest = std::min(lowest, latency.longest(now));
   }
   EXPECT_GT(lowest, high * 8 / 10);
@@ -53,7 +53,7 @@ TEST(PreemptionLatencyTest, IgnoresRareHighSamples) {
   ClockTime now = start;
   for (int i = 0; i < 2'000; ++i) {
     now += 10ms;
-    latency.learn(i % 200 == 0 ? high : usual, now);
+    latency.update(i % 200 == 0 ? high : usual, now);
     ASSERT_LT(latency.longest(now), 2 * usual);
   }
 }
@@ -61,7 +61,7 @@ TEST(PreemptionLatencyTest, IgnoresRareHighSamples) {
 TEST(PreemptionLatencyTest, DecaysByHalfEverySecond) {
   PreemptionLatency latency;
   for (int i = 0; i < 20; ++i)
-    latency.learn(high, start);
+    latency.update(high, start);
   ASSERT_EQ(latency.longest(start), high);
   EXPECT_EQ(latency.longest(start + 1s), high / 2);
   EXPECT_LT(latency.longest(start + 10s), usual);

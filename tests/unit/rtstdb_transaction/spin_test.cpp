@@ -72,7 +72,7 @@ TEST(Spin, RealTimeThreadsPollOnce) {
     EXPECT_GT(polls(), 1);
     const sched_param parameters{.sched_priority = 1};
     const bool permitted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
-    // A Spin learns of a new policy within 10 ms.
+    // A Spin acts by a new policy within 10 ms.
     if (permitted) {
       EXPECT_TRUE(hil::tests::eventually([&] { return polls() == 1; }));
     }

@@ -275,7 +275,7 @@ TEST_F(Statuses, CommittedWithoutElementsOrOperations) {
   transaction->begin({});
   transaction->add_query(query_, 0);
   EXPECT_EQ(world_.execute(*transaction).status, Status::committed);
-  ASSERT_TRUE(span) << "the executor must learn that the last batch had no element";
+  ASSERT_TRUE(span) << "the executor runs also when the batch has no element";
   EXPECT_EQ(span->first, WorldTime{});
   EXPECT_EQ(span->last, WorldTime{});
   transaction->begin({});

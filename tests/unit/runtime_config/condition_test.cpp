@@ -3,12 +3,12 @@
 #include <limits>
 #include <random>
 
-#include "config_test.hpp"
+#include "config_fixture.hpp"
 
 namespace hil::config {
 namespace {
 
-using testing::is_only_mistake;
+using test::is_only_mistake;
 
 std::optional<Condition> parse(const std::string& written, Diagnostics& diagnostics) {
   const Schema schema = Schema::record({Field::needed("never", Schema::text(), "A condition.")});

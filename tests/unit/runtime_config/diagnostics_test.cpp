@@ -1,4 +1,4 @@
-#include "config_test.hpp"
+#include "config_fixture.hpp"
 
 namespace hil::config {
 namespace {

@@ -14,16 +14,16 @@
 namespace hil::config {
 namespace {
 
-using testing::is_only_mistake;
-using testing::TestFolder;
+using test::is_only_mistake;
+using tests::TemporaryFolder;
 
 /// Loads the text as a scenario, which has to be refused in time.
 Diagnostics refusal_of(const std::string& text) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const std::string file = folder.write("hostile.yaml", text);
   Diagnostics diagnostics;
   const std::clock_t begin = std::clock();  // processor time, since other tests may run
-  EXPECT_FALSE(load_scenario(file, {}, testing::scenario_types(), diagnostics));
+  EXPECT_FALSE(load_scenario(file, {}, test::test_scenario_types(), diagnostics));
   const double took_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
   constexpr double limit_s = 30.0;  // these builds are slower by this factor
@@ -138,7 +138,7 @@ TEST(HostileInput, DepthThroughAliasesIsLimited) {
 }
 
 TEST(HostileInput, FifoDoesNotBlock) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const std::string fifo = (folder.path() / "fifo").string();
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
   Diagnostics diagnostics;

@@ -1,4 +1,4 @@
-#include "config_test.hpp"
+#include "config_fixture.hpp"
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/config/schema_markdown.hpp"

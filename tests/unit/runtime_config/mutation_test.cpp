@@ -9,7 +9,7 @@ namespace hil::config {
 namespace {
 
 using buses::modbus::load_register_map;
-using testing::ScenarioFolder;
+using test::ScenarioFolder;
 using tests::TextMutator;
 
 void expect_places(const Diagnostics& diagnostics, const std::string& text) {
@@ -28,7 +28,7 @@ TEST(Mutation, OfScenariosNeverCrashesAndMistakesHaveAPlace) {
   std::uint64_t refused = 0;
   const std::uint64_t seeds = hil::tests::rounds(1000, 20'000);
   for (std::uint64_t seed = 0; seed < seeds; ++seed) {
-    const std::string text = TextMutator(seed).mutate(testing::scenario_text);
+    const std::string text = TextMutator(seed).mutate(test::scenario_text);
     Diagnostics diagnostics;
     const auto scenario = files.load(text, diagnostics);
     ASSERT_EQ(scenario.has_value(), diagnostics.empty()) << "seed " << seed;
@@ -41,9 +41,9 @@ TEST(Mutation, OfScenariosNeverCrashesAndMistakesHaveAPlace) {
 }
 
 TEST(Mutation, OfRegisterMapsNeverCrashes) {
-  const testing::TestFolder folder;
+  const tests::TemporaryFolder folder;
   for (std::uint64_t seed = 0; seed < hil::tests::rounds(1000, 20'000); ++seed) {
-    const std::string text = TextMutator(seed + 1'000'000).mutate(testing::register_map_text);
+    const std::string text = TextMutator(seed + 1'000'000).mutate(test::register_map_text);
     Diagnostics diagnostics;
     const auto map = load_register_map(folder.write("map.yaml", text), io::modbus::Role::client, diagnostics);
     ASSERT_EQ(map.has_value(), diagnostics.empty()) << "seed " << seed;
@@ -60,7 +60,7 @@ TEST(Mutation, OfOverridesNeverCrashes) {
                                              mutator.mutate("dut.command=[a, \"{can.car}\"]"),
                                              mutator.mutate("world.entities.0.position.1=5 m")};
     Diagnostics diagnostics;
-    const auto scenario = files.load(testing::scenario_text, diagnostics, overrides);
+    const auto scenario = files.load(test::scenario_text, diagnostics, overrides);
     ASSERT_EQ(scenario.has_value(), diagnostics.empty()) << "seed " << seed;
     expect_places(diagnostics, overrides[0]);
     if (::testing::Test::HasFatalFailure()) FAIL() << "seed " << seed;

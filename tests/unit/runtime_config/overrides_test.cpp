@@ -5,14 +5,14 @@
 namespace hil::config {
 namespace {
 
-using testing::can_of;
-using testing::modbus_of;
-using testing::ScenarioFolder;
+using test::can_of;
+using test::modbus_of;
+using test::ScenarioFolder;
 
 Scenario load_with(const std::vector<std::string>& overrides) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
-  std::optional<Scenario> scenario = files.load(testing::scenario_text, diagnostics, overrides);
+  std::optional<Scenario> scenario = files.load(test::scenario_text, diagnostics, overrides);
   if (!scenario) throw std::runtime_error(diagnostics.to_text());
   return std::move(*scenario);
 }
@@ -20,7 +20,7 @@ Scenario load_with(const std::vector<std::string>& overrides) {
 std::string mistakes_with(const std::vector<std::string>& overrides) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
-  EXPECT_FALSE(files.load(testing::scenario_text, diagnostics, overrides));
+  EXPECT_FALSE(files.load(test::scenario_text, diagnostics, overrides));
   return diagnostics.to_text();
 }
 
@@ -168,7 +168,7 @@ TEST(Overrides, MistakesAreReportedWithThoseOfTheFile) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
   EXPECT_FALSE(
-      files.load(testing::with_change("seed: 7", "sed: 7"), diagnostics, {"dut.enabld=false", "clock=wall"}));
+      files.load(test::with_change("seed: 7", "sed: 7"), diagnostics, {"dut.enabld=false", "clock=wall"}));
   EXPECT_EQ(diagnostics.count(), 3U) << diagnostics.to_text();
 }
 

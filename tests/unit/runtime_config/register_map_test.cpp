@@ -5,21 +5,21 @@ namespace {
 
 using buses::modbus::load_register_map;
 using io::modbus::Role;
-using testing::is_only_mistake;
-using testing::TestFolder;
+using test::is_only_mistake;
+using tests::TemporaryFolder;
 
 Diagnostics mistakes_of(const std::string& text, Role role = Role::client) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   Diagnostics diagnostics;
   EXPECT_FALSE(load_register_map(folder.write("map.yaml", text), role, diagnostics)) << text;
   return diagnostics;
 }
 
 TEST(RegisterMapFile, IsReadAsWritten) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   Diagnostics diagnostics;
   const auto map =
-      load_register_map(folder.write("map.yaml", testing::register_map_text), Role::client, diagnostics);
+      load_register_map(folder.write("map.yaml", test::register_map_text), Role::client, diagnostics);
   ASSERT_TRUE(map) << diagnostics.to_text();
   ASSERT_EQ(map->entries.size(), 5U);
   const io::modbus::RegisterEntry& time = map->entries[1];
@@ -43,7 +43,7 @@ TEST(RegisterMapFile, IsReadAsWritten) {
 }
 
 TEST(RegisterMapFile, AcceptsEveryTypeAndWordOrder) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   for (const char* type : {"u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64"}) {
     for (const char* order : {"ABCD", "CDAB", "BADC", "DCBA"}) {
       Diagnostics diagnostics;
@@ -81,7 +81,7 @@ TEST(RegisterMapFile, MistakesHavePlaces) {
 
 TEST(RegisterMapFile, IsCheckedForItsRole) {
   const std::string text = "registers: [{name: a, table: input, address: 0, type: u16, access: read}]\n";
-  const TestFolder folder;
+  const TemporaryFolder folder;
   Diagnostics diagnostics;
   EXPECT_TRUE(load_register_map(folder.write("map.yaml", text), Role::client, diagnostics))
       << diagnostics.to_text();

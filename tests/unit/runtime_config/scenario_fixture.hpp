@@ -1,13 +1,13 @@
 #pragma once
 // A scenario that uses every part of the language, with its files.
 
-#include "config_test.hpp"
+#include "config_fixture.hpp"
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/can/can_section.hpp"
 #include "runtime/buses/modbus/modbus_section.hpp"
 #include "runtime/buses/modbus/register_map_file.hpp"
 
-namespace hil::config::testing {
+namespace hil::config::test {
 
 inline constexpr const char* register_map_text = R"(registers:
   - {name: detector, table: holding, address: 0, type: u16, access: write, about: "a loop"}
@@ -107,7 +107,7 @@ expectations:
     response: {request: can.car.Objects.Counter, reply: can.car.BrakeCommand.AnswerTo, within: 50 ms, at_least: 10}
 )";
 
-inline ScenarioTypes scenario_types() {
+inline ScenarioTypes test_scenario_types() {
   SchemaOfModules modules{
       {"vehicles",
        Schema::record({Field::with_default("cars", Schema::integer(0, 100), "1", "How many cars.")})},
@@ -136,15 +136,15 @@ class ScenarioFolder {
                   "registers: [{name: mode, table: holding, address: 0, type: u16, access: read}]\n");
   }
 
-  const TestFolder& folder() const { return folder_; }
+  const tests::TemporaryFolder& folder() const { return folder_; }
 
   std::optional<Scenario> load(std::string_view text, Diagnostics& diagnostics,
                                const std::vector<std::string>& overrides = {}) const {
-    return load_scenario(folder_.write("scenario.yaml", text), overrides, scenario_types(), diagnostics);
+    return load_scenario(folder_.write("scenario.yaml", text), overrides, test_scenario_types(), diagnostics);
   }
 
  private:
-  TestFolder folder_;
+  tests::TemporaryFolder folder_;
 };
 
 /// The text with `from`, which it contains once, replaced by `to`.
@@ -157,4 +157,4 @@ inline std::string with_change(const std::string& from, const std::string& to,
   return text.replace(at, from.size(), to);
 }
 
-}  // namespace hil::config::testing
+}  // namespace hil::config::test

@@ -3,10 +3,10 @@
 namespace hil::config {
 namespace {
 
-using testing::has_mistake;
-using testing::is_only_mistake;
-using testing::ScenarioFolder;
-using testing::with_change;
+using test::has_mistake;
+using test::is_only_mistake;
+using test::ScenarioFolder;
+using test::with_change;
 
 /// A text in which '@' marks the expected place of the mistake: it precedes the character.
 struct Marked {
@@ -77,7 +77,7 @@ TEST(ScenarioMistakes, WrongPrioritiesAreReported) {
 TEST(ScenarioMistakes, OneNameInTwoFilesIsReportedWithBothFiles) {
   const ScenarioFolder files;
   Diagnostics diagnostics;
-  EXPECT_FALSE(files.load(testing::scenario_text, diagnostics, {"tasks.traffic.module=scanner"}));
+  EXPECT_FALSE(files.load(test::scenario_text, diagnostics, {"tasks.traffic.module=scanner"}));
   ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
   EXPECT_NE(diagnostics.to_text().find(
                 "the module 'scanner' is given twice; first in line 1 of --set tasks.traffic.module"),
@@ -275,9 +275,9 @@ TEST(ScenarioMistakes, WrongPortIsOneMistake) {
 TEST(ScenarioMistakes, MistakesOfRegisterMapsHavePlacesInTheirFile) {
   const ScenarioFolder files;
   files.folder().write("map.yaml",
-                       std::string(testing::register_map_text) + "  - {name: more, table: holding}\n");
+                       std::string(test::register_map_text) + "  - {name: more, table: holding}\n");
   Diagnostics diagnostics;
-  EXPECT_FALSE(files.load(testing::scenario_text, diagnostics));
+  EXPECT_FALSE(files.load(test::scenario_text, diagnostics));
   ASSERT_EQ(diagnostics.count(), 3U) << diagnostics.to_text();
   for (const Mistake& mistake : diagnostics.mistakes()) {
     EXPECT_EQ(mistake.place.file, (files.folder().path() / "map.yaml").string());
@@ -326,7 +326,7 @@ TEST(ScenarioMistakes, InOneSectionHideNoneInOthers) {
       {"\"{can.car}\"", "\"@{can.cra}\"", "did you mean 'car'?"},
       {"ego.speed < 50", "ego.speed <@< 50", "found '<'"},
   };
-  std::string text = testing::scenario_text;
+  std::string text = test::scenario_text;
   for (const auto& [from, to, words] : changes)
     text = with_change(from, to, text);
   std::string without_marks = text;
@@ -349,7 +349,7 @@ TEST(ScenarioMistakes, InOneSectionHideNoneInOthers) {
 }
 
 TEST(ScenarioMistakes, UnreadableFilesAreReported) {
-  const testing::TestFolder folder;
+  const tests::TemporaryFolder folder;
   Diagnostics missing;
   EXPECT_FALSE(load_scenario((folder.path() / "none.yaml").string(), {}, {}, missing));
   EXPECT_TRUE(is_only_mistake(missing, 0, 0, "there is no such file"));

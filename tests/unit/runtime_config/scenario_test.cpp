@@ -9,16 +9,16 @@ namespace {
 using buses::can::CanSection;
 using buses::can::SentMessage;
 using buses::modbus::ModbusSection;
-using testing::can_of;
-using testing::modbus_of;
-using testing::scenario_text;
-using testing::ScenarioFolder;
-using testing::with_change;
+using test::can_of;
+using test::modbus_of;
+using test::scenario_text;
+using test::ScenarioFolder;
+using test::with_change;
 
 class ScenarioFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    scenario_ = files_.load(testing::scenario_text, diagnostics_);
+    scenario_ = files_.load(test::scenario_text, diagnostics_);
     ASSERT_TRUE(scenario_) << diagnostics_.to_text();
   }
   const Scenario& scenario() const { return *scenario_; }

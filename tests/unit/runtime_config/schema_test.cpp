@@ -1,13 +1,13 @@
 #include <unistd.h>
 
-#include "config_test.hpp"
+#include "config_fixture.hpp"
 
 namespace hil::config {
 namespace {
 
-using testing::has_mistake;
-using testing::is_only_mistake;
-using testing::TestFolder;
+using test::has_mistake;
+using test::is_only_mistake;
+using tests::TemporaryFolder;
 
 Schema one(Schema schema) {
   return Schema::record({Field::needed("v", std::move(schema), "The value.")});
@@ -83,7 +83,7 @@ TEST(SchemaScalars, AreRefusedWithTheReason) {
 }
 
 TEST(SchemaFiles, AreRelativeToTheFileThatNamesThem) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   folder.write("data.txt", "x");
   const std::string file = folder.write("f.yaml", "v: ./sub/../data.txt\n");
   Diagnostics diagnostics;
@@ -107,7 +107,7 @@ class WithoutRoot {
 };
 
 TEST(SchemaFiles, UnreadableFilesAreMistakes) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const std::string secret = folder.write("secret.txt", "x");
   std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
   std::filesystem::permissions(secret, std::filesystem::perms::none);

@@ -1,12 +1,12 @@
 // What the YAML reader refuses independently of the schema, with its places.
 
-#include "config_test.hpp"
+#include "config_fixture.hpp"
 
 namespace hil::config {
 namespace {
 
-using testing::has_mistake;
-using testing::is_only_mistake;
+using test::has_mistake;
+using test::is_only_mistake;
 
 /// a: anything, b: anything.
 Schema open_schema() {

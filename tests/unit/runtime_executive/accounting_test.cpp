@@ -10,9 +10,9 @@
 namespace hil::executive {
 namespace {
 
-using testing::FakeRun;
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::FakeRun;
+using test::ScriptedTask;
+using test::spec_of;
 constexpr std::int64_t us = 1'000;
 constexpr std::int64_t ms = 1'000'000;
 
@@ -65,8 +65,8 @@ TEST(Accounting, StagesAddUpAcrossOverrunsAndSkippedTicks) {
 }
 
 TEST(Accounting, StagesMatchAnIndependentMeasurementInRealTime) {
-  testing::ClockRun<MonotonicClock> real(100);
-  testing::ScriptedHooks hooks;
+  test::ClockRun<MonotonicClock> real(100);
+  test::ScriptedHooks hooks;
   real.options.hooks = &hooks;
   real.options.base_period_ns = 2 * ms;
   real.options.catch_up_ticks = 1'000;
@@ -119,7 +119,7 @@ TEST(Accounting, FullRingsLoseRecordsButNoCounts) {
 
 TEST(Accounting, FirstMissesAreKeptAndAllAreCounted) {
   FakeRun fake(100);
-  fake.options.accounting.kept_misses_per_task = 5;
+  fake.options.accounting.max_misses_per_task = 5;
   TaskSpec spec = spec_of("t", 2);
   spec.deadline_ns = 100 * us;
   // The worst miss is not among the first five.
@@ -136,7 +136,7 @@ TEST(Accounting, FirstMissesAreKeptAndAllAreCounted) {
 
 TEST(Accounting, FirstSkipsAreKeptAndAllAreCounted) {
   FakeRun fake(200);
-  fake.options.accounting.kept_misses_per_task = 3;
+  fake.options.accounting.max_misses_per_task = 3;
   ScriptedTask task([&](const TickInfo& tick) {
     if (tick.tick % 20 == 0) fake.work(10 * ms + 500 * us);
   });

@@ -16,7 +16,7 @@
 namespace hil::executive {
 namespace {
 
-using testing::spec_of;
+using test::spec_of;
 
 /// Prevents the compiler from removing an allocation whose memory is unused.
 void* volatile escaped = nullptr;

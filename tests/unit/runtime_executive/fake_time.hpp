@@ -19,7 +19,7 @@
 #include "runtime/executive/executive.hpp"
 #include "runtime/executive/probe.hpp"
 
-namespace hil::executive::testing {
+namespace hil::executive::test {
 
 class FakeClock final : public Clock {
  public:
@@ -71,14 +71,14 @@ class ScriptedTask final : public Task {
   void latch(const TickInfo& tick) noexcept override { call(on_latch, tick); }
   void step(const TickInfo& tick) noexcept override { call(on_step, tick); }
   void publish(const TickInfo& tick) noexcept override { call(on_publish, tick); }
-  void keep(const TickInfo& tick) noexcept override { call(on_keep, tick); }
+  void queue(const TickInfo& tick) noexcept override { call(on_queue, tick); }
   void abort() noexcept override {
     if (on_abort) on_abort();
   }
   std::int64_t last_blocked_ns() const noexcept override { return blocked_ns; }
   std::int64_t last_gpu_ns() const noexcept override { return gpu_ns; }
 
-  Action on_latch, on_step, on_publish, on_keep;
+  Action on_latch, on_step, on_publish, on_queue;
   std::function<void()> on_abort;
   std::int64_t blocked_ns = 0;
   std::int64_t gpu_ns = 0;
@@ -168,4 +168,4 @@ inline void wait_until_thread_sleeps(pid_t thread) {
   }
 }
 
-}  // namespace hil::executive::testing
+}  // namespace hil::executive::test

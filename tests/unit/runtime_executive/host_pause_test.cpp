@@ -18,14 +18,14 @@
 namespace hil::executive {
 namespace {
 
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::ScriptedTask;
+using test::spec_of;
 constexpr std::int64_t ms = 1'000'000;
 
 /// The child process: 4 s at 1 kHz. Returns 0 when the longest skip has the pause's length, its cause is
 /// host_pause, and no hang was detected.
 int run_in_child(int started_pipe) {
-  testing::ClockRun<MonotonicClock> run(4000);
+  test::ClockRun<MonotonicClock> run(4000);
   run.options.watchdog.timeout_ns = 1000 * ms;
   std::atomic<bool> safe{false};
   run.options.watchdog.safe_state = [&] { safe = true; };

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::executive {
 namespace {
@@ -13,7 +13,7 @@ class FactsOfAMachine : public ::testing::Test {
   MachineState read() const { return read_machine_state(root_.path()); }
 
  private:
-  tests::TestFolder root_;
+  tests::TemporaryFolder root_;
 };
 
 TEST_F(FactsOfAMachine, AreReadFromARealTimeMachine) {

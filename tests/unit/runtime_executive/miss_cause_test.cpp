@@ -127,26 +127,26 @@ const Case cases[] = {
        run.pause_before_start_ns = 49'000 * us;
      },
      {{MissCause::host_pause, 49'000}, {MissCause::late_wake_up, 1'000}}},
-    {"standstill of the process while the step waits for the database",
+    {"pause of the process while the step waits for the database",
      [](RunEvidence& run) {
        run.finish_ns = run.start_ns + 50'100 * us;
        run.blocked_ns = 49'800 * us;
-       run.standstill_in_step_ns = 48'000 * us;
+       run.process_pause_in_step_ns = 48'000 * us;
      },
      {{MissCause::host_pause, 48'000}, {MissCause::database, 1'800}}},
-    {"standstill longer than the wait",
+    {"pause of the process longer than the wait",
      [](RunEvidence& run) {
        run.finish_ns = run.start_ns + 50'100 * us;
        run.blocked_ns = 49'800 * us;
-       run.standstill_in_step_ns = 60'000 * us;
+       run.process_pause_in_step_ns = 60'000 * us;
      },
      {{MissCause::host_pause, 49'800}}},
-    {"standstill that includes a detected pause",
+    {"pause of the process that includes a detected pause",
      [](RunEvidence& run) {
        run.finish_ns = run.start_ns + 50'100 * us;
        run.blocked_ns = 20'000 * us;
        run.pause_in_step_ns = 29'000 * us;
-       run.standstill_in_step_ns = 30'000 * us;
+       run.process_pause_in_step_ns = 30'000 * us;
      },
      {{MissCause::host_pause, 30'000}, {MissCause::database, 19'000}}},
     {"waiting for the task's previous run, which waited for the database",
@@ -192,7 +192,7 @@ TEST(MissCause, PartsNeverExceedTheResponseTime) {
     run.major_faults = up_to(1);
     run.pause_before_start_ns = up_to(3'000);
     run.pause_in_step_ns = up_to(3'000);
-    run.standstill_in_step_ns = up_to(4'000);
+    run.process_pause_in_step_ns = up_to(4'000);
     run.same_task_until_ns = run.release_ns + up_to(4'000) - 1'000;
     run.same_task_cause = static_cast<MissCause>(up_to(miss_cause_count - 1));
     const DelayParts parts = attribute_delay(run);

@@ -12,9 +12,9 @@
 namespace hil::executive {
 namespace {
 
-using testing::FakeRun;
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::FakeRun;
+using test::ScriptedTask;
+using test::spec_of;
 constexpr std::int64_t us = 1'000;
 constexpr std::int64_t ms = 1'000'000;
 
@@ -38,7 +38,7 @@ struct Injection {
   void run_and_expect(MissCause cause, std::int64_t lateness_ns) {
     expect_one_miss(fake.run({{spec, &task}}), cause, lateness_ns);
   }
-  /// Waits until the stall detector has read its clock a few times.
+  /// Waits until the pause detector has read its clock a few times.
   void wait_for_detector() {
     for (const int before = fake.probe.host_time_readings; fake.probe.host_time_readings < before + 4;)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -145,7 +145,7 @@ TEST(MissInjection, PageFault) {
   run.run_and_expect(MissCause::page_fault, 150 * us);
 }
 
-TEST(MissInjection, HostPauseOfTheStallDetector) {
+TEST(MissInjection, HostPauseThatTheDetectorSees) {
   Injection run;
   run.fake.options.catch_up_ticks = 1'000;
   run.fake.probe.host_ns = run.fake.clock.now_ns();

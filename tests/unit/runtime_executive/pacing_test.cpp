@@ -11,9 +11,9 @@
 namespace hil::executive {
 namespace {
 
-using testing::FakeRun;
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::FakeRun;
+using test::ScriptedTask;
+using test::spec_of;
 constexpr std::int64_t us = 1'000;
 constexpr std::int64_t ms = 1'000'000;
 

@@ -17,8 +17,8 @@
 namespace hil::executive {
 namespace {
 
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::ScriptedTask;
+using test::spec_of;
 
 bool contain(const std::vector<std::string>& sentences, const std::string& part) {
   return std::any_of(sentences.begin(), sentences.end(),
@@ -26,7 +26,7 @@ bool contain(const std::vector<std::string>& sentences, const std::string& part)
 }
 
 RunResult short_real_run(const RealtimeOptions& realtime) {
-  testing::ClockRun<MonotonicClock> real(20);
+  test::ClockRun<MonotonicClock> real(20);
   real.options.realtime = realtime;
   ScriptedTask task;
   return real.run({{spec_of("threaded", 5, "threaded"), &task}});
@@ -104,7 +104,7 @@ TEST(RealtimeOptions, BindToCpusAndRestoreTheAffinity) {
     ++first;
   RealtimeOptions realtime;
   realtime.cpus = {first};
-  testing::ClockRun<MonotonicClock> real(10);
+  test::ClockRun<MonotonicClock> real(10);
   real.options.realtime = realtime;
   std::atomic<bool> elsewhere{false};
   const auto note_cpu = [&](const TickInfo&) {
@@ -121,7 +121,7 @@ TEST(RealtimeOptions, BindToCpusAndRestoreTheAffinity) {
 }
 
 TEST(RealtimeOptions, GiveRateMonotonicPrioritiesAndRestoreThePolicy) {
-  testing::ClockRun<MonotonicClock> real(20);
+  test::ClockRun<MonotonicClock> real(20);
   real.options.realtime.scheduler = Scheduler::fifo;
   real.options.realtime.priority = 40;
   const auto priority_here = [] {

@@ -14,9 +14,9 @@
 namespace hil::executive {
 namespace {
 
-using testing::FakeRun;
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::FakeRun;
+using test::ScriptedTask;
+using test::spec_of;
 
 std::atomic<bool> interrupted{false};
 
@@ -68,7 +68,7 @@ TEST(Stop, BySignalEndsALongSleepAndJoinsAllThreads) {
     step_begun = true;
     while (!interrupted)
       std::this_thread::yield();
-    testing::wait_until_thread_sleeps(base_thread);  // it waits for this step
+    test::wait_until_thread_sleeps(base_thread);  // it waits for this step
     step_done = true;
   });
   Executive executive(options);

@@ -6,7 +6,7 @@
 namespace hil::executive {
 namespace {
 
-using testing::spec_of;
+using test::spec_of;
 constexpr std::int64_t ms = 1'000'000;
 
 std::string refusal(const TaskSpec& spec) {
@@ -51,8 +51,8 @@ TEST(TaskSpec, OutOfRangeIsRefusedWithItsValues) {
 
 TEST(ExecutiveDeathTest, MisuseIsAsserted) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  testing::FakeRun fake(1);
-  testing::ScriptedTask task;
+  test::FakeRun fake(1);
+  test::ScriptedTask task;
   EXPECT_DEATH(Executive(ExecutiveOptions{}), "an executive needs a clock");
   Executive executive(fake.options);
   executive.add_task(spec_of("a"), task);

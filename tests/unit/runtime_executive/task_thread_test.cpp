@@ -18,10 +18,10 @@
 namespace hil::executive {
 namespace {
 
-using testing::FakeRun;
-using testing::ScriptedTask;
-using testing::spec_of;
-using testing::wait_until_thread_sleeps;
+using test::FakeRun;
+using test::ScriptedTask;
+using test::spec_of;
+using test::wait_until_thread_sleeps;
 using Ticks = std::vector<std::uint64_t>;
 constexpr std::int64_t ms = 1'000'000;
 
@@ -116,15 +116,15 @@ TEST(TaskThread, PolicyQueueKeepsOneReleaseAndRunsItNext) {
   held.at_tick = [&](std::uint64_t tick) {
     if (tick == 10 || tick == 11 || tick == 13 || tick == 17) held.end_step();
   };
-  std::vector<std::pair<TickInfo, std::uint64_t>> kept;
-  held.task.on_keep = [&](const TickInfo& info) { kept.emplace_back(info, held.now_tick); };
+  std::vector<std::pair<TickInfo, std::uint64_t>> queued;
+  held.task.on_queue = [&](const TickInfo& info) { queued.emplace_back(info, held.now_tick); };
   const RunResult result = held.run(OverrunPolicy::queue);
-  EXPECT_EQ(held.latched, (Ticks{0, 4, 12, 16})) << "release 4 was kept, 8 skipped";
-  ASSERT_EQ(kept.size(), 1U);
-  EXPECT_EQ(kept[0].first.tick, 4U);
-  EXPECT_EQ(kept[0].first.time_ns, 4 * ms);
-  EXPECT_EQ(kept[0].first.run, 1U);
-  EXPECT_EQ(kept[0].second, 4U) << "at the tick of its release, whose world its run has to read";
+  EXPECT_EQ(held.latched, (Ticks{0, 4, 12, 16})) << "release 4 was queued, 8 skipped";
+  ASSERT_EQ(queued.size(), 1U);
+  EXPECT_EQ(queued[0].first.tick, 4U);
+  EXPECT_EQ(queued[0].first.time_ns, 4 * ms);
+  EXPECT_EQ(queued[0].first.run, 1U);
+  EXPECT_EQ(queued[0].second, 4U) << "at the tick of its release, whose world its run has to read";
   EXPECT_EQ(held.published, (std::vector<HeldTask::Published>{{0, 10}, {4, 11}, {12, 16}}));
   const TaskResult& task = result.tasks[0];
   EXPECT_EQ(task.runs, 4U);

@@ -12,8 +12,8 @@
 namespace hil::executive {
 namespace {
 
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::ScriptedTask;
+using test::spec_of;
 constexpr std::int64_t ms = 1'000'000;
 
 /// Three tasks that feed each other: a counter on the base thread, a filter on a second thread with a
@@ -48,12 +48,12 @@ struct Chain {
     TaskSpec filter_spec = spec_of("filter", 6, "filter");
     filter_spec.offset_ticks = 1;
     filter_spec.deadline_ns = 40 * ms;
-    return testing::run_tasks(options,
-                              {{spec_of("count"), &count},
-                               {filter_spec, &filter},
-                               {spec_of("sum", 10, "sum"), &sum},
-                               {spec_of("record"), &record}},
-                              std::atomic<bool>{false});
+    return test::run_tasks(options,
+                           {{spec_of("count"), &count},
+                            {filter_spec, &filter},
+                            {spec_of("sum", 10, "sum"), &sum},
+                            {spec_of("record"), &record}},
+                           std::atomic<bool>{false});
   }
 };
 
@@ -93,7 +93,7 @@ TEST(VirtualClock, GivesTheSameValuesInEachRun) {
 }
 
 TEST(VirtualClock, PublishesOutputsAtTheDeadlineTick) {
-  testing::ClockRun<VirtualClock> run(12);
+  test::ClockRun<VirtualClock> run(12);
   std::int64_t out = -1, visible = -1;
   ScriptedTask threaded([&](const TickInfo& tick) { out = static_cast<std::int64_t>(tick.run); });
   threaded.on_publish = [&](const TickInfo& tick) {
@@ -109,7 +109,7 @@ TEST(VirtualClock, PublishesOutputsAtTheDeadlineTick) {
 }
 
 TEST(VirtualClock, IsNeverLateAndLosesNoRecord) {
-  testing::ClockRun<VirtualClock> run(20'000);
+  test::ClockRun<VirtualClock> run(20'000);
   run.options.accounting.records_per_thread = 16;
   run.options.realtime.scheduler = Scheduler::fifo;
   volatile double sink = 0;

@@ -13,8 +13,8 @@ namespace hil::executive {
 namespace {
 
 using std::chrono::milliseconds;
-using testing::ScriptedTask;
-using testing::spec_of;
+using test::ScriptedTask;
+using test::spec_of;
 constexpr std::int64_t ms = 1'000'000;
 
 // These tests sleep, since a watchdog measures real time: the sleeps are several time-outs long, after which
@@ -28,7 +28,7 @@ TEST(Watchdog, DefaultTimeoutIs100MsOr50Periods) {
 
 TEST(Watchdog, HangIsReportedAndSetsTheSafeStateOnce) {
   std::atomic<int> calls{0};
-  testing::ClockRun<MonotonicClock> run(700);
+  test::ClockRun<MonotonicClock> run(700);
   run.options.watchdog.timeout_ns = 100 * ms;
   run.options.watchdog.safe_state = [&] { ++calls; };
   std::atomic<int> calls_during_hang{0};
@@ -65,7 +65,7 @@ TEST(Watchdog, DetectsNoHangWhileTicksContinue) {
 
 TEST(Watchdog, IsOffUnderTheVirtualClock) {
   std::atomic<int> calls{0};
-  testing::ClockRun<VirtualClock> run(2);
+  test::ClockRun<VirtualClock> run(2);
   run.options.watchdog.timeout_ns = 20 * ms;
   run.options.watchdog.safe_state = [&] { ++calls; };
   ScriptedTask task([](const TickInfo&) { std::this_thread::sleep_for(milliseconds(100)); });

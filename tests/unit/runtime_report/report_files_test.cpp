@@ -8,7 +8,7 @@
 
 #include "sample_record.hpp"
 #include "strict_xml.hpp"
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::report {
 namespace {
@@ -19,7 +19,7 @@ class ReportFiles : public testing::Test {
  protected:
   std::string content(const std::string& name) const { return folder_.read(name); }
 
-  const tests::TestFolder folder_;
+  const tests::TemporaryFolder folder_;
   const fs::path directory_ = folder_.path();
 };
 

@@ -1,9 +1,10 @@
 // CAN sections with their DBC files: defaults of the file, value names, long names, and unusable messages.
 
+#include "runtime/buses/can/can_wiring.hpp"
+
 #include <gtest/gtest.h>
 
 #include "io/can/dbc.hpp"
-#include "runtime/buses/can/can_bus.hpp"
 #include "runtime/run/expectations.hpp"
 #include "tests/support/rounds.hpp"
 #include "tests/support/text_mutator.hpp"
@@ -61,7 +62,7 @@ expectations:
   - {name: it limps, eventually: can.car.Status.Mode == LimpHome}
 )";
 
-class CanWiring : public testing::WiringFixture {
+class CanWiring : public test::WiringFixture {
  protected:
   CanWiring() { folder_.write("test.dbc", database); }
 
@@ -86,7 +87,7 @@ class CanWiring : public testing::WiringFixture {
     return ::testing::AssertionSuccess();
   }
   static const io::can::CanDeviceConfig& config_of(const Wiring& wiring) {
-    return dynamic_cast<const buses::can::CanBus&>(*wiring.buses.at(0).bus).config();
+    return dynamic_cast<const buses::can::CanWiring&>(*wiring.buses.at(0).bus).config();
   }
   /// The constant of an output of `Command`: KeyState, Torque, Level.
   double constant(const Wiring& wiring, std::size_t output) {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "io/can/can_device.hpp"
-#include "io/virtual/client.hpp"
 #include "io/virtual/hub.hpp"
+#include "io/virtual/station.hpp"
 #include "tests/paths.h"
 #include "tests/support/eventually.hpp"
 
@@ -48,12 +48,12 @@ TEST(DeviceClock, ConvertsTimesOfTheOpeningToTimesBeforeTheFirstTick) {
   DeviceClock clock(machine);
   machine.sleep_until(41 * s);
   const io::RunTimeNs stamp = clock.now_ns();
-  EXPECT_EQ(clock.settled(stamp), stamp) << "the origin is not known yet";
+  EXPECT_EQ(clock.to_run_time(stamp), stamp) << "the origin is not known yet";
   clock.set_origin(45 * s);
-  EXPECT_EQ(clock.settled(stamp), -4 * s);
-  EXPECT_EQ(clock.settled(-s), -s);
-  EXPECT_EQ(clock.settled(7 * s), 7 * s);
-  EXPECT_EQ(clock.settled(INT64_MIN), INT64_MIN) << "never";
+  EXPECT_EQ(clock.to_run_time(stamp), -4 * s);
+  EXPECT_EQ(clock.to_run_time(-s), -s);
+  EXPECT_EQ(clock.to_run_time(7 * s), 7 * s);
+  EXPECT_EQ(clock.to_run_time(INT64_MIN), INT64_MIN) << "never";
 }
 
 TEST(DeviceClock, ReportsEventsOfTheOpeningAtTheFirstTick) {
@@ -76,7 +76,7 @@ class OpeningBus : public ::testing::Test {
     config.receive.push_back({"BrakeCommand", 200 * ms, {}, {}});
     auto hub = std::make_unique<io::virtual_bus::Hub>(
         io::virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}});
-    station_.emplace(io::virtual_bus::ClientConfig{.address = hub->address(), .name = "ecu"});
+    station_.emplace(io::virtual_bus::StationConfig{.address = hub->address(), .name = "ecu"});
     device_.emplace(std::move(config), std::move(hub));
     device_->start(clock_, io::Pacing::realtime);
     station_->open(clock_, io::Pacing::realtime);
@@ -98,7 +98,7 @@ class OpeningBus : public ::testing::Test {
 
   executive::VirtualClock machine_;
   DeviceClock clock_{machine_};
-  std::optional<io::virtual_bus::Client> station_;
+  std::optional<io::virtual_bus::Station> station_;
   std::optional<io::can::CanDevice> device_;
 };
 

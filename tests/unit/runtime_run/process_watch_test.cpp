@@ -11,13 +11,13 @@
 #include <thread>
 
 #include "tests/support/eventually.hpp"
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::run {
 namespace {
 
 using tests::eventually;
-using tests::TestFolder;
+using tests::TemporaryFolder;
 using namespace std::chrono_literals;
 
 ProcessWatch::Program shell(const std::string& name, const std::string& script, bool safe_on_exit = true) {
@@ -104,7 +104,7 @@ TEST(ProcessWatch, ReportsEachEndOnce) {
 }
 
 TEST(ProcessWatch, StopsProgramsInOrderAndReturnsTheirExits) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const std::string log = (folder.path() / "ends").string();
   const auto program = [&](const std::string& name) {
     return shell(name, "trap 'echo " + name + " >> " + log + "; exit 0' TERM; echo up >> " +
@@ -182,7 +182,7 @@ TEST(ProcessWatch, CallsItsCallbackOnceASecond) {
   EXPECT_GE(std::chrono::steady_clock::now() - began, 1'990ms);
   watch.stop();
   const int after = calls.load();
-  std::this_thread::sleep_for(1'100ms);  // longer than the time between two calls
+  std::this_thread::sleep_for(1'100ms);  // real time is the subject: more than between two calls
   EXPECT_EQ(calls.load(), after);
 }
 

@@ -3,22 +3,22 @@
 #include <gtest/gtest.h>
 
 #include "io/device.hpp"
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::run {
 namespace {
 
 namespace fs = std::filesystem;
-using tests::TestFolder;
+using tests::TemporaryFolder;
 
 TEST(RunFolder, IsCreatedWithItsParents) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const RunFolder run(folder.path() / "a/b");
   EXPECT_TRUE(fs::is_directory(folder.path() / "a/b"));
 }
 
 TEST(RunFolder, ClearRemovesOnlyTheResultsOfAnEarlierRun) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const char* const results[] = {"report.json",        "report.html",           "junit.xml",
                                  "trace.json",         "pictures/top-view.svg", "pictures/scan-1.svg",
                                  "pictures/scan-2.svg"};
@@ -36,7 +36,7 @@ TEST(RunFolder, ClearRemovesOnlyTheResultsOfAnEarlierRun) {
 }
 
 TEST(RunFolder, ClearRemovesTheLogOfAnEarlierRunOnly) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   for (const char* file : {"lock", "segment.0000000001", "segment.0000000002.new", "checkpoint.0000000001",
                            "geometry.0000000003"})
     folder.write(std::string("database/") + file, "of a run");
@@ -62,7 +62,7 @@ TEST(RunFolder, ClearRemovesTheLogOfAnEarlierRunOnly) {
 }
 
 TEST(RunFolder, IsUsedByOneRunAtATime) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   {
     const RunFolder run(folder.path());
     folder.write("report.json", "of the first run");
@@ -78,7 +78,7 @@ TEST(RunFolder, IsUsedByOneRunAtATime) {
 }
 
 TEST(RunFolder, PathOfAFileIsRefused) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   folder.write("file", "x");
   EXPECT_THROW(const RunFolder run(folder.path() / "file"), io::DeviceError);
   EXPECT_THROW(const RunFolder run(folder.path() / "file/below"), io::DeviceError);

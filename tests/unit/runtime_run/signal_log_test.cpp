@@ -11,12 +11,12 @@
 #include "io/device.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/eventually.hpp"
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::run {
 namespace {
 
-using tests::TestFolder;
+using tests::TemporaryFolder;
 
 constexpr std::int64_t ms = 1'000'000;
 
@@ -36,7 +36,7 @@ signals::SignalTable table_of(std::size_t size) {
 }
 
 TEST(SignalLog, HasAHeaderAndARowForEachTime) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   signals::SignalTable table;
   const auto speed = table.add({.name = "ego.speed", .unit = "m/s", .writer = "ego", .initial = 10.0});
   const auto light = table.add({.name = "plc.light", .unit = "", .writer = "plc"});
@@ -56,7 +56,7 @@ TEST(SignalLog, HasAHeaderAndARowForEachTime) {
 }
 
 TEST(SignalLog, FileChangedByAnotherProgramIsReported) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   signals::SignalTable table = table_of(10);
   SignalLog log(folder.path() / "signals.csv", table, true);
   for (int row = 0; row < 2'000; ++row)
@@ -68,7 +68,7 @@ TEST(SignalLog, FileChangedByAnotherProgramIsReported) {
 }
 
 TEST(SignalLog, NumbersAreReadBackExactly) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const double values[] = {0.1,
                            1.0 / 3.0,
                            1e300,
@@ -104,7 +104,7 @@ TEST(SignalLog, NumbersAreReadBackExactly) {
 }
 
 TEST(SignalLog, LosesNoRowUnderTheVirtualClock) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   signals::SignalTable table = table_of(3);
   SignalLog log(folder.path() / "signals.csv", table, true);
   constexpr int rows = 5'000;  // many times the size of the ring
@@ -128,7 +128,7 @@ TEST(SignalLog, LosesNoRowUnderTheVirtualClock) {
 }
 
 TEST(SignalLog, RowsAreWrittenInOrderOrCountedAsLost) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   signals::SignalTable table = table_of(20);
   SignalLog log(folder.path() / "signals.csv", table, false);
   constexpr std::uint64_t rows = 20'000;
@@ -149,7 +149,7 @@ TEST(SignalLog, RowsAreWrittenInOrderOrCountedAsLost) {
 }
 
 TEST(SignalLog, TakingARowDoesNotAllocate) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   signals::SignalTable table = table_of(50);
   SignalLog log(folder.path() / "signals.csv", table, false);
   allocation_guard::reset();
@@ -161,7 +161,7 @@ TEST(SignalLog, TakingARowDoesNotAllocate) {
 }
 
 TEST(SignalLog, WritesDuringTheRun) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   signals::SignalTable table = table_of(200);
   SignalLog log(folder.path() / "signals.csv", table, false);
   for (int i = 0; i < 400; ++i)
@@ -178,7 +178,7 @@ TEST(SignalLog, FullDiskIsReported) {
 }
 
 TEST(SignalLog, FileThatCanNotBeCreatedIsRefusedWithItsName) {
-  const TestFolder folder;
+  const TemporaryFolder folder;
   const signals::SignalTable table = table_of(1);
   try {
     SignalLog log(folder.path() / "no" / "such" / "signals.csv", table, true);

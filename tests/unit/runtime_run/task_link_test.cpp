@@ -185,7 +185,7 @@ TEST_F(ModuleTasks, QueuedReleaseReadsTheInputsAndTheVersionOfItsTick) {
   task_.latch(running);
   table_.write(source_, 2.0, 20 * ms);
   database_.version = 42;
-  task_.keep(queued);
+  task_.queue(queued);
   table_.write(source_, 3.0, 25 * ms);
   database_.version = 43;
   task_.step(running);

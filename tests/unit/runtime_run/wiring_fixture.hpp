@@ -9,9 +9,9 @@
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/run/wiring.hpp"
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
-namespace hil::run::testing {
+namespace hil::run::test {
 
 /// Wires scenarios in a folder of the test, and keeps the diagnostics of the last one.
 class WiringFixture : public ::testing::Test {
@@ -33,10 +33,10 @@ class WiringFixture : public ::testing::Test {
     return text.replace(at, from.size(), to);
   }
 
-  const tests::TestFolder folder_;
+  const tests::TemporaryFolder folder_;
   config::Diagnostics diagnostics_;
   bool is_loaded_ = false;  ///< a refused scenario was refused by its wiring
   std::unique_ptr<config::Scenario> scenario_;
 };
 
-}  // namespace hil::run::testing
+}  // namespace hil::run::test

@@ -11,7 +11,7 @@
 #include <utility>
 #include <variant>
 
-#include "runtime/buses/can/can_bus.hpp"
+#include "runtime/buses/can/can_wiring.hpp"
 #include "runtime/buses/modbus/modbus_settings.hpp"
 #include "tests/paths.h"
 #include "tests/support/eventually.hpp"
@@ -87,7 +87,7 @@ expectations:
     response: {request: can.car.EgoStatus.Counter, reply: can.car.BrakeCommand.AnswerTo, within: 50 ms}
 )";
 
-class WiringTest : public testing::WiringFixture {
+class WiringTest : public test::WiringFixture {
  protected:
   WiringTest() {
     folder_.write("test.dbc", database_text);
@@ -163,7 +163,7 @@ TEST_F(WiringTest, SignalsAreConnectedByName) {
   EXPECT_EQ(sources[0].signal, id("traffic.ego.speed"));
   EXPECT_FALSE(sources[1].signal.valid());
   EXPECT_DOUBLE_EQ(sources[1].constant, 3.0);
-  const auto& config = dynamic_cast<const buses::can::CanBus&>(*wiring->buses[0].bus).config();
+  const auto& config = dynamic_cast<const buses::can::CanWiring&>(*wiring->buses[0].bus).config();
   EXPECT_EQ(config.send[0].safe_values.at("Mode"), 1.0);
   EXPECT_EQ(config.send[0].protection.counter_signal, "Counter");
   EXPECT_EQ(config.receive[0].timeout_ns, 200'000'000);

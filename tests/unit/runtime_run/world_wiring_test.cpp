@@ -10,7 +10,7 @@
 namespace hil::run {
 namespace {
 
-class WorldWiring : public testing::WiringFixture {
+class WorldWiring : public test::WiringFixture {
  protected:
   /// All mistakes as text, without the folder; empty when the scenario is wired.
   std::string mistakes_of(const std::string& text) {

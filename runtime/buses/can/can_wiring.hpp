@@ -11,10 +11,10 @@
 
 namespace hil::buses::can {
 
-class CanBus final : public Bus {
+class CanWiring final : public BusWiring {
  public:
   /// The section outlives it.
-  CanBus(const CanSection& section, io::can::CanDeviceConfig config);
+  CanWiring(const CanSection& section, io::can::CanDeviceConfig config);
 
   const io::can::CanDeviceConfig& config() const noexcept { return config_; }
 

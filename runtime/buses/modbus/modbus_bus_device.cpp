@@ -1,4 +1,4 @@
-#include "runtime/buses/modbus/modbus_run.hpp"
+#include "runtime/buses/modbus/modbus_bus_device.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -31,7 +31,7 @@ std::uint16_t free_port() {
 
 }  // namespace
 
-ModbusRun::ModbusRun(const ModbusSection& section, RunEnvironment environment)
+ModbusBusDevice::ModbusBusDevice(const ModbusSection& section, RunEnvironment environment)
     : endpoint_{.host = section.host, .port = section.port ? *section.port : free_port()} {
   if (section.role == io::modbus::Role::client) {
     io::modbus::ClientSettings settings = client_settings(section, endpoint_);
@@ -45,11 +45,11 @@ ModbusRun::ModbusRun(const ModbusSection& section, RunEnvironment environment)
   }
 }
 
-io::Device& ModbusRun::device() noexcept {
+io::Device& ModbusBusDevice::device() noexcept {
   return client_ ? static_cast<io::Device&>(*client_) : static_cast<io::Device&>(*server_);
 }
 
-contribution::BusRecord ModbusRun::record() const {
+contribution::BusRecord ModbusBusDevice::record() const {
   return to_record(client_ ? record_of(*client_) : record_of(*server_));
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 // The port to one CAN bus: a station that sends and receives frames. Implemented by a kernel interface
-// (socketcan_bus.hpp) and by the hub and the client of the virtual bus (io/virtual).
+// (socketcan_bus.hpp) and by the hub and the stations of the virtual bus (io/virtual).
 //
 // Threads: one thread at a time, except counters() and fault(), which any thread may call. Only open() and
-// settle() block.
+// exchange() block.
 
 #include <linux/can.h>
 
@@ -38,29 +38,29 @@ struct InjectedFaults {
 
 struct BusCounters {
   std::uint64_t dropped =
-      0;  ///< frames that this station (for a hub: one of its clients) was too slow to read
+      0;  ///< frames that this station (for a hub: one that is connected) was too slow to read
   std::uint64_t malformed = 0;  ///< packets that are not frames
   std::uint64_t reopened = 0;   ///< how often a lost bus became available again
   InjectedFaults injected;
 };
 
-/// The result of settle().
-struct SettleResult {
+/// The result of exchange().
+struct ExchangeResult {
   enum class Status : std::uint8_t {
-    settled,
-    stations_missing,   ///< fewer stations connected than expected; `client` says how many
+    completed,
+    stations_missing,   ///< fewer stations connected than expected; `station` is their number
     station_timed_out,  ///< no acknowledgement within the limit
     station_ended,      ///< its connection closed
     too_many_rounds,    ///< stations did not stop replying to each other
   };
-  Status status = Status::settled;
-  std::string client;  ///< the name of the station that caused the failure
-  bool settled() const noexcept { return status == Status::settled; }
+  Status status = Status::completed;
+  std::string station;  ///< the name of the station that caused the failure
+  bool completed() const noexcept { return status == Status::completed; }
 };
 
-class Bus {
+class CanTransport {
  public:
-  virtual ~Bus() = default;
+  virtual ~CanTransport() = default;
 
   /// The name of the interface or bus in logs: "vcan0", "car".
   virtual const std::string& name() const noexcept = 0;
@@ -93,7 +93,7 @@ class Bus {
   /// Lock-step only: advances every station to run time `now_ns`, delivers all frames, and returns when every
   /// station is idle and no frame is pending, or when a wall-clock limit has passed. Misuse (asserts):
   /// another pacing.
-  virtual SettleResult settle(RunTimeNs now_ns) = 0;
+  virtual ExchangeResult exchange(RunTimeNs now_ns) = 0;
 
   virtual BusCounters counters() const noexcept = 0;
   /// Why the bus is lost, as a sentence; empty: it is not.

@@ -1,4 +1,4 @@
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 #include <algorithm>
 #include <array>

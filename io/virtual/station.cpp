@@ -1,4 +1,4 @@
-#include "io/virtual/client.hpp"
+#include "io/virtual/station.hpp"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -28,7 +28,7 @@ bool may_come_later(int system_error) noexcept {
 
 }  // namespace
 
-void Client::open(const RunClock& clock, Pacing) {
+void Station::open(const RunClock& clock, Pacing) {
   can::require(socket_ < 0, "a bus is opened once");
   clock_ = &clock;
   const auto refuse = [&](const std::string& reason) -> void {
@@ -61,12 +61,12 @@ void Client::open(const RunClock& clock, Pacing) {
   }
 }
 
-void Client::close() noexcept {
+void Station::close() noexcept {
   if (socket_ >= 0) ::close(socket_);
   socket_ = -1;
 }
 
-can::SendResult Client::send(const can::Frame& frame) noexcept {
+can::SendResult Station::send(const can::Frame& frame) noexcept {
   if (socket_ < 0 || lost_ || !can::valid_length(frame.raw.len, frame.is_fd)) return can::SendResult::error;
   const int flags = MSG_NOSIGNAL | (lockstep_ ? 0 : MSG_DONTWAIT);
   const auto size = static_cast<ssize_t>(frame.struct_size());
@@ -79,7 +79,7 @@ can::SendResult Client::send(const can::Frame& frame) noexcept {
   return can::SendResult::sent;
 }
 
-can::ReceiveResult Client::receive(can::Frame& frame) noexcept {
+can::ReceiveResult Station::receive(can::Frame& frame) noexcept {
   while (socket_ >= 0 && !lost_) {
     PacketBuffer packet{};
     const ssize_t size = ::recv(socket_, packet.data(), packet.size(), MSG_DONTWAIT);
@@ -107,7 +107,7 @@ can::ReceiveResult Client::receive(can::Frame& frame) noexcept {
 
 // The socket keeps the order of packets. When the barrier has been read, every frame before it has been
 // returned to the application; and since the application has called receive() again, it has sent its replies.
-void Client::take_time(const TimePacket& packet) noexcept {
+void Station::take_time(const TimePacket& packet) noexcept {
   lockstep_ = true;
   lockstep_now_ns_ = packet.run_time_ns;
   if (packet.kind != TimePacket::Kind::barrier) return;
@@ -117,23 +117,23 @@ void Client::take_time(const TimePacket& packet) noexcept {
   }
 }
 
-can::ReceiveResult Client::lose(const char* reason) noexcept {
+can::ReceiveResult Station::lose(const char* reason) noexcept {
   lost_ = true;
   const std::lock_guard lock(fault_mutex_);
   fault_ = description() + " is lost: " + reason;
   return can::ReceiveResult::lost;
 }
 
-can::SettleResult Client::settle(RunTimeNs) {
-  can::require(false, "only the hub of a virtual bus settles it");
+can::ExchangeResult Station::exchange(RunTimeNs) {
+  can::require(false, "only the hub of a virtual bus exchanges");
   return {};
 }
 
-can::BusCounters Client::counters() const noexcept {
+can::BusCounters Station::counters() const noexcept {
   return {0, malformed_.load(std::memory_order_relaxed), 0, {}};
 }
 
-std::string Client::fault() const {
+std::string Station::fault() const {
   const std::lock_guard lock(fault_mutex_);
   return fault_;
 }

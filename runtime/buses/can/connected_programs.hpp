@@ -15,10 +15,10 @@
 
 namespace hil::buses::can {
 
-class BusStations {
+class ConnectedPrograms {
  public:
   /// The enabled programs whose command has the address of `bus`. The scenario outlives it.
-  BusStations(const config::Scenario& scenario, const CanSection& bus);
+  ConnectedPrograms(const config::Scenario& scenario, const CanSection& bus);
 
   /// The number of connections that the programs make together.
   std::size_t connection_count() const noexcept;
@@ -27,16 +27,16 @@ class BusStations {
   /// so that a script may start the program that connects; a connection of no program's group may be any
   /// program's until the longest start_timeout has passed. Throws io::DeviceError when a program has not
   /// connected within its start_timeout.
-  bool all_connected(io::virtual_bus::Hub& hub, const StartedPrograms& programs) const;
+  bool all_connected(io::virtual_bus::Hub& hub, const StartedPrograms& started) const;
 
  private:
-  struct Station {
-    const config::ProcessSection* program = nullptr;
+  struct Program {
+    const config::ProcessSection* process = nullptr;
     std::size_t connections = 0;
   };
   const CanSection& bus_;
   const bool lockstep_;
-  std::vector<Station> stations_;
+  std::vector<Program> programs_;
 };
 
 }  // namespace hil::buses::can

@@ -9,11 +9,9 @@
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/parse.hpp"
 #include "runtime/config/scenario.hpp"
-#include "tests/support/test_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
-namespace hil::config::testing {
-
-using tests::TestFolder;
+namespace hil::config::test {
 
 /// Whether there is exactly one mistake, at this place, and its text contains `words`.
 inline ::testing::AssertionResult is_only_mistake(const Diagnostics& diagnostics, std::uint32_t line,
@@ -44,4 +42,4 @@ inline ::testing::AssertionResult has_mistake(const Diagnostics& diagnostics, st
          << diagnostics.to_text();
 }
 
-}  // namespace hil::config::testing
+}  // namespace hil::config::test

@@ -11,7 +11,7 @@
 
 namespace hil::report {
 
-struct Place {
+struct JsonCursor {
   const std::string& file;
   const nlohmann::ordered_json& json;
   std::string path;
@@ -20,10 +20,10 @@ struct Place {
     throw ReportError(file + ": " + (path.empty() ? "the file" : path) + " is " + json.type_name() +
                       ", not " + wanted);
   }
-  Place item(std::size_t index) const {
+  JsonCursor item(std::size_t index) const {
     return {file, json[index], path + '[' + std::to_string(index) + ']'};
   }
-  Place member(const char* key) const {
+  JsonCursor member(const char* key) const {
     if (!json.is_object()) refuse("an object");
     const auto found = json.find(key);
     const std::string where = path.empty() ? key : path + '.' + key;

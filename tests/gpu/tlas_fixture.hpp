@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "rtstdb/accel/tlas.hpp"
-#include "tests/gpu/database_test.hpp"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 #include "tests/gpu/version_rows.hpp"
 

@@ -11,10 +11,10 @@
 
 namespace hil::buses::modbus {
 
-class ModbusRun final : public BusDevice {
+class ModbusBusDevice final : public BusDevice {
  public:
   /// Chooses a free port when the section leaves it open; throws io::DeviceError when there is none.
-  ModbusRun(const ModbusSection& section, RunEnvironment environment);
+  ModbusBusDevice(const ModbusSection& section, RunEnvironment environment);
 
   io::Device& device() noexcept override;
   /// Programs may be clients of a server.

@@ -1,4 +1,4 @@
-#include "bench/transactions/urgent.hpp"
+#include "bench/transactions/preemption.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -16,7 +16,7 @@ namespace hil::bench {
 namespace {
 
 constexpr float half_m = 50.0f;
-constexpr std::uint32_t urgent_rays = 16;
+constexpr std::uint32_t small_rays = 16;
 
 /// Moving bodies in a database with the default chunk size.
 class BusyWorld {
@@ -28,22 +28,21 @@ class BusyWorld {
     for (const rtstdb::TriangleMesh& mesh : bodies_.meshes)
       world_.add(mesh);
     ids_ = world_.create(bodies_.rows);
-    urgent_query_ =
-        must(database().prepare(rtstdb::RayQueryOptions{.name = "urgent", .capacity = urgent_rays}));
-    std::ranges::copy(timed_rays(urgent_rays, half_m, 40.0f, 0, 41), urgent_query_->rays().begin());
-    urgent_ = database().make_transaction({.max_queries = 1});
+    small_query_ = must(database().prepare(rtstdb::RayQueryOptions{.name = "small", .capacity = small_rays}));
+    std::ranges::copy(timed_rays(small_rays, half_m, 40.0f, 0, 41), small_query_->rays().begin());
+    small_ = database().make_transaction({.max_queries = 1});
   }
 
   rtstdb::Database& database() { return world_.database(); }
   std::uint32_t count(std::uint32_t large) const { return tiny_ ? large / 64 : large; }
   const std::vector<rtstdb::EntityId>& ids() const { return ids_; }
 
-  /// Two figures: while the large batch is queried repeatedly, urgent transactions arrive at uncorrelated
-  /// times.
+  /// Two figures: while the large batch is queried repeatedly, transactions of higher priority arrive at
+  /// uncorrelated times.
   template <class Query>
   std::vector<Figure> waits_beside(const std::string& kind, PreparedBatch<Query> large) {
     large.run();
-    urgent_wait_us();
+    preemption_wait_us();
     std::exception_ptr broken;
     std::jthread flood([&](const std::stop_token& stop) {
       try {
@@ -57,26 +56,26 @@ class BusyWorld {
     Random random(42);
     for (int k = 0; k < (tiny_ ? 20 : 2000); ++k) {
       std::this_thread::sleep_for(std::chrono::microseconds(1000 + random.next() % 4000));
-      waits_us.push_back(urgent_wait_us());
+      waits_us.push_back(preemption_wait_us());
     }
     flood.request_stop();
     flood.join();
     if (broken) std::rethrow_exception(broken);
-    return {figure("urgent_wait_" + kind + "_p50", waits_us, 0.5),
-            figure("urgent_wait_" + kind + "_p99", waits_us, 0.99)};
+    return {figure("preemption_wait_" + kind + "_p50", waits_us, 0.5),
+            figure("preemption_wait_" + kind + "_p99", waits_us, 0.99)};
   }
 
  private:
   /// The time from submit to the result in this thread, without the time in which the database worked on the
   /// transaction.
-  double urgent_wait_us() {
+  double preemption_wait_us() {
     rtstdb::Terms terms;
     terms.importance = 1;
-    urgent_->begin(terms);
-    urgent_->add_query(*urgent_query_, urgent_rays);
-    const double whole_us = 1e6 * seconds_of([&] { database().execute(*urgent_); });
-    if (!urgent_->outcome().done()) throw std::runtime_error(rtstdb::describe(urgent_->outcome()));
-    return whole_us - 1e-3 * static_cast<double>(urgent_->outcome().actual_cost.count());
+    small_->begin(terms);
+    small_->add_query(*small_query_, small_rays);
+    const double whole_us = 1e6 * seconds_of([&] { database().execute(*small_); });
+    if (!small_->outcome().done()) throw std::runtime_error(rtstdb::describe(small_->outcome()));
+    return whole_us - 1e-3 * static_cast<double>(small_->outcome().actual_cost.count());
   }
 
   static Figure figure(const std::string& name, const std::vector<double>& waits_us, double share) {
@@ -92,8 +91,8 @@ class BusyWorld {
   MovingBodies bodies_;
   OurWorld world_;
   std::vector<rtstdb::EntityId> ids_;
-  std::unique_ptr<rtstdb::RayQuery> urgent_query_;
-  std::unique_ptr<rtstdb::Transaction> urgent_;
+  std::unique_ptr<rtstdb::RayQuery> small_query_;
+  std::unique_ptr<rtstdb::Transaction> small_;
 };
 
 /// A large batch of one kind, and its name in the figures.
@@ -156,7 +155,7 @@ Large<rtstdb::ConeQuery> large_batch(BusyWorld& world, const rtstdb::ConeQuery* 
 
 }  // namespace
 
-std::vector<Figure> measure_urgent(const SuiteOptions& options) {
+std::vector<Figure> measure_preemption(const SuiteOptions& options) {
   BusyWorld world(options.tiny);
   std::vector<Figure> figures;
   const auto append = [&](const std::vector<Figure>& more) {

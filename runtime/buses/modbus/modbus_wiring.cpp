@@ -1,10 +1,10 @@
-#include "runtime/buses/modbus/modbus_unit.hpp"
+#include "runtime/buses/modbus/modbus_wiring.hpp"
 
 #include <utility>
 
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/server_device.hpp"
-#include "runtime/buses/modbus/modbus_run.hpp"
+#include "runtime/buses/modbus/modbus_bus_device.hpp"
 #include "runtime/buses/modbus/modbus_settings.hpp"
 
 namespace hil::buses::modbus {
@@ -19,10 +19,10 @@ std::unique_ptr<io::Device> device_of(const ModbusSection& section) {
 
 }  // namespace
 
-ModbusUnit::ModbusUnit(const ModbusSection& section) : section_(section), channels_(device_of(section)) {}
+ModbusWiring::ModbusWiring(const ModbusSection& section) : section_(section), channels_(device_of(section)) {}
 
-void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs,
-                         config::Diagnostics& diagnostics) const {
+void ModbusWiring::connect(const KnownSignals& known, std::vector<Source>& outputs,
+                           config::Diagnostics& diagnostics) const {
   for (const RegisterWrite& write : section_.write) {
     const std::size_t index = io::output_index(*channels_, write.entry.text);
     if (index == outputs.size()) {
@@ -41,8 +41,8 @@ void ModbusUnit::connect(const KnownSignals& known, std::vector<Source>& outputs
   }
 }
 
-std::unique_ptr<BusDevice> ModbusUnit::make_device(RunEnvironment environment) const {
-  return std::make_unique<ModbusRun>(section_, std::move(environment));
+std::unique_ptr<BusDevice> ModbusWiring::make_device(RunEnvironment environment) const {
+  return std::make_unique<ModbusBusDevice>(section_, std::move(environment));
 }
 
 }  // namespace hil::buses::modbus

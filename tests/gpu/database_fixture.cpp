@@ -1,4 +1,4 @@
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "runtime/buses/can/can_run.hpp"
+#include "runtime/buses/can/can_bus_device.hpp"
 
 #include <utility>
 
@@ -22,12 +22,13 @@ io::virtual_bus::HubConfig hub_config(const CanSection& section, std::uint64_t s
 
 }  // namespace
 
-CanRun::CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment)
-    : section_(section), stations_(environment.scenario, section) {
-  std::unique_ptr<io::can::Bus> port;
+CanBusDevice::CanBusDevice(const CanSection& section, io::can::CanDeviceConfig config,
+                           RunEnvironment environment)
+    : section_(section), programs_(environment.scenario, section) {
+  std::unique_ptr<io::can::CanTransport> port;
   if (section.is_virtual()) {
     auto hub = std::make_unique<io::virtual_bus::Hub>(
-        hub_config(section, environment.scenario.seed, stations_.connection_count()));
+        hub_config(section, environment.scenario.seed, programs_.connection_count()));
     hub_ = hub.get();
     port = std::move(hub);
   } else {
@@ -38,23 +39,23 @@ CanRun::CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunEn
   device_ = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
 }
 
-std::string CanRun::address() const {
+std::string CanBusDevice::address() const {
   return hub_ != nullptr ? hub_->address() : "socketcan:" + section_.interface;
 }
 
-bool CanRun::all_programs_connected(const StartedPrograms& programs) const {
-  return hub_ == nullptr || stations_.all_connected(*hub_, programs);
+bool CanBusDevice::all_programs_connected(const StartedPrograms& programs) const {
+  return hub_ == nullptr || programs_.all_connected(*hub_, programs);
 }
 
-contribution::BusRecord CanRun::record() const {
+contribution::BusRecord CanBusDevice::record() const {
   return to_record(record_of(*device_));
 }
 
-std::string CanRun::log_file() const {
+std::string CanBusDevice::log_file() const {
   return "can-" + section_.name.text + ".log";
 }
 
-std::string CanRun::log_fault() const {
+std::string CanBusDevice::log_fault() const {
   if (std::string fault = device_->log_fault(); !fault.empty()) return fault;
   const std::uint64_t frames = device_->counters().log_dropped;
   if (frames == 0) return {};

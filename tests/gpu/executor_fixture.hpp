@@ -12,7 +12,7 @@
 
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/query/ray/ray_query.hpp"
-#include "tests/gpu/gpu_test.hpp"
+#include "tests/gpu/gpu_fixture.hpp"
 
 namespace rtstdb::test {
 

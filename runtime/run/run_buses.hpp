@@ -2,8 +2,8 @@
 // The buses of a run: opens their devices, exchanges their values with the signals every tick, watches them,
 // and closes them.
 //
-// Opening: make, before the programs that use the addresses are started; finish, after the programs have
-// connected (all_programs_connected).
+// Opening: make_devices, before the programs that use the addresses are started; start_remaining_devices,
+// after the programs have connected (all_programs_connected).
 //
 // Threads: opening, stop and the record on the thread that opens the run; begin_tick and the tasks on the
 // base thread; check, bus_loads and enter_safe_state on any ordinary thread while the run goes on.
@@ -27,20 +27,20 @@
 
 namespace hil::run {
 
-class RunDevices {
+class RunBuses {
  public:
   /// All of them outlive it. `arrivals` keeps the samples that expectations judge one by one.
-  RunDevices(Wiring& wiring, RunContext& context, Arrivals& arrivals)
+  RunBuses(Wiring& wiring, RunContext& context, Arrivals& arrivals)
       : wiring_(wiring), context_(context), arrivals_(arrivals) {}
 
   // All of opening throws io::DeviceError.
   /// Makes all devices and starts those that programs of the run connect to.
-  void make();
+  void make_devices();
   /// Whether all programs that have the address of a bus have connected to it. `waited_ns`: since the
   /// programs were started.
   bool all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const;
   /// Starts the other devices and links all with their signals.
-  void finish();
+  void start_remaining_devices();
 
   /// The text for {section.name} in a command: an address, or the kind of clock.
   std::string address_of(const std::string& section, const std::string& name) const;

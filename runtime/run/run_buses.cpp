@@ -1,4 +1,4 @@
-#include "runtime/run/run_devices.hpp"
+#include "runtime/run/run_buses.hpp"
 
 #include <pthread.h>
 
@@ -17,7 +17,7 @@ std::string name_of(const config::BusSection& section) {
 
 }  // namespace
 
-std::function<void()> RunDevices::thread_start(std::optional<int> priority, const std::string& name) {
+std::function<void()> RunBuses::thread_start(std::optional<int> priority, const std::string& name) {
   return [this, priority, name] {
     pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
     if (!priority) return;
@@ -30,7 +30,7 @@ std::function<void()> RunDevices::thread_start(std::optional<int> priority, cons
   };
 }
 
-void RunDevices::make() {
+void RunBuses::make_devices() {
   for (const WiredBus& wired : wiring_.buses) {
     const config::BusSection& section = *wired.section;
     const std::string thread_name = section.type->key + " " + section.name.text;
@@ -46,7 +46,7 @@ void RunDevices::make() {
   }
 }
 
-void RunDevices::keep_judged_arrivals(RunningBus& bus) {
+void RunBuses::keep_judged_arrivals(RunningBus& bus) {
   const std::vector<signals::SignalId>& inputs = bus.wired->links.inputs;
   for (const config::Expectation& expectation : context_.scenario.expectations) {
     const auto* response = std::get_if<config::Response>(&expectation.claim);
@@ -60,14 +60,14 @@ void RunDevices::keep_judged_arrivals(RunningBus& bus) {
   }
 }
 
-void RunDevices::start(RunningBus& bus) {
+void RunBuses::start(RunningBus& bus) {
   bus.device->device().start(context_.device_clock, context_.pacing());
   const config::BusSection& section = *bus.wired->section;
   if (!section.type->has_address) return;
   context_.log.info(name_of(section) + ": " + bus.device->address());
 }
 
-bool RunDevices::all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const {
+bool RunBuses::all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const {
   const buses::StartedPrograms programs{
       .process_of = [&](const std::string& name) { return processes.process_of(name); },
       .waited_ns = waited_ns};
@@ -79,7 +79,7 @@ bool RunDevices::all_programs_connected(const ProcessWatch& processes, std::int6
   return complete;
 }
 
-void RunDevices::finish() {
+void RunBuses::start_remaining_devices() {
   for (RunningBus& bus : buses_) {
     if (bus.device->start_phase() == buses::StartPhase::after_programs) start(bus);
   }
@@ -97,7 +97,7 @@ void RunDevices::finish() {
   loss_watch_.emplace(std::move(subjects));
 }
 
-std::string RunDevices::address_of(const std::string& section, const std::string& name) const {
+std::string RunBuses::address_of(const std::string& section, const std::string& name) const {
   if (section == "clock") return context_.is_virtual ? "stepped" : "wall";
   for (const RunningBus& bus : buses_) {
     const config::BusSection& of_bus = *bus.wired->section;
@@ -106,7 +106,7 @@ std::string RunDevices::address_of(const std::string& section, const std::string
   return {};
 }
 
-void RunDevices::add_tasks(executive::Executive& executive) {
+void RunBuses::add_tasks(executive::Executive& executive) {
   for (std::size_t i = 0; i < buses_.size(); ++i) {
     const config::BusSection& section = *buses_[i].wired->section;
     executive.add_task({.name = section.full_name(), .every_ticks = section.every_ticks, .thread = {}},
@@ -114,7 +114,7 @@ void RunDevices::add_tasks(executive::Executive& executive) {
   }
 }
 
-void RunDevices::begin_tick(std::int64_t time_ns) noexcept {
+void RunBuses::begin_tick(std::int64_t time_ns) noexcept {
   for (const auto& link : links_)
     link->latch_inputs(time_ns);
   loss_watch_->check(time_ns);
@@ -122,20 +122,20 @@ void RunDevices::begin_tick(std::int64_t time_ns) noexcept {
     link->hold_safe_values(loss_watch_->outputs_must_be_safe());
 }
 
-bool RunDevices::ends_run(std::size_t bus) const noexcept {
+bool RunBuses::ends_run(std::size_t bus) const noexcept {
   const bool is_permitted_loss =
       buses_[bus].wired->section->may_be_lost && !links_[bus]->device().connected();
   return !links_[bus]->in_step() && !is_permitted_loss;
 }
 
-bool RunDevices::in_step() const noexcept {
+bool RunBuses::in_step() const noexcept {
   for (std::size_t i = 0; i < links_.size(); ++i) {
     if (ends_run(i)) return false;
   }
   return true;
 }
 
-std::string RunDevices::step_fault() const {
+std::string RunBuses::step_fault() const {
   for (std::size_t i = 0; i < links_.size(); ++i) {
     if (!ends_run(i)) continue;
     const std::string fault = links_[i]->device().fault();
@@ -145,13 +145,13 @@ std::string RunDevices::step_fault() const {
   return {};
 }
 
-void RunDevices::check() {
+void RunBuses::check() {
   device_watch_->check(context_.device_clock.report_ns(), [this](bool good, const std::string& sentence) {
     good ? context_.log.info(sentence) : context_.log.warn(sentence);
   });
 }
 
-std::vector<report::LiveBus> RunDevices::bus_loads() const {
+std::vector<report::LiveBus> RunBuses::bus_loads() const {
   std::vector<report::LiveBus> loads;
   for (const RunningBus& bus : buses_) {
     if (const std::optional<double> load = bus.device->load())
@@ -160,22 +160,22 @@ std::vector<report::LiveBus> RunDevices::bus_loads() const {
   return loads;
 }
 
-void RunDevices::enter_safe_state() noexcept {
+void RunBuses::enter_safe_state() noexcept {
   for (const auto& link : links_)
     link->device().enter_safe_state();
 }
 
-void RunDevices::stop() noexcept {
+void RunBuses::stop() noexcept {
   enter_safe_state();
   for (const auto& link : links_)
     link->device().stop();
 }
 
-void RunDevices::collect_last_events() {
+void RunBuses::collect_last_events() {
   device_watch_->collect_last_events([this](const std::string& sentence) { context_.log.warn(sentence); });
 }
 
-void RunDevices::fill(report::RunRecord& record) const {
+void RunBuses::fill(report::RunRecord& record) const {
   for (const RunningBus& bus : buses_) {
     const auto group =
         std::ranges::find(record.buses, bus.wired->section->type->key, &report::BusGroup::list_key);
@@ -183,7 +183,7 @@ void RunDevices::fill(report::RunRecord& record) const {
   }
 }
 
-std::vector<std::string> RunDevices::send_faults() const {
+std::vector<std::string> RunBuses::send_faults() const {
   std::vector<std::string> faults;
   for (const auto& link : links_) {
     if (std::string fault = link->device().send_fault(); !fault.empty()) faults.push_back(std::move(fault));
@@ -191,7 +191,7 @@ std::vector<std::string> RunDevices::send_faults() const {
   return faults;
 }
 
-std::vector<std::string> RunDevices::log_files() const {
+std::vector<std::string> RunBuses::log_files() const {
   std::vector<std::string> files;
   for (const RunningBus& bus : buses_) {
     if (std::string file = bus.device->log_file(); !file.empty()) files.push_back(std::move(file));
@@ -199,7 +199,7 @@ std::vector<std::string> RunDevices::log_files() const {
   return files;
 }
 
-std::vector<std::string> RunDevices::log_faults() const {
+std::vector<std::string> RunBuses::log_faults() const {
   std::vector<std::string> faults;
   for (const RunningBus& bus : buses_) {
     if (std::string fault = bus.device->log_fault(); !fault.empty()) faults.push_back(std::move(fault));

@@ -12,7 +12,7 @@
 
 namespace rtstdb::log::test {
 
-using hil::test::SimulatedDisk;
+using hil::tests::SimulatedDisk;
 
 inline constexpr std::uint64_t database_id = 77;
 
@@ -44,7 +44,7 @@ class WriterTest : public testing::Test {
   }
 
   SimulatedDisk disk{1};
-  hil::test::SimulatedClock clock;
+  hil::tests::SimulatedClock clock;
   History history;
   LiveWorld world;
   std::unique_ptr<Writer> writer;

@@ -8,15 +8,15 @@
 #include "io/can/can_device.hpp"
 #include "io/virtual/hub.hpp"
 #include "runtime/buses/bus.hpp"
-#include "runtime/buses/can/bus_stations.hpp"
 #include "runtime/buses/can/can_section.hpp"
+#include "runtime/buses/can/connected_programs.hpp"
 
 namespace hil::buses::can {
 
-class CanRun final : public BusDevice {
+class CanBusDevice final : public BusDevice {
  public:
   /// The section outlives it. Throws io::DeviceError.
-  CanRun(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment);
+  CanBusDevice(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment);
 
   io::Device& device() noexcept override { return *device_; }
   StartPhase start_phase() const noexcept override { return StartPhase::before_programs; }
@@ -29,7 +29,7 @@ class CanRun final : public BusDevice {
 
  private:
   const CanSection& section_;
-  BusStations stations_;
+  ConnectedPrograms programs_;
   std::unique_ptr<io::can::CanDevice> device_;
   io::virtual_bus::Hub* hub_ = nullptr;  ///< of a virtual bus; the device owns it
 };

@@ -16,7 +16,7 @@
 
 namespace hil::executive {
 
-class HostStallDetector {
+class HostPauseDetector {
  public:
   /// Oversleeping by less than this is ordinary scheduling.
   static constexpr std::int64_t smallest_pause_ns = 2'000'000;
@@ -32,21 +32,21 @@ class HostStallDetector {
   std::int64_t pause_ns(std::int64_t begin_ns, std::int64_t end_ns, std::int64_t off_cpu_ns) const noexcept;
   /// A lower bound on the time in the interval during which no thread of the process ran although one was
   /// ready.
-  std::int64_t standstill_ns(std::int64_t begin_ns, std::int64_t end_ns) const noexcept;
+  std::int64_t process_pause_ns(std::int64_t begin_ns, std::int64_t end_ns) const noexcept;
 
  private:
   struct Pause {
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
     std::int64_t length_ns = 0;  ///< at most end - begin
-    std::int64_t standstill_ns = 0;
+    std::int64_t process_pause_ns = 0;
     bool stolen = false;  ///< as counted by the kernel; such pauses do not overlap, so their lengths add up
   };
-  void keep(const Pause& pause) noexcept;
+  void add(const Pause& pause) noexcept;
 
-  static constexpr std::size_t kept_pauses =
+  static constexpr std::size_t max_pauses =
       256;  // more than can occur between a run and the reading of its record
-  std::array<Pause, kept_pauses> pauses_{};
+  std::array<Pause, max_pauses> pauses_{};
   std::size_t next_ = 0;
   bool steal_known_ = false;
   std::int64_t steal_total_ns_ = 0;

@@ -5,31 +5,31 @@
 // carry the hub's run time. The hub waits until this station has called receive() again and got nothing;
 // everything it sends before that belongs to the same instant.
 //
-// Threads: as in io/can/bus.hpp.
+// Threads: as in io/can/can_transport.hpp.
 
 #include <atomic>
 #include <cerrno>
 #include <mutex>
 #include <string>
 
-#include "io/can/bus.hpp"
+#include "io/can/can_transport.hpp"
 #include "io/can/filter.hpp"
 #include "io/virtual/packet.hpp"
 
 namespace hil::io::virtual_bus {
 
-struct ClientConfig {
+struct StationConfig {
   std::string address;  ///< "unix:/path"
   std::string name;     ///< of this station, at most 55 bytes; determines its position in lock-step
-  std::int64_t connect_limit_ns = 5'000'000'000;  ///< the hub may start later than the client
+  std::int64_t connect_limit_ns = 5'000'000'000;  ///< the hub may open later
 };
 
-class Client final : public can::Bus {
+class Station final : public can::CanTransport {
  public:
-  explicit Client(ClientConfig config) : config_(std::move(config)) {}
-  ~Client() override { close(); }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
+  explicit Station(StationConfig config) : config_(std::move(config)) {}
+  ~Station() override { close(); }
+  Station(const Station&) = delete;
+  Station& operator=(const Station&) = delete;
 
   const std::string& name() const noexcept override { return config_.name; }
   std::string description() const override { return "virtual CAN bus at " + config_.address; }
@@ -43,8 +43,8 @@ class Client final : public can::Bus {
   /// Does not return frames of this station. A closed hub is lost permanently.
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
-  /// Misuse (asserts): only a hub settles the bus.
-  can::SettleResult settle(RunTimeNs now_ns) override;
+  /// Misuse (asserts): only a hub exchanges.
+  can::ExchangeResult exchange(RunTimeNs now_ns) override;
   can::BusCounters counters() const noexcept override;
   std::string fault() const override;
 
@@ -57,7 +57,7 @@ class Client final : public can::Bus {
   void take_time(const TimePacket& packet) noexcept;
   can::ReceiveResult lose(const char* reason) noexcept;
 
-  ClientConfig config_;
+  StationConfig config_;
   can::FilterSet filters_;
   const RunClock* clock_ = nullptr;
   int socket_ = -1;

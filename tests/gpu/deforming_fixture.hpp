@@ -1,7 +1,7 @@
 #pragma once
 // Fixture of tests of deforming geometry.
 
-#include "tests/gpu/database_test.hpp"
+#include "tests/gpu/database_fixture.hpp"
 
 namespace rtstdb::test {
 

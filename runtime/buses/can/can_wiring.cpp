@@ -1,12 +1,12 @@
-#include "runtime/buses/can/can_bus.hpp"
+#include "runtime/buses/can/can_wiring.hpp"
 
 #include <algorithm>
 #include <string_view>
 #include <utility>
 
 #include "io/can/socketcan_bus.hpp"
+#include "runtime/buses/can/can_bus_device.hpp"
 #include "runtime/buses/can/can_description.hpp"
-#include "runtime/buses/can/can_run.hpp"
 
 namespace hil::buses::can {
 namespace {
@@ -40,23 +40,23 @@ void connect_output(const Word& word, const io::can::DbcSignal& signal, const io
 
 }  // namespace
 
-CanBus::CanBus(const CanSection& section, io::can::CanDeviceConfig config)
+CanWiring::CanWiring(const CanSection& section, io::can::CanDeviceConfig config)
     : section_(section),
       config_(std::move(config)),
       channels_(std::make_unique<io::can::CanDevice>(
           config_, std::make_unique<io::can::SocketCanBus>(
                        io::can::SocketCanConfig{.interface = section.name.text}))) {}
 
-const io::can::DbcMessage* CanBus::sent(const Word& name) const {
+const io::can::DbcMessage* CanWiring::sent(const Word& name) const {
   return used(config_.database, name, config_.send);
 }
 
-const io::can::DbcMessage* CanBus::received(const Word& name) const {
+const io::can::DbcMessage* CanWiring::received(const Word& name) const {
   return used(config_.database, name, config_.receive);
 }
 
-void CanBus::describe_message(const Word& name, const io::can::DbcMessage* message, const std::string& prefix,
-                              KnownSignals& known) const {
+void CanWiring::describe_message(const Word& name, const io::can::DbcMessage* message,
+                                 const std::string& prefix, KnownSignals& known) const {
   if (message == nullptr) {
     // The name of the message is a mistake here; a signal of the bus elsewhere may be right.
     const bool is_known = config_.database.find_message(name.text) != nullptr;
@@ -78,7 +78,7 @@ void CanBus::describe_message(const Word& name, const io::can::DbcMessage* messa
   }
 }
 
-void CanBus::describe_signals(const std::string& prefix, KnownSignals& known) const {
+void CanWiring::describe_signals(const std::string& prefix, KnownSignals& known) const {
   for (const SentMessage& message : section_.send)
     describe_message(message.message, sent(message.message), prefix, known);
   for (const ReceivedMessage& configured : section_.receive) {
@@ -92,9 +92,9 @@ void CanBus::describe_signals(const std::string& prefix, KnownSignals& known) co
   }
 }
 
-void CanBus::connect_message(const SentMessage& sent, const io::can::DbcMessage& message,
-                             const KnownSignals& known, std::vector<Source>& outputs,
-                             Diagnostics& diagnostics) const {
+void CanWiring::connect_message(const SentMessage& sent, const io::can::DbcMessage& message,
+                                const KnownSignals& known, std::vector<Source>& outputs,
+                                Diagnostics& diagnostics) const {
   for (const io::can::DbcSignal& signal : message.signals) {
     const std::size_t index = io::output_index(*channels_, message.name + "." + signal.name);
     const auto start = start_value_of(signal);
@@ -124,16 +124,16 @@ void CanBus::connect_message(const SentMessage& sent, const io::can::DbcMessage&
   }
 }
 
-void CanBus::connect(const KnownSignals& known, std::vector<Source>& outputs,
-                     Diagnostics& diagnostics) const {
+void CanWiring::connect(const KnownSignals& known, std::vector<Source>& outputs,
+                        Diagnostics& diagnostics) const {
   for (const SentMessage& message : section_.send) {
     if (const io::can::DbcMessage* const used_message = sent(message.message))
       connect_message(message, *used_message, known, outputs, diagnostics);
   }
 }
 
-std::unique_ptr<BusDevice> CanBus::make_device(RunEnvironment environment) const {
-  return std::make_unique<CanRun>(section_, config_, std::move(environment));
+std::unique_ptr<BusDevice> CanWiring::make_device(RunEnvironment environment) const {
+  return std::make_unique<CanBusDevice>(section_, config_, std::move(environment));
 }
 
 }  // namespace hil::buses::can

@@ -9,10 +9,10 @@
 
 namespace hil::buses::modbus {
 
-class ModbusUnit final : public Bus {
+class ModbusWiring final : public BusWiring {
  public:
   /// The section outlives it.
-  explicit ModbusUnit(const ModbusSection& section);
+  explicit ModbusWiring(const ModbusSection& section);
 
   const io::Device& channels() const noexcept override { return *channels_; }
   void connect(const KnownSignals& known, std::vector<Source>& outputs,

@@ -1,6 +1,6 @@
-// A ring wakes the sleeper: while it sleeps, before it sleeps and while it wakes up.
+// A notification wakes the sleeper: while it sleeps, before it sleeps and while it wakes up.
 
-#include "rtstdb/transaction/log_bell.hpp"
+#include "rtstdb/transaction/log_wake_up.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,31 +17,31 @@ constexpr std::uint32_t rounds = 2'000;
 constexpr std::uint32_t rounds = 50'000;
 #endif
 
-TEST(LogBell, WakesAtEveryRing) {
-  LogBell bell;
+TEST(LogWakeUp, WakesAtEveryNotification) {
+  LogWakeUp wake_up;
   std::atomic<std::uint32_t> put{0}, taken{0};
   std::thread sleeper([&] {
     while (taken.load() < rounds) {
-      const LogBell::Counts seen = bell.counts();
+      const LogWakeUp::Counts seen = wake_up.counts();
       if (put.load() != taken.load()) {
         taken.store(put.load());
         continue;
       }
       // Both ways in turn, as the log's thread does. The timeout is longer than that of the test.
       if (taken.load() % 3 != 0) {
-        bell.sleep(seen);
+        wake_up.sleep(seen);
       } else {
-        bell.sleep_until_urgent(seen, std::chrono::minutes(10));
+        wake_up.sleep_until_notified_now(seen, std::chrono::minutes(10));
       }
     }
   });
   for (std::uint32_t k = 1; k <= rounds; ++k) {
-    const bool urgent = taken.load() % 3 == 0;
+    const bool sleeps_until_now = taken.load() % 3 == 0;
     put.store(k);
-    if (urgent) {
-      bell.ring_urgently();
+    if (sleeps_until_now) {
+      wake_up.notify_now();
     } else {
-      bell.ring();
+      wake_up.notify();
     }
     while (taken.load() != k) {
     }
@@ -50,26 +50,26 @@ TEST(LogBell, WakesAtEveryRing) {
   EXPECT_EQ(taken.load(), rounds);
 }
 
-TEST(LogBell, WakesAtEveryRingOfSeveralThreads) {
-  LogBell bell;
+TEST(LogWakeUp, WakesAtEveryNotificationOfSeveralThreads) {
+  LogWakeUp wake_up;
   constexpr std::uint32_t threads = 4;
   std::atomic<std::uint32_t> put{0}, taken{0};
   std::thread sleeper([&] {
     while (taken.load() < threads * rounds) {
-      const LogBell::Counts seen = bell.counts();
+      const LogWakeUp::Counts seen = wake_up.counts();
       if (put.load() == taken.load()) {
-        bell.sleep(seen);
+        wake_up.sleep(seen);
       } else {
         taken.store(put.load());
       }
     }
   });
-  std::vector<std::thread> ringing_threads;
+  std::vector<std::thread> notifiers;
   for (std::uint32_t t = 0; t < threads; ++t)
-    ringing_threads.emplace_back([&] {
+    notifiers.emplace_back([&] {
       for (std::uint32_t k = 0; k < rounds; ++k) {
         put.fetch_add(1);
-        bell.ring();
+        wake_up.notify();
         // So that the sleeper sleeps after each 16th.
         if (k % 16 == 0) {
           for (const std::uint32_t seen = put.load(); static_cast<std::int32_t>(taken.load() - seen) < 0;)
@@ -77,18 +77,18 @@ TEST(LogBell, WakesAtEveryRingOfSeveralThreads) {
         }
       }
     });
-  for (std::thread& thread : ringing_threads)
+  for (std::thread& thread : notifiers)
     thread.join();
   sleeper.join();
   EXPECT_EQ(taken.load(), threads * rounds);
 }
 
-TEST(LogBell, SleepUntilUrgentIgnoresAPlainRing) {
-  LogBell bell;
+TEST(LogWakeUp, SleepUntilNotifiedNowIgnoresOtherNotifications) {
+  LogWakeUp wake_up;
   const auto begun = std::chrono::steady_clock::now();
-  const LogBell::Counts seen = bell.counts();
-  bell.ring();
-  bell.sleep_until_urgent(seen, std::chrono::milliseconds(20));
+  const LogWakeUp::Counts seen = wake_up.counts();
+  wake_up.notify();
+  wake_up.sleep_until_notified_now(seen, std::chrono::milliseconds(20));
   EXPECT_GE(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(19));
 }
 
