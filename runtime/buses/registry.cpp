@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "runtime/buses/bus.hpp"
+
 namespace hil::buses {
 
 #define BUS(folder) BusType folder##_type();
