@@ -51,6 +51,8 @@ struct Ports {
   /// world.entities or of an earlier module.
   std::vector<config::Word> layers{};
   std::vector<config::Word> bodies{};
+  /// Materials of world.materials that the parameters name, likewise.
+  std::vector<config::Word> materials{};
   /// Bodies that the module creates, without the module's name: "ego" of module "traffic" is the body
   /// "traffic.ego".
   std::vector<std::string> makes{};

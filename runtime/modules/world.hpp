@@ -1,6 +1,6 @@
 #pragma once
-// The world while modules are configured: the database, the mask bits of the layers, and the entities by
-// name.
+// The world while modules are configured: the database, the mask bits of the layers, and the materials and
+// entities by name.
 //
 // Threads: configuration, one thread.
 
@@ -39,6 +39,11 @@ class World {
   rtstdb::GeometryId shared_geometry(const std::string& key,
                                      const std::function<rtstdb::TriangleMesh()>& make);
 
+  /// Adds a material with a name that is not in use. Throws SetupError with the database's error text.
+  rtstdb::MaterialId add_material(const std::string& name, const rtstdb::Material& material);
+  /// A material of world.materials. Throws SetupError for an unknown name; the sentence begins with `caller`.
+  rtstdb::MaterialId material_of(const std::string& name, const std::string& caller) const;
+
   /// Creates an entity at run time 0 with a name ("traffic.ego", "house_1"). Throws SetupError when the
   /// name is in use or the database refuses the row.
   rtstdb::EntityId create(const std::string& name, const rtstdb::EntityRow& row);
@@ -67,6 +72,7 @@ class World {
   std::vector<std::string> not_reserved_;
   std::vector<rtstdb::Bounds> geometry_bounds_;                 // by geometry index
   std::unordered_map<std::string, rtstdb::GeometryId> shared_;  // by key
+  std::unordered_map<std::string, rtstdb::MaterialId> materials_;  // by name
   std::unordered_map<std::string, rtstdb::EntityId> by_name_;
   std::vector<std::string> names_;                 // by entity index
   std::vector<std::uint32_t> generations_;         // by entity index
