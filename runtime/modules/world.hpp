@@ -15,6 +15,7 @@
 #include <rtstdb/database.hpp>
 
 #include "runtime/contribution/world_record.hpp"
+#include "runtime/modules/point_cloud.hpp"
 
 namespace hil::modules {
 
@@ -48,6 +49,10 @@ class World {
   /// name is in use or the database refuses the row.
   rtstdb::EntityId create(const std::string& name, const rtstdb::EntityRow& row);
 
+  /// The run's files for point clouds; null: the run writes none.
+  PointCloudSink* point_clouds() const noexcept { return point_clouds_; }
+  void set_point_clouds(PointCloudSink* sink) noexcept { point_clouds_ = sink; }
+
   /// Reserves device time for a module's hard transactions, until the world is destroyed. Null when the
   /// database refuses the reservation: not_reserved() then contains its reason, and the transactions have
   /// none.
@@ -66,12 +71,13 @@ class World {
 
  private:
   rtstdb::Database& database_;
+  PointCloudSink* point_clouds_ = nullptr;
   std::vector<std::string> layers_;
   std::unique_ptr<rtstdb::Transaction> creation_;
   std::vector<std::unique_ptr<rtstdb::Reservation>> reservations_;
   std::vector<std::string> not_reserved_;
-  std::vector<rtstdb::Bounds> geometry_bounds_;                 // by geometry index
-  std::unordered_map<std::string, rtstdb::GeometryId> shared_;  // by key
+  std::vector<rtstdb::Bounds> geometry_bounds_;                    // by geometry index
+  std::unordered_map<std::string, rtstdb::GeometryId> shared_;     // by key
   std::unordered_map<std::string, rtstdb::MaterialId> materials_;  // by name
   std::unordered_map<std::string, rtstdb::EntityId> by_name_;
   std::vector<std::string> names_;                 // by entity index
