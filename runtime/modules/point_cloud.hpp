@@ -34,16 +34,16 @@ class PointCloudStream {
   /// Memory for the points of the next cloud, as many as open() was given; empty: all buffers wait for the
   /// disk. Then the cloud is counted as lost.
   virtual std::span<CloudPoint> begin() noexcept = 0;
-  /// Hands over the first `count` points. `begin_ns` and `sensor`: run time and pose of the sensor at the
-  /// begin of the sweep. Only after a begin() that was not empty.
-  virtual void finish(std::size_t count, std::int64_t begin_ns, const rtstdb::Pose& sensor) noexcept = 0;
+  /// Hands over the first `count` points. `sensor`: pose of the sensor at the begin of the sweep. Only after a
+  /// begin() that was not empty.
+  virtual void finish(std::size_t count, const rtstdb::Pose& sensor) noexcept = 0;
 };
 
 class PointCloudSink {
  public:
   virtual ~PointCloudSink() = default;
-  /// A stream of clouds of at most `max_points` points. `name`: of the module, for the files. The sink
-  /// outlives the stream.
+  /// A stream of clouds of at most `max_points` points. `name`: of the module, for the files. The clouds
+  /// of a stream that outlives the sink are lost.
   virtual std::unique_ptr<PointCloudStream> open(const std::string& name, std::size_t max_points) = 0;
 };
 

@@ -180,8 +180,7 @@ void LaserScanner::begin_sweep(const StepContext& context) noexcept {
   targets_.clear();
   rtstdb::Pose sensor_pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(sweep_begin_ns_));
   sensor_pose.p_world_m += sensor_pose.q_world * options_.mount_m;
-  cloud_.begin_sweep((sweep_begin_ns_ - first_release_ns_) / options_.pattern.period_ns, sweep_begin_ns_,
-                     sensor_pose);
+  cloud_.begin_sweep((sweep_begin_ns_ - first_release_ns_) / options_.pattern.period_ns, sensor_pose);
   if (!comparison_) return;
   const auto motion_at_begin = [&](const rtstdb::EntityState& state) {
     return rtstdb::rebased(state.row.motion, context.world_time());

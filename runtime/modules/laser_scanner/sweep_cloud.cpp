@@ -9,12 +9,11 @@ void SweepCloud::open(std::unique_ptr<PointCloudStream> stream, std::uint32_t sw
   sweeps_ = sweeps;
 }
 
-void SweepCloud::begin_sweep(std::int64_t sweep, std::int64_t begin_ns, const rtstdb::Pose& sensor) noexcept {
+void SweepCloud::begin_sweep(std::int64_t sweep, const rtstdb::Pose& sensor) noexcept {
   end_sweep();
   if (!stream_ || sweep % sweeps_ != 0) return;
   points_ = stream_->begin();
   count_ = 0;
-  begin_ns_ = begin_ns;
   sensor_ = sensor;
 }
 
@@ -23,7 +22,7 @@ void SweepCloud::add(const CloudPoint& point) noexcept {
 }
 
 void SweepCloud::end_sweep() noexcept {
-  if (!points_.empty()) stream_->finish(count_, begin_ns_, sensor_);
+  if (!points_.empty()) stream_->finish(count_, sensor_);
   points_ = {};
 }
 

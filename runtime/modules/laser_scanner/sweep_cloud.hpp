@@ -18,8 +18,8 @@ class SweepCloud {
   /// From now on the sweeps `sweeps` * n have a cloud.
   void open(std::unique_ptr<PointCloudStream> stream, std::uint32_t sweeps) noexcept;
   /// A sweep begins, counted from 0. Hands over the cloud of the sweep before, if its end was skipped.
-  /// `sensor`: pose at `begin_ns`.
-  void begin_sweep(std::int64_t sweep, std::int64_t begin_ns, const rtstdb::Pose& sensor) noexcept;
+  /// `sensor`: its pose now.
+  void begin_sweep(std::int64_t sweep, const rtstdb::Pose& sensor) noexcept;
   /// Adds a point if the sweep has a cloud.
   void add(const CloudPoint& point) noexcept;
   void end_sweep() noexcept;
@@ -29,7 +29,6 @@ class SweepCloud {
   std::uint32_t sweeps_ = 1;
   std::span<CloudPoint> points_;  // memory of the stream; empty: this sweep has no cloud
   std::size_t count_ = 0;
-  std::int64_t begin_ns_ = 0;
   rtstdb::Pose sensor_;
 };
 
