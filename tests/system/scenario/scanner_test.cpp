@@ -156,6 +156,8 @@ TEST_F(ScannerRun, TargetsAreOnItsSignalsAndReturnsInItsReport) {
                                             [](const Json& one) { return one["name"] == "lidar_returns"; });
   ASSERT_NE(section, report["sections"].end());
   EXPECT_EQ((*section)["tables"].size(), 2u);
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/pictures/lidar_bodies-1.svg"));
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/pictures/lidar_intensity-1.svg"));
 }
 
 TEST_F(ScannerRun, RepeatsWithItsSeedAndNotWithAnother) {
