@@ -1,10 +1,8 @@
 // A laser scanner with one turning beam, carried by a body (paper, Section 6). Every beam has its own time
 // and meets bodies where they are at that time. Each step queries the beams that leave in the period after
-// its release. The outputs are an object list.
+// its release. The outputs, an object list and targets, are those of scanner_ports.hpp.
 //
 // The first sweep begins with the task's first release, so a sweep is a whole number of steps.
-//
-// The outputs are listed in scanner_ports.hpp.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -12,9 +10,6 @@
 #include <bit>
 #include <cmath>
 
-#include <rtstdb/limits.hpp>
-
-#include "runtime/config/numbers.hpp"
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/answer_digest.hpp"
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
