@@ -364,7 +364,7 @@ class DatabaseImpl final : public Database {
 
   Result<MaterialId> add_checked(const Material& material, std::string_view name) {
     if (is_history_) return Error{ErrorCode::bad_input, "a history can not be written"};
-    if (auto valid = validate(material); !valid) return valid.error();
+    if (auto valid = validate_material(material); !valid) return valid.error();
     if (engine_.log() != nullptr && name.size() > log::max_name_bytes)
       return Error{ErrorCode::bad_input, "the name has " + std::to_string(name.size()) +
                                              " bytes; the log allows at most " +

@@ -15,7 +15,7 @@ Error outside(const char* property, double value, const char* allowed) {
 
 }  // namespace
 
-Result<void> validate(const Material& material) {
+Result<void> validate_material(const Material& material) {
   // Written so that a value which is not a number is outside.
   if (!(material.reflectance >= 0.0 && material.reflectance <= 1.0))
     return outside("reflectance", material.reflectance, "0 to 1");

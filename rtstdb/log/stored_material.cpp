@@ -67,7 +67,7 @@ const char* get_material(ByteReader& reader, LoggedMaterial& material) {
     previous = property.property;
     if (const char* fault = set_property(material.material, property)) return fault;
   }
-  if (count_stored(material.material) != stored.properties || !validate(material.material))
+  if (count_stored(material.material) != stored.properties || !validate_material(material.material))
     return "a material has invalid values";
   if (stored.name_bytes > max_name_bytes) return "a material's name is too long";
   std::span<const std::byte> name;

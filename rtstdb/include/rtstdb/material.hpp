@@ -26,6 +26,6 @@ struct Material {
 
 /// Errors: bad_input for a property outside its range or not finite; the message names the property, its
 /// value and the range.
-Result<void> validate(const Material& material);
+Result<void> validate_material(const Material& material);
 
 }  // namespace rtstdb

@@ -16,7 +16,7 @@
 namespace hil::modules {
 namespace {
 
-constexpr std::int64_t period_ns = 10'000'000;
+constexpr std::int64_t scan_period_ns = 10'000'000;
 
 /// Three beams side by side; the middle one runs exactly along x. One sweep is one step.
 const std::string three_beams =
@@ -53,7 +53,7 @@ class LaserScannerTest : public test::ModuleFixture {
   std::unique_ptr<Module> make_scanner(const std::string& parameters, std::uint64_t seed = 1) {
     auto scanner =
         make(*find_module_type("laser_scanner"), "{" + parameters + "}",
-             {.instance = "lidar", .period_ns = period_ns, .deadline_ns = period_ns, .seed = seed});
+             {.instance = "lidar", .period_ns = scan_period_ns, .deadline_ns = scan_period_ns, .seed = seed});
     EXPECT_NE(scanner, nullptr) << diagnostics_.to_text();
     return scanner;
   }
@@ -61,7 +61,7 @@ class LaserScannerTest : public test::ModuleFixture {
   /// The points of the middle beam in the cloud of one sweep.
   std::vector<CloudPoint> sweep(const std::string& more = "") {
     const auto scanner = make_scanner(three_beams + more);
-    outputs_ = step(*scanner, 0, 0, period_ns);
+    outputs_ = step(*scanner, 0, 0, scan_period_ns);
     EXPECT_EQ(clouds_.clouds.size(), 1u);
     std::vector<CloudPoint> points;
     if (!clouds_.clouds.empty()) {
@@ -156,7 +156,7 @@ TEST_F(LaserScannerTest, NoiseHasItsDeviationAndRepeatsWithTheSeed) {
         "Hz, "
         "horizontal: 0.001 rad, vertical: 0.001 rad, point_cloud: {rate: 100 Hz}, range_noise: 3 cm",
         seed);
-    step(*scanner, 0, 0, period_ns);
+    step(*scanner, 0, 0, scan_period_ns);
     std::vector<float> all;
     for (const CloudPoint& point : clouds_.clouds.back().points)
       all.push_back(std::hypot(point.x_m, point.y_m, point.z_m));
@@ -180,12 +180,12 @@ TEST_F(LaserScannerTest, RangesWithoutDivergenceAreThoseOfARayQuery) {
   const auto scanner = make_scanner(
       "carrier: sensor, layers: [scene], object_layers: [scene], columns: 40, rows: 20, scan_rate: 100 Hz, "
       "horizontal: 10 deg, vertical: 6 deg, point_cloud: {rate: 100 Hz}");
-  step(*scanner, 0, 0, period_ns);
+  step(*scanner, 0, 0, scan_period_ns);
   const ScanPattern pattern({.columns = 40,
                              .rows = 20,
                              .horizontal_rad = 10.0 * 3.14159265358979323846 / 180.0,
                              .vertical_rad = 6.0 * 3.14159265358979323846 / 180.0,
-                             .period_ns = period_ns});
+                             .period_ns = scan_period_ns});
   auto rays = database_->prepare(rtstdb::RayQueryOptions{.name = "rays", .capacity = 800});
   ASSERT_TRUE(rays);
   for (std::uint32_t beam = 0; beam < 800; ++beam) {
@@ -222,7 +222,7 @@ TEST_F(LaserScannerTest, WideBeamsMeetMovingBodiesAtTheirOwnTimes) {
       "carrier: sensor, layers: [scene], object_layers: [scene], columns: 200, rows: 1, scan_rate: 5 Hz, "
       "horizontal: 0.002 rad, divergence: 0.001 rad, returns: 2, point_cloud: {rate: 5 Hz}");
   for (int run = 0; run < 20; ++run)
-    step(*scanner, static_cast<std::uint64_t>(run), run * period_ns, period_ns);
+    step(*scanner, static_cast<std::uint64_t>(run), run * scan_period_ns, scan_period_ns);
   ASSERT_EQ(clouds_.clouds.size(), 1u);
   const std::vector<CloudPoint>& points = clouds_.clouds[0].points;
   ASSERT_EQ(points.size(), 200u);
@@ -243,7 +243,7 @@ TEST_F(LaserScannerTest, TargetsAreTheBrightestRetroReflectorsOfASweep) {
       "carrier: sensor, layers: [scene], object_layers: [scene], columns: 41, rows: 21, scan_rate: 100 Hz, "
       "horizontal: 20 deg, vertical: 10 deg, divergence: 0.6 deg, returns: 2, targets: 3";
   const auto scanner = make_scanner(parameters);
-  const auto outputs = step(*scanner, 0, 0, period_ns);
+  const auto outputs = step(*scanner, 0, 0, scan_period_ns);
   ScannerOptions options;
   options.max_objects = 4;
   const ScannerOutputs places(options);
@@ -264,7 +264,7 @@ TEST_F(LaserScannerTest, ReportHasATableOfReturnsByBody) {
   add_plate("near", {10.0, 5.0, 0.0}, 10.0);
   add_plate("far", {20.0, 0.0, 0.0}, 10.0);
   const auto scanner = make_scanner(three_beams + ", divergence: 0.02 rad, returns: 4");
-  step(*scanner, 0, 0, period_ns);
+  step(*scanner, 0, 0, scan_period_ns);
   contribution::Contribution report;
   scanner->contribute(report);
   const auto section =

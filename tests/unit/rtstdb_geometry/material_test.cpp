@@ -9,17 +9,17 @@ namespace rtstdb {
 namespace {
 
 TEST(MaterialCheck, AcceptsItsLimits) {
-  EXPECT_TRUE(validate(Material{}).ok());
+  EXPECT_TRUE(validate_material(Material{}).ok());
   EXPECT_FALSE(Material{}.is_retro_reflector());
   for (const double reflectance : {0.0, 1.0})
     for (const double gain : {0.0, 1.0, max_retro_gain})
-      EXPECT_TRUE(validate({.reflectance = reflectance, .retro_gain = gain}).ok())
+      EXPECT_TRUE(validate_material({.reflectance = reflectance, .retro_gain = gain}).ok())
           << reflectance << " " << gain;
 }
 
 TEST(MaterialCheck, RefusesWithPropertyValueAndRange) {
   const auto refusal = [](const Material& material) {
-    const auto result = validate(material);
+    const auto result = validate_material(material);
     if (result) return std::string("accepted");
     EXPECT_EQ(result.error().code, ErrorCode::bad_input);
     return result.error().message;
