@@ -121,8 +121,9 @@ TEST_F(LaserScannerTest, TwoPlatesInOneBeamGiveTwoReturns) {
   EXPECT_EQ(points[1].ordinal, 1u);
   EXPECT_NEAR(points[0].x_m, 10.0f, 1e-4f);
   EXPECT_NEAR(points[1].x_m, 20.0f, 1e-4f);
-  EXPECT_NEAR(points[1].fraction, 0.5f, 1.0f / 64.0f);
-  EXPECT_NEAR(points[1].intensity_per_m2, 0.8 * 0.5 / 400.0, 0.8 / 400.0 / 64.0);
+  // 64 directions estimate which part of a hidden entity is visible; the border may pass two of them.
+  EXPECT_NEAR(points[1].fraction, 0.5f, 2.0f / 64.0f);
+  EXPECT_NEAR(points[1].intensity_per_m2, 0.8 * 0.5 / 400.0, 0.8 / 400.0 * 2.0 / 64.0);
   EXPECT_EQ(sweep(", divergence: 0.02 rad").size(), 1u) << "one return of a beam: the nearest";
   EXPECT_EQ(sweep(", returns: 4").size(), 1u) << "a ray has one";
 }
