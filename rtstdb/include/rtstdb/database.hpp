@@ -205,8 +205,8 @@ class Database {
   /// Registers a material, which rows can name from then on. Ids are assigned in ascending order. Names need
   /// not be unique. With a log, it is recorded before every row that names it.
   /// Errors: those of validate_material; bad_input in a history (history.hpp), and for a name that the log
-  /// cannot hold; capacity for more than max_materials; out_of_memory; file, if the disk fails or the log has no
-  /// room for ten seconds.
+  /// cannot hold; capacity for more than max_materials; out_of_memory; file, if the disk fails or the log has
+  /// no room for ten seconds.
   virtual Result<MaterialId> add_material(const Material& material, std::string_view name) = 0;
   /// The last added material of that name, those recovered from the log included; empty: none. The default
   /// material has no name.
