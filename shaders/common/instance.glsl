@@ -102,6 +102,7 @@ struct Instance {
   int from_ns;  // time of the stored state, since its epoch
   vec3 box_center;
   vec3 box_half;
+  uint field;  // of its geometry: first texel, or field_none
 };
 
 // The time for which a row's state is stored for the stretch that begins at `epoch`: the begin of the motion
@@ -129,6 +130,7 @@ Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
   instance.from_ns = 0;
   instance.box_center = geometry.box_center_m;
   instance.box_half = geometry.box_half_m;
+  instance.field = geometry.field;
   return instance;
 }
 
@@ -188,7 +190,9 @@ Instance fetch_instance(samplerBuffer instances, uint index) {
 
 void fetch_instance_box(samplerBuffer instances, uint index, inout Instance instance) {
   const int base = int(index * instance_texels);
-  instance.box_center = texelFetch(instances, base + 5).xyz;
+  const vec4 t5 = texelFetch(instances, base + 5);
+  instance.box_center = t5.xyz;
+  instance.field = floatBitsToUint(t5.w);
   instance.box_half = texelFetch(instances, base + 6).xyz;
 }
 
