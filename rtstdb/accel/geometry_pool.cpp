@@ -124,7 +124,9 @@ Result<GeometryPool> GeometryPool::create_with_capacity(gpu::Device& device, std
                                           .texel_uint4 = true});
   if (!geometries) return geometries.error();
   pool.geometries_ = std::move(geometries).value();
-  if (auto reserved = pool.reserve_field_texels(device, std::max(field_texels, 1u), submit); !reserved)
+  if (auto reserved =
+          pool.reserve_field_texels(device, std::max(field_texels, shared::field_header_texels), submit);
+      !reserved)
     return reserved.error();
   return pool;
 }

@@ -74,6 +74,16 @@ const char* to_string(Faces faces) noexcept {
   return "unknown";
 }
 
+const char* to_string(ConeMode mode) noexcept {
+  switch (mode) {
+    case ConeMode::exact:
+      return "exact";
+    case ConeMode::fast:
+      return "fast";
+  }
+  return "unknown";
+}
+
 const char* to_string(HitStatus status) noexcept {
   switch (status) {
     case HitStatus::miss:

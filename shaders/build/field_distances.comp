@@ -23,45 +23,6 @@ float box_limit;
 
 const float nowhere = 3.4e38;  // farther than anything
 
-struct NearestSlot {
-  float square;
-  uint triangle;
-  uint slot;
-};
-
-// At equal distances the triangle with the lower index counts, so that the gradient does not depend on the
-// order in which boxes are visited.
-NearestSlot nearest_slot(vec3 point, float radius) {
-  NearestSlot best = NearestSlot(radius * radius, 0xFFFFFFFFu, 0u);
-  box_limit = best.square * (1.0 + 2e-6);
-  uint current = args.root;
-  do {
-    rounds += 3u;  // this loop's, and one for each of the two inside
-    if (is_inner(current)) current = nearest_triangle_child(current, vec3(1.0), point);
-    const bool is_leaf = current != ref_none && !is_inner(current);
-    const uint first = current & ref_triangle_first_mask;
-    const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
-    uint k = 0u;
-    if (is_leaf) do {
-        ++rounds;
-        if (k < count) {
-          uint triangle;
-          const float square = nearest_on_slot(first + k, vec3(1.0), point, triangle).square;
-          const bool better = square < best.square || (square == best.square && triangle < best.triangle);
-          best.square = better ? square : best.square;
-          best.triangle = better ? triangle : best.triangle;
-          best.slot = better ? first + k : best.slot;
-          box_limit = best.square * (1.0 + 2e-6);
-          ++k;
-        }
-      } while (k < count);
-    current = is_leaf ? ref_none : current;
-    if (current == ref_none) current = next_waiting(0u);
-    cut_short = cut_short || rounds > max_rounds;
-  } while (current != ref_none && !cut_short);
-  return best;
-}
-
 vec3 front_normal(uint slot) {
   const int base = int(slot * triangle_texels);
   const vec3 a = texelFetch(triangles, base).xyz;
@@ -74,9 +35,9 @@ void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
   const FieldPoint wanted = points[index];
-  const NearestSlot best = nearest_slot(wanted.point_m, wanted.radius_m);
+  const NearestSlot best = nearest_slot(args.root, vec3(1.0), wanted.point_m, wanted.radius_m);
   cut_short = cut_short || !loops_still_turn(args.loop_probe);
-  const bool found = best.triangle != 0xFFFFFFFFu;
+  const bool found = best.triangle != no_triangle;
   uint triangle;
   const vec3 away = -nearest_on_slot(best.slot, vec3(1.0), wanted.point_m, triangle).offset;
   const float distance_m = sqrt(best.square);

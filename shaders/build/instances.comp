@@ -73,7 +73,7 @@ GeometryRecord fetch_geometry(uint index) {
     target[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));                                    \
     target[base + 4u] =                                                                          \
         vec4(i.scale, uintBitsToFloat(uint(i.from_ns) | (i.closed ? instance_closed_bit : 0u))); \
-    target[base + 5u] = vec4(i.box_center, uintBitsToFloat(i.field));                            \
+    target[base + 5u] = vec4(i.box_center, uintBitsToFloat(geometry.field));                     \
     target[base + 6u] = vec4(i.box_half, 0.0);                                                   \
   }
 

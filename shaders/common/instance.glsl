@@ -102,7 +102,6 @@ struct Instance {
   int from_ns;  // time of the stored state, since its epoch
   vec3 box_center;
   vec3 box_half;
-  uint field;  // of its geometry: first texel, or field_none
 };
 
 // The time for which a row's state is stored for the stretch that begins at `epoch`: the begin of the motion
@@ -130,7 +129,6 @@ Instance instance_of(EntityRecord row, GeometryRecord geometry, uvec2 instant) {
   instance.from_ns = 0;
   instance.box_center = geometry.box_center_m;
   instance.box_half = geometry.box_half_m;
-  instance.field = geometry.field;
   return instance;
 }
 
@@ -188,11 +186,14 @@ Instance fetch_instance(samplerBuffer instances, uint index) {
                        texelFetch(instances, base + 4));
 }
 
+// First texel of the distance field of the instance's geometry, or field_none.
+uint field_of_instance(samplerBuffer instances, uint index) {
+  return floatBitsToUint(texelFetch(instances, int(index * instance_texels) + 5).w);
+}
+
 void fetch_instance_box(samplerBuffer instances, uint index, inout Instance instance) {
   const int base = int(index * instance_texels);
-  const vec4 t5 = texelFetch(instances, base + 5);
-  instance.box_center = t5.xyz;
-  instance.field = floatBitsToUint(t5.w);
+  instance.box_center = texelFetch(instances, base + 5).xyz;
   instance.box_half = texelFetch(instances, base + 6).xyz;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 // First-order distance fields of geometries (paper, Section 4.2; Ban and Valasek 2020). A field gives the
 // distance from a point to the nearest triangle of a geometry, approximately and at a cost that does not
-// depend on the number of triangles. Cone queries in CastMode::fast use it.
+// depend on the number of triangles. Cone queries in ConeMode::fast use it.
 //
 // A field lies on a coarse grid over the box of the geometry. Cells of the coarse grid that may hold a part
 // of the surface have a brick of field_cells_per_brick^3 finer cells. Each vertex of both holds a distance

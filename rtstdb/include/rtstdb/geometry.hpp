@@ -44,7 +44,7 @@ struct GeometryOptions {
   /// by more than this factor since the tree was built, it is rebuilt at once, which takes about ten times as
   /// long as a refit. At least 1; infinity: never.
   float rebuild_growth = 1.5f;
-  /// Geometry that does not deform: also build a distance field, for cone queries in CastMode::fast. The log
+  /// Geometry that does not deform: also build a distance field, for cone queries in ConeMode::fast. The log
   /// does not hold it: see Database::build_field for geometry that was recovered.
   std::optional<FieldOptions> field{};
 };

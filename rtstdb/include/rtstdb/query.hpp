@@ -326,6 +326,19 @@ class NearestQuery : public Query {
 
 class ConeQuery;
 
+/// How the first contact with an entity is found.
+enum class ConeMode : std::uint8_t {
+  exact,  ///< by its triangles
+  /// By sphere tracing the distance field of its geometry (GeometryOptions::field, Database::build_field),
+  /// which shows where to search; the triangle is the one that is nearest to the place where the cone meets
+  /// the surface, and lambda is the first contact with this triangle. Another triangle may be met before it:
+  /// lambda is at most e / (sin theta + tan(a / 2)) too large, plus the radius of the beam there, with e a
+  /// tenth of a cell of the field, theta the angle between axis and surface, and a the opening angle.
+  /// Searched by their triangles all the same: geometry without a field, cones of more than a right angle,
+  /// and entities in which the search does not end after a few tries (surfaces that graze the cone).
+  fast,
+};
+
 /// A beam at one instant: the points p whose distance from the axis is at most tan(opening_angle_rad / 2)
 /// times their axial coordinate z >= 0, both from the apex origin_m, up to z = lambda_max times the length of
 /// `direction`. `direction` and `carrier` are those of a Ray; lambda counts along the axis. The opening angle
@@ -356,6 +369,7 @@ struct alignas(8) ConeReturn {
   /// ConeQueryOptions::fractions: more than max_entities_per_beam entities are in the cone, and the nearest
   /// ones leave a part of the beam to those that were not searched. Set in all returns of the cone.
   bool overflow = false;
+  bool by_field = false;    ///< ConeMode::fast: found by the distance field of the entity's geometry
   glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the front side of the triangle
   /// World frame: velocity of the contact point, minus that of the apex.
   glm::vec3 v_relative_mps{0.0f};
@@ -370,13 +384,14 @@ struct ConeQueryOptions {
   std::uint32_t capacity = 0;          ///< cones in a batch: 1 to max_cones_per_query
   std::uint32_t returns_per_cone = 1;  ///< 1 to max_returns_per_cone
   Faces faces = Faces::both;           ///< front: triangles that have the apex in front of them
+  ConeMode mode = ConeMode::exact;
   /// True: the returns are the entities that a part of the beam reaches, among the max_entities_per_beam ones
   /// with the least lambda, each with its fraction. False: all entities in the cone, hidden ones too.
   bool fractions = false;
   LatePolicy late = LatePolicy::discard;
 };
 
-/// The first entities in cones (paper, Cone-Tracing Query), exact on triangles.
+/// The first entities in cones (paper, Cone-Tracing Query), exact on triangles or by distance fields.
 /// Fractions: a surface covers the part of the cross-section onto which the central projection from the apex
 /// maps it. Triangles whose side `faces` excludes are transparent. The area that one entity covers is exact;
 /// 64 fixed directions estimate which part of it is visible, to a few hundredths of the beam. An entity that
@@ -444,6 +459,7 @@ using QueryOptionsRef = detail::VariantOfRest<void
 const char* to_string(LatePolicy policy) noexcept;
 const char* to_string(RayMode mode) noexcept;
 const char* to_string(Faces faces) noexcept;
+const char* to_string(ConeMode mode) noexcept;
 const char* to_string(HitStatus status) noexcept;
 const char* to_string(RegionLevel level) noexcept;
 const char* to_string(RegionShape shape) noexcept;

@@ -5,7 +5,8 @@
 // first, skipping what lies beyond the last entity of the list. rtstdb/query.hpp defines the fields.
 //
 // Macros: LIST_SIZE, the largest number of entities; CONE_CONTACTS: writes contacts, from which
-// cone_fractions.comp makes the returns, instead of returns.
+// cone_fractions.comp makes the returns, instead of returns; CONE_FAST: entities whose geometry has a
+// distance field are searched by it.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -21,6 +22,9 @@ layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { ConeCount c
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer triangles;
 layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
+#ifdef CONE_FAST
+layout(set = 0, binding = 7) uniform usamplerBuffer fields;
+#endif
 
 uint depth = 0u;
 uint rounds = 0u;
@@ -139,6 +143,21 @@ void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place)
   set_reach(min(reach_before, list[LIST_SIZE - 1u].lambda), cone.m_per_lambda);
 }
 
+#ifdef CONE_FAST
+#include "query/cone/by_field.glsl"
+#endif
+
+// Searches one entity, which `wanted` admits.
+void search_entity(TracedCone cone, Instance i, bool wanted, uint place) {
+  const ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
+#ifdef CONE_FAST
+  const uint field = field_of_instance(instances, place);
+  const bool has_field = wanted && field != field_none && is_narrow(cone.angle);
+  wanted = wanted && !(search_field(there, cone, i, has_field, field, place) && has_field);
+#endif
+  search_triangles(there, cone, wanted ? i.blas_root : ref_none, place);
+}
+
 void search_entities(TracedCone cone) {
   uint current = args.root;
   if (current != ref_none) do {
@@ -148,8 +167,7 @@ void search_entities(TracedCone cone) {
         const uint place = (current & ref_instance_mask) + cone.axis.instance_base;
         const Instance i = fetch_instance(instances, place);
         const bool wanted = (i.mask & cone.axis.mask) != 0u;
-        search_triangles(enter_instance(cone, i, head_of(i.blas_root)), cone, wanted ? i.blas_root : ref_none,
-                         place);
+        search_entity(cone, i, wanted, place);
         current = ref_none;
       }
       if (current == ref_none) current = next_waiting(0u);

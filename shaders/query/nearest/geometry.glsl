@@ -4,6 +4,7 @@
 // distance beyond which boxes are skipped.
 #ifndef RTSTDB_QUERY_NEAREST_GEOMETRY_GLSL
 #define RTSTDB_QUERY_NEAREST_GEOMETRY_GLSL
+#include "common/loops.glsl"
 #include "common/wide_node.glsl"
 #include "query/nearest_on_triangle.glsl"
 
@@ -35,6 +36,49 @@ TrianglePoint nearest_on_slot(uint slot, vec3 scale, vec3 point, out uint triang
   precise vec3 b = texelFetch(triangles, base + 1).xyz * scale;
   precise vec3 c = texelFetch(triangles, base + 2).xyz * scale;
   return nearest_on_triangle(a - point, b - point, c - point);
+}
+
+const uint no_triangle = 0xFFFFFFFFu;
+
+// The nearest triangle, or no_triangle; its place in the leaf order.
+struct NearestSlot {
+  float square;  // of the distance
+  uint triangle;
+  uint slot;
+};
+
+// Searches the triangles within `radius`. At equal distances the triangle with the lower index counts, so
+// that the answer does not depend on the order in which boxes are visited. Changes box_limit.
+NearestSlot nearest_slot(uint root, vec3 scale, vec3 point, float radius) {
+  NearestSlot best = NearestSlot(radius * radius, no_triangle, 0u);
+  box_limit = best.square * (1.0 + 2e-6);
+  const uint bottom = depth;
+  uint current = root;
+  if (current != ref_none) do {
+      rounds += 3u;  // this loop's, and one for each of the two inside
+      if (is_inner(current)) current = nearest_triangle_child(current, scale, point);
+      const bool is_leaf = current != ref_none && !is_inner(current);
+      const uint first = current & ref_triangle_first_mask;
+      const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
+      uint k = 0u;
+      if (is_leaf) do {
+          ++rounds;
+          if (k < count) {
+            uint triangle;
+            const float square = nearest_on_slot(first + k, scale, point, triangle).square;
+            const bool better = square < best.square || (square == best.square && triangle < best.triangle);
+            best.square = better ? square : best.square;
+            best.triangle = better ? triangle : best.triangle;
+            best.slot = better ? first + k : best.slot;
+            box_limit = best.square * (1.0 + 2e-6);
+            ++k;
+          }
+        } while (k < count);
+      current = is_leaf ? ref_none : current;
+      if (current == ref_none) current = next_waiting(bottom);
+      cut_short = cut_short || rounds > max_rounds;
+    } while (current != ref_none && !cut_short);
+  return best;
 }
 
 #endif
