@@ -4,8 +4,8 @@
 // A point of the axis with the axial coordinate p has the distance p sine from the cone's surface. A sphere
 // around it, without a surface inside and of a radius D above that, contains the part of the cone between the
 // axial coordinates p cosine^2 -+ cosine sqrt(D^2 - (p sine)^2). So with p = free / cosine^2, where the cone
-// is known to be free up to `free`, the next `free` follows. Where D is not above p sine, the nearest triangle
-// of the geometry is searched: the field shows where to search, and triangles decide what is met.
+// is known to be free up to `free`, the next `free` follows. Where D is not above p sine, the triangle that
+// is nearest is searched: the field shows where to search, and triangles decide what is met.
 //
 // Included after the searches of cone.comp.
 #ifndef RTSTDB_QUERY_CONE_BY_FIELD_GLSL

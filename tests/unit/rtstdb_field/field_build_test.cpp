@@ -10,10 +10,15 @@
 #include <string>
 #include <vector>
 
-#include "tests/unit/rtstdb_field/field_meshes.hpp"
+#include "tests/support/field_meshes.hpp"
 
 namespace rtstdb::field {
 namespace {
+
+using test::build_with_oracle;
+using test::make_plate_with_hole;
+using test::make_small_station;
+using test::make_torus;
 
 double diagonal_m(const TriangleMesh& mesh) {
   const Bounds box = bounds_of(mesh);

@@ -1,4 +1,4 @@
-#include "tests/unit/rtstdb_field/field_meshes.hpp"
+#include "tests/support/field_meshes.hpp"
 
 #include <glm/ext/vector_double3.hpp>
 #include <glm/geometric.hpp>
@@ -10,7 +10,7 @@
 
 #include "rtstdb/geometry/closed_mesh.hpp"
 
-namespace rtstdb::field {
+namespace rtstdb::test {
 namespace {
 
 void append(TriangleMesh& mesh, const TriangleMesh& part, const glm::vec3& at_m) {
@@ -72,11 +72,11 @@ TriangleMesh make_small_station() {
   return mesh;
 }
 
-Result<StoredField> build_with_oracle(const TriangleMesh& mesh, const oracle::MeshDistance& distance,
-                                      const FieldOptions& options, std::size_t part) {
-  auto begun = FieldBuild::begin(bounds_of(mesh), is_closed(mesh), options);
+Result<field::StoredField> build_with_oracle(const TriangleMesh& mesh, const oracle::MeshDistance& distance,
+                                             const FieldOptions& options, std::size_t part) {
+  auto begun = field::FieldBuild::begin(bounds_of(mesh), is_closed(mesh), options);
   if (!begun) return begun.error();
-  FieldBuild build = std::move(begun).value();
+  field::FieldBuild build = std::move(begun).value();
   std::vector<shared::FieldPoint> points(part);
   std::vector<shared::FieldSample> samples;
   while (const std::size_t count = build.next(points)) {
@@ -96,4 +96,4 @@ Result<StoredField> build_with_oracle(const TriangleMesh& mesh, const oracle::Me
   return std::move(build).field();
 }
 
-}  // namespace rtstdb::field
+}  // namespace rtstdb::test

@@ -6,7 +6,7 @@
 #include "rtstdb/field/field_build.hpp"
 #include "rtstdb/oracle/mesh_distance.hpp"
 
-namespace rtstdb::field {
+namespace rtstdb::test {
 
 /// Around the z axis.
 TriangleMesh make_torus(double ring_radius_m, double tube_radius_m, std::uint32_t segments);
@@ -16,7 +16,7 @@ TriangleMesh make_plate_with_hole(double size_m, double hole_m, double thickness
 TriangleMesh make_small_station();
 
 /// Builds a field as the database does. `part`: points in each part.
-Result<StoredField> build_with_oracle(const TriangleMesh& mesh, const oracle::MeshDistance& distance,
-                                      const FieldOptions& options, std::size_t part = 1000);
+Result<field::StoredField> build_with_oracle(const TriangleMesh& mesh, const oracle::MeshDistance& distance,
+                                             const FieldOptions& options, std::size_t part = 1000);
 
-}  // namespace rtstdb::field
+}  // namespace rtstdb::test
