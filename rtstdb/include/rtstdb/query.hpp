@@ -329,13 +329,15 @@ class ConeQuery;
 /// How the first contact with an entity is found.
 enum class ConeMode : std::uint8_t {
   exact,  ///< by its triangles
-  /// By sphere tracing the distance field of its geometry (GeometryOptions::field, Database::build_field),
-  /// which shows where to search; the triangle is the one that is nearest to the place where the cone meets
-  /// the surface, and lambda is the first contact with this triangle. Another triangle may be met before it:
-  /// lambda is at most e / (sin theta + tan(a / 2)) too large, plus the radius of the beam there, with e a
-  /// tenth of a cell of the field, theta the angle between axis and surface, and a the opening angle.
-  /// Searched by their triangles all the same: geometry without a field, cones of more than a right angle,
-  /// and entities in which the search does not end after a few tries (surfaces that graze the cone).
+  /// Sphere tracing in the distance field of the entity's geometry (GeometryOptions::field,
+  /// Database::build_field) skips the space that the field shows to be free; triangles decide what follows.
+  /// The answer is the exact one where the field is right. Where it shows a surface farther away than it is,
+  /// by e, a part of the surface may be skipped: lambda is then too large by at most
+  /// e / (sin theta + tan(a / 2)), plus the radius of the beam there, with theta the angle between axis and
+  /// surface and a the opening angle, or the entity is missed by a cone that grazes it. e is zero for most
+  /// points, since the field's bound is lowered where its gradients disagree, and a few hundredths of a cell
+  /// for the others. Geometry without a field, and cones of more than a right angle, are searched as in the
+  /// exact mode, with the same bits.
   fast,
 };
 
@@ -369,7 +371,7 @@ struct alignas(8) ConeReturn {
   /// ConeQueryOptions::fractions: more than max_entities_per_beam entities are in the cone, and the nearest
   /// ones leave a part of the beam to those that were not searched. Set in all returns of the cone.
   bool overflow = false;
-  bool by_field = false;    ///< ConeMode::fast: found by the distance field of the entity's geometry
+  bool by_field = false;    ///< ConeMode::fast: the distance field of the entity's geometry led there
   glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the front side of the triangle
   /// World frame: velocity of the contact point, minus that of the apex.
   glm::vec3 v_relative_mps{0.0f};
