@@ -106,7 +106,6 @@ TEST_F(FastCones, MeetThinPartsAndPassHoles) {
   EXPECT_NEAR(wing.lambda, 29.9975, 0.02);
   EXPECT_TRUE(wing.by_field);
 
-  database().close().value();
   open({});
   create(row_of(add_with_field(make_plate_with_hole(4.0, 0.4, 0.05))));
   const Cone through = cone_from({0.0f, 0.0f, 5.0f}, {0.0f, 0.0f, -1.0f}, 0.04);
