@@ -13,9 +13,6 @@
 namespace rtstdb::field {
 namespace {
 
-constexpr std::uint32_t brick_cells = shared::field_brick_cells;
-constexpr std::uint32_t brick_vertices = shared::field_brick_vertices;
-constexpr std::uint32_t vertices_per_brick = brick_vertices * brick_vertices * brick_vertices;
 constexpr std::uint32_t points_per_comparison = 4096;
 /// Far enough for every geometry, and its square is finite.
 constexpr float everywhere_m = 1e18f;

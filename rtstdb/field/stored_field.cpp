@@ -16,10 +16,6 @@
 namespace rtstdb::field {
 namespace {
 
-constexpr std::uint32_t brick_cells = shared::field_brick_cells;
-constexpr std::uint32_t brick_vertices = shared::field_brick_vertices;
-constexpr std::uint32_t vertices_per_brick = brick_vertices * brick_vertices * brick_vertices;
-
 static_assert(brick_vertices == brick_cells + 1 && brick_cells == field_cells_per_brick);
 static_assert(2 * shared::field_brick_texels == vertices_per_brick, "rows of bricks have no padding");
 

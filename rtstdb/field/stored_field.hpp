@@ -15,8 +15,14 @@
 
 #include "rtstdb/field/grid.hpp"
 #include "rtstdb/field/vertex.hpp"
+#include "shaders/shared/field.h"
 
 namespace rtstdb::field {
+
+/// Along each axis of a brick, and of the whole brick.
+inline constexpr std::uint32_t brick_cells = shared::field_brick_cells;
+inline constexpr std::uint32_t brick_vertices = shared::field_brick_vertices;
+inline constexpr std::uint32_t vertices_per_brick = brick_vertices * brick_vertices * brick_vertices;
 
 /// The eight vertices around a point. Vertex k is at the corner whose coordinates are the bits 0, 1 and 2
 /// of k.
