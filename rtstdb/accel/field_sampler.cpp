@@ -16,6 +16,8 @@ namespace {
 constexpr gpu::ShaderId pass_shaders[] = {gpu::ShaderId::field_distances, gpu::ShaderId::field_winding,
                                           gpu::ShaderId::field_ray_ratio};
 constexpr std::uint32_t places_per_group = 64;
+// Leaves of a dense mesh are smaller than this part of the distance from which all of them look equal.
+constexpr float retry_slack = 0.05f;
 
 static_assert(shared::field_sign_directions == field_sign_rays);
 
@@ -83,23 +85,26 @@ Result<void> FieldSampler::sample(gpu::Device& device, const GeometryPool& pool,
                                   std::span<shared::FieldSample> samples, Submit& submit) {
   RTSTDB_ASSERT(points.size() <= max_points && points.size() == samples.size());
   if (auto bound = bind(device, pool); !bound) return bound;
-  const shared::FieldArgs args{.root = pool.root(geometry),
-                               .first = 0,
-                               .end = 0,
-                               .per_group = 0,
-                               .outward = outward,
-                               .inside_ratio = static_cast<float>(field_inside_ratio),
-                               .loop_probe = 2 /* two rounds, see loops_still_turn */};
+  shared::FieldArgs args{.root = pool.root(geometry),
+                         .first = 0,
+                         .end = 0,
+                         .per_group = 0,
+                         .outward = outward,
+                         .slack = 0.0f,
+                         .inside_ratio = static_cast<float>(field_inside_ratio),
+                         .loop_probe = 2 /* two rounds, see loops_still_turn */};
   std::ranges::copy(points, points_.host_as<shared::FieldPoint>().begin());
   if (!run(args, sign, static_cast<std::uint32_t>(points.size()), places_per_group, submit)) return lost;
   std::ranges::copy(samples_.host_as<const shared::FieldSample>().first(points.size()), samples.begin());
 
   // On lavapipe the searches of a group share one limit of work (shaders/common/loops.glsl): what was cut
-  // short is searched once more, in groups of its own.
+  // short is searched once more, in groups of its own. A point that has nearly the same distance to very many
+  // triangles, such as the centre of a sphere, would still visit all of them.
   std::vector<std::size_t> again;
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (is_cut_short(samples[i])) again.push_back(i);
   if (again.empty()) return {};
+  args.slack = retry_slack;
   for (std::size_t k = 0; k < again.size(); ++k)
     points_.host_as<shared::FieldPoint>()[k] = points[again[k]];
   if (!run(args, sign, static_cast<std::uint32_t>(again.size()), 1, submit)) return lost;

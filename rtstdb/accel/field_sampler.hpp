@@ -26,6 +26,7 @@ class FieldSampler {
   static Result<FieldSampler> create(gpu::Device& device);
 
   /// Computes the distances of at most max_points points, with the sign that `sign` names; `none`: without.
+  /// Where a search visits too many nodes, the distance may be too large by a twentieth of it.
   /// `outward`: 1 where the fronts of a closed geometry are outside, else -1. `submit` has not begun.
   /// Errors: capacity, where a search alone visits too many nodes; out_of_memory; device_lost.
   Result<void> sample(gpu::Device& device, const GeometryPool& pool, std::uint32_t geometry, FieldSign sign,

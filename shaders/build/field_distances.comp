@@ -35,7 +35,7 @@ void main() {
   const uint index = place_of_invocation(args.first, args.per_group);
   if (index >= args.end) return;
   const FieldPoint wanted = points[index];
-  const NearestSlot best = nearest_slot(args.root, vec3(1.0), wanted.point_m, wanted.radius_m);
+  const NearestSlot best = nearest_slot(args.root, vec3(1.0), wanted.point_m, wanted.radius_m, args.slack);
   cut_short = cut_short || !loops_still_turn(args.loop_probe);
   const bool found = best.triangle != no_triangle;
   uint triangle;

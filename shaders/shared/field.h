@@ -43,6 +43,7 @@ RTSTDB_CONSTANT(field_sign_directions, 64)
   F(uint, end)                                                                         \
   F(uint, per_group)                                                                   \
   F(float, outward) /* 1 where fronts are outside, else -1 */                          \
+  F(float, slack)   /* distances may be too large by this part of them, so that a search ends sooner */ \
   F(float, inside_ratio) /* of the rays that hit from behind, from which on a point is inside */ \
   F(uint, loop_probe) /* see loops_still_turn */
 RTSTDB_STRUCT(FieldArgs)

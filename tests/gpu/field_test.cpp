@@ -110,6 +110,14 @@ TEST_F(DeviceFields, DistancesAndGradientsAreThoseOfTheOracle) {
   }
 }
 
+/// A point that is as far from very many triangles as from the nearest one.
+TEST_F(DeviceFields, EndASearchAmongEqualDistances) {
+  const TriangleMesh mesh = make_sphere(1.0, 6);
+  const shared::FieldPoint center{{0.0f, 0.0f, 0.0f}, 1e18f};
+  const auto samples = sample(add(mesh), mesh, FieldSign::winding, std::span(&center, 1));
+  EXPECT_NEAR(samples[0].distance_m, -1.0f, 2e-3f);
+}
+
 /// On a convex body every ray from inside hits a back, and every ray from outside a front or nothing.
 TEST_F(DeviceFields, RayRatioFindsTheInside) {
   const TriangleMesh mesh = make_sphere(2.0, 3);
@@ -164,10 +172,7 @@ Quantiles compare(const field::StoredField& field, const oracle::MeshDistance& d
   std::vector<double> errors_m;
   Quantiles result;
   while (errors_m.size() < count) {
-    glm::dvec3 point_m = random_point_near(random, mesh);
-    const oracle::MeshPoint nearest = distance.nearest(point_m);
-    point_m = nearest.point_m +
-              random.uniform(0.0, 2.0) * field.report.cell_m * glm::normalize(point_m - nearest.point_m);
+    const glm::dvec3 point_m = random_point_near(random, mesh);
     if (!field.is_in_brick(point_m)) continue;
     const double truth_m = distance.nearest(point_m).distance_m;
     errors_m.push_back(std::abs(field.distance_m(point_m) - truth_m));
@@ -193,9 +198,8 @@ TEST_F(DeviceFields, HaveTheWantedErrorAndTheRightSigns) {
     const double wanted_m = diagonal_m(mesh) / 500.0;
     EXPECT_LE(field.report.error_p99_m, wanted_m);
     const Quantiles found = compare(field, distance, mesh, random_, 2000, true);
-    // These points lie nearer to the surface than those of the report.
     EXPECT_LE(found.p50_m, 0.3 * wanted_m);
-    EXPECT_LE(found.p99_m, 2.0 * wanted_m);
+    EXPECT_LE(found.p99_m, 1.6 * wanted_m);  // fewer and other points than those of the report
     EXPECT_LE(found.max_m, 0.6 * field.report.cell_m);
     EXPECT_EQ(found.wrong_signs, 0u);
     EXPECT_EQ(field.is_signed, is_closed(mesh));
@@ -227,7 +231,7 @@ TEST_P(RealFields, HaveTheWantedError) {
               << " distances, error p50 1/" << diagonal / found.p50_m << ", p99 1/" << diagonal / found.p99_m
               << ", max 1/" << diagonal / found.max_m << '\n';
     EXPECT_LE(field.report.error_p99_m, diagonal / 500.0) << entry.path();
-    EXPECT_LE(found.p99_m, 2.0 * diagonal / 500.0) << entry.path();
+    EXPECT_LE(found.p99_m, 1.6 * diagonal / 500.0) << entry.path();
     EXPECT_LE(found.max_m, 0.6 * field.report.cell_m) << entry.path();
     ++meshes;
   }

@@ -48,10 +48,12 @@ struct NearestSlot {
 };
 
 // Searches the triangles within `radius`. At equal distances the triangle with the lower index counts, so
-// that the answer does not depend on the order in which boxes are visited. Changes box_limit.
-NearestSlot nearest_slot(uint root, vec3 scale, vec3 point, float radius) {
+// that the answer does not depend on the order in which boxes are visited. Boxes beyond 1 - slack of the
+// nearest distance so far are skipped. Changes box_limit.
+NearestSlot nearest_slot(uint root, vec3 scale, vec3 point, float radius, float slack) {
+  const float limit_per_square = (1.0 + 2e-6) * (1.0 - slack) * (1.0 - slack);
   NearestSlot best = NearestSlot(radius * radius, no_triangle, 0u);
-  box_limit = best.square * (1.0 + 2e-6);
+  box_limit = best.square * limit_per_square;
   const uint bottom = depth;
   uint current = root;
   if (current != ref_none) do {
@@ -70,7 +72,7 @@ NearestSlot nearest_slot(uint root, vec3 scale, vec3 point, float radius) {
             best.square = better ? square : best.square;
             best.triangle = better ? triangle : best.triangle;
             best.slot = better ? first + k : best.slot;
-            box_limit = best.square * (1.0 + 2e-6);
+            box_limit = best.square * limit_per_square;
             ++k;
           }
         } while (k < count);
