@@ -37,7 +37,7 @@ std::vector<Figure> measure_mesh(const NamedMesh& named, const SuiteOptions& opt
   build();
   const bool is_signed = report.sign == rtstdb::FieldSign::winding;
   const std::uint32_t count = options.tiny ? 512 : 1u << 17;
-  auto nearest = prepare_near_points(world, named.mesh, count, is_signed, 4.0 * report.cell_m);
+  auto nearest = prepare_near_points(world, named.mesh, count, is_signed, report.cell_m);
   const int rounds = options.tiny ? 1 : 5;
   std::vector<double> ours, theirs;
   nearest.run();
