@@ -12,7 +12,7 @@
 namespace hil::bench {
 
 std::vector<NamedMesh> field_meshes(bool tiny) {
-  std::vector<NamedMesh> meshes{{"sphere", rtstdb::make_sphere(1.0, tiny ? 2 : 6)},
+  std::vector<NamedMesh> meshes{{"sphere", rtstdb::make_sphere(1.0, tiny ? 2 : 4)},
                                 {"box", rtstdb::make_box({1.0, 1.4, 2.0})}};
   if (tiny) return meshes;
   meshes.push_back({"lumpy_body", lumpy_body(257, 256, 1)});
