@@ -15,6 +15,7 @@
 
 #include <rtstdb/database.hpp>
 
+#include "rtstdb/field_job.hpp"
 #include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry/row_check.hpp"
 #include "rtstdb/gpu/device.hpp"
@@ -105,6 +106,7 @@ struct AddedGeometry {
   std::shared_ptr<const TriangleMesh> mesh;
   std::string name;
   bool deforms = false;
+  std::optional<FieldReport> field{};
 };
 
 /// Adds the recovered geometries to the device, in the order of their ids.
@@ -118,7 +120,7 @@ Result<std::vector<AddedGeometry>> add_recovered_geometries(const log::World& wo
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
-    recovered.push_back({mesh, name, options.deforms});
+    recovered.push_back({mesh, name, options.deforms, {}});
   }
   return recovered;
 }
@@ -146,6 +148,7 @@ class DatabaseImpl final : public Database {
       : executor_(std::move(executor)),
         meshes_(std::move(recovered)),
         materials_(std::move(materials)),
+        chunk_(options.chunk),
         is_history_(static_cast<bool>(past)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
@@ -275,6 +278,34 @@ class DatabaseImpl final : public Database {
                                              [&] { return copy_mesh(id, read_at); });
   }
 
+  Result<FieldReport> build_field(GeometryId id, const FieldOptions& options) override {
+    require_open("Database::build_field");
+    // Held during the build, so that a geometry has one field.
+    const std::lock_guard lock(adding_mutex_);
+    AddedGeometry geometry;
+    {
+      const std::lock_guard reading_lock(meshes_mutex_);
+      if (id.index >= meshes_.size())
+        return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
+      geometry = meshes_[id.index];
+    }
+    if (auto valid = check_options(GeometryOptions{.deforms = geometry.deforms, .field = options}); !valid)
+      return with_name(geometry.name, valid.error());
+    if (geometry.field)
+      return with_name(geometry.name, {ErrorCode::bad_input, "it has a distance field already"});
+    auto built = catch_out_of_memory<FieldReport>("its distance field", {}, [&] {
+      return FieldJob{engine_, *executor_, chunk_}.run(id, *geometry.mesh, options);
+    });
+    if (!built) return with_name(geometry.name, built.error());
+    const std::lock_guard reading_lock(meshes_mutex_);
+    meshes_[id.index].field = built.value();
+    return built;
+  }
+  std::optional<FieldReport> field(GeometryId id) const override {
+    const std::lock_guard lock(meshes_mutex_);
+    return id.index < meshes_.size() ? meshes_[id.index].field : std::nullopt;
+  }
+
   TransactionCounts counts() const noexcept override { return engine_.counts(); }
   SchedulerCounts scheduler_counts() const override { return engine_.scheduler_counts(); }
   ShapeCounts shape_counts() const noexcept override { return executor_->shape_counts(); }
@@ -323,7 +354,7 @@ class DatabaseImpl final : public Database {
                                const GeometryOptions& options) {
     // Held until the mesh is in the list, so that meshes are in the order of their ids.
     const std::lock_guard lock(adding_mutex_);
-    AddedGeometry copy{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms};
+    AddedGeometry copy{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms, {}};
     {
       const std::lock_guard reading_lock(meshes_mutex_);
       meshes_.reserve(meshes_.size() + 1);
@@ -340,10 +371,20 @@ class DatabaseImpl final : public Database {
     auto used_positions =
         options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
     std::optional<Result<GeometryId>> added;
+    std::optional<GeometryId> with_field;  // on the device with its field, but not in the database yet
+    if (options.field) {
+      auto built = add_with_field(copy, options);
+      if (!built) return with_name(name, built.error());
+      with_field = built.value();
+    }
     const auto add_on_engine = [&] {
       if (logged && !engine_.log()->has_space_for(*logged)) return;
-      added.emplace(catch_out_of_memory<GeometryId>(
-          "it", {}, [&] { return executor_->add_geometry(copy.mesh, options); }));
+      if (with_field) {
+        added.emplace(*with_field);
+      } else {
+        added.emplace(catch_out_of_memory<GeometryId>(
+            "it", {}, [&] { return executor_->add_geometry(copy.mesh, options); }));
+      }
       if (!*added) return;
       // Before any version that uses the geometry can be read.
       follower_.add_geometry(executor_->last_bounds(), options.deforms);
@@ -354,8 +395,10 @@ class DatabaseImpl final : public Database {
       if (logged) logged->id = added->value();
       if (logged) engine_.log()->record_geometry(*logged, mesh.positions_m.size());
     };
-    if (auto called = call_until(add_on_engine, [&] { return added.has_value(); }); !called)
+    if (auto called = call_until(add_on_engine, [&] { return added.has_value(); }); !called) {
+      if (with_field) remove_last_geometry();
       return with_name(name, called.error());
+    }
     if (!*added) return with_name(name, added->error());
     const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(std::move(copy));
@@ -400,6 +443,32 @@ class DatabaseImpl final : public Database {
     return {};
   }
 
+  /// Adds a geometry and its field to the device; neither, if one of them fails.
+  Result<GeometryId> add_with_field(AddedGeometry& geometry, const GeometryOptions& options) {
+    std::optional<Result<GeometryId>> added;
+    engine_.call([&] {
+      added.emplace(catch_out_of_memory<GeometryId>(
+          "it", {}, [&] { return executor_->add_geometry(geometry.mesh, options); }));
+    });
+    if (!*added) return added->error();
+    auto built = catch_out_of_memory<FieldReport>("its distance field", {}, [&] {
+      return FieldJob{engine_, *executor_, chunk_}.run(added->value(), *geometry.mesh, *options.field);
+    });
+    if (built) {
+      geometry.field = built.value();
+      return *added;
+    }
+    remove_last_geometry();
+    return built.error();
+  }
+  /// A device that can not be opened again loses the geometry as well.
+  void remove_last_geometry() {
+    engine_.call([this] {
+      static_cast<void>(
+          catch_out_of_memory<void>("", {}, [this] { return executor_->remove_last_geometry(); }));
+    });
+  }
+
   Result<std::unique_ptr<Query>> prepare_query(QueryOptionsRef options) override {
     using Made = std::unique_ptr<query::GpuQuery>;
     const std::string& name =
@@ -434,6 +503,7 @@ class DatabaseImpl final : public Database {
   std::vector<AddedGeometry> meshes_;  // by geometry index
   mutable std::mutex materials_mutex_;
   std::unique_ptr<store::MaterialTable> materials_;
+  const Nanoseconds chunk_;
   const bool is_history_;
   const Recovery no_recovery_;
   mutable transaction::Engine engine_;

@@ -6,6 +6,8 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/field/field_build.hpp"
+
 namespace rtstdb {
 namespace {
 
@@ -73,6 +75,11 @@ Result<void> check_options(const DurabilityOptions& options) {
 }
 
 Result<void> check_options(const GeometryOptions& options) {
+  if (options.field) {
+    if (options.deforms)
+      return Error{ErrorCode::bad_input, "a geometry that deforms can not have a distance field"};
+    return field::check_field_options(*options.field);
+  }
   if (!options.deforms) return {};
   if (options.retained_shapes == 0 || options.retained_shapes > max_retained_shapes)
     return Error{ErrorCode::bad_input, "retained_shapes is " + std::to_string(options.retained_shapes) +

@@ -11,6 +11,7 @@
 #include "rtstdb/accel/transfer.hpp"
 #include "rtstdb/geometry/closed_mesh.hpp"
 #include "rtstdb/geometry/has_area.hpp"
+#include "shaders/shared/field.h"
 #include "shaders/shared/node.h"
 
 namespace rtstdb::accel {
@@ -55,8 +56,16 @@ std::size_t kept_bytes(const KeptGeometries& kept) {
       bytes += 2 * geometry->deforming->order.size();
     else
       bytes += triangle_bytes * geometry->mesh->triangles.size();
+    if (geometry->field) bytes += geometry->field->report.bytes;
   }
   return bytes;
+}
+
+std::uint32_t field_texels_of(const KeptGeometries& kept) {
+  std::uint64_t bytes = 0;
+  for (const auto& geometry : kept)
+    bytes += geometry->field ? geometry->field->report.bytes : 0;
+  return static_cast<std::uint32_t>(bytes / 16);
 }
 
 /// Writes triangles in the builder's format, in pieces. False: the device is lost.
@@ -87,11 +96,12 @@ bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf
 }  // namespace
 
 Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit) {
-  return create_with_capacity(device, max_geometries, {}, submit);
+  return create_with_capacity(device, max_geometries, {}, 0, submit);
 }
 
 Result<GeometryPool> GeometryPool::create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
-                                                        const PoolPart& used, Submit& submit) {
+                                                        const PoolPart& used, std::uint32_t field_texels,
+                                                        Submit& submit) {
   GeometryPool pool;
   auto builder = BlasBuilder::create(device, submit);
   if (!builder) return builder.error();
@@ -114,6 +124,10 @@ Result<GeometryPool> GeometryPool::create_with_capacity(gpu::Device& device, std
                                           .texel_uint4 = true});
   if (!geometries) return geometries.error();
   pool.geometries_ = std::move(geometries).value();
+  if (auto reserved =
+          pool.reserve_field_texels(device, std::max(field_texels, shared::field_header_texels), submit);
+      !reserved)
+    return reserved.error();
   return pool;
 }
 
@@ -178,7 +192,7 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
   const std::uint32_t generation = generation_;
   auto added =
       options.deforms ? add_deforming(device, *mesh, options, submit) : add_still(device, *mesh, submit);
-  std::shared_ptr<const KeptGeometry> kept;
+  std::shared_ptr<KeptGeometry> kept;
   if (added) {
     auto taken = keep(device, std::move(mesh), options, added.value(), submit);
     if (taken)
@@ -233,7 +247,9 @@ void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, 
       .edges_xz_m = extents.edges[1],
       .edges_xy_m = extents.edges[2],
       .corners_plus_x_m = extents.corners[0],
-      .corners_minus_x_m = extents.corners[1]};
+      .corners_minus_x_m = extents.corners[1],
+      .field = shared::field_none,
+      .unused = {}};
   bounds_[geometry] = bounds;
 }
 
@@ -307,7 +323,7 @@ bool GeometryPool::show(gpu::Device& device, const store::RowSource& rows, Submi
     if (geometry.needs_rebuild(refit.place) && !build(device, geometry, refit, rows, submit)) return false;
   }
   // The sum of the mixed refit numbers identifies the set of shapes in their places.
-  shown_ = 0;
+  shown_ = fields_attached_ == 0 ? 0 : mixed(~fields_attached_);
   for (const DeformingGeometry& geometry : deforming_) {
     const DeformingGeometry::Shown shown = geometry.shown();
     write_record(geometry.id().index, extents_of(shown.bounds), shown.root, shown.closed);
@@ -351,10 +367,10 @@ bool GeometryPool::build(gpu::Device& device, DeformingGeometry& geometry, const
 
 // ---- copies on the host, and restoring from them
 
-Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& device,
-                                                               std::shared_ptr<const TriangleMesh> mesh,
-                                                               const GeometryOptions& options,
-                                                               const PoolPart& part, Submit& submit) {
+Result<std::shared_ptr<KeptGeometry>> GeometryPool::keep(gpu::Device& device,
+                                                         std::shared_ptr<const TriangleMesh> mesh,
+                                                         const GeometryOptions& options, const PoolPart& part,
+                                                         Submit& submit) {
   auto kept = std::make_shared<KeptGeometry>();
   kept->part = part;
   kept->record = geometries_.host_as<const shared::GeometryRecord>()[count_];
@@ -385,13 +401,13 @@ Result<std::shared_ptr<const KeptGeometry>> GeometryPool::keep(gpu::Device& devi
     if (auto read = read_back(device, order, deforming.order, submit); !read) return read.error();
   }
   kept->mesh = std::move(mesh);
-  return std::shared_ptr<const KeptGeometry>(std::move(kept));
+  return kept;
 }
 
 Result<GeometryPool> GeometryPool::create_restored(gpu::Device& device, std::uint32_t max_geometries,
                                                    const KeptGeometries& kept, Submit& submit) {
   const PoolPart used = kept.empty() ? PoolPart{} : kept.back()->part;
-  auto made = create_with_capacity(device, max_geometries, used, submit);
+  auto made = create_with_capacity(device, max_geometries, used, field_texels_of(kept), submit);
   if (!made) return made.error();
   GeometryPool pool = std::move(made).value();
   pool.kept_ = kept;
@@ -424,6 +440,7 @@ Result<void> GeometryPool::restore(gpu::Device& device, std::uint32_t index, con
   if (!there) return lost_while_restoring;
   geometries_.host_as<shared::GeometryRecord>()[index] = kept.record;
   bounds_[index] = kept.bounds;
+  if (kept.field && !restore_field(index, *kept.field, upload)) return lost_while_restoring;
   if (!kept.deforming) return {};
   const KeptDeforming& deforming = *kept.deforming;
   auto made =

@@ -41,6 +41,16 @@ class GeometryPool {
   Result<std::uint32_t> add(gpu::Device& device, std::shared_ptr<const TriangleMesh> mesh, Submit& submit,
                             const GeometryOptions& options = {});
 
+  /// Removes the geometry that was added last, with its field. It does not deform, and no row names it.
+  void remove_last() noexcept;
+  /// Copies the distance field of a geometry that does not deform and has none to the device. Slots that were
+  /// made before are stale (shown()). `submit` has not begun. Errors: capacity, out_of_memory, device_lost;
+  /// the geometry then has no field.
+  Result<void> attach_field(gpu::Device& device, std::uint32_t geometry,
+                            std::shared_ptr<const field::StoredField> field, Submit& submit);
+  /// Removes the field of a geometry from what create_restored() makes again.
+  void forget_field(std::uint32_t geometry) noexcept { kept_[geometry]->field.reset(); }
+
   /// Brings deforming geometry to its shapes in this version: refits shapes that are not on the device, and
   /// rebuilds trees whose cost_ratio has grown too far. `submit` has not begun. False: the device is lost.
   bool show(gpu::Device& device, const store::RowSource& rows, Submit& submit);
@@ -60,9 +70,17 @@ class GeometryPool {
   const gpu::Buffer& nodes() const noexcept { return nodes_; }
   const gpu::Buffer& triangles() const noexcept { return triangles_; }
   const gpu::Buffer& geometries() const noexcept { return geometries_; }
+  /// All distance fields (shaders/shared/field.h).
+  const gpu::Buffer& fields() const noexcept { return fields_; }
+  /// The root of a geometry's BLAS. Of deforming geometry: of the shape that was shown last.
+  std::uint32_t root(std::uint32_t geometry) const noexcept;
+  /// Whether a geometry was closed when it was added.
+  bool is_closed_geometry(std::uint32_t geometry) const noexcept {
+    return kept_[geometry]->record.closed != 0;
+  }
   std::uint32_t count() const noexcept { return count_; }
   Bounds bounds(std::uint32_t geometry) const noexcept { return bounds_[geometry]; }
-  /// Incremented whenever nodes() or triangles() becomes another buffer.
+  /// Incremented whenever nodes(), triangles() or fields() becomes another buffer.
   std::uint32_t generation() const noexcept { return generation_; }
   /// False: binding deforming geometry to a grown pool failed for lack of memory, and show() fails from then
   /// on.
@@ -71,18 +89,21 @@ class GeometryPool {
  private:
   /// A pool with capacity for `used` and a reserve.
   static Result<GeometryPool> create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
-                                                   const PoolPart& used, Submit& submit);
+                                                   const PoolPart& used, std::uint32_t field_texels,
+                                                   Submit& submit);
   Result<void> reserve(gpu::Device& device, const PoolPart& part, Submit& submit);
   Result<void> check_capacity(std::uint32_t triangles) const;
   Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
   Result<PoolPart> add_deforming(gpu::Device& device, const TriangleMesh& mesh,
                                  const GeometryOptions& options, Submit& submit);
   /// Reads back what KeptGeometry holds of the geometry that was added last, before it is counted.
-  Result<std::shared_ptr<const KeptGeometry>> keep(gpu::Device& device,
-                                                   std::shared_ptr<const TriangleMesh> mesh,
-                                                   const GeometryOptions& options, const PoolPart& part,
-                                                   Submit& submit);
+  Result<std::shared_ptr<KeptGeometry>> keep(gpu::Device& device, std::shared_ptr<const TriangleMesh> mesh,
+                                             const GeometryOptions& options, const PoolPart& part,
+                                             Submit& submit);
   Result<void> restore(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept, Upload& upload);
+  /// Writes a field behind the others. False: the device is lost.
+  bool restore_field(std::uint32_t index, const field::StoredField& field, Upload& upload);
+  Result<void> reserve_field_texels(gpu::Device& device, std::uint64_t texels, Submit& submit);
   Result<void> bind_deforming(gpu::Device& device);
   struct Refit {
     std::size_t geometry = 0, place = 0;
@@ -93,9 +114,11 @@ class GeometryPool {
   void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
 
   BlasBuilder builder_;
-  gpu::Buffer nodes_, triangles_, geometries_;
+  gpu::Buffer nodes_, triangles_, geometries_, fields_;
   std::uint32_t node_capacity_ = 0, node_count_ = 0;
   std::uint32_t triangle_capacity_ = 0, triangle_count_ = 0;
+  std::uint32_t field_texel_capacity_ = 0, field_texel_count_ = 0;
+  std::uint64_t fields_attached_ = 0;
   std::uint32_t max_geometries_ = 0, count_ = 0;
   std::uint32_t generation_ = 0;
   std::vector<Bounds> bounds_;

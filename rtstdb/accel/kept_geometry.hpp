@@ -13,6 +13,7 @@
 #include <rtstdb/geometry.hpp>
 
 #include "rtstdb/accel/deforming_geometry.hpp"
+#include "rtstdb/field/stored_field.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -46,9 +47,10 @@ struct KeptGeometry {
   shared::GeometryRecord record{};
   Bounds bounds;
   std::optional<KeptDeforming> deforming;
+  std::shared_ptr<const field::StoredField> field;  ///< null: none
 };
 
 /// By geometry index.
-using KeptGeometries = std::vector<std::shared_ptr<const KeptGeometry>>;
+using KeptGeometries = std::vector<std::shared_ptr<KeptGeometry>>;
 
 }  // namespace rtstdb::accel

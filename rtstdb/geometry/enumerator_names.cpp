@@ -2,6 +2,7 @@
 // enumerator.
 
 #include <rtstdb/database.hpp>
+#include <rtstdb/field.hpp>
 
 namespace rtstdb {
 
@@ -19,6 +20,20 @@ const char* to_string(ErrorCode code) noexcept {
       return "device_lost";
     case ErrorCode::out_of_memory:
       return "out_of_memory";
+  }
+  return "unknown";
+}
+
+const char* to_string(FieldSign sign) noexcept {
+  switch (sign) {
+    case FieldSign::automatic:
+      return "automatic";
+    case FieldSign::winding:
+      return "winding";
+    case FieldSign::ray_ratio:
+      return "ray_ratio";
+    case FieldSign::none:
+      return "none";
   }
   return "unknown";
 }
@@ -55,6 +70,16 @@ const char* to_string(Faces faces) noexcept {
       return "front";
     case Faces::back:
       return "back";
+  }
+  return "unknown";
+}
+
+const char* to_string(ConeMode mode) noexcept {
+  switch (mode) {
+    case ConeMode::exact:
+      return "exact";
+    case ConeMode::fast:
+      return "fast";
   }
   return "unknown";
 }

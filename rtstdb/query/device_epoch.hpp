@@ -7,7 +7,9 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
+#include "rtstdb/accel/field_sampler.hpp"
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
 #include "rtstdb/query/chunked_run.hpp"
@@ -34,6 +36,7 @@ class DeviceEpoch {
  public:
   gpu::Device& device = *owned_device_;
   accel::GeometryPool pool;
+  std::optional<accel::FieldSampler> field_sampler;  ///< from the first build of a distance field on
   accel::Tlas tlas;
   Structures structures{device, pool, tlas};
   std::array<Lanes, max_nesting + 1> lanes;  ///< by nesting depth: each nested run has its own

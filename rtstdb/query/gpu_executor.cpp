@@ -83,23 +83,60 @@ Result<GeometryId> GpuExecutor::add_to_pool(const std::shared_ptr<const Triangle
     return index.error();
   }
   // Also after a refusal: the pool may have grown before it.
-  if (!epoch.is_bound()) {
-    Result<void> connected = epoch.rebind();
-    // Drivers compile again for buffers of another size.
-    if (connected) {
-      prepared_->visit([&](GpuQuery& query) {
-        if (query.epoch == device_.epoch_number()) connected = connect(query);
-        return static_cast<bool>(connected);
-      });
-    }
-    if (!connected) {
-      device_.mark_broken();  // the next epoch is made without the new geometry
-      return connected.error();
-    }
-  }
+  if (auto bound = rebind_to_pool(); !bound) return bound.error();
   if (!index) return index.error();
   device_.keep_geometries();
   return GeometryId{index.value()};
+}
+
+Result<void> GpuExecutor::rebind_to_pool() {
+  DeviceEpoch& epoch = device_.epoch();
+  if (epoch.is_bound()) return {};
+  Result<void> connected = epoch.rebind();
+  // Drivers compile again for buffers of another size.
+  if (connected) {
+    prepared_->visit([&](GpuQuery& query) {
+      if (query.epoch == device_.epoch_number()) connected = connect(query);
+      return static_cast<bool>(connected);
+    });
+  }
+  if (!connected) device_.mark_broken();  // the next epoch is made without what was being added
+  return connected;
+}
+
+Result<void> GpuExecutor::sample_field(GeometryId geometry, FieldSign sign, float outward,
+                                       std::span<const shared::FieldPoint> points,
+                                       std::span<shared::FieldSample> samples) {
+  return device_.execute_setup([&]() -> Result<void> {
+    DeviceEpoch& epoch = device_.epoch();
+    if (!epoch.field_sampler) {
+      auto sampler = accel::FieldSampler::create(epoch.device);
+      if (!sampler) return sampler.error();
+      epoch.field_sampler = std::move(sampler).value();
+    }
+    return epoch.field_sampler->sample(epoch.device, epoch.pool, geometry.index, sign, outward, points,
+                                       samples, epoch.setup_lane());
+  });
+}
+
+Result<void> GpuExecutor::attach_field(GeometryId geometry,
+                                       const std::shared_ptr<const field::StoredField>& field) {
+  return device_.execute_setup([&]() -> Result<void> {
+    DeviceEpoch& epoch = device_.epoch();
+    const CompileNow here(epoch.device);
+    auto attached = epoch.pool.attach_field(epoch.device, geometry.index, field, epoch.setup_lane());
+    auto bound = rebind_to_pool();
+    if (attached && !bound) epoch.pool.forget_field(geometry.index);
+    return attached ? bound : attached;
+  });
+}
+
+Result<void> GpuExecutor::remove_last_geometry() {
+  return device_.execute_setup([&]() -> Result<void> {
+    device_.epoch().pool.remove_last();
+    device_.keep_geometries();
+    return {};
+  });
 }
 
 Result<std::unique_ptr<GpuQuery>> GpuExecutor::prepare(QueryOptionsRef options) {

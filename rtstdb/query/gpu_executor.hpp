@@ -10,6 +10,7 @@
 // Threads: after create, the engine's; setup calls are made on it (Engine::call). Functions that say so: any.
 
 #include <memory>
+#include <span>
 
 #include "rtstdb/query/device_epoch.hpp"
 #include "rtstdb/query/gpu_query.hpp"
@@ -31,6 +32,15 @@ class GpuExecutor final : public Executor {
   /// Creates the query, binds it to the pool and the slots, and has its kernels compiled. add_geometry binds
   /// all prepared queries again when the pool has grown.
   Result<std::unique_ptr<GpuQuery>> prepare(QueryOptionsRef options);
+
+  /// Computes distances to a geometry, for a build of its distance field (accel::FieldSampler).
+  Result<void> sample_field(GeometryId geometry, FieldSign sign, float outward,
+                            std::span<const shared::FieldPoint> points,
+                            std::span<shared::FieldSample> samples);
+  /// Gives a field to a geometry that has none and does not deform.
+  Result<void> attach_field(GeometryId geometry, const std::shared_ptr<const field::StoredField>& field);
+  /// Removes the geometry that was added last; no row names it.
+  Result<void> remove_last_geometry();
 
   /// Of the geometry that was added last.
   Bounds last_bounds() const noexcept { return device_.epoch().pool.bounds(device_.geometry_count() - 1); }
@@ -54,6 +64,8 @@ class GpuExecutor final : public Executor {
       : fork_join_(options.thread_priority), device_(std::move(open), options, *prepared_) {}
   Result<GeometryId> add_to_pool(const std::shared_ptr<const TriangleMesh>& mesh,
                                  const GeometryOptions& options);
+  /// Binds the slots and the prepared queries to a pool that has grown.
+  Result<void> rebind_to_pool();
   Result<void> join(GpuQuery& query);
   Result<void> connect(GpuQuery& query);
   /// Moves and binds the query where it is not on this device yet. False: the device can not hold it.

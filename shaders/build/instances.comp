@@ -3,6 +3,7 @@
 #include "common/prelude.glsl"
 // Computes the instances of the live entities at the epochs, and their bounds over the window.
 #include "common/instance.glsl"
+#include "shared/field.h"
 #include "shared/node.h"
 
 layout(local_size_x = 64) in;
@@ -59,7 +60,8 @@ GeometryRecord fetch_geometry(uint index) {
   const vec4 t1 = geometry_texel(index, 1);
   return GeometryRecord(t0.xyz, floatBitsToUint(t0.w), t1.xyz, floatBitsToUint(t1.w),
                         geometry_texel(index, 2), geometry_texel(index, 3), geometry_texel(index, 4),
-                        geometry_texel(index, 5), geometry_texel(index, 6));
+                        geometry_texel(index, 5), geometry_texel(index, 6),
+                        floatBitsToUint(geometry_texel(index, 7).x), uvec3(0u));
 }
 
 #define WRITE_INSTANCE(target, i)                                                                \
@@ -71,7 +73,7 @@ GeometryRecord fetch_geometry(uint index) {
     target[base + 3u] = vec4(i.w, uintBitsToFloat(i.entity));                                    \
     target[base + 4u] =                                                                          \
         vec4(i.scale, uintBitsToFloat(uint(i.from_ns) | (i.closed ? instance_closed_bit : 0u))); \
-    target[base + 5u] = vec4(i.box_center, 0.0);                                                 \
+    target[base + 5u] = vec4(i.box_center, uintBitsToFloat(geometry.field));                     \
     target[base + 6u] = vec4(i.box_half, 0.0);                                                   \
   }
 
@@ -90,7 +92,7 @@ void main() {
       args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : args.first + gl_GlobalInvocationID.x;
   const EntityRecord row = fetch_row(live[place]);
   GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u, vec4(0.0), vec4(0.0),
-                                           vec4(0.0), vec4(0.0), vec4(0.0));
+                                           vec4(0.0), vec4(0.0), vec4(0.0), field_none, uvec3(0u));
   if (row.geometry != no_geometry) geometry = fetch_geometry(row.geometry);
   const Instance early = written_down(row, geometry, args.epoch);
   WRITE_INSTANCE(instances, early)

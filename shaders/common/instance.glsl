@@ -186,6 +186,11 @@ Instance fetch_instance(samplerBuffer instances, uint index) {
                        texelFetch(instances, base + 4));
 }
 
+// First texel of the distance field of the instance's geometry, or field_none.
+uint field_of_instance(samplerBuffer instances, uint index) {
+  return floatBitsToUint(texelFetch(instances, int(index * instance_texels) + 5).w);
+}
+
 void fetch_instance_box(samplerBuffer instances, uint index, inout Instance instance) {
   const int base = int(index * instance_texels);
   instance.box_center = texelFetch(instances, base + 5).xyz;

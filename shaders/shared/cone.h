@@ -41,12 +41,17 @@ RTSTDB_STRUCT(ConeCount)
   F(float, lambda)
 RTSTDB_STRUCT(ConeContact)
 
+// In the slot of a contact, which is below 2^26: it was found by a distance field.
+RTSTDB_CONSTANT(contact_by_field_bit, 0x80000000u)
+
 // A return in the layout of the caller (rtstdb::ConeReturn), 9 pairs of words:
 //   0 status, lambda    3 mask, material           5 normal xy                       8 fraction, -
 //   1 u, v              4 triangle, front face     6 normal z, relative velocity x
-//   2 entity            (low byte) and overflow    7 relative velocity yz
+//   2 entity            (low byte), overflow and   7 relative velocity yz
+//                       found by a field
 RTSTDB_CONSTANT(return_pairs, 9)
 RTSTDB_CONSTANT(return_overflow_bit, 0x100u)
+RTSTDB_CONSTANT(return_by_field_bit, 0x10000u)
 
 #define RTSTDB_FIELDS_ConeArgs(F)                      \
   F(uint, root)                                        \

@@ -26,8 +26,8 @@ RTSTDB_CONSTANT(row_texels, 8)
 
 // One geometry: the root of its BLAS and its box in the entity frame, unscaled; `closed` is 1 when it bounds
 // a body. Then its extents along the edge and corner directions of a cube, as in rtstdb/geometry/extents.hpp:
-// edges by the axis along which the direction has no component, corners by the sign of x. Shaders read it as
-// 7 texels.
+// edges by the axis along which the direction has no component, corners by the sign of x. `field`: the first
+// texel of its distance field (field.h), or field_none. Shaders read it as 8 texels.
 #define RTSTDB_FIELDS_GeometryRecord(F) \
   F(vec3, box_center_m)                 \
   F(uint, root)                         \
@@ -37,9 +37,11 @@ RTSTDB_CONSTANT(row_texels, 8)
   F(vec4, edges_xz_m)                   \
   F(vec4, edges_xy_m)                   \
   F(vec4, corners_plus_x_m)             \
-  F(vec4, corners_minus_x_m)
+  F(vec4, corners_minus_x_m)            \
+  F(uint, field)                        \
+  F(uvec3, unused)
 RTSTDB_STRUCT(GeometryRecord)
-RTSTDB_CONSTANT(geometry_texels, 7)
+RTSTDB_CONSTANT(geometry_texels, 8)
 
 // An instance is the state of an entity for one epoch. Epochs are the whole seconds of world time. A window
 // is never longer than a second, so it meets at most two of the stretches between epochs, and each entity has
@@ -48,7 +50,7 @@ RTSTDB_CONSTANT(geometry_texels, 7)
 // epoch. So results at an instant depend neither on the window nor on earlier queries. 7 texels of vec4:
 //   0 position, mask        1 orientation (xyzw)     2 velocity, BLAS root
 //   3 angular velocity, entity index
-//   4 scale, from | closed  5 box centre, -          6 box half extent, -
+//   4 scale, from | closed  5 box centre, distance field         6 box half extent, -
 // The box is in the entity frame, unscaled.
 RTSTDB_CONSTANT(instance_texels, 7)
 RTSTDB_CONSTANT(instance_closed_bit, 0x80000000u)

@@ -88,9 +88,10 @@ void DeviceLossWorld::set_up() {
 }
 
 Result<void> DeviceLossWorld::add_geometries() {
-  // The second mesh is larger than the initial pool.
+  // The first mesh has a distance field. The second one is larger than the initial pool.
+  const GeometryOptions with_field{.field = FieldOptions{.cell_m = 0.3}};
   for (const TriangleMesh& mesh : {make_box({1.0, 0.8, 0.6}), make_sphere(0.6, 5)}) {
-    auto added = database_->add_geometry(mesh, "body");
+    auto added = database_->add_geometry(mesh, "body", geometries_.empty() ? with_field : GeometryOptions{});
     if (!added) return added.error();
     geometries_.push_back(added.value());
   }

@@ -73,7 +73,8 @@ std::vector<ConeQueryOptions> tested_options(const ConeQuery* /*kind*/) {
   return {{.name = "cone"},
           {.name = "cone returns", .returns_per_cone = 3},
           {.name = "cone fronts", .returns_per_cone = 2, .faces = Faces::front},
-          {.name = "cone fractions", .returns_per_cone = 2, .fractions = true}};
+          {.name = "cone fractions", .returns_per_cone = 2, .fractions = true},
+          {.name = "cone fast", .returns_per_cone = 2, .mode = ConeMode::fast}};
 }
 
 Cone random_element(Random& random, const ElementScene& scene, const Cone* /*type*/) {

@@ -192,14 +192,25 @@ class Database {
   /// 4.2). Ids are assigned in ascending order. Names need not be unique. With a log, the mesh is on disk
   /// when this returns.
   /// Errors: those of validate; bad_input for options outside their range, and in a history (history.hpp);
-  /// capacity for more than DatabaseOptions::max_geometries or more triangles than the device can hold;
-  /// out_of_memory; device_lost, if no other device could be opened; file, if the disk fails or the log has
-  /// no room for ten seconds.
+  /// capacity for more than DatabaseOptions::max_geometries or more triangles than the device can hold, and
+  /// for a distance field of more than FieldOptions::max_bytes; out_of_memory; device_lost, if no other
+  /// device could be opened; file, if the disk fails or the log has no room for ten seconds.
   virtual Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name,
                                           const GeometryOptions& options) = 0;
   Result<GeometryId> add_geometry(const TriangleMesh& mesh, std::string_view name) {
     return add_geometry(mesh, name, {});
   }
+  /// Builds the distance field of a geometry that has none (GeometryOptions::field builds it with the
+  /// geometry). It may be called in the loop: the engine computes the distances in parts of about
+  /// DatabaseOptions::chunk, between transactions. Cone queries use the field from the next transaction on.
+  /// After a device loss the field is copied to the next device. The log does not hold it: geometry that was
+  /// recovered has none.
+  /// Errors: bad_input for options outside their range, for a geometry that does not exist, that deforms, or
+  /// that has a field; capacity, with both numbers, for a field of more than FieldOptions::max_bytes or more
+  /// than the device binds; out_of_memory; device_lost, if no other device could be opened.
+  virtual Result<FieldReport> build_field(GeometryId id, const FieldOptions& options) = 0;
+  /// The distance field of a geometry; empty: it has none. Any thread.
+  virtual std::optional<FieldReport> field(GeometryId id) const = 0;
   /// The last added geometry of that name, those recovered from the log included; empty: none.
   virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
   /// Registers a material, which rows can name from then on. Ids are assigned in ascending order. Names need

@@ -12,8 +12,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
+#include <rtstdb/field.hpp>
 #include <rtstdb/result.hpp>
 
 namespace rtstdb {
@@ -42,6 +44,9 @@ struct GeometryOptions {
   /// by more than this factor since the tree was built, it is rebuilt at once, which takes about ten times as
   /// long as a refit. At least 1; infinity: never.
   float rebuild_growth = 1.5f;
+  /// Geometry that does not deform: also build a distance field, for cone queries in ConeMode::fast. The log
+  /// does not hold it: see Database::build_field for geometry that was recovered.
+  std::optional<FieldOptions> field{};
 };
 
 /// Checks that a mesh can be added. Triangles without area (in double precision) are allowed beside others;

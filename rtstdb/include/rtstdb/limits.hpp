@@ -28,6 +28,11 @@ inline constexpr std::uint32_t max_cones_per_query = 1u << 20;
 inline constexpr std::uint32_t max_returns_per_cone = 8;
 /// The nearest entities of a cone among which ConeQueryOptions::fractions distributes the beam.
 inline constexpr std::uint32_t max_entities_per_beam = 16;
+/// Along each axis; a brick of a distance field divides a cell of its coarse grid (field.hpp).
+inline constexpr std::uint32_t field_cells_per_brick = 5;
+/// FieldSign::ray_ratio: the rays from each vertex, and the part of them from which on it is inside.
+inline constexpr std::uint32_t field_sign_rays = 64;
+inline constexpr double field_inside_ratio = 0.75;
 inline constexpr std::uint32_t max_standing_events = 1u << 22;
 inline constexpr std::uint32_t max_queue_capacity = 1u << 16;
 inline constexpr std::uint32_t max_retained_changes = 1u << 26;

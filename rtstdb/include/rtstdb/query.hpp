@@ -326,6 +326,21 @@ class NearestQuery : public Query {
 
 class ConeQuery;
 
+/// How the first contact with an entity is found.
+enum class ConeMode : std::uint8_t {
+  exact,  ///< by its triangles
+  /// Sphere tracing in the distance field of the entity's geometry (GeometryOptions::field,
+  /// Database::build_field) skips the space that the field shows to be free; triangles decide what follows.
+  /// The answer is the exact one where the field is right. Where it shows a surface farther away than it is,
+  /// by e, a part of the surface may be skipped: lambda is then too large by at most
+  /// e / (sin theta + tan(a / 2)), plus the radius of the beam there, with theta the angle between axis and
+  /// surface and a the opening angle, or the entity is missed by a cone that grazes it. e is zero for most
+  /// points, since the field's bound is lowered where its gradients disagree, and a few hundredths of a cell
+  /// for the others. Geometry without a field, and cones of more than a right angle, are searched as in the
+  /// exact mode, with the same bits.
+  fast,
+};
+
 /// A beam at one instant: the points p whose distance from the axis is at most tan(opening_angle_rad / 2)
 /// times their axial coordinate z >= 0, both from the apex origin_m, up to z = lambda_max times the length of
 /// `direction`. `direction` and `carrier` are those of a Ray; lambda counts along the axis. The opening angle
@@ -356,6 +371,7 @@ struct alignas(8) ConeReturn {
   /// ConeQueryOptions::fractions: more than max_entities_per_beam entities are in the cone, and the nearest
   /// ones leave a part of the beam to those that were not searched. Set in all returns of the cone.
   bool overflow = false;
+  bool by_field = false;    ///< ConeMode::fast: the distance field of the entity's geometry led there
   glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the front side of the triangle
   /// World frame: velocity of the contact point, minus that of the apex.
   glm::vec3 v_relative_mps{0.0f};
@@ -370,13 +386,14 @@ struct ConeQueryOptions {
   std::uint32_t capacity = 0;          ///< cones in a batch: 1 to max_cones_per_query
   std::uint32_t returns_per_cone = 1;  ///< 1 to max_returns_per_cone
   Faces faces = Faces::both;           ///< front: triangles that have the apex in front of them
+  ConeMode mode = ConeMode::exact;
   /// True: the returns are the entities that a part of the beam reaches, among the max_entities_per_beam ones
   /// with the least lambda, each with its fraction. False: all entities in the cone, hidden ones too.
   bool fractions = false;
   LatePolicy late = LatePolicy::discard;
 };
 
-/// The first entities in cones (paper, Cone-Tracing Query), exact on triangles.
+/// The first entities in cones (paper, Cone-Tracing Query), exact on triangles or by distance fields.
 /// Fractions: a surface covers the part of the cross-section onto which the central projection from the apex
 /// maps it. Triangles whose side `faces` excludes are transparent. The area that one entity covers is exact;
 /// 64 fixed directions estimate which part of it is visible, to a few hundredths of the beam. An entity that
@@ -444,6 +461,7 @@ using QueryOptionsRef = detail::VariantOfRest<void
 const char* to_string(LatePolicy policy) noexcept;
 const char* to_string(RayMode mode) noexcept;
 const char* to_string(Faces faces) noexcept;
+const char* to_string(ConeMode mode) noexcept;
 const char* to_string(HitStatus status) noexcept;
 const char* to_string(RegionLevel level) noexcept;
 const char* to_string(RegionShape shape) noexcept;

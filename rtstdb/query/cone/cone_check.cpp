@@ -15,6 +15,7 @@ static_assert(static_cast<double>(max_opening_angle_rad) < std::numbers::pi);
 
 Result<void> check_cone_options(const ConeQueryOptions& options) {
   if (auto known = check_enumerator(options.name, "faces", options.faces, Faces::back); !known) return known;
+  if (auto known = check_enumerator(options.name, "mode", options.mode, ConeMode::fast); !known) return known;
   if (options.capacity == 0 || options.capacity > max_cones_per_query || options.returns_per_cone == 0 ||
       options.returns_per_cone > max_returns_per_cone) {
     return Error{ErrorCode::capacity, "cone query '" + options.name + "' asks for " +

@@ -10,7 +10,7 @@ namespace rtstdb::query {
 /// The largest opening angle: the last float below pi.
 inline constexpr float max_opening_angle_rad = 0x1.921fb4p+1f;
 
-/// Errors: bad_input for unknown faces; capacity.
+/// Errors: bad_input for unknown faces or an unknown mode; capacity.
 Result<void> check_cone_options(const ConeQueryOptions& options);
 
 /// What is wrong with a cone; `element` is its number. Extends `times` by its time.

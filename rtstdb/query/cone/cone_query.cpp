@@ -20,14 +20,16 @@ static_assert(shared::max_returns == max_returns_per_cone && shared::beam_entiti
 static_assert(sizeof(ConeReturn) == 8 * shared::return_pairs && offsetof(ConeReturn, u) == 8 &&
               offsetof(ConeReturn, entity) == 16 && offsetof(ConeReturn, mask) == 24 &&
               offsetof(ConeReturn, triangle) == 32 && offsetof(ConeReturn, front_face) == 36 &&
-              offsetof(ConeReturn, overflow) == 37 && sizeof(bool) == 1 &&
-              offsetof(ConeReturn, n_world) == 40 && offsetof(ConeReturn, v_relative_mps) == 52 &&
-              offsetof(ConeReturn, fraction) == 64);
+              offsetof(ConeReturn, overflow) == 37 && offsetof(ConeReturn, by_field) == 38 &&
+              sizeof(bool) == 1 && offsetof(ConeReturn, n_world) == 40 &&
+              offsetof(ConeReturn, v_relative_mps) == 52 && offsetof(ConeReturn, fraction) == 64);
 
 gpu::ShaderId search_shader(const ConeQueryOptions& options) noexcept {
   using enum gpu::ShaderId;
-  if (options.fractions) return cone_contacts;
-  return options.returns_per_cone == 1 ? cone_1 : cone_8;
+  const bool is_fast = options.mode == ConeMode::fast;
+  if (options.fractions) return is_fast ? cone_fast_contacts : cone_contacts;
+  if (options.returns_per_cone == 1) return is_fast ? cone_fast_1 : cone_1;
+  return is_fast ? cone_fast_8 : cone_8;
 }
 
 /// Entities that the search lists for each cone.
@@ -103,7 +105,7 @@ std::vector<const gpu::Buffer*> GpuConeQuery::bound_buffers(gpu::ShaderId shader
   std::vector<const gpu::Buffer*> buffers;
   if (shader != gpu::ShaderId::cone_fractions) buffers.push_back(&tlas.nodes(slot));
   buffers.insert(buffers.end(), {&tlas.instances(slot), &records_, &counts_, &tlas.identity_texels(slot),
-                                 &pool.triangles(), &pool.nodes()});
+                                 &pool.triangles(), &pool.nodes(), &pool.fields()});
   return buffers;
 }
 

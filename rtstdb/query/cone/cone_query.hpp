@@ -23,6 +23,8 @@ class GpuConeQuery final : public ConeQuery, public GpuQuery {
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
   CostClass cost_class() const noexcept override {
+    if (options_.mode == ConeMode::fast)
+      return options_.fractions ? CostClass::cone_fast_fractions : CostClass::cone_fast;
     return options_.fractions ? CostClass::cone_fractions : CostClass::cone;
   }
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,

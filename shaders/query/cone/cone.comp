@@ -5,7 +5,8 @@
 // first, skipping what lies beyond the last entity of the list. rtstdb/query.hpp defines the fields.
 //
 // Macros: LIST_SIZE, the largest number of entities; CONE_CONTACTS: writes contacts, from which
-// cone_fractions.comp makes the returns, instead of returns.
+// cone_fractions.comp makes the returns, instead of returns; CONE_FAST: entities whose geometry has a
+// distance field are searched by it.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -21,6 +22,9 @@ layout(set = 0, binding = 3, scalar) writeonly buffer CountsBuffer { ConeCount c
 layout(set = 0, binding = 4) uniform usamplerBuffer identities;
 layout(set = 0, binding = 5) uniform samplerBuffer triangles;
 layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
+#ifdef CONE_FAST
+layout(set = 0, binding = 7) uniform usamplerBuffer fields;
+#endif
 
 uint depth = 0u;
 uint rounds = 0u;
@@ -105,8 +109,9 @@ uint nearest_triangle_child(uint node, ConeInFrame there) {
   return unless_full(nearest);
 }
 
-// Inserts the first contact with one entity.
-void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place) {
+// Inserts the first contact with one entity within reach, and marks its slot with `slot_bit`. Returns whether
+// there is one.
+bool search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place, uint slot_bit) {
   const float reach_before = reach;
   Candidate first_of_entity = Candidate(nowhere, no_entity, 0u, 0u);
   const uint bottom = depth;
@@ -123,7 +128,7 @@ void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place)
           if (k < count) {
             const TriangleContact contact = contact_with(there, cone, first + k);
             const Candidate candidate =
-                Candidate(contact.lambda, place, fetch_corners(first + k).triangle, first + k);
+                Candidate(contact.lambda, place, fetch_corners(first + k).triangle, first + k | slot_bit);
             const bool better =
                 contact.found && contact.lambda <= reach && precedes(candidate, first_of_entity);
             first_of_entity = chosen(better, candidate, first_of_entity);
@@ -135,9 +140,49 @@ void search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place)
       if (current == ref_none) current = next_waiting(bottom);
       cut_short = cut_short || rounds > max_rounds;
     } while (current != ref_none && !cut_short);
-  if (first_of_entity.instance != no_entity) insert(first_of_entity);
+  const bool found = first_of_entity.instance != no_entity;
+  if (found) insert(first_of_entity);
   set_reach(min(reach_before, list[LIST_SIZE - 1u].lambda), cone.m_per_lambda);
+  return found;
 }
+
+#ifdef CONE_FAST
+#include "query/cone/by_field.glsl"
+
+// Searches one entity, which `wanted` admits, in windows of the axis where its field shows no free space.
+void search_entity(TracedCone cone, Instance i, bool wanted, uint place) {
+  ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
+  const uint texel = field_of_instance(instances, place);
+  const bool has_field = texel != field_none && is_narrow(cone.angle);
+  FieldMarch march = begin_march(there, cone, has_field, texel);
+  march.is_settled = march.is_settled || !wanted;
+  if (!march.is_settled) do {
+      ++rounds;
+      step_along(there, cone.angle, march);
+      const bool searches = march.is_near && !march.is_settled;
+      const float reach_before = reach;
+      const float end = march.free + march.window;
+      if (searches) {
+        there.from = march.free;
+        set_reach(min(reach, end / cone.m_per_lambda), cone.m_per_lambda);
+      }
+      const bool found = search_triangles(there, cone, searches ? i.blas_root : ref_none, place,
+                                          has_field ? contact_by_field_bit : 0u);
+      if (searches) {
+        set_reach(min(reach_before, list[LIST_SIZE - 1u].lambda), cone.m_per_lambda);
+        march.free = end;
+        march.window *= 2.0;
+        march.is_settled = found || end > box_limit || end > march.last || !has_field;
+      }
+      cut_short = cut_short || rounds > max_rounds;
+    } while (!march.is_settled && !cut_short);
+}
+#else
+void search_entity(TracedCone cone, Instance i, bool wanted, uint place) {
+  search_triangles(enter_instance(cone, i, head_of(i.blas_root)), cone, wanted ? i.blas_root : ref_none,
+                   place, 0u);
+}
+#endif
 
 void search_entities(TracedCone cone) {
   uint current = args.root;
@@ -148,8 +193,7 @@ void search_entities(TracedCone cone) {
         const uint place = (current & ref_instance_mask) + cone.axis.instance_base;
         const Instance i = fetch_instance(instances, place);
         const bool wanted = (i.mask & cone.axis.mask) != 0u;
-        search_triangles(enter_instance(cone, i, head_of(i.blas_root)), cone, wanted ? i.blas_root : ref_none,
-                         place);
+        search_entity(cone, i, wanted, place);
         current = ref_none;
       }
       if (current == ref_none) current = next_waiting(0u);

@@ -33,9 +33,10 @@ ConeSlopes slopes_of(vec3 axis, float tangent) {
                     inverse_direction(axis - across - margin));
 }
 
-// A lower bound of the axial coordinates that the cone and a box have in common; `nowhere`: they do not meet.
-// The corners are relative to the apex. Monotonic: the bound of a box is not below that of a box around it.
-float box_bound(ConeSlopes cone, vec3 lo, vec3 hi) {
+// A lower bound of the axial coordinates, from `from` on, that the cone and a box have in common; `nowhere`:
+// there are none. The corners are relative to the apex. Monotonic: the bound of a box is not below that of a
+// box around it.
+float box_bound_from(ConeSlopes cone, vec3 lo, vec3 hi, float from) {
   precise vec3 from_lo = lo * cone.per_max;
   precise vec3 from_hi = hi * cone.per_min;
   const bvec3 above = greaterThan(cone.per_max, vec3(0.0));
@@ -48,10 +49,12 @@ float box_bound(ConeSlopes cone, vec3 lo, vec3 hi) {
   const vec3 max_along = max(at_lo, at_hi);
   precise float first = min_along.x + min_along.y + min_along.z;
   precise float last = max_along.x + max_along.y + max_along.z;
-  const float enter = max(max(enters.x, max(enters.y, enters.z)), max(first, 0.0));
+  const float enter = max(max(enters.x, max(enters.y, enters.z)), max(first, from));
   const float leave = min(min(leaves.x, min(leaves.y, leaves.z)), last);
   return enter <= leave ? enter : nowhere;
 }
+
+float box_bound(ConeSlopes cone, vec3 lo, vec3 hi) { return box_bound_from(cone, lo, hi, 0.0); }
 
 // A cone in the world.
 struct TracedCone {
@@ -110,6 +113,7 @@ struct ConeInFrame {
   Segment axis;  // in the frame of the geometry
   mat3 to_cone;  // from this frame to the cone's coordinates
   vec3 scale;
+  float from;       // metres along the axis: boxes are searched from there on
   vec3 farthest_m;  // by axis, at least the largest distance of the geometry along any axis
   ConeSlopes slopes;
 };
@@ -121,6 +125,7 @@ ConeInFrame enter_instance(TracedCone cone, Instance i, uvec4 root) {
   const vec3 axis = rotate(q, cone.basis[2]);
   there.to_cone = transpose(mat3(rotate(q, cone.basis[0]), rotate(q, cone.basis[1]), axis));
   there.scale = i.scale;
+  there.from = 0.0;
   const vec3 extent = abs(uintBitsToFloat(root.xyz) + there.axis.minus_o) + 255.0 * quantum_of(root);
   there.farthest_m = max(vec3(largest(extent * i.scale)), largest(extent) * i.scale);
   there.slopes = slopes_of(axis, cone.angle.tangent);
@@ -132,7 +137,7 @@ float geometry_child_bound(ConeInFrame there, WideNode wide, uint k) {
   const vec3 blur = geometry_blur * there.farthest_m;
   precise vec3 lo = child_lo(wide, k) * there.scale - blur;
   precise vec3 hi = child_hi(wide, k) * there.scale + blur;
-  return box_bound(there.slopes, lo, hi);
+  return box_bound_from(there.slopes, lo, hi, there.from);
 }
 
 WideNode fetch_geometry_node(usamplerBuffer nodes, uint node, ConeInFrame there) {

@@ -13,6 +13,7 @@ struct FullContact {
   TriangleContact at;
   Corners corners;
   vec3 point;  // in the cone's coordinates
+  bool by_field;
 };
 
 // `contact`: what the search found.
@@ -20,9 +21,11 @@ FullContact full_contact(TracedCone cone, ConeContact contact) {
   FullContact full;
   full.instance = fetch_instance(instances, contact.instance);
   const ConeInFrame there = enter_instance(cone, full.instance, head_of(full.instance.blas_root));
-  full.at = contact_with(there, cone, contact.slot);
+  const uint slot = contact.slot & ~contact_by_field_bit;
+  full.by_field = slot != contact.slot;
+  full.at = contact_with(there, cone, slot);
   full.at.lambda = contact.lambda;
-  full.corners = fetch_corners(contact.slot);
+  full.corners = fetch_corners(slot);
   full.point = in_cone(there, full.corners.a) +
                full.at.u * step_in_cone(there, full.corners.a, full.corners.b) +
                full.at.v * step_in_cone(there, full.corners.a, full.corners.c);
@@ -49,7 +52,8 @@ void write_return(uint place, TracedCone cone, FullContact contact, float fracti
   store_pair(to, 3u, identity.zw);
   store_pair(
       to, 4u,
-      uvec2(contact.corners.triangle, (contact.at.front ? 1u : 0u) | (overflow ? return_overflow_bit : 0u)));
+      uvec2(contact.corners.triangle, (contact.at.front ? 1u : 0u) | (overflow ? return_overflow_bit : 0u) |
+                                          (contact.by_field ? return_by_field_bit : 0u)));
   store_pair(to, 5u, floatBitsToUint(n_world.xy));
   store_pair(to, 6u, floatBitsToUint(vec2(n_world.z, v_relative_mps.x)));
   store_pair(to, 7u, floatBitsToUint(v_relative_mps.yz));

@@ -120,13 +120,7 @@ void offer(Candidate candidate) {
 bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 #else
 #include "query/nearest_first.glsl"
-
-float box_square(vec3 lo, vec3 hi, vec3 point) {
-  precise vec3 below = lo - point;
-  precise vec3 above = point - hi;
-  const vec3 gap = max(max(below, above), vec3(0.0));
-  return dot(gap, gap);
-}
+#include "query/nearest/geometry.glsl"
 
 // Returns the child whose box is nearest and pushes the others within reach.
 uint nearest_entity_child(uint node, float share, vec3 point) {
@@ -136,19 +130,6 @@ uint nearest_entity_child(uint node, float share, vec3 point) {
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     precise vec3 lo = child_lo(wide, k);
     precise vec3 hi = child_hi(wide, k);
-    offer_child(child_reference(wide, k), box_square(lo, hi, point), nearest, nearest_square);
-  }
-  return unless_full(nearest);
-}
-
-// The same for the boxes of a geometry, scaled by `scale`.
-uint nearest_triangle_child(uint node, vec3 scale, vec3 point) {
-  const WideNode wide = fetch_wide_node(nodes, node);
-  uint nearest = ref_none;
-  float nearest_square = 3.4e38;
-  [[unroll]] for (uint k = 0u; k < 8u; ++k) {
-    precise vec3 lo = child_lo(wide, k) * scale;
-    precise vec3 hi = child_hi(wide, k) * scale;
     offer_child(child_reference(wide, k), box_square(lo, hi, point), nearest, nearest_square);
   }
   return unless_full(nearest);
@@ -178,16 +159,6 @@ vec3 offset_to(Instance i, int t_ns, vec3 point) {
 #endif
 }
 #else
-TrianglePoint nearest_on_slot(uint slot, vec3 scale, vec3 point, out uint triangle) {
-  const int base = int(slot * triangle_texels);
-  const vec4 t0 = texelFetch(triangles, base);
-  triangle = floatBitsToUint(t0.w);
-  precise vec3 a = t0.xyz * scale;
-  precise vec3 b = texelFetch(triangles, base + 1).xyz * scale;
-  precise vec3 c = texelFetch(triangles, base + 2).xyz * scale;
-  return nearest_on_triangle(a - point, b - point, c - point);
-}
-
 void search_triangles(Instance i, uint root, uint place, vec3 point) {
 #ifdef NEAREST_SURFACE
   // Only the nearest triangle of the entity is inserted.

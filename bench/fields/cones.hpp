@@ -1,0 +1,14 @@
+#pragma once
+// Cones beside closest-hit rays along the same axes.
+
+#include <vector>
+
+#include "bench/figure/suite.hpp"
+
+namespace hil::bench {
+
+/// `cone_fast_vs_ray`, `cone_exact_vs_ray`, `cone_fractions_vs_exact`: beams of 0.02 degrees from a camera, a
+/// body in a bowl; first contacts. `..._scattered`: from random places in random directions.
+std::vector<Figure> measure_cones(const SuiteOptions& options);
+
+}  // namespace hil::bench

@@ -1,0 +1,22 @@
+#pragma once
+// Meshes of which the suite builds fields.
+
+#include <string>
+#include <vector>
+
+#include <rtstdb/geometry.hpp>
+
+namespace hil::bench {
+
+struct NamedMesh {
+  std::string name;
+  rtstdb::TriangleMesh mesh;
+};
+
+/// A sphere, a box, a lumpy body, and those of armadillo, spot, fandisk and bunny that are in HIL_TEST_DATA.
+/// tiny: a small sphere and a box.
+std::vector<NamedMesh> field_meshes(bool tiny);
+
+double diagonal_m(const rtstdb::TriangleMesh& mesh);
+
+}  // namespace hil::bench

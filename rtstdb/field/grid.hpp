@@ -1,0 +1,47 @@
+#pragma once
+// The coarse grid of a distance field: cubic cells over the box of the geometry, with a margin on all sides.
+
+#include <glm/ext/vector_double3.hpp>
+#include <glm/ext/vector_float3.hpp>
+#include <glm/ext/vector_uint3.hpp>
+
+#include <cstdint>
+
+#include <rtstdb/geometry.hpp>
+
+namespace rtstdb::field {
+
+struct Grid {
+  glm::vec3 origin_m{0.0f};  ///< the lowest corner
+  float cell_m = 0.0f;       ///< edge of a cell
+  glm::uvec3 cells{0};       ///< along each axis
+
+  std::uint64_t cell_count() const noexcept { return std::uint64_t{cells.x} * cells.y * cells.z; }
+  std::uint64_t vertex_count() const noexcept {
+    return std::uint64_t{cells.x + 1} * (cells.y + 1) * (cells.z + 1);
+  }
+  std::uint32_t cell_number(const glm::uvec3& cell) const noexcept {
+    return (cell.z * cells.y + cell.y) * cells.x + cell.x;
+  }
+  glm::uvec3 cell(std::uint32_t number) const noexcept {
+    return {number % cells.x, number / cells.x % cells.y, number / cells.x / cells.y};
+  }
+  std::uint32_t vertex_number(const glm::uvec3& vertex) const noexcept {
+    return (vertex.z * (cells.y + 1) + vertex.y) * (cells.x + 1) + vertex.x;
+  }
+  glm::uvec3 vertex(std::uint32_t number) const noexcept {
+    return {number % (cells.x + 1), number / (cells.x + 1) % (cells.y + 1),
+            number / (cells.x + 1) / (cells.y + 1)};
+  }
+  /// The place of a point in units of cells from the origin; halves and other parts of cells are allowed.
+  glm::vec3 point(const glm::dvec3& in_cells) const noexcept {
+    return glm::vec3(glm::dvec3(origin_m) + static_cast<double>(cell_m) * in_cells);
+  }
+};
+
+/// A grid around a box: at least half a cell beyond it on every side. Cells are a little larger than `cell_m`
+/// where the box is so far from the origin that single precision would not separate neighbouring vertices.
+/// More than 2^32 - 1 vertices: the counts are capped; memory_bytes of such a grid is beyond every limit.
+Grid grid_around(const Bounds& box, double cell_m) noexcept;
+
+}  // namespace rtstdb::field

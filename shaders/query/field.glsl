@@ -1,0 +1,96 @@
+// Reads and evaluates the distance field of a geometry (shaders/shared/field.h). Mirrors
+// rtstdb/field/stored_field.cpp, without signs.
+//
+// Included after the binding `fields`.
+#ifndef RTSTDB_QUERY_FIELD_GLSL
+#define RTSTDB_QUERY_FIELD_GLSL
+#include "shared/field.h"
+
+struct DistanceField {
+  vec3 origin;
+  float edge;  // of a coarse cell
+  uvec3 cells;
+  uint first_cell;  // texels
+  uint first_coarse;
+  uint first_brick;
+};
+
+DistanceField fetch_field(uint texel) {
+  const uvec4 t0 = texelFetch(fields, int(texel));
+  const uvec4 t2 = texelFetch(fields, int(texel) + 2);
+  return DistanceField(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), texelFetch(fields, int(texel) + 1).xyz,
+                       t2.x, t2.y, t2.z);
+}
+
+// The edge of a cell in a brick.
+float brick_cell_edge(DistanceField field) { return field.edge / float(field_brick_cells); }
+
+// A unit vector from its place on an octahedron (rtstdb/field/vertex.hpp).
+vec3 gradient_from(uint bits) {
+  const vec2 place = max(vec2(ivec2(int(bits << 16), int(bits)) >> 16) / 32767.0, vec2(-1.0));
+  const float z = 1.0 - abs(place.x) - abs(place.y);
+  const vec2 folded = (1.0 - abs(place.yx)) * mix(vec2(1.0), vec2(-1.0), lessThan(place, vec2(0.0)));
+  return normalize(vec3(z < 0.0 ? folded : place, z));
+}
+
+// The sums over the vertices of a cell.
+struct FieldSums {
+  float planes;
+  float steps;
+  vec3 gradient;
+};
+
+// `from`: from the vertex to the point.
+void add_vertex(uvec2 vertex, vec3 from, float weight, inout FieldSums sums) {
+  const float signed_distance = uintBitsToFloat(vertex.x);
+  const vec3 outwards = gradient_from(vertex.y);
+  const vec3 gradient = signed_distance < 0.0 ? -outwards : outwards;
+  const float along = dot(gradient, from);
+  const float plane = abs(signed_distance) + along;
+  // The side of the vertex' plane on which the point lies.
+  const float side = plane < 0.0 ? -weight : weight;
+  sums.planes += side * plane;
+  sums.steps += side * along;
+  sums.gradient += side * gradient;
+}
+
+// A distance within which there is no surface around a point of the grid, given in coarse cells from the
+// origin. Where the gradients of a cell disagree the blend may be too large, up to a third of the cell's edge
+// near sharp edges; the bound is lower there by what they disagree.
+float free_distance(DistanceField field, vec3 in_cells) {
+  const uvec3 coarse = min(uvec3(in_cells), field.cells - 1u);
+  const uint number = (coarse.z * field.cells.y + coarse.y) * field.cells.x + coarse.x;
+  const uvec4 four = texelFetch(fields, int(field.first_cell + (number >> 2)));
+  const uint low = (number & 1u) != 0u ? four.y : four.x;
+  const uint high = (number & 1u) != 0u ? four.w : four.z;
+  const uint brick = (number & 2u) != 0u ? high : low;
+  const bool is_fine = brick != field_none;
+  const vec3 in_brick = float(field_brick_cells) * (in_cells - vec3(coarse));
+  const uvec3 in_brick_cell = min(uvec3(max(in_brick, vec3(0.0))), uvec3(field_brick_cells - 1u));
+  const uvec3 lowest = is_fine ? in_brick_cell : coarse;
+  const vec3 at = clamp((is_fine ? in_brick : in_cells) - vec3(lowest), 0.0, 1.0);
+  const float edge = is_fine ? brick_cell_edge(field) : field.edge;
+  // Rows of vertices begin with a texel of their own.
+  const uint row_texels = is_fine ? field_brick_vertices / 2u : (field.cells.x + 2u) / 2u;
+  const uint rows = is_fine ? field_brick_vertices : field.cells.y + 1u;
+  const uint first = is_fine ? field.first_brick + brick * field_brick_texels : field.first_coarse;
+  const bool is_odd = (lowest.x & 1u) != 0u;
+  FieldSums sums = FieldSums(0.0, 0.0, vec3(0.0));
+  [[unroll]] for (uint k = 0u; k < 4u; ++k) {
+    const uvec2 yz = uvec2(k & 1u, k >> 1);
+    const uint row = first + ((lowest.z + yz.y) * rows + lowest.y + yz.x) * row_texels;
+    const int texel = int(row + (lowest.x >> 1));
+    const uvec4 even_pair = texelFetch(fields, texel);
+    const uvec4 odd_pair = texelFetch(fields, texel + (is_odd ? 1 : 0));
+    const vec2 weights = mix(vec2(1.0) - at.yz, at.yz, vec2(yz));
+    const float weight = weights.x * weights.y;
+    const vec3 from = edge * (at - vec3(0.0, yz));
+    add_vertex(is_odd ? even_pair.zw : even_pair.xy, from, weight * (1.0 - at.x), sums);
+    add_vertex(is_odd ? odd_pair.xy : even_pair.zw, from - vec3(edge, 0.0, 0.0), weight * at.x, sums);
+  }
+  const float agreement = dot(sums.gradient, sums.gradient);
+  const float distance = sums.planes - 0.5 * min(2.0 * agreement, 1.0) * sums.steps;
+  return distance - edge * (0.8 * max(1.0 - agreement, 0.0) + 0.05);
+}
+
+#endif
