@@ -51,6 +51,9 @@ struct Ports {
   /// world.entities or of an earlier module.
   std::vector<config::Word> layers{};
   std::vector<config::Word> bodies{};
+  /// Bodies of world.entities whose motion the module writes, with their places in the scenario. A body is
+  /// moved by one module.
+  std::vector<config::Word> moves{};
   /// Bodies that the module creates, without the module's name: "ego" of module "traffic" is the body
   /// "traffic.ego".
   std::vector<std::string> makes{};

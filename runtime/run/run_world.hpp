@@ -50,6 +50,7 @@ class RunWorld {
  private:
   void open_database();
   void write_world_record() const;
+  std::vector<rtstdb::Motion> last_motions() const;
   void add_unanswered_runs(report::RunRecord& record) const;
 
   Wiring& wiring_;

@@ -197,12 +197,20 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
   }
 }
 
+std::vector<rtstdb::Motion> first_motions(const config::World& world) {
+  std::vector<rtstdb::Motion> motions;
+  motions.reserve(world.entities.size());
+  for (const config::WorldEntity& entity : world.entities)
+    motions.push_back(motion_of(entity));
+  return motions;
+}
+
 std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery,
-                                    std::int64_t time_ns) {
+                                    std::span<const rtstdb::Motion> motions, std::int64_t time_ns) {
   std::vector<report::Shape> shapes;
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {
     const config::WorldEntity& entity = scenario.world.entities[i];
-    const rtstdb::Pose pose = rtstdb::pose_at(motion_of(entity), rtstdb::world_time_ns(time_ns));
+    const rtstdb::Pose pose = rtstdb::pose_at(motions[i], rtstdb::world_time_ns(time_ns));
     shapes.push_back({.layer = report_layer(entity),
                       .label = entity.name.text,
                       .footprint = footprint(entity, scenery.bounds[scenery.mesh_of[i]], pose),
