@@ -32,7 +32,7 @@ struct Attitude {
 /// A complete list of detections. `scan`: the number of the sweep that they are from.
 struct DetectionList {
   std::uint32_t scan = 0;
-  std::span<const Detection> detections;
+  std::span<const Detection> detections{};
   bool docked = false;
 };
 
