@@ -1,7 +1,7 @@
 #pragma once
 // The guidance of the capsule: from the reflectors that its scanner detects, its attitude and its rates to
-// the force and torque of its thrusters. It uses no bus and no clock: results depend only on the calls and the
-// times that they give.
+// the force and torque of its thrusters. It uses no bus and no clock: results depend only on the calls and
+// the times that they give.
 //
 //   search    no position is known: the capsule keeps its attitude and waits
 //   approach  along the axis of the port, the slower the closer; it waits at its distance while it is too far
