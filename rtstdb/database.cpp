@@ -25,6 +25,7 @@
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/standing/follower.hpp"
 #include "rtstdb/standing/query_spec.hpp"
+#include "rtstdb/store/material_table.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
 
@@ -122,21 +123,34 @@ Result<std::vector<AddedGeometry>> add_recovered_geometries(const log::World& wo
   return recovered;
 }
 
-/// How long add_geometry waits for room in the log.
+/// The default material and the recovered ones.
+std::unique_ptr<store::MaterialTable> table_of(std::span<const log::LoggedMaterial> recovered) {
+  auto table = std::make_unique<store::MaterialTable>();
+  for (const log::LoggedMaterial& material : recovered) {
+    table->prepare(material.material, material.name);
+    table->publish();
+  }
+  return table;
+}
+
+/// How long add_geometry and add_material wait for room in the log.
 constexpr Nanoseconds log_space_timeout{10'000'000'000};
 
 class DatabaseImpl final : public Database {
  public:
-  /// `recovered`: recovered geometries, already on the device. `past`: see EngineOptions.
+  /// `recovered`: recovered geometries, already on the device. `materials`: recovered too. `past`: see
+  /// EngineOptions.
   DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options,
                std::unique_ptr<transaction::CommitLog> log, std::vector<AddedGeometry> recovered,
-               std::function<void(store::Store&)> past)
+               std::unique_ptr<store::MaterialTable> materials, std::function<void(store::Store&)> past)
       : executor_(std::move(executor)),
         meshes_(std::move(recovered)),
+        materials_(std::move(materials)),
         is_history_(static_cast<bool>(past)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
+                           .material_known = [this](MaterialId id) { return materials_->knows(id); },
                            .max_geometries = options.max_geometries},
                  .queue_capacity = options.queue_capacity,
                  .chunk = options.chunk,
@@ -170,6 +184,23 @@ class DatabaseImpl final : public Database {
       if (auto valid = check_options(options); !valid) return with_name(name, valid.error());
       return add_valid(mesh, name, options);
     });
+  }
+
+  Result<MaterialId> add_material(const Material& material, std::string_view name) override {
+    require_open("Database::add_material");
+    return catch_out_of_memory<MaterialId>("material", name, [&]() -> Result<MaterialId> {
+      auto added = add_checked(material, name);
+      if (!added)
+        return Error{added.error().code, "material '" + std::string(name) + "': " + added.error().message};
+      return added;
+    });
+  }
+  std::optional<MaterialId> find_material(std::string_view name) const override {
+    const std::lock_guard lock(materials_mutex_);
+    return materials_->find(name);
+  }
+  std::optional<Material> material(MaterialId id) const noexcept override {
+    return materials_->find_value(id);
   }
 
   Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& query,
@@ -323,16 +354,50 @@ class DatabaseImpl final : public Database {
       if (logged) logged->id = added->value();
       if (logged) engine_.log()->record_geometry(*logged, mesh.positions_m.size());
     };
-    const ClockTime begin_time = monotonic_clock_.now();
-    for (engine_.call(add_on_engine); !added; engine_.call(add_on_engine)) {
-      if (monotonic_clock_.now() - begin_time > log_space_timeout)
-        return with_name(name, {ErrorCode::file, "the log has no room: " + durability().last_fault});
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    if (auto room = call_until(add_on_engine, [&] { return added.has_value(); }); !room)
+      return with_name(name, room.error());
     if (!*added) return with_name(name, added->error());
     const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(std::move(copy));
     return *added;
+  }
+
+  Result<MaterialId> add_checked(const Material& material, std::string_view name) {
+    if (is_history_) return Error{ErrorCode::bad_input, "a history can not be written"};
+    if (auto valid = validate(material); !valid) return valid.error();
+    if (engine_.log() != nullptr && name.size() > log::max_name_bytes)
+      return Error{ErrorCode::bad_input, "the name has " + std::to_string(name.size()) +
+                                             " bytes; the log allows at most " +
+                                             std::to_string(log::max_name_bytes)};
+    const std::lock_guard lock(materials_mutex_);
+    if (materials_->is_full())
+      return Error{ErrorCode::capacity, "a database has at most " + std::to_string(max_materials) +
+                                            " materials, the default material included"};
+    const MaterialId id = materials_->prepare(material, name);
+    std::optional<log::LoggedMaterial> logged;
+    if (engine_.log() != nullptr) logged = {id, std::string(name), material};
+    bool added = false;
+    const auto add_on_engine = [&] {
+      if (logged && !engine_.log()->has_space_for(*logged)) return;
+      if (logged) engine_.log()->record_material(*logged);
+      materials_->publish();
+      added = true;
+    };
+    if (auto room = call_until(add_on_engine, [&] { return added; }); !room) return room.error();
+    return id;
+  }
+
+  /// Calls `work` on the engine thread until `is_done` holds. Errors: file, if the log has no room for it
+  /// within log_space_timeout.
+  template <class Work, class IsDone>
+  Result<void> call_until(const Work& work, const IsDone& is_done) {
+    const ClockTime begin_time = monotonic_clock_.now();
+    for (engine_.call(work); !is_done(); engine_.call(work)) {
+      if (monotonic_clock_.now() - begin_time > log_space_timeout)
+        return Error{ErrorCode::file, "the log has no room: " + durability().last_fault};
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return {};
   }
 
   Result<std::unique_ptr<Query>> prepare_query(QueryOptionsRef options) override {
@@ -367,6 +432,8 @@ class DatabaseImpl final : public Database {
   std::mutex adding_mutex_;
   mutable std::mutex meshes_mutex_;
   std::vector<AddedGeometry> meshes_;  // by geometry index
+  mutable std::mutex materials_mutex_;
+  std::unique_ptr<store::MaterialTable> materials_;
   const bool is_history_;
   const Recovery no_recovery_;
   mutable transaction::Engine engine_;
@@ -397,11 +464,14 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu:
         auto recovered = world != nullptr ? add_recovered_geometries(*world, *executor.value())
                                           : Result<std::vector<AddedGeometry>>(std::vector<AddedGeometry>());
         if (!recovered) return recovered.error();
+        auto materials =
+            table_of(world != nullptr ? world->materials : std::span<const log::LoggedMaterial>());
         std::function<void(store::Store&)> past;
         if (range != nullptr) past = [range](store::Store& store) { apply_range(*range, store); };
         auto database =
             std::make_unique<DatabaseImpl>(std::move(executor).value(), options, std::move(log).value(),
-                                           std::move(recovered).value(), std::move(past));
+                                           std::move(recovered).value(), std::move(materials),
+                                           std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
 }

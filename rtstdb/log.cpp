@@ -41,6 +41,8 @@ class ListenerAdapter final : public log::ReplayListener {
   void world(const log::World& world) override {
     for (const log::WorldGeometry& geometry : world.geometries)
       this->geometry(geometry);
+    for (const log::LoggedMaterial& material : world.materials)
+      this->material(material);
     std::vector<EntityState> entities;
     for (const EntityState& state : world.rows)
       if (state.id.valid()) entities.push_back(state);
@@ -53,6 +55,9 @@ class ListenerAdapter final : public log::ReplayListener {
       listener_.geometry(geometry.logged.id, geometry.logged.name, geometry.logged.options,
                          {geometry.positions_m, geometry.mesh.triangles});
     }
+  }
+  void material(const log::LoggedMaterial& material) override {
+    listener_.material(material.id, material.name, material.material);
   }
   void commit(const store::WriteSet& set, const log::World& /*now*/, std::uint64_t /*segment*/) override {
     writes_.clear();

@@ -39,7 +39,7 @@ shared::EntityRecord record_of(const EntityState& state) noexcept {
           .w_world_radps = glm::vec3(motion.w_world_radps),
           .index = state.id.index,
           .scale = glm::vec3(state.row.scale),
-          .material = state.row.material,
+          .material = state.row.material.index,
           .valid_from = words_of(motion.valid_from),
           .p_low_m = low_part(motion.p_world_m),
           .v_low_mps = low_part(motion.v_world_mps),

@@ -61,7 +61,7 @@ struct Moment {
 struct Identity {
   EntityId id;
   std::uint32_t mask = 0;
-  std::uint32_t material = 0;
+  MaterialId material{};
 };
 
 /// What a query needs to run on a slot.

@@ -81,6 +81,14 @@ DiskResult<CheckpointFile::Progress> CheckpointFile::write_slice(WorldSource& so
     if (auto fault = write_chunk(ChunkKind::geometry, 1)) return *fault;
     return Progress::more;
   }
+  if (next_material_ < head_.materials.size()) {
+    const LoggedMaterial& material = head_.materials[next_material_++];
+    chunk_.resize(sizeof(ChunkHeader) + stored_material_bytes(material));
+    ByteWriter writer{std::span(chunk_).subspan(sizeof(ChunkHeader))};
+    put_material(writer, material);
+    if (auto fault = write_chunk(ChunkKind::material, 1)) return *fault;
+    return Progress::more;
+  }
   if (next_index_ < head_.index_limit) return write_rows(source);
   if (next_shape_ < head_.geometries.size()) return write_shape(source);
   chunk_.resize(sizeof(ChunkHeader));

@@ -29,6 +29,7 @@ class CheckpointFile {
 
   Version version() const noexcept { return head_.version.version; }
   std::size_t geometries() const noexcept { return head_.geometries.size(); }
+  std::size_t materials() const noexcept { return head_.materials.size(); }
   std::uint64_t bytes() const noexcept { return offset_; }
 
   /// not_kept: the source no longer has the version.
@@ -50,7 +51,7 @@ class CheckpointFile {
   WorldHead head_;
   std::uint64_t offset_ = 0;
   std::uint64_t chunks_ = 0;
-  std::size_t next_geometry_ = 0, next_shape_ = 0;
+  std::size_t next_geometry_ = 0, next_material_ = 0, next_shape_ = 0;
   std::uint32_t next_index_ = 0;
   bool ended_ = false, published_ = false;
   std::vector<EntityState> states_;

@@ -63,6 +63,11 @@ const char* CheckpointReading::chunk(bool& ended) {
     fault = get_geometry(payload, geometry);
     if (fault == nullptr)
       fault = world.knows(geometry.id) ? "a geometry occurs twice" : world.add(geometry, {});
+  } else if (header.kind == ChunkKind::material) {
+    LoggedMaterial material;
+    fault = get_material(payload, material);
+    if (fault == nullptr)
+      fault = world.knows(material.id) ? "a material occurs twice" : world.add(material);
   } else if (header.kind == ChunkKind::rows) {
     fault = rows(payload, header.entries);
   } else if (header.kind == ChunkKind::shape) {
@@ -96,6 +101,7 @@ const char* CheckpointReading::row(ByteReader& payload) {
     if (state.row.geometry.valid() && !world.knows(state.row.geometry))
       return "a row has an unknown geometry";
     if (const char* fault = get_row(payload, state.row)) return fault;
+    if (!world.knows(state.row.material)) return "a row has an unknown material";
   } else if (stored.written_by != 0 || stored.geometry != 0) {
     return "a row has invalid values";
   }

@@ -50,9 +50,10 @@ class Checkpointer {
   struct Synced {
     Version version = 0;
     std::size_t geometries = 0;
+    std::size_t materials = 0;
   };
-  /// Writes the next slice. Publishes the checkpoint when all versions up to its own, and its geometries, are
-  /// on disk.
+  /// Writes the next slice. Publishes the checkpoint when all versions up to its own, its geometries and its
+  /// materials are on disk.
   Step advance(const Synced& synced, ClockTime now);
   void abandon() noexcept;
 

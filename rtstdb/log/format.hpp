@@ -1,5 +1,5 @@
 #pragma once
-// The layout of the files of a log, format version 3. Little endian; each number is at a multiple of its
+// The layout of the files of a log, format version 4. Little endian; each number is at a multiple of its
 // size.
 //
 //     lock                    empty; locked by the writing process
@@ -18,7 +18,7 @@
 // existing bytes.
 //
 // A log of another format is refused. A new format gets the next number, so that the numbers of older logs
-// stay unique: 1 and 2 were earlier encodings of motions.
+// stay unique: 1 and 2 were earlier encodings of motions; in 3, materials were numbers without properties.
 //
 // Each checksum is seeded with the database's id. A header's checksum covers the members before it; a payload
 // checksum covers the payload.
@@ -33,13 +33,14 @@ namespace rtstdb::log {
 
 static_assert(std::endian::native == std::endian::little, "structs are written as they lie in memory");
 
-inline constexpr std::uint32_t format_version = 3;
+inline constexpr std::uint32_t format_version = 4;
 /// A disk writes this many bytes whole or not at all.
 inline constexpr std::size_t sector_bytes = 512;
 /// A larger length in a file is damage, and is rejected before memory is allocated for it.
 inline constexpr std::uint32_t max_record_bytes = 1u << 30;
 inline constexpr std::uint32_t max_payload_bytes = 1u << 30;
 inline constexpr std::uint32_t max_name_bytes = 4096;
+inline constexpr std::uint32_t max_material_properties = 4096;
 
 using Magic = std::array<char, 8>;
 inline constexpr Magic segment_magic{'R', 'T', 'S', 'T', 'L', 'O', 'G', '1'};
@@ -90,6 +91,7 @@ enum class RecordKind : std::uint16_t {
   discarded = 3,
   gap = 4,
   move = 5,
+  material = 6,
 };
 
 struct RecordHeader {
@@ -182,6 +184,28 @@ struct StoredGeometry {
 };
 static_assert(sizeof(StoredGeometry) == 40);
 
+/// In records and checkpoints. Followed by the properties, then by the name, and zeros to a multiple of 8. The
+/// default material is not recorded.
+struct StoredMaterial {
+  std::uint32_t index = 0;
+  std::uint32_t properties = 0;
+  std::uint32_t name_bytes = 0;
+  std::uint32_t reserved = 0;
+};
+static_assert(sizeof(StoredMaterial) == 16);
+
+/// The members of Material, by ascending number. A number is never used again for another property.
+enum class MaterialProperty : std::uint32_t { reflectance = 1, retro_gain = 2 };
+
+/// A property with its default value is left out. So a new property changes neither the format nor the bytes
+/// of materials that do not have it; a reader that does not know a property refuses the log.
+struct StoredProperty {
+  MaterialProperty property = MaterialProperty::reflectance;
+  std::uint32_t reserved = 0;
+  double value = 0.0;
+};
+static_assert(sizeof(StoredProperty) == 16);
+
 /// The version, the newest in the log so far, was discarded after it had been recorded.
 struct DiscardBody {
   std::uint64_t version = 0;
@@ -219,6 +243,7 @@ enum class ChunkKind : std::uint32_t {
   rows = 2,      ///< a StoredIndex for each index, followed by the row of a living entity
   shape = 3,     ///< the version that made the shape (64 bits), then a StoredShape with its positions
   end = 4,       ///< empty
+  material = 5,  ///< one StoredMaterial with its properties and its name
 };
 
 struct ChunkHeader {

@@ -64,6 +64,10 @@ void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
     StoredGeometry geometry;
     RTSTDB_ASSERT(reader.get(geometry));
     geometries_ = std::max<std::size_t>(geometries_, std::size_t{geometry.index} + 1);
+  } else if (kind == RecordKind::material) {
+    StoredMaterial material;
+    RTSTDB_ASSERT(reader.get(material));
+    materials_ = std::max<std::size_t>(materials_, material.index);
   }
 }
 

@@ -47,9 +47,12 @@ class Group {
   Version newest_valid() const noexcept { return valid_; }
   /// Number of geometries in this and all earlier groups.
   std::size_t geometries() const noexcept { return geometries_; }
-  void begin_at(Version version, std::size_t geometries) noexcept {
+  /// Number of materials in them, without the default material.
+  std::size_t materials() const noexcept { return materials_; }
+  void begin_at(Version version, std::size_t geometries, std::size_t materials) noexcept {
     valid_ = valid_before_ = version;
     geometries_ = geometries;
+    materials_ = materials;
   }
 
  private:
@@ -63,7 +66,7 @@ class Group {
   bool closing_ = false;
   Version newest_version_ = 0, gap_to_ = 0;
   Version valid_ = 0, valid_before_ = 0;
-  std::size_t geometries_ = 0;
+  std::size_t geometries_ = 0, materials_ = 0;
 };
 
 }  // namespace rtstdb::log

@@ -32,8 +32,8 @@ bool same_state(const EntityState& a, const EntityState& b) {
 }
 
 /// A sentence on how two worlds of one version differ; empty: they do not. An index that was never used
-/// equals a missing one. Geometries of the checkpoint alone are ignored, since they may have been added after
-/// the commit.
+/// equals a missing one. Geometries and materials of the checkpoint alone are ignored, since they may
+/// have been added after the commit.
 std::string difference(const World& commits, const World& checkpoint) {
   const std::size_t indices = std::max(commits.rows.size(), checkpoint.rows.size());
   const auto generation = [](const World& world, std::size_t index) {
@@ -54,6 +54,13 @@ std::string difference(const World& commits, const World& checkpoint) {
     if (a.logged.name != b.logged.name || a.logged.file != b.logged.file ||
         a.shape_version != b.shape_version || a.positions_m != b.positions_m)
       return "geometry " + std::to_string(index) + " differs from the result of the commits";
+  }
+  const std::size_t materials = std::min(commits.materials.size(), checkpoint.materials.size());
+  for (std::size_t index = 0; index < materials; ++index) {
+    const LoggedMaterial& a = commits.materials[index];
+    const LoggedMaterial& b = checkpoint.materials[index];
+    if (a.name != b.name || a.material != b.material)
+      return "material " + std::to_string(a.id.index) + " differs from the result of the commits";
   }
   return {};
 }
@@ -78,6 +85,7 @@ class ReplayInspector final : public ReplayListener {
   void geometry(const WorldGeometry& geometry) override {
     names_[geometry.logged.file] = geometry.logged.name;
   }
+  void material(const LoggedMaterial& /*material*/) override {}
   void commit(const store::WriteSet& set, const World& now, std::uint64_t segment) override {
     ++contents_.extent.commits;
     contents_.row_writes += set.writes.size();

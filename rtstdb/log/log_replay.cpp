@@ -37,6 +37,7 @@ class LogReplay final : public RecordVisitor {
     pass_pending_commit();
     if (record.kind == RecordKind::commit) return commit(record.commit, place.segment);
     if (record.kind == RecordKind::geometry) return geometry(record.geometry);
+    if (record.kind == RecordKind::material) return material(record.material);
     if (record.kind == RecordKind::gap) return gap({record.version, record.to});
     return "a record has an unknown kind";
   }
@@ -86,6 +87,14 @@ class LogReplay final : public RecordVisitor {
     if (!mesh) return keep(mesh.error().message);
     if (const char* fault = now_.add(geometry, std::move(mesh).value())) return fault;
     listener_.geometry(now_.geometries[geometry.id.index]);
+    return nullptr;
+  }
+  const char* material(const LoggedMaterial& material) {
+    if (world_unknown_ || (next_ && next_->knows(material.id))) return nullptr;
+    begin_next_world();
+    const bool known = now_.knows(material.id);
+    if (const char* fault = now_.add(material)) return fault;
+    if (!known) listener_.material(material);
     return nullptr;
   }
   const char* gap(const Gap& gap) {

@@ -31,6 +31,7 @@ LogStart start_after(const Recovered& recovered, std::uint64_t new_database_id) 
   start.newest_version = recovered.world.next_version - 1;
 
   start.geometries = recovered.world.geometries.size();
+  start.materials = recovered.world.materials.size();
   start.version_of_groups = report.version_of_groups;
   start.replayed_bytes = report.log.bytes;
   return start;

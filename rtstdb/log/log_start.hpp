@@ -26,6 +26,7 @@ struct LogStart {
   /// durable only with a checkpoint.
   Version version_of_groups = 0;
   std::size_t geometries = 0;        ///< number of geometries of the recovered world
+  std::size_t materials = 0;         ///< likewise, without the default material
   std::uint64_t replayed_bytes = 0;  ///< bytes of groups since the last checkpoint
 };
 

@@ -69,6 +69,25 @@ const char* RecordDecoder::decode_geometry(std::span<const std::byte> body) {
   return reader.left() == 0 ? nullptr : "a geometry has extra bytes";
 }
 
+// ---- materials
+
+std::size_t material_bytes(const LoggedMaterial& material) noexcept {
+  return sizeof(RecordHeader) + stored_material_bytes(material);
+}
+
+void encode_material(const LoggedMaterial& material, std::span<std::byte> space) noexcept {
+  ByteWriter writer(space);
+  put_header(writer, RecordKind::material, space);
+  put_material(writer, material);
+  RTSTDB_ASSERT(writer.count() == space.size());
+}
+
+const char* RecordDecoder::decode_material(std::span<const std::byte> body) {
+  ByteReader reader(body);
+  if (const char* fault = get_material(reader, record_.material)) return fault;
+  return reader.left() == 0 ? nullptr : "a material has extra bytes";
+}
+
 // ---- versions discarded, gaps
 
 void encode_discard(Version version, std::span<std::byte> space) noexcept {
@@ -104,6 +123,8 @@ const char* RecordDecoder::decode(std::span<const std::byte> bytes) {
       return commits_.decode_move(header.omitted_words, body, record_.commit);
     case RecordKind::geometry:
       return decode_geometry(body);
+    case RecordKind::material:
+      return decode_material(body);
     case RecordKind::discarded: {
       commits_.forget_time();
       DiscardBody discarded;

@@ -24,6 +24,10 @@ bool Recorder::has_space_for(const LoggedGeometry& geometry) const noexcept {
   return !in_gap() && ring_.has_space_for(collected_bytes_ + geometry_bytes(geometry), discard_bytes);
 }
 
+bool Recorder::has_space_for(const LoggedMaterial& material) const noexcept {
+  return !in_gap() && ring_.has_space_for(collected_bytes_ + material_bytes(material), discard_bytes);
+}
+
 bool Recorder::collect(const store::WriteSet& set) noexcept {
   const CommitEncoding form = encoding_of(set, previous_time_);
   if (form.bytes > collected_.size() - collected_bytes_) return false;
@@ -76,6 +80,15 @@ bool Recorder::record(const LoggedGeometry& geometry) noexcept {
   const std::size_t bytes = geometry_bytes(geometry);
   if (!end_gap() || !ring_.has_space_for(bytes, discard_bytes)) return false;
   encode_geometry(geometry, ring_.reserve(bytes));
+  commit();
+  return true;
+}
+
+bool Recorder::record(const LoggedMaterial& material) noexcept {
+  flush();
+  const std::size_t bytes = material_bytes(material);
+  if (!end_gap() || !ring_.has_space_for(bytes, discard_bytes)) return false;
+  encode_material(material, ring_.reserve(bytes));
   commit();
   return true;
 }

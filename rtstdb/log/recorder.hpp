@@ -27,6 +27,7 @@ class Recorder {
   /// Whether there is room for the set, which need not be staged, and for a record that discards it.
   bool has_space_for(const store::WriteSet& set) const noexcept;
   bool has_space_for(const LoggedGeometry& geometry) const noexcept;
+  bool has_space_for(const LoggedMaterial& material) const noexcept;
   /// Records a staged set. False: no room; its version becomes part of a gap.
   bool record(const store::WriteSet& set) noexcept;
   /// Records a staged set in the collecting memory; flush, or the next record, puts it into the ring.
@@ -38,6 +39,7 @@ class Recorder {
   void discard(Version version) noexcept;
   /// Records a geometry whose file is on disk. False: no room.
   [[nodiscard]] bool record(const LoggedGeometry& geometry) noexcept;
+  [[nodiscard]] bool record(const LoggedMaterial& material) noexcept;
 
   /// Puts collected records and a pending gap record into the ring, if there is room. To be called from time
   /// to time while nothing is committed, and before the end.

@@ -37,6 +37,8 @@ class Replay final : public RecordVisitor {
         return commit(record.commit);
       case RecordKind::geometry:
         return geometry(record.geometry);
+      case RecordKind::material:
+        return recovered_.world.add(record.material);
       case RecordKind::discarded:
         return discarded(record.version);
       case RecordKind::gap:

@@ -7,6 +7,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/log/stored_material.hpp"
 #include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::log {
@@ -54,7 +55,7 @@ void put_partial_motion(ByteWriter& writer, const Motion& motion, std::uint16_t 
 }
 
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept {
-  writer.put(StoredAppearance{{row.scale.x, row.scale.y, row.scale.z}, row.mask, row.material});
+  writer.put(StoredAppearance{{row.scale.x, row.scale.y, row.scale.z}, row.mask, row.material.index});
   put_motion(writer, row.motion);
 }
 
@@ -94,9 +95,10 @@ const char* get_row(ByteReader& reader, EntityRow& row) noexcept {
   if (!reader.get(stored)) return "a row is cut short";
   row.scale = vector(stored.scale);
   row.mask = stored.mask;
-  row.material = stored.material;
+  row.material = {stored.material};
   if (const char* fault = get_motion(reader, row.motion)) return fault;
-  return check_row(row) ? "a row has invalid values" : nullptr;
+  if (check_row(row)) return "a row has invalid values";
+  return check_material_index(row.material.index);
 }
 
 const char* check_geometry_index(std::uint32_t index) noexcept {

@@ -85,6 +85,8 @@ class RangeReader final : public RecordVisitor {
         return commit(record.commit);
       case RecordKind::geometry:
         return geometry(record.geometry);
+      case RecordKind::material:
+        return material(record.material);
       case RecordKind::discarded:
         return discarded(record.version);
       case RecordKind::gap:
@@ -135,6 +137,10 @@ class RangeReader final : public RecordVisitor {
       if (const char* fault = stretch_.begin.add(geometry, std::move(copy))) return fault;
     }
     return now_.add(geometry, std::move(mesh));
+  }
+  const char* material(const LoggedMaterial& material) {
+    if (const char* fault = stretch_.begin.add(material)) return fault;
+    return now_.add(material);
   }
   const char* on_gap(const Gap& gap) {
     if (gap.last <= first_version()) return nullptr;

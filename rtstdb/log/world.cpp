@@ -75,6 +75,7 @@ const char* World::apply(store::Write& write) {
   const bool whole = creates || write.kind == store::WriteKind::update;
   const GeometryId geometry = write.state.row.geometry;
   if (whole && geometry.valid() && !knows(geometry)) return "it refers to an unknown geometry";
+  if (whole && !knows(write.state.row.material)) return "it refers to an unknown material";
   if (write.unchanged != 0) {
     if (const char* fault = complete_write(write, state)) return fault;
   }
@@ -136,6 +137,18 @@ const char* World::add(const LoggedGeometry& geometry, TriangleMesh&& mesh) {
                : "it adds a geometry with an index that is in use";
   if (geometry.id.index != geometries.size()) return "it adds a geometry whose index is not the next";
   geometries.push_back({geometry, std::move(mesh), 0, {}});
+  return nullptr;
+}
+
+const char* World::add(const LoggedMaterial& material) {
+  if (knows(material.id)) {
+    const LoggedMaterial& known = materials[material.id.index - 1];
+    return known.name == material.name && known.material == material.material
+               ? nullptr
+               : "it adds a material with an index that is in use";
+  }
+  if (material.id.index != materials.size() + 1) return "it adds a material whose index is not the next";
+  materials.push_back(material);
   return nullptr;
 }
 

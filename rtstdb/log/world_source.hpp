@@ -19,6 +19,7 @@ struct WorldHead {
   std::uint32_t index_limit = 0;  ///< above the index of every row
   /// All geometries of that version and of any record put into the ring before `begin`; ascending.
   std::vector<LoggedGeometry> geometries;
+  std::vector<LoggedMaterial> materials;  ///< likewise
 };
 
 class WorldSource {

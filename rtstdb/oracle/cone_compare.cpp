@@ -107,7 +107,7 @@ Judgement judge_one(const World& world, const Cone& cone, const PosedCone& posed
   if (state == nullptr || !visible(*state, cone.mask))
     return judged(Verdict::differs, "it is unknown or masked out");
   if (one.mask != state->row.mask || one.material != state->row.material)
-    return judged(Verdict::differs, "mask %x and material %u are not its own", one.mask, one.material);
+    return judged(Verdict::differs, "mask %x and material %u are not its own", one.mask, one.material.index);
   const PosedEntity entity = posed(world, *state, cone.t, false);
   if (one.triangle >= entity.mesh->triangle_count())
     return judged(Verdict::differs, "it has no triangle %u", one.triangle);

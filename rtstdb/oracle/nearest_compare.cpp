@@ -94,7 +94,7 @@ Judgement judge_one(const World& world, const Nearest& nearest, const NearestQue
     return judged(Verdict::differs, "it is unknown, masked out or excluded");
   if (neighbor.mask != state->row.mask || neighbor.material != state->row.material)
     return judged(Verdict::differs, "mask %x and material %u are not its own", neighbor.mask,
-                  neighbor.material);
+                  neighbor.material.index);
   claim.entity = posed(world, *state, nearest.t, false);
   claim.noise_m = point.noise_m(claim.entity);
   if (neighbor.triangle >= (has_triangle(options.target) ? claim.entity.mesh->triangle_count() : 1u))

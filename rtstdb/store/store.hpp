@@ -45,6 +45,8 @@ struct StoreOptions {
   std::uint32_t retained_changes = 1u << 16;  ///< at least 1
   /// Whether a geometry exists. Called during staging; must neither block nor throw.
   std::function<bool(GeometryId)> geometry_known;
+  /// Whether a material exists, likewise. By default only the default material does.
+  std::function<bool(MaterialId)> material_known = [](MaterialId id) { return id == MaterialId{}; };
   std::uint32_t max_geometries = 1024;
 };
 
@@ -101,6 +103,7 @@ class Store {
   ///   out_of_limits         a time beyond max_world_time_ns: given (s)
   ///   unknown_entity        none; `entity` is the unknown id
   ///   unknown_geometry      the geometry's index
+  ///   unknown_material      the material's index
   ///   too_many_entities     max_entities
   /// and those of row_check.hpp; for a shape, those of Transaction::update_geometry.
   /// The set must stay unchanged and at its address until complete_commit() or discard().

@@ -88,6 +88,8 @@ Result<void> CommitLog::recover() {
     return does_not_fit("geometries", world.geometries.size(), options_.max_geometries);
   for (const log::WorldGeometry& geometry : world.geometries)
     world_copy_.add(geometry.logged, geometry.mesh.positions_m.size());
+  for (const log::LoggedMaterial& material : world.materials)
+    world_copy_.add(material);
   if (!recovered_->listing.geometries.empty())
     next_geometry_file_ = recovered_->listing.geometries.back() + 1;
   return {};
@@ -209,6 +211,17 @@ void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t
   const bool recorded = recorder_.record(geometry);
   RTSTDB_ASSERT(recorded);  // has_space_for() has said so
   world_copy_.add(geometry, positions);
+  wake_up_.notify_now();
+}
+
+bool CommitLog::has_space_for(const log::LoggedMaterial& material) const noexcept {
+  return recorder_.has_space_for(material);
+}
+
+void CommitLog::record_material(const log::LoggedMaterial& material) {
+  const bool recorded = recorder_.record(material);
+  RTSTDB_ASSERT(recorded);  // has_space_for() has said so
+  world_copy_.add(material);
   wake_up_.notify_now();
 }
 

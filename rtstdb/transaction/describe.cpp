@@ -82,6 +82,8 @@ std::string fault_itself(const BadInput& fault) {
       return name(fault.entity) + " does not exist";
     case BadInputReason::unknown_geometry:
       return sentence("geometry %.0f does not exist", fault.values[0]);
+    case BadInputReason::unknown_material:
+      return sentence("material %.0f does not exist", fault.values[0]);
     case BadInputReason::too_many_entities:
       return sentence("there is room for %.0f entities, and all are alive", fault.values[0]);
     case BadInputReason::world_time_goes_back:
@@ -278,6 +280,8 @@ const char* to_string(BadInputReason reason) noexcept {
       return "unknown_entity";
     case BadInputReason::unknown_geometry:
       return "unknown_geometry";
+    case BadInputReason::unknown_material:
+      return "unknown_material";
     case BadInputReason::too_many_entities:
       return "too_many_entities";
     case BadInputReason::world_time_goes_back:

@@ -29,6 +29,12 @@ std::vector<log::LoggedGeometry> WorldCopy::geometries() const {
   return geometries;
 }
 
+void WorldCopy::add(const log::LoggedMaterial& material) {
+  const std::lock_guard lock(known_mutex_);
+  known_materials_.push_back(material);
+  copying_.materials_known.store(known_materials_.size(), std::memory_order_relaxed);
+}
+
 // ---- the log's thread
 
 void WorldCopy::allocate() {
@@ -36,6 +42,7 @@ void WorldCopy::allocate() {
   copying_.geometries.clear();
   copying_.shapes.clear();
   const std::lock_guard lock(known_mutex_);
+  copying_.materials = known_materials_;
   for (const Known& known : known_) {
     copying_.geometries.push_back(known.logged);
     copying_.shapes.push_back({0, std::vector<glm::vec3>(known.positions)});
@@ -58,6 +65,7 @@ std::optional<log::WorldHead> WorldCopy::begin(Version) {
   head.next_version = copying_.next_version;
   head.index_limit = copying_.index_limit;
   head.geometries = copying_.geometries;
+  head.materials = copying_.materials;
   return head;
 }
 
@@ -84,7 +92,8 @@ bool WorldCopy::Copying::still_kept(const store::Store& store) const noexcept {
 }
 
 bool WorldCopy::Copying::restart(const store::Store& store) noexcept {
-  outdated = geometries_known.load(std::memory_order_relaxed) != geometries.size();
+  outdated = geometries_known.load(std::memory_order_relaxed) != geometries.size() ||
+             materials_known.load(std::memory_order_relaxed) != materials.size();
   version = store.latest();
   next_version = store.next_version();
   index_limit = store.latest_snapshot().index_limit();

@@ -41,7 +41,7 @@ Json row(const rtstdb::EntityRow& row) {
   json["geometry"] = row.geometry.valid() ? Json(row.geometry.index) : Json(nullptr);
   json["scale"] = vector(row.scale);
   json["mask"] = row.mask;
-  json["material"] = row.material;
+  json["material"] = row.material.index;
   json["motion"] = motion(row.motion);
   return json;
 }
@@ -88,6 +88,14 @@ class Lines final : public rtstdb::LogListener {
         json["triangles"].push_back({corners.x, corners.y, corners.z});
     }
     put(json);
+  }
+  void material(rtstdb::MaterialId material, std::string_view name,
+                const rtstdb::Material& properties) override {
+    put({{"line", "material"},
+         {"material", material.index},
+         {"name", report::valid_utf8(std::string(name))},
+         {"reflectance", properties.reflectance},
+         {"retro_gain", properties.retro_gain}});
   }
   void commit(const rtstdb::VersionInfo& version, std::span<const rtstdb::LogWrite> writes,
               std::span<const rtstdb::LogShape> shapes) override {

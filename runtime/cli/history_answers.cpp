@@ -237,21 +237,26 @@ Answer describe_hits(const RunHistory& history, const Instant& instant, const rt
 
 Answer describe_sweep(const RunHistory& history, const std::string& scanner, const history::Sweep& sweep) {
   struct Seen {
-    std::uint64_t beams = 0;
-    float nearest_m = 0.0f, farthest_m = 0.0f;
+    std::uint64_t beams = 0;  ///< with a return of it
+    double nearest_m = 0.0, farthest_m = 0.0;
+    double brightest_per_m2 = 0.0;
     std::int64_t first_ns = 0, last_ns = 0;
   };
   std::map<rtstdb::EntityId, Seen> seen;
-  std::uint64_t hits = 0, incomplete = 0;
+  std::uint64_t hits = 0, returns = 0, incomplete = 0;
   for (const history::Beam& beam : sweep.beams) {
-    incomplete += beam.hit.status == rtstdb::HitStatus::incomplete ? 1 : 0;
-    if (beam.hit.status != rtstdb::HitStatus::hit) continue;
-    ++hits;
-    Seen& one = seen[beam.hit.entity];
-    if (one.beams++ == 0) one = {1, beam.hit.lambda, beam.hit.lambda, beam.time_ns, beam.time_ns};
-    one.nearest_m = std::min(one.nearest_m, beam.hit.lambda);
-    one.farthest_m = std::max(one.farthest_m, beam.hit.lambda);
-    one.last_ns = beam.time_ns;
+    incomplete += beam.incomplete ? 1 : 0;
+    hits += beam.returns.empty() ? 0 : 1;
+    for (const history::Return& of_beam : beam.returns) {
+      ++returns;
+      const auto [range_m, intensity] = of_beam.detection;
+      Seen& one = seen[of_beam.light.hit.entity];
+      if (one.beams++ == 0) one = {1, range_m, range_m, intensity, beam.time_ns, beam.time_ns};
+      one.nearest_m = std::min(one.nearest_m, range_m);
+      one.farthest_m = std::max(one.farthest_m, range_m);
+      one.brightest_per_m2 = std::max(one.brightest_per_m2, intensity);
+      one.last_ns = beam.time_ns;
+    }
   }
   Answer answer;
   answer.json = {{"scanner", report::valid_utf8(scanner)},
@@ -260,12 +265,14 @@ Answer describe_sweep(const RunHistory& history, const std::string& scanner, con
                  {"whole", sweep.whole},
                  {"beams", sweep.beams.size()},
                  {"hits", hits},
+                 {"returns", returns},
                  {"incomplete", incomplete},
                  {"entities", Json::array()}};
   TextTable table({{"Entity"},
                    {"beams", true},
                    {"nearest m", true},
                    {"farthest m", true},
+                   {"brightest 1/m^2", true},
                    {"first s", true},
                    {"last s", true}});
   for (const auto& [entity, one] : seen) {
@@ -273,11 +280,12 @@ Answer describe_sweep(const RunHistory& history, const std::string& scanner, con
     json["beams"] = one.beams;
     json["nearest_m"] = one.nearest_m;
     json["farthest_m"] = one.farthest_m;
+    json["brightest_per_m2"] = one.brightest_per_m2;
     json["first_ns"] = one.first_ns;
     json["last_ns"] = one.last_ns;
     answer.json["entities"].push_back(std::move(json));
-    table.add({history.name_of(entity), std::to_string(one.beams),
-               plain(static_cast<double>(one.nearest_m), 3), plain(static_cast<double>(one.farthest_m), 3),
+    table.add({history.name_of(entity), std::to_string(one.beams), plain(one.nearest_m, 3),
+               plain(one.farthest_m, 3), report::to_ascii(report::shortest(one.brightest_per_m2)),
                plain(static_cast<double>(one.first_ns) * 1e-9, 4),
                plain(static_cast<double>(one.last_ns) * 1e-9, 4)});
   }
@@ -293,15 +301,21 @@ Answer describe_sweep(const RunHistory& history, const std::string& scanner, con
 }
 
 std::string points_csv(const RunHistory& history, const history::Sweep& sweep) {
-  std::string text = "time_ns,column,row,range_m,x_m,y_m,z_m,entity,index,generation,triangle\n";
+  std::string text =
+      "time_ns,column,row,range_m,x_m,y_m,z_m,entity,index,generation,triangle,return,fraction,"
+      "intensity_per_m2\n";
   for (const history::Beam& beam : sweep.beams) {
-    if (beam.hit.status != rtstdb::HitStatus::hit) continue;
-    const glm::dvec3& p = beam.p_world_m;
-    text += std::to_string(beam.time_ns) + ',' + std::to_string(beam.column) + ',' +
-            std::to_string(beam.row) + ',' + report::shortest(static_cast<double>(beam.hit.lambda)) + ',' +
-            report::shortest(p.x) + ',' + report::shortest(p.y) + ',' + report::shortest(p.z) + ',' +
-            history.name_of(beam.hit.entity) + ',' + std::to_string(beam.hit.entity.index) + ',' +
-            std::to_string(beam.hit.entity.generation) + ',' + std::to_string(beam.hit.triangle) + '\n';
+    for (const history::Return& one : beam.returns) {
+      const glm::dvec3& p = one.p_world_m;
+      const rtstdb::RayHit& hit = one.light.hit;
+      text += std::to_string(beam.time_ns) + ',' + std::to_string(beam.column) + ',' +
+              std::to_string(beam.row) + ',' + report::shortest(one.detection.range_m) + ',' +
+              report::shortest(p.x) + ',' + report::shortest(p.y) + ',' + report::shortest(p.z) + ',' +
+              history.name_of(hit.entity) + ',' + std::to_string(hit.entity.index) + ',' +
+              std::to_string(hit.entity.generation) + ',' + std::to_string(hit.triangle) + ',' +
+              std::to_string(one.ordinal) + ',' + report::shortest(static_cast<double>(one.light.fraction)) +
+              ',' + report::shortest(one.detection.intensity_per_m2) + '\n';
+    }
   }
   return report::to_ascii(text);
 }

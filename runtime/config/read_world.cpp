@@ -106,6 +106,34 @@ void check_scale(const WorldEntity& entity, Diagnostics& diagnostics) {
                                           format_number(max_coordinate_m) + " m");
 }
 
+WorldMaterial read_material(const Value& value) {
+  return {.name = word_of(value["name"]),
+          .reflectance = value["reflectance"].number(),
+          .retro_gain = value.has("retro_gain") ? value["retro_gain"].number() : 0.0};
+}
+
+/// Returns the names of all materials, also of those with mistakes.
+std::vector<std::string> read_materials(const Value* list, World& world, Diagnostics& diagnostics) {
+  std::vector<std::string> all;
+  if (list == nullptr) return all;
+  UniqueNames names("material", diagnostics);
+  for (const Value& value : list->items()) {
+    if (const std::optional<Word> name = word_in(value, "name")) {
+      names.add(*name);
+      all.push_back(name->text);
+    }
+    if (is_whole(value)) world.materials.push_back(read_material(value));
+  }
+  return all;
+}
+
+void check_material(const WorldEntity& entity, const std::vector<std::string>& materials,
+                    Diagnostics& diagnostics) {
+  if (!entity.material || std::ranges::count(materials, entity.material->text) > 0) return;
+  diagnostics.add(entity.material->place, "unknown material " + in_quotes(entity.material->text) +
+                                              suggestion(entity.material->text, materials));
+}
+
 WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   WorldEntity entity;
   entity.name = word_of(value["name"]);
@@ -117,6 +145,7 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   entity.angular_velocity_radps = three(value["angular_velocity"]);
   entity.scale = value["scale"].number();
   entity.scale_place = value["scale"].place();
+  entity.material = word_in(value, "material");
   for (const Value& layer : value["mask"].items())
     entity.mask.push_back(word_of(layer));
   check_rates(value, entity, diagnostics);
@@ -124,13 +153,15 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   return entity;
 }
 
-void read_entities(const Value& list, Scenario& scenario, ReaderContext& reading) {
+void read_entities(const Value& list, const std::vector<std::string>& materials, Scenario& scenario,
+                   ReaderContext& reading) {
   World& world = scenario.world;
   UniqueNames names("entity", reading.diagnostics);
   for (const Value& value : list.items()) {
     if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
     if (!is_whole(value)) continue;
     WorldEntity entity = read_entity(value, reading.diagnostics);
+    check_material(entity, materials, reading.diagnostics);
     check_path(value, entity, scenario.duration_ns, reading.diagnostics);
     entity.mask_bits = read_mask(entity, world.layers, world.layers_are_listed, reading.diagnostics);
     world.entities.push_back(std::move(entity));
@@ -197,8 +228,10 @@ void read_world(const Value& root, Scenario& scenario, ReaderContext& reading) {
     }
   }
   world.layers_are_listed = layers != nullptr && (!layers->items().empty() || !is_whole(*layers));
+  const Value* const materials = part_of(*value, "materials");
+  const std::vector<std::string> material_names = read_materials(materials, world, reading.diagnostics);
   if (const Value* const entities = part_of(*value, "entities")) {
-    read_entities(*entities, scenario, reading);
+    read_entities(*entities, material_names, scenario, reading);
   }
 }
 

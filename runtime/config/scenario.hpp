@@ -63,6 +63,13 @@ struct PartsShape {
 };
 using Shape = std::variant<BoxShape, CylinderShape, SphereShape, RectangleShape, FileShape, PartsShape>;
 
+/// A surface, which entities name.
+struct WorldMaterial {
+  Word name;
+  double reflectance = 1.0;  ///< 0 to 1
+  double retro_gain = 0.0;   ///< 0: no retro-reflector; else at least 1
+};
+
 /// An entity that exists from the first tick on, at rest or with constant velocities. World frame,
 /// right-handed, z up.
 struct WorldEntity {
@@ -75,6 +82,7 @@ struct WorldEntity {
   std::array<double, 3> angular_velocity_radps{};
   double scale = 1.0;
   Place scale_place;
+  std::optional<Word> material;  ///< of World::materials; none: the default material
   std::vector<Word> mask;       ///< layer names, at least one
   std::uint32_t mask_bits = 0;  ///< the same by Layers
 };
@@ -106,6 +114,7 @@ struct World {
   std::uint64_t log_ring_bytes = 0;
   Layers layers;  ///< those listed under `layers`; when none are, those of the entities in their order
   bool layers_are_listed = false;
+  std::vector<WorldMaterial> materials;
   std::vector<WorldEntity> entities;
 };
 

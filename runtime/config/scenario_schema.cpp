@@ -79,6 +79,17 @@ Schema shape_schema() {
   });
 }
 
+Schema material_schema() {
+  return Schema::record({
+      Field::needed("name", Schema::name(), "The material's name, unique in the world."),
+      Field::with_default("reflectance", Schema::number(0.0, 1.0), "1",
+                          "The share of the incident light that the matt surface scatters back."),
+      Field::optional("retro_gain", Schema::number(1.0, max_retro_gain),
+                      "A retro-reflector: how many times as much light it returns toward the source as a "
+                      "matt surface of the same reflectance, at any angle. Left out: no retro-reflector."),
+  });
+}
+
 Schema entity_schema() {
   return Schema::record({
       Field::needed("name", Schema::name(), "The entity's name, unique in the world."),
@@ -93,6 +104,8 @@ Schema entity_schema() {
                           "The constant angular velocity about the axes of the world frame."),
       Field::with_default("scale", Schema::number(min_scale, max_scale), "1",
                           "A factor on the shape's size."),
+      Field::optional("material", Schema::name(),
+                      "The material, one of world.materials. Left out: matt, with the reflectance 1."),
       Field::with_default("mask", Schema::list(Schema::name(), 1, Layers::capacity), "[static]",
                           "The layers of the entity. A query names the layers that it sees."),
   });
@@ -125,6 +138,8 @@ Schema world_schema() {
           "without recording, which the report lists, and group and sync refuse writes."),
       Field::with_default("layers", Schema::list(Schema::name(), 0, Layers::capacity), "[]",
                           "The names of all layers. Empty: the layers that entities and modules name."),
+      Field::with_default("materials", Schema::list(material_schema(), 0, max_added_materials), "[]",
+                          "The surfaces that entities name."),
       Field::with_default("entities", Schema::list(entity_schema()), "[]",
                           "The entities that exist from the first tick on."),
   });

@@ -6,6 +6,8 @@
 namespace hil::config {
 
 // Single precision is too coarse beyond these.
+inline constexpr int max_added_materials = 4095;  ///< without the default material
+inline constexpr double max_retro_gain = 1e6;
 inline constexpr double max_coordinate_m = 1e5;
 inline constexpr double max_speed_mps = 1e5;
 inline constexpr double max_angular_rate_radps = 1e4;

@@ -1,6 +1,7 @@
 #include "runtime/history/past.hpp"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include <rtstdb/limits.hpp>
@@ -49,7 +50,15 @@ Past::Past(const RunHistory& history, std::int64_t from_ns, std::int64_t to_ns, 
 template <class Query>
 const rtstdb::Outcome& Past::run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count) {
   transaction_->begin({.read_at = read_at});
-  transaction_->add_query(query, count);
+  if constexpr (std::is_same_v<Query, modules::BeamQuery>) {
+    query.add_to(*transaction_, count);
+  } else {
+    transaction_->add_query(query, count);
+  }
+  return execute();
+}
+
+const rtstdb::Outcome& Past::execute() {
   const rtstdb::Outcome& outcome = database_->execute(*transaction_);
   if (!outcome.done())
     throw HistoryError(outcome.status == rtstdb::Status::device_lost ? Kind::gpu : Kind::question,
@@ -155,40 +164,57 @@ Sweep Past::scan(const modules::RecordedScanner& scanner, std::int64_t time_ns) 
   const modules::ScannerDescription& facts = scanner.facts();
   Sweep sweep;
   std::tie(sweep.begin_ns, sweep.end_ns) = sweep_at(scanner, time_ns);
-  auto query = taken(database_->prepare(rtstdb::RayQueryOptions{.name = "scan",
-                                                                .capacity = facts.max_beams_per_step,
-                                                                .mode = rtstdb::RayMode::closest,
-                                                                .ignore_motion = facts.ignore_motion}));
+  const auto query =
+      taken(modules::BeamQuery::prepare(*database_, {.name = "scan",
+                                                     .capacity = facts.max_beams_per_step,
+                                                     .divergence_rad = facts.divergence_rad,
+                                                     .returns_per_beam = facts.returns_per_beam,
+                                                     .ignore_motion = facts.ignore_motion}));
   for (std::int64_t offset_ns = 0; offset_ns < facts.sweep_ns; offset_ns += facts.step_ns) {
     const std::int64_t step_ns = sweep.begin_ns + offset_ns;
     sweep.whole = step_ns < to_ns_;
     if (!sweep.whole) break;
     const std::vector<ScannerBeam> beams = scanner.beams_of_step(offset_ns);
     if (beams.empty()) continue;
-    for (std::size_t i = 0; i < beams.size(); ++i) {
-      query->rays()[i] = {.origin_m = glm::vec3(facts.mount_m),
-                          .direction = beams[i].direction,
-                          .lambda_max = static_cast<float>(facts.range_m),
-                          .t = world_time(sweep.begin_ns + beams[i].time_ns),
-                          .mask = facts.mask,
-                          .carrier = facts.carrier};
+    for (std::uint32_t i = 0; i < beams.size(); ++i) {
+      const std::int64_t beam_ns = facts.ignore_motion ? 0 : beams[i].time_ns;
+      query->set(i, {.origin_m = glm::vec3(facts.mount_m),
+                     .direction = beams[i].direction,
+                     .lambda_max = static_cast<float>(facts.range_m),
+                     .t = world_time(sweep.begin_ns + beam_ns),
+                     .mask = facts.mask,
+                     .carrier = facts.carrier});
     }
     const Instant instant{.time_ns = facts.ignore_motion ? sweep.begin_ns : step_ns};
     const rtstdb::Motion motion = row_of(instant, facts.carrier).row.motion;
     run_query(known_at(instant), *query, static_cast<std::uint32_t>(beams.size()));
-    for (std::size_t i = 0; i < beams.size(); ++i) {
-      Beam measured{.column = beams[i].column,
-                    .row = beams[i].row,
-                    .time_ns = sweep.begin_ns + beams[i].time_ns,
-                    .hit = query->hits()[i]};
-      const rtstdb::Pose pose = rtstdb::pose_at(motion, world_time(measured.time_ns));
-      const glm::dvec3 along(beams[i].direction);
-      measured.p_world_m =
-          pose.p_world_m + pose.q_world * (facts.mount_m + along * static_cast<double>(measured.hit.lambda));
-      sweep.beams.push_back(measured);
-    }
+    for (std::uint32_t i = 0; i < beams.size(); ++i)
+      sweep.beams.push_back(measure(scanner, beams[i], sweep.begin_ns, motion, *query, i));
   }
   return sweep;
+}
+
+Beam Past::measure(const modules::RecordedScanner& scanner, const modules::RecordedScanner::Beam& beam,
+                   std::int64_t sweep_begin_ns, const rtstdb::Motion& carrier,
+                   const modules::BeamQuery& query, std::uint32_t index) const {
+  Beam measured{.column = beam.column, .row = beam.row, .time_ns = sweep_begin_ns + beam.time_ns};
+  const rtstdb::Pose pose = rtstdb::pose_at(carrier, world_time(measured.time_ns));
+  const glm::dvec3 along(beam.direction);
+  for (std::uint32_t ordinal = 0; ordinal < query.returns_per_beam(); ++ordinal) {
+    const modules::BeamReturn light = query.at(index, ordinal);
+    measured.incomplete = light.hit.status == rtstdb::HitStatus::incomplete;
+    if (light.hit.status != rtstdb::HitStatus::hit) break;
+    const auto material = database_->material(light.hit.material).value_or(rtstdb::Material{});
+    const auto detection =
+        scanner.detect(light, material, pose.q_world * along, {sweep_begin_ns, beam.index, ordinal});
+    if (!detection) continue;
+    const glm::dvec3 in_carrier_m = scanner.facts().mount_m + along * detection->range_m;
+    measured.returns.push_back({.ordinal = ordinal,
+                                .light = light,
+                                .detection = *detection,
+                                .p_world_m = pose.p_world_m + pose.q_world * in_carrier_m});
+  }
+  return measured;
 }
 
 }  // namespace hil::history

@@ -16,6 +16,7 @@
 #include <rtstdb/database.hpp>
 
 #include "runtime/history/run_history.hpp"
+#include "runtime/modules/beam_query.hpp"
 
 namespace hil::history {
 
@@ -39,11 +40,19 @@ struct Near {
   bool incomplete = false;
 };
 
+/// A return that the scanner detected.
+struct Return {
+  std::uint32_t ordinal = 0;  ///< in its beam, among those that were not detected too
+  modules::BeamReturn light;
+  modules::Detection detection;
+  glm::dvec3 p_world_m{0.0};  ///< on the beam's axis, at the measured range
+};
+
 struct Beam {
   std::uint32_t column = 0, row = 0;
   std::int64_t time_ns = 0;
-  rtstdb::RayHit hit;
-  glm::dvec3 p_world_m{0.0};  ///< of a hit
+  bool incomplete = false;        ///< the device's limits cut the search short
+  std::vector<Return> returns{};  ///< the nearest first
 };
 
 struct Sweep {
@@ -87,6 +96,11 @@ class Past {
   rtstdb::EntityState row_of(const Instant& instant, rtstdb::EntityId entity) const;
   template <class Query>
   const rtstdb::Outcome& run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);
+  const rtstdb::Outcome& execute();
+  /// The beam of a sweep, with the answers of its query.
+  Beam measure(const modules::RecordedScanner& scanner, const modules::RecordedScanner::Beam& beam,
+               std::int64_t sweep_begin_ns, const rtstdb::Motion& carrier, const modules::BeamQuery& query,
+               std::uint32_t index) const;
 
   const RunHistory& history_;
   std::int64_t to_ns_;

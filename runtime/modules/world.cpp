@@ -57,6 +57,24 @@ rtstdb::GeometryId World::shared_geometry(const std::string& key,
   return shared_.emplace(key, add_geometry(make(), key)).first->second;
 }
 
+rtstdb::MaterialId World::add_material(const std::string& name, const rtstdb::Material& material) {
+  if (materials_.contains(name)) throw SetupError("two materials have the name '" + name + "'");
+  auto added = database_.add_material(material, name);
+  if (!added) throw SetupError("world.materials", added.error());
+  return materials_.emplace(name, added.value()).first->second;
+}
+
+rtstdb::MaterialId World::material_of(const std::string& name, const std::string& caller) const {
+  const auto found = materials_.find(name);
+  if (found != materials_.end()) return found->second;
+  std::vector<std::string> known;
+  for (const auto& [known_name, id] : materials_)
+    known.push_back(known_name);
+  std::ranges::sort(known);
+  throw SetupError(caller + ": world.materials has no material '" + name + "'" +
+                   config::suggestion(name, known));
+}
+
 rtstdb::Reservation* World::reserve(const rtstdb::ReservationOptions& options) {
   auto reservation = database_.reserve(options);
   if (!reservation) {

@@ -1,6 +1,6 @@
 #pragma once
-// The world while modules are configured: the database, the mask bits of the layers, and the entities by
-// name.
+// The world while modules are configured: the database, the mask bits of the layers, and the materials and
+// entities by name.
 //
 // Threads: configuration, one thread.
 
@@ -15,6 +15,7 @@
 #include <rtstdb/database.hpp>
 
 #include "runtime/contribution/world_record.hpp"
+#include "runtime/modules/point_cloud.hpp"
 
 namespace hil::modules {
 
@@ -39,9 +40,18 @@ class World {
   rtstdb::GeometryId shared_geometry(const std::string& key,
                                      const std::function<rtstdb::TriangleMesh()>& make);
 
+  /// Adds a material with a name that is not in use. Throws SetupError with the database's error text.
+  rtstdb::MaterialId add_material(const std::string& name, const rtstdb::Material& material);
+  /// A material of world.materials. Throws SetupError for an unknown name; the sentence begins with `caller`.
+  rtstdb::MaterialId material_of(const std::string& name, const std::string& caller) const;
+
   /// Creates an entity at run time 0 with a name ("traffic.ego", "house_1"). Throws SetupError when the
   /// name is in use or the database refuses the row.
   rtstdb::EntityId create(const std::string& name, const rtstdb::EntityRow& row);
+
+  /// The run's files for point clouds; null: the run writes none.
+  PointCloudSink* point_clouds() const noexcept { return point_clouds_; }
+  void set_point_clouds(PointCloudSink* sink) noexcept { point_clouds_ = sink; }
 
   /// Reserves device time for a module's hard transactions, until the world is destroyed. Null when the
   /// database refuses the reservation: not_reserved() then contains its reason, and the transactions have
@@ -61,12 +71,14 @@ class World {
 
  private:
   rtstdb::Database& database_;
+  PointCloudSink* point_clouds_ = nullptr;
   std::vector<std::string> layers_;
   std::unique_ptr<rtstdb::Transaction> creation_;
   std::vector<std::unique_ptr<rtstdb::Reservation>> reservations_;
   std::vector<std::string> not_reserved_;
-  std::vector<rtstdb::Bounds> geometry_bounds_;                 // by geometry index
-  std::unordered_map<std::string, rtstdb::GeometryId> shared_;  // by key
+  std::vector<rtstdb::Bounds> geometry_bounds_;                    // by geometry index
+  std::unordered_map<std::string, rtstdb::GeometryId> shared_;     // by key
+  std::unordered_map<std::string, rtstdb::MaterialId> materials_;  // by name
   std::unordered_map<std::string, rtstdb::EntityId> by_name_;
   std::vector<std::string> names_;                 // by entity index
   std::vector<std::uint32_t> generations_;         // by entity index

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "runtime/run/point_cloud_files.hpp"
 
 namespace hil::run {
 namespace {
@@ -55,6 +56,17 @@ void remove_result(const fs::path& file) {
     throw io::DeviceError(file.string() + " of an earlier run can not be removed: " + error.message());
 }
 
+/// Removes the files that end in .pcd, and the folder when it is then empty.
+void remove_point_clouds(const fs::path& directory) {
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
+    if (entry.path().extension() == ".pcd") files.push_back(entry.path());
+  for (const fs::path& file : files)
+    remove_result(file);
+  fs::remove(directory, error);  // fails, and stays, with other files in it
+}
+
 }  // namespace
 
 fs::path database_folder(const fs::path& run_folder) {
@@ -90,6 +102,7 @@ void RunFolder::clear() const {
     if (is_section_picture(entry.path().filename().string())) pictures.push_back(entry.path());
   for (const fs::path& picture : pictures)
     remove_result(picture);
+  remove_point_clouds(point_cloud_folder(directory_));
   remove_log(database_folder(directory_));
 }
 

@@ -54,10 +54,12 @@ std::string log_refusal(const report::DatabaseLog& log) {
 
 }  // namespace
 
-RunWorld::RunWorld(Wiring& wiring, RunContext& context) : wiring_(wiring), context_(context) {
+RunWorld::RunWorld(Wiring& wiring, RunContext& context)
+    : wiring_(wiring), context_(context), point_clouds_(context.options.directory, context.is_virtual) {
   open_database();
   context_.log.info("GPU: " + database_->device().name + ", " + database_->device().driver);
   world_ = std::make_unique<modules::World>(*database_, wiring_.layers.names());
+  world_->set_point_clouds(&point_clouds_);
   create_scenery(context_.scenario, wiring_.scenery, *world_);
   for (WiredModule& wired : wiring_.modules) {
     const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
@@ -126,7 +128,7 @@ bool RunWorld::check() {
 }
 
 std::vector<std::string> RunWorld::close(report::RunRecord& record) {
-  std::vector<std::string> faults;
+  std::vector<std::string> faults = point_clouds_.close();
   const auto ended = database_->close();
   const rtstdb::Durability durability = database_->durability();
   const report::DatabaseLog& log = record.database_log =

@@ -16,6 +16,7 @@
 #include "runtime/modules/world.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/run/module_task.hpp"
+#include "runtime/run/point_cloud_files.hpp"
 #include "runtime/run/run_context.hpp"
 #include "runtime/run/wiring.hpp"
 
@@ -36,8 +37,8 @@ class RunWorld {
   /// False: the run has to end, since the world can not be queried or written any more.
   bool check();
 
-  /// Ends the database, fills in record.database_log and returns why the history lacks something, in
-  /// sentences. Transactions fail from here on.
+  /// Ends the database and the point clouds, fills in record.database_log and returns why the history or the
+  /// point clouds lack something, in sentences. Transactions fail from here on.
   std::vector<std::string> close(report::RunRecord& record);
 
   /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.
@@ -56,6 +57,7 @@ class RunWorld {
   Wiring& wiring_;
   RunContext& context_;
   std::unique_ptr<rtstdb::Database> database_;
+  PointCloudFiles point_clouds_;
   std::unique_ptr<modules::World> world_;
   modules::EventLog events_;
   std::vector<std::unique_ptr<ModuleTask>> tasks_;

@@ -22,6 +22,8 @@ namespace {
 static_assert(config::max_coordinate_m == rtstdb::max_coordinate_m);
 static_assert(config::max_speed_mps == rtstdb::max_speed_mps);
 static_assert(config::max_angular_rate_radps == rtstdb::max_angular_rate_radps);
+static_assert(config::max_added_materials + 1 == rtstdb::max_materials);
+static_assert(config::max_retro_gain == rtstdb::max_retro_gain);
 static_assert(config::min_scale == rtstdb::min_scale && config::max_scale == rtstdb::max_scale);
 
 /// Equal for equal shapes: the kind, its sizes, and the path of a file.
@@ -200,6 +202,9 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
 }
 
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world) {
+  for (const config::WorldMaterial& material : scenario.world.materials)
+    world.add_material(material.name.text,
+                       {.reflectance = material.reflectance, .retro_gain = material.retro_gain});
   std::vector<rtstdb::GeometryId> geometries;
   for (std::size_t i = 0; i < scenery.meshes.size(); ++i) {
     geometries.push_back(world.add_geometry(scenery.meshes[i], scenery.first_entity[i]->name.text));
@@ -211,6 +216,8 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
     row.geometry = geometries[scenery.mesh_of[i]];
     row.scale = glm::dvec3(entity.scale);
     row.mask = entity.mask_bits;
+    if (entity.material)
+      row.material = world.material_of(entity.material->text, "entity " + entity.name.text);
     row.motion = motion_of(entity);
     world.create(entity.name.text, row);
   }

@@ -36,7 +36,7 @@ inline std::vector<Words> words_of(std::span<const RayHit> hits) {
       words = incomplete_words;
       continue;
     }
-    words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material, hit.triangle,
+    words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material.index, hit.triangle,
                                hit.front_face ? 1u : 0u});
     for (const float value : {hit.lambda, hit.u, hit.v})
       add(words, value);
@@ -72,7 +72,7 @@ inline std::vector<Words> words_of(std::span<const NearestAnswer> answers) {
     words.push_back(static_cast<std::uint32_t>(answer.neighbors.size()));
     if (answer.incomplete) words = incomplete_words;
     for (const Neighbor& one : answer.neighbors) {
-      words.insert(words.end(), {one.mask, one.material, one.triangle, one.has_sign ? 1u : 0u});
+      words.insert(words.end(), {one.mask, one.material.index, one.triangle, one.has_sign ? 1u : 0u});
       for (const float value : {one.distance_m, one.u, one.v})
         add(words, value);
       add(words, one.entity);
@@ -91,7 +91,7 @@ inline std::vector<Words> words_of(std::span<const ConeReturn> returns) {
       words = incomplete_words;
       continue;
     }
-    words.insert(words.end(), {static_cast<std::uint32_t>(one.status), one.mask, one.material, one.triangle,
+    words.insert(words.end(), {static_cast<std::uint32_t>(one.status), one.mask, one.material.index, one.triangle,
                                one.front_face ? 1u : 0u, one.overflow ? 1u : 0u});
     for (const float value : {one.lambda, one.u, one.v, one.fraction})
       add(words, value);

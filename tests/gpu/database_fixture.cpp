@@ -15,6 +15,7 @@
 #include "rtstdb/open_database.hpp"
 #include "rtstdb/oracle/judge.hpp"
 #include "rtstdb/query/ray/ray_coherence.hpp"
+#include "tests/gpu/random_scene.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -126,6 +127,12 @@ void DatabaseTest::open(DatabaseOptions options, gpu::DeviceOptions device) {
   auto opened = open_database(options, device);
   ASSERT_TRUE(opened.ok()) << opened.error().message;
   database_ = std::move(opened).value();
+  // Those of random scenes. A log may have brought them.
+  for (std::uint32_t index = 1; index < scene_materials; ++index) {
+    if (database_->material({index})) continue;
+    const auto added = database_->add_material({.reflectance = 0.2 * index}, "scene");
+    ASSERT_TRUE(added.ok()) << added.error().message;
+  }
 }
 
 void DatabaseTest::TearDown() {

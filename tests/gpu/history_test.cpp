@@ -217,6 +217,8 @@ TEST_F(HistoryTest, IsReadOnlyAndEndsAtItsLastVersion) {
   writer->create(row_of(GeometryId{0}));
   EXPECT_FALSE(past->calibrate(*writer).ok());
   EXPECT_FALSE(past->add_geometry(make_box({1, 1, 1}), "new").ok());
+  EXPECT_FALSE(past->add_material({}, "new").ok());
+  EXPECT_EQ(past->material({1}), database().material({1}));
 
   const auto status = [&](const ReadAt& read_at) {
     writer->begin(terms_at({}, read_at));

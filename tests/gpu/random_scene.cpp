@@ -57,7 +57,7 @@ EntityRow random_row(Random& random, std::span<const GeometryId> geometries, con
   row.geometry = geometries[random.below(geometries.size())];
   row.scale = {random.magnitude(0.2, 3.0), random.magnitude(0.2, 3.0), random.magnitude(0.2, 3.0)};
   row.mask = 1u << random.below(4);
-  row.material = static_cast<std::uint32_t>(random.engine());
+  row.material = {static_cast<std::uint32_t>(random.below(scene_materials))};
   Motion& motion = row.motion;
   motion.p_world_m = options.radius_m * random.vector();
   motion.q_world = random.orientation();

@@ -37,6 +37,9 @@ struct SceneOptions {
   bool still = false;  ///< entities do not move
 };
 
+/// Number of materials that entities of a scene have, the default material included.
+constexpr std::uint32_t scene_materials = 5;
+
 /// An entity that moves at up to 30 m/s and turns up to five times a second, since up to a minute before the
 /// version. One in ten has exactly the position of one of `others`.
 EntityRow random_row(Random& random, std::span<const GeometryId> geometries, const SceneOptions& options,

@@ -59,13 +59,13 @@ TEST_F(Versions, ReuseAnIndexWithANewGeneration) {
   remove(first, at_s(0.1));
   const Version with_none = database().latest().version;
   EntityRow row = box_at(21.0);
-  row.material = 9;
+  row.material = database().add_material({}, "new").value();
   const EntityId second = create(row, at_s(0.2));
   ASSERT_EQ(second.index, first.index);
   ASSERT_NE(second.generation, first.generation);
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(trace(along_x(at_s(0.2))).entity, second);
-    EXPECT_EQ(trace(along_x(at_s(0.2))).material, 9u);
+    EXPECT_EQ(trace(along_x(at_s(0.2))).material, row.material);
     EXPECT_EQ(trace(along_x(), ReadAt::pinned(with_first)).entity, first);
     EXPECT_EQ(lambda(ReadAt::pinned(with_none), at_s(0.1)), -1.0f);
   }

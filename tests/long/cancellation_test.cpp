@@ -65,7 +65,7 @@ class Scenario {
           << to_string(status) << ", role " << k;
       cancelled = cancelled || !committed;
       const bool writes = k == writer || k == reserved;
-      EXPECT_EQ(world_.material(entities_[k]) == rounds_, committed && writes) << "role " << k;
+      EXPECT_EQ(world_.mask(entities_[k]) == rounds_, committed && writes) << "role " << k;
       restarts += made_[k]->outcome().restarts;
     }
     world_.clock.call_at_reading(0, {});

@@ -30,8 +30,8 @@ class ConcurrentSubmissions : public testing::Test {
                             const store::TimeSpan&) {
       std::uint64_t sum = 0;
       for (std::uint32_t index = 0; index < rows.index_limit(); ++index)
-        sum += rows.row(index) != nullptr ? rows.row(index)->row.material : 0;
-      material_sum_ = sum;
+        sum += rows.row(index) != nullptr ? rows.row(index)->row.mask : 0;
+      mask_sum_ = sum;
       return query::RunReport{};
     };
     executor_.chunk = [this](const store::RowSource&, const query::Request&, std::uint32_t first,
@@ -118,7 +118,7 @@ class ConcurrentSubmissions : public testing::Test {
     return made;
   }
   std::array<std::array<std::unique_ptr<SimulatedQuery>, 2>, clients> queries_;
-  std::atomic<std::uint64_t> material_sum_{0}, ended_{0}, done_{0}, wrong_{0};
+  std::atomic<std::uint64_t> mask_sum_{0}, ended_{0}, done_{0}, wrong_{0};
   transaction::Engine engine_{options(), executor_, clock_};
   std::array<std::array<std::unique_ptr<Transaction>, 2>, clients> transactions_;
 };

@@ -58,6 +58,8 @@ TEST(DeviceHistory, OneSerialOrderExplainsAllReads) {
   const auto geometry = database.value()->add_geometry(make_box({1.0, 1.0, 1.0}), "value");
   ASSERT_TRUE(geometry.ok()) << geometry.error().message;
   Database& opened = *database.value();
+  for (std::uint32_t index = 1; index < materials; ++index)
+    ASSERT_TRUE(opened.add_material({}, "value " + std::to_string(index)).ok());
   ListClients<Database> lists(opened, {.make_reader = [&] { return std::make_unique<RegionReader>(opened); },
                                        .geometry = geometry.value(),
                                        .max_deadline = Nanoseconds(20'000'000)});

@@ -21,7 +21,7 @@ std::uint64_t digest_of(const store::RowSource& rows) {
   std::uint64_t sum = 0;
   for (std::uint32_t index = 0; index < rows.index_limit(); ++index) {
     const EntityState* state = rows.row(index);
-    if (state != nullptr) sum += row_digest(state->id, state->row.material, state->written_by);
+    if (state != nullptr) sum += row_digest(state->id, state->row.mask, state->written_by);
   }
   return sum;
 }
@@ -263,10 +263,10 @@ void EngineSimulation::submit_probe() {
   probe.transaction->begin({});
   probe.now.declared.writes = {{ModelWrite::Kind::create, {}, 0}};
   if (!known_.empty())
-    probe.now.declared.writes = {{ModelWrite::Kind::update, random_entity(), next_material_++}};
+    probe.now.declared.writes = {{ModelWrite::Kind::update, random_entity(), next_mask_++}};
   const ModelWrite& write = probe.now.declared.writes.front();
   EntityRow row;
-  row.material = write.material;
+  row.mask = write.mask;
   if (write.kind == ModelWrite::Kind::create)
     probe.transaction->create(row);
   else
@@ -358,11 +358,11 @@ void EngineSimulation::declare_writes(Client& client) {
   std::vector<EntityId> known = known_;
   for (std::uint32_t k = 1 + chance_.below(4); k > 0; --k) {
     EntityRow row;
-    row.material = next_material_++;
+    row.mask = next_mask_++;
     const std::uint32_t what = chance_.below(12);
     if (known.empty() || (what < 2 && known.size() < max_entities)) {
       transaction.create(row);
-      writes.push_back({ModelWrite::Kind::create, {}, row.material});
+      writes.push_back({ModelWrite::Kind::create, {}, row.mask});
       continue;
     }
     const auto at = known.begin() + chance_.below(static_cast<std::uint32_t>(known.size()));
@@ -373,7 +373,7 @@ void EngineSimulation::declare_writes(Client& client) {
       writes.push_back({ModelWrite::Kind::remove, id, 0});
     } else {
       transaction.update(id, row);
-      writes.push_back({ModelWrite::Kind::update, id, row.material});
+      writes.push_back({ModelWrite::Kind::update, id, row.mask});
     }
   }
 }

@@ -145,7 +145,7 @@ class EngineSimulation final : private DeviceEvents {
   std::vector<rtstdb::EntityId> known_;             ///< entities that exist
   std::vector<rtstdb::Version> committed_;          ///< the latest versions
   std::array<std::uint64_t, 16> outcome_counts_{};  ///< outcomes by status
-  std::uint32_t next_material_ = 1;
+  std::uint32_t next_mask_ = 1;
   bool checks_snapshot_ = false;   ///< after this round
   bool process_ends_ = false;      ///< after this round
   bool must_recover_all_ = false;  ///< the log was closed, or every commit waited for it

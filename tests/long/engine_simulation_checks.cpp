@@ -139,7 +139,7 @@ void EngineSimulation::check_reads(const EndedTransaction& ended) {
     const bool alive = found != rows.end() && found->second.generation == id.generation;
     const auto& read = ended.reads[k];
     ++counts_.observations;
-    if (alive != read.has_value() || (alive && (read->row.material != found->second.material ||
+    if (alive != read.has_value() || (alive && (read->row.mask != found->second.mask ||
                                                 read->written_by != found->second.written_by)))
       fail(describe(ended) + "its read of " + name_of(id) + " does not agree with version " +
            std::to_string(version));
@@ -204,7 +204,7 @@ void EngineSimulation::check_snapshot() {
     check();
     std::uint64_t sum = 0;
     for (const EntityState& state : rows.value())
-      sum += row_digest(state.id, state.row.material, state.written_by);
+      sum += row_digest(state.id, state.row.mask, state.written_by);
     if (sum != model_.digest(latest))
       fail("a snapshot of version " + std::to_string(latest) + " shows another world than the model");
   });

@@ -131,7 +131,7 @@ class Opened {
   const Outcome& commit(Version n) {
     transaction_->begin({});
     EntityRow row;
-    row.material = static_cast<std::uint32_t>(n);
+    row.mask = static_cast<std::uint32_t>(n);
     for (const std::uint32_t index : indices_written_by(n)) {
       if (n == 1) {
         transaction_->create(row);
@@ -256,7 +256,7 @@ class Kill9 : public testing::Test {
     // In async mode even the first commit, which creates all entities, can be lost.
     ASSERT_EQ(world.rows.size(), version == 0 ? 0 : entities);
     for (std::uint32_t index = 0; index < world.rows.size(); ++index)
-      ASSERT_EQ(world.rows[index].row.material, written_[index])
+      ASSERT_EQ(world.rows[index].row.mask, written_[index])
           << "entity " << index << " of version " << version << "; " << found;
     const Version lost = last.done > version ? last.done - version : 0;
     if (mode != DurabilityMode::async) {

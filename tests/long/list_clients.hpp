@@ -23,6 +23,8 @@ namespace hil::long_test {
 
 constexpr Key list_count = 6;
 constexpr std::uint32_t head_mask = 1, value_mask = 2;
+/// Number of materials that values have; the database has to know them.
+constexpr std::uint32_t materials = 3;
 
 constexpr double list_x_m(Key key) {
   return 100.0 * key;
@@ -203,7 +205,7 @@ class ListClients {
           rtstdb::EntityRow row;
           row.geometry = lists_.options_.geometry;
           row.mask = value_mask;
-          row.material = next_value_;
+          row.material = {static_cast<std::uint32_t>(next_value_ % materials)};
           row.motion.p_world_m.x = list_x_m(key);
           attempt.creates.emplace_back(transaction_->create(row), next_value_);
           attempt.recorded.appends.push_back({key, next_value_++});

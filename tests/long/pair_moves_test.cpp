@@ -77,6 +77,9 @@ struct World {
     options.chunk = Nanoseconds(200'000);
     database = value_of(Database::open(options));
     geometry = value_of(database->add_geometry(make_box({1.0, 1.0, 1.0}), "body"));
+    // One for each place; place 0 has the default material.
+    for (std::uint32_t place = 1; place < places; ++place)
+      value_of(database->add_material({}, "place " + std::to_string(place)));
     const auto transaction = database->make_transaction({.max_writes = 2 * pairs});
     transaction->begin({});
     for (std::uint32_t k = 0; k < 2 * pairs; ++k)
@@ -92,7 +95,7 @@ struct World {
     EntityRow row;
     row.geometry = geometry;
     row.mask = mask_of(pair);
-    row.material = place;
+    row.material = {place};
     row.motion.p_world_m = {place_x_m(place), pair_y_m(pair), body_z_m(body)};
     return row;
   }
@@ -228,13 +231,13 @@ class Reader {
   /// The material of the row, which has to agree with the position.
   static std::int64_t place_by_ray(const RayHit& hit, EntityId expected) {
     if (hit.status != HitStatus::hit || hit.entity != expected) return -3;
-    const bool agrees = std::abs(static_cast<double>(hit.lambda) - (19.5 + place_x_m(hit.material))) < 1e-3;
-    return agrees ? static_cast<std::int64_t>(hit.material) : -4;
+    const bool agrees = std::abs(static_cast<double>(hit.lambda) - (19.5 + place_x_m(hit.material.index))) < 1e-3;
+    return agrees ? static_cast<std::int64_t>(hit.material.index) : -4;
   }
   static std::int64_t place_by_distance(const Neighbor& neighbor) {
-    const double x_m = std::max(0.0, std::abs(place_x_m(neighbor.material) - 35.0) - 0.5);
+    const double x_m = std::max(0.0, std::abs(place_x_m(neighbor.material.index) - 35.0) - 0.5);
     const bool agrees = std::abs(static_cast<double>(neighbor.distance_m) - std::hypot(x_m, 0.5)) < 1e-3;
-    return agrees ? static_cast<std::int64_t>(neighbor.material) : -6;
+    return agrees ? static_cast<std::int64_t>(neighbor.material.index) : -6;
   }
 
   World& world_;

@@ -104,7 +104,8 @@ TEST(SerialHistory, OneSerialOrderExplainsAllReads) {
   ListExecutor executor;
   transaction::Engine engine({.store = {.max_entities = 4096,
                                         .retained_changes = 1u << 14,
-                                        .geometry_known = [](GeometryId id) { return !id.valid(); }},
+                                        .geometry_known = [](GeometryId id) { return !id.valid(); },
+                                        .material_known = [](MaterialId id) { return id.index < materials; }},
                               .queue_capacity = 64},
                              executor, clock);
   ListClients<transaction::Engine> lists(engine, {.make_reader = [] { return std::make_unique<RowReader>(); },

@@ -19,14 +19,14 @@ std::string name(rtstdb::EntityId id) {
 
 }  // namespace
 
-std::uint64_t row_digest(rtstdb::EntityId id, std::uint32_t material, rtstdb::Version written_by) {
-  return mix(mix(mix(id.index + 1) + id.generation) + material) + mix(written_by);
+std::uint64_t row_digest(rtstdb::EntityId id, std::uint32_t mask, rtstdb::Version written_by) {
+  return mix(mix(mix(id.index + 1) + id.generation) + mask) + mix(written_by);
 }
 
 std::uint64_t digest(const ModelRows& rows) {
   std::uint64_t sum = 0;
   for (const auto& [index, row] : rows)
-    sum += row_digest({index, row.generation}, row.material, row.written_by);
+    sum += row_digest({index, row.generation}, row.mask, row.written_by);
   return sum;
 }
 
@@ -69,14 +69,14 @@ std::string WorldModel::apply(rtstdb::Version version, const std::vector<ModelWr
     const bool alive = found != rows.end() && found->second.generation == write.id.generation;
     if (write.kind == ModelWrite::Kind::create) {
       if (found != rows.end()) return name(write.id) + " was created at the index of another entity";
-      rows[write.id.index] = {write.id.generation, write.material, version};
+      rows[write.id.index] = {write.id.generation, write.mask, version};
       continue;
     }
     if (!alive) return name(write.id) + " was written and does not exist";
     if (write.kind == ModelWrite::Kind::remove)
       rows.erase(found);
     else
-      found->second = {write.id.generation, write.material, version};
+      found->second = {write.id.generation, write.mask, version};
   }
   return {};
 }

@@ -13,12 +13,12 @@ namespace hil::long_test {
 struct ModelWrite {
   enum class Kind : std::uint8_t { create, update, remove } kind = Kind::create;
   rtstdb::EntityId id;
-  std::uint32_t material = 0;
+  std::uint32_t mask = 0;
 };
 
 struct ModelRow {
   std::uint32_t generation = 0;
-  std::uint32_t material = 0;
+  std::uint32_t mask = 0;
   rtstdb::Version written_by = 0;
 };
 
@@ -27,7 +27,7 @@ using ModelRows = std::map<std::uint32_t, ModelRow>;  ///< by index
 /// Depends on every row of a version.
 std::uint64_t digest(const ModelRows& rows);
 /// The part of one row.
-std::uint64_t row_digest(rtstdb::EntityId id, std::uint32_t material, rtstdb::Version written_by);
+std::uint64_t row_digest(rtstdb::EntityId id, std::uint32_t mask, rtstdb::Version written_by);
 
 class WorldModel {
  public:

@@ -3,7 +3,7 @@
 
 It follows the description of the format (rtstdb/log/format.hpp) and shares only the hash function with the
 writer. For each directory it prints a line "== DIRECTORY", then "refused: REASON", or the newest version: its
-rows, free indices and geometries, one to a line, floating-point numbers by their bits. Exits with 1 when any
+rows, free indices, geometries and materials, one to a line, floating-point numbers by their bits. Exits with 1 when any
 log was refused.
 """
 import ctypes
@@ -16,9 +16,9 @@ LIBRARY = ctypes.CDLL("libxxhash.so.0")
 LIBRARY.XXH3_64bits_withSeed.restype = ctypes.c_uint64
 LIBRARY.XXH3_64bits_withSeed.argtypes = [ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64]
 
-SECTOR, FORMAT, WORDS_OF_MOTION = 512, 3, 14
-MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
-COMMIT, GEOMETRY, DISCARD, GAP, MOVE = 1, 2, 3, 4, 5
+SECTOR, FORMAT, WORDS_OF_MOTION = 512, 4, 14
+MAX_ENTITIES, MAX_GEOMETRIES, MAX_MATERIALS, NONE = 1 << 20, 1 << 16, 4096, 0xFFFFFFFF
+COMMIT, GEOMETRY, DISCARD, GAP, MOVE, MATERIAL = 1, 2, 3, 4, 5, 6
 # Reasons to omit the last word of a motion, and the world time of a move.
 VALID_FROM_WORLD_TIME, SAME_WORLD_TIME = 1 << 14, 1 << 15
 CREATE, UPDATE, UPDATE_MOTION, REMOVE = 1, 2, 3, 4
@@ -129,7 +129,7 @@ def completed(change, before, version):
 class World:
     def __init__(self):
         self.version, self.time, self.next = 0, -((1 << 62) - 1), 1
-        self.rows, self.generations, self.geometries = {}, {}, []
+        self.rows, self.generations, self.geometries, self.materials = {}, {}, [], []
         self.before = None
 
     def add_geometry(self, geometry):
@@ -141,6 +141,18 @@ class World:
             return
         check(index == len(self.geometries), f"geometry {index} is not the next")
         self.geometries.append(geometry)
+
+    def add_material(self, material):
+        index = material[0]
+        if index <= len(self.materials):
+            check(self.materials[index - 1] == material, f"material {index} is different")
+            return
+        check(index == len(self.materials) + 1, f"material {index} is not the next")
+        self.materials.append(material)
+
+    def check_material(self, appearance):
+        index = struct.unpack_from("<I", appearance, 28)[0]
+        check(index <= len(self.materials), f"material {index} does not exist")
 
     def knows(self, geometry):
         return geometry == NONE or geometry < len(self.geometries)
@@ -167,6 +179,7 @@ class World:
             elif kind == UPDATE_MOTION:
                 self.rows[index] = (version, existing[1], existing[2], completed(body, existing, version))
             else:
+                self.check_material(body)
                 self.rows[index] = (version, geometry, body[:32], body[32:])
         for index, positions in shapes:
             check(index < len(self.geometries) and self.geometries[index]["options"][0] == 1,
@@ -201,6 +214,25 @@ class World:
             corners = ["".join(f"{bits:08x}" for bits in floats[k:k + 3]) for k in range(0, len(floats), 3)]
             yield " ".join([f"geometry {g['index']} {g['name']} positions {g['positions']} "
                             f"triangles {g['triangles']} shape {g['shape_by']}"] + corners)
+        for index, name, reflectance, gain in self.materials:
+            bits = struct.unpack("<2Q", struct.pack("<2d", reflectance, gain))
+            yield f"material {index} {name} {bits[0]:016x} {bits[1]:016x}"
+
+
+def read_material(cursor):
+    """(index, name, reflectance, retro-reflective gain)"""
+    index, properties, length, reserved = cursor.get("IIII")
+    check(0 < index < MAX_MATERIALS and reserved == 0 and length <= 4096, "no material")
+    values, previous = {1: 1.0, 2: 0.0}, 0
+    for _ in range(properties):
+        number, reserved, value = cursor.get("IId")
+        check(previous < number and number in values and reserved == 0, "no property of a material")
+        check(value != values[number], "a property with its default value")
+        values[number], previous = value, number
+    check(0 <= values[1] <= 1 and (values[2] == 0 or 1 <= values[2] <= 1e6), "a property beyond its limits")
+    name = cursor.take(length).decode()
+    cursor.skip_zeros(8)
+    return index, name, values[1], values[2]
 
 
 def read_geometry(cursor):
@@ -283,6 +315,8 @@ def read_records(payload, time):
             time = value[1]
         elif kind == GEOMETRY:
             value = read_geometry(body)
+        elif kind == MATERIAL:
+            value = read_material(body)
         elif kind == DISCARD:
             value, time = body.get("Q")[0], None
         elif kind == GAP:
@@ -322,11 +356,14 @@ def read_checkpoint(directory, number, database):
                 world.generations[index] = generation
                 if existing:
                     world.rows[index] = (by, geometry, body.take(32), body.take(112))
+                    world.check_material(world.rows[index][2])
                 index += 1
         elif kind == 3:
             by = body.get("Q")[0]
             where, positions = read_shape(body)
             world.geometries[where].update(shape=positions, shape_by=by)
+        elif kind == 5:
+            world.add_material(read_material(body))
         check(body.left() == 0, "extra bytes in a chunk")
     check(cursor.left() == 0 and index == limit, f"checkpoint {number}: another length")
     return world, (segment, offset, group, link)
@@ -411,6 +448,8 @@ def verify(path):
                     if value["index"] >= len(world.geometries):
                         read_mesh(directory, value, database)
                     world.add_geometry(value)
+                elif kind == MATERIAL:
+                    world.add_material(value)
                 elif kind == GAP and value[1] > first_version:
                     check(not damaged, f"only a damaged checkpoint continues after {value}")
                     return world

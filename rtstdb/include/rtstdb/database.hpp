@@ -6,10 +6,10 @@
 // Time bases: WorldTime for the simulated world, ClockTime for deadlines and costs (time.hpp).
 //
 // Threads:
-//   setup   open, add_geometry, prepare, watch, make_transaction, calibrate, reserve and close allocate and
+//   setup   open, add_geometry, add_material, prepare, watch, make_transaction, calibrate, reserve and close allocate and
 //           block. Any thread may call them, but not from the tick.
-//   tick    submit, execute, wait, cancel, latest and durable neither allocate nor take a lock. Any number of
-//           threads may call them at the same time.
+//   tick    submit, execute, wait, cancel, latest, durable and material neither allocate nor take a lock. Any
+//           number of threads may call them at the same time.
 //   other   snapshot, geometry and the functions for counts and health may be called by any thread; they may
 //           allocate and block unless the function says otherwise.
 // The database executes transactions on an engine thread; a second thread helps it with large results. Both,
@@ -37,6 +37,7 @@
 #include <rtstdb/durability.hpp>
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/limits.hpp>
+#include <rtstdb/material.hpp>
 #include <rtstdb/query.hpp>
 #include <rtstdb/result.hpp>
 #include <rtstdb/standing.hpp>
@@ -201,6 +202,15 @@ class Database {
   }
   /// The last added geometry of that name, those recovered from the log included; empty: none.
   virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
+  /// Registers a material, which rows can name from then on. Ids are assigned in ascending order. Names need
+  /// not be unique. With a log, it is recorded before every row that names it.
+  /// Errors: those of validate; bad_input in a history (history.hpp), and for a name that the log cannot hold;
+  /// capacity for more than max_materials; out_of_memory; file, if the disk fails or the log has no room for
+  /// ten seconds.
+  virtual Result<MaterialId> add_material(const Material& material, std::string_view name) = 0;
+  /// The last added material of that name, those recovered from the log included; empty: none. The default
+  /// material has no name.
+  virtual std::optional<MaterialId> find_material(std::string_view name) const = 0;
   /// Allocates the query's buffers and dispatches its kernels once, since drivers compile at the first
   /// dispatch.
   /// Errors: capacity, if a count is 0 or above its limit (limits.hpp); bad_input for options that contradict
@@ -264,6 +274,8 @@ class Database {
   virtual VersionInfo latest() const noexcept = 0;
   /// Every published version up to this one is on disk. Without a log: 0.
   virtual Version durable() const noexcept = 0;
+  /// Empty: no such material.
+  virtual std::optional<Material> material(MaterialId id) const noexcept = 0;
 
   // ---- durability ----
   /// Requests that a version be written to disk now, and blocks until it is there or the timeout `timeout`

@@ -42,6 +42,13 @@ struct GeometryId {
   auto operator<=>(const GeometryId&) const = default;
 };
 
+/// Identifies a material. Default: the default material, which exists in every database and has the default
+/// values of Material; the first one added has index 1.
+struct MaterialId {
+  std::uint32_t index = 0;
+  auto operator<=>(const MaterialId&) const = default;  // NOLINT(modernize-use-nullptr): no pointer
+};
+
 /// Position, orientation and constant velocities. Limits: max_coordinate_m, max_speed_mps,
 /// max_angular_rate_radps, max_world_time_ns.
 struct Motion {
@@ -60,7 +67,7 @@ struct EntityRow {
   GeometryId geometry{};  ///< invalid: no query finds the entity, but it may carry queries
   glm::dvec3 scale{1.0};  ///< for each axis of the entity frame; min_scale to max_scale
   std::uint32_t mask = mask_all;
-  std::uint32_t material = 0;  ///< any number of the caller's; part of each hit
+  MaterialId material{};  ///< must exist; part of each hit
   Motion motion{};
 };
 

@@ -13,6 +13,9 @@ inline constexpr std::uint32_t max_triangles_total = 1u << 26;
 /// Of one polygon in a mesh file. Triangulation takes time up to the third power of the number of corners.
 inline constexpr std::uint32_t max_polygon_corners = 4096;
 inline constexpr std::uint32_t max_retained_shapes = 256;  ///< GeometryOptions::retained_shapes
+/// The default material included.
+inline constexpr std::uint32_t max_materials = 4096;
+inline constexpr double max_retro_gain = 1e6;  ///< Material::retro_gain
 inline constexpr std::uint32_t max_rays_per_query = 1u << 22;
 inline constexpr std::uint32_t max_hits_per_ray = 16;
 /// Capacity times hits_per_ray of one ray query.

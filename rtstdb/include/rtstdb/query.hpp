@@ -121,7 +121,7 @@ struct RayHit {
   float u = 0.0f, v = 0.0f;    ///< barycentric weights of the second and third corner
   EntityId entity{};           ///< invalid on a miss
   std::uint32_t mask = 0;      ///< the entity's
-  std::uint32_t material = 0;  ///< the entity's
+  MaterialId material{};       ///< the entity's
   std::uint32_t triangle = 0;  ///< index in the mesh of the entity's geometry
   bool front_face = false;     ///< the ray came from the triangle's front
   glm::vec3 n_world{0.0f};     ///< unit geometric normal, on the front side of the triangle
@@ -281,7 +281,7 @@ struct Nearest {
 struct alignas(8) Neighbor {
   EntityId entity{};
   std::uint32_t mask = 0;      ///< the entity's
-  std::uint32_t material = 0;  ///< the entity's
+  MaterialId material{};       ///< the entity's
   std::uint32_t triangle = 0;  ///< surface, triangle
   /// Negative if the query is signed, `has_sign` is set and the point is inside the entity.
   float distance_m = 0.0f;
@@ -350,7 +350,7 @@ struct alignas(8) ConeReturn {
   float u = 0.0f, v = 0.0f;    ///< of the contact: barycentric weights of the second and third corner
   EntityId entity{};           ///< invalid on a miss
   std::uint32_t mask = 0;      ///< the entity's
-  std::uint32_t material = 0;  ///< the entity's
+  MaterialId material{};       ///< the entity's
   std::uint32_t triangle = 0;  ///< index in the mesh of the entity's geometry
   bool front_face = false;     ///< the apex is in front of the triangle
   /// ConeQueryOptions::fractions: more than max_entities_per_beam entities are in the cone, and the nearest

@@ -90,6 +90,7 @@ enum class BadInputReason : std::uint8_t {
   out_of_limits,
   unknown_entity,
   unknown_geometry,
+  unknown_material,
   too_many_entities,
   world_time_goes_back,
   time_not_covered,

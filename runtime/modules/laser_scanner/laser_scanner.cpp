@@ -4,10 +4,7 @@
 //
 // The first sweep begins with the task's first release, so a sweep is a whole number of steps.
 //
-// Outputs  object<i>.valid, .x, .y (m), .vx, .vy (m/s over ground), .length (m), .age (ms): objects in the
-//          carrier's axes at the instant they were measured, `age` ago; the origin is list_origin
-//          object_count, scan_index, hits (beams of the last step that hit), digest (a hash of all answers so
-//          far: runs with equal digests have equal answers)
+// The outputs are listed in scanner_ports.hpp.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -18,30 +15,25 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/config/numbers.hpp"
+#include "runtime/modules/beam_query.hpp"
+#include "runtime/modules/laser_scanner/answer_digest.hpp"
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
+#include "runtime/modules/laser_scanner/receiver.hpp"
 #include "runtime/modules/laser_scanner/recorded_laser_scanner.hpp"
+#include "runtime/modules/laser_scanner/return_statistics.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
+#include "runtime/modules/laser_scanner/scanner_ports.hpp"
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
+#include "runtime/modules/laser_scanner/sweep_cloud.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
+#include "runtime/modules/laser_scanner/target_list.hpp"
 #include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
 
-constexpr std::size_t outputs_per_object = 7;
 constexpr std::size_t max_view_points = 4000;
-
-/// FNV-1a over words: the same on every machine.
-class Digest {
- public:
-  void add(std::uint32_t word) noexcept { value_ = (value_ ^ word) * 0x100000001B3ull; }
-  /// As a number that a double holds exactly.
-  double number() const noexcept { return static_cast<double>(value_ >> 11); }
-
- private:
-  std::uint64_t value_ = 0xCBF29CE484222325ull;
-};
 
 class LaserScanner final : public Module {
  public:
@@ -49,27 +41,40 @@ class LaserScanner final : public Module {
 
   const Ports& ports() const noexcept override { return ports_; }
   void check_task(const config::Value& parameters, const TaskParameters& task,
-                  config::Diagnostics& diagnostics) const override;
+                  config::Diagnostics& diagnostics) const override {
+    check_scanner_task(parameters, pattern_, task.period_ns, diagnostics);
+  }
   void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void describe(std::vector<contribution::ModuleRecord>& records) const override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
  private:
-  std::uint64_t max_beams_per_step(std::int64_t step_ns) const noexcept;
-  void fill_rays() noexcept;
+  void fill_beams() noexcept;
   void begin_sweep(const StepContext& context) noexcept;
-  void take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept;
+  void take_returns(StepContext& context, const rtstdb::Motion& carrier) noexcept;
+  bool take_returns_of(std::uint64_t beam, const rtstdb::Motion& carrier) noexcept;
+  void take_detection(const BeamReturn& beam_return, const Detection& detection, std::uint64_t beam,
+                      std::uint32_t ordinal, const rtstdb::Pose& pose) noexcept;
+  void compare_still_hits() noexcept;
   void write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept;
-  void keep_view_point(const rtstdb::RayHit& hit, const glm::dvec3& p_world_m, std::uint64_t beam) noexcept;
+  void write_targets(StepContext& context) noexcept;
+  void keep_view_point(std::uint32_t entity, double range_m, const glm::dvec3& p_world_m,
+                       std::uint64_t beam) noexcept;
 
   const ScannerOptions options_;
   ScanPattern pattern_;
   ObjectList objects_;
+  TargetList targets_;
+  Receiver receiver_;
+  ReturnStatistics statistics_;
+  SweepCloud cloud_;
   Ports ports_;
 
+  const World* world_ = nullptr;
   rtstdb::Database* database_ = nullptr;
-  std::unique_ptr<rtstdb::RayQuery> moving_, still_;
+  std::unique_ptr<BeamQuery> beams_;
+  std::unique_ptr<rtstdb::RayQuery> still_;
   std::unique_ptr<rtstdb::Transaction> transaction_, still_transaction_;
   rtstdb::EntityId carrier_;
   std::uint32_t mask_ = 0, object_mask_ = 0;
@@ -86,7 +91,7 @@ class LaserScanner final : public Module {
   std::uint64_t sweeps_ = 0;
   bool begun_ = false;     // a slice of this sweep has answers
   bool complete_ = false;  // all its slices so far have
-  Digest digest_;
+  AnswerDigest digest_;
 
   std::uint64_t view_every_ = 1;
   std::vector<contribution::SensorPoint> view_, last_view_;
@@ -96,80 +101,17 @@ class LaserScanner final : public Module {
 LaserScanner::LaserScanner(const config::Value& parameters)
     : options_(read_scanner_options(parameters)),
       pattern_(options_.pattern),
-      objects_({.max_objects = options_.max_objects, .keep_ns = options_.keep_ns}) {
-  const auto note = [&](const char* key, std::vector<config::Word>& words) {
-    for (const config::Value& item : parameters[key].items())
-      words.push_back({item.text(), item.place()});
-  };
-  note("layers", ports_.layers);
-  note("object_layers", ports_.layers);
-  ports_.bodies.push_back({options_.carrier, parameters["carrier"].place()});
-  note("compare", ports_.bodies);
-  for (std::uint32_t i = 0; i < options_.max_objects; ++i) {
-    const std::string object = "object" + std::to_string(i);
-    ports_.outputs.push_back({.name = object + ".valid", .unit = "", .about = "1: the slot holds an object"});
-    ports_.outputs.push_back(
-        {.name = object + ".x", .unit = "m", .about = "Centre, ahead of the list's origin"});
-    ports_.outputs.push_back(
-        {.name = object + ".y", .unit = "m", .about = "Centre, left of the list's origin"});
-    ports_.outputs.push_back(
-        {.name = object + ".vx", .unit = "m/s", .about = "Over ground, along the carrier's x"});
-    ports_.outputs.push_back(
-        {.name = object + ".vy", .unit = "m/s", .about = "Over ground, along the carrier's y"});
-    ports_.outputs.push_back(
-        {.name = object + ".length", .unit = "m", .about = "Measured, along its velocity"});
-    ports_.outputs.push_back({.name = object + ".age", .unit = "ms", .about = "Time since it was measured"});
-  }
-  ports_.outputs.push_back({.name = "object_count", .unit = "", .about = "Slots that hold an object"});
-  ports_.outputs.push_back({.name = "scan_index", .unit = "", .about = "Sweeps begun before this one"});
-  ports_.outputs.push_back({.name = "hits", .unit = "", .about = "Beams of the last step that hit a body"});
-  ports_.outputs.push_back({.name = "digest", .unit = "", .about = "Hash of all answers so far"});
-  view_every_ = (pattern_.beams() + max_view_points - 1) / max_view_points;
-}
-
-std::uint64_t LaserScanner::max_beams_per_step(std::int64_t step_ns) const noexcept {
-  std::uint64_t max_beams = 0;
-  for (std::int64_t t_ns = 0; t_ns < options_.pattern.period_ns; t_ns += step_ns)
-    max_beams = std::max(max_beams, pattern_.first_beam_at(t_ns + step_ns) - pattern_.first_beam_at(t_ns));
-  return max_beams;
-}
-
-void LaserScanner::check_task(const config::Value& parameters, const TaskParameters& task,
-                              config::Diagnostics& diagnostics) const {
-  const std::int64_t sweep_ns = options_.pattern.period_ns;
-  if (sweep_ns % task.period_ns != 0) {
-    const auto rate_of = [&](std::int64_t steps) {
-      const double sweep_s = static_cast<double>(steps * task.period_ns) * 1e-9;
-      return config::format_number(1.0 / sweep_s) + " Hz";
-    };
-    const std::int64_t fewer = sweep_ns / task.period_ns;
-    diagnostics.add(parameters["scan_rate"].place(),
-                    "'scan_rate': a sweep of " + std::to_string(sweep_ns) +
-                        " ns is not a whole number of the task's periods of " +
-                        std::to_string(task.period_ns) + " ns; with " +
-                        (fewer > 0 ? rate_of(fewer) + " or " : "") + rate_of(fewer + 1) + " it is");
-    return;
-  }
-  const std::uint64_t beams = max_beams_per_step(task.period_ns);
-  if (beams > rtstdb::max_rays_per_query) {
-    diagnostics.add(parameters["columns"].place(),
-                    "a sweep of " + std::to_string(pattern_.beams()) + " beams has " + std::to_string(beams) +
-                        " in a step of the task; at most " + std::to_string(rtstdb::max_rays_per_query) +
-                        " are possible: use fewer beams or a faster task");
-  }
-  if (!options_.ignore_motion && task.period_ns > rtstdb::max_query_window_ns) {
-    diagnostics.add(parameters["scan_rate"].place(),
-                    "the beams of a step leave within the task's period of " +
-                        std::to_string(task.period_ns) + " ns; at most " +
-                        std::to_string(rtstdb::max_query_window_ns) + " ns are possible: use a faster task");
-  }
-}
+      objects_({.max_objects = options_.max_objects, .keep_ns = options_.keep_ns}),
+      targets_(options_.targets),
+      ports_(scanner_ports(parameters, options_)),
+      view_every_((pattern_.beams() + max_view_points - 1) / max_view_points) {}
 
 void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
   instance_ = task.instance;
   step_ns_ = task.period_ns;
   first_release_ns_ = task.offset_ns;
   const std::string caller = "module " + task.instance;
+  world_ = &world;
   database_ = &world.database();
   carrier_ = world.entity_of(options_.carrier, caller);
   mask_ = world.mask_of(options_.layers, caller);
@@ -183,50 +125,62 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParam
   }
   compared_motion_.resize(compared.size());
 
-  const std::uint64_t max_beams = max_beams_per_step(task.period_ns);
-  const auto prepare = [&](const char* suffix, bool ignore_motion) {
-    auto query = database_->prepare(
-        rtstdb::RayQueryOptions{.name = task.instance + suffix,
-                                .capacity = static_cast<std::uint32_t>(std::max<std::uint64_t>(max_beams, 1)),
-                                .mode = rtstdb::RayMode::closest,
-                                .ignore_motion = ignore_motion});
-    if (!query) throw SetupError(caller, query.error());
-    return std::move(query).value();
-  };
-  moving_ = prepare("", options_.ignore_motion);
+  receiver_ = Receiver({.threshold_per_m2 = options_.threshold_per_m2,
+                        .range_noise_m = options_.range_noise_m,
+                        .noise_seed = noise_seed(task.seed, task.instance)});
+
+  const auto capacity =
+      static_cast<std::uint32_t>(std::max<std::uint64_t>(pattern_.max_beams_in_step(task.period_ns), 1));
+  auto beams = BeamQuery::prepare(*database_, {.name = task.instance,
+                                               .capacity = capacity,
+                                               .divergence_rad = options_.divergence_rad,
+                                               .returns_per_beam = options_.returns_per_beam,
+                                               .ignore_motion = options_.ignore_motion});
+  if (!beams) throw SetupError(caller, beams.error());
+  beams_ = std::move(beams).value();
   const auto reads = static_cast<std::uint32_t>(1 + compared.size());
   transaction_ = database_->make_transaction({.max_queries = 1, .max_reads = reads});
   if (!compared.empty()) {
-    still_ = prepare(" without motion", true);
+    auto still = database_->prepare(rtstdb::RayQueryOptions{.name = task.instance + " without motion",
+                                                            .capacity = capacity,
+                                                            .mode = rtstdb::RayMode::closest,
+                                                            .ignore_motion = true});
+    if (!still) throw SetupError(caller, still.error());
+    still_ = std::move(still).value();
     still_transaction_ = database_->make_transaction({.max_queries = 1});
     comparison_.emplace(pattern_, std::move(compared));
   }
+  if (options_.cloud_sweeps > 0 && world.point_clouds() != nullptr)
+    cloud_.open(world.point_clouds()->open(task.instance, pattern_.beams() * beams_->returns_per_beam()),
+                options_.cloud_sweeps);
   view_.reserve(max_view_points + 1);
   last_view_.reserve(max_view_points + 1);
 }
 
-void LaserScanner::fill_rays() noexcept {
-  const auto fill = [&](rtstdb::RayQuery& query) {
-    const auto rays = query.rays();
-    for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
-      rtstdb::Ray& ray = rays[beam - first_beam_];
-      ray.origin_m = glm::vec3(options_.mount_m);
-      ray.direction = pattern_.direction(pattern_.column_of(beam), pattern_.row_of(beam));
-      ray.lambda_min = 0.0f;
-      ray.lambda_max = static_cast<float>(options_.range_m);
-      ray.t = rtstdb::world_time_ns(sweep_begin_ns_ + pattern_.time_ns(beam));
-      ray.mask = mask_;
-      ray.carrier = carrier_;
-    }
-  };
-  fill(*moving_);
-  if (still_) fill(*still_);
+void LaserScanner::fill_beams() noexcept {
+  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
+    const std::int64_t offset_ns = options_.ignore_motion ? 0 : pattern_.time_ns(beam);
+    const rtstdb::Ray ray{.origin_m = glm::vec3(options_.mount_m),
+                          .direction = pattern_.direction(pattern_.column_of(beam), pattern_.row_of(beam)),
+                          .lambda_min = 0.0f,
+                          .lambda_max = static_cast<float>(options_.range_m),
+                          .t = rtstdb::world_time_ns(sweep_begin_ns_ + offset_ns),
+                          .mask = mask_,
+                          .carrier = carrier_};
+    const auto index = static_cast<std::uint32_t>(beam - first_beam_);
+    beams_->set(index, ray);
+    if (still_) still_->rays()[index] = ray;
+  }
 }
 
 /// At the first slice of a sweep that has answers: takes the motions of the compared bodies.
 void LaserScanner::begin_sweep(const StepContext& context) noexcept {
   view_.swap(last_view_);
   view_.clear();
+  targets_.clear();
+  rtstdb::Pose sensor_pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(sweep_begin_ns_));
+  sensor_pose.p_world_m += sensor_pose.q_world * options_.mount_m;
+  cloud_.begin_sweep((sweep_begin_ns_ - first_release_ns_) / options_.pattern.period_ns, sensor_pose);
   if (!comparison_) return;
   const auto motion_at_begin = [&](const rtstdb::EntityState& state) {
     return rtstdb::rebased(state.row.motion, context.world_time());
@@ -249,47 +203,91 @@ void LaserScanner::begin_sweep(const StepContext& context) noexcept {
                            compared_motion_);
 }
 
-void LaserScanner::keep_view_point(const rtstdb::RayHit& hit, const glm::dvec3& p_world_m,
+void LaserScanner::keep_view_point(std::uint32_t entity, double range_m, const glm::dvec3& p_world_m,
                                    std::uint64_t beam) noexcept {
   if (beam % view_every_ != 0 || view_.size() == view_.capacity()) return;
   view_.push_back({p_world_m.x, p_world_m.y, p_world_m.z, pattern_.azimuth_rad(pattern_.column_of(beam)),
-                   pattern_.elevation_rad(pattern_.row_of(beam)), hit.lambda, hit.entity.index});
+                   pattern_.elevation_rad(pattern_.row_of(beam)), range_m, entity});
 }
 
-void LaserScanner::take_hits(StepContext& context, const rtstdb::Motion& carrier) noexcept {
-  const auto hits = moving_->hits();
-  double hit_count = 0.0;
-  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
-    const rtstdb::RayHit& hit = hits[beam - first_beam_];
+void LaserScanner::take_returns(StepContext& context, const rtstdb::Motion& carrier) noexcept {
+  double detected_beams = 0.0;
+  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam)
+    detected_beams += take_returns_of(beam, carrier) ? 1.0 : 0.0;
+  if (comparison_ && still_transaction_->outcome().done()) compare_still_hits();
+  context.outputs[ScannerOutputs(options_).hits()] = detected_beams;
+}
+
+/// Returns whether the receiver detected one of them.
+bool LaserScanner::take_returns_of(std::uint64_t beam, const rtstdb::Motion& carrier) noexcept {
+  const auto index = static_cast<std::uint32_t>(beam - first_beam_);
+  bool is_detected = false;
+  std::optional<rtstdb::Pose> pose;  // of the carrier at the beam's time
+  for (std::uint32_t ordinal = 0; ordinal < beams_->returns_per_beam(); ++ordinal) {
+    const BeamReturn beam_return = beams_->at(index, ordinal);
+    const rtstdb::RayHit& hit = beam_return.hit;
     digest_.add(static_cast<std::uint32_t>(hit.status));
-    if (hit.status != rtstdb::HitStatus::hit) continue;
+    if (hit.status == rtstdb::HitStatus::incomplete) statistics_.add_incomplete_beam();
+    if (hit.status != rtstdb::HitStatus::hit) break;
     digest_.add(std::bit_cast<std::uint32_t>(hit.lambda));
     digest_.add(hit.entity.index);
     digest_.add(hit.triangle);
-    hit_count += 1.0;
-    const std::uint32_t column = pattern_.column_of(beam);
-    const std::int64_t beam_ns = sweep_begin_ns_ + pattern_.time_ns(beam);
-    const rtstdb::Pose pose = rtstdb::pose_at(carrier, rtstdb::world_time_ns(beam_ns));
-    const glm::dvec3 in_carrier =
-        options_.mount_m +
-        glm::dvec3(pattern_.direction(column, pattern_.row_of(beam))) * static_cast<double>(hit.lambda);
-    const glm::dvec3 p_world_m = pose.p_world_m + pose.q_world * in_carrier;
-    keep_view_point(hit, p_world_m, beam);
-    if (comparison_) comparison_->add_hit(hit, column, pattern_.row_of(beam), false);
-    if ((hit.mask & object_mask_) == 0) continue;
-    // The carrier's rotation adds a negligible velocity.
-    const glm::dvec3 v_world = glm::dvec3(hit.v_relative_mps) + carrier.v_world_mps;
-    objects_.add(hit.entity, column, beam_ns, p_world_m, v_world);
+    if (options_.divergence_rad > 0.0) digest_.add(std::bit_cast<std::uint32_t>(beam_return.fraction));
+    if (comparison_) comparison_->add_hit(hit, pattern_.column_of(beam), pattern_.row_of(beam), false);
+    if (!pose)
+      pose = rtstdb::pose_at(carrier, rtstdb::world_time_ns(sweep_begin_ns_ + pattern_.time_ns(beam)));
+    const rtstdb::Material material = database_->material(hit.material).value_or(rtstdb::Material{});
+    const glm::dvec3 direction(pattern_.direction(pattern_.column_of(beam), pattern_.row_of(beam)));
+    const auto detection =
+        receiver_.detect(beam_return, material, pose->q_world * direction, {sweep_begin_ns_, beam, ordinal});
+    statistics_.add(beam_return, ordinal, detection);
+    if (!detection) continue;
+    is_detected = true;
+    take_detection(beam_return, *detection, beam, ordinal, *pose);
+    if (material.is_retro_reflector())
+      targets_.add({.azimuth_rad = pattern_.azimuth_rad(pattern_.column_of(beam)),
+                    .elevation_rad = pattern_.elevation_rad(pattern_.row_of(beam)),
+                    .range_m = detection->range_m,
+                    .intensity_per_m2 = detection->intensity_per_m2});
   }
-  if (comparison_ && still_transaction_->outcome().done()) {
-    const auto still_hits = still_->hits();
-    for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
-      const rtstdb::RayHit& hit = still_hits[beam - first_beam_];
-      if (hit.status != rtstdb::HitStatus::hit) continue;
-      comparison_->add_hit(hit, pattern_.column_of(beam), pattern_.row_of(beam), true);
-    }
+  if (beams_->overflowed(index)) statistics_.add_overflowed_beam();
+  return is_detected;
+}
+
+void LaserScanner::take_detection(const BeamReturn& beam_return, const Detection& detection,
+                                  std::uint64_t beam, std::uint32_t ordinal,
+                                  const rtstdb::Pose& pose) noexcept {
+  const rtstdb::RayHit& hit = beam_return.hit;
+  const std::uint32_t column = pattern_.column_of(beam);
+  const std::uint32_t row = pattern_.row_of(beam);
+  const std::int64_t beam_ns = sweep_begin_ns_ + pattern_.time_ns(beam);
+  const glm::dvec3 in_sensor_m = glm::dvec3(pattern_.direction(column, row)) * detection.range_m;
+  const glm::dvec3 p_world_m = pose.p_world_m + pose.q_world * (options_.mount_m + in_sensor_m);
+  keep_view_point(hit.entity.index, detection.range_m, p_world_m, beam);
+  cloud_.add({.x_m = static_cast<float>(in_sensor_m.x),
+              .y_m = static_cast<float>(in_sensor_m.y),
+              .z_m = static_cast<float>(in_sensor_m.z),
+              .intensity_per_m2 = static_cast<float>(detection.intensity_per_m2),
+              .fraction = beam_return.fraction,
+              .column = column,
+              .row = row,
+              .ordinal = ordinal,
+              .entity = hit.entity.index,
+              .material = hit.material.index,
+              .time_s = static_cast<double>(beam_ns) * 1e-9});
+  if ((hit.mask & object_mask_) == 0) return;
+  // The carrier's rotation adds a negligible velocity.
+  const glm::dvec3 v_world = glm::dvec3(hit.v_relative_mps) + last_carrier_.v_world_mps;
+  objects_.add(hit.entity, column, beam_ns, p_world_m, v_world);
+}
+
+void LaserScanner::compare_still_hits() noexcept {
+  const auto still_hits = still_->hits();
+  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
+    const rtstdb::RayHit& hit = still_hits[beam - first_beam_];
+    if (hit.status != rtstdb::HitStatus::hit) continue;
+    comparison_->add_hit(hit, pattern_.column_of(beam), pattern_.row_of(beam), true);
   }
-  context.outputs[options_.max_objects * outputs_per_object + 2] = hit_count;
 }
 
 void LaserScanner::step(StepContext& context) noexcept {
@@ -306,7 +304,7 @@ void LaserScanner::step(StepContext& context) noexcept {
   }
   end_beam_ = pattern_.first_beam_at(offset_ns + context.period_ns);
   const auto count = static_cast<std::uint32_t>(end_beam_ - first_beam_);
-  fill_rays();
+  fill_beams();
   rtstdb::Terms terms{
       .deadline_class = rtstdb::DeadlineClass::soft,
       .deadline = context.deadline,
@@ -319,7 +317,7 @@ void LaserScanner::step(StepContext& context) noexcept {
     for (const ComparedBody& body : comparison_->bodies())
       transaction_->read(body.entity);
   }
-  transaction_->add_query(*moving_, count);
+  beams_->add_to(*transaction_, count);
   if (!context.execute(*database_, *transaction_).done() || transaction_->state(0) == nullptr) {
     complete_ = false;
     return;
@@ -338,11 +336,13 @@ void LaserScanner::step(StepContext& context) noexcept {
     begin_sweep(context);
     begun_ = true;
   }
-  take_hits(context, last_carrier_);
+  take_returns(context, last_carrier_);
 
   if (count > 0) objects_.advance(pattern_.column_of(end_beam_ - 1), end_ns, near_m);
   if (end_beam_ == pattern_.beams()) {
     objects_.end_sweep(end_ns, near_m);
+    cloud_.end_sweep();
+    write_targets(context);
     if (comparison_ && complete_) comparison_->end_sweep();
   }
   objects_.forget(end_ns);
@@ -356,8 +356,9 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
   std::size_t out = 0;
   for (const ScannedObject& object : objects_.slots()) {
     if (!object.entity.valid()) {
-      std::fill_n(context.outputs.begin() + static_cast<std::ptrdiff_t>(out), outputs_per_object, 0.0);
-      out += outputs_per_object;
+      std::fill_n(context.outputs.begin() + static_cast<std::ptrdiff_t>(out), ScannerOutputs::per_object,
+                  0.0);
+      out += ScannerOutputs::per_object;
       continue;
     }
     count += 1.0;
@@ -365,14 +366,30 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
     const glm::dquat to_carrier = glm::conjugate(pose.q_world);
     const glm::dvec3 at = to_carrier * (object.center_m - pose.p_world_m) - options_.list_origin_m;
     const glm::dvec3 v = to_carrier * object.velocity_mps;
-    const double values[outputs_per_object] = {
+    const double values[ScannerOutputs::per_object] = {
         1.0, at.x, at.y, v.x, v.y, object.length_m, static_cast<double>(seen_ns - object.time_ns) * 1e-6};
     for (const double value : values)
       context.outputs[out++] = value;
   }
-  context.outputs[out] = count;
-  context.outputs[out + 1] = static_cast<double>(sweeps_ - 1);
-  context.outputs[out + 3] = digest_.number();
+  const ScannerOutputs outputs(options_);
+  context.outputs[outputs.object_count()] = count;
+  context.outputs[outputs.scan_index()] = static_cast<double>(sweeps_ - 1);
+  context.outputs[outputs.digest()] = digest_.number();
+}
+
+void LaserScanner::write_targets(StepContext& context) noexcept {
+  if (options_.targets == 0) return;
+  const ScannerOutputs outputs(options_);
+  context.outputs[outputs.target_count()] = static_cast<double>(targets_.found());
+  const auto brightest = targets_.brightest();
+  for (std::uint32_t k = 0; k < options_.targets; ++k) {
+    const Target target = k < brightest.size() ? brightest[k] : Target{};
+    const auto values = context.outputs.subspan(outputs.target(k), ScannerOutputs::per_target);
+    values[0] = target.azimuth_rad;
+    values[1] = target.elevation_rad;
+    values[2] = target.range_m;
+    values[3] = target.intensity_per_m2;
+  }
 }
 
 void LaserScanner::describe(std::vector<contribution::ModuleRecord>& records) const {
@@ -390,6 +407,11 @@ void LaserScanner::describe(std::vector<contribution::ModuleRecord>& records) co
                                       .range_m = options_.range_m,
                                       .mask = mask_,
                                       .ignore_motion = options_.ignore_motion,
+                                      .divergence_rad = options_.divergence_rad,
+                                      .returns_per_beam = options_.returns_per_beam,
+                                      .threshold_per_m2 = options_.threshold_per_m2,
+                                      .range_noise_m = options_.range_noise_m,
+                                      .noise_seed = receiver_.options().noise_seed,
                                       .first_sweep_ns = first_release_ns_,
                                       .sweep_ns = pattern.period_ns,
                                       .step_ns = step_ns_}));
@@ -404,6 +426,8 @@ void LaserScanner::contribute(contribution::Contribution& report) const {
              " hits are in no object: more bodies were in view at once than the object list can follow"});
   }
   if (sweeps_ == 0) return;
+  statistics_.contribute(
+      instance_, [this](rtstdb::EntityId entity) { return world_->name_of(entity); }, report);
   report.map.sensor_points = last_view_.empty() ? view_ : last_view_;
   const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(report.end_ns));
   const glm::dvec3 sensor = pose.p_world_m + pose.q_world * options_.mount_m;
@@ -425,13 +449,9 @@ ModuleType laser_scanner_type() {
       .about = "A laser scanner with one turning beam, carried by a body.",
       .parameters = scanner_schema(),
       .create = [](const config::Value& values, config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
-        const std::string& carrier = values["carrier"].text();
-        for (const config::Value& body : values["compare"].items()) {
-          if (body.text() != carrier) continue;
-          diagnostics.add(body.place(), "'compare': " + config::in_quotes(carrier) +
-                                            " carries the scanner, so its beams do not sweep over it");
-          return nullptr;
-        }
+        const std::size_t mistakes = diagnostics.count();
+        check_scanner_options(values, diagnostics);
+        if (diagnostics.count() > mistakes) return nullptr;
         return std::make_unique<LaserScanner>(values);
       },
       .recorded_list = scanner_list,

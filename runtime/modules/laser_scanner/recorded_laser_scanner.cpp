@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "runtime/modules/laser_scanner/receiver.hpp"
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
 
 namespace hil::modules {
@@ -17,11 +18,16 @@ class RecordedLaserScanner final : public RecordedScanner {
                .range_m = scanner.range_m,
                .mask = scanner.mask,
                .ignore_motion = scanner.ignore_motion,
+               .divergence_rad = scanner.divergence_rad,
+               .returns_per_beam = scanner.returns_per_beam,
                .first_sweep_ns = scanner.first_sweep_ns,
                .sweep_ns = scanner.sweep_ns,
                .step_ns = scanner.step_ns,
                .max_beams_per_step = static_cast<std::uint32_t>(std::min<std::uint64_t>(
-                   pattern_.first_beam_at(scanner.step_ns) + pattern_.rows(), pattern_.beams()))} {}
+                   pattern_.first_beam_at(scanner.step_ns) + pattern_.rows(), pattern_.beams()))},
+        receiver_({.threshold_per_m2 = scanner.threshold_per_m2,
+                   .range_noise_m = scanner.range_noise_m,
+                   .noise_seed = scanner.noise_seed}) {}
 
   const ScannerDescription& facts() const noexcept override { return facts_; }
   std::vector<Beam> beams_of_step(std::int64_t offset_ns) const override {
@@ -31,14 +37,20 @@ class RecordedLaserScanner final : public RecordedScanner {
     for (std::uint64_t beam = first; beam < end; ++beam) {
       const std::uint32_t column = pattern_.column_of(beam);
       const std::uint32_t row = pattern_.row_of(beam);
-      beams.push_back({column, row, pattern_.time_ns(beam), pattern_.direction(column, row)});
+      beams.push_back({column, row, pattern_.time_ns(beam), pattern_.direction(column, row), beam});
     }
     return beams;
+  }
+  std::optional<Detection> detect(const BeamReturn& beam_return, const rtstdb::Material& material,
+                                  const glm::dvec3& direction_world,
+                                  const ReturnNumber& number) const noexcept override {
+    return receiver_.detect(beam_return, material, direction_world, number);
   }
 
  private:
   ScanPattern pattern_;
   ScannerDescription facts_;
+  Receiver receiver_;
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hil::modules {
@@ -25,6 +26,13 @@ std::int64_t ScanPattern::time_ns(std::uint64_t beam) const noexcept {
 std::uint64_t ScanPattern::first_beam_at(std::int64_t offset_ns) const noexcept {
   const auto period = static_cast<std::uint64_t>(options_.period_ns);
   return (static_cast<std::uint64_t>(offset_ns) * beams() + period - 1) / period;
+}
+
+std::uint64_t ScanPattern::max_beams_in_step(std::int64_t step_ns) const noexcept {
+  std::uint64_t max_beams = 0;
+  for (std::int64_t t_ns = 0; t_ns < options_.period_ns; t_ns += step_ns)
+    max_beams = std::max(max_beams, first_beam_at(t_ns + step_ns) - first_beam_at(t_ns));
+  return max_beams;
 }
 
 glm::vec3 ScanPattern::direction(std::uint32_t column, std::uint32_t row) const noexcept {

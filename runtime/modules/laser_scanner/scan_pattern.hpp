@@ -43,6 +43,8 @@ class ScanPattern {
   std::int64_t time_ns(std::uint64_t beam) const noexcept;
   /// The first beam that leaves at or after `offset_ns` (0 to period); beams() at the end.
   std::uint64_t first_beam_at(std::int64_t offset_ns) const noexcept;
+  /// The largest number of beams that leave in one step.
+  std::uint64_t max_beams_in_step(std::int64_t step_ns) const noexcept;
   double azimuth_rad(std::uint32_t column) const noexcept { return azimuths_rad_[column]; }
   double elevation_rad(std::uint32_t row) const noexcept { return elevations_rad_[row]; }
   /// Unit vector in the sensor frame.

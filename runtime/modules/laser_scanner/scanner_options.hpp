@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/config/diagnostics.hpp"
 #include "runtime/config/schema.hpp"
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
 
@@ -23,10 +24,24 @@ struct ScannerOptions {
   std::uint32_t max_objects = 0;
   std::int64_t keep_ns = 0;
   bool ignore_motion = false;
+  double divergence_rad = 0.0;  ///< full opening angle of a beam; 0: rays
+  std::uint32_t returns_per_beam = 1;
+  double threshold_per_m2 = 0.0;
+  double range_noise_m = 0.0;
+  std::uint32_t targets = 0;       ///< slots for returns of retro-reflectors; 0: no such outputs
+  std::uint32_t cloud_sweeps = 0;  ///< a point cloud is written of each so many sweeps; 0: of none
 };
+
+/// The largest number of points of a cloud.
+inline constexpr std::uint64_t max_cloud_points = std::uint64_t{1} << 22;
 
 config::Schema scanner_schema();
 /// `parameters` conform to the schema.
 ScannerOptions read_scanner_options(const config::Value& parameters);
+/// Adds a mistake for each parameter that contradicts another one.
+void check_scanner_options(const config::Value& parameters, config::Diagnostics& diagnostics);
+/// Adds a mistake for each parameter that a task with steps of `step_ns` does not permit.
+void check_scanner_task(const config::Value& parameters, const ScanPattern& pattern, std::int64_t step_ns,
+                        config::Diagnostics& diagnostics);
 
 }  // namespace hil::modules

@@ -26,6 +26,11 @@ void each_property(Scanner& scanner, Visit&& visit) {
   visit("range_m", scanner.range_m);
   visit("mask", scanner.mask);
   visit("ignore_motion", scanner.ignore_motion);
+  visit("divergence_rad", scanner.divergence_rad);
+  visit("returns_per_beam", scanner.returns_per_beam);
+  visit("threshold_per_m2", scanner.threshold_per_m2);
+  visit("range_noise_m", scanner.range_noise_m);
+  visit("noise_seed", scanner.noise_seed);
   visit("first_sweep_ns", scanner.first_sweep_ns);
   visit("sweep_ns", scanner.sweep_ns);
   visit("step_ns", scanner.step_ns);
@@ -82,7 +87,8 @@ Value value_of(const Member& member) {
 
 /// What lies beyond the limits of the module's parameters; empty: nothing.
 std::string fault_of(const ScannerRecord& scanner) {
-  constexpr double max_angle_rad = 6.3;  // a whole turn, and what rounding adds
+  constexpr double max_angle_rad = 6.3;       // a whole turn, and what rounding adds
+  constexpr double max_divergence_rad = 1.6;  // a right angle, and what rounding adds
   constexpr std::int64_t max_sweep_ns = 10'000'000'000;
   const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
   if (scanner.columns < 2 || scanner.columns > 16384 || scanner.rows < 1 || scanner.rows > 8192)
@@ -93,6 +99,11 @@ std::string fault_of(const ScannerRecord& scanner) {
       !within(scanner.elevation_rad, -max_angle_rad, max_angle_rad))
     return "an angle";
   if (!within(scanner.range_m, 0.0, 1e4)) return "the range";
+  if (!within(scanner.divergence_rad, 0.0, max_divergence_rad)) return "the divergence";
+  if (scanner.returns_per_beam < 1 || scanner.returns_per_beam > rtstdb::max_returns_per_cone)
+    return std::to_string(scanner.returns_per_beam) + " returns of a beam";
+  if (!within(scanner.threshold_per_m2, 0.0, 1e12)) return "the threshold";
+  if (!within(scanner.range_noise_m, 0.0, 100.0)) return "the noise of the range";
   if (scanner.sweep_ns <= 0 || scanner.sweep_ns > max_sweep_ns || scanner.step_ns <= 0 ||
       scanner.sweep_ns % scanner.step_ns != 0)
     return "a sweep of " + std::to_string(scanner.sweep_ns) + " ns in steps of " +

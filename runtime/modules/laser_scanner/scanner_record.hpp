@@ -31,6 +31,11 @@ struct ScannerRecord {
   double range_m = 0.0;
   std::uint32_t mask = 0;
   bool ignore_motion = false;
+  double divergence_rad = 0.0;
+  std::uint32_t returns_per_beam = 1;
+  double threshold_per_m2 = 0.0;
+  double range_noise_m = 0.0;
+  std::int64_t noise_seed = 0;
   std::int64_t first_sweep_ns = 0;
   std::int64_t sweep_ns = 0;
   /// The beams of one step of the module are one query, on the version at the step's begin.

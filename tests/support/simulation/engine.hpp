@@ -183,10 +183,10 @@ inline EngineOptions engine_options(std::uint32_t queue_capacity = 64, std::uint
           Nanoseconds(0)};
 }
 
-inline EntityRow row_of(std::uint32_t material) {
+inline EntityRow row_of(std::uint32_t mask) {
   EntityRow row;
   row.geometry = GeometryId{0};
-  row.material = material;
+  row.mask = mask;
   return row;
 }
 
@@ -241,18 +241,18 @@ struct World {
     return engine.wait(transaction);
   }
   /// Creates an entity in a version of its own.
-  EntityId create(std::uint32_t material) {
+  EntityId create(std::uint32_t mask) {
     const auto transaction = make();
     transaction->begin({});
-    const auto ordinal = transaction->create(row_of(material));
+    const auto ordinal = transaction->create(row_of(mask));
     execute(*transaction);
     return transaction->created(ordinal);
   }
-  /// The material of the entity in the latest version; -1 when it is not there.
-  std::int64_t material(EntityId id) {
+  /// The mask of the entity in the latest version; -1 when it is not there.
+  std::int64_t mask(EntityId id) {
     const auto states = engine.snapshot(ReadAt::latest());
     for (const EntityState& state : states.value()) {
-      if (state.id == id) return state.row.material;
+      if (state.id == id) return state.row.mask;
     }
     return -1;
   }

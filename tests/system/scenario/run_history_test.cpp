@@ -40,7 +40,9 @@ TEST(RunHistory, ScansAreThoseOfTheRun) {
     std::istringstream lines(read_text(points));
     std::string line;
     std::getline(lines, line);
-    EXPECT_EQ(line, "time_ns,column,row,range_m,x_m,y_m,z_m,entity,index,generation,triangle");
+    EXPECT_EQ(line,
+              "time_ns,column,row,range_m,x_m,y_m,z_m,entity,index,generation,triangle,return,fraction,"
+              "intensity_per_m2");
     while (std::getline(lines, line)) {
       std::istringstream cells(line);
       std::vector<std::string> cell(11);

@@ -104,7 +104,7 @@ TEST_F(FullRing, GroupRefusesAndLosesNoDurableVersion) {
       creator->begin({});
       creator->read(id);
       EXPECT_TRUE(db.execute(*creator).done());
-      EXPECT_EQ(creator->state(0)->row.material, 100 + k - 1);
+      EXPECT_EQ(creator->state(0)->row.mask, 100 + k - 1);
     }
     EXPECT_TRUE(refused);
     held.pop_back();
@@ -123,7 +123,7 @@ TEST_F(FullRing, GroupRefusesAndLosesNoDurableVersion) {
   }
   disk_.crash();
   LoggedEngine db(disk_, options(DurabilityMode::group));
-  EXPECT_EQ(db.image()[0].material, 7u);
+  EXPECT_EQ(db.image()[0].mask, 7u);
 }
 
 TEST_F(FullRing, SyncRefusesARecordLargerThanTheRing) {

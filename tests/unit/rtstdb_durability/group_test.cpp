@@ -53,7 +53,7 @@ TEST(Group, CancellingAHeldTransactionHasNoEffect) {
   gate.open();
   EXPECT_EQ(db.engine.wait(*transaction).status, Status::committed);
   EXPECT_TRUE(transaction->outcome().durable);
-  EXPECT_EQ(db.image()[0].material, 1u);
+  EXPECT_EQ(db.image()[0].mask, 1u);
 }
 
 /// A deadline applies to publication: the time of the disk does not count.

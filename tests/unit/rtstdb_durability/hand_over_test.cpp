@@ -18,9 +18,9 @@ class LogHandOver : public testing::Test {
     id_ = writer_->created(0);
   }
   /// A write by another thread while the engine is blocked.
-  Version write(std::uint32_t material) {
+  Version write(std::uint32_t mask) {
     writer_->begin({});
-    writer_->update(id_, body(material));
+    writer_->update(id_, body(mask));
     const Outcome& outcome = db_.execute(*writer_);
     EXPECT_TRUE(outcome.done());
     return outcome.version;
@@ -108,7 +108,7 @@ TEST_F(LogHandOver, OccursAfterATransactionWithoutARecord) {
   class Listener final : public CommitListener {
    public:
     void committed(const store::WriteSet& set) noexcept override {
-      if (!set.writes.empty() && set.writes.front().state.row.material == 4) gate.pass();
+      if (!set.writes.empty() && set.writes.front().state.row.mask == 4) gate.pass();
     }
     Gate gate;
   };

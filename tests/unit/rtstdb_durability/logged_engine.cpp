@@ -9,14 +9,14 @@ void Model::declare(Transaction& transaction, std::mt19937_64& random) {
   Image image = now_;
   for (std::uint64_t k = 1 + random() % 3; k > 0; --k) {
     Op op;
-    op.material = ++materials_;
+    op.mask = ++masks_;
     const auto existing = static_cast<std::uint64_t>(std::ranges::count(image, true, &Slot::exists));
     const std::uint64_t kind = random() % 8;
     if (existing == 0 || (kind < 2 && existing < capacity)) {
       op.index = static_cast<std::uint32_t>(std::ranges::find(image, false, &Slot::exists) - image.begin());
       image[op.index].exists = true;
       ++image[op.index].generation;
-      transaction.create(body(op.material));
+      transaction.create(body(op.mask));
     } else {
       std::uint64_t chosen = random() % existing;
       while (!image[op.index].exists || chosen-- != 0)
@@ -24,7 +24,7 @@ void Model::declare(Transaction& transaction, std::mt19937_64& random) {
       const EntityId id{op.index, image[op.index].generation};
       op.kind = kind < 7 ? Op::Kind::update : Op::Kind::remove;
       if (op.kind == Op::Kind::update) {
-        transaction.update(id, body(op.material));
+        transaction.update(id, body(op.mask));
       } else {
         transaction.remove(id);
         image[op.index].exists = false;
@@ -40,7 +40,7 @@ Image Model::after(Version version) const {
     Slot& slot = image[op.index];
     if (op.kind == Op::Kind::create) ++slot.generation;
     slot.exists = op.kind != Op::Kind::remove;
-    slot.material = slot.exists ? op.material : 0;
+    slot.mask = slot.exists ? op.mask : 0;
     slot.written_by = slot.exists ? version : 0;
   }
   return image;
@@ -82,7 +82,7 @@ Image LoggedEngine::image() {
   Image image(Model::capacity);
   const auto states = engine.snapshot(ReadAt::latest());
   for (const EntityState& state : states.value())
-    image[state.id.index] = {state.id.generation, true, state.row.material, state.written_by};
+    image[state.id.index] = {state.id.generation, true, state.row.mask, state.written_by};
   return image;
 }
 

@@ -44,7 +44,7 @@ inline std::string mode_name(const testing::TestParamInfo<DurabilityMode>& mode)
 struct Slot {
   std::uint32_t generation = 0;  ///< the last generation of the index
   bool exists = false;
-  std::uint32_t material = 0;
+  std::uint32_t mask = 0;
   Version written_by = 0;
   bool operator==(const Slot&) const = default;
 };
@@ -62,15 +62,15 @@ inline std::string describe(const Image& image) {
   for (std::size_t k = 0; k < image.size(); ++k) {
     if (!image[k].exists) continue;
     text += std::to_string(k) + "/" + std::to_string(image[k].generation) + "=" +
-            std::to_string(image[k].material) + "@" + std::to_string(image[k].written_by) + " ";
+            std::to_string(image[k].mask) + "@" + std::to_string(image[k].written_by) + " ";
   }
   return text;
 }
 
 /// A row without geometry.
-inline EntityRow body(std::uint32_t material) {
+inline EntityRow body(std::uint32_t mask) {
   EntityRow row;
-  row.material = material;
+  row.mask = mask;
   return row;
 }
 
@@ -102,11 +102,11 @@ class Model {
  private:
   struct Op {
     enum class Kind : std::uint8_t { create, update, remove } kind = Kind::create;
-    std::uint32_t index = 0, material = 0;
+    std::uint32_t index = 0, mask = 0;
   };
   Image after(Version version) const;
 
-  std::uint32_t materials_ = 0;
+  std::uint32_t masks_ = 0;
   Image now_ = Image(capacity);
   std::vector<Op> declared_;
   std::map<Version, Image> images_{{0, Image(capacity)}};
@@ -172,11 +172,11 @@ class LoggedEngine {
     engine.submit(transaction);
     return engine.wait(transaction);
   }
-  /// Submits a transaction that creates an entity with this material.
-  std::unique_ptr<Transaction> submit_create(std::uint32_t material) {
+  /// Submits a transaction that creates an entity with this mask.
+  std::unique_ptr<Transaction> submit_create(std::uint32_t mask) {
     auto transaction = make();
     transaction->begin({});
-    transaction->create(body(material));
+    transaction->create(body(mask));
     engine.submit(*transaction);
     return transaction;
   }

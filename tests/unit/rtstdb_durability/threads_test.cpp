@@ -54,7 +54,7 @@ TEST_P(ConcurrentCommits, OfEightThreadsAreRecovered) {
   LoggedEngine db(disk, options);
   const Image image = db.image();
   for (std::uint32_t client = 0; client < threads; ++client)
-    EXPECT_EQ(image[client].material, last[client]);
+    EXPECT_EQ(image[client].mask, last[client]);
 }
 
 }  // namespace

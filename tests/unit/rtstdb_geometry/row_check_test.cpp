@@ -146,7 +146,7 @@ TEST(Normalised, ChangesNothingElse) {
   row.motion.w_world_radps = {4.0, 5.0, 6.0};
   row.motion.valid_from = world_time_ns(42);
   row.mask = 5;
-  row.material = 6;
+  row.material = {6};
   row.scale = {7.0, 8.0, 9.0};
   const EntityRow unit = normalised(row);
   EXPECT_EQ(unit.motion.q_world, glm::dquat(1.0, 0.0, 0.0, 0.0));

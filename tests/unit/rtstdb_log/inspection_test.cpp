@@ -212,6 +212,7 @@ class ReplayRecorder final : public ReplayListener {
     after_gap_ = false;
   }
   void geometry(const WorldGeometry&) override {}
+  void material(const LoggedMaterial&) override {}
   void commit(const store::WriteSet& set, const World& now, std::uint64_t) override {
     EXPECT_FALSE(after_gap_);
     EXPECT_EQ(set.version, now.latest.version);

@@ -1,5 +1,6 @@
 #include "live_world.hpp"
 
+#include <bit>
 #include <cstdio>
 #include <cstring>
 
@@ -50,7 +51,7 @@ std::string text_of(const World& world) {
     const Motion& m = row.motion;
     add(std::snprintf(line, sizeof line, "row %zu generation %u by %llu geometry %u mask %u material %u",
                       index, state.id.generation, static_cast<unsigned long long>(state.written_by),
-                      row.geometry.index, row.mask, row.material));
+                      row.geometry.index, row.mask, row.material.index));
     for (const double value :
          {row.scale.x, row.scale.y, row.scale.z, m.p_world_m.x, m.p_world_m.y, m.p_world_m.z, m.q_world.w,
           m.q_world.x, m.q_world.y, m.q_world.z, m.v_world_mps.x, m.v_world_mps.y, m.v_world_mps.z,
@@ -74,6 +75,13 @@ std::string text_of(const World& world) {
     }
     text += '\n';
   }
+  const auto bits_of = [](double value) {
+    return static_cast<unsigned long long>(std::bit_cast<std::uint64_t>(value));
+  };
+  for (const LoggedMaterial& material : world.materials)
+    add(std::snprintf(line, sizeof line, "material %u %s %016llx %016llx\n", material.id.index,
+                      material.name.c_str(), bits_of(material.material.reflectance),
+                      bits_of(material.material.retro_gain)));
   return text;
 }
 
@@ -101,6 +109,7 @@ LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_byte
           {.max_entities = live_entities,
            .retained_changes = 256,
            .geometry_known = [this](GeometryId id) { return !id.valid() || id.index < geometries_.size(); },
+           .material_known = [this](MaterialId id) { return id.index <= materials_.size(); },
            .max_geometries = 16}),
       generations_(live_entities, 0),
       ring_(ring_bytes),
@@ -116,6 +125,7 @@ LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_byte
     if (geometry.logged.options.deforms)
       keep_shapes(geometry.logged, world.shape_of(geometry), geometry.shape_version);
   }
+  materials_ = world.materials;
   store_.restore(world.restored());
   std::copy(world.generations.begin(), world.generations.end(), generations_.begin());
   next_version_ = world.next_version;
@@ -135,7 +145,7 @@ EntityRow LiveWorld::random_row() {
     row.geometry = {below(static_cast<std::uint32_t>(geometries_.size()))};
   row.scale = {1.0 + below(5), 1.0, 0.5};
   row.mask = static_cast<std::uint32_t>(random_());
-  row.material = below(1000);
+  row.material = {below(static_cast<std::uint32_t>(materials_.size()) + 1)};
   row.motion.p_world_m = {number(random_), number(random_), number(random_)};
   row.motion.q_world = {number(random_), number(random_), number(random_), 1.0};
   row.motion.v_world_mps = {number(random_), 0.0, -0.0};
@@ -293,6 +303,18 @@ bool LiveWorld::add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_
   return true;
 }
 
+bool LiveWorld::add_material() {
+  if (materials_.size() == 8) return false;
+  LoggedMaterial material;
+  material.id = {static_cast<std::uint32_t>(materials_.size()) + 1};
+  material.name = "material_" + std::to_string(materials_.size());
+  material.material.reflectance = 0.1 * below(11);
+  if (below(2) == 0) material.material.retro_gain = 1.0 + below(500);
+  if (!recorder_.record(material)) return false;
+  materials_.push_back(material);
+  return true;
+}
+
 // ---- checkpoints
 
 std::optional<WorldHead> LiveWorld::begin(Version not_before) {
@@ -303,6 +325,7 @@ std::optional<WorldHead> LiveWorld::begin(Version not_before) {
   head.next_version = next_version_;
   head.index_limit = store_.latest_snapshot().index_limit();
   head.geometries = geometries_;
+  head.materials = materials_;
   return head;
 }
 

@@ -66,6 +66,8 @@ class LiveWorld final : public WorldSource {
   void commit_and_discard(const std::function<void()>& between = [] {});
   /// Adds a geometry with its file; false: the disk fails or the ring is full.
   bool add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file);
+  /// Adds a material; false: there are eight, or the ring is full.
+  bool add_material();
 
   /// From now on, about half of the commits are collected until the recorder's flush.
   void collect_some_commits() { collects_some_ = true; }
@@ -92,6 +94,7 @@ class LiveWorld final : public WorldSource {
   std::mt19937_64 random_;
   History& history_;
   std::vector<LoggedGeometry> geometries_;
+  std::vector<LoggedMaterial> materials_;
   std::map<std::uint32_t, std::vector<glm::vec3>> shapes_to_write_;  // memory of the shapes of a staged set
   std::map<std::uint32_t, std::size_t> positions_of_;
   store::Store store_;

@@ -24,7 +24,7 @@ class RandomSets {
     if (below(3) != 0) row.geometry = {below(max_geometries)};
     row.scale = {min_scale, 1.0 + below(9), max_scale};
     row.mask = static_cast<std::uint32_t>(random_());
-    row.material = static_cast<std::uint32_t>(random_());
+    row.material = {static_cast<std::uint32_t>(random_() % rtstdb::max_materials)};
     row.motion.p_world_m = {number(max_coordinate_m), -0.0, max_coordinate_m};
     row.motion.q_world = {number(1.0), number(1e-3), number(1e3), 1.0};
     row.motion.v_world_mps = {number(1e4), number(1e-300), 0.0};

@@ -128,18 +128,18 @@ TEST(LogRecovery, CompletesMotionsFromTheRowBefore) {
 TEST(LogRecovery, CompletesEachWriteWithItsRow) {
   World world;
   EntityRow row;
-  row.material = 5;
+  row.mask = 5;
   store::WriteSet set{1, world_time_ns(10), {{store::WriteKind::create, {{0, 1}, row, 1}}}};
   ASSERT_EQ(world.apply(set), nullptr);
-  row.material = 6;
+  row.mask = 6;
   store::Write moves{store::WriteKind::update_motion, {{0, 1}, {}, 2}};
   moves.state.row.motion.p_world_m.y = 5.0;
   set = {2, world_time_ns(20), {{store::WriteKind::update, {{0, 1}, row, 2}}, moves, moves}};
   set.writes[2].kind = store::WriteKind::remove;
   ASSERT_EQ(world.apply(set), nullptr);
-  EXPECT_EQ(set.writes[0].state.row.material, 6u);
+  EXPECT_EQ(set.writes[0].state.row.mask, 6u);
   EXPECT_EQ(set.writes[0].state.row.motion.p_world_m.y, 0.0);
-  EXPECT_EQ(set.writes[1].state.row.material, 6u);
+  EXPECT_EQ(set.writes[1].state.row.mask, 6u);
   EXPECT_EQ(set.writes[1].state.row.motion.p_world_m.y, 5.0);
 }
 

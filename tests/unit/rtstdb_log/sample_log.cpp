@@ -24,6 +24,7 @@ SampleLog make_sample(const SampleOptions& options) {
   for (int commit = 0; commit < options.commits; ++commit) {
     if (commit == 2 || commit == 9)
       world.add_geometry(disk, options.database_id, static_cast<std::uint64_t>(commit));
+    if (commit == 4 || commit == 9) world.add_material();
     if (options.checkpoints && (commit == options.commits / 3 || commit == options.commits / 2))
       writer.value()->checkpoint_soon();
     if (commit % 7 == 3) world.commit_and_discard();

@@ -237,7 +237,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Tampering{"normal", [](ConeReturn& one) { one.n_world *= -1.0f; }},
                     Tampering{"velocity", [](ConeReturn& one) { one.v_relative_mps *= 1.05f; }},
                     Tampering{"mask", [](ConeReturn& one) { one.mask ^= 64; }},
-                    Tampering{"material", [](ConeReturn& one) { one.material += 1; }},
+                    Tampering{"material", [](ConeReturn& one) { one.material.index += 1; }},
                     Tampering{"incomplete", [](ConeReturn& one) { one.status = HitStatus::incomplete; }}),
     [](const auto& one) { return std::string(one.param.name); });
 

@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Tampering{"point", [](Neighbors& n) { n[0].p_world_m.y += 0.01f; }},
                     Tampering{"velocity", [](Neighbors& n) { n[0].v_relative_mps *= 1.05f; }},
                     Tampering{"mask", [](Neighbors& n) { n[0].mask ^= 64; }},
-                    Tampering{"material", [](Neighbors& n) { n[0].material += 1; }}),
+                    Tampering{"material", [](Neighbors& n) { n[0].material.index += 1; }}),
     [](const auto& tampering) { return std::string(tampering.param.name); });
 
 class CompareNearestBoxes : public testing::Test {

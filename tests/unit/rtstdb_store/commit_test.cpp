@@ -27,12 +27,12 @@ TEST(Commit, AppliesWritesInTheirOrder) {
   const EntityState* moved = now.find({0, 1});
   ASSERT_NE(moved, nullptr);
   EXPECT_EQ(moved->row.geometry.index, 2u) << "a motion update leaves the rest of the row";
-  EXPECT_EQ(moved->row.material, 1u);
+  EXPECT_EQ(moved->row.mask, 1u);
   EXPECT_EQ(moved->row.motion.p_world_m, motion.p_world_m);
   EXPECT_EQ(moved->row.motion.q_world, glm::dquat(0, 1, 0, 0)) << "normalised on entry";
   EXPECT_EQ(now.find({1, 1}), nullptr);
   ASSERT_NE(now.find({1, 2}), nullptr) << "removed and created within one set";
-  EXPECT_EQ(now.find({1, 2})->row.material, 3u);
+  EXPECT_EQ(now.find({1, 2})->row.mask, 3u);
   EXPECT_EQ(now.find({1, 2})->written_by, 1u);
 }
 
@@ -84,6 +84,7 @@ std::vector<Refusal> refusals() {
        seconds_between({}, WorldTime::max())},
       {"NaN motion", update_motion({0, 1}, bad_motion), BadInputReason::not_finite, nan},
       {"geometry 9", create(row_at(1, 9)), BadInputReason::unknown_geometry, 9.0},
+      {"material 9", create(of_material(9)), BadInputReason::unknown_material, 9.0},
       {"never created", update({3, 1}, row_at(1)), BadInputReason::unknown_entity, 0.0},
       {"older generation", remove({0, 0}), BadInputReason::unknown_entity, 0.0},
       {"no id", remove(EntityId{}), BadInputReason::unknown_entity, 0.0},
@@ -111,8 +112,8 @@ TEST(Commit, IsRefusedAsAWholeForOneFault) {
     }
 
     EXPECT_EQ(store.latest().version, 1u);
-    EXPECT_EQ(store.latest_snapshot().find({0, 1})->row.material, 1u);
-    EXPECT_EQ(store.latest_snapshot().find({1, 1})->row.material, 2u);
+    EXPECT_EQ(store.latest_snapshot().find({0, 1})->row.mask, 1u);
+    EXPECT_EQ(store.latest_snapshot().find({1, 1})->row.mask, 2u);
     WriteSet next = set_of(6, {create(row_at(3))});
     ASSERT_FALSE(commit(store, next));
     EXPECT_EQ(next.writes[0].state.id, (EntityId{2, 1})) << "indices and generations are not used up";
@@ -155,11 +156,11 @@ TEST(Commit, UsesUpTheVersionNumberOfADiscardedSet) {
     ASSERT_FALSE(store.stage(set));
     if (published) store.publish();
     EXPECT_EQ(store.latest().version, published ? set.version : 1u);
-    EXPECT_EQ(store.staged_snapshot().find({0, 1})->row.material, 7u);
-    EXPECT_EQ(store.staged_snapshot().find({1, 2})->row.material, 8u);
+    EXPECT_EQ(store.staged_snapshot().find({0, 1})->row.mask, 7u);
+    EXPECT_EQ(store.staged_snapshot().find({1, 2})->row.mask, 8u);
     store.discard();
     EXPECT_EQ(store.latest().version, 1u);
-    EXPECT_EQ(store.latest_snapshot().find({0, 1})->row.material, 1u);
+    EXPECT_EQ(store.latest_snapshot().find({0, 1})->row.mask, 1u);
     EXPECT_NE(store.latest_snapshot().find({1, 1}), nullptr);
     EXPECT_EQ(std::get<BadInput>(store.read(ReadAt::pinned(set.version))).reason,
               BadInputReason::unknown_version);

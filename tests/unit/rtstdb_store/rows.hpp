@@ -20,9 +20,16 @@ inline StoreOptions options(std::uint32_t max_entities, std::uint32_t retained_c
 inline EntityRow row_at(double x, std::uint32_t geometry = 0) {
   EntityRow row;
   row.geometry = GeometryId{geometry};
-  row.material = static_cast<std::uint32_t>(x);
+  row.mask = static_cast<std::uint32_t>(x);
   row.motion.p_world_m = {x, 2 * x, -x};
   row.motion.v_world_mps = {1.0, x, 0.0};
+  return row;
+}
+
+/// Only the default material exists.
+inline EntityRow of_material(std::uint32_t index) {
+  EntityRow row = row_at(1);
+  row.material = {index};
   return row;
 }
 

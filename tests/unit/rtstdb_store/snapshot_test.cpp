@@ -51,7 +51,7 @@ TEST(Snapshots, AreNoLongerKeptAfterManyCommits) {
   for (int k = 1; k <= 4; ++k) {
     ASSERT_FALSE(commit(store, set_of((1 + k) * 1'000'000'000LL, {update({0, 1}, row_at(k))})));
     ASSERT_TRUE(first.still_kept());
-    ASSERT_EQ(first.row(0)->row.material, 0u) << "after " << k << " later commits";
+    ASSERT_EQ(first.row(0)->row.mask, 0u) << "after " << k << " later commits";
   }
   ASSERT_FALSE(commit(store, set_of(6'000'000'000, {update({0, 1}, row_at(5))})));
   EXPECT_FALSE(first.still_kept());
@@ -66,7 +66,7 @@ TEST(Snapshots, AreNoLongerKeptAfterManyCommits) {
   EXPECT_EQ(by_time.values[0], -1.0);
   EXPECT_DOUBLE_EQ(by_time.values[2], 1.5);
   EXPECT_DOUBLE_EQ(by_time.values[3], 2.0);
-  EXPECT_EQ(read(store, ReadAt::as_of(world_time_ns(2'500'000'000))).find({0, 1})->row.material, 1u);
+  EXPECT_EQ(read(store, ReadAt::as_of(world_time_ns(2'500'000'000))).find({0, 1})->row.mask, 1u);
 }
 
 std::optional<std::vector<std::uint32_t>> changed(const Snapshot& here, Version other) {
@@ -118,7 +118,7 @@ TEST(Snapshots, RefuseChangesThatAreNotKept) {
   }
   EXPECT_FALSE(changed(store.latest_snapshot(), discarded.version));
   EXPECT_EQ(changed(store.latest_snapshot(), 4), (Indices{0, 1}));
-  EXPECT_EQ(store.latest_snapshot().row(0)->row.material, 1u) << "discards use no history";
+  EXPECT_EQ(store.latest_snapshot().row(0)->row.mask, 1u) << "discards use no history";
   EXPECT_EQ(store.oldest_kept(), 0u);
   for (int k = 0; k < 3; ++k)
     ASSERT_FALSE(commit(store, set_of(1, {update({0, 1}, row_at(k))})));

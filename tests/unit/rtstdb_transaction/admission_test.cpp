@@ -187,10 +187,10 @@ TEST(Calibration, MeasuresTheCostBeforeTheFirstTransaction) {
   const Version before = world.engine.latest().version;
   ASSERT_TRUE(world.engine.calibrate(*transaction).ok());
   EXPECT_EQ(world.engine.latest().version, before);
-  EXPECT_EQ(world.material(entity), 1) << "nothing was published";
+  EXPECT_EQ(world.mask(entity), 1) << "nothing was published";
   EXPECT_EQ(transaction->status(), Status::idle);
   EXPECT_EQ(world.execute(*transaction).status, Status::committed) << "calibrate keeps what was declared";
-  EXPECT_EQ(world.material(entity), 2);
+  EXPECT_EQ(world.mask(entity), 2);
   EXPECT_NEAR(static_cast<double>(transaction->outcome().predicted_cost.count()), 800'000.0, 1'000.0);
   declare(terms(DeadlineClass::firm, world.clock.peek() + 100us), 300);
   EXPECT_EQ(world.execute(*transaction).status, Status::refused) << "the first firm transaction";

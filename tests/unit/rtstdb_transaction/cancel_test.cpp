@@ -45,7 +45,7 @@ TEST_F(Cancellation, StopsARunAtItsNextPreemptionPoint) {
   EXPECT_EQ(outcome.cancelled_by, CancelledBy::caller);
   EXPECT_EQ(describe(outcome), "cancelled by its caller; nothing was done");
   EXPECT_EQ(last, 2u);
-  EXPECT_EQ(world_.material(entity_), 1);
+  EXPECT_EQ(world_.mask(entity_), 1);
   in_chunk = nullptr;
   declare(*transaction_);
   EXPECT_EQ(world_.execute(*transaction_).status, Status::committed) << "begun again";

@@ -50,10 +50,10 @@ class DeviceLoss : public testing::Test {
     engine_.submit(transaction);
     return engine_.wait(transaction).status;
   }
-  Status write(std::uint32_t material) {
+  Status write(std::uint32_t mask) {
     const auto writer = make();
     writer->begin({});
-    writer->create(row_of(material));
+    writer->create(row_of(mask));
     return execute(*writer);
   }
   std::size_t entities() { return engine_.snapshot(ReadAt::latest()).value().size(); }

@@ -30,13 +30,13 @@ TEST(EngineSnapshot, IsOfTheLatestVersionAPinnedVersionOrATime) {
   const auto latest = world.engine.snapshot(ReadAt::latest());
   ASSERT_EQ(latest.value().size(), 1u);
   EXPECT_EQ(latest.value()[0].id, b);
-  EXPECT_EQ(latest.value()[0].row.material, 3u);
+  EXPECT_EQ(latest.value()[0].row.mask, 3u);
   EXPECT_EQ(latest.value()[0].written_by, 3u);
   EXPECT_EQ(world.engine.snapshot(ReadAt::pinned(1)).value().size(), 1u);
   const auto before = world.engine.snapshot(ReadAt::as_of(world_time_ns(49)));
   ASSERT_EQ(before.value().size(), 2u);
   EXPECT_EQ(before.value()[0].id, a);
-  EXPECT_EQ(before.value()[1].row.material, 2u);
+  EXPECT_EQ(before.value()[1].row.mask, 2u);
   EXPECT_TRUE(world.engine.snapshot(ReadAt::pinned(0)).value().empty());
 
   const auto refused = world.engine.snapshot(ReadAt::pinned(8));
@@ -71,7 +71,7 @@ TEST(EngineSnapshot, IsOfOneVersionDuringWrites) {
       ASSERT_TRUE(states.ok());
       ASSERT_EQ(states.value().size(), entities);
       for (const EntityState& state : states.value()) {
-        ASSERT_EQ(state.row.material, states.value()[0].row.material) << "rows of two versions";
+        ASSERT_EQ(state.row.mask, states.value()[0].row.mask) << "rows of two versions";
       }
     }
     stop = true;

@@ -39,7 +39,7 @@ TEST_F(FirmDeadline, PassingBeforePublicationDiscardsTheVersion) {
   EXPECT_LT(outcome.computed, transaction_->outcome().submitted + 1ms) << "computed in time";
   EXPECT_EQ(outcome.status, Status::missed);
   EXPECT_EQ(outcome.lateness, 1ms);
-  EXPECT_EQ(world_.material(entity_), 1) << "discarded";
+  EXPECT_EQ(world_.mask(entity_), 1) << "discarded";
   EXPECT_EQ(world_.engine.latest().version, 1u);
   EXPECT_FALSE(transaction_->created(created_).valid());
 
@@ -61,7 +61,7 @@ TEST_F(FirmDeadline, PassingBeforePublicationDiscardsTheVersion) {
 TEST_F(FirmDeadline, PassingAfterPublicationKeepsTheVersion) {
   const Outcome& outcome = run_with_jump(3);
   EXPECT_EQ(outcome.status, Status::committed);
-  EXPECT_EQ(world_.material(entity_), 2);
+  EXPECT_EQ(world_.mask(entity_), 2);
   EXPECT_EQ(world_.engine.counts().firm_late_commits, 0u);
   EXPECT_EQ(world_.engine.counts().firm_delivered_late, 1u);
 }

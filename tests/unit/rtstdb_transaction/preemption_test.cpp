@@ -24,14 +24,14 @@ class Preemption : public testing::Test {
                                    std::uint32_t first, std::uint32_t) {
       const int label = label_of(request);
       trace_.push_back(label);
-      seen_.push_back(material_in(rows));
+      seen_.push_back(mask_in(rows));
       world_.clock.advance(500us);
       if (label == large && event && first == 2 * unmeasured_chunk) event();
     };
   }
-  std::int64_t material_in(const store::RowSource& rows) const {
+  std::int64_t mask_in(const store::RowSource& rows) const {
     const EntityState* state = rows.find(entity_);
-    return state != nullptr ? std::int64_t{state->row.material} : -1;
+    return state != nullptr ? std::int64_t{state->row.mask} : -1;
   }
   const Outcome& run_large(const Terms& given) {
     return world_.execute(begin_query(*large_, large_query_, given, 8 * unmeasured_chunk));
@@ -72,7 +72,7 @@ TEST_F(Preemption, CommitsAWriteAndThePreemptedReaderKeepsItsVersion) {
   EXPECT_EQ(small_->outcome().status, Status::committed);
   EXPECT_LT(outcome.version, small_->outcome().version);
   EXPECT_EQ(seen_, (std::vector<std::int64_t>{1, 1, 1, 2, 1, 1, 1, 1, 1}));
-  EXPECT_EQ(world_.material(entity_), 2);
+  EXPECT_EQ(world_.mask(entity_), 2);
 }
 
 TEST_F(Preemption, OfAWriterIsByReadersOnly) {
@@ -143,7 +143,7 @@ TEST(PreemptionWithShortHistory, DelaysACommitThatWouldDropThePreemptedReadersVe
   world.executor.chunk = [&](const store::RowSource& rows, const query::Request& request, std::uint32_t begin,
                              std::uint32_t) {
     if (request.query != &large) return;
-    seen.push_back(rows.find(first)->row.material);
+    seen.push_back(rows.find(first)->row.mask);
     if (begin != 0) return;
     too_much->begin(soft_terms(1));
     too_much->update(first, row_of(2));
@@ -159,7 +159,7 @@ TEST(PreemptionWithShortHistory, DelaysACommitThatWouldDropThePreemptedReadersVe
   EXPECT_EQ(seen, (std::vector<std::uint32_t>{1, 1, 1}));
   EXPECT_LE(fits->outcome().published, reader->outcome().computed);
   EXPECT_GT(too_much->outcome().version, fits->outcome().version);
-  EXPECT_EQ(world.material(first), 2);
+  EXPECT_EQ(world.mask(first), 2);
 }
 
 /// Transactions submit further ones in their chunks, at random. A model says which transaction each chunk has

@@ -23,9 +23,9 @@ TEST_F(Reads, ReturnTheLatestRows) {
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   ASSERT_NE(transaction->state(0), nullptr);
   EXPECT_EQ(transaction->state(0)->id, second_);
-  EXPECT_EQ(transaction->state(0)->row.material, 20u);
+  EXPECT_EQ(transaction->state(0)->row.mask, 20u);
   EXPECT_EQ(transaction->state(0)->written_by, 2u);
-  EXPECT_EQ(transaction->state(1)->row.material, 10u);
+  EXPECT_EQ(transaction->state(1)->row.mask, 10u);
   EXPECT_EQ(transaction->state(1)->written_by, 1u);
   EXPECT_EQ(transaction->state(2)->id, second_);
 }
@@ -43,10 +43,10 @@ TEST_F(Reads, IncludeTheWritesOfTheirTransaction) {
   EXPECT_EQ(transaction->state(of_removed), nullptr)
       << "reads follow all writes, in whichever order they are declared";
   ASSERT_NE(transaction->state(of_updated), nullptr);
-  EXPECT_EQ(transaction->state(of_updated)->row.material, 21u);
+  EXPECT_EQ(transaction->state(of_updated)->row.mask, 21u);
   EXPECT_EQ(transaction->state(of_updated)->written_by, transaction->outcome().version);
   ASSERT_NE(transaction->state(of_created), nullptr);
-  EXPECT_EQ(transaction->state(of_created)->row.material, 30u);
+  EXPECT_EQ(transaction->state(of_created)->row.mask, 30u);
 }
 
 TEST_F(Reads, AreOfThePinnedVersion) {
@@ -62,7 +62,7 @@ TEST_F(Reads, AreOfThePinnedVersion) {
   const auto of_second = transaction->read(second_);
   ASSERT_EQ(world_.execute(*transaction).status, Status::committed);
   ASSERT_NE(transaction->state(of_first), nullptr);
-  EXPECT_EQ(transaction->state(of_first)->row.material, 10u);
+  EXPECT_EQ(transaction->state(of_first)->row.mask, 10u);
   EXPECT_EQ(transaction->state(of_second), nullptr) << "created by a later version";
 }
 
@@ -76,7 +76,7 @@ TEST_F(Reads, AreNotChangedByLaterWrites) {
   writer->begin({});
   writer->update(first_, row_of(99));
   world_.execute(*writer);
-  EXPECT_EQ(state->row.material, 10u);
+  EXPECT_EQ(state->row.mask, 10u);
   EXPECT_EQ(transaction->state(0), state);
 }
 

@@ -49,9 +49,9 @@ class Reservations : public testing::Test {
     world_.engine.submit(begin_query(transaction, query, given, unmeasured_chunk));
   }
   void write_and_query(Transaction& transaction, SimulatedQuery& query, const Terms& given,
-                       std::uint32_t material) {
+                       std::uint32_t mask) {
     transaction.begin(given);
-    transaction.update(entity_, row_of(material));
+    transaction.update(entity_, row_of(mask));
     transaction.add_query(query, query.capacity());
   }
 
@@ -253,7 +253,7 @@ TEST_F(Reservations, RestartAWriterWithStagedRows) {
   EXPECT_EQ(small_->outcome().status, Status::committed);
   EXPECT_EQ(declared->counts().longest_response, 500us);
   EXPECT_LT(small_->outcome().version, outcome.version);
-  EXPECT_EQ(world_.material(entity_), 5);
+  EXPECT_EQ(world_.mask(entity_), 5);
   EXPECT_EQ(trace_,
             (std::vector<int>{large, large, 1, large, large, large, large, large, large, large, large}));
   EXPECT_EQ(world_.engine.scheduler_counts().restarts, 1u);
@@ -279,7 +279,7 @@ TEST_F(Reservations, RestartedTransactionsCanBeCancelledAndMissed) {
     if (request.query == &small_query_) world_.engine.cancel(*large_);
   };
   EXPECT_EQ(interrupt({}), Status::cancelled);
-  EXPECT_EQ(world_.material(entity_), 7);
+  EXPECT_EQ(world_.mask(entity_), 7);
 }
 
 TEST(ReservationsInAFullQueue, ReplaceTheTransactionOfLowestPriority) {

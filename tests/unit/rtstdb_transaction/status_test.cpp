@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 class Statuses : public testing::Test {
  protected:
-  /// A transaction that sets the material of `entity_` to 2 and has one ray.
+  /// A transaction that sets the mask of `entity_` to 2 and has one ray.
   std::unique_ptr<Transaction> change(const Terms& given) {
     auto transaction = world_.make();
     transaction->begin(given);
@@ -53,7 +53,7 @@ TEST_F(Statuses, CommittedHasFiveInstants) {
   EXPECT_EQ(outcome.actual_cost, outcome.published - outcome.started);
   EXPECT_EQ(outcome.gpu_time, 700ns);
   EXPECT_FALSE(outcome.durable);
-  EXPECT_EQ(world_.material(entity_), 2);
+  EXPECT_EQ(world_.mask(entity_), 2);
   EXPECT_EQ(world_.engine.latest().version, 2u);
 }
 
@@ -79,7 +79,7 @@ TEST_F(Statuses, LateHasItsLateness) {
     EXPECT_EQ(outcome.status, Status::late);
     EXPECT_TRUE(outcome.done());
     EXPECT_EQ(outcome.lateness, 3ms);
-    EXPECT_EQ(world_.material(entity_), 2);
+    EXPECT_EQ(world_.mask(entity_), 2);
   }
   EXPECT_EQ(world_.engine.counts().late, 2u);
   EXPECT_EQ(world_.engine.counts().hard_misses, 1u);
@@ -95,7 +95,7 @@ TEST_F(Statuses, MissedChangesNothing) {
   EXPECT_EQ(outcome.actual_cost, 5ms);
   EXPECT_EQ(outcome.published, ClockTime{});
   EXPECT_EQ(outcome.version, 0u);
-  EXPECT_EQ(world_.material(entity_), 1);
+  EXPECT_EQ(world_.mask(entity_), 1);
   EXPECT_EQ(world_.engine.latest().version, 1u);
 }
 
@@ -186,7 +186,7 @@ TEST_F(Statuses, ConflictNamesThePrecondition) {
   EXPECT_EQ(outcome.conflict.entity, entity_);
   EXPECT_TRUE(outcome.conflict.entity_exists);
   EXPECT_EQ(outcome.conflict.written_by, 2u);
-  EXPECT_EQ(world_.material(entity_), 7);
+  EXPECT_EQ(world_.mask(entity_), 7);
 
   writer->begin({});
   writer->expect_exists({entity_.index, entity_.generation + 1});
@@ -207,7 +207,7 @@ TEST_F(Statuses, TruncatedIsDone) {
   const auto in_time = change(terms(DeadlineClass::firm, now_ + 1ms));
   EXPECT_EQ(world_.execute(*in_time).status, Status::truncated);
   EXPECT_TRUE(in_time->outcome().done());
-  EXPECT_EQ(world_.material(entity_), 2);
+  EXPECT_EQ(world_.mask(entity_), 2);
   executor_takes(2ms, query::RunStatus::truncated);
   const auto late = change(terms(DeadlineClass::soft, now_ + 1ms));
   EXPECT_EQ(world_.execute(*late).status, Status::late);
@@ -227,7 +227,7 @@ TEST_F(Statuses, BadInputInAWriteChangesNothing) {
   EXPECT_EQ(outcome.bad_input.reason, BadInputReason::not_finite);
   EXPECT_EQ(outcome.bad_input.element, 1u);
   EXPECT_EQ(outcome.bad_query, -1);
-  EXPECT_EQ(world_.material(entity_), 1);
+  EXPECT_EQ(world_.mask(entity_), 1);
   EXPECT_FALSE(transaction->created(0).valid());
 }
 
@@ -249,7 +249,7 @@ TEST_F(Statuses, BadInputInAQueryDiscardsTheWrites) {
   EXPECT_EQ(outcome.bad_input.reason, BadInputReason::time_not_covered);
   EXPECT_EQ(outcome.bad_query, 1);
   EXPECT_EQ(outcome.bad_input.element, 2u);
-  EXPECT_EQ(world_.material(entity_), 1);
+  EXPECT_EQ(world_.mask(entity_), 1);
 }
 
 TEST_F(Statuses, BadInputInTimesTooFarApart) {

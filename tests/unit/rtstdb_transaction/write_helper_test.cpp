@@ -11,10 +11,10 @@ namespace {
 
 class WriteHelper : public testing::Test {
  protected:
-  /// Writes `material` to the first entity and waits for the outcome.
-  Status write(std::uint32_t material) {
+  /// Writes `mask` to the first entity and waits for the outcome.
+  Status write(std::uint32_t mask) {
     writer_->begin({});
-    writer_->update(first_, row_of(material));
+    writer_->update(first_, row_of(mask));
     return world_.execute(*writer_).status;
   }
   Status read() {
@@ -35,13 +35,13 @@ TEST_F(WriteHelper, CommitsAWriteAndKeepsTheReadersVersion) {
   std::uint32_t seen = 0;
   world_.executor.while_waiting = [&] { written = write(2); };
   world_.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
-    seen = rows.find(first_)->row.material;
+    seen = rows.find(first_)->row.mask;
     return query::RunReport{};
   };
   EXPECT_EQ(read(), Status::committed);
   EXPECT_EQ(written, Status::committed) << "during the wait for the device";
   EXPECT_EQ(seen, 1u);
-  EXPECT_EQ(world_.material(first_), 2);
+  EXPECT_EQ(world_.mask(first_), 2);
   EXPECT_LT(reader_->outcome().version, writer_->outcome().version);
 }
 
@@ -87,7 +87,7 @@ TEST(WriteHelperWithShortHistory, DelaysAWriteThatWouldDropTheReadersVersion) {
     world.engine.submit(*writer);
   };
   world.executor.work = [&](const store::RowSource& rows, const auto&, const auto&) {
-    seen = rows.find(first)->row.material;
+    seen = rows.find(first)->row.mask;
     return query::RunReport{};
   };
   reader->begin({});
@@ -152,7 +152,7 @@ TEST_F(WriteHelper, DoesNotStartTransactionsWithQueries) {
   EXPECT_EQ(read(), Status::committed);
   EXPECT_EQ(during, Status::pending);
   EXPECT_EQ(world_.engine.wait(*mixed).status, Status::committed);
-  EXPECT_EQ(world_.material(first_), 9);
+  EXPECT_EQ(world_.mask(first_), 9);
 }
 
 }  // namespace

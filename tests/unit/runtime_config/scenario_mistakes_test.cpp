@@ -171,6 +171,23 @@ TEST(ScenarioMistakes, WrongLayersAreReported) {
   EXPECT_TRUE(is_refused(many, "the layer 'layer32' is one too many; there can be 32"));
 }
 
+TEST(ScenarioMistakes, WrongMaterialsAreReported) {
+  const std::string listed =
+      with_change("max_entities: 100",
+                  "materials: [{name: paint, reflectance: 0.3}, {name: retro, retro_gain: 300}]");
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    return with_change(from, to, listed);
+  };
+  expect_accepted(changed("scale: 2\n", "material: retro\n"));
+  EXPECT_TRUE(is_refused(changed("scale: 2\n", "material: @retr\n"),
+                         "unknown material 'retr'; did you mean 'retro'?"));
+  EXPECT_TRUE(is_refused(with_change("scale: 2\n", "material: @paint\n"), "unknown material 'paint'"));
+  EXPECT_TRUE(is_refused(changed("name: retro", "name: @paint"), "the material 'paint' is given twice"));
+  EXPECT_TRUE(is_refused(changed("reflectance: 0.3", "reflectance: @1.5"), "out of range"));
+  EXPECT_TRUE(is_refused(changed("retro_gain: 300", "retro_gain: @0.5"), "out of range"));
+  EXPECT_TRUE(is_refused(changed("{name: paint, ", "@{"), "missing key 'name'"));
+}
+
 TEST(ScenarioMistakes, WrongCanBusesAreReported) {
   expect_refused({
       {"\"socketcan:vcan0\"", "@vcan0", "did you mean 'socketcan:vcan0'?"},

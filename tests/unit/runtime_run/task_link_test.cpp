@@ -71,6 +71,16 @@ class FakeDatabase final : public rtstdb::Database {
   std::optional<rtstdb::TriangleMesh> geometry(rtstdb::GeometryId /*id*/) const override {
     return std::nullopt;
   }
+  rtstdb::Result<rtstdb::MaterialId> add_material(const rtstdb::Material& /*material*/,
+                                                  std::string_view /*name*/) override {
+    return refused();
+  }
+  std::optional<rtstdb::MaterialId> find_material(std::string_view /*name*/) const override {
+    return std::nullopt;
+  }
+  std::optional<rtstdb::Material> material(rtstdb::MaterialId /*id*/) const noexcept override {
+    return std::nullopt;
+  }
   rtstdb::Result<rtstdb::TriangleMesh> geometry(rtstdb::GeometryId /*id*/,
                                                 const rtstdb::ReadAt& /*read_at*/) const override {
     return refused();

@@ -1,0 +1,66 @@
+#include "runtime/modules/laser_scanner/receiver.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hil::modules {
+namespace {
+
+/// The finalizer of SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014).
+std::uint64_t mixed(std::uint64_t word) noexcept {
+  word = (word ^ (word >> 30)) * 0xBF58476D1CE4E5B9ull;
+  word = (word ^ (word >> 27)) * 0x94D049BB133111EBull;
+  return word ^ (word >> 31);
+}
+
+/// Uniform in (0, 1].
+double uniform(std::uint64_t word) noexcept {
+  return (static_cast<double>(word >> 11) + 1.0) * 0x1p-53;
+}
+
+/// A number of the standard normal distribution (Box, Muller, 1958) that the arguments determine.
+double standard_normal(std::int64_t seed, const ReturnNumber& number) noexcept {
+  constexpr std::uint64_t step = 0x9E3779B97F4A7C15ull;
+  std::uint64_t state = mixed(static_cast<std::uint64_t>(seed) + step);
+  state = mixed(state ^ (static_cast<std::uint64_t>(number.sweep_begin_ns) + step));
+  state = mixed(state ^ (number.beam + step));
+  state = mixed(state ^ (number.ordinal + step));
+  const double radius = std::sqrt(-2.0 * std::log(uniform(mixed(state + step))));
+  constexpr double two_pi = 6.283185307179586;
+  return radius * std::cos(two_pi * uniform(mixed(state + 2 * step)));
+}
+
+}  // namespace
+
+double intensity_per_m2(const rtstdb::Material& material, double fraction, double cosine,
+                        double range_m) noexcept {
+  const double range = std::max(range_m, min_intensity_range_m);
+  const double gain = material.is_retro_reflector() ? material.retro_gain : cosine;
+  return material.reflectance * fraction * gain / (range * range);
+}
+
+std::int64_t noise_seed(std::uint64_t run_seed, std::string_view module) noexcept {
+  std::uint64_t state = 0xCBF29CE484222325ull;  // FNV-1a
+  for (const char letter : module)
+    state = (state ^ static_cast<unsigned char>(letter)) * 0x100000001B3ull;
+  return static_cast<std::int64_t>(mixed(state ^ mixed(run_seed)) >> 1);
+}
+
+std::optional<Detection> Receiver::detect(const BeamReturn& beam_return, const rtstdb::Material& material,
+                                          const glm::dvec3& direction_world,
+                                          const ReturnNumber& number) const noexcept {
+  const rtstdb::RayHit& hit = beam_return.hit;
+  if (hit.status != rtstdb::HitStatus::hit) return std::nullopt;
+  const double range_m = static_cast<double>(hit.lambda);
+  const double cosine = std::min(std::abs(glm::dot(glm::dvec3(hit.n_world), direction_world)), 1.0);
+  const double intensity =
+      intensity_per_m2(material, static_cast<double>(beam_return.fraction), cosine, range_m);
+  if (intensity <= options_.threshold_per_m2) return std::nullopt;
+  if (options_.range_noise_m == 0.0) return Detection{range_m, intensity};
+  const double noise_m = options_.range_noise_m * standard_normal(options_.noise_seed, number);
+  return Detection{std::max(range_m + noise_m, 0.0), intensity};
+}
+
+}  // namespace hil::modules

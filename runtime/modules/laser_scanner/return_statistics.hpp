@@ -1,0 +1,66 @@
+#pragma once
+// Counts the returns of a scanner by entity and by their place in the beam, for the report's table.
+//
+// Threads: add in the tick, without allocation; contribute after the run.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include <rtstdb/limits.hpp>
+
+#include "runtime/contribution/contribution.hpp"
+#include "runtime/modules/beam_return.hpp"
+
+namespace hil::modules {
+
+class ReturnStatistics {
+ public:
+  /// Entities with a row of their own; the returns of further ones are counted together.
+  static constexpr std::size_t max_entities = 64;
+
+  struct Counts {
+    std::uint64_t returns = 0;
+    std::uint64_t detected = 0;
+    double nearest_m = std::numeric_limits<double>::infinity();  ///< of the detected ones; so are those below
+    double farthest_m = 0.0;
+    double dimmest_per_m2 = std::numeric_limits<double>::infinity();
+    double brightest_per_m2 = 0.0;
+    float smallest_fraction = std::numeric_limits<float>::infinity();
+  };
+
+  /// `detection`: empty if the receiver did not detect the return.
+  void add(const BeamReturn& beam_return, std::uint32_t ordinal,
+           const std::optional<Detection>& detection) noexcept;
+  /// A beam whose search reached the limits of the device.
+  void add_incomplete_beam() noexcept { ++incomplete_beams_; }
+  /// A beam with more entities than its fractions are distributed among.
+  void add_overflowed_beam() noexcept { ++overflowed_beams_; }
+
+  /// The counts of an entity; null: it has no row.
+  const Counts* find(rtstdb::EntityId entity) const noexcept;
+
+  /// Adds a section with the table, and an event for beams with an incomplete answer.
+  void contribute(const std::string& scanner, const std::function<std::string(rtstdb::EntityId)>& name_of,
+                  contribution::Contribution& report) const;
+
+ private:
+  struct OfEntity {
+    rtstdb::EntityId entity;
+    Counts counts;
+  };
+  Counts& counts_of(rtstdb::EntityId entity) noexcept;
+
+  std::array<OfEntity, max_entities> entities_{};
+  std::size_t entity_count_ = 0;
+  std::size_t last_ = 0;  // the entity of the last return: neighbouring beams meet the same one
+  Counts others_;
+  std::array<Counts, rtstdb::max_returns_per_cone> by_ordinal_{};
+  std::uint64_t incomplete_beams_ = 0, overflowed_beams_ = 0;
+};
+
+}  // namespace hil::modules

@@ -1,0 +1,48 @@
+#pragma once
+// The point clouds of a run, as files pointclouds/<module>-<number>.pcd in its folder. The tick fills
+// preallocated buffers; an ordinary thread writes them. When all buffers of a stream wait for the disk, a
+// cloud is lost and counted, and its number is left out; under the virtual clock the tick writes them, so
+// that none is lost.
+//
+// Threads: open and close at setup and after the last tick; the streams in the tick.
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "runtime/modules/point_cloud.hpp"
+
+namespace hil::run {
+
+/// The folder of the clouds in the folder of a run.
+std::filesystem::path point_cloud_folder(const std::filesystem::path& run_folder);
+
+class PointCloudFiles final : public modules::PointCloudSink {
+ public:
+  PointCloudFiles(const std::filesystem::path& run_folder, bool virtual_clock);
+  ~PointCloudFiles() override;
+  PointCloudFiles(const PointCloudFiles&) = delete;
+  PointCloudFiles& operator=(const PointCloudFiles&) = delete;
+
+  /// Throws io::DeviceError when the folder can not be created. A stream may outlive this object; its clouds
+  /// are then lost.
+  std::unique_ptr<modules::PointCloudStream> open(const std::string& name, std::size_t max_points) override;
+  /// Writes the remaining clouds. Returns why clouds are missing, a sentence for each reason.
+  std::vector<std::string> close();
+
+ private:
+  class Buffers;
+  class Stream;
+  void serve();
+
+  const std::filesystem::path folder_;
+  const bool virtual_clock_;
+  std::vector<std::shared_ptr<Buffers>> streams_;  // constant while the thread runs
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace hil::run
