@@ -9,6 +9,7 @@
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
 #include "runtime/run/database_record.hpp"
+#include "runtime/run/image_files.hpp"
 #include "runtime/run/run_folder.hpp"
 #include "runtime/run/scenery.hpp"
 
@@ -196,6 +197,8 @@ void RunWorld::add_contributions(std::int64_t end_ns, report::RunRecord& record)
     wired.module->contribute(all);
   record.events.insert(record.events.end(), all.events.begin(), all.events.end());
   record.sections = std::move(all.sections);
+  for (const std::string& fault : write_images(all.images, image_folder(context_.options.directory)))
+    record.failures.push_back(fault);
   record.top_view = report::TopView{.time_ns = end_ns,
                                     .view = {},
                                     .shapes = std::move(all.map.shapes),

@@ -43,7 +43,8 @@ class RunWorld {
 
   /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.
   void fill(report::RunRecord& record) const;
-  /// Fills in the map and the sections, and adds events: what the scenery and the modules contribute.
+  /// Fills in the map and the sections, adds events, and writes images: what the scenery and the modules
+  /// contribute. Images that can not be written are failures of the record.
   void add_contributions(std::int64_t end_ns, report::RunRecord& record) const;
   /// The events that modules noted in the tick.
   const modules::EventLog& events() const noexcept { return events_; }
