@@ -83,8 +83,7 @@ struct Table {
 };
 
 struct Section {
-  std::string
-      name{};  ///< of the picture files: "scan" for scan-1.svg (pictures, then plots); letters, digits and '_'
+  std::string name{};  ///< of its pictures: "scan" for scan-1.svg; letters, digits and '_'
   std::string title{};
   std::string text{};
   std::vector<Picture> pictures{};

@@ -39,6 +39,9 @@ const char* const detectors =
 const char* const free_body = "{body: a, mass: 12 t, inertia: [50 t m2, 60 t m2, 60 t m2]}";
 const char* const docking_port =
     "{target: {body: a, axis: [0, -1, 0]}, chaser: {body: b, position: [2 m, 0 m, 0 m]}}";
+const char* const pixel_study =
+    "{port: {body: a}, reflector: b, reflector_size: 4 mm, distances: [20 m], samples: [16, 1], "
+    "beams: [0.02 deg], layers: [x]}";
 const char* const collision = "{body: ego, against: [a]}";
 
 TEST(Registry, FindsEveryTypeByItsName) {
@@ -60,8 +63,9 @@ TEST(Registry, FindsEveryTypeByItsName) {
 
 TEST(Registry, EveryModuleDescribesItsPorts) {
   const std::map<std::string, const char*> parameters{
-      {"vehicles", two_vehicles}, {"laser_scanner", scanner}, {"detectors", detectors},
-      {"collision", collision},   {"free_body", free_body},   {"docking_port", docking_port}};
+      {"vehicles", two_vehicles},    {"laser_scanner", scanner}, {"detectors", detectors},
+      {"collision", collision},      {"free_body", free_body},   {"pixel_study", pixel_study},
+      {"docking_port", docking_port}};
   for (const ModuleType& module_type : module_types()) {
     const std::string type(module_type.name);
     ASSERT_TRUE(parameters.contains(type)) << "add example parameters of the module type " << type;
@@ -129,6 +133,20 @@ TEST(Registry, InertiaThatNoBodyHasIsAMistakeAtItsPlace) {
     ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
     EXPECT_EQ(diagnostics.mistakes()[0].place.line, 3U);
     EXPECT_NE(diagnostics.mistakes()[0].message.find(message), std::string::npos) << diagnostics.to_text();
+  }
+}
+
+TEST(Registry, StudyWhoseValuesDoNotFitTogetherIsAMistake) {
+  const std::string whole =
+      "port: {body: a}\nreflector: b\nreflector_size: 4 mm\ndistances: [20 m]\nlayers: [x]\n";
+  const std::pair<const char*, const char*> bad[] = {
+      {"samples: [15]", "15 samples are no square of whole numbers; the nearest one is 16"},
+      {"samples: [4]\nneeded_shifts: 11", "'needed_shifts' is 11 of 10 'shifts'"},
+      {"shifts: 9", "neither 'samples' nor 'beams'"}};
+  for (const auto& [more, message] : bad) {
+    config::Diagnostics diagnostics;
+    EXPECT_EQ(create("pixel_study", whole + more, diagnostics), nullptr);
+    EXPECT_NE(diagnostics.to_text().find(message), std::string::npos) << diagnostics.to_text();
   }
 }
 
