@@ -52,7 +52,7 @@ struct Parameters {
   double horizontal_rad = 0.6981317;  ///< field of view; a sweep goes from left to right
   double scan_period_s = 0.5;
   Scanner scanner{.mount_body_m = {-1.2, 0.0, 0.0}, .beam_half_angle_rad = 0.0078};
-  double delay_s = 0.03;  ///< from the end of a sweep to its list on the bus
+  double delay_s = 0.06;  ///< from the end of a sweep to its list on the bus
 
   double docking_speed_mps = 0.07;
   double max_speed_mps = 0.8;

@@ -1,7 +1,7 @@
 #pragma once
 // The pixels of a sensor with a square field of view and equal angles between pixels, and the directions of
-// samples in them. The sensor looks along its x; azimuth counts to +y (left), elevation to +z (up). Pixel 0 is
-// at the upper left; pixel (column, row) covers [column, column + 1) x [row, row + 1).
+// samples in them. The sensor looks along its x; azimuth counts to +y (left), elevation to +z (up). Pixel 0
+// is at the upper left; pixel (column, row) covers [column, column + 1) x [row, row + 1).
 //
 // Radians, metres. Threads: constant after construction.
 

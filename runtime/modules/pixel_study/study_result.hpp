@@ -26,8 +26,8 @@ struct TimedPixels {
 struct MethodResult {
   bool complete = false;
   std::uint32_t detections = 0;    ///< shifts in which a pixel detected the reflector
-  TimedPixels port{};                ///< the pixels that can see the port
-  TimedPixels others{};              ///< those traced of the rest
+  TimedPixels port{};              ///< the pixels that can see the port
+  TimedPixels others{};            ///< those traced of the rest
   std::uint64_t other_pixels = 0;  ///< all of the rest
 
   /// Of all pixels of the grid; estimated where not all others were traced.

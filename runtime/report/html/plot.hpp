@@ -6,9 +6,8 @@
 
 namespace hil::report {
 
-/// Points that are not finite, beyond 1e100, or not positive on a logarithmic axis, are left out and interrupt
-/// their line.
-/// For a plot without points it draws a sentence.
+/// Points that are not finite, beyond 1e100, or not positive on a logarithmic axis, are left out and
+/// interrupt their line. For a plot without points it draws a sentence.
 void draw_plot(Markup& out, const contribution::Plot& plot, PictureUse use);
 
 }  // namespace hil::report

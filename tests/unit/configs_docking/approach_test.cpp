@@ -53,12 +53,12 @@ Arrival fly(const glm::dvec3& start_m, const glm::dvec3& start_mps, const glm::d
   for (int t_ms = 0; t_ms < 200'000; t_ms += 10) {
     const std::int64_t now = t_ms * ms;
     controller.attitude(now, {capsule.state.q_world, capsule.body.w_body_radps(capsule.state)});
-    if (t_ms % 500 == 250) {  // the middle of a sweep, whose list is sent at its end
+    if (t_ms % 500 == 250) {  // the middle of a sweep, whose list is sent 50 ms after its end
       sweep = hide(t_ms) ? std::vector<Detection>()
                          : test::seen_reflectors(capsule.port_m(), capsule.state.q_world,
                                                  parameters.scanner.mount_body_m);
     }
-    if (t_ms % 500 == 0) {
+    if (t_ms % 500 == 50) {
       list = sweep;
       ++scan;
     }
