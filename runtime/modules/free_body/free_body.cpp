@@ -30,6 +30,8 @@ namespace {
 
 enum Input : std::size_t { force_x, force_y, force_z, torque_x, torque_y, torque_z, hold };
 
+constexpr std::int64_t track_every_ns = 100'000'000;
+constexpr std::size_t max_track_points = 1u << 15;
 /// Integration steps in one step of the module. Beyond this number, after a long pause, they are longer.
 constexpr std::int64_t max_steps_at_once = 10'000;
 
@@ -55,7 +57,7 @@ class FreeBody final : public Module {
   void take_inputs(StepContext& context) noexcept;
   bool is_within_limits(const RigidBodyState& state) const noexcept;
   void write_row(StepContext& context) noexcept;
-  void write_outputs(StepContext& context) const noexcept;
+  void write_outputs(StepContext& context) noexcept;
 
   const FreeBodyOptions options_;
   const RigidBody rigid_body_;
@@ -74,6 +76,8 @@ class FreeBody final : public Module {
   bool row_is_too_coarse_ = false;
   BodyRow row_;
   std::uint64_t rows_ = 0, steps_ = 0;
+  std::vector<contribution::TrackPoint> track_;
+  std::int64_t next_track_ns_ = 0;
   EventLog::Kind leaves_, held_, released_, coarse_;
 };
 
@@ -137,6 +141,7 @@ void FreeBody::configure(World& world, EventLog& events, const TaskParameters& t
   const rtstdb::Motion motion = rtstdb::rebased(found->row.motion, rtstdb::world_time_ns(0));
   state_ = rigid_body_.state(motion.p_world_m, motion.v_world_mps, motion.q_world, motion.w_world_radps);
   row_.set_written(motion);
+  track_.reserve(max_track_points);
   // A transaction that writes a row takes microseconds. The budget leaves time for a loaded machine.
   const rtstdb::Nanoseconds deadline(task.deadline_ns);
   reservation_ = world.reserve({.name = task.instance,
@@ -232,7 +237,7 @@ void FreeBody::write_row(StepContext& context) noexcept {
   context.events->note(coarse_, context.time_ns);
 }
 
-void FreeBody::write_outputs(StepContext& context) const noexcept {
+void FreeBody::write_outputs(StepContext& context) noexcept {
   const glm::dvec3& p = state_.p_world_m;
   const glm::dvec3& v = state_.v_world_mps;
   const glm::dquat& q = state_.q_world;
@@ -240,9 +245,14 @@ void FreeBody::write_outputs(StepContext& context) const noexcept {
   const std::array values{p.x, p.y, p.z, v.x, v.y, v.z, q.w,
                           q.x, q.y, q.z, w.x, w.y, w.z, static_cast<double>(rows_)};
   std::copy(values.begin(), values.end(), context.outputs.begin());
+  if (context.time_ns >= next_track_ns_ && track_.size() < max_track_points) {
+    track_.push_back({context.time_ns, p.x, p.y});
+    next_track_ns_ = context.time_ns + track_every_ns;
+  }
 }
 
 void FreeBody::contribute(contribution::Contribution& report) const {
+  report.map.tracks.push_back({options_.body, true, track_});
   const RowError& error = row_.largest_error();
   contribution::Section section{
       .name = "free_body_" + instance_,

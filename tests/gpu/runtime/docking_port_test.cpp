@@ -51,7 +51,9 @@ class DockingPortModule : public test::ModuleFixture {
 };
 
 TEST_F(DockingPortModule, CapturesASlowChaserInTheMiddle) {
+  allocation_guard::reset();
   const std::vector<double> outputs = approach("chaser", 0.08, 0.05, 0.0);
+  EXPECT_EQ(allocation_guard::seen().total(), 0U) << "in the steps";
   EXPECT_EQ(outputs[docked], 1.0);
   EXPECT_EQ(outputs[missed], 0.0);
   EXPECT_NEAR(outputs[capture_lateral], 0.05, 1e-9);

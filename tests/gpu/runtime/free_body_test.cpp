@@ -83,6 +83,17 @@ TEST_F(FreeBodyModule, RowsAreWithinTheirErrorsAtEveryTick) {
   EXPECT_TRUE(events_.events().empty());
 }
 
+TEST_F(FreeBodyModule, StepsDoNotAllocate) {
+  const auto module = make(", position_error: 0.01 mm");
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  allocation_guard::reset();
+  std::vector<double> outputs;
+  for (int i = 0; i < 500; ++i)
+    outputs = step(*module, static_cast<std::uint64_t>(i), i * ms, ms, inputs(6.0, 0.4, i > 400 ? 1.0 : 0.0));
+  EXPECT_GT(outputs[rows_output], 50.0);
+  EXPECT_EQ(allocation_guard::seen().total(), 0U);
+}
+
 TEST_F(FreeBodyModule, StartsWithTheMotionOfItsEntityAndWritesNothingWithoutNeed) {
   const auto module = make(", position_error: 1 m, angle_error: 1 rad");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();

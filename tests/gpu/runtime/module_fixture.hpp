@@ -10,6 +10,7 @@
 
 #include "runtime/config/parse.hpp"
 #include "runtime/modules/module.hpp"
+#include "tests/support/allocation_guard.hpp"
 
 namespace hil::modules::test {
 
@@ -34,7 +35,7 @@ class ModuleFixture : public ::testing::Test {
     module->configure(*world_, events_, task);
     return module;
   }
-  /// The outputs of one step. A module with inputs needs one value for each.
+  /// The outputs of one step, whose heap traffic allocation_guard counts. A module with inputs needs one value for each.
   std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns,
                            std::span<const signals::SignalValue> inputs = {}) {
     std::vector<double> outputs(module.ports().outputs.size());
@@ -47,7 +48,9 @@ class ModuleFixture : public ::testing::Test {
     context.inputs = inputs;
     context.outputs = outputs;
     context.events = &events_;
+    allocation_guard::enter_tick();
     module.step(context);
+    allocation_guard::leave_tick();
     return outputs;
   }
 

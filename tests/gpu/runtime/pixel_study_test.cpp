@@ -55,7 +55,9 @@ TEST_F(PixelStudyModule, TilingBeamsDetectAndFewRaysDoNot) {
   const auto module = make(*find_module_type("pixel_study"),
                            parameters("samples: [1, 256], beams: [0.0885 deg]"), {.instance = "study"});
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  allocation_guard::reset();
   const std::vector<double> outputs = run(*module);
+  EXPECT_EQ(allocation_guard::seen().total(), 0U) << "in the steps";
   EXPECT_EQ(outputs[finished], 1.0);
   EXPECT_EQ(outputs[progress], 1.0);
   EXPECT_EQ(outputs[tiling_beams_missed], 0.0);
