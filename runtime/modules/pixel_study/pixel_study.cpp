@@ -126,7 +126,8 @@ void PixelStudy::configure(World& world, EventLog& /*events*/, const TaskParamet
   reflector_ = world.entity_of(options_.reflector, caller);
   mask_ = world.mask_of(options_.layers, caller);
   transaction_ = database_->make_transaction({.max_queries = 1, .max_reads = 2});
-  work_.emplace(options_, grid_, scene_of(world, caller), task.seed);
+  work_.emplace(options_, grid_, scene_of(world, caller),
+                static_cast<std::uint64_t>(noise_seed(task.seed, task.instance)));
   detection_per_m2_.resize(work_->max_detection_pixels());
   if (options_.images) images_.emplace(options_);
   const auto prepare = [&](const PixelMethod& method) {
