@@ -354,8 +354,8 @@ class DatabaseImpl final : public Database {
       if (logged) logged->id = added->value();
       if (logged) engine_.log()->record_geometry(*logged, mesh.positions_m.size());
     };
-    if (auto room = call_until(add_on_engine, [&] { return added.has_value(); }); !room)
-      return with_name(name, room.error());
+    if (auto called = call_until(add_on_engine, [&] { return added.has_value(); }); !called)
+      return with_name(name, called.error());
     if (!*added) return with_name(name, added->error());
     const std::lock_guard reading_lock(meshes_mutex_);
     meshes_.push_back(std::move(copy));
@@ -383,7 +383,7 @@ class DatabaseImpl final : public Database {
       materials_->publish();
       added = true;
     };
-    if (auto room = call_until(add_on_engine, [&] { return added; }); !room) return room.error();
+    if (auto called = call_until(add_on_engine, [&] { return added; }); !called) return called.error();
     return id;
   }
 
@@ -468,10 +468,9 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu:
             table_of(world != nullptr ? world->materials : std::span<const log::LoggedMaterial>());
         std::function<void(store::Store&)> past;
         if (range != nullptr) past = [range](store::Store& store) { apply_range(*range, store); };
-        auto database =
-            std::make_unique<DatabaseImpl>(std::move(executor).value(), options, std::move(log).value(),
-                                           std::move(recovered).value(), std::move(materials),
-                                           std::move(past));
+        auto database = std::make_unique<DatabaseImpl>(std::move(executor).value(), options,
+                                                       std::move(log).value(), std::move(recovered).value(),
+                                                       std::move(materials), std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
 }

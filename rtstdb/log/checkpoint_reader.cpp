@@ -66,8 +66,7 @@ const char* CheckpointReading::chunk(bool& ended) {
   } else if (header.kind == ChunkKind::material) {
     LoggedMaterial material;
     fault = get_material(payload, material);
-    if (fault == nullptr)
-      fault = world.knows(material.id) ? "a material occurs twice" : world.add(material);
+    if (fault == nullptr) fault = world.knows(material.id) ? "a material occurs twice" : world.add(material);
   } else if (header.kind == ChunkKind::rows) {
     fault = rows(payload, header.entries);
   } else if (header.kind == ChunkKind::shape) {

@@ -184,8 +184,8 @@ struct StoredGeometry {
 };
 static_assert(sizeof(StoredGeometry) == 40);
 
-/// In records and checkpoints. Followed by the properties, then by the name, and zeros to a multiple of 8. The
-/// default material is not recorded.
+/// In records and checkpoints. Followed by the properties, then by the name, and zeros to a multiple of 8.
+/// The default material is not recorded.
 struct StoredMaterial {
   std::uint32_t index = 0;
   std::uint32_t properties = 0;

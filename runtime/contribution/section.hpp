@@ -23,6 +23,9 @@ struct Dimension {
   double length_m = not_known;
 };
 
+/// Picture::subject: all points are the subject.
+inline constexpr std::uint32_t no_subject = std::numeric_limits<std::uint32_t>::max();
+
 /// Measured points seen along a horizontal direction, centred on the subject. All pictures of a section have
 /// one scale.
 struct Picture {

@@ -34,8 +34,8 @@ class PointCloudStream {
   /// Memory for the points of the next cloud, as many as open() was given; empty: all buffers wait for the
   /// disk. Then the cloud is counted as lost.
   virtual std::span<CloudPoint> begin() noexcept = 0;
-  /// Hands over the first `count` points. `sensor`: pose of the sensor at the begin of the sweep. Only after a
-  /// begin() that was not empty.
+  /// Hands over the first `count` points. `sensor`: pose of the sensor at the begin of the sweep. Only after
+  /// a begin() that was not empty.
   virtual void finish(std::size_t count, const rtstdb::Pose& sensor) noexcept = 0;
 };
 

@@ -25,8 +25,8 @@ struct Scenery {
 /// for an entity whose scale is beyond the database's limits; the scenery is then not usable.
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics);
 
-/// Creates the materials and the entities, and their geometries from the meshes, which `scenery` then no longer has. Throws
-/// modules::SetupError.
+/// Creates the materials and the entities, and their geometries from the meshes, which `scenery` then no
+/// longer has. Throws modules::SetupError.
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world);
 
 /// Motions of the scenery as the scenario gives them, by entity: from the first tick on.

@@ -36,8 +36,8 @@ inline std::vector<Words> words_of(std::span<const RayHit> hits) {
       words = incomplete_words;
       continue;
     }
-    words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material.index, hit.triangle,
-                               hit.front_face ? 1u : 0u});
+    words.insert(words.end(), {static_cast<std::uint32_t>(hit.status), hit.mask, hit.material.index,
+                               hit.triangle, hit.front_face ? 1u : 0u});
     for (const float value : {hit.lambda, hit.u, hit.v})
       add(words, value);
     add(words, hit.entity);
@@ -91,8 +91,8 @@ inline std::vector<Words> words_of(std::span<const ConeReturn> returns) {
       words = incomplete_words;
       continue;
     }
-    words.insert(words.end(), {static_cast<std::uint32_t>(one.status), one.mask, one.material.index, one.triangle,
-                               one.front_face ? 1u : 0u, one.overflow ? 1u : 0u});
+    words.insert(words.end(), {static_cast<std::uint32_t>(one.status), one.mask, one.material.index,
+                               one.triangle, one.front_face ? 1u : 0u, one.overflow ? 1u : 0u});
     for (const float value : {one.lambda, one.u, one.v, one.fraction})
       add(words, value);
     add(words, one.entity);

@@ -139,8 +139,8 @@ void EngineSimulation::check_reads(const EndedTransaction& ended) {
     const bool alive = found != rows.end() && found->second.generation == id.generation;
     const auto& read = ended.reads[k];
     ++counts_.observations;
-    if (alive != read.has_value() || (alive && (read->row.mask != found->second.mask ||
-                                                read->written_by != found->second.written_by)))
+    if (alive != read.has_value() ||
+        (alive && (read->row.mask != found->second.mask || read->written_by != found->second.written_by)))
       fail(describe(ended) + "its read of " + name_of(id) + " does not agree with version " +
            std::to_string(version));
   }

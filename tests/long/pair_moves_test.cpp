@@ -231,7 +231,8 @@ class Reader {
   /// The material of the row, which has to agree with the position.
   static std::int64_t place_by_ray(const RayHit& hit, EntityId expected) {
     if (hit.status != HitStatus::hit || hit.entity != expected) return -3;
-    const bool agrees = std::abs(static_cast<double>(hit.lambda) - (19.5 + place_x_m(hit.material.index))) < 1e-3;
+    const bool agrees =
+        std::abs(static_cast<double>(hit.lambda) - (19.5 + place_x_m(hit.material.index))) < 1e-3;
     return agrees ? static_cast<std::int64_t>(hit.material.index) : -4;
   }
   static std::int64_t place_by_distance(const Neighbor& neighbor) {

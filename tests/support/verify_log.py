@@ -3,8 +3,8 @@
 
 It follows the description of the format (rtstdb/log/format.hpp) and shares only the hash function with the
 writer. For each directory it prints a line "== DIRECTORY", then "refused: REASON", or the newest version: its
-rows, free indices, geometries and materials, one to a line, floating-point numbers by their bits. Exits with 1 when any
-log was refused.
+rows, free indices, geometries and materials, one to a line, floating-point numbers by their bits. Exits with
+1 when any log was refused.
 """
 import ctypes
 import os

@@ -6,8 +6,8 @@
 // Time bases: WorldTime for the simulated world, ClockTime for deadlines and costs (time.hpp).
 //
 // Threads:
-//   setup   open, add_geometry, add_material, prepare, watch, make_transaction, calibrate, reserve and close allocate and
-//           block. Any thread may call them, but not from the tick.
+//   setup   open, add_geometry, add_material, prepare, watch, make_transaction, calibrate, reserve and close
+//           allocate and block. Any thread may call them, but not from the tick.
 //   tick    submit, execute, wait, cancel, latest, durable and material neither allocate nor take a lock. Any
 //           number of threads may call them at the same time.
 //   other   snapshot, geometry and the functions for counts and health may be called by any thread; they may
@@ -204,9 +204,9 @@ class Database {
   virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
   /// Registers a material, which rows can name from then on. Ids are assigned in ascending order. Names need
   /// not be unique. With a log, it is recorded before every row that names it.
-  /// Errors: those of validate; bad_input in a history (history.hpp), and for a name that the log cannot hold;
-  /// capacity for more than max_materials; out_of_memory; file, if the disk fails or the log has no room for
-  /// ten seconds.
+  /// Errors: those of validate; bad_input in a history (history.hpp), and for a name that the log cannot
+  /// hold; capacity for more than max_materials; out_of_memory; file, if the disk fails or the log has no
+  /// room for ten seconds.
   virtual Result<MaterialId> add_material(const Material& material, std::string_view name) = 0;
   /// The last added material of that name, those recovered from the log included; empty: none. The default
   /// material has no name.

@@ -9,8 +9,9 @@
 namespace rtstdb {
 
 /// Each member is a property that a default describes completely. Callers name the members that they set
-/// (Material{.reflectance = 0.2}), and a log holds a material as a list of properties (rtstdb/log/format.hpp).
-/// So a property can be added without a change of callers, of existing logs or of their format.
+/// (Material{.reflectance = 0.2}), and a log holds a material as a list of properties
+/// (rtstdb/log/format.hpp). So a property can be added without a change of callers, of existing logs or of
+/// their format.
 struct Material {
   /// Share of the incident light that a matt (Lambertian) surface scatters back, at normal incidence: 0 to 1.
   double reflectance = 1.0;

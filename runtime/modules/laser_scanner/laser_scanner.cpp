@@ -1,10 +1,8 @@
 // A laser scanner with one turning beam, carried by a body (paper, Section 6). Every beam has its own time
 // and meets bodies where they are at that time. Each step queries the beams that leave in the period after
-// its release. The outputs are an object list.
+// its release. The outputs, an object list and targets, are those of scanner_ports.hpp.
 //
 // The first sweep begins with the task's first release, so a sweep is a whole number of steps.
-//
-// The outputs are listed in scanner_ports.hpp.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -12,9 +10,6 @@
 #include <bit>
 #include <cmath>
 
-#include <rtstdb/limits.hpp>
-
-#include "runtime/config/numbers.hpp"
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/answer_digest.hpp"
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
@@ -27,13 +22,12 @@
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
 #include "runtime/modules/laser_scanner/sweep_cloud.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
+#include "runtime/modules/laser_scanner/sweep_view.hpp"
 #include "runtime/modules/laser_scanner/target_list.hpp"
 #include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
-
-constexpr std::size_t max_view_points = 4000;
 
 class LaserScanner final : public Module {
  public:
@@ -59,8 +53,6 @@ class LaserScanner final : public Module {
   void compare_still_hits() noexcept;
   void write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept;
   void write_targets(StepContext& context) noexcept;
-  void keep_view_point(std::uint32_t entity, double range_m, const glm::dvec3& p_world_m,
-                       std::uint64_t beam) noexcept;
 
   const ScannerOptions options_;
   ScanPattern pattern_;
@@ -68,6 +60,7 @@ class LaserScanner final : public Module {
   TargetList targets_;
   Receiver receiver_;
   ReturnStatistics statistics_;
+  SweepView view_;
   SweepCloud cloud_;
   Ports ports_;
 
@@ -93,8 +86,6 @@ class LaserScanner final : public Module {
   bool complete_ = false;  // all its slices so far have
   AnswerDigest digest_;
 
-  std::uint64_t view_every_ = 1;
-  std::vector<contribution::SensorPoint> view_, last_view_;
   rtstdb::Motion last_carrier_;
 };
 
@@ -103,8 +94,8 @@ LaserScanner::LaserScanner(const config::Value& parameters)
       pattern_(options_.pattern),
       objects_({.max_objects = options_.max_objects, .keep_ns = options_.keep_ns}),
       targets_(options_.targets),
-      ports_(scanner_ports(parameters, options_)),
-      view_every_((pattern_.beams() + max_view_points - 1) / max_view_points) {}
+      view_(pattern_.beams()),
+      ports_(scanner_ports(parameters, options_)) {}
 
 void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
   instance_ = task.instance;
@@ -153,8 +144,6 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParam
   if (options_.cloud_sweeps > 0 && world.point_clouds() != nullptr)
     cloud_.open(world.point_clouds()->open(task.instance, pattern_.beams() * beams_->returns_per_beam()),
                 options_.cloud_sweeps);
-  view_.reserve(max_view_points + 1);
-  last_view_.reserve(max_view_points + 1);
 }
 
 void LaserScanner::fill_beams() noexcept {
@@ -175,8 +164,7 @@ void LaserScanner::fill_beams() noexcept {
 
 /// At the first slice of a sweep that has answers: takes the motions of the compared bodies.
 void LaserScanner::begin_sweep(const StepContext& context) noexcept {
-  view_.swap(last_view_);
-  view_.clear();
+  view_.begin_sweep();
   targets_.clear();
   rtstdb::Pose sensor_pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(sweep_begin_ns_));
   sensor_pose.p_world_m += sensor_pose.q_world * options_.mount_m;
@@ -201,13 +189,6 @@ void LaserScanner::begin_sweep(const StepContext& context) noexcept {
                            {.point = {glm::dvec2(sensor), glm::dvec2(carrier.v_world_mps)},
                             .heading_rad = std::atan2(forward.y, forward.x)},
                            compared_motion_);
-}
-
-void LaserScanner::keep_view_point(std::uint32_t entity, double range_m, const glm::dvec3& p_world_m,
-                                   std::uint64_t beam) noexcept {
-  if (beam % view_every_ != 0 || view_.size() == view_.capacity()) return;
-  view_.push_back({p_world_m.x, p_world_m.y, p_world_m.z, pattern_.azimuth_rad(pattern_.column_of(beam)),
-                   pattern_.elevation_rad(pattern_.row_of(beam)), range_m, entity});
 }
 
 void LaserScanner::take_returns(StepContext& context, const rtstdb::Motion& carrier) noexcept {
@@ -263,7 +244,20 @@ void LaserScanner::take_detection(const BeamReturn& beam_return, const Detection
   const std::int64_t beam_ns = sweep_begin_ns_ + pattern_.time_ns(beam);
   const glm::dvec3 in_sensor_m = glm::dvec3(pattern_.direction(column, row)) * detection.range_m;
   const glm::dvec3 p_world_m = pose.p_world_m + pose.q_world * (options_.mount_m + in_sensor_m);
-  keep_view_point(hit.entity.index, detection.range_m, p_world_m, beam);
+  const auto sensor_point = [&](const glm::dvec3& p_m) {
+    return contribution::SensorPoint{p_m.x,
+                                     p_m.y,
+                                     p_m.z,
+                                     pattern_.azimuth_rad(column),
+                                     pattern_.elevation_rad(row),
+                                     detection.range_m,
+                                     hit.entity.index};
+  };
+  if (view_.wants(beam))
+    view_.add({.world = sensor_point(p_world_m),
+               .sensor = sensor_point(in_sensor_m),
+               .entity = hit.entity,
+               .intensity_per_m2 = detection.intensity_per_m2});
   cloud_.add({.x_m = static_cast<float>(in_sensor_m.x),
               .y_m = static_cast<float>(in_sensor_m.y),
               .z_m = static_cast<float>(in_sensor_m.z),
@@ -426,9 +420,10 @@ void LaserScanner::contribute(contribution::Contribution& report) const {
              " hits are in no object: more bodies were in view at once than the object list can follow"});
   }
   if (sweeps_ == 0) return;
-  statistics_.contribute(
-      instance_, [this](rtstdb::EntityId entity) { return world_->name_of(entity); }, report);
-  report.map.sensor_points = last_view_.empty() ? view_ : last_view_;
+  const auto name_of = [this](rtstdb::EntityId entity) { return world_->name_of(entity); };
+  view_.contribute(instance_, name_of, report);
+  statistics_.contribute(instance_, name_of, report);
+  report.map.sensor_points = view_.map_points();
   const rtstdb::Pose pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(report.end_ns));
   const glm::dvec3 sensor = pose.p_world_m + pose.q_world * options_.mount_m;
   const glm::dvec3 forward = pose.q_world * glm::dvec3(1.0, 0.0, 0.0);

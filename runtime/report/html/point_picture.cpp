@@ -47,7 +47,7 @@ struct Extent {
 Extent extent_of(std::span<const Seen> points, std::uint32_t subject) {
   Extent extent;
   for (const Seen& point : points) {
-    if (point.entity != subject) continue;
+    if (subject != contribution::no_subject && point.entity != subject) continue;
     extent.from_m = std::min(extent.from_m, point.at.x_m);
     extent.to_m = std::max(extent.to_m, point.at.x_m);
     extent.low_m = std::min(extent.low_m, point.at.y_m);

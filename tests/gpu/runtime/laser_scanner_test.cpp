@@ -278,6 +278,22 @@ TEST_F(LaserScannerTest, ReportHasATableOfReturnsByBody) {
   EXPECT_EQ(bodies.rows[1][0].text, "far");
   EXPECT_NEAR(bodies.rows[1][3].number, 20.0, 1e-3);
   EXPECT_EQ(section->tables[1].rows.size(), 2u);
+
+  const auto picture_in = [&](const std::string& name) {
+    const auto found = std::ranges::find(report.sections, name, &contribution::Section::name);
+    return found != report.sections.end() ? found->pictures.at(0) : contribution::Picture{};
+  };
+  const contribution::Picture bodies_seen = picture_in("lidar_bodies");
+  EXPECT_EQ(bodies_seen.entities, (std::vector<std::string>{"near", "far"}));
+  EXPECT_EQ(bodies_seen.subject, contribution::no_subject);
+  ASSERT_EQ(bodies_seen.points.size(), 6u);
+  EXPECT_EQ(bodies_seen.points[0].entity, 0u);
+  EXPECT_EQ(bodies_seen.points[1].entity, 1u);
+  const contribution::Picture intensities = picture_in("lidar_intensity");
+  ASSERT_EQ(intensities.points.size(), 6u);
+  EXPECT_EQ(intensities.entities.at(0), "above 1e-3 1/m²");
+  EXPECT_EQ(intensities.points[0].entity, 0u) << "0.5 / 10 m / 10 m";
+  EXPECT_EQ(intensities.points[1].entity, 0u) << "0.5 / 20 m / 20 m = 1.25e-3";
 }
 
 }  // namespace

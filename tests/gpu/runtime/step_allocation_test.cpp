@@ -8,10 +8,12 @@
 
 #include "runtime/executive/executive.hpp"
 #include "runtime/run/clocks.hpp"
+#include "runtime/run/point_cloud_files.hpp"
 #include "runtime/run/scenery.hpp"
 #include "runtime/run/wiring.hpp"
 #include "tests/paths.h"
 #include "tests/support/allocation_guard.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hil::run {
 namespace {
@@ -47,13 +49,16 @@ class Guarded final : public executive::Task {
   std::atomic<std::uint64_t> guarded_runs_{0};
 };
 
-TEST(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
+/// The crossing with the scanner's parameters changed, as `--set` changes them.
+class HeapTraffic : public ::testing::TestWithParam<std::vector<std::string>> {};
+
+TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   config::Diagnostics diagnostics;
-  const auto scenario = config::load_scenario(
-      std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml",
-      std::vector<std::string>{"tasks.scanner.parameters.columns=240", "tasks.scanner.parameters.rows=60",
-                               "realtime.scheduler=other"},
-      scenario_types(), diagnostics);
+  std::vector<std::string> overrides{"realtime.scheduler=other"};
+  for (const std::string& parameter : GetParam())
+    overrides.push_back("tasks.scanner.parameters." + parameter);
+  const auto scenario = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml",
+                                              overrides, scenario_types(), diagnostics);
   ASSERT_TRUE(scenario) << diagnostics.to_text();
   auto wiring = wire(*scenario, diagnostics);
   ASSERT_TRUE(wiring) << diagnostics.to_text();
@@ -71,6 +76,9 @@ TEST(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   ASSERT_TRUE(opened) << opened.error().message;
   const auto database = std::move(opened).value();
   modules::World world(*database, wiring->layers.names());
+  const tests::TemporaryFolder folder;
+  PointCloudFiles clouds(folder.path(), false);
+  world.set_point_clouds(&clouds);
   create_scenery(*scenario, wiring->scenery, world);
   modules::EventLog events;
 
@@ -119,6 +127,13 @@ TEST(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   ASSERT_TRUE(hits);
   EXPECT_GT(wiring->signals.value(*hits), 0.0) << "the scanner saw nothing";
 }
+
+INSTANTIATE_TEST_SUITE_P(Scanners, HeapTraffic,
+                         ::testing::Values(std::vector<std::string>{"columns=240", "rows=60"},
+                                           std::vector<std::string>{
+                                               "columns=48", "rows=12", "compare=[]", "divergence=2 deg",
+                                               "returns=3", "threshold=1e-9", "range_noise=1 cm", "targets=4",
+                                               "point_cloud={rate: 1 Hz}"}));
 
 }  // namespace
 }  // namespace hil::run

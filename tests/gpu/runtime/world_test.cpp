@@ -42,6 +42,18 @@ TEST_F(ModuleWorld, UnknownLayerIsRefusedWithTheNearestName) {
             "module loops: the scenario has no layer 'zebra'; known here: ground, structure, vehicle");
 }
 
+TEST_F(ModuleWorld, MaterialsAreFoundByName) {
+  const rtstdb::Material foil{.reflectance = 0.9, .retro_gain = 300.0};
+  const rtstdb::MaterialId id = world_->add_material("foil", foil);
+  EXPECT_EQ(world_->material_of("foil", "module x"), id);
+  EXPECT_EQ(database_->material(id), foil);
+  EXPECT_EQ(refusal([&] { world_->add_material("foil", foil); }), "two materials have the name 'foil'");
+  EXPECT_EQ(refusal([&] { world_->material_of("fool", "module x"); }),
+            "module x: world.materials has no material 'fool'; did you mean 'foil'?");
+  EXPECT_EQ(refusal([&] { world_->add_material("bright", {.reflectance = 2.0}); }),
+            "world.materials: material 'bright': reflectance is 2; allowed is 0 to 1");
+}
+
 TEST_F(ModuleWorld, BodiesOfOneShapeShareAGeometry) {
   int made = 0;
   const auto box = [&] {

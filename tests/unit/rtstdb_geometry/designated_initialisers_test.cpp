@@ -55,6 +55,9 @@ TEST(DesignatedInitialisers, OfRowsAndMeshes) {
   EXPECT_EQ((EntityRow{.geometry = GeometryId{0}}).mask, mask_all);
   EXPECT_FALSE((EntityRow{.mask = 1}).geometry.valid());
   EXPECT_EQ((EntityState{.written_by = 1}).row.mask, mask_all);
+  EXPECT_EQ((EntityRow{.mask = 1}).material, MaterialId{});
+  EXPECT_EQ((Material{.reflectance = 0.5}).retro_gain, 0.0);
+  EXPECT_EQ((Material{.retro_gain = 2.0}).reflectance, 1.0);
   EXPECT_EQ((Motion{.p_world_m = {1, 2, 3}}).q_world.w, 1.0);
   EXPECT_EQ((Pose{.p_world_m = {1, 2, 3}}).q_world.w, 1.0);
   EXPECT_TRUE((TriangleMesh{.positions_m = {}}).triangles.empty());

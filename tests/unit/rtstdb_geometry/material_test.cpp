@@ -13,7 +13,8 @@ TEST(MaterialCheck, AcceptsItsLimits) {
   EXPECT_FALSE(Material{}.is_retro_reflector());
   for (const double reflectance : {0.0, 1.0})
     for (const double gain : {0.0, 1.0, max_retro_gain})
-      EXPECT_TRUE(validate({.reflectance = reflectance, .retro_gain = gain}).ok()) << reflectance << " " << gain;
+      EXPECT_TRUE(validate({.reflectance = reflectance, .retro_gain = gain}).ok())
+          << reflectance << " " << gain;
 }
 
 TEST(MaterialCheck, RefusesWithPropertyValueAndRange) {

@@ -262,8 +262,8 @@ LoggedMaterial material_named(const std::string& name) {
 TEST(LogRecord, MaterialsRoundTrip) {
   RecordDecoder decoder;
   for (const std::size_t length : {0, 1, 7, 8, 9, 4096}) {
-    for (const Material& properties :
-         {Material{}, Material{.reflectance = 0.5}, Material{.retro_gain = 1.0}, Material{0.0, max_retro_gain}}) {
+    for (const Material& properties : {Material{}, Material{.reflectance = 0.5}, Material{.retro_gain = 1.0},
+                                       Material{0.0, max_retro_gain}}) {
       LoggedMaterial material = material_named(std::string(length, 'x'));
       material.material = properties;
       const Bytes bytes = bytes_of(material);
@@ -359,10 +359,10 @@ TEST(LogRecord, AcceptedRecordsEncodeToTheSameBytes) {
   RandomSets random(4);
   int accepted = 0;
   for (int round = 0; round < 20'000; ++round) {
-    Bytes bytes = round % 10 == 0  ? bytes_of(geometry_named("a name"))
+    Bytes bytes = round % 10 == 0   ? bytes_of(geometry_named("a name"))
                   : round % 10 == 1 ? bytes_of(material_named("a name"))
-                  : round % 3 == 0 ? bytes_of(random.move())
-                                   : bytes_of(random.set(3));
+                  : round % 3 == 0  ? bytes_of(random.move())
+                                    : bytes_of(random.set(3));
     for (std::uint32_t k = 1 + random.below(3); k > 0; --k) {
       std::byte& changed = bytes[random.below(static_cast<std::uint32_t>(bytes.size()))];
       changed =

@@ -172,9 +172,8 @@ TEST(ScenarioMistakes, WrongLayersAreReported) {
 }
 
 TEST(ScenarioMistakes, WrongMaterialsAreReported) {
-  const std::string listed =
-      with_change("max_entities: 100",
-                  "materials: [{name: paint, reflectance: 0.3}, {name: retro, retro_gain: 300}]");
+  const std::string listed = with_change(
+      "max_entities: 100", "materials: [{name: paint, reflectance: 0.3}, {name: retro, retro_gain: 300}]");
   const auto changed = [&](const std::string& from, const std::string& to) {
     return with_change(from, to, listed);
   };

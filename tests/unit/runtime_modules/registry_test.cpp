@@ -158,6 +158,46 @@ TEST(Registry, PortWithoutDirectionIsAMistake) {
   EXPECT_NE(diagnostics.mistakes()[0].message.find("'axis' has no direction"), std::string::npos);
 }
 
+TEST(Registry, ScannerHasFourOutputsForEachTarget) {
+  config::Diagnostics diagnostics;
+  const auto module =
+      create("laser_scanner", "{carrier: ego, layers: [a], object_layers: [a], max_objects: 2, targets: 3}",
+             diagnostics);
+  ASSERT_NE(module, nullptr) << diagnostics.to_text();
+  EXPECT_EQ(module->ports().outputs.size(), 2U * 7U + 4U + 1U + 3U * 4U);
+  for (const char* name :
+       {"target_count", "target0.azimuth", "target1.elevation", "target2.range", "target2.intensity"})
+    EXPECT_EQ(names(module->ports().outputs).count(name), 1U) << name;
+}
+
+TEST(Registry, ScannerParametersThatContradictOneAnotherAreMistakes) {
+  const auto mistakes = [](const std::string& more) {
+    config::Diagnostics diagnostics;
+    const auto module = create(
+        "laser_scanner", "{carrier: ego, layers: [a], object_layers: [a], scan_rate: 10 Hz, " + more + "}",
+        diagnostics);
+    EXPECT_EQ(module == nullptr, !diagnostics.empty());
+    return diagnostics.to_text();
+  };
+  const auto has = [&](const std::string& more, const std::string& sentence) {
+    const std::string text = mistakes(more);
+    EXPECT_NE(text.find(sentence), std::string::npos) << text;
+  };
+  EXPECT_EQ(mistakes("point_cloud: {rate: 10 Hz}"), "");
+  EXPECT_EQ(mistakes("point_cloud: {rate: 2.5 Hz}"), "");
+  has("point_cloud: {rate: 20 Hz}", "20 Hz is above 'scan_rate': a cloud is one sweep");
+  has("point_cloud: {rate: 4 Hz}", "the nearest rates are 3.33333333333 Hz and 5 Hz");
+  has("point_cloud: {rate: 10 Hz}, columns: 16384, rows: 8192, returns: 2",
+      "a sweep has up to 268435456 returns; at most 4194304 are possible");
+  has("divergence: 1 deg, compare: [car]", "'compare' measures with rays; it needs a divergence of 0 deg");
+  has("returns: 9", "out of range");
+  has("divergence: 91 deg", "out of range");
+  has("divergence: -1 deg", "out of range");
+  has("targets: 9", "out of range");
+  has("threshold: -1", "out of range");
+  has("range_noise: -1 mm", "out of range");
+}
+
 TEST(Registry, ScannerHasSevenOutputsForEachObject) {
   config::Diagnostics diagnostics;
   const auto module = create("laser_scanner", scanner, diagnostics);

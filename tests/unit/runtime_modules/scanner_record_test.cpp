@@ -24,6 +24,11 @@ const ScannerRecord lidar{.name = "lidar",
                           .range_m = 120.0,
                           .mask = 0xFFFF'FFFFU,
                           .ignore_motion = true,
+                          .divergence_rad = 0.01,
+                          .returns_per_beam = 3,
+                          .threshold_per_m2 = 1e-6,
+                          .range_noise_m = 0.02,
+                          .noise_seed = 0x1234'5678'9ABC'DEF0,
                           .first_sweep_ns = 10,
                           .sweep_ns = 20,
                           .step_ns = 5};
@@ -50,6 +55,8 @@ TEST(ScannerRecord, IsReadBackAsWritten) {
   EXPECT_EQ(read.mask, lidar.mask);
   EXPECT_EQ(read.horizontal_rad, lidar.horizontal_rad);
   EXPECT_EQ(read.left_to_right, false);
+  EXPECT_EQ(read.returns_per_beam, 3u);
+  EXPECT_EQ(read.noise_seed, lidar.noise_seed);
   EXPECT_EQ(to_module_record(read).properties.size(), record.properties.size());
   for (std::size_t i = 0; i < record.properties.size(); ++i)
     EXPECT_EQ(to_module_record(read).properties[i].value, record.properties[i].value);
@@ -69,6 +76,12 @@ TEST(ScannerRecord, DamagedPropertyIsRefusedWithItsName) {
   record = to_module_record(lidar);
   property(record, "range_m").value = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(refusal(record).find("the range"), std::string::npos) << refusal(record);
+  record = to_module_record(lidar);
+  property(record, "returns_per_beam").value = std::int64_t{9};
+  EXPECT_NE(refusal(record).find("9 returns of a beam"), std::string::npos) << refusal(record);
+  record = to_module_record(lidar);
+  property(record, "divergence_rad").value = 2.0;
+  EXPECT_NE(refusal(record).find("the divergence"), std::string::npos) << refusal(record);
   record.properties.pop_back();
   EXPECT_EQ(refusal(record), "world.json: scanner 'lidar': property 'step_ns' is missing");
 }

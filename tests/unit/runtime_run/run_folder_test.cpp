@@ -19,12 +19,13 @@ TEST(RunFolder, IsCreatedWithItsParents) {
 
 TEST(RunFolder, ClearRemovesOnlyTheResultsOfAnEarlierRun) {
   const TemporaryFolder folder;
-  const char* const results[] = {"report.json",        "report.html",           "junit.xml",
-                                 "trace.json",         "pictures/top-view.svg", "pictures/scan-1.svg",
-                                 "pictures/scan-2.svg"};
+  const char* const results[] = {
+      "report.json",           "report.html",         "junit.xml",           "trace.json",
+      "pictures/top-view.svg", "pictures/scan-1.svg", "pictures/scan-2.svg", "pointclouds/lidar-000001.pcd"};
   for (const char* file : results)
     folder.write(file, "passed");
   folder.write("notes.txt", "of the user");
+  folder.write("pointclouds/notes.txt", "of the user");
   folder.write("a.out", "of the user");
   const RunFolder run(folder.path());
   EXPECT_EQ(folder.read("junit.xml"), "passed");
@@ -33,6 +34,7 @@ TEST(RunFolder, ClearRemovesOnlyTheResultsOfAnEarlierRun) {
     EXPECT_FALSE(fs::exists(folder.path() / file)) << file;
   EXPECT_EQ(folder.read("notes.txt"), "of the user");
   EXPECT_EQ(folder.read("a.out"), "of the user");
+  EXPECT_EQ(folder.read("pointclouds/notes.txt"), "of the user");
 }
 
 TEST(RunFolder, ClearRemovesTheLogOfAnEarlierRunOnly) {
