@@ -35,7 +35,8 @@ class ModuleFixture : public ::testing::Test {
     module->configure(*world_, events_, task);
     return module;
   }
-  /// The outputs of one step, whose heap traffic allocation_guard counts. A module with inputs needs one value for each.
+  /// The outputs of one step, whose heap traffic allocation_guard counts. A module with inputs needs one
+  /// value for each.
   std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns,
                            std::span<const signals::SignalValue> inputs = {}) {
     std::vector<double> outputs(module.ports().outputs.size());
