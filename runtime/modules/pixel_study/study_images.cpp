@@ -14,10 +14,8 @@ constexpr double brightest_grey = 200.0;
 
 /// "0100m-4096rays", "0020m-beam0p0524deg": letters, digits and '-'.
 std::string file_name(double distance_m, const PixelMethod& method) {
-  std::string distance = config::format_number(distance_m);
-  while (distance.size() < 4)
-    distance.insert(0, "0");
-  std::string name = distance + "m-";
+  const std::string distance = config::format_number(distance_m);
+  std::string name = std::string(4 - std::min<std::size_t>(distance.size(), 4), '0') + distance + "m-";
   if (method.is_beam()) {
     const double degrees = method.beam_rad * 57.29577951308232;
     name += "beam" + config::format_number(std::round(degrees * 1e6) / 1e6) + "deg";

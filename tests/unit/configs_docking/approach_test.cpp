@@ -9,7 +9,7 @@
 
 #include "configs/docking/guidance/controller.hpp"
 #include "runtime/modules/free_body/rigid_body.hpp"
-#include "tests/unit/configs_docking/seen_reflectors.hpp"
+#include "seen_reflectors.hpp"
 
 namespace hil::docking::guidance {
 namespace {
@@ -17,11 +17,15 @@ namespace {
 constexpr std::int64_t ms = 1'000'000;
 
 /// The capsule of the scenario: 12 t, its port 2 m ahead of its centre of mass, in a low orbit.
+modules::RigidBody body_of_capsule() {
+  modules::MassProperties properties{.mass_kg = 12'000.0};
+  properties.inertia_kgm2[0][0] = 2e4;
+  properties.inertia_kgm2[1][1] = properties.inertia_kgm2[2][2] = 3e4;
+  return {properties, 0.00113};
+}
+
 struct Capsule {
-  modules::RigidBody body{{.mass_kg = 12'000.0,
-                           .inertia_kgm2 = glm::dmat3(glm::dvec3(2e4, 0.0, 0.0), glm::dvec3(0.0, 3e4, 0.0),
-                                                      glm::dvec3(0.0, 0.0, 3e4))},
-                          0.00113};
+  modules::RigidBody body = body_of_capsule();
   modules::RigidBodyState state;
   glm::dvec3 arm_m() const { return state.q_world * glm::dvec3(2.0, 0.0, 0.0); }
   glm::dvec3 port_m() const { return state.p_world_m + arm_m(); }

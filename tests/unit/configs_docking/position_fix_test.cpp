@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "tests/unit/configs_docking/seen_reflectors.hpp"
+#include "seen_reflectors.hpp"
 
 namespace hil::docking::guidance {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "seen_reflectors.hpp"
 #include "tests/paths.h"
-#include "tests/unit/configs_docking/seen_reflectors.hpp"
 
 namespace hil::docking::guidance {
 namespace {
@@ -44,6 +44,7 @@ class GuidanceStation : public ::testing::Test {
     encoder->second->confirm_sent();
     EXPECT_EQ(tally.saturated, 0U) << message;
     frame.time_ns = time_ns_;
+    frame.direction = can::Direction::rx;
     return station_->handle(frame);
   }
 
@@ -109,6 +110,7 @@ TEST_F(GuidanceStation, FrameWithAWrongChecksumIsRefused) {
   can::MessageEncoder::Tally tally;
   can::Frame frame = encoder.build(values, tally);
   frame.raw.data[0] ^= 1;
+  frame.direction = can::Direction::rx;
   EXPECT_TRUE(station_->handle(frame).empty());
   EXPECT_EQ(station_->counters().refused_frames, 1U);
 }
