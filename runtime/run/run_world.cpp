@@ -129,6 +129,7 @@ bool RunWorld::check() {
 }
 
 std::vector<std::string> RunWorld::close(report::RunRecord& record) {
+  last_motions_ = motions_of_scenery();
   std::vector<std::string> faults = point_clouds_.close();
   const auto ended = database_->close();
   const rtstdb::Durability durability = database_->durability();
@@ -175,7 +176,7 @@ void RunWorld::fill(report::RunRecord& record) const {
 }
 
 /// Modules may have moved bodies of the scenery.
-std::vector<rtstdb::Motion> RunWorld::last_motions() const {
+std::vector<rtstdb::Motion> RunWorld::motions_of_scenery() const {
   std::vector<rtstdb::Motion> motions = first_motions(context_.scenario.world);
   const auto states = database_->snapshot({});
   if (!states) return motions;
@@ -192,7 +193,7 @@ std::vector<rtstdb::Motion> RunWorld::last_motions() const {
 void RunWorld::add_contributions(std::int64_t end_ns, report::RunRecord& record) const {
   contribution::Contribution all;
   all.end_ns = end_ns;
-  all.map.shapes = outlines(context_.scenario, wiring_.scenery, last_motions(), end_ns);
+  all.map.shapes = outlines(context_.scenario, wiring_.scenery, last_motions_, end_ns);
   for (const WiredModule& wired : wiring_.modules)
     wired.module->contribute(all);
   record.events.insert(record.events.end(), all.events.begin(), all.events.end());

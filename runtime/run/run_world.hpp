@@ -52,7 +52,7 @@ class RunWorld {
  private:
   void open_database();
   void write_world_record() const;
-  std::vector<rtstdb::Motion> last_motions() const;
+  std::vector<rtstdb::Motion> motions_of_scenery() const;
   void add_unanswered_runs(report::RunRecord& record) const;
 
   Wiring& wiring_;
@@ -62,8 +62,9 @@ class RunWorld {
   std::unique_ptr<modules::World> world_;
   modules::EventLog events_;
   std::vector<std::unique_ptr<ModuleTask>> tasks_;
-  std::uint64_t reported_losses_ = 0;  ///< of the device
-  bool was_lost_ = false;              ///< at the last check
+  std::vector<rtstdb::Motion> last_motions_;  ///< of the scenery, when the database was closed
+  std::uint64_t reported_losses_ = 0;         ///< of the device
+  bool was_lost_ = false;                     ///< at the last check
   bool log_has_refused_ = false;
 };
 
