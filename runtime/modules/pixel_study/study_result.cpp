@@ -101,7 +101,7 @@ contribution::Plot StudyResult::detection_plot() const {
 
 contribution::Plot StudyResult::time_plot() const {
   contribution::Plot plot{.title = "Time of a frame",
-                          .caption = "Device time of all pixels, by distance.",
+                          .caption = "Wall-clock time of all pixels, by distance.",
                           .x = {.quantity = "distance", .unit = "m", .logarithmic = true},
                           .y = {.quantity = "time", .unit = "s", .logarithmic = true},
                           .series = {}};
@@ -129,8 +129,8 @@ contribution::Section StudyResult::section(const std::string& module) const {
                   std::to_string(options_.whole_up_to_samples) +
                   " rays in a pixel, all pixels that can see the port were traced, and " +
                   config::format_number(100.0 * options_.share) +
-                  " % of the others, from which the time of a frame is estimated. Times are those of the "
-                  "device.",
+                  " % of the others, from which the time of a frame is estimated. Times are wall-clock "
+                  "times.",
           .pictures = {},
           .plots = {detection_plot(), time_plot()},
           .tables = {table()}};

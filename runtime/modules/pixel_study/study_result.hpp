@@ -13,13 +13,13 @@
 
 namespace hil::modules {
 
-/// Device time and how many pixels took it.
+/// Wall-clock time of the transactions, and how many pixels took it.
 struct TimedPixels {
-  std::int64_t device_ns = 0;
+  std::int64_t wall_ns = 0;
   std::uint64_t pixels = 0;
 
   double ns_per_pixel() const noexcept {
-    return pixels > 0 ? static_cast<double>(device_ns) / static_cast<double>(pixels) : 0.0;
+    return pixels > 0 ? static_cast<double>(wall_ns) / static_cast<double>(pixels) : 0.0;
   }
 };
 
@@ -33,7 +33,7 @@ struct MethodResult {
   /// Of all pixels of the grid; estimated where not all others were traced.
   double frame_s() const noexcept {
     return 1e-9 *
-           (static_cast<double>(port.device_ns) + others.ns_per_pixel() * static_cast<double>(other_pixels));
+           (static_cast<double>(port.wall_ns) + others.ns_per_pixel() * static_cast<double>(other_pixels));
   }
 };
 

@@ -9,7 +9,7 @@ using tests::TemporaryFolder;
 
 constexpr std::uint64_t many = 1'000'000;
 
-std::string mistakes_of(const std::string& text, std::uint64_t max_triangles = many) {
+std::string mistakes_of_parts(const std::string& text, std::uint64_t max_triangles = many) {
   const TemporaryFolder folder;
   Diagnostics diagnostics;
   EXPECT_FALSE(load_parts(folder.write("parts.yaml", text), max_triangles, diagnostics)) << text;
@@ -53,27 +53,29 @@ parts:
 }
 
 TEST(PartsFile, MistakesHaveTheirPlaces) {
-  EXPECT_NE(mistakes_of("parts:\n  - ring: {radius: 1 m, tube_radius: 1 m}\n").find("parts.yaml:2:38: "),
+  EXPECT_NE(
+      mistakes_of_parts("parts:\n  - ring: {radius: 1 m, tube_radius: 1 m}\n").find("parts.yaml:2:38: "),
+      std::string::npos);
+  EXPECT_NE(mistakes_of_parts("parts:\n  - box: [1 m, 2 m, 3 m]\n    repeat: [{count: 0}]\n").find("count"),
             std::string::npos);
-  EXPECT_NE(mistakes_of("parts:\n  - box: [1 m, 2 m, 3 m]\n    repeat: [{count: 0}]\n").find("count"),
-            std::string::npos);
-  EXPECT_NE(mistakes_of("parts:\n  - cuboid: [1 m, 2 m, 3 m]\n").find("cuboid"), std::string::npos);
-  EXPECT_NE(mistakes_of("parts: []\n").find("parts"), std::string::npos);
+  EXPECT_NE(mistakes_of_parts("parts:\n  - cuboid: [1 m, 2 m, 3 m]\n").find("cuboid"), std::string::npos);
+  EXPECT_NE(mistakes_of_parts("parts: []\n").find("parts"), std::string::npos);
 }
 
 TEST(PartsFile, TooManyTrianglesAreRefusedAtTheFirstPartBeyondThem) {
   const std::string text =
       "parts:\n  - box: [1 m, 1 m, 1 m]\n  - box: [1 m, 1 m, 1 m]\n    repeat: [{count: 9}]\n  - sphere: 1 "
       "m\n";
-  EXPECT_NE(
-      mistakes_of(text, 100).find("parts.yaml:3:5: 120 triangles up to this part; at most 100 are possible"),
-      std::string::npos)
-      << mistakes_of(text, 100);
+  EXPECT_NE(mistakes_of_parts(text, 100).find(
+                "parts.yaml:3:5: 120 triangles up to this part; at most 100 are possible"),
+            std::string::npos)
+      << mistakes_of_parts(text, 100);
   // Counts whose product is beyond 64 bits.
-  EXPECT_NE(mistakes_of("parts:\n  - box: [1 m, 1 m, 1 m]\n    repeat: [{count: 1000000}, {count: 1000000}, "
+  EXPECT_NE(
+      mistakes_of_parts("parts:\n  - box: [1 m, 1 m, 1 m]\n    repeat: [{count: 1000000}, {count: 1000000}, "
                         "{count: 1000000}, {count: 1000000}]\n")
-                .find("at most"),
-            std::string::npos);
+          .find("at most"),
+      std::string::npos);
 }
 
 }  // namespace

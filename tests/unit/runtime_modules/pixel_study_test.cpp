@@ -199,8 +199,8 @@ TEST(StudyResult, TimeOfAFrameIsEstimatedFromTheShare) {
   StudyResult result(options, grid_of(options));
   result.at(0, 0) = {.complete = true,
                      .detections = 10,
-                     .port = {.device_ns = 2'000'000'000, .pixels = 100},
-                     .others = {.device_ns = 1'000'000'000, .pixels = 50},
+                     .port = {.wall_ns = 2'000'000'000, .pixels = 100},
+                     .others = {.wall_ns = 1'000'000'000, .pixels = 50},
                      .other_pixels = 5000};
   EXPECT_DOUBLE_EQ(result.at(0, 0).frame_s(), 2.0 + 100.0);
   const contribution::Section section = result.section("study");
