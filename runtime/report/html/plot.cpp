@@ -145,8 +145,7 @@ class PlotDrawing {
       dots.push_back(line.back());
     }
     end_line();
-    if (!dots.empty())
-      out_.leaf("path", {{"class", "cloud" + colour}, {"style", "stroke-width:5"}, {"d", svg_dots(dots)}});
+    if (!dots.empty()) out_.leaf("path", {{"class", "dots" + colour}, {"d", svg_dots(dots)}});
   }
 
   void draw_legend(const std::string& name, std::size_t number, double top) {

@@ -362,8 +362,7 @@ TEST(TopView, NamesWithoutSpaceAreReturned) {
 std::vector<std::pair<double, double>> dots_of(const XmlElement& svg, const std::string& colour) {
   std::vector<std::pair<double, double>> dots;
   for (const XmlElement* path : svg.all("path")) {
-    if (path->attributes.at("class") != "cloud " + colour) continue;
-    if (path->attributes.at("style") != "stroke-width:5") continue;  // of the legend
+    if (path->attributes.at("class") != "dots " + colour) continue;
     std::istringstream text(path->attributes.at("d"));
     char letter = 0;
     double x = 0.0, y = 0.0;
