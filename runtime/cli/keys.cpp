@@ -3,6 +3,7 @@
 #include "runtime/buses/bus.hpp"
 #include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/subcommands.hpp"
+#include "runtime/config/parts_file.hpp"
 #include "runtime/config/schema_markdown.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/run/session.hpp"
@@ -15,6 +16,8 @@ void add_keys(CLI::App& app, int& exit_code) {
   command->callback([&exit_code] {
     std::printf("# Keys of a scenario\n\n%s\n",
                 config::schema_to_markdown(config::scenario_schema(buses::section_types())).c_str());
+    std::printf("\n# Files of parts, for `shape: {parts: ...}`\n\n%s\n",
+                config::schema_to_markdown(config::parts_file_schema()).c_str());
     for (const modules::ModuleType& type : modules::module_types()) {
       std::printf("\n# Parameters of module type `%s`\n\n%s\n\n%s\n", type.name.c_str(), type.about.c_str(),
                   config::schema_to_markdown(type.parameters).c_str());

@@ -56,7 +56,12 @@ struct FileShape {
   double scale = 1.0;  ///< of the file's coordinates
   Place place;
 };
-using Shape = std::variant<BoxShape, CylinderShape, SphereShape, RectangleShape, FileShape>;
+/// A list of parts (parts_file.hpp).
+struct PartsShape {
+  std::string path;  ///< absolute
+  Place place;
+};
+using Shape = std::variant<BoxShape, CylinderShape, SphereShape, RectangleShape, FileShape, PartsShape>;
 
 /// A surface, which entities name.
 struct WorldMaterial {

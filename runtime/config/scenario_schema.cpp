@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/config/rotation.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/text_lists.hpp"
@@ -15,9 +16,6 @@ namespace {
 
 Schema size() {
   return Schema::quantity(Quantity::length_m, 1e-6, max_coordinate_m);
-}
-Schema angle() {
-  return Schema::quantity(Quantity::angle_rad, -1000.0, 1000.0);
 }
 Schema vector3(Quantity quantity, double largest) {
   return Schema::list(Schema::quantity(quantity, -largest, largest), 3, 3);
@@ -75,16 +73,9 @@ Schema shape_schema() {
                Field::with_default("scale", Schema::number(min_scale, max_scale), "1",
                                    "Metres per unit of the file. For millimetres: 0.001.")}),
           "A mesh from a file."),
-  });
-}
-
-Schema rotation_schema() {
-  return Schema::record({
-      Field::optional("yaw", angle(), "The rotation about z, applied last."),
-      Field::optional("pitch", angle(), "The rotation about y, applied second."),
-      Field::optional("roll", angle(), "The rotation about x, applied first."),
-      Field::optional("quaternion", Schema::list(Schema::number(-1.0, 1.0), 4, 4),
-                      "The rotation as a unit quaternion [w, x, y, z], in place of the three angles."),
+      Field::optional("parts", Schema::file(),
+                      "A file with a list of parts, which are boxes, cylinders, spheres and more, that make "
+                      "one shape (docs/guide/scenario.md)."),
   });
 }
 

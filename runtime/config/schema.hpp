@@ -34,6 +34,9 @@ enum class Quantity : std::uint8_t {
   duration_s,
   frequency_hz,
   mass_kg,
+  force_n,
+  torque_nm,
+  inertia_kgm2,
   share,  ///< dimensionless, written in per cent: 95 % is 0.95
 };
 

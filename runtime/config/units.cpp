@@ -25,6 +25,9 @@ constexpr std::array durations{Unit{"s", 1, 1, 1'000'000'000}, Unit{"ms", 1, 1e3
                                Unit{"min", 60, 1, 60'000'000'000}};
 constexpr std::array frequencies{Unit{"Hz", 1, 1}, Unit{"kHz", 1000, 1}, Unit{"MHz", 1e6, 1}};
 constexpr std::array masses{Unit{"kg", 1, 1}, Unit{"t", 1000, 1}, Unit{"g", 1, 1000}};
+constexpr std::array forces{Unit{"N", 1, 1}, Unit{"kN", 1000, 1}, Unit{"mN", 1, 1000}};
+constexpr std::array torques{Unit{"N m", 1, 1}, Unit{"kN m", 1000, 1}, Unit{"mN m", 1, 1000}};
+constexpr std::array inertias{Unit{"kg m2", 1, 1}, Unit{"kg m^2", 1, 1}, Unit{"t m2", 1000, 1}};
 constexpr std::array shares{Unit{"%", 1, 100}};
 
 std::string_view trimmed(std::string_view text) {
@@ -78,6 +81,12 @@ std::span<const Unit> units_of(Quantity quantity) {
       return frequencies;
     case Quantity::mass_kg:
       return masses;
+    case Quantity::force_n:
+      return forces;
+    case Quantity::torque_nm:
+      return torques;
+    case Quantity::inertia_kgm2:
+      return inertias;
     case Quantity::share:
       return shares;
   }
@@ -102,6 +111,12 @@ std::string_view name_with_article(Quantity quantity) {
       return "a frequency";
     case Quantity::mass_kg:
       return "a mass";
+    case Quantity::force_n:
+      return "a force";
+    case Quantity::torque_nm:
+      return "a torque";
+    case Quantity::inertia_kgm2:
+      return "a moment of inertia";
     case Quantity::share:
       return "a share";
   }

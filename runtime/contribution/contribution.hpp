@@ -18,11 +18,20 @@ struct Event {
   std::string text;
 };
 
+/// A grey image, which the run writes as images/<name>.png: rows from the top, pixels from the left, 0 black.
+struct Image {
+  std::string name;  ///< letters, digits, '_' and '-'; unique in the run
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::vector<std::uint8_t> grey;  ///< width * height
+};
+
 struct Contribution {
   std::int64_t end_ns = 0;  ///< run time at which the run ended: the instant that the map shows
   std::vector<Event> events;
   Map map;
   std::vector<Section> sections;
+  std::vector<Image> images;
 };
 
 }  // namespace hil::contribution

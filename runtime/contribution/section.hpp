@@ -1,6 +1,6 @@
 #pragma once
-// A section of the report that a module contributes: a title, a paragraph, pictures of measured points, and
-// tables. The report draws it without knowing the module.
+// A section of the report that a module contributes: a title, a paragraph, pictures of measured points, plots
+// and tables. The report draws it without knowing the module.
 //
 // A double that is not known is NaN; files hold null for it and the page shows a dash. Threads: plain data.
 
@@ -39,6 +39,27 @@ struct Picture {
   std::vector<SensorPoint> points{};
 };
 
+/// The axis of a plot. On a logarithmic one, numbers of 0 or less are not drawn.
+struct PlotAxis {
+  std::string quantity{};
+  std::string unit{};
+  bool logarithmic = false;
+};
+
+/// One line of a plot, with a dot at each point. A point with a number that is not known interrupts the line.
+struct Series {
+  std::string name{};
+  std::vector<std::array<double, 2>> points{};  ///< x and y
+};
+
+struct Plot {
+  std::string title{};
+  std::string caption{};
+  PlotAxis x{};
+  PlotAxis y{};
+  std::vector<Series> series{};
+};
+
 /// How a cell is shown.
 enum class Mark : std::uint8_t { none, good, bad };
 
@@ -65,10 +86,11 @@ struct Table {
 };
 
 struct Section {
-  std::string name{};  ///< of the picture files: "scan" for scan-1.svg; letters, digits and '_'
+  std::string name{};  ///< of its pictures: "scan" for scan-1.svg; letters, digits and '_'
   std::string title{};
   std::string text{};
   std::vector<Picture> pictures{};
+  std::vector<Plot> plots{};
   std::vector<Table> tables{};
 };
 

@@ -53,6 +53,9 @@ struct Ports {
   std::vector<config::Word> bodies{};
   /// Materials of world.materials that the parameters name, likewise.
   std::vector<config::Word> materials{};
+  /// Bodies of world.entities whose motion the module writes, with their places in the scenario. A body is
+  /// moved by one module.
+  std::vector<config::Word> moves{};
   /// Bodies that the module creates, without the module's name: "ego" of module "traffic" is the body
   /// "traffic.ego".
   std::vector<std::string> makes{};

@@ -313,6 +313,28 @@ void each_field(T& picture, Visit&& visit) {
   visit("points", picture.points);
 }
 
+template <Is<contribution::PlotAxis> T, class Visit>
+void each_field(T& axis, Visit&& visit) {
+  visit("quantity", axis.quantity);
+  visit("unit", axis.unit);
+  visit("logarithmic", axis.logarithmic);
+}
+
+template <Is<contribution::Series> T, class Visit>
+void each_field(T& series, Visit&& visit) {
+  visit("name", series.name);
+  visit("points", series.points);
+}
+
+template <Is<contribution::Plot> T, class Visit>
+void each_field(T& plot, Visit&& visit) {
+  visit("title", plot.title);
+  visit("caption", plot.caption);
+  visit("x", plot.x);
+  visit("y", plot.y);
+  visit("series", plot.series);
+}
+
 template <Is<contribution::Column> T, class Visit>
 void each_field(T& column, Visit&& visit) {
   visit("title", column.title);
@@ -340,6 +362,7 @@ void each_field(T& section, Visit&& visit) {
   visit("title", section.title);
   visit("text", section.text);
   visit("pictures", section.pictures);
+  visit("plots", section.plots);
   visit("tables", section.tables);
 }
 

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <map>
 
+#include "runtime/report/html/plot.hpp"
 #include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/report_html.hpp"
 #include "runtime/report/html/top_view.hpp"
@@ -68,8 +69,9 @@ std::string picture_file(std::string name, int number) {
 
 void write_pictures(const RunRecord& record, const fs::path& directory) {
   const bool has_top_view = record.top_view && has_content(*record.top_view);
-  const bool has_pictures =
-      std::ranges::any_of(record.sections, [](const Section& section) { return !section.pictures.empty(); });
+  const bool has_pictures = std::ranges::any_of(record.sections, [](const Section& section) {
+    return !section.pictures.empty() || !section.plots.empty();
+  });
   if (!has_top_view && !has_pictures) return;
   make_directory(directory);
   if (has_top_view) {
@@ -83,6 +85,11 @@ void write_pictures(const RunRecord& record, const fs::path& directory) {
     for (const Picture& picture : section.pictures) {
       Markup svg;
       draw_point_picture(svg, picture, frame, PictureUse::standalone_file);
+      write_text(directory / picture_file(section.name, ++written[section.name]), svg.take());
+    }
+    for (const contribution::Plot& plot : section.plots) {
+      Markup svg;
+      draw_plot(svg, plot, PictureUse::standalone_file);
       write_text(directory / picture_file(section.name, ++written[section.name]), svg.take());
     }
   }

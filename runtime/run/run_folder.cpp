@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "runtime/run/image_files.hpp"
 #include "runtime/run/point_cloud_files.hpp"
 
 namespace hil::run {
@@ -56,12 +57,12 @@ void remove_result(const fs::path& file) {
     throw io::DeviceError(file.string() + " of an earlier run can not be removed: " + error.message());
 }
 
-/// Removes the files that end in .pcd, and the folder when it is then empty.
-void remove_point_clouds(const fs::path& directory) {
+/// Removes the files with this extension, and the folder when it is then empty.
+void remove_files(const fs::path& directory, const char* extension) {
   std::error_code error;
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
-    if (entry.path().extension() == ".pcd") files.push_back(entry.path());
+    if (entry.path().extension() == extension) files.push_back(entry.path());
   for (const fs::path& file : files)
     remove_result(file);
   fs::remove(directory, error);  // fails, and stays, with other files in it
@@ -102,7 +103,8 @@ void RunFolder::clear() const {
     if (is_section_picture(entry.path().filename().string())) pictures.push_back(entry.path());
   for (const fs::path& picture : pictures)
     remove_result(picture);
-  remove_point_clouds(point_cloud_folder(directory_));
+  remove_files(point_cloud_folder(directory_), ".pcd");
+  remove_files(image_folder(directory_), ".png");
   remove_log(database_folder(directory_));
 }
 

@@ -1,5 +1,6 @@
 #include "runtime/run/run_world.hpp"
 
+#include <unordered_map>
 #include <utility>
 
 #include "io/device.hpp"
@@ -8,6 +9,7 @@
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
 #include "runtime/run/database_record.hpp"
+#include "runtime/run/image_files.hpp"
 #include "runtime/run/run_folder.hpp"
 #include "runtime/run/scenery.hpp"
 
@@ -127,6 +129,7 @@ bool RunWorld::check() {
 }
 
 std::vector<std::string> RunWorld::close(report::RunRecord& record) {
+  last_motions_ = motions_of_scenery();
   std::vector<std::string> faults = point_clouds_.close();
   const auto ended = database_->close();
   const rtstdb::Durability durability = database_->durability();
@@ -172,14 +175,31 @@ void RunWorld::fill(report::RunRecord& record) const {
   record.scheduler.not_reserved = world_->not_reserved();
 }
 
+/// Modules may have moved bodies of the scenery.
+std::vector<rtstdb::Motion> RunWorld::motions_of_scenery() const {
+  std::vector<rtstdb::Motion> motions = first_motions(context_.scenario.world);
+  const auto states = database_->snapshot({});
+  if (!states) return motions;
+  std::unordered_map<std::string, rtstdb::Motion> by_name;
+  for (const rtstdb::EntityState& state : states.value())
+    by_name.emplace(world_->name_of(state.id), state.row.motion);
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const auto known = by_name.find(context_.scenario.world.entities[i].name.text);
+    if (known != by_name.end()) motions[i] = known->second;
+  }
+  return motions;
+}
+
 void RunWorld::add_contributions(std::int64_t end_ns, report::RunRecord& record) const {
   contribution::Contribution all;
   all.end_ns = end_ns;
-  all.map.shapes = outlines(context_.scenario, wiring_.scenery, end_ns);
+  all.map.shapes = outlines(context_.scenario, wiring_.scenery, last_motions_, end_ns);
   for (const WiredModule& wired : wiring_.modules)
     wired.module->contribute(all);
   record.events.insert(record.events.end(), all.events.begin(), all.events.end());
   record.sections = std::move(all.sections);
+  for (const std::string& fault : write_images(all.images, image_folder(context_.options.directory)))
+    record.failures.push_back(fault);
   record.top_view = report::TopView{.time_ns = end_ns,
                                     .view = {},
                                     .shapes = std::move(all.map.shapes),

@@ -43,7 +43,8 @@ class RunWorld {
 
   /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.
   void fill(report::RunRecord& record) const;
-  /// Fills in the map and the sections, and adds events: what the scenery and the modules contribute.
+  /// Fills in the map and the sections, adds events, and writes images: what the scenery and the modules
+  /// contribute. Images that can not be written are failures of the record.
   void add_contributions(std::int64_t end_ns, report::RunRecord& record) const;
   /// The events that modules noted in the tick.
   const modules::EventLog& events() const noexcept { return events_; }
@@ -51,6 +52,7 @@ class RunWorld {
  private:
   void open_database();
   void write_world_record() const;
+  std::vector<rtstdb::Motion> motions_of_scenery() const;
   void add_unanswered_runs(report::RunRecord& record) const;
 
   Wiring& wiring_;
@@ -60,8 +62,9 @@ class RunWorld {
   std::unique_ptr<modules::World> world_;
   modules::EventLog events_;
   std::vector<std::unique_ptr<ModuleTask>> tasks_;
-  std::uint64_t reported_losses_ = 0;  ///< of the device
-  bool was_lost_ = false;              ///< at the last check
+  std::vector<rtstdb::Motion> last_motions_;  ///< of the scenery, when the database was closed
+  std::uint64_t reported_losses_ = 0;         ///< of the device
+  bool was_lost_ = false;                     ///< at the last check
   bool log_has_refused_ = false;
 };
 

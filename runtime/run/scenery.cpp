@@ -14,6 +14,7 @@
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/world_limits.hpp"
 #include "runtime/modules/module.hpp"
+#include "runtime/run/parts_mesh.hpp"
 
 namespace hil::run {
 namespace {
@@ -39,6 +40,8 @@ ShapeKey key_of(const config::Shape& shape) {
     sizes = {sphere->radius_m};
   } else if (const auto* rectangle = std::get_if<config::RectangleShape>(&shape)) {
     sizes = {rectangle->size_m[0], rectangle->size_m[1]};
+  } else if (const auto* parts = std::get_if<config::PartsShape>(&shape)) {
+    path = parts->path;
   } else {
     const auto& file = std::get<config::FileShape>(shape);
     sizes = {file.scale};
@@ -47,7 +50,19 @@ ShapeKey key_of(const config::Shape& shape) {
   return {shape.index(), sizes, std::move(path)};
 }
 
-/// Empty with a mistake when a mesh file can not be used.
+/// Empty with a mistake when the file can not be used.
+std::optional<rtstdb::TriangleMesh> mesh_of_parts_file(const config::PartsShape& shape,
+                                                       config::Diagnostics& diagnostics) {
+  const auto parts = config::load_parts(shape.path, rtstdb::max_triangles_total, diagnostics);
+  if (!parts) return std::nullopt;
+  rtstdb::TriangleMesh mesh = mesh_of_parts(*parts);
+  const auto valid = rtstdb::validate(mesh);
+  if (valid) return mesh;
+  diagnostics.add(shape.place, shape.path + ": " + valid.error().message);
+  return std::nullopt;
+}
+
+/// Empty with a mistake when a file can not be used.
 std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::Diagnostics& diagnostics) {
   if (const auto* box = std::get_if<config::BoxShape>(&shape)) {
     return rtstdb::make_box({box->size_m[0], box->size_m[1], box->size_m[2]});
@@ -60,6 +75,8 @@ std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::
   if (const auto* rectangle = std::get_if<config::RectangleShape>(&shape)) {
     return rtstdb::make_rectangle(rectangle->size_m[0], rectangle->size_m[1]);
   }
+  if (const auto* parts = std::get_if<config::PartsShape>(&shape))
+    return mesh_of_parts_file(*parts, diagnostics);
   const auto& file = std::get<config::FileShape>(shape);
   auto mesh = rtstdb::load_mesh(file.path, file.scale);
   if (mesh) return std::move(mesh).value();
@@ -70,7 +87,9 @@ std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::
 /// The reader of the scenario checks the scale of other shapes; the size of a mesh is known only now.
 void check_scale(const config::WorldEntity& entity, const rtstdb::Bounds& bounds,
                  config::Diagnostics& diagnostics) {
-  if (!std::holds_alternative<config::FileShape>(entity.shape)) return;
+  if (!std::holds_alternative<config::FileShape>(entity.shape) &&
+      !std::holds_alternative<config::PartsShape>(entity.shape))
+    return;
   const glm::vec3 corner = glm::max(glm::abs(bounds.minimum_m), glm::abs(bounds.maximum_m));
   const double farthest_m = entity.scale * static_cast<double>(std::max({corner.x, corner.y, corner.z}));
   if (farthest_m <= rtstdb::max_coordinate_m) return;
@@ -204,12 +223,20 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
   }
 }
 
+std::vector<rtstdb::Motion> first_motions(const config::World& world) {
+  std::vector<rtstdb::Motion> motions;
+  motions.reserve(world.entities.size());
+  for (const config::WorldEntity& entity : world.entities)
+    motions.push_back(motion_of(entity));
+  return motions;
+}
+
 std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery,
-                                    std::int64_t time_ns) {
+                                    std::span<const rtstdb::Motion> motions, std::int64_t time_ns) {
   std::vector<report::Shape> shapes;
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {
     const config::WorldEntity& entity = scenario.world.entities[i];
-    const rtstdb::Pose pose = rtstdb::pose_at(motion_of(entity), rtstdb::world_time_ns(time_ns));
+    const rtstdb::Pose pose = rtstdb::pose_at(motions[i], rtstdb::world_time_ns(time_ns));
     shapes.push_back({.layer = report_layer(entity),
                       .label = entity.name.text,
                       .footprint = footprint(entity, scenery.bounds[scenery.mesh_of[i]], pose),

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
@@ -28,9 +29,12 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
 /// longer has. Throws modules::SetupError.
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world);
 
-/// Outlines of the scenery from above at an instant of run time. The outline of a mesh is that of its
-/// rotated box.
+/// Motions of the scenery as the scenario gives them, by entity: from the first tick on.
+std::vector<rtstdb::Motion> first_motions(const config::World& world);
+
+/// Outlines of the scenery from above at an instant of run time, with these motions by entity. The outline
+/// of a mesh is that of its rotated box.
 std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery,
-                                    std::int64_t time_ns);
+                                    std::span<const rtstdb::Motion> motions, std::int64_t time_ns);
 
 }  // namespace hil::run

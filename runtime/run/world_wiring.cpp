@@ -1,6 +1,7 @@
 #include "runtime/run/world_wiring.hpp"
 
 #include <algorithm>
+#include <map>
 #include <unordered_set>
 
 #include <rtstdb/limits.hpp>
@@ -71,6 +72,28 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   }
 }
 
+/// A body that a module moves is an entity of the scenario, and no other module moves it.
+void check_moved_bodies(const Wiring& wiring, Diagnostics& diagnostics) {
+  std::vector<std::string> bodies;
+  for (const config::WorldEntity& entity : wiring.scenario->world.entities)
+    bodies.push_back(entity.name.text);
+  std::map<std::string, std::string> movers;
+  for (const WiredModule& wired : wiring.modules) {
+    if (wired.module == nullptr) continue;
+    for (const Word& body : wired.module->ports().moves) {
+      if (std::find(bodies.begin(), bodies.end(), body.text) == bodies.end()) {
+        diagnostics.add(body.place, "there is no entity '" + body.text + "' in world.entities" +
+                                        config::suggestion(body.text, bodies));
+        continue;
+      }
+      const auto [mover, is_first] = movers.emplace(body.text, wired.section->module.text);
+      if (is_first) continue;
+      diagnostics.add(body.place, "module " + mover->second + " moves '" + body.text +
+                                      "' already; a body is moved by one module");
+    }
+  }
+}
+
 /// The bodies, shapes and triangles have to fit into the database.
 void check_capacity(const Wiring& wiring, Diagnostics& diagnostics) {
   const config::World& world = wiring.scenario->world;
@@ -120,6 +143,7 @@ void wire_world(Wiring& wiring, Diagnostics& diagnostics) {
   wiring.scenery = make_scenery(wiring.scenario->world, diagnostics);
   add_layers(wiring, diagnostics);
   check_names(wiring, diagnostics);
+  check_moved_bodies(wiring, diagnostics);
   check_capacity(wiring, diagnostics);
 }
 

@@ -9,6 +9,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {
@@ -22,10 +23,6 @@ struct Loop {
   double heading_rad = 0.0;
 };
 
-glm::dvec3 three(const config::Value& list) {
-  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
-}
-
 class Detectors final : public Module {
  public:
   explicit Detectors(const config::Value& parameters) {
@@ -34,7 +31,8 @@ class Detectors final : public Module {
       ports_.layers.push_back({layer.text(), layer.place()});
     }
     for (const auto& [name, value] : parameters["loops"].entries()) {
-      loops_.push_back({name, three(value["center"]), three(value["size"]), value["heading"].number()});
+      loops_.push_back(
+          {name, vector_of(value["center"]), vector_of(value["size"]), value["heading"].number()});
       ports_.outputs.push_back({.name = name, .unit = "", .about = "Bodies over the loop now"});
     }
   }

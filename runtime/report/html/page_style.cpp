@@ -43,6 +43,8 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .fan{fill:var(--ego-edge);fill-opacity:.09;stroke:var(--ego-edge);stroke-opacity:.6;stroke-dasharray:5 4}
 .hits{fill:none;stroke:var(--dot);stroke-width:2.4;stroke-linecap:round}
 .moment{fill:none;stroke:var(--accent);stroke-width:8;stroke-linecap:round}
+.series{fill:none;stroke-width:1.6;stroke-linejoin:round}
+.dots{fill:none;stroke-width:5;stroke-linecap:round}
 .cloud{fill:none;stroke-width:1.5;stroke-linecap:round}
 .c0{stroke:var(--c0)}.c1{stroke:var(--c1)}.c2{stroke:var(--c2)}.c3{stroke:var(--c3)}
 .c4{stroke:var(--c4)}.c5{stroke:var(--c5)}.c6{stroke:var(--c6)}.c7{stroke:var(--c7)}

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "runtime/report/html/histogram_chart.hpp"
+#include "runtime/report/html/plot.hpp"
 #include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/sections.hpp"
 #include "runtime/report/html/table.hpp"
@@ -57,6 +58,17 @@ void cloud_legend(Markup& out, const std::vector<Picture>& pictures) {
         "path",
         {{"class", "cloud c" + std::to_string(number % 8)}, {"style", "stroke-width:8"}, {"d", "M6 6h0"}});
     out.close().text(name).close();
+  }
+  out.close();
+}
+
+void draw_plots(Markup& out, const std::vector<contribution::Plot>& plots) {
+  if (plots.empty()) return;
+  out.open("div", {{"class", "panels"}});
+  for (const contribution::Plot& plot : plots) {
+    out.open("figure").element("h3", plot.title);
+    draw_plot(out, plot, PictureUse::inline_in_page);
+    out.element("figcaption", plot.caption).close();
   }
   out.close();
 }
@@ -132,6 +144,7 @@ void contributed_sections(Markup& out, const RunRecord& record) {
       out.close();
       cloud_legend(out, section.pictures);
     }
+    draw_plots(out, section.plots);
     for (const contribution::Table& table : section.tables)
       draw_table(out, table);
     out.close();

@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "runtime/config/parse.hpp"
 #include "runtime/modules/module.hpp"
+#include "tests/support/allocation_guard.hpp"
 
 namespace hil::modules::test {
 
@@ -33,8 +35,10 @@ class ModuleFixture : public ::testing::Test {
     module->configure(*world_, events_, task);
     return module;
   }
-  /// The outputs of one step.
-  std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns) {
+  /// The outputs of one step, whose heap traffic allocation_guard counts. A module with inputs needs one
+  /// value for each.
+  std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns,
+                           std::span<const signals::SignalValue> inputs = {}) {
     std::vector<double> outputs(module.ports().outputs.size());
     StepContext context;
     context.run = run;
@@ -42,9 +46,12 @@ class ModuleFixture : public ::testing::Test {
     context.time_ns = time_ns;
     context.deadline = rtstdb::ClockTime::max();
     context.version = database_->latest().version;
+    context.inputs = inputs;
     context.outputs = outputs;
     context.events = &events_;
+    allocation_guard::enter_tick();
     module.step(context);
+    allocation_guard::leave_tick();
     return outputs;
   }
 

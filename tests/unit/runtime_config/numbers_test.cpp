@@ -159,6 +159,11 @@ TEST(Units, ConvertToSi) {
       {"1.2 t", Quantity::mass_kg, 1200.0},
       {"300 g", Quantity::mass_kg, 0.3},
       {"70 kg", Quantity::mass_kg, 70.0},
+      {"1.5 kN", Quantity::force_n, 1500.0},
+      {"20 mN m", Quantity::torque_nm, 0.02},
+      {"3 kN m", Quantity::torque_nm, 3000.0},
+      {"2.5 t m2", Quantity::inertia_kgm2, 2500.0},
+      {"4 kg m^2", Quantity::inertia_kgm2, 4.0},
       {"1 ms", Quantity::duration_s, 0.001},
       {"2 min", Quantity::duration_s, 120.0},
       {"  7   us  ", Quantity::duration_s, 7e-6},
@@ -191,7 +196,8 @@ TEST(Units, AreReadBackAsFormatted) {
   int units = 0;
   for (const Quantity quantity :
        {Quantity::length_m, Quantity::speed_mps, Quantity::acceleration_mps2, Quantity::angle_rad,
-        Quantity::angular_rate_radps, Quantity::duration_s, Quantity::frequency_hz, Quantity::mass_kg}) {
+        Quantity::angular_rate_radps, Quantity::duration_s, Quantity::frequency_hz, Quantity::mass_kg,
+        Quantity::force_n, Quantity::torque_nm, Quantity::inertia_kgm2}) {
     for (const Unit& unit : units_of(quantity)) {
       const std::string text = "7 " + std::string(unit.symbol);
       const QuantityReading reading = read_quantity(text, quantity);
@@ -200,7 +206,7 @@ TEST(Units, AreReadBackAsFormatted) {
       ++units;
     }
   }
-  EXPECT_EQ(units, 26);
+  EXPECT_EQ(units, 35);
 }
 
 TEST(Units, AreRefusedWithTheAllowedOnes) {

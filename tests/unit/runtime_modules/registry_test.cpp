@@ -36,6 +36,12 @@ const char* const scanner = "{carrier: ego, layers: [a], object_layers: [a], max
 const char* const detectors =
     "{layers: [a], loops: {near: {center: [0 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}, "
     "far: {center: [9 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}}}";
+const char* const free_body = "{body: a, mass: 12 t, inertia: [50 t m2, 60 t m2, 60 t m2]}";
+const char* const docking_port =
+    "{target: {body: a, axis: [0, -1, 0]}, chaser: {body: b, position: [2 m, 0 m, 0 m]}}";
+const char* const pixel_study =
+    "{port: {body: a}, reflector: b, reflector_size: 4 mm, distances: [20 m], samples: [16, 1], "
+    "beams: [0.02 deg], layers: [x]}";
 const char* const collision = "{body: ego, against: [a]}";
 
 TEST(Registry, FindsEveryTypeByItsName) {
@@ -56,10 +62,10 @@ TEST(Registry, FindsEveryTypeByItsName) {
 }
 
 TEST(Registry, EveryModuleDescribesItsPorts) {
-  const std::map<std::string, const char*> parameters{{"vehicles", two_vehicles},
-                                                      {"laser_scanner", scanner},
-                                                      {"detectors", detectors},
-                                                      {"collision", collision}};
+  const std::map<std::string, const char*> parameters{
+      {"vehicles", two_vehicles},    {"laser_scanner", scanner}, {"detectors", detectors},
+      {"collision", collision},      {"free_body", free_body},   {"pixel_study", pixel_study},
+      {"docking_port", docking_port}};
   for (const ModuleType& module_type : module_types()) {
     const std::string type(module_type.name);
     ASSERT_TRUE(parameters.contains(type)) << "add example parameters of the module type " << type;
@@ -113,6 +119,43 @@ TEST(Registry, VehiclesThatCanNotDriveAreMistakesWithTheirPlaces) {
   EXPECT_EQ(diagnostics.mistakes()[1].place.line, 3U);
   EXPECT_NE(diagnostics.mistakes()[1].message.find("'blind' has a light but no stop_line"),
             std::string::npos);
+}
+
+TEST(Registry, InertiaThatNoBodyHasIsAMistakeAtItsPlace) {
+  const std::pair<const char*, const char*> bad[] = {
+      {"[1 kg m2, 1 kg m2, 3 kg m2]", "one principal moment is larger than the sum of the other two"},
+      {"[1 kg m2, 1 kg m2, 1 kg m2, 2 kg m2, 0 kg m2, 0 kg m2]", "not positive definite"},
+      {"[1 kg m2, 1 kg m2, 1 kg m2, 0 kg m2]", "'inertia' has 4 numbers"}};
+  for (const auto& [inertia, message] : bad) {
+    config::Diagnostics diagnostics;
+    EXPECT_EQ(create("free_body", std::string("body: a\nmass: 1 kg\ninertia: ") + inertia, diagnostics),
+              nullptr);
+    ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
+    EXPECT_EQ(diagnostics.mistakes()[0].place.line, 3U);
+    EXPECT_NE(diagnostics.mistakes()[0].message.find(message), std::string::npos) << diagnostics.to_text();
+  }
+}
+
+TEST(Registry, StudyWhoseValuesDoNotFitTogetherIsAMistake) {
+  const std::string whole =
+      "port: {body: a}\nreflector: b\nreflector_size: 4 mm\ndistances: [20 m]\nlayers: [x]\n";
+  const std::pair<const char*, const char*> bad[] = {
+      {"samples: [15]", "15 samples are no square of whole numbers; the nearest one is 16"},
+      {"samples: [4]\nneeded_shifts: 11", "'needed_shifts' is 11 of 10 'shifts'"},
+      {"shifts: 9", "neither 'samples' nor 'beams'"}};
+  for (const auto& [more, message] : bad) {
+    config::Diagnostics diagnostics;
+    EXPECT_EQ(create("pixel_study", whole + more, diagnostics), nullptr);
+    EXPECT_NE(diagnostics.to_text().find(message), std::string::npos) << diagnostics.to_text();
+  }
+}
+
+TEST(Registry, PortWithoutDirectionIsAMistake) {
+  config::Diagnostics diagnostics;
+  EXPECT_EQ(create("docking_port", "{target: {body: a, axis: [0, 0, 0]}, chaser: {body: b}}", diagnostics),
+            nullptr);
+  ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
+  EXPECT_NE(diagnostics.mistakes()[0].message.find("'axis' has no direction"), std::string::npos);
 }
 
 TEST(Registry, ScannerHasFourOutputsForEachTarget) {

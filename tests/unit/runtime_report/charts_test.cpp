@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <sstream>
 
 #include "runtime/report/html/axis.hpp"
 #include "runtime/report/html/histogram_chart.hpp"
 #include "runtime/report/html/label_placement.hpp"
+#include "runtime/report/html/plot.hpp"
 #include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/top_view.hpp"
 #include "runtime/report/html/world_window.hpp"
@@ -354,6 +356,67 @@ TEST(TopView, NamesWithoutSpaceAreReturned) {
   }();
   EXPECT_GT(result.labels_without_space.size(), 0U);
   EXPECT_EQ(shown + result.labels_without_space.size(), 60U);
+}
+
+/// The pixels of a series' dots, by its colour.
+std::vector<std::pair<double, double>> dots_of(const XmlElement& svg, const std::string& colour) {
+  std::vector<std::pair<double, double>> dots;
+  for (const XmlElement* path : svg.all("path")) {
+    if (path->attributes.at("class") != "dots " + colour) continue;
+    std::istringstream text(path->attributes.at("d"));
+    char letter = 0;
+    double x = 0.0, y = 0.0;
+    while (text >> letter >> x >> y) {
+      dots.emplace_back(x, y);
+      text.ignore(2);  // h0
+    }
+  }
+  return dots;
+}
+
+TEST(Plot, PointsAreToScaleOnLinearAndLogarithmicAxes) {
+  const contribution::Plot plot{
+      .title = "Rate",
+      .x = {.quantity = "distance", .unit = "m"},
+      .y = {.quantity = "time", .unit = "s", .logarithmic = true},
+      .series = {{.name = "a", .points = {{0.0, 1.0}, {50.0, 10.0}, {100.0, 100.0}}},
+                 {.name = "b", .points = {{25.0, 1.0}, {75.0, not_known}, {80.0, -1.0}, {100.0, 1.0}}}}};
+  Markup out;
+  draw_plot(out, plot, PictureUse::inline_in_page);
+  const XmlElement svg = parse_strictly(out.take());
+  expect_text_inside(svg);
+  const auto a = dots_of(svg, "c0"), b = dots_of(svg, "c1");
+  ASSERT_EQ(a.size(), 3U);
+  ASSERT_EQ(b.size(), 2U) << "what is not known, and what has no logarithm, is left out";
+  EXPECT_NEAR(a[1].first - a[0].first, a[2].first - a[1].first, 0.5);
+  EXPECT_NEAR(a[0].second - a[1].second, a[1].second - a[2].second, 0.5) << "decades are equal";
+  EXPECT_GT(a[0].second, a[2].second) << "larger values are higher";
+  EXPECT_NEAR(b[0].first - a[0].first, 0.25 * (a[2].first - a[0].first), 0.5);
+  EXPECT_EQ(b[0].second, a[0].second);
+  std::size_t lines = 0;
+  for (const XmlElement* path : svg.all("path"))
+    lines += path->attributes.at("class") == "series c1" ? 1 : 0;
+  EXPECT_EQ(lines, 0U) << "the gap interrupts the line";
+}
+
+TEST(Plot, WithoutPointsOrWithHugeOnesIsWellFormed) {
+  for (const std::vector<std::array<double, 2>>& points : {std::vector<std::array<double, 2>>{},
+                                                           {{1e308, -1e308}},
+                                                           {{-1e308, 1e308}, {1e99, 1e-99}, {1.0, 1.0}},
+                                                           {{5.0, 5.0}},
+                                                           {{-3.0, 0.0}, {-2.0, 0.0}}}) {
+    for (const bool logarithmic : {false, true}) {
+      contribution::Plot plot{.title = "T", .series = {{.name = "a", .points = points}}};
+      plot.x.logarithmic = plot.y.logarithmic = logarithmic;
+      for (const PictureUse use : {PictureUse::inline_in_page, PictureUse::standalone_file}) {
+        Markup out;
+        draw_plot(out, plot, use);
+        const std::string text = out.take();
+        EXPECT_NO_THROW(parse_strictly(text));
+        EXPECT_EQ(text.find("nan"), std::string::npos);
+      }
+    }
+  }
 }
 
 TEST(PointPicture, ShowsItsDimensionsToScale) {

@@ -186,7 +186,7 @@ world:
     - {name: ball, shape: {sphere: 1 m}, rotation: {pitch: 90 deg}, scale: 3, mask: [thing]}
 )"),
             "");
-  const auto shapes = outlines(*scenario_, wiring_->scenery, 2'000'000'000);
+  const auto shapes = outlines(*scenario_, wiring_->scenery, first_motions(scenario_->world), 2'000'000'000);
   ASSERT_EQ(shapes.size(), 5U);
   expect_extents(shapes[0], {8.0, 12.0, -1.0, 1.0});
   expect_extents(shapes[1], {-0.5, 0.5, -5.0, 5.0});
@@ -197,6 +197,21 @@ world:
   EXPECT_EQ(shapes[0].body_layer, "thing");
   EXPECT_EQ(shapes[0].layer, report::Layer::structure) << "the layer of the picture";
   EXPECT_EQ(shapes[1].body_layer, "ground");
+}
+
+TEST_F(WorldWiring, BodyIsMovedByOneModule) {
+  const auto free_bodies = [](const std::string& first, const std::string& second) {
+    std::string text = "scenario: a\nworld: {entities: [{name: capsule, shape: {sphere: 1 m}}]}\ntasks:\n";
+    for (const auto& [module, body] : {std::pair("one", first), std::pair("two", second)}) {
+      text += std::string("  - module: ") + module + "\n    type: free_body\n    rate: 100 Hz\n" +
+              "    parameters: {body: " + body + ", mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2]}\n";
+    }
+    return text;
+  };
+  EXPECT_EQ(mistakes_of(free_bodies("capsule", "capsule")),
+            "scenario.yaml:11:24: module one moves 'capsule' already; a body is moved by one module\n");
+  EXPECT_EQ(mistakes_of(free_bodies("capsule", "capsul")),
+            "scenario.yaml:11:24: there is no entity 'capsul' in world.entities; did you mean 'capsule'?\n");
 }
 
 }  // namespace

@@ -1,0 +1,67 @@
+#pragma once
+// A file that makes one shape of parts: {parts: [{cylinder: {...}, position: ..., rotation: ..., repeat:
+// ...}]}. A part is a simple body, placed in the frame of the shape, and then repeated.
+//
+// SI units. Threads: plain data.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/config/schema.hpp"
+
+namespace hil::config {
+
+/// Full extents, centred on the origin; axes along z. Corners of round bodies lie on their surfaces.
+struct BoxPart {
+  std::array<double, 3> size_m{};
+};
+struct ConePart {
+  double radius_m = 0.0;      ///< at the lower end
+  double top_radius_m = 0.0;  ///< at the upper end; equal for a cylinder, 0 for a cone with a tip
+  double height_m = 0.0;
+  std::uint32_t segments = 0;
+};
+struct SpherePart {
+  double radius_m = 0.0;
+  std::uint32_t subdivisions = 0;
+};
+/// A torus about z.
+struct RingPart {
+  double radius_m = 0.0;       ///< of the circle in the middle of the tube
+  double tube_radius_m = 0.0;  ///< smaller than radius_m
+  std::uint32_t segments = 0;  ///< around the axis
+  std::uint32_t sides = 0;     ///< of the tube
+};
+using PartBody = std::variant<BoxPart, ConePart, SpherePart, RingPart>;
+
+/// `count` copies: the first is where the part is, and each is moved from the one before it.
+struct PartRepeat {
+  std::uint32_t count = 1;
+  std::array<double, 3> step_m{};  ///< in the frame of the shape
+  double turn_rad = 0.0;           ///< about an axis of that frame, before the step
+  std::size_t axis = 2;            ///< 0: x, 1: y, 2: z
+};
+
+struct Part {
+  PartBody body;
+  std::array<double, 3> position_m{};
+  std::array<double, 4> rotation_wxyz{1.0, 0.0, 0.0, 0.0};  ///< of the part to the shape; unit quaternion
+  std::vector<PartRepeat> repeat;  ///< the first one repeats the part, the next one the row of them, ...
+};
+
+/// The number of triangles of a part with all its copies; 2^40 for more than that.
+std::uint64_t triangles_of(const Part& part) noexcept;
+
+Schema parts_file_schema();
+
+/// Empty when there was any mistake, among them more than `max_triangles` triangles in all.
+std::optional<std::vector<Part>> load_parts(const std::string& path, std::uint64_t max_triangles,
+                                            Diagnostics& diagnostics);
+
+}  // namespace hil::config

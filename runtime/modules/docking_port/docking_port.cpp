@@ -1,0 +1,246 @@
+// The docking port of a body, which measures where the port of another body, the chaser, is, and catches it
+// (port_geometry.hpp). It captures the chaser in the first step in which the chaser's port is within the
+// capture limits; it misses in the first step in which that port is behind the plane of this port without
+// having been captured.
+//
+// Outputs  distance, lateral (m), off_axis, misalignment (rad), closing_speed, lateral_speed (m/s): of the
+//            chaser's port
+//          docked  1 from the capture on; the input `hold` of the chaser's free_body may read it
+//          missed  1 from the miss on
+//          capture_lateral (m), capture_misalignment (rad), capture_speed (m/s): at the capture; 0 before
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "runtime/modules/docking_port/port_geometry.hpp"
+#include "runtime/modules/module.hpp"
+#include "runtime/modules/vector_parameter.hpp"
+
+namespace hil::modules {
+namespace {
+
+struct CaptureLimits {
+  double distance_m = 0.0;
+  double lateral_m = 0.0;
+  double misalignment_rad = 0.0;
+  double closing_speed_mps = 0.0;
+  double lateral_speed_mps = 0.0;
+
+  bool permit(const RelativePort& port) const noexcept {
+    return std::abs(port.distance_m) <= distance_m && port.lateral_m <= lateral_m &&
+           port.misalignment_rad <= misalignment_rad &&
+           std::abs(port.closing_speed_mps) <= closing_speed_mps &&
+           port.lateral_speed_mps <= lateral_speed_mps;
+  }
+};
+
+struct PortedBody {
+  std::string name;
+  BodyPort port;
+  rtstdb::EntityId entity{};
+};
+
+class DockingPort final : public Module {
+ public:
+  DockingPort(const config::Value& parameters, PortedBody target, PortedBody chaser);
+
+  const Ports& ports() const noexcept override { return ports_; }
+  void configure(World& world, EventLog& events, const TaskParameters& task) override;
+  void step(StepContext& context) noexcept override;
+  void contribute(contribution::Contribution& report) const override;
+
+ private:
+  void judge(const RelativePort& port, StepContext& context) noexcept;
+
+  PortedBody target_, chaser_;
+  CaptureLimits limits_;
+  Ports ports_;
+  rtstdb::Database* database_ = nullptr;
+  std::unique_ptr<rtstdb::Transaction> transaction_;
+  RelativePort at_capture_;
+  double docked_ = 0.0, missed_ = 0.0;
+  bool was_in_front_ = false;
+  std::int64_t capture_ns_ = 0;
+  EventLog::Kind captures_, misses_;
+};
+
+DockingPort::DockingPort(const config::Value& parameters, PortedBody target, PortedBody chaser)
+    : target_(std::move(target)), chaser_(std::move(chaser)) {
+  const config::Value& capture = parameters["capture"];
+  limits_ = {.distance_m = capture["distance"].number(),
+             .lateral_m = capture["lateral"].number(),
+             .misalignment_rad = capture["misalignment"].number(),
+             .closing_speed_mps = capture["closing_speed"].number(),
+             .lateral_speed_mps = capture["lateral_speed"].number()};
+  ports_.bodies = {{target_.name, parameters["target"]["body"].place()},
+                   {chaser_.name, parameters["chaser"]["body"].place()}};
+  ports_.outputs = {
+      {.name = "distance", .unit = "m", .about = "To the chaser's port, along the axis of this port"},
+      {.name = "lateral", .unit = "m", .about = "From the axis of this port to the chaser's port"},
+      {.name = "off_axis",
+       .unit = "rad",
+       .about = "Angle between the axis and the line to the chaser's port"},
+      {.name = "misalignment", .unit = "rad", .about = "Angle between the axes of both ports"},
+      {.name = "closing_speed", .unit = "m/s", .about = "Of the chaser's port along the axis, inward"},
+      {.name = "lateral_speed", .unit = "m/s", .about = "Of the chaser's port across the axis"},
+      {.name = "docked", .unit = "", .about = "1: the port has captured the chaser"},
+      {.name = "missed", .unit = "", .about = "1: the chaser came behind the port without being captured"},
+      {.name = "capture_lateral", .unit = "m", .about = "`lateral` at the capture"},
+      {.name = "capture_misalignment", .unit = "rad", .about = "`misalignment` at the capture"},
+      {.name = "capture_speed", .unit = "m/s", .about = "`closing_speed` at the capture"}};
+}
+
+void DockingPort::configure(World& world, EventLog& events, const TaskParameters& task) {
+  const std::string caller = "module " + task.instance;
+  target_.entity = world.entity_of(target_.name, caller);
+  chaser_.entity = world.entity_of(chaser_.name, caller);
+  database_ = &world.database();
+  transaction_ = database_->make_transaction({.max_reads = 2});
+  captures_ = events.add_kind(chaser_.name + " is captured at {} m/s", 3);
+  misses_ = events.add_kind(chaser_.name + " misses the port by {} m", 3);
+}
+
+void DockingPort::step(StepContext& context) noexcept {
+  transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+                       .deadline = context.deadline,
+                       .importance = rtstdb::max_importance,
+                       .world_time = {},
+                       .read_at = rtstdb::ReadAt::pinned(context.version)});
+  transaction_->read(target_.entity);
+  transaction_->read(chaser_.entity);
+  if (!context.execute(*database_, *transaction_).done()) return;
+  const rtstdb::EntityState* target = transaction_->state(0);
+  const rtstdb::EntityState* chaser = transaction_->state(1);
+  if (target == nullptr || chaser == nullptr) return;
+  const RelativePort port =
+      relative_port(chaser->row.motion, chaser_.port, target->row.motion, target_.port, context.world_time());
+  judge(port, context);
+  const std::array values{port.distance_m,
+                          port.lateral_m,
+                          port.off_axis_rad,
+                          port.misalignment_rad,
+                          port.closing_speed_mps,
+                          port.lateral_speed_mps,
+                          docked_,
+                          missed_,
+                          at_capture_.lateral_m,
+                          at_capture_.misalignment_rad,
+                          at_capture_.closing_speed_mps};
+  std::copy(values.begin(), values.end(), context.outputs.begin());
+}
+
+void DockingPort::judge(const RelativePort& port, StepContext& context) noexcept {
+  if (docked_ != 0.0 || missed_ != 0.0) return;
+  if (limits_.permit(port)) {
+    docked_ = 1.0;
+    at_capture_ = port;
+    capture_ns_ = context.time_ns;
+    context.events->note(captures_, context.time_ns, port.closing_speed_mps);
+    return;
+  }
+  // Behind the plane, and farther than where a capture is possible.
+  if (was_in_front_ && port.distance_m < -limits_.distance_m) {
+    missed_ = 1.0;
+    context.events->note(misses_, context.time_ns, port.lateral_m);
+  }
+  was_in_front_ = was_in_front_ || port.distance_m > 0.0;
+}
+
+void DockingPort::contribute(contribution::Contribution& report) const {
+  contribution::Section section{.name = "docking",
+                                .title = "Docking of " + chaser_.name,
+                                .text = docked_ != 0.0 ? "The port has captured the chaser."
+                                        : missed_ != 0.0
+                                            ? "The chaser came behind the port without being captured."
+                                            : "The chaser was not captured.",
+                                .pictures = {},
+                                .tables = {}};
+  if (docked_ != 0.0) {
+    const auto column = [](const char* title, const char* unit, int decimals) {
+      return contribution::Column{.title = title, .numeric = true, .unit = unit, .decimals = decimals};
+    };
+    constexpr double degrees = 57.29577951308232;
+    section.tables.push_back(
+        {.columns = {column("Run time of the capture", "s", 3), column("Closing speed", "mm/s", 1),
+                     column("Lateral speed", "mm/s", 1), column("Lateral", "mm", 1),
+                     column("Misalignment", "deg", 2)},
+         .rows = {{{.number = static_cast<double>(capture_ns_) * 1e-9},
+                   {.number = 1e3 * at_capture_.closing_speed_mps},
+                   {.number = 1e3 * at_capture_.lateral_speed_mps},
+                   {.number = 1e3 * at_capture_.lateral_m},
+                   {.number = degrees * at_capture_.misalignment_rad}}}});
+  }
+  report.sections.push_back(std::move(section));
+}
+
+/// Empty with a mistake when the axis has no direction.
+std::optional<PortedBody> read_port(const config::Value& value, config::Diagnostics& diagnostics) {
+  const glm::dvec3 axis = vector_of(value["axis"]);
+  const double length = glm::length(axis);
+  constexpr double min_length = 1e-6;
+  if (length < min_length) {
+    diagnostics.add(value["axis"].place(),
+                    "'axis' has no direction; one of its numbers has to differ from 0");
+    return std::nullopt;
+  }
+  return PortedBody{.name = value["body"].text(),
+                    .port = {.point_m = vector_of(value["position"]), .axis = axis / length}};
+}
+
+config::Schema port_schema() {
+  using config::Field;
+  using config::Quantity;
+  using config::Schema;
+  return Schema::record({
+      Field::needed("body", Schema::text(), "The body that has the port."),
+      Field::with_default("position", Schema::list(Schema::quantity(Quantity::length_m, -1e4, 1e4), 3, 3),
+                          "[0 m, 0 m, 0 m]", "The middle of the port, in the body's frame."),
+      Field::with_default("axis", Schema::list(Schema::number(-1e3, 1e3), 3, 3), "[1, 0, 0]",
+                          "The direction out of the port, in the body's frame; of any length."),
+  });
+}
+
+config::Schema docking_port_schema() {
+  using config::Field;
+  using config::Quantity;
+  using config::Schema;
+  const auto length = Schema::quantity(Quantity::length_m, 1e-6, 1e3);
+  const auto speed = Schema::quantity(Quantity::speed_mps, 1e-6, 1e3);
+  const auto capture = Schema::record({
+      Field::with_default("distance", length, "20 mm", "Along the axis, to either side."),
+      Field::with_default("lateral", length, "100 mm", "From the axis."),
+      Field::with_default("misalignment", Schema::quantity(Quantity::angle_rad, 1e-6, 3.2), "4 deg",
+                          "Between the axes."),
+      Field::with_default("closing_speed", speed, "0.1 m/s", "Along the axis, in either direction."),
+      Field::with_default("lateral_speed", speed, "0.04 m/s", "Across the axis."),
+  });
+  return Schema::record({
+      Field::needed("target", port_schema(), "The body with this port."),
+      Field::needed("chaser", port_schema(), "The body that is to dock, and its port."),
+      Field::with_default("capture", capture, "{}",
+                          "The port captures the chaser when no value is beyond its limit. With a step of "
+                          "the task the chaser moves by closing speed times period, which has to be less "
+                          "than twice the distance."),
+  });
+}
+
+}  // namespace
+
+ModuleType docking_port_type() {
+  return {.name = "docking_port",
+          .about = "The docking port of a body: where another body's port is, and whether it is captured.",
+          .parameters = docking_port_schema(),
+          .create = [](const config::Value& parameters,
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+            auto target = read_port(parameters["target"], diagnostics);
+            auto chaser = read_port(parameters["chaser"], diagnostics);
+            if (!target || !chaser) return nullptr;
+            return std::make_unique<DockingPort>(parameters, std::move(*target), std::move(*chaser));
+          }};
+}
+
+}  // namespace hil::modules

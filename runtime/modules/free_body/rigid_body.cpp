@@ -1,0 +1,111 @@
+#include "runtime/modules/free_body/rigid_body.hpp"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/config/require.hpp"
+
+namespace hil::modules {
+namespace {
+
+/// The smallest principal minor of each size, relative to the trace. All are positive for a positive definite
+/// tensor, and none is negative for a positive semidefinite one.
+double min_relative_minor(const glm::dmat3& m) {
+  const double trace = m[0][0] + m[1][1] + m[2][2];
+  const auto pair = [&](int i, int j) { return (m[i][i] * m[j][j] - m[i][j] * m[j][i]) / (trace * trace); };
+  return std::min({m[0][0] / trace, m[1][1] / trace, m[2][2] / trace, pair(0, 1), pair(0, 2), pair(1, 2),
+                   glm::determinant(m) / (trace * trace * trace)});
+}
+
+}  // namespace
+
+std::string fault_of_inertia(const glm::dmat3& inertia_kgm2) {
+  // Values are written with a few digits: a plate, whose largest moment is the sum of the others, may miss
+  // it by rounding.
+  constexpr double rounding = 1e-6;
+  constexpr double min_definite = 1e-15;
+  const glm::dmat3& m = inertia_kgm2;
+  const double trace = m[0][0] + m[1][1] + m[2][2];
+  if (!(trace > 0.0) || !(min_relative_minor(m) > min_definite))
+    return "the tensor is not positive definite, but a body resists rotation about every axis";
+  if (min_relative_minor(glm::dmat3(0.5 * trace) - m) < -rounding)
+    return "one principal moment is larger than the sum of the other two, but in no body it can be";
+  return {};
+}
+
+RigidBody::RigidBody(const MassProperties& properties, double orbit_radps)
+    : properties_(properties),
+      inverse_inertia_(glm::inverse(properties.inertia_kgm2)),
+      orbit_radps_(0.0, 0.0, orbit_radps) {
+  config::require(properties.mass_kg > 0.0, "the mass of a body is positive");
+  config::require(fault_of_inertia(properties.inertia_kgm2).empty(), "a body can have the inertia tensor");
+}
+
+RigidBodyState RigidBody::state(const glm::dvec3& p_world_m, const glm::dvec3& v_world_mps,
+                                const glm::dquat& q_world, const glm::dvec3& w_world_radps) const noexcept {
+  const glm::dquat q = glm::normalize(q_world);
+  const glm::dvec3 w_body = glm::conjugate(q) * (w_world_radps + orbit_radps_);
+  return {.p_world_m = p_world_m,
+          .v_world_mps = v_world_mps,
+          .q_world = q,
+          .angular_momentum_world_nms = q * (properties_.inertia_kgm2 * w_body)};
+}
+
+glm::dvec3 RigidBody::w_body_radps(const RigidBodyState& state) const noexcept {
+  return inverse_inertia_ * (glm::conjugate(state.q_world) * state.angular_momentum_world_nms);
+}
+
+glm::dvec3 RigidBody::w_world_radps(const RigidBodyState& state) const noexcept {
+  return state.q_world * w_body_radps(state) - orbit_radps_;
+}
+
+double RigidBody::rotational_energy_j(const RigidBodyState& state) const noexcept {
+  const glm::dvec3 w = w_body_radps(state);
+  return 0.5 * glm::dot(w, properties_.inertia_kgm2 * w);
+}
+
+RigidBody::Derivative RigidBody::derivative(const RigidBodyState& state,
+                                            const Wrench& wrench) const noexcept {
+  const double n = orbit_radps_.z;
+  const glm::dvec3& p = state.p_world_m;
+  const glm::dvec3& v = state.v_world_mps;
+  const glm::dvec3 orbital(3.0 * n * n * p.x + 2.0 * n * v.y, -2.0 * n * v.x, -n * n * p.z);
+  const glm::dvec3 w = w_world_radps(state);
+  return {.v_mps = v,
+          .a_mps2 = orbital + state.q_world * wrench.force_body_n / properties_.mass_kg,
+          .q_per_s = 0.5 * (glm::dquat(0.0, w.x, w.y, w.z) * state.q_world),
+          .torque_nm = state.q_world * wrench.torque_body_nm -
+                       glm::cross(orbit_radps_, state.angular_momentum_world_nms)};
+}
+
+RigidBodyState RigidBody::moved(const RigidBodyState& state, const Derivative& rate, double dt_s) noexcept {
+  return {.p_world_m = state.p_world_m + dt_s * rate.v_mps,
+          .v_world_mps = state.v_world_mps + dt_s * rate.a_mps2,
+          .q_world = state.q_world + dt_s * rate.q_per_s,
+          .angular_momentum_world_nms = state.angular_momentum_world_nms + dt_s * rate.torque_nm};
+}
+
+RigidBodyState RigidBody::step(const RigidBodyState& state, const Wrench& wrench,
+                               double dt_s) const noexcept {
+  const Derivative k1 = derivative(state, wrench);
+  const Derivative k2 = derivative(moved(state, k1, 0.5 * dt_s), wrench);
+  const Derivative k3 = derivative(moved(state, k2, 0.5 * dt_s), wrench);
+  const Derivative k4 = derivative(moved(state, k3, dt_s), wrench);
+  const auto mean = [](const auto& a, const auto& b, const auto& c, const auto& d) {
+    return (a + 2.0 * b + 2.0 * c + d) / 6.0;
+  };
+  RigidBodyState next = moved(state,
+                              {.v_mps = mean(k1.v_mps, k2.v_mps, k3.v_mps, k4.v_mps),
+                               .a_mps2 = mean(k1.a_mps2, k2.a_mps2, k3.a_mps2, k4.a_mps2),
+                               .q_per_s = mean(k1.q_per_s, k2.q_per_s, k3.q_per_s, k4.q_per_s),
+                               .torque_nm = mean(k1.torque_nm, k2.torque_nm, k3.torque_nm, k4.torque_nm)},
+                              dt_s);
+  next.q_world = glm::normalize(next.q_world);
+  return next;
+}
+
+}  // namespace hil::modules

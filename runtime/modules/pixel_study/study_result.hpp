@@ -1,0 +1,77 @@
+#pragma once
+// What a pixel study finds for each distance and method, and how the report shows it.
+//
+// Threads: plain data; study_section allocates and is not for the tick.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/contribution/section.hpp"
+#include "runtime/modules/pixel_study/pixel_grid.hpp"
+#include "runtime/modules/pixel_study/study_options.hpp"
+
+namespace hil::modules {
+
+/// Wall-clock time of the transactions, and how many pixels took it.
+struct TimedPixels {
+  std::int64_t wall_ns = 0;
+  std::uint64_t pixels = 0;
+
+  double ns_per_pixel() const noexcept {
+    return pixels > 0 ? static_cast<double>(wall_ns) / static_cast<double>(pixels) : 0.0;
+  }
+};
+
+struct MethodResult {
+  bool complete = false;
+  std::uint32_t detections = 0;    ///< shifts in which a pixel detected the reflector
+  TimedPixels port{};              ///< the pixels that can see the port
+  TimedPixels others{};            ///< those traced of the rest
+  std::uint64_t other_pixels = 0;  ///< all of the rest
+
+  /// Of all pixels of the grid; estimated where not all others were traced.
+  double frame_s() const noexcept {
+    return 1e-9 *
+           (static_cast<double>(port.wall_ns) + others.ns_per_pixel() * static_cast<double>(other_pixels));
+  }
+};
+
+class StudyResult {
+ public:
+  /// `options` outlives it.
+  StudyResult(const StudyOptions& options, const PixelGrid& grid);
+
+  MethodResult& at(std::size_t distance, std::size_t method) noexcept {
+    return results_[distance * options_.methods.size() + method];
+  }
+  const MethodResult& at(std::size_t distance, std::size_t method) const noexcept {
+    return results_[distance * options_.methods.size() + method];
+  }
+
+  bool detects(std::size_t distance, std::size_t method) const noexcept {
+    return at(distance, method).detections >= options_.needed_shifts;
+  }
+  /// Beams that cover a whole pixel.
+  bool tiles(const PixelMethod& method) const noexcept;
+  /// The distance of Equation 2 for rays; for beams 0.
+  double nyquist_m(const PixelMethod& method) const noexcept;
+
+  /// Complete distances of beams that tile the view and do not detect.
+  std::uint32_t missed_by_tiling_beams() const noexcept;
+  /// Complete distances beyond `factor` times the one of Equation 2 at which rays detect.
+  std::uint32_t detected_by_rays_beyond(double factor) const noexcept;
+
+  contribution::Section section(const std::string& module) const;
+
+ private:
+  contribution::Table table() const;
+  contribution::Plot detection_plot() const;
+  contribution::Plot time_plot() const;
+
+  const StudyOptions& options_;
+  const PixelGrid grid_;
+  std::vector<MethodResult> results_;
+};
+
+}  // namespace hil::modules

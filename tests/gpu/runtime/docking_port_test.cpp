@@ -1,0 +1,83 @@
+// A docking port in a world captures what comes slowly enough and in the middle, and notes what it misses.
+
+#include <glm/gtc/quaternion.hpp>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/gpu/runtime/module_fixture.hpp"
+
+namespace hil::modules {
+namespace {
+
+constexpr std::int64_t period_ns = 10'000'000;
+enum Output : std::size_t {
+  distance = 0,
+  lateral = 1,
+  docked = 6,
+  missed = 7,
+  capture_lateral = 8,
+  capture_speed = 10
+};
+
+class DockingPortModule : public test::ModuleFixture {
+ protected:
+  DockingPortModule() : ModuleFixture({"body"}) {}
+
+  void SetUp() override {
+    ModuleFixture::SetUp();
+    world_->create("station", {});
+  }
+
+  /// A chaser whose port is 1 m ahead of its origin comes to the station's port at the origin from x = 2 m,
+  /// with this speed and this distance from the axis. The outputs after 30 s.
+  std::vector<double> approach(const std::string& name, double speed_mps, double lateral_m,
+                               double turned_rad) {
+    rtstdb::EntityRow row;
+    row.motion.p_world_m = {3.0, lateral_m, 0.0};
+    row.motion.q_world = glm::angleAxis(std::numbers::pi + turned_rad, glm::dvec3(0.0, 0.0, 1.0));
+    row.motion.v_world_mps = {-speed_mps, 0.0, 0.0};
+    world_->create(name, row);
+    const auto module =
+        make(*find_module_type("docking_port"),
+             "{target: {body: station}, chaser: {body: " + name + ", position: [1 m, 0 m, 0 m]}}",
+             {.instance = "port", .period_ns = period_ns});
+    EXPECT_NE(module, nullptr) << diagnostics_.to_text();
+    std::vector<double> outputs;
+    for (int i = 0; i < 3'000; ++i)
+      outputs = step(*module, static_cast<std::uint64_t>(i), i * period_ns, period_ns);
+    return outputs;
+  }
+};
+
+TEST_F(DockingPortModule, CapturesASlowChaserInTheMiddle) {
+  allocation_guard::reset();
+  const std::vector<double> outputs = approach("chaser", 0.08, 0.05, 0.0);
+  EXPECT_EQ(allocation_guard::seen().total(), 0U) << "in the steps";
+  EXPECT_EQ(outputs[docked], 1.0);
+  EXPECT_EQ(outputs[missed], 0.0);
+  EXPECT_NEAR(outputs[capture_lateral], 0.05, 1e-9);
+  EXPECT_NEAR(outputs[capture_speed], 0.08, 1e-9);
+  ASSERT_EQ(events_.events().size(), 1U);
+  EXPECT_EQ(events_.events()[0].text, "chaser is captured at 0.080 m/s");
+}
+
+TEST_F(DockingPortModule, MissesWhatIsTooFastTooFarAsideOrTurned) {
+  EXPECT_EQ(approach("fast", 0.12, 0.0, 0.0)[docked], 0.0);
+  EXPECT_EQ(approach("aside", 0.08, 0.11, 0.0)[docked], 0.0);
+  EXPECT_EQ(approach("turned", 0.08, 0.0, 0.08)[docked], 0.0);
+  EXPECT_EQ(events_.events().size(), 3U);
+  EXPECT_EQ(approach("aside_too", 0.08, 0.11, 0.0)[missed], 1.0);
+}
+
+TEST_F(DockingPortModule, ReportsNothingOfAChaserThatDidNotArrive) {
+  const std::vector<double> outputs = approach("slow", 0.02, 0.3, 0.0);
+  EXPECT_NEAR(outputs[distance], 2.0 - 0.02 * 29.99, 1e-9);
+  EXPECT_NEAR(outputs[lateral], 0.3, 1e-9);
+  EXPECT_EQ(outputs[docked], 0.0);
+  EXPECT_EQ(outputs[missed], 0.0);
+  EXPECT_TRUE(events_.events().empty());
+}
+
+}  // namespace
+}  // namespace hil::modules

@@ -1,0 +1,84 @@
+// The docking under the virtual clock: with beams the guidance docks, with rays it does not find the port.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/paths.h"
+#include "tests/system/scenario/hil.hpp"
+#include "tests/system/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+std::string docking(const std::string& file) {
+  return std::string(HIL_SOURCE_DIR) + "/configs/docking/" + file;
+}
+
+/// The result of an expectation: "held", "failed" or "not_checked".
+std::string result_of(const nlohmann::json& report, const std::string& name) {
+  for (const auto& expectation : report["expectations"]) {
+    if (expectation["name"] == name) return expectation["result"];
+  }
+  return "there is no expectation '" + name + "'";
+}
+
+double greatest(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : *std::ranges::max_element(values);
+}
+
+TEST(VirtualDocking, CapsuleDocksWithBeamsThatTileItsView) {
+  const Folder folder;
+  const Ended run = run_hil({"run", docking("docking.yaml"), "--clock", "virtual", "--out", folder / "out"});
+  EXPECT_EQ(run.code, 0) << run.output << run.errors;
+  RecordProperty("wall_s_for_120_s", std::to_string(run.took.count()));
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(report["verdict"], "passed");
+  for (const auto& expectation : report["expectations"])
+    EXPECT_TRUE(expectation["passed"].get<bool>()) << expectation;
+  for (const auto& process : report["processes"])
+    EXPECT_EQ(process["exit"], "exited with code 0") << process;
+
+  const Signals signals(folder / "out");
+  EXPECT_EQ(signals["port.docked"].back(), 1.0);
+  EXPECT_LT(signals["port.capture_lateral"].back(), 0.1);
+  EXPECT_GT(signals["port.capture_speed"].back(), 0.02);
+  EXPECT_GT(signals["port.distance"].at(10), 39.0) << "it began far away";
+  EXPECT_GT(greatest(signals["can.capsule.ThrustCommand.ForceX"]), 100.0);
+  EXPECT_GE(greatest(signals["scanner.target_count"]), 8.0);
+  // A row in each of 120,000 steps would be one that describes no motion.
+  EXPECT_GT(signals["capsule_motion.rows"].back(), 50.0);
+  EXPECT_LT(signals["capsule_motion.rows"].back(), 12'000.0);
+}
+
+TEST(VirtualDocking, WithRaysThePortIsNotFoundInTime) {
+  const Folder folder;
+  const Ended run = run_hil({"run", docking("docking.yaml"), "--clock", "virtual", "--out", folder / "out",
+                             "--set", "tasks.scanner.parameters.divergence=0 deg"});
+  EXPECT_EQ(run.code, 1) << run.output << run.errors;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(result_of(report, "docked in time"), "failed");
+  EXPECT_EQ(result_of(report, "the DUT answers within 100 ms"), "held") << "the guidance itself works";
+  const Signals signals(folder / "out");
+  EXPECT_EQ(greatest(signals["can.capsule.GuidanceStatus.Mode"]), 0.0) << "it searches to the end";
+}
+
+/// The study with fewer pixels, rays and distances.
+TEST(VirtualDocking, StudyShowsWhatRaysMiss) {
+  const Folder folder;
+  const Ended run = run_hil(
+      {"run", docking("study.yaml"), "--out", folder / "out", "--duration", "2 s", "--set",
+       "tasks.study.parameters.pixels=270", "--set", "tasks.study.parameters.beams=[0.21 deg]", "--set",
+       "tasks.study.parameters.samples=[1, 64]", "--set", "tasks.study.parameters.distances=[20 m, 200 m]"});
+  EXPECT_EQ(run.code, 0) << run.output << run.errors;
+  const auto report = read_report(folder / "out");
+  const auto& section = report["sections"].at(0);
+  EXPECT_EQ(section["plots"].size(), 2U);
+  EXPECT_EQ(section["tables"].at(0)["rows"].size(), 6U);
+  for (const char* image : {"study-0020m-1rays.png", "study-0200m-64rays.png", "study-0200m-beam0p21deg.png"})
+    EXPECT_GT(std::filesystem::file_size(std::filesystem::path(folder / "out/images") / image), 100U)
+        << image;
+}
+
+}  // namespace
+}  // namespace hil::scenario_test
