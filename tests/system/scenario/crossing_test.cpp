@@ -10,10 +10,6 @@
 namespace hil::scenario_test {
 namespace {
 
-double greatest(const std::vector<double>& values) {
-  return values.empty() ? 0.0 : *std::ranges::max_element(values);
-}
-
 /// Removes the values that differ between two runs: measured times, and the addresses that the run chose.
 void leave_out_measurements(nlohmann::json& node) {
   static const std::vector<std::string> measured{

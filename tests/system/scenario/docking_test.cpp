@@ -23,10 +23,6 @@ std::string result_of(const nlohmann::json& report, const std::string& name) {
   return "there is no expectation '" + name + "'";
 }
 
-double greatest(const std::vector<double>& values) {
-  return values.empty() ? 0.0 : *std::ranges::max_element(values);
-}
-
 TEST(VirtualDocking, CapsuleDocksWithBeamsThatTileItsView) {
   const Folder folder;
   const Ended run = run_hil({"run", docking("docking.yaml"), "--clock", "virtual", "--out", folder / "out"});

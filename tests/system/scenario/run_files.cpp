@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <charconv>
 #include <sstream>
 
@@ -80,6 +81,10 @@ std::vector<double> values_on_bus(const std::vector<io::can::LoggedFrame>& frame
     if (logged.frame.identifier() == message->id) values.push_back(codec.decode(logged.frame.payload()));
   }
   return values;
+}
+
+double greatest(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : *std::ranges::max_element(values);
 }
 
 }  // namespace hil::scenario_test

@@ -28,6 +28,9 @@ class Signals {
   std::map<std::string, std::vector<double>> columns_;
 };
 
+/// The largest of the values; 0 when there are none.
+double greatest(const std::vector<double>& values);
+
 /// can-car.log; the test fails when a line can not be read.
 std::vector<io::can::LoggedFrame> read_can_log(const std::filesystem::path& file);
 

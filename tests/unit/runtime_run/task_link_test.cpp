@@ -75,6 +75,11 @@ class FakeDatabase final : public rtstdb::Database {
                                                   std::string_view /*name*/) override {
     return refused();
   }
+  rtstdb::Result<rtstdb::FieldReport> build_field(rtstdb::GeometryId /*id*/,
+                                                  const rtstdb::FieldOptions& /*options*/) override {
+    return refused();
+  }
+  std::optional<rtstdb::FieldReport> field(rtstdb::GeometryId /*id*/) const override { return std::nullopt; }
   std::optional<rtstdb::MaterialId> find_material(std::string_view /*name*/) const override {
     return std::nullopt;
   }
