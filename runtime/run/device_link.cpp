@@ -30,13 +30,14 @@ void DeviceLink::latch_inputs(std::int64_t time_ns) noexcept {
 }
 
 void DeviceLink::step(const executive::TickInfo& tick) noexcept {
+  if (!in_step_) return;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     const Source& source = links_.outputs[i];
     values_[i] = source.signal.valid() ? table_.value(source.signal) : source.constant;
     if (holds_safe_values_) values_[i] = device_.outputs()[i].safe_value;
   }
   device_.release_outputs(values_, tick.time_ns);
-  if (pacing_ == io::Pacing::lockstep && in_step_) in_step_ = device_.exchange(tick.time_ns);
+  if (pacing_ == io::Pacing::lockstep) in_step_ = device_.exchange(tick.time_ns);
 }
 
 }  // namespace hil::run

@@ -271,5 +271,18 @@ TEST(Ending, HungProgramUnderTheVirtualClockEndsTheRun) {
   }
 }
 
+TEST(Ending, HungProgramOfABusThatMayBeLostLetsTheRunGoOn) {
+  LongRun run("virtual", {"--set", "can.car.may_be_lost=true"});
+  run.signal_child("hil-aeb-controller", SIGSTOP);
+  EXPECT_TRUE(eventually(
+      [&] { return read_text(run.out() + "/run.log").find("CAN bus car is lost") != std::string::npos; }));
+  run.interrupt();
+  const Ended ended = run.wait();
+  EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
+  const auto report = read_report(run.out());
+  EXPECT_EQ(report["losses"][0]["permitted"], true) << report["losses"];
+  EXPECT_EQ(report["can"][0]["dropped_releases"], 0) << "nothing is released for a bus that is left out";
+}
+
 }  // namespace
 }  // namespace hil::scenario_test
