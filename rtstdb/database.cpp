@@ -1,32 +1,33 @@
-// Implements Database: it connects the query executor with its device, the transaction engine, the log, and
-// the follower of standing queries.
+// Implements Database: it connects the query executor with its device, the transaction engine, the log,
+// the lists of geometries and materials, and the follower of standing queries.
 
 #include <pthread.h>
 
 #include <algorithm>
 #include <exception>
 #include <functional>
-#include <mutex>
-#include <new>
 #include <optional>
-#include <system_error>
+#include <span>
+#include <string>
 #include <thread>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include <rtstdb/database.hpp>
 
-#include "rtstdb/field_job.hpp"
+#include "rtstdb/catch_out_of_memory.hpp"
 #include "rtstdb/geometry/counted.hpp"
-#include "rtstdb/geometry/row_check.hpp"
+#include "rtstdb/geometry_list.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "rtstdb/log/posix_disk.hpp"
+#include "rtstdb/material_list.hpp"
 #include "rtstdb/open_database.hpp"
 #include "rtstdb/open_history_range.hpp"
 #include "rtstdb/option_check.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/standing/follower.hpp"
 #include "rtstdb/standing/query_spec.hpp"
-#include "rtstdb/store/material_table.hpp"
 #include "rtstdb/transaction/engine.hpp"
 #include "rtstdb/transaction/monotonic_clock.hpp"
 
@@ -61,29 +62,6 @@ Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& optio
   return std::move(*device);
 }
 
-/// Falls back to a message that is short enough to need no allocation.
-Error out_of_memory(std::string_view what, std::string_view name, std::string_view why) noexcept {
-  try {
-    std::string sentence(what);
-    if (!name.empty()) sentence.append(" '").append(name).append("'");
-    return {ErrorCode::out_of_memory, sentence.append(why)};
-  } catch (const std::bad_alloc&) {
-    return {ErrorCode::out_of_memory, "out of memory"};
-  }
-}
-
-/// Executes `work`; returns an Error if memory runs out or no thread can be created.
-template <class Value, class Work>
-Result<Value> catch_out_of_memory(std::string_view what, std::string_view name, const Work& work) noexcept {
-  try {
-    return work();
-  } catch (const std::bad_alloc&) {
-    return out_of_memory(what, name, " does not fit into memory");
-  } catch (const std::system_error&) {
-    return out_of_memory(what, name, ": no thread can be created");
-  }
-}
-
 /// Null: the options name no directory.
 Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& options) {
   const std::filesystem::path& directory = options.durability.directory;
@@ -101,59 +79,20 @@ Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& 
   return opened;
 }
 
-/// A geometry with its mesh as it was added.
-struct AddedGeometry {
-  std::shared_ptr<const TriangleMesh> mesh;
-  std::string name;
-  bool deforms = false;
-  std::optional<FieldReport> field{};
-};
-
-/// Adds the recovered geometries to the device, in the order of their ids.
-Result<std::vector<AddedGeometry>> add_recovered_geometries(const log::World& world,
-                                                            query::GpuExecutor& executor) {
-  std::vector<AddedGeometry> recovered;
-  for (const log::WorldGeometry& geometry : world.geometries) {
-    const auto& [id, name, options, file, checksum] = geometry.logged;
-    const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
-    auto added = executor.add_geometry(mesh, options);
-    if (!added)
-      return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
-    RTSTDB_ASSERT(added.value() == id);
-    recovered.push_back({mesh, name, options.deforms, {}});
-  }
-  return recovered;
-}
-
-/// The default material and the recovered ones.
-std::unique_ptr<store::MaterialTable> table_of(std::span<const log::LoggedMaterial> recovered) {
-  auto table = std::make_unique<store::MaterialTable>();
-  for (const log::LoggedMaterial& material : recovered) {
-    table->prepare(material.material, material.name);
-    table->publish();
-  }
-  return table;
-}
-
-/// How long add_geometry and add_material wait for room in the log.
-constexpr Nanoseconds log_space_timeout{10'000'000'000};
-
 class DatabaseImpl final : public Database {
  public:
   /// `recovered`: recovered geometries, already on the device. `materials`: recovered too. `past`: see
   /// EngineOptions.
   DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options,
-               std::unique_ptr<transaction::CommitLog> log, std::vector<AddedGeometry> recovered,
-               std::unique_ptr<store::MaterialTable> materials, std::function<void(store::Store&)> past)
+               std::unique_ptr<transaction::CommitLog> log, std::vector<ListedGeometry> recovered,
+               std::span<const log::LoggedMaterial> materials, std::function<void(store::Store&)> past)
       : executor_(std::move(executor)),
-        meshes_(std::move(recovered)),
-        materials_(std::move(materials)),
-        chunk_(options.chunk),
+        materials_(materials),
         is_history_(static_cast<bool>(past)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
-                           .material_known = [this](MaterialId id) { return materials_->knows(id); },
+                           .material_known = [this](MaterialId id) { return materials_.knows(id); },
                            .max_geometries = options.max_geometries},
                  .queue_capacity = options.queue_capacity,
                  .chunk = options.chunk,
@@ -164,17 +103,8 @@ class DatabaseImpl final : public Database {
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)),
         follower_(engine_, {.max_entities = options.max_entities,
                             .max_geometries = options.max_geometries,
-                            .feed_capacity = options.standing_queue_capacity}) {
-    for (std::uint32_t index = 0; index < meshes_.size(); ++index) {
-      const AddedGeometry& geometry = meshes_[index];
-      follower_.make_space_for_geometry();
-      follower_.add_geometry(bounds_of(*geometry.mesh), geometry.deforms);
-      if (geometry.deforms)
-        engine_.call([&, used = standing::Follower::used_positions(*geometry.mesh)]() mutable {
-          follower_.keep_bounds(GeometryId{index}, std::move(used));
-        });
-    }
-  }
+                            .feed_capacity = options.standing_queue_capacity}),
+        geometries_({engine_, *executor_, follower_, options.chunk}, std::move(recovered)) {}
 
   const DeviceInfo& device() const noexcept override { return executor_->device_info(); }
 
@@ -182,28 +112,33 @@ class DatabaseImpl final : public Database {
                                   const GeometryOptions& options) override {
     require_open("Database::add_geometry");
     return catch_out_of_memory<GeometryId>("geometry", name, [&]() -> Result<GeometryId> {
-      if (is_history_) return with_name(name, {ErrorCode::bad_input, "a history can not be written"});
-      if (auto valid = validate(mesh); !valid) return with_name(name, valid.error());
-      if (auto valid = check_options(options); !valid) return with_name(name, valid.error());
-      return add_valid(mesh, name, options);
+      const auto add = [&]() -> Result<GeometryId> {
+        if (is_history_) return history_error();
+        if (auto valid = validate(mesh); !valid) return valid.error();
+        if (auto valid = check_options(options); !valid) return valid.error();
+        return geometries_.add(mesh, name, options);
+      };
+      auto added = add();
+      if (!added) return with_geometry_name(name, added.error());
+      return added;
     });
   }
 
   Result<MaterialId> add_material(const Material& material, std::string_view name) override {
     require_open("Database::add_material");
     return catch_out_of_memory<MaterialId>("material", name, [&]() -> Result<MaterialId> {
-      auto added = add_checked(material, name);
+      auto added =
+          is_history_ ? Result<MaterialId>(history_error()) : materials_.add(material, name, engine_);
       if (!added)
         return Error{added.error().code, "material '" + std::string(name) + "': " + added.error().message};
       return added;
     });
   }
   std::optional<MaterialId> find_material(std::string_view name) const override {
-    const std::lock_guard lock(materials_mutex_);
-    return materials_->find(name);
+    return materials_.find(name);
   }
   std::optional<Material> material(MaterialId id) const noexcept override {
-    return materials_->find_value(id);
+    return materials_.find_value(id);
   }
 
   Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& query,
@@ -263,10 +198,7 @@ class DatabaseImpl final : public Database {
   }
 
   std::optional<GeometryId> find_geometry(std::string_view name) const override {
-    const std::lock_guard lock(meshes_mutex_);
-    for (std::size_t index = meshes_.size(); index-- > 0;)
-      if (meshes_[index].name == name) return GeometryId{static_cast<std::uint32_t>(index)};
-    return std::nullopt;
+    return geometries_.find(name);
   }
   std::optional<TriangleMesh> geometry(GeometryId id) const override {
     auto mesh = copy_mesh(id, ReadAt::latest());
@@ -280,30 +212,11 @@ class DatabaseImpl final : public Database {
 
   Result<FieldReport> build_field(GeometryId id, const FieldOptions& options) override {
     require_open("Database::build_field");
-    // Held during the build, so that a geometry has one field.
-    const std::lock_guard lock(adding_mutex_);
-    AddedGeometry geometry;
-    {
-      const std::lock_guard reading_lock(meshes_mutex_);
-      if (id.index >= meshes_.size())
-        return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
-      geometry = meshes_[id.index];
-    }
-    if (auto valid = check_options(GeometryOptions{.deforms = geometry.deforms, .field = options}); !valid)
-      return with_name(geometry.name, valid.error());
-    if (geometry.field)
-      return with_name(geometry.name, {ErrorCode::bad_input, "it has a distance field already"});
-    auto built = catch_out_of_memory<FieldReport>("its distance field", {}, [&] {
-      return FieldJob{engine_, *executor_, chunk_}.run(id, *geometry.mesh, options);
-    });
-    if (!built) return with_name(geometry.name, built.error());
-    const std::lock_guard reading_lock(meshes_mutex_);
-    meshes_[id.index].field = built.value();
-    return built;
+    return geometries_.build_field(id, options);
   }
   std::optional<FieldReport> field(GeometryId id) const override {
-    const std::lock_guard lock(meshes_mutex_);
-    return id.index < meshes_.size() ? meshes_[id.index].field : std::nullopt;
+    const auto geometry = geometries_.find(id);
+    return geometry ? geometry->field : std::nullopt;
   }
 
   TransactionCounts counts() const noexcept override { return engine_.counts(); }
@@ -328,145 +241,19 @@ class DatabaseImpl final : public Database {
     RTSTDB_REQUIRE(!engine_.is_closing(), call, "the database is closed (Database::close)");
   }
 
+  static Error history_error() { return {ErrorCode::bad_input, "a history can not be written"}; }
+
   Result<TriangleMesh> copy_mesh(GeometryId id, const ReadAt& read_at) const {
-    TriangleMesh mesh;
-    bool deforms = false;
-    {
-      const std::lock_guard lock(meshes_mutex_);
-      if (id.index >= meshes_.size())
-        return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
-      mesh = *meshes_[id.index].mesh;
-      deforms = meshes_[id.index].deforms;
-    }
-    if (!deforms) return mesh;
+    const auto geometry = geometries_.find(id);
+    if (!geometry)
+      return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
+    TriangleMesh mesh = *geometry->mesh;
+    if (!geometry->deforms) return mesh;
     require_open("Database::geometry");
     auto positions = engine_.shape(id, mesh.positions_m.size(), read_at);
     if (!positions) return positions.error();
     mesh.positions_m = std::move(positions).value();
     return mesh;
-  }
-
-  static Error with_name(std::string_view name, const Error& error) {
-    return {error.code, "geometry '" + std::string(name) + "': " + error.message};
-  }
-
-  Result<GeometryId> add_valid(const TriangleMesh& mesh, std::string_view name,
-                               const GeometryOptions& options) {
-    // Held until the mesh is in the list, so that meshes are in the order of their ids.
-    const std::lock_guard lock(adding_mutex_);
-    AddedGeometry copy{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms, {}};
-    {
-      const std::lock_guard reading_lock(meshes_mutex_);
-      meshes_.reserve(meshes_.size() + 1);
-    }
-    follower_.make_space_for_geometry();
-    std::unique_ptr<store::ShapeHistory::Ring> shapes;
-    if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.retained_shapes);
-    std::optional<log::LoggedGeometry> logged;
-    if (transaction::CommitLog* log = engine_.log()) {
-      auto written = log->write_geometry(mesh, name, options);
-      if (!written) return with_name(name, written.error());
-      logged = std::move(written).value();
-    }
-    auto used_positions =
-        options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
-    std::optional<Result<GeometryId>> added;
-    std::optional<GeometryId> with_field;  // on the device with its field, but not in the database yet
-    if (options.field) {
-      auto built = add_with_field(copy, options);
-      if (!built) return with_name(name, built.error());
-      with_field = built.value();
-    }
-    const auto add_on_engine = [&] {
-      if (logged && !engine_.log()->has_space_for(*logged)) return;
-      if (with_field) {
-        added.emplace(*with_field);
-      } else {
-        added.emplace(catch_out_of_memory<GeometryId>(
-            "it", {}, [&] { return executor_->add_geometry(copy.mesh, options); }));
-      }
-      if (!*added) return;
-      // Before any version that uses the geometry can be read.
-      follower_.add_geometry(executor_->last_bounds(), options.deforms);
-      if (shapes != nullptr) {
-        engine_.keep_shapes(added->value(), std::move(shapes));
-        follower_.keep_bounds(added->value(), std::move(used_positions));
-      }
-      if (logged) logged->id = added->value();
-      if (logged) engine_.log()->record_geometry(*logged, mesh.positions_m.size());
-    };
-    if (auto called = call_until(add_on_engine, [&] { return added.has_value(); }); !called) {
-      if (with_field) remove_last_geometry();
-      return with_name(name, called.error());
-    }
-    if (!*added) return with_name(name, added->error());
-    const std::lock_guard reading_lock(meshes_mutex_);
-    meshes_.push_back(std::move(copy));
-    return *added;
-  }
-
-  Result<MaterialId> add_checked(const Material& material, std::string_view name) {
-    if (is_history_) return Error{ErrorCode::bad_input, "a history can not be written"};
-    if (auto valid = validate_material(material); !valid) return valid.error();
-    if (engine_.log() != nullptr && name.size() > log::max_name_bytes)
-      return Error{ErrorCode::bad_input, "the name has " + std::to_string(name.size()) +
-                                             " bytes; the log allows at most " +
-                                             std::to_string(log::max_name_bytes)};
-    const std::lock_guard lock(materials_mutex_);
-    if (materials_->is_full())
-      return Error{ErrorCode::capacity, "a database has at most " + std::to_string(max_materials) +
-                                            " materials, the default material included"};
-    const MaterialId id = materials_->prepare(material, name);
-    std::optional<log::LoggedMaterial> logged;
-    if (engine_.log() != nullptr) logged = {id, std::string(name), material};
-    bool added = false;
-    const auto add_on_engine = [&] {
-      if (logged && !engine_.log()->has_space_for(*logged)) return;
-      if (logged) engine_.log()->record_material(*logged);
-      materials_->publish();
-      added = true;
-    };
-    if (auto called = call_until(add_on_engine, [&] { return added; }); !called) return called.error();
-    return id;
-  }
-
-  /// Calls `work` on the engine thread until `is_done` holds. Errors: file, if the log has no room for it
-  /// within log_space_timeout.
-  template <class Work, class IsDone>
-  Result<void> call_until(const Work& work, const IsDone& is_done) {
-    const ClockTime begin_time = monotonic_clock_.now();
-    for (engine_.call(work); !is_done(); engine_.call(work)) {
-      if (monotonic_clock_.now() - begin_time > log_space_timeout)
-        return Error{ErrorCode::file, "the log has no room: " + durability().last_fault};
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return {};
-  }
-
-  /// Adds a geometry and its field to the device; neither, if one of them fails.
-  Result<GeometryId> add_with_field(AddedGeometry& geometry, const GeometryOptions& options) {
-    std::optional<Result<GeometryId>> added;
-    engine_.call([&] {
-      added.emplace(catch_out_of_memory<GeometryId>(
-          "it", {}, [&] { return executor_->add_geometry(geometry.mesh, options); }));
-    });
-    if (!*added) return added->error();
-    auto built = catch_out_of_memory<FieldReport>("its distance field", {}, [&] {
-      return FieldJob{engine_, *executor_, chunk_}.run(added->value(), *geometry.mesh, *options.field);
-    });
-    if (built) {
-      geometry.field = built.value();
-      return *added;
-    }
-    remove_last_geometry();
-    return built.error();
-  }
-  /// A device that can not be opened again loses the geometry as well.
-  void remove_last_geometry() {
-    engine_.call([this] {
-      static_cast<void>(
-          catch_out_of_memory<void>("", {}, [this] { return executor_->remove_last_geometry(); }));
-    });
   }
 
   Result<std::unique_ptr<Query>> prepare_query(QueryOptionsRef options) override {
@@ -476,6 +263,10 @@ class DatabaseImpl final : public Database {
     require_open("Database::prepare");
     return catch_out_of_memory<std::unique_ptr<Query>>(
         "query", name, [&]() -> Result<std::unique_ptr<Query>> {
+          if (const auto* const* cone = std::get_if<const ConeQueryOptions*>(&options);
+              cone != nullptr && (*cone)->mode == ConeMode::fast) {
+            if (auto built = geometries_.build_fields_on_first_use(); !built) return built.error();
+          }
           std::optional<Result<Made>> made;
           engine_.call([&] {
             made.emplace(
@@ -498,16 +289,12 @@ class DatabaseImpl final : public Database {
 
   transaction::MonotonicClock monotonic_clock_;
   std::unique_ptr<query::GpuExecutor> executor_;
-  std::mutex adding_mutex_;
-  mutable std::mutex meshes_mutex_;
-  std::vector<AddedGeometry> meshes_;  // by geometry index
-  mutable std::mutex materials_mutex_;
-  std::unique_ptr<store::MaterialTable> materials_;
-  const Nanoseconds chunk_;
+  MaterialList materials_;
   const bool is_history_;
   const Recovery no_recovery_;
   mutable transaction::Engine engine_;
   standing::Follower follower_;
+  GeometryList geometries_;
 };
 
 /// `range`: the range of a history; null: a live database.
@@ -531,16 +318,17 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu:
         if (!log) return log.error();
         const log::World* world = range != nullptr ? &range->begin : nullptr;
         if (log.value() != nullptr) world = &log.value()->recovered_world();
-        auto recovered = world != nullptr ? add_recovered_geometries(*world, *executor.value())
-                                          : Result<std::vector<AddedGeometry>>(std::vector<AddedGeometry>());
+        auto recovered = world != nullptr
+                             ? add_recovered_geometries(*world, *executor.value())
+                             : Result<std::vector<ListedGeometry>>(std::vector<ListedGeometry>());
         if (!recovered) return recovered.error();
-        auto materials =
-            table_of(world != nullptr ? world->materials : std::span<const log::LoggedMaterial>());
+        const auto materials =
+            world != nullptr ? std::span(world->materials) : std::span<const log::LoggedMaterial>();
         std::function<void(store::Store&)> past;
         if (range != nullptr) past = [range](store::Store& store) { apply_range(*range, store); };
-        auto database = std::make_unique<DatabaseImpl>(std::move(executor).value(), options,
-                                                       std::move(log).value(), std::move(recovered).value(),
-                                                       std::move(materials), std::move(past));
+        auto database =
+            std::make_unique<DatabaseImpl>(std::move(executor).value(), options, std::move(log).value(),
+                                           std::move(recovered).value(), materials, std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
 }

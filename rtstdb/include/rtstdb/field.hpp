@@ -32,6 +32,9 @@ struct FieldProgress {
 };
 
 struct FieldOptions {
+  /// GeometryOptions::field: build the field when the first cone query in ConeMode::fast is prepared, instead
+  /// of with the geometry.
+  bool on_first_use = false;
   /// The error that 99 of 100 points near the surface (in the bricks) do not exceed. A field is built with
   /// finer and finer cells until it is reached. 0: 1/500 of the diagonal of the geometry's box.
   double error_m = 0.0;

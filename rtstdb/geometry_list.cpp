@@ -1,0 +1,174 @@
+#include "rtstdb/geometry_list.hpp"
+
+#include <utility>
+
+#include "rtstdb/catch_out_of_memory.hpp"
+#include "rtstdb/field_job.hpp"
+#include "rtstdb/log_space.hpp"
+#include "rtstdb/option_check.hpp"
+#include "rtstdb/store/shape_history.hpp"
+
+namespace rtstdb {
+
+Error with_geometry_name(std::string_view name, const Error& error) {
+  return {error.code, "geometry '" + std::string(name) + "': " + error.message};
+}
+
+Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& world,
+                                                             query::GpuExecutor& executor) {
+  std::vector<ListedGeometry> recovered;
+  for (const log::WorldGeometry& geometry : world.geometries) {
+    const auto& [id, name, options, file, checksum] = geometry.logged;
+    const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
+    auto added = executor.add_geometry(mesh, options);
+    if (!added)
+      return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
+    RTSTDB_ASSERT(added.value() == id);
+    recovered.push_back({mesh, name, options.deforms});
+  }
+  return recovered;
+}
+
+GeometryList::GeometryList(const Parts& parts, std::vector<ListedGeometry> recovered)
+    : parts_(parts), geometries_(std::move(recovered)) {
+  for (std::uint32_t index = 0; index < geometries_.size(); ++index) {
+    const ListedGeometry& geometry = geometries_[index];
+    parts_.follower.make_space_for_geometry();
+    parts_.follower.add_geometry(bounds_of(*geometry.mesh), geometry.deforms);
+    if (geometry.deforms)
+      parts_.engine.call([&, used = standing::Follower::used_positions(*geometry.mesh)]() mutable {
+        parts_.follower.keep_bounds(GeometryId{index}, std::move(used));
+      });
+  }
+}
+
+Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view name,
+                                     const GeometryOptions& options) {
+  const std::lock_guard lock(adding_mutex_);
+  ListedGeometry listed{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms};
+  {
+    const std::lock_guard reading_lock(mutex_);
+    geometries_.reserve(geometries_.size() + 1);
+  }
+  parts_.follower.make_space_for_geometry();
+  std::unique_ptr<store::ShapeHistory::Ring> shapes;
+  if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.retained_shapes);
+  std::optional<log::LoggedGeometry> logged;
+  if (transaction::CommitLog* log = parts_.engine.log()) {
+    auto written = log->write_geometry(mesh, name, options);
+    if (!written) return written.error();
+    logged = std::move(written).value();
+  }
+  auto used_positions =
+      options.deforms ? standing::Follower::used_positions(mesh) : std::vector<std::uint32_t>();
+  std::optional<GeometryId> with_field;  // on the device with its field, but not in the database yet
+  if (options.field && options.field->on_first_use) {
+    listed.field_on_first_use = options.field;
+  } else if (options.field) {
+    auto built = add_with_field(listed, options);
+    if (!built) return built.error();
+    with_field = built.value();
+  }
+  std::optional<Result<GeometryId>> added;
+  const auto add_on_engine = [&] {
+    if (logged && !parts_.engine.log()->has_space_for(*logged)) return;
+    if (with_field) {
+      added.emplace(*with_field);
+    } else {
+      added.emplace(catch_out_of_memory<GeometryId>(
+          "it", {}, [&] { return parts_.executor.add_geometry(listed.mesh, options); }));
+    }
+    if (!*added) return;
+    // Before any version that uses the geometry can be read.
+    parts_.follower.add_geometry(parts_.executor.last_bounds(), options.deforms);
+    if (shapes != nullptr) {
+      parts_.engine.keep_shapes(added->value(), std::move(shapes));
+      parts_.follower.keep_bounds(added->value(), std::move(used_positions));
+    }
+    if (logged) logged->id = added->value();
+    if (logged) parts_.engine.log()->record_geometry(*logged, mesh.positions_m.size());
+  };
+  if (auto called = call_until(parts_.engine, add_on_engine, [&] { return added.has_value(); }); !called) {
+    if (with_field) remove_last_geometry();
+    return called.error();
+  }
+  if (!*added) return added->error();
+  const std::lock_guard reading_lock(mutex_);
+  geometries_.push_back(std::move(listed));
+  return *added;
+}
+
+/// Adds a geometry and its field to the device; neither, if one of them fails.
+Result<GeometryId> GeometryList::add_with_field(ListedGeometry& geometry, const GeometryOptions& options) {
+  std::optional<Result<GeometryId>> added;
+  parts_.engine.call([&] {
+    added.emplace(catch_out_of_memory<GeometryId>(
+        "it", {}, [&] { return parts_.executor.add_geometry(geometry.mesh, options); }));
+  });
+  if (!*added) return added->error();
+  auto built = build(added->value(), geometry, *options.field);
+  if (built) {
+    geometry.field = built.value();
+    return *added;
+  }
+  remove_last_geometry();
+  return built.error();
+}
+
+/// A device that can not be opened again loses the geometry as well.
+void GeometryList::remove_last_geometry() {
+  parts_.engine.call([this] {
+    static_cast<void>(
+        catch_out_of_memory<void>("", {}, [this] { return parts_.executor.remove_last_geometry(); }));
+  });
+}
+
+Result<FieldReport> GeometryList::build_field(GeometryId id, const FieldOptions& options) {
+  const std::lock_guard lock(adding_mutex_);
+  const auto geometry = find(id);
+  if (!geometry)
+    return Error{ErrorCode::bad_input, "geometry " + std::to_string(id.index) + " does not exist"};
+  if (auto valid = check_options(GeometryOptions{.deforms = geometry->deforms, .field = options}); !valid)
+    return with_geometry_name(geometry->name, valid.error());
+  if (geometry->field)
+    return with_geometry_name(geometry->name, {ErrorCode::bad_input, "it has a distance field already"});
+  auto built = build(id, *geometry, options);
+  if (!built) return with_geometry_name(geometry->name, built.error());
+  const std::lock_guard reading_lock(mutex_);
+  geometries_[id.index].field = built.value();
+  return built;
+}
+
+Result<void> GeometryList::build_fields_on_first_use() {
+  const std::lock_guard lock(adding_mutex_);
+  for (GeometryId id{0};; ++id.index) {
+    const auto geometry = find(id);
+    if (!geometry) return {};
+    if (geometry->field || !geometry->field_on_first_use) continue;
+    auto built = build(id, *geometry, *geometry->field_on_first_use);
+    if (!built) return with_geometry_name(geometry->name, built.error());
+    const std::lock_guard reading_lock(mutex_);
+    geometries_[id.index].field = built.value();
+  }
+}
+
+Result<FieldReport> GeometryList::build(GeometryId id, const ListedGeometry& geometry,
+                                        const FieldOptions& options) {
+  return catch_out_of_memory<FieldReport>("its distance field", {}, [&] {
+    return FieldJob{parts_.engine, parts_.executor, parts_.chunk}.run(id, *geometry.mesh, options);
+  });
+}
+
+std::optional<GeometryId> GeometryList::find(std::string_view name) const {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t index = geometries_.size(); index-- > 0;)
+    if (geometries_[index].name == name) return GeometryId{static_cast<std::uint32_t>(index)};
+  return std::nullopt;
+}
+
+std::optional<ListedGeometry> GeometryList::find(GeometryId id) const {
+  const std::lock_guard lock(mutex_);
+  return id.index < geometries_.size() ? std::optional(geometries_[id.index]) : std::nullopt;
+}
+
+}  // namespace rtstdb
