@@ -67,6 +67,7 @@ std::vector<Figure> measure_axes(const std::string& suffix, OurWorld& world,
   // Fractions take much longer.
   const auto some = axes.subspan(axes.size() / 2).first(std::min<std::size_t>(axes.size() / 2, 4096));
   auto shared = prepare_cones(world, some, {.fractions = true});
+  auto fast_shared = prepare_cones(world, some, {.mode = rtstdb::ConeMode::fast, .fractions = true});
   auto exact_some = prepare_cones(world, some, {});
   rays.run();
   exact.run();
@@ -80,9 +81,12 @@ std::vector<Figure> measure_axes(const std::string& suffix, OurWorld& world,
       rounds, [&] { exact.run(); }, run_rays);
   const RoundTimes of_shared = in_turns(
       rounds, [&] { shared.run(); }, [&] { exact_some.run(); });
+  const RoundTimes of_fast_shared = in_turns(
+      rounds, [&] { fast_shared.run(); }, [&] { exact_some.run(); });
   return {rate_figure("cone_fast_vs_ray" + suffix, axes.size(), of_fast, "closest-hit rays"),
           rate_figure("cone_exact_vs_ray" + suffix, axes.size(), of_exact, "closest-hit rays"),
-          rate_figure("cone_fractions_vs_exact" + suffix, some.size(), of_shared, "exact cones")};
+          rate_figure("cone_fractions_vs_exact" + suffix, some.size(), of_shared, "exact cones"),
+          rate_figure("cone_fast_fractions_vs_exact" + suffix, some.size(), of_fast_shared, "exact cones")};
 }
 
 }  // namespace

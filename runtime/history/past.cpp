@@ -169,6 +169,7 @@ Sweep Past::scan(const modules::RecordedScanner& scanner, std::int64_t time_ns) 
                                                      .capacity = facts.max_beams_per_step,
                                                      .divergence_rad = facts.divergence_rad,
                                                      .returns_per_beam = facts.returns_per_beam,
+                                                     .mode = facts.mode,
                                                      .ignore_motion = facts.ignore_motion}));
   for (std::int64_t offset_ns = 0; offset_ns < facts.sweep_ns; offset_ns += facts.step_ns) {
     const std::int64_t step_ns = sweep.begin_ns + offset_ns;

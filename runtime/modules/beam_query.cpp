@@ -17,6 +17,7 @@ rtstdb::Result<std::unique_ptr<BeamQuery>> BeamQuery::prepare(rtstdb::Database& 
     auto cones = database.prepare(rtstdb::ConeQueryOptions{.name = options.name,
                                                            .capacity = options.capacity,
                                                            .returns_per_cone = options.returns_per_beam,
+                                                           .mode = options.mode,
                                                            .fractions = true});
     if (!cones) return cones.error();
     query->cones_ = std::move(cones).value();

@@ -17,9 +17,10 @@ namespace hil::modules {
 
 struct BeamQueryOptions {
   std::string name{};
-  std::uint32_t capacity = 0;          ///< beams in a batch
-  double divergence_rad = 0.0;         ///< full opening angle; 0: rays
-  std::uint32_t returns_per_beam = 1;  ///< a ray has one
+  std::uint32_t capacity = 0;                       ///< beams in a batch
+  double divergence_rad = 0.0;                      ///< full opening angle; 0: rays
+  std::uint32_t returns_per_beam = 1;               ///< a ray has one
+  rtstdb::ConeMode mode = rtstdb::ConeMode::exact;  ///< of beams that diverge
   /// Entities stay at their poses at the version's time, or, if the beams diverge, at the time of the beams,
   /// which the caller then makes the same for all.
   bool ignore_motion = false;

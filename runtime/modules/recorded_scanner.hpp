@@ -35,6 +35,7 @@ struct ScannerDescription {
   bool ignore_motion = false;  ///< the beams of a sweep meet the world as it is at the sweep's begin
   double divergence_rad = 0.0;
   std::uint32_t returns_per_beam = 1;
+  rtstdb::ConeMode mode = rtstdb::ConeMode::exact;  ///< of beams with a divergence
   std::int64_t first_sweep_ns = 0;
   std::int64_t sweep_ns = 0;
   std::int64_t step_ns = 0;  ///< the beams of one step are one query, on the version at the step's begin

@@ -32,6 +32,10 @@ gpu::ShaderId search_shader(const ConeQueryOptions& options) noexcept {
   return is_fast ? cone_fast_8 : cone_8;
 }
 
+gpu::ShaderId fractions_shader(const ConeQueryOptions& options) noexcept {
+  return options.mode == ConeMode::fast ? gpu::ShaderId::cone_fast_fractions : gpu::ShaderId::cone_fractions;
+}
+
 /// Entities that the search lists for each cone.
 std::uint32_t entities_per_cone(const ConeQueryOptions& options) noexcept {
   return options.fractions ? shared::beam_contacts : options.returns_per_cone;
@@ -70,7 +74,7 @@ DeviceNeeds GpuConeQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   DeviceNeeds needs;
   needs.kernels.push_back(kernel_need(search_shader(options_), shared::ConeArgs{}));
   if (options_.fractions)
-    needs.kernels.push_back(kernel_need(gpu::ShaderId::cone_fractions, shared::ConeArgs{}));
+    needs.kernels.push_back(kernel_need(fractions_shader(options_), shared::ConeArgs{}));
   const std::size_t cones = options_.capacity;
   needs.buffers = {
       {&records_,
@@ -103,7 +107,7 @@ std::vector<const gpu::Buffer*> GpuConeQuery::bound_buffers(gpu::ShaderId shader
                                                             const accel::GeometryPool& pool,
                                                             const accel::Tlas& tlas) const {
   std::vector<const gpu::Buffer*> buffers;
-  if (shader != gpu::ShaderId::cone_fractions) buffers.push_back(&tlas.nodes(slot));
+  if (shader == search_shader(options_)) buffers.push_back(&tlas.nodes(slot));
   buffers.insert(buffers.end(), {&tlas.instances(slot), &records_, &counts_, &tlas.identity_texels(slot),
                                  &pool.triangles(), &pool.nodes(), &pool.fields()});
   return buffers;

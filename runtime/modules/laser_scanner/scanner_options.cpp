@@ -52,6 +52,7 @@ ScannerOptions read_scanner_options(const config::Value& parameters) {
   options.ignore_motion = parameters["ignore_motion"].boolean();
   options.divergence_rad = parameters["divergence"].number();
   options.returns_per_beam = static_cast<std::uint32_t>(parameters["returns"].integer());
+  options.fast_beams = parameters["mode"].text() == "fast";
   options.threshold_per_m2 = parameters["threshold"].number();
   options.range_noise_m = parameters["range_noise"].number();
   options.targets = static_cast<std::uint32_t>(parameters["targets"].integer());
@@ -160,6 +161,10 @@ config::Schema scanner_schema() {
       Field::with_default("returns", Schema::integer(1, rtstdb::max_returns_per_cone), "1",
                           "The largest number of returns of a beam, the nearest first. A beam without "
                           "divergence has one."),
+      Field::with_default("mode", Schema::one_of({"exact", "fast"}), "exact",
+                          "How the fractions of beams with a divergence are found: from the exact areas that "
+                          "bodies cover, or, where a body covers an eighth of the beam or more, along 64 "
+                          "directions, which is faster for bodies of many triangles."),
       Field::with_default("threshold", Schema::number(0.0, 1e12), "0",
                           "The intensity, in 1/m^2, at and below which a return is not detected."),
       Field::with_default("range_noise", Schema::quantity(Quantity::length_m, 0.0, 100.0), "0 m",

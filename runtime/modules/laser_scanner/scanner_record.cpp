@@ -28,6 +28,7 @@ void each_property(Scanner& scanner, Visit&& visit) {
   visit("ignore_motion", scanner.ignore_motion);
   visit("divergence_rad", scanner.divergence_rad);
   visit("returns_per_beam", scanner.returns_per_beam);
+  visit("fast_beams", scanner.fast_beams);
   visit("threshold_per_m2", scanner.threshold_per_m2);
   visit("range_noise_m", scanner.range_noise_m);
   visit("noise_seed", scanner.noise_seed);

@@ -33,6 +33,7 @@ struct ScannerRecord {
   bool ignore_motion = false;
   double divergence_rad = 0.0;
   std::uint32_t returns_per_beam = 1;
+  bool fast_beams = false;
   double threshold_per_m2 = 0.0;
   double range_noise_m = 0.0;
   std::int64_t noise_seed = 0;

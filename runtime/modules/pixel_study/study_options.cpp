@@ -69,6 +69,7 @@ std::optional<StudyOptions> read_study_options(const config::Value& parameters,
   options.needed_shifts = static_cast<std::uint32_t>(parameters["needed_shifts"].integer());
   options.whole_up_to_samples = static_cast<std::uint32_t>(parameters["whole_up_to"].integer());
   options.share = parameters["share"].number();
+  options.fast_beams = parameters["mode"].text() == "fast";
   options.batch = static_cast<std::uint32_t>(parameters["batch"].integer());
   options.images = parameters["images"].boolean();
   if (options.needed_shifts > options.shifts) {
@@ -123,6 +124,8 @@ config::Schema study_schema() {
           "With more rays in a pixel than this, only the pixels that can see the port are all "
           "traced, and a share of the others for the time."),
       Field::with_default("share", Schema::quantity(Quantity::share, 0.0, 1.0), "0.1 %", "That share."),
+      Field::with_default("mode", Schema::one_of({"exact", "fast"}), "exact",
+                          "How the fractions of beams are found, as of a laser_scanner."),
       Field::with_default("batch", Schema::integer(1024, 1 << 20), "65536",
                           "Rays or beams that one step of the task traces."),
       Field::with_default("images", Schema::boolean(), "true", "Whether the run writes images."),

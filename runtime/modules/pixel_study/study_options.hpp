@@ -41,6 +41,7 @@ struct StudyOptions {
   std::uint32_t whole_up_to_samples =
       0;  ///< rays: with more, only a share of the pixels beside the port is traced
   double share = 0.0;
+  bool fast_beams = false;  ///< rtstdb::ConeMode::fast
   std::uint32_t batch = 0;  ///< rays or beams in one step
   bool images = true;
 };

@@ -32,7 +32,7 @@ bool cut_short = false;
 float box_limit;  // in metres along the axis
 #include "query/cone/cone.glsl"
 #include "query/cone/returns.glsl"
-#include "query/nearest_first.glsl"
+#include "query/cone/children.glsl"
 
 #ifdef CONE_CONTACTS
 layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Contacts {
@@ -100,15 +100,6 @@ uint nearest_entity_child(uint node, TracedCone cone) {
   return unless_full(nearest);
 }
 
-uint nearest_triangle_child(uint node, ConeInFrame there) {
-  const WideNode wide = fetch_geometry_node(nodes, node, there);
-  uint nearest = ref_none;
-  float nearest_bound = nowhere;
-  [[unroll]] for (uint k = 0u; k < 8u; ++k)
-      offer_child(child_reference(wide, k), geometry_child_bound(there, wide, k), nearest, nearest_bound);
-  return unless_full(nearest);
-}
-
 // Inserts the first contact with one entity within reach, and marks its slot with `slot_bit`. Returns whether
 // there is one.
 bool search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place, uint slot_bit) {
@@ -124,8 +115,18 @@ bool search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place,
       const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
       uint k = 0u;
       if (is_leaf) do {
+          // Boxes of triangles first: a contact costs as much as ten of them.
+          bool is_near = false;
+          do {
+            ++rounds;
+            const int base = int((first + min(k, count - 1u)) * triangle_texels);
+            is_near = k < count && triangle_bound(there, texelFetch(triangles, base).xyz,
+                                                  texelFetch(triangles, base + 1).xyz,
+                                                  texelFetch(triangles, base + 2).xyz) <= box_limit;
+            k += is_near ? 0u : 1u;
+          } while (!is_near && k < count);
           ++rounds;
-          if (k < count) {
+          if (is_near) {
             const TriangleContact contact = contact_with(there, cone, first + k);
             const Candidate candidate =
                 Candidate(contact.lambda, place, fetch_corners(first + k).triangle, first + k | slot_bit);

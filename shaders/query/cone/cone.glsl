@@ -179,6 +179,15 @@ vec3 step_in_cone(ConeInFrame there, vec3 from, vec3 to) {
   return there.to_cone * step;
 }
 
+// The bound of a triangle's own box.
+float triangle_bound(ConeInFrame there, vec3 corner_a, vec3 corner_b, vec3 corner_c) {
+  const vec3 blur = triangle_blur * there.farthest_m;
+  const vec3 a = (corner_a + there.axis.minus_o) * there.scale;
+  const vec3 b = (corner_b + there.axis.minus_o) * there.scale;
+  const vec3 c = (corner_c + there.axis.minus_o) * there.scale;
+  return box_bound(there.slopes, min(a, min(b, c)) - blur, max(a, max(b, c)) + blur);
+}
+
 // The first contact with a triangle. `lambda` is that of the scaled direction.
 struct TriangleContact {
   bool found;
@@ -205,11 +214,7 @@ TriangleContact contact_with(ConeInFrame there, TracedCone cone, uint slot) {
                                 step_in_cone(there, corners.a, corners.c), cone.angle, facing);
   offer_contact(first, hits, hit.lambda * cone.m_per_lambda, hit.u, hit.v);
   // Not before the triangle's own box, by the arithmetic of boxes.
-  const vec3 blur = triangle_blur * there.farthest_m;
-  const vec3 a = (corners.a + there.axis.minus_o) * there.scale;
-  const vec3 b = (corners.b + there.axis.minus_o) * there.scale;
-  const vec3 c = (corners.c + there.axis.minus_o) * there.scale;
-  const float bound = box_bound(there.slopes, min(a, min(b, c)) - blur, max(a, max(b, c)) + blur);
+  const float bound = triangle_bound(there, corners.a, corners.b, corners.c);
   const float lambda = max(first.z, bound) / cone.m_per_lambda;
   const bool meets = first.z < nowhere && bound < nowhere && lambda <= cone.axis.lambda_max &&
                      corners.has_area && facing * args.faces >= 0.0;

@@ -11,6 +11,9 @@
 // smaller than the pattern resolves is not lost (docs/decisions/0042-fractions-of-a-beam.md).
 //
 // The first 64 lanes are a direction each, the next 16 a contact each. For areas every lane is a triangle.
+//
+// Macro: CONE_FAST: along each direction only the nearest surface is searched. An entity that enough of them
+// meet has their share, without its area; the others are measured as above.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -43,13 +46,12 @@ shared uint is_halted;
 shared uint some_cut_short;
 shared uint some_reach_beyond;  // the farthest entity that was searched
 
-const uint stack_size = 128u;
-// Every inner node pushes at most 8 references.
-const uint stack_limit = stack_size - 8u;
-uint stack[stack_size];
 uint depth = 0u;
 uint rounds = 0u;
 bool cut_short = false;
+float box_limit;  // in metres along the axis
+#include "query/cone/children.glsl"
+
 // The loops after the search take less than this.
 const uint rounds_at_end = 400u;
 
@@ -121,7 +123,7 @@ void push_children(uint node, ConeInFrame there, float z_max) {
     children |= (subgroupBallot(meets).x & 0xFu) << first;
   }
   [[unroll]] for (uint k = 0u; k < node_width; ++k) {
-    stack[depth] = child_reference(wide, k);
+    stack_ref[depth] = child_reference(wide, k);
     depth += children >> k & 1u;
   }
   cut_short = cut_short || depth > stack_limit;
@@ -148,6 +150,55 @@ void test_leaf(uint first, uint count, ConeInFrame there, uint entity, uint inst
   }
 }
 
+#ifdef CONE_FAST
+// Directions that give an entity its share: as many miss an area of 1/64 by less than a half.
+const uint enough_directions = 8u;
+
+// What boxes need of a direction: its points for z = 1, with the axis of the cone.
+ConeSlopes slopes_along(ConeInFrame there, Direction along) {
+  const vec3 towards = vec3(along.towards / along.upright, 1.0) * there.to_cone;
+  const vec3 margin = 2e-6 * (abs(there.slopes.axis) + abs(towards));
+  return ConeSlopes(there.slopes.axis, inverse_direction(towards + margin),
+                    inverse_direction(towards - margin));
+}
+
+// Searches the nearest surface of an entity along this lane's direction.
+void search_direction(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
+                      inout DirectionState state) {
+  const Instance i = fetch_instance(instances, contact.instance);
+  ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
+  there.slopes = slopes_along(there, along);
+  depth = 0u;
+  uint current = i.blas_root;
+  do {
+    rounds += 3u;  // this loop's, and one for each of the two inside
+    // Also covers rounding.
+    box_limit = min(state.z, z_max) * (1.0 + 4e-6);
+    if (is_inner(current)) current = nearest_triangle_child(current, there);
+    const bool is_leaf = current != ref_none && !is_inner(current);
+    const uint first = current & ref_triangle_first_mask;
+    const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
+    uint k = 0u;
+    if (is_leaf) do {
+        ++rounds;
+        const Corners corners = fetch_corners(first + k);
+        const vec3 a = in_cone(there, corners.a);
+        const float z = meets_at(along, a, in_cone(there, corners.b), in_cone(there, corners.c), z_max);
+        const bool meets = z < nowhere && is_counted(there, corners, a);
+        const bool nearer =
+            meets && (z < state.z || (z == state.z && contact.instance < state.instance));
+        state.z = nearer ? z : state.z;
+        state.entity = nearer ? entity : state.entity;
+        state.instance = nearer ? contact.instance : state.instance;
+        ++k;
+      } while (k < count);
+    current = is_leaf ? ref_none : current;
+    if (current == ref_none) current = next_waiting(0u);
+    cut_short = cut_short || rounds > max_rounds - rounds_at_end;
+  } while (current != ref_none && !cut_short);
+}
+#endif
+
 // The area of a triangle in the beam; nothing for ref_none.
 float area_of(uint slot, TracedCone cone, ConeInFrame there, float z_max) {
   const Corners corners = fetch_corners(slot != ref_none ? slot : 0u);
@@ -164,7 +215,7 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
   const ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
   state.layers = 0u;
   depth = 0u;
-  stack[depth++] = i.blas_root;
+  stack_ref[depth++] = i.blas_root;
   float area = 0.0;
   do {
     ++rounds;
@@ -173,8 +224,8 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
     uint seen = 0u;
     do {
       ++rounds;
-      const uint current = stack[--depth];
-      const bool is_leaf = (current & ref_leaf_bit) != 0u;
+      const uint current = stack_ref[--depth];
+      const bool is_leaf = !is_inner(current);
       const uint first = is_leaf ? current & ref_triangle_first_mask : 0u;
       const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
       const uint turn = gl_LocalInvocationID.x - seen;
@@ -192,6 +243,14 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
   return area;
 }
 
+// Measures the area of an entity in the cone and counts its layers along the directions.
+void measure(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
+             inout DirectionState state) {
+  const uint lane = gl_LocalInvocationID.x;
+  areas[entity * lanes + lane] = search_entity(cone, entity, contact, along, z_max, state);
+  if (lane < beam_directions && state.layers > 0u) atomicAdd(layers[entity], state.layers);
+}
+
 // The share of the beam that reaches an entity. `of`: its contact.
 float share_of(uint entity, FullContact of, bool is_visible) {
   float area = 0.0;
@@ -199,6 +258,9 @@ float share_of(uint entity, FullContact of, bool is_visible) {
   area *= 0.31830989;  // 1 / pi
   const uint all = layers[entity];
   const uint nearest = nearest_in[entity];
+#ifdef CONE_FAST
+  if (nearest >= enough_directions) return float(int(nearest)) / float(int(beam_directions));
+#endif
   // Fronts and backs of a closed geometry cover the same part of the beam.
   const bool twice = of.instance.closed && args.faces == 0.0;
   const float unmet = is_visible ? area * (twice ? 0.5 : 1.0) : 0.0;
@@ -243,9 +305,12 @@ void main() {
   if (is_beam && entities > 0u) do {
       ++rounds;
       const DirectionState before = state;
-      areas[entity * lanes + lane] =
-          search_entity(cone, entity, found.contacts[first_contact + entity], along, z_max, state);
-      if (lane < beam_directions && state.layers > 0u) atomicAdd(layers[entity], state.layers);
+      const ConeContact searched = found.contacts[first_contact + entity];
+#ifdef CONE_FAST
+      search_direction(cone, entity, searched, along, z_max, state);
+#else
+      measure(cone, entity, searched, along, z_max, state);
+#endif
       // A contact does not hide itself.
       if (is_contact && entity == contact_index) state = before;
       ++entity;
@@ -253,6 +318,17 @@ void main() {
   // In front by more than rounding.
   if (is_contact) is_visible = state.z >= contact.point.z * (1.0 - 1e-6);
   if (lane < beam_directions && state.entity != no_entity) atomicAdd(nearest_in[state.entity], 1u);
+#ifdef CONE_FAST
+  barrier();
+  entity = 0u;
+  if (is_beam && entities > 0u) do {
+      ++rounds;
+      DirectionState others = state;
+      if (nearest_in[entity] < enough_directions)
+        measure(cone, entity, found.contacts[first_contact + entity], along, z_max, others);
+      ++entity;
+    } while (entity < entities);
+#endif
   if (count.found > beam_entities && lane < beam_directions && is_beam) {
     const float beyond = found.contacts[first_contact + beam_entities].lambda * cone.m_per_lambda;
     if (state.z > beyond * (1.0 - 1e-6)) atomicOr(some_reach_beyond, 1u);

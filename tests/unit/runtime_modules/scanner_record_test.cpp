@@ -26,6 +26,7 @@ const ScannerRecord lidar{.name = "lidar",
                           .ignore_motion = true,
                           .divergence_rad = 0.01,
                           .returns_per_beam = 3,
+                          .fast_beams = true,
                           .threshold_per_m2 = 1e-6,
                           .range_noise_m = 0.02,
                           .noise_seed = 0x1234'5678'9ABC'DEF0,
@@ -56,6 +57,7 @@ TEST(ScannerRecord, IsReadBackAsWritten) {
   EXPECT_EQ(read.horizontal_rad, lidar.horizontal_rad);
   EXPECT_EQ(read.left_to_right, false);
   EXPECT_EQ(read.returns_per_beam, 3u);
+  EXPECT_TRUE(read.fast_beams);
   EXPECT_EQ(read.noise_seed, lidar.noise_seed);
   EXPECT_EQ(to_module_record(read).properties.size(), record.properties.size());
   for (std::size_t i = 0; i < record.properties.size(); ++i)
