@@ -13,7 +13,7 @@
 // The first 64 lanes are a direction each, the next 16 a contact each. For areas every lane is a triangle.
 //
 // Macro: CONE_FAST: along each direction only the nearest surface is searched. An entity that enough of them
-// meet has their share, without its area; the others are measured as above.
+// meet, or that has too many triangles in the beam, has their share; the others are measured as above.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -54,6 +54,14 @@ float box_limit;  // in metres along the axis
 
 // The loops after the search take less than this.
 const uint rounds_at_end = 400u;
+
+#ifdef CONE_FAST
+const uint enough_directions = 8u;
+const uint most_measured_triangles = 6u * lanes;
+#else
+const uint most_measured_triangles = 0xFFFFFFFFu;
+#endif
+const float not_measured = -1.0;
 
 // Below this sine a beam is thinner than positions are precise, and has the fraction of a ray.
 const float min_beam_sine = 1e-6;
@@ -151,8 +159,6 @@ void test_leaf(uint first, uint count, ConeInFrame there, uint entity, uint inst
 }
 
 #ifdef CONE_FAST
-// Directions that give an entity its share: as many miss an area of 1/64 by less than a half.
-const uint enough_directions = 8u;
 
 // What boxes need of a direction: its points for z = 1, with the axis of the cone.
 ConeSlopes slopes_along(ConeInFrame there, Direction along) {
@@ -208,7 +214,8 @@ float area_of(uint slot, TracedCone cone, ConeInFrame there, float z_max) {
   return slot != ref_none && is_counted(there, corners, a) ? area : 0.0;
 }
 
-// Searches all triangles of an entity in the cone. Returns the area of those that this lane has measured.
+// Searches all triangles of an entity in the cone. Returns the area of those that this lane has measured, or
+// not_measured.
 float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
                     inout DirectionState state) {
   const Instance i = fetch_instance(instances, contact.instance);
@@ -217,6 +224,7 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
   depth = 0u;
   stack_ref[depth++] = i.blas_root;
   float area = 0.0;
+  uint measured = 0u;
   do {
     ++rounds;
     // A triangle for every lane.
@@ -239,8 +247,9 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
       cut_short = cut_short || rounds > max_rounds - rounds_at_end;
     } while (seen + max_triangles_per_leaf <= lanes && depth > 0u && !cut_short);
     area += area_of(measured_slot, cone, there, z_max);
-  } while (depth > 0u && !cut_short);
-  return area;
+    measured += seen;
+  } while (depth > 0u && measured <= most_measured_triangles && !cut_short);
+  return depth > 0u ? not_measured : area;
 }
 
 // Measures the area of an entity in the cone and counts its layers along the directions.
@@ -259,7 +268,9 @@ float share_of(uint entity, FullContact of, bool is_visible) {
   const uint all = layers[entity];
   const uint nearest = nearest_in[entity];
 #ifdef CONE_FAST
-  if (nearest >= enough_directions) return float(int(nearest)) / float(int(beam_directions));
+  // What no direction meets although it is visible covers less than a direction stands for.
+  const float met = nearest > 0u ? float(int(nearest)) : is_visible ? 0.5 : 0.0;
+  if (nearest >= enough_directions || area < 0.0) return met / float(int(beam_directions));
 #endif
   // Fronts and backs of a closed geometry cover the same part of the beam.
   const bool twice = of.instance.closed && args.faces == 0.0;
