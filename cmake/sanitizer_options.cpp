@@ -1,6 +1,6 @@
 // Suppresses leaks of others under the address sanitizer: of lavapipe (128 bytes for each device in Mesa
-// 22.3) and of the validation layer (6,840 bytes for some pipelines in 1.3.239; it reports by itself what this
-// project does not destroy). The driver stays loaded to the end, since the sanitizer knows the library of a
+// 22.3) and of the validation layer (6,840 bytes for some pipelines in 1.3.239; it reports by itself what we
+// do not destroy). The driver stays loaded to the end, since the sanitizer knows the library of a
 // leak only while it is loaded.
 
 #include <dlfcn.h>
