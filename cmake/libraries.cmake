@@ -34,6 +34,11 @@ function(hil_compile_as_one name separate)
   endif()
 endfunction()
 
+# For what never runs in the tick: compiles in little more than half of the time.
+function(hil_optimize_little name)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
+
 # Declares the library of folder PATH.
 #   SOURCES   its sources; a library without sources has headers alone
 #   SEPARATE  sources that are compiled alone
