@@ -57,9 +57,9 @@ const uint rounds_at_end = 400u;
 
 #ifdef CONE_FAST
 const uint enough_directions = 8u;
-const uint most_measured_triangles = 6u * lanes;
+const uint max_measured_triangles = 6u * lanes;
 #else
-const uint most_measured_triangles = 0xFFFFFFFFu;
+const uint max_measured_triangles = 0xFFFFFFFFu;
 #endif
 const float not_measured = -1.0;
 
@@ -248,7 +248,7 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
     } while (seen + max_triangles_per_leaf <= lanes && depth > 0u && !cut_short);
     area += area_of(measured_slot, cone, there, z_max);
     measured += seen;
-  } while (depth > 0u && measured <= most_measured_triangles && !cut_short);
+  } while (depth > 0u && measured <= max_measured_triangles && !cut_short);
   return depth > 0u ? not_measured : area;
 }
 
