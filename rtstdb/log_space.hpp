@@ -13,8 +13,8 @@ namespace rtstdb {
 /// How long a setup call waits for room in the log.
 constexpr std::chrono::seconds log_space_timeout{10};
 
-/// Calls `work` on the engine thread until `is_done` holds. Errors: file, if the log has no room for it within
-/// log_space_timeout.
+/// Calls `work` on the engine thread until `is_done` holds. Errors: file, if the log has no room for it
+/// within log_space_timeout.
 template <class Work, class IsDone>
 Result<void> call_until(transaction::Engine& engine, const Work& work, const IsDone& is_done) {
   const auto begun_at = std::chrono::steady_clock::now();

@@ -225,8 +225,9 @@ class Database {
   /// Allocates the query's buffers and dispatches its kernels once, since drivers compile at the first
   /// dispatch. A cone query in ConeMode::fast first builds the distance fields that were left to it
   /// (FieldOptions::on_first_use).
-  /// Errors: those of build_field, with the geometry's name; capacity, if a count is 0 or above its limit (limits.hpp); bad_input for options that contradict
-  /// one another; out_of_memory; device_lost, if no other device could be opened.
+  /// Errors: those of build_field, with the geometry's name; capacity, if a count is 0 or above its limit
+  /// (limits.hpp); bad_input for options that contradict one another; out_of_memory; device_lost, if no
+  /// other device could be opened.
   template <class Options>
   Result<std::unique_ptr<typename Options::Prepared>> prepare(const Options& options) {
     auto query = prepare_query(&options);

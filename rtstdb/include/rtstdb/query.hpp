@@ -399,11 +399,11 @@ struct ConeQueryOptions {
 /// 64 fixed directions estimate which part of it is visible, to a few hundredths of the beam. An entity that
 /// none of these directions meets has the fraction that it covers if its contact is visible from the apex,
 /// and is no return otherwise. So an entity may be left out if less than about 1/64 of the beam reaches it. A
-/// beam narrower than 2e-6 rad is a ray: its first entity has the fraction 1. In ConeMode::fast only the
-/// nearest surface is searched along each direction. An entity that at least 8 of them meet has their share of
-/// the 64, within a few hundredths; so has one with more than about 500 triangles in the beam, and half a
-/// direction if none meets it and its contact is visible. Others have the fraction of the exact mode. The cost
-/// grows little with the number of triangles in the beam.
+/// beam narrower than 2e-6 rad is a ray: its first entity has the fraction 1.
+/// Fractions in ConeMode::fast: only the nearest surface is searched along each of the 64 directions. An
+/// entity that at least 8 of them meet has their share, within a few hundredths; so has one with more than
+/// about 500 triangles in the beam, which gets half a direction if none meets it and its contact is visible.
+/// Others have the fraction of the exact mode. The cost grows little with the number of triangles in the beam.
 /// Incomplete returns: a search that visits more than about 15,000 nodes of the trees may be incomplete, and,
 /// with fractions, one with more than about 100,000 triangles in the cone.
 class ConeQuery : public Query {

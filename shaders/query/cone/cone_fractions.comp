@@ -191,8 +191,7 @@ void search_direction(TracedCone cone, uint entity, ConeContact contact, Directi
         const vec3 a = in_cone(there, corners.a);
         const float z = meets_at(along, a, in_cone(there, corners.b), in_cone(there, corners.c), z_max);
         const bool meets = z < nowhere && is_counted(there, corners, a);
-        const bool nearer =
-            meets && (z < state.z || (z == state.z && contact.instance < state.instance));
+        const bool nearer = meets && (z < state.z || (z == state.z && contact.instance < state.instance));
         state.z = nearer ? z : state.z;
         state.entity = nearer ? entity : state.entity;
         state.instance = nearer ? contact.instance : state.instance;

@@ -167,12 +167,14 @@ TEST_F(History, TimesThatTheLogLacksAreRefused) {
 TEST_F(History, WrongNamesAndScannersAreRefused) {
   Json whole = Json::parse(read_text(out() + "/world.json"));
   whole.erase("checksum");
-  const Json scanner = {{"name", "lidar"},        {"carrier_index", 0},  {"carrier_generation", 1},
-                        {"mount_m", {0, 0, 0}},   {"columns", 8},        {"rows", 2},
-                        {"horizontal_rad", 1},    {"vertical_rad", 1},   {"elevation_rad", 0},
-                        {"left_to_right", true},  {"range_m", 50},       {"mask", 3},
-                        {"ignore_motion", false}, {"first_sweep_ns", 0}, {"sweep_ns", 1'000'000'000},
-                        {"step_ns", 10'000'000}};
+  const Json scanner = {{"name", "lidar"},        {"carrier_index", 0},    {"carrier_generation", 1},
+                        {"mount_m", {0, 0, 0}},   {"columns", 8},          {"rows", 2},
+                        {"horizontal_rad", 1},    {"vertical_rad", 1},     {"elevation_rad", 0},
+                        {"left_to_right", true},  {"range_m", 50},         {"mask", 3},
+                        {"ignore_motion", false}, {"first_sweep_ns", 0},   {"sweep_ns", 1'000'000'000},
+                        {"step_ns", 10'000'000},  {"divergence_rad", 0},   {"returns_per_beam", 1},
+                        {"fast_beams", false},    {"threshold_per_m2", 0}, {"range_noise_m", 0},
+                        {"noise_seed", 0}};
   const auto with = [&](const std::string& key, const Json& value) {
     Json world = whole;
     world["scanners"] = Json::array({scanner});
