@@ -272,6 +272,24 @@ TEST_F(DatabaseFields, AreBuiltWithAGeometryOrLater) {
   EXPECT_EQ(database().field(later.value())->bricks, report->bricks);
 }
 
+TEST_F(DatabaseFields, WaitForTheFirstQueryThatNeedsThem) {
+  const auto added = database().add_geometry(make_torus(3.0, 0.8, 24), "torus",
+                                             {.field = FieldOptions{.on_first_use = true}});
+  ASSERT_TRUE(added.ok()) << added.error().message;
+  ConeQueryOptions options{.name = "cones", .capacity = 1};
+  ASSERT_TRUE(database().prepare(options).ok());
+  EXPECT_FALSE(database().field(added.value()).has_value());
+  options.mode = ConeMode::fast;
+  const auto fast = database().prepare(options);
+  ASSERT_TRUE(fast.ok()) << fast.error().message;
+  EXPECT_TRUE(database().field(added.value()).has_value());
+  create(row_of(added.value(), {0.0, 0.0, -20.0}));
+  fast.value()->cones()[0] = {.direction = {0.15f, 0.0f, -1.0f}, .opening_angle_rad = 0.01f};
+  ASSERT_TRUE(execute([&](Transaction& transaction) { transaction.add_query(*fast.value(), 1); }).done());
+  EXPECT_EQ(fast.value()->returns()[0].status, HitStatus::hit);
+  EXPECT_TRUE(fast.value()->returns()[0].by_field);
+}
+
 TEST_F(DatabaseFields, AreRefusedWithTheValuesAndTheirLimits) {
   const TriangleMesh mesh = make_box({1.0, 2.0, 3.0});
   const auto message = [](const auto& result) {

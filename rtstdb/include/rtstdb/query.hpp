@@ -403,7 +403,7 @@ struct ConeQueryOptions {
 /// Fractions in ConeMode::fast: only the nearest surface is searched along each of the 64 directions. An
 /// entity that at least 8 of them meet has their share, within a few hundredths; so has one with more than
 /// about 500 triangles in the beam, which gets half a direction if none meets it and its contact is visible.
-/// Others have the fraction of the exact mode. The cost grows little with the number of triangles in the beam.
+/// Others have the fraction of the exact mode. The cost grows little with the triangles in the beam.
 /// Incomplete returns: a search that visits more than about 15,000 nodes of the trees may be incomplete, and,
 /// with fractions, one with more than about 100,000 triangles in the cone.
 class ConeQuery : public Query {
