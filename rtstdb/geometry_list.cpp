@@ -73,6 +73,7 @@ Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view 
   const auto add_on_engine = [&] {
     if (logged && !parts_.engine.log()->has_space_for(*logged)) return;
     if (with_field) {
+      parts_.executor.withhold_last_geometry(false);
       added.emplace(*with_field);
     } else {
       added.emplace(catch_out_of_memory<GeometryId>(
@@ -104,6 +105,7 @@ Result<GeometryId> GeometryList::add_with_field(ListedGeometry& geometry, const 
   parts_.engine.call([&] {
     added.emplace(catch_out_of_memory<GeometryId>(
         "it", {}, [&] { return parts_.executor.add_geometry(geometry.mesh, options); }));
+    parts_.executor.withhold_last_geometry(added->ok());
   });
   if (!*added) return added->error();
   auto built = build(added->value(), geometry, *options.field);

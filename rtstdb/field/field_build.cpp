@@ -70,6 +70,10 @@ Result<void> check_field_options(const FieldOptions& options) {
     return Error{ErrorCode::bad_input, "field: error_m is " + in_metres(options.error_m) + " and cell_m is " +
                                            in_metres(options.cell_m) + "; only one of them may be given"};
   }
+  if (options.max_bytes > max_field_bytes) {
+    return Error{ErrorCode::bad_input, "field: max_bytes is " + std::to_string(options.max_bytes) +
+                                           "; at most " + std::to_string(max_field_bytes) + " are allowed"};
+  }
   if (options.sign > FieldSign::none) {
     return Error{ErrorCode::bad_input, "field: sign is " + std::to_string(static_cast<int>(options.sign)) +
                                            "; 0 to " + std::to_string(static_cast<int>(FieldSign::none)) +

@@ -1,7 +1,7 @@
 #pragma once
 // The build of a first-order distance field, apart from the distances: it names points, takes the distances
-// of the geometry there, and names further ones, until the field has the error that is wanted. Whoever
-// computes the distances may do so in parts and do other work between them.
+// of the geometry there, and names further ones, until the field has the error that is wanted. The
+// distances may be computed in parts, with other work in between.
 //
 //     auto build = FieldBuild::begin(box, is_closed(mesh), options);
 //     while (const std::size_t count = build.value().next(points))

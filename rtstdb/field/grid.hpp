@@ -41,7 +41,7 @@ struct Grid {
 
 /// A grid around a box: at least half a cell beyond it on every side. Cells are a little larger than `cell_m`
 /// where the box is so far from the origin that single precision would not separate neighbouring vertices.
-/// More than 2^32 - 1 vertices: the counts are capped; memory_bytes of such a grid is beyond every limit.
+/// Numbers of cells and vertices hold for grids that fit into max_field_bytes.
 Grid grid_around(const Bounds& box, double cell_m) noexcept;
 
 }  // namespace rtstdb::field

@@ -135,6 +135,7 @@ Result<void> GpuExecutor::remove_last_geometry() {
   return device_.execute_setup([&]() -> Result<void> {
     device_.epoch().pool.remove_last();
     device_.keep_geometries();
+    last_withheld_ = false;
     return {};
   });
 }

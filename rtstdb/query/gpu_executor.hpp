@@ -39,13 +39,15 @@ class GpuExecutor final : public Executor {
                             std::span<shared::FieldSample> samples);
   /// Gives a field to a geometry that has none and does not deform.
   Result<void> attach_field(GeometryId geometry, const std::shared_ptr<const field::StoredField>& field);
-  /// Removes the geometry that was added last; no row names it.
+  /// Rows can not name the geometry that was added last, until false is given.
+  void withhold_last_geometry(bool withheld) noexcept { last_withheld_ = withheld; }
+  /// Removes the geometry that was added last and withheld.
   Result<void> remove_last_geometry();
 
   /// Of the geometry that was added last.
   Bounds last_bounds() const noexcept { return device_.epoch().pool.bounds(device_.geometry_count() - 1); }
   bool knows_geometry(GeometryId id) const noexcept {
-    return !id.valid() || id.index < device_.geometry_count();
+    return !id.valid() || id.index + (last_withheld_ ? 1u : 0u) < device_.geometry_count();
   }
 
   RunReport run(const RowSource& rows, std::span<const Request> requests, const TimeSpan& times,
@@ -81,6 +83,7 @@ class GpuExecutor final : public Executor {
 
   threads::ForkJoin fork_join_;
   DeviceInfo device_info_;
+  bool last_withheld_ = false;
   const std::shared_ptr<PreparedQueries> prepared_ = std::make_shared<PreparedQueries>();
   RevivableDevice device_;
   std::uint32_t depth_ = 0;  ///< of nested runs

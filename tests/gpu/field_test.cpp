@@ -245,8 +245,15 @@ class DatabaseFields : public DatabaseTest {};
 TEST_F(DatabaseFields, AreBuiltWithAGeometryOrLater) {
   const TriangleMesh mesh = make_torus(3.0, 0.8, 24);
   std::uint64_t before = 0, calls = 0;
+  const auto named_by_a_row = [&] {
+    return execute([&](Transaction& transaction) { transaction.create(row_of({0})); }).status;
+  };
   FieldOptions options;
   options.progress = [&](const FieldProgress& progress) {
+    // The device has it, rows do not yet.
+    if (calls == 0) {
+      EXPECT_EQ(named_by_a_row(), Status::bad_input);
+    }
     EXPECT_GT(progress.distances, before);
     EXPECT_LE(progress.distances, progress.expected);
     before = progress.distances;
@@ -258,6 +265,7 @@ TEST_F(DatabaseFields, AreBuiltWithAGeometryOrLater) {
   ASSERT_TRUE(report.has_value());
   EXPECT_EQ(report->distances, before);
   EXPECT_GT(calls, 3u);
+  EXPECT_EQ(named_by_a_row(), Status::committed);
   EXPECT_LE(report->error_p99_m, diagonal_m(mesh) / 500.0);
   EXPECT_EQ(report->sign, FieldSign::winding);
   EXPECT_GT(report->seconds, 0.0);
@@ -299,6 +307,10 @@ TEST_F(DatabaseFields, AreRefusedWithTheValuesAndTheirLimits) {
     return message(database().add_geometry(mesh, "box", options));
   };
   FieldOptions options;
+  options.max_bytes = max_field_bytes + 1;
+  EXPECT_NE(refused({.field = options}).find("max_bytes is 17179869185; at most 17179869184"),
+            std::string::npos);
+  options = {};
   options.error_m = std::nan("");
   EXPECT_NE(refused({.field = options}).find("error_m is nan m"), std::string::npos);
   options = {.cell_m = 0.02, .max_bytes = 50'000};

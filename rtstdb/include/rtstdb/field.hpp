@@ -41,7 +41,8 @@ struct FieldOptions {
   /// The edge of the cells in bricks; not 0: the field is built once with such cells, and error_m is 0.
   double cell_m = 0.0;
   FieldSign sign = FieldSign::automatic;
-  /// Of the field on the device; the host holds the same again. A field that needs more is refused.
+  /// Of the field on the device; the host holds the same again. A field that needs more is refused. At most
+  /// max_field_bytes.
   std::uint64_t max_bytes = std::uint64_t{256} << 20;
   /// Called on the thread that waits for the build, after each part of it; empty: nobody is.
   std::function<void(const FieldProgress&)> progress{};

@@ -12,6 +12,7 @@ inline constexpr std::uint32_t max_geometries = 1u << 16;
 inline constexpr std::uint32_t max_triangles_total = 1u << 26;
 /// Of one polygon in a mesh file. Triangulation takes time up to the third power of the number of corners.
 inline constexpr std::uint32_t max_polygon_corners = 4096;
+inline constexpr std::uint64_t max_field_bytes = std::uint64_t{1} << 34;  ///< FieldOptions::max_bytes
 inline constexpr std::uint32_t max_retained_shapes = 256;  ///< GeometryOptions::retained_shapes
 /// The default material included.
 inline constexpr std::uint32_t max_materials = 4096;

@@ -89,6 +89,20 @@ TEST_P(Fields, HaveTheWantedErrorAndTheRightSigns) {
   }
 }
 
+/// Thousands of cells along one axis.
+TEST(LongFields, CoverTheWholeGeometry) {
+  const TriangleMesh mesh = make_box({20.0, 0.002, 0.002});
+  const oracle::MeshDistance distance(mesh);
+  auto built = build_with_oracle(mesh, distance, {.cell_m = 0.0015});
+  ASSERT_TRUE(built.ok()) << built.error().message;
+  const Grid& grid = built.value().grid;
+  EXPECT_GT(grid.cells.x, 2500u);
+  EXPECT_LT(grid.origin_m.x, -10.0f);
+  EXPECT_GT(grid.origin_m.x + grid.cell_m * static_cast<float>(grid.cells.x), 10.0f);
+  for (const double end_m : {-10.0, 10.0})
+    EXPECT_NEAR(built.value().distance_m({end_m, 0.0, 0.0}), 0.0, 0.001);
+}
+
 INSTANTIATE_TEST_SUITE_P(Meshes, Fields, testing::ValuesIn(cases()),
                          [](const auto& one) { return std::string(one.param.name); });
 
