@@ -7,8 +7,9 @@
 
 namespace hil::bench {
 
-/// `cone_fast_vs_ray`, `cone_exact_vs_ray`, `cone_fractions_vs_exact`: beams of 0.02 degrees from a camera, a
-/// body in a bowl; first contacts. `..._scattered`: from random places in random directions.
+/// `cone_fast_vs_ray`, `cone_exact_vs_ray`: first contacts of beams of 0.02 degrees from a camera, a body in
+/// a bowl. `cone_fractions_vs_exact`, `cone_fast_fractions_vs_exact`: fewer of them, with fractions.
+/// `..._scattered`: from random places in random directions.
 std::vector<Figure> measure_cones(const SuiteOptions& options);
 
 }  // namespace hil::bench

@@ -1,7 +1,5 @@
 // Materials: registered once, named by rows, part of each answer, kept by the log.
 
-#include <cstdlib>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -10,6 +8,7 @@
 
 #include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -107,24 +106,19 @@ class MaterialListener final : public LogListener {
 
 class LoggedMaterials : public Materials {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "hil_materials_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
-    open_logged();
-  }
+  void SetUp() override { open_logged(); }
   void TearDown() override {
     Materials::TearDown();
-    std::filesystem::remove_all(directory_);
+    EXPECT_TRUE(database().close().ok());  // before its folder goes
   }
   void open_logged() {
     DatabaseOptions options;
-    options.durability = {.directory = directory_, .mode = DurabilityMode::group};
+    options.durability = {.directory = folder_.path(), .mode = DurabilityMode::group};
     // A checkpoint after each few commits.
     options.durability.checkpoint_every_bytes = 4096;
     open(options);
   }
-  std::filesystem::path directory_;
+  const hil::tests::TemporaryFolder folder_;
 };
 
 TEST_F(LoggedMaterials, AreRecoveredWithTheirIds) {
@@ -141,11 +135,11 @@ TEST_F(LoggedMaterials, AreRecoveredWithTheirIds) {
   execute([&](Transaction& transaction) { transaction.update(entity, row); }, at_s(1.0));
   ASSERT_TRUE(database().close().ok());
 
-  const auto contents = inspect_log(directory_);
+  const auto contents = inspect_log(folder_.path());
   ASSERT_TRUE(contents.ok()) << contents.error().message;
   EXPECT_TRUE(contents.value().damage.empty()) << contents.value().damage.front();
   MaterialListener listener;
-  ASSERT_TRUE(read_log(directory_, listener).ok());
+  ASSERT_TRUE(read_log(folder_.path(), listener).ok());
   ASSERT_EQ(listener.materials.size(), of_paint.index);
   EXPECT_EQ(listener.materials[of_foil.index - 1], std::pair(std::string("foil"), foil));
   EXPECT_EQ(listener.materials[of_paint.index - 1], std::pair(std::string("paint"), paint));

@@ -44,7 +44,8 @@ struct FieldOptions {
   /// Of the field on the device; the host holds the same again. A field that needs more is refused. At most
   /// max_field_bytes.
   std::uint64_t max_bytes = std::uint64_t{256} << 20;
-  /// Called on the thread that waits for the build, after each part of it; empty: nobody is.
+  /// Called on the thread that waits for the build, after each part of it; empty: nobody is. With
+  /// on_first_use that is the thread that prepares the query: what it refers to has to live until then.
   std::function<void(const FieldProgress&)> progress{};
 };
 
