@@ -17,6 +17,7 @@
 #include <rtstdb/database.hpp>
 
 #include "rtstdb/catch_out_of_memory.hpp"
+#include "rtstdb/directory_error.hpp"
 #include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry_list.hpp"
 #include "rtstdb/gpu/device.hpp"
@@ -66,16 +67,13 @@ Result<std::unique_ptr<gpu::Device>> open_device(const gpu::DeviceOptions& optio
 Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& options) {
   const std::filesystem::path& directory = options.durability.directory;
   if (directory.empty()) return std::unique_ptr<transaction::CommitLog>();
-  const auto with_directory = [&](const std::string& what) {
-    return Error{ErrorCode::file, directory.string() + ": " + what};
-  };
   auto disk = log::open_directory(directory);
-  if (!disk) return with_directory(disk.error().describe());
+  if (!disk) return with_directory(directory, {ErrorCode::file, disk.error().describe()});
   auto opened =
       transaction::CommitLog::open(std::move(disk.value()), {.durability = options.durability,
                                                              .max_entities = options.max_entities,
                                                              .max_geometries = options.max_geometries});
-  if (!opened) return Error{opened.error().code, with_directory(opened.error().message).message};
+  if (!opened) return with_directory(directory, opened.error());
   return opened;
 }
 

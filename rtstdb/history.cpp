@@ -4,16 +4,13 @@
 #include <rtstdb/history.hpp>
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/directory_error.hpp"
 #include "rtstdb/log/posix_disk.hpp"
 #include "rtstdb/log/version_range.hpp"
 #include "rtstdb/open_history_range.hpp"
 
 namespace rtstdb {
 namespace {
-
-Error with_directory(const std::filesystem::path& directory, const Error& error) {
-  return {error.code, directory.string() + ": " + error.message};
-}
 
 Error no_log(const std::filesystem::path& directory) {
   return {ErrorCode::file, directory.string() + ": there is no log of a database"};

@@ -4,16 +4,13 @@
 
 #include <rtstdb/log.hpp>
 
+#include "rtstdb/directory_error.hpp"
 #include "rtstdb/log/inspection.hpp"
 #include "rtstdb/log/log_replay.hpp"
 #include "rtstdb/log/posix_disk.hpp"
 
 namespace rtstdb {
 namespace {
-
-Error with_directory(const std::filesystem::path& directory, const Error& error) {
-  return {error.code, directory.string() + ": " + error.message};
-}
 
 Error log_too_large(const std::filesystem::path& directory) {
   return with_directory(directory, {ErrorCode::out_of_memory, "the log does not fit into memory"});
