@@ -185,7 +185,7 @@ void PixelStudy::take(BeamQuery& query, std::uint32_t count) noexcept {
     }
     if (work_->purpose() == StudyPurpose::detection) {
       detection_per_m2_[element.pixel] += of_reflector;
-    } else if (images_) {
+    } else if (images_ && !work_->is_repeated(next_element_ + i)) {
       images_->add(element.pixel, all, of_reflector);
     }
   }
@@ -205,7 +205,8 @@ void PixelStudy::end_item() noexcept {
     }
     std::ranges::fill(detection_per_m2_, 0.0);
   } else if (work_->purpose() == StudyPurpose::port) {
-    result.port.pixels = work_->pixels();
+    result.port_pixels = work_->pixels();
+    result.port.pixels = work_->repetitions() * work_->pixels();
   } else {
     result.others.pixels = work_->pixels();
     result.other_pixels = work_->pixels_beside_port();

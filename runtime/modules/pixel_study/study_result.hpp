@@ -13,7 +13,7 @@
 
 namespace hil::modules {
 
-/// Wall-clock time of the transactions, and how many pixels took it.
+/// Wall-clock time of the transactions, and how many pixels took it; a pixel counts each time it is traced.
 struct TimedPixels {
   std::int64_t wall_ns = 0;
   std::uint64_t pixels = 0;
@@ -26,14 +26,15 @@ struct TimedPixels {
 struct MethodResult {
   bool complete = false;
   std::uint32_t detections = 0;    ///< shifts in which a pixel detected the reflector
-  TimedPixels port{};              ///< the pixels that can see the port
+  TimedPixels port{};              ///< those that can see the port
+  std::uint64_t port_pixels = 0;   ///< all of these
   TimedPixels others{};            ///< those traced of the rest
   std::uint64_t other_pixels = 0;  ///< all of the rest
 
   /// Of all pixels of the grid; estimated where not all others were traced.
   double frame_s() const noexcept {
     return 1e-9 *
-           (static_cast<double>(port.wall_ns) + others.ns_per_pixel() * static_cast<double>(other_pixels));
+           (port.ns_per_pixel() * static_cast<double>(port_pixels) + others.ns_per_pixel() * static_cast<double>(other_pixels));
   }
 };
 

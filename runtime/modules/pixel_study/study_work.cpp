@@ -113,12 +113,18 @@ std::uint64_t StudyWork::pixels() const noexcept {
 }
 
 std::uint64_t StudyWork::elements() const noexcept {
-  return pixels() * options_.methods[method_].samples();
+  return repetitions() * pixels() * options_.methods[method_].samples();
+}
+
+std::uint64_t StudyWork::repetitions() const noexcept {
+  if (purpose_ != StudyPurpose::port) return 1;
+  const std::uint64_t once = pixels() * options_.methods[method_].samples();
+  return (min_port_elements + once - 1) / once;
 }
 
 StudyElement StudyWork::element(std::uint64_t index) const noexcept {
   const PixelMethod& method = options_.methods[method_];
-  const std::uint64_t number = index / method.samples();
+  const std::uint64_t number = index / method.samples() % pixels();
   const auto sample = static_cast<std::uint32_t>(index % method.samples());
   const auto in_window = [](const PixelWindow& window, std::uint64_t n) {
     return glm::dvec2(window.first_column + static_cast<double>(n % window.width()),

@@ -27,6 +27,10 @@ struct StudyScene {
 
 enum class StudyPurpose : std::uint8_t { detection, port, others };
 
+/// The pixels that can see the port are traced again and again until this many rays or beams were, since a
+/// small batch takes mostly the time of a transaction.
+constexpr std::uint64_t min_port_elements = 4096;
+
 /// One ray or beam.
 struct StudyElement {
   glm::dvec3 direction_world{1.0, 0.0, 0.0};
@@ -54,6 +58,12 @@ class StudyWork {
   /// The pixels of one shift that can see the reflector; they have the same numbers in all shifts.
   std::uint64_t pixels_of_a_shift() const noexcept { return detection_window_.size(); }
   std::uint64_t pixels() const noexcept;  ///< of the item
+  /// How often each pixel is traced.
+  std::uint64_t repetitions() const noexcept;
+  /// True for an element that was traced before.
+  bool is_repeated(std::uint64_t index) const noexcept {
+    return index >= elements() / repetitions();
+  }
   /// Pixels beside the port, traced or not.
   std::uint64_t pixels_beside_port() const noexcept {
     return std::uint64_t{grid_.pixels()} * grid_.pixels() - port_window_.size();

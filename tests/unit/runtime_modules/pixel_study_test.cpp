@@ -92,8 +92,16 @@ TEST(StudyWork, EachPixelIsTracedOnceWithAllItsSamples) {
   std::vector<int> traced(1080 * 1080);
   each_item(work, [&](const StudyWork& item) {
     if (item.purpose() == StudyPurpose::detection) return;
-    for (std::uint64_t i = 0; i < item.elements(); ++i)
-      ++traced[item.element(i).pixel];
+    const std::uint64_t once = item.elements() / item.repetitions();
+    for (std::uint64_t i = 0; i < item.elements(); ++i) {
+      ASSERT_EQ(item.is_repeated(i), i >= once);
+      if (i < once) ++traced[item.element(i).pixel];
+      else ASSERT_EQ(item.element(i).direction_world, item.element(i % once).direction_world);
+    }
+    if (item.purpose() == StudyPurpose::port) {
+      EXPECT_GE(item.elements(), min_port_elements);
+      EXPECT_EQ(item.repetitions() > 1, item.distance() == 1) << "few pixels see the port from 200 m";
+    }
     if (item.purpose() == StudyPurpose::others) {
       EXPECT_EQ(std::set<int>(traced.begin(), traced.end()), std::set<int>{1});
       std::fill(traced.begin(), traced.end(), 0);
@@ -199,10 +207,11 @@ TEST(StudyResult, TimeOfAFrameIsEstimatedFromTheShare) {
   StudyResult result(options, grid_of(options));
   result.at(0, 0) = {.complete = true,
                      .detections = 10,
-                     .port = {.wall_ns = 2'000'000'000, .pixels = 100},
+                     .port = {.wall_ns = 2'000'000'000, .pixels = 200},
+                     .port_pixels = 100,
                      .others = {.wall_ns = 1'000'000'000, .pixels = 50},
                      .other_pixels = 5000};
-  EXPECT_DOUBLE_EQ(result.at(0, 0).frame_s(), 2.0 + 100.0);
+  EXPECT_DOUBLE_EQ(result.at(0, 0).frame_s(), 1.0 + 100.0);
   const contribution::Section section = result.section("study");
   ASSERT_EQ(section.tables.size(), 1U);
   EXPECT_EQ(section.tables[0].rows.size(), 1U) << "what is not complete is left out";
