@@ -19,7 +19,7 @@ using contribution::Series;
 constexpr double picture_width = 500.0;
 constexpr double area_left = 58.0;
 constexpr double area_right = 486.0;
-constexpr double area_top = 10.0;
+constexpr double area_top = 26.0;  // below the name of the vertical axis
 constexpr double area_height = 240.0;
 constexpr double area_bottom = area_top + area_height;
 constexpr double legend_row = 16.0;
@@ -124,7 +124,7 @@ class PlotDrawing {
     svg_line(out_, "axis", {area_left, area_bottom}, {area_right, area_bottom});
     svg_line(out_, "axis", {area_left, area_top}, {area_left, area_bottom});
     svg_text(out_, "", {(area_left + area_right) / 2.0, area_bottom + 32.0}, "middle", axis_text(plot_.x));
-    svg_text(out_, "strong label", {area_left + 6.0, area_top + 10.0}, "start",
+    svg_text(out_, "strong label", {area_left, area_top - 10.0}, "start",
              "\u2191 " + axis_text(plot_.y));
   }
 
