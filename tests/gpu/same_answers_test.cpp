@@ -69,11 +69,11 @@ TEST_F(SameAnswers, InEveryRunOrderAndSplit) {
       const auto all = random_case(options, count, 0.6);
       SCOPED_TRACE(testing::Message() << all->name() << ", " << entities << " entities");
       const std::vector<Words> answers = first_run.emplace_back(answers_of(*all));
-      for (const std::uint32_t capacity : {333u, 64u, 7u})
+      for (const std::uint32_t capacity : {333u, 7u})
         EXPECT_TRUE(have_equal_answers(answers_in_batches(*all, options, places, capacity), answers))
             << "in batches of " << capacity;
       auto shuffled = places;
-      for (unsigned seed = 0; seed < 3; ++seed) {
+      for (unsigned seed = 0; seed < 2; ++seed) {
         std::ranges::shuffle(shuffled, std::mt19937(seed));
         EXPECT_TRUE(have_equal_answers(in_order(answers_in_batches(*all, options, shuffled, count), shuffled),
                                        answers))

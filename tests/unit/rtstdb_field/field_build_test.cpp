@@ -123,14 +123,14 @@ TEST(FieldBuild, IsTheSameInAnyParts) {
 TEST(FieldBuild, HasBricksAllAlongTheSurface) {
   const TriangleMesh mesh = make_torus(3.0, 0.8, 24);
   const oracle::MeshDistance distance(mesh);
-  const auto built = build_with_oracle(mesh, distance, {.cell_m = 0.06});
+  const auto built = build_with_oracle(mesh, distance, {.cell_m = 0.1});
   ASSERT_TRUE(built.ok());
   const StoredField& field = built.value();
   std::mt19937_64 random(6);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (int i = 0; i < 20'000; ++i) {
     const glm::dvec3 point_m(4.0 * uniform(random), 4.0 * uniform(random), uniform(random));
-    if (distance.nearest(point_m).distance_m < 0.06) {
+    if (distance.nearest(point_m).distance_m < 0.1) {
       ASSERT_TRUE(field.is_in_brick(point_m)) << point_m.x << ", " << point_m.y << ", " << point_m.z;
     }
   }
