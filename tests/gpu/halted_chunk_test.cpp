@@ -61,7 +61,8 @@ class HaltedRuns : public ExecutorTest {
     std::vector<Batch> all;
     for (const AnyQueryOptions& options : all_tested_options()) {
       const auto* cones = std::get_if<ConeQueryOptions>(&options);
-      all.push_back(prepare(options, (cones != nullptr && cones->fractions ? few_elements : max_elements) - 1));
+      all.push_back(
+          prepare(options, (cones != nullptr && cones->fractions ? few_elements : max_elements) - 1));
     }
     for (const RayMode mode : {RayMode::closest, RayMode::any}) {
       all.push_back(prepare(RayQueryOptions{.name = "rays at one instant", .mode = mode}, max_elements, 0.0));

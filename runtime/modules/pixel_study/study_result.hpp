@@ -33,8 +33,8 @@ struct MethodResult {
 
   /// Of all pixels of the grid; estimated where not all others were traced.
   double frame_s() const noexcept {
-    return 1e-9 *
-           (port.ns_per_pixel() * static_cast<double>(port_pixels) + others.ns_per_pixel() * static_cast<double>(other_pixels));
+    return 1e-9 * (port.ns_per_pixel() * static_cast<double>(port_pixels) +
+                   others.ns_per_pixel() * static_cast<double>(other_pixels));
   }
 };
 

@@ -61,9 +61,7 @@ class StudyWork {
   /// How often each pixel is traced.
   std::uint64_t repetitions() const noexcept;
   /// True for an element that was traced before.
-  bool is_repeated(std::uint64_t index) const noexcept {
-    return index >= elements() / repetitions();
-  }
+  bool is_repeated(std::uint64_t index) const noexcept { return index >= elements() / repetitions(); }
   /// Pixels beside the port, traced or not.
   std::uint64_t pixels_beside_port() const noexcept {
     return std::uint64_t{grid_.pixels()} * grid_.pixels() - port_window_.size();

@@ -124,8 +124,7 @@ class PlotDrawing {
     svg_line(out_, "axis", {area_left, area_bottom}, {area_right, area_bottom});
     svg_line(out_, "axis", {area_left, area_top}, {area_left, area_bottom});
     svg_text(out_, "", {(area_left + area_right) / 2.0, area_bottom + 32.0}, "middle", axis_text(plot_.x));
-    svg_text(out_, "strong label", {area_left, area_top - 10.0}, "start",
-             "\u2191 " + axis_text(plot_.y));
+    svg_text(out_, "strong label", {area_left, area_top - 10.0}, "start", "\u2191 " + axis_text(plot_.y));
   }
 
   void draw_series(const Series& series, std::size_t number) {

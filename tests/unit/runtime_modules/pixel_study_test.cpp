@@ -95,8 +95,10 @@ TEST(StudyWork, EachPixelIsTracedOnceWithAllItsSamples) {
     const std::uint64_t once = item.elements() / item.repetitions();
     for (std::uint64_t i = 0; i < item.elements(); ++i) {
       ASSERT_EQ(item.is_repeated(i), i >= once);
-      if (i < once) ++traced[item.element(i).pixel];
-      else ASSERT_EQ(item.element(i).direction_world, item.element(i % once).direction_world);
+      if (i < once)
+        ++traced[item.element(i).pixel];
+      else
+        ASSERT_EQ(item.element(i).direction_world, item.element(i % once).direction_world);
     }
     if (item.purpose() == StudyPurpose::port) {
       EXPECT_GE(item.elements(), min_port_elements);
