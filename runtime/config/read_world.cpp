@@ -134,6 +134,17 @@ void check_material(const WorldEntity& entity, const std::vector<std::string>& m
                                               suggestion(entity.material->text, materials));
 }
 
+DistanceField read_field(const Value& value, Diagnostics& diagnostics) {
+  if (value.has("error") && value.has("cell")) {
+    diagnostics.add(value["cell"].place(),
+                    "'cell' and 'error' determine each other; only one of them can be given");
+  }
+  return {.error_m = value.has("error") ? value["error"].number() : 0.0,
+          .cell_m = value.has("cell") ? value["cell"].number() : 0.0,
+          .sign = value["sign"].text(),
+          .max_bytes = static_cast<std::uint64_t>(value["max_bytes"].integer())};
+}
+
 WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   WorldEntity entity;
   entity.name = word_of(value["name"]);
@@ -145,6 +156,7 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   entity.angular_velocity_radps = three(value["angular_velocity"]);
   entity.scale = value["scale"].number();
   entity.scale_place = value["scale"].place();
+  if (value.has("field")) entity.field = read_field(value["field"], diagnostics);
   entity.material = word_in(value, "material");
   for (const Value& layer : value["mask"].items())
     entity.mask.push_back(word_of(layer));

@@ -70,6 +70,16 @@ struct WorldMaterial {
   double retro_gain = 0.0;   ///< 0: no retro-reflector; else at least 1
 };
 
+/// The distance field of a shape (rtstdb/field.hpp), for sensors with `mode: fast`. Of the shape before the
+/// entity's scale.
+struct DistanceField {
+  double error_m = 0.0;            ///< 0: the database's default
+  double cell_m = 0.0;             ///< 0: by the error
+  std::string sign = "automatic";  ///< rtstdb::to_string(FieldSign)
+  std::uint64_t max_bytes = 0;
+  auto operator<=>(const DistanceField&) const = default;
+};
+
 /// An entity that exists from the first tick on, at rest or with constant velocities. World frame,
 /// right-handed, z up.
 struct WorldEntity {
@@ -82,6 +92,7 @@ struct WorldEntity {
   std::array<double, 3> angular_velocity_radps{};
   double scale = 1.0;
   Place scale_place;
+  std::optional<DistanceField> field;
   std::optional<Word> material;  ///< of World::materials; none: the default material
   std::vector<Word> mask;        ///< layer names, at least one
   std::uint32_t mask_bits = 0;   ///< the same by Layers

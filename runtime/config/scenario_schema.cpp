@@ -90,6 +90,20 @@ Schema material_schema() {
   });
 }
 
+Schema field_schema() {
+  return Schema::record({
+      Field::optional(
+          "error", size(),
+          "The error of distances near the surface that 99 of 100 points do not exceed. Left out, "
+          "without 'cell': 1/500 of the diagonal of the shape's box."),
+      Field::optional("cell", size(), "The edge of the cells near the surface, in place of an error."),
+      Field::with_default("sign", Schema::one_of({"automatic", "winding", "ray_ratio", "none"}), "automatic",
+                          "How the inside is found. automatic: winding for a closed shape, else none."),
+      Field::with_default("max_bytes", Schema::integer(1, max_field_bytes), "268435456",
+                          "The largest memory on the device; a field that needs more is refused."),
+  });
+}
+
 Schema entity_schema() {
   return Schema::record({
       Field::needed("name", Schema::name(), "The entity's name, unique in the world."),
@@ -104,6 +118,9 @@ Schema entity_schema() {
                           "The constant angular velocity about the axes of the world frame."),
       Field::with_default("scale", Schema::number(min_scale, max_scale), "1",
                           "A factor on the shape's size."),
+      Field::optional("field", field_schema(),
+                      "A distance field of the shape, before 'scale'. Sensors with 'mode: fast' skip free "
+                      "space by it. Left out: none."),
       Field::optional("material", Schema::name(),
                       "The material, one of world.materials. Left out: matt, with the reflectance 1."),
       Field::with_default("mask", Schema::list(Schema::name(), 1, Layers::capacity), "[static]",

@@ -14,6 +14,8 @@ inline constexpr double max_angular_rate_radps = 1e4;
 inline constexpr double min_scale = 1e-6;
 inline constexpr double max_scale = 1e5;
 
+inline constexpr std::int64_t max_field_bytes = std::int64_t{1} << 34;
+
 inline constexpr std::int64_t min_log_ring_bytes = 4096;
 inline constexpr std::int64_t max_log_ring_bytes = std::int64_t{1} << 30;
 

@@ -1,7 +1,7 @@
 #pragma once
-// The names of a run's world, which the database's log does not hold: entities, layers, and what a module
-// records of itself. It is written as world.json before the first tick, so that a history can be read even of
-// a run that was killed.
+// What the database's log does not hold of a run's world: the names of entities and layers, distance fields,
+// and what a module records of itself. It is written as world.json before the first tick, so that a history
+// can be read even of a run that was killed.
 //
 // Units: nanoseconds of run time, which is world time. Threads: plain data.
 
@@ -17,6 +17,15 @@ struct NamedEntity {
   std::string name;
   std::uint32_t index = 0;
   std::uint32_t generation = 0;
+};
+
+/// A distance field of a geometry (rtstdb/field.hpp).
+struct FieldRecord {
+  std::uint32_t geometry = 0;
+  double error_m = 0.0;
+  double cell_m = 0.0;
+  std::string sign;
+  std::uint64_t max_bytes = 0;
 };
 
 struct Property {
@@ -37,6 +46,7 @@ struct WorldRecord {
   std::int64_t period_ns = 0;       ///< of the base rate
   std::vector<std::string> layers;  ///< by bit of the masks
   std::vector<NamedEntity> entities;
+  std::vector<FieldRecord> fields;
   std::vector<ModuleRecord> modules;
 };
 

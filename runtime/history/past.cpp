@@ -6,6 +6,8 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "runtime/modules/recorded_field.hpp"
+
 namespace hil::history {
 namespace {
 
@@ -151,6 +153,14 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
   return found;
 }
 
+void Past::build_fields() {
+  for (const contribution::FieldRecord& record : history_.world().fields) {
+    const rtstdb::GeometryId geometry{record.geometry};
+    if (!database_->field(geometry))
+      taken(database_->build_field(geometry, modules::field_options_of(record)));
+  }
+}
+
 std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::RecordedScanner& scanner,
                                                      std::int64_t time_ns) {
   const modules::ScannerDescription& facts = scanner.facts();
@@ -164,6 +174,7 @@ Sweep Past::scan(const modules::RecordedScanner& scanner, std::int64_t time_ns) 
   const modules::ScannerDescription& facts = scanner.facts();
   Sweep sweep;
   std::tie(sweep.begin_ns, sweep.end_ns) = sweep_at(scanner, time_ns);
+  if (facts.mode == rtstdb::ConeMode::fast) build_fields();
   const auto query =
       taken(modules::BeamQuery::prepare(*database_, {.name = "scan",
                                                      .capacity = facts.max_beams_per_step,

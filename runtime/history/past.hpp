@@ -93,6 +93,8 @@ class Past {
                                                         std::int64_t time_ns);
 
  private:
+  /// Those of the run, for beams of ConeMode::fast.
+  void build_fields();
   rtstdb::EntityState row_of(const Instant& instant, rtstdb::EntityId entity) const;
   template <class Query>
   const rtstdb::Outcome& run_query(const rtstdb::ReadAt& read_at, Query& query, std::uint32_t count);

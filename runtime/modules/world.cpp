@@ -42,8 +42,9 @@ std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::
   return mask;
 }
 
-rtstdb::GeometryId World::add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name) {
-  auto added = database_.add_geometry(mesh, name);
+rtstdb::GeometryId World::add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name,
+                                       const rtstdb::GeometryOptions& options) {
+  auto added = database_.add_geometry(mesh, name, options);
   if (!added) throw SetupError(name, added.error());
   geometry_bounds_.resize(std::max<std::size_t>(geometry_bounds_.size(), added.value().index + 1));
   geometry_bounds_[added.value().index] = rtstdb::bounds_of(mesh);

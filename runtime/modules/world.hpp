@@ -33,7 +33,8 @@ class World {
   const std::vector<std::string>& layers() const noexcept { return layers_; }
 
   /// Adds geometry. Throws SetupError with the database's error text.
-  rtstdb::GeometryId add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name);
+  rtstdb::GeometryId add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name,
+                                  const rtstdb::GeometryOptions& options = {});
 
   /// The geometry of a shape, made at the first call with its key and shared from then on. All modules share
   /// the keys, so a key begins with the kind of shape ("car ..."). Throws SetupError.

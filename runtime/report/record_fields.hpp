@@ -411,6 +411,15 @@ void each_field(T& entity, Visit&& visit) {
   visit("generation", entity.generation);
 }
 
+template <Is<contribution::FieldRecord> T, class Visit>
+void each_field(T& field, Visit&& visit) {
+  visit("geometry", field.geometry);
+  visit("error_m", field.error_m);
+  visit("cell_m", field.cell_m);
+  visit("sign", field.sign);
+  visit("max_bytes", field.max_bytes);
+}
+
 template <Is<contribution::WorldRecord> T, class Visit>
 void each_field(T& world, Visit&& visit) {
   visit("scenario", world.scenario);
@@ -418,6 +427,7 @@ void each_field(T& world, Visit&& visit) {
   visit("period_ns", world.period_ns);
   visit("layers", world.layers);
   visit("entities", world.entities);
+  visit("fields", world.fields);
 }
 
 }  // namespace hil::report

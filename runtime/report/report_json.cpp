@@ -232,7 +232,7 @@ contribution::Property property_at(const JsonCursor& cursor, const std::string& 
 /// Every list beside those of the world itself holds records of modules.
 void read_module_records(const JsonCursor& world, WorldRecord& record) {
   for (const auto& [list_key, list] : world.json.items()) {
-    if (!list.is_array() || list_key == "layers" || list_key == "entities") continue;
+    if (!list.is_array() || list_key == "layers" || list_key == "entities" || list_key == "fields") continue;
     const JsonCursor cursor = world.member(list_key.c_str());
     for (std::size_t index = 0; index < list.size(); ++index) {
       const JsonCursor item = cursor.item(index);

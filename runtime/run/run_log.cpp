@@ -4,11 +4,13 @@
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
+#include <cstdio>
+
 #include "io/device.hpp"
 
 namespace hil::run {
 
-RunLog::RunLog(const std::filesystem::path& file, bool to_console, bool replace) {
+RunLog::RunLog(const std::filesystem::path& file, bool to_console, bool replace) : to_console_(to_console) {
   try {
     const auto to_file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), replace);
     logger_ = std::make_shared<spdlog::logger>("hil", to_file);
@@ -22,6 +24,11 @@ RunLog::RunLog(const std::filesystem::path& file, bool to_console, bool replace)
 
 void RunLog::info(const std::string& sentence) {
   logger_->info(sentence);
+}
+
+void RunLog::progress(const std::string& sentence) {
+  logger_->info(sentence);
+  if (!to_console_) std::fprintf(stderr, "hil run: %s\n", sentence.c_str());
 }
 
 void RunLog::warn(const std::string& sentence) {

@@ -20,11 +20,14 @@ class RunLog {
   RunLog(const std::filesystem::path& file, bool to_console, bool replace = true);
 
   void info(const std::string& sentence);
+  /// What a user waits for: on stderr too, also without --verbose.
+  void progress(const std::string& sentence);
   /// For a fault that does not end the run by itself.
   void warn(const std::string& sentence);
 
  private:
   std::shared_ptr<spdlog::logger> logger_;
+  bool to_console_;
 };
 
 }  // namespace hil::run

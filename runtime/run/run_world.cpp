@@ -56,12 +56,15 @@ std::string log_refusal(const report::DatabaseLog& log) {
 }  // namespace
 
 RunWorld::RunWorld(Wiring& wiring, RunContext& context)
-    : wiring_(wiring), context_(context), point_clouds_(context.options.directory, context.is_virtual) {
+    : wiring_(wiring),
+      context_(context),
+      fields_(context.log),
+      point_clouds_(context.options.directory, context.is_virtual) {
   open_database();
   context_.log.info("GPU: " + database_->device().name + ", " + database_->device().driver);
   world_ = std::make_unique<modules::World>(*database_, wiring_.layers.names());
   world_->set_point_clouds(&point_clouds_);
-  create_scenery(context_.scenario, wiring_.scenery, *world_);
+  create_scenery(context_.scenario, wiring_.scenery, *world_, fields_);
   for (WiredModule& wired : wiring_.modules) {
     const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
     wired.module->configure(*world_, events_, facts);
@@ -69,6 +72,7 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context)
                                                   wiring_.signals, *database_, context_.device_clock,
                                                   events_));
   }
+  fields_.log_built(*database_);
   write_world_record();
 }
 
@@ -101,6 +105,7 @@ void RunWorld::write_world_record() const {
     record.database_id = report::id_text(id);
   record.period_ns = context_.scenario.base_period_ns;
   world_->describe(record);
+  record.fields = fields_.records();
   for (const WiredModule& wired : wiring_.modules)
     wired.module->describe(record.modules);
   try {

@@ -19,6 +19,7 @@
 #include "runtime/run/point_cloud_files.hpp"
 #include "runtime/run/run_context.hpp"
 #include "runtime/run/wiring.hpp"
+#include "runtime/run/world_fields.hpp"
 
 namespace hil::run {
 
@@ -57,7 +58,8 @@ class RunWorld {
 
   Wiring& wiring_;
   RunContext& context_;
-  std::unique_ptr<rtstdb::Database> database_;
+  WorldFields fields_;
+  std::unique_ptr<rtstdb::Database> database_;  // refers to the fields
   PointCloudFiles point_clouds_;
   std::unique_ptr<modules::World> world_;
   modules::EventLog events_;

@@ -24,12 +24,15 @@ static_assert(config::max_speed_mps == rtstdb::max_speed_mps);
 static_assert(config::max_angular_rate_radps == rtstdb::max_angular_rate_radps);
 static_assert(config::max_added_materials + 1 == rtstdb::max_materials);
 static_assert(config::max_retro_gain == rtstdb::max_retro_gain);
+static_assert(config::max_field_bytes == rtstdb::max_field_bytes);
 static_assert(config::min_scale == rtstdb::min_scale && config::max_scale == rtstdb::max_scale);
 
-/// Equal for equal shapes: the kind, its sizes, and the path of a file.
-using ShapeKey = std::tuple<std::size_t, std::array<double, 3>, std::string>;
+/// Equal for equal shapes with equal fields: the kind, its sizes, the path of a file, and the field.
+using ShapeKey =
+    std::tuple<std::size_t, std::array<double, 3>, std::string, std::optional<config::DistanceField>>;
 
-ShapeKey key_of(const config::Shape& shape) {
+ShapeKey key_of(const config::WorldEntity& entity) {
+  const config::Shape& shape = entity.shape;
   std::array<double, 3> sizes{};
   std::string path;
   if (const auto* box = std::get_if<config::BoxShape>(&shape)) {
@@ -47,7 +50,7 @@ ShapeKey key_of(const config::Shape& shape) {
     sizes = {file.scale};
     path = file.path;
   }
-  return {shape.index(), sizes, std::move(path)};
+  return {shape.index(), sizes, std::move(path), entity.field};
 }
 
 /// Empty with a mistake when the file can not be used.
@@ -186,7 +189,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
   Scenery scenery;
   std::map<ShapeKey, std::optional<std::size_t>> known;  // empty: can not be made, with a mistake
   for (const config::WorldEntity& entity : world.entities) {
-    const auto [at, is_new] = known.try_emplace(key_of(entity.shape));
+    const auto [at, is_new] = known.try_emplace(key_of(entity));
     if (is_new) {
       if (auto mesh = mesh_of(entity.shape, diagnostics)) {
         at->second = scenery.meshes.size();
@@ -201,13 +204,18 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
   return scenery;
 }
 
-void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world) {
+void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world,
+                    WorldFields& fields) {
   for (const config::WorldMaterial& material : scenario.world.materials)
     world.add_material(material.name.text,
                        {.reflectance = material.reflectance, .retro_gain = material.retro_gain});
   std::vector<rtstdb::GeometryId> geometries;
   for (std::size_t i = 0; i < scenery.meshes.size(); ++i) {
-    geometries.push_back(world.add_geometry(scenery.meshes[i], scenery.first_entity[i]->name.text));
+    const config::WorldEntity& entity = *scenery.first_entity[i];
+    rtstdb::GeometryOptions options;
+    if (entity.field) options.field = fields.options_of(entity.name.text, *entity.field);
+    geometries.push_back(world.add_geometry(scenery.meshes[i], entity.name.text, options));
+    if (entity.field) fields.add(geometries.back(), entity.name.text, *entity.field);
     scenery.meshes[i] = {};
   }
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {

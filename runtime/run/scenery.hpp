@@ -10,6 +10,7 @@
 #include "runtime/config/scenario.hpp"
 #include "runtime/modules/world.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/run/world_fields.hpp"
 
 namespace hil::run {
 
@@ -26,8 +27,9 @@ struct Scenery {
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics);
 
 /// Creates the materials and the entities, and their geometries from the meshes, which `scenery` then no
-/// longer has. Throws modules::SetupError.
-void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world);
+/// longer has. The fields are built when a query first needs them. Throws modules::SetupError.
+void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world,
+                    WorldFields& fields);
 
 /// Motions of the scenery as the scenario gives them, by entity: from the first tick on.
 std::vector<rtstdb::Motion> first_motions(const config::World& world);

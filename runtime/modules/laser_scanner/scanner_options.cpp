@@ -164,7 +164,8 @@ config::Schema scanner_schema() {
       Field::with_default("mode", Schema::one_of({"exact", "fast"}), "exact",
                           "How the fractions of beams with a divergence are found: from the exact areas that "
                           "bodies cover, or, where a body covers an eighth of the beam or more, along 64 "
-                          "directions, which is faster for bodies of many triangles."),
+                          "directions, which is faster for bodies of many triangles. Fast beams also use the "
+                          "distance fields of entities ('field')."),
       Field::with_default("threshold", Schema::number(0.0, 1e12), "0",
                           "The intensity, in 1/m^2, at and below which a return is not detected."),
       Field::with_default("range_noise", Schema::quantity(Quantity::length_m, 0.0, 100.0), "0 m",

@@ -234,6 +234,18 @@ TEST_F(LaserScannerTest, WideBeamsMeetMovingBodiesAtTheirOwnTimes) {
   }
 }
 
+TEST_F(LaserScannerTest, BeamsMeetBodiesWhereTheyWereAtTheBeginningOfASweepIfMotionIsIgnored) {
+  // Three beams at 0 ms, 3.33 ms and 6.67 ms meet a wall that comes at 60 m/s.
+  add_plate("wall", {10.0, 0.0, 0.0}, 40.0, {}, 0.0, {-60.0, 0.0, 0.0});
+  for (const std::string divergence : {"0 rad", "0.0001 rad"}) {
+    for (const bool ignored : {false, true}) {
+      const auto points = sweep(", divergence: " + divergence + (ignored ? ", ignore_motion: true" : ""));
+      ASSERT_EQ(points.size(), 1u) << divergence;
+      EXPECT_NEAR(points[0].x_m, ignored ? 10.0 : 10.0 - 60.0 * 0.01 / 3.0, 2e-3) << divergence;
+    }
+  }
+}
+
 TEST_F(LaserScannerTest, TargetsAreTheBrightestRetroReflectorsOfASweep) {
   const rtstdb::Material dim{.reflectance = 0.5, .retro_gain = 100.0},
       bright{.reflectance = 0.9, .retro_gain = 900.0};

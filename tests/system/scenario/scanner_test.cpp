@@ -140,6 +140,26 @@ TEST_F(ScannerRun, PointCloudsAreTheScansOfTheHistory) {
   EXPECT_FALSE(std::filesystem::exists(out_ + "/pointclouds/lidar-000006.pcd"));
 }
 
+/// A fast sensor uses the fields, whose answers differ a little from those of triangles alone; so the history
+/// builds the same fields again.
+TEST_F(ScannerRun, PointCloudsWithDistanceFieldsAreTheScansOfTheHistory) {
+  ASSERT_NO_FATAL_FAILURE(run({"--set", "tasks.lidar.parameters.mode=fast", "--set",
+                               "world.entities.post.field={cell: 2 m, sign: none}"}));
+  const std::string log = read_text(out_ + "/run.log");
+  EXPECT_NE(log.find("distance field of post: "), std::string::npos) << log;
+  EXPECT_EQ(log.find("distance field of wall"), std::string::npos) << log;
+  const tests::PcdCloud seen = cloud("000003");
+  const std::vector<Point> points = history_points("450 ms");
+  ASSERT_EQ(seen.points, points.size());
+  ASSERT_GT(seen.points, 1200u);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(seen["column"][i], points[i].column);
+    ASSERT_EQ(seen["return"][i], points[i].ordinal);
+    ASSERT_EQ(static_cast<float>(seen["intensity"][i]), static_cast<float>(points[i].intensity));
+    ASSERT_NEAR(seen["x"][i], points[i].world_m[0], 1e-5);
+  }
+}
+
 TEST_F(ScannerRun, TargetsAreOnItsSignalsAndReturnsInItsReport) {
   ASSERT_NO_FATAL_FAILURE(run());
   const Signals signals(out_);

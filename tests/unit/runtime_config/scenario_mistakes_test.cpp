@@ -171,7 +171,7 @@ TEST(ScenarioMistakes, WrongLayersAreReported) {
   EXPECT_TRUE(is_refused(many, "the layer 'layer32' is one too many; there can be 32"));
 }
 
-TEST(ScenarioMistakes, WrongMaterialsAreReported) {
+TEST(ScenarioMistakes, WrongMaterialsAndFieldsAreReported) {
   const std::string listed = with_change(
       "max_entities: 100", "materials: [{name: paint, reflectance: 0.3}, {name: retro, retro_gain: 300}]");
   const auto changed = [&](const std::string& from, const std::string& to) {
@@ -184,6 +184,11 @@ TEST(ScenarioMistakes, WrongMaterialsAreReported) {
   EXPECT_TRUE(is_refused(changed("name: retro", "name: @paint"), "the material 'paint' is given twice"));
   EXPECT_TRUE(is_refused(changed("reflectance: 0.3", "reflectance: @1.5"), "out of range"));
   EXPECT_TRUE(is_refused(changed("retro_gain: 300", "retro_gain: @0.5"), "out of range"));
+  expect_accepted(changed("scale: 2\n", "field: {error: 1 cm, sign: ray_ratio}\n"));
+  EXPECT_TRUE(is_refused(changed("scale: 2\n", "field: {error: 1 cm, cell: @1 cm}\n"),
+                         "'cell' and 'error' determine each other"));
+  EXPECT_TRUE(is_refused(changed("scale: 2\n", "field: {sign: @odd}\n"), "is not one of: automatic"));
+  EXPECT_TRUE(is_refused(changed("scale: 2\n", "field: {max_bytes: @0}\n"), "out of range"));
   EXPECT_TRUE(is_refused(changed("{name: paint, ", "@{"), "missing key 'name'"));
 }
 
