@@ -136,6 +136,48 @@ TEST_P(ConeFractions, ADiscOfACentimetreAtFiveHundredMetres) {
   }
 }
 
+/// However many triangles it has.
+TEST_P(ConeFractions, ASmallSphereOfManyTriangles) {
+  const EntityId sphere = create(row_of(add(make_sphere(0.001, 4)), {0.0, 0.0, -10.0}));
+  for (const double beside_m : {0.0, 0.02, 0.06}) {
+    Motion motion;
+    motion.p_world_m = {beside_m, 0.5 * beside_m, -10.0};
+    update_motion(sphere, motion, {});
+    const double wanted = std::pow(0.001 / 0.08727, 2.0);
+    EXPECT_NEAR(only_fraction(beam(0.008727)), wanted, 0.02 * wanted) << beside_m;
+  }
+}
+
+/// A body that only touches the beam gets next to nothing of it.
+TEST_P(ConeFractions, APlateThatTouchesTheBeam) {
+  const EntityId plate = create(row_of(add(make_rectangle(20.0, 20.0)), {}));
+  for (const double turn_rad : {0.0, 0.3, 1.1, 2.5}) {
+    for (const double gap : {-1e-6, 0.0, 1e-6}) {
+      Motion motion;
+      const double from_m = 10.0 + 1.0 + gap;
+      motion.p_world_m = {from_m * std::cos(turn_rad), from_m * std::sin(turn_rad), -10.0};
+      motion.q_world = glm::angleAxis(turn_rad, glm::dvec3(0.0, 0.0, 1.0));
+      update_motion(plate, motion, {});
+      for (const ConeReturn& one : returns_of(beam(0.1)))
+        EXPECT_LT(one.fraction, 1e-4f) << turn_rad << ", " << gap;
+    }
+  }
+}
+
+/// A side of it lies in a plane through the apex, which the beam touches.
+TEST_P(ConeFractions, ABoxWithASideAlongTheBorderOfTheBeam) {
+  constexpr double half_rad = 0.5 * pi / 180.0;
+  create(row_of(add(make_box({10.0, 10.0, 0.01})), {5.0, 0.0, -10.005}));
+  Cone cone;
+  cone.opening_angle_rad = static_cast<float>(2.0 * half_rad);
+  for (const double beside_rad : {0.0, 1e-7, -1e-7, 3e-7, -3e-7}) {
+    const double turn_rad = half_rad + beside_rad;
+    cone.direction = glm::vec3(glm::dvec3(-std::sin(turn_rad), 0.0, -std::cos(turn_rad)));
+    for (const ConeReturn& one : returns_of(cone))
+      EXPECT_LT(one.fraction, 1e-4f) << beside_rad;
+  }
+}
+
 TEST_P(ConeFractions, OneBehindAnother) {
   const GeometryId plate = add(make_rectangle(20.0, 20.0));
   const EntityId front = create(row_of(plate, {10.0, 0.0, -10.0}));

@@ -13,7 +13,8 @@
 // The first 64 lanes are a direction each, the next 16 a contact each. For areas every lane is a triangle.
 //
 // Macro: CONE_FAST: along each direction only the nearest surface is searched. An entity that enough of them
-// meet, or that has too many triangles in the beam, has their share; the others are measured as above.
+// meet has their share, and so has one that some meet and that has too many triangles in the beam. The others
+// are measured as above.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -42,6 +43,7 @@ shared float areas[beam_entities * lanes];
 shared uint layers[beam_entities];
 shared uint nearest_in[beam_entities];  // directions
 shared float shares[beam_entities];
+shared uint visible[beam_entities];  // its contact, from the apex
 shared uint is_halted;
 shared uint some_cut_short;
 shared uint some_reach_beyond;  // the farthest entity that was searched
@@ -55,12 +57,9 @@ float box_limit;  // in metres along the axis
 // The loops after the search take less than this.
 const uint rounds_at_end = 400u;
 
-#ifdef CONE_FAST
 const uint enough_directions = 8u;
 const uint max_measured_triangles = 6u * lanes;
-#else
-const uint max_measured_triangles = 0xFFFFFFFFu;
-#endif
+const uint any_number = 0xFFFFFFFFu;
 const float not_measured = -1.0;
 
 // Below this sine a beam is thinner than positions are precise, and has the fraction of a ray.
@@ -213,10 +212,10 @@ float area_of(uint slot, TracedCone cone, ConeInFrame there, float z_max) {
   return slot != ref_none && is_counted(there, corners, a) ? area : 0.0;
 }
 
-// Searches all triangles of an entity in the cone. Returns the area of those that this lane has measured, or
-// not_measured.
-float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
-                    inout DirectionState state) {
+// Searches the triangles of an entity in the cone. Returns the area of those that this lane has measured, or
+// not_measured if there are more than `max_triangles`.
+float search_entity(TracedCone cone, uint entity, ConeContact contact, uint max_triangles, Direction along,
+                    float z_max, inout DirectionState state) {
   const Instance i = fetch_instance(instances, contact.instance);
   const ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
   state.layers = 0u;
@@ -247,15 +246,15 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, Direction
     } while (seen + max_triangles_per_leaf <= lanes && depth > 0u && !cut_short);
     area += area_of(measured_slot, cone, there, z_max);
     measured += seen;
-  } while (depth > 0u && measured <= max_measured_triangles && !cut_short);
+  } while (depth > 0u && measured <= max_triangles && !cut_short);
   return depth > 0u ? not_measured : area;
 }
 
 // Measures the area of an entity in the cone and counts its layers along the directions.
-void measure(TracedCone cone, uint entity, ConeContact contact, Direction along, float z_max,
-             inout DirectionState state) {
+void measure(TracedCone cone, uint entity, ConeContact contact, uint max_triangles, Direction along,
+             float z_max, inout DirectionState state) {
   const uint lane = gl_LocalInvocationID.x;
-  areas[entity * lanes + lane] = search_entity(cone, entity, contact, along, z_max, state);
+  areas[entity * lanes + lane] = search_entity(cone, entity, contact, max_triangles, along, z_max, state);
   if (lane < beam_directions && state.layers > 0u) atomicAdd(layers[entity], state.layers);
 }
 
@@ -267,9 +266,7 @@ float share_of(uint entity, FullContact of, bool is_visible) {
   const uint all = layers[entity];
   const uint nearest = nearest_in[entity];
 #ifdef CONE_FAST
-  // What no direction meets although it is visible covers less than a direction stands for.
-  const float met = nearest > 0u ? float(int(nearest)) : is_visible ? 0.5 : 0.0;
-  if (nearest >= enough_directions || area < 0.0) return met / float(int(beam_directions));
+  if (nearest >= enough_directions || area < 0.0) return float(int(nearest)) / float(int(beam_directions));
 #endif
   // Fronts and backs of a closed geometry cover the same part of the beam.
   const bool twice = of.instance.closed && args.faces == 0.0;
@@ -319,14 +316,17 @@ void main() {
 #ifdef CONE_FAST
       search_direction(cone, entity, searched, along, z_max, state);
 #else
-      measure(cone, entity, searched, along, z_max, state);
+      measure(cone, entity, searched, any_number, along, z_max, state);
 #endif
       // A contact does not hide itself.
       if (is_contact && entity == contact_index) state = before;
       ++entity;
     } while (entity < entities);
   // In front by more than rounding.
-  if (is_contact) is_visible = state.z >= contact.point.z * (1.0 - 1e-6);
+  if (is_contact) {
+    is_visible = state.z >= contact.point.z * (1.0 - 1e-6);
+    visible[contact_index] = is_visible ? 1u : 0u;
+  }
   if (lane < beam_directions && state.entity != no_entity) atomicAdd(nearest_in[state.entity], 1u);
 #ifdef CONE_FAST
   barrier();
@@ -334,8 +334,10 @@ void main() {
   if (is_beam && entities > 0u) do {
       ++rounds;
       DirectionState others = state;
-      if (nearest_in[entity] < enough_directions)
-        measure(cone, entity, found.contacts[first_contact + entity], along, z_max, others);
+      const uint directions = nearest_in[entity];
+      const uint max_triangles = directions == 0u ? any_number : max_measured_triangles;
+      if (directions == 0u ? visible[entity] != 0u : directions < enough_directions)
+        measure(cone, entity, found.contacts[first_contact + entity], max_triangles, along, z_max, others);
       ++entity;
     } while (entity < entities);
 #endif

@@ -32,6 +32,15 @@ vec2 stretch_in_cone(vec3 a, vec3 d, HalfAngle angle, float first, float last) {
 
 vec2 projected(vec3 p, HalfAngle angle) { return p.xy / max(angle.tangent * p.z, 1e-37); }
 
+// Whether the middle of a stretch is in the cone, up to rounding. Crossings of a line that is parallel to a
+// generator are rounding alone.
+bool is_real(vec2 stretch, vec3 a, vec3 d, HalfAngle angle) {
+  const vec3 middle = a + 0.5 * (stretch.x + stretch.y) * d;
+  const vec3 size = max(abs(a), abs(a + d));
+  const float rounding = 1e-6 * max(size.x, max(size.y, size.z));
+  return angle.cosine * length(middle.xy) <= angle.sine * middle.z + rounding;
+}
+
 // Twice the signed area of the beam between the axis and the part first <= t <= last of the edge a + t d.
 float area_beside_edge(vec3 a, vec3 d, HalfAngle angle, float first, float last) {
   const vec2 begin = a.xy + first * d.xy;
@@ -42,7 +51,7 @@ float area_beside_edge(vec3 a, vec3 d, HalfAngle angle, float first, float last)
   const float with_inside = sector(begin, enter.xy) +
                             cross_2d(projected(enter, angle), projected(leave, angle)) +
                             sector(leave.xy, end);
-  return inside.x < inside.y ? with_inside : sector(begin, end);
+  return inside.x < inside.y && is_real(inside, a, d, angle) ? with_inside : sector(begin, end);
 }
 
 // The border of a triangle, clipped to 0 < z <= z_max: edge by edge, then along the two planes. What lies in
