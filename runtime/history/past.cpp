@@ -210,7 +210,8 @@ Beam Past::measure(const modules::RecordedScanner& scanner, const modules::Recor
                    std::int64_t sweep_begin_ns, const rtstdb::Motion& carrier,
                    const modules::BeamQuery& query, std::uint32_t index) const {
   Beam measured{.column = beam.column, .row = beam.row, .time_ns = sweep_begin_ns + beam.time_ns};
-  const rtstdb::Pose pose = rtstdb::pose_at(carrier, world_time(measured.time_ns));
+  const rtstdb::Pose pose =
+      rtstdb::pose_at(carrier, world_time(scanner.facts().ignore_motion ? sweep_begin_ns : measured.time_ns));
   const glm::dvec3 along(beam.direction);
   for (std::uint32_t ordinal = 0; ordinal < query.returns_per_beam(); ++ordinal) {
     const modules::BeamReturn light = query.at(index, ordinal);

@@ -189,6 +189,24 @@ TEST_F(ScannerRun, RepeatsWithItsSeedAndNotWithAnother) {
   EXPECT_NE(tests::content_of(out_ + "/pointclouds/lidar-000003.pcd"), first);
 }
 
+/// While motion is ignored, a moving scanner sends all beams from where it was when the sweep began.
+TEST_F(ScannerRun, HistoryPlacesPointsWhereTheSweepBeganIfMotionIsIgnored) {
+  ASSERT_NO_FATAL_FAILURE(run({"--set", "tasks.lidar.parameters.ignore_motion=true", "--set",
+                               "tasks.lidar.parameters.range_noise=0 m", "--set",
+                               "world.entities.mast.velocity=[0 m/s, 20 m/s, 0 m/s]", "--set",
+                               "world.entities.mast.angular_velocity=[0 deg/s, 0 deg/s, 50 deg/s]"}));
+  std::size_t on_wall = 0;
+  for (const Point& point : history_points("450 ms")) {
+    if (point.entity != "wall") continue;
+    ++on_wall;
+    // First contacts of cones of 0.3 degrees to each side lie on the front at 0.4 s, 39.5 m + 2 m/s * 0.4 s, or
+    // in front of it by the cone's radius times the slope of the beam.
+    ASSERT_GT(point.world_m[0], 40.3 - 0.35);
+    ASSERT_LT(point.world_m[0], 40.3 + 0.02);
+  }
+  EXPECT_GT(on_wall, 300u);
+}
+
 TEST_F(ScannerRun, RaysMissTheReflector) {
   ASSERT_NO_FATAL_FAILURE(run({"--set", "tasks.lidar.parameters.divergence=0 deg"}));
   for (const Point& point : history_points("850 ms"))
