@@ -11,6 +11,7 @@
 //          qw, qx, qy, qz: body frame to world frame
 //          wx, wy, wz (rad/s): against an inertial frame, along the axes of the body, as a gyroscope measures
 //          rows: rows written so far
+//          stopped: 1 since the body would have left what the database permits; it rests from then on
 //
 // A step integrates from the step before, with the inputs of that step: after skipped releases it makes up
 // for them.
@@ -21,6 +22,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "runtime/config/numbers.hpp"
 #include "runtime/modules/free_body/body_row.hpp"
 #include "runtime/modules/free_body/rigid_body.hpp"
 #include "runtime/modules/module.hpp"
@@ -55,8 +57,11 @@ class FreeBody final : public Module {
  private:
   RigidBodyState integrated(RigidBodyState state, std::int64_t duration_ns) const noexcept;
   void take_inputs(StepContext& context) noexcept;
-  bool is_within_limits(const RigidBodyState& state) const noexcept;
+  /// The largest share that a coordinate, the speed or the rate has of what the database permits.
+  double used_of_limits(const RigidBodyState& state) const noexcept;
   void write_row(StepContext& context) noexcept;
+  void write_resting_row(StepContext& context) noexcept;
+  bool write(StepContext& context, const rtstdb::Motion& motion) noexcept;
   void write_outputs(StepContext& context) noexcept;
 
   const FreeBodyOptions options_;
@@ -72,13 +77,14 @@ class FreeBody final : public Module {
   std::int64_t state_ns_ = 0;  ///< run time of state_
   Wrench wrench_;              ///< since state_ns_
   bool is_held_ = false;       ///< since state_ns_
-  bool has_left_ = false;      ///< what the database permits: its row is not written any more
+  bool has_stopped_ = false;   ///< at the border of what the database permits
+  bool rests_ = false;         ///< its row says so
   bool row_is_too_coarse_ = false;
   BodyRow row_;
   std::uint64_t rows_ = 0, steps_ = 0;
   std::vector<contribution::TrackPoint> track_;
   std::int64_t next_track_ns_ = 0;
-  EventLog::Kind leaves_, held_, released_, coarse_;
+  EventLog::Kind stops_, held_, released_, coarse_;
 };
 
 std::vector<Port> input_ports() {
@@ -114,6 +120,9 @@ std::vector<Port> output_ports() {
                      .about = "Angular rate against an inertial frame, along the body's axes"});
   }
   ports.push_back({.name = "rows", .unit = "", .about = "Rows written so far"});
+  ports.push_back({.name = "stopped",
+                   .unit = "",
+                   .about = "1: the body would have left what the database permits, and rests from then on"});
   return ports;
 }
 
@@ -148,7 +157,12 @@ void FreeBody::configure(World& world, EventLog& events, const TaskParameters& t
                                 .period = rtstdb::Nanoseconds(task.period_ns),
                                 .deadline = deadline,
                                 .budget = std::min(rtstdb::Nanoseconds{100'000}, deadline)});
-  leaves_ = events.add_kind(options_.body + " leaves what the world permits and stops there");
+  stops_ = events.add_kind(options_.body + " stops and rests from now on: it would have reached {} times " +
+                               config::format_number(rtstdb::max_coordinate_m) + " m, " +
+                               config::format_number(rtstdb::max_speed_mps) + " m/s or " +
+                               config::format_number(rtstdb::max_angular_rate_radps) +
+                               " rad/s, the largest values",
+                           3);
   held_ = events.add_kind(options_.body + " is held");
   released_ = events.add_kind(options_.body + " is released");
   coarse_ = events.add_kind("the motion of " + options_.body +
@@ -183,31 +197,32 @@ void FreeBody::take_inputs(StepContext& context) noexcept {
   }
 }
 
-bool FreeBody::is_within_limits(const RigidBodyState& state) const noexcept {
+double FreeBody::used_of_limits(const RigidBodyState& state) const noexcept {
   const auto largest = [](const glm::dvec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   };
   const auto length = [](const glm::dvec3& v) { return std::hypot(v.x, v.y, v.z); };
-  // Comparisons with a NaN are false.
-  return largest(state.p_world_m) <= rtstdb::max_coordinate_m &&
-         length(state.v_world_mps) <= rtstdb::max_speed_mps &&
-         length(rigid_body_.w_world_radps(state)) <= rtstdb::max_angular_rate_radps;
+  return std::max({largest(state.p_world_m) / rtstdb::max_coordinate_m,
+                   length(state.v_world_mps) / rtstdb::max_speed_mps,
+                   length(rigid_body_.w_world_radps(state)) / rtstdb::max_angular_rate_radps});
 }
 
 void FreeBody::step(StepContext& context) noexcept {
   ++steps_;
-  if (!has_left_) {
+  if (!has_stopped_) {
     const RigidBodyState now = integrated(state_, context.time_ns - state_ns_);
     state_ns_ = context.time_ns;
-    if (is_within_limits(now)) {
+    if (used_of_limits(now) <= 1.0) {
       state_ = now;
       take_inputs(context);
       write_row(context);
     } else {
-      has_left_ = true;
-      context.events->note(leaves_, context.time_ns);
+      has_stopped_ = true;
+      state_ = rigid_body_.state(state_.p_world_m, glm::dvec3(0.0), state_.q_world, glm::dvec3(0.0));
+      context.events->note(stops_, context.time_ns, used_of_limits(now));
     }
   }
+  if (has_stopped_ && !rests_) write_resting_row(context);
   write_outputs(context);
 }
 
@@ -216,25 +231,38 @@ void FreeBody::write_row(StepContext& context) noexcept {
                       .end = integrated(state_, context.period_ns),
                       .begin_time = context.world_time(),
                       .end_time = rtstdb::world_time_ns(context.time_ns + context.period_ns)};
-  if (!is_within_limits(step.end)) return;  // the next step notes it
+  if (!(used_of_limits(step.end) <= 1.0)) return;  // the next step notes it
   const std::optional<rtstdb::Motion> row = row_.replacement(rigid_body_, step);
   if (!row) return;
+  if (!write(context, *row)) {
+    row_.forget();
+    return;
+  }
+  row_.set_written(*row);
+  if (row_is_too_coarse_ || row_.holds_at_end(step)) return;
+  row_is_too_coarse_ = true;
+  context.events->note(coarse_, context.time_ns);
+}
+
+void FreeBody::write_resting_row(StepContext& context) noexcept {
+  rests_ = write(context, {.p_world_m = state_.p_world_m,
+                           .q_world = state_.q_world,
+                           .v_world_mps = glm::dvec3(0.0),
+                           .w_world_radps = glm::dvec3(0.0),
+                           .valid_from = context.world_time()});
+}
+
+bool FreeBody::write(StepContext& context, const rtstdb::Motion& motion) noexcept {
   transaction_->begin({.deadline_class = rtstdb::DeadlineClass::hard,
                        .deadline = context.deadline,
                        .importance = rtstdb::max_importance,
                        .world_time = context.world_time(),
                        .read_at = {},
                        .reservation = reservation_});
-  transaction_->update_motion(entity_, *row);
-  if (!context.execute(*database_, *transaction_).done()) {
-    row_.forget();
-    return;
-  }
-  ++rows_;
-  row_.set_written(*row);
-  if (row_is_too_coarse_ || row_.holds_at_end(step)) return;
-  row_is_too_coarse_ = true;
-  context.events->note(coarse_, context.time_ns);
+  transaction_->update_motion(entity_, motion);
+  const bool done = context.execute(*database_, *transaction_).done();
+  rows_ += done ? 1 : 0;
+  return done;
 }
 
 void FreeBody::write_outputs(StepContext& context) noexcept {
@@ -242,8 +270,21 @@ void FreeBody::write_outputs(StepContext& context) noexcept {
   const glm::dvec3& v = state_.v_world_mps;
   const glm::dquat& q = state_.q_world;
   const glm::dvec3 w = rigid_body_.w_body_radps(state_);
-  const std::array values{p.x, p.y, p.z, v.x, v.y, v.z, q.w,
-                          q.x, q.y, q.z, w.x, w.y, w.z, static_cast<double>(rows_)};
+  const std::array values{p.x,
+                          p.y,
+                          p.z,
+                          v.x,
+                          v.y,
+                          v.z,
+                          q.w,
+                          q.x,
+                          q.y,
+                          q.z,
+                          w.x,
+                          w.y,
+                          w.z,
+                          static_cast<double>(rows_),
+                          has_stopped_ ? 1.0 : 0.0};
   std::copy(values.begin(), values.end(), context.outputs.begin());
   if (context.time_ns >= next_track_ns_ && track_.size() < max_track_points) {
     track_.push_back({context.time_ns, p.x, p.y});

@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <array>
 
+#include "runtime/config/numbers.hpp"
 #include "runtime/config/require.hpp"
 
 namespace hil::modules {
 namespace {
+
+constexpr double min_moment_kgm2 = 1e-12;
 
 /// The smallest principal minor of each size, relative to the trace. All are positive for a positive definite
 /// tensor, and none is negative for a positive semidefinite one.
@@ -30,10 +33,16 @@ std::string fault_of_inertia(const glm::dmat3& inertia_kgm2) {
   constexpr double min_definite = 1e-15;
   const glm::dmat3& m = inertia_kgm2;
   const double trace = m[0][0] + m[1][1] + m[2][2];
-  if (!(trace > 0.0) || !(min_relative_minor(m) > min_definite))
-    return "the tensor is not positive definite, but a body resists rotation about every axis";
+  const std::string diagonal = "xx is " + config::format_number(m[0][0]) + ", yy " +
+                               config::format_number(m[1][1]) + ", zz " + config::format_number(m[2][2]) +
+                               " kg m2: ";
+  if (std::min({m[0][0], m[1][1], m[2][2]}) < min_moment_kgm2)
+    return diagonal + "each has to be at least " + config::format_number(min_moment_kgm2) + " kg m2";
+  if (!(min_relative_minor(m) > min_definite))
+    return diagonal + "the tensor is not positive definite, but a body resists rotation about every axis";
   if (min_relative_minor(glm::dmat3(0.5 * trace) - m) < -rounding)
-    return "one principal moment is larger than the sum of the other two, but in no body it can be";
+    return diagonal +
+           "one principal moment is larger than the sum of the other two, but in no body it can be";
   return {};
 }
 

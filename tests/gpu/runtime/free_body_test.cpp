@@ -159,12 +159,27 @@ TEST_F(FreeBodyModule, BodyThatLeavesTheWorldStops) {
   const auto module = make("", 1'000 * ms);
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   const auto thrust = inputs(1e7, 0.0);
-  for (int i = 0; i < 20; ++i)
-    step(*module, static_cast<std::uint64_t>(i), i * 1'000 * ms, 1'000 * ms, thrust);
-  EXPECT_LE(glm::length(row().p_world_m), 2e5);
+  std::vector<double> outputs;
+  for (int i = 0; i < 20; ++i) {
+    outputs = step(*module, static_cast<std::uint64_t>(i), i * 1'000 * ms, 1'000 * ms, thrust);
+    if (i == 0) {
+      EXPECT_EQ(outputs.back(), 0.0);
+    }
+  }
+  EXPECT_EQ(outputs.back(), 1.0) << "stopped";
+  // It rests in the world where the outputs say, at any time.
+  const rtstdb::Motion motion = row();
+  EXPECT_EQ(glm::length(motion.v_world_mps), 0.0);
+  EXPECT_EQ(glm::length(motion.w_world_radps), 0.0);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(outputs[k], motion.p_world_m[k]);
+    EXPECT_EQ(outputs[k + 3], 0.0);
+    EXPECT_NEAR(outputs[k + 10], 0.0, 1e-12);
+  }
+  EXPECT_LE(glm::length(motion.p_world_m), 2e5);
   const auto events = events_.events();
-  ASSERT_FALSE(events.empty());
-  EXPECT_EQ(events.back().text, "capsule leaves what the world permits and stops there");
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events.back().text.find("capsule stops and rests from now on: it would have reached "), 0U);
 }
 
 TEST_F(FreeBodyModule, RowsThatCanNotFollowAreAnEvent) {
