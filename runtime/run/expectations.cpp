@@ -1,6 +1,7 @@
 #include "runtime/run/expectations.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "runtime/report/quantities.hpp"
@@ -28,7 +29,7 @@ class WatchedCondition {
   config::Truth truth(const signals::SignalTable& table) noexcept {
     for (std::size_t i = 0; i < ids_.size(); ++i) {
       values_[i] = table.value(ids_[i]);
-      unknown_[i] = is_known(table, ids_[i]) ? 0 : 1;
+      unknown_[i] = is_known(table, ids_[i]) && !std::isnan(values_[i]) ? 0 : 1;
     }
     return bound_.truth(values_, unknown_);
   }
