@@ -16,6 +16,7 @@
 #include <cmath>
 #include <optional>
 
+#include "runtime/config/numbers.hpp"
 #include "runtime/modules/docking_port/port_geometry.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/modules/vector_parameter.hpp"
@@ -49,6 +50,8 @@ class DockingPort final : public Module {
   DockingPort(const config::Value& parameters, PortedBody target, PortedBody chaser);
 
   const Ports& ports() const noexcept override { return ports_; }
+  void check_task(const config::Value& parameters, const TaskParameters& task,
+                  config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
@@ -92,6 +95,18 @@ DockingPort::DockingPort(const config::Value& parameters, PortedBody target, Por
       {.name = "capture_lateral", .unit = "m", .about = "`lateral` at the capture"},
       {.name = "capture_misalignment", .unit = "rad", .about = "`misalignment` at the capture"},
       {.name = "capture_speed", .unit = "m/s", .about = "`closing_speed` at the capture"}};
+}
+
+/// A chaser that a step carries through the capture distance would not be captured.
+void DockingPort::check_task(const config::Value& parameters, const TaskParameters& task,
+                             config::Diagnostics& diagnostics) const {
+  const double step_m = limits_.closing_speed_mps * static_cast<double>(task.period_ns) * 1e-9;
+  if (step_m < 2.0 * limits_.distance_m) return;
+  diagnostics.add(parameters["capture"].place(),
+                  "with its largest closing speed the chaser moves by up to " +
+                      config::format_number(1e3 * step_m) + " mm in a step of the task, and 'distance' is " +
+                      config::format_number(1e3 * limits_.distance_m) +
+                      " mm to either side: use a faster task or a larger distance");
 }
 
 void DockingPort::configure(World& world, EventLog& events, const TaskParameters& task) {
@@ -239,6 +254,11 @@ ModuleType docking_port_type() {
             auto target = read_port(parameters["target"], diagnostics);
             auto chaser = read_port(parameters["chaser"], diagnostics);
             if (!target || !chaser) return nullptr;
+            if (target->name == chaser->name) {
+              diagnostics.add(parameters["chaser"]["body"].place(),
+                              "'" + chaser->name + "' can not dock at itself");
+              return nullptr;
+            }
             return std::make_unique<DockingPort>(parameters, std::move(*target), std::move(*chaser));
           }};
 }

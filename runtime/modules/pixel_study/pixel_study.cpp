@@ -111,6 +111,16 @@ StudyScene PixelStudy::scene_of(World& world, const std::string& caller) {
   const rtstdb::Outcome& outcome = database_->execute(*transaction_);
   if (!outcome.done() || transaction_->state(0) == nullptr || transaction_->state(1) == nullptr)
     throw SetupError(caller + ": the bodies can not be read: " + rtstdb::describe(outcome));
+  const rtstdb::EntityRow& reflector = transaction_->state(1)->row;
+  if ((reflector.mask & mask_) == 0) {
+    throw SetupError(caller + ": '" + options_.reflector +
+                     "' is in none of the study's layers, so nothing can detect it");
+  }
+  for (const rtstdb::EntityRow& row : {transaction_->state(0)->row, reflector}) {
+    if (row.motion.v_world_mps != glm::dvec3(0.0) || row.motion.w_world_radps != glm::dvec3(0.0))
+      throw SetupError(caller + ": '" + options_.body + "' or '" + options_.reflector +
+                       "' moves; a study needs bodies at rest");
+  }
   const auto pose_of = [&](std::uint32_t ordinal) {
     return rtstdb::pose_at(transaction_->state(ordinal)->row.motion, rtstdb::world_time_ns(0));
   };

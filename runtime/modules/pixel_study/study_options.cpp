@@ -24,6 +24,19 @@ std::uint32_t root_of(const config::Value& samples, config::Diagnostics& diagnos
   return 0;
 }
 
+void read_distances(const config::Value& parameters, StudyOptions& options,
+                    config::Diagnostics& diagnostics) {
+  for (const config::Value& distance : parameters["distances"].items()) {
+    const std::string metres = config::format_number(distance.number()) + " m";
+    if (std::ranges::count(options.distances_m, distance.number()) > 0)
+      diagnostics.add(distance.place(), "the distance of " + metres + " is given twice");
+    if (distance.number() > options.range_m)
+      diagnostics.add(distance.place(), "a distance of " + metres + " is beyond the 'range' of " +
+                                            config::format_number(options.range_m) + " m");
+    options.distances_m.push_back(distance.number());
+  }
+}
+
 void read_methods(const config::Value& parameters, StudyOptions& options, config::Diagnostics& diagnostics) {
   for (const config::Value& samples : parameters["samples"].items()) {
     if (const std::uint32_t root = root_of(samples, diagnostics); root > 0)
@@ -34,6 +47,11 @@ void read_methods(const config::Value& parameters, StudyOptions& options, config
   std::ranges::stable_sort(options.methods, [](const PixelMethod& a, const PixelMethod& b) {
     return a.beam_rad != b.beam_rad ? a.beam_rad < b.beam_rad : a.samples_per_axis < b.samples_per_axis;
   });
+  const auto same = std::ranges::adjacent_find(options.methods, {}, name_of);
+  if (same != options.methods.end()) {
+    const char* const list = same->is_beam() ? "beams" : "samples";
+    diagnostics.add(parameters[list].place(), name_of(*same) + " is given twice");
+  }
   if (options.methods.empty())
     diagnostics.add(parameters.place(), "the study has neither 'samples' nor 'beams'; it needs one of them");
 }
@@ -56,12 +74,11 @@ std::optional<StudyOptions> read_study_options(const config::Value& parameters,
   options.port_axis /= std::max(length, min_length);
   options.reflector = parameters["reflector"].text();
   options.reflector_m = parameters["reflector_size"].number();
-  for (const config::Value& distance : parameters["distances"].items())
-    options.distances_m.push_back(distance.number());
+  options.range_m = parameters["range"].number();
+  read_distances(parameters, options, diagnostics);
   read_methods(parameters, options, diagnostics);
   options.pixels = static_cast<std::uint32_t>(parameters["pixels"].integer());
   options.field_of_view_rad = parameters["field_of_view"].number();
-  options.range_m = parameters["range"].number();
   for (const config::Value& layer : parameters["layers"].items())
     options.layers.push_back(layer.text());
   options.threshold_per_m2 = parameters["threshold"].number();
@@ -97,7 +114,8 @@ config::Schema study_schema() {
   });
   return Schema::record({
       Field::needed("port", port, "The port that the sensor looks at."),
-      Field::needed("reflector", Schema::text(), "The body that has to be detected, a retro-reflector."),
+      Field::needed("reflector", Schema::text(),
+                    "The body that has to be detected; it is in one of the layers."),
       Field::needed("reflector_size", length,
                     "Its size across the line of sight, for Equation 2 and for the pixels that can see it."),
       Field::needed("distances", Schema::list(length, 1, 64), "From the port to the sensor."),

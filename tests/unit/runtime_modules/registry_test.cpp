@@ -125,6 +125,7 @@ TEST(Registry, InertiaThatNoBodyHasIsAMistakeAtItsPlace) {
   const std::pair<const char*, const char*> bad[] = {
       {"[1 kg m2, 1 kg m2, 3 kg m2]", "one principal moment is larger than the sum of the other two"},
       {"[1 kg m2, 1 kg m2, 1 kg m2, 2 kg m2, 0 kg m2, 0 kg m2]", "not positive definite"},
+      {"[1e-300 kg m2, 1e-300 kg m2, 1e-300 kg m2]", "each has to be at least 1e-12 kg m2"},
       {"[1 kg m2, 1 kg m2, 1 kg m2, 0 kg m2]", "'inertia' has 4 numbers"}};
   for (const auto& [inertia, message] : bad) {
     config::Diagnostics diagnostics;
@@ -142,12 +143,34 @@ TEST(Registry, StudyWhoseValuesDoNotFitTogetherIsAMistake) {
   const std::pair<const char*, const char*> bad[] = {
       {"samples: [15]", "15 samples are no square of whole numbers; the nearest one is 16"},
       {"samples: [4]\nneeded_shifts: 11", "'needed_shifts' is 11 of 10 'shifts'"},
+      {"samples: [4, 16, 4]", "4 rays is given twice"},
+      {"beams: [1 deg, 1.0000001 deg]", "beam of 1° is given twice"},
+      {"samples: [4]\nrange: 19 m", "a distance of 20 m is beyond the 'range' of 19 m"},
       {"shifts: 9", "neither 'samples' nor 'beams'"}};
   for (const auto& [more, message] : bad) {
     config::Diagnostics diagnostics;
     EXPECT_EQ(create("pixel_study", whole + more, diagnostics), nullptr);
     EXPECT_NE(diagnostics.to_text().find(message), std::string::npos) << diagnostics.to_text();
   }
+}
+
+TEST(Registry, PortThatCanNotCaptureIsAMistake) {
+  config::Diagnostics diagnostics;
+  EXPECT_EQ(create("docking_port", "{target: {body: a}, chaser: {body: a}}", diagnostics), nullptr);
+  EXPECT_NE(diagnostics.to_text().find("'a' can not dock at itself"), std::string::npos);
+  const auto fault_at = [](std::int64_t period_ns) {
+    config::Diagnostics faults;
+    const ModuleType& type = *find_module_type("docking_port");
+    const auto parameters =
+        config::parse_text("test.yaml", "{target: {body: a}, chaser: {body: b}, capture: {distance: 1 mm}}",
+                           type.parameters, faults);
+    const auto module = type.create(*parameters, faults);
+    module->check_task(*parameters, {.instance = "port", .period_ns = period_ns}, faults);
+    return faults.to_text();
+  };
+  EXPECT_EQ(fault_at(10'000'000), "");
+  EXPECT_NE(fault_at(50'000'000).find("the chaser moves by up to 5 mm in a step"), std::string::npos)
+      << fault_at(50'000'000);
 }
 
 TEST(Registry, PortWithoutDirectionIsAMistake) {
