@@ -142,7 +142,7 @@ bool Station::accept(can::MessageDecoder& decoder, const can::Frame& frame) {
 
 void Station::take_attitude(const can::Frame& frame) {
   const auto [w, x, y, z] = values_in(attitude_, frame, attitude_signals_);
-  // The quaternion is zero until the attitude has been simulated once.
+  // A quaternion of another length is no rotation, and is ignored.
   constexpr double tolerance = 1e-3;  // of the length
   if (std::abs(std::sqrt(w * w + x * x + y * y + z * z) - 1.0) > tolerance) return;
   received_attitude_ = glm::dquat(w, x, y, z);
