@@ -6,7 +6,7 @@
 //   search    no position is known: the capsule turns its port to the station and waits
 //   approach  the capsule moves along the axis of the port, the slower the closer; while it is too far from
 //             the axis, it keeps its distance
-//   last      the last metres, in which reflectors leave the field of view: the estimate is trusted for longer
+//   last      the last metres, in which reflectors leave the field of view: the estimate is used for longer
 //             without detections
 //   wait      no detections have fitted the pattern for too long: the capsule stops
 //   docked    the port has captured the capsule: no thrust
