@@ -7,8 +7,8 @@
 // with x away from the planet, y along the velocity of the orbit, and z along its angular momentum. With the
 // rate 0 the world frame is inertial.
 //
-// The angular momentum is a state of its own. So a body without torque keeps it, in an inertial frame
-// exactly; the attitude follows from it: w = I^-1 L.
+// The angular momentum L is a state of its own, so a body without torque keeps it, in an inertial frame
+// exactly. The angular rates follow from it: w = I^-1 L.
 //
 // SI units. Threads: pure functions.
 
@@ -26,7 +26,7 @@ struct MassProperties {
 };
 
 /// Why no body has this inertia tensor, as a clause ("..., but ..."); empty: a body can have it. The tensor
-/// is positive definite, and no principal moment is larger than the sum of the other two.
+/// of a body is positive definite, and no principal moment is larger than the sum of the other two.
 std::string fault_of_inertia(const glm::dmat3& inertia_kgm2);
 
 /// Force and torque on the body at its centre of mass, in the body frame.
