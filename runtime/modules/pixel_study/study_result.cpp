@@ -21,7 +21,7 @@ StudyResult::StudyResult(const StudyOptions& options, const PixelGrid& grid)
     : options_(options), grid_(grid), results_(options.distances_m.size() * options.methods.size()) {}
 
 bool StudyResult::tiles(const PixelMethod& method) const noexcept {
-  // Angles are written with a few digits.
+  // Angles of a scenario are rounded.
   constexpr double rounding = 0.999;
   return method.beam_rad >= rounding * std::numbers::sqrt2 * grid_.pitch_rad();
 }
