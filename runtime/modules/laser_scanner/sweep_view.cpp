@@ -8,7 +8,7 @@
 namespace hil::modules {
 namespace {
 
-/// The pictures have so many colours.
+/// The number of colours in a picture.
 constexpr std::size_t colours = 8;
 
 contribution::Picture front_view(std::string title, std::string caption) {
@@ -36,7 +36,7 @@ contribution::Picture by_body(const std::vector<SweepView::Point>& points,
   return picture;
 }
 
-/// The colour of a point is the decade of its intensity below the brightest one.
+/// The colour of a point shows how many decades its intensity is below that of the brightest one.
 contribution::Picture by_intensity(const std::vector<SweepView::Point>& points) {
   contribution::Picture picture =
       front_view("By intensity", "The same returns, coloured by the decade of their intensity.");
