@@ -83,8 +83,8 @@ contribution::Plot StudyResult::detection_plot() const {
   contribution::Plot plot{
       .title = "Shifts with a detection",
       .caption =
-          "Beams that cover their pixel detect the reflector at every distance; rays lose it beyond "
-          "the distance of Equation 2 for their number.",
+          "How often each method detects the reflector, by distance. Equation 2 gives the distance "
+          "beyond which a number of rays may miss it.",
       .x = {.quantity = "distance", .unit = "m", .logarithmic = true},
       .y = {.quantity = "share of the shifts", .unit = "%"},
       .series = {}};
