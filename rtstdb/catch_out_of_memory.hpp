@@ -10,8 +10,8 @@
 
 namespace rtstdb {
 
-/// "WHAT 'NAME'WHY"; without a name "WHATWHY". Falls back to a message that is short enough to need no
-/// allocation.
+/// The message is "WHAT 'NAME'WHY", or "WHATWHY" without a name. If that can not be allocated, it is "out of
+/// memory".
 inline Error out_of_memory(std::string_view what, std::string_view name, std::string_view why) noexcept {
   try {
     std::string sentence(what);

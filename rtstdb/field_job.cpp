@@ -37,7 +37,7 @@ Result<void> call_on_engine(transaction::Engine& engine, const Step& step) {
   return *done;
 }
 
-/// The points of the next part, when the last one took `took`.
+/// The number of points of the next part, if the last part had `points` and took `took`.
 std::size_t next_size(std::size_t points, SteadyClock::duration took, Nanoseconds part) noexcept {
   if (part.count() == 0) return accel::FieldSampler::max_points;
   const double ratio =

@@ -1,5 +1,5 @@
 #pragma once
-// Builds the distance field of a geometry on the device in parts, between which the engine runs transactions.
+// Builds the distance field of a geometry on the device, in parts between which the engine runs transactions.
 
 #include <rtstdb/field.hpp>
 #include <rtstdb/geometry.hpp>
@@ -14,7 +14,7 @@ namespace rtstdb {
 struct FieldJob {
   transaction::Engine& engine;
   query::GpuExecutor& executor;
-  /// Device time of a part: others wait for it at most. Zero: parts are as large as possible.
+  /// Wanted device time of a part, for which transactions may wait. Zero: parts are as large as possible.
   Nanoseconds part{0};
 
   /// Builds and attaches the field. The options have passed check_options; the mesh is that of the geometry,

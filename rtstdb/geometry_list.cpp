@@ -117,7 +117,7 @@ Result<GeometryId> GeometryList::add_with_field(ListedGeometry& geometry, const 
   return built.error();
 }
 
-/// A device that can not be opened again loses the geometry as well.
+/// An error is ignored: the device is lost then, and the geometry with it.
 void GeometryList::remove_last_geometry() {
   parts_.engine.call([this] {
     static_cast<void>(

@@ -33,8 +33,7 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
 
 class GeometryList {
  public:
-  /// What the list adds geometries to, and the device time between two preemption points of a build
-  /// (FieldJob::part).
+  /// What geometries are added to, and the device time of a part of a build (FieldJob::part).
   struct Parts {
     transaction::Engine& engine;
     query::GpuExecutor& executor;
@@ -50,7 +49,7 @@ class GeometryList {
   Result<GeometryId> add(const TriangleMesh& mesh, std::string_view name, const GeometryOptions& options);
   /// Database::build_field, with options in their range. The error names the geometry.
   Result<FieldReport> build_field(GeometryId id, const FieldOptions& options);
-  /// Builds the fields that were left to the first query that needs them.
+  /// Builds the fields with FieldOptions::on_first_use that do not exist yet.
   Result<void> build_fields_on_first_use();
 
   std::optional<GeometryId> find(std::string_view name) const;

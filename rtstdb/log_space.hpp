@@ -1,5 +1,5 @@
 #pragma once
-// Setup calls that record something in the log wait for room there.
+// How setup calls that record something in the log wait for space in its ring.
 
 #include <chrono>
 #include <thread>
@@ -10,10 +10,10 @@
 
 namespace rtstdb {
 
-/// How long a setup call waits for room in the log.
+/// How long a setup call waits for space in the log.
 constexpr std::chrono::seconds log_space_timeout{10};
 
-/// Calls `work` on the engine thread until `is_done` holds. Errors: file, if the log has no room for it
+/// Calls `work` on the engine thread until `is_done` holds. Errors: file, if the log has no space for it
 /// within log_space_timeout.
 template <class Work, class IsDone>
 Result<void> call_until(transaction::Engine& engine, const Work& work, const IsDone& is_done) {

@@ -10,7 +10,7 @@
 namespace hil::bench {
 namespace {
 
-/// Signed like the field where the mesh is closed; points as the vertices of bricks lie: near the surface.
+/// Signed like the field if the mesh is closed; the points are near the surface, as the vertices of bricks.
 PreparedBatch<rtstdb::NearestQuery> prepare_near_points(OurWorld& world, const rtstdb::TriangleMesh& mesh,
                                                         std::uint32_t count, bool is_signed, double reach_m) {
   auto query = must(world.database().prepare(

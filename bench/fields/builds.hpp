@@ -1,5 +1,5 @@
 #pragma once
-// Builds of distance fields beside nearest queries, from which a field could be built as well.
+// Builds of distance fields, compared with nearest queries, which compute the same distances.
 
 #include <vector>
 
@@ -7,9 +7,9 @@
 
 namespace hil::bench {
 
-/// For each mesh `field_build_<mesh>`: distances a second of a whole build, against those of a nearest query
-/// at points near the surface; and `..._seconds`, `..._bytes`, `..._error_p99` (parts per million of the
-/// diagonal; 2000 are wanted).
+/// For each mesh `field_build_<mesh>`: distances per second of a whole build, compared with those of a
+/// nearest query at points near the surface; and `..._seconds`, `..._bytes`, `..._error_p99` (parts per
+/// million of the diagonal; wanted: 2000).
 std::vector<Figure> measure_field_builds(const SuiteOptions& options);
 
 }  // namespace hil::bench

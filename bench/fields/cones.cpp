@@ -31,7 +31,7 @@ PreparedBatch<rtstdb::ConeQuery> prepare_cones(OurWorld& world, std::span<const 
   return {world.database(), std::move(query), options.capacity};
 }
 
-/// A beam this narrow has nearly the hits of its axis. Where it grazes an edge it may meet what the ray
+/// So narrow a beam has nearly the hits of its axis; only next to an edge it may meet a body that the ray
 /// misses.
 void demand_similar(const std::string& name, std::span<const rtstdb::RayHit> rays,
                     std::span<const rtstdb::ConeReturn> cones) {

@@ -13,8 +13,8 @@ struct NamedMesh {
   rtstdb::TriangleMesh mesh;
 };
 
-/// A sphere, a box, a lumpy body, and those of armadillo, spot, fandisk and bunny that are in HIL_TEST_DATA.
-/// tiny: a small sphere and a box.
+/// A sphere, a box, a lumpy body, and armadillo, spot, fandisk and bunny, as far as HIL_TEST_DATA has them.
+/// If `tiny`, a small sphere and a box.
 std::vector<NamedMesh> field_meshes(bool tiny);
 
 double diagonal_m(const rtstdb::TriangleMesh& mesh);

@@ -16,7 +16,7 @@ namespace {
 constexpr gpu::ShaderId pass_shaders[] = {gpu::ShaderId::field_distances, gpu::ShaderId::field_winding,
                                           gpu::ShaderId::field_ray_ratio};
 constexpr std::uint32_t places_per_group = 64;
-// Leaves of a dense mesh are smaller than this part of the distance from which all of them look equal.
+// A part of the distance that is larger than the leaves of a dense mesh, so that one of them is enough.
 constexpr float retry_slack = 0.05f;
 
 static_assert(shared::field_sign_directions == field_sign_rays);
@@ -97,9 +97,9 @@ Result<void> FieldSampler::sample(gpu::Device& device, const GeometryPool& pool,
   if (!run(args, sign, static_cast<std::uint32_t>(points.size()), places_per_group, submit)) return lost;
   std::ranges::copy(samples_.host_as<const shared::FieldSample>().first(points.size()), samples.begin());
 
-  // On lavapipe the searches of a group share one limit of work (shaders/common/loops.glsl): what was cut
-  // short is searched once more, in groups of its own. A point that has nearly the same distance to very many
-  // triangles, such as the centre of a sphere, would still visit all of them.
+  // On lavapipe the searches of a workgroup share one limit of rounds (shaders/common/loops.glsl): searches
+  // that were cut short are repeated, each in a workgroup of its own. With slack, since a point that has
+  // nearly the same distance to very many triangles, such as the centre of a sphere, would visit all of them.
   std::vector<std::size_t> again;
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (is_cut_short(samples[i])) again.push_back(i);

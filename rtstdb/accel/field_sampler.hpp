@@ -19,16 +19,16 @@ namespace rtstdb::accel {
 
 class FieldSampler {
  public:
-  /// Points of one call.
+  /// The largest number of points of one call.
   static constexpr std::uint32_t max_points = 16384;
 
   /// Errors: out_of_memory, device_lost.
   static Result<FieldSampler> create(gpu::Device& device);
 
   /// Computes the distances of at most max_points points, with the sign that `sign` names; `none`: without.
-  /// Where a search visits too many nodes, the distance may be too large by a twentieth of it.
-  /// `outward`: 1 where the fronts of a closed geometry are outside, else -1. `submit` has not begun.
-  /// Errors: capacity, where a search alone visits too many nodes; out_of_memory; device_lost.
+  /// A search that visits too many nodes is repeated; its distance may be too large by a twentieth of it.
+  /// `outward`: 1 if the fronts of a closed geometry are outside, else -1. `submit` has not begun.
+  /// Errors: capacity, if a repeated search visits too many nodes; out_of_memory; device_lost.
   Result<void> sample(gpu::Device& device, const GeometryPool& pool, std::uint32_t geometry, FieldSign sign,
                       float outward, std::span<const shared::FieldPoint> points,
                       std::span<shared::FieldSample> samples, Submit& submit);
@@ -50,7 +50,7 @@ class FieldSampler {
   bool bound_ = false;
 };
 
-/// 1 where the fronts of a closed mesh are outside, -1 where they are inside: by the sign of its volume.
+/// 1 if the fronts of a closed mesh are outside, -1 if they are inside: by the sign of its volume.
 float outward_of(const TriangleMesh& mesh) noexcept;
 
 }  // namespace rtstdb::accel

@@ -48,7 +48,7 @@ class GeometryPool {
   /// the geometry then has no field.
   Result<void> attach_field(gpu::Device& device, std::uint32_t geometry,
                             std::shared_ptr<const field::StoredField> field, Submit& submit);
-  /// Removes the field of a geometry from what create_restored() makes again.
+  /// create_restored() will not restore the field of this geometry.
   void forget_field(std::uint32_t geometry) noexcept { kept_[geometry]->field.reset(); }
 
   /// Brings deforming geometry to its shapes in this version: refits shapes that are not on the device, and

@@ -24,7 +24,7 @@ std::uint32_t GeometryPool::root(std::uint32_t geometry) const noexcept {
 void GeometryPool::remove_last() noexcept {
   RTSTDB_ASSERT(count_ > 0 && !kept_.back()->deforming);
   --count_;
-  // A field of the geometry that was added last is the last one of the pool.
+  // The field of the geometry that was added last is the last one in the pool of texels.
   if (kept_.back()->field)
     field_texel_count_ = geometries_.host_as<const shared::GeometryRecord>()[count_].field;
   node_count_ = kept_.back()->part.node_base;

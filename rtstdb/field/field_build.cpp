@@ -14,10 +14,10 @@ namespace rtstdb::field {
 namespace {
 
 constexpr std::uint32_t points_per_comparison = 4096;
-/// Far enough for every geometry, and its square is finite.
+/// Larger than every distance; its square is finite.
 constexpr float everywhere_m = 1e18f;
-/// A first attempt with this many cells of bricks along the diagonal takes little time, and smooth geometry
-/// needs no more.
+/// Cells of bricks along the diagonal in the first attempt: few, so that it takes little time, and enough for
+/// smooth geometry.
 constexpr double first_cells_per_diagonal = 20.0;
 constexpr double default_error_per_diagonal = 1.0 / 500.0;
 
@@ -265,7 +265,7 @@ Result<void> FieldBuild::end_attempt() {
   report.bytes = memory_bytes(field_.grid, report.bricks);
   if (options_.cell_m > 0.0 || report.error_p99_m <= wanted_m()) return begin_pass(Pass::complete);
   reached_m_ = report.error_p99_m;
-  // The error falls at least with the edge of the cells; with its third power where the surface is smooth.
+  // The error is of first order in the edge of the cells at sharp edges, of third order on smooth surfaces.
   const double finer_m = report.cell_m * std::clamp(0.9 * wanted_m() / reached_m_, 0.4, 0.8);
   const Grid finer = grid_around(box_, finer_m * brick_cells);
   if (!(finer.cell_m < field_.grid.cell_m)) {

@@ -1,7 +1,7 @@
 #pragma once
-// The build of a first-order distance field, apart from the distances: it names points, takes the distances
-// of the geometry there, and names further ones, until the field has the error that is wanted. The
-// distances may be computed in parts, with other work in between.
+// The build of a first-order distance field without the computation of distances: it lists points, takes the
+// distances of the geometry at these points, and lists further ones, until the field has the wanted error.
+// The distances may be computed in parts, with other work in between.
 //
 //     auto build = FieldBuild::begin(box, is_closed(mesh), options);
 //     while (const std::size_t count = build.value().next(points))
@@ -10,8 +10,8 @@
 //
 // Passes of an attempt: the vertices of the coarse grid; the centres of its cells, which show where bricks
 // are needed; the vertices of the bricks; random points in the bricks and in the whole grid, at which the
-// field is compared with the distance itself. Another attempt with smaller cells follows where the error is
-// too large. The random points follow from a fixed seed: the same mesh has the same field in each run.
+// field is compared with the exact distance. If the error is too large, another attempt with smaller cells
+// follows. The random points have a fixed seed: the same mesh has the same field in each run.
 //
 // Threads: one. It allocates.
 
@@ -34,16 +34,16 @@ Result<void> check_field_options(const FieldOptions& options);
 
 class FieldBuild {
  public:
-  /// The options have passed check_field_options. Errors: capacity as take(); bad_input, where
-  /// FieldSign::winding is wanted for a geometry that is not closed.
+  /// The options have passed check_field_options. Errors: capacity as take(); bad_input, if the sign is
+  /// FieldSign::winding and the geometry is not closed.
   static Result<FieldBuild> begin(const Bounds& box, bool is_closed, const FieldOptions& options);
 
   /// Writes the points whose distances are needed next and returns their number. 0: the field is complete.
   std::size_t next(std::span<shared::FieldPoint> points);
-  /// Whether the distances of the points of next() have to have a sign; others may have one.
+  /// Whether the distances at the points of the last next() need a sign. If not, a sign is ignored.
   bool needs_sign() const noexcept;
-  /// Takes the distances of all points of the last next(). Errors: capacity, where the field would need more
-  /// than FieldOptions::max_bytes; bad_input, where cells would be too small for single precision.
+  /// Takes the distances of all points of the last next(). Errors: capacity, if the field would need more
+  /// than FieldOptions::max_bytes; bad_input, if cells would be too small for single precision.
   Result<void> take(std::span<const shared::FieldSample> samples);
 
   /// Never automatic.
@@ -70,10 +70,10 @@ class FieldBuild {
   FieldSign sign_ = FieldSign::none;
   double default_error_m_ = 0.0;
   StoredField field_;
-  double reached_m_ = 0.0;  ///< the error at p99 of the attempt before
+  double reached_m_ = 0.0;  ///< error_p99_m of the previous attempt
   Pass pass_ = Pass::coarse;
   std::uint32_t count_ = 0;  ///< points of the pass
-  std::uint32_t named_ = 0;  ///< by next
+  std::uint32_t named_ = 0;  ///< points that next() has returned
   std::uint32_t taken_ = 0;
   std::vector<std::uint32_t> cells_of_bricks_;
   std::vector<glm::vec3> random_points_m_;

@@ -15,7 +15,7 @@ Grid grid_around(const Bounds& box, double cell_m) noexcept {
   const glm::dvec3 high(box.maximum_m);
   const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
   const double magnitude_m = std::max({farthest.x, farthest.y, farthest.z});
-  // A vertex of a brick is at least 64 units in the last place from the next one. So no axis has more than
+  // Neighbouring vertices of a brick are at least 64 units in the last place apart. So no axis has more than
   // 2^16 cells.
   const double min_edge_m = 64.0 * static_cast<double>(std::numeric_limits<float>::epsilon()) * magnitude_m *
                             shared::field_brick_cells;

@@ -33,15 +33,15 @@ struct Grid {
     return {number % (cells.x + 1), number / (cells.x + 1) % (cells.y + 1),
             number / (cells.x + 1) / (cells.y + 1)};
   }
-  /// The place of a point in units of cells from the origin; halves and other parts of cells are allowed.
+  /// The point at these coordinates, which count in cells from the origin and need not be whole numbers.
   glm::vec3 point(const glm::dvec3& in_cells) const noexcept {
     return glm::vec3(glm::dvec3(origin_m) + static_cast<double>(cell_m) * in_cells);
   }
 };
 
-/// A grid around a box: at least half a cell beyond it on every side. Cells are a little larger than `cell_m`
-/// where the box is so far from the origin that single precision would not separate neighbouring vertices.
-/// Numbers of cells and vertices hold for grids that fit into max_field_bytes.
+/// The grid of a box, with a margin of at least half a cell on every side. Cells are larger than `cell_m` if
+/// the box is so far from the origin that single precision would not separate neighbouring vertices. Cell and
+/// vertex numbers of 32 bits suffice for grids that fit into max_field_bytes.
 Grid grid_around(const Bounds& box, double cell_m) noexcept;
 
 }  // namespace rtstdb::field

@@ -23,7 +23,7 @@ glm::uvec3 corner(std::uint32_t k) noexcept {
   return {k & 1u, k >> 1 & 1u, k >> 2 & 1u};
 }
 
-/// The cell of a coordinate that is counted in cells.
+/// The cell of a point whose coordinates count in cells.
 glm::uvec3 cell_of(const glm::dvec3& in_cells, const glm::uvec3& cells) noexcept {
   return glm::uvec3(glm::clamp(glm::floor(in_cells), glm::dvec3(0.0), glm::dvec3(cells - 1u)));
 }

@@ -33,13 +33,13 @@ struct Cell {
   std::array<glm::dvec3, 8> gradients{};
 };
 
-/// The distance at the point of a cell; its sign is dropped when `is_signed` is false.
+/// The distance at the point of a cell; without sign if `is_signed` is false.
 ///
-/// The planes d + g (x - v) of the vertices, blended, exceed a smooth field by as much as the blended
-/// distances d fall short of it, and the mean of both has an error of third order. Where gradients disagree
-/// (edges, thin walls, the middle between two walls) the mean has no such merit, and the planes count alone:
-/// only they are zero where a surface crosses the cell. Without signs a plane counts by its absolute value,
-/// so that the surface, which is a crease of the field, remains sharp inside a cell.
+/// The blended planes d + g (x - v) of the vertices exceed a smooth field by as much as the blended distances
+/// d fall short of it, so the mean of both has an error of third order. Where gradients disagree (edges, thin
+/// walls, the middle between two walls) the planes get more weight, up to 1: only they are zero where a
+/// surface crosses the cell. Without signs a plane counts by its absolute value, so that the surface, which
+/// is a crease of the field, remains sharp inside a cell.
 double blended_distance_m(const Cell& cell, bool is_signed) noexcept;
 
 struct StoredField {
@@ -50,18 +50,18 @@ struct StoredField {
   std::vector<Vertex> bricks;                  ///< shared::field_brick_vertices^3 for each brick
   FieldReport report;
 
-  /// The cell of a point, in a brick where there is one. A point outside the grid counts as the nearest one
-  /// of the grid.
+  /// The cell that contains a point: of a brick, if its coarse cell has one. For a point outside the grid:
+  /// that of the nearest point of the grid.
   Cell cell_at(const glm::dvec3& point_m) const noexcept;
-  /// Distances without sign: what cones use. Of a point outside the grid: that of the nearest point of the
-  /// grid.
+  /// The distance without sign, as cones use it. For a point outside the grid: that at the nearest point of
+  /// the grid.
   double distance_m(const glm::dvec3& point_m) const noexcept;
   /// Negative inside where the field is signed.
   double signed_distance_m(const glm::dvec3& point_m) const noexcept;
   bool is_in_brick(const glm::dvec3& point_m) const noexcept;
 };
 
-/// Bytes of a field on the device, as texels of `device_texels`.
+/// Bytes of the texels that device_texels makes.
 std::uint64_t memory_bytes(const Grid& grid, std::uint64_t bricks) noexcept;
 
 /// The texels of a field that begins at texel `first` of the pool.

@@ -16,7 +16,7 @@ Error outside(const char* property, double value, const char* allowed) {
 }  // namespace
 
 Result<void> validate_material(const Material& material) {
-  // Written so that a value which is not a number is outside.
+  // A NaN fails every condition.
   if (!(material.reflectance >= 0.0 && material.reflectance <= 1.0))
     return outside("reflectance", material.reflectance, "0 to 1");
   const bool possible_gain =

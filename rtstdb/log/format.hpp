@@ -18,7 +18,7 @@
 // existing bytes.
 //
 // A log of another format is refused. A new format gets the next number, so that the numbers of older logs
-// stay unique: 1 and 2 were earlier encodings of motions; in 3, materials were numbers without properties.
+// stay unique: 1 and 2 were earlier encodings of motions; in 3, a material is a bare number.
 //
 // Each checksum is seeded with the database's id. A header's checksum covers the members before it; a payload
 // checksum covers the payload.

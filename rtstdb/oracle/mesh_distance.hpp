@@ -1,6 +1,6 @@
 #pragma once
-// The exact distance from a point to a mesh, and whether the point is inside: what distance fields are
-// compared with. Frame of the mesh. Constant after its creation: any thread.
+// The exact distance from a point to a mesh, and whether the point is inside: the reference for distance
+// fields. Frame of the mesh. Constant after construction: any thread.
 
 #include <glm/ext/vector_double3.hpp>
 

@@ -164,8 +164,8 @@ struct ConeTruth {
   double noise_m = 0.0;  ///< see the top of this file
 };
 
-/// The first contacts with all entities in the cone, by ascending lambda, then by entity index. Of a cone
-/// without an opening: the closest hits of a ray. In each cross-section of the cone the distance of a
+/// The first contacts with all entities in the cone, by ascending lambda, then by entity index. For an
+/// opening angle of 0: the closest hits of a ray. In each cross-section of the cone the distance of a
 /// triangle from the axis is a convex function of the axial coordinate; a search finds where it first falls
 /// below the cone's radius.
 std::vector<ConeTruth> contacts(const World& world, const Cone& cone, Faces faces = Faces::both);
@@ -179,8 +179,8 @@ struct BeamFraction {
 };
 
 /// The parts of the beam's cross-section that reach each entity, from rays along `directions` directions that
-/// are spread evenly over it; entities that none reaches are left out. By ascending entity index. Of a cone
-/// without an opening: its first entity.
+/// are spread evenly over it; entities that none reaches are left out. By ascending entity index. For an
+/// opening angle of 0: the first entity.
 std::vector<BeamFraction> beam_fractions(const World& world, const Cone& cone, Faces faces,
                                          std::uint32_t directions);
 

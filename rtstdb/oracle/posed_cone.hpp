@@ -37,7 +37,7 @@ struct PosedCone {
   glm::dvec3 in_cone(const glm::dvec3& p_world_m) const noexcept;
   glm::dvec3 in_world(const glm::dvec3& p_cone_m) const noexcept;
   ConeCorners corners(const PosedEntity& entity, std::uint32_t triangle) const noexcept;
-  /// The cone itself, or where its points are displaced by up to `by_m`: all of them, or none (below zero).
+  /// The cone, widened by `by_m` on all sides; narrowed if `by_m` is negative.
   ConeSpace space(double by_m = 0.0) const noexcept;
   /// Noise of a triangle relative to the cone.
   double noise_m(const PosedEntity& entity, std::uint32_t triangle) const noexcept;
@@ -54,8 +54,8 @@ Ray axis_of(const Cone& cone) noexcept;
 /// Above zero where the apex is in front of the triangle: its distance from the triangle's plane.
 double apex_height_m(const ConeCorners& corners) noexcept;
 
-/// Whether a triangle counts. `height_m`: apex_height_m, uncertain by `noise_m`: above zero, it counts if it
-/// may; below, it counts if it certainly does.
+/// Whether `faces` admits a triangle. `height_m`: its apex_height_m, uncertain by |noise_m|. With noise_m
+/// above 0, a doubtful triangle is admitted; below 0, it is not.
 bool counts(Faces faces, double height_m, double noise_m) noexcept;
 
 template <class Visit>

@@ -39,7 +39,7 @@ class GpuExecutor final : public Executor {
                             std::span<shared::FieldSample> samples);
   /// Gives a field to a geometry that has none and does not deform.
   Result<void> attach_field(GeometryId geometry, const std::shared_ptr<const field::StoredField>& field);
-  /// Rows can not name the geometry that was added last, until false is given.
+  /// True: rows can not name the geometry that was added last. False: they can.
   void withhold_last_geometry(bool withheld) noexcept { last_withheld_ = withheld; }
   /// Removes the geometry that was added last and withheld.
   Result<void> remove_last_geometry();

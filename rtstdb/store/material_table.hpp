@@ -24,8 +24,8 @@ class MaterialTable {
   MaterialTable() : values_(std::make_unique<Material[]>(max_materials)), names_(1) {}
 
   bool is_full() const noexcept { return count() == max_materials; }
-  /// Writes the next material without showing it, and returns its id. A second call before publish replaces
-  /// it. Misuse: the table is full.
+  /// Writes the next material, which readers do not see yet, and returns its id. A second call before publish
+  /// replaces it. Misuse: the table is full.
   MaterialId prepare(const Material& material, std::string_view name) {
     const std::uint32_t index = count();
     RTSTDB_ASSERT(index < max_materials);
@@ -34,7 +34,7 @@ class MaterialTable {
     values_[index] = material;
     return {index};
   }
-  /// Shows the prepared material to all readers.
+  /// From now on readers see the prepared material.
   void publish() noexcept { count_.fetch_add(1, std::memory_order_release); }
 
   std::uint32_t count() const noexcept { return count_.load(std::memory_order_acquire); }

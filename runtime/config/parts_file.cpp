@@ -105,7 +105,7 @@ Schema parts_file_schema() {
                 Field::with_default("top_radius", Schema::quantity(Quantity::length_m, 0.0, max_coordinate_m),
                                     "0 m", "The radius at the upper end; 0 m: a tip."),
                 Field::needed("height", length, "The full height, along z."), segments}),
-           "A cone or its lower part, along z."),
+           "A cone or a truncated cone, along z."),
        Field::optional(
            "sphere",
            Schema::record_or("radius", {Field::needed("radius", length, "The radius."),
@@ -122,7 +122,7 @@ Schema parts_file_schema() {
       {Field::with_default("position", point, "[0 m, 0 m, 0 m]", "The part's middle in the shape's frame."),
        Field::with_default("rotation", rotation_schema(), "{}", "The rotation of the part. Left out: none."),
        Field::with_default("repeat", Schema::list(repeat, 0, max_repeat_levels), "[]",
-                           "Copies of the part; a second entry copies the copies of the first one, and so "
+                           "Copies of the part; a second entry copies all copies of the first one, and so "
                            "on.")});
   return Schema::record(
       {Field::needed("parts", Schema::list(part, 1), "The parts. Their order has no meaning.")});

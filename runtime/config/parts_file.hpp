@@ -1,6 +1,6 @@
 #pragma once
 // A file that makes one shape of parts: {parts: [{cylinder: {...}, position: ..., rotation: ..., repeat:
-// ...}]}. A part is a simple body, placed in the frame of the shape, and then repeated.
+// ...}]}. A part is a simple body at a place in the frame of the shape, with copies.
 //
 // SI units. Threads: plain data.
 
@@ -17,7 +17,10 @@
 
 namespace hil::config {
 
-/// Full extents, centred on the origin; axes along z. Corners of round bodies lie on their surfaces.
+// Bodies are centred on the origin; their axes are along z. The corners of round bodies lie on the round
+// surface.
+
+/// Full extents along x, y and z.
 struct BoxPart {
   std::array<double, 3> size_m{};
 };
@@ -40,7 +43,7 @@ struct RingPart {
 };
 using PartBody = std::variant<BoxPart, ConePart, SpherePart, RingPart>;
 
-/// `count` copies: the first is where the part is, and each is moved from the one before it.
+/// `count` copies: the first is at the place of the part; each of the others is moved from the previous one.
 struct PartRepeat {
   std::uint32_t count = 1;
   std::array<double, 3> step_m{};  ///< in the frame of the shape
@@ -52,15 +55,15 @@ struct Part {
   PartBody body;
   std::array<double, 3> position_m{};
   std::array<double, 4> rotation_wxyz{1.0, 0.0, 0.0, 0.0};  ///< of the part to the shape; unit quaternion
-  std::vector<PartRepeat> repeat;  ///< the first one repeats the part, the next one the row of them, ...
+  std::vector<PartRepeat> repeat;  ///< the first one repeats the part, the next one all copies of it, ...
 };
 
-/// The number of triangles of a part with all its copies; 2^40 for more than that.
+/// The number of triangles of a part with all its copies, at most 2^40.
 std::uint64_t triangles_of(const Part& part) noexcept;
 
 Schema parts_file_schema();
 
-/// Empty when there was any mistake, among them more than `max_triangles` triangles in all.
+/// The parts of a file; empty if it has mistakes. More than `max_triangles` triangles in all are a mistake.
 std::optional<std::vector<Part>> load_parts(const std::string& path, std::uint64_t max_triangles,
                                             Diagnostics& diagnostics);
 

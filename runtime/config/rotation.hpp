@@ -9,8 +9,8 @@ namespace hil::config {
 
 Schema rotation_schema();
 
-/// The rotation as a unit quaternion w, x, y, z; of the body's frame to the frame around it. The identity
-/// with a mistake when the quaternion has another length, or stands beside angles. `rotation` is a value of
+/// The rotation from the body's frame to the frame around it, as a unit quaternion w, x, y, z. Adds a mistake
+/// for a quaternion of another length, and for one that is given together with angles. `rotation` conforms to
 /// rotation_schema.
 std::array<double, 4> read_rotation(const Value& rotation, Diagnostics& diagnostics);
 

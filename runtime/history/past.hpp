@@ -42,7 +42,7 @@ struct Near {
 
 /// A return that the scanner detected.
 struct Return {
-  std::uint32_t ordinal = 0;  ///< in its beam, among those that were not detected too
+  std::uint32_t ordinal = 0;  ///< in its beam; returns that were not detected count too
   modules::BeamReturn light;
   modules::Detection detection;
   glm::dvec3 p_world_m{0.0};  ///< on the beam's axis, at the measured range

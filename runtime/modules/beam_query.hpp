@@ -1,5 +1,5 @@
 #pragma once
-// The beams of a scanner as one prepared query: rays when they do not diverge, else cones with covered
+// The beams of a scanner as one prepared query: rays if they do not diverge, else cones with covered
 // fractions.
 //
 // Threads: prepare at setup; all else in the tick, without allocation. The query belongs to one transaction
@@ -21,8 +21,8 @@ struct BeamQueryOptions {
   double divergence_rad = 0.0;                      ///< full opening angle; 0: rays
   std::uint32_t returns_per_beam = 1;               ///< a ray has one
   rtstdb::ConeMode mode = rtstdb::ConeMode::exact;  ///< of beams that diverge
-  /// Entities stay at their poses at the version's time, or, if the beams diverge, at the time of the beams,
-  /// which the caller then makes the same for all.
+  /// Rays meet entities at their poses at the version's time (RayQueryOptions). Cones ignore this: the caller
+  /// gives all of them one time.
   bool ignore_motion = false;
 };
 
@@ -35,15 +35,16 @@ class BeamQuery {
   /// The largest number of beams in a batch.
   static std::uint32_t max_capacity(double divergence_rad) noexcept;
 
-  /// The beam as a ray that begins at its origin; lambda_min has to be 0.
+  /// Sets a beam, given as the ray along its axis; lambda_min has to be 0.
   void set(std::uint32_t beam, const rtstdb::Ray& ray) noexcept;
   /// Adds the first `count` beams to a transaction that is being declared.
   void add_to(rtstdb::Transaction& transaction, std::uint32_t count) noexcept;
 
   std::uint32_t returns_per_beam() const noexcept { return returns_per_beam_; }
-  /// Of the last transaction. Returns of a beam are in the order of their ranges; a miss has none after it.
+  /// A return of the last transaction. The returns of a beam are in the order of their ranges; those after a
+  /// miss are misses.
   BeamReturn at(std::uint32_t beam, std::uint32_t ordinal) const noexcept;
-  /// Whether a beam met more entities than its fractions were distributed among.
+  /// Whether a part of a beam may have reached entities that were not searched (ConeReturn::overflow).
   bool overflowed(std::uint32_t beam) const noexcept;
 
  private:

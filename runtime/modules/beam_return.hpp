@@ -1,6 +1,5 @@
 #pragma once
-// What comes back of a scanner's beam: the returns that a query finds, and what the receiver measures of
-// them.
+// The returns of a scanner's beam, which a query finds, and what the receiver measures of them.
 //
 // Units: metres; intensities in 1/m^2, as reflectance * covered fraction * cosine of incidence / range^2.
 // Threads: plain data.
@@ -11,7 +10,7 @@
 
 namespace hil::modules {
 
-/// The light that one entity returns. The hit's lambda is the range along the beam's axis.
+/// The return of one entity. The hit's lambda is the range along the beam's axis.
 struct BeamReturn {
   rtstdb::RayHit hit{};
   float fraction = 1.0f;  ///< of the beam's cross-section that reaches the entity

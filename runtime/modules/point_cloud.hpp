@@ -31,8 +31,8 @@ static_assert(sizeof(CloudPoint) == 48);
 class PointCloudStream {
  public:
   virtual ~PointCloudStream() = default;
-  /// Memory for the points of the next cloud, as many as open() was given; empty: all buffers wait for the
-  /// disk. Then the cloud is counted as lost.
+  /// Memory for the points of the next cloud, as many as `max_points` of open(). Empty: all buffers wait for
+  /// the disk; the cloud is counted as lost.
   virtual std::span<CloudPoint> begin() noexcept = 0;
   /// Hands over the first `count` points. `sensor`: pose of the sensor at the begin of the sweep. Only after
   /// a begin() that was not empty.
@@ -42,8 +42,8 @@ class PointCloudStream {
 class PointCloudSink {
  public:
   virtual ~PointCloudSink() = default;
-  /// A stream of clouds of at most `max_points` points. `name`: of the module, for the files. The clouds
-  /// of a stream that outlives the sink are lost.
+  /// A stream of clouds of at most `max_points` points. `name`: of the module, for the names of files. Clouds
+  /// that a stream hands over after the end of the sink are lost.
   virtual std::unique_ptr<PointCloudStream> open(const std::string& name, std::size_t max_points) = 0;
 };
 

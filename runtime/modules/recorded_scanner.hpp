@@ -1,6 +1,6 @@
 #pragma once
-// A scanner of a run that is over, as its module described it in world.json: its sweeps, whose beams a
-// history traces again. The type of the module makes it (ModuleType::make_recorded_scanner).
+// A scanner of a past run, as its module described it in world.json: its sweeps, whose beams a history traces
+// again. The module's type creates it (ModuleType::make_recorded_scanner).
 //
 // Units: nanoseconds of run time, which is world time; metres. Threads: one.
 
@@ -19,8 +19,8 @@
 
 namespace hil::modules {
 
-/// A sentence that begins with "world.json" and names what is missing in a record of a module, of another
-/// type, or beyond the limits of the module's parameters.
+/// A sentence that begins with "world.json" and names the property of a module's record that is missing, has
+/// another type, or is beyond the limits of the module's parameters.
 class RecordError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

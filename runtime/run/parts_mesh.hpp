@@ -9,8 +9,8 @@
 
 namespace hil::run {
 
-/// All triangles of all parts, in their order. Each part is closed, with its fronts outside; parts may
-/// overlap. Allocates.
+/// The triangles of all parts with their copies, in their order. Each copy is closed, with its fronts
+/// outside; copies may overlap.
 rtstdb::TriangleMesh mesh_of_parts(std::span<const config::Part> parts);
 
 }  // namespace hil::run

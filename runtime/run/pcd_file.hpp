@@ -19,7 +19,7 @@ namespace hil::run {
 /// The header of a cloud, up to its first point.
 std::string pcd_header(std::size_t points, const rtstdb::Pose& sensor);
 
-/// Writes a file. Returns why it could not be written; empty: it is complete.
+/// Writes a file. Returns an empty text, or why the file could not be written.
 std::string write_pcd(const std::filesystem::path& file, std::span<const modules::CloudPoint> points,
                       const rtstdb::Pose& sensor);
 

@@ -12,7 +12,7 @@
 
 namespace hil::run {
 
-/// The buffers of one stream, in turn filled by the tick and emptied by the writing thread.
+/// The buffers of one stream: the tick fills them in turn, and the writing thread writes them to files.
 class PointCloudFiles::Buffers {
  public:
   Buffers(std::filesystem::path folder, std::string name, std::size_t max_points, bool written_in_tick)
@@ -116,7 +116,7 @@ std::unique_ptr<modules::PointCloudStream> PointCloudFiles::open(const std::stri
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error) throw io::DeviceError("folder " + folder_.string() + " can not be created: " + error.message());
-  // The thread reads the list without a lock.
+  // The thread reads the list without a lock, so it is stopped while the list changes.
   stopping_.store(true, std::memory_order_release);
   if (thread_.joinable()) thread_.join();
   streams_.push_back(std::make_shared<Buffers>(folder_, name, max_points, virtual_clock_));

@@ -1,8 +1,8 @@
 #pragma once
 // The point clouds of a run, as files pointclouds/<module>-<number>.pcd in its folder. The tick fills
-// preallocated buffers; an ordinary thread writes them. When all buffers of a stream wait for the disk, a
-// cloud is lost and counted, and its number is left out; under the virtual clock the tick writes them, so
-// that none is lost.
+// preallocated buffers; an ordinary thread writes them to files. If all buffers of a stream wait for the
+// disk, the next cloud is lost and counted, and its number is left out. Under the virtual clock the tick
+// itself writes the files, so no cloud is lost.
 //
 // Threads: open and close at setup and after the last tick; the streams in the tick.
 
@@ -27,10 +27,10 @@ class PointCloudFiles final : public modules::PointCloudSink {
   PointCloudFiles(const PointCloudFiles&) = delete;
   PointCloudFiles& operator=(const PointCloudFiles&) = delete;
 
-  /// Throws io::DeviceError when the folder can not be created. A stream may outlive this object; its clouds
-  /// are then lost.
+  /// Throws io::DeviceError if the folder can not be created. A stream may outlive this object; clouds that
+  /// it hands over later are lost.
   std::unique_ptr<modules::PointCloudStream> open(const std::string& name, std::size_t max_points) override;
-  /// Writes the remaining clouds. Returns why clouds are missing, a sentence for each reason.
+  /// Writes the remaining clouds. Returns a sentence for each reason why clouds are missing.
   std::vector<std::string> close();
 
  private:

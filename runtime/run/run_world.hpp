@@ -38,8 +38,8 @@ class RunWorld {
   /// False: the run has to end, since the world can not be queried or written any more.
   bool check();
 
-  /// Ends the database and the point clouds, fills in record.database_log and returns why the history or the
-  /// point clouds lack something, in sentences. Transactions fail from here on.
+  /// Closes the database and the point clouds and fills in record.database_log. Returns sentences on what the
+  /// history and the point clouds lack. Transactions fail from here on.
   std::vector<std::string> close(report::RunRecord& record);
 
   /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // The distances of points to one geometry, and the gradients of these distances, in the frame of the
-// geometry: from them its distance field is built (rtstdb/field/field_build.hpp).
+// geometry. Its distance field is built from them (rtstdb/field/field_build.hpp).
 #include "common/loops.glsl"
 #include "common/places.glsl"
 #include "shared/field.h"
@@ -41,7 +41,7 @@ void main() {
   uint triangle;
   const vec3 away = -nearest_on_slot(best.slot, vec3(1.0), wanted.point_m, triangle).offset;
   const float distance_m = sqrt(best.square);
-  // Next to the surface rounding decides the direction to the nearest point.
+  // So near to the surface the direction to the nearest point is mere rounding; the normal replaces it.
   const vec3 magnitude = abs(wanted.point_m);
   const float blur = 1e-6 * max(max(magnitude.x, magnitude.y), magnitude.z);
   const vec3 n = args.outward * front_normal(best.slot);

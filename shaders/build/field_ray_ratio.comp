@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The sign of distances after Wright (2015): rays from the point in evenly spread directions; the point is
-// inside where enough of them hit a triangle from behind first. For geometry that is not closed. Runs after
-// field_distances.comp.
+// The sign of distances by ray ratio (Wright 2015): rays start at the point in evenly spread directions; the
+// point is inside if enough of them first hit a triangle from behind. For geometry that is not closed. Runs
+// after field_distances.comp.
 #include "common/loops.glsl"
 #include "common/places.glsl"
 #include "common/wide_node.glsl"

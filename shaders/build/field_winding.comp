@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The sign of the distances to a closed geometry, after field_distances.comp: inside, both the distance and
-// its gradient are turned. Searches without a result keep their sample.
+// The sign of the distances to a closed geometry by winding number: inside, distance and gradient are
+// negated. Runs after field_distances.comp.
 #include "common/loops.glsl"
 #include "common/places.glsl"
 #include "shared/field.h"
@@ -20,7 +20,7 @@ void main() {
   if (index >= args.end) return;
   const Winding around = winding_around(args.root, points[index].point_m);
   const FieldSample found = samples[index];
-  // On the surface the gradient has the direction of its outer side already.
+  // On the surface the gradient is the outer normal already.
   const bool is_inside = around.number != 0 && found.distance_m > 0.0;
   const bool cut_short = around.cut_short || !loops_still_turn(args.loop_probe);
   samples[index] = FieldSample(cut_short   ? vec3(0.0)

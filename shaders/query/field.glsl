@@ -54,9 +54,9 @@ void add_vertex(uvec2 vertex, vec3 from, float weight, inout FieldSums sums) {
   sums.gradient += side * gradient;
 }
 
-// A distance within which there is no surface around a point of the grid, given in coarse cells from the
-// origin. Where the gradients of a cell disagree the blend may be too large, up to a third of the cell's edge
-// near sharp edges; the bound is lower there by what they disagree.
+// A lower bound of the distance from a point of the grid to the surface, which may be negative. The point is
+// given in coarse cells from the origin. The blend may be too large by up to a third of the cell's edge near
+// sharp edges, where gradients disagree; so the bound is lower than the blend, the more they disagree.
 float free_distance(DistanceField field, vec3 in_cells) {
   const uvec3 coarse = min(uvec3(in_cells), field.cells - 1u);
   const uint number = (coarse.z * field.cells.y + coarse.y) * field.cells.x + coarse.x;

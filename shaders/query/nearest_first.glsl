@@ -1,5 +1,6 @@
-// A depth-first search that visits the nearest child first. Each waiting reference has a lower bound of what
-// it contains, such as a distance, and is skipped when it is popped beyond `box_limit`.
+// A depth-first search that visits the nearest child first. Each waiting reference has a lower bound, for
+// instance of the distance of its contents, and is skipped if the bound is beyond `box_limit` when it is
+// popped.
 //
 // Included after `depth`, `rounds`, `cut_short` and `box_limit` are declared (nearest.comp, cone.comp).
 #ifndef RTSTDB_QUERY_NEAREST_FIRST_GLSL
@@ -14,7 +15,7 @@ float stack_bound[stack_size];
 
 bool is_inner(uint reference) { return (reference & ref_leaf_bit) == 0u; }
 
-// Before the child that is offered next stands the nearest so far; the one that gives way waits on the stack.
+// Compares a child with the nearest one so far: the nearer of both becomes `nearest`, the other is pushed.
 void offer_child(uint ref, float bound, inout uint nearest, inout float nearest_bound) {
   const bool in_reach = bound <= box_limit && ref != ref_none;
   const bool nearer = in_reach && bound < nearest_bound;

@@ -5,8 +5,8 @@
 
 // Equals max_returns_per_cone of rtstdb/limits.hpp.
 RTSTDB_CONSTANT(max_returns, 8)
-// The nearest entities among which fractions are computed; equals max_entities_per_beam of rtstdb/limits.hpp.
-// One more is searched: it shows that there are more.
+// The nearest entities, among which a beam is distributed; equals max_entities_per_beam of rtstdb/limits.hpp.
+// One more contact is searched: it shows whether there are further entities, and where they begin.
 RTSTDB_CONSTANT(beam_entities, 16)
 RTSTDB_CONSTANT(beam_contacts, 17)
 // The directions along which a beam is sampled.
@@ -41,7 +41,7 @@ RTSTDB_STRUCT(ConeCount)
   F(float, lambda)
 RTSTDB_STRUCT(ConeContact)
 
-// In the slot of a contact, which is below 2^26: it was found by a distance field.
+// A bit of ConeContact::slot, whose numbers are below 2^26: a distance field was used for the contact.
 RTSTDB_CONSTANT(contact_by_field_bit, 0x80000000u)
 
 // A return in the layout of the caller (rtstdb::ConeReturn), 9 pairs of words:
@@ -58,7 +58,7 @@ RTSTDB_CONSTANT(return_by_field_bit, 0x10000u)
   F(uint, first) /* see place_of_invocation */         \
   F(uint, end)                                         \
   F(uint, per_group)                                   \
-  F(uint, entities) /* searched of each cone */        \
+  F(uint, entities) /* listed for each cone */         \
   F(uint, returns_per_cone)                            \
   F(float, faces)    /* as in RayArgs */               \
   F(uvec2, returns)  /* their address, low word first */ \

@@ -27,8 +27,8 @@ RTSTDB_CONSTANT(field_none, 0xFFFFFFFFu)
   F(float, radius_m) /* triangles farther away are not found */
 RTSTDB_STRUCT(FieldPoint)
 
-// Its distance, above field_nowhere_m where nothing is found, and the gradient of the distance. A search that
-// was cut short has the gradient zero.
+// The distance at a point, and its gradient. A point without a triangle within its radius has the distance
+// 3.4e38. A search that was cut short has the gradient zero.
 #define RTSTDB_FIELDS_FieldSample(F) \
   F(vec3, gradient)                  \
   F(float, distance_m)
@@ -42,9 +42,9 @@ RTSTDB_CONSTANT(field_sign_directions, 64)
   F(uint, first) /* see place_of_invocation */                                         \
   F(uint, end)                                                                         \
   F(uint, per_group)                                                                   \
-  F(float, outward) /* 1 where fronts are outside, else -1 */                          \
-  F(float, slack)   /* distances may be too large by this part of them, so that a search ends sooner */ \
-  F(float, inside_ratio) /* of the rays that hit from behind, from which on a point is inside */ \
+  F(float, outward) /* 1 if fronts are outside, else -1 */                             \
+  F(float, slack)   /* the relative error by which a distance may be too large, to end searches sooner */ \
+  F(float, inside_ratio) /* the least share of rays that hit from behind at a point inside */ \
   F(uint, loop_probe) /* see loops_still_turn */
 RTSTDB_STRUCT(FieldArgs)
 

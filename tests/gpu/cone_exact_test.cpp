@@ -24,7 +24,7 @@ Cone cone_from(const glm::vec3& origin_m, const glm::vec3& direction, double ope
 
 class ConeTest : public DatabaseTest {
  protected:
-  /// As many returns per cone as the options say, in batches of 4096 cones at most.
+  /// The returns of all cones, which are traced in batches of at most 4096.
   std::vector<ConeReturn> trace_cones(std::span<const Cone> cones, ConeQueryOptions options = {}) {
     options.name = "cones";
     options.capacity = static_cast<std::uint32_t>(cones.size());
@@ -60,7 +60,7 @@ TEST_F(ConeTest, MeetsAPlane) {
       const glm::vec3 down(std::sin(tilt_rad), 0.0, -std::cos(tilt_rad));
       const ConeReturn one = trace_cone(cone_from({}, 2.0f * down, angle_rad));
       const double half_rad = 0.5 * angle_rad;
-      // Along the generator that leans to the plane.
+      // Along the generator that is inclined towards the plane.
       const double z_m = 10.0 * std::cos(half_rad) / std::cos(std::abs(tilt_rad) - half_rad);
       ASSERT_EQ(one.status, HitStatus::hit) << tilt_rad << ", " << angle_rad;
       EXPECT_EQ(one.entity, plane);
@@ -71,7 +71,7 @@ TEST_F(ConeTest, MeetsAPlane) {
   }
 }
 
-/// Where a cone about an axis beside a sphere touches it first.
+/// The first contact of a cone whose axis passes beside the centre of a sphere.
 TEST_F(ConeTest, MeetsASphere) {
   const double radius_m = 1.0;
   create(row_of(add(make_sphere(radius_m, 6)), {20.0, 0.0, 0.0}));
@@ -83,7 +83,7 @@ TEST_F(ConeTest, MeetsASphere) {
       const bool meets = beside_rad < half_rad + std::asin(radius_m / 20.0);
       ASSERT_EQ(one.status == HitStatus::hit, meets) << angle_rad << ", " << beside_rad;
       if (!meets) continue;
-      // The least axial coordinate of the ball is at the pole of its side if that is in the cone; else on the
+      // The point of the ball with the least axial coordinate, if it is in the cone; else a point of the
       // generator towards the centre.
       const double pole = 20.0 * std::cos(beside_rad) - radius_m;
       const double pole_beside = 20.0 * std::sin(beside_rad);
@@ -116,7 +116,7 @@ TEST_F(ConeTest, MeetsTheCornerAndTheEdgeOfABoxFirst) {
   EXPECT_NEAR(trace_cone(cone_from({}, {-1, 0, 0}, 0.05)).lambda, static_cast<float>(10.0 - far_m), 1e-5f);
 }
 
-/// A body beside the axis is met by beams that are wide enough where it is.
+/// A beam meets a body beside its axis if it is wide enough at the distance of the body.
 TEST_F(ConeTest, FootprintGrowsWithDistance) {
   create(row_of(add(make_box({0.02, 0.02, 0.02})), {100.0, 0.5, 0.0}));
   const double reaches_rad = 2.0 * std::atan((0.5 - 0.01) / 100.01);
@@ -249,7 +249,7 @@ TEST_F(ConesThatAreRays, HaveTheirBits) {
   }
 }
 
-/// A thin cone hits wherever its axis does, and not later.
+/// A thin cone meets every triangle that its axis hits, and not later.
 TEST_F(ConesThatAreRays, AreMetByEveryConeAboutThem) {
   Random random(32);
   create(row_of(add(make_sphere(1.0, 4))));

@@ -98,7 +98,7 @@ TEST_F(FastCones, FindASmallTarget) {
   EXPECT_NEAR(one.lambda, 50.0, 0.03);
 }
 
-/// Parts far thinner than the cells of the field stop thin cones, and holes let them through.
+/// Thin cones meet parts that are far thinner than the cells of the field, and pass holes.
 TEST_F(FastCones, MeetThinPartsAndPassHoles) {
   create(row_of(add_with_field(make_small_station())));
   const ConeReturn wing = trace_cone(cone_from({9.0f, 30.0f, 3.3f}, {0.0f, -1.0f, 0.0f}, 1e-4));
@@ -115,7 +115,7 @@ TEST_F(FastCones, MeetThinPartsAndPassHoles) {
   EXPECT_EQ(trace_cone(wider).status, HitStatus::hit);
 }
 
-/// An apex inside of a body sees its surface from inside, whatever the sign.
+/// A cone whose apex is inside a body meets the surface from inside, whatever the sign of the field.
 TEST_F(FastCones, BeginInsideOfABody) {
   create(row_of(add_with_field(make_sphere(2.0, 4))));
   const ConeReturn one = trace_cone(cone_from({}, {1.0f, 0.0f, 0.0f}, 0.02));
@@ -124,7 +124,7 @@ TEST_F(FastCones, BeginInsideOfABody) {
   EXPECT_FALSE(one.front_face);
 }
 
-/// The return says which way it was found.
+/// A return has `by_field` if a field was used.
 TEST_F(FastCones, TraceByTrianglesWhereThereIsNoField) {
   const TriangleMesh mesh = make_sphere(1.0, 3);
   const GeometryId without = add(mesh);
@@ -149,7 +149,7 @@ TEST_F(FastCones, TraceByTrianglesWhereThereIsNoField) {
   // A wide cone is searched by triangles.
   EXPECT_FALSE(trace_cone(cone_from({25.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, 2.0)).by_field);
 
-  // A field that is built later counts from the next transaction on.
+  // A field that is built later is used from the next transaction on.
   ASSERT_TRUE(database().build_field(without, {}).ok());
   EXPECT_TRUE(trace_cones(std::span(&cone, 1), options)[0].by_field);
 }
@@ -164,8 +164,8 @@ struct RandomCase {
 
 class RandomFastCones : public FastCones, public testing::WithParamInterface<RandomCase> {};
 
-/// The same first entity as the exact mode for at least 99 of 100 cones that touch no second one within the
-/// beam's noise, and lambda within the bound that ConeMode::fast states.
+/// At least 99 of 100 cones that are not tangent to an entity have the same first entity as in the exact
+/// mode, and lambda within the bound that ConeMode::fast states.
 TEST_P(RandomFastCones, AgreeWithTheExactMode) {
   Random random(48);
   const SceneOptions scene{.radius_m = GetParam().entities < 20 ? 4.0 : 12.0, .version_time = at_s(5.0)};

@@ -1,4 +1,4 @@
-// The fractions of a beam, by exact areas and by directions alone: closed forms, and what is hidden.
+// The fractions of a beam in both modes, against closed forms, with hidden and with small entities.
 
 #include <cmath>
 #include <numbers>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Of `segments` triangles, about the z axis, with a hole of that radius (0: none).
+/// A disc of `segments` triangles about the z axis, with a hole of that radius (0: none).
 TriangleMesh disc(double radius_m, double hole_m, std::uint32_t segments) {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < segments; ++i) {
@@ -37,7 +37,7 @@ TriangleMesh disc(double radius_m, double hole_m, std::uint32_t segments) {
 class ConeFractions : public DatabaseTest, public testing::WithParamInterface<ConeMode> {
  protected:
   static constexpr std::uint32_t per_cone = 8;
-  /// Of a fraction: what the exact mode keeps to, or what 64 directions resolve.
+  /// The permitted error of a fraction: that of the exact mode, or what 64 directions resolve.
   static double within(double exact) {
     return GetParam() == ConeMode::exact ? exact : std::max(exact, 2.0 / 64.0);
   }
@@ -93,7 +93,7 @@ TEST_P(ConeFractions, APlateOverTheWholeBeamOrAPartOfIt) {
     row.motion.q_world = glm::angleAxis(turn_rad, glm::dvec3(0.0, 0.0, 1.0));
     update_motion(plate, row.motion, {});
     EXPECT_NEAR(only_fraction(beam(0.1)), 0.5, within(1e-4)) << turn_rad;
-    // Its border half a radius beyond the axis: a segment of the disc.
+    // Its border is half a radius beyond the axis: it leaves a segment of the disc free.
     row.motion.p_world_m *= 1.05;
     row.motion.p_world_m.z = -10.0;
     update_motion(plate, row.motion, {});
@@ -107,10 +107,10 @@ TEST_P(ConeFractions, APlateUnderTheBeam) {
   EntityRow row = row_of(add(make_rectangle(2000.0, 2000.0)), {0.0, -1.0, 0.0});
   row.motion.q_world = glm::angleAxis(-0.5 * pi, glm::dvec3(1.0, 0.0, 0.0));
   create(row);
-  // All directions below the horizon meet it: half of the beam, but what meets it beyond its border.
+  // All directions below the horizon meet its plane, half of the beam, some of them beyond its border.
   EXPECT_NEAR(only_fraction(beam(0.5)), 0.5, within(2e-3));
   EXPECT_NEAR(only_fraction(beam(5.0)), 0.5, within(2e-3));
-  // Up to 10 m only what is steeper than one in ten.
+  // Up to 10 m only the directions steeper than one in ten meet it.
   Cone cone = beam(0.5);
   cone.lambda_max = 10.0f;
   const double segment = (std::acos(0.2) - 0.2 * std::sqrt(1.0 - 0.04)) / pi;
@@ -123,7 +123,7 @@ TEST_P(ConeFractions, AHoleSmallerThanTheBeam) {
   EXPECT_NEAR(only_fraction(beam(0.1)), 1.0 - hole, within(1e-4));
 }
 
-/// Smaller than the pattern of directions resolves.
+/// The disc is smaller than the pattern of directions resolves.
 TEST_P(ConeFractions, ADiscOfACentimetreAtFiveHundredMetres) {
   const EntityId target = create(row_of(add(disc(0.005, 0.0, 24)), {0.0, 0.0, -500.0}));
   const double radius_m = 500.0 * std::tan(0.0001745);
@@ -210,7 +210,7 @@ TEST_P(ConeFractions, ASmallTargetBeforeAWallAndBehindIt) {
   EXPECT_NE(hits[0].entity, target);
 }
 
-/// A closed body covers what its outline covers, from outside and, of its fronts or backs, too.
+/// A closed body covers the area of its outline, also if only its fronts or its backs count.
 TEST_P(ConeFractions, AClosedBody) {
   create(row_of(add(make_sphere(0.5, 5)), {0.0, 0.0, -10.0}));
   const double sine = 0.05;
@@ -234,7 +234,7 @@ TEST_P(ConeFractions, ARayHasAllOfItself) {
   }
 }
 
-/// More entities than a beam is distributed among: flagged where it could matter.
+/// More entities than a beam is distributed among: flagged if a part of the beam passes those.
 TEST_P(ConeFractions, MoreEntitiesThanAreSearched) {
   const GeometryId chip = add(make_rectangle(0.1, 0.1));
   for (int i = 0; i < 20; ++i)
@@ -252,8 +252,8 @@ TEST_P(ConeFractions, MoreEntitiesThanAreSearched) {
   EXPECT_FALSE(hits[0].overflow);
 }
 
-/// More triangles in the beam than a search may visit: flagged, and no fraction is given. Directions alone
-/// visit few of them.
+/// More triangles in the beam than a search may visit: the exact mode is incomplete. The fast mode visits few
+/// of them.
 TEST_P(ConeFractions, MoreTrianglesThanTheExactModeCanSearch) {
   create(row_of(add(make_sphere(1.0, 7)), {0.0, 0.0, -10.0}));
   const ConeQueryOptions options{
@@ -290,7 +290,7 @@ TEST_P(ConeFractions, MoreTrianglesThanTheExactModeCanSearch) {
   EXPECT_NEAR(first.value()->returns()[0].lambda, 9.0f, 1e-3f);
 }
 
-/// The fractions of random beams beside dense samples.
+/// The fractions of random beams, compared with dense samples.
 TEST_P(ConeFractions, AreNearThoseOfDenseSamples) {
   Random random(41);
   const GeometryId sphere = add(make_sphere(0.5, 2));

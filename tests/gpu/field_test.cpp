@@ -1,5 +1,5 @@
-// Distance fields on the device: the distances that they are built from, fields of meshes against the oracle,
-// and how a database builds them beside its transactions.
+// Distance fields on the device: the distances from which they are built, fields of meshes against the
+// oracle, and builds by a database beside its transactions.
 
 #include <algorithm>
 #include <array>
@@ -99,7 +99,7 @@ TEST_F(DeviceFields, DistancesAndGradientsAreThoseOfTheOracle) {
       const bool is_inside = closed && distance.is_inside(point_m);
       inside += is_inside ? 1 : 0;
       EXPECT_EQ(found_m < 0.0, is_inside) << i;
-      // The gradient leads to a point of the surface, which need not be the oracle's where two are as near.
+      // The gradient leads to a nearest point, which need not be the oracle's if several are equally near.
       const glm::dvec3 foot_m = point_m - found_m * glm::dvec3(samples[i].gradient);
       EXPECT_LT(distance.nearest(foot_m).distance_m, 1e-5 * diagonal_m(mesh)) << i;
     }
@@ -110,7 +110,7 @@ TEST_F(DeviceFields, DistancesAndGradientsAreThoseOfTheOracle) {
   }
 }
 
-/// A point that is as far from very many triangles as from the nearest one.
+/// A point with nearly the same distance to very many triangles.
 TEST_F(DeviceFields, EndASearchAmongEqualDistances) {
   const TriangleMesh mesh = make_sphere(1.0, 6);
   const shared::FieldPoint center{{0.0f, 0.0f, 0.0f}, 1e18f};
@@ -147,7 +147,7 @@ TEST_F(DeviceFields, RayRatioFindsTheInside) {
   EXPECT_LT(in_bowl[1].distance_m, 0.0f);
 }
 
-/// Fronts inside: the winding number and the gradients do not care.
+/// A mesh with its fronts inside has the same signs and gradients.
 TEST_F(DeviceFields, TurnedMeshesHaveTheSameField) {
   const TriangleMesh mesh = make_box({1.0, 2.0, 3.0});
   TriangleMesh turned = mesh;

@@ -11,10 +11,10 @@ namespace hil::docking::guidance {
 
 namespace {
 
-// The capsule's x looks into the port: a turn of -90 degrees about z.
+// The capsule's x points into the port: a rotation of -90 degrees about z.
 const glm::dquat docking_attitude(std::sqrt(0.5), 0.0, 0.0, -std::sqrt(0.5));
 
-// Lateral control: a damped oscillator of this angular frequency. Attitude control alike.
+// Lateral and attitude control: damped oscillators of these angular frequencies.
 constexpr double lateral_radps = 0.18;
 constexpr double lateral_damping = 0.9;
 constexpr double attitude_radps = 0.3;
@@ -23,7 +23,7 @@ constexpr double speed_gain_1ps = 0.4;
 constexpr double stop_gain_1ps = 0.3;
 constexpr double max_lateral_mps2 = 0.05;
 constexpr double first_sigma_mps = 0.3;
-/// A fix farther than this many standard deviations from the track is none.
+/// A fix farther than this many standard deviations from the track is not used.
 constexpr double gate_sigmas = 4.0;
 
 double seconds(std::int64_t from_ns, std::int64_t to_ns) {
@@ -88,7 +88,7 @@ glm::dvec3 Controller::wanted_acceleration(Mode mode) const {
   const double stiffness = lateral_radps * lateral_radps;
   const double damping = 2.0 * lateral_damping * lateral_radps;
   glm::dvec3 wanted = limited(-stiffness * p - damping * v, max_lateral_mps2);
-  // Along the axis, y: the speed follows the distance; off the axis it goes down to 0.
+  // Along the axis, y, the speed is given by the distance; it falls to 0 at the edge of the corridor.
   const double distance_m = std::max(p.y, 0.0);
   const double lateral_m = std::hypot(p.x, p.z);
   const double corridor_m = parameters_.corridor_m + parameters_.corridor_per_distance * distance_m;

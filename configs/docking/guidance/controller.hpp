@@ -1,13 +1,14 @@
 #pragma once
-// The guidance of the capsule: from the reflectors that its scanner detects, its attitude and its rates to
-// the force and torque of its thrusters. It uses no bus and no clock: results depend only on the calls and
-// the times that they give.
+// The guidance of the capsule: it computes the force and torque of the thrusters from the reflectors that the
+// scanner detects, the attitude and the rates. It uses no bus and no clock: results depend only on the calls
+// and their times.
 //
-//   search    no position is known: the capsule keeps its attitude and waits
-//   approach  along the axis of the port, the slower the closer; it waits at its distance while it is too far
-//             from the axis
-//   last      the last metres: reflectors leave the field of view, and the estimate replaces them
-//   wait      the reflectors were lost too far from the port: the capsule stops
+//   search    no position is known: the capsule turns its port to the station and waits
+//   approach  the capsule moves along the axis of the port, the slower the closer; while it is too far from
+//             the axis, it keeps its distance
+//   last      the last metres, in which reflectors leave the field of view: the estimate is used for longer
+//             without detections
+//   wait      no detections have fitted the pattern for too long: the capsule stops
 //   docked    the port has captured the capsule: no thrust
 //   blind     there is no fresh attitude: no thrust
 //
@@ -52,16 +53,16 @@ struct Parameters {
   double horizontal_rad = 0.6981317;  ///< field of view; a sweep goes from left to right
   double scan_period_s = 0.5;
   Scanner scanner{.mount_body_m = {-1.2, 0.0, 0.0}, .beam_half_angle_rad = 0.0078};
-  double delay_s = 0.06;  ///< from the end of a sweep to its list on the bus
+  double delay_s = 0.06;  ///< from the end of a sweep to its list of detections on the bus
 
   double docking_speed_mps = 0.07;
   double max_speed_mps = 0.8;
   double speed_per_distance_1ps = 0.05;  ///< the speed grows by this for each metre to the port
-  double corridor_m = 0.10;              ///< permitted distance from the axis at the port
-  double corridor_per_distance = 0.10;   ///< and what each metre to the port adds
+  double corridor_m = 0.10;              ///< permitted distance from the axis, at the port
+  double corridor_per_distance = 0.10;   ///< the corridor grows by this for each metre to the port
   double last_distance_m = 2.5;          ///< where reflectors may leave the field of view
 
-  std::size_t min_reflectors = 3;               ///< in the first fix; in later ones, the track decides
+  std::size_t min_reflectors = 3;  ///< of the first fix; a later one has to be near the track instead
   std::int64_t lost_after_ns = 6'000'000'000;   ///< without a fix, beyond last_distance_m
   std::int64_t last_limit_ns = 60'000'000'000;  ///< without a fix, within it
   std::int64_t attitude_timeout_ns = 200'000'000;

@@ -1,8 +1,8 @@
 #pragma once
-// Where the capsule is, from the reflectors that its scanner detects.
+// The position of the capsule, from the reflectors that its scanner detects.
 //
-// The attitude is known, so that three numbers are looked for. Each pair of a detection and a reflector
-// proposes a position; the one that most detections agree with is taken, and then averaged over them.
+// The attitude is known, so three coordinates remain. Each pair of a detection and a reflector proposes a
+// position. The one with which most detections agree is taken, and averaged over these detections.
 //
 // Frames: station as in reflectors.hpp; body: origin in the capsule's docking port, x out of it. The beam
 // with azimuth and elevation 0 is along the body's x; azimuth counts to +y, elevation to +z. SI units.

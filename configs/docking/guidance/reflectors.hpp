@@ -1,9 +1,9 @@
 #pragma once
-// The retro-reflectors around the station's docking port, as the mission's documents give them to the
-// capsule: the entities reflector_0 to reflector_7 of configs/docking/docking.yaml.
+// The retro-reflectors around the station's docking port: the entities reflector_0 to reflector_7 of
+// configs/docking/docking.yaml.
 //
-// Station frame: metres, the origin in the middle of the port, y out of it. Their distances from one another
-// differ, so that a pattern of them is recognised.
+// Station frame: metres, the origin in the middle of the port, y out of it. The distances between reflectors
+// differ, so that the pattern is recognised.
 
 #include <glm/ext/vector_double3.hpp>
 

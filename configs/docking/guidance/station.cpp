@@ -125,7 +125,7 @@ std::span<const can::Frame> Station::handle(const can::Frame& frame) {
     received_attitude_.reset();
   } else if (id == scan_header_.layout().can_id()) {
     if (accept(scan_header_, frame)) return answer(frame);
-    received_.fill(false);  // the list that the frame ended has no valid header
+    received_.fill(false);  // the list has no valid header
   } else {
     for (std::size_t slot = 0; slot < targets_.size(); ++slot) {
       if (id == targets_[slot].layout().can_id() && accept(targets_[slot], frame)) take_target(slot, frame);
@@ -142,8 +142,9 @@ bool Station::accept(can::MessageDecoder& decoder, const can::Frame& frame) {
 
 void Station::take_attitude(const can::Frame& frame) {
   const auto [w, x, y, z] = values_in(attitude_, frame, attitude_signals_);
-  constexpr double tolerance = 1e-3;                                                 // of the length
-  if (std::abs(std::sqrt(w * w + x * x + y * y + z * z) - 1.0) > tolerance) return;  // before the first scan
+  // A quaternion of another length is no rotation, and is ignored.
+  constexpr double tolerance = 1e-3;  // of the length
+  if (std::abs(std::sqrt(w * w + x * x + y * y + z * z) - 1.0) > tolerance) return;
   received_attitude_ = glm::dquat(w, x, y, z);
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 // The guidance as a station on a CAN bus: it decodes and encodes the frames of configs/docking/docking.dbc.
 //
-// An attitude is an Attitude message and the Rates that follow it. A list of targets is a sequence of Target
-// messages and a ScanHeader that ends it. The station answers the header with a ThrustCommand, a
-// TorqueCommand and a GuidanceStatus if all targets of the list were received since the header before; else
+// An attitude is an Attitude message and the Rates message after it. A list of targets is a sequence of
+// Target messages, which a ScanHeader ends. The station answers the header with a ThrustCommand, a
+// TorqueCommand and a GuidanceStatus if all targets of the list were received since the previous header; else
 // it counts an incomplete list.
 //
 // Threads: one.
@@ -43,7 +43,7 @@ class Station {
   /// Takes a received frame. Returns the frames to send, valid until the next call; usually none. The frame's
   /// time_ns is the time of the guidance.
   std::span<const can::Frame> handle(const can::Frame& frame);
-  /// Frame `index` of the answer was sent: the next one has the next counter.
+  /// Frame `index` of the answer was sent: its message has the next counter in the next answer.
   void confirm_sent(std::size_t index) noexcept { answer_encoders_[index].confirm_sent(); }
 
   const StationCounters& counters() const noexcept { return counters_; }

@@ -7,7 +7,7 @@ namespace hil::docking::guidance {
 
 namespace {
 
-/// Density of the accelerations that nobody commands: thrusters' errors, the orbit.
+/// Power spectral density of accelerations that are not commanded: errors of the thrusters, the orbit.
 constexpr double noise_m2ps3 = 4e-6;
 
 }  // namespace
@@ -33,7 +33,7 @@ void Track::predict(double dt_s, const glm::dvec3& a_mps2) {
 void Track::update(const glm::dvec3& p_m, double sigma_m, double age_s) {
   for (int i = 0; i < 3; ++i) {
     Axis& axis = axes_[static_cast<std::size_t>(i)];
-    // The position was measured where the body was then: z = p - v age.
+    // The measured position is that of an earlier instant: z = p - v age.
     const double innovation = p_m[i] - (axis.p - axis.v * age_s);
     const double hp = axis.pp - age_s * axis.pv;  // of the position, with the measurement
     const double hv = axis.pv - age_s * axis.vv;  // of the velocity

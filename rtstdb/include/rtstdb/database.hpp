@@ -6,12 +6,12 @@
 // Time bases: WorldTime for the simulated world, ClockTime for deadlines and costs (time.hpp).
 //
 // Threads:
-//   setup   open, add_geometry, add_material, prepare, watch, make_transaction, calibrate, reserve and close
-//           allocate and block. Any thread may call them, but not from the tick.
+//   setup   open, add_geometry, build_field, add_material, prepare, watch, make_transaction, calibrate,
+//           reserve and close allocate and block. Any thread may call them, but not from the tick.
 //   tick    submit, execute, wait, cancel, latest, durable and material neither allocate nor take a lock. Any
 //           number of threads may call them at the same time.
-//   other   snapshot, geometry and the functions for counts and health may be called by any thread; they may
-//           allocate and block unless the function says otherwise.
+//   other   snapshot, geometry, field, find_geometry, find_material and the functions for counts and health
+//           may be called by any thread; they may allocate and block unless the function says otherwise.
 // The database executes transactions on an engine thread; a second thread helps it with large results. Both,
 // and the threads of the Vulkan driver, are created inside open. Threads inherit the priority and the CPU
 // affinity of their creator, so call open before the calling thread changes its own.
@@ -201,20 +201,20 @@ class Database {
     return add_geometry(mesh, name, {});
   }
   /// Builds the distance field of a geometry that has none (GeometryOptions::field builds it with the
-  /// geometry). It may be called in the loop: the engine computes the distances in parts of about
-  /// DatabaseOptions::chunk, between transactions. Cone queries use the field from the next transaction on.
-  /// After a device loss the field is copied to the next device. The log does not hold it: geometry that was
-  /// recovered has none.
+  /// geometry). Other threads may submit transactions during the build: the engine computes the distances in
+  /// parts of about DatabaseOptions::chunk and runs transactions between them. Cone queries use the field
+  /// from the next transaction on. After a device loss the field is copied to the next device. The log does
+  /// not hold fields: a recovered geometry, and one of a history, has none until this is called.
   /// Errors: bad_input for options outside their range, for a geometry that does not exist, that deforms, or
-  /// that has a field; capacity, with both numbers, for a field of more than FieldOptions::max_bytes or more
-  /// than the device binds; out_of_memory; device_lost, if no other device could be opened.
+  /// that has a field; capacity, with both numbers, for a field larger than FieldOptions::max_bytes or than
+  /// the device can bind; out_of_memory; device_lost, if no other device could be opened.
   virtual Result<FieldReport> build_field(GeometryId id, const FieldOptions& options) = 0;
-  /// The distance field of a geometry; empty: it has none. Any thread.
+  /// The report of a geometry's distance field; empty: it has none.
   virtual std::optional<FieldReport> field(GeometryId id) const = 0;
   /// The last added geometry of that name, those recovered from the log included; empty: none.
   virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
-  /// Registers a material, which rows can name from then on. Ids are assigned in ascending order. Names need
-  /// not be unique. With a log, it is recorded before every row that names it.
+  /// Registers a material: rows may name it once this has returned. Ids are assigned in ascending order.
+  /// Names need not be unique. The log has a material before every row that names it.
   /// Errors: those of validate_material; bad_input in a history (history.hpp), and for a name that the log
   /// cannot hold; capacity for more than max_materials; out_of_memory; file, if the disk fails or the log has
   /// no room for ten seconds.
@@ -223,8 +223,8 @@ class Database {
   /// material has no name.
   virtual std::optional<MaterialId> find_material(std::string_view name) const = 0;
   /// Allocates the query's buffers and dispatches its kernels once, since drivers compile at the first
-  /// dispatch. A cone query in ConeMode::fast first builds the distance fields that were left to it
-  /// (FieldOptions::on_first_use).
+  /// dispatch. Before a cone query in ConeMode::fast, the distance fields of all geometries with
+  /// FieldOptions::on_first_use are built that do not exist yet.
   /// Errors: those of build_field, with the geometry's name; capacity, if a count is 0 or above its limit
   /// (limits.hpp); bad_input for options that contradict one another; out_of_memory; device_lost, if no
   /// other device could be opened.
@@ -287,7 +287,7 @@ class Database {
   virtual VersionInfo latest() const noexcept = 0;
   /// Every published version up to this one is on disk. Without a log: 0.
   virtual Version durable() const noexcept = 0;
-  /// Empty: no such material.
+  /// The properties of a material; empty: there is no such material.
   virtual std::optional<Material> material(MaterialId id) const noexcept = 0;
 
   // ---- durability ----

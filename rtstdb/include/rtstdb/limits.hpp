@@ -27,11 +27,12 @@ inline constexpr std::uint32_t max_points_per_query = 1u << 20;
 inline constexpr std::uint32_t max_neighbors = 32;
 inline constexpr std::uint32_t max_cones_per_query = 1u << 20;
 inline constexpr std::uint32_t max_returns_per_cone = 8;
-/// The nearest entities of a cone among which ConeQueryOptions::fractions distributes the beam.
+/// ConeQueryOptions::fractions: the nearest entities of a cone among which the beam is distributed.
 inline constexpr std::uint32_t max_entities_per_beam = 16;
-/// Along each axis; a brick of a distance field divides a cell of its coarse grid (field.hpp).
+/// Cells along each axis of a brick (field.hpp).
 inline constexpr std::uint32_t field_cells_per_brick = 5;
-/// FieldSign::ray_ratio: the rays from each vertex, and the part of them from which on it is inside.
+/// FieldSign::ray_ratio: rays from each vertex; the least share of them that hit a triangle from behind where
+/// a vertex is inside.
 inline constexpr std::uint32_t field_sign_rays = 64;
 inline constexpr double field_inside_ratio = 0.75;
 inline constexpr std::uint32_t max_standing_events = 1u << 22;

@@ -8,16 +8,15 @@
 
 namespace rtstdb {
 
-/// Each member is a property that a default describes completely. Callers name the members that they set
-/// (Material{.reflectance = 0.2}), and a log holds a material as a list of properties
-/// (rtstdb/log/format.hpp). So a property can be added without a change of callers, of existing logs or of
-/// their format.
+/// Every property has a default. Callers name the properties that they set (Material{.reflectance = 0.2}),
+/// and a log holds those that differ from their defaults. So a property can be added without a change of
+/// callers, of existing logs or of their format.
 struct Material {
-  /// Share of the incident light that a matt (Lambertian) surface scatters back, at normal incidence: 0 to 1.
+  /// Share of the incident light that a matt (Lambertian) surface scatters: 0 to 1.
   double reflectance = 1.0;
-  /// A retro-reflector returns this many times as much light toward its source as a matt surface of the same
-  /// reflectance at normal incidence, whatever the angle of incidence: 1 to max_retro_gain. 0: the surface is
-  /// no retro-reflector.
+  /// A retro-reflector returns, at any angle of incidence, this many times as much light toward the source as
+  /// a matt surface of the same reflectance does at normal incidence: 1 to max_retro_gain. 0: the surface is
+  /// not a retro-reflector.
   double retro_gain = 0.0;
 
   bool is_retro_reflector() const noexcept { return retro_gain != 0.0; }

@@ -328,24 +328,24 @@ class ConeQuery;
 
 /// How the first contact with an entity is found.
 enum class ConeMode : std::uint8_t {
-  exact,  ///< by its triangles
+  exact,  ///< by a search of the entity's triangles
   /// Sphere tracing in the distance field of the entity's geometry (GeometryOptions::field,
-  /// Database::build_field) skips the space that the field shows to be free; triangles decide what follows.
-  /// The answer is the exact one where the field is right. Where it shows a surface farther away than it is,
-  /// by e, a part of the surface may be skipped: lambda is then too large by at most
-  /// e / (sin theta + tan(a / 2)), plus the radius of the beam there, with theta the angle between axis and
-  /// surface and a the opening angle, or the entity is missed by a cone that grazes it. e is zero for most
-  /// points, since the field's bound is lowered where its gradients disagree, and a few hundredths of a cell
-  /// for the others. Geometry without a field, and cones of more than a right angle, are searched as in the
+  /// Database::build_field) skips free space; where the field shows that a surface may be near, the triangles
+  /// there are searched. Geometry without a field, and cones wider than a right angle, are searched as in the
   /// exact mode, with the same bits.
+  /// Errors: where the field overestimates the distance by e, a part of the surface may be skipped. Then
+  /// lambda is too large by at most e / (sin theta + tan(a / 2)) plus the radius of the beam there, where
+  /// theta is the angle between axis and surface and a the opening angle, or a cone that grazes the entity
+  /// misses it. e is 0 at most points, since the search uses a lower bound of the field, and a few hundredths
+  /// of a cell at the others. Where e is 0, the answer is that of the exact mode.
   fast,
 };
 
-/// A beam at one instant: the points p whose distance from the axis is at most tan(opening_angle_rad / 2)
-/// times their axial coordinate z >= 0, both from the apex origin_m, up to z = lambda_max times the length of
-/// `direction`. `direction` and `carrier` are those of a Ray; lambda counts along the axis. The opening angle
-/// is the full one, from side to side: 0 <= opening_angle_rad < pi. With 0 the cone is a ray, and its return
-/// has the bits of the closest hit of a RayQuery.
+/// A beam at one instant: the points whose distance from the axis is at most z tan(opening_angle_rad / 2),
+/// where z, their coordinate along the axis, counts from the apex `origin_m` and is between 0 and lambda_max
+/// times the length of `direction`. `direction` and `carrier` are those of a Ray; lambda counts along the
+/// axis. The opening angle is the full one, from side to side: 0 <= opening_angle_rad < pi. With 0 the cone
+/// is a ray, and its return has the bits of the closest hit of a RayQuery.
 struct Cone {
   glm::vec3 origin_m{0.0f};
   glm::vec3 direction{1.0f, 0.0f, 0.0f};
@@ -356,9 +356,9 @@ struct Cone {
   EntityId carrier{};  ///< default: none, the cone is in the world frame
 };
 
-/// The first contact of a cone with one entity, aligned to eight bytes as the device writes it: the point of
-/// its triangles in the cone with the least lambda. Where several have it, any of them. No cone meets a
-/// triangle without area. A cone whose axis hits a triangle, as a ray does, meets it.
+/// The first contact of a cone with one entity: of the points of the entity's triangles in the cone, one with
+/// the least lambda. A cone meets every triangle that a ray along its axis hits, and none without area.
+/// Aligned to eight bytes, as the device writes it.
 struct alignas(8) ConeReturn {
   HitStatus status = HitStatus::miss;
   float lambda = 0.0f;
@@ -368,15 +368,15 @@ struct alignas(8) ConeReturn {
   MaterialId material{};       ///< the entity's
   std::uint32_t triangle = 0;  ///< index in the mesh of the entity's geometry
   bool front_face = false;     ///< the apex is in front of the triangle
-  /// ConeQueryOptions::fractions: more than max_entities_per_beam entities are in the cone, and the nearest
-  /// ones leave a part of the beam to those that were not searched. Set in all returns of the cone.
+  /// ConeQueryOptions::fractions: more than max_entities_per_beam entities are in the cone, and a part of the
+  /// beam passes the nearest ones: it may reach entities that are not listed. Set in all returns of the cone.
   bool overflow = false;
-  bool by_field = false;    ///< ConeMode::fast: the distance field of the entity's geometry led there
+  bool by_field = false;    ///< found with the distance field of the entity's geometry
   glm::vec3 n_world{0.0f};  ///< unit geometric normal, on the front side of the triangle
   /// World frame: velocity of the contact point, minus that of the apex.
   glm::vec3 v_relative_mps{0.0f};
   /// ConeQueryOptions::fractions: the part of the beam's cross-section that reaches the entity past all
-  /// nearer ones; else 0. The fractions of a cone sum to at most 1.
+  /// nearer ones; without that option 0. The fractions of a cone sum to at most 1.
   float fraction = 0.0f;
 };
 
@@ -385,32 +385,34 @@ struct ConeQueryOptions {
   std::string name{};                  ///< for reports and error texts
   std::uint32_t capacity = 0;          ///< cones in a batch: 1 to max_cones_per_query
   std::uint32_t returns_per_cone = 1;  ///< 1 to max_returns_per_cone
-  Faces faces = Faces::both;           ///< front: triangles that have the apex in front of them
+  Faces faces = Faces::both;           ///< front: triangles whose front faces the apex
   ConeMode mode = ConeMode::exact;
-  /// True: the returns are the entities that a part of the beam reaches, among the max_entities_per_beam ones
-  /// with the least lambda, each with its fraction. False: all entities in the cone, hidden ones too.
+  /// True: of the max_entities_per_beam entities with the least lambda, those that a part of the beam reaches
+  /// are returns, each with its fraction. False: all entities in the cone are returns, hidden ones too.
   bool fractions = false;
   LatePolicy late = LatePolicy::discard;
 };
 
-/// The first entities in cones (paper, Cone-Tracing Query), exact on triangles or by distance fields.
+/// The first entities in cones (paper, Cone-Tracing Query), by their triangles or by distance fields.
 /// Fractions: a surface covers the part of the cross-section onto which the central projection from the apex
-/// maps it. Triangles whose side `faces` excludes are transparent. The area that one entity covers is exact;
-/// 64 fixed directions estimate which part of it is visible, to a few hundredths of the beam. An entity that
-/// none of these directions meets has the fraction that it covers if its contact is visible from the apex,
-/// and is no return otherwise. So an entity may be left out if less than about 1/64 of the beam reaches it. A
-/// beam narrower than 2e-6 rad is a ray: its first entity has the fraction 1.
-/// Fractions in ConeMode::fast: only the nearest surface is searched along each of the 64 directions. An
-/// entity that at least 8 of them meet has their share, within a few hundredths; so has one with more than
-/// about 500 triangles in the beam, which gets half a direction if none meets it and its contact is visible.
-/// Others have the fraction of the exact mode. The cost grows little with the triangles in the beam.
+/// maps it. Triangles with a side that `faces` excludes are transparent. The area that one entity covers is
+/// exact; 64 fixed directions estimate the visible part of it, to a few hundredths of the beam. An entity
+/// that none of these directions meets has the fraction of its whole area if its contact is visible from the
+/// apex, else 0. So an entity may be missing from the returns if less than about 1/64 of the beam reaches it.
+/// In a beam narrower than 2e-6 rad the first entity has the fraction 1, as with a ray.
+/// Fractions in ConeMode::fast: along each of the 64 directions only the nearest surface is searched. The
+/// fraction of an entity that at least 8 directions meet is the share of these directions, right to a few
+/// hundredths. The same holds for an entity with more than about 500 triangles in the beam; if no direction
+/// meets it and its contact is visible, it has half the share of one direction. Other entities have the
+/// fraction of the exact mode. The cost depends little on the number of triangles in the beam.
 /// Incomplete returns: a search that visits more than about 15,000 nodes of the trees may be incomplete, and,
 /// with fractions, one with more than about 100,000 triangles in the cone.
 class ConeQuery : public Query {
  public:
   virtual std::span<Cone> cones() noexcept = 0;  ///< `capacity` elements, to be filled by the caller
-  /// returns_per_cone for each cone of the last transaction, by ascending lambda, then by entity index.
-  /// Unused ones are misses; if the search was incomplete, all returns of the cone are marked incomplete.
+  /// returns_per_cone elements for each cone of the last transaction, by ascending lambda, then by entity
+  /// index. Unused elements are misses; if the search of a cone was incomplete, all of its elements are
+  /// incomplete.
   virtual std::span<const ConeReturn> returns() const noexcept = 0;
 };
 

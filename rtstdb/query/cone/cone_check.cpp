@@ -32,7 +32,7 @@ std::optional<BadInput> check_cone(const Cone& cone, std::uint32_t element, cons
   if (const auto bad = check_point(cone.origin_m, element, {"origin_m.x", "origin_m.y", "origin_m.z"}))
     return bad;
   if (const auto bad = check_direction(cone.direction, element)) return bad;
-  // Neither is true of NaN.
+  // A NaN fails both conditions.
   if (!(cone.opening_angle_rad >= 0.0f && cone.opening_angle_rad <= max_opening_angle_rad)) {
     return with_field(refused(BadInputReason::bad_cone, element, {cone.opening_angle_rad, 0.0f, 0.0f, 0.0f}),
                       "opening_angle_rad", static_cast<double>(cone.opening_angle_rad),

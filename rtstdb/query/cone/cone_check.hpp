@@ -13,7 +13,7 @@ inline constexpr float max_opening_angle_rad = 0x1.921fb4p+1f;
 /// Errors: bad_input for unknown faces or an unknown mode; capacity.
 Result<void> check_cone_options(const ConeQueryOptions& options);
 
-/// What is wrong with a cone; `element` is its number. Extends `times` by its time.
+/// What is wrong with a cone; empty: nothing. `element` is its number. Extends `times` by the cone's time.
 std::optional<BadInput> check_cone(const Cone& cone, std::uint32_t element, const RowSource& rows,
                                    TimeSpan& times) noexcept;
 

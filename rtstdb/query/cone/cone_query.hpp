@@ -31,8 +31,8 @@ class GpuConeQuery final : public ConeQuery, public GpuQuery {
                                 TimeSpan& times) const noexcept override;
   void record(const BatchPart& part, const Recording& recording) noexcept override;
 
-  /// Allocates what the caller reads and writes. After the first move_to, which refuses what the device can
-  /// not hold.
+  /// Allocates what the caller reads and writes. Called after the first move_to, which refuses a query that
+  /// the device can not hold.
   void allocate_host_memory();
 
  private:
@@ -51,7 +51,7 @@ class GpuConeQuery final : public ConeQuery, public GpuQuery {
         std::size_t{cone} * options_.returns_per_cone, options_.returns_per_cone);
   }
   void pack(std::uint32_t record, std::uint32_t cone, const Recording& recording) noexcept;
-  /// Fetches the returns of these cones from a device that does not write host memory.
+  /// Makes the returns that the device has written for these cones visible to the host.
   void pull(std::uint32_t first_cone, std::uint32_t end_cone) const noexcept;
   /// False: the device left the search incomplete.
   bool unpack_answer(std::uint32_t cone) noexcept;

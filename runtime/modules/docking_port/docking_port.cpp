@@ -1,7 +1,7 @@
-// The docking port of a body, which measures where the port of another body, the chaser, is, and catches it
-// (port_geometry.hpp). It captures the chaser in the first step in which the chaser's port is within the
-// capture limits; it misses in the first step in which that port is behind the plane of this port without
-// having been captured.
+// The docking port of a body. It measures where the port of another body, the chaser, is (port_geometry.hpp),
+// and captures the chaser in the first step in which the chaser's port is within the capture limits. The
+// chaser misses the port in the first step in which its port is farther behind the plane of this port than
+// the capture limits permit.
 //
 // Outputs  distance, lateral (m), off_axis, misalignment (rad), closing_speed, lateral_speed (m/s): of the
 //            chaser's port
@@ -157,7 +157,7 @@ void DockingPort::judge(const RelativePort& port, StepContext& context) noexcept
     context.events->note(captures_, context.time_ns, port.closing_speed_mps);
     return;
   }
-  // Behind the plane, and farther than where a capture is possible.
+  // So far behind the plane that a capture is no longer possible.
   if (was_in_front_ && port.distance_m < -limits_.distance_m) {
     missed_ = 1.0;
     context.events->note(misses_, context.time_ns, port.lateral_m);

@@ -23,7 +23,7 @@ RelativePort relative_port(const rtstdb::Motion& chaser, const BodyPort& chaser_
   const glm::dvec3 axis = at_target.q_world * target_port.axis;
   const glm::dvec3 chaser_point = at_chaser.p_world_m + chaser_arm;
   const glm::dvec3 between = chaser_point - (at_target.p_world_m + at_target.q_world * target_port.point_m);
-  // Of the chaser's point against the point of the target's body that is there.
+  // The velocity of the chaser's port relative to the point of the target's body at the same place.
   const glm::dvec3 velocity = chaser.v_world_mps + glm::cross(chaser.w_world_radps, chaser_arm) -
                               target.v_world_mps -
                               glm::cross(target.w_world_radps, chaser_point - at_target.p_world_m);

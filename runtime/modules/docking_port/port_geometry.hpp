@@ -1,5 +1,5 @@
 #pragma once
-// Where one docking port is relative to another one, and how it moves there.
+// The position and velocity of one docking port relative to another one.
 //
 // A port is a point of a body and an axis out of the body. Ports are joined when their points coincide and
 // their axes are opposite. SI units. Threads: pure functions.
@@ -25,7 +25,7 @@ struct RelativePort {
   double lateral_speed_mps = 0.0;  ///< across it
 };
 
-/// Both motions at time t. Velocities are those against the target's body, which may turn.
+/// Of both motions at time t. Velocities are relative to the target's body, which may turn.
 RelativePort relative_port(const rtstdb::Motion& chaser, const BodyPort& chaser_port,
                            const rtstdb::Motion& target, const BodyPort& target_port,
                            rtstdb::WorldTime t) noexcept;

@@ -1,11 +1,11 @@
 #pragma once
-// The row of a body in the database, as far as it was written: when it no longer describes the motion well
-// enough, and the row that then replaces it.
+// The row of a body that is in the database: whether it still describes the motion well enough, and the row
+// that replaces it.
 //
-// A row says that a body goes on with constant velocities. It is kept while it differs from the motion by at
+// A row describes a motion with constant velocities. It is kept as long as it differs from the motion by at
 // most the permitted errors, both at the begin and at the end of a step. The row that replaces it has the
-// mean velocities of the step, so that it is exact at the begin of the step, and at its end up to the third
-// power of the step's length.
+// mean velocities of the step, so that it is exact at the begin of the step, and its error at the end is of
+// third order in the step's length.
 //
 // Threads: one.
 
@@ -40,10 +40,10 @@ class BodyRow {
   std::optional<rtstdb::Motion> replacement(const RigidBody& body, const BodyStep& step) noexcept;
   /// The row is in the database.
   void set_written(const rtstdb::Motion& row) noexcept { written_ = row; }
-  /// It is not known whether the last row is in the database: the next step writes one.
+  /// Called when it is not known which row the database has: the next step writes one.
   void forget() noexcept { written_.reset(); }
 
-  /// Whether the row has a permitted error at the end of the step.
+  /// Whether the errors of the written row at the end of the step are permitted.
   bool holds_at_end(const BodyStep& step) const noexcept;
   /// The largest errors that a written row had at the begin of a step.
   const RowError& largest_error() const noexcept { return largest_; }

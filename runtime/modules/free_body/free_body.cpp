@@ -1,11 +1,11 @@
-// A body that moves freely under forces and torques in its own frame, with six degrees of freedom
-// (rigid_body.hpp). It is an entity of the scenario, which gives its shape, its mass properties apart, and
-// its motion at run time 0: the module writes the entity's row from then on, and only when the row no longer
+// A rigid body with six degrees of freedom, moved by forces and torques in its own frame (rigid_body.hpp). It
+// is an entity of the scenario, which gives its shape and its motion at run time 0; the parameters give its
+// mass properties. From then on the module writes the entity's row, but only when the previous row no longer
 // describes the motion (body_row.hpp).
 //
 // Inputs   force_x, force_y, force_z (N), torque_x, torque_y, torque_z (N m): at the centre of mass, which is
-//          the origin of the entity, along the axes of the body; each holds until the next step. An input
-//          that is not fresh, or not finite, is 0.
+//          the origin of the entity, along the axes of the body; constant until the next step. An input that
+//          is not fresh, or not finite, counts as 0.
 //          hold  not 0: the body is held where it is, at rest in the world
 // Outputs  x, y, z (m), vx, vy, vz (m/s): of the origin in the world
 //          qw, qx, qy, qz: body frame to world frame
@@ -13,8 +13,8 @@
 //          rows: rows written so far
 //          stopped: 1 since the body would have left what the database permits; it rests from then on
 //
-// A step integrates from the step before, with the inputs of that step: after skipped releases it makes up
-// for them.
+// A step integrates from the previous step on with the inputs of that step, so after skipped releases it
+// integrates over all of them.
 
 #include <algorithm>
 #include <array>
@@ -34,7 +34,8 @@ enum Input : std::size_t { force_x, force_y, force_z, torque_x, torque_y, torque
 
 constexpr std::int64_t track_every_ns = 100'000'000;
 constexpr std::size_t max_track_points = 1u << 15;
-/// Integration steps in one step of the module. Beyond this number, after a long pause, they are longer.
+/// The largest number of integration steps in one step of the module. After a long pause they are longer
+/// instead of more.
 constexpr std::int64_t max_steps_at_once = 10'000;
 
 struct FreeBodyOptions {
@@ -151,7 +152,7 @@ void FreeBody::configure(World& world, EventLog& events, const TaskParameters& t
   state_ = rigid_body_.state(motion.p_world_m, motion.v_world_mps, motion.q_world, motion.w_world_radps);
   row_.set_written(motion);
   track_.reserve(max_track_points);
-  // A transaction that writes a row takes microseconds. The budget leaves time for a loaded machine.
+  // A transaction that writes a row takes microseconds. The budget is larger, for a loaded machine.
   const rtstdb::Nanoseconds deadline(task.deadline_ns);
   reservation_ = world.reserve({.name = task.instance,
                                 .period = rtstdb::Nanoseconds(task.period_ns),
@@ -319,7 +320,7 @@ void FreeBody::contribute(contribution::Contribution& report) const {
   report.sections.push_back(std::move(section));
 }
 
-/// Ixx, Iyy, Izz, and then Ixy, Ixz, Iyz of the tensor, if they are given.
+/// `list`: Ixx, Iyy, Izz of the tensor, and Ixy, Ixz, Iyz if it has six numbers.
 glm::dmat3 tensor_of(const config::Value& list) {
   std::array<double, 6> parts{};
   for (std::size_t i = 0; i < list.items().size(); ++i)

@@ -27,8 +27,8 @@ double min_relative_minor(const glm::dmat3& m) {
 }  // namespace
 
 std::string fault_of_inertia(const glm::dmat3& inertia_kgm2) {
-  // Values are written with a few digits: a plate, whose largest moment is the sum of the others, may miss
-  // it by rounding.
+  // Values of a scenario have few digits: the largest moment of a plate, which is the sum of the others, may
+  // exceed this sum by rounding.
   constexpr double rounding = 1e-6;
   constexpr double min_definite = 1e-15;
   const glm::dmat3& m = inertia_kgm2;

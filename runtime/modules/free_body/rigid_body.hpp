@@ -7,8 +7,8 @@
 // with x away from the planet, y along the velocity of the orbit, and z along its angular momentum. With the
 // rate 0 the world frame is inertial.
 //
-// The angular momentum is a state of its own. So a body without torque keeps it, in an inertial frame
-// exactly; the attitude follows from it: w = I^-1 L.
+// The angular momentum L is a state of its own, so a body without torque keeps it, in an inertial frame
+// exactly. The angular rates follow from it: w = I^-1 L.
 //
 // SI units. Threads: pure functions.
 

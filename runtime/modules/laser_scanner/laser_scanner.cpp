@@ -164,7 +164,7 @@ void LaserScanner::fill_beams() noexcept {
   }
 }
 
-/// At the first slice of a sweep that has answers: takes the motions of the compared bodies.
+/// At the first slice of a sweep that has answers.
 void LaserScanner::begin_sweep(const StepContext& context) noexcept {
   view_.begin_sweep();
   targets_.clear();
@@ -201,7 +201,7 @@ void LaserScanner::take_returns(StepContext& context, const rtstdb::Motion& carr
   context.outputs[ScannerOutputs(options_).hits()] = detected_beams;
 }
 
-/// Returns whether the receiver detected one of them.
+/// Returns whether the receiver detected a return of the beam.
 bool LaserScanner::take_returns_of(std::uint64_t beam, const rtstdb::Motion& carrier) noexcept {
   const auto index = static_cast<std::uint32_t>(beam - first_beam_);
   bool is_detected = false;

@@ -16,16 +16,15 @@
 
 namespace hil::modules {
 
-/// Ranges below this count as this in intensities, which would be infinite at 0.
+/// The least range in intensities, which would be infinite at 0.
 inline constexpr double min_intensity_range_m = 1e-3;
 
-/// reflectance * fraction * cosine / range^2; a retro-reflector has its gain in place of the cosine. The
-/// cosine is that of the angle of incidence, 0 to 1.
+/// reflectance * fraction * cosine / range^2; for a retro-reflector its gain replaces the cosine, which is
+/// that of the angle of incidence, 0 to 1.
 double intensity_per_m2(const rtstdb::Material& material, double fraction, double cosine,
                         double range_m) noexcept;
 
-/// The seed of the noise of a module, from that of the run: independent of the other modules' noise. Not
-/// negative.
+/// The seed of a module's noise, from the seed of the run: other modules have other seeds. Not negative.
 std::int64_t noise_seed(std::uint64_t run_seed, std::string_view module) noexcept;
 
 struct ReceiverOptions {
@@ -40,9 +39,9 @@ class Receiver {
   explicit Receiver(const ReceiverOptions& options) : options_(options) {}
   const ReceiverOptions& options() const noexcept { return options_; }
 
-  /// `direction_world`: the unit vector along the beam. The noise is a function of the seed and the number
-  /// alone, so a return has the same noise in every run with the seed, and in the history. A measured range
-  /// is at least 0. Empty: not a hit, or not detected.
+  /// What the receiver measures; empty: no hit, or not detected. `direction_world`: the unit vector along the
+  /// beam. The noise is a function of the seed and the number alone, so a return has the same noise in every
+  /// run with the seed, and in the history. A measured range is at least 0.
   std::optional<Detection> detect(const BeamReturn& beam_return, const rtstdb::Material& material,
                                   const glm::dvec3& direction_world,
                                   const ReturnNumber& number) const noexcept;

@@ -82,15 +82,15 @@ void ReturnStatistics::contribute(const std::string& scanner,
       report.events.push_back({report.end_ns, scanner + ": " + std::to_string(beams) + " beams " + what});
   };
   add_event(incomplete_beams_, "have no answer: the device's limits cut their search short");
-  add_event(overflowed_beams_, "met more entities than their light is distributed among");
+  add_event(overflowed_beams_, "may have reached more bodies than their light is distributed among");
   if (entity_count_ == 0) return;
   contribution::Section section{
       .name = scanner + "_returns",
       .title = "Returns of " + scanner,
       .text =
-          "What came back to the scanner in the whole run. The intensity of a return is the reflectance of "
-          "its material, times the covered fraction of the beam, times the cosine of the angle of "
-          "incidence, over the squared range; a retro-reflector has its gain in place of the cosine."};
+          "The returns of the whole run. The intensity of a return is the reflectance of its material, times "
+          "the covered fraction of the beam, times the cosine of the angle of incidence, over the squared "
+          "range; for a retro-reflector its gain replaces the cosine."};
   contribution::Table by_entity = make_table("Body");
   for (const OfEntity& one : std::span(entities_).first(entity_count_))
     add_row(by_entity, name_of(one.entity), one.counts);

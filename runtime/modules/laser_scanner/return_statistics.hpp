@@ -1,5 +1,5 @@
 #pragma once
-// Counts the returns of a scanner by entity and by their place in the beam, for the report's table.
+// Counts the returns of a scanner by entity and by their order in the beam, for the report's tables.
 //
 // Threads: add in the tick, without allocation; contribute after the run.
 
@@ -26,7 +26,8 @@ class ReturnStatistics {
   struct Counts {
     std::uint64_t returns = 0;
     std::uint64_t detected = 0;
-    double nearest_m = std::numeric_limits<double>::infinity();  ///< of the detected ones; so are those below
+    // Of the detected returns:
+    double nearest_m = std::numeric_limits<double>::infinity();
     double farthest_m = 0.0;
     double dimmest_per_m2 = std::numeric_limits<double>::infinity();
     double brightest_per_m2 = 0.0;
@@ -38,13 +39,13 @@ class ReturnStatistics {
            const std::optional<Detection>& detection) noexcept;
   /// A beam whose search reached the limits of the device.
   void add_incomplete_beam() noexcept { ++incomplete_beams_; }
-  /// A beam with more entities than its fractions are distributed among.
+  /// A beam that may have reached entities that were not searched (ConeReturn::overflow).
   void add_overflowed_beam() noexcept { ++overflowed_beams_; }
 
   /// The counts of an entity; null: it has no row.
   const Counts* find(rtstdb::EntityId entity) const noexcept;
 
-  /// Adds a section with the table, and an event for beams with an incomplete answer.
+  /// Adds a section with the tables, and events for incomplete and overflowed beams.
   void contribute(const std::string& scanner, const std::function<std::string(rtstdb::EntityId)>& name_of,
                   contribution::Contribution& report) const;
 

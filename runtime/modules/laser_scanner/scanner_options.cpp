@@ -22,7 +22,7 @@ glm::dvec3 three(const config::Value& list) {
   return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
 }
 
-/// Decimals of a rate need not end.
+/// Rates are decimal numbers, which may be rounded.
 constexpr double rate_tolerance = 1e-9;
 
 double sweeps_per_cloud(const config::Value& parameters) {
@@ -163,7 +163,7 @@ config::Schema scanner_schema() {
                           "divergence has one."),
       Field::with_default("mode", Schema::one_of({"exact", "fast"}), "exact",
                           "How the fractions of beams with a divergence are found: from the exact areas that "
-                          "bodies cover, or, where a body covers an eighth of the beam or more, along 64 "
+                          "bodies cover, or, for bodies that cover an eighth of the beam or more, along 64 "
                           "directions, which is faster for bodies of many triangles. Fast beams also use the "
                           "distance fields of entities ('field')."),
       Field::with_default("threshold", Schema::number(0.0, 1e12), "0",

@@ -30,7 +30,7 @@ struct ScannerOptions {
   double threshold_per_m2 = 0.0;
   double range_noise_m = 0.0;
   std::uint32_t targets = 0;       ///< slots for returns of retro-reflectors; 0: no such outputs
-  std::uint32_t cloud_sweeps = 0;  ///< a point cloud is written of each so many sweeps; 0: of none
+  std::uint32_t cloud_sweeps = 0;  ///< sweeps from one point cloud to the next; 0: no point clouds
 };
 
 /// The largest number of points of a cloud.

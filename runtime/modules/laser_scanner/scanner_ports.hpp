@@ -6,9 +6,9 @@
 //                      is list_origin
 //     object_count
 //     scan_index       sweeps begun before this one
-//     hits             beams of the last step of which a return was detected
+//     hits             beams of the last step with a detected return
 //     digest           a hash of all answers so far: runs with equal digests have equal answers
-// With `targets`, of the last sweep whose end was measured:
+// With `targets`, of the last sweep whose last beams have answers:
 //     target_count     detected returns of retro-reflectors
 //     target<k>.azimuth, .elevation (rad), .range (m), .intensity (1/m^2)
 //                      the brightest of them; 0 in slots without one. The direction is that of the beam's
@@ -24,7 +24,7 @@ namespace hil::modules {
 
 Ports scanner_ports(const config::Value& parameters, const ScannerOptions& options);
 
-/// Places in Ports::outputs.
+/// Indices in Ports::outputs.
 class ScannerOutputs {
  public:
   static constexpr std::size_t per_object = 7;

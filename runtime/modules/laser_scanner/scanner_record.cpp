@@ -86,7 +86,7 @@ Value value_of(const Member& member) {
   }
 }
 
-/// What lies beyond the limits of the module's parameters; empty: nothing.
+/// The value that is beyond the limits of the module's parameters; empty: none.
 std::string fault_of(const ScannerRecord& scanner) {
   constexpr double max_angle_rad = 6.3;       // a whole turn, and what rounding adds
   constexpr double max_divergence_rad = 1.6;  // a right angle, and what rounding adds

@@ -1,6 +1,6 @@
 #pragma once
-// What a history needs of a laser scanner to query its beams again: the module writes it into world.json
-// (contribution::ModuleRecord, in the list "scanners"), and `hil history` reads it back.
+// What a history needs to know of a laser scanner to trace its beams again: the module writes it into
+// world.json (contribution::ModuleRecord, in the list "scanners"), and `hil history` reads it.
 //
 // Units: nanoseconds of run time, which is world time; metres; radians. Threads: plain data.
 

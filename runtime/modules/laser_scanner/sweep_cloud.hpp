@@ -1,5 +1,5 @@
 #pragma once
-// Fills the point clouds of a scanner: one of every so many sweeps.
+// Fills the point clouds of a scanner: of every n-th sweep.
 //
 // Threads: open at setup; all else in the tick, without allocation.
 
@@ -15,10 +15,10 @@ namespace hil::modules {
 
 class SweepCloud {
  public:
-  /// From now on the sweeps `sweeps` * n have a cloud.
+  /// From now on every sweep whose number is a multiple of `sweeps` has a cloud.
   void open(std::unique_ptr<PointCloudStream> stream, std::uint32_t sweeps) noexcept;
-  /// A sweep begins, counted from 0. Hands over the cloud of the sweep before, if its end was skipped.
-  /// `sensor`: its pose now.
+  /// Begins sweep number `sweep`, counted from 0. Hands over the cloud of the previous sweep if end_sweep()
+  /// was not called. `sensor`: the pose of the sensor at the begin of the sweep.
   void begin_sweep(std::int64_t sweep, const rtstdb::Pose& sensor) noexcept;
   /// Adds a point if the sweep has a cloud.
   void add(const CloudPoint& point) noexcept;

@@ -8,7 +8,7 @@
 namespace hil::modules {
 namespace {
 
-/// The pictures have so many colours.
+/// The number of colours in a picture.
 constexpr std::size_t colours = 8;
 
 contribution::Picture front_view(std::string title, std::string caption) {
@@ -20,8 +20,8 @@ contribution::Picture front_view(std::string title, std::string caption) {
 
 contribution::Picture by_body(const std::vector<SweepView::Point>& points,
                               const std::function<std::string(rtstdb::EntityId)>& name_of) {
-  contribution::Picture picture =
-      front_view("By body", "Detected returns from behind the scanner, in metres across and up.");
+  contribution::Picture picture = front_view(
+      "By body", "Detected returns as seen from behind the scanner, in metres to the right and up.");
   std::vector<rtstdb::EntityId> bodies;
   for (const SweepView::Point& point : points) {
     const auto known = std::ranges::find(bodies, point.entity);
@@ -36,7 +36,7 @@ contribution::Picture by_body(const std::vector<SweepView::Point>& points,
   return picture;
 }
 
-/// The colour of a point is the decade of its intensity below the brightest one.
+/// The colour of a point shows how many decades its intensity is below that of the brightest one.
 contribution::Picture by_intensity(const std::vector<SweepView::Point>& points) {
   contribution::Picture picture =
       front_view("By intensity", "The same returns, coloured by the decade of their intensity.");
@@ -82,11 +82,11 @@ void SweepView::contribute(const std::string& scanner,
                            contribution::Contribution& report) const {
   if (shown().empty()) return;
   contribution::Section bodies{.name = scanner + "_bodies",
-                               .title = "What " + scanner + " sees",
-                               .text = "The last whole sweep of " + scanner + "."};
+                               .title = "Bodies that " + scanner + " detects",
+                               .text = "The last complete sweep of " + scanner + "."};
   bodies.pictures.push_back(by_body(shown(), name_of));
   contribution::Section intensities{.name = scanner + "_intensity",
-                                    .title = "How bright " + scanner + " sees it"};
+                                    .title = "Intensities that " + scanner + " measures"};
   intensities.pictures.push_back(by_intensity(shown()));
   report.sections.push_back(std::move(bodies));
   report.sections.push_back(std::move(intensities));

@@ -20,7 +20,7 @@ class SweepView {
  public:
   static constexpr std::size_t max_points = 4000;
 
-  /// A sweep has so many beams. Of more than max_points, every n-th one is kept.
+  /// `beams`: in a sweep. If they are more than max_points, every n-th one is kept.
   explicit SweepView(std::uint64_t beams);
 
   struct Point {
@@ -33,12 +33,13 @@ class SweepView {
   bool wants(std::uint64_t beam) const noexcept {
     return beam % every_ == 0 && points_.size() < points_.capacity();
   }
-  /// Of a beam that is wanted.
+  /// Adds a return of a beam for which wants() is true.
   void add(const Point& point) noexcept { points_.push_back(point); }
 
-  /// Of the last sweep that is over, or of the first one.
+  /// The points of the last complete sweep; in the first sweep, those so far.
   std::vector<contribution::SensorPoint> map_points() const;
-  /// The scan as the scanner sees it, coloured by body and by intensity. Adds nothing without a point.
+  /// Adds pictures of the sweep from the scanner's place, coloured by body and by intensity; none if there is
+  /// no point.
   void contribute(const std::string& scanner, const std::function<std::string(rtstdb::EntityId)>& name_of,
                   contribution::Contribution& report) const;
 

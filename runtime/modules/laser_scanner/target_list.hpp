@@ -1,5 +1,5 @@
 #pragma once
-// The brightest returns of retro-reflectors in a sweep: what the controller of a docking sensor gets.
+// The brightest detected returns of retro-reflectors in a sweep.
 //
 // No allocation. Threads: one.
 
@@ -22,13 +22,13 @@ class TargetList {
  public:
   static constexpr std::uint32_t max_targets = 8;
 
-  /// Keeps this many of them, at most max_targets.
+  /// `capacity`: how many targets are kept, at most max_targets.
   explicit TargetList(std::uint32_t capacity) noexcept : capacity_(capacity) {}
 
   void clear() noexcept { found_ = kept_ = 0; }
   void add(const Target& target) noexcept;
 
-  /// Number of returns added since clear, also of those that are not kept.
+  /// The number of targets added since clear, whether kept or not.
   std::uint64_t found() const noexcept { return found_; }
   /// The brightest first; of equally bright ones, the one added first.
   std::span<const Target> brightest() const noexcept { return std::span(targets_).first(kept_); }

@@ -43,12 +43,12 @@ struct PixelWindow {
   }
 };
 
-/// All pixels of the grid that a circle around a place touches; at least one pixel, if the place is in the
-/// grid. `radius_px`: in pixels.
+/// The pixels of the grid in the smallest window that contains a circle around a place; at least one pixel if
+/// the place is in the grid. `radius_px`: in pixels.
 PixelWindow window_around(const PixelGrid& grid, const glm::dvec2& place, double radius_px) noexcept;
 
-/// The paper's Equation 2 for the distance: the largest one at which an object of this size is at least two
-/// samples wide, in metres. `samples_per_axis`: in a pixel, along one axis.
+/// The paper's Equation 2, solved for the distance in metres: the largest one at which an object of this size
+/// is at least two samples wide. `samples_per_axis`: in a pixel, along one axis.
 double equation_2_distance_m(const PixelGrid& grid, double object_m, std::uint32_t samples_per_axis) noexcept;
 
 }  // namespace hil::modules

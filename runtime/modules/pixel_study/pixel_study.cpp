@@ -1,13 +1,12 @@
 // The paper's Figure 10: from which distances a sensor with pixels detects a small retro-reflector at a port,
-// when a pixel is measured by a number of rays, and when by one beam, and how long that takes. The sensor is
-// on the axis of the port and looks into it. Bodies stand still.
+// and in which time, if a pixel is measured by a number of rays or by one beam. The sensor is on the axis of
+// the port and looks into it. Bodies stand still.
 //
-// Each step traces one batch, so the study runs at its own pace beside other modules; under the virtual clock
-// a step takes as long as it needs.
+// Each step traces one batch, so the study takes as many steps as it has batches.
 //
 // Outputs  progress (0 to 1), finished (1: all is traced)
-//          tiling_beams_missed: distances at which a beam that covers its pixel does not detect
-//          rays_detected_beyond: distances beyond 2.5 times the one of Equation 2 at which rays detect
+//          tiling_beams_missed: distances at which beams that cover their pixels miss the reflector
+//          rays_detected_beyond: distances beyond 2.5 times that of Equation 2 at which rays detect it
 //          incomplete: rays and beams whose search was cut short
 
 #include <glm/geometric.hpp>
@@ -103,7 +102,7 @@ void PixelStudy::check_task(const config::Value& parameters, const TaskParameter
   }
 }
 
-/// Reads where the port and the reflector are.
+/// Reads the places of the port and the reflector.
 StudyScene PixelStudy::scene_of(World& world, const std::string& caller) {
   transaction_->begin({});
   transaction_->read(world.entity_of(options_.body, caller));
@@ -239,7 +238,7 @@ void PixelStudy::step(StepContext& context) noexcept {
                          .world_time = {},
                          .read_at = rtstdb::ReadAt::pinned(context.version)});
     query.add_to(*transaction_, count);
-    // The run's own clock stands still in a step under the virtual clock.
+    // Not the clock of the run, which stands still in a step under the virtual clock.
     const auto began = std::chrono::steady_clock::now();
     const rtstdb::Outcome& outcome = context.execute(*database_, *transaction_);
     const std::int64_t wall_ns = (std::chrono::steady_clock::now() - began).count();

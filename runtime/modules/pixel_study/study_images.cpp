@@ -9,10 +9,10 @@ namespace hil::modules {
 namespace {
 
 constexpr std::uint8_t white = 255;
-/// A matt white surface that faces the sensor.
+/// Of a matt white surface that faces the sensor.
 constexpr double brightest_grey = 200.0;
 
-/// "0100m-4096rays", "0020m-beam0p0524deg": letters, digits and '-'.
+/// Such as "0100m-4096rays" and "0020m-beam0p0524deg": letters, digits and '-'.
 std::string file_name(double distance_m, const PixelMethod& method) {
   const std::string distance = config::format_number(distance_m);
   std::string name = std::string(4 - std::min<std::size_t>(distance.size(), 4), '0') + distance + "m-";

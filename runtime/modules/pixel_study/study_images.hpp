@@ -1,6 +1,6 @@
 #pragma once
-// The images of a pixel study: the intensity of all that a pixel sees as grey, and white where it detects the
-// reflector. Pixels that were not traced are black.
+// The images of a pixel study: the intensity that a pixel measures in grey, a pixel that detects the
+// reflector in white, a pixel that was not traced in black.
 //
 // add and finish do not allocate. Threads: one.
 
@@ -15,15 +15,17 @@ namespace hil::modules {
 
 class StudyImages {
  public:
-  /// Takes a byte for each pixel, distance and method, and eight for each pixel. `options` outlives it.
+  /// Allocates a byte for each pixel, distance and method, and eight bytes for each pixel. `options` outlives
+  /// it.
   explicit StudyImages(const StudyOptions& options);
 
-  /// The mean intensities of the rays or of the beam: add one ray's share of a pixel.
+  /// Adds the contribution of a ray or a beam to the mean intensity of its pixel: of all that it meets, and
+  /// of the reflector.
   void add(std::uint32_t pixel, double intensity_per_m2, double of_reflector_per_m2) noexcept;
-  /// Makes the image of a distance and a method of what was added since the last one.
+  /// Makes the image of a distance and a method from what was added since the last call.
   void finish(std::size_t distance, std::size_t method) noexcept;
 
-  /// Adds those that are finished, with copies of their pixels.
+  /// Adds copies of the finished images.
   void add_to(contribution::Contribution& report, const std::string& module) const;
 
  private:

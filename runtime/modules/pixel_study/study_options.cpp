@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t max_samples_per_axis = 256;
 
-/// The square root of a square number; 0 with a mistake for another one.
+/// The square root of a number of samples; 0 with a mistake if it is not a square.
 std::uint32_t root_of(const config::Value& samples, config::Diagnostics& diagnostics) {
   const std::int64_t number = samples.integer();
   const std::int64_t root = std::llround(std::sqrt(static_cast<double>(number)));
@@ -109,8 +109,8 @@ config::Schema study_schema() {
       Field::needed("body", Schema::text(), "The body that has the port."),
       Field::with_default("position", point, "[0 m, 0 m, 0 m]", "Its middle, in the body's frame."),
       Field::with_default("axis", Schema::list(Schema::number(-1e3, 1e3), 3, 3), "[1, 0, 0]",
-                          "The direction out of the port, on which the sensor is; of any length."),
-      Field::with_default("radius", length, "1 m", "Pixels within it see the port."),
+                          "The direction out of the port, in which the sensor is; of any length."),
+      Field::with_default("radius", length, "1 m", "Its radius: pixels that see into it see the port."),
   });
   return Schema::record({
       Field::needed("port", port, "The port that the sensor looks at."),
@@ -136,12 +136,13 @@ config::Schema study_schema() {
       Field::with_default("shifts", Schema::integer(1, 1000), "10",
                           "Random shifts of the grid within a pixel, for which detections are counted."),
       Field::with_default("needed_shifts", Schema::integer(1, 1000), "9",
-                          "The number of shifts with a detection from which on a method detects."),
+                          "The number of shifts with a detection that a method needs to detect."),
       Field::with_default(
           "whole_up_to", Schema::integer(0, 65536), "16",
-          "With more rays in a pixel than this, only the pixels that can see the port are all "
-          "traced, and a share of the others for the time."),
-      Field::with_default("share", Schema::quantity(Quantity::share, 0.0, 1.0), "0.1 %", "That share."),
+          "With more rays in a pixel than this, all pixels that can see the port are traced, and only "
+          "a random share of the others."),
+      Field::with_default("share", Schema::quantity(Quantity::share, 0.0, 1.0), "0.1 %",
+                          "The share of the other pixels, from which the time of a frame is estimated."),
       Field::with_default("mode", Schema::one_of({"exact", "fast"}), "exact",
                           "How the fractions of beams are found, as of a laser_scanner."),
       Field::with_default("batch", Schema::integer(1024, 1 << 20), "65536",

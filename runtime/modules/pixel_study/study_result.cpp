@@ -21,7 +21,7 @@ StudyResult::StudyResult(const StudyOptions& options, const PixelGrid& grid)
     : options_(options), grid_(grid), results_(options.distances_m.size() * options.methods.size()) {}
 
 bool StudyResult::tiles(const PixelMethod& method) const noexcept {
-  // Angles are written with a few digits.
+  // Angles of a scenario are rounded.
   constexpr double rounding = 0.999;
   return method.beam_rad >= rounding * std::numbers::sqrt2 * grid_.pitch_rad();
 }
@@ -83,8 +83,8 @@ contribution::Plot StudyResult::detection_plot() const {
   contribution::Plot plot{
       .title = "Shifts with a detection",
       .caption =
-          "Beams that cover their pixel detect the reflector at every distance; rays lose it beyond "
-          "the distance of Equation 2 for their number.",
+          "How often each method detects the reflector, by distance. Equation 2 gives the distance "
+          "beyond which a number of rays may miss it.",
       .x = {.quantity = "distance", .unit = "m", .logarithmic = true},
       .y = {.quantity = "share of the shifts", .unit = "%"},
       .series = {}};

@@ -1,7 +1,7 @@
 #pragma once
 // What a pixel study finds for each distance and method, and how the report shows it.
 //
-// Threads: plain data; study_section allocates and is not for the tick.
+// Threads: one; section() allocates and is not for the tick.
 
 #include <cstdint>
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace hil::modules {
 
-/// Wall-clock time of the transactions, and how many pixels took it; a pixel counts each time it is traced.
+/// The wall-clock time of transactions, and the number of pixels that they traced, with repetitions.
 struct TimedPixels {
   std::int64_t wall_ns = 0;
   std::uint64_t pixels = 0;
@@ -26,12 +26,12 @@ struct TimedPixels {
 struct MethodResult {
   bool complete = false;
   std::uint32_t detections = 0;    ///< shifts in which a pixel detected the reflector
-  TimedPixels port{};              ///< those that can see the port
-  std::uint64_t port_pixels = 0;   ///< all of these
-  TimedPixels others{};            ///< those traced of the rest
-  std::uint64_t other_pixels = 0;  ///< all of the rest
+  TimedPixels port{};              ///< of the pixels that can see the port
+  std::uint64_t port_pixels = 0;   ///< their number, without repetitions
+  TimedPixels others{};            ///< of the other pixels, as far as they were traced
+  std::uint64_t other_pixels = 0;  ///< their number, traced or not
 
-  /// Of all pixels of the grid; estimated where not all others were traced.
+  /// The time for all pixels of the grid; estimated if not all of the others were traced.
   double frame_s() const noexcept {
     return 1e-9 * (port.ns_per_pixel() * static_cast<double>(port_pixels) +
                    others.ns_per_pixel() * static_cast<double>(other_pixels));
@@ -53,14 +53,14 @@ class StudyResult {
   bool detects(std::size_t distance, std::size_t method) const noexcept {
     return at(distance, method).detections >= options_.needed_shifts;
   }
-  /// Beams that cover a whole pixel.
+  /// Whether the beams of a method cover their pixels.
   bool tiles(const PixelMethod& method) const noexcept;
   /// The distance of Equation 2 for rays; for beams 0.
   double nyquist_m(const PixelMethod& method) const noexcept;
 
-  /// Complete distances of beams that tile the view and do not detect.
+  /// The number of complete results of beams that tile the view and do not detect.
   std::uint32_t missed_by_tiling_beams() const noexcept;
-  /// Complete distances beyond `factor` times the one of Equation 2 at which rays detect.
+  /// The number of complete results of rays that detect beyond `factor` times the distance of Equation 2.
   std::uint32_t detected_by_rays_beyond(double factor) const noexcept;
 
   contribution::Section section(const std::string& module) const;

@@ -53,14 +53,15 @@ StudyWork::StudyWork(const StudyOptions& options, const PixelGrid& grid, const S
   set_method();
 }
 
-/// In any shift.
+/// The pixels that can see the reflector in any shift.
 PixelWindow StudyWork::reflector_window() const noexcept {
   const glm::dvec3 to_reflector = glm::conjugate(sensor_to_world_) * (scene_.reflector_m - sensor_m_);
   const double range_m = glm::length(to_reflector);
   const double radius_rad =
       std::atan2(0.5 * options_.reflector_m, range_m) + 0.5 * options_.methods[method_].beam_rad;
-  // A shift moves the pixels by up to one to the right and down, so the place in the shifted grid is up to
-  // one smaller. Half a pixel more is for a beam in the middle of its pixel, and for rounding.
+  // A shift moves the pixels by less than one to the right and down, so the place of the reflector in the
+  // shifted grid is smaller by less than one. Another half pixel is for a beam in the middle of its pixel,
+  // and for rounding.
   const glm::dvec2 place = grid_.place(to_reflector) - glm::dvec2(0.5);
   return window_around(grid_, place, radius_rad / grid_.pitch_rad() + 1.0);
 }

@@ -1,7 +1,7 @@
 #pragma once
-// The work of a pixel study as a sequence of items, each a number of elements (rays or beams) that can be
-// traced in batches of any size. For each distance and method: the detection in all shifts, the pixels that
-// can see the port, and the other pixels.
+// The work of a pixel study as a sequence of items. An item is a number of elements (rays or beams), which
+// can be traced in batches of any size. Each distance and method has three items: the detection in all
+// shifts, the pixels that can see the port, and the other pixels.
 //
 // No allocation after construction. Threads: one.
 
@@ -27,8 +27,8 @@ struct StudyScene {
 
 enum class StudyPurpose : std::uint8_t { detection, port, others };
 
-/// The pixels that can see the port are traced again and again until this many rays or beams were, since a
-/// small batch takes mostly the time of a transaction.
+/// The pixels that can see the port are traced repeatedly until at least this many rays or beams have been
+/// traced: the time of a small batch would be mostly that of its transaction.
 constexpr std::uint64_t min_port_elements = 4096;
 
 /// One ray or beam.
@@ -45,10 +45,10 @@ class StudyWork {
   StudyWork(const StudyOptions& options, const PixelGrid& grid, const StudyScene& scene, std::uint64_t seed);
 
   bool is_over() const noexcept { return distance_ == options_.distances_m.size(); }
-  /// Goes on to the next item. Misuse: is_over().
+  /// Begins the next item. Misuse: is_over().
   void next_item() noexcept;
 
-  // The current item; not if is_over().
+  // Of the current item. Misuse: is_over().
   std::size_t distance() const noexcept { return distance_; }
   std::size_t method() const noexcept { return method_; }
   StudyPurpose purpose() const noexcept { return purpose_; }
@@ -62,7 +62,7 @@ class StudyWork {
   std::uint64_t repetitions() const noexcept;
   /// True for an element that was traced before.
   bool is_repeated(std::uint64_t index) const noexcept { return index >= elements() / repetitions(); }
-  /// Pixels beside the port, traced or not.
+  /// The number of pixels that can not see the port, traced or not.
   std::uint64_t pixels_beside_port() const noexcept {
     return std::uint64_t{grid_.pixels()} * grid_.pixels() - port_window_.size();
   }

@@ -1,17 +1,17 @@
 // Sphere tracing of a cone in the distance field of a geometry (paper, Section 5.2, Figure 6).
 //
-// A point of the axis with the axial coordinate p has the distance p sine from the cone's surface. A sphere
-// around it, without a surface inside and of a radius D above that, contains the part of the cone between the
-// axial coordinates p cosine^2 -+ cosine sqrt(D^2 - (p sine)^2). So with p = free / cosine^2, where the cone
-// is known to be free up to `free`, the next `free` follows. Where D is not above p sine, the surface may be
-// met: then triangles decide, within a window of the axis that begins at `free`.
+// The point of the axis with the axial coordinate p has the distance p sine from the cone's surface. If a
+// sphere around it with a radius D > p sine contains no surface, then the part of the cone between the axial
+// coordinates p cosine^2 -+ cosine sqrt(D^2 - (p sine)^2) is free. So, if the cone is free up to `free`, the
+// point p = free / cosine^2 shows it to be free up to free + cosine sqrt(D^2 - (p sine)^2). If D <= p sine,
+// the cone may meet the surface: the triangles in a window of the axis that begins at `free` are searched.
 //
 // Included after `rounds` and `box_limit` are declared (cone.comp).
 #ifndef RTSTDB_QUERY_CONE_BY_FIELD_GLSL
 #define RTSTDB_QUERY_CONE_BY_FIELD_GLSL
 #include "query/field.glsl"
 
-// Steps of one cone in one field, after which triangles decide everything.
+// After this many steps of a cone in a field, all triangles in the rest of the cone are searched.
 const uint max_field_steps = 192u;
 
 // Wider cones are searched by triangles: the sphere of a step covers little of their surface.
@@ -21,11 +21,11 @@ struct FieldMarch {
   bool has_field;
   DistanceField field;
   float min_scale;
-  float free;    // metres along the axis
-  float last;    // the geometry lies before it
-  float window;  // length of the next window
-  bool is_near;  // triangles decide what follows
-  bool is_settled;
+  float free;       // metres along the axis up to which the cone is free
+  float last;       // no part of the geometry is beyond it
+  float window;     // length of the next window
+  bool is_near;     // the triangles in the next window have to be searched
+  bool is_settled;  // the entity's first contact is found, or none is within reach
   uint steps;
 };
 
@@ -54,11 +54,11 @@ float free_distance_at(ConeInFrame there, FieldMarch march, float p) {
   const vec3 in_cells = (in_frame - field.origin) / field.edge;
   const vec3 inside = clamp(in_cells, vec3(0.0), vec3(field.cells));
   const float gap = length((in_cells - inside) * field.edge * there.scale);
-  // Non-uniform scales lengthen the distance by at least the least scale.
+  // A non-uniform scale multiplies a distance by at least its smallest component.
   return max(gap, march.min_scale * free_distance(field, inside) - gap);
 }
 
-// Steps until triangles have to decide, or nothing more is in reach.
+// Steps until triangles have to be searched, or no contact is within reach.
 void step_along(ConeInFrame there, HalfAngle angle, inout FieldMarch march) {
   const float per_square = 1.0 / (angle.cosine * angle.cosine);
   march.is_near = !march.has_field;

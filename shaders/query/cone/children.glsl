@@ -1,4 +1,4 @@
-// How a cone goes down the tree of a geometry, the nearest child first.
+// The step of a cone from a node of a geometry's tree to its children, the nearest child first.
 //
 // Included after cone.glsl, the binding `nodes`, and what query/nearest_first.glsl needs.
 #ifndef RTSTDB_QUERY_CONE_CHILDREN_GLSL

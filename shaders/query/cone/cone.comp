@@ -1,12 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Cone queries: the search for the entities that a cone meets first, and where. Depth first, the nearest box
+// Cone queries: the search for the first contacts of a cone with entities. Depth first, the nearest box
 // first, skipping what lies beyond the last entity of the list. rtstdb/query.hpp defines the fields.
 //
-// Macros: LIST_SIZE, the largest number of entities; CONE_CONTACTS: writes contacts, from which
-// cone_fractions.comp makes the returns, instead of returns; CONE_FAST: entities whose geometry has a
-// distance field are searched by it.
+// Macros: LIST_SIZE: the largest number of entities; CONE_CONTACTS: writes contacts instead of returns, for
+// cone_fractions.comp; CONE_FAST: uses the distance fields of geometries.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -40,7 +39,7 @@ layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Co
 };
 #endif
 
-// What lies beyond `reach` is skipped; box_limit also covers rounding.
+// The lambda beyond which contacts are skipped. box_limit is the same along the axis, and covers rounding.
 float reach;
 
 void set_reach(float lambda, float m_per_lambda) {
@@ -100,7 +99,7 @@ uint nearest_entity_child(uint node, TracedCone cone) {
   return unless_full(nearest);
 }
 
-// Inserts the first contact with one entity within reach, and marks its slot with `slot_bit`. Returns whether
+// Inserts the first contact with one entity within reach, with `slot_bit` set in its slot. Returns whether
 // there is one.
 bool search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place, uint slot_bit) {
   const float reach_before = reach;
@@ -115,7 +114,7 @@ bool search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place,
       const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
       uint k = 0u;
       if (is_leaf) do {
-          // Boxes of triangles first: a contact costs as much as ten of them.
+          // Boxes of triangles first: the contact with a triangle costs ten times as much as its box.
           bool is_near = false;
           do {
             ++rounds;
@@ -150,7 +149,8 @@ bool search_triangles(ConeInFrame there, TracedCone cone, uint root, uint place,
 #ifdef CONE_FAST
 #include "query/cone/by_field.glsl"
 
-// Searches one entity, which `wanted` admits, in windows of the axis where its field shows no free space.
+// Searches one entity, if it is `wanted`: its triangles in windows of the axis where the distance field shows
+// no free space.
 void search_entity(TracedCone cone, Instance i, bool wanted, uint place) {
   ConeInFrame there = enter_instance(cone, i, head_of(i.blas_root));
   const uint texel = field_of_instance(instances, place);

@@ -9,15 +9,15 @@
 #include "query/ray/traced_ray.glsl"
 #include "shared/cone.h"
 
-// Rounding bounds of boxes, as parts of the largest distance along an axis. A box of a tree has a larger one
-// than a triangle's box below it, and covers that of a ray (blur_of). So no answer depends on the order in
-// which boxes are visited.
+// By how much boxes are enlarged for rounding, as parts of the largest distance along an axis: a box of a
+// tree by more than the triangles' boxes in it, and by at least as much as for a ray (blur_of). So no answer
+// depends on the order in which boxes are visited.
 const float triangle_blur = 2e-6;
 const float geometry_blur = 4e-6;
 const float world_blur = 8e-6;
 
-// What boxes need of a cone: the axis, and one over the largest and the least component along each axis of
-// the frame that the cone's points have for z = 1.
+// What the tests of boxes need of a cone. The points of the cone with z = 1 have a largest and a least
+// coordinate along each axis of the frame; per_max and per_min are the inverses of these.
 struct ConeSlopes {
   vec3 axis;
   vec3 per_max;
@@ -27,15 +27,15 @@ struct ConeSlopes {
 ConeSlopes slopes_of(vec3 axis, float tangent) {
   const vec3 across =
       tangent * sqrt(vec3(dot(axis.yz, axis.yz), dot(axis.xz, axis.xz), dot(axis.xy, axis.xy)));
-  // For the rounding of the quotients too.
+  // Also covers the rounding of the inverses.
   const vec3 margin = 2e-6 * (abs(axis) + across);
   return ConeSlopes(axis, inverse_direction(axis + across + margin),
                     inverse_direction(axis - across - margin));
 }
 
-// A lower bound of the axial coordinates, from `from` on, that the cone and a box have in common; `nowhere`:
-// there are none. The corners are relative to the apex. Monotonic: the bound of a box is not below that of a
-// box around it.
+// A lower bound of the axial coordinate of the points that a box and the part of the cone from `from` on have
+// in common; `nowhere`: there are none. The corners are relative to the apex. The bound of a box is not below
+// that of a box that contains it.
 float box_bound_from(ConeSlopes cone, vec3 lo, vec3 hi, float from) {
   precise vec3 from_lo = lo * cone.per_max;
   precise vec3 from_hi = hi * cone.per_min;
@@ -107,13 +107,13 @@ float entity_child_bound(ConeSlopes slopes, MotionNode wide, uint k) {
 }
 
 // A cone in the frame of an instance, which is rotated but not scaled, so that the cone stays round. Corners
-// of the geometry are made relative to the apex first and scaled then: rounding grows with their distance
-// from the apex alone.
+// of the geometry are made relative to the apex before they are scaled: so rounding is proportional to their
+// distance from the apex.
 struct ConeInFrame {
   Segment axis;  // in the frame of the geometry
   mat3 to_cone;  // from this frame to the cone's coordinates
   vec3 scale;
-  float from;       // metres along the axis: boxes are searched from there on
+  float from;       // metres along the axis: boxes before it are skipped
   vec3 farthest_m;  // by axis, at least the largest distance of the geometry along any axis
   ConeSlopes slopes;
 };
@@ -197,8 +197,8 @@ struct TriangleContact {
   bool front;
 };
 
-// Where a ray along the axis meets the triangle is a contact of every cone, so no cone passes between
-// triangles that share an edge; it is the only one of a cone without an opening.
+// The point where a ray along the axis hits the triangle is a contact of every cone, so no cone passes
+// between triangles that share an edge. For a cone with the opening angle 0 it is the only contact.
 TriangleContact contact_with(ConeInFrame there, TracedCone cone, uint slot) {
   const bool without_opening = is_ray(cone.angle);
   Found hit = nothing_within(cone.axis.lambda_max);
@@ -213,7 +213,7 @@ TriangleContact contact_with(ConeInFrame there, TracedCone cone, uint slot) {
   Contact first = first_contact(in_cone(there, corners.a), step_in_cone(there, corners.a, corners.b),
                                 step_in_cone(there, corners.a, corners.c), cone.angle, facing);
   offer_contact(first, hits, hit.lambda * cone.m_per_lambda, hit.u, hit.v);
-  // Not before the triangle's own box, by the arithmetic of boxes.
+  // Rounding must not put the contact before the bound of the triangle's own box.
   const float bound = triangle_bound(there, corners.a, corners.b, corners.c);
   const float lambda = max(first.z, bound) / cone.m_per_lambda;
   const bool meets = first.z < nowhere && bound < nowhere && lambda <= cone.axis.lambda_max &&

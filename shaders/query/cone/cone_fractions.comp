@@ -4,13 +4,15 @@
 // The returns of a cone with the fraction of the beam that reaches each entity past all nearer ones. A
 // workgroup for each cone; cone.comp has found the entities.
 //
-// The area A that an entity's triangles cover in the beam is exact. How much of it is visible is estimated
-// along a fixed pattern of directions: of S layers that they meet, V are the nearest surface. The fraction is
-// A V / S, but not more than what V directions may see. Where no direction meets the entity, it counts
-// whether its contact is visible from the apex. So a partly covered beam has an exact fraction, and an entity
-// smaller than the pattern resolves is not lost (docs/decisions/0042-fractions-of-a-beam.md).
+// The area A that an entity's triangles cover in the beam is exact. Its visible part is estimated along a
+// fixed pattern of directions: these meet S layers of the entity, V of which are the nearest surface. The
+// fraction is A V / S, but at most what V directions may see. If no direction meets the entity, the fraction
+// is A or 0, depending on whether its contact is visible from the apex. So a partly covered beam has an exact
+// fraction, and an entity smaller than the pattern resolves is not lost
+// (docs/decisions/0042-fractions-of-a-beam.md).
 //
-// The first 64 lanes are a direction each, the next 16 a contact each. For areas every lane is a triangle.
+// Each of the first 64 lanes searches a direction, each of the next 16 the line to a contact. For areas every
+// lane measures a triangle.
 //
 // Macro: CONE_FAST: along each direction only the nearest surface is searched. An entity that enough of them
 // meet has their share, and so has one that some meet and that has too many triangles in the beam. The others
@@ -46,7 +48,7 @@ shared float shares[beam_entities];
 shared uint visible[beam_entities];  // its contact, from the apex
 shared uint is_halted;
 shared uint some_cut_short;
-shared uint some_reach_beyond;  // the farthest entity that was searched
+shared uint some_reach_beyond;  // directions: the farthest entity that was searched
 
 uint depth = 0u;
 uint rounds = 0u;
@@ -54,7 +56,7 @@ bool cut_short = false;
 float box_limit;  // in metres along the axis
 #include "query/cone/children.glsl"
 
-// The loops after the search take less than this.
+// More rounds than the loops after the search need.
 const uint rounds_at_end = 400u;
 
 const uint enough_directions = 8u;
@@ -62,16 +64,16 @@ const uint max_measured_triangles = 6u * lanes;
 const uint any_number = 0xFFFFFFFFu;
 const float not_measured = -1.0;
 
-// Below this sine a beam is thinner than positions are precise, and has the fraction of a ray.
+// A beam with a smaller sine is thinner than the rounding of positions; it is treated as a ray.
 const float min_beam_sine = 1e-6;
 
-// What this many directions of the pattern see is at most this part of the beam, about.
+// The part of the beam that this many directions of the pattern see is hardly larger than this.
 float largest_share(uint directions) {
   const float count = float(int(directions));
   return (count + sqrt(count) + 1.5) / float(int(beam_directions));
 }
 
-// A direction from the apex: the points whose (x, y) times `upright` is z times `towards`.
+// A direction from the apex: the points with (x, y) upright = z towards.
 struct Direction {
   float upright;
   vec2 towards;
@@ -86,14 +88,14 @@ Direction pattern_direction(uint k, HalfAngle angle) {
 
 Direction direction_to(vec3 point) { return Direction(1.0, point.z > 0.0 ? point.xy / point.z : vec2(0.0)); }
 
-// Whether a triangle takes part in the beam: it has an area and shows the side that the query wants. `a`: its
-// first corner in the cone's coordinates.
+// Whether a triangle covers a part of the beam: it has an area, and `faces` permits the side that it shows.
+// `a`: its first corner in the cone's coordinates.
 bool is_counted(ConeInFrame there, Corners corners, vec3 a) {
   const vec3 n = cross(step_in_cone(there, corners.a, corners.b), step_in_cone(there, corners.a, corners.c));
   return corners.has_area && -dot(n, a) * args.faces >= 0.0;
 }
 
-// Where a direction meets a triangle, as a ray does (test_corners); `nowhere`: it does not.
+// The z at which a direction meets a triangle, decided as for a ray (test_corners); `nowhere`: it does not.
 float meets_at(Direction along, vec3 a, vec3 b, vec3 c, float z_max) {
   precise vec2 a2 = along.upright * a.xy - along.towards * a.z;
   precise vec2 b2 = along.upright * b.xy - along.towards * b.z;
@@ -116,8 +118,8 @@ struct DirectionState {
   uint layers;  // of the entity that is searched
 };
 
-// Children of a node and triangles of a leaf are taken four at a time, one by each of the first lanes of a
-// subgroup: subgroups have at least four lanes. All lanes visit the same nodes and leaves together.
+// All lanes visit the same nodes and leaves. Each of four lanes handles one child of a node or one triangle
+// of a leaf for the whole subgroup, which has at least four lanes.
 const uint at_once = 4u;
 
 // Pushes the children of a node that the cone meets.
@@ -159,7 +161,7 @@ void test_leaf(uint first, uint count, ConeInFrame there, uint entity, uint inst
 
 #ifdef CONE_FAST
 
-// What boxes need of a direction: its points for z = 1, with the axis of the cone.
+// What the tests of boxes need of a direction: its point with z = 1, and the axis of the cone.
 ConeSlopes slopes_along(ConeInFrame there, Direction along) {
   const vec3 towards = vec3(along.towards / along.upright, 1.0) * there.to_cone;
   const vec3 margin = 2e-6 * (abs(there.slopes.axis) + abs(towards));
@@ -203,7 +205,7 @@ void search_direction(TracedCone cone, uint entity, ConeContact contact, Directi
 }
 #endif
 
-// The area of a triangle in the beam; nothing for ref_none.
+// The area of a triangle in the beam; 0 for ref_none.
 float area_of(uint slot, TracedCone cone, ConeInFrame there, float z_max) {
   const Corners corners = fetch_corners(slot != ref_none ? slot : 0u);
   const vec3 a = in_cone(there, corners.a);
@@ -225,7 +227,7 @@ float search_entity(TracedCone cone, uint entity, ConeContact contact, uint max_
   uint measured = 0u;
   do {
     ++rounds;
-    // A triangle for every lane.
+    // Collects a triangle for every lane.
     uint measured_slot = ref_none;
     uint seen = 0u;
     do {
@@ -258,7 +260,7 @@ void measure(TracedCone cone, uint entity, ConeContact contact, uint max_triangl
   if (lane < beam_directions && state.layers > 0u) atomicAdd(layers[entity], state.layers);
 }
 
-// The share of the beam that reaches an entity. `of`: its contact.
+// The part of the beam that reaches an entity. `of`: its contact.
 float share_of(uint entity, FullContact of, bool is_visible) {
   float area = 0.0;
   for (uint lane = 0u; lane < lanes; ++lane) area += areas[entity * lanes + lane];

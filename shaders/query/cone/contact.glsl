@@ -3,8 +3,8 @@
 // Coordinates: x and y across the axis, z along it, from the apex, in metres. A point is in the cone if
 // |(x, y)| cosine <= z sine, with z >= 0, where sine and cosine are those of half the opening angle. Triangle
 // and cone are convex, so the point with the least z is a corner in the cone, a point where an edge crosses
-// the cone's surface, or the point where the plane meets the generator of the cone that it meets first. The
-// apex is such a point where it lies in the triangle.
+// the cone's surface, or the first point of the cone in the triangle's plane. The last one lies on a
+// generator, a line of the cone's surface through the apex; it is the apex if that lies in the triangle.
 #ifndef RTSTDB_QUERY_CONE_CONTACT_GLSL
 #define RTSTDB_QUERY_CONE_CONTACT_GLSL
 #include "query/ray/ray_triangle.glsl"
@@ -34,15 +34,16 @@ bool is_in_cone(vec3 p, HalfAngle angle) {
   return p.z >= 0.0 && angle.cosine * length(p.xy) <= angle.sine * p.z;
 }
 
-// Where the line a + t d crosses the surface of the cone and its mirror image beyond the apex: the roots of
-// A t^2 + 2 B t + C = 0.
+// Where the line a + t d crosses the double cone, which is the cone and its mirror image behind the apex: at
+// the roots of A t^2 + 2 B t + C = 0.
 struct EdgeCrossing {
-  float square;  // A: above zero where the line leaves the cone on both sides
+  float square;  // A: above zero if both ends of the line are outside the double cone
   vec2 roots;    // -1 for a root at infinity
   bool crosses;
 };
 
-// The discriminant by Lagrange's identity, as a difference of two lengths, does not cancel for thin cones.
+// The discriminant is computed by Lagrange's identity as a difference of two lengths, which does not cancel
+// for thin cones.
 EdgeCrossing edge_crossing(vec3 a, vec3 d, HalfAngle angle) {
   const vec3 m = cross(a, d);
   const float across = angle.sine * length(m.xy);
@@ -72,8 +73,8 @@ void offer_edge(vec3 a, vec3 d, vec2 uv, vec2 uv_step, HalfAngle angle, inout Co
   }
 }
 
-// The generator that meets the triangle's plane first leans towards the plane. `n`: the plane's normal, away
-// from the apex.
+// The generator that meets the triangle's plane first is the one that is inclined towards the plane. `n`: the
+// plane's normal, away from the apex.
 void offer_generator(vec3 a, vec3 b, vec3 c, vec3 n, HalfAngle angle, inout Contact best) {
   const float lean = length(n.xy);
   const vec2 towards = lean > 0.0 ? angle.sine * n.xy / lean : vec2(0.0);

@@ -16,8 +16,8 @@ float sector(vec2 p, vec2 q) {
   return x == 0.0 && y == 0.0 ? 0.0 : atan(y, x);
 }
 
-// The part of a + t d, first <= t <= last, that is in the cone; empty: last < first. The line may be in the
-// cone between both of its crossings, or from its one crossing on (offer_edge).
+// The part of a + t d, first <= t <= last, that is in the cone; empty: the second value is below the first.
+// The line is in the cone between its two crossings, or on one side of its only crossing.
 vec2 stretch_in_cone(vec3 a, vec3 d, HalfAngle angle, float first, float last) {
   const EdgeCrossing crossing = edge_crossing(a, d, angle);
   const float low = min(crossing.roots.x, crossing.roots.y);
@@ -54,8 +54,8 @@ float area_beside_edge(vec3 a, vec3 d, HalfAngle angle, float first, float last)
   return inside.x < inside.y && is_real(inside, a, d, angle) ? with_inside : sector(begin, end);
 }
 
-// The border of a triangle, clipped to 0 < z <= z_max: edge by edge, then along the two planes. What lies in
-// the plane z = 0 is projected to infinity, in its own direction.
+// The border of a triangle, clipped to 0 < z <= z_max: first along the edges, then along the planes z = 0 and
+// z = z_max. A point in the plane z = 0 is projected to infinity in its direction.
 struct Border {
   float twice_area;
   vec2 leaves_near, enters_near;
@@ -87,7 +87,8 @@ void follow_edge(vec3 a, vec3 d, HalfAngle angle, float z_max, inout Border bord
   border.enters_far = far && a.z > z_max ? at_far : border.enters_far;
 }
 
-// Twice the area of a triangle in the cone. From its edges, which are exact where its distance is not.
+// Twice the area of a triangle that lies in the cone, from its edges, which are precise even where its
+// distance is not.
 float twice_area_inside(vec3 a, vec3 ab, vec3 ac, HalfAngle angle) {
   const vec2 slope = a.xy / max(a.z, 1e-37);
   const vec2 p = (ab.xy - slope * ab.z) / max(a.z + ab.z, 1e-37);
@@ -95,7 +96,7 @@ float twice_area_inside(vec3 a, vec3 ab, vec3 ac, HalfAngle angle) {
   return abs(cross_2d(p, q)) / (angle.tangent * angle.tangent);
 }
 
-// The triangle of a, a + ab and a + ac; a whole beam has pi.
+// The covered area of the triangle of a, a + ab and a + ac; the area of the whole beam is pi.
 float covered_area(vec3 a, vec3 ab, vec3 ac, HalfAngle angle, float z_max) {
   const vec3 b = a + ab;
   const vec3 c = a + ac;

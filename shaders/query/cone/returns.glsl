@@ -1,4 +1,4 @@
-// How both cone kernels write a return. rtstdb/query.hpp defines the fields.
+// How cone.comp and cone_fractions.comp write a return. rtstdb/query.hpp defines the fields.
 //
 // Included after cone.glsl and the bindings `identities` and `nodes`.
 #ifndef RTSTDB_QUERY_CONE_RETURNS_GLSL
@@ -7,7 +7,7 @@
 
 uvec4 head_of(uint node) { return texelFetch(nodes, int(node * node_texels)); }
 
-// A contact with what a return and the fractions of a beam need of it.
+// A contact with all data that a return and the fractions of a beam need.
 struct FullContact {
   Instance instance;
   TriangleContact at;

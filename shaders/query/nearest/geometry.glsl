@@ -40,16 +40,16 @@ TrianglePoint nearest_on_slot(uint slot, vec3 scale, vec3 point, out uint triang
 
 const uint no_triangle = 0xFFFFFFFFu;
 
-// The nearest triangle, or no_triangle; its place in the leaf order.
+// The nearest triangle, or no_triangle, and its place in the leaf order.
 struct NearestSlot {
   float square;  // of the distance
   uint triangle;
   uint slot;
 };
 
-// Searches the triangles within `radius`. At equal distances the triangle with the lower index counts, so
-// that the answer does not depend on the order in which boxes are visited. Boxes beyond 1 - slack of the
-// nearest distance so far are skipped. Changes box_limit.
+// Searches the triangles within `radius`. At equal distances the triangle with the lower index is taken, so
+// that the answer does not depend on the order in which boxes are visited. Boxes farther away than 1 - slack
+// times the nearest distance so far are skipped. Changes box_limit.
 NearestSlot nearest_slot(uint root, vec3 scale, vec3 point, float radius, float slack) {
   const float limit_per_square = (1.0 + 2e-6) * (1.0 - slack) * (1.0 - slack);
   NearestSlot best = NearestSlot(radius * radius, no_triangle, 0u);

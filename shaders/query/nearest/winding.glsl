@@ -1,6 +1,6 @@
-// How often the surface of a geometry winds around a point: a vertical ray starts at the point, and each
-// triangle that it crosses counts with the side that it shows. This needs the triangles alone, unlike
-// angle-weighted pseudonormals (Baerentzen and Aanaes 2005).
+// The winding number of a geometry's surface around a point: a vertical ray starts at the point, and each
+// triangle that it crosses adds 1 or -1, depending on the side that it shows. This needs the triangles alone,
+// unlike angle-weighted pseudonormals (Baerentzen and Aanaes 2005).
 //
 // Included after the bindings `nodes` and `triangles`.
 #ifndef RTSTDB_QUERY_NEAREST_WINDING_GLSL

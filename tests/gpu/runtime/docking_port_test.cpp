@@ -1,4 +1,4 @@
-// A docking port in a world captures what comes slowly enough and in the middle, and notes what it misses.
+// A docking port in a world: which chasers it captures, and which miss it.
 
 #include <glm/gtc/quaternion.hpp>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class DockingPortModule : public test::ModuleFixture {
   }
 
   /// A chaser whose port is 1 m ahead of its origin comes to the station's port at the origin from x = 2 m,
-  /// with this speed and this distance from the axis. The outputs after 30 s.
+  /// with this speed and this distance from the axis. Returns the outputs after 30 s.
   std::vector<double> approach(const std::string& name, double speed_mps, double lateral_m,
                                double turned_rad) {
     rtstdb::EntityRow row;

@@ -1,6 +1,6 @@
 #pragma once
-// What a scanner with square beams that tile its field of view detects of the reflectors: the axis of the
-// beam and the true range. No structure hides anything.
+// The reflectors that a scanner with square beams detects, which tile its field of view: the axis of the beam
+// and the true range. Nothing is hidden.
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>

@@ -1,4 +1,4 @@
-// How the vertices of a cell become a distance, on shapes whose distance is known in closed form.
+// The blend of the vertices of a cell, on shapes whose distance is known in closed form.
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -120,7 +120,7 @@ TEST(FieldBlend, FindsASheetInsideOfCells) {
   }
 }
 
-/// The same through a thin plate with a sign, whose inside no vertex sees, since cones drop the signs.
+/// Without sign a thin plate, which has no vertex inside, is found as well.
 TEST(FieldBlend, DropsSigns) {
   const Cell inside = cell_at(to_sphere, {0.01, 0.02, 0.013}, 0.05, {0.8, 0.0, 0.0});
   EXPECT_NEAR(blended_distance_m(inside, true), -0.2, 1e-4);

@@ -106,7 +106,7 @@ TEST(LongFields, CoverTheWholeGeometry) {
 INSTANTIATE_TEST_SUITE_P(Meshes, Fields, testing::ValuesIn(cases()),
                          [](const auto& one) { return std::string(one.param.name); });
 
-/// The parts in which distances are computed do not matter.
+/// The field does not depend on the parts in which distances are computed.
 TEST(FieldBuild, IsTheSameInAnyParts) {
   const TriangleMesh mesh = make_box({1.0, 2.0, 3.0});
   const oracle::MeshDistance distance(mesh);
@@ -170,7 +170,7 @@ TEST(FieldBuild, RefusesWhatDoesNotFitWithBothNumbers) {
       << refused.error().message;
   EXPECT_NE(refused.error().message.find("cells of 0.05 m"), std::string::npos) << refused.error().message;
 
-  // After an attempt that fits but is not precise enough, the text says how far it came.
+  // After an attempt that fits but is not precise enough, the text has the error of this attempt.
   const auto short_of = build_with_oracle(mesh, distance, {.error_m = 1e-4, .max_bytes = 2'000'000});
   ASSERT_FALSE(short_of.ok());
   EXPECT_EQ(short_of.error().code, ErrorCode::capacity);

@@ -34,7 +34,7 @@ Cone random_cone(Random& random, const Scene& scene) {
   return cone_about(random_ray(random, scene), angle_rad);
 }
 
-/// No point of the triangle in the space lies before the first one, by many points of the triangle.
+/// Of many points of the triangle in the space, none lies before the first one.
 TEST(FirstPoint, IsTheFirstOfMany) {
   Random random(90);
   int met = 0;
@@ -72,7 +72,7 @@ TEST(FirstPoint, IsTheFirstOfMany) {
 TEST(ConeContacts, OfPlaneSphereAndEdge) {
   Scene scene;
   const double half_rad = 0.05;
-  // A plane that is tilted by 45 degrees: met along the generator that leans to it.
+  // A plane that is tilted by 45 degrees is met along the generator that is inclined towards it.
   Motion motion = at({10.0, 0.0, 0.0});
   motion.q_world = glm::angleAxis(0.25 * std::numbers::pi, glm::dvec3(0.0, 1.0, 0.0));
   scene.place(make_rectangle(40.0, 40.0), motion);
@@ -152,7 +152,7 @@ TEST(BeamFractions, OfHalfAPlateAndWhatIsBehind) {
   EXPECT_EQ(fractions[1].entity.index, 1u);
 }
 
-/// The truth in single precision: an answer as good as it can be.
+/// The truth, rounded to single precision, is a right answer.
 std::vector<ConeReturn> rounded(const World& world, const Cone& cone, const ConeQueryOptions& options) {
   std::vector<ConeReturn> returns(options.returns_per_cone);
   const auto truth = contacts(world, cone, options.faces);
@@ -219,7 +219,7 @@ TEST_P(CompareTamperedCone, IsCaught) {
     caught += verdict_on(world, cone, options, returns) == Verdict::differs;
   }
   EXPECT_GT(tried, 100);
-  // What lies at the border has the benefit of the doubt.
+  // At the border of the cone both answers are accepted.
   EXPECT_GT(caught, tried * 95 / 100);
 }
 

@@ -194,7 +194,7 @@ TEST(StudyResult, CountsWhatContradictsThePaper) {
       result.at(d, m) = {.complete = true, .detections = 10};
   }
   EXPECT_EQ(result.missed_by_tiling_beams(), 0U);
-  // One ray a pixel detects at 20 m and 200 m, beyond 2.5 * 3.1 m; 64 x 64 rays at 200 m do not.
+  // One ray in a pixel detects at 20 m and 200 m, beyond 2.5 * 3.1 m; 64 x 64 rays do not detect at 200 m.
   EXPECT_EQ(result.detected_by_rays_beyond(2.5), 2U);
   result.at(0, 0).detections = result.at(1, 0).detections = 8;
   EXPECT_EQ(result.detected_by_rays_beyond(2.5), 0U);
