@@ -74,10 +74,6 @@ class GeometryPool {
   const gpu::Buffer& fields() const noexcept { return fields_; }
   /// The root of a geometry's BLAS. Of deforming geometry: of the shape that was shown last.
   std::uint32_t root(std::uint32_t geometry) const noexcept;
-  /// Whether a geometry was closed when it was added.
-  bool is_closed_geometry(std::uint32_t geometry) const noexcept {
-    return kept_[geometry]->record.closed != 0;
-  }
   std::uint32_t count() const noexcept { return count_; }
   Bounds bounds(std::uint32_t geometry) const noexcept { return bounds_[geometry]; }
   /// Incremented whenever nodes(), triangles() or fields() becomes another buffer.

@@ -256,9 +256,9 @@ int scan(const Arguments& arguments) {
   const modules::RecordedScanner& scanner = history.scanner(arguments.scanner);
   const std::int64_t at_ns = time_ns("--at", arguments.at);
   history.check_time(at_ns);
-  if (at_ns < scanner.facts().first_sweep_ns)
+  if (at_ns < scanner.description().first_sweep_ns)
     refuse("the scanner's first sweep begins at " +
-           report::to_ascii(report::instant(scanner.facts().first_sweep_ns)));
+           report::to_ascii(report::instant(scanner.description().first_sweep_ns)));
   const auto [begin_ns, end_ns] = Past::sweep_at(scanner, at_ns);
   if (begin_ns == history.end_ns()) refuse("the run ended before that sweep began");
   Past past(history, begin_ns, std::min(end_ns, history.end_ns().value_or(end_ns)), arguments.gpu);

@@ -108,8 +108,8 @@ Answer describe_extent(const RunHistory& history, const std::string& directory) 
   if (!names.empty()) text += "  entities: " + names + '\n';
   names.clear();
   for (const auto& scanner : history.scanners()) {
-    answer.json["scanners"].push_back(scanner->facts().name);
-    names += (names.empty() ? "" : ", ") + report::one_line(scanner->facts().name);
+    answer.json["scanners"].push_back(scanner->description().name);
+    names += (names.empty() ? "" : ", ") + report::one_line(scanner->description().name);
   }
   if (!names.empty()) text += "  scanners: " + names + '\n';
   return answer;

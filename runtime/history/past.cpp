@@ -163,7 +163,7 @@ void Past::build_fields() {
 
 std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::RecordedScanner& scanner,
                                                      std::int64_t time_ns) {
-  const modules::ScannerDescription& facts = scanner.facts();
+  const modules::ScannerDescription& facts = scanner.description();
   const std::int64_t sweeps = std::max<std::int64_t>(time_ns - facts.first_sweep_ns, 0) / facts.sweep_ns;
   const std::int64_t begin_ns = facts.first_sweep_ns + sweeps * facts.sweep_ns;
   return {begin_ns, begin_ns + facts.sweep_ns};
@@ -171,7 +171,7 @@ std::pair<std::int64_t, std::int64_t> Past::sweep_at(const modules::RecordedScan
 
 Sweep Past::scan(const modules::RecordedScanner& scanner, std::int64_t time_ns) {
   using ScannerBeam = modules::RecordedScanner::Beam;
-  const modules::ScannerDescription& facts = scanner.facts();
+  const modules::ScannerDescription& facts = scanner.description();
   Sweep sweep;
   std::tie(sweep.begin_ns, sweep.end_ns) = sweep_at(scanner, time_ns);
   if (facts.mode == rtstdb::ConeMode::fast) build_fields();
@@ -210,8 +210,8 @@ Beam Past::measure(const modules::RecordedScanner& scanner, const modules::Recor
                    std::int64_t sweep_begin_ns, const rtstdb::Motion& carrier,
                    const modules::BeamQuery& query, std::uint32_t index) const {
   Beam measured{.column = beam.column, .row = beam.row, .time_ns = sweep_begin_ns + beam.time_ns};
-  const rtstdb::Pose pose =
-      rtstdb::pose_at(carrier, world_time(scanner.facts().ignore_motion ? sweep_begin_ns : measured.time_ns));
+  const rtstdb::Pose pose = rtstdb::pose_at(
+      carrier, world_time(scanner.description().ignore_motion ? sweep_begin_ns : measured.time_ns));
   const glm::dvec3 along(beam.direction);
   for (std::uint32_t ordinal = 0; ordinal < query.returns_per_beam(); ++ordinal) {
     const modules::BeamReturn light = query.at(index, ordinal);
@@ -221,7 +221,7 @@ Beam Past::measure(const modules::RecordedScanner& scanner, const modules::Recor
     const auto detection =
         scanner.detect(light, material, pose.q_world * along, {sweep_begin_ns, beam.index, ordinal});
     if (!detection) continue;
-    const glm::dvec3 in_carrier_m = scanner.facts().mount_m + along * detection->range_m;
+    const glm::dvec3 in_carrier_m = scanner.description().mount_m + along * detection->range_m;
     measured.returns.push_back({.ordinal = ordinal,
                                 .light = light,
                                 .detection = *detection,

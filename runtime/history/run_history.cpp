@@ -199,11 +199,11 @@ std::string RunHistory::layers_of(std::uint32_t mask) const {
 
 const modules::RecordedScanner& RunHistory::scanner(const std::string& name) const {
   for (const auto& scanner : scanners_)
-    if (scanner->facts().name == name) return *scanner;
+    if (scanner->description().name == name) return *scanner;
   throw HistoryError(Kind::question,
                      "the run has no scanner '" + name + "'" +
                          config::suggestion(name, names_in(scanners_, [](const auto& scanner) {
-                                              return scanner->facts().name;
+                                              return scanner->description().name;
                                             })));
 }
 

@@ -52,7 +52,7 @@ class RecordedScanner {
   };
 
   virtual ~RecordedScanner() = default;
-  virtual const ScannerDescription& facts() const noexcept = 0;
+  virtual const ScannerDescription& description() const noexcept = 0;
   /// The beams of the step that begins `offset_ns` after the sweep, in the order of time; at most
   /// max_beams_per_step.
   virtual std::vector<Beam> beams_of_step(std::int64_t offset_ns) const = 0;

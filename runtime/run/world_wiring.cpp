@@ -44,7 +44,7 @@ void add_layers(Wiring& wiring, Diagnostics& diagnostics) {
   }
 }
 
-/// Layers, materials and bodies that modules name have to be those of the scenario, or of earlier modules.
+/// Layers and bodies that modules name have to be those of the scenario, or of earlier modules.
 void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   const auto check = [&](const std::vector<Word>& named, const std::vector<std::string>& known,
                          const char* what) {
@@ -56,9 +56,7 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   };
   const config::World& world = wiring.scenario->world;
   const bool all_layers_are_known = world.layers_are_listed || all_modules_exist(wiring);
-  std::vector<std::string> bodies, materials;
-  for (const config::WorldMaterial& material : world.materials)
-    materials.push_back(material.name.text);
+  std::vector<std::string> bodies;
   for (const config::WorldEntity& entity : world.entities)
     bodies.push_back(entity.name.text);
   for (const WiredModule& wired : wiring.modules) {
@@ -66,7 +64,6 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
     const modules::Ports& ports = wired.module->ports();
     if (all_layers_are_known) check(ports.layers, wiring.layers.names(), "layer");
     check(ports.bodies, bodies, "body");
-    check(ports.materials, materials, "material");
     for (const std::string& made : ports.makes)
       bodies.push_back(wired.section->module.text + "." + made);
   }

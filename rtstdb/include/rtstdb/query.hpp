@@ -402,9 +402,11 @@ struct ConeQueryOptions {
 /// In a beam narrower than 2e-6 rad the first entity has the fraction 1, as with a ray.
 /// Fractions in ConeMode::fast: along each of the 64 directions only the nearest surface is searched. The
 /// fraction of an entity that at least 8 directions meet is the share of these directions, right to a few
-/// hundredths. The same holds for an entity with more than about 500 triangles in the beam; if no direction
-/// meets it and its contact is visible, it has half the share of one direction. Other entities have the
-/// fraction of the exact mode. The cost depends little on the number of triangles in the beam.
+/// hundredths. The same holds for an entity that fewer directions meet and that has more than about 500
+/// triangles in the beam. Other entities have the fraction of the exact mode. The cost depends little on the
+/// number of triangles in the beam, but for those of entities that no direction meets.
+/// Areas are computed in single precision: the fraction of a triangle is off by about 1e-7 times its size
+/// over the beam's radius where it meets it.
 /// Incomplete returns: a search that visits more than about 15,000 nodes of the trees may be incomplete, and,
 /// with fractions, one with more than about 100,000 triangles in the cone.
 class ConeQuery : public Query {

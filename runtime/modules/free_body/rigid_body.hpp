@@ -25,9 +25,9 @@ struct MassProperties {
   glm::dmat3 inertia_kgm2{1.0};  ///< about the centre of mass, in the body frame; symmetric
 };
 
-/// Why no body has this inertia tensor, as a sentence with its moments; empty: a body can have it. The moments
-/// are at least 1e-12 kg m2, the tensor is positive definite, and no principal moment is larger than the sum
-/// of the other two.
+/// Why no body has this inertia tensor, as a sentence with its moments; empty: a body can have it. The
+/// moments are at least 1e-12 kg m2, the tensor is positive definite, and no principal moment is larger than
+/// the sum of the other two.
 std::string fault_of_inertia(const glm::dmat3& inertia_kgm2);
 
 /// Force and torque on the body at its centre of mass, in the body frame.

@@ -12,28 +12,29 @@ class RecordedLaserScanner final : public RecordedScanner {
  public:
   explicit RecordedLaserScanner(const ScannerRecord& scanner)
       : pattern_(pattern_of(scanner)),
-        facts_{.name = scanner.name,
-               .carrier = {scanner.carrier_index, scanner.carrier_generation},
-               .mount_m = {scanner.mount_m[0], scanner.mount_m[1], scanner.mount_m[2]},
-               .range_m = scanner.range_m,
-               .mask = scanner.mask,
-               .ignore_motion = scanner.ignore_motion,
-               .divergence_rad = scanner.divergence_rad,
-               .returns_per_beam = scanner.returns_per_beam,
-               .mode = scanner.fast_beams ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact,
-               .first_sweep_ns = scanner.first_sweep_ns,
-               .sweep_ns = scanner.sweep_ns,
-               .step_ns = scanner.step_ns,
-               .max_beams_per_step = static_cast<std::uint32_t>(std::min<std::uint64_t>(
-                   pattern_.first_beam_at(scanner.step_ns) + pattern_.rows(), pattern_.beams()))},
+        description_{.name = scanner.name,
+                     .carrier = {scanner.carrier_index, scanner.carrier_generation},
+                     .mount_m = {scanner.mount_m[0], scanner.mount_m[1], scanner.mount_m[2]},
+                     .range_m = scanner.range_m,
+                     .mask = scanner.mask,
+                     .ignore_motion = scanner.ignore_motion,
+                     .divergence_rad = scanner.divergence_rad,
+                     .returns_per_beam = scanner.returns_per_beam,
+                     .mode = scanner.fast_beams ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact,
+                     .first_sweep_ns = scanner.first_sweep_ns,
+                     .sweep_ns = scanner.sweep_ns,
+                     .step_ns = scanner.step_ns,
+                     .max_beams_per_step = static_cast<std::uint32_t>(std::min<std::uint64_t>(
+                         pattern_.first_beam_at(scanner.step_ns) + pattern_.rows(), pattern_.beams()))},
         receiver_({.threshold_per_m2 = scanner.threshold_per_m2,
                    .range_noise_m = scanner.range_noise_m,
                    .noise_seed = scanner.noise_seed}) {}
 
-  const ScannerDescription& facts() const noexcept override { return facts_; }
+  const ScannerDescription& description() const noexcept override { return description_; }
   std::vector<Beam> beams_of_step(std::int64_t offset_ns) const override {
     const std::uint64_t first = pattern_.first_beam_at(offset_ns);
-    const std::uint64_t end = pattern_.first_beam_at(std::min(offset_ns + facts_.step_ns, facts_.sweep_ns));
+    const std::uint64_t end =
+        pattern_.first_beam_at(std::min(offset_ns + description_.step_ns, description_.sweep_ns));
     std::vector<Beam> beams;
     for (std::uint64_t beam = first; beam < end; ++beam) {
       const std::uint32_t column = pattern_.column_of(beam);
@@ -50,7 +51,7 @@ class RecordedLaserScanner final : public RecordedScanner {
 
  private:
   ScanPattern pattern_;
-  ScannerDescription facts_;
+  ScannerDescription description_;
   Receiver receiver_;
 };
 

@@ -68,12 +68,6 @@ void ReturnStatistics::add(const BeamReturn& beam_return, std::uint32_t ordinal,
   count(by_ordinal_[ordinal], beam_return, detection);
 }
 
-const Counts* ReturnStatistics::find(rtstdb::EntityId entity) const noexcept {
-  const auto known = std::span(entities_).first(entity_count_);
-  const auto found = std::ranges::find(known, entity, &OfEntity::entity);
-  return found != known.end() ? &found->counts : nullptr;
-}
-
 void ReturnStatistics::contribute(const std::string& scanner,
                                   const std::function<std::string(rtstdb::EntityId)>& name_of,
                                   contribution::Contribution& report) const {

@@ -42,9 +42,6 @@ class ReturnStatistics {
   /// A beam that may have reached entities that were not searched (ConeReturn::overflow).
   void add_overflowed_beam() noexcept { ++overflowed_beams_; }
 
-  /// The counts of an entity; null: it has no row.
-  const Counts* find(rtstdb::EntityId entity) const noexcept;
-
   /// Adds a section with the tables, and events for incomplete and overflowed beams.
   void contribute(const std::string& scanner, const std::function<std::string(rtstdb::EntityId)>& name_of,
                   contribution::Contribution& report) const;

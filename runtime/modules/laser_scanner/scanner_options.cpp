@@ -7,6 +7,7 @@
 #include "runtime/config/numbers.hpp"
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/target_list.hpp"
+#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {
@@ -16,10 +17,6 @@ std::vector<std::string> texts(const config::Value& list) {
   for (const config::Value& item : list.items())
     result.push_back(item.text());
   return result;
-}
-
-glm::dvec3 three(const config::Value& list) {
-  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
 }
 
 /// Rates are decimal numbers, which may be rounded.
@@ -34,8 +31,8 @@ double sweeps_per_cloud(const config::Value& parameters) {
 ScannerOptions read_scanner_options(const config::Value& parameters) {
   ScannerOptions options;
   options.carrier = parameters["carrier"].text();
-  options.mount_m = three(parameters["mount"]);
-  options.list_origin_m = three(parameters["list_origin"]);
+  options.mount_m = vector_of(parameters["mount"]);
+  options.list_origin_m = vector_of(parameters["list_origin"]);
   options.pattern = {.columns = static_cast<std::uint32_t>(parameters["columns"].integer()),
                      .rows = static_cast<std::uint32_t>(parameters["rows"].integer()),
                      .horizontal_rad = parameters["horizontal"].number(),

@@ -19,7 +19,6 @@ class PixelGrid {
 
   std::uint32_t pixels() const noexcept { return pixels_; }  ///< in a row, and in a column
   double pitch_rad() const noexcept { return pitch_rad_; }
-  double field_of_view_rad() const noexcept { return pitch_rad_ * pixels_; }
 
   /// The unit vector through a place of the grid, in pixels.
   glm::dvec3 direction(const glm::dvec2& place) const noexcept;

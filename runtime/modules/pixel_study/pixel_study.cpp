@@ -17,6 +17,8 @@
 #include <cmath>
 #include <optional>
 
+#include <rtstdb/limits.hpp>
+
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/receiver.hpp"
 #include "runtime/modules/module.hpp"
@@ -28,8 +30,8 @@ namespace hil::modules {
 namespace {
 
 constexpr double beyond_equation_2 = 2.5;
-/// Of a beam: the reflector, what is beside it, and what is behind both.
-constexpr std::uint32_t returns_per_beam = 4;
+/// The reflector may be behind others.
+constexpr std::uint32_t returns_per_beam = rtstdb::max_returns_per_cone;
 
 class PixelStudy final : public Module {
  public:

@@ -56,6 +56,19 @@ void read_methods(const config::Value& parameters, StudyOptions& options, config
     diagnostics.add(parameters.place(), "the study has neither 'samples' nor 'beams'; it needs one of them");
 }
 
+/// An image for each distance and method, with a byte for each pixel.
+void check_images(const config::Value& parameters, const StudyOptions& options,
+                  config::Diagnostics& diagnostics) {
+  constexpr std::uint64_t max_bytes = std::uint64_t{2} << 30;
+  const std::uint64_t bytes =
+      std::uint64_t{options.pixels} * options.pixels * options.distances_m.size() * options.methods.size();
+  if (bytes <= max_bytes) return;
+  diagnostics.add(parameters["pixels"].place(), "the images of all distances and methods take " +
+                                                    std::to_string(bytes) + " bytes; at most " +
+                                                    std::to_string(max_bytes) +
+                                                    " are possible: use fewer pixels, or 'images: false'");
+}
+
 }  // namespace
 
 std::optional<StudyOptions> read_study_options(const config::Value& parameters,
@@ -94,6 +107,7 @@ std::optional<StudyOptions> read_study_options(const config::Value& parameters,
                     "'needed_shifts' is " + std::to_string(options.needed_shifts) + " of " +
                         std::to_string(options.shifts) + " 'shifts'; at most all can be needed");
   }
+  if (options.images) check_images(parameters, options, diagnostics);
   if (diagnostics.count() != mistakes_before) return std::nullopt;
   return options;
 }

@@ -26,7 +26,7 @@ bool StudyResult::tiles(const PixelMethod& method) const noexcept {
   return method.beam_rad >= rounding * std::numbers::sqrt2 * grid_.pitch_rad();
 }
 
-double StudyResult::nyquist_m(const PixelMethod& method) const noexcept {
+double StudyResult::equation_2_m(const PixelMethod& method) const noexcept {
   if (method.is_beam()) return 0.0;
   return equation_2_distance_m(grid_, options_.reflector_m, method.samples_per_axis);
 }
@@ -45,7 +45,7 @@ std::uint32_t StudyResult::detected_by_rays_beyond(double factor) const noexcept
   for (std::size_t m = 0; m < options_.methods.size(); ++m) {
     const PixelMethod& method = options_.methods[m];
     for (std::size_t d = 0; d < options_.distances_m.size(); ++d) {
-      const bool is_beyond = !method.is_beam() && options_.distances_m[d] > factor * nyquist_m(method);
+      const bool is_beyond = !method.is_beam() && options_.distances_m[d] > factor * equation_2_m(method);
       detected += is_beyond && at(d, m).complete && detects(d, m) ? 1 : 0;
     }
   }
@@ -69,7 +69,7 @@ contribution::Table StudyResult::table() const {
       const bool detected = detects(d, m);
       table.rows.push_back({{.number = options_.distances_m[d]},
                             {.text = name_of(method)},
-                            {.number = method.is_beam() ? not_known : nyquist_m(method)},
+                            {.number = method.is_beam() ? not_known : equation_2_m(method)},
                             {.number = static_cast<double>(result.detections)},
                             {.text = detected ? "✓ yes" : "✗ no", .mark = detected ? Mark::good : Mark::bad},
                             {.number = 1e-3 * result.port.ns_per_pixel()},

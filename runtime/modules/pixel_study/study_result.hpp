@@ -56,7 +56,7 @@ class StudyResult {
   /// Whether the beams of a method cover their pixels.
   bool tiles(const PixelMethod& method) const noexcept;
   /// The distance of Equation 2 for rays; for beams 0.
-  double nyquist_m(const PixelMethod& method) const noexcept;
+  double equation_2_m(const PixelMethod& method) const noexcept;
 
   /// The number of complete results of beams that tile the view and do not detect.
   std::uint32_t missed_by_tiling_beams() const noexcept;

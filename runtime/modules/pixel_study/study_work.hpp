@@ -10,7 +10,6 @@
 #include <glm/ext/vector_double3.hpp>
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "runtime/modules/pixel_study/pixel_grid.hpp"

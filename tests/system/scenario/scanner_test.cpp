@@ -199,8 +199,8 @@ TEST_F(ScannerRun, HistoryPlacesPointsWhereTheSweepBeganIfMotionIsIgnored) {
   for (const Point& point : history_points("450 ms")) {
     if (point.entity != "wall") continue;
     ++on_wall;
-    // First contacts of cones of 0.3 degrees to each side lie on the front at 0.4 s, 39.5 m + 2 m/s * 0.4 s, or
-    // in front of it by the cone's radius times the slope of the beam.
+    // First contacts of cones of 0.3 degrees to each side lie on the front at 0.4 s (39.5 m + 2 m/s * 0.4 s),
+    // or in front of it by the cone's radius times the slope of the beam.
     ASSERT_GT(point.world_m[0], 40.3 - 0.35);
     ASSERT_LT(point.world_m[0], 40.3 + 0.02);
   }

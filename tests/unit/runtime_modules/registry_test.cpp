@@ -154,6 +154,22 @@ TEST(Registry, StudyWhoseValuesDoNotFitTogetherIsAMistake) {
   }
 }
 
+TEST(Registry, StudyWithMoreImagesThanMemoryIsAMistake) {
+  const std::string whole =
+      "port: {body: a}\nreflector: b\nreflector_size: 4 mm\nlayers: [x]\npixels: 4096\nsamples: [1, 4, 9, "
+      "16]\n"
+      "distances: [";
+  std::string distances = "1 m";
+  for (int i = 2; i <= 33; ++i)
+    distances += ", " + std::to_string(i) + " m";
+  config::Diagnostics diagnostics;
+  EXPECT_EQ(create("pixel_study", whole + distances + "]", diagnostics), nullptr);
+  EXPECT_NE(diagnostics.to_text().find("take 2214592512 bytes; at most 2147483648"), std::string::npos)
+      << diagnostics.to_text();
+  config::Diagnostics none;
+  EXPECT_NE(create("pixel_study", whole + distances + "]\nimages: false", none), nullptr) << none.to_text();
+}
+
 TEST(Registry, PortThatCanNotCaptureIsAMistake) {
   config::Diagnostics diagnostics;
   EXPECT_EQ(create("docking_port", "{target: {body: a}, chaser: {body: a}}", diagnostics), nullptr);
