@@ -79,7 +79,9 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   const tests::TemporaryFolder folder;
   PointCloudFiles clouds(folder.path(), false);
   world.set_point_clouds(&clouds);
-  create_scenery(*scenario, wiring->scenery, world);
+  RunLog log(folder.path() / "run.log", false);
+  WorldFields fields(log);
+  create_scenery(*scenario, wiring->scenery, world, fields);
   modules::EventLog events;
 
   struct Origin final : executive::TickHooks {
