@@ -91,7 +91,7 @@ TEST_P(BatchSizes, DoNotChangeAnswers) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Processors, BatchSizes, testing::Values(1u, 2u, 3u, 7u, 32u));
+INSTANTIATE_TEST_SUITE_P(Processors, BatchSizes, testing::Values(1u, 3u, 32u));
 
 }  // namespace
 }  // namespace rtstdb::test

@@ -14,7 +14,7 @@ namespace {
 
 class SameAnswers : public RandomQueries {
  protected:
-  static constexpr std::uint32_t count = 600;
+  static constexpr std::uint32_t count = 450;
 
   void fill_world(std::uint32_t entities) {
     open({});

@@ -402,7 +402,7 @@ TEST_P(LargeSlotsMadeAhead, AreNotMadeFromATreeOfDispersedEntities) {
 
 INSTANTIATE_TEST_SUITE_P(Sizes, SlotsMadeAhead,
                          testing::ValuesIn(hil::tests::is_long() ? std::vector{600u, 2500u, 9000u}
-                                                                 : std::vector{600u, 2500u}));
+                                                                 : std::vector{600u}));
 INSTANTIATE_TEST_SUITE_P(Sizes, LargeSlotsMadeAhead, testing::Values(2500u, 9000u));
 
 }  // namespace
