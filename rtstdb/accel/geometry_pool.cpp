@@ -376,7 +376,8 @@ Result<std::shared_ptr<KeptGeometry>> GeometryPool::keep(gpu::Device& device,
   kept->record = geometries_.host_as<const shared::GeometryRecord>()[count_];
   kept->bounds = bounds_[count_];
   const auto take_nodes = [&](std::uint32_t base, std::uint32_t count) {
-    KeptGeometry::Piece& piece = kept->nodes.emplace_back(base, std::vector<std::byte>(count * node_bytes));
+    KeptGeometry::Piece& piece =
+        kept->nodes.emplace_back(KeptGeometry::Piece{base, std::vector<std::byte>(count * node_bytes)});
     return read_back(device, {&nodes_, base * node_bytes, piece.bytes.size()}, piece.bytes, submit);
   };
   if (!options.deforms) {

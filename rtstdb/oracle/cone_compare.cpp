@@ -248,7 +248,7 @@ Judgement compare(const World& world, const Cone& cone, const ConeQueryOptions& 
   if (options.fractions && is_thin(posed_cone, truth))
     return judged(Verdict::too_close, "a beam that is not wider than noise");
   const bool overflow = !answers.empty() && answers.front().overflow;
-  const Judgement list =
+  Judgement list =
       overflow ? Judgement{}
       : options.fractions
           ? judge_fractions(world, cone, posed_cone, options.faces, truth, listed, answers.size())

@@ -65,10 +65,14 @@ class ChunkPace {
     if (is_mostly_dispatch_ && took > min_took && took < max_dispatch_ns / chunk_ns_) {
       size *= 2.0;
     } else {
-      for (; took > max_took; took /= 2.0)
+      while (took > max_took) {
+        took /= 2.0;
         size /= 2.0;
-      for (; took <= min_took && size < limit; took *= 2.0)
+      }
+      while (took <= min_took && size < limit) {
+        took *= 2.0;
         size *= 2.0;
+      }
     }
     const bool may_exceed = is_mostly_dispatch_ && other_size_.size > 0.0;
     const double largest =

@@ -100,7 +100,7 @@ std::string missing_versions(const RunLog& run, const rtstdb::HistoryExtent& ext
 std::string missing_of(const RunLog& run, const rtstdb::HistoryExtent& extent, bool salvage) {
   const std::string missing = missing_versions(run, extent);
   if (missing.empty()) return {};
-  const std::string sentence = run.log.string() + ": " + missing;
+  std::string sentence = run.log.string() + ": " + missing;
   if (salvage) return sentence;
   throw HistoryError(Kind::file, sentence + "; take an undamaged copy, or read up to " +
                                      describe(extent.last) + " with --salvage");

@@ -34,8 +34,9 @@ std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::
   for (const std::string& layer : layers) {
     const auto bit = layer_bit(layer);
     if (!bit) {
-      throw SetupError(caller + ": the scenario has no layer '" + layer + "'" +
-                       config::suggestion(layer, layers_));
+      std::string fault = caller;
+      fault += ": the scenario has no layer '" + layer + "'" + config::suggestion(layer, layers_);
+      throw SetupError(fault);
     }
     mask |= *bit;
   }

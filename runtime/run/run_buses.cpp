@@ -34,13 +34,13 @@ void RunBuses::make_devices() {
   for (const WiredBus& wired : wiring_.buses) {
     const config::BusSection& section = *wired.section;
     const std::string thread_name = section.type->key + " " + section.name.text;
-    RunningBus& bus = buses_.emplace_back(RunningBus{
-        .wired = &wired,
-        .device =
-            wired.bus->make_device({.scenario = context_.scenario,
-                                    .directory = context_.options.directory,
-                                    .on_thread_start = thread_start(section.thread_priority, thread_name),
-                                    .stop_requested = context_.stop_requested})});
+    std::function<void()> on_thread_start = thread_start(section.thread_priority, thread_name);
+    RunningBus& bus = buses_.emplace_back(
+        RunningBus{.wired = &wired,
+                   .device = wired.bus->make_device({.scenario = context_.scenario,
+                                                     .directory = context_.options.directory,
+                                                     .on_thread_start = std::move(on_thread_start),
+                                                     .stop_requested = context_.stop_requested})});
     keep_judged_arrivals(bus);
     if (bus.device->start_phase() == buses::StartPhase::before_programs) start(bus);
   }

@@ -11,7 +11,7 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr ConeQueryOptions fast_options{.mode = ConeMode::fast};
+const ConeQueryOptions fast_options{.mode = ConeMode::fast};
 
 class FastCones : public DatabaseTest {
  protected:

@@ -78,7 +78,7 @@ std::vector<glm::vec3> deformed(const TriangleMesh& mesh, Random& random) {
 
 class DeformingBlas : public StructureTest {
  protected:
-  static constexpr GeometryOptions deforming{.deforms = true};
+  const GeometryOptions deforming{.deforms = true};
 
   void show(std::uint32_t geometry, Version version, const TriangleMesh& mesh) {
     shapes_.set(geometry, version, mesh.positions_m);

@@ -135,7 +135,7 @@ struct Ticks {
   std::uint32_t entities, max_changed;
 };
 
-void PrintTo(const Ticks& ticks, std::ostream* out) {
+void PrintTo(const Ticks& ticks, std::ostream* out) {  // NOLINT(readability-identifier-naming)
   *out << ticks.entities << " entities, of which up to " << ticks.max_changed << " change";
 }
 

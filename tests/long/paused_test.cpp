@@ -76,7 +76,7 @@ Results run_process(int until, int ready) {
 }
 
 TEST(PausedProcess, HasNoLateCommitAndNoFalseMiss) {
-  int until[2], ready[2], output[2];
+  int until[2] = {}, ready[2] = {}, output[2] = {};
   for (int* const ends : {until, ready, output})
     ASSERT_EQ(pipe(ends), 0);
   const pid_t child = fork();

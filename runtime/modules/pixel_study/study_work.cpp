@@ -128,8 +128,9 @@ StudyElement StudyWork::element(std::uint64_t index) const noexcept {
   const std::uint64_t number = index / method.samples() % pixels();
   const auto sample = static_cast<std::uint32_t>(index % method.samples());
   const auto in_window = [](const PixelWindow& window, std::uint64_t n) {
-    return glm::dvec2(window.first_column + static_cast<double>(n % window.width()),
-                      window.first_row + static_cast<double>(n / window.width()));
+    const std::uint64_t column = window.first_column + n % window.width();
+    const std::uint64_t row = window.first_row + n / window.width();
+    return glm::dvec2(column, row);
   };
   StudyElement element{.pixel = static_cast<std::uint32_t>(number)};
   glm::dvec2 corner(0.0), shift(0.0);

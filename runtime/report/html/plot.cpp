@@ -84,7 +84,8 @@ class PlotDrawing {
 
   void draw(PictureUse use) {
     const double legend_top = area_bottom + 44.0;
-    const double height = legend_top + legend_row * static_cast<double>((plot_.series.size() + 1) / 2);
+    const std::size_t rows = (plot_.series.size() + 1) / 2;
+    const double height = legend_top + legend_row * static_cast<double>(rows);
     open_svg(out_, picture_width, height, plot_.title, use);
     draw_axes();
     for (std::size_t i = 0; i < plot_.series.size(); ++i) {
@@ -149,7 +150,8 @@ class PlotDrawing {
 
   void draw_legend(const std::string& name, std::size_t number, double top) {
     const double left = number % 2 == 0 ? area_left : (area_left + area_right) / 2.0;
-    const double at = top + legend_row * static_cast<double>(number / 2);
+    const std::size_t row = number / 2;
+    const double at = top + legend_row * static_cast<double>(row);
     out_.leaf("path", {{"class", "cloud c" + std::to_string(number % colours)},
                        {"style", "stroke-width:8"},
                        {"d", svg_dots(std::array{Pixel{left + 4.0, at}})}});
