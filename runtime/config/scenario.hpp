@@ -77,7 +77,7 @@ struct DistanceField {
   double cell_m = 0.0;             ///< 0: by the error
   std::string sign = "automatic";  ///< rtstdb::to_string(FieldSign)
   std::uint64_t max_bytes = 0;
-  auto operator<=>(const DistanceField&) const = default;
+  auto operator<=>(const DistanceField&) const = default;  // NOLINT(modernize-use-nullptr): its 0 is none
 };
 
 /// An entity that exists from the first tick on, at rest or with constant velocities. World frame,

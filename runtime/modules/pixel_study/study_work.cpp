@@ -144,7 +144,9 @@ StudyElement StudyWork::element(std::uint64_t index) const noexcept {
           static_cast<std::uint32_t>(corner.y) * grid_.pixels() + static_cast<std::uint32_t>(corner.x);
     } else {
       element.pixel = others_[number];
-      corner = {element.pixel % grid_.pixels(), element.pixel / grid_.pixels()};
+      const std::uint32_t column = element.pixel % grid_.pixels();
+      const std::uint32_t row = element.pixel / grid_.pixels();
+      corner = {column, row};
     }
   }
   const std::uint32_t n = method.samples_per_axis;
