@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tests/support/allocation_guard.hpp"
 #include "tests/unit/runtime_run/judged_signals.hpp"
 
@@ -32,6 +34,16 @@ TEST_F(Expectations, AlwaysFailsAtTheFirstTickWithoutIt) {
   set_speed(*always, -0.001, ms);
   expect(*always, until(2 * ms), Result::failed);
   EXPECT_EQ(always->result(until(2 * ms)).first_failure_ns, ms);
+}
+
+/// Comparisons with it are false, which would hold each claim that something never happens.
+TEST_F(Expectations, SignalThatIsNoNumberIsUnknown) {
+  const auto never = judge(config::Never{condition("ego.speed > 14")});
+  set_speed(*never, std::numeric_limits<double>::quiet_NaN(), 0);
+  set_speed(*never, std::numeric_limits<double>::quiet_NaN(), ms);
+  expect(*never, until(2 * ms, 2), Result::not_checked);
+  set_speed(*never, 20.0, 2 * ms);
+  expect(*never, until(3 * ms, 3), Result::failed);
 }
 
 TEST_F(Expectations, RunWithoutATickChecksNothing) {
