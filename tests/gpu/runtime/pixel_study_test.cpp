@@ -92,6 +92,30 @@ TEST_F(PixelStudyModule, TilingBeamsDetectAndFewRaysDoNot) {
   EXPECT_LE(white(report.images[2]), 9);
 }
 
+/// Such a study would report that nothing detects the reflector.
+TEST_F(PixelStudyModule, RefusesAReflectorThatIsInNoLayerOrMoves) {
+  const auto fault_of = [&](const std::string& reflector) {
+    std::string text = parameters("samples: [1]");
+    text.replace(text.find("disc,"), 4, reflector);
+    try {
+      make(*find_module_type("pixel_study"), text, {.instance = "study"});
+    } catch (const SetupError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  rtstdb::EntityRow row;
+  row.geometry = world_->add_geometry(rtstdb::make_sphere(0.005), "sphere");
+  row.mask = 0;
+  world_->create("hidden", row);
+  row.mask = 1;
+  row.motion.v_world_mps = {0.0, 0.1, 0.0};
+  world_->create("flying", row);
+  EXPECT_NE(fault_of("hidden").find("'hidden' is in none of the study's layers"), std::string::npos);
+  EXPECT_NE(fault_of("flying").find("moves; a study needs bodies at rest"), std::string::npos);
+  EXPECT_EQ(fault_of("disc"), "");
+}
+
 TEST_F(PixelStudyModule, ThresholdIsAboveTheIntensityOfTheBeam) {
   // 0.9 * 300 * (5 mm)^2 / (10 m * 0.77 mrad)^2 / (10 m)^2 = 1.1 / m^2 at most.
   const auto module =
