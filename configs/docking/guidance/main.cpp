@@ -21,7 +21,7 @@
 #include <span>
 #include <string>
 
-#include "configs/docking/guidance/station.hpp"
+#include "configs/docking/guidance/guidance_node.hpp"
 #include "io/can/socketcan_bus.hpp"
 #include "io/virtual/station.hpp"
 
@@ -97,18 +97,18 @@ std::unique_ptr<can::CanTransport> make_bus(const Arguments& arguments) {
       hil::io::virtual_bus::StationConfig{arguments.bus, arguments.name});
 }
 
-void send_all(can::CanTransport& bus, guidance::Station& station, std::span<const can::Frame> frames) {
+void send_all(can::CanTransport& bus, guidance::GuidanceNode& node, std::span<const can::Frame> frames) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (bus.send(frames[i]) == can::SendResult::sent) station.confirm_sent(i);
+    if (bus.send(frames[i]) == can::SendResult::sent) node.confirm_sent(i);
   }
 }
 
-void answer_frames(can::CanTransport& bus, guidance::Station& station, bool can_reconnect) {
+void answer_frames(can::CanTransport& bus, guidance::GuidanceNode& node, bool can_reconnect) {
   while (stop_requested == 0) {
     can::Frame frame;
     switch (bus.receive(frame)) {
       case can::ReceiveResult::frame:
-        send_all(bus, station, station.handle(frame));
+        send_all(bus, node, node.handle(frame));
         continue;
       case can::ReceiveResult::lost:
         if (!can_reconnect) return;
@@ -126,7 +126,7 @@ int run(const Arguments& arguments) {
   const can::DbcResult database = can::load_dbc(arguments.database);
   std::fputs(can::describe_problems(database, arguments.database).c_str(), stderr);
   if (!database.ok()) return bad_usage;
-  const auto problems = guidance::Station::database_problems(database.database);
+  const auto problems = guidance::GuidanceNode::database_problems(database.database);
   for (const std::string& problem : problems) {
     std::fprintf(stderr, "%s: %s\n", arguments.database.c_str(), problem.c_str());
   }
@@ -140,12 +140,12 @@ int run(const Arguments& arguments) {
     std::fprintf(stderr, "hil-docking-guidance: %s\n", error.what());
     return bad_io;
   }
-  guidance::Station station(database.database, arguments.parameters);
-  answer_frames(*bus, station, arguments.bus.starts_with("socketcan:"));
-  const guidance::StationCounters& counters = station.counters();
+  guidance::GuidanceNode node(database.database, arguments.parameters);
+  answer_frames(*bus, node, arguments.bus.starts_with("socketcan:"));
+  const guidance::GuidanceCounters& counters = node.counters();
   std::printf("answers %llu, fixes %llu, incomplete lists %llu, refused frames %llu\n",
               static_cast<unsigned long long>(counters.answers),
-              static_cast<unsigned long long>(station.controller().fixes()),
+              static_cast<unsigned long long>(node.controller().fixes()),
               static_cast<unsigned long long>(counters.incomplete_lists),
               static_cast<unsigned long long>(counters.refused_frames));
   return 0;

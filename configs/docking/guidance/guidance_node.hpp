@@ -1,8 +1,8 @@
 #pragma once
-// The guidance as a station on a CAN bus: it decodes and encodes the frames of configs/docking/docking.dbc.
+// The guidance as a node of a CAN bus: it decodes and encodes the frames of configs/docking/docking.dbc.
 //
 // An attitude is an Attitude message and the Rates message after it. A list of targets is a sequence of
-// Target messages, which a ScanHeader ends. The station answers the header with a ThrustCommand, a
+// Target messages, which a ScanHeader ends. The node answers the header with a ThrustCommand, a
 // TorqueCommand and a GuidanceStatus if all targets of the list were received since the previous header; else
 // it counts an incomplete list.
 //
@@ -23,13 +23,13 @@ namespace hil::docking::guidance {
 
 namespace can = io::can;
 
-struct StationCounters {
+struct GuidanceCounters {
   std::uint64_t answers = 0;
   std::uint64_t incomplete_lists = 0;
   std::uint64_t refused_frames = 0;  ///< wrong kind, checksum or counter
 };
 
-class Station {
+class GuidanceNode {
  public:
   static constexpr std::size_t max_targets = 8;
   static constexpr std::size_t frames_per_answer = 3;
@@ -38,7 +38,7 @@ class Station {
   static std::vector<std::string> database_problems(const can::Dbc& database);
 
   /// Misuse (asserts): a database with problems.
-  explicit Station(const can::Dbc& database, const Parameters& parameters = {});
+  explicit GuidanceNode(const can::Dbc& database, const Parameters& parameters = {});
 
   /// Takes a received frame. Returns the frames to send, valid until the next call; usually none. The frame's
   /// time_ns is the time of the guidance.
@@ -46,7 +46,7 @@ class Station {
   /// Frame `index` of the answer was sent: its message has the next counter in the next answer.
   void confirm_sent(std::size_t index) noexcept { answer_encoders_[index].confirm_sent(); }
 
-  const StationCounters& counters() const noexcept { return counters_; }
+  const GuidanceCounters& counters() const noexcept { return counters_; }
   const Controller& controller() const noexcept { return controller_; }
 
  private:
@@ -66,7 +66,7 @@ class Station {
   std::array<Detection, max_targets> detections_{};
   std::array<bool, max_targets> received_{};  ///< since the last header
   std::array<can::Frame, frames_per_answer> frames_{};
-  StationCounters counters_;
+  GuidanceCounters counters_;
 
   // Indices of the signals in their messages.
   std::array<std::size_t, 4> attitude_signals_{};

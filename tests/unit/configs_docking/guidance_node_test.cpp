@@ -1,6 +1,6 @@
-// The guidance as a station on CAN, with frames of the scenario's DBC file.
+// The guidance as a node of a CAN bus, with frames of the scenario's DBC file.
 
-#include "configs/docking/guidance/station.hpp"
+#include "configs/docking/guidance/guidance_node.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,15 +17,15 @@ namespace {
 
 const can::Protection protection{"Counter", "Checksum"};
 
-class GuidanceStation : public ::testing::Test {
+class GuidanceNodeTest : public ::testing::Test {
  protected:
-  GuidanceStation() : dbc_(can::load_dbc(std::string(HIL_SOURCE_DIR) + "/configs/docking/docking.dbc")) {}
+  GuidanceNodeTest() : dbc_(can::load_dbc(std::string(HIL_SOURCE_DIR) + "/configs/docking/docking.dbc")) {}
 
   void SetUp() override {
     ASSERT_TRUE(dbc_.ok()) << can::describe_problems(dbc_, "docking.dbc");
-    ASSERT_TRUE(Station::database_problems(dbc_.database).empty())
-        << Station::database_problems(dbc_.database).front();
-    station_ = std::make_unique<Station>(dbc_.database);
+    ASSERT_TRUE(GuidanceNode::database_problems(dbc_.database).empty())
+        << GuidanceNode::database_problems(dbc_.database).front();
+    node_ = std::make_unique<GuidanceNode>(dbc_.database);
   }
 
   std::span<const can::Frame> send(const std::string& message, const std::map<std::string, double>& signals,
@@ -45,7 +45,7 @@ class GuidanceStation : public ::testing::Test {
     EXPECT_EQ(tally.saturated, 0U) << message;
     frame.time_ns = time_ns_;
     frame.direction = can::Direction::rx;
-    return station_->handle(frame);
+    return node_->handle(frame);
   }
 
   void send_attitude(const glm::dquat& q) {
@@ -64,12 +64,12 @@ class GuidanceStation : public ::testing::Test {
   }
 
   can::DbcResult dbc_;
-  std::unique_ptr<Station> station_;
+  std::unique_ptr<GuidanceNode> node_;
   std::map<std::string, std::unique_ptr<can::MessageEncoder>> encoders_;
   std::int64_t time_ns_ = 1'000'000;
 };
 
-TEST_F(GuidanceStation, AnswersAListWithThrustTorqueAndStatus) {
+TEST_F(GuidanceNodeTest, AnswersAListWithThrustTorqueAndStatus) {
   const glm::dquat attitude = test::facing_the_port();
   send_attitude(attitude);
   const glm::dvec3 port(1.0, 20.0, -0.5);
@@ -83,7 +83,7 @@ TEST_F(GuidanceStation, AnswersAListWithThrustTorqueAndStatus) {
          false);
   }
   const auto answer = send("ScanHeader", {{"ScanIndex", 7}, {"TargetCount", 21}});
-  ASSERT_EQ(answer.size(), Station::frames_per_answer);
+  ASSERT_EQ(answer.size(), GuidanceNode::frames_per_answer);
   const auto status = values_of("GuidanceStatus", answer[2]);
   EXPECT_EQ(status.at("Mode"), static_cast<double>(Mode::approach));
   EXPECT_NEAR(status.at("Distance"), 20.0, 0.2);
@@ -95,15 +95,15 @@ TEST_F(GuidanceStation, AnswersAListWithThrustTorqueAndStatus) {
   EXPECT_EQ(values_of("TorqueCommand", answer[1]).at("TorqueX"), 0.0);
 }
 
-TEST_F(GuidanceStation, IncompleteListHasNoAnswer) {
+TEST_F(GuidanceNodeTest, IncompleteListHasNoAnswer) {
   send_attitude(test::facing_the_port());
   send("Target0", {{"Range", 10.0}}, false);
   EXPECT_TRUE(send("ScanHeader", {{"TargetCount", 2}}).empty());
-  EXPECT_EQ(station_->counters().incomplete_lists, 1U);
+  EXPECT_EQ(node_->counters().incomplete_lists, 1U);
   EXPECT_FALSE(send("ScanHeader", {{"TargetCount", 0}}).empty());
 }
 
-TEST_F(GuidanceStation, FrameWithAWrongChecksumIsRefused) {
+TEST_F(GuidanceNodeTest, FrameWithAWrongChecksumIsRefused) {
   const can::DbcMessage& header = *dbc_.database.find_message("ScanHeader");
   can::MessageEncoder encoder(header, protection);
   const std::vector<double> values(header.signals.size(), 0.0);
@@ -111,19 +111,19 @@ TEST_F(GuidanceStation, FrameWithAWrongChecksumIsRefused) {
   can::Frame frame = encoder.build(values, tally);
   frame.raw.data[0] ^= 1;
   frame.direction = can::Direction::rx;
-  EXPECT_TRUE(station_->handle(frame).empty());
-  EXPECT_EQ(station_->counters().refused_frames, 1U);
+  EXPECT_TRUE(node_->handle(frame).empty());
+  EXPECT_EQ(node_->counters().refused_frames, 1U);
 }
 
-TEST_F(GuidanceStation, AttitudeThatIsNoRotationIsIgnored) {
+TEST_F(GuidanceNodeTest, AttitudeThatIsNoRotationIsIgnored) {
   send_attitude(glm::dquat(0.0, 0.0, 0.0, 0.0));
   const auto answer = send("ScanHeader", {});
-  ASSERT_EQ(answer.size(), Station::frames_per_answer);
+  ASSERT_EQ(answer.size(), GuidanceNode::frames_per_answer);
   EXPECT_EQ(values_of("GuidanceStatus", answer[2]).at("Mode"), static_cast<double>(Mode::blind));
 }
 
 TEST(GuidanceDatabase, WhatIsMissingIsNamed) {
-  const auto problems = Station::database_problems({});
+  const auto problems = GuidanceNode::database_problems({});
   ASSERT_GE(problems.size(), 14U);
   EXPECT_EQ(problems[0], "the database has no message 'Attitude'");
 }

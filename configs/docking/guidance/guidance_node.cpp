@@ -1,4 +1,4 @@
-#include "configs/docking/guidance/station.hpp"
+#include "configs/docking/guidance/guidance_node.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ std::vector<RequiredMessage> required_messages() {
       {"ThrustCommand", {"ForceX", "ForceY", "ForceZ"}, protected_message, can::Use::send},
       {"TorqueCommand", {"TorqueX", "TorqueY", "TorqueZ"}, protected_message, can::Use::send},
       {"GuidanceStatus", {"Mode", "Distance", "AnswerTo"}, protected_message, can::Use::send}};
-  for (std::size_t slot = 0; slot < Station::max_targets; ++slot)
+  for (std::size_t slot = 0; slot < GuidanceNode::max_targets; ++slot)
     all.push_back({target_name(slot), {"Azimuth", "Elevation", "Range"}, {}, can::Use::receive});
   return all;
 }
@@ -55,8 +55,8 @@ std::array<std::size_t, N> signal_indices(const can::Dbc& database, const std::s
 }
 
 const can::Dbc& checked(const can::Dbc& database) {
-  can::require(Station::database_problems(database).empty(),
-               "the database has no problems (Station::database_problems)");
+  can::require(GuidanceNode::database_problems(database).empty(),
+               "the database has no problems (GuidanceNode::database_problems)");
   return database;
 }
 
@@ -74,7 +74,7 @@ std::array<double, N> values_in(const can::MessageDecoder& decoder, const can::F
 
 }  // namespace
 
-std::vector<std::string> Station::database_problems(const can::Dbc& database) {
+std::vector<std::string> GuidanceNode::database_problems(const can::Dbc& database) {
   std::vector<std::string> problems;
   for (const RequiredMessage& need : required_messages()) {
     const can::DbcMessage* const message = database.find_message(need.message);
@@ -92,7 +92,7 @@ std::vector<std::string> Station::database_problems(const can::Dbc& database) {
   return problems;
 }
 
-Station::Station(const can::Dbc& database, const Parameters& parameters)
+GuidanceNode::GuidanceNode(const can::Dbc& database, const Parameters& parameters)
     : controller_(parameters),
       attitude_(message_of(checked(database), "Attitude"), can::Protection{}),
       rates_(message_of(database, "Rates"), protected_message),
@@ -115,7 +115,7 @@ Station::Station(const can::Dbc& database, const Parameters& parameters)
     answer_encoders_.emplace_back(message_of(database, message), protected_message);
 }
 
-std::span<const can::Frame> Station::handle(const can::Frame& frame) {
+std::span<const can::Frame> GuidanceNode::handle(const can::Frame& frame) {
   if (frame.is_error() || frame.direction == can::Direction::tx) return {};
   const canid_t id = frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK);
   if (id == attitude_.layout().can_id()) {
@@ -134,13 +134,13 @@ std::span<const can::Frame> Station::handle(const can::Frame& frame) {
   return {};
 }
 
-bool Station::accept(can::MessageDecoder& decoder, const can::Frame& frame) {
+bool GuidanceNode::accept(can::MessageDecoder& decoder, const can::Frame& frame) {
   if (decoder.check(frame) == can::MessageDecoder::Verdict::accepted) return true;
   ++counters_.refused_frames;
   return false;
 }
 
-void Station::take_attitude(const can::Frame& frame) {
+void GuidanceNode::take_attitude(const can::Frame& frame) {
   const auto [w, x, y, z] = values_in(attitude_, frame, attitude_signals_);
   // A quaternion of another length is no rotation, and is ignored.
   constexpr double tolerance = 1e-3;  // of the length
@@ -148,19 +148,19 @@ void Station::take_attitude(const can::Frame& frame) {
   received_attitude_ = glm::dquat(w, x, y, z);
 }
 
-void Station::take_rates(const can::Frame& frame) {
+void GuidanceNode::take_rates(const can::Frame& frame) {
   if (!received_attitude_) return;
   const auto [x, y, z] = values_in(rates_, frame, rate_signals_);
   controller_.attitude(frame.time_ns, {.q = *received_attitude_, .w_body_radps = {x, y, z}});
 }
 
-void Station::take_target(std::size_t slot, const can::Frame& frame) {
+void GuidanceNode::take_target(std::size_t slot, const can::Frame& frame) {
   const auto [azimuth, elevation, range] = values_in(targets_[slot], frame, target_signals_);
   detections_[slot] = {.azimuth_rad = azimuth, .elevation_rad = elevation, .range_m = range};
   received_[slot] = true;
 }
 
-std::span<const can::Frame> Station::answer(const can::Frame& header) {
+std::span<const can::Frame> GuidanceNode::answer(const can::Frame& header) {
   const auto [scan, targets, captured, counter] =
       values_in(scan_header_, header, std::array{scan_index_, target_count_, captured_, list_counter_});
   const std::size_t count = std::min(static_cast<std::size_t>(targets), max_targets);
@@ -180,7 +180,7 @@ std::span<const can::Frame> Station::answer(const can::Frame& header) {
   return frames_;
 }
 
-void Station::encode(const Command& command, double list_counter) {
+void GuidanceNode::encode(const Command& command, double list_counter) {
   can::MessageEncoder::Tally tally;
   const auto build = [&](std::size_t index, const auto& signals, const auto& numbers) {
     std::vector<double> values(answer_encoders_[index].layout().signal_count(), 0.0);
