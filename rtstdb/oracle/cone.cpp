@@ -35,7 +35,7 @@ FirstContact first_contact(const PosedCone& cone, const PosedEntity& entity, Fac
   const auto look_at = [&](std::uint32_t triangle) {
     if (normal_of(entity.mesh->corners(triangle)) == glm::dvec3(0.0)) return;
     const ConeCorners corners = cone.corners(entity, triangle);
-    if (!counts(faces, apex_height_m(corners), 0.0)) return;
+    if (!admits(faces, apex_height_m(corners), 0.0)) return;
     const auto point = first_point(corners, space);
     if (!point) return;
     const double window = equal_relative * (std::abs(point->z) + entity.reach());
@@ -127,7 +127,7 @@ bool meets(const PosedCone& cone, const PosedEntity& entity, Faces faces, const 
     const glm::dvec3 normal = normal_of(corners);
     const auto hit = test(corners, local.lambda_min, local.lambda_max);
     const double facing = -glm::dot(normal, local.direction);
-    if (!hit || normal == glm::dvec3(0.0) || !counts(faces, facing, 0.0) || hit->lambda >= limit) return;
+    if (!hit || normal == glm::dvec3(0.0) || !admits(faces, facing, 0.0) || hit->lambda >= limit) return;
     limit = local.lambda_max = hit->lambda;
     any = true;
   });

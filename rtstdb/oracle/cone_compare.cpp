@@ -35,10 +35,10 @@ ContactRange contact_bounds(const PosedCone& cone, const PosedEntity& entity, Fa
     if (glm::cross(corners[1] - corners[0], corners[2] - corners[0]) == glm::dvec3(0.0)) return;
     const double noise_m = cone.noise_m(entity, triangle);
     const double height_m = apex_height_m(corners);
-    if (!counts(faces, height_m, noise_m)) return;
+    if (!admits(faces, height_m, noise_m)) return;
     if (const auto point = first_point(corners, cone.space(noise_m)))
       bounds.first_m = std::min(bounds.first_m, point->z - noise_m);
-    if (!counts(faces, height_m, -noise_m)) return;
+    if (!admits(faces, height_m, -noise_m)) return;
     if (const auto point = first_point(corners, cone.space(-noise_m)))
       bounds.last_m = std::min(bounds.last_m, point->z + noise_m);
   });
@@ -91,7 +91,7 @@ Judgement judge_point(const PosedCone& cone, const PosedEntity& entity, Faces fa
     return judged(Verdict::differs, "u, v = (%.9g, %.9g) name a point at %.9g m instead of %.9g m", u, v, p.z,
                   z);
   const double height_m = apex_height_m(cone.corners(entity, one.triangle));
-  if (!counts(faces, height_m, noise_m) ||
+  if (!admits(faces, height_m, noise_m) ||
       (one.front_face != (height_m > 0.0) && std::abs(height_m) > noise_m))
     return judged(Verdict::differs, "the %s face, with the apex %.3g m in front of it",
                   one.front_face ? "front" : "back", height_m);

@@ -196,7 +196,7 @@ double apex_height_m(const ConeCorners& c) noexcept {
   return -glm::dot(glm::normalize(glm::cross(c[1] - c[0], c[2] - c[0])), c[0]);
 }
 
-bool counts(Faces faces, double height_m, double noise_m) noexcept {
+bool admits(Faces faces, double height_m, double noise_m) noexcept {
   switch (faces) {
     case Faces::front:
       return height_m >= -noise_m;

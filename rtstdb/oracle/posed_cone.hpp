@@ -56,7 +56,7 @@ double apex_height_m(const ConeCorners& corners) noexcept;
 
 /// Whether `faces` admits a triangle. `height_m`: its apex_height_m, uncertain by |noise_m|. With noise_m
 /// above 0, a doubtful triangle is admitted; below 0, it is not.
-bool counts(Faces faces, double height_m, double noise_m) noexcept;
+bool admits(Faces faces, double height_m, double noise_m) noexcept;
 
 template <class Visit>
 void PosedCone::walk(const PosedEntity& entity, double margin_m, Visit&& visit) const {
