@@ -54,7 +54,7 @@ std::size_t next_size(std::size_t points, SteadyClock::duration took, Nanosecond
 Result<FieldReport> FieldJob::run(GeometryId geometry, const TriangleMesh& mesh,
                                   const FieldOptions& options) const {
   const auto begun_at = SteadyClock::now();
-  const float outward = accel::outward_of(mesh);
+  const float front_sign = accel::front_sign_of(mesh);
   auto begun = field::FieldBuild::begin(bounds_of(mesh), is_closed(mesh), options);
   if (!begun) return begun.error();
   field::FieldBuild build = std::move(begun).value();
@@ -67,7 +67,7 @@ Result<FieldReport> FieldJob::run(GeometryId geometry, const TriangleMesh& mesh,
     SteadyClock::duration took{0};
     auto sampled = call_on_engine(engine, [&] {
       const auto part_begun_at = SteadyClock::now();
-      auto done = executor.sample_field(geometry, sign, outward, std::span(points).first(count), results);
+      auto done = executor.sample_field(geometry, sign, front_sign, std::span(points).first(count), results);
       took = SteadyClock::now() - part_begun_at;
       return done;
     });

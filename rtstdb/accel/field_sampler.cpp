@@ -81,7 +81,8 @@ bool FieldSampler::run(shared::FieldArgs args, FieldSign sign, std::uint32_t cou
 }
 
 Result<void> FieldSampler::sample(gpu::Device& device, const GeometryPool& pool, std::uint32_t geometry,
-                                  FieldSign sign, float outward, std::span<const shared::FieldPoint> points,
+                                  FieldSign sign, float front_sign,
+                                  std::span<const shared::FieldPoint> points,
                                   std::span<shared::FieldSample> samples, Submit& submit) {
   RTSTDB_ASSERT(points.size() <= max_points && points.size() == samples.size());
   if (auto bound = bind(device, pool); !bound) return bound;
@@ -89,7 +90,7 @@ Result<void> FieldSampler::sample(gpu::Device& device, const GeometryPool& pool,
                          .first = 0,
                          .end = 0,
                          .per_group = 0,
-                         .outward = outward,
+                         .front_sign = front_sign,
                          .slack = 0.0f,
                          .inside_ratio = static_cast<float>(field_inside_ratio),
                          .loop_probe = 2 /* two rounds, see loops_still_turn */};
@@ -119,7 +120,7 @@ Result<void> FieldSampler::sample(gpu::Device& device, const GeometryPool& pool,
   return {};
 }
 
-float outward_of(const TriangleMesh& mesh) noexcept {
+float front_sign_of(const TriangleMesh& mesh) noexcept {
   double volume = 0.0;
   for (const glm::uvec3& triangle : mesh.triangles) {
     const glm::dvec3 a(mesh.positions_m[triangle.x]);

@@ -27,10 +27,10 @@ class FieldSampler {
 
   /// Computes the distances of at most max_points points, with the sign that `sign` names; `none`: without.
   /// A search that visits too many nodes is repeated; its distance may be too large by a twentieth of it.
-  /// `outward`: 1 if the fronts of a closed geometry are outside, else -1. `submit` has not begun.
+  /// `front_sign`: 1 if the fronts of a closed geometry are outside, else -1. `submit` has not begun.
   /// Errors: capacity, if a repeated search visits too many nodes; out_of_memory; device_lost.
   Result<void> sample(gpu::Device& device, const GeometryPool& pool, std::uint32_t geometry, FieldSign sign,
-                      float outward, std::span<const shared::FieldPoint> points,
+                      float front_sign, std::span<const shared::FieldPoint> points,
                       std::span<shared::FieldSample> samples, Submit& submit);
 
  private:
@@ -51,6 +51,6 @@ class FieldSampler {
 };
 
 /// 1 if the fronts of a closed mesh are outside, -1 if they are inside: by the sign of its volume.
-float outward_of(const TriangleMesh& mesh) noexcept;
+float front_sign_of(const TriangleMesh& mesh) noexcept;
 
 }  // namespace rtstdb::accel

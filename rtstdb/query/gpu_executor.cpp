@@ -104,7 +104,7 @@ Result<void> GpuExecutor::rebind_to_pool() {
   return connected;
 }
 
-Result<void> GpuExecutor::sample_field(GeometryId geometry, FieldSign sign, float outward,
+Result<void> GpuExecutor::sample_field(GeometryId geometry, FieldSign sign, float front_sign,
                                        std::span<const shared::FieldPoint> points,
                                        std::span<shared::FieldSample> samples) {
   return device_.execute_setup([&]() -> Result<void> {
@@ -114,7 +114,7 @@ Result<void> GpuExecutor::sample_field(GeometryId geometry, FieldSign sign, floa
       if (!sampler) return sampler.error();
       epoch.field_sampler = std::move(sampler).value();
     }
-    return epoch.field_sampler->sample(epoch.device, epoch.pool, geometry.index, sign, outward, points,
+    return epoch.field_sampler->sample(epoch.device, epoch.pool, geometry.index, sign, front_sign, points,
                                        samples, epoch.setup_lane());
   });
 }

@@ -34,7 +34,7 @@ class GpuExecutor final : public Executor {
   Result<std::unique_ptr<GpuQuery>> prepare(QueryOptionsRef options);
 
   /// Computes distances to a geometry, for a build of its distance field (accel::FieldSampler).
-  Result<void> sample_field(GeometryId geometry, FieldSign sign, float outward,
+  Result<void> sample_field(GeometryId geometry, FieldSign sign, float front_sign,
                             std::span<const shared::FieldPoint> points,
                             std::span<shared::FieldSample> samples);
   /// Gives a field to a geometry that has none and does not deform.

@@ -44,7 +44,7 @@ void main() {
   // So near to the surface the direction to the nearest point is mere rounding; the normal replaces it.
   const vec3 magnitude = abs(wanted.point_m);
   const float blur = 1e-6 * max(max(magnitude.x, magnitude.y), magnitude.z);
-  const vec3 n = args.outward * front_normal(best.slot);
+  const vec3 n = args.front_sign * front_normal(best.slot);
   const vec3 beside = dot(n, away) < 0.0 ? -n : n;
   const vec3 gradient = distance_m > blur ? away / max(distance_m, 1e-37) : beside;
   samples[index] = FieldSample(cut_short ? vec3(0.0)

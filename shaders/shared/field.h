@@ -42,7 +42,7 @@ RTSTDB_CONSTANT(field_sign_directions, 64)
   F(uint, first) /* see place_of_invocation */                                         \
   F(uint, end)                                                                         \
   F(uint, per_group)                                                                   \
-  F(float, outward) /* 1 if fronts are outside, else -1 */                             \
+  F(float, front_sign) /* 1 if fronts are outside, else -1 */                          \
   F(float, slack)   /* the relative error by which a distance may be too large, to end searches sooner */ \
   F(float, inside_ratio) /* the least share of rays that hit from behind at a point inside */ \
   F(uint, loop_probe) /* see loops_still_turn */

@@ -48,8 +48,8 @@ class DeviceFields : public StructureTest {
   std::vector<shared::FieldSample> sample(std::uint32_t geometry, const TriangleMesh& mesh, FieldSign sign,
                                           std::span<const shared::FieldPoint> points) {
     std::vector<shared::FieldSample> samples(points.size());
-    const auto done =
-        sampler_.sample(device(), pool_, geometry, sign, accel::outward_of(mesh), points, samples, submit_);
+    const auto done = sampler_.sample(device(), pool_, geometry, sign, accel::front_sign_of(mesh), points,
+                                      samples, submit_);
     EXPECT_TRUE(done.ok()) << done.error().message;
     return samples;
   }
