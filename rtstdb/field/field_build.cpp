@@ -252,7 +252,7 @@ Result<void> FieldBuild::end_pass() {
       return begin_pass(Pass::all_points);
     }
     default:
-      field_.report.coarse_error_max_m = std::ranges::max(errors_m_);
+      field_.report.grid_error_max_m = std::ranges::max(errors_m_);
       return end_attempt();
   }
 }

@@ -67,7 +67,7 @@ struct FieldReport {
   double error_p99_m = 0.0;
   double error_max_m = 0.0;
   /// The largest difference at random points of the whole grid.
-  double coarse_error_max_m = 0.0;
+  double grid_error_max_m = 0.0;
 };
 
 const char* to_string(FieldSign sign) noexcept;
