@@ -250,7 +250,7 @@ Answer describe_sweep(const RunHistory& history, const std::string& scanner, con
     for (const history::Return& of_beam : beam.returns) {
       ++returns;
       const auto [range_m, intensity] = of_beam.detection;
-      Seen& one = seen[of_beam.light.hit.entity];
+      Seen& one = seen[of_beam.beam_return.hit.entity];
       if (one.beams++ == 0) one = {1, range_m, range_m, intensity, beam.time_ns, beam.time_ns};
       one.nearest_m = std::min(one.nearest_m, range_m);
       one.farthest_m = std::max(one.farthest_m, range_m);
@@ -307,14 +307,15 @@ std::string points_csv(const RunHistory& history, const history::Sweep& sweep) {
   for (const history::Beam& beam : sweep.beams) {
     for (const history::Return& one : beam.returns) {
       const glm::dvec3& p = one.p_world_m;
-      const rtstdb::RayHit& hit = one.light.hit;
+      const rtstdb::RayHit& hit = one.beam_return.hit;
       text += std::to_string(beam.time_ns) + ',' + std::to_string(beam.column) + ',' +
               std::to_string(beam.row) + ',' + report::shortest(one.detection.range_m) + ',' +
               report::shortest(p.x) + ',' + report::shortest(p.y) + ',' + report::shortest(p.z) + ',' +
               history.name_of(hit.entity) + ',' + std::to_string(hit.entity.index) + ',' +
               std::to_string(hit.entity.generation) + ',' + std::to_string(hit.triangle) + ',' +
-              std::to_string(one.ordinal) + ',' + report::shortest(static_cast<double>(one.light.fraction)) +
-              ',' + report::shortest(one.detection.intensity_per_m2) + '\n';
+              std::to_string(one.ordinal) + ',' +
+              report::shortest(static_cast<double>(one.beam_return.fraction)) + ',' +
+              report::shortest(one.detection.intensity_per_m2) + '\n';
     }
   }
   return report::to_ascii(text);

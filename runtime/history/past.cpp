@@ -214,16 +214,16 @@ Beam Past::measure(const modules::RecordedScanner& scanner, const modules::Recor
       carrier, world_time(scanner.description().ignore_motion ? sweep_begin_ns : measured.time_ns));
   const glm::dvec3 along(beam.direction);
   for (std::uint32_t ordinal = 0; ordinal < query.returns_per_beam(); ++ordinal) {
-    const modules::BeamReturn light = query.at(index, ordinal);
-    measured.incomplete = light.hit.status == rtstdb::HitStatus::incomplete;
-    if (light.hit.status != rtstdb::HitStatus::hit) break;
-    const auto material = database_->material(light.hit.material).value_or(rtstdb::Material{});
+    const modules::BeamReturn beam_return = query.at(index, ordinal);
+    measured.incomplete = beam_return.hit.status == rtstdb::HitStatus::incomplete;
+    if (beam_return.hit.status != rtstdb::HitStatus::hit) break;
+    const auto material = database_->material(beam_return.hit.material).value_or(rtstdb::Material{});
     const auto detection =
-        scanner.detect(light, material, pose.q_world * along, {sweep_begin_ns, beam.index, ordinal});
+        scanner.detect(beam_return, material, pose.q_world * along, {sweep_begin_ns, beam.index, ordinal});
     if (!detection) continue;
     const glm::dvec3 in_carrier_m = scanner.description().mount_m + along * detection->range_m;
     measured.returns.push_back({.ordinal = ordinal,
-                                .light = light,
+                                .beam_return = beam_return,
                                 .detection = *detection,
                                 .p_world_m = pose.p_world_m + pose.q_world * in_carrier_m});
   }

@@ -43,7 +43,7 @@ struct Near {
 /// A return that the scanner detected.
 struct Return {
   std::uint32_t ordinal = 0;  ///< in its beam; returns that were not detected count too
-  modules::BeamReturn light;
+  modules::BeamReturn beam_return;
   modules::Detection detection;
   glm::dvec3 p_world_m{0.0};  ///< on the beam's axis, at the measured range
 };
