@@ -219,8 +219,8 @@ void PixelStudy::end_item() noexcept {
     result.port_pixels = work_->pixels();
     result.port.pixels = work_->repetitions() * work_->pixels();
   } else {
-    result.others.pixels = work_->pixels();
-    result.other_pixels = work_->pixels_beside_port();
+    result.beside_port.pixels = work_->pixels();
+    result.pixels_beside_port = work_->pixels_beside_port();
     result.complete = true;
     if (images_) images_->finish(work_->distance(), work_->method());
   }
@@ -247,7 +247,7 @@ void PixelStudy::step(StepContext& context) noexcept {
     if (outcome.done()) {
       MethodResult& result = result_.at(work_->distance(), work_->method());
       if (work_->purpose() == StudyPurpose::port) result.port.wall_ns += wall_ns;
-      if (work_->purpose() == StudyPurpose::others) result.others.wall_ns += wall_ns;
+      if (work_->purpose() == StudyPurpose::beside_port) result.beside_port.wall_ns += wall_ns;
       take(query, count);
       next_element_ += count;
       if (next_element_ == work_->elements()) end_item();

@@ -25,16 +25,16 @@ struct TimedPixels {
 
 struct MethodResult {
   bool complete = false;
-  std::uint32_t detections = 0;    ///< shifts in which a pixel detected the reflector
-  TimedPixels port{};              ///< of the pixels that can see the port
-  std::uint64_t port_pixels = 0;   ///< their number, without repetitions
-  TimedPixels others{};            ///< of the other pixels, as far as they were traced
-  std::uint64_t other_pixels = 0;  ///< their number, traced or not
+  std::uint32_t detections = 0;          ///< shifts in which a pixel detected the reflector
+  TimedPixels port{};                    ///< of the pixels that can see the port
+  std::uint64_t port_pixels = 0;         ///< their number, without repetitions
+  TimedPixels beside_port{};             ///< of the pixels beside it, as far as they were traced
+  std::uint64_t pixels_beside_port = 0;  ///< their number, traced or not
 
-  /// The time for all pixels of the grid; estimated if not all of the others were traced.
+  /// The time for all pixels of the grid; estimated if not all pixels beside the port were traced.
   double frame_s() const noexcept {
     return 1e-9 * (port.ns_per_pixel() * static_cast<double>(port_pixels) +
-                   others.ns_per_pixel() * static_cast<double>(other_pixels));
+                   beside_port.ns_per_pixel() * static_cast<double>(pixels_beside_port));
   }
 };
 

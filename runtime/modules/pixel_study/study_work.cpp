@@ -42,7 +42,7 @@ StudyWork::StudyWork(const StudyOptions& options, const PixelGrid& grid, const S
       sensor_to_world_(looking_along(-scene.axis)) {
   for (std::uint32_t i = 0; i < options.shifts; ++i)
     shifts_.emplace_back(uniform(seed + 2 * i), uniform(seed + 2 * i + 1));
-  others_.reserve(std::size_t{grid.pixels()} * grid.pixels());
+  chosen_pixels_.reserve(std::size_t{grid.pixels()} * grid.pixels());
   for (distance_ = 0; distance_ < options.distances_m.size(); ++distance_) {
     set_distance();
     for (method_ = 0; method_ < options.methods.size(); ++method_)
@@ -76,15 +76,16 @@ void StudyWork::set_method() noexcept {
   detection_window_ = reflector_window();
 }
 
-void StudyWork::choose_others() noexcept {
-  others_.clear();
+void StudyWork::choose_pixels() noexcept {
+  chosen_pixels_.clear();
   const PixelMethod& method = options_.methods[method_];
   const bool all = method.is_beam() || method.samples() <= options_.whole_up_to_samples;
   for (std::uint32_t row = 0; row < grid_.pixels(); ++row) {
     for (std::uint32_t column = 0; column < grid_.pixels(); ++column) {
       if (port_window_.has(column, row)) continue;
       const std::uint32_t pixel = row * grid_.pixels() + column;
-      if (all || uniform(seed_ ^ (std::uint64_t{pixel} << 20)) < options_.share) others_.push_back(pixel);
+      if (all || uniform(seed_ ^ (std::uint64_t{pixel} << 20)) < options_.share)
+        chosen_pixels_.push_back(pixel);
     }
   }
 }
@@ -95,8 +96,8 @@ void StudyWork::next_item() noexcept {
     return;
   }
   if (purpose_ == StudyPurpose::port) {
-    purpose_ = StudyPurpose::others;
-    choose_others();
+    purpose_ = StudyPurpose::beside_port;
+    choose_pixels();
     return;
   }
   purpose_ = StudyPurpose::detection;
@@ -110,7 +111,7 @@ void StudyWork::next_item() noexcept {
 
 std::uint64_t StudyWork::pixels() const noexcept {
   if (purpose_ == StudyPurpose::detection) return detection_window_.size() * options_.shifts;
-  return purpose_ == StudyPurpose::port ? port_window_.size() : others_.size();
+  return purpose_ == StudyPurpose::port ? port_window_.size() : chosen_pixels_.size();
 }
 
 std::uint64_t StudyWork::elements() const noexcept {
@@ -143,7 +144,7 @@ StudyElement StudyWork::element(std::uint64_t index) const noexcept {
       element.pixel =
           static_cast<std::uint32_t>(corner.y) * grid_.pixels() + static_cast<std::uint32_t>(corner.x);
     } else {
-      element.pixel = others_[number];
+      element.pixel = chosen_pixels_[number];
       const std::uint32_t column = element.pixel % grid_.pixels();
       const std::uint32_t row = element.pixel / grid_.pixels();
       corner = {column, row};

@@ -24,7 +24,7 @@ struct StudyScene {
   glm::dvec3 reflector_m{0.0};
 };
 
-enum class StudyPurpose : std::uint8_t { detection, port, others };
+enum class StudyPurpose : std::uint8_t { detection, port, beside_port };
 
 /// The pixels that can see the port are traced repeatedly until at least this many rays or beams have been
 /// traced: the time of a small batch would be mostly that of its transaction.
@@ -74,7 +74,7 @@ class StudyWork {
  private:
   void set_distance() noexcept;
   void set_method() noexcept;
-  void choose_others() noexcept;
+  void choose_pixels() noexcept;
   PixelWindow reflector_window() const noexcept;
 
   const StudyOptions& options_;
@@ -88,7 +88,7 @@ class StudyWork {
   StudyPurpose purpose_ = StudyPurpose::detection;
   glm::dvec3 sensor_m_{0.0};
   PixelWindow detection_window_, port_window_;
-  std::vector<std::uint32_t> others_;  ///< the pixels of StudyPurpose::others
+  std::vector<std::uint32_t> chosen_pixels_;  ///< those that StudyPurpose::beside_port traces
   std::uint64_t max_detection_pixels_ = 0;
 };
 

@@ -104,7 +104,7 @@ TEST(StudyWork, EachPixelIsTracedOnceWithAllItsSamples) {
       EXPECT_GE(item.elements(), min_port_elements);
       EXPECT_EQ(item.repetitions() > 1, item.distance() == 1) << "few pixels see the port from 200 m";
     }
-    if (item.purpose() == StudyPurpose::others) {
+    if (item.purpose() == StudyPurpose::beside_port) {
       EXPECT_EQ(std::set<int>(traced.begin(), traced.end()), std::set<int>{1});
       std::fill(traced.begin(), traced.end(), 0);
     }
@@ -143,9 +143,9 @@ TEST(StudyWork, OnlyAShareOfTheOtherPixelsIsTracedWithManySamples) {
   const StudyOptions options = options_with({{.samples_per_axis = 8}});
   StudyWork work(options, grid_of(options), scene, 1);
   each_item(work, [&](const StudyWork& item) {
-    if (item.purpose() != StudyPurpose::others) return;
-    const double others = static_cast<double>(item.pixels_beside_port());
-    EXPECT_NEAR(static_cast<double>(item.pixels()), 0.01 * others, 0.001 * others);
+    if (item.purpose() != StudyPurpose::beside_port) return;
+    const double beside_port = static_cast<double>(item.pixels_beside_port());
+    EXPECT_NEAR(static_cast<double>(item.pixels()), 0.01 * beside_port, 0.001 * beside_port);
     EXPECT_EQ(item.elements(), item.pixels() * 64U);
   });
 }
@@ -211,8 +211,8 @@ TEST(StudyResult, TimeOfAFrameIsEstimatedFromTheShare) {
                      .detections = 10,
                      .port = {.wall_ns = 2'000'000'000, .pixels = 200},
                      .port_pixels = 100,
-                     .others = {.wall_ns = 1'000'000'000, .pixels = 50},
-                     .other_pixels = 5000};
+                     .beside_port = {.wall_ns = 1'000'000'000, .pixels = 50},
+                     .pixels_beside_port = 5000};
   EXPECT_DOUBLE_EQ(result.at(0, 0).frame_s(), 1.0 + 100.0);
   const contribution::Section section = result.section("study");
   ASSERT_EQ(section.tables.size(), 1U);
