@@ -97,8 +97,9 @@ std::optional<StudyOptions> read_study_options(const config::Value& parameters,
   options.threshold_per_m2 = parameters["threshold"].number();
   options.shifts = static_cast<std::uint32_t>(parameters["shifts"].integer());
   options.needed_shifts = static_cast<std::uint32_t>(parameters["needed_shifts"].integer());
-  options.whole_up_to_samples = static_cast<std::uint32_t>(parameters["whole_up_to"].integer());
-  options.share = parameters["share"].number();
+  options.all_pixels_up_to_samples =
+      static_cast<std::uint32_t>(parameters["all_pixels_up_to_samples"].integer());
+  options.share_beside_port = parameters["share_beside_port"].number();
   options.fast_beams = parameters["mode"].text() == "fast";
   options.batch = static_cast<std::uint32_t>(parameters["batch"].integer());
   options.images = parameters["images"].boolean();
@@ -152,11 +153,12 @@ config::Schema study_schema() {
       Field::with_default("needed_shifts", Schema::integer(1, 1000), "9",
                           "The number of shifts with a detection that a method needs to detect."),
       Field::with_default(
-          "whole_up_to", Schema::integer(0, 65536), "16",
-          "With more rays in a pixel than this, all pixels that can see the port are traced, and only "
-          "a random share of the others."),
-      Field::with_default("share", Schema::quantity(Quantity::share, 0.0, 1.0), "0.1 %",
-                          "The share of the other pixels, from which the time of a frame is estimated."),
+          "all_pixels_up_to_samples", Schema::integer(0, 65536), "16",
+          "With up to this number of rays in a pixel, all pixels are traced; with more, all that can see "
+          "the port and a random share of the others."),
+      Field::with_default(
+          "share_beside_port", Schema::quantity(Quantity::share, 0.0, 1.0), "0.1 %",
+          "The share of the pixels that can not see the port; the time of a frame is estimated from it."),
       Field::with_default("mode", Schema::one_of({"exact", "fast"}), "exact",
                           "How the fractions of beams are found, as of a laser_scanner."),
       Field::with_default("batch", Schema::integer(1024, 1 << 20), "65536",

@@ -38,9 +38,9 @@ struct StudyOptions {
   double threshold_per_m2 = 0.0;
   std::uint32_t shifts = 0;         ///< random ones, within a pixel
   std::uint32_t needed_shifts = 0;  ///< a method detects if it does in this many shifts
-  /// With more rays in a pixel, only a random `share` of the pixels that can not see the port is traced.
-  std::uint32_t whole_up_to_samples = 0;
-  double share = 0.0;
+  /// With more rays in a pixel, only `share_beside_port` of the pixels that can not see the port is traced.
+  std::uint32_t all_pixels_up_to_samples = 0;
+  double share_beside_port = 0.0;
   bool fast_beams = false;  ///< rtstdb::ConeMode::fast
   std::uint32_t batch = 0;  ///< rays or beams in one step
   bool images = true;

@@ -126,9 +126,9 @@ contribution::Section StudyResult::section(const std::string& module) const {
                   std::to_string(options_.needed_shifts) + " of " + std::to_string(options_.shifts) +
                   " random shifts of the pixels. Equation 2 gives the distance at which the reflector is two "
                   "rays wide. With more than " +
-                  std::to_string(options_.whole_up_to_samples) +
+                  std::to_string(options_.all_pixels_up_to_samples) +
                   " rays in a pixel, all pixels that can see the port were traced, and " +
-                  config::format_number(100.0 * options_.share) +
+                  config::format_number(100.0 * options_.share_beside_port) +
                   " % of the others, from which the time of a frame is estimated. Times are wall-clock "
                   "times.",
           .pictures = {},

@@ -79,12 +79,12 @@ void StudyWork::set_method() noexcept {
 void StudyWork::choose_pixels() noexcept {
   chosen_pixels_.clear();
   const PixelMethod& method = options_.methods[method_];
-  const bool all = method.is_beam() || method.samples() <= options_.whole_up_to_samples;
+  const bool all = method.is_beam() || method.samples() <= options_.all_pixels_up_to_samples;
   for (std::uint32_t row = 0; row < grid_.pixels(); ++row) {
     for (std::uint32_t column = 0; column < grid_.pixels(); ++column) {
       if (port_window_.has(column, row)) continue;
       const std::uint32_t pixel = row * grid_.pixels() + column;
-      if (all || uniform(seed_ ^ (std::uint64_t{pixel} << 20)) < options_.share)
+      if (all || uniform(seed_ ^ (std::uint64_t{pixel} << 20)) < options_.share_beside_port)
         chosen_pixels_.push_back(pixel);
     }
   }

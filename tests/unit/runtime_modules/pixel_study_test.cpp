@@ -30,8 +30,8 @@ StudyOptions options_with(std::vector<PixelMethod> methods) {
   options.field_of_view_rad = 40.0 * degree;
   options.shifts = 10;
   options.needed_shifts = 9;
-  options.whole_up_to_samples = 1;
-  options.share = 0.01;
+  options.all_pixels_up_to_samples = 1;
+  options.share_beside_port = 0.01;
   return options;
 }
 
