@@ -122,13 +122,12 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParam
 
   const auto capacity =
       static_cast<std::uint32_t>(std::max<std::uint64_t>(pattern_.max_beams_in_step(task.period_ns), 1));
-  auto beams = BeamQuery::prepare(
-      *database_, {.name = task.instance,
-                   .capacity = capacity,
-                   .divergence_rad = options_.divergence_rad,
-                   .returns_per_beam = options_.returns_per_beam,
-                   .mode = options_.fast_beams ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact,
-                   .ignore_motion = options_.ignore_motion});
+  auto beams = BeamQuery::prepare(*database_, {.name = task.instance,
+                                               .capacity = capacity,
+                                               .divergence_rad = options_.divergence_rad,
+                                               .returns_per_beam = options_.returns_per_beam,
+                                               .mode = options_.mode,
+                                               .ignore_motion = options_.ignore_motion});
   if (!beams) throw SetupError(caller, beams.error());
   beams_ = std::move(beams).value();
   const auto reads = static_cast<std::uint32_t>(1 + compared.size());
@@ -405,7 +404,7 @@ void LaserScanner::describe(std::vector<contribution::ModuleRecord>& records) co
                                       .ignore_motion = options_.ignore_motion,
                                       .divergence_rad = options_.divergence_rad,
                                       .returns_per_beam = options_.returns_per_beam,
-                                      .fast_beams = options_.fast_beams,
+                                      .mode = options_.mode,
                                       .threshold_per_m2 = options_.threshold_per_m2,
                                       .range_noise_m = options_.range_noise_m,
                                       .noise_seed = receiver_.options().noise_seed,

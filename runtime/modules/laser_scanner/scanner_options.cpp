@@ -49,7 +49,7 @@ ScannerOptions read_scanner_options(const config::Value& parameters) {
   options.ignore_motion = parameters["ignore_motion"].boolean();
   options.divergence_rad = parameters["divergence"].number();
   options.returns_per_beam = static_cast<std::uint32_t>(parameters["returns"].integer());
-  options.fast_beams = parameters["mode"].text() == "fast";
+  options.mode = parameters["mode"].text() == "fast" ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact;
   options.threshold_per_m2 = parameters["threshold"].number();
   options.range_noise_m = parameters["range_noise"].number();
   options.targets = static_cast<std::uint32_t>(parameters["targets"].integer());

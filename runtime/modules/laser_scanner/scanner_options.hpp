@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <rtstdb/query.hpp>
+
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/schema.hpp"
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
@@ -26,7 +28,7 @@ struct ScannerOptions {
   bool ignore_motion = false;
   double divergence_rad = 0.0;  ///< full opening angle of a beam; 0: rays
   std::uint32_t returns_per_beam = 1;
-  bool fast_beams = false;  ///< rtstdb::ConeMode::fast
+  rtstdb::ConeMode mode = rtstdb::ConeMode::exact;  ///< of beams
   double threshold_per_m2 = 0.0;
   double range_noise_m = 0.0;
   std::uint32_t targets = 0;       ///< slots for returns of retro-reflectors; 0: no such outputs

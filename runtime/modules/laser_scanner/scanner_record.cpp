@@ -28,7 +28,7 @@ void each_property(Scanner& scanner, Visit&& visit) {
   visit("ignore_motion", scanner.ignore_motion);
   visit("divergence_rad", scanner.divergence_rad);
   visit("returns_per_beam", scanner.returns_per_beam);
-  visit("fast_beams", scanner.fast_beams);
+  visit("fast_beams", scanner.mode);
   visit("threshold_per_m2", scanner.threshold_per_m2);
   visit("range_noise_m", scanner.range_noise_m);
   visit("noise_seed", scanner.noise_seed);
@@ -47,6 +47,13 @@ bool take(const Value& value, bool& member) {
   const bool* const given = std::get_if<bool>(&value);
   if (given != nullptr) member = *given;
   return given != nullptr;
+}
+
+/// world.json holds a mode as a flag: true for the fast one.
+bool take(const Value& value, rtstdb::ConeMode& member) {
+  const bool* const is_fast = std::get_if<bool>(&value);
+  if (is_fast != nullptr) member = *is_fast ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact;
+  return is_fast != nullptr;
 }
 
 template <class Integer>
@@ -79,6 +86,8 @@ template <class Member>
 Value value_of(const Member& member) {
   if constexpr (std::same_as<Member, std::array<double, 3>>) {
     return std::vector<double>(member.begin(), member.end());
+  } else if constexpr (std::same_as<Member, rtstdb::ConeMode>) {
+    return member == rtstdb::ConeMode::fast;
   } else if constexpr (std::is_integral_v<Member> && !std::same_as<Member, bool>) {
     return static_cast<std::int64_t>(member);
   } else {

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <string>
 
+#include <rtstdb/query.hpp>
+
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
 #include "runtime/modules/recorded_scanner.hpp"
@@ -33,7 +35,7 @@ struct ScannerRecord {
   bool ignore_motion = false;
   double divergence_rad = 0.0;
   std::uint32_t returns_per_beam = 1;
-  bool fast_beams = false;
+  rtstdb::ConeMode mode = rtstdb::ConeMode::exact;
   double threshold_per_m2 = 0.0;
   double range_noise_m = 0.0;
   std::int64_t noise_seed = 0;

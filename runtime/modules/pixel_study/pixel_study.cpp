@@ -143,12 +143,11 @@ void PixelStudy::configure(World& world, EventLog& /*events*/, const TaskParamet
   detection_per_m2_.resize(work_->max_detection_pixels());
   if (options_.images) images_.emplace(options_);
   const auto prepare = [&](const PixelMethod& method) {
-    auto query = BeamQuery::prepare(
-        *database_, {.name = task.instance + " " + name_of(method),
-                     .capacity = options_.batch,
-                     .divergence_rad = method.beam_rad,
-                     .returns_per_beam = method.is_beam() ? returns_per_beam : 1,
-                     .mode = options_.fast_beams ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact});
+    auto query = BeamQuery::prepare(*database_, {.name = task.instance + " " + name_of(method),
+                                                 .capacity = options_.batch,
+                                                 .divergence_rad = method.beam_rad,
+                                                 .returns_per_beam = method.is_beam() ? returns_per_beam : 1,
+                                                 .mode = options_.mode});
     if (!query) throw SetupError(caller, query.error());
     return std::move(query).value();
   };

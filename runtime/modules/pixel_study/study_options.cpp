@@ -100,7 +100,7 @@ std::optional<StudyOptions> read_study_options(const config::Value& parameters,
   options.all_pixels_up_to_samples =
       static_cast<std::uint32_t>(parameters["all_pixels_up_to_samples"].integer());
   options.share_beside_port = parameters["share_beside_port"].number();
-  options.fast_beams = parameters["mode"].text() == "fast";
+  options.mode = parameters["mode"].text() == "fast" ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact;
   options.batch = static_cast<std::uint32_t>(parameters["batch"].integer());
   options.images = parameters["images"].boolean();
   if (options.needed_shifts > options.shifts) {

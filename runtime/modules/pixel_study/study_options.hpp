@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <rtstdb/query.hpp>
+
 #include "runtime/config/schema.hpp"
 
 namespace hil::modules {
@@ -41,8 +43,8 @@ struct StudyOptions {
   /// With more rays in a pixel, only `share_beside_port` of the pixels that can not see the port is traced.
   std::uint32_t all_pixels_up_to_samples = 0;
   double share_beside_port = 0.0;
-  bool fast_beams = false;  ///< rtstdb::ConeMode::fast
-  std::uint32_t batch = 0;  ///< rays or beams in one step
+  rtstdb::ConeMode mode = rtstdb::ConeMode::exact;  ///< of beams
+  std::uint32_t batch = 0;                          ///< rays or beams in one step
   bool images = true;
 };
 
