@@ -11,6 +11,7 @@
 #include "rtstdb/accel/transfer.hpp"
 #include "rtstdb/geometry/closed_mesh.hpp"
 #include "rtstdb/geometry/has_area.hpp"
+#include "rtstdb/splitmix64.hpp"
 #include "shaders/shared/field.h"
 #include "shaders/shared/node.h"
 
@@ -38,13 +39,6 @@ Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t
 constexpr std::uint32_t aligned(std::uint32_t count) {
   constexpr std::uint32_t step = DeformingGeometry::alignment;
   return (count + step - 1) / step * step;
-}
-
-/// The finalizer of SplitMix64.
-constexpr std::uint64_t mixed(std::uint64_t number) {
-  number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9u;
-  number = (number ^ (number >> 27)) * 0x94D049BB133111EBu;
-  return number ^ (number >> 31);
 }
 
 std::size_t kept_bytes(const KeptGeometries& kept) {
@@ -323,11 +317,11 @@ bool GeometryPool::show(gpu::Device& device, const store::RowSource& rows, Submi
     if (geometry.needs_rebuild(refit.place) && !build(device, geometry, refit, rows, submit)) return false;
   }
   // The sum of the mixed refit numbers identifies the set of shapes in their places.
-  shown_ = fields_attached_ == 0 ? 0 : mixed(~fields_attached_);
+  shown_ = fields_attached_ == 0 ? 0 : splitmix64_finalizer(~fields_attached_);
   for (const DeformingGeometry& geometry : deforming_) {
     const DeformingGeometry::Shown shown = geometry.shown();
     write_record(geometry.id().index, extents_of(shown.bounds), shown.root, shown.closed);
-    shown_ += mixed(shown.refit_number);
+    shown_ += splitmix64_finalizer(shown.refit_number);
   }
   return true;
 }

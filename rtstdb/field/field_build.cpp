@@ -10,10 +10,13 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/splitmix64.hpp"
+
 namespace rtstdb::field {
 namespace {
 
 constexpr std::uint32_t points_per_comparison = 4096;
+constexpr std::uint64_t points_seed = 48;
 /// Larger than every distance; its square is finite.
 constexpr float everywhere_m = 1e18f;
 /// Cells of bricks along the diagonal in the first attempt: few, so that it takes little time, and enough for
@@ -26,21 +29,6 @@ std::string in_metres(double value) {
   std::snprintf(text, sizeof text, "%.3g m", value);
   return text;
 }
-
-/// Uniform in [0, 1): the generator SplitMix64.
-class Random {
- public:
-  double operator()() noexcept {
-    state_ += 0x9E3779B97F4A7C15u;
-    std::uint64_t number = state_;
-    number = (number ^ (number >> 30)) * 0xBF58476D1CE4E5B9u;
-    number = (number ^ (number >> 27)) * 0x94D049BB133111EBu;
-    return static_cast<double>((number ^ (number >> 31)) >> 11) * 0x1p-53;
-  }
-
- private:
-  std::uint64_t state_ = 48;
-};
 
 double diagonal_m(const Bounds& box) noexcept {
   return glm::distance(glm::dvec3(box.minimum_m), glm::dvec3(box.maximum_m));
@@ -134,9 +122,10 @@ Result<void> FieldBuild::begin_pass(Pass pass) {
   pass_ = pass;
   named_ = taken_ = 0;
   const std::uint64_t bricks = cells_of_bricks_.size();
-  Random random;
+  SplitMix64 random(points_seed);
   const auto point_in = [&](std::uint32_t cell) {
-    return field_.grid.point(glm::dvec3(field_.grid.cell(cell)) + glm::dvec3(random(), random(), random()));
+    return field_.grid.point(glm::dvec3(field_.grid.cell(cell)) +
+                             glm::dvec3(random.uniform(), random.uniform(), random.uniform()));
   };
   switch (pass) {
     case Pass::coarse:
@@ -156,7 +145,7 @@ Result<void> FieldBuild::begin_pass(Pass pass) {
       random_points_m_.clear();
       errors_m_.clear();
       for (std::uint32_t i = 0; i < points_per_comparison; ++i) {
-        const auto cell = static_cast<std::uint32_t>(random() * static_cast<double>(cells));
+        const auto cell = static_cast<std::uint32_t>(random.uniform() * static_cast<double>(cells));
         random_points_m_.push_back(point_in(pass == Pass::near_points ? cells_of_bricks_[cell] : cell));
       }
       count_ = points_per_comparison;

@@ -5,15 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/modules/splitmix64.hpp"
+
 namespace hil::modules {
 namespace {
-
-/// The finalizer of SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014).
-std::uint64_t mixed(std::uint64_t word) noexcept {
-  word = (word ^ (word >> 30)) * 0xBF58476D1CE4E5B9ull;
-  word = (word ^ (word >> 27)) * 0x94D049BB133111EBull;
-  return word ^ (word >> 31);
-}
 
 /// Uniform in (0, 1].
 double uniform(std::uint64_t word) noexcept {
@@ -22,14 +17,13 @@ double uniform(std::uint64_t word) noexcept {
 
 /// A number of the standard normal distribution (Box, Muller, 1958) that the arguments determine.
 double standard_normal(std::int64_t seed, const ReturnNumber& number) noexcept {
-  constexpr std::uint64_t step = 0x9E3779B97F4A7C15ull;
-  std::uint64_t state = mixed(static_cast<std::uint64_t>(seed) + step);
-  state = mixed(state ^ (static_cast<std::uint64_t>(number.sweep_begin_ns) + step));
-  state = mixed(state ^ (number.beam + step));
-  state = mixed(state ^ (number.ordinal + step));
-  const double radius = std::sqrt(-2.0 * std::log(uniform(mixed(state + step))));
+  std::uint64_t state = splitmix64(static_cast<std::uint64_t>(seed));
+  state = splitmix64_finalizer(state ^ (static_cast<std::uint64_t>(number.sweep_begin_ns) + splitmix64_step));
+  state = splitmix64_finalizer(state ^ (number.beam + splitmix64_step));
+  state = splitmix64_finalizer(state ^ (number.ordinal + splitmix64_step));
+  const double radius = std::sqrt(-2.0 * std::log(uniform(splitmix64(state))));
   constexpr double two_pi = 6.283185307179586;
-  return radius * std::cos(two_pi * uniform(mixed(state + 2 * step)));
+  return radius * std::cos(two_pi * uniform(splitmix64(state + splitmix64_step)));
 }
 
 }  // namespace
@@ -45,7 +39,7 @@ std::int64_t noise_seed(std::uint64_t run_seed, std::string_view module) noexcep
   std::uint64_t state = 0xCBF29CE484222325ull;  // FNV-1a
   for (const char letter : module)
     state = (state ^ static_cast<unsigned char>(letter)) * 0x100000001B3ull;
-  return static_cast<std::int64_t>(mixed(state ^ mixed(run_seed)) >> 1);
+  return static_cast<std::int64_t>(splitmix64_finalizer(state ^ splitmix64_finalizer(run_seed)) >> 1);
 }
 
 std::optional<Detection> Receiver::detect(const BeamReturn& beam_return, const rtstdb::Material& material,

@@ -7,20 +7,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/modules/splitmix64.hpp"
+
 namespace hil::modules {
 namespace {
 
-/// SplitMix64 (Steele, Lea, Flood 2014): a number that depends on all bits of `state`.
-std::uint64_t mixed(std::uint64_t state) noexcept {
-  state += 0x9E3779B97F4A7C15ull;
-  state = (state ^ (state >> 30)) * 0xBF58476D1CE4E5B9ull;
-  state = (state ^ (state >> 27)) * 0x94D049BB133111EBull;
-  return state ^ (state >> 31);
-}
-
 /// In [0, 1).
 double uniform(std::uint64_t state) noexcept {
-  return static_cast<double>(mixed(state) >> 11) * 0x1p-53;
+  return static_cast<double>(splitmix64(state) >> 11) * 0x1p-53;
 }
 
 /// The rotation of a sensor that looks along `forward`, with the world's z up in its images, or x where it
