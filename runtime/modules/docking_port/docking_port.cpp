@@ -9,17 +9,17 @@
 //          missed  1 from the miss on
 //          capture_lateral (m), capture_misalignment (rad), capture_speed (m/s): at the capture; 0 before
 
-#include <glm/geometric.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
+#include <memory>
+#include <string>
+#include <utility>
 
 #include "runtime/config/numbers.hpp"
 #include "runtime/modules/docking_port/port_geometry.hpp"
+#include "runtime/modules/docking_port/port_parameter.hpp"
 #include "runtime/modules/module.hpp"
-#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {
@@ -192,39 +192,13 @@ void DockingPort::contribute(contribution::Contribution& report) const {
   report.sections.push_back(std::move(section));
 }
 
-/// Empty with a mistake when the axis has no direction.
-std::optional<PortedBody> read_port(const config::Value& value, config::Diagnostics& diagnostics) {
-  const glm::dvec3 axis = vector_of(value["axis"]);
-  const double length = glm::length(axis);
-  constexpr double min_length = 1e-6;
-  if (length < min_length) {
-    diagnostics.add(value["axis"].place(),
-                    "'axis' has no direction; one of its numbers has to differ from 0");
-    return std::nullopt;
-  }
-  return PortedBody{.name = value["body"].text(),
-                    .port = {.point_m = vector_of(value["position"]), .axis = axis / length}};
-}
-
-config::Schema port_schema() {
-  using config::Field;
-  using config::Quantity;
-  using config::Schema;
-  return Schema::record({
-      Field::needed("body", Schema::text(), "The body that has the port."),
-      Field::with_default("position", Schema::list(Schema::quantity(Quantity::length_m, -1e4, 1e4), 3, 3),
-                          "[0 m, 0 m, 0 m]", "The middle of the port, in the body's frame."),
-      Field::with_default("axis", Schema::list(Schema::number(-1e3, 1e3), 3, 3), "[1, 0, 0]",
-                          "The direction out of the port, in the body's frame; of any length."),
-  });
-}
-
 config::Schema docking_port_schema() {
   using config::Field;
   using config::Quantity;
   using config::Schema;
   const auto length = Schema::quantity(Quantity::length_m, 1e-6, 1e3);
   const auto speed = Schema::quantity(Quantity::speed_mps, 1e-6, 1e3);
+  const auto port = Schema::record(port_fields());
   const auto capture = Schema::record({
       Field::with_default("distance", length, "20 mm", "Along the axis, to either side."),
       Field::with_default("lateral", length, "100 mm", "From the axis."),
@@ -234,8 +208,8 @@ config::Schema docking_port_schema() {
       Field::with_default("lateral_speed", speed, "0.04 m/s", "Across the axis."),
   });
   return Schema::record({
-      Field::needed("target", port_schema(), "The body with this port."),
-      Field::needed("chaser", port_schema(), "The body that is to dock, and its port."),
+      Field::needed("target", port, "The body with this port."),
+      Field::needed("chaser", port, "The body that is to dock, and its port."),
       Field::with_default("capture", capture, "{}",
                           "The port captures the chaser when no value is beyond its limit. With a step of "
                           "the task the chaser moves by closing speed times period, which has to be less "
@@ -251,15 +225,19 @@ ModuleType docking_port_type() {
           .parameters = docking_port_schema(),
           .create = [](const config::Value& parameters,
                        config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
-            auto target = read_port(parameters["target"], diagnostics);
-            auto chaser = read_port(parameters["chaser"], diagnostics);
-            if (!target || !chaser) return nullptr;
-            if (target->name == chaser->name) {
-              diagnostics.add(parameters["chaser"]["body"].place(),
-                              "'" + chaser->name + "' can not dock at itself");
+            const config::Value& target = parameters["target"];
+            const config::Value& chaser = parameters["chaser"];
+            const auto target_port = read_port(target, diagnostics);
+            const auto chaser_port = read_port(chaser, diagnostics);
+            if (!target_port || !chaser_port) return nullptr;
+            const std::string& name = chaser["body"].text();
+            if (target["body"].text() == name) {
+              diagnostics.add(chaser["body"].place(), "'" + name + "' can not dock at itself");
               return nullptr;
             }
-            return std::make_unique<DockingPort>(parameters, std::move(*target), std::move(*chaser));
+            return std::make_unique<DockingPort>(
+                parameters, PortedBody{.name = target["body"].text(), .port = *target_port},
+                PortedBody{.name = name, .port = *chaser_port});
           }};
 }
 

@@ -126,8 +126,8 @@ StudyScene PixelStudy::scene_of(World& world, const std::string& caller) {
     return rtstdb::pose_at(transaction_->state(ordinal)->row.motion, rtstdb::world_time_ns(0));
   };
   const rtstdb::Pose body = pose_of(0);
-  return {.port_m = body.p_world_m + body.q_world * options_.port_m,
-          .axis = body.q_world * options_.port_axis,
+  return {.port_m = body.p_world_m + body.q_world * options_.port.point_m,
+          .axis = body.q_world * options_.port.axis,
           .reflector_m = pose_of(1).p_world_m};
 }
 

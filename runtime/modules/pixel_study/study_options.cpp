@@ -1,13 +1,11 @@
 #include "runtime/modules/pixel_study/study_options.hpp"
 
-#include <glm/geometric.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "runtime/config/numbers.hpp"
-#include "runtime/modules/vector_parameter.hpp"
+#include "runtime/modules/docking_port/port_parameter.hpp"
 
 namespace hil::modules {
 namespace {
@@ -77,14 +75,8 @@ std::optional<StudyOptions> read_study_options(const config::Value& parameters,
   StudyOptions options;
   const config::Value& port = parameters["port"];
   options.body = port["body"].text();
-  options.port_m = vector_of(port["position"]);
-  options.port_axis = vector_of(port["axis"]);
+  if (const auto body_port = read_port(port, diagnostics)) options.port = *body_port;
   options.port_radius_m = port["radius"].number();
-  const double length = glm::length(options.port_axis);
-  constexpr double min_length = 1e-6;
-  if (length < min_length)
-    diagnostics.add(port["axis"].place(), "'axis' has no direction; one of its numbers has to differ from 0");
-  options.port_axis /= std::max(length, min_length);
   options.reflector = parameters["reflector"].text();
   options.reflector_m = parameters["reflector_size"].number();
   options.range_m = parameters["range"].number();
@@ -119,16 +111,12 @@ config::Schema study_schema() {
   using config::Schema;
   constexpr double pi = std::numbers::pi;
   const auto length = Schema::quantity(Quantity::length_m, 1e-6, 1e4);
-  const auto point = Schema::list(Schema::quantity(Quantity::length_m, -1e4, 1e4), 3, 3);
-  const auto port = Schema::record({
-      Field::needed("body", Schema::text(), "The body that has the port."),
-      Field::with_default("position", point, "[0 m, 0 m, 0 m]", "Its middle, in the body's frame."),
-      Field::with_default("axis", Schema::list(Schema::number(-1e3, 1e3), 3, 3), "[1, 0, 0]",
-                          "The direction out of the port, in which the sensor is; of any length."),
-      Field::with_default("radius", length, "1 m", "Its radius: pixels that see into it see the port."),
-  });
+  auto port = port_fields();
+  port.push_back(Field::with_default("radius", length, "1 m",
+                                     "The radius of the port: pixels that see into it see the port."));
   return Schema::record({
-      Field::needed("port", port, "The port that the sensor looks at."),
+      Field::needed("port", Schema::record(port),
+                    "The port that the sensor looks at, from points on its axis."),
       Field::needed("reflector", Schema::text(),
                     "The body that has to be detected; it is in one of the layers."),
       Field::needed("reflector_size", length,

@@ -3,8 +3,6 @@
 //
 // SI units. Threads: plain data.
 
-#include <glm/ext/vector_double3.hpp>
-
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,6 +11,7 @@
 #include <rtstdb/query.hpp>
 
 #include "runtime/config/schema.hpp"
+#include "runtime/modules/docking_port/port_geometry.hpp"
 
 namespace hil::modules {
 
@@ -26,8 +25,8 @@ struct PixelMethod {
 };
 
 struct StudyOptions {
-  std::string body;                                  ///< with the port
-  glm::dvec3 port_m{0.0}, port_axis{1.0, 0.0, 0.0};  ///< in the body's frame; the axis has unit length
+  std::string body;  ///< with the port
+  BodyPort port{};
   double port_radius_m = 1.0;
   std::string reflector;     ///< the body that has to be detected
   double reflector_m = 0.0;  ///< its size across the line of sight
