@@ -20,6 +20,7 @@
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
 #include "runtime/modules/laser_scanner/scanner_ports.hpp"
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
+#include "runtime/modules/laser_scanner/sweep_clock.hpp"
 #include "runtime/modules/laser_scanner/sweep_cloud.hpp"
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
 #include "runtime/modules/laser_scanner/sweep_view.hpp"
@@ -76,14 +77,8 @@ class LaserScanner final : public Module {
 
   std::string instance_;
   std::int64_t step_ns_ = 0;
-  std::int64_t first_release_ns_ = 0;  // sweeps begin there and every period after
-  // The slice of this step: beams [first_beam_, end_beam_) of the sweep that began at sweep_begin_ns_.
-  std::int64_t sweep_begin_ns_ = 0;
-  std::uint64_t first_beam_ = 0, end_beam_ = 0;
-  rtstdb::Version sweep_version_ = 0;
-  std::uint64_t sweeps_ = 0;
-  bool begun_ = false;     // a slice of this sweep has answers
-  bool complete_ = false;  // all its slices so far have
+  SweepClock clock_;
+  rtstdb::Version sweep_version_ = 0;  // of the first slice of the sweep
   AnswerDigest digest_;
 
   rtstdb::Motion last_carrier_;
@@ -95,12 +90,13 @@ LaserScanner::LaserScanner(const config::Value& parameters)
       objects_({.max_objects = options_.max_objects, .keep_ns = options_.keep_ns}),
       targets_(options_.targets),
       view_(pattern_.beams()),
-      ports_(scanner_ports(parameters, options_)) {}
+      ports_(scanner_ports(parameters, options_)),
+      clock_(pattern_) {}
 
 void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
   instance_ = task.instance;
   step_ns_ = task.period_ns;
-  first_release_ns_ = task.offset_ns;
+  clock_.set_first_release(task.offset_ns);
   const std::string caller = "module " + task.instance;
   world_ = &world;
   database_ = &world.database();
@@ -148,16 +144,16 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParam
 }
 
 void LaserScanner::fill_beams() noexcept {
-  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
-    const std::int64_t offset_ns = options_.ignore_motion ? 0 : pattern_.time_ns(beam);
+  for (std::uint64_t beam = clock_.first_beam(); beam < clock_.end_beam(); ++beam) {
+    const std::int64_t time_ns = options_.ignore_motion ? clock_.sweep_begin_ns() : clock_.beam_time_ns(beam);
     const rtstdb::Ray ray{.origin_m = glm::vec3(options_.mount_m),
                           .direction = pattern_.direction(pattern_.column_of(beam), pattern_.row_of(beam)),
                           .lambda_min = 0.0f,
                           .lambda_max = static_cast<float>(options_.range_m),
-                          .t = rtstdb::world_time_ns(sweep_begin_ns_ + offset_ns),
+                          .t = rtstdb::world_time_ns(time_ns),
                           .mask = mask_,
                           .carrier = carrier_};
-    const auto index = static_cast<std::uint32_t>(beam - first_beam_);
+    const auto index = static_cast<std::uint32_t>(beam - clock_.first_beam());
     beams_->set(index, ray);
     if (still_) still_->rays()[index] = ray;
   }
@@ -167,9 +163,9 @@ void LaserScanner::fill_beams() noexcept {
 void LaserScanner::begin_sweep(const StepContext& context) noexcept {
   view_.begin_sweep();
   targets_.clear();
-  rtstdb::Pose sensor_pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(sweep_begin_ns_));
+  rtstdb::Pose sensor_pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(clock_.sweep_begin_ns()));
   sensor_pose.p_world_m += sensor_pose.q_world * options_.mount_m;
-  cloud_.begin_sweep((sweep_begin_ns_ - first_release_ns_) / options_.pattern.period_ns, sensor_pose);
+  cloud_.begin_sweep(clock_.sweep_number(), sensor_pose);
   if (!comparison_) return;
   const auto motion_at_begin = [&](const rtstdb::EntityState& state) {
     return rtstdb::rebased(state.row.motion, context.world_time());
@@ -186,7 +182,7 @@ void LaserScanner::begin_sweep(const StepContext& context) noexcept {
     compared_motion_[i] = BodyMotion{.center = {glm::dvec2(motion.p_world_m), glm::dvec2(motion.v_world_mps)},
                                      .heading_rad = std::atan2(ahead.y, ahead.x)};
   }
-  comparison_->begin_sweep(sweep_begin_ns_,
+  comparison_->begin_sweep(clock_.sweep_begin_ns(),
                            {.point = {glm::dvec2(sensor), glm::dvec2(carrier.v_world_mps)},
                             .heading_rad = std::atan2(forward.y, forward.x)},
                            compared_motion_);
@@ -194,7 +190,7 @@ void LaserScanner::begin_sweep(const StepContext& context) noexcept {
 
 void LaserScanner::take_returns(StepContext& context, const rtstdb::Motion& carrier) noexcept {
   double detected_beams = 0.0;
-  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam)
+  for (std::uint64_t beam = clock_.first_beam(); beam < clock_.end_beam(); ++beam)
     detected_beams += take_returns_of(beam, carrier) ? 1.0 : 0.0;
   if (comparison_ && still_transaction_->outcome().done()) compare_still_hits();
   context.outputs[ScannerOutputs(options_).hits()] = detected_beams;
@@ -202,7 +198,7 @@ void LaserScanner::take_returns(StepContext& context, const rtstdb::Motion& carr
 
 /// Returns whether the receiver detected a return of the beam.
 bool LaserScanner::take_returns_of(std::uint64_t beam, const rtstdb::Motion& carrier) noexcept {
-  const auto index = static_cast<std::uint32_t>(beam - first_beam_);
+  const auto index = static_cast<std::uint32_t>(beam - clock_.first_beam());
   bool is_detected = false;
   std::optional<rtstdb::Pose> pose;  // of the carrier at the beam's time
   for (std::uint32_t ordinal = 0; ordinal < beams_->returns_per_beam(); ++ordinal) {
@@ -216,12 +212,11 @@ bool LaserScanner::take_returns_of(std::uint64_t beam, const rtstdb::Motion& car
     digest_.add(hit.triangle);
     if (options_.divergence_rad > 0.0) digest_.add(std::bit_cast<std::uint32_t>(beam_return.fraction));
     if (comparison_) comparison_->add_hit(hit, pattern_.column_of(beam), pattern_.row_of(beam), false);
-    if (!pose)
-      pose = rtstdb::pose_at(carrier, rtstdb::world_time_ns(sweep_begin_ns_ + pattern_.time_ns(beam)));
+    if (!pose) pose = rtstdb::pose_at(carrier, rtstdb::world_time_ns(clock_.beam_time_ns(beam)));
     const rtstdb::Material material = database_->material(hit.material).value_or(rtstdb::Material{});
     const glm::dvec3 direction(pattern_.direction(pattern_.column_of(beam), pattern_.row_of(beam)));
-    const auto detection =
-        receiver_.detect(beam_return, material, pose->q_world * direction, {sweep_begin_ns_, beam, ordinal});
+    const auto detection = receiver_.detect(beam_return, material, pose->q_world * direction,
+                                            {clock_.sweep_begin_ns(), beam, ordinal});
     statistics_.add(beam_return, ordinal, detection);
     if (!detection) continue;
     is_detected = true;
@@ -242,7 +237,7 @@ void LaserScanner::take_detection(const BeamReturn& beam_return, const Detection
   const rtstdb::RayHit& hit = beam_return.hit;
   const std::uint32_t column = pattern_.column_of(beam);
   const std::uint32_t row = pattern_.row_of(beam);
-  const std::int64_t beam_ns = sweep_begin_ns_ + pattern_.time_ns(beam);
+  const std::int64_t beam_ns = clock_.beam_time_ns(beam);
   const glm::dvec3 in_sensor_m = glm::dvec3(pattern_.direction(column, row)) * detection.range_m;
   const glm::dvec3 p_world_m = pose.p_world_m + pose.q_world * (options_.mount_m + in_sensor_m);
   const auto sensor_point = [&](const glm::dvec3& p_m) {
@@ -278,27 +273,15 @@ void LaserScanner::take_detection(const BeamReturn& beam_return, const Detection
 
 void LaserScanner::compare_still_hits() noexcept {
   const auto still_hits = still_->hits();
-  for (std::uint64_t beam = first_beam_; beam < end_beam_; ++beam) {
-    const rtstdb::RayHit& hit = still_hits[beam - first_beam_];
+  for (std::uint64_t beam = clock_.first_beam(); beam < clock_.end_beam(); ++beam) {
+    const rtstdb::RayHit& hit = still_hits[beam - clock_.first_beam()];
     if (hit.status != rtstdb::HitStatus::hit) continue;
     comparison_->add_hit(hit, pattern_.column_of(beam), pattern_.row_of(beam), true);
   }
 }
 
 void LaserScanner::step(StepContext& context) noexcept {
-  const std::int64_t offset_ns = (context.time_ns - first_release_ns_) % options_.pattern.period_ns;
-  first_beam_ = pattern_.first_beam_at(offset_ns);
-  if (sweeps_ == 0 || context.time_ns - offset_ns != sweep_begin_ns_) {
-    sweep_begin_ns_ = context.time_ns - offset_ns;
-    sweep_version_ = context.version;
-    ++sweeps_;
-    begun_ = false;
-    complete_ = offset_ns == 0;
-  } else if (first_beam_ != end_beam_) {
-    complete_ = false;  // releases were skipped
-  }
-  end_beam_ = pattern_.first_beam_at(offset_ns + context.period_ns);
-  const auto count = static_cast<std::uint32_t>(end_beam_ - first_beam_);
+  if (clock_.advance(context.time_ns, context.period_ns)) sweep_version_ = context.version;
   fill_beams();
   rtstdb::Terms terms{
       .deadline_class = rtstdb::DeadlineClass::soft,
@@ -312,33 +295,33 @@ void LaserScanner::step(StepContext& context) noexcept {
     for (const ComparedBody& body : comparison_->bodies())
       transaction_->read(body.entity);
   }
-  beams_->add_to(*transaction_, count);
+  beams_->add_to(*transaction_, clock_.beam_count());
   if (!context.execute(*database_, *transaction_).done() || transaction_->state(0) == nullptr) {
-    complete_ = false;
+    clock_.note_missing_answers();
     return;
   }
   if (still_) {
     terms.read_at = rtstdb::ReadAt::pinned(sweep_version_);
     still_transaction_->begin(terms);
-    still_transaction_->add_query(*still_, count);
-    if (!context.execute(*database_, *still_transaction_).done()) complete_ = false;
+    still_transaction_->add_query(*still_, clock_.beam_count());
+    if (!context.execute(*database_, *still_transaction_).done()) clock_.note_missing_answers();
   }
   last_carrier_ = transaction_->state(0)->row.motion;
   const std::int64_t end_ns = context.time_ns + context.period_ns;
   const glm::dvec3 near_m = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(end_ns)).p_world_m;
-  if (!begun_) {
+  if (!clock_.has_answers()) {
     objects_.end_sweep(context.time_ns, near_m);  // of the sweep before, if its end was skipped
     begin_sweep(context);
-    begun_ = true;
   }
+  clock_.note_answers();
   take_returns(context, last_carrier_);
 
-  if (count > 0) objects_.advance(pattern_.column_of(end_beam_ - 1), end_ns, near_m);
-  if (end_beam_ == pattern_.beams()) {
+  if (clock_.beam_count() > 0) objects_.advance(pattern_.column_of(clock_.end_beam() - 1), end_ns, near_m);
+  if (clock_.ends_sweep()) {
     objects_.end_sweep(end_ns, near_m);
     cloud_.end_sweep();
     write_targets(context);
-    if (comparison_ && complete_) comparison_->end_sweep();
+    if (comparison_ && clock_.is_complete()) comparison_->end_sweep();
   }
   objects_.forget(end_ns);
   write_outputs(context, last_carrier_);
@@ -368,7 +351,7 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
   }
   const ScannerOutputs outputs(options_);
   context.outputs[outputs.object_count()] = count;
-  context.outputs[outputs.scan_index()] = static_cast<double>(sweeps_ - 1);
+  context.outputs[outputs.scan_index()] = static_cast<double>(clock_.sweeps() - 1);
   context.outputs[outputs.digest()] = digest_.number();
 }
 
@@ -408,7 +391,7 @@ void LaserScanner::describe(std::vector<contribution::ModuleRecord>& records) co
                                       .threshold_per_m2 = options_.threshold_per_m2,
                                       .range_noise_m = options_.range_noise_m,
                                       .noise_seed = receiver_.options().noise_seed,
-                                      .first_sweep_ns = first_release_ns_,
+                                      .first_sweep_ns = clock_.first_release_ns(),
                                       .sweep_ns = pattern.period_ns,
                                       .step_ns = step_ns_}));
 }
@@ -421,7 +404,7 @@ void LaserScanner::contribute(contribution::Contribution& report) const {
          std::to_string(objects_.ignored_hits()) +
              " hits are in no object: more bodies were in view at once than the object list can follow"});
   }
-  if (sweeps_ == 0) return;
+  if (clock_.sweeps() == 0) return;
   const auto name_of = [this](rtstdb::EntityId entity) { return world_->name_of(entity); };
   view_.contribute(instance_, name_of, report);
   statistics_.contribute(instance_, name_of, report);
