@@ -71,9 +71,8 @@ std::uint64_t triangles_of(const Part& part) noexcept {
   } else if (const auto* ring = std::get_if<RingPart>(&part.body)) {
     triangles = std::uint64_t{2} * ring->segments * ring->sides;
   }
-  constexpr std::uint64_t enough = std::uint64_t{1} << 40;  // more than any world holds
   for (const PartRepeat& repeat : part.repeat)
-    triangles = std::min(triangles * repeat.count, enough);
+    triangles = std::min(triangles * repeat.count, max_counted_triangles);
   return triangles;
 }
 
@@ -139,7 +138,9 @@ std::optional<std::vector<Part>> load_parts(const std::string& path, std::uint64
     parts.push_back(read_part(value, diagnostics));
     const std::uint64_t before = std::exchange(triangles, triangles + triangles_of(parts.back()));
     if (before > max_triangles || triangles <= max_triangles) continue;
-    diagnostics.add(value.place(), std::to_string(triangles) + " triangles up to this part; at most " +
+    const char* const bound = triangles < max_counted_triangles ? "" : "at least ";
+    diagnostics.add(value.place(), bound + std::to_string(triangles) +
+                                       " triangles up to this part; at most " +
                                        std::to_string(max_triangles) + " are possible");
   }
   if (diagnostics.count() != mistakes_before) return std::nullopt;

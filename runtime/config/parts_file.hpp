@@ -58,7 +58,10 @@ struct Part {
   std::vector<PartRepeat> repeat;  ///< the first one repeats the part, the next one all copies of it, ...
 };
 
-/// The number of triangles of a part with all its copies, at most 2^40.
+/// More triangles than any world holds.
+inline constexpr std::uint64_t max_counted_triangles = std::uint64_t{1} << 40;
+
+/// The number of triangles of a part with all its copies. The count stops at max_counted_triangles.
 std::uint64_t triangles_of(const Part& part) noexcept;
 
 Schema parts_file_schema();
