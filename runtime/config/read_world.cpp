@@ -112,26 +112,34 @@ WorldMaterial read_material(const Value& value) {
           .retro_gain = value.has("retro_gain") ? value["retro_gain"].number() : 0.0};
 }
 
-/// Returns the names of all materials, also of those with mistakes.
-std::vector<std::string> read_materials(const Value* list, World& world, Diagnostics& diagnostics) {
+/// Returns the names of all materials, also of those with mistakes. Empty when a name is missing or given
+/// twice: a name that seems unknown may be meant for that material.
+std::optional<std::vector<std::string>> read_materials(const Value* list, World& world,
+                                                       Diagnostics& diagnostics) {
   std::vector<std::string> all;
   if (list == nullptr) return all;
   UniqueNames names("material", diagnostics);
+  bool all_are_known = true;
   for (const Value& value : list->items()) {
     if (const std::optional<Word> name = word_in(value, "name")) {
+      all_are_known = all_are_known && std::ranges::count(all, name->text) == 0;
       names.add(*name);
       all.push_back(name->text);
+    } else {
+      all_are_known = false;
     }
     if (is_whole(value)) world.materials.push_back(read_material(value));
   }
+  if (!all_are_known) return std::nullopt;
   return all;
 }
 
-void check_material(const WorldEntity& entity, const std::vector<std::string>& materials,
+/// `materials`: of read_materials().
+void check_material(const WorldEntity& entity, const std::optional<std::vector<std::string>>& materials,
                     Diagnostics& diagnostics) {
-  if (!entity.material || std::ranges::count(materials, entity.material->text) > 0) return;
+  if (!entity.material || !materials || std::ranges::count(*materials, entity.material->text) > 0) return;
   diagnostics.add(entity.material->place, "unknown material " + in_quotes(entity.material->text) +
-                                              suggestion(entity.material->text, materials));
+                                              suggestion(entity.material->text, *materials));
 }
 
 DistanceField read_field(const Value& value, Diagnostics& diagnostics) {
@@ -165,8 +173,8 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   return entity;
 }
 
-void read_entities(const Value& list, const std::vector<std::string>& materials, Scenario& scenario,
-                   ReaderContext& reading) {
+void read_entities(const Value& list, const std::optional<std::vector<std::string>>& materials,
+                   Scenario& scenario, ReaderContext& reading) {
   World& world = scenario.world;
   UniqueNames names("entity", reading.diagnostics);
   for (const Value& value : list.items()) {
@@ -241,7 +249,7 @@ void read_world(const Value& root, Scenario& scenario, ReaderContext& reading) {
   }
   world.layers_are_listed = layers != nullptr && (!layers->items().empty() || !is_whole(*layers));
   const Value* const materials = part_of(*value, "materials");
-  const std::vector<std::string> material_names = read_materials(materials, world, reading.diagnostics);
+  const auto material_names = read_materials(materials, world, reading.diagnostics);
   if (const Value* const entities = part_of(*value, "entities")) {
     read_entities(*entities, material_names, scenario, reading);
   }

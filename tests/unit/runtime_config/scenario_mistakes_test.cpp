@@ -190,6 +190,11 @@ TEST(ScenarioMistakes, WrongMaterialsAndFieldsAreReported) {
   EXPECT_TRUE(is_refused(changed("scale: 2\n", "field: {sign: @odd}\n"), "is not one of: automatic"));
   EXPECT_TRUE(is_refused(changed("scale: 2\n", "field: {max_bytes: @0}\n"), "out of range"));
   EXPECT_TRUE(is_refused(changed("{name: paint, ", "@{"), "missing key 'name'"));
+  // The only mistake: the entity's material may be the one whose name is wrong.
+  const std::string used = changed("scale: 2\n", "material: retro\n");
+  EXPECT_TRUE(
+      is_refused(with_change("{name: retro", "{name: @paint", used), "the material 'paint' is given twice"));
+  EXPECT_TRUE(is_refused(with_change("{name: retro, ", "@{", used), "missing key 'name'"));
 }
 
 TEST(ScenarioMistakes, WrongCanBusesAreReported) {
