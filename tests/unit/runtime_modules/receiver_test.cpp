@@ -45,6 +45,15 @@ TEST(Receiver, CosineIsThatOfEitherSide) {
   EXPECT_EQ(front->range_m, 10.0);
 }
 
+/// The length of a normal in single precision may exceed one.
+TEST(Receiver, CosineIsAtMostOne) {
+  BeamReturn beam_return = plate(10.0f, 1.0f);
+  beam_return.hit.n_world.x = -std::nextafter(1.0f, 2.0f);
+  const auto detection = Receiver().detect(beam_return, {}, forward, {});
+  ASSERT_TRUE(detection);
+  EXPECT_EQ(detection->intensity_per_m2, intensity_per_m2({}, 1.0, 1.0, 10.0));
+}
+
 TEST(Receiver, ReturnsAtAndBelowTheThresholdAreNotDetected) {
   const double intensity = intensity_per_m2({}, 1.0, 1.0, 10.0);
   EXPECT_FALSE(Receiver({.threshold_per_m2 = intensity}).detect(plate(10.0f, 1.0f), {}, forward, {}));
