@@ -60,6 +60,21 @@ Result written_rows(RigidBodyState state, std::int64_t period_ns, int steps, con
 constexpr std::int64_t ms = 1'000'000;
 const RowError permitted{.position_m = 1e-3, .angle_rad = 1e-3};
 
+TEST(RowError, IsTheDistanceAndTheAngleAtAnInstant) {
+  // After 2 s the row is at (1, 4, 0), turned by 0.6 rad.
+  const rtstdb::Motion row{
+      .p_world_m = {1.0, 0.0, 0.0}, .v_world_mps = {0.0, 2.0, 0.0}, .w_world_radps = {0.0, 0.0, 0.3}};
+  for (const double angle_rad : {0.0, 1e-4, 0.02, -0.5, 3.0}) {
+    const dquat q = glm::angleAxis(0.6 + angle_rad, dvec3(0.0, 0.0, 1.0));
+    for (const dquat& attitude : {q, -q}) {
+      const RowError error =
+          error_of(row, body.state({1.0, 7.0, 4.0}, {}, attitude, {}), rtstdb::world_time_ns(2'000 * ms));
+      EXPECT_NEAR(error.position_m, 5.0, 1e-12);
+      EXPECT_NEAR(error.angle_rad, std::abs(angle_rad), 1e-12);
+    }
+  }
+}
+
 TEST(BodyRow, BodyWithoutForceNeedsOneRow) {
   const RigidBodyState start =
       body.state({1e4, -2e4, 3e4}, {3.0, 2.0, -1.0}, dquat(1.0, 0.0, 0.0, 0.0), {0.0, 0.0, 1.0});
