@@ -42,6 +42,15 @@ TEST(RelativePort, ChaserBehindThePort) {
   EXPECT_NEAR(port.misalignment_rad, pi, 1e-12);
 }
 
+TEST(RelativePort, SpeedsAlongAndAcrossTheAxis) {
+  // The axis looks along the world's y.
+  const rtstdb::Motion target{.q_world = glm::angleAxis(0.5 * pi, z_axis), .v_world_mps = {1.0, 2.0, 3.0}};
+  const rtstdb::Motion chaser{.p_world_m = {0.0, 5.0, 0.0}, .v_world_mps = {1.03, 1.9, 3.04}};
+  const RelativePort port = relative_port(chaser, {}, target, {}, rtstdb::world_time_ns(0));
+  EXPECT_NEAR(port.closing_speed_mps, 0.1, 1e-12);
+  EXPECT_NEAR(port.lateral_speed_mps, 0.05, 1e-12);
+}
+
 /// Bodies that turn: the velocities are those by which the distances change.
 TEST(RelativePort, SpeedsAreTheChangesOfTheDistances) {
   const rtstdb::Motion target{.p_world_m = {5.0, -3.0, 2.0},
