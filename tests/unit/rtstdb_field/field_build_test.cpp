@@ -52,6 +52,7 @@ TEST_P(Fields, HaveTheWantedErrorAndTheRightSigns) {
   const double wanted_m = diagonal_m(mesh) / 500.0;
   EXPECT_LE(report.error_p99_m, wanted_m);
   EXPECT_LE(report.error_max_m, 0.6 * report.cell_m);
+  EXPECT_LE(report.attempts, 3u) << "the cells of an attempt follow from the error of the one before it";
   EXPECT_EQ(report.sign, GetParam().is_closed ? FieldSign::winding : FieldSign::none);
   EXPECT_EQ(report.bytes, 16 * device_texels(field, 0).size());
   EXPECT_LE(report.bytes, FieldOptions{}.max_bytes);
