@@ -147,6 +147,7 @@ TEST(FieldBuild, ShowsItsProgress) {
   std::vector<shared::FieldPoint> points(500);
   std::uint64_t before = 0;
   FieldProgress progress;
+  std::vector<FieldProgress> reports;
   while (const std::size_t count = build.next(points)) {
     std::vector<shared::FieldSample> samples;
     for (const auto& point : std::span(points).first(count))
@@ -157,8 +158,16 @@ TEST(FieldBuild, ShowsItsProgress) {
     EXPECT_EQ(progress.distances, before + count);
     EXPECT_GE(progress.expected, progress.distances);
     before = progress.distances;
+    reports.push_back(progress);
   }
   EXPECT_EQ(progress.expected, progress.distances);
+  // When the cells that need a brick are known, so is the number of distances.
+  const StoredField field = std::move(build).field();
+  const std::uint64_t known_from = field.grid.vertex_count() + field.grid.cell_count();
+  for (const FieldProgress& one : reports) {
+    if (one.distances < known_from) continue;
+    EXPECT_EQ(one.expected, progress.distances) << "after " << one.distances;
+  }
 }
 
 TEST(FieldBuild, RefusesWhatDoesNotFitWithBothNumbers) {
