@@ -117,6 +117,21 @@ TEST_P(ConeFractions, APlateUnderTheBeam) {
   EXPECT_NEAR(only_fraction(cone), segment, within(1e-3));
 }
 
+/// A tilted plate with its corners in the cone, and a beam that ends in the middle of it.
+TEST_P(ConeFractions, APlateInWhichTheBeamEnds) {
+  const double tilt_rad = pi / 3.0;
+  EntityRow row = row_of(add(make_rectangle(0.2, 1.0)), {0.0, 0.0, -10.0});
+  row.motion.q_world = glm::angleAxis(tilt_rad, glm::dvec3(1.0, 0.0, 0.0));
+  create(row);
+  // The half-plate nearer than 10 m, projected to a distance of one metre, is a trapezoid.
+  const double near_m = 10.0 - 0.5 * std::sin(tilt_rad);
+  const double trapezoid = 0.5 * (0.2 / 10.0 + 0.2 / near_m) * 0.5 * std::cos(tilt_rad) / near_m;
+  Cone cone = beam(0.1);
+  cone.lambda_max = 10.0f;
+  const double wanted = trapezoid / (pi * 0.01);
+  EXPECT_NEAR(only_fraction(cone), wanted, 1e-3 * wanted);
+}
+
 TEST_P(ConeFractions, AHoleSmallerThanTheBeam) {
   create(row_of(add(disc(5.0, 0.3, 64)), {0.0, 0.0, -10.0}));
   const double hole = 0.3 * 0.3 * 64.0 / (2.0 * pi) * std::sin(2.0 * pi / 64.0);
