@@ -151,7 +151,7 @@ TEST_P(ConeFractions, ADiscOfACentimetreAtFiveHundredMetres) {
   }
 }
 
-/// However many triangles it has.
+/// However many triangles it has, and whether its fronts or its backs count or both.
 TEST_P(ConeFractions, ASmallSphereOfManyTriangles) {
   const EntityId sphere = create(row_of(add(make_sphere(0.001, 4)), {0.0, 0.0, -10.0}));
   for (const double beside_m : {0.0, 0.02, 0.06}) {
@@ -159,7 +159,10 @@ TEST_P(ConeFractions, ASmallSphereOfManyTriangles) {
     motion.p_world_m = {beside_m, 0.5 * beside_m, -10.0};
     update_motion(sphere, motion, {});
     const double wanted = std::pow(0.001 / 0.08727, 2.0);
-    EXPECT_NEAR(only_fraction(beam(0.008727)), wanted, 0.02 * wanted) << beside_m;
+    for (const Faces faces : {Faces::both, Faces::front, Faces::back}) {
+      EXPECT_NEAR(only_fraction(beam(0.008727), faces), wanted, 0.02 * wanted)
+          << beside_m << ", " << to_string(faces);
+    }
   }
 }
 
