@@ -115,6 +115,25 @@ TEST_F(FastCones, MeetThinPartsAndPassHoles) {
   EXPECT_EQ(trace_cone(wider).status, HitStatus::hit);
 }
 
+/// The part in front of the apex lies at the border of a cone of 57 degrees; the part behind the apex is
+/// farther away. So the first step in the field ends shortly before the contact.
+TEST_F(FastCones, MeetAPartAtTheBorderOfAWideCone) {
+  TriangleMesh mesh = make_box({0.2, 0.2, 0.2});
+  const TriangleMesh behind = mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  for (glm::vec3& position : mesh.positions_m)
+    position += glm::vec3(5.4f, 0.0f, -10.0f);
+  for (const glm::vec3& position : behind.positions_m)
+    mesh.positions_m.push_back(position + glm::vec3(0.0f, 0.0f, 20.0f));
+  for (const glm::uvec3& triangle : behind.triangles)
+    mesh.triangles.push_back(triangle + first);
+  create(row_of(add_with_field(mesh)));
+  const ConeReturn one = trace_cone(cone_from({}, {0.0f, 0.0f, -1.0f}, 1.0));
+  ASSERT_EQ(one.status, HitStatus::hit);
+  EXPECT_NEAR(one.lambda, 9.9, 1e-4);
+  EXPECT_TRUE(one.by_field);
+}
+
 /// A cone whose apex is inside a body meets the surface from inside, whatever the sign of the field.
 TEST_F(FastCones, BeginInsideOfABody) {
   create(row_of(add_with_field(make_sphere(2.0, 4))));
