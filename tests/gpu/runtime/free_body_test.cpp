@@ -121,6 +121,28 @@ TEST_F(FreeBodyModule, MotionDoesNotDependOnSkippedReleases) {
   }
 }
 
+/// A step of the module that is not a multiple of `integration_step` is divided into more and shorter ones.
+TEST_F(FreeBodyModule, IntegrationStepsAreNotLongerThanPermitted) {
+  const auto module = make(", integration_step: 100 ms", 190 * ms);
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  const glm::dmat3 inertia(glm::dvec3(1.0, 0.0, 0.0), glm::dvec3(0.0, 2.0, 0.0), glm::dvec3(0.0, 0.0, 2.7));
+  const RigidBody body({.mass_kg = 10.0, .inertia_kgm2 = inertia}, 0.0);
+  RigidBodyState state =
+      body.state({3.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, glm::dquat(1.0, 0.0, 0.0, 0.0), {0.1, 0.8, 0.05});
+  const Wrench wrench{.force_body_n = {5.0, 0.0, 0.0}, .torque_body_nm = {0.0, 0.0, 0.3}};
+  const auto thrust = inputs(5.0, 0.3);
+  step(*module, 0, 0, 190 * ms, thrust);
+  for (int i = 1; i < 20; ++i) {
+    const std::vector<double> outputs =
+        step(*module, static_cast<std::uint64_t>(i), i * 190 * ms, 190 * ms, thrust);
+    state = body.step(body.step(state, wrench, 0.095), wrench, 0.095);
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_NEAR(outputs[k], state.p_world_m[k], 1e-12) << "step " << i;
+      ASSERT_NEAR(outputs[k + 10], body.w_body_radps(state)[k], 1e-12) << "step " << i;
+    }
+  }
+}
+
 TEST_F(FreeBodyModule, StaleAndInfiniteInputsAreNoForce) {
   const auto module = make();
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
