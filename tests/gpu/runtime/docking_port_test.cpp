@@ -30,13 +30,14 @@ class DockingPortModule : public test::ModuleFixture {
   }
 
   /// A chaser whose port is 1 m ahead of its origin comes to the station's port at the origin from x = 2 m,
-  /// with this speed and this distance from the axis. Returns the outputs after 30 s.
-  std::vector<double> approach(const std::string& name, double speed_mps, double lateral_m,
-                               double turned_rad) {
+  /// with these speeds along the axis and across it. In the plane of that port it is `lateral_m` from
+  /// the axis. Returns the outputs after 30 s.
+  std::vector<double> approach(const std::string& name, double speed_mps, double lateral_m, double turned_rad,
+                               double lateral_speed_mps = 0.0) {
     rtstdb::EntityRow row;
-    row.motion.p_world_m = {3.0, lateral_m, 0.0};
+    row.motion.p_world_m = {3.0, lateral_m - lateral_speed_mps * 2.0 / speed_mps, 0.0};
     row.motion.q_world = glm::angleAxis(std::numbers::pi + turned_rad, glm::dvec3(0.0, 0.0, 1.0));
-    row.motion.v_world_mps = {-speed_mps, 0.0, 0.0};
+    row.motion.v_world_mps = {-speed_mps, lateral_speed_mps, 0.0};
     world_->create(name, row);
     const auto module =
         make(*find_module_type("docking_port"),
@@ -68,6 +69,11 @@ TEST_F(DockingPortModule, MissesWhatIsTooFastTooFarAsideOrTurned) {
   EXPECT_EQ(approach("turned", 0.08, 0.0, 0.08)[docked], 0.0);
   EXPECT_EQ(events_.events().size(), 3U);
   EXPECT_EQ(approach("aside_too", 0.08, 0.11, 0.0)[missed], 1.0);
+}
+
+TEST_F(DockingPortModule, MissesWhatSlidesAcrossTheAxis) {
+  EXPECT_EQ(approach("slow", 0.08, 0.0, 0.0, 0.035)[docked], 1.0);
+  EXPECT_EQ(approach("sliding", 0.08, 0.0, 0.0, 0.06)[docked], 0.0);
 }
 
 TEST_F(DockingPortModule, ReportsNothingOfAChaserThatDidNotArrive) {
