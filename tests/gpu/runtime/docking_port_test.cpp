@@ -38,6 +38,11 @@ class DockingPortModule : public test::ModuleFixture {
     row.motion.p_world_m = {3.0, lateral_m - lateral_speed_mps * 2.0 / speed_mps, 0.0};
     row.motion.q_world = glm::angleAxis(std::numbers::pi + turned_rad, glm::dvec3(0.0, 0.0, 1.0));
     row.motion.v_world_mps = {-speed_mps, lateral_speed_mps, 0.0};
+    return outputs_of(name, row);
+  }
+
+  /// After 30 s, with this chaser.
+  std::vector<double> outputs_of(const std::string& name, const rtstdb::EntityRow& row) {
     world_->create(name, row);
     const auto module =
         make(*find_module_type("docking_port"),
@@ -74,6 +79,20 @@ TEST_F(DockingPortModule, MissesWhatIsTooFastTooFarAsideOrTurned) {
 TEST_F(DockingPortModule, MissesWhatSlidesAcrossTheAxis) {
   EXPECT_EQ(approach("slow", 0.08, 0.0, 0.0, 0.035)[docked], 1.0);
   EXPECT_EQ(approach("sliding", 0.08, 0.0, 0.0, 0.06)[docked], 0.0);
+}
+
+/// A chaser that leaves from behind the port: it is captured at a permitted speed alone, and never missed.
+TEST_F(DockingPortModule, LimitsTheSpeedInBothDirections) {
+  rtstdb::EntityRow row;
+  row.motion.p_world_m = {0.0, 0.0, 0.0};
+  row.motion.q_world = glm::angleAxis(std::numbers::pi, glm::dvec3(0.0, 0.0, 1.0));
+  row.motion.v_world_mps = {0.12, 0.0, 0.0};
+  const std::vector<double> fast = outputs_of("fast", row);
+  EXPECT_GT(fast[distance], 2.0);
+  EXPECT_EQ(fast[docked], 0.0);
+  EXPECT_EQ(fast[missed], 0.0);
+  row.motion.v_world_mps.x = 0.08;
+  EXPECT_EQ(outputs_of("slow", row)[docked], 1.0);
 }
 
 TEST_F(DockingPortModule, ReportsNothingOfAChaserThatDidNotArrive) {
