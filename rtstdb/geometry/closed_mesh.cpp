@@ -1,24 +1,15 @@
 #include "rtstdb/geometry/closed_mesh.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstdint>
 #include <cstdlib>
-#include <numeric>
 #include <span>
 #include <utility>
 
+#include "rtstdb/geometry/welded_corners.hpp"
+
 namespace rtstdb {
 namespace {
-
-using Place = std::array<std::uint32_t, 3>;
-
-Place place_of(const glm::vec3& p) noexcept {
-  // Adding zero makes -0.0 and 0.0 equal.
-  return {std::bit_cast<std::uint32_t>(p.x + 0.0f), std::bit_cast<std::uint32_t>(p.y + 0.0f),
-          std::bit_cast<std::uint32_t>(p.z + 0.0f)};
-}
 
 /// The exclusive or of both halves of the product, which depends on all bits of both factors.
 std::uint64_t folded(std::uint64_t a, std::uint64_t b) noexcept {
@@ -48,21 +39,6 @@ class Balance {
 
   std::uint64_t sum_ = 0;
 };
-
-/// For each position, the lowest index of a position that coincides with it.
-std::vector<std::uint32_t> first_at_place(std::span<const glm::vec3> positions_m) {
-  std::vector<std::uint32_t> order(positions_m.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(place_of(positions_m[a]), a) < std::pair(place_of(positions_m[b]), b);
-  });
-  std::vector<std::uint32_t> first(positions_m.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool is_first = i == 0 || place_of(positions_m[order[i - 1]]) != place_of(positions_m[order[i]]);
-    first[order[i]] = is_first ? order[i] : first[order[i - 1]];
-  }
-  return first;
-}
 
 /// An edge, directed from its lower to its higher end or back.
 struct Edge {

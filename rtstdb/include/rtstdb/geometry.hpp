@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <rtstdb/field.hpp>
@@ -49,6 +51,21 @@ struct GeometryOptions {
   std::optional<FieldOptions> field{};
 };
 
+/// What a database knows of a geometry.
+struct GeometryInfo {
+  std::string name{};
+  std::uint32_t triangles = 0;
+  bool deforms = false;
+  /// It is closed, and every corner is behind the plane of every triangle up to convex_tolerance (limits.hpp)
+  /// times the diagonal of its box. Geometry that deforms counts as not convex.
+  bool convex = false;
+  /// 1 for a convex geometry. Another one consists of convex parts if each piece of its mesh (triangles that
+  /// share corners by index) is convex, up to max_convex_parts of them. 0: contact and impact queries
+  /// refuse it.
+  std::uint32_t convex_parts = 0;
+  std::uint32_t hull_corners = 0, hull_faces = 0;  ///< of all parts, without those inside faces or edges
+};
+
 /// Checks that a mesh can be added. Triangles without area (in double precision) are allowed beside others;
 /// no ray hits them.
 /// Errors: bad_input for a mesh without triangles, an index beyond the positions, a coordinate that is not
@@ -72,8 +89,8 @@ Bounds bounds_of(const TriangleMesh& mesh);
 /// nodes). Then the errors of validate, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
 
-/// Shapes centred on the origin. All but the rectangle are closed, with their fronts outside. Misuse: a size
-/// that is not finite and positive, and counts outside their range.
+/// Shapes, centred on the origin but for the hull. All but the rectangle are closed, with their fronts
+/// outside. Misuse: a size that is not finite and positive, and counts outside their range.
 /// A box with these edge lengths.
 TriangleMesh make_box(const glm::dvec3& size_m);
 /// A prism whose corners lie on the cylinder; its axis is z. 4 * segments triangles; segments from 3 to
@@ -82,6 +99,10 @@ TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segme
 /// A subdivided icosahedron whose corners lie on the sphere. 20 * 4^subdivisions triangles; at most 10
 /// subdivisions.
 TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions = 3);
+/// The convex hull of the points, with the points of the hull alone, where they are. Takes time that grows
+/// with the square of their number. Points in the plane of a triangle, within rounding, may make triangles of
+/// almost no area. Misuse: points of which no four span a volume.
+TriangleMesh make_hull(std::span<const glm::vec3> points_m);
 /// Two triangles in the plane z = 0, with their front toward +z.
 TriangleMesh make_rectangle(double size_x_m, double size_y_m);
 

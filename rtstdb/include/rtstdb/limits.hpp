@@ -29,6 +29,18 @@ inline constexpr std::uint32_t max_cones_per_query = 1u << 20;
 inline constexpr std::uint32_t max_returns_per_cone = 8;
 /// ConeQueryOptions::fractions: the nearest entities of a cone among which the beam is distributed.
 inline constexpr std::uint32_t max_entities_per_beam = 16;
+inline constexpr std::uint32_t max_contact_searches = 1u << 16;
+inline constexpr std::uint32_t max_contact_pairs = 1u << 16;       ///< ContactQueryOptions::pairs_per_search
+inline constexpr std::uint32_t max_contact_candidates = 1u << 20;  ///< ContactQueryOptions::max_candidates
+inline constexpr double max_contact_margin_m = 1e3;                ///< ContactSearch::margin_m
+inline constexpr std::int64_t max_impact_window_ns = 10'000'000'000;  ///< ImpactSearch::window
+inline constexpr double min_impact_tolerance_m = 1e-6;                ///< ImpactSearch::tolerance_m
+/// A closed mesh is convex if no corner is in front of the plane of a triangle by more than this share of the
+/// diagonal of the mesh's box.
+inline constexpr double convex_tolerance = 1e-5;
+inline constexpr std::uint32_t max_convex_parts = 256;  ///< GeometryInfo::convex_parts
+/// Larger meshes are not examined: they have no convex parts.
+inline constexpr std::uint32_t max_convex_triangles = 1u << 20;
 /// Cells along each axis of a brick (field.hpp).
 inline constexpr std::uint32_t field_cells_per_brick = 5;
 /// FieldSign::ray_ratio: rays from each vertex; the least share of them that hit a triangle from behind where
