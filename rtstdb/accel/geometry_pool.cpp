@@ -8,10 +8,12 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/accel/hull_texels.hpp"
 #include "rtstdb/accel/transfer.hpp"
 #include "rtstdb/geometry/closed_mesh.hpp"
 #include "rtstdb/geometry/has_area.hpp"
 #include "rtstdb/splitmix64.hpp"
+#include "shaders/shared/contact.h"
 #include "shaders/shared/field.h"
 #include "shaders/shared/node.h"
 
@@ -62,6 +64,14 @@ std::uint32_t field_texels_of(const KeptGeometries& kept) {
   return static_cast<std::uint32_t>(bytes / 16);
 }
 
+std::uint64_t hull_texels_of(const KeptGeometries& kept) {
+  std::uint64_t texels = 0;
+  for (const auto& geometry : kept)
+    for (std::size_t i = 0; geometry->parts && i < geometry->parts->size(); ++i)
+      texels += hull_texels((*geometry->parts)[i]).size();
+  return texels;
+}
+
 /// Writes triangles in the builder's format, in pieces. False: the device is lost.
 bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf_order,
                    const gpu::Buffer& pool, std::size_t offset_bytes, Upload& upload) {
@@ -90,12 +100,12 @@ bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf
 }  // namespace
 
 Result<GeometryPool> GeometryPool::create(gpu::Device& device, std::uint32_t max_geometries, Submit& submit) {
-  return create_with_capacity(device, max_geometries, {}, 0, submit);
+  return create_with_capacity(device, max_geometries, {}, submit);
 }
 
 Result<GeometryPool> GeometryPool::create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
-                                                        const PoolPart& used, std::uint32_t field_texels,
-                                                        Submit& submit) {
+                                                        const KeptGeometries& kept, Submit& submit) {
+  const PoolPart used = kept.empty() ? PoolPart{} : kept.back()->part;
   GeometryPool pool;
   auto builder = BlasBuilder::create(device, submit);
   if (!builder) return builder.error();
@@ -118,9 +128,12 @@ Result<GeometryPool> GeometryPool::create_with_capacity(gpu::Device& device, std
                                           .texel_uint4 = true});
   if (!geometries) return geometries.error();
   pool.geometries_ = std::move(geometries).value();
-  if (auto reserved =
-          pool.reserve_field_texels(device, std::max(field_texels, shared::field_header_texels), submit);
-      !reserved)
+  const std::uint64_t field_texels =
+      std::max<std::uint64_t>(field_texels_of(kept), shared::field_header_texels);
+  if (auto reserved = pool.reserve_field_texels(device, field_texels, submit); !reserved)
+    return reserved.error();
+  const std::uint64_t hull_texels = std::max<std::uint64_t>(hull_texels_of(kept), shared::hull_header_texels);
+  if (auto reserved = pool.reserve_hull_texels(device, hull_texels, submit); !reserved)
     return reserved.error();
   return pool;
 }
@@ -180,8 +193,10 @@ Result<void> GeometryPool::check_capacity(std::uint32_t triangles) const {
 }
 
 Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<const TriangleMesh> mesh,
-                                        Submit& submit, const GeometryOptions& options) {
+                                        Submit& submit, const GeometryOptions& options,
+                                        std::shared_ptr<const ConvexParts> parts) {
   bounds_.reserve(count_ + 1);
+  part_texels_.reserve(count_ + 1);
   kept_.reserve(count_ + 1);
   const std::uint32_t generation = generation_;
   auto added =
@@ -199,6 +214,14 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
   if (generation != generation_) {
     if (auto bound = bind_deforming(device); !bound) added = bound.error();
   }
+  std::vector<std::uint32_t> part_texels;
+  if (added && parts) {
+    auto written = add_hulls(device, *parts, submit);
+    if (written)
+      part_texels = std::move(written).value();
+    else
+      added = written.error();
+  }
   if (!added) {
     bounds_.resize(count_);
     std::erase_if(deforming_,
@@ -207,7 +230,9 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
   }
   node_count_ = added.value().node_end;
   triangle_count_ = added.value().triangle_end;
+  kept->parts = std::move(parts);
   kept_.push_back(std::move(kept));
+  part_texels_.push_back(std::move(part_texels));
   return count_++;
 }
 
@@ -402,7 +427,7 @@ Result<std::shared_ptr<KeptGeometry>> GeometryPool::keep(gpu::Device& device,
 Result<GeometryPool> GeometryPool::create_restored(gpu::Device& device, std::uint32_t max_geometries,
                                                    const KeptGeometries& kept, Submit& submit) {
   const PoolPart used = kept.empty() ? PoolPart{} : kept.back()->part;
-  auto made = create_with_capacity(device, max_geometries, used, field_texels_of(kept), submit);
+  auto made = create_with_capacity(device, max_geometries, kept, submit);
   if (!made) return made.error();
   GeometryPool pool = std::move(made).value();
   pool.kept_ = kept;
@@ -410,6 +435,7 @@ Result<GeometryPool> GeometryPool::create_restored(gpu::Device& device, std::uin
   pool.node_count_ = used.node_end;
   pool.triangle_count_ = used.triangle_end;
   pool.bounds_.resize(kept.size());
+  pool.part_texels_.resize(kept.size());
   auto upload = Upload::create(device, kept_bytes(kept), submit);
   if (!upload) return upload.error();
   for (std::uint32_t index = 0; index < pool.count_; ++index) {
@@ -436,6 +462,7 @@ Result<void> GeometryPool::restore(gpu::Device& device, std::uint32_t index, con
   geometries_.host_as<shared::GeometryRecord>()[index] = kept.record;
   bounds_[index] = kept.bounds;
   if (kept.field && !restore_field(index, *kept.field, upload)) return lost_while_restoring;
+  if (kept.parts && !restore_hulls(index, *kept.parts, upload)) return lost_while_restoring;
   if (!kept.deforming) return {};
   const KeptDeforming& deforming = *kept.deforming;
   auto made =

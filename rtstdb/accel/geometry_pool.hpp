@@ -18,13 +18,13 @@
 #include "rtstdb/accel/blas_builder.hpp"
 #include "rtstdb/accel/deforming_geometry.hpp"
 #include "rtstdb/accel/kept_geometry.hpp"
+#include "rtstdb/accel/texel_pool.hpp"
+#include "rtstdb/geometry/convex_hull.hpp"
 #include "rtstdb/geometry/extents.hpp"
 #include "rtstdb/store/row_source.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
-
-class Upload;
 
 class GeometryPool {
  public:
@@ -38,8 +38,10 @@ class GeometryPool {
 
   /// Builds the BLAS of a mesh that has passed validate(), and keeps the mesh. Returns the geometry's index.
   /// Errors: capacity, out_of_memory, device_lost; the pool is then unchanged.
+  /// `parts`: of geometry that consists of convex parts and does not deform; null: there are none.
   Result<std::uint32_t> add(gpu::Device& device, std::shared_ptr<const TriangleMesh> mesh, Submit& submit,
-                            const GeometryOptions& options = {});
+                            const GeometryOptions& options = {},
+                            std::shared_ptr<const ConvexParts> parts = nullptr);
 
   /// Removes the geometry that was added last, with its field. It does not deform, and no row names it.
   void remove_last() noexcept;
@@ -71,22 +73,34 @@ class GeometryPool {
   const gpu::Buffer& triangles() const noexcept { return triangles_; }
   const gpu::Buffer& geometries() const noexcept { return geometries_; }
   /// All distance fields (shaders/shared/field.h).
-  const gpu::Buffer& fields() const noexcept { return fields_; }
+  const gpu::Buffer& fields() const noexcept { return fields_.buffer(); }
+  /// All hulls of convex geometries (shaders/shared/contact.h).
+  const gpu::Buffer& hulls() const noexcept { return hulls_.buffer(); }
+  /// A convex part of a geometry and its first texel.
+  struct PooledHull {
+    std::uint32_t texel = 0;
+    const ConvexHull* hull = nullptr;
+    const TriangleMesh* mesh = nullptr;
+  };
+  /// 0: contact queries refuse the geometry.
+  std::uint32_t convex_parts(std::uint32_t geometry) const noexcept {
+    return static_cast<std::uint32_t>(part_texels_[geometry].size());
+  }
+  PooledHull hull(std::uint32_t geometry, std::uint32_t part) const noexcept;
   /// The root of a geometry's BLAS. Of deforming geometry: of the shape that was shown last.
   std::uint32_t root(std::uint32_t geometry) const noexcept;
   std::uint32_t count() const noexcept { return count_; }
   Bounds bounds(std::uint32_t geometry) const noexcept { return bounds_[geometry]; }
-  /// Incremented whenever nodes(), triangles() or fields() becomes another buffer.
+  /// Incremented whenever nodes(), triangles(), fields() or hulls() becomes another buffer.
   std::uint32_t generation() const noexcept { return generation_; }
   /// False: binding deforming geometry to a grown pool failed for lack of memory, and show() fails from then
   /// on.
   bool is_whole() const noexcept { return std::ranges::all_of(deforming_, &DeformingGeometry::is_bound); }
 
  private:
-  /// A pool with capacity for `used` and a reserve.
+  /// An empty pool with capacity for `kept` and a reserve.
   static Result<GeometryPool> create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
-                                                   const PoolPart& used, std::uint32_t field_texels,
-                                                   Submit& submit);
+                                                   const KeptGeometries& kept, Submit& submit);
   Result<void> reserve(gpu::Device& device, const PoolPart& part, Submit& submit);
   Result<void> check_capacity(std::uint32_t triangles) const;
   Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
@@ -100,6 +114,11 @@ class GeometryPool {
   /// Writes a field behind the others. False: the device is lost.
   bool restore_field(std::uint32_t index, const field::StoredField& field, Upload& upload);
   Result<void> reserve_field_texels(gpu::Device& device, std::uint64_t texels, Submit& submit);
+  Result<void> reserve_hull_texels(gpu::Device& device, std::uint64_t texels, Submit& submit);
+  /// Returns the first texel of each hull.
+  Result<std::vector<std::uint32_t>> add_hulls(gpu::Device& device, const ConvexParts& parts, Submit& submit);
+  /// Writes hulls behind the others. False: the device is lost.
+  bool restore_hulls(std::uint32_t index, const ConvexParts& parts, Upload& upload);
   Result<void> bind_deforming(gpu::Device& device);
   struct Refit {
     std::size_t geometry = 0, place = 0;
@@ -110,10 +129,12 @@ class GeometryPool {
   void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
 
   BlasBuilder builder_;
-  gpu::Buffer nodes_, triangles_, geometries_, fields_;
+  gpu::Buffer nodes_, triangles_, geometries_;
+  TexelPool fields_{{.name = "field pool", .plural = "distance fields"}};
+  TexelPool hulls_{{.name = "hull pool", .plural = "hulls of convex geometries", .is_float = true}};
+  std::vector<std::vector<std::uint32_t>> part_texels_;  // first texels of the hulls of each geometry
   std::uint32_t node_capacity_ = 0, node_count_ = 0;
   std::uint32_t triangle_capacity_ = 0, triangle_count_ = 0;
-  std::uint32_t field_texel_capacity_ = 0, field_texel_count_ = 0;
   std::uint64_t fields_attached_ = 0;
   std::uint32_t max_geometries_ = 0, count_ = 0;
   std::uint32_t generation_ = 0;

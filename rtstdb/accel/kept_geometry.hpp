@@ -14,6 +14,7 @@
 
 #include "rtstdb/accel/deforming_geometry.hpp"
 #include "rtstdb/field/stored_field.hpp"
+#include "rtstdb/geometry/convex_hull.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {
@@ -48,6 +49,7 @@ struct KeptGeometry {
   Bounds bounds;
   std::optional<KeptDeforming> deforming;
   std::shared_ptr<const field::StoredField> field;  ///< null: none
+  std::shared_ptr<const ConvexParts> parts;         ///< null: it does not consist of convex parts
 };
 
 /// By geometry index.
