@@ -36,7 +36,7 @@ RunReport ChunkedRun::run() noexcept {
   if (!bring_up(lanes_[0])) return ended(RunStatus::device_lost);
   bool truncated = false;
   for (const Request& request : requests_)
-    static_cast<GpuQuery*>(request.query)->begin_batch(request.count);
+    static_cast<GpuQuery*>(request.query)->begin_batch(request.count, {rows_, structures_.pool});
   while (true) {
     if (const auto status = run_pass(Pass::all)) return ended(*status);
     if (const auto status = next_retry_batch()) return ended(*status);
@@ -79,7 +79,8 @@ std::optional<RunStatus> ChunkedRun::run_pass(Pass pass) noexcept {
   Cursor next;
   pass_over(next, pass);
   // Without elements the recorded structure work is submitted alone.
-  if (at_end(next) && recording_begun_ && !lanes_[0].run()) return RunStatus::device_lost;
+  if (at_end(next) && std::exchange(recording_begun_, false) && !lanes_[0].run())
+    return RunStatus::device_lost;
   std::optional<Chunk> in_flight;
   for (std::uint32_t number = 0; in_flight || !at_end(next); ++number) {
     accel::Submit& lane = lanes_[number % 2];
@@ -213,7 +214,7 @@ std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
 bool ChunkedRun::begin_next_stage() noexcept {
   bool some = false;
   for (std::size_t k = 0; k < requests_.size(); ++k)
-    some = query(k).begin_next_stage() || some;
+    some = query(k).begin_next_stage({rows_, structures_.pool}) || some;
   in_later_stage_ = some;
   pace_ = ChunkPace(chunk_ns());
   measured_requests_ = 0;

@@ -69,15 +69,17 @@ Result<std::unique_ptr<GpuExecutor>> GpuExecutor::create(OpenDevice open, const 
 }
 
 Result<GeometryId> GpuExecutor::add_geometry(const std::shared_ptr<const TriangleMesh>& mesh,
-                                             const GeometryOptions& options) {
-  return device_.execute_setup([&] { return add_to_pool(mesh, options); });
+                                             const GeometryOptions& options,
+                                             const std::shared_ptr<const ConvexParts>& parts) {
+  return device_.execute_setup([&] { return add_to_pool(mesh, options, parts); });
 }
 
 Result<GeometryId> GpuExecutor::add_to_pool(const std::shared_ptr<const TriangleMesh>& mesh,
-                                            const GeometryOptions& options) {
+                                            const GeometryOptions& options,
+                                            const std::shared_ptr<const ConvexParts>& parts) {
   DeviceEpoch& epoch = device_.epoch();
   const CompileNow here(epoch.device);
-  auto index = epoch.pool.add(epoch.device, mesh, epoch.setup_lane(), options);
+  auto index = epoch.pool.add(epoch.device, mesh, epoch.setup_lane(), options, parts);
   if (!epoch.pool.is_whole()) {
     device_.mark_broken();
     return index.error();
@@ -247,7 +249,7 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
   if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, callbacks).run();
   // A query whose window has not run has an empty batch, not the batch of an earlier run.
   for (const Request& request : requests)
-    static_cast<GpuQuery*>(request.query)->begin_batch(0);
+    static_cast<GpuQuery*>(request.query)->begin_batch(0, {rows, structures.pool});
   RunReport all;
   for (std::size_t first = 0; first < requests.size();) {
     if (first > 0 && callbacks != nullptr) {

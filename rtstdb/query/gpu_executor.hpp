@@ -27,8 +27,10 @@ class GpuExecutor final : public Executor {
   const DeviceInfo& device_info() const noexcept { return device_info_; }
 
   // ---- setup; a device that is lost before or during these calls is replaced, and the call repeated once
+  /// `parts`: as for GeometryPool::add.
   Result<GeometryId> add_geometry(const std::shared_ptr<const TriangleMesh>& mesh,
-                                  const GeometryOptions& options);
+                                  const GeometryOptions& options,
+                                  const std::shared_ptr<const ConvexParts>& parts = nullptr);
   /// Creates the query, binds it to the pool and the slots, and has its kernels compiled. add_geometry binds
   /// all prepared queries again when the pool has grown.
   Result<std::unique_ptr<GpuQuery>> prepare(QueryOptionsRef options);
@@ -65,7 +67,8 @@ class GpuExecutor final : public Executor {
   GpuExecutor(OpenDevice open, const DatabaseOptions& options)
       : fork_join_(options.thread_priority), device_(std::move(open), options, *prepared_) {}
   Result<GeometryId> add_to_pool(const std::shared_ptr<const TriangleMesh>& mesh,
-                                 const GeometryOptions& options);
+                                 const GeometryOptions& options,
+                                 const std::shared_ptr<const ConvexParts>& parts);
   /// Binds the slots and the prepared queries to a pool that has grown.
   Result<void> rebind_to_pool();
   Result<void> join(GpuQuery& query);

@@ -51,21 +51,21 @@ void GpuQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
     recorder.dispatch(kernel.pipeline, kernel.bindings.front(), std::span(kernel.idle_arguments), 1);
 }
 
-void GpuQuery::begin_batch(std::uint32_t count) noexcept {
-  count_ = places_ = count;
+void GpuQuery::begin_batch(std::uint32_t count, const BatchWorld& world) noexcept {
+  count_ = count;
   stage_ = answered_ = 0;
   some_overflow_ = false;
   incomplete_.clear();
   settled_ = window_ = retried_ = 0;
-  order_batch(count);
+  places_ = begin_first_stage(count, world);
 }
 
-bool GpuQuery::begin_next_stage() noexcept {
+bool GpuQuery::begin_next_stage(const BatchWorld& world) noexcept {
   while (!is_last_stage()) {
     ++stage_;
     incomplete_.clear();
     settled_ = window_ = retried_ = 0;
-    places_ = begin_stage(stage_);
+    places_ = begin_stage(stage_, world);
     if (places_ > 0) return true;
     if (is_last_stage()) answered_ = count_;
   }

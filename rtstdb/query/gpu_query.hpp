@@ -41,6 +41,12 @@ struct BatchPart {
   std::uint32_t stage = 0;
 };
 
+/// The version that a batch queries, on the host.
+struct BatchWorld {
+  const RowSource& rows;
+  const accel::GeometryPool& pool;
+};
+
 /// What a dispatch is recorded with.
 struct Recording {
   const RowSource& rows;
@@ -101,12 +107,12 @@ class GpuQuery : public PreparedQuery {
 
   /// Begins a batch of the first `count` elements, which have passed check, in the order that suits the
   /// device.
-  void begin_batch(std::uint32_t count) noexcept;
+  void begin_batch(std::uint32_t count, const BatchWorld& world) noexcept;
   /// Places of the stage that runs.
   std::uint32_t places() const noexcept { return places_; }
   std::uint32_t stage() const noexcept { return stage_; }
   /// Begins the next stage that has places. False: the batch has no such stage. Between passes.
-  bool begin_next_stage() noexcept;
+  bool begin_next_stage(const BatchWorld& world) noexcept;
   /// How many incomplete places the next pass searches again; 0: none is left. Between passes. On lavapipe
   /// the elements of a group share one limit of work, so whether an element completes in the first pass
   /// depends on its neighbours in the batch; a retried element has a limit of its own.
@@ -124,7 +130,7 @@ class GpuQuery : public PreparedQuery {
 
   std::uint32_t capacity() const noexcept final { return capacity_; }
   std::uint32_t answered() const noexcept final { return answered_; }
-  std::uint32_t incomplete(std::uint32_t answered) const noexcept final;
+  std::uint32_t incomplete(std::uint32_t answered) const noexcept override;
   bool has_retries() const noexcept final;
   bool truncated() const noexcept final { return some_overflow_ || incomplete(answered_) > 0; }
   void publish_answers(std::uint32_t answered, std::uint32_t count) noexcept final;
@@ -163,11 +169,18 @@ class GpuQuery : public PreparedQuery {
   virtual void initialize_buffers() noexcept {}
   /// A batch begins: puts its first `count` elements in order. Default: each element's place is its number.
   virtual void order_batch(std::uint32_t /*count*/) noexcept {}
+  /// Begins the first stage and returns how many places it has. Default: one for each element.
+  virtual std::uint32_t begin_first_stage(std::uint32_t count, const BatchWorld& /*world*/) noexcept {
+    order_batch(count);
+    return count;
+  }
   /// Stages of each batch. With several, elements count as answered when the last stage is complete.
   virtual std::uint32_t stages() const noexcept { return 1; }
   /// Begins stage 1 or a later one and returns how many places it has. Between stages other runs may rebuild
   /// the slot: a stage that uses places of an earlier view compares TlasView::contents.
-  virtual std::uint32_t begin_stage(std::uint32_t /*stage*/) noexcept { return 0; }
+  virtual std::uint32_t begin_stage(std::uint32_t /*stage*/, const BatchWorld& /*world*/) noexcept {
+    return 0;
+  }
 
   // ---- what a kind uses
 
@@ -228,5 +241,29 @@ class GpuQuery : public PreparedQuery {
   std::shared_ptr<PreparedQueries> queries_;
   threads::ForkJoin* fork_join_ = nullptr;
 };
+
+/// Dispatches a part: all of its places together, or each retried one alone.
+template <class Args, class Dispatch>
+void dispatch_places(const BatchPart& part, std::span<const std::uint32_t> retried, Args args,
+                     const HaltAt& halt, std::uint32_t processors, const Dispatch& dispatch) noexcept {
+  args.halt = halt.words;
+  args.loop_probe = 2 /* two rounds, see loops_still_turn */;
+  if (!part.is_retry) {
+    const DispatchLayout layout = spread_out(part.range.end - part.range.first, processors);
+    args.first = part.range.first;
+    args.end = part.range.end;
+    args.per_group = layout.per_group;
+    args.halt_from = halt.from;
+    dispatch(layout, args);
+    return;
+  }
+  for (std::uint32_t i = part.range.first; i < part.range.end; ++i) {
+    args.first = retried[i];
+    args.end = retried[i] + 1;
+    args.per_group = 1;
+    args.halt_from = halt.from + i - retried[i];
+    dispatch(one_a_group(1), args);
+  }
+}
 
 }  // namespace rtstdb::query

@@ -48,7 +48,7 @@ class StagedQuery final : public query::GpuQuery {
   bool is_incomplete(std::uint32_t /*place*/) const noexcept override { return false; }
   void mark_incomplete(std::uint32_t /*place*/) noexcept override {}
   std::uint32_t stages() const noexcept override { return 3; }
-  std::uint32_t begin_stage(std::uint32_t stage) noexcept override {
+  std::uint32_t begin_stage(std::uint32_t stage, const query::BatchWorld& /*world*/) noexcept override {
     if (stage == 2) answered_before_stage_2.push_back(answered());
     return stage == 2 ? last_places_ : 0;
   }
