@@ -38,6 +38,22 @@ const char* to_string(FieldSign sign) noexcept {
   return "unknown";
 }
 
+const char* to_string(PairStatus status) noexcept {
+  switch (status) {
+    case PairStatus::separate:
+      return "separate";
+    case PairStatus::near:
+      return "near";
+    case PairStatus::contact:
+      return "contact";
+    case PairStatus::undecided:
+      return "undecided";
+    case PairStatus::refused:
+      return "refused";
+  }
+  return "unknown";
+}
+
 const char* to_string(LatePolicy policy) noexcept {
   switch (policy) {
     case LatePolicy::discard:
@@ -188,6 +204,20 @@ const char* to_string(StandingTarget target) noexcept {
       return "bounds";
     case StandingTarget::center:
       return "center";
+  }
+  return "unknown";
+}
+
+const char* to_string(ImpactStatus status) noexcept {
+  switch (status) {
+    case ImpactStatus::none:
+      return "none";
+    case ImpactStatus::impact:
+      return "impact";
+    case ImpactStatus::undecided:
+      return "undecided";
+    case ImpactStatus::refused:
+      return "refused";
   }
   return "unknown";
 }

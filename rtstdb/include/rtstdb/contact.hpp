@@ -1,0 +1,132 @@
+#pragma once
+// Contacts of bodies (paper, Section 4 "Intersection Query", Section 4.3 and Table 2): which pairs of
+// entities touch, where, in which direction and how deep.
+//
+//   body      What a geometry bounds, if it is convex or consists of convex parts
+//             (GeometryInfo::convex_parts): then the parts touch, each with its hull.
+//   distance  Between two bodies that do not touch: the length of the shortest segment between them. Of two
+//             that penetrate: minus the depth, which is the length of the shortest translation that
+//             separates them. Of bodies of several parts: that of the nearest or deepest two parts.
+//   frame     World axes. Points are relative to the origin of the pair's first entity at the search's time,
+//             so that they are as precise far from the world's origin as near it.
+//   time      Each search has its own (query.hpp).
+//   order     Pairs by ascending index of the first entity, then of the second. An answer depends neither on
+//             earlier ones nor on the order of the batch; what is tested when a batch exceeds its capacity
+//             does (ContactAnswer::overflow).
+//   threads   as all queries (query.hpp)
+// Source: Gilbert, Johnson, Keerthi, "A fast procedure for computing the distance between complex objects in
+// three-dimensional space", 1988; van den Bergen, "Proximity queries and penetration depth computation on 3D
+// game objects", 2001.
+
+#include <glm/ext/vector_float3.hpp>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include <rtstdb/prepared_query.hpp>
+
+namespace rtstdb {
+
+class ContactQuery;
+
+/// The pairs of one search at one instant:
+///     first and second valid    this pair, which is listed whatever its distance
+///     first alone               this entity with every other one that second_mask admits
+///     neither                   every pair of one entity that first_mask admits with one that second_mask
+///                               admits
+/// No pair has an entity twice, and entities without geometry are in no pair; a named entity must have one
+/// (no_geometry).
+struct ContactSearch {
+  EntityId first{};
+  EntityId second{};
+  std::uint32_t first_mask = mask_all;
+  std::uint32_t second_mask = mask_all;
+  WorldTime t{};
+  /// Pairs that are apart by at most this distance are listed too, with contacts of negative depth.
+  /// 0 to max_contact_margin_m.
+  float margin_m = 0.0f;
+};
+
+enum class PairStatus : std::uint8_t {
+  separate,   ///< apart by more than the margin; of a named pair
+  near,       ///< apart by at most the margin
+  contact,    ///< the bodies touch or penetrate
+  undecided,  ///< the search reached its limit of iterations: min_distance_m and max_distance_m hold
+  refused,    ///< the geometry of an entity does not consist of convex parts
+};
+
+/// A point at which two bodies touch or nearly touch.
+struct ContactPoint {
+  glm::vec3 p_first_m{0.0f};  ///< from the first entity's origin, world axes; midway between the surfaces
+  glm::vec3 n_world{0.0f};    ///< unit, from the second body to the first
+  float depth_m = 0.0f;       ///< of the surfaces along the normal there; negative: they are apart
+  std::uint32_t first_triangle = 0;   ///< of the first entity's geometry, at the point
+  std::uint32_t second_triangle = 0;  ///< of the second entity's
+  /// World frame: velocity of the first body at the point, minus that of the second.
+  glm::vec3 v_relative_mps{0.0f};
+};
+
+/// Contacts of one pair. The first entity is the one that the search names, or the one with the lower index.
+struct ContactPair {
+  EntityId first{}, second{};
+  PairStatus status = PairStatus::refused;
+  float distance_m = 0.0f;  ///< see above; undecided: one of its bounds
+  /// Bounds of the distance. Unless the pair is undecided, they are as far apart as the precision allows, or
+  /// 1 % of the depth.
+  float min_distance_m = 0.0f, max_distance_m = 0.0f;
+  /// Unit, from the second body to the first: the normal of the first point, or the direction of the
+  /// distance. A translation of the first body by the depth along it separates the bodies, or their two
+  /// deepest parts. Zero if the pair is undecided or refused.
+  glm::vec3 n_world{0.0f};
+  std::uint32_t point_count = 0;
+  /// The point at which the bodies are deepest in one another, or nearest, comes first; then the points that
+  /// span the most area of the surface in which they touch.
+  std::array<ContactPoint, 4> points{};
+
+  std::span<const ContactPoint> contacts() const noexcept { return {points.data(), point_count}; }
+};
+
+/// Answer to one search. Listed are: a named pair; of other pairs those that touch, those within the margin,
+/// and those that are undecided or refused.
+struct ContactAnswer {
+  std::span<const ContactPair> pairs{};
+  std::uint32_t found = 0;  ///< pairs that would be listed without limits, of those that were tested
+  /// Pairs whose oriented bounds overlap; those of the first entity are widened by the margin on each side.
+  std::uint32_t candidates = 0;
+  /// `pairs` is not all: `found` is above pairs_per_search (the list then holds the first ones), or the batch
+  /// has more candidates than max_candidates or more bodies than max_bodies (those of the first searches and
+  /// entities were tested).
+  bool overflow = false;
+  bool incomplete = false;  ///< the search for candidates reached the device's limits: pairs may be missing
+};
+
+struct ContactQueryOptions {
+  using Prepared = ContactQuery;
+  std::string name{};                   ///< for reports and error texts
+  std::uint32_t capacity = 0;           ///< searches in a batch: 1 to max_contact_searches
+  std::uint32_t pairs_per_search = 64;  ///< that an answer lists: 1 to max_contact_pairs
+  /// Pairs of all searches of a batch whose bounds may overlap, named pairs included, each pair of convex
+  /// parts for itself: 1 to max_contact_candidates. 0: capacity times pairs_per_search.
+  std::uint32_t max_candidates = 0;
+  /// Entities whose neighbours are searched in a batch: one for each search that names its first entity
+  /// alone, and for one that names none all entities that either mask admits. 1 to max_entities.
+  std::uint32_t max_bodies = 16384;
+  LatePolicy late = LatePolicy::discard;
+};
+
+/// Contacts between bodies. `searches` has `capacity` elements; `answers` has one for each search of the last
+/// transaction.
+/// Precision: poses of one body relative to the other are computed in double precision, distances and depths
+/// in single precision: right within 1e-4 of the diagonal of the smaller body, or within 4 units in the last
+/// place of the largest coordinate of the larger body's hull or of the distance, whichever is more.
+class ContactQuery : public Query {
+ public:
+  virtual std::span<ContactSearch> searches() noexcept = 0;
+  virtual std::span<const ContactAnswer> answers() const noexcept = 0;
+};
+
+const char* to_string(PairStatus status) noexcept;
+
+}  // namespace rtstdb

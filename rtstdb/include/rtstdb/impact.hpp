@@ -1,0 +1,82 @@
+#pragma once
+// The first time of impact: when two bodies that keep their motion come nearer to each other than a tolerance
+// (paper, Section 4, Intersection Query, extended by time). Bodies move and turn as their rows say; nothing
+// tunnels, however fast it is.
+//
+//   body      as for contacts (contact.hpp)
+//   frame     World axes. Points are relative to the first entity's origin at the time of the impact.
+//   time      Each search has its own begin (query.hpp); its window reaches up to max_impact_window after it.
+//   order     An answer depends neither on earlier ones nor on the order of the batch.
+//   threads   as all queries (query.hpp)
+// Source: conservative advancement (Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996).
+
+#include <glm/ext/vector_float3.hpp>
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include <rtstdb/prepared_query.hpp>
+
+namespace rtstdb {
+
+class ImpactQuery;
+
+/// A body, and another one or all whose mask `second_mask` admits, from `t` to `t` + `window`. Both named
+/// entities must have a geometry (no_geometry).
+struct ImpactSearch {
+  EntityId first{};
+  EntityId second{};  ///< default: every other entity that second_mask admits
+  std::uint32_t second_mask = mask_all;
+  WorldTime t{};
+  Nanoseconds window{1'000'000'000};  ///< 0 to max_impact_window_ns
+  float tolerance_m = 0.001f;         ///< min_impact_tolerance_m to max_contact_margin_m
+};
+
+enum class ImpactStatus : std::uint8_t {
+  none,       ///< no pair comes that near in the window
+  impact,     ///< `second` comes nearer than the tolerance `after` the begin of the window
+  undecided,  ///< the search reached its limit of steps: no impact before `after`; later ones are not known
+  refused,    ///< the geometry of an entity of the named pair does not consist of convex parts
+};
+
+struct ImpactAnswer {
+  ImpactStatus status = ImpactStatus::none;
+  EntityId second{};  ///< invalid: none
+  /// From the begin of the window; 0: the pair is that near already, or penetrates.
+  Nanoseconds after{0};
+  float distance_m = 0.0f;    ///< then; 0: the bodies touch or penetrate
+  glm::vec3 p_first_m{0.0f};  ///< then: midway between the nearest points, from the first entity's origin
+  glm::vec3 n_world{0.0f};    ///< unit, from the second body to the first; zero where distance_m is 0
+  glm::vec3 v_relative_mps{
+      0.0f};                     ///< world frame: velocity of the first body at the point, minus the second's
+  std::uint32_t candidates = 0;  ///< pairs whose bounding spheres come that near in the window
+  std::uint32_t refused = 0;     ///< candidates that were not searched: a body has no convex parts
+  /// There are more candidates than candidates_per_search, of which those with the lowest indices were
+  /// searched, or their pairs of parts are more than capacity times candidates_per_search in all.
+  bool overflow = false;
+  bool incomplete = false;  ///< a search reached the device's limits: nothing follows from the answer
+};
+
+struct ImpactQueryOptions {
+  using Prepared = ImpactQuery;
+  std::string name{};                        ///< for reports and error texts
+  std::uint32_t capacity = 0;                ///< searches in a batch: 1 to max_contact_searches
+  std::uint32_t candidates_per_search = 64;  ///< 1 to max_contact_pairs
+  LatePolicy late = LatePolicy::discard;
+};
+
+/// First times of impact. `searches` has `capacity` elements; `answers` has one for each search of the last
+/// transaction. Of several first impacts at one time, that with the lowest entity index.
+/// Precision: at the time of the answer the distance is between 0 and the tolerance, and at no earlier time
+/// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
+/// of the tolerance, these take its place.
+class ImpactQuery : public Query {
+ public:
+  virtual std::span<ImpactSearch> searches() noexcept = 0;
+  virtual std::span<const ImpactAnswer> answers() const noexcept = 0;
+};
+
+const char* to_string(ImpactStatus status) noexcept;
+
+}  // namespace rtstdb
