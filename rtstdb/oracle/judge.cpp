@@ -70,4 +70,9 @@ Judgement judge(const World& world, const Nearest& point, std::span<const Neares
   return compare(world, point, options, nearest(world, point, options), of_element.front());
 }
 
+Judgement judge(const World& world, const ContactSearch& search, std::span<const ContactAnswer> of_element,
+                const ContactQueryOptions& options) {
+  return compare(world, search, options, contact_candidates(world, search), of_element.front());
+}
+
 }  // namespace rtstdb::oracle

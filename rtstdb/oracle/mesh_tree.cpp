@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include <rtstdb/limits.hpp>
+
 namespace rtstdb::oracle {
 namespace {
 
@@ -60,6 +62,13 @@ MeshTree::MeshTree(const TriangleMesh& mesh)
   magnitude_ = std::max({far.x, far.y, far.z});
   nodes_.emplace_back();
   build(0, 0, triangle_count(), centers);
+  double six_volumes = 0.0;
+  for (std::uint32_t i = 0; i < triangle_count(); ++i) {
+    const auto [a, b, c] = corners(i);
+    six_volumes += glm::dot(a, glm::cross(b, c));
+  }
+  inside_out_ = closed_ && six_volumes < 0.0;
+  convex_ = closed_ && are_corners_behind_planes();
 }
 
 std::array<glm::dvec3, 3> MeshTree::corners(std::uint32_t triangle) const noexcept {
@@ -94,6 +103,50 @@ void MeshTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t coun
   nodes_[node].count = 0;
   build(left, first, half, centers);
   build(left + 1, first + half, count - half, centers);
+}
+
+glm::dvec3 MeshTree::known_normal(std::uint32_t triangle) const noexcept {
+  const auto [a, b, c] = corners(triangle);
+  const glm::dvec3 across = glm::cross(b - a, c - a);
+  const double twice_area = glm::length(across);
+  if (twice_area == 0.0) return glm::dvec3(0.0);
+  const double longest = std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
+  const double rounding = std::max({glm::length(a), glm::length(b), glm::length(c)}) / 8388608.0;
+  // The corner opposite to the longest edge is at twice_area / longest from it.
+  return rounding * longest / twice_area < convex_tolerance ? across / twice_area : glm::dvec3(0.0);
+}
+
+/// Whether a corner is more than `limit` in front of the plane through the point.
+bool MeshTree::has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const {
+  std::vector<std::uint32_t> pending{0};
+  while (!pending.empty()) {
+    const Node& node = nodes_[pending.back()];
+    pending.pop_back();
+    const glm::dvec3 farthest{normal.x > 0.0 ? node.maximum.x : node.minimum.x,
+                              normal.y > 0.0 ? node.maximum.y : node.minimum.y,
+                              normal.z > 0.0 ? node.maximum.z : node.minimum.z};
+    if (glm::dot(normal, farthest - point) <= limit) continue;
+    if (node.count == 0) {
+      pending.push_back(node.first + 1);
+      pending.push_back(node.first);
+      continue;
+    }
+    for (std::uint32_t i = 0; i < node.count; ++i) {
+      for (const glm::dvec3& corner : corners(order_[node.first + i]))
+        if (glm::dot(normal, corner - point) > limit) return true;
+    }
+  }
+  return false;
+}
+
+bool MeshTree::are_corners_behind_planes() const {
+  const double limit =
+      convex_tolerance * glm::length(glm::dvec3(bounds_.maximum_m) - glm::dvec3(bounds_.minimum_m));
+  for (std::uint32_t i = 0; i < triangle_count(); ++i) {
+    const glm::dvec3 normal = inside_out_ ? -known_normal(i) : known_normal(i);
+    if (normal != glm::dvec3(0.0) && has_corner_beyond(corners(i)[0], normal, limit)) return false;
+  }
+  return true;
 }
 
 bool MeshTree::meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept {

@@ -35,6 +35,14 @@ class MeshTree {
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept;
   /// Whether distances have a sign, see NearestQueryOptions.
   bool closed() const noexcept { return closed_; }
+  /// The same as is_convex of the mesh (oracle.hpp).
+  bool convex() const noexcept { return convex_; }
+  /// Whether the mesh is closed with its fronts inside: its signed volume is negative.
+  bool inside_out() const noexcept { return inside_out_; }
+  /// The unit normal of the triangle's plane, toward its front. Zero if single precision does not determine
+  /// the plane: rounding of a corner turns it so that it moves by convex_tolerance of the mesh's diagonal at
+  /// that distance.
+  glm::dvec3 known_normal(std::uint32_t triangle) const noexcept;
 
   /// Calls visit(triangle) for every triangle whose box, enlarged by `grow` per axis, the ray meets within
   /// its range, and perhaps for others. The visitor may reduce ray.lambda_max.
@@ -56,6 +64,8 @@ class MeshTree {
 
   void build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
              const std::vector<glm::dvec3>& centers);
+  bool has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const;
+  bool are_corners_behind_planes() const;
   static bool meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept;
   static double distance(const Node& node, const glm::dvec3& point, const glm::dvec3& scale) noexcept;
 
@@ -63,6 +73,8 @@ class MeshTree {
   Bounds bounds_;
   double magnitude_ = 0.0;  ///< largest coordinate
   bool closed_ = false;
+  bool convex_ = false;
+  bool inside_out_ = false;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
 };

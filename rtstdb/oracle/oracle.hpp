@@ -27,6 +27,7 @@
 #include <rtstdb/query.hpp>
 
 #include "rtstdb/geometry/motion_bounds.hpp"
+#include "rtstdb/oracle/convex_pieces.hpp"
 #include "rtstdb/oracle/mesh_tree.hpp"
 
 namespace rtstdb::oracle {
@@ -47,6 +48,11 @@ class World {
   /// The live entity of that id, or null.
   const EntityState* find(EntityId id) const noexcept;
   WorldTime version_time() const noexcept { return version_time_; }
+  /// Contacts and impacts of this geometry are refused, whatever its shape.
+  void mark_deforming(GeometryId geometry) { pieces_[geometry.index].clear(); }
+  /// The convex parts of the entity, whose contacts are searched; none if its geometry deforms. Misuse for an
+  /// entity without geometry.
+  std::span<const ConvexPiece> parts_of(const EntityState& entity) const noexcept;
 
  private:
   World(std::vector<EntityState> entities, std::vector<std::shared_ptr<const MeshTree>> meshes,
@@ -54,6 +60,7 @@ class World {
 
   std::vector<EntityState> entities_;
   std::vector<std::shared_ptr<const MeshTree>> meshes_;
+  std::vector<std::vector<ConvexPiece>> pieces_;  // by geometry
   WorldTime version_time_;
 };
 
@@ -184,6 +191,56 @@ struct BeamFraction {
 std::vector<BeamFraction> beam_fractions(const World& world, const Cone& cone, Faces faces,
                                          std::uint32_t directions);
 
+// ---- contact
+
+/// Whether the mesh is closed (MeshTree::closed), and no corner is in front of the plane of any triangle by
+/// more than convex_tolerance of the diagonal of the mesh's box, or behind it for a mesh that is inside out.
+/// Planes that single precision does not determine (MeshTree::known_normal) are left out. Tests every corner
+/// against every triangle.
+bool is_convex(const TriangleMesh& mesh);
+
+/// Distance or depth of two bodies, in double precision, relative to the origin of the first entity.
+struct PairTruth {
+  double distance_m = 0.0;  ///< negative: minus the depth
+  /// Unit, from the second body to the first: of bodies that are apart, along the shortest segment; of those
+  /// that penetrate, along the shortest translation of the first that separates them.
+  glm::dvec3 n_world{0.0};
+  /// Every direction at more than contact_angle_tolerance_rad to n_world needs a translation that is longer
+  /// by more than depth_tolerance_m to separate the bodies. False for bodies that touch within noise_m, and
+  /// for bodies that are apart by so little that noise_m may turn the shortest segment by that angle.
+  bool normal_is_unique = false;
+  glm::dvec3 p_first_m{0.0}, p_second_m{0.0};  ///< ends of the shortest segment; zero if they penetrate
+  /// Of the distance, as ContactQuery states it: 1e-4 of the diagonal of the smaller body, or 4 units in the
+  /// last place (2^-23) of the largest coordinate of the larger body or of the distance, whichever is more.
+  /// Added to it: how far corners are in front of planes of triangles.
+  double noise_m = 0.0;
+
+  /// The error that a depth may have, and the depth along an answered normal.
+  double depth_tolerance_m() const noexcept;
+};
+
+/// Relative to the depth, where this exceeds noise_m.
+inline constexpr double depth_relative_tolerance = 0.01;
+inline constexpr double contact_angle_tolerance_rad = 0.017453292519943295;
+
+/// The truth of two entities with convex geometry. Depth: the largest gap along the normals of all faces and
+/// the cross products of all edges. Distance of bodies that are apart: the least of all corners and
+/// triangles, and of all pairs of edges. The time grows with the product of the numbers of edges.
+PairTruth pair_truth(const World& world, EntityId first, EntityId second, WorldTime t);
+
+/// A pair that a search admits.
+struct ContactCandidate {
+  EntityId first, second;
+  /// Of the oriented bounds, those of the first entity widened by the margin: a candidate where it is not
+  /// above zero.
+  double gap_m = 0.0;
+  double noise_m = 0.0;  ///< of the bounds in world coordinates: see the top of this file
+};
+
+/// The pairs of the search in the order of an answer. Pairs whose gap is plainly above its noise are left
+/// out; a named pair is not.
+std::vector<ContactCandidate> contact_candidates(const World& world, const ContactSearch& search);
+
 // ---- judging an answer
 
 enum class Verdict : std::uint8_t { agrees, too_close, differs };
@@ -244,5 +301,32 @@ inline constexpr double fraction_tolerance = 0.1;
 /// noise_m, agree. A return that is incomplete differs.
 Judgement compare(const World& world, const Cone& cone, const ConeQueryOptions& options,
                   std::span<const ConeTruth> truth, std::span<const ConeReturn> answers);
+
+/// Distance of a contact point from the triangle that it names, relative to the triangle's size, beside noise
+/// and depth.
+inline constexpr double contact_triangle_tolerance = 0.01;
+
+/// One listed pair with convex geometry.
+///     status    right, or the distance is within noise_m of the border to another one (too close)
+///     distance  within depth_tolerance_m, and its bounds as near to it. Those of an undecided pair contain
+///               the truth, and the pair is too close.
+///     normal    of unit length, and within contact_angle_tolerance_rad of the truth's. If the truth's is not
+///               unique, it suffices that along an axis within this angle the bodies have the same distance
+///               within tolerance. If bodies are apart, noise_m may turn their segment by a larger angle.
+///     points    At half its depth before and behind each point, along the normal, are the surfaces at which
+///               the bodies face one another, within depth_tolerance_m, and the named triangles. No point is
+///               deeper than the pair, and the depth of the first is minus the distance. Velocities are those
+///               of the rows.
+Judgement compare(const World& world, const ContactSearch& search, const PairTruth& truth,
+                  const ContactPair& answer);
+
+/// The answer to one search; `candidates`: contact_candidates. Pairs ascend strictly, and each is judged as
+/// above. A pair is refused exactly if a geometry is not convex. All pairs within the margin and all refused
+/// candidates are listed, and no others, except at a border within noise, undecided candidates, and pairs
+/// behind the end of a list that overflowed. `found` and `candidates` are between the numbers of certain and
+/// of possible pairs. They have no lower limit where the batch overflowed: if this search alone exceeds it,
+/// or the list is shorter than it may be. An incomplete answer differs.
+Judgement compare(const World& world, const ContactSearch& search, const ContactQueryOptions& options,
+                  std::span<const ContactCandidate> candidates, const ContactAnswer& answer);
 
 }  // namespace rtstdb::oracle

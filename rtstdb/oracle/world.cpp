@@ -20,11 +20,17 @@ std::vector<std::shared_ptr<const MeshTree>> trees_of(std::span<const TriangleMe
 
 World::World(std::vector<EntityState> entities, std::span<const TriangleMesh* const> meshes,
              WorldTime version_time)
-    : World(std::move(entities), trees_of(meshes), version_time) {}
+    : World(std::move(entities), trees_of(meshes), version_time) {
+  for (std::size_t i = 0; i < meshes.size(); ++i)
+    if (meshes[i] != nullptr) pieces_[i] = convex_pieces(*meshes[i], meshes_[i]);
+}
 
 World::World(std::vector<EntityState> entities, std::vector<std::shared_ptr<const MeshTree>> meshes,
              WorldTime version_time)
-    : entities_(std::move(entities)), meshes_(std::move(meshes)), version_time_(version_time) {
+    : entities_(std::move(entities)),
+      meshes_(std::move(meshes)),
+      pieces_(meshes_.size()),
+      version_time_(version_time) {
   for (std::size_t i = 0; i < entities_.size(); ++i) {
     RTSTDB_ASSERT(i == 0 || entities_[i - 1].id.index < entities_[i].id.index);
     if (!entities_[i].row.geometry.valid()) continue;
@@ -34,11 +40,17 @@ World::World(std::vector<EntityState> entities, std::vector<std::shared_ptr<cons
 }
 
 World World::with_entities(std::vector<EntityState> entities, WorldTime version_time) const {
-  return World(std::move(entities), meshes_, version_time);
+  World other(std::move(entities), meshes_, version_time);
+  other.pieces_ = pieces_;
+  return other;
 }
 
 const MeshTree& World::mesh_of(const EntityState& entity) const noexcept {
   return *meshes_[entity.row.geometry.index];
+}
+
+std::span<const ConvexPiece> World::parts_of(const EntityState& entity) const noexcept {
+  return pieces_[entity.row.geometry.index];
 }
 
 const EntityState* World::find(EntityId id) const noexcept {

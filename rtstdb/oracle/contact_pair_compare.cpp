@@ -1,0 +1,199 @@
+// Judges one pair of a contact answer against the hulls of its bodies.
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "rtstdb/oracle/contact_pair.hpp"
+#include "rtstdb/oracle/judged.hpp"
+#include "rtstdb/oracle/nearest_point.hpp"
+
+namespace rtstdb::oracle {
+namespace {
+
+PairStatus status_of(double distance_m, double margin_m) {
+  if (distance_m <= 0.0) return PairStatus::contact;
+  return distance_m <= margin_m ? PairStatus::near : PairStatus::separate;
+}
+
+}  // namespace
+
+/// too_close: the distance is within its noise of the border between two statuses.
+Judgement judge_status(const PairTruth& truth, const ContactSearch& search, const ContactPair& answer) {
+  const auto margin_m = static_cast<double>(search.margin_m);
+  if (answer.status == status_of(truth.distance_m, margin_m)) {
+    if (answer.status == PairStatus::separate && !search.second.valid())
+      return judged(Verdict::differs, "it is %.9g m apart, beyond the margin", truth.distance_m);
+    return {};
+  }
+  const double low_m = truth.distance_m - truth.noise_m;
+  const double high_m = truth.distance_m + truth.noise_m;
+  bool is_possible = false;
+  if (answer.status == PairStatus::contact) is_possible = low_m <= 0.0;
+  if (answer.status == PairStatus::near) is_possible = high_m > 0.0 && low_m <= margin_m;
+  if (answer.status == PairStatus::separate) is_possible = high_m > margin_m && search.second.valid();
+  return judged(is_possible ? Verdict::too_close : Verdict::differs, "status %s at a distance of %.9g m",
+                to_string(answer.status), truth.distance_m);
+}
+
+Judgement judge_undecided(const PairTruth& truth, const ContactPair& answer) {
+  const auto min_m = static_cast<double>(answer.min_distance_m);
+  const auto max_m = static_cast<double>(answer.max_distance_m);
+  if (!(min_m <= truth.distance_m + truth.noise_m && max_m >= truth.distance_m - truth.noise_m &&
+        min_m <= max_m && answer.distance_m >= answer.min_distance_m &&
+        answer.distance_m <= answer.max_distance_m))
+    return judged(Verdict::differs, "undecided from %.9g to %.9g m, %.9g m, where it is %.9g m", min_m, max_m,
+                  static_cast<double>(answer.distance_m), truth.distance_m);
+  if (answer.n_world != glm::vec3(0.0f)) return judged(Verdict::differs, "undecided with a normal");
+  return judged(Verdict::too_close, "undecided from %.9g to %.9g m", min_m, max_m);
+}
+
+Judgement judge_distance(const PairTruth& truth, const ContactPair& answer) {
+  const auto distance_m = static_cast<double>(answer.distance_m);
+  if (!(std::abs(distance_m - truth.distance_m) <= truth.depth_tolerance_m()))
+    return judged(Verdict::differs, "distance %.9g m instead of %.9g m", distance_m, truth.distance_m);
+  for (const float bound_m : {answer.min_distance_m, answer.max_distance_m})
+    if (!(std::abs(static_cast<double>(bound_m) - distance_m) <= truth.depth_tolerance_m()))
+      return judged(Verdict::differs, "a bound of %.9g m of a distance of %.9g m",
+                    static_cast<double>(bound_m), distance_m);
+  return {};
+}
+
+Judgement judge_direction(const PosedPair& pair, const PairTruth& truth, const glm::dvec3& n) {
+  if (!(std::abs(glm::length(n) - 1.0) <= 1e-5))
+    return judged(Verdict::differs, "a normal of length %.9g", glm::length(n));
+  const double off_rad = std::atan2(glm::length(glm::cross(n, truth.n_world)), glm::dot(n, truth.n_world));
+  const double noise_rad =
+      truth.distance_m > 2.0 * truth.noise_m ? std::asin(2.0 * truth.noise_m / truth.distance_m) : 0.0;
+  if (off_rad <= std::max(contact_angle_tolerance_rad, noise_rad)) return {};
+  const double floor_m = truth.distance_m - truth.depth_tolerance_m();
+  if (!truth.normal_is_unique && has_axis_near(pair.first_body, pair.second_body, glm::normalize(n),
+                                               contact_angle_tolerance_rad, floor_m))
+    return {};
+  return judged(Verdict::differs, "normal (%.6g, %.6g, %.6g) instead of (%.6g, %.6g, %.6g), %.3g rad off",
+                n.x, n.y, n.z, truth.n_world.x, truth.n_world.y, truth.n_world.z, off_rad);
+}
+
+namespace {
+
+/// Whether the point, on the surface of the body, is near the triangle that the answer names.
+Judgement judge_triangle(const ConvexBody& body, std::uint32_t triangle, const glm::dvec3& surface_m,
+                         double depth_m, double noise_m) {
+  if (triangle >= body.triangles_m.size())
+    return judged(Verdict::differs, "there is no triangle %u", triangle);
+  const auto& c = body.triangles_m[triangle];
+  const double size_m =
+      std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
+  const double off_m = glm::distance(nearest_on_triangle(c, surface_m).point, surface_m);
+  if (off_m <= noise_m + std::abs(depth_m) + contact_triangle_tolerance * size_m) return {};
+  return judged(Verdict::differs, "it is %.3g m off triangle %u", off_m, triangle);
+}
+
+Judgement judge_velocity(const PosedPair& pair, const ContactPoint& point, double noise_m) {
+  const Motion& of_first = pair.first.state->row.motion;
+  const Motion& of_second = pair.second.state->row.motion;
+  const glm::dvec3 from_first_m(point.p_first_m);
+  const glm::dvec3 from_second_m = from_first_m + (pair.first.pose.p_world_m - pair.second.pose.p_world_m);
+  const glm::dvec3 wanted = of_first.v_world_mps + glm::cross(of_first.w_world_radps, from_first_m) -
+                            of_second.v_world_mps - glm::cross(of_second.w_world_radps, from_second_m);
+  const double first_radps = glm::length(of_first.w_world_radps);
+  const double second_radps = glm::length(of_second.w_world_radps);
+  const double speeds_mps = glm::length(of_first.v_world_mps) + glm::length(of_second.v_world_mps) +
+                            first_radps * glm::length(from_first_m) +
+                            second_radps * glm::length(from_second_m);
+  const double tolerance_mps =
+      velocity_relative_tolerance * speeds_mps + (first_radps + second_radps) * noise_m;
+  const glm::dvec3 v(point.v_relative_mps);
+  if (glm::distance(v, wanted) <= tolerance_mps) return {};
+  return judged(Verdict::differs, "relative velocity (%.9g, %.9g, %.9g) instead of (%.9g, %.9g, %.9g)", v.x,
+                v.y, v.z, wanted.x, wanted.y, wanted.z);
+}
+
+/// Whether the surface of the body at the point is the one that a line in this direction leaves it through.
+bool is_exit(const ConvexBody& body, const glm::dvec3& surface_m, const glm::dvec3& direction,
+             double tolerance_m) {
+  return depth_inside_m(body, surface_m + 4.0 * tolerance_m * direction) <= tolerance_m;
+}
+
+}  // namespace
+
+Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const ContactPair& answer,
+                        const ContactPoint& point) {
+  const double tolerance_m = truth.depth_tolerance_m();
+  const auto depth_m = static_cast<double>(point.depth_m);
+  if (!(depth_m <= -truth.distance_m + tolerance_m))
+    return judged(Verdict::differs, "depth %.9g m, where the pair's is %.9g m", depth_m, -truth.distance_m);
+  if (point.n_world != answer.n_world) return judged(Verdict::differs, "its normal is not the pair's");
+  const glm::dvec3 p(point.p_first_m);
+  const glm::dvec3 n(answer.n_world);
+  struct Side {
+    const ConvexBody& body;
+    glm::dvec3 surface_m;
+    glm::dvec3 outward;
+    std::uint32_t triangle;
+  };
+  // Along the normal, the surface of the first body is below that of the second if they penetrate.
+  const std::array<Side, 2> sides{Side{pair.first_body, p - 0.5 * depth_m * n, -n, point.first_triangle},
+                                  Side{pair.second_body, p + 0.5 * depth_m * n, n, point.second_triangle}};
+  for (const Side& side : sides) {
+    const char* name = &side == sides.data() ? "first" : "second";
+    const double off_m = surface_distance_m(side.body, side.surface_m);
+    if (!(off_m <= tolerance_m))
+      return judged(Verdict::differs, "it is %.3g m off the surface of the %s body", off_m, name);
+    if (!is_exit(side.body, side.surface_m, side.outward, tolerance_m))
+      return judged(Verdict::differs, "it is on the far side of the %s body", name);
+    if (Judgement judgement =
+            judge_triangle(side.body, side.triangle, side.surface_m, depth_m, truth.noise_m);
+        judgement.verdict != Verdict::agrees)
+      return judgement;
+  }
+  return judge_velocity(pair, point, truth.noise_m);
+}
+
+namespace {
+
+Judgement judge_points(const PosedPair& pair, const PairTruth& truth, const ContactPair& answer) {
+  const bool needs_point = answer.status != PairStatus::separate;
+  if (answer.point_count > answer.points.size() || (needs_point && answer.point_count == 0))
+    return judged(Verdict::differs, "%u contact points", answer.point_count);
+  if (answer.point_count == 0) return {};
+  const auto depth_m = static_cast<double>(answer.points[0].depth_m);
+  const auto distance_m = static_cast<double>(answer.distance_m);
+  if (!(std::abs(depth_m + distance_m) <= truth.depth_tolerance_m()))
+    return judged(Verdict::differs, "the first contact point is %.9g m deep at a distance of %.9g m", depth_m,
+                  distance_m);
+  for (std::uint32_t i = 0; i < answer.point_count; ++i) {
+    const Judgement one = judge_contact(pair, truth, answer, answer.points[i]);
+    if (one.verdict != Verdict::agrees)
+      return judged(one.verdict, "contact point %u: %s", i, one.reason.c_str());
+  }
+  return {};
+}
+
+}  // namespace
+
+Judgement judge_pair(const PosedPair& pair, const PairTruth& truth, const ContactSearch& search,
+                     const ContactPair& answer) {
+  if (answer.status == PairStatus::refused) return judged(Verdict::differs, "refused, but both are convex");
+  if (answer.status == PairStatus::undecided) return judge_undecided(truth, answer);
+  Judgement status = judge_status(truth, search, answer);
+  if (status.verdict == Verdict::differs) return status;
+  if (Judgement judgement = judge_distance(truth, answer); judgement.verdict != Verdict::agrees)
+    return judgement;
+  if (Judgement judgement = judge_direction(pair, truth, glm::dvec3(answer.n_world));
+      judgement.verdict != Verdict::agrees)
+    return judgement;
+  if (Judgement judgement = judge_points(pair, truth, answer); judgement.verdict != Verdict::agrees)
+    return judgement;
+  return status;
+}
+
+Judgement compare(const World& world, const ContactSearch& search, const PairTruth& truth,
+                  const ContactPair& answer) {
+  return judge_pair(posed_pair(world, answer.first, answer.second, search.t), truth, search, answer);
+}
+
+}  // namespace rtstdb::oracle
