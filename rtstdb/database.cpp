@@ -217,6 +217,11 @@ class DatabaseImpl final : public Database {
     return geometry ? geometry->field : std::nullopt;
   }
 
+  std::optional<GeometryInfo> geometry_info(GeometryId id) const override {
+    const auto geometry = geometries_.find(id);
+    return geometry ? std::optional(info_of(*geometry)) : std::nullopt;
+  }
+
   TransactionCounts counts() const noexcept override { return engine_.counts(); }
   SchedulerCounts scheduler_counts() const override { return engine_.scheduler_counts(); }
   ShapeCounts shape_counts() const noexcept override { return executor_->shape_counts(); }

@@ -10,8 +10,33 @@
 
 namespace rtstdb {
 
+namespace {
+
+/// Null: the geometry does not consist of convex parts, or it deforms.
+std::shared_ptr<const ConvexParts> parts_of(const TriangleMesh& mesh, const GeometryOptions& options) {
+  if (options.deforms) return nullptr;
+  ConvexParts parts = convex_parts_of(mesh);
+  return parts.empty() ? nullptr : std::make_shared<const ConvexParts>(std::move(parts));
+}
+
+}  // namespace
+
 Error with_geometry_name(std::string_view name, const Error& error) {
   return {error.code, "geometry '" + std::string(name) + "': " + error.message};
+}
+
+GeometryInfo info_of(const ListedGeometry& geometry) {
+  GeometryInfo info{.name = geometry.name,
+                    .triangles = static_cast<std::uint32_t>(geometry.mesh->triangles.size()),
+                    .deforms = geometry.deforms,
+                    .convex = geometry.parts && geometry.parts->size() == 1};
+  if (!geometry.parts) return info;
+  info.convex_parts = static_cast<std::uint32_t>(geometry.parts->size());
+  for (const ConvexHull& hull : *geometry.parts) {
+    info.hull_corners += static_cast<std::uint32_t>(hull.corners_m.size());
+    info.hull_faces += static_cast<std::uint32_t>(hull.faces.size());
+  }
+  return info;
 }
 
 Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& world,
@@ -20,11 +45,12 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
   for (const log::WorldGeometry& geometry : world.geometries) {
     const auto& [id, name, options, file, checksum] = geometry.logged;
     const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
-    auto added = executor.add_geometry(mesh, options);
+    const auto parts = parts_of(*mesh, options);
+    auto added = executor.add_geometry(mesh, options, parts);
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
-    recovered.push_back({mesh, name, options.deforms});
+    recovered.push_back({.mesh = mesh, .name = name, .deforms = options.deforms, .parts = parts});
   }
   return recovered;
 }
@@ -45,7 +71,10 @@ GeometryList::GeometryList(const Parts& parts, std::vector<ListedGeometry> recov
 Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view name,
                                      const GeometryOptions& options) {
   const std::lock_guard lock(adding_mutex_);
-  ListedGeometry listed{std::make_shared<const TriangleMesh>(mesh), std::string(name), options.deforms};
+  ListedGeometry listed{.mesh = std::make_shared<const TriangleMesh>(mesh),
+                        .name = std::string(name),
+                        .deforms = options.deforms,
+                        .parts = parts_of(mesh, options)};
   {
     const std::lock_guard reading_lock(mutex_);
     geometries_.reserve(geometries_.size() + 1);
@@ -77,7 +106,7 @@ Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view 
       added.emplace(*with_field);
     } else {
       added.emplace(catch_out_of_memory<GeometryId>(
-          "it", {}, [&] { return parts_.executor.add_geometry(listed.mesh, options); }));
+          "it", {}, [&] { return parts_.executor.add_geometry(listed.mesh, options, listed.parts); }));
     }
     if (!*added) return;
     // Before any version that uses the geometry can be read.
@@ -104,7 +133,7 @@ Result<GeometryId> GeometryList::add_with_field(ListedGeometry& geometry, const 
   std::optional<Result<GeometryId>> added;
   parts_.engine.call([&] {
     added.emplace(catch_out_of_memory<GeometryId>(
-        "it", {}, [&] { return parts_.executor.add_geometry(geometry.mesh, options); }));
+        "it", {}, [&] { return parts_.executor.add_geometry(geometry.mesh, options, geometry.parts); }));
     parts_.executor.withhold_last_geometry(added->ok());
   });
   if (!*added) return added->error();

@@ -12,6 +12,7 @@
 
 #include <rtstdb/database.hpp>
 
+#include "rtstdb/geometry/convex_hull.hpp"
 #include "rtstdb/log/world.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/standing/follower.hpp"
@@ -25,7 +26,11 @@ struct ListedGeometry {
   bool deforms = false;
   std::optional<FieldReport> field{};  ///< of the field that was built
   std::optional<FieldOptions> field_on_first_use{};
+  std::shared_ptr<const ConvexParts> parts{};  ///< null: it has none, or it deforms
 };
+
+/// Database::geometry_info.
+GeometryInfo info_of(const ListedGeometry& geometry);
 
 /// Adds the geometries of a log to the device, in the order of their ids.
 Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& world,

@@ -153,6 +153,26 @@ Large<rtstdb::ConeQuery> large_batch(BusyWorld& world, const rtstdb::ConeQuery* 
   return {"cones", {world.database(), std::move(query), count}};
 }
 
+Large<rtstdb::ContactQuery> large_batch(BusyWorld& world, const rtstdb::ContactQuery* /*kind*/) {
+  const std::uint32_t count = world.count(1u << 14);
+  auto query = must(world.database().prepare(rtstdb::ContactQueryOptions{
+      .name = "contacts", .capacity = count, .pairs_per_search = 1, .max_bodies = 1}));
+  for (std::size_t k = 0; rtstdb::ContactSearch & search : query->searches()) {
+    search.first = world.ids()[k % world.ids().size()];
+    search.second = world.ids()[++k % world.ids().size()];
+  }
+  return {"contacts", {world.database(), std::move(query), count}};
+}
+
+Large<rtstdb::ImpactQuery> large_batch(BusyWorld& world, const rtstdb::ImpactQuery* /*kind*/) {
+  const std::uint32_t count = world.count(1u << 12);
+  auto query = must(world.database().prepare(
+      rtstdb::ImpactQueryOptions{.name = "impacts", .capacity = count, .candidates_per_search = 16}));
+  for (std::size_t k = 0; rtstdb::ImpactSearch & search : query->searches())
+    search.first = world.ids()[k++ % world.ids().size()];
+  return {"impacts", {world.database(), std::move(query), count}};
+}
+
 }  // namespace
 
 std::vector<Figure> measure_preemption(const SuiteOptions& options) {

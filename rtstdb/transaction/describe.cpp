@@ -124,6 +124,12 @@ std::string fault_itself(const BadInput& fault) {
       return sentence("radius_m is %g; it must be 0 or above", fault.values[0]);
     case BadInputReason::bad_cone:
       return sentence("a cone is not valid: %g", fault.values[0]);
+    case BadInputReason::bad_contact:
+      if (!fault.field.empty()) return "a contact search is not valid: " + values_of(fault);
+      return name(fault.entity) + " is the second of a pair that has no other first one";
+    case BadInputReason::bad_impact:
+      if (!fault.field.empty()) return "an impact search is not valid: " + values_of(fault);
+      return name(fault.entity) + " can not meet itself";
     case BadInputReason::geometry_does_not_deform:
       return sentence("geometry %.0f was not added as one that deforms", fault.values[0]);
     case BadInputReason::wrong_position_count:
@@ -310,6 +316,10 @@ const char* to_string(BadInputReason reason) noexcept {
       return "bad_nearest";
     case BadInputReason::bad_cone:
       return "bad_cone";
+    case BadInputReason::bad_contact:
+      return "bad_contact";
+    case BadInputReason::bad_impact:
+      return "bad_impact";
     case BadInputReason::geometry_does_not_deform:
       return "geometry_does_not_deform";
     case BadInputReason::wrong_position_count:

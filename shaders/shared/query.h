@@ -48,6 +48,8 @@ RTSTDB_STRUCT(RayArgs)
 
 RTSTDB_CONSTANT(region_is_sphere, 1)
 RTSTDB_CONSTANT(region_wants_inside, 2)
+// REGION_PAIRS: entities with a higher index than `excluded` alone, so that each pair is found once.
+RTSTDB_CONSTANT(region_above_excluded, 4)
 
 #define RTSTDB_FIELDS_RegionRecord(F)                  \
   F(vec3, center_m)                                    \

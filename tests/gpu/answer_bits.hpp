@@ -102,6 +102,50 @@ inline std::vector<Words> words_of(std::span<const ConeReturn> returns) {
   return of_returns;
 }
 
+inline std::vector<Words> words_of(std::span<const ContactAnswer> answers) {
+  std::vector<Words> of_searches;
+  for (const ContactAnswer& answer : answers) {
+    Words& words = of_searches.emplace_back();
+    if (answer.incomplete) continue;
+    words.insert(words.end(), {answer.found, answer.candidates, answer.overflow ? 1u : 0u});
+    for (const ContactPair& pair : answer.pairs) {
+      add(words, pair.first);
+      add(words, pair.second);
+      words.insert(words.end(), {static_cast<std::uint32_t>(pair.status), pair.point_count});
+      for (const float value : {pair.distance_m, pair.min_distance_m, pair.max_distance_m})
+        add(words, value);
+      add(words, pair.n_world);
+      for (const ContactPoint& point : pair.contacts()) {
+        add(words, point.p_first_m);
+        add(words, point.n_world);
+        add(words, point.depth_m);
+        add(words, point.v_relative_mps);
+        words.insert(words.end(), {point.first_triangle, point.second_triangle});
+      }
+    }
+  }
+  return of_searches;
+}
+
+inline std::vector<Words> words_of(std::span<const ImpactAnswer> answers) {
+  std::vector<Words> of_searches;
+  for (const ImpactAnswer& answer : answers) {
+    Words& words = of_searches.emplace_back();
+    if (answer.incomplete) continue;
+    words.insert(words.end(), {static_cast<std::uint32_t>(answer.status), answer.candidates, answer.refused,
+                               answer.overflow ? 1u : 0u});
+    add(words, answer.second);
+    const auto after_ns = static_cast<std::uint64_t>(answer.after.count());
+    words.insert(words.end(),
+                 {static_cast<std::uint32_t>(after_ns), static_cast<std::uint32_t>(after_ns >> 32)});
+    add(words, answer.distance_m);
+    add(words, answer.p_first_m);
+    add(words, answer.n_world);
+    add(words, answer.v_relative_mps);
+  }
+  return of_searches;
+}
+
 inline bool is_incomplete(const Words& words) {
   return words.empty() || words == incomplete_words;
 }

@@ -43,6 +43,26 @@ std::string describe(const Cone& cone) {
   return text.str();
 }
 
+std::string describe(const ContactSearch& search) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "contacts of " << static_cast<std::int32_t>(search.first.index) << " and "
+       << static_cast<std::int32_t>(search.second.index) << ", masks " << search.first_mask << " and "
+       << search.second_mask << ", t " << search.t.time_since_epoch().count() << " ns, margin "
+       << search.margin_m << " m";
+  return text.str();
+}
+
+std::string describe(const ImpactSearch& search) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "impacts of " << static_cast<std::int32_t>(search.first.index) << " and "
+       << static_cast<std::int32_t>(search.second.index) << ", mask " << search.second_mask << ", t "
+       << search.t.time_since_epoch().count() << " ns, window " << search.window.count() << " ns, tolerance "
+       << search.tolerance_m << " m";
+  return text.str();
+}
+
 std::string describe(const Nearest& point) {
   std::ostringstream text;
   text.precision(9);
@@ -256,7 +276,10 @@ oracle::World DatabaseTest::world(const ReadAt& read_at) {
   pointers.reserve(meshes.size());
   for (const TriangleMesh& mesh : meshes)
     pointers.push_back(&mesh);
-  return {std::move(entities).value(), pointers, outcome.version_time};
+  oracle::World world(std::move(entities).value(), pointers, outcome.version_time);
+  for (std::uint32_t i = 0; i < meshes.size(); ++i)
+    if (database_->geometry_info({i})->deforms) world.mark_deforming({i});
+  return world;
 }
 
 bool same_bits(const RayHit& a, const RayHit& b) {
@@ -326,6 +349,29 @@ Tally judge(const oracle::World& world, std::span<const Cone> cones, std::span<c
   for (std::size_t i = 0; i + each <= returns.size(); i += each) {
     tally.hits += returns[i].status == HitStatus::hit ? 1 : 0;
     tally.full += returns[i + each - 1].status == HitStatus::hit ? 1 : 0;
+  }
+  return tally;
+}
+
+Tally judge(const oracle::World& world, std::span<const ContactSearch> searches,
+            std::span<const ContactAnswer> answers, const ContactQueryOptions& options) {
+  Tally tally =
+      judge_elements(world, searches, answers, options, [&](std::size_t i) { return describe(searches[i]); });
+  for (const ContactAnswer& answer : answers) {
+    tally.hits +=
+        std::ranges::any_of(answer.pairs, [](const ContactPair& pair) { return pair.point_count > 0; });
+    tally.full += answer.overflow ? 1 : 0;
+  }
+  return tally;
+}
+
+Tally judge(const oracle::World& world, std::span<const ImpactSearch> searches,
+            std::span<const ImpactAnswer> answers, const ImpactQueryOptions& options) {
+  Tally tally =
+      judge_elements(world, searches, answers, options, [&](std::size_t i) { return describe(searches[i]); });
+  for (const ImpactAnswer& answer : answers) {
+    tally.hits += answer.status == ImpactStatus::impact ? 1 : 0;
+    tally.full += answer.overflow ? 1 : 0;
   }
   return tally;
 }

@@ -99,6 +99,14 @@ Tally judge(const oracle::World& world, std::span<const Nearest> points,
 Tally judge(const oracle::World& world, std::span<const Cone> cones, std::span<const ConeReturn> returns,
             const ConeQueryOptions& options);
 
+/// Hits: searches with a pair that touches or is within the margin. Full: those that overflowed.
+Tally judge(const oracle::World& world, std::span<const ContactSearch> searches,
+            std::span<const ContactAnswer> answers, const ContactQueryOptions& options);
+
+/// Hits: searches with an impact.
+Tally judge(const oracle::World& world, std::span<const ImpactSearch> searches,
+            std::span<const ImpactAnswer> answers, const ImpactQueryOptions& options);
+
 Terms terms_at(WorldTime world_time, const ReadAt& read_at = {});
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0));
 Region region_of(RegionShape shape, RegionTest test, const glm::vec3& center_m,

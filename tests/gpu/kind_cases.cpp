@@ -81,6 +81,27 @@ Cone random_element(Random& random, const ElementScene& scene, const Cone* /*typ
   return random_cone(random, scene.entities, scene.scene, scene.first, scene.window_s);
 }
 
+// ---- contact
+
+std::vector<ContactQueryOptions> tested_options(const ContactQuery* /*kind*/) {
+  return {{.name = "contacts", .pairs_per_search = 64, .max_candidates = 65536, .max_bodies = 65536},
+          {.name = "few contacts", .pairs_per_search = 2, .max_candidates = 65536, .max_bodies = 65536}};
+}
+
+ContactSearch random_element(Random& random, const ElementScene& scene, const ContactSearch* /*type*/) {
+  return random_contact_search(random, scene.entities, scene.first, scene.window_s);
+}
+
+// ---- impact
+
+std::vector<ImpactQueryOptions> tested_options(const ImpactQuery* /*kind*/) {
+  return {{.name = "impacts", .candidates_per_search = 32}};
+}
+
+ImpactSearch random_element(Random& random, const ElementScene& scene, const ImpactSearch* /*type*/) {
+  return random_impact_search(random, scene.entities, scene.first, scene.window_s);
+}
+
 // ---- every kind
 
 template <class Class>
@@ -99,6 +120,13 @@ struct KindOf;
 #undef QUERY_KIND
 
 template <class Class>
+constexpr bool answers_whole_batches = false;
+template <>
+constexpr bool answers_whole_batches<ContactQuery> = true;
+template <>
+constexpr bool answers_whole_batches<ImpactQuery> = true;
+
+template <class Class>
 class CaseOf final : public KindCase {
   using Kind = KindOf<Class>;
 
@@ -107,6 +135,7 @@ class CaseOf final : public KindCase {
       : KindCase(options.name), options_(std::move(options)), query_(std::move(query)) {}
 
   Query& query() noexcept override { return *query_; }
+  bool is_answered_whole() const noexcept override { return answers_whole_batches<Class>; }
   void fill(Random& random, const ElementScene& scene) override {
     for (auto& element : Kind::elements(*query_))
       element = random_element(random, scene, static_cast<const typename Kind::Element*>(nullptr));

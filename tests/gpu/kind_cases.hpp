@@ -41,6 +41,8 @@ class KindCase {
   virtual ~KindCase() = default;
   std::string name() const { return name_; }
   virtual Query& query() noexcept = 0;
+  /// All elements of a batch are answered at once, with its last stage.
+  virtual bool is_answered_whole() const noexcept = 0;
   query::PreparedQuery& prepared() { return dynamic_cast<query::PreparedQuery&>(query()); }
   std::uint32_t capacity() { return prepared().capacity(); }
   /// Fills all elements; equal states of `random` and equal scenes give equal elements.

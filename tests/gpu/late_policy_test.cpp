@@ -68,6 +68,7 @@ class LatePolicies : public DatabaseTest {
 TEST_F(LatePolicies, GivePartialAnswersEqualToThoseOfCompleteBatches) {
   prepare_all(LatePolicy::partial);
   for (const auto& prepared : all_) {
+    if (prepared->is_answered_whole()) continue;
     SCOPED_TRACE(prepared->name());
     // How often the clock is read before the first preemption point depends on how long the device takes.
     Outcome partial;
@@ -91,6 +92,20 @@ TEST_F(LatePolicies, GivePartialAnswersEqualToThoseOfCompleteBatches) {
     for (std::uint32_t k = 0; k < capacity; ++k)
       different += !is_incomplete(some[k]) && some[k] != complete[k];
     EXPECT_EQ(different, 0u);
+  }
+}
+
+TEST_F(LatePolicies, GiveNoAnswersOfABatchThatIsAnsweredWhole) {
+  prepare_all(LatePolicy::partial);
+  for (const auto& prepared : all_) {
+    if (!prepared->is_answered_whole()) continue;
+    SCOPED_TRACE(prepared->name());
+    const Outcome outcome = run_with(*prepared, firm(Nanoseconds(18 * 100'000)));
+    EXPECT_FALSE(outcome.done() && !outcome.partial) << "the deadline should have passed";
+    for (const Words& words : prepared->words())
+      EXPECT_TRUE(is_incomplete(words));
+    EXPECT_TRUE(run_with(*prepared, {}).done());
+    EXPECT_EQ(prepared->query().answer_info().missing, 0u);
   }
 }
 

@@ -202,4 +202,49 @@ Nearest random_point(Random& random, std::span<const EntityState> entities, cons
   return point;
 }
 
+namespace {
+
+EntityId random_body(Random& random, std::span<const EntityState> entities) {
+  const EntityState* state = nullptr;
+  while (state == nullptr || !state->row.geometry.valid())
+    state = &random_entity(random, entities);
+  return state->id;
+}
+
+EntityId random_other_body(Random& random, std::span<const EntityState> entities, EntityId first) {
+  EntityId second = first;
+  while (second == first)
+    second = random_body(random, entities);
+  return second;
+}
+
+}  // namespace
+
+ContactSearch random_contact_search(Random& random, std::span<const EntityState> entities, WorldTime first,
+                                    double window_s) {
+  ContactSearch search;
+  search.t = random_time(random, first, window_s);
+  if (random.one_in(3)) search.margin_m = static_cast<float>(random.magnitude(0.001, 1.0));
+  if (random.one_in(3)) search.second_mask = static_cast<std::uint32_t>(random.below(16));
+  if (random.one_in(64)) {
+    search.first_mask = static_cast<std::uint32_t>(random.below(4));
+    return search;
+  }
+  search.first = random_body(random, entities);
+  if (random.one_in(2)) search.second = random_other_body(random, entities, search.first);
+  return search;
+}
+
+ImpactSearch random_impact_search(Random& random, std::span<const EntityState> entities, WorldTime first,
+                                  double window_s) {
+  ImpactSearch search;
+  search.t = random_time(random, first, window_s);
+  search.first = random_body(random, entities);
+  if (random.one_in(2)) search.second = random_other_body(random, entities, search.first);
+  if (random.one_in(3)) search.second_mask = static_cast<std::uint32_t>(random.below(16));
+  search.window = Nanoseconds(static_cast<std::int64_t>(random.magnitude(1e6, 2e9)));
+  search.tolerance_m = static_cast<float>(random.magnitude(0.001, 0.1));
+  return search;
+}
+
 }  // namespace rtstdb::test

@@ -70,4 +70,13 @@ Region random_region(Random& random, std::span<const EntityState> entities, cons
 Nearest random_point(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                      WorldTime first, double window_s);
 
+/// In most cases a named pair or one entity against the others; one in 64 has all pairs of two masks.
+/// Some have a margin or a mask.
+ContactSearch random_contact_search(Random& random, std::span<const EntityState> entities, WorldTime first,
+                                    double window_s);
+
+/// A named pair or one entity against the others, for up to two seconds.
+ImpactSearch random_impact_search(Random& random, std::span<const EntityState> entities, WorldTime first,
+                                  double window_s);
+
 }  // namespace rtstdb::test

@@ -10,8 +10,9 @@
 //           reserve and close allocate and block. Any thread may call them, but not from the tick.
 //   tick    submit, execute, wait, cancel, latest, durable and material neither allocate nor take a lock. Any
 //           number of threads may call them at the same time.
-//   other   snapshot, geometry, field, find_geometry, find_material and the functions for counts and health
-//           may be called by any thread; they may allocate and block unless the function says otherwise.
+//   other   snapshot, geometry, geometry_info, field, find_geometry, find_material and the functions for
+//           counts and health may be called by any thread; they may allocate and block unless the function
+//           says otherwise.
 // The database executes transactions on an engine thread; a second thread helps it with large results. Both,
 // and the threads of the Vulkan driver, are created inside open. Threads inherit the priority and the CPU
 // affinity of their creator, so call open before the calling thread changes its own.
@@ -211,6 +212,8 @@ class Database {
   virtual Result<FieldReport> build_field(GeometryId id, const FieldOptions& options) = 0;
   /// The report of a geometry's distance field; empty: it has none.
   virtual std::optional<FieldReport> field(GeometryId id) const = 0;
+  /// Empty: no such geometry.
+  virtual std::optional<GeometryInfo> geometry_info(GeometryId id) const = 0;
   /// The last added geometry of that name, those recovered from the log included; empty: none.
   virtual std::optional<GeometryId> find_geometry(std::string_view name) const = 0;
   /// Registers a material: rows may name it once this has returned. Ids are assigned in ascending order.

@@ -2,7 +2,12 @@
 // Macros: REGION_KEY, the type of an entry of `ids`.
 uint found = 0u;
 
-#if defined(REGION_COUNT)
+#if defined(REGION_PAIRS)
+void keep(uint base, bool hit, REGION_KEY id) {
+  if (hit && found < space_length) ids[base + found] = id;
+  found += hit ? 1u : 0u;
+}
+#elif defined(REGION_COUNT)
 void keep(uint base, bool hit, REGION_KEY id) { found += hit ? 1u : 0u; }
 #elif defined(REGION_LOWEST)
 bool is_below(uint a, uint b) { return a < b; }

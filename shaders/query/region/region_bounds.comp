@@ -11,6 +11,7 @@
 // REGION_FRUSTUM for frusta instead of boxes and spheres; and one of these, or none to list what is found:
 //   REGION_LOWEST   for regions that found more ids than fit: finds the lowest ids, by a heap
 //   REGION_COUNT    counts, without ids
+//   REGION_PAIRS    for contact queries: each region has a space of its own in the list of ids
 #define REGION_BOUNDS
 #include "common/halt.glsl"
 #include "common/loops.glsl"
@@ -32,6 +33,10 @@ layout(set = 0, binding = 3, scalar) readonly buffer RegionsBuffer { RegionRecor
 layout(set = 0, binding = 4, scalar) buffer CountsBuffer { RegionCount counts[]; };
 #ifndef REGION_COUNT
 layout(set = 0, binding = 5, scalar) buffer IdsBuffer { uint ids[]; };
+#endif
+#ifdef REGION_PAIRS
+layout(set = 0, binding = 6, scalar) readonly buffer SpacesBuffer { uvec2 spaces[]; };  // begin, length
+uint space_length = 0u;
 #endif
 
 // Groups of inner nodes: at most one per level of the tree.
@@ -99,7 +104,11 @@ Leaf fetch_leaf(uint visible, RegionRecord record) {
 }
 
 bool wants(RegionRecord record, Leaf leaf) {
-  return (leaf.mask & record.mask) != 0u && leaf.entity != record.excluded;
+  bool wanted = (leaf.mask & record.mask) != 0u && leaf.entity != record.excluded;
+#ifdef REGION_PAIRS
+  wanted = wanted && ((record.flags & region_above_excluded) == 0u || leaf.entity > record.excluded);
+#endif
+  return wanted;
 }
 
 void look_at_border(RegionRecord record, Shape shape, uint base) {
@@ -145,7 +154,12 @@ void main() {
   const RegionRecord record = regions[index];
   const Shape shape = shape_of(posed(instances, record), record);
   const uint share = uint(record.share * 256.0 + 0.5);
+#ifdef REGION_PAIRS
+  const uint base = spaces[index].x;
+  space_length = spaces[index].y;
+#else
   const uint base = index * args.capacity;
+#endif
   uint node = args.root;
   if (node != ref_none) do {
       rounds += 4u;  // this loop's, and one for each of the three inside

@@ -80,6 +80,9 @@ class FakeDatabase final : public rtstdb::Database {
     return refused();
   }
   std::optional<rtstdb::FieldReport> field(rtstdb::GeometryId /*id*/) const override { return std::nullopt; }
+  std::optional<rtstdb::GeometryInfo> geometry_info(rtstdb::GeometryId /*id*/) const override {
+    return std::nullopt;
+  }
   std::optional<rtstdb::MaterialId> find_material(std::string_view /*name*/) const override {
     return std::nullopt;
   }

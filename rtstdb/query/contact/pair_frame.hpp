@@ -1,0 +1,50 @@
+#pragma once
+// A pair of convex bodies: from two rows to the record that the device searches, and from what the device
+// finds back to world axes. Poses are computed in double precision relative to one another.
+//
+// Pure; no allocation.
+
+#include <glm/ext/quaternion_float.hpp>
+#include <glm/ext/vector_float3.hpp>
+#include <glm/ext/vector_float4.hpp>
+
+#include <cstdint>
+
+#include "rtstdb/accel/geometry_pool.hpp"
+#include "shaders/shared/contact.h"
+
+namespace rtstdb::query {
+
+/// A part of a body.
+struct PairBody {
+  const EntityRow& row;
+  accel::GeometryPool::PooledHull hull;
+};
+
+struct PairFrame {
+  glm::quat q_first{1.0f, 0.0f, 0.0f, 0.0f}, q_second{1.0f, 0.0f, 0.0f, 0.0f};  ///< entity to world
+  glm::vec3 second_m{0.0f};         ///< the second origin from the first one, world axes
+  glm::vec3 second_center_m{0.0f};  ///< of the second hull, second entity's frame, scaled
+  glm::vec3 first_scale{1.0f}, second_scale{1.0f};
+  glm::vec3 v_relative_mps{0.0f};  ///< of the origins: first minus second
+  glm::vec3 w_first_radps{0.0f}, w_second_radps{0.0f};
+  accel::GeometryPool::PooledHull first_hull, second_hull;
+
+  PairFrame() = default;
+  PairFrame(const PairBody& first, const PairBody& second, WorldTime t) noexcept;
+
+  glm::vec3 to_world(const glm::vec3& direction) const noexcept { return q_second * direction; }
+  /// A position in the frame of the pair, from the first origin, world axes.
+  glm::vec3 from_first(const glm::vec3& position_m) const noexcept {
+    return second_m + q_second * (second_center_m + position_m);
+  }
+  /// A point of the answer. `point`: position in the frame of the pair and depth; `n_world` and the faces: of
+  /// the pair.
+  ContactPoint contact_point(const glm::vec4& point, const glm::vec3& n_world, std::uint32_t first_face,
+                             std::uint32_t second_face) const noexcept;
+};
+
+shared::PairRecord pair_record(const PairBody& first, const PairBody& second, WorldTime t, float margin_m,
+                               bool is_named) noexcept;
+
+}  // namespace rtstdb::query

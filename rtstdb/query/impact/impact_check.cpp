@@ -1,0 +1,50 @@
+#include "rtstdb/query/impact/impact_check.hpp"
+
+#include <string>
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/query/contact/contact_check.hpp"
+#include "rtstdb/query/element_check.hpp"
+
+namespace rtstdb::query {
+
+Result<void> check_impact_options(const ImpactQueryOptions& options) {
+  const std::uint64_t candidates = std::uint64_t{options.capacity} * options.candidates_per_search;
+  if (options.capacity == 0 || options.capacity > max_contact_searches ||
+      options.candidates_per_search == 0 || candidates > max_contact_candidates) {
+    return Error{ErrorCode::capacity,
+                 "impact query '" + options.name + "' asks for " + std::to_string(options.capacity) +
+                     " searches of " + std::to_string(options.candidates_per_search) + " candidates; 1 to " +
+                     std::to_string(max_contact_searches) + " searches of at least 1, and " +
+                     std::to_string(max_contact_candidates) + " candidates in all, are possible"};
+  }
+  return {};
+}
+
+std::optional<BadInput> check_impact_search(const ImpactSearch& search, std::uint32_t element,
+                                            const RowSource& rows, TimeSpan& times) noexcept {
+  const std::int64_t window_ns = search.window.count();
+  if (window_ns < 0 || window_ns > max_impact_window_ns) {
+    const double window_s = static_cast<double>(window_ns) * 1e-9;
+    return with_field(BadInput{.reason = BadInputReason::bad_impact, .element = element, .entity = {}},
+                      "window", window_s,
+                      {.lowest = 0.0, .highest = static_cast<double>(max_impact_window_ns) * 1e-9});
+  }
+  // A NaN fails both conditions.
+  const auto tolerance_m = static_cast<double>(search.tolerance_m);
+  if (!(tolerance_m >= min_impact_tolerance_m && tolerance_m <= max_contact_margin_m)) {
+    return with_field(BadInput{.reason = BadInputReason::bad_impact, .element = element, .entity = {}},
+                      "tolerance_m", tolerance_m,
+                      {.lowest = min_impact_tolerance_m, .highest = max_contact_margin_m});
+  }
+  if (const auto bad = check_body(search.first, element, rows)) return bad;
+  if (search.first == search.second)
+    return BadInput{.reason = BadInputReason::bad_impact, .element = element, .entity = search.second};
+  if (search.second.valid()) {
+    if (const auto bad = check_body(search.second, element, rows)) return bad;
+  }
+  return check_time(search.t, element, rows, times);
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,68 @@
+// Requests and results of impact queries.
+#ifndef RTSTDB_SHARED_IMPACT_H
+#define RTSTDB_SHARED_IMPACT_H
+#include "shared/interop.h"
+
+// A body whose candidates are searched: its bounding sphere at the begin of the window, and its velocity.
+#define RTSTDB_FIELDS_SweepRecord(F)                           \
+  F(vec3, p_m)                                                 \
+  F(float, reach_m) /* radius, with the tolerance */           \
+  F(vec3, v_mps)                                               \
+  F(float, window_s)                                           \
+  F(uint, mask)                                                \
+  F(uint, excluded)                                            \
+  F(int, t_ns) /* since the epoch of the instances it sees */  \
+  F(uint, instance_base)
+RTSTDB_STRUCT(SweepRecord)
+
+#define RTSTDB_FIELDS_SweepArgs(F)                     \
+  F(uint, first) /* workgroup 0 searches this place */ \
+  F(uint, end)                                         \
+  F(uint, instances) /* in the tree */                 \
+  F(uint, capacity) /* ids for each search */          \
+  F(uvec2, halt) /* this and the next as in RayArgs */ \
+  F(uint, halt_from)                                   \
+  F(uint, loop_probe) /* see loops_still_turn */
+RTSTDB_STRUCT(SweepArgs)
+
+// A pair of convex bodies in world axes, relative to the second entity's origin; poses at the begin of the
+// window. The low parts are the remainders of single precision. Reaches: of the hulls around the origins.
+#define RTSTDB_FIELDS_AdvanceRecord(F) \
+  F(vec4, q_first)                     \
+  F(vec4, q_second)                    \
+  F(vec3, w_first_radps)               \
+  F(uint, first_hull)                  \
+  F(vec3, w_second_radps)              \
+  F(uint, second_hull)                 \
+  F(vec3, first_scale)                 \
+  F(float, tolerance_m)                \
+  F(vec3, second_scale)                \
+  F(float, window_s)                   \
+  F(vec3, p_m)                         \
+  F(float, first_reach_m)              \
+  F(vec3, p_low_m)                     \
+  F(float, second_reach_m)             \
+  F(vec3, v_mps)                       \
+  F(float, enough_m) /* precision of distances */ \
+  F(vec3, v_low_mps)
+RTSTDB_STRUCT(AdvanceRecord)
+
+RTSTDB_CONSTANT(advance_goes_on, 0)
+RTSTDB_CONSTANT(advance_meets, 1)
+RTSTDB_CONSTANT(advance_ends, 2)       // the window ends first
+RTSTDB_CONSTANT(advance_undecided, 3)  // a distance was not found
+RTSTDB_CONSTANT(advance_unfinished, 4) // limit of loops: retried
+// Steps of a stage.
+RTSTDB_CONSTANT(advance_steps, 8)
+
+// `time_s`: a double, low word first; up to it the bodies do not meet. `point_m`: of the first body, from its
+// origin.
+#define RTSTDB_FIELDS_AdvanceState(F) \
+  F(uvec2, time_s)                    \
+  F(uint, state)                      \
+  F(float, distance_m)                \
+  F(vec3, n)                          \
+  F(vec3, point_m)
+RTSTDB_STRUCT(AdvanceState)
+
+#endif

@@ -1,0 +1,212 @@
+// First times of impact: closed forms, and random bodies against the oracle.
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "tests/gpu/random_queries.hpp"
+#include "tests/support/hull_meshes.hpp"
+#include "tests/support/rounds.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+class ImpactTest : public DatabaseTest {
+ protected:
+  ImpactAnswer search(const ImpactSearch& one, ImpactQueryOptions options = {}) {
+    options.name = "impacts";
+    options.capacity = 1;
+    const auto query = prepare(options);
+    if (!query) return {};
+    query->searches()[0] = one;
+    const Outcome outcome = run(*query, 1);
+    EXPECT_TRUE(outcome.done()) << describe(outcome);
+    EXPECT_FALSE(query->answers()[0].incomplete);
+    return query->answers()[0];
+  }
+  GeometryId cube() {
+    if (!cube_.valid()) cube_ = add(make_box({1.0, 1.0, 1.0}));
+    return cube_;
+  }
+  EntityId cube_at(const glm::dvec3& p_m, const glm::dvec3& v_mps = glm::dvec3(0.0),
+                   const glm::dvec3& w_radps = glm::dvec3(0.0)) {
+    EntityRow row = row_of(cube(), p_m);
+    row.motion.v_world_mps = v_mps;
+    row.motion.w_world_radps = w_radps;
+    return create(row);
+  }
+
+ private:
+  GeometryId cube_;
+};
+
+double seconds(Nanoseconds time) {
+  return static_cast<double>(time.count()) * 1e-9;
+}
+
+TEST_F(ImpactTest, ACubeThatApproachesAnother) {
+  const EntityId first = cube_at({-5.0, 0.2, 0.1}, {2.0, 0.0, 0.0});
+  const EntityId second = cube_at({0.0, 0.0, 0.0});
+  const ImpactAnswer found = search({.first = first, .second = second, .window = 10s, .tolerance_m = 0.01f});
+  ASSERT_EQ(found.status, ImpactStatus::impact);
+  EXPECT_EQ(found.second, second);
+  EXPECT_NEAR(seconds(found.after), 2.0 - 0.005 / 2.0, 0.005 / 2.0 + 1e-6);
+  EXPECT_GT(found.distance_m, 0.0f);
+  EXPECT_LE(found.distance_m, 0.01f);
+  EXPECT_NEAR(found.n_world.x, -1.0f, 1e-3f);
+  EXPECT_NEAR(found.v_relative_mps.x, 2.0f, 1e-5f);
+  EXPECT_NEAR(found.p_first_m.x, 0.5f, 0.01f);
+  EXPECT_EQ(search({.first = first, .second = second, .window = 1900ms}).status, ImpactStatus::none);
+}
+
+/// A thin plate and a bullet at 1 km/s, which passes a metre in a millisecond.
+TEST_F(ImpactTest, NothingTunnels) {
+  const EntityId plate = create(row_of(add(make_box({0.001, 2.0, 2.0}))));
+  EntityRow bullet = row_of(add(make_box({0.02, 0.005, 0.005})), {-900.0, 0.3, 0.2});
+  bullet.motion.v_world_mps = {1000.0, 0.0, 0.0};
+  const EntityId first = create(bullet);
+  const ImpactAnswer found = search({.first = first, .second = plate, .window = 2s, .tolerance_m = 0.001f});
+  ASSERT_EQ(found.status, ImpactStatus::impact);
+  EXPECT_NEAR(seconds(found.after), (900.0 - 0.01 - 0.0005) / 1000.0, 2e-6);
+  bullet.motion.p_world_m = {-900.0, 1.2, 0.2};
+  EXPECT_EQ(search({.first = create(bullet), .second = plate, .window = 2s}).status, ImpactStatus::none);
+}
+
+/// A bar that turns about its middle meets a cube with its end.
+TEST_F(ImpactTest, ABarThatTurns) {
+  EntityRow bar = row_of(add(make_box({4.0, 0.1, 0.1})));
+  bar.motion.w_world_radps = {0.0, 0.0, 1.0};
+  const EntityId first = create(bar);
+  const EntityId second = cube_at({0.0, 2.0, 0.0});
+  const ImpactAnswer found = search({.first = first, .second = second, .window = 10s, .tolerance_m = 0.001f});
+  ASSERT_EQ(found.status, ImpactStatus::impact);
+  // The upper side of the bar, y' = 0.05, meets the cube's corner (0.5, 1.5): 0.5 sin a - 1.5 cos a = -0.05.
+  const double angle_rad = std::atan2(1.5, 0.5) - std::asin(0.05 / std::hypot(0.5, 1.5));
+  EXPECT_NEAR(seconds(found.after), angle_rad, 0.002);
+  const ImpactAnswer never =
+      search({.first = first, .second = cube_at({0.0, 2.6, 0.0}), .window = 10s, .tolerance_m = 0.001f});
+  EXPECT_EQ(never.status, ImpactStatus::none);
+}
+
+TEST_F(ImpactTest, TheFirstOfSeveralIsFound) {
+  const EntityId first = cube_at({0.0, 0.0, 0.0}, {10.0, 0.0, 0.0});
+  cube_at({9.0, 0.0, 0.0});
+  const EntityId nearest = cube_at({5.0, 0.0, 0.0});
+  cube_at({7.0, 0.0, 0.0});
+  cube_at({3.0, 5.0, 0.0});
+  const ImpactAnswer found = search({.first = first, .window = 2s});
+  ASSERT_EQ(found.status, ImpactStatus::impact);
+  EXPECT_EQ(found.second, nearest);
+  EXPECT_NEAR(seconds(found.after), 0.4, 1e-3);
+  EXPECT_EQ(found.candidates, 3u);
+  const ImpactAnswer cut = search({.first = first, .window = 2s}, {.candidates_per_search = 1});
+  EXPECT_TRUE(cut.overflow);
+}
+
+TEST_F(ImpactTest, BodiesThatTouchAlready) {
+  const EntityId first = cube_at({0.0, 0.0, 0.0}, {1.0, 0.0, 0.0});
+  const EntityId second = cube_at({0.9, 0.0, 0.0});
+  const ImpactAnswer found = search({.first = first, .second = second});
+  EXPECT_EQ(found.status, ImpactStatus::impact);
+  EXPECT_EQ(found.after.count(), 0);
+  EXPECT_EQ(found.distance_m, 0.0f);
+}
+
+TEST_F(ImpactTest, ThePrecisionIsThatOfThePair) {
+  const glm::dvec3 far_m(99'000.0, -98'000.0, 97'000.0);
+  const EntityId first = cube_at(far_m, {100.0, 0.0, 0.0});
+  const EntityId second = cube_at(far_m + glm::dvec3(301.0, 0.4, 0.0));
+  const ImpactAnswer found = search({.first = first, .second = second, .window = 5s, .tolerance_m = 0.001f});
+  ASSERT_EQ(found.status, ImpactStatus::impact);
+  EXPECT_NEAR(seconds(found.after), 3.0, 1.1e-5);
+}
+
+TEST_F(ImpactTest, GeometryThatIsNotConvexIsRefused) {
+  const EntityId sheet = create(row_of(add(make_rectangle(1.0, 1.0)), {0.0, 0.0, 2.0}));
+  const EntityId first = cube_at({0.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
+  EXPECT_EQ(search({.first = first, .second = sheet}).status, ImpactStatus::refused);
+  const ImpactAnswer of_all = search({.first = first, .window = 3s});
+  EXPECT_EQ(of_all.status, ImpactStatus::none);
+  EXPECT_EQ(of_all.refused, 1u);
+}
+
+TEST_F(ImpactTest, BadInputIsRefused) {
+  const EntityId first = cube_at({0.0, 0.0, 0.0});
+  const auto query = prepare(ImpactQueryOptions{.name = "impacts", .capacity = 1});
+  const auto refusal = [&](const ImpactSearch& one) {
+    query->searches()[0] = one;
+    const Outcome outcome = run(*query, 1);
+    EXPECT_FALSE(outcome.done());
+    return describe(outcome.bad_input);
+  };
+  EXPECT_NE(refusal({.first = first, .window = -1ns}).find("window is -1e-09; it must be 0 to 10"),
+            std::string::npos);
+  EXPECT_NE(refusal({.first = first, .window = 11s}).find("window is 11"), std::string::npos);
+  EXPECT_NE(refusal({.first = first, .tolerance_m = 0.0f}).find("tolerance_m is 0"), std::string::npos);
+  EXPECT_NE(refusal({.first = first, .second = first}).find("meet itself"), std::string::npos);
+  EXPECT_NE(refusal({}).find("does not exist"), std::string::npos);
+  const auto made = database().prepare(ImpactQueryOptions{.name = "impacts", .capacity = 0});
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.error().message.find("0 searches"), std::string::npos);
+}
+
+class RandomImpacts : public RandomQueries {};
+
+TEST_F(RandomImpacts, AgreeWithTheOracleInMixedWorlds) {
+  fill({4, 60, 4.0});
+  const Tally tally = run_random(ImpactQueryOptions{.name = "impacts", .candidates_per_search = 256}, 300);
+  EXPECT_GT(tally.hits, tally.elements / 40);
+  EXPECT_LE(tally.too_close, tally.elements / 20);
+}
+
+/// Pairs of hulls that approach one another and turn; most of them meet.
+TEST_F(RandomImpacts, AgreeWithTheOracleForHulls) {
+  constexpr std::uint32_t pairs = 300;
+  const std::uint64_t batches = hil::tests::rounds(1, 50);
+  Tally tally;
+  for (std::uint64_t round = 0; round < batches && !HasFailure(); ++round) {
+    open({.max_entities = 2 * pairs});
+    Random random(17 + round);
+    std::vector<GeometryId> hulls;
+    for (std::uint64_t i = 0; i < 20; ++i)
+      hulls.push_back(add(make_random_hull(100 * round + i, 8 + static_cast<std::uint32_t>(random.below(16)),
+                                           {0.3 + 0.7 * random.uniform(0.0, 1.0), 0.6, 0.9})));
+    std::vector<EntityRow> rows;
+    for (std::uint32_t i = 0; i < pairs; ++i) {
+      const glm::dvec3 p_m(100.0 * (i % 20), 100.0 * (i / 20), 0.0);
+      const glm::dvec3 side = random.direction();
+      EntityRow first = row_of(hulls[random.below(hulls.size())], p_m);
+      EntityRow second = row_of(hulls[random.below(hulls.size())], p_m + random.magnitude(3.0, 30.0) * side);
+      second.motion.v_world_mps =
+          -random.magnitude(1.0, 100.0) * glm::normalize(side + 0.04 * random.vector());
+      for (EntityRow* row : {&first, &second}) {
+        row->motion.q_world = random.orientation();
+        row->motion.w_world_radps = random.magnitude(0.01, 10.0) * random.direction();
+      }
+      rows.insert(rows.end(), {first, second});
+    }
+    const std::vector<EntityId> bodies = create(rows);
+    const ImpactQueryOptions options{.name = "hulls", .capacity = pairs, .candidates_per_search = 1};
+    const auto query = prepare(options);
+    ASSERT_NE(query, nullptr);
+    for (std::uint32_t i = 0; i < pairs; ++i)
+      query->searches()[i] = {.first = bodies[2 * i],
+                              .second = bodies[2 * i + 1],
+                              .window = 10s,
+                              .tolerance_m = static_cast<float>(random.magnitude(0.002, 0.05))};
+    const std::vector<ImpactSearch> searches(query->searches().begin(), query->searches().end());
+    const Outcome outcome = run(*query, pairs);
+    ASSERT_TRUE(outcome.done()) << describe(outcome);
+    tally += judge(world(), searches, query->answers(), options);
+  }
+  EXPECT_GT(tally.hits, tally.elements / 5);
+  EXPECT_LE(tally.too_close, tally.elements / 50);
+}
+
+}  // namespace
+}  // namespace rtstdb::test
