@@ -1,10 +1,14 @@
-// Contacts of one body: each step queries the bodies whose oriented bounds overlap its own.
+// Contacts of one body: each step queries the bodies that touch it, by their oriented bounds or by the bodies
+// themselves.
 //
-// Outputs  hits   bodies that overlap now
-//          total  overlaps that began so far
+// Outputs  hits            bodies that touch now
+//          total           contacts that began so far
+//          depth           by: bodies; of the deepest contact now
+//          time_to_impact  with an impact_window; see Touching
 
 #include <algorithm>
 
+#include "runtime/modules/collision/touching_bodies.hpp"
 #include "runtime/modules/module.hpp"
 
 namespace hil::modules {
@@ -19,7 +23,10 @@ bool before(const rtstdb::EntityId& a, const rtstdb::EntityId& b) noexcept {
 
 class Collision final : public Module {
  public:
-  explicit Collision(const config::Value& parameters) : body_(parameters["body"].text()) {
+  explicit Collision(const config::Value& parameters)
+      : body_(parameters["body"].text()),
+        by_bodies_(parameters["by"].text() == "bodies"),
+        impact_window_(parameters["impact_window"].duration_ns()) {
     for (const config::Value& layer : parameters["against"].items()) {
       layers_.push_back(layer.text());
       ports_.layers.push_back({layer.text(), layer.place()});
@@ -27,6 +34,12 @@ class Collision final : public Module {
     ports_.bodies.push_back({body_, parameters["body"].place()});
     ports_.outputs = {{.name = "hits", .unit = "", .about = "Bodies touched now"},
                       {.name = "total", .unit = "", .about = "Bodies that began to touch so far"}};
+    if (by_bodies_)
+      ports_.outputs.push_back({.name = "depth", .unit = "m", .about = "Of the deepest contact now"});
+    if (impact_window_.count() > 0)
+      ports_.outputs.push_back({.name = "time_to_impact",
+                                .unit = "s",
+                                .about = "Until the first impact; the window if there is none"});
   }
 
   const Ports& ports() const noexcept override { return ports_; }
@@ -36,11 +49,15 @@ class Collision final : public Module {
     entity_ = world.entity_of(body_, caller);
     mask_ = world.mask_of(layers_, caller);
     database_ = &world.database();
-    auto query = database_->prepare(
-        rtstdb::OverlapQueryOptions{.name = task.instance, .capacity = 1, .ids_per_entity = max_hits});
-    if (!query) throw SetupError(caller, query.error());
-    query_ = std::move(query).value();
-    transaction_ = database_->make_transaction({.max_queries = 1});
+    auto bodies = TouchingBodies::prepare(*database_, {.name = task.instance,
+                                                       .entity = entity_,
+                                                       .mask = mask_,
+                                                       .max_hits = max_hits,
+                                                       .by_bodies = by_bodies_,
+                                                       .impact_window = impact_window_});
+    if (!bodies) throw SetupError(caller, bodies.error());
+    bodies_ = std::move(bodies).value();
+    transaction_ = database_->make_transaction({.max_queries = 2});
     touching_.reserve(max_hits);
     touched_.reserve(max_hits);
     began_ = events.add_kind("COLLISION of " + body_ + " with {} bodies", 0);
@@ -50,33 +67,32 @@ class Collision final : public Module {
   }
 
   void step(StepContext& context) noexcept override {
-    query_->overlaps()[0] = {.entity = entity_, .t = context.world_time(), .mask = mask_};
     transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
                          .deadline = context.deadline,
                          .importance = rtstdb::max_importance,
                          .world_time = {},
                          .read_at = rtstdb::ReadAt::pinned(context.version)});
-    transaction_->add_query(*query_, 1);
+    bodies_->add_to(*transaction_, context.world_time());
     if (!context.execute(*database_, *transaction_).done()) return;
-    const rtstdb::OverlapAnswer& answer = query_->answers()[0];
-    const double begun = begun_to_touch(answer);
-    if (answer.found > max_hits && found_ <= max_hits)
-      context.events->note(cut_, context.time_ns, answer.found);
-    found_ = answer.found;
-    context.outputs[0] = answer.found;
+    touched_.swap(touching_);
+    touching_.clear();
+    const Touching now = bodies_->take(touching_);
+    const double begun = begun_to_touch(now.found);
+    if (now.found > max_hits && found_ <= max_hits) context.events->note(cut_, context.time_ns, now.found);
+    found_ = now.found;
+    context.outputs[0] = now.found;
     context.outputs[1] += begun;
+    if (by_bodies_) context.outputs[2] = now.depth_m;
+    if (impact_window_.count() > 0) context.outputs[3] = now.time_to_impact_s;
     if (begun > 0.0) context.events->note(began_, context.time_ns, begun);
   }
 
  private:
   /// The number of bodies that touch and did not touch at the last answer; a lower bound when the list of
   /// either answer is incomplete.
-  double begun_to_touch(const rtstdb::OverlapAnswer& answer) noexcept {
-    touched_.swap(touching_);
-    touching_.assign(answer.entities.begin(), answer.entities.end());
+  double begun_to_touch(std::uint32_t found) noexcept {
     std::sort(touching_.begin(), touching_.end(), before);
-    if (std::max(answer.found, found_) > max_hits)
-      return answer.found > found_ ? static_cast<double>(answer.found - found_) : 0.0;
+    if (std::max(found, found_) > max_hits) return found > found_ ? static_cast<double>(found - found_) : 0.0;
     return static_cast<double>(
         std::count_if(touching_.begin(), touching_.end(), [this](const rtstdb::EntityId& other) {
           return !std::binary_search(touched_.begin(), touched_.end(), other, before);
@@ -84,12 +100,14 @@ class Collision final : public Module {
   }
 
   const std::string body_;
+  const bool by_bodies_;
+  const rtstdb::Nanoseconds impact_window_;
   std::vector<std::string> layers_;
   Ports ports_;
   rtstdb::Database* database_ = nullptr;
   rtstdb::EntityId entity_;
   std::uint32_t mask_ = 0;
-  std::unique_ptr<rtstdb::OverlapQuery> query_;
+  std::unique_ptr<TouchingBodies> bodies_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   std::vector<rtstdb::EntityId> touching_, touched_;  // now, and at the answer before; sorted
   std::uint32_t found_ = 0;                           // at the answer before
@@ -109,8 +127,21 @@ ModuleType collision_type() {
                         "The body whose contacts are counted: 'module.vehicle' or the name of an entity."),
           Field::needed("against", Schema::list(Schema::text(), 1, 32),
                         "Layers of the bodies that it must not touch."),
+          Field::with_default("by", Schema::one_of({"bounds", "bodies"}), "bounds",
+                              "What touches: oriented bounds, or the bodies themselves. Bodies are convex or "
+                              "consist of convex pieces; others touch by their bounds."),
+          Field::with_default("impact_window", Schema::quantity(config::Quantity::duration_s, 0.0, 10.0),
+                              "0 s",
+                              "How far ahead the first impact is searched, for the output time_to_impact; 0 "
+                              "without. Needs 'by: bodies'."),
       }),
-      .create = [](const config::Value& parameters, config::Diagnostics&) -> std::unique_ptr<Module> {
+      .create = [](const config::Value& parameters,
+                   config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+        const config::Value& window = parameters["impact_window"];
+        if (window.duration_ns() > 0 && parameters["by"].text() != "bodies") {
+          diagnostics.add(window.place(), "'impact_window' needs 'by: bodies'");
+          return nullptr;
+        }
         return std::make_unique<Collision>(parameters);
       }};
 }

@@ -1,0 +1,94 @@
+#include "runtime/modules/collision/touching_bodies.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace hil::modules {
+namespace {
+
+/// Bodies that may be met within the impact window.
+constexpr std::uint32_t max_impact_candidates = 1024;
+
+/// Pairs of parts of all bodies near by.
+constexpr std::uint32_t max_part_pairs = 16384;
+
+/// A body without convex parts, and one whose contact is undecided and possible, count as touching.
+bool touches(const rtstdb::ContactPair& pair) noexcept {
+  return pair.status == rtstdb::PairStatus::contact || pair.status == rtstdb::PairStatus::refused ||
+         (pair.status == rtstdb::PairStatus::undecided && pair.min_distance_m <= 0.0f);
+}
+
+}  // namespace
+
+rtstdb::Result<std::unique_ptr<TouchingBodies>> TouchingBodies::prepare(
+    rtstdb::Database& database, const TouchingBodiesOptions& options) {
+  std::unique_ptr<TouchingBodies> made(new TouchingBodies(options));
+  if (!options.by_bodies) {
+    auto query = database.prepare(
+        rtstdb::OverlapQueryOptions{.name = options.name, .capacity = 1, .ids_per_entity = options.max_hits});
+    if (!query) return query.error();
+    made->bounds_ = std::move(query).value();
+    return made;
+  }
+  auto contacts = database.prepare(rtstdb::ContactQueryOptions{.name = options.name,
+                                                               .capacity = 1,
+                                                               .pairs_per_search = options.max_hits,
+                                                               .max_candidates = max_part_pairs,
+                                                               .max_bodies = 1});
+  if (!contacts) return contacts.error();
+  made->contacts_ = std::move(contacts).value();
+  if (options.impact_window.count() == 0) return made;
+  auto impacts = database.prepare(rtstdb::ImpactQueryOptions{
+      .name = options.name + " impacts", .capacity = 1, .candidates_per_search = max_impact_candidates});
+  if (!impacts) return impacts.error();
+  made->impacts_ = std::move(impacts).value();
+  return made;
+}
+
+void TouchingBodies::add_to(rtstdb::Transaction& transaction, rtstdb::WorldTime t) noexcept {
+  if (bounds_) {
+    bounds_->overlaps()[0] = {.entity = options_.entity, .t = t, .mask = options_.mask};
+    return transaction.add_query(*bounds_, 1);
+  }
+  contacts_->searches()[0] = {.first = options_.entity, .second_mask = options_.mask, .t = t};
+  transaction.add_query(*contacts_, 1);
+  if (!impacts_) return;
+  impacts_->searches()[0] = {
+      .first = options_.entity, .second_mask = options_.mask, .t = t, .window = options_.impact_window};
+  transaction.add_query(*impacts_, 1);
+}
+
+Touching TouchingBodies::take(std::vector<rtstdb::EntityId>& entities) const noexcept {
+  Touching touching;
+  if (bounds_) {
+    const rtstdb::OverlapAnswer& answer = std::as_const(*bounds_).answers()[0];
+    entities.insert(entities.end(), answer.entities.begin(), answer.entities.end());
+    touching.found = answer.found;
+    return touching;
+  }
+  const rtstdb::ContactAnswer& answer = std::as_const(*contacts_).answers()[0];
+  for (const rtstdb::ContactPair& pair : answer.pairs) {
+    if (!touches(pair)) continue;
+    ++touching.found;
+    entities.push_back(pair.second);
+    if (pair.status == rtstdb::PairStatus::contact)
+      touching.depth_m = std::max(touching.depth_m, -static_cast<double>(pair.distance_m));
+  }
+  // More bodies are near than are searched: those that are not listed may touch.
+  if (answer.overflow || answer.incomplete) touching.found = std::max(options_.max_hits, touching.found) + 1;
+  if (impacts_) touching.time_to_impact_s = time_to_impact_s();
+  return touching;
+}
+
+double TouchingBodies::time_to_impact_s() const noexcept {
+  const rtstdb::ImpactAnswer& answer = std::as_const(*impacts_).answers()[0];
+  const bool is_known = !answer.incomplete && !answer.overflow && answer.refused == 0 &&
+                        answer.status != rtstdb::ImpactStatus::undecided;
+  if (!is_known) return std::numeric_limits<double>::quiet_NaN();
+  const rtstdb::Nanoseconds until =
+      answer.status == rtstdb::ImpactStatus::impact ? answer.after : options_.impact_window;
+  return static_cast<double>(until.count()) * 1e-9;
+}
+
+}  // namespace hil::modules

@@ -1,0 +1,57 @@
+#pragma once
+// Which bodies touch a body: by their oriented bounds, or by the bodies themselves.
+//
+// Threads: prepare at setup; all else in the tick, without allocation.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <rtstdb/database.hpp>
+
+namespace hil::modules {
+
+struct TouchingBodiesOptions {
+  std::string name{};
+  rtstdb::EntityId entity{};
+  std::uint32_t mask = 0;  ///< of the bodies that count
+  std::uint32_t max_hits = 1024;
+  bool by_bodies = false;  ///< by their convex parts; a body without such parts counts by its bounds
+  /// by_bodies: how far ahead the time of the first impact is searched; 0: it is not.
+  rtstdb::Nanoseconds impact_window{0};
+};
+
+/// What touches the body at an instant.
+struct Touching {
+  std::uint32_t found = 0;  ///< bodies; may exceed those that are listed
+  double depth_m = 0.0;     ///< by_bodies: of the deepest contact; 0 without one
+  /// With an impact window: until the first impact; the window if there is none in it; NaN if it is not
+  /// known.
+  double time_to_impact_s = 0.0;
+};
+
+class TouchingBodies {
+ public:
+  /// Errors: those of Database::prepare.
+  static rtstdb::Result<std::unique_ptr<TouchingBodies>> prepare(rtstdb::Database& database,
+                                                                 const TouchingBodiesOptions& options);
+
+  /// Sets the instant, and adds the queries to a transaction that is being declared.
+  void add_to(rtstdb::Transaction& transaction, rtstdb::WorldTime t) noexcept;
+  /// Of the last transaction, which was done. Appends the listed bodies to `entities`, which has capacity for
+  /// max_hits.
+  Touching take(std::vector<rtstdb::EntityId>& entities) const noexcept;
+
+ private:
+  explicit TouchingBodies(const TouchingBodiesOptions& options) : options_(options) {}
+  double time_to_impact_s() const noexcept;
+
+  const TouchingBodiesOptions options_;
+  std::unique_ptr<rtstdb::OverlapQuery> bounds_;  // or contacts_
+  std::unique_ptr<rtstdb::ContactQuery> contacts_;
+  std::unique_ptr<rtstdb::ImpactQuery> impacts_;
+};
+
+}  // namespace hil::modules
