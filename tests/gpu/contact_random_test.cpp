@@ -21,9 +21,9 @@ std::ostream& operator<<(std::ostream& out, const Case& test_case) {
 }
 
 constexpr Case cases[] = {
-    {"nine", {3, 9, 0.7}, 1'500},
-    {"sixty", {4, 60, 1.5}, 1'500},
-    {"four_hundred", {5, 400, 4.0}, 300},
+    {"nine", {3, 9, 0.7}, 900},
+    {"sixty", {4, 60, 1.5}, 400},
+    {"four_hundred", {5, 400, 4.0}, 150},
 };
 
 class RandomContacts : public RandomQueries, public testing::WithParamInterface<Case> {};
