@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 namespace rtstdb::query {
 namespace {
@@ -18,30 +19,55 @@ double diagonal_m(const PairBody& body) noexcept {
   return 2.0 * glm::length(glm::dvec3(body.hull.hull->half_extent_m) * body.row.scale);
 }
 
-/// The triangle of a hull's face that contains the point, or comes nearest to it.
+/// A triangle of a hull's mesh, and a point near its plane.
+struct PointOnTriangle {
+  double inside = 0.0;     ///< least barycentric weight of the point's foot: not below 0 in the triangle
+  double square_m2 = 0.0;  ///< squared distance of the point
+
+  PointOnTriangle(const TriangleMesh& mesh, std::uint32_t triangle, const glm::dvec3& point_m) noexcept {
+    const glm::uvec3& corners = mesh.triangles[triangle];
+    const glm::dvec3 a(mesh.positions_m[corners.x]);
+    const glm::dvec3 b(mesh.positions_m[corners.y]);
+    const glm::dvec3 c(mesh.positions_m[corners.z]);
+    const glm::dvec3 n = glm::cross(b - a, c - a);
+    const double nn = std::max(glm::dot(n, n), std::numeric_limits<double>::min());
+    const double u = glm::dot(glm::cross(point_m - a, c - a), n) / nn;
+    const double v = glm::dot(glm::cross(b - a, point_m - a), n) / nn;
+    inside = std::min({u, v, 1.0 - u - v});
+    const double height_m = glm::dot(point_m - a, n);
+    square_m2 = inside >= 0.0
+                    ? height_m * height_m / nn
+                    : std::min({to_edge(a, b, point_m), to_edge(b, c, point_m), to_edge(c, a, point_m)});
+  }
+
+ private:
+  static double to_edge(const glm::dvec3& from, const glm::dvec3& to, const glm::dvec3& point_m) noexcept {
+    const glm::dvec3 edge = to - from;
+    const double along =
+        glm::dot(point_m - from, edge) / std::max(glm::dot(edge, edge), std::numeric_limits<double>::min());
+    const glm::dvec3 off = point_m - from - std::clamp(along, 0.0, 1.0) * edge;
+    return glm::dot(off, off);
+  }
+};
+
+/// The triangle at the point: of the face, or, where that does not reach the point, the nearest of all.
 std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, std::uint32_t face,
                           const glm::dvec3& point_m) noexcept {
+  constexpr double outside = -0.01;  // in barycentric weights: farther than rounding explains
   const ConvexHull::Face& of_hull = hull.hull->faces[face];
-  const auto triangles =
-      std::span(hull.hull->face_triangles).subspan(of_hull.first_triangle, of_hull.triangle_count);
-  std::uint32_t best = triangles.front();
+  const std::span all(hull.hull->face_triangles);
+  std::uint32_t best = all[of_hull.first_triangle];
   double best_inside = -std::numeric_limits<double>::infinity();
-  for (const std::uint32_t triangle : triangles) {
-    const glm::uvec3& corners = hull.mesh->triangles[triangle];
-    const glm::dvec3 a(hull.mesh->positions_m[corners.x]);
-    const glm::dvec3 ab = glm::dvec3(hull.mesh->positions_m[corners.y]) - a;
-    const glm::dvec3 ac = glm::dvec3(hull.mesh->positions_m[corners.z]) - a;
-    const glm::dvec3 n = glm::cross(ab, ac);
-    const double nn = glm::dot(n, n);
-    if (nn == 0.0) continue;
-    const double u = glm::dot(glm::cross(point_m - a, ac), n) / nn;
-    const double v = glm::dot(glm::cross(ab, point_m - a), n) / nn;
-    const double inside = std::min({u, v, 1.0 - u - v});
+  for (const std::uint32_t triangle : all.subspan(of_hull.first_triangle, of_hull.triangle_count)) {
+    const double inside = PointOnTriangle(*hull.mesh, triangle, point_m).inside;
     if (inside <= best_inside) continue;
     best_inside = inside;
     best = triangle;
   }
-  return best;
+  if (best_inside >= outside) return best;
+  return *std::ranges::min_element(all, {}, [&](std::uint32_t triangle) {
+    return PointOnTriangle(*hull.mesh, triangle, point_m).square_m2;
+  });
 }
 
 }  // namespace
