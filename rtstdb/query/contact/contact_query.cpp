@@ -239,7 +239,7 @@ void GpuContactQuery::list_touching(const ContactCandidates::Candidate& candidat
     const shared::PairResult& result = results[i];
     if (result.state == shared::pair_undecided) continue;
     const bool is_nearest = result.distance_m == pair.distance_m;
-    const bool has_points = result.distance_m <= 0.0f || result.distance_m <= from.margin_m;
+    const bool has_points = result.distance_m <= from.margin_m;
     if (!is_nearest && !has_points) continue;
     const PairFrame frame = frame_of(candidates_.part_pairs()[i]);
     if (is_nearest) pair.n_world = frame.to_world(result.n);

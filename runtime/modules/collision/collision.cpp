@@ -7,6 +7,8 @@
 //          time_to_impact  with an impact_window; see Touching
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "runtime/modules/collision/touching_bodies.hpp"
 #include "runtime/modules/module.hpp"
@@ -64,6 +66,11 @@ class Collision final : public Module {
     cut_ = events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
                                std::to_string(max_hits) + " that are listed; 'total' is a lower bound",
                            0);
+    lost_ =
+        events.add_kind("COLLISION of " + body_ + ": more bodies, or pieces of them, are near it than the " +
+                            std::to_string(max_part_pairs) +
+                            " pairs that are searched; 'hits' is not known, nor 'total' from now on",
+                        0);
   }
 
   void step(StepContext& context) noexcept override {
@@ -77,13 +84,15 @@ class Collision final : public Module {
     touched_.swap(touching_);
     touching_.clear();
     const Touching now = bodies_->take(touching_);
+    if (impact_window_.count() > 0) context.outputs[3] = now.time_to_impact_s;
+    if (!now.is_known) return lose_count(context);
     const double begun = begun_to_touch(now.found);
     if (now.found > max_hits && found_ <= max_hits) context.events->note(cut_, context.time_ns, now.found);
     found_ = now.found;
     context.outputs[0] = now.found;
-    context.outputs[1] += begun;
+    total_ += begun;
+    context.outputs[1] = total_;
     if (by_bodies_) context.outputs[2] = now.depth_m;
-    if (impact_window_.count() > 0) context.outputs[3] = now.time_to_impact_s;
     if (begun > 0.0) context.events->note(began_, context.time_ns, begun);
   }
 
@@ -99,6 +108,15 @@ class Collision final : public Module {
         }));
   }
 
+  /// What touches is not known. Contacts may begin unseen, so 'total' stays no number to the end of the run.
+  void lose_count(StepContext& context) noexcept {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    if (!std::isnan(total_)) context.events->note(lost_, context.time_ns);
+    total_ = unknown;
+    context.outputs[0] = context.outputs[1] = unknown;
+    if (by_bodies_) context.outputs[2] = unknown;
+  }
+
   const std::string body_;
   const bool by_bodies_;
   const rtstdb::Nanoseconds impact_window_;
@@ -111,7 +129,8 @@ class Collision final : public Module {
   std::unique_ptr<rtstdb::Transaction> transaction_;
   std::vector<rtstdb::EntityId> touching_, touched_;  // now, and at the answer before; sorted
   std::uint32_t found_ = 0;                           // at the answer before
-  EventLog::Kind began_, cut_;
+  double total_ = 0.0;
+  EventLog::Kind began_, cut_, lost_;
 };
 
 }  // namespace

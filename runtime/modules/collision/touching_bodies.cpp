@@ -7,12 +7,6 @@
 namespace hil::modules {
 namespace {
 
-/// Bodies that may be met within the impact window.
-constexpr std::uint32_t max_impact_candidates = 1024;
-
-/// Pairs of parts of all bodies near by.
-constexpr std::uint32_t max_part_pairs = 16384;
-
 /// A body without convex parts, and one whose contact is undecided and possible, count as touching.
 bool touches(const rtstdb::ContactPair& pair) noexcept {
   return pair.status == rtstdb::PairStatus::contact || pair.status == rtstdb::PairStatus::refused ||
@@ -65,6 +59,7 @@ Touching TouchingBodies::take(std::vector<rtstdb::EntityId>& entities) const noe
     const rtstdb::OverlapAnswer& answer = std::as_const(*bounds_).answers()[0];
     entities.insert(entities.end(), answer.entities.begin(), answer.entities.end());
     touching.found = answer.found;
+    touching.is_known = !answer.incomplete;
     return touching;
   }
   const rtstdb::ContactAnswer& answer = std::as_const(*contacts_).answers()[0];
@@ -75,8 +70,7 @@ Touching TouchingBodies::take(std::vector<rtstdb::EntityId>& entities) const noe
     if (pair.status == rtstdb::PairStatus::contact)
       touching.depth_m = std::max(touching.depth_m, -static_cast<double>(pair.distance_m));
   }
-  // More bodies are near than are searched: those that are not listed may touch.
-  if (answer.overflow || answer.incomplete) touching.found = std::max(options_.max_hits, touching.found) + 1;
+  touching.is_known = !answer.overflow && !answer.incomplete;
   if (impacts_) touching.time_to_impact_s = time_to_impact_s();
   return touching;
 }

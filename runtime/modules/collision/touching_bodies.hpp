@@ -18,19 +18,27 @@ struct TouchingBodiesOptions {
   rtstdb::EntityId entity{};
   std::uint32_t mask = 0;  ///< of the bodies that count
   std::uint32_t max_hits = 1024;
-  bool by_bodies = false;  ///< by their convex parts; a body without such parts counts by its bounds
+  /// By their convex parts. A body without such parts touches by its bounds, and so does one of which the
+  /// query can not decide whether it touches.
+  bool by_bodies = false;
   /// by_bodies: how far ahead the time of the first impact is searched; 0: it is not.
   rtstdb::Nanoseconds impact_window{0};
 };
 
 /// What touches the body at an instant.
 struct Touching {
+  /// False: the search reached a limit, and other bodies may touch; only time_to_impact_s holds.
+  bool is_known = true;
   std::uint32_t found = 0;  ///< bodies; may exceed those that are listed
   double depth_m = 0.0;     ///< by_bodies: of the deepest contact; 0 without one
   /// With an impact window: until the first impact; the window if there is none in it; NaN if it is not
   /// known.
   double time_to_impact_s = 0.0;
 };
+
+/// by_bodies: the pairs of parts near the body that are searched, and the bodies in the impact window.
+inline constexpr std::uint32_t max_part_pairs = 16384;
+inline constexpr std::uint32_t max_impact_candidates = 1024;
 
 class TouchingBodies {
  public:

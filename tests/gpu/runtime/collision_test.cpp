@@ -80,6 +80,36 @@ TEST_F(CollisionModule, BodiesWithoutConvexParts) {
   EXPECT_TRUE(std::isnan(outputs[3]));
 }
 
+/// Too many pieces are near: nothing is known, and the count stays unknown.
+TEST_F(CollisionModule, PiecesBeyondTheLimit) {
+  rtstdb::TriangleMesh pieces;
+  for (int i = 0; i < 150; ++i) {
+    const rtstdb::TriangleMesh box = rtstdb::make_box({1.0, 1.0, 1.0});
+    const auto first = static_cast<std::uint32_t>(pieces.positions_m.size());
+    for (const glm::vec3& p : box.positions_m)
+      pieces.positions_m.push_back(p + glm::vec3(0.001f * static_cast<float>(i), 0.0f, 0.0f));
+    for (const glm::uvec3& triangle : box.triangles)
+      pieces.triangles.push_back(triangle + first);
+  }
+  const rtstdb::EntityId ego = world_->create("ego", row_of(pieces, "ego", {0.0, 0.0, 0.0}));
+  world_->create("other", row_of(pieces, "traffic", {0.5, 0.0, 0.0}));
+  const auto module = collision(", by: bodies");
+  std::vector<double> outputs = step(*module, 0, 0, period_ns);
+  for (const double output : outputs)
+    EXPECT_TRUE(std::isnan(output));
+  ASSERT_EQ(events_.events().size(), 1U);
+  EXPECT_NE(events_.events()[0].text.find("16384 pairs that are searched"), std::string::npos);
+  const auto away = database_->make_transaction({.max_writes = 1});
+  away->begin({});
+  rtstdb::EntityRow row = database_->snapshot({}).value()[0].row;
+  row.motion.p_world_m = {100.0, 0.0, 0.0};
+  away->update(ego, row);
+  ASSERT_TRUE(database_->execute(*away).done());
+  outputs = step(*module, 1, period_ns, period_ns);
+  EXPECT_EQ(outputs[0], 0.0);
+  EXPECT_TRUE(std::isnan(outputs[1])) << "contacts may have begun unseen";
+}
+
 TEST_F(CollisionModule, AnImpactWindowNeedsBodies) {
   world_->create("ego", row_of(rtstdb::make_box({4.0, 2.0, 1.5}), "ego", {0.0, 0.0, 1.0}));
   const ModuleType& type = *find_module_type("collision");
