@@ -53,7 +53,8 @@ struct ImpactAnswer {
   std::uint32_t candidates = 0;  ///< pairs whose bounding spheres come that near in the window
   std::uint32_t refused = 0;     ///< candidates that were not searched: a body has no convex parts
   /// There are more candidates than candidates_per_search, of which those with the lowest indices were
-  /// searched, or their pairs of parts are more than capacity times candidates_per_search in all.
+  /// searched, or their pairs of parts are more than capacity times candidates_per_search in all. A named
+  /// pair that does not fit is undecided.
   bool overflow = false;
   bool incomplete = false;  ///< a search reached the device's limits: nothing follows from the answer
 };
