@@ -37,6 +37,8 @@ enum class Quantity : std::uint8_t {
   force_n,
   torque_nm,
   inertia_kgm2,
+  stiffness_npm,
+  damping_nspm,
   share,  ///< dimensionless, written in per cent: 95 % is 0.95
 };
 

@@ -28,6 +28,8 @@ constexpr std::array masses{Unit{"kg", 1, 1}, Unit{"t", 1000, 1}, Unit{"g", 1, 1
 constexpr std::array forces{Unit{"N", 1, 1}, Unit{"kN", 1000, 1}, Unit{"mN", 1, 1000}};
 constexpr std::array torques{Unit{"N m", 1, 1}, Unit{"kN m", 1000, 1}, Unit{"mN m", 1, 1000}};
 constexpr std::array inertias{Unit{"kg m2", 1, 1}, Unit{"kg m^2", 1, 1}, Unit{"t m2", 1000, 1}};
+constexpr std::array stiffnesses{Unit{"N/m", 1, 1}, Unit{"kN/m", 1000, 1}, Unit{"MN/m", 1e6, 1}};
+constexpr std::array dampings{Unit{"N s/m", 1, 1}, Unit{"kN s/m", 1000, 1}, Unit{"MN s/m", 1e6, 1}};
 constexpr std::array shares{Unit{"%", 1, 100}};
 
 std::string_view trimmed(std::string_view text) {
@@ -87,6 +89,10 @@ std::span<const Unit> units_of(Quantity quantity) {
       return torques;
     case Quantity::inertia_kgm2:
       return inertias;
+    case Quantity::stiffness_npm:
+      return stiffnesses;
+    case Quantity::damping_nspm:
+      return dampings;
     case Quantity::share:
       return shares;
   }
@@ -117,6 +123,10 @@ std::string_view name_with_article(Quantity quantity) {
       return "a torque";
     case Quantity::inertia_kgm2:
       return "a moment of inertia";
+    case Quantity::stiffness_npm:
+      return "a stiffness";
+    case Quantity::damping_nspm:
+      return "a damping coefficient";
     case Quantity::share:
       return "a share";
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/require.hpp"
@@ -25,6 +26,24 @@ double min_relative_minor(const glm::dmat3& m) {
 }
 
 }  // namespace
+
+glm::dquat turned(const glm::dquat& q, const glm::dvec3& turn_rad) noexcept {
+  // Below this half angle the next term of the series of sin(x) / x is under one part in 2^53.
+  constexpr double series_below = 1e-4;
+  const double half = 0.5 * glm::length(turn_rad);
+  const double half_sinc = half < series_below ? 0.5 - half * half / 12.0 : 0.5 * std::sin(half) / half;
+  const glm::dvec3 part = half_sinc * turn_rad;
+  return glm::dquat(std::cos(half), part.x, part.y, part.z) * q;
+}
+
+glm::dvec3 rotation_vector_rad(const glm::dquat& turn) noexcept {
+  const double sign = turn.w < 0.0 ? -1.0 : 1.0;
+  const glm::dvec3 part = sign * glm::dvec3(turn.x, turn.y, turn.z);
+  const double half_sine = glm::length(part);
+  constexpr double series_below = 1e-8;
+  if (half_sine < series_below) return 2.0 * part;
+  return (2.0 * std::atan2(half_sine, sign * turn.w) / half_sine) * part;
+}
 
 std::string fault_of_inertia(const glm::dmat3& inertia_kgm2) {
   // Values of a scenario have few digits: the largest moment of a plate, which is the sum of the others, may
@@ -77,15 +96,18 @@ double RigidBody::rotational_energy_j(const RigidBodyState& state) const noexcep
   return 0.5 * glm::dot(w, properties_.inertia_kgm2 * w);
 }
 
-RigidBody::Derivative RigidBody::derivative(const RigidBodyState& state,
-                                            const Wrench& wrench) const noexcept {
+glm::dvec3 RigidBody::orbital_acceleration_mps2(const RigidBodyState& state) const noexcept {
   const double n = orbit_radps_.z;
   const glm::dvec3& p = state.p_world_m;
   const glm::dvec3& v = state.v_world_mps;
-  const glm::dvec3 orbital(3.0 * n * n * p.x + 2.0 * n * v.y, -2.0 * n * v.x, -n * n * p.z);
+  return {3.0 * n * n * p.x + 2.0 * n * v.y, -2.0 * n * v.x, -n * n * p.z};
+}
+
+RigidBody::Derivative RigidBody::derivative(const RigidBodyState& state,
+                                            const Wrench& wrench) const noexcept {
   const glm::dvec3 w = w_world_radps(state);
-  return {.v_mps = v,
-          .a_mps2 = orbital + state.q_world * wrench.force_body_n / properties_.mass_kg,
+  return {.v_mps = state.v_world_mps,
+          .a_mps2 = orbital_acceleration_mps2(state) + state.q_world * wrench.force_body_n / properties_.mass_kg,
           .q_per_s = 0.5 * (glm::dquat(0.0, w.x, w.y, w.z) * state.q_world),
           .torque_nm = state.q_world * wrench.torque_body_nm -
                        glm::cross(orbit_radps_, state.angular_momentum_world_nms)};
@@ -114,6 +136,19 @@ RigidBodyState RigidBody::step(const RigidBodyState& state, const Wrench& wrench
                                .torque_nm = mean(k1.torque_nm, k2.torque_nm, k3.torque_nm, k4.torque_nm)},
                               dt_s);
   next.q_world = glm::normalize(next.q_world);
+  return next;
+}
+
+RigidBodyState RigidBody::semi_implicit_step(const RigidBodyState& state, const glm::dvec3& force_world_n,
+                                             const glm::dvec3& torque_world_nm, double dt_s) const noexcept {
+  RigidBodyState next = state;
+  next.v_world_mps += dt_s * (orbital_acceleration_mps2(state) + force_world_n / properties_.mass_kg);
+  next.p_world_m += dt_s * next.v_world_mps;
+  next.angular_momentum_world_nms +=
+      dt_s * (torque_world_nm - glm::cross(orbit_radps_, state.angular_momentum_world_nms));
+  RigidBodyState middle = next;
+  middle.q_world = turned(state.q_world, 0.5 * dt_s * w_world_radps(next));
+  next.q_world = glm::normalize(turned(state.q_world, dt_s * w_world_radps(middle)));
   return next;
 }
 

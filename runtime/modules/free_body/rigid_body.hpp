@@ -1,6 +1,7 @@
 #pragma once
-// The equations of motion of a rigid body with a constant force and torque in its own frame, and their
-// integration by the classical Runge-Kutta method of order 4.
+// The equations of motion of a rigid body. With a constant force and torque in its own frame they are
+// integrated by the classical Runge-Kutta method of order 4, with forces that change from step to step, as
+// those of contacts do, by the semi-implicit Euler method.
 //
 // The world frame may turn about its z axis with the constant rate of an orbit: then it is the frame of
 // Clohessy and Wiltshire ("Terminal Guidance System for Satellite Rendezvous", J. Aerospace Sci. 27, 1960),
@@ -36,6 +37,12 @@ struct Wrench {
   glm::dvec3 torque_body_nm{0.0};
 };
 
+/// The rotation by the angle and about the axis of a rotation vector, before which q is applied: the
+/// exponential map.
+glm::dquat turned(const glm::dquat& q, const glm::dvec3& turn_rad) noexcept;
+/// The rotation vector of a rotation by at most half a turn: the inverse of turned().
+glm::dvec3 rotation_vector_rad(const glm::dquat& turn) noexcept;
+
 struct RigidBodyState {
   glm::dvec3 p_world_m{0.0};  ///< of the centre of mass
   glm::dvec3 v_world_mps{0.0};
@@ -62,6 +69,12 @@ class RigidBody {
 
   /// The state after dt_s. The error of one step is of order dt_s^5.
   RigidBodyState step(const RigidBodyState& state, const Wrench& wrench, double dt_s) const noexcept;
+  /// The state after dt_s under a force and a torque along the world axes: first the momenta, then with them
+  /// the pose, so that the energy of a spring does not grow. The rotation is exact for the angular rate at
+  /// the middle of the step, which follows from the angular momentum: there is no gyroscopic term that could
+  /// become unstable.
+  RigidBodyState semi_implicit_step(const RigidBodyState& state, const glm::dvec3& force_world_n,
+                                    const glm::dvec3& torque_world_nm, double dt_s) const noexcept;
 
  private:
   struct Derivative {
@@ -70,6 +83,8 @@ class RigidBody {
     glm::dvec3 torque_nm;
   };
   Derivative derivative(const RigidBodyState& state, const Wrench& wrench) const noexcept;
+  /// Of the frame that turns with the orbit.
+  glm::dvec3 orbital_acceleration_mps2(const RigidBodyState& state) const noexcept;
   static RigidBodyState moved(const RigidBodyState& state, const Derivative& rate, double dt_s) noexcept;
 
   MassProperties properties_;

@@ -1,0 +1,112 @@
+#include "runtime/modules/rigid_bodies/body_set.hpp"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <rtstdb/limits.hpp>
+
+namespace hil::modules {
+namespace {
+
+double largest_of(const glm::dvec3& v) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+}  // namespace
+
+BodySet::BodySet(const RigidBodiesOptions& options, std::span<const rtstdb::Motion> motions)
+    : gravity_mps2_(options.gravity_mps2),
+      bodies_(options.bodies.size()),
+      masses_kg_(options.bodies.size()),
+      motions_(options.bodies.size()),
+      loads_(options.bodies.size()) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Body& body = bodies_[i];
+    body.row = motions[i];
+    if (!options.bodies[i].properties) continue;
+    masses_kg_[i] = options.bodies[i].properties->mass_kg;
+    body.rigid_body.emplace(*options.bodies[i].properties, options.orbit_radps);
+    body.state = body.rigid_body->state(body.row.p_world_m, body.row.v_world_mps, body.row.q_world,
+                                        body.row.w_world_radps);
+  }
+}
+
+std::span<const BodyMotion> BodySet::motions_at(std::int64_t time_ns) noexcept {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    if (body.rigid_body) {
+      motions_[i] = {.p_m = body.state.p_world_m,
+                     .v_mps = body.state.v_world_mps,
+                     .w_radps = body.rigid_body->w_world_radps(body.state)};
+    } else {
+      motions_[i] = {.p_m = rtstdb::pose_at(body.row, rtstdb::world_time_ns(time_ns)).p_world_m,
+                     .v_mps = body.row.v_world_mps,
+                     .w_radps = body.row.w_world_radps};
+    }
+  }
+  return motions_;
+}
+
+void BodySet::advance(FrozenContacts& contacts, TouchLog& touches, std::int64_t from_ns, std::int64_t to_ns,
+                      double substep_ns) noexcept {
+  const auto duration_ns = static_cast<double>(to_ns - from_ns);
+  if (duration_ns <= 0.0) return;
+  // The share of a substep that rounding may add does not make one more.
+  const double count = std::max(1.0, std::ceil(duration_ns / substep_ns - 1e-6));
+  const double length_ns = duration_ns / count;
+  for (double i = 0.0; i < count; i += 1.0)
+    substep(contacts, touches, static_cast<double>(from_ns) + i * length_ns, 1e-9 * length_ns);
+}
+
+void BodySet::substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept {
+  const auto at_ns = static_cast<std::int64_t>(time_ns);
+  motions_at(at_ns);
+  std::fill(loads_.begin(), loads_.end(), BodyLoad{});
+  contacts.add_loads(motions_, at_ns, dt_s, loads_, touches);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Body& body = bodies_[i];
+    if (!body.rigid_body || body.is_held || body.has_stopped) continue;
+    const RigidBodyState& state = body.state;
+    const glm::dvec3 force =
+        loads_[i].force_n + masses_kg_[i] * gravity_mps2_ + state.q_world * body.wrench.force_body_n;
+    const glm::dvec3 torque = loads_[i].torque_nm + state.q_world * body.wrench.torque_body_nm;
+    body.state = body.rigid_body->semi_implicit_step(state, force, torque, dt_s);
+  }
+}
+
+void BodySet::halt(Body& body) const noexcept {
+  body.state = body.rigid_body->state(body.state.p_world_m, glm::dvec3(0.0), body.state.q_world,
+                                      glm::dvec3(0.0));
+}
+
+double BodySet::used_of_limits(const Body& body) noexcept {
+  return std::max({largest_of(body.state.p_world_m) / rtstdb::max_coordinate_m,
+                   glm::length(body.state.v_world_mps) / rtstdb::max_speed_mps,
+                   glm::length(body.rigid_body->w_world_radps(body.state)) / rtstdb::max_angular_rate_radps});
+}
+
+double BodySet::kinetic_energy_j() const noexcept {
+  double energy_j = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    if (!body.rigid_body) continue;
+    const glm::dvec3& v = body.state.v_world_mps;
+    energy_j += 0.5 * masses_kg_[i] * glm::dot(v, v) + body.rigid_body->rotational_energy_j(body.state);
+  }
+  return energy_j;
+}
+
+rtstdb::Motion row_between(const RigidBodyState& begin, const RigidBodyState& end, rtstdb::WorldTime t,
+                           double duration_s) noexcept {
+  const glm::dquat turn = end.q_world * glm::conjugate(begin.q_world);
+  return {.p_world_m = begin.p_world_m,
+          .q_world = begin.q_world,
+          .v_world_mps = (end.p_world_m - begin.p_world_m) / duration_s,
+          .w_world_radps = rotation_vector_rad(turn) / duration_s,
+          .valid_from = t};
+}
+
+}  // namespace hil::modules

@@ -1,0 +1,65 @@
+#pragma once
+// The states of all bodies of the rigid_bodies module, and their motion between two answers of the contact
+// query. A body with mass properties moves under gravity, its inputs and the contacts; any other body moves
+// as its row does.
+//
+// Threads: one. Nothing but the constructor allocates.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <rtstdb/entity.hpp>
+
+#include "runtime/modules/rigid_bodies/body_options.hpp"
+#include "runtime/modules/rigid_bodies/frozen_contacts.hpp"
+
+namespace hil::modules {
+
+class BodySet {
+ public:
+  struct Body {
+    std::optional<RigidBody> rigid_body{};  ///< empty: fixed
+    RigidBodyState state{};                 ///< of one that moves
+    rtstdb::Motion row{};                   ///< of a fixed one
+    Wrench wrench{};
+    bool is_held = false;     ///< it rests where it is, whatever acts on it
+    bool has_stopped = false;  ///< held for good, since it would have left what the database permits
+  };
+
+  /// `motions`: of the bodies at run time 0.
+  BodySet(const RigidBodiesOptions& options, std::span<const rtstdb::Motion> motions);
+
+  std::span<Body> bodies() noexcept { return bodies_; }
+  std::span<const Body> bodies() const noexcept { return bodies_; }
+
+  /// The motions at a run time, which is that of the states.
+  std::span<const BodyMotion> motions_at(std::int64_t time_ns) noexcept;
+  /// Integrates from one run time to another in equal substeps that are not longer than `substep_ns`.
+  void advance(FrozenContacts& contacts, TouchLog& touches, std::int64_t from_ns, std::int64_t to_ns,
+               double substep_ns) noexcept;
+  /// Brings a body to rest where it is.
+  void halt(Body& body) const noexcept;
+  /// The largest share that a coordinate, the speed or the angular rate of a body has of what the database
+  /// permits.
+  static double used_of_limits(const Body& body) noexcept;
+  /// Of the bodies that move.
+  double kinetic_energy_j() const noexcept;
+
+ private:
+  void substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept;
+
+  const glm::dvec3 gravity_mps2_;
+  std::vector<Body> bodies_;
+  std::vector<double> masses_kg_;  ///< 0: fixed
+  std::vector<BodyMotion> motions_;
+  std::vector<BodyLoad> loads_;
+};
+
+/// The row that has both states at its ends: exact at the begin, and at the end up to rounding.
+rtstdb::Motion row_between(const RigidBodyState& begin, const RigidBodyState& end, rtstdb::WorldTime t,
+                           double duration_s) noexcept;
+
+}  // namespace hil::modules

@@ -1,0 +1,182 @@
+#include "runtime/modules/rigid_bodies/contact_watch.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/config/numbers.hpp"
+
+namespace hil::modules {
+namespace {
+
+/// Pairs of parts whose bounds may overlap, for each pair that an answer can list.
+constexpr std::uint32_t candidates_per_pair = 64;
+
+std::string text_of(const config::Place& place) {
+  return place.file + ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
+}
+
+std::vector<std::string> names_of(const RigidBodiesOptions& options) {
+  std::vector<std::string> names;
+  for (const RigidBodyOptions& body : options.bodies)
+    names.push_back(body.name);
+  return names;
+}
+
+/// The rows of the entities.
+std::vector<rtstdb::EntityRow> rows_of(World& world, const std::string& caller,
+                                       const RigidBodiesOptions& options,
+                                       std::span<const rtstdb::EntityId> entities) {
+  rtstdb::Database& database = world.database();
+  const auto reading =
+      database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
+  reading->begin({});
+  for (const rtstdb::EntityId entity : entities)
+    reading->read(entity);
+  database.execute(*reading);
+  std::vector<rtstdb::EntityRow> rows;
+  for (std::uint32_t i = 0; i < entities.size(); ++i) {
+    const rtstdb::EntityState* state = reading->outcome().done() ? reading->state(i) : nullptr;
+    if (state == nullptr) throw SetupError(caller + ": '" + options.bodies[i].name + "' can not be read");
+    rows.push_back(state->row);
+    const auto info = database.geometry_info(state->row.geometry);
+    const std::string name = text_of(options.bodies[i].place) + ": '" + options.bodies[i].name + "'";
+    if (!info || info->convex_parts == 0) {
+      throw SetupError(caller + ": " + name +
+                       " has a shape that is neither convex nor consists of convex pieces, so its contacts "
+                       "are not known; use such a shape");
+    }
+    if (state->row.mask == 0)
+      throw SetupError(caller + ": " + name + " is in no layer, so no query finds it; give it one");
+  }
+  return rows;
+}
+
+/// The diagonal of each body's box.
+std::vector<double> sizes_of(const World& world, std::span<const rtstdb::EntityRow> rows,
+                             std::span<const rtstdb::EntityId> entities) {
+  std::vector<double> sizes_m;
+  for (std::size_t i = 0; i < entities.size(); ++i) {
+    const rtstdb::Bounds bounds = world.bounds_of(entities[i]);
+    sizes_m.push_back(glm::length(glm::dvec3(bounds.maximum_m - bounds.minimum_m) * rows[i].scale));
+  }
+  return sizes_m;
+}
+
+}  // namespace
+
+ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& caller,
+                           const RigidBodiesOptions& options, std::vector<rtstdb::EntityId> entities)
+    : database_(world.database()),
+      entities_(std::move(entities)),
+      margin_m_(static_cast<float>(options.margin_m)),
+      contacts_(options.law, sizes_of(world, rows_of(world, caller, options, entities_), entities_),
+                options.max_pairs),
+      touches_(names_of(options)),
+      is_near_(entities_.size()) {
+  const std::vector<rtstdb::EntityRow> rows = rows_of(world, caller, options, entities_);
+  for (std::uint32_t i = 0; i < entities_.size(); ++i) {
+    const rtstdb::EntityId entity = entities_[i];
+    body_of_entity_.resize(std::max<std::size_t>(body_of_entity_.size(), entity.index + 1), unlisted);
+    body_of_entity_[entity.index] = i;
+    all_mask_ |= rows[i].mask;
+    moves_.push_back(options.bodies[i].properties.has_value());
+    if (moves_.back()) {
+      moving_mask_ |= rows[i].mask;
+    } else {
+      fixed_.push_back(i);
+    }
+  }
+  auto query = database_.prepare(rtstdb::ContactQueryOptions{
+      .name = caller,
+      .capacity = 1,
+      .pairs_per_search = options.max_pairs,
+      .max_candidates = std::min(candidates_per_pair * options.max_pairs, rtstdb::max_contact_candidates)});
+  if (!query) throw SetupError(caller, query.error());
+  query_ = std::move(query).value();
+  transaction_ = database_.make_transaction(
+      {.max_queries = 1, .max_reads = static_cast<std::uint32_t>(fixed_.size())});
+  touches_.add_kinds(events, moves_);
+  overflow_ = events.add_kind(caller + ": {} pairs are near each other, and the " +
+                                  std::to_string(options.max_pairs) +
+                                  " of 'max_pairs' or the pieces of their shapes are more than are searched; "
+                                  "bodies may pass through each other",
+                              0);
+  no_answer_ = events.add_kind(caller + ": a step has no answer to its contact query");
+  undecided_ = events.add_kind(caller + ": of {} pairs it can not be decided whether they touch", 0);
+  late_ = events.add_kind(caller + ": a pair touches by {} mm before it was within the margin; use a faster "
+                                   "task or a larger margin",
+                          3);
+}
+
+std::uint32_t ContactWatch::body_of(rtstdb::EntityId entity) const noexcept {
+  return entity.index < body_of_entity_.size() ? body_of_entity_[entity.index] : unlisted;
+}
+
+void ContactWatch::take(StepContext& context, BodySet& bodies, rtstdb::Version version) noexcept {
+  transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+                       .deadline = context.deadline,
+                       .importance = rtstdb::max_importance,
+                       .world_time = {},
+                       .read_at = rtstdb::ReadAt::pinned(std::max(context.version, version))});
+  query_->searches()[0] = {.first_mask = moving_mask_,
+                           .second_mask = all_mask_,
+                           .t = context.world_time(),
+                           .margin_m = margin_m_};
+  transaction_->add_query(*query_, 1);
+  for (const std::uint32_t body : fixed_)
+    transaction_->read(entities_[body]);
+  if (!context.execute(database_, *transaction_).done()) {
+    if (was_whole_) context.events->note(no_answer_, context.time_ns);
+    was_whole_ = false;
+    ++counts_.overflows;
+    return;
+  }
+  for (std::uint32_t i = 0; i < fixed_.size(); ++i) {
+    const rtstdb::EntityState* state = transaction_->state(i);
+    if (state != nullptr) bodies.bodies()[fixed_[i]].row = state->row.motion;
+  }
+  freeze(context, bodies);
+}
+
+void ContactWatch::freeze(StepContext& context, BodySet& bodies) noexcept {
+  const rtstdb::ContactAnswer& answer = std::as_const(*query_).answers()[0];
+  const bool is_whole = !answer.overflow && !answer.incomplete;
+  if (!is_whole) ++counts_.overflows;
+  if (was_whole_ && !is_whole) context.events->note(overflow_, context.time_ns, answer.found);
+  was_whole_ = is_whole;
+
+  const std::span<const BodyMotion> motions = bodies.motions_at(context.time_ns);
+  std::fill(is_near_.begin(), is_near_.end(), char{0});
+  std::uint32_t undecided = 0;
+  contacts_.begin();
+  for (const rtstdb::ContactPair& pair : answer.pairs) {
+    const std::uint32_t first = body_of(pair.first), second = body_of(pair.second);
+    if (first == unlisted || second == unlisted || (!moves_[first] && !moves_[second])) continue;
+    is_near_[first] = is_near_[second] = 1;
+    if (pair.status == rtstdb::PairStatus::undecided || pair.status == rtstdb::PairStatus::refused) {
+      ++undecided;
+      continue;
+    }
+    if (pair.status == rtstdb::PairStatus::contact && !is_first_ && !contacts_.was_near(first, second)) {
+      ++counts_.late;
+      context.events->note(late_, context.time_ns, -1e3 * static_cast<double>(pair.distance_m));
+    }
+    contacts_.add(pair, first, second, motions);
+  }
+  is_first_ = false;
+  counts_.undecided += undecided;
+  if (undecided > 0 && was_decided_) context.events->note(undecided_, context.time_ns, undecided);
+  was_decided_ = undecided == 0;
+
+  counts_.pressing = 0;
+  counts_.depth_m = 0.0;
+  for (const FrozenContact& point : contacts_.points()) {
+    if (point.depth_m <= 0.0) continue;
+    ++counts_.pressing;
+    counts_.depth_m = std::max(counts_.depth_m, point.depth_m);
+  }
+}
+
+}  // namespace hil::modules

@@ -1,0 +1,54 @@
+#pragma once
+// The contact points of one answer of the contact query, and their forces until the next answer. A point
+// keeps the anchor of the nearest point that the same pair had in the answer before, if there is one within
+// the pair's reach.
+//
+// Threads: one. Nothing but the constructor allocates.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <rtstdb/contact.hpp>
+
+#include "runtime/modules/rigid_bodies/contact_law.hpp"
+#include "runtime/modules/rigid_bodies/touch_log.hpp"
+
+namespace hil::modules {
+
+/// Force and torque about the origin of a body, world axes.
+struct BodyLoad {
+  glm::dvec3 force_n{0.0};
+  glm::dvec3 torque_nm{0.0};
+};
+
+class FrozenContacts {
+ public:
+  /// `sizes_m`: the diagonal of each body's box. `max_pairs`: that an answer lists.
+  FrozenContacts(const ContactLaw& law, std::vector<double> sizes_m, std::uint32_t max_pairs);
+
+  /// Begins the points of a new answer, which add() then appends: those of a pair in a row.
+  void begin() noexcept;
+  void add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
+           std::span<const BodyMotion> bodies) noexcept;
+
+  /// Whether the answer before the last begin() had points of the pair. Before the pair is added.
+  bool was_near(std::uint32_t first, std::uint32_t second) const noexcept;
+
+  /// The begin of a substep of dt_s at a run time: follows the motion of the one before, adds the forces to
+  /// the loads, and notes the first contacts.
+  void add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
+                 std::span<BodyLoad> loads, TouchLog& touches) noexcept;
+
+  std::span<const FrozenContact> points() const noexcept { return points_; }
+
+ private:
+  void keep_anchor(FrozenContact& point) noexcept;
+
+  const ContactLaw law_;
+  const std::vector<double> sizes_m_;
+  std::vector<FrozenContact> points_, earlier_;
+  bool depths_are_known_ = false;
+};
+
+}  // namespace hil::modules

@@ -1,0 +1,233 @@
+// Rigid bodies that may touch each other. They are entities of the scenario, which gives their shapes and
+// their motion at run time 0. Each step queries their contacts once and integrates all bodies to the next
+// step with the forces of these contacts (contact_law.hpp, frozen_contacts.hpp).
+//
+// Inputs   of each body B with a mass:
+//          B.force_x, B.force_y, B.force_z (N), B.torque_x, B.torque_y, B.torque_z (N m): at the centre of
+//          mass along the axes of the body; constant until the next step. An input that is not fresh, or not
+//          finite, counts as 0.
+//          B.hold  not 0: the body is held where it is, at rest in the world
+// Outputs  kinetic_energy (J): of all bodies
+//          contacts: points that press now; depth (m): of the deepest
+//          touched: pairs that have touched so far
+//          undecided: pairs so far whose contact the query could not decide, once a step
+//          overflows: steps so far whose answer does not list all pairs, or that had no answer
+//          late: pairs so far that touched before they were within the margin
+//          rows: rows written so far
+//          stopped: bodies that would have left what the database permits; they rest from then on
+//          of each body B with a mass: B.x ... as of a free_body (body_ports.hpp)
+//
+// A row is written in each step while a body has contacts or is near one, otherwise only when the previous
+// row no longer describes the motion. It has the body's pose at the begin and at the end of the step, so that
+// the next answer is that of the bodies' poses.
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <utility>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/modules/module.hpp"
+#include "runtime/modules/rigid_bodies/body_options.hpp"
+#include "runtime/modules/rigid_bodies/body_ports.hpp"
+#include "runtime/modules/rigid_bodies/body_set.hpp"
+#include "runtime/modules/rigid_bodies/body_writer.hpp"
+#include "runtime/modules/rigid_bodies/contact_watch.hpp"
+
+namespace hil::modules {
+namespace {
+
+constexpr std::array<const char*, 9> own_outputs{"kinetic_energy", "contacts", "depth", "touched", "undecided",
+                                                 "overflows",      "late",     "rows",  "stopped"};
+
+class RigidBodies final : public Module {
+ public:
+  explicit RigidBodies(RigidBodiesOptions options);
+
+  const Ports& ports() const noexcept override { return ports_; }
+  void check_task(const config::Value& parameters, const TaskParameters& task,
+                  config::Diagnostics& diagnostics) const override;
+  void configure(World& world, EventLog& events, const TaskParameters& task) override;
+  void step(StepContext& context) noexcept override;
+  void contribute(contribution::Contribution& report) const override;
+
+ private:
+  void take_inputs(StepContext& context) noexcept;
+  void stop_beyond_limits(StepContext& context) noexcept;
+  void write_outputs(StepContext& context) noexcept;
+
+  const RigidBodiesOptions options_;
+  Ports ports_;
+  double substep_ns_ = 0.0;
+  std::string instance_;
+  std::unique_ptr<BodySet> bodies_;
+  std::unique_ptr<ContactWatch> watch_;
+  std::unique_ptr<BodyWriter> writer_;
+  std::int64_t state_ns_ = 0;  ///< run time of the states
+  double stopped_ = 0.0;
+  struct Kinds {
+    EventLog::Kind stops, held, released;
+  };
+  std::vector<Kinds> kinds_;  ///< by body
+};
+
+RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(options)) {
+  const auto output = [&](std::size_t i, const char* unit, const char* about) {
+    ports_.outputs.push_back({.name = own_outputs[i], .unit = unit, .about = about});
+  };
+  output(0, "J", "Of all bodies");
+  output(1, "", "Points that press now");
+  output(2, "m", "Of the deepest contact now");
+  output(3, "", "Pairs that have touched so far");
+  output(4, "", "Pairs so far whose contact could not be decided, once a step");
+  output(5, "", "Steps so far whose answer does not list all pairs, or that had no answer");
+  output(6, "", "Pairs so far that touched before they were within the margin");
+  output(7, "", "Rows written so far");
+  output(8, "", "Bodies that rest since they would have left what the database permits");
+  const auto append = [](std::vector<Port>& ports, std::vector<Port> more) {
+    ports.insert(ports.end(), more.begin(), more.end());
+  };
+  for (const RigidBodyOptions& body : options_.bodies) {
+    if (!body.properties) {
+      ports_.bodies.push_back({body.name, body.place});
+      continue;
+    }
+    ports_.moves.push_back({body.name, body.place});
+    append(ports_.inputs, body_inputs(body.name));
+    append(ports_.outputs, body_outputs(body.name));
+  }
+}
+
+void RigidBodies::check_task(const config::Value& parameters, const TaskParameters& task,
+                             config::Diagnostics& diagnostics) const {
+  check_contact_law(options_, parameters, 1e-9 * static_cast<double>(task.period_ns) / options_.substeps,
+                    diagnostics);
+}
+
+void RigidBodies::configure(World& world, EventLog& events, const TaskParameters& task) {
+  instance_ = task.instance;
+  const std::string caller = "module " + task.instance;
+  substep_ns_ = static_cast<double>(task.period_ns) / options_.substeps;
+  std::vector<rtstdb::EntityId> entities;
+  for (const RigidBodyOptions& body : options_.bodies)
+    entities.push_back(world.entity_of(body.name, caller));
+  watch_ = std::make_unique<ContactWatch>(world, events, caller, options_, entities);
+
+  std::vector<rtstdb::Motion> motions;
+  const auto reading =
+      world.database().make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
+  reading->begin({});
+  for (const rtstdb::EntityId entity : entities)
+    reading->read(entity);
+  const rtstdb::Outcome& outcome = world.database().execute(*reading);
+  if (!outcome.done()) throw SetupError(caller + ": " + rtstdb::describe(outcome));
+  for (std::uint32_t i = 0; i < entities.size(); ++i)
+    motions.push_back(rtstdb::rebased(reading->state(i)->row.motion, rtstdb::world_time_ns(0)));
+  bodies_ = std::make_unique<BodySet>(options_, motions);
+  writer_ = std::make_unique<BodyWriter>(world, task, std::move(entities), *bodies_, options_.permitted);
+
+  for (const RigidBodyOptions& body : options_.bodies) {
+    kinds_.push_back({.stops = events.add_kind(body.name + " stops and rests from now on: it would have "
+                                                           "reached {} times what the database permits",
+                                               3),
+                      .held = events.add_kind(body.name + " is held"),
+                      .released = events.add_kind(body.name + " is released")});
+  }
+}
+
+void RigidBodies::step(StepContext& context) noexcept {
+  if (context.time_ns != state_ns_) {  // releases were skipped
+    bodies_->advance(watch_->contacts(), watch_->touches(), state_ns_, context.time_ns, substep_ns_);
+    writer_->write_states(context, *bodies_);
+  }
+  watch_->take(context, *bodies_, writer_->version());
+  take_inputs(context);
+  write_outputs(context);
+  writer_->begin_step(*bodies_);
+  state_ns_ = context.time_ns + context.period_ns;
+  bodies_->advance(watch_->contacts(), watch_->touches(), context.time_ns, state_ns_, substep_ns_);
+  stop_beyond_limits(context);
+  writer_->write_step(context, *bodies_, watch_->is_near());
+}
+
+void RigidBodies::take_inputs(StepContext& context) noexcept {
+  std::size_t offset = 0;
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    BodySet::Body& body = bodies_->bodies()[i];
+    if (!body.rigid_body) continue;
+    const BodyInputs inputs = read_body_inputs(context.inputs.subspan(offset, inputs_per_body));
+    offset += inputs_per_body;
+    body.wrench = inputs.wrench;
+    if (inputs.hold == body.is_held) continue;
+    body.is_held = inputs.hold;
+    context.events->note(inputs.hold ? kinds_[i].held : kinds_[i].released, context.time_ns);
+    if (inputs.hold) bodies_->halt(body);
+  }
+}
+
+void RigidBodies::stop_beyond_limits(StepContext& context) noexcept {
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    BodySet::Body& body = bodies_->bodies()[i];
+    if (!body.rigid_body || body.has_stopped) continue;
+    const double used = BodySet::used_of_limits(body);
+    if (used <= 1.0) continue;
+    body.has_stopped = true;
+    body.state = writer_->state_at_begin(i);
+    bodies_->halt(body);
+    stopped_ += 1.0;
+    context.events->note(kinds_[i].stops, context.time_ns, used);
+  }
+}
+
+void RigidBodies::write_outputs(StepContext& context) noexcept {
+  const ContactWatch::Counts& counts = watch_->counts();
+  const std::array<double, own_outputs.size()> own{bodies_->kinetic_energy_j(),
+                                                   static_cast<double>(counts.pressing),
+                                                   counts.depth_m,
+                                                   static_cast<double>(watch_->touches().count()),
+                                                   static_cast<double>(counts.undecided),
+                                                   static_cast<double>(counts.overflows),
+                                                   static_cast<double>(counts.late),
+                                                   static_cast<double>(writer_->rows()),
+                                                   stopped_};
+  std::copy(own.begin(), own.end(), context.outputs.begin());
+  std::size_t offset = own.size();
+  for (const BodySet::Body& body : std::as_const(*bodies_).bodies()) {
+    if (!body.rigid_body) continue;
+    write_body_outputs(body, context.outputs.subspan(offset, outputs_per_body));
+    offset += outputs_per_body;
+  }
+}
+
+void RigidBodies::contribute(contribution::Contribution& report) const {
+  const ContactWatch::Counts& counts = watch_->counts();
+  contribution::Section section{
+      .name = "contacts_" + instance_,
+      .title = "Contacts of " + instance_,
+      .text = "The first contact of each pair of bodies: its place in the world, the speed at which the "
+              "surfaces closed there, and the depth of the first substep in contact. " +
+              std::to_string(counts.undecided) + " pairs were undecided, " +
+              std::to_string(counts.overflows) + " answers incomplete, and " + std::to_string(counts.late) +
+              " pairs touched before they were within the margin.",
+      .pictures = {},
+      .plots = {},
+      .tables = {}};
+  if (watch_->touches().count() > 0) section.tables.push_back(watch_->touches().table());
+  report.sections.push_back(std::move(section));
+}
+
+}  // namespace
+
+ModuleType rigid_bodies_type() {
+  return {.name = "rigid_bodies",
+          .about = "Rigid bodies that touch: gravity, forces and torques, and contacts with friction.",
+          .parameters = rigid_bodies_schema(),
+          .create = [](const config::Value& parameters,
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+            auto options = read_rigid_bodies(parameters, diagnostics);
+            if (!options) return nullptr;
+            return std::make_unique<RigidBodies>(std::move(*options));
+          }};
+}
+
+}  // namespace hil::modules

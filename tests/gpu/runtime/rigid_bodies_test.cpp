@@ -1,0 +1,249 @@
+// Bodies that touch, in a world: closed forms of what rests, slides, rolls and collides.
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <optional>
+
+#include "tests/gpu/runtime/rigid_bodies_fixture.hpp"
+
+namespace hil::modules {
+namespace {
+
+using namespace test;
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr double gravity_mps2 = 9.80665;
+
+class RigidBodiesModule : public RigidBodiesFixture {};
+
+/// Ten boxes of 1 m and 10 kg, laid on one another without gaps. At 3 s they have settled; until 5 s each
+/// moves by less than 1 mm from where it was then, and its kinetic energy is below 1e-4 of m g a.
+TEST_F(RigidBodiesModule, AStackOfTenBoxesRests) {
+  constexpr int count = 10;
+  constexpr double mass_kg = 10.0, edge_m = 1.0;
+  add_floor();
+  std::string bodies = "bodies: [{body: floor}";
+  for (int i = 0; i < count; ++i) {
+    const std::string name = "box_" + std::to_string(i);
+    add(name, rtstdb::make_box({edge_m, edge_m, edge_m}), {.p_world_m = {0.0, 0.0, 0.5 + i}});
+    bodies += ", {body: " + name + ", mass: 10 kg, inertia: {box: [1 m, 1 m, 1 m]}}";
+  }
+  const auto module = rigid_bodies(
+      "{" + bodies + "], stiffness: 2 MN/m, damping: 2 kN s/m, substeps: 10, margin: 5 mm}", 5 * ms);
+  const std::vector<double> settled = run_to(*module, 3.0);
+  double largest_energy_j = 0.0, largest_drift_m = 0.0;
+  const std::vector<double> end = run_to(*module, 5.0, [&](const std::vector<double>& outputs) {
+    largest_energy_j = std::max(largest_energy_j, outputs[kinetic_energy]);
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const BodyOutput axis : {x, y, z})
+        largest_drift_m = std::max(largest_drift_m, std::abs(of(outputs, i, axis) - of(settled, i, axis)));
+    }
+  });
+  // The energy of all boxes together is below the limit of one.
+  EXPECT_LT(largest_energy_j, 1e-4 * mass_kg * gravity_mps2 * edge_m);
+  EXPECT_LT(largest_drift_m, 1e-3);
+  RecordProperty("energy_j", std::to_string(largest_energy_j));
+  RecordProperty("drift_m", std::to_string(largest_drift_m));
+  for (std::size_t i = 0; i < count; ++i) {
+    EXPECT_NEAR(of(end, i, x), 0.0, 1e-3) << "box " << i;
+    EXPECT_NEAR(of(end, i, y), 0.0, 1e-3) << "box " << i;
+    // Each contact below carries the boxes from there on.
+    double sunk_m = 0.0;
+    for (std::size_t below = 0; below <= i; ++below)
+      sunk_m += (count - static_cast<double>(below)) * mass_kg * gravity_mps2 / 2e6;
+    EXPECT_NEAR(of(end, i, z), 0.5 + static_cast<double>(i) - sunk_m, 2e-4) << "box " << i;
+    }
+  EXPECT_GE(end[contacts], 10.0);
+  EXPECT_EQ(end[touched], 10.0);
+  EXPECT_EQ(end[undecided], 0.0);
+  EXPECT_EQ(end[overflows], 0.0);
+  EXPECT_EQ(end[late], 0.0);
+}
+
+/// A box that falls by 5 cm comes to rest where the springs carry it.
+TEST_F(RigidBodiesModule, ADroppedBoxRestsAtTheDepthOfItsWeight) {
+  add_floor();
+  add("box", rtstdb::make_box({0.4, 0.6, 0.2}), {.p_world_m = {0.3, -0.2, 0.15}});
+  const auto module = rigid_bodies(
+      "{bodies: [{body: floor}, {body: box, mass: 8 kg, inertia: {box: [40 cm, 60 cm, 20 cm]}}], "
+      "stiffness: 80 kN/m, damping: 400 N s/m, substeps: 4}",
+      4 * ms);
+  double deepest_m = 0.0;
+  const std::vector<double> end = run_to(*module, 3.0, [&](const std::vector<double>& outputs) {
+    deepest_m = std::max(deepest_m, outputs[depth]);
+  });
+  const double expected_m = 8.0 * gravity_mps2 / 80e3;
+  EXPECT_GT(deepest_m, 3.0 * expected_m) << "it did not fall";
+  EXPECT_NEAR(0.1 - of(end, 0, z), expected_m, 0.01 * expected_m);
+  EXPECT_NEAR(end[depth], expected_m, 0.01 * expected_m);
+  EXPECT_EQ(end[contacts], 4.0);
+  EXPECT_LT(end[kinetic_energy], 1e-9);
+  // It fell for 0.101 s: the speed is that of the fall, at the substep in which it touches.
+  ASSERT_TRUE(has_event("floor touches box at 0.99")) << events_.events().size();
+}
+
+/// The end of a box of 1 m on a plate that is inclined by an angle, after 2 s: how far it slid.
+struct Slide {
+  double way_m = 0.0, speed_mps = 0.0;
+};
+
+class Slope : public RigidBodiesFixture {
+ protected:
+  Slide slide(double angle_rad, const std::string& friction) {
+    const glm::dquat turn = glm::angleAxis(angle_rad, glm::dvec3(0.0, 1.0, 0.0));  // down toward +x
+    add("floor", rtstdb::make_box({40.0, 4.0, 1.0}),
+        {.p_world_m = turn * glm::dvec3(0.0, 0.0, -0.5), .q_world = turn}, "floor");
+    add("box", rtstdb::make_box({1.0, 1.0, 0.5}),
+        {.p_world_m = turn * glm::dvec3(-5.0, 0.0, 0.25), .q_world = turn});
+    const auto module = rigid_bodies(
+        "{bodies: [{body: floor}, {body: box, mass: 100 kg, inertia: {box: [1 m, 1 m, 0.5 m]}}], "
+        "stiffness: 10 MN/m, damping: 20 kN s/m, substeps: 4, friction: " + friction + "}",
+        4 * ms);
+    const std::vector<double> begin = run_to(*module, 0.5), end = run_to(*module, 2.5);
+    const auto along = [&](const std::vector<double>& outputs, BodyOutput first) {
+      const glm::dvec3 v(of(outputs, 0, first), of(outputs, 0, static_cast<BodyOutput>(first + 1)),
+                         of(outputs, 0, static_cast<BodyOutput>(first + 2)));
+      return glm::dot(v, turn * glm::dvec3(1.0, 0.0, 0.0));
+    };
+    EXPECT_NEAR(of(end, 0, y), 0.0, 1e-3);
+    speed_at_begin_mps_ = along(begin, vx);
+    return {.way_m = along(end, x) - along(begin, x), .speed_mps = along(end, vx)};
+  }
+  double speed_at_begin_mps_ = 0.0;
+};
+
+// tan(25 deg) is 0.466, tan(28 deg) 0.532.
+TEST_F(Slope, ABoxSticksBelowTheFrictionAngle) {
+  const Slide result = slide(25.0 * std::numbers::pi / 180.0, "0.5");
+  EXPECT_NEAR(result.way_m, 0.0, 1e-5);
+  EXPECT_NEAR(result.speed_mps, 0.0, 1e-6);
+}
+
+TEST_F(Slope, ABoxSlidesJustAboveTheFrictionAngle) {
+  const double angle_rad = 28.0 * std::numbers::pi / 180.0;
+  const Slide result = slide(angle_rad, "0.5");
+  const double expected_mps2 = gravity_mps2 * (std::sin(angle_rad) - 0.5 * std::cos(angle_rad));
+  EXPECT_NEAR((result.speed_mps - speed_at_begin_mps_) / 2.0, expected_mps2, 0.01 * expected_mps2);
+}
+
+TEST_F(Slope, ABoxSlidesWithTheAccelerationThatFrictionLeaves) {
+  const double angle_rad = 40.0 * std::numbers::pi / 180.0;
+  const Slide result = slide(angle_rad, "0.3");
+  const double expected_mps2 = gravity_mps2 * (std::sin(angle_rad) - 0.3 * std::cos(angle_rad));
+  EXPECT_NEAR((result.speed_mps - speed_at_begin_mps_) / 2.0, expected_mps2, 0.002 * expected_mps2);
+  EXPECT_GT(result.way_m, 5.0);
+}
+
+/// A polygon of 1024 corners in place of a circle. In one second each of its edges is below it once or
+/// more often.
+TEST_F(RigidBodiesModule, ARollingCylinderKeepsItsSpeed) {
+  const bool is_long = std::getenv("HIL_TESTS_LONG") != nullptr;
+  const double duration_s = is_long ? 60.0 : 5.0;
+  constexpr double radius_m = 0.5, speed_mps = 1.0;
+  add_floor(160.0);
+  // The axis of the cylinder is its z axis; it lies along the world's y axis.
+  add("cylinder", rtstdb::make_cylinder(radius_m, 1.0, 1024),
+      {.p_world_m = {-2.0, 0.0, radius_m},
+       .q_world = glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0)),
+       .v_world_mps = {speed_mps, 0.0, 0.0},
+       .w_world_radps = {0.0, speed_mps / radius_m, 0.0}});
+  const auto module = rigid_bodies(
+      "{bodies: [{body: floor}, {body: cylinder, mass: 10 kg, inertia: {cylinder: {radius: 0.5 m, height: 1 "
+      "m}}}], stiffness: 100 kN/m, damping: 400 N s/m, substeps: 4}",
+      4 * ms);
+  const std::vector<double> end = run_to(*module, duration_s);
+  EXPECT_NEAR(of(end, 0, vx), speed_mps, 0.01 * speed_mps);
+  EXPECT_NEAR(of(end, 0, wz), speed_mps / radius_m, 0.01 * speed_mps / radius_m) << "it rolls";
+  EXPECT_NEAR(of(end, 0, x), -2.0 + speed_mps * duration_s, 0.01 * duration_s);
+  EXPECT_NEAR(of(end, 0, y), 0.0, 1e-3);
+  std::printf("speed %.6f w %.6f\n", of(end, 0, vx), of(end, 0, wz));
+}
+
+/// Two boxes meet off their centres, without gravity: linear and angular momentum stay, and some energy is
+/// lost.
+TEST_F(RigidBodiesModule, ACollisionConservesMomentum) {
+  const glm::dvec3 v_left(2.0, 0.0, 0.1), v_right(-1.0, 0.3, 0.0);
+  add("left", rtstdb::make_box({1.0, 1.0, 1.0}), {.p_world_m = {-1.0, 0.0, 0.0}, .v_world_mps = v_left});
+  add("right", rtstdb::make_box({0.8, 0.6, 0.4}),
+      {.p_world_m = {1.0, 0.35, 0.2}, .v_world_mps = v_right, .w_world_radps = {0.5, 1.0, -0.7}});
+  const auto module = rigid_bodies(
+      "{bodies: [{body: left, mass: 3 kg, inertia: {box: [1 m, 1 m, 1 m]}}, {body: right, mass: 2 kg, "
+      "inertia: {moments: [0.2 kg m2, 0.25 kg m2, 0.3 kg m2]}}], gravity: [0 m/s2, 0 m/s2, 0 m/s2], "
+      "stiffness: 50 kN/m, damping: 80 N s/m, margin: 20 mm}",
+      2 * ms);
+  struct Sums {
+    glm::dvec3 linear{0.0}, angular{0.0};
+  };
+  const auto sums = [&](const std::vector<double>& outputs) {
+    const auto vector = [&](std::size_t body, BodyOutput first) {
+      return glm::dvec3(of(outputs, body, first), of(outputs, body, static_cast<BodyOutput>(first + 1)),
+                        of(outputs, body, static_cast<BodyOutput>(first + 2)));
+    };
+    Sums total;
+    const double masses[] = {3.0, 2.0};
+    const glm::dvec3 moments[] = {glm::dvec3(0.5), {0.2, 0.25, 0.3}};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const glm::dquat q(of(outputs, i, qw), of(outputs, i, qx), of(outputs, i, qy), of(outputs, i, qz));
+      total.linear += masses[i] * vector(i, vx);
+      total.angular += masses[i] * glm::cross(vector(i, x), vector(i, vx)) + q * (moments[i] * vector(i, wx));
+    }
+    return total;
+  };
+  const std::vector<double> begin = run_to(*module, 0.0), end = run_to(*module, 1.5);
+  ASSERT_EQ(end[touched], 1.0);
+  EXPECT_GT(std::abs(of(end, 0, vx) - 2.0), 0.5) << "no momentum was exchanged";
+  EXPECT_LT(glm::distance(sums(begin).linear, sums(end).linear), 1e-12);
+  EXPECT_LT(glm::distance(sums(begin).angular, sums(end).angular), 1e-12);
+  EXPECT_LT(end[kinetic_energy], begin[kinetic_energy]);
+  EXPECT_GT(end[kinetic_energy], 0.1 * begin[kinetic_energy]);
+}
+
+/// Without damping and friction a ball that falls on a plate comes back to its height.
+TEST_F(RigidBodiesModule, ABallBouncesWithoutLoss) {
+  add_floor();
+  add("ball", rtstdb::make_sphere(0.2, 4), {.p_world_m = {0.0, 0.0, 0.45}});
+  const auto module = rigid_bodies(
+      "{bodies: [{body: floor}, {body: ball, mass: 1 kg, inertia: {sphere: {radius: 20 cm}}}], stiffness: 20 "
+      "kN/m, damping: 0 N s/m, friction: 0, substeps: 20, margin: 20 mm}",
+      5 * ms);
+  double lowest_peak_m = 1.0, peak_m = 0.0;
+  bool rises = false;
+  int bounces = 0;
+  run_to(*module, 3.0, [&](const std::vector<double>& outputs) {
+    const double speed_mps = of(outputs, 0, vz);
+    if (speed_mps > 0.0) peak_m = std::max(peak_m, of(outputs, 0, z));
+    if (rises && speed_mps <= 0.0) {
+      lowest_peak_m = std::min(lowest_peak_m, peak_m);
+      peak_m = 0.0;
+      ++bounces;
+    }
+    rises = speed_mps > 0.0;
+  });
+  EXPECT_GE(bounces, 5);
+  EXPECT_NEAR(lowest_peak_m, 0.45, 0.01);
+}
+
+/// A body without contacts and torques keeps its angular momentum and its energy, also about the axis about
+/// which rotation is unstable.
+TEST_F(RigidBodiesModule, ATumblingBodyKeepsItsEnergy) {
+  add("box", rtstdb::make_box({0.1, 0.2, 0.3}), {.w_world_radps = {0.01, 10.0, 0.01}});
+  const auto module = rigid_bodies(
+      "{bodies: [{body: box, mass: 1 kg, inertia: {moments: [1 kg m2, 2 kg m2, 2.7 kg m2]}}], gravity: [0 "
+      "m/s2, 0 m/s2, 0 m/s2], stiffness: 1 kN/m, damping: 1 N s/m, substeps: 1}",
+      1 * ms);
+  bool turned_over = false;
+  const std::vector<double> end = run_to(*module, 5.0, [&](const std::vector<double>& outputs) {
+    EXPECT_NEAR(outputs[kinetic_energy], 100.0, 0.01);
+    turned_over = turned_over || of(outputs, 0, wy) < -9.0;
+  });
+  EXPECT_TRUE(turned_over);
+}
+
+}  // namespace
+}  // namespace hil::modules
