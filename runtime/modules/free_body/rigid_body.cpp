@@ -106,11 +106,12 @@ glm::dvec3 RigidBody::orbital_acceleration_mps2(const RigidBodyState& state) con
 RigidBody::Derivative RigidBody::derivative(const RigidBodyState& state,
                                             const Wrench& wrench) const noexcept {
   const glm::dvec3 w = w_world_radps(state);
-  return {.v_mps = state.v_world_mps,
-          .a_mps2 = orbital_acceleration_mps2(state) + state.q_world * wrench.force_body_n / properties_.mass_kg,
-          .q_per_s = 0.5 * (glm::dquat(0.0, w.x, w.y, w.z) * state.q_world),
-          .torque_nm = state.q_world * wrench.torque_body_nm -
-                       glm::cross(orbit_radps_, state.angular_momentum_world_nms)};
+  return {
+      .v_mps = state.v_world_mps,
+      .a_mps2 = orbital_acceleration_mps2(state) + state.q_world * wrench.force_body_n / properties_.mass_kg,
+      .q_per_s = 0.5 * (glm::dquat(0.0, w.x, w.y, w.z) * state.q_world),
+      .torque_nm =
+          state.q_world * wrench.torque_body_nm - glm::cross(orbit_radps_, state.angular_momentum_world_nms)};
 }
 
 RigidBodyState RigidBody::moved(const RigidBodyState& state, const Derivative& rate, double dt_s) noexcept {

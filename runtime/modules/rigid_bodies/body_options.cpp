@@ -122,8 +122,8 @@ Schema rigid_bodies_schema() {
                     "The bodies that may touch. Contacts with other entities are not considered."),
       Field::with_default("gravity", Schema::list(acceleration, 3, 3), "[0 m/s2, 0 m/s2, -9.80665 m/s2]",
                           "The acceleration of all bodies with a mass, along the world's axes."),
-      Field::with_default("mean_motion", Schema::quantity(Quantity::angular_rate_radps, -1.0, 1.0),
-                          "0 rad/s", "The angular rate of the orbit, as of a free_body."),
+      Field::with_default("mean_motion", Schema::quantity(Quantity::angular_rate_radps, -1.0, 1.0), "0 rad/s",
+                          "The angular rate of the orbit, as of a free_body."),
       Field::needed("stiffness", Schema::quantity(Quantity::stiffness_npm, 1e-6, 1e15),
                     "The normal force of a pair per depth, and the force of its friction springs per "
                     "stretch. At most 0.1 m / h^2, with h the substep and m the reduced mass of the lightest "
@@ -148,18 +148,17 @@ Schema rigid_bodies_schema() {
 
 std::optional<RigidBodiesOptions> read_rigid_bodies(const Value& parameters,
                                                     config::Diagnostics& diagnostics) {
-  RigidBodiesOptions options{
-      .bodies = {},
-      .gravity_mps2 = vector_of(parameters["gravity"]),
-      .orbit_radps = parameters["mean_motion"].number(),
-      .law = {.stiffness_npm = parameters["stiffness"].number(),
-              .damping_nspm = parameters["damping"].number(),
-              .friction = parameters["friction"].number()},
-      .margin_m = parameters["margin"].number(),
-      .substeps = static_cast<std::uint32_t>(parameters["substeps"].integer()),
-      .max_pairs = static_cast<std::uint32_t>(parameters["max_pairs"].integer()),
-      .permitted = {.position_m = parameters["position_error"].number(),
-                    .angle_rad = parameters["angle_error"].number()}};
+  RigidBodiesOptions options{.bodies = {},
+                             .gravity_mps2 = vector_of(parameters["gravity"]),
+                             .orbit_radps = parameters["mean_motion"].number(),
+                             .law = {.stiffness_npm = parameters["stiffness"].number(),
+                                     .damping_nspm = parameters["damping"].number(),
+                                     .friction = parameters["friction"].number()},
+                             .margin_m = parameters["margin"].number(),
+                             .substeps = static_cast<std::uint32_t>(parameters["substeps"].integer()),
+                             .max_pairs = static_cast<std::uint32_t>(parameters["max_pairs"].integer()),
+                             .permitted = {.position_m = parameters["position_error"].number(),
+                                           .angle_rad = parameters["angle_error"].number()}};
   const std::size_t before = diagnostics.count();
   for (const Value& value : parameters["bodies"].items()) {
     const auto body = read_body(value, diagnostics);

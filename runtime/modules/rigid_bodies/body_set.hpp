@@ -25,7 +25,7 @@ class BodySet {
     RigidBodyState state{};                 ///< of one that moves
     rtstdb::Motion row{};                   ///< of a fixed one
     Wrench wrench{};
-    bool is_held = false;     ///< it rests where it is, whatever acts on it
+    bool is_held = false;      ///< it rests where it is, whatever acts on it
     bool has_stopped = false;  ///< held for good, since it would have left what the database permits
   };
 

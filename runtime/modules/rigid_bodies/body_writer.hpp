@@ -47,7 +47,7 @@ class BodyWriter {
   const std::vector<rtstdb::EntityId> entities_;
   const RowError permitted_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
-  rtstdb::Reservation* reservation_ = nullptr;  ///< of the world; null: refused
+  rtstdb::Reservation* reservation_ = nullptr;          ///< of the world; null: refused
   std::vector<std::optional<rtstdb::Motion>> written_;  ///< by body; empty: not known
   std::vector<RigidBodyState> begin_;                   ///< by body
   std::vector<Pending> pending_;

@@ -44,6 +44,7 @@ struct FrozenContact {
   double first_weight = 0.5;  ///< 1: the point moves with the first body; 0: with the second
   glm::dvec3 stretch_m{0.0};  ///< of the spring across the normal: the first body relative to its anchor
   bool is_new = true;         ///< it has no anchor of an earlier answer
+  bool is_kept = false;       ///< it is of an earlier answer, since the last one does not decide the pair
 };
 
 /// Where the point is.

@@ -1,5 +1,6 @@
 #include "runtime/modules/rigid_bodies/contact_watch.hpp"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -29,8 +30,7 @@ std::vector<rtstdb::EntityRow> rows_of(World& world, const std::string& caller,
                                        const RigidBodiesOptions& options,
                                        std::span<const rtstdb::EntityId> entities) {
   rtstdb::Database& database = world.database();
-  const auto reading =
-      database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
+  const auto reading = database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
   reading->begin({});
   for (const rtstdb::EntityId entity : entities)
     reading->read(entity);
@@ -53,15 +53,17 @@ std::vector<rtstdb::EntityRow> rows_of(World& world, const std::string& caller,
   return rows;
 }
 
-/// The diagonal of each body's box.
-std::vector<double> sizes_of(const World& world, std::span<const rtstdb::EntityRow> rows,
-                             std::span<const rtstdb::EntityId> entities) {
-  std::vector<double> sizes_m;
+std::vector<BodySize> sizes_of(const World& world, std::span<const rtstdb::EntityRow> rows,
+                               std::span<const rtstdb::EntityId> entities) {
+  std::vector<BodySize> sizes;
   for (std::size_t i = 0; i < entities.size(); ++i) {
     const rtstdb::Bounds bounds = world.bounds_of(entities[i]);
-    sizes_m.push_back(glm::length(glm::dvec3(bounds.maximum_m - bounds.minimum_m) * rows[i].scale));
+    const glm::dvec3 farthest(glm::max(glm::abs(bounds.maximum_m), glm::abs(bounds.minimum_m)));
+    sizes.push_back(
+        {.diagonal_m = glm::length(glm::dvec3(bounds.maximum_m - bounds.minimum_m) * rows[i].scale),
+         .reach_m = glm::length(farthest * rows[i].scale)});
   }
-  return sizes_m;
+  return sizes;
 }
 
 }  // namespace
@@ -95,8 +97,8 @@ ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& ca
       .max_candidates = std::min(candidates_per_pair * options.max_pairs, rtstdb::max_contact_candidates)});
   if (!query) throw SetupError(caller, query.error());
   query_ = std::move(query).value();
-  transaction_ = database_.make_transaction(
-      {.max_queries = 1, .max_reads = static_cast<std::uint32_t>(fixed_.size())});
+  transaction_ =
+      database_.make_transaction({.max_queries = 1, .max_reads = static_cast<std::uint32_t>(fixed_.size())});
   touches_.add_kinds(events, moves_);
   overflow_ = events.add_kind(caller + ": {} pairs are near each other, and the " +
                                   std::to_string(options.max_pairs) +
@@ -104,9 +106,11 @@ ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& ca
                                   "bodies may pass through each other",
                               0);
   no_answer_ = events.add_kind(caller + ": a step has no answer to its contact query");
-  undecided_ = events.add_kind(caller + ": of {} pairs it can not be decided whether they touch", 0);
-  late_ = events.add_kind(caller + ": a pair touches by {} mm before it was within the margin; use a faster "
-                                   "task or a larger margin",
+  undecided_ = events.add_kind(
+      caller + ": of {} pairs it can not be decided where they touch; their earlier contacts stay", 0);
+  late_ = events.add_kind(caller +
+                              ": a pair touches by {} mm before it was within the margin; use a faster "
+                              "task or a larger margin",
                           3);
 }
 
@@ -120,10 +124,8 @@ void ContactWatch::take(StepContext& context, BodySet& bodies, rtstdb::Version v
                        .importance = rtstdb::max_importance,
                        .world_time = {},
                        .read_at = rtstdb::ReadAt::pinned(std::max(context.version, version))});
-  query_->searches()[0] = {.first_mask = moving_mask_,
-                           .second_mask = all_mask_,
-                           .t = context.world_time(),
-                           .margin_m = margin_m_};
+  query_->searches()[0] = {
+      .first_mask = moving_mask_, .second_mask = all_mask_, .t = context.world_time(), .margin_m = margin_m_};
   transaction_->add_query(*query_, 1);
   for (const std::uint32_t body : fixed_)
     transaction_->read(entities_[body]);
@@ -155,15 +157,16 @@ void ContactWatch::freeze(StepContext& context, BodySet& bodies) noexcept {
     const std::uint32_t first = body_of(pair.first), second = body_of(pair.second);
     if (first == unlisted || second == unlisted || (!moves_[first] && !moves_[second])) continue;
     is_near_[first] = is_near_[second] = 1;
-    if (pair.status == rtstdb::PairStatus::undecided || pair.status == rtstdb::PairStatus::refused) {
+    const bool was_near = contacts_.was_near(first, second);
+    const bool has_points = pair.point_count > 0 && pair.status != rtstdb::PairStatus::undecided;
+    if (!has_points || !contacts_.add(pair, first, second, motions, static_cast<double>(margin_m_))) {
       ++undecided;
+      contacts_.keep(first, second);
       continue;
     }
-    if (pair.status == rtstdb::PairStatus::contact && !is_first_ && !contacts_.was_near(first, second)) {
-      ++counts_.late;
-      context.events->note(late_, context.time_ns, -1e3 * static_cast<double>(pair.distance_m));
-    }
-    contacts_.add(pair, first, second, motions);
+    if (pair.status != rtstdb::PairStatus::contact || is_first_ || was_near) continue;
+    ++counts_.late;
+    context.events->note(late_, context.time_ns, -1e3 * static_cast<double>(pair.distance_m));
   }
   is_first_ = false;
   counts_.undecided += undecided;

@@ -22,8 +22,8 @@ glm::dvec3 arm_of(const FrozenContact& point) {
 
 }  // namespace
 
-FrozenContacts::FrozenContacts(const ContactLaw& law, std::vector<double> sizes_m, std::uint32_t max_pairs)
-    : law_(law), sizes_m_(std::move(sizes_m)) {
+FrozenContacts::FrozenContacts(const ContactLaw& law, std::vector<BodySize> sizes, std::uint32_t max_pairs)
+    : law_(law), sizes_(std::move(sizes)) {
   points_.reserve(points_per_pair * max_pairs);
   earlier_.reserve(points_per_pair * max_pairs);
 }
@@ -34,9 +34,16 @@ void FrozenContacts::begin() noexcept {
   depths_are_known_ = true;
 }
 
-void FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
-                         std::span<const BodyMotion> bodies) noexcept {
-  const double size_first = sizes_m_[first], size_second = sizes_m_[second];
+bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
+                         std::span<const BodyMotion> bodies, double margin_m) noexcept {
+  const glm::dvec3 between_m = bodies[first].p_m - bodies[second].p_m;
+  for (const rtstdb::ContactPoint& found : pair.contacts()) {
+    const glm::dvec3 arm_m(found.p_first_m);
+    if (glm::length(arm_m) > sizes_[first].reach_m + margin_m ||
+        glm::length(arm_m + between_m) > sizes_[second].reach_m + margin_m)
+      return false;
+  }
+  const double size_first = sizes_[first].diagonal_m, size_second = sizes_[second].diagonal_m;
   for (const rtstdb::ContactPoint& found : pair.contacts()) {
     FrozenContact point;
     point.first = first;
@@ -45,16 +52,26 @@ void FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, s
     point.depth_m = static_cast<double>(found.depth_m);
     point.share = 1.0 / static_cast<double>(pair.point_count);
     point.first_arm_m = glm::dvec3(found.p_first_m);
-    const glm::dvec3 place_m = bodies[first].p_m + point.first_arm_m;
-    point.second_arm_m = place_m - bodies[second].p_m;
+    point.second_arm_m = point.first_arm_m + between_m;
     point.first_weight = size_first < size_second ? 1.0 : size_first > size_second ? 0.0 : 0.5;
     keep_anchor(point);
     points_.push_back(point);
   }
+  return true;
+}
+
+void FrozenContacts::keep(std::uint32_t first, std::uint32_t second) noexcept {
+  for (FrozenContact& point : earlier_) {
+    if (point.first != first || point.second != second || points_.size() == points_.capacity()) continue;
+    points_.push_back(point);
+    points_.back().is_new = false;
+    points_.back().is_kept = true;
+    point.first = no_body;
+  }
 }
 
 void FrozenContacts::keep_anchor(FrozenContact& point) noexcept {
-  double nearest_m = anchor_reach * std::min(sizes_m_[point.first], sizes_m_[point.second]);
+  double nearest_m = anchor_reach * std::min(sizes_[point.first].diagonal_m, sizes_[point.second].diagonal_m);
   FrozenContact* anchor = nullptr;
   for (FrozenContact& before : earlier_) {
     if (before.first != point.first || before.second != point.second) continue;
@@ -70,9 +87,8 @@ void FrozenContacts::keep_anchor(FrozenContact& point) noexcept {
 }
 
 bool FrozenContacts::was_near(std::uint32_t first, std::uint32_t second) const noexcept {
-  return std::ranges::any_of(earlier_, [&](const FrozenContact& point) {
-    return point.first == first && point.second == second;
-  });
+  return std::ranges::any_of(
+      earlier_, [&](const FrozenContact& point) { return point.first == first && point.second == second; });
 }
 
 void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
@@ -82,7 +98,8 @@ void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t 
     const BodyMotion& second = bodies[point.second];
     const glm::dvec3 place_m = place_of(point, first, second);
     const glm::dvec3 velocity = relative_velocity(place_m, first, second);
-    if (!depths_are_known_ || !point.is_new) follow(point, velocity, dt_s, depths_are_known_);
+    const bool depth_is_known = depths_are_known_ && !point.is_kept;
+    if (!depths_are_known_ || !point.is_new) follow(point, velocity, dt_s, depth_is_known);
     if (point.depth_m > 0.0) {
       touches.note_first({.first = point.first,
                           .second = point.second,

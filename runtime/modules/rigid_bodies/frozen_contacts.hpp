@@ -1,7 +1,7 @@
 #pragma once
 // The contact points of one answer of the contact query, and their forces until the next answer. A point
 // keeps the anchor of the nearest point that the same pair had in the answer before, if there is one within
-// the pair's reach.
+// the pair's reach. A pair that an answer does not decide keeps its earlier points.
 //
 // Threads: one. Nothing but the constructor allocates.
 
@@ -22,15 +22,23 @@ struct BodyLoad {
   glm::dvec3 torque_nm{0.0};
 };
 
+struct BodySize {
+  double diagonal_m = 0.0;  ///< of the body's box
+  double reach_m = 0.0;     ///< from the body's origin to the farthest corner of its box
+};
+
 class FrozenContacts {
  public:
-  /// `sizes_m`: the diagonal of each body's box. `max_pairs`: that an answer lists.
-  FrozenContacts(const ContactLaw& law, std::vector<double> sizes_m, std::uint32_t max_pairs);
+  /// `max_pairs`: that an answer lists.
+  FrozenContacts(const ContactLaw& law, std::vector<BodySize> sizes, std::uint32_t max_pairs);
 
-  /// Begins the points of a new answer, which add() then appends: those of a pair in a row.
+  /// Begins the points of a new answer, which add() and keep() then append: those of a pair in a row.
   void begin() noexcept;
-  void add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
-           std::span<const BodyMotion> bodies) noexcept;
+  /// False: a point is farther from a body than the margin, so it is none of the body, and nothing is added.
+  bool add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
+           std::span<const BodyMotion> bodies, double margin_m) noexcept;
+  /// The points of the answer before, instead of those of this one.
+  void keep(std::uint32_t first, std::uint32_t second) noexcept;
 
   /// Whether the answer before the last begin() had points of the pair. Before the pair is added.
   bool was_near(std::uint32_t first, std::uint32_t second) const noexcept;
@@ -46,7 +54,7 @@ class FrozenContacts {
   void keep_anchor(FrozenContact& point) noexcept;
 
   const ContactLaw law_;
-  const std::vector<double> sizes_m_;
+  const std::vector<BodySize> sizes_;
   std::vector<FrozenContact> points_, earlier_;
   bool depths_are_known_ = false;
 };

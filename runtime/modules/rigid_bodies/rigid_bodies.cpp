@@ -37,8 +37,8 @@
 namespace hil::modules {
 namespace {
 
-constexpr std::array<const char*, 9> own_outputs{"kinetic_energy", "contacts", "depth", "touched", "undecided",
-                                                 "overflows",      "late",     "rows",  "stopped"};
+constexpr std::array<const char*, 9> own_outputs{
+    "kinetic_energy", "contacts", "depth", "touched", "undecided", "overflows", "late", "rows", "stopped"};
 
 class RigidBodies final : public Module {
  public:
@@ -204,11 +204,12 @@ void RigidBodies::contribute(contribution::Contribution& report) const {
   contribution::Section section{
       .name = "contacts_" + instance_,
       .title = "Contacts of " + instance_,
-      .text = "The first contact of each pair of bodies: its place in the world, the speed at which the "
-              "surfaces closed there, and the depth of the first substep in contact. " +
-              std::to_string(counts.undecided) + " pairs were undecided, " +
-              std::to_string(counts.overflows) + " answers incomplete, and " + std::to_string(counts.late) +
-              " pairs touched before they were within the margin.",
+      .text =
+          "The first contact of each pair of bodies: its place in the world, the speed at which the "
+          "surfaces closed there, and the depth of the first substep in contact. " +
+          std::to_string(counts.undecided) + " pairs were undecided, " + std::to_string(counts.overflows) +
+          " answers incomplete, and " + std::to_string(counts.late) +
+          " pairs touched before they were within the margin.",
       .pictures = {},
       .plots = {},
       .tables = {}};

@@ -38,10 +38,14 @@ contribution::Table TouchLog::table() const {
   const auto number = [](const char* title, const char* unit, int decimals) {
     return contribution::Column{.title = title, .numeric = true, .unit = unit, .decimals = decimals};
   };
-  contribution::Table table{
-      .columns = {{.title = "Bodies"}, number("Run time", "s", 4), number("x", "m", 4), number("y", "m", 4),
-                  number("z", "m", 4), number("Closing speed", "m/s", 4), number("Depth", "mm", 3)},
-      .rows = {}};
+  contribution::Table table{.columns = {{.title = "Bodies"},
+                                        number("Run time", "s", 4),
+                                        number("x", "m", 4),
+                                        number("y", "m", 4),
+                                        number("z", "m", 4),
+                                        number("Closing speed", "m/s", 4),
+                                        number("Depth", "mm", 3)},
+                            .rows = {}};
   for (const Touch& touch : touches_) {
     table.rows.push_back({{.text = names_[touch.first] + ", " + names_[touch.second]},
                           {.number = static_cast<double>(touch.time_ns) * 1e-9},

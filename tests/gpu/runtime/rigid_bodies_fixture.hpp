@@ -46,7 +46,8 @@ class RigidBodiesFixture : public ModuleFixture {
     std::vector<double> outputs;
     const auto until_ns = static_cast<std::int64_t>(time_s * 1e9 + 0.5);
     for (; next_ns_ <= until_ns; next_ns_ += period_ns_) {
-      outputs = step(module, static_cast<std::uint64_t>(next_ns_ / period_ns_), next_ns_, period_ns_, inputs_);
+      outputs =
+          step(module, static_cast<std::uint64_t>(next_ns_ / period_ns_), next_ns_, period_ns_, inputs_);
       each(outputs);
     }
     return outputs;

@@ -58,7 +58,7 @@ TEST_F(RigidBodiesModule, AStackOfTenBoxesRests) {
     for (std::size_t below = 0; below <= i; ++below)
       sunk_m += (count - static_cast<double>(below)) * mass_kg * gravity_mps2 / 2e6;
     EXPECT_NEAR(of(end, i, z), 0.5 + static_cast<double>(i) - sunk_m, 2e-4) << "box " << i;
-    }
+  }
   EXPECT_GE(end[contacts], 10.0);
   EXPECT_EQ(end[touched], 10.0);
   EXPECT_EQ(end[undecided], 0.0);
@@ -88,7 +88,7 @@ TEST_F(RigidBodiesModule, ADroppedBoxRestsAtTheDepthOfItsWeight) {
   ASSERT_TRUE(has_event("floor touches box at 0.99")) << events_.events().size();
 }
 
-/// The end of a box of 1 m on a plate that is inclined by an angle, after 2 s: how far it slid.
+/// A box of 1 m on a plate that is inclined by an angle: how far it slides in 2 s, and its speed then.
 struct Slide {
   double way_m = 0.0, speed_mps = 0.0;
 };
@@ -103,7 +103,8 @@ class Slope : public RigidBodiesFixture {
         {.p_world_m = turn * glm::dvec3(-5.0, 0.0, 0.25), .q_world = turn});
     const auto module = rigid_bodies(
         "{bodies: [{body: floor}, {body: box, mass: 100 kg, inertia: {box: [1 m, 1 m, 0.5 m]}}], "
-        "stiffness: 10 MN/m, damping: 20 kN s/m, substeps: 4, friction: " + friction + "}",
+        "stiffness: 10 MN/m, damping: 20 kN s/m, substeps: 4, friction: " +
+            friction + "}",
         4 * ms);
     const std::vector<double> begin = run_to(*module, 0.5), end = run_to(*module, 2.5);
     const auto along = [&](const std::vector<double>& outputs, BodyOutput first) {
@@ -140,29 +141,31 @@ TEST_F(Slope, ABoxSlidesWithTheAccelerationThatFrictionLeaves) {
   EXPECT_GT(result.way_m, 5.0);
 }
 
-/// A polygon of 1024 corners in place of a circle. In one second each of its edges is below it once or
-/// more often.
+/// A polygon of 1024 corners in place of a circle. The load is carried by the corners of one of its faces,
+/// which sink and rise as it rolls, so its width, the stiffness and the damping determine the loss.
 TEST_F(RigidBodiesModule, ARollingCylinderKeepsItsSpeed) {
   const bool is_long = std::getenv("HIL_TESTS_LONG") != nullptr;
   const double duration_s = is_long ? 60.0 : 5.0;
-  constexpr double radius_m = 0.5, speed_mps = 1.0;
-  add_floor(160.0);
+  constexpr double radius_m = 0.5;
+  const double speed_mps = is_long ? 0.25 : 1.0;
+  add_floor(20.0);
   // The axis of the cylinder is its z axis; it lies along the world's y axis.
   add("cylinder", rtstdb::make_cylinder(radius_m, 1.0, 1024),
-      {.p_world_m = {-2.0, 0.0, radius_m},
+      {.p_world_m = {-7.5, 0.0, radius_m},
        .q_world = glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0)),
        .v_world_mps = {speed_mps, 0.0, 0.0},
        .w_world_radps = {0.0, speed_mps / radius_m, 0.0}});
   const auto module = rigid_bodies(
       "{bodies: [{body: floor}, {body: cylinder, mass: 10 kg, inertia: {cylinder: {radius: 0.5 m, height: 1 "
-      "m}}}], stiffness: 100 kN/m, damping: 400 N s/m, substeps: 4}",
-      4 * ms);
+      "m}}}], stiffness: 50 kN/m, damping: 50 N s/m, substeps: 2}",
+      2 * ms);
   const std::vector<double> end = run_to(*module, duration_s);
   EXPECT_NEAR(of(end, 0, vx), speed_mps, 0.01 * speed_mps);
   EXPECT_NEAR(of(end, 0, wz), speed_mps / radius_m, 0.01 * speed_mps / radius_m) << "it rolls";
-  EXPECT_NEAR(of(end, 0, x), -2.0 + speed_mps * duration_s, 0.01 * duration_s);
+  EXPECT_NEAR(of(end, 0, x), -7.5 + speed_mps * duration_s, 0.01 * duration_s);
   EXPECT_NEAR(of(end, 0, y), 0.0, 1e-3);
-  std::printf("speed %.6f w %.6f\n", of(end, 0, vx), of(end, 0, wz));
+  // The query may not decide single answers (contact.hpp); the points before them carry the body meanwhile.
+  EXPECT_LT(end[undecided], 1e-3 * duration_s / 2e-3);
 }
 
 /// Two boxes meet off their centres, without gravity: linear and angular momentum stay, and some energy is

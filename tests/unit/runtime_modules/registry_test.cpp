@@ -42,6 +42,9 @@ const char* const docking_port =
 const char* const pixel_study =
     "{port: {body: a}, reflector: b, reflector_size: 4 mm, distances: [20 m], samples: [16, 1], "
     "beams: [0.02 deg], layers: [x]}";
+const char* const rigid_bodies =
+    "{bodies: [{body: a}, {body: b, mass: 1 kg, inertia: {sphere: {radius: 1 m}}}], stiffness: 1 kN/m, "
+    "damping: 1 N s/m}";
 const char* const collision = "{body: ego, against: [a]}";
 
 TEST(Registry, FindsEveryTypeByItsName) {
@@ -63,9 +66,9 @@ TEST(Registry, FindsEveryTypeByItsName) {
 
 TEST(Registry, EveryModuleDescribesItsPorts) {
   const std::map<std::string, const char*> parameters{
-      {"vehicles", two_vehicles},    {"laser_scanner", scanner}, {"detectors", detectors},
-      {"collision", collision},      {"free_body", free_body},   {"pixel_study", pixel_study},
-      {"docking_port", docking_port}};
+      {"vehicles", two_vehicles},     {"laser_scanner", scanner},    {"detectors", detectors},
+      {"collision", collision},       {"free_body", free_body},      {"pixel_study", pixel_study},
+      {"docking_port", docking_port}, {"rigid_bodies", rigid_bodies}};
   for (const ModuleType& module_type : module_types()) {
     const std::string type(module_type.name);
     ASSERT_TRUE(parameters.contains(type)) << "add example parameters of the module type " << type;
