@@ -1,13 +1,16 @@
 // The docking port of a body. It measures where the port of another body, the chaser, is (port_geometry.hpp),
-// and captures the chaser in the first step in which the chaser's port is within the capture limits. The
-// chaser misses the port in the first step in which its port is farther behind the plane of this port than
-// the capture limits permit.
+// and captures the chaser in the first step in which the chaser's port is within the capture limits. With a
+// ring it captures only by contact: when the chaser's body begins to touch the ring (port_contact.hpp) and
+// the chaser's port is within the limits. A touch that is not within them never captures, however slow the
+// chaser becomes while it lasts. The chaser misses the port in the first step in which its port is farther
+// behind the plane of this port than the capture limits permit.
 //
 // Outputs  distance, lateral (m), off_axis, misalignment (rad), closing_speed, lateral_speed (m/s): of the
 //            chaser's port
 //          docked  1 from the capture on; the input `hold` of the chaser's free_body may read it
 //          missed  1 from the miss on
 //          capture_lateral (m), capture_misalignment (rad), capture_speed (m/s): at the capture; 0 before
+//          touches, touch_speed (m/s), undecided: with a ring; see PortContact
 
 #include <algorithm>
 #include <array>
@@ -17,6 +20,7 @@
 #include <utility>
 
 #include "runtime/config/numbers.hpp"
+#include "runtime/modules/docking_port/port_contact.hpp"
 #include "runtime/modules/docking_port/port_geometry.hpp"
 #include "runtime/modules/docking_port/port_parameter.hpp"
 #include "runtime/modules/module.hpp"
@@ -57,9 +61,15 @@ class DockingPort final : public Module {
   void contribute(contribution::Contribution& report) const override;
 
  private:
-  void judge(const RelativePort& port, StepContext& context) noexcept;
+  void judge(const RelativePort& measured, StepContext& context) noexcept;
+  /// Whether the port may capture in this step: without a ring always, else where a touch begins.
+  bool may_capture(const RelativePort& measured, StepContext& context) noexcept;
+  /// What the limits apply to: with a ring the closing speed is that of the last touch.
+  RelativePort at_touch(RelativePort port) const noexcept;
 
   PortedBody target_, chaser_;
+  std::string ring_;  ///< a body; empty: the port has none
+  std::unique_ptr<PortContact> contact_;
   CaptureLimits limits_;
   Ports ports_;
   rtstdb::Database* database_ = nullptr;
@@ -68,7 +78,7 @@ class DockingPort final : public Module {
   double docked_ = 0.0, missed_ = 0.0;
   bool was_in_front_ = false;
   std::int64_t capture_ns_ = 0;
-  EventLog::Kind captures_, misses_;
+  EventLog::Kind captures_, misses_, bounces_;
 };
 
 DockingPort::DockingPort(const config::Value& parameters, PortedBody target, PortedBody chaser)
@@ -95,6 +105,14 @@ DockingPort::DockingPort(const config::Value& parameters, PortedBody target, Por
       {.name = "capture_lateral", .unit = "m", .about = "`lateral` at the capture"},
       {.name = "capture_misalignment", .unit = "rad", .about = "`misalignment` at the capture"},
       {.name = "capture_speed", .unit = "m/s", .about = "`closing_speed` at the capture"}};
+  if (!parameters.has("ring")) return;
+  ring_ = parameters["ring"].text();
+  ports_.bodies.push_back({ring_, parameters["ring"].place()});
+  ports_.outputs.push_back({.name = "touches", .unit = "", .about = "Touches of the ring that began so far"});
+  ports_.outputs.push_back(
+      {.name = "touch_speed", .unit = "m/s", .about = "`closing_speed` when the last touch began"});
+  ports_.outputs.push_back(
+      {.name = "undecided", .unit = "", .about = "Steps so far in which a touch could not be decided"});
 }
 
 /// A chaser that a step carries through the capture distance would not be captured.
@@ -114,9 +132,17 @@ void DockingPort::configure(World& world, EventLog& events, const TaskParameters
   target_.entity = world.entity_of(target_.name, caller);
   chaser_.entity = world.entity_of(chaser_.name, caller);
   database_ = &world.database();
-  transaction_ = database_->make_transaction({.max_reads = 2});
+  transaction_ = database_->make_transaction({.max_queries = ring_.empty() ? 0u : 1u, .max_reads = 2});
+  if (!ring_.empty()) {
+    auto contact =
+        PortContact::prepare(*database_, task.instance, chaser_.entity, world.entity_of(ring_, caller));
+    if (!contact) throw SetupError(caller, contact.error());
+    contact_ = std::move(contact).value();
+  }
   captures_ = events.add_kind(chaser_.name + " is captured at {} m/s", 3);
   misses_ = events.add_kind(chaser_.name + " misses the port by {} m", 3);
+  bounces_ = events.add_kind(
+      chaser_.name + " touches " + ring_ + " at {} m/s and is not captured: it is not within the limits", 3);
 }
 
 void DockingPort::step(StepContext& context) noexcept {
@@ -127,6 +153,7 @@ void DockingPort::step(StepContext& context) noexcept {
                        .read_at = rtstdb::ReadAt::pinned(context.version)});
   transaction_->read(target_.entity);
   transaction_->read(chaser_.entity);
+  if (contact_) contact_->add_to(*transaction_, context.world_time());
   if (!context.execute(*database_, *transaction_).done()) return;
   const rtstdb::EntityState* target = transaction_->state(0);
   const rtstdb::EntityState* chaser = transaction_->state(1);
@@ -146,11 +173,29 @@ void DockingPort::step(StepContext& context) noexcept {
                           at_capture_.misalignment_rad,
                           at_capture_.closing_speed_mps};
   std::copy(values.begin(), values.end(), context.outputs.begin());
+  if (!contact_) return;
+  const std::array contact{contact_->touches(), contact_->speed_mps(), contact_->undecided()};
+  std::copy(contact.begin(), contact.end(), context.outputs.begin() + values.size());
 }
 
-void DockingPort::judge(const RelativePort& port, StepContext& context) noexcept {
+bool DockingPort::may_capture(const RelativePort& measured, StepContext& context) noexcept {
+  if (!contact_) return true;
+  if (!contact_->take(measured.closing_speed_mps)) return false;
+  if (docked_ != 0.0 || limits_.permit(at_touch(measured))) return true;
+  context.events->note(bounces_, context.time_ns, contact_->speed_mps());
+  return false;
+}
+
+RelativePort DockingPort::at_touch(RelativePort port) const noexcept {
+  if (contact_) port.closing_speed_mps = contact_->speed_mps();
+  return port;
+}
+
+void DockingPort::judge(const RelativePort& measured, StepContext& context) noexcept {
+  const bool may = may_capture(measured, context);
   if (docked_ != 0.0 || missed_ != 0.0) return;
-  if (limits_.permit(port)) {
+  const RelativePort port = at_touch(measured);
+  if (may && limits_.permit(port)) {
     docked_ = 1.0;
     at_capture_ = port;
     capture_ns_ = context.time_ns;
@@ -214,6 +259,10 @@ config::Schema docking_port_schema() {
                           "The port captures the chaser when no value is beyond its limit. With a step of "
                           "the task the chaser moves by closing speed times period, which has to be less "
                           "than twice the distance."),
+      Field::optional(
+          "ring", Schema::text(),
+          "The body that the chaser has to touch to be captured, such as an entity with the shape "
+          "of the port's ring. Both bodies consist of convex pieces."),
   });
 }
 

@@ -9,16 +9,16 @@ namespace hil::modules {
 std::vector<Port> body_inputs(const std::string& body) {
   std::vector<Port> ports;
   for (const char* axis : {"x", "y", "z"}) {
-    ports.push_back({.name = body + ".force_" + axis,
+    ports.push_back({.name = body + "_force_" + axis,
                      .unit = "N",
                      .about = std::string("Force along the body's ") + axis});
   }
   for (const char* axis : {"x", "y", "z"}) {
-    ports.push_back({.name = body + ".torque_" + axis,
+    ports.push_back({.name = body + "_torque_" + axis,
                      .unit = "N m",
                      .about = std::string("Torque about the body's ") + axis});
   }
-  ports.push_back({.name = body + ".hold", .unit = "", .about = "Not 0: the body is held where it is"});
+  ports.push_back({.name = body + "_hold", .unit = "", .about = "Not 0: the body is held where it is"});
   return ports;
 }
 

@@ -41,7 +41,8 @@ void BodyWriter::write_step(StepContext& context, const BodySet& bodies,
   for (std::size_t i = 0; i < begin_.size(); ++i) {
     const BodySet::Body& body = bodies.bodies()[i];
     if (!body.rigid_body) continue;
-    if (is_near[i] == 0 && written_[i] && permits(error_of(*written_[i], begin_[i], begin)) &&
+    const bool changes = is_near[i] != 0 && !body.is_held && !body.has_stopped;
+    if (!changes && written_[i] && permits(error_of(*written_[i], begin_[i], begin)) &&
         permits(error_of(*written_[i], body.state, end)))
       continue;
     pending_.push_back({i, row_between(begin_[i], body.state, begin, duration_s)});

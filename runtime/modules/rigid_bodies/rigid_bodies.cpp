@@ -3,10 +3,10 @@
 // step with the forces of these contacts (contact_law.hpp, frozen_contacts.hpp).
 //
 // Inputs   of each body B with a mass:
-//          B.force_x, B.force_y, B.force_z (N), B.torque_x, B.torque_y, B.torque_z (N m): at the centre of
+//          B_force_x, B_force_y, B_force_z (N), B_torque_x, B_torque_y, B_torque_z (N m): at the centre of
 //          mass along the axes of the body; constant until the next step. An input that is not fresh, or not
 //          finite, counts as 0.
-//          B.hold  not 0: the body is held where it is, at rest in the world
+//          B_hold  not 0: the body is held where it is, at rest in the world
 // Outputs  kinetic_energy (J): of all bodies
 //          contacts: points that press now; depth (m): of the deepest
 //          touched: pairs that have touched so far

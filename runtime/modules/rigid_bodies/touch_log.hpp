@@ -2,7 +2,8 @@
 // The first contact of each pair of bodies: when, where and how fast. For events, and for a table of the
 // report.
 //
-// Threads: add_kinds while configuring; note_first in the tick, without allocation; table after the last tick.
+// Threads: add_kinds while configuring; note_first in the tick, without allocation; table after the last
+// tick.
 
 #include <glm/ext/vector_double3.hpp>
 

@@ -17,7 +17,10 @@ enum Output : std::size_t {
   docked = 6,
   missed = 7,
   capture_lateral = 8,
-  capture_speed = 10
+  capture_speed = 10,
+  touches = 11,
+  touch_speed = 12,
+  undecided = 13
 };
 
 class DockingPortModule : public test::ModuleFixture {
@@ -42,11 +45,12 @@ class DockingPortModule : public test::ModuleFixture {
   }
 
   /// After 30 s, with this chaser.
-  std::vector<double> outputs_of(const std::string& name, const rtstdb::EntityRow& row) {
+  std::vector<double> outputs_of(const std::string& name, const rtstdb::EntityRow& row,
+                                 const std::string& more = "") {
     world_->create(name, row);
     const auto module =
         make(*find_module_type("docking_port"),
-             "{target: {body: station}, chaser: {body: " + name + ", position: [1 m, 0 m, 0 m]}}",
+             "{target: {body: station}, chaser: {body: " + name + ", position: [1 m, 0 m, 0 m]}" + more + "}",
              {.instance = "port", .period_ns = period_ns});
     EXPECT_NE(module, nullptr) << diagnostics_.to_text();
     std::vector<double> outputs;
@@ -102,6 +106,41 @@ TEST_F(DockingPortModule, ReportsNothingOfAChaserThatDidNotArrive) {
   EXPECT_EQ(outputs[docked], 0.0);
   EXPECT_EQ(outputs[missed], 0.0);
   EXPECT_TRUE(events_.events().empty());
+}
+
+/// A box of 2 m comes to a plate whose front is in the plane of the port. It is captured in the step in which
+/// it begins to touch, if it is slow enough then; the other limits hold far longer.
+TEST_F(DockingPortModule, WithARingCapturesByASoftTouchAlone) {
+  rtstdb::EntityRow ring;
+  ring.geometry = world_->add_geometry(rtstdb::make_box({0.2, 1.0, 1.0}), "ring");
+  ring.motion.p_world_m = {-0.1, 0.0, 0.0};
+  world_->create("ring", ring);
+  rtstdb::EntityRow row;
+  row.geometry = world_->add_geometry(rtstdb::make_box({2.0, 1.0, 1.0}), "chaser");
+  row.motion.p_world_m = {3.0, 0.02, 0.0};
+  row.motion.q_world = glm::angleAxis(std::numbers::pi, glm::dvec3(0.0, 0.0, 1.0));
+  const std::string with_ring = ", ring: ring, capture: {distance: 50 mm}";
+  row.motion.v_world_mps = {-0.08, 0.0, 0.0};
+  const std::vector<double> soft = outputs_of("soft", row, with_ring);
+  EXPECT_EQ(soft[docked], 1.0);
+  EXPECT_EQ(soft[touches], 1.0);
+  EXPECT_NEAR(soft[touch_speed], 0.08, 1e-9);
+  EXPECT_NEAR(soft[capture_speed], 0.08, 1e-9);
+  row.motion.v_world_mps = {-0.12, 0.0, 0.0};
+  allocation_guard::reset();
+  const std::vector<double> hard = outputs_of("hard", row, with_ring);
+  EXPECT_EQ(allocation_guard::seen().total(), 0U) << "in the steps";
+  EXPECT_EQ(hard[docked], 0.0);
+  EXPECT_EQ(hard[touches], 1.0);
+  EXPECT_NEAR(hard[touch_speed], 0.12, 1e-9);
+  EXPECT_EQ(hard[undecided], 0.0);
+  // Beside the plate it is within all limits but touches nothing.
+  row.motion.v_world_mps = {-0.08, 0.0, 0.0};
+  row.motion.p_world_m = {3.0, 0.0, 1.05};
+  const std::vector<double> beside =
+      outputs_of("beside", row, ", ring: ring, capture: {distance: 50 mm, lateral: 2 m}");
+  EXPECT_EQ(beside[docked], 0.0);
+  EXPECT_EQ(beside[touches], 0.0);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/paths.h"
 #include "tests/system/scenario/hil.hpp"
@@ -42,9 +43,49 @@ TEST(VirtualDocking, CapsuleDocksWithBeamsThatTileItsView) {
   EXPECT_GT(signals["port.distance"].at(10), 39.0) << "it began far away";
   EXPECT_GT(greatest(signals["can.capsule.ThrustCommand.ForceX"]), 100.0);
   EXPECT_GE(greatest(signals["scanner.target_count"]), 8.0);
-  // Far fewer rows than the 120,000 steps.
+  // Far fewer rows than the 12,000 steps.
   EXPECT_GT(signals["capsule_motion.rows"].back(), 50.0);
-  EXPECT_LT(signals["capsule_motion.rows"].back(), 12'000.0);
+  EXPECT_LT(signals["capsule_motion.rows"].back(), 2'000.0);
+  // The capture is the contact: the body touches the ring, at the speed that the report has.
+  EXPECT_EQ(signals["port.touches"].back(), 1.0);
+  EXPECT_EQ(signals["capsule_motion.touched"].back(), 1.0);
+  EXPECT_EQ(signals["port.touch_speed"].back(), signals["port.capture_speed"].back());
+  const std::size_t docked_at = static_cast<std::size_t>(std::ranges::find(signals["port.docked"], 1.0) -
+                                                         signals["port.docked"].begin());
+  EXPECT_GT(signals["capsule_motion.depth"].at(docked_at), 0.0);
+  EXPECT_EQ(greatest(signals["capsule_motion.late"]), 0.0);
+  const auto& contacts = report["sections"].at(0);
+  ASSERT_EQ(contacts["title"], "Contacts of capsule_motion");
+  ASSERT_EQ(contacts["tables"].at(0)["rows"].size(), 1U);
+  const auto& touch = contacts["tables"].at(0)["rows"].at(0);
+  EXPECT_EQ(touch.at(0)["text"], "capsule, port_ring");
+  EXPECT_NEAR(std::hypot(touch.at(2)["number"].get<double>(), touch.at(4)["number"].get<double>()), 0.6, 0.1)
+      << "on the ring";
+  EXPECT_NEAR(touch.at(5)["number"].get<double>(), signals["port.touch_speed"].back(), 5e-3);
+}
+
+/// The port captures below 5 mm/s only. The guidance comes with 7 cm/s: the capsule touches the ring, bounces
+/// and is never docked.
+TEST(VirtualDocking, ATouchThatIsTooFastIsNoDocking) {
+  const Folder folder;
+  const Ended run = run_hil({"run", docking("docking.yaml"), "--clock", "virtual", "--out", folder / "out",
+                             "--set", "tasks.port.parameters.capture.closing_speed=0.005 m/s"});
+  EXPECT_EQ(run.code, 1) << run.output << run.errors;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(result_of(report, "docked in time"), "failed");
+  const Signals signals(folder / "out");
+  EXPECT_EQ(greatest(signals["port.docked"]), 0.0);
+  EXPECT_GE(signals["port.touches"].back(), 1.0);
+  EXPECT_GT(greatest(signals["port.touch_speed"]), 0.02);
+  EXPECT_GT(greatest(signals["capsule_motion.contacts"]), 0.0);
+  EXPECT_GT(-*std::ranges::min_element(signals["port.closing_speed"]), 1e-3) << "it bounces";
+  const auto has_event = [&](const std::string& words) {
+    return std::ranges::any_of(report["events"], [&](const auto& event) {
+      return event["text"].template get<std::string>().find(words) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(has_event("and is not captured: it is not within the limits")) << report["events"];
+  EXPECT_FALSE(has_event("is captured at"));
 }
 
 TEST(VirtualDocking, WithRaysThePortIsNotFoundInTime) {
