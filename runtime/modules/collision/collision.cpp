@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 
+#include "runtime/modules/collision/touch_record.hpp"
 #include "runtime/modules/collision/touching_bodies.hpp"
 #include "runtime/modules/module.hpp"
 
@@ -41,13 +42,15 @@ class Collision final : public Module {
     if (impact_window_.count() > 0)
       ports_.outputs.push_back({.name = "time_to_impact",
                                 .unit = "s",
-                                .about = "Until the first impact; the window if there is none"});
+                                .about = "Until the first impact; the window if there is none",
+                                .initial = static_cast<double>(impact_window_.count()) * 1e-9});
   }
 
   const Ports& ports() const noexcept override { return ports_; }
 
   void configure(World& world, EventLog& events, const TaskParameters& task) override {
     const std::string caller = "module " + task.instance;
+    instance_ = task.instance;
     entity_ = world.entity_of(body_, caller);
     mask_ = world.mask_of(layers_, caller);
     database_ = &world.database();
@@ -59,6 +62,7 @@ class Collision final : public Module {
                                                        .impact_window = impact_window_});
     if (!bodies) throw SetupError(caller, bodies.error());
     bodies_ = std::move(bodies).value();
+    if (by_bodies_) record_ = std::make_unique<TouchRecord>(world, events, body_);
     transaction_ = database_->make_transaction({.max_queries = 2});
     touching_.reserve(max_hits);
     touched_.reserve(max_hits);
@@ -94,6 +98,11 @@ class Collision final : public Module {
     context.outputs[1] = total_;
     if (by_bodies_) context.outputs[2] = now.depth_m;
     if (begun > 0.0) context.events->note(began_, context.time_ns, begun);
+    if (begun > 0.0 && record_) record_new_touches(context);
+  }
+
+  void contribute(contribution::Contribution& report) const override {
+    if (record_) record_->add_to(report, instance_);
   }
 
  private:
@@ -102,10 +111,20 @@ class Collision final : public Module {
   double begun_to_touch(std::uint32_t found) noexcept {
     std::sort(touching_.begin(), touching_.end(), before);
     if (std::max(found, found_) > max_hits) return found > found_ ? static_cast<double>(found - found_) : 0.0;
-    return static_cast<double>(
-        std::count_if(touching_.begin(), touching_.end(), [this](const rtstdb::EntityId& other) {
-          return !std::binary_search(touched_.begin(), touched_.end(), other, before);
-        }));
+    return static_cast<double>(std::count_if(
+        touching_.begin(), touching_.end(), [this](const rtstdb::EntityId& other) { return is_new(other); }));
+  }
+
+  bool is_new(const rtstdb::EntityId& other) const noexcept {
+    return !std::binary_search(touched_.begin(), touched_.end(), other, before);
+  }
+
+  void record_new_touches(StepContext& context) noexcept {
+    for (const rtstdb::EntityId& other : touching_) {
+      if (!is_new(other)) continue;
+      const rtstdb::ContactPair* pair = bodies_->pair_with(other);
+      if (pair != nullptr) record_->note(context, *pair);
+    }
   }
 
   /// What touches is not known. Contacts may begin unseen, so 'total' stays no number to the end of the run.
@@ -126,6 +145,8 @@ class Collision final : public Module {
   rtstdb::EntityId entity_;
   std::uint32_t mask_ = 0;
   std::unique_ptr<TouchingBodies> bodies_;
+  std::unique_ptr<TouchRecord> record_;  ///< by_bodies_
+  std::string instance_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   std::vector<rtstdb::EntityId> touching_, touched_;  // now, and at the answer before; sorted
   std::uint32_t found_ = 0;                           // at the answer before

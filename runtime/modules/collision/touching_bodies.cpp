@@ -75,6 +75,13 @@ Touching TouchingBodies::take(std::vector<rtstdb::EntityId>& entities) const noe
   return touching;
 }
 
+const rtstdb::ContactPair* TouchingBodies::pair_with(rtstdb::EntityId other) const noexcept {
+  if (!contacts_) return nullptr;
+  const std::span<const rtstdb::ContactPair> pairs = std::as_const(*contacts_).answers()[0].pairs;
+  const auto found = std::ranges::find(pairs, other, &rtstdb::ContactPair::second);
+  return found == pairs.end() ? nullptr : &*found;
+}
+
 double TouchingBodies::time_to_impact_s() const noexcept {
   const rtstdb::ImpactAnswer& answer = std::as_const(*impacts_).answers()[0];
   const bool is_known = !answer.incomplete && !answer.overflow && answer.refused == 0 &&

@@ -51,6 +51,8 @@ class TouchingBodies {
   /// Of the last transaction, which was done. Appends the listed bodies to `entities`, which has capacity for
   /// max_hits.
   Touching take(std::vector<rtstdb::EntityId>& entities) const noexcept;
+  /// by_bodies: the pair of the last answer with this body; null: none.
+  const rtstdb::ContactPair* pair_with(rtstdb::EntityId other) const noexcept;
 
  private:
   explicit TouchingBodies(const TouchingBodiesOptions& options) : options_(options) {}

@@ -120,7 +120,7 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   EXPECT_EQ(allocation_guard::seen().allocations, 0U);
   EXPECT_EQ(allocation_guard::seen().frees, 0U);
   // Each module ran, and the world was written and queried.
-  ASSERT_EQ(guarded.size(), 4U);
+  ASSERT_EQ(guarded.size(), 5U);
   for (const auto& task : guarded)
     EXPECT_GT(task->guarded_runs(), 20U);
   const rtstdb::TransactionCounts counts = database->counts();

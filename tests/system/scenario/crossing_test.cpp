@@ -3,12 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/system/scenario/hil.hpp"
 #include "tests/system/scenario/run_files.hpp"
 
 namespace hil::scenario_test {
 namespace {
+
+/// The rows of the table of touches; empty: the report has no such section.
+nlohmann::json touches_in(const nlohmann::json& report) {
+  for (const auto& section : report["sections"]) {
+    if (section["title"] == "Where bodies touched traffic.ego") return section["tables"].at(0)["rows"];
+  }
+  return nlohmann::json::array();
+}
 
 /// Removes the values that differ between two runs: measured times, and the addresses that the run chose.
 void leave_out_measurements(nlohmann::json& node) {
@@ -55,6 +64,8 @@ TEST(VirtualCrossing, StopsTheCarWithTheController) {
   };
   EXPECT_TRUE(has_event("the device under test requests")) << report["events"];
   EXPECT_TRUE(has_event("the ego stops")) << report["events"];
+  EXPECT_FALSE(has_event("is touched at")) << report["events"];
+  EXPECT_TRUE(touches_in(report).empty());
   for (const auto& process : report["processes"])
     EXPECT_EQ(process["exit"], "exited with code 0") << process;
 
@@ -62,6 +73,11 @@ TEST(VirtualCrossing, StopsTheCarWithTheController) {
   EXPECT_EQ(signals.rows(), 1000U);
   EXPECT_GT(greatest(signals["can.car.BrakeCommand.Deceleration"]), 1.0);
   EXPECT_EQ(greatest(signals["collision.total"]), 0.0);
+  // The impact comes nearer until the ego brakes. While it stands still none is ahead.
+  const std::vector<double>& impact_s = signals["impact.time_to_impact"];
+  EXPECT_LT(*std::ranges::min_element(impact_s), 2.5);
+  EXPECT_GT(*std::ranges::min_element(impact_s), 1.0);
+  EXPECT_EQ(greatest(impact_s), 4.0);
   ASSERT_FALSE(signals["traffic.ego.speed"].empty());
   EXPECT_GT(signals["traffic.ego.speed"].front(), 5.0);
   EXPECT_EQ(*std::ranges::min_element(signals["traffic.ego.speed"]), 0.0) << "the ego stops";
@@ -86,6 +102,29 @@ TEST(VirtualCrossing, CollidesWithoutTheController) {
   const Signals signals(folder / "out");
   EXPECT_GT(greatest(signals["collision.total"]), 0.0);
   EXPECT_EQ(greatest(signals["can.car.BrakeCommand.Deceleration"]), 0.0);
+
+  // Without a brake the time to the impact runs down to the collision.
+  EXPECT_FALSE(report["expectations"][1]["passed"].get<bool>());
+  EXPECT_LT(*std::ranges::min_element(signals["impact.time_to_impact"]), 0.1);
+  // Where: within both cars, at the crossing, and at a closing speed of cars.
+  const nlohmann::json touches = touches_in(report);
+  ASSERT_GE(touches.size(), 1U) << report["sections"];
+  EXPECT_EQ(touches[0].at(0)["text"], "traffic.runner");
+  const auto number = [&](std::size_t column) { return touches[0].at(column)["number"].get<double>(); };
+  EXPECT_NEAR(number(1), report["expectations"][0]["first_failure_ns"].get<double>() * 1e-9, 0.011);
+  EXPECT_LT(std::hypot(number(2), number(3)), 10.0) << "of the middle of the crossing";
+  for (const std::size_t car : {5U, 8U}) {
+    EXPECT_LT(std::abs(number(car)), 2.3) << "within its length";
+    EXPECT_LT(std::abs(number(car + 1)), 1.0) << "within its width";
+  }
+  EXPECT_GT(number(11), 5.0);
+  EXPECT_LT(number(11), 20.0);
+  EXPECT_GE(number(12), 0.0);
+  EXPECT_TRUE(std::ranges::any_of(report["events"], [](const auto& event) {
+    return event["text"].template get<std::string>().starts_with("traffic.ego is touched at");
+  })) << report["events"];
+  EXPECT_NE(read_text(folder / "out/report.html").find("Where bodies touched traffic.ego"),
+            std::string::npos);
 
   const std::string junit = read_text(folder / "out/junit.xml");
   const std::size_t failed = junit.find("name=\"no collision\"");
