@@ -10,7 +10,7 @@ namespace {
 TEST(Commands, CheckCountsTheParts) {
   const Ended ended = run_hil({"check", crossing()});
   EXPECT_EQ(ended.code, 0) << ended.errors;
-  for (const char* words : {"4 tasks", "1 CAN bus", "1 Modbus unit", "2 expectations", "no mistakes"})
+  for (const char* words : {"5 tasks", "1 CAN bus", "1 Modbus unit", "3 expectations", "no mistakes"})
     EXPECT_NE(ended.output.find(words), std::string::npos) << words << " is not in: " << ended.output;
 }
 
