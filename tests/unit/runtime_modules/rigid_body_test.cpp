@@ -160,6 +160,66 @@ TEST(RigidBody, RotationDoesNotDependOnTheFrame) {
   EXPECT_LT(angle_between(frame * seen.q_world, inertial.q_world), 1e-9);
 }
 
+RigidBodyState moved_semi_implicitly(const RigidBody& body, RigidBodyState state, double duration_s,
+                                     int steps) {
+  for (int i = 0; i < steps; ++i)
+    state = body.semi_implicit_step(state, {}, {}, duration_s / steps);
+  return state;
+}
+
+/// Against the method of order 4: half the step, a quarter of the error. The angular momentum stays exactly.
+TEST(RigidBody, SemiImplicitRotationHasOrderTwo) {
+  const double t_s = 4.0;
+  const RigidBodyState exact = moved(tumbling, tumble(), {}, t_s, 40'000);
+  const auto error = [&](int steps) {
+    const RigidBodyState state = moved_semi_implicitly(tumbling, tumble(), t_s, steps);
+    EXPECT_EQ(state.angular_momentum_world_nms, tumble().angular_momentum_world_nms);
+    return angle_between(state.q_world, exact.q_world);
+  };
+  const double coarse = error(1'000), fine = error(2'000);
+  EXPECT_GT(fine, 1e-9) << "so small that rounding decides";
+  EXPECT_NEAR(coarse / fine, 4.0, 0.2);
+}
+
+/// A mass on a spring, near the largest stiffness of a contact: the energy oscillates but does not grow.
+TEST(RigidBody, SemiImplicitSpringKeepsItsEnergy) {
+  const RigidBody body({.mass_kg = 2.0, .inertia_kgm2 = diagonal(1.0, 1.0, 1.0)}, 0.0);
+  const double dt_s = 1e-3, stiffness_npm = 0.1 * 2.0 / (dt_s * dt_s);
+  RigidBodyState state = body.state({0.01, 0.0, 0.0}, {}, dquat(1.0, 0.0, 0.0, 0.0), {});
+  const auto energy = [&] {
+    return 0.5 * stiffness_npm * glm::dot(state.p_world_m, state.p_world_m) +
+           0.5 * 2.0 * glm::dot(state.v_world_mps, state.v_world_mps);
+  };
+  const double begin_j = energy();
+  for (int i = 0; i < 100'000; ++i) {
+    state = body.semi_implicit_step(state, -stiffness_npm * state.p_world_m, {}, dt_s);
+    ASSERT_NEAR(energy(), begin_j, 0.5 * begin_j) << "step " << i;
+  }
+}
+
+TEST(RigidBody, SemiImplicitOrbitFollowsTheOtherMethod) {
+  const RigidBody body({.mass_kg = 1.0, .inertia_kgm2 = diagonal(1.0, 2.0, 2.5)}, 0.01);
+  const RigidBodyState start =
+      body.state({10.0, -20.0, 5.0}, {0.1, 0.2, -0.1}, dquat(1.0, 0.0, 0.0, 0.0), {0.02, 0.0, -0.01});
+  const RigidBodyState exact = moved(body, start, {}, 50.0, 5'000);
+  const RigidBodyState state = moved_semi_implicitly(body, start, 50.0, 50'000);
+  EXPECT_LT(glm::distance(state.p_world_m, exact.p_world_m), 1e-3);
+  EXPECT_GT(glm::distance(state.p_world_m, start.p_world_m), 5.0);
+  EXPECT_LT(angle_between(state.q_world, exact.q_world), 1e-3);
+}
+
+TEST(RigidBody, RotationVectorsAndRotations) {
+  const dquat q = glm::angleAxis(0.7, glm::normalize(dvec3(1.0, 2.0, -1.0)));
+  for (const dvec3& turn :
+       {dvec3(0.0), dvec3(1e-12, 0.0, 0.0), dvec3(0.3, -0.2, 1.0), dvec3(0.0, 3.0, 0.0)}) {
+    const dquat after = turned(q, turn);
+    EXPECT_NEAR(glm::length(after), 1.0, 1e-15);
+    EXPECT_LT(glm::distance(rotation_vector_rad(after * glm::conjugate(q)), turn), 1e-14);
+    EXPECT_LT(glm::distance(rotation_vector_rad(-(after * glm::conjugate(q))), turn), 1e-14);
+  }
+  EXPECT_LT(angle_between(turned(q, {0.0, 0.0, 0.5}), glm::angleAxis(0.5, dvec3(0.0, 0.0, 1.0)) * q), 1e-15);
+}
+
 TEST(RigidBody, TensorsThatNoBodyHas) {
   EXPECT_EQ(fault_of_inertia(diagonal(1.0, 2.0, 3.0)), "") << "a plate";
   EXPECT_EQ(fault_of_inertia(diagonal(0.333333, 0.333333, 0.666667)), "") << "a plate, rounded";
