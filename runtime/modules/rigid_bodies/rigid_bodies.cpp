@@ -40,6 +40,9 @@ namespace {
 constexpr std::array<const char*, 9> own_outputs{
     "kinetic_energy", "contacts", "depth", "touched", "undecided", "overflows", "late", "rows", "stopped"};
 
+constexpr std::int64_t track_every_ns = 100'000'000;
+constexpr std::size_t max_track_points = 1u << 13;
+
 class RigidBodies final : public Module {
  public:
   explicit RigidBodies(RigidBodiesOptions options);
@@ -55,6 +58,7 @@ class RigidBodies final : public Module {
   void take_inputs(StepContext& context) noexcept;
   void stop_beyond_limits(StepContext& context) noexcept;
   void write_outputs(StepContext& context) noexcept;
+  void note_tracks(std::int64_t time_ns) noexcept;
 
   const RigidBodiesOptions options_;
   Ports ports_;
@@ -68,7 +72,9 @@ class RigidBodies final : public Module {
   struct Kinds {
     EventLog::Kind stops, held, released;
   };
-  std::vector<Kinds> kinds_;  ///< by body
+  std::vector<Kinds> kinds_;                                   ///< by body
+  std::vector<std::vector<contribution::TrackPoint>> tracks_;  ///< by body; empty of fixed ones
+  std::int64_t next_track_ns_ = 0;
 };
 
 RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(options)) {
@@ -127,6 +133,8 @@ void RigidBodies::configure(World& world, EventLog& events, const TaskParameters
   writer_ = std::make_unique<BodyWriter>(world, task, std::move(entities), *bodies_, options_.permitted);
 
   for (const RigidBodyOptions& body : options_.bodies) {
+    tracks_.emplace_back();
+    if (body.properties) tracks_.back().reserve(max_track_points);
     kinds_.push_back({.stops = events.add_kind(body.name + " stops and rests from now on: it would have "
                                                            "reached {} times what the database permits",
                                                3),
@@ -143,6 +151,7 @@ void RigidBodies::step(StepContext& context) noexcept {
   watch_->take(context, *bodies_, writer_->version());
   take_inputs(context);
   write_outputs(context);
+  note_tracks(context.time_ns);
   writer_->begin_step(*bodies_);
   state_ns_ = context.time_ns + context.period_ns;
   bodies_->advance(watch_->contacts(), watch_->touches(), context.time_ns, state_ns_, substep_ns_);
@@ -199,7 +208,19 @@ void RigidBodies::write_outputs(StepContext& context) noexcept {
   }
 }
 
+void RigidBodies::note_tracks(std::int64_t time_ns) noexcept {
+  if (time_ns < next_track_ns_) return;
+  next_track_ns_ = time_ns + track_every_ns;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    const BodySet::Body& body = std::as_const(*bodies_).bodies()[i];
+    if (body.rigid_body && tracks_[i].size() < max_track_points)
+      tracks_[i].push_back({time_ns, body.state.p_world_m.x, body.state.p_world_m.y});
+  }
+}
+
 void RigidBodies::contribute(contribution::Contribution& report) const {
+  for (std::size_t i = 0; i < tracks_.size(); ++i)
+    if (!tracks_[i].empty()) report.map.tracks.push_back({options_.bodies[i].name, true, tracks_[i]});
   const ContactWatch::Counts& counts = watch_->counts();
   contribution::Section section{
       .name = "contacts_" + instance_,
