@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <optional>
 
 #include "tests/gpu/runtime/rigid_bodies_fixture.hpp"
+#include "tests/support/rounds.hpp"
 
 namespace hil::modules {
 namespace {
@@ -21,6 +21,7 @@ constexpr std::int64_t ms = 1'000'000;
 constexpr double gravity_mps2 = 9.80665;
 
 class RigidBodiesModule : public RigidBodiesFixture {};
+class RollingBody : public RigidBodiesFixture {};
 
 /// Ten boxes of 1 m and 10 kg, laid on one another without gaps. At 3 s they have settled; until 5 s each
 /// moves by less than 1 mm from where it was then, and its kinetic energy is below 1e-4 of m g a.
@@ -143,8 +144,8 @@ TEST_F(Slope, ABoxSlidesWithTheAccelerationThatFrictionLeaves) {
 
 /// A polygon of 1024 corners in place of a circle. The load is carried by the corners of one of its faces,
 /// which sink and rise as it rolls, so its width, the stiffness and the damping determine the loss.
-TEST_F(RigidBodiesModule, ARollingCylinderKeepsItsSpeed) {
-  const bool is_long = std::getenv("HIL_TESTS_LONG") != nullptr;
+TEST_F(RollingBody, ACylinderKeepsItsSpeed) {
+  const bool is_long = tests::is_long();
   const double duration_s = is_long ? 60.0 : 5.0;
   constexpr double radius_m = 0.5;
   const double speed_mps = is_long ? 0.25 : 1.0;
