@@ -154,8 +154,9 @@ uint nearest_face(vec3 n) {
 }
 
 // The point of the first body at the point of the polytope that is nearest to the origin, among the faces
-// with the normal n. Several faces may lie in one plane; of those, one contains that point.
-vec3 first_point_near_origin(vec3 n, float limit) {
+// whose normal has at least this cosine with n. Several faces may lie in one plane; of those, one contains
+// that point.
+vec3 first_point_near_origin(vec3 n, float min_cosine, float limit) {
   float least = 3.4e38;
   vec3 a = vec3(0.0);
   uint f = 0u;
@@ -165,7 +166,7 @@ vec3 first_point_near_origin(vec3 n, float limit) {
       const uvec3 c = corners_of(f);
       const vec4 plane = face_planes[f];
       const TrianglePoint nearest = nearest_on_triangle(vertex_w[c.x], vertex_w[c.y], vertex_w[c.z]);
-      const bool is_nearer = plane.w <= limit && dot(plane.xyz, n) > 0.9999 && nearest.square < least;
+      const bool is_nearer = plane.w <= limit && dot(plane.xyz, n) > min_cosine && nearest.square < least;
       least = is_nearer ? nearest.square : least;
       a = is_nearer ? (1.0 - nearest.u - nearest.v) * vertex_a[c.x] + nearest.u * vertex_a[c.y] +
                           nearest.v * vertex_a[c.z]
@@ -282,12 +283,9 @@ void main() {
     result.state = converged || is_close(lower, upper, enough) ? pair_deep : pair_undecided;
     result.n = -n;
     result.distance_m = -depth;
-    if (converged) {
-      result.point_m = first_point_near_origin(n, depth + enough);
-    } else {
-      const Difference farthest = support_of_difference(first, second, n);
-      result.point_m = farthest.a + 0.5 * (depth * n - farthest.w);
-    }
+    // Where the search ended early, no face has the normal n, but the point is a point of the first body all
+    // the same.
+    result.point_m = first_point_near_origin(n, converged ? 0.9999 : -2.0, converged ? depth + enough : 3e38);
     result.min_m = -upper;
     result.max_m = -min(lower, upper);
   }
