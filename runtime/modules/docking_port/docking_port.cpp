@@ -192,10 +192,10 @@ RelativePort DockingPort::at_touch(RelativePort port) const noexcept {
 }
 
 void DockingPort::judge(const RelativePort& measured, StepContext& context) noexcept {
-  const bool may = may_capture(measured, context);
+  const bool is_capturing = may_capture(measured, context);
   if (docked_ != 0.0 || missed_ != 0.0) return;
   const RelativePort port = at_touch(measured);
-  if (may && limits_.permit(port)) {
+  if (is_capturing && limits_.permit(port)) {
     docked_ = 1.0;
     at_capture_ = port;
     capture_ns_ = context.time_ns;

@@ -23,7 +23,6 @@ class PortContact {
   /// touch has begun. What the query can not decide is no touch.
   bool take(double closing_speed_mps) noexcept;
 
-  bool is_touching() const noexcept { return is_touching_; }
   double touches() const noexcept { return touches_; }  ///< that began so far
   /// Of the touch that began last: the larger closing speed of the answer before it and of its first answer,
   /// since the contact slows the chaser down. 0 before.

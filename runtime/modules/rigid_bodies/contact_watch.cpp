@@ -25,34 +25,6 @@ std::vector<std::string> names_of(const RigidBodiesOptions& options) {
   return names;
 }
 
-/// The rows of the entities.
-std::vector<rtstdb::EntityRow> rows_of(World& world, const std::string& caller,
-                                       const RigidBodiesOptions& options,
-                                       std::span<const rtstdb::EntityId> entities) {
-  rtstdb::Database& database = world.database();
-  const auto reading = database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
-  reading->begin({});
-  for (const rtstdb::EntityId entity : entities)
-    reading->read(entity);
-  database.execute(*reading);
-  std::vector<rtstdb::EntityRow> rows;
-  for (std::uint32_t i = 0; i < entities.size(); ++i) {
-    const rtstdb::EntityState* state = reading->outcome().done() ? reading->state(i) : nullptr;
-    if (state == nullptr) throw SetupError(caller + ": '" + options.bodies[i].name + "' can not be read");
-    rows.push_back(state->row);
-    const auto info = database.geometry_info(state->row.geometry);
-    const std::string name = text_of(options.bodies[i].place) + ": '" + options.bodies[i].name + "'";
-    if (!info || info->convex_parts == 0) {
-      throw SetupError(caller + ": " + name +
-                       " has a shape that is neither convex nor consists of convex pieces, so its contacts "
-                       "are not known; use such a shape");
-    }
-    if (state->row.mask == 0)
-      throw SetupError(caller + ": " + name + " is in no layer, so no query finds it; give it one");
-  }
-  return rows;
-}
-
 std::vector<BodySize> sizes_of(const World& world, std::span<const rtstdb::EntityRow> rows,
                                std::span<const rtstdb::EntityId> entities) {
   std::vector<BodySize> sizes;
@@ -68,16 +40,40 @@ std::vector<BodySize> sizes_of(const World& world, std::span<const rtstdb::Entit
 
 }  // namespace
 
+std::vector<rtstdb::EntityRow> rows_of_bodies(rtstdb::Database& database, const std::string& caller,
+                                              const RigidBodiesOptions& options,
+                                              std::span<const rtstdb::EntityId> entities) {
+  const auto reading = database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
+  reading->begin({});
+  for (const rtstdb::EntityId entity : entities)
+    reading->read(entity);
+  const rtstdb::Outcome& outcome = database.execute(*reading);
+  if (!outcome.done()) throw SetupError(caller + ": " + rtstdb::describe(outcome));
+  std::vector<rtstdb::EntityRow> rows;
+  for (std::uint32_t i = 0; i < entities.size(); ++i) {
+    const rtstdb::EntityRow& row = rows.emplace_back(reading->state(i)->row);
+    const auto info = database.geometry_info(row.geometry);
+    const std::string name = text_of(options.bodies[i].place) + ": '" + options.bodies[i].name + "'";
+    if (!info || info->convex_parts == 0) {
+      throw SetupError(caller + ": " + name +
+                       " has a shape that is neither convex nor consists of convex pieces, so its contacts "
+                       "are not known; use such a shape");
+    }
+    if (row.mask == 0)
+      throw SetupError(caller + ": " + name + " is in no layer, so no query finds it; give it one");
+  }
+  return rows;
+}
+
 ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& caller,
-                           const RigidBodiesOptions& options, std::vector<rtstdb::EntityId> entities)
+                           const RigidBodiesOptions& options, std::vector<rtstdb::EntityId> entities,
+                           std::span<const rtstdb::EntityRow> rows)
     : database_(world.database()),
       entities_(std::move(entities)),
       margin_m_(static_cast<float>(options.margin_m)),
-      contacts_(options.law, sizes_of(world, rows_of(world, caller, options, entities_), entities_),
-                options.max_pairs),
+      contacts_(options.law, sizes_of(world, rows, entities_), options.max_pairs),
       touches_(names_of(options)),
       is_near_(entities_.size()) {
-  const std::vector<rtstdb::EntityRow> rows = rows_of(world, caller, options, entities_);
   for (std::uint32_t i = 0; i < entities_.size(); ++i) {
     const rtstdb::EntityId entity = entities_[i];
     body_of_entity_.resize(std::max<std::size_t>(body_of_entity_.size(), entity.index + 1), unlisted);
@@ -109,7 +105,7 @@ ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& ca
   undecided_ = events.add_kind(
       caller + ": of {} pairs it can not be decided where they touch; their earlier contacts stay", 0);
   late_ = events.add_kind(caller +
-                              ": a pair touches by {} mm before it was within the margin; use a faster "
+                              ": a pair touches by {} mm and was not near in the step before; use a faster "
                               "task or a larger margin",
                           3);
 }

@@ -18,19 +18,25 @@
 
 namespace hil::modules {
 
+/// The rows of the bodies. Throws SetupError if they can not be read, and for a body without convex parts or
+/// without layers.
+std::vector<rtstdb::EntityRow> rows_of_bodies(rtstdb::Database& database, const std::string& caller,
+                                              const RigidBodiesOptions& options,
+                                              std::span<const rtstdb::EntityId> entities);
+
 class ContactWatch {
  public:
   struct Counts {
     std::uint64_t undecided = 0;  ///< pairs, once a step
     std::uint64_t overflows = 0;  ///< steps without a whole answer
-    std::uint64_t late = 0;       ///< pairs that touched before they were within the margin
+    std::uint64_t late = 0;       ///< pairs that touched and were not near in the step before
     std::uint32_t pressing = 0;   ///< points with depth in the last answer
     double depth_m = 0.0;         ///< of the deepest of them
   };
 
-  /// Throws SetupError for a body without geometry, without convex parts or without layers.
+  /// `rows`: of the entities. Throws SetupError if the query can not be prepared.
   ContactWatch(World& world, EventLog& events, const std::string& caller, const RigidBodiesOptions& options,
-               std::vector<rtstdb::EntityId> entities);
+               std::vector<rtstdb::EntityId> entities, std::span<const rtstdb::EntityRow> rows);
 
   /// Queries the contacts at the step's time in the version, or in the release's if that is newer, reads the
   /// rows of the fixed bodies, and freezes the points. Without an answer the earlier points stay.

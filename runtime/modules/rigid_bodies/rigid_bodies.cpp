@@ -12,7 +12,7 @@
 //          touched: pairs that have touched so far
 //          undecided: pairs so far whose contact the query could not decide, once a step
 //          overflows: steps so far whose answer does not list all pairs, or that had no answer
-//          late: pairs so far that touched before they were within the margin
+//          late: pairs so far that touched and were not near in the step before
 //          rows: rows written so far
 //          stopped: bodies that would have left what the database permits; they rest from then on
 //          of each body B with a mass: B.x ... as of a free_body (body_ports.hpp)
@@ -87,7 +87,7 @@ RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(option
   output(3, "", "Pairs that have touched so far");
   output(4, "", "Pairs so far whose contact could not be decided, once a step");
   output(5, "", "Steps so far whose answer does not list all pairs, or that had no answer");
-  output(6, "", "Pairs so far that touched before they were within the margin");
+  output(6, "", "Pairs so far that touched and were not near in the step before");
   output(7, "", "Rows written so far");
   output(8, "", "Bodies that rest since they would have left what the database permits");
   const auto append = [](std::vector<Port>& ports, std::vector<Port> more) {
@@ -117,18 +117,11 @@ void RigidBodies::configure(World& world, EventLog& events, const TaskParameters
   std::vector<rtstdb::EntityId> entities;
   for (const RigidBodyOptions& body : options_.bodies)
     entities.push_back(world.entity_of(body.name, caller));
-  watch_ = std::make_unique<ContactWatch>(world, events, caller, options_, entities);
-
+  const std::vector<rtstdb::EntityRow> rows = rows_of_bodies(world.database(), caller, options_, entities);
+  watch_ = std::make_unique<ContactWatch>(world, events, caller, options_, entities, rows);
   std::vector<rtstdb::Motion> motions;
-  const auto reading =
-      world.database().make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
-  reading->begin({});
-  for (const rtstdb::EntityId entity : entities)
-    reading->read(entity);
-  const rtstdb::Outcome& outcome = world.database().execute(*reading);
-  if (!outcome.done()) throw SetupError(caller + ": " + rtstdb::describe(outcome));
-  for (std::uint32_t i = 0; i < entities.size(); ++i)
-    motions.push_back(rtstdb::rebased(reading->state(i)->row.motion, rtstdb::world_time_ns(0)));
+  for (const rtstdb::EntityRow& row : rows)
+    motions.push_back(rtstdb::rebased(row.motion, rtstdb::world_time_ns(0)));
   bodies_ = std::make_unique<BodySet>(options_, motions);
   writer_ = std::make_unique<BodyWriter>(world, task, std::move(entities), *bodies_, options_.permitted);
 
@@ -230,7 +223,7 @@ void RigidBodies::contribute(contribution::Contribution& report) const {
           "surfaces closed there, and the depth of the first substep in contact. " +
           std::to_string(counts.undecided) + " pairs were undecided, " + std::to_string(counts.overflows) +
           " answers incomplete, and " + std::to_string(counts.late) +
-          " pairs touched before they were within the margin.",
+          " pairs touched and were not near in the step before.",
       .pictures = {},
       .plots = {},
       .tables = {}};

@@ -127,7 +127,7 @@ TEST_F(RigidBodiesRows, AContactBeyondTheMarginIsReported) {
   const auto module = rigid_bodies(std::string(ball_and_floor) + ", margin: 1 mm}", 1 * ms);
   const std::vector<double> outputs = run_to(*module, 0.1);
   EXPECT_EQ(outputs[late], 1.0);
-  EXPECT_TRUE(has_event("before it was within the margin; use a faster task or a larger margin"));
+  EXPECT_TRUE(has_event("was not near in the step before; use a faster task or a larger margin"));
 }
 
 /// One pair is listed of two: the others pass through each other, and an expectation can fail on it.
