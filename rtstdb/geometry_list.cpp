@@ -4,6 +4,7 @@
 
 #include "rtstdb/catch_out_of_memory.hpp"
 #include "rtstdb/field_job.hpp"
+#include "rtstdb/geometry/given_parts.hpp"
 #include "rtstdb/log_space.hpp"
 #include "rtstdb/option_check.hpp"
 #include "rtstdb/store/shape_history.hpp"
@@ -12,9 +13,15 @@ namespace rtstdb {
 
 namespace {
 
-/// Null: the geometry does not consist of convex parts, or it deforms.
-std::shared_ptr<const ConvexParts> parts_of(const TriangleMesh& mesh, const GeometryOptions& options) {
-  if (options.deforms) return nullptr;
+/// Null: the geometry does not consist of convex parts, or it deforms. Errors: given_convex_parts.
+Result<std::shared_ptr<const ConvexParts>> parts_of(const TriangleMesh& mesh, bool deforms,
+                                                    const ConvexPartPoints& given_m) {
+  if (deforms) return std::shared_ptr<const ConvexParts>();
+  if (!given_m.empty()) {
+    auto parts = given_convex_parts(mesh, given_m);
+    if (!parts) return parts.error();
+    return std::make_shared<const ConvexParts>(std::move(parts).value());
+  }
   ConvexParts parts = convex_parts_of(mesh);
   return parts.empty() ? nullptr : std::make_shared<const ConvexParts>(std::move(parts));
 }
@@ -45,12 +52,12 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
   for (const log::WorldGeometry& geometry : world.geometries) {
     const auto& [id, name, options, file, checksum] = geometry.logged;
     const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
-    const auto parts = parts_of(*mesh, options);
-    auto added = executor.add_geometry(mesh, options, parts);
+    const auto parts = parts_of(*mesh, options.deforms, geometry.mesh.convex_parts_m);
+    auto added = parts ? executor.add_geometry(mesh, options, parts.value()) : parts.error();
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
-    recovered.push_back({.mesh = mesh, .name = name, .deforms = options.deforms, .parts = parts});
+    recovered.push_back({.mesh = mesh, .name = name, .deforms = options.deforms, .parts = parts.value()});
   }
   return recovered;
 }
@@ -71,10 +78,12 @@ GeometryList::GeometryList(const Parts& parts, std::vector<ListedGeometry> recov
 Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view name,
                                      const GeometryOptions& options) {
   const std::lock_guard lock(adding_mutex_);
+  auto parts = parts_of(mesh, options.deforms, options.convex_parts_m);
+  if (!parts) return parts.error();
   ListedGeometry listed{.mesh = std::make_shared<const TriangleMesh>(mesh),
                         .name = std::string(name),
                         .deforms = options.deforms,
-                        .parts = parts_of(mesh, options)};
+                        .parts = std::move(parts).value()};
   {
     const std::lock_guard reading_lock(mutex_);
     geometries_.reserve(geometries_.size() + 1);

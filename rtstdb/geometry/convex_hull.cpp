@@ -404,7 +404,7 @@ struct Pieces {
   std::uint32_t count = 0;
 };
 
-Pieces pieces_of(const MeshView& mesh) {
+Pieces numbered_pieces(const MeshView& mesh) {
   std::vector<std::uint32_t> parent(mesh.positions_m.size());
   std::iota(parent.begin(), parent.end(), 0u);
   const auto root_of = [&](std::uint32_t corner) {
@@ -434,7 +434,7 @@ Pieces pieces_of(const MeshView& mesh) {
 ConvexParts convex_parts_of(const MeshView& mesh) {
   if (mesh.triangles.size() > max_convex_triangles) return {};
   if (auto whole = convex_hull_of(mesh)) return {std::move(*whole)};
-  const Pieces pieces = pieces_of(mesh);
+  const Pieces pieces = numbered_pieces(mesh);
   if (pieces.count < 2 || pieces.count > max_convex_parts) return {};
   std::vector<TriangleMesh> meshes(pieces.count);
   std::vector<std::vector<std::uint32_t>> numbers(pieces.count);  // of the triangles in the whole mesh
@@ -461,6 +461,20 @@ ConvexParts convex_parts_of(const MeshView& mesh) {
     parts.push_back(std::move(*hull));
   }
   return parts;
+}
+
+ConvexPartPoints pieces_of(const TriangleMesh& mesh) {
+  const Pieces pieces = numbered_pieces(mesh);
+  ConvexPartPoints corners_m(pieces.count);
+  std::vector<char> is_taken(mesh.positions_m.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t corner = mesh.triangles[t][i];
+      if (std::exchange(is_taken[corner], 1) == 0)
+        corners_m[pieces.of_triangles[t]].push_back(mesh.positions_m[corner]);
+    }
+  }
+  return corners_m;
 }
 
 }  // namespace rtstdb

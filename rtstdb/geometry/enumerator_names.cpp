@@ -48,8 +48,6 @@ const char* to_string(PairStatus status) noexcept {
       return "contact";
     case PairStatus::undecided:
       return "undecided";
-    case PairStatus::refused:
-      return "refused";
   }
   return "unknown";
 }
@@ -216,8 +214,6 @@ const char* to_string(ImpactStatus status) noexcept {
       return "impact";
     case ImpactStatus::undecided:
       return "undecided";
-    case ImpactStatus::refused:
-      return "refused";
   }
   return "unknown";
 }

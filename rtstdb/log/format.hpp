@@ -271,10 +271,12 @@ static_assert(sizeof(StoredIndex) == 24);
 
 // ---- geometry
 
+/// Followed by the positions, the triangles and the points of the convex parts: for each part their number,
+/// then three floats each.
 struct GeometryHeader {
   Magic magic = geometry_magic;
   std::uint32_t format = format_version;
-  std::uint32_t reserved = 0;
+  std::uint32_t convex_parts = 0;
   std::uint64_t database_id = 0;
   std::uint64_t number = 0;
   std::uint32_t positions = 0;

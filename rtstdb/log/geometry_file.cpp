@@ -3,6 +3,8 @@
 #include <cerrno>
 #include <vector>
 
+#include <rtstdb/limits.hpp>
+
 #include "rtstdb/log/bytes.hpp"
 #include "rtstdb/log/directory.hpp"
 #include "rtstdb/log/whole_file.hpp"
@@ -10,16 +12,25 @@
 namespace rtstdb::log {
 namespace {
 
-std::vector<std::byte> encode(std::uint64_t database_id, std::uint64_t number, const TriangleMesh& mesh) {
+std::vector<std::byte> encode(std::uint64_t database_id, std::uint64_t number, const TriangleMesh& mesh,
+                              const ConvexPartPoints& convex_parts_m) {
   const auto positions = std::as_bytes(std::span(mesh.positions_m));
   const auto triangles = std::as_bytes(std::span(mesh.triangles));
-  std::vector<std::byte> bytes(sizeof(GeometryHeader) + positions.size() + triangles.size());
+  std::size_t part_bytes = 0;
+  for (const auto& points_m : convex_parts_m)
+    part_bytes += sizeof(std::uint32_t) + points_m.size() * sizeof(glm::vec3);
+  std::vector<std::byte> bytes(sizeof(GeometryHeader) + positions.size() + triangles.size() + part_bytes);
   const auto payload = std::span(bytes).subspan(sizeof(GeometryHeader));
   ByteWriter writer(payload);
   writer.put_bytes(positions);
   writer.put_bytes(triangles);
+  for (const auto& points_m : convex_parts_m) {
+    writer.put(static_cast<std::uint32_t>(points_m.size()));
+    writer.put_bytes(std::as_bytes(std::span(points_m)));
+  }
 
   GeometryHeader header;
+  header.convex_parts = static_cast<std::uint32_t>(convex_parts_m.size());
   header.database_id = database_id;
   header.number = number;
   header.positions = static_cast<std::uint32_t>(mesh.positions_m.size());
@@ -36,8 +47,22 @@ DiskFault write_to(Disk& disk, DiskFile& file, std::span<const std::byte> bytes)
   return disk.sync_directory();
 }
 
+/// Reads the parts up to the end of the file. False: they do not end there.
+bool read_parts(ByteReader& reader, std::uint32_t count, ConvexPartPoints& parts_m) {
+  for (std::uint32_t part = 0; part < count; ++part) {
+    std::uint32_t points = 0;
+    std::span<const std::byte> bytes;
+    if (!reader.get(points) || points > max_convex_part_points ||
+        !reader.get_bytes(points * sizeof(glm::vec3), bytes))
+      return false;
+    parts_m.emplace_back(points);
+    std::memcpy(static_cast<void*>(parts_m.back().data()), bytes.data(), bytes.size());
+  }
+  return reader.left() == 0;
+}
+
 /// A description of the fault; empty: the file is valid.
-std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expected, TriangleMesh& mesh) {
+std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expected, StoredMesh& mesh) {
   ByteReader reader(bytes);
   GeometryHeader header;
   if (!reader.get(header)) return "it is shorter than its header";
@@ -45,11 +70,14 @@ std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expec
   if (header.format != format_version) return refused_format(header.format);
   if (header.database_id != expected.database_id) return "it belongs to another database";
   if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
-  if (header.checksum != expected.checksum || header.number != expected.number || header.reserved != 0)
+  if (header.checksum != expected.checksum || header.number != expected.number)
     return "it is not the file that the record refers to";
   const std::size_t position_bytes = std::size_t{header.positions} * sizeof(glm::vec3);
   const std::size_t triangle_bytes = std::size_t{header.triangles} * sizeof(glm::uvec3);
-  if (reader.left() != position_bytes + triangle_bytes) return "its length is not that in its header";
+  const bool has_parts = header.convex_parts != 0;
+  if (reader.left() < position_bytes + triangle_bytes || header.convex_parts > max_convex_parts ||
+      (!has_parts && reader.left() > position_bytes + triangle_bytes))
+    return "its length is not that in its header";
   if (checksum(bytes.subspan(sizeof header), header.database_id) != header.payload_checksum)
     return "its mesh is damaged";
   mesh.positions_m.resize(header.positions);
@@ -57,14 +85,18 @@ std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expec
   const auto payload = bytes.subspan(sizeof header);
   std::memcpy(static_cast<void*>(mesh.positions_m.data()), payload.data(), position_bytes);
   std::memcpy(static_cast<void*>(mesh.triangles.data()), payload.data() + position_bytes, triangle_bytes);
+  ByteReader behind(payload.subspan(position_bytes + triangle_bytes));
+  if (!read_parts(behind, header.convex_parts, mesh.convex_parts_m))
+    return "the length of its convex parts is not that in its header";
   return {};
 }
 
 }  // namespace
 
 DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
-                                              const TriangleMesh& mesh) {
-  const std::vector<std::byte> bytes = encode(database_id, number, mesh);
+                                              const TriangleMesh& mesh,
+                                              const ConvexPartPoints& convex_parts_m) {
+  const std::vector<std::byte> bytes = encode(database_id, number, mesh, convex_parts_m);
   const std::string name = geometry_name(number);
   auto file = disk.create(name);
   if (!file) return file.error();
@@ -77,8 +109,8 @@ DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database
   return header.checksum;
 }
 
-Result<TriangleMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
-                                        std::uint64_t file_checksum, bool* unreadable) {
+Result<StoredMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
+                                      std::uint64_t file_checksum, bool* unreadable) {
   const std::string name = geometry_name(number);
   auto bytes = read_whole_file(disk, name);
   if (unreadable != nullptr) *unreadable = !bytes && bytes.error().number != ENOENT;
@@ -87,7 +119,7 @@ Result<TriangleMesh> read_geometry_file(Disk& disk, std::uint64_t database_id, s
   expected.database_id = database_id;
   expected.number = number;
   expected.checksum = file_checksum;
-  TriangleMesh mesh;
+  StoredMesh mesh;
   if (const std::string fault = decode(bytes.value(), expected, mesh); !fault.empty())
     return Error{ErrorCode::file, name + ": " + fault};
   if (auto valid = validate(mesh); !valid) return Error{ErrorCode::file, name + ": " + valid.error().message};

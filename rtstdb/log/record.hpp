@@ -30,6 +30,11 @@ struct LoggedGeometry {
   std::uint64_t file_checksum = 0;
 };
 
+/// What the file of a geometry holds.
+struct StoredMesh : TriangleMesh {
+  ConvexPartPoints convex_parts_m{};  ///< GeometryOptions::convex_parts_m
+};
+
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
 void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> space) noexcept;
 

@@ -80,7 +80,7 @@ class Replay final : public RecordVisitor {
     return recovered_.world.discard(version);
   }
   const char* geometry(const LoggedGeometry& geometry) {
-    TriangleMesh mesh;
+    StoredMesh mesh;
     if (!recovered_.world.knows(geometry.id)) {
       bool unreadable = false;
       auto read = read_geometry_file(disk_, recovered_.report.database_id, geometry.file,

@@ -125,7 +125,7 @@ class RangeReader final : public RecordVisitor {
     return nullptr;
   }
   const char* geometry(const LoggedGeometry& geometry) {
-    TriangleMesh mesh;
+    StoredMesh mesh;
     if (!now_.knows(geometry.id)) {
       auto read = read_geometry_file(disk_, database_id_, geometry.file, geometry.file_checksum);
       if (!read) {
@@ -133,7 +133,7 @@ class RangeReader final : public RecordVisitor {
         return fault_.c_str();
       }
       mesh = std::move(read).value();
-      TriangleMesh copy = mesh;
+      StoredMesh copy = mesh;
       if (const char* fault = stretch_.begin.add(geometry, std::move(copy))) return fault;
     }
     return now_.add(geometry, std::move(mesh));

@@ -130,7 +130,7 @@ const char* World::discard(Version version) {
   return nullptr;
 }
 
-const char* World::add(const LoggedGeometry& geometry, TriangleMesh&& mesh) {
+const char* World::add(const LoggedGeometry& geometry, StoredMesh&& mesh) {
   if (knows(geometry.id))
     return same(geometries[geometry.id.index].logged, geometry)
                ? nullptr

@@ -17,7 +17,7 @@ namespace rtstdb::log {
 
 struct WorldGeometry {
   LoggedGeometry logged;
-  TriangleMesh mesh;  ///< as it was added
+  StoredMesh mesh;  ///< as it was added
   Version shape_version = 0;
   std::vector<glm::vec3> positions_m;  ///< of the current shape; empty: as it was added
 };
@@ -38,7 +38,7 @@ class World {
   /// Undoes the latest version, which must have been applied last.
   const char* discard(Version version);
   /// Adds the next geometry; one that exists must be equal. `mesh` is moved from.
-  const char* add(const LoggedGeometry& geometry, TriangleMesh&& mesh);
+  const char* add(const LoggedGeometry& geometry, StoredMesh&& mesh);
   /// Adds the next material; one that exists must be equal.
   const char* add(const LoggedMaterial& material);
   /// World time of the latest version; none for version 0.

@@ -14,14 +14,7 @@ std::array<double, 3> three(const Value& list) {
   return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
 }
 
-Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
-  const std::string& kind = shape.chosen();
-  const Value& value = shape[kind];
-  if (kind == "box") return BoxShape{three(value)};
-  if (kind == "cylinder") return CylinderShape{value["radius"].number(), value["height"].number()};
-  if (kind == "sphere") return SphereShape{value["radius"].number()};
-  if (kind == "rectangle") return RectangleShape{{value.items()[0].number(), value.items()[1].number()}};
-  if (kind == "parts") return PartsShape{value.text(), value.place()};
+FileShape read_mesh_file(const Value& value, Diagnostics& diagnostics) {
   const Value& path = value["path"];
   std::string extension = std::filesystem::path(path.text()).extension().string();
   for (char& letter : extension) {
@@ -34,6 +27,17 @@ Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
                         (extension.empty() ? "a file without an extension" : in_quotes(extension)));
   }
   return FileShape{path.text(), value["scale"].number(), path.place()};
+}
+
+Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
+  const std::string& kind = shape.chosen();
+  const Value& value = shape[kind];
+  if (kind == "box") return BoxShape{three(value)};
+  if (kind == "cylinder") return CylinderShape{value["radius"].number(), value["height"].number()};
+  if (kind == "sphere") return SphereShape{value["radius"].number()};
+  if (kind == "rectangle") return RectangleShape{{value.items()[0].number(), value.items()[1].number()}};
+  if (kind == "parts") return PartsShape{value.text(), value.place()};
+  return read_mesh_file(value, diagnostics);
 }
 
 std::uint32_t read_mask(const WorldEntity& entity, Layers& layers, bool are_listed,
@@ -165,6 +169,7 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   entity.scale = value["scale"].number();
   entity.scale_place = value["scale"].place();
   if (value.has("field")) entity.field = read_field(value["field"], diagnostics);
+  if (value.has("convex_parts")) entity.convex_parts = read_mesh_file(value["convex_parts"], diagnostics);
   entity.material = word_in(value, "material");
   for (const Value& layer : value["mask"].items())
     entity.mask.push_back(word_of(layer));

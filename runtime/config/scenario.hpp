@@ -93,9 +93,10 @@ struct WorldEntity {
   double scale = 1.0;
   Place scale_place;
   std::optional<DistanceField> field;
-  std::optional<Word> material;  ///< of World::materials; none: the default material
-  std::vector<Word> mask;        ///< layer names, at least one
-  std::uint32_t mask_bits = 0;   ///< the same by Layers
+  std::optional<FileShape> convex_parts;  ///< each piece of the mesh is a convex part of the shape
+  std::optional<Word> material;           ///< of World::materials; none: the default material
+  std::vector<Word> mask;                 ///< layer names, at least one
+  std::uint32_t mask_bits = 0;            ///< the same by Layers
 };
 
 /// The names of the 32 bits of a mask, in the order of their bits.

@@ -27,9 +27,10 @@ static_assert(config::max_retro_gain == rtstdb::max_retro_gain);
 static_assert(config::max_field_bytes == rtstdb::max_field_bytes);
 static_assert(config::min_scale == rtstdb::min_scale && config::max_scale == rtstdb::max_scale);
 
-/// Equal for equal shapes with equal fields: the kind, its sizes, the path of a file, and the field.
-using ShapeKey =
-    std::tuple<std::size_t, std::array<double, 3>, std::string, std::optional<config::DistanceField>>;
+/// Equal for equal shapes with equal fields and convex parts: the kind, its sizes, the path of a file, the
+/// field, and the path and the scale of the parts.
+using ShapeKey = std::tuple<std::size_t, std::array<double, 3>, std::string,
+                            std::optional<config::DistanceField>, std::string, double>;
 
 ShapeKey key_of(const config::WorldEntity& entity) {
   const config::Shape& shape = entity.shape;
@@ -50,7 +51,8 @@ ShapeKey key_of(const config::WorldEntity& entity) {
     sizes = {file.scale};
     path = file.path;
   }
-  return {shape.index(), sizes, std::move(path), entity.field};
+  const config::FileShape parts = entity.convex_parts.value_or(config::FileShape{});
+  return {shape.index(), sizes, std::move(path), entity.field, parts.path, parts.scale};
 }
 
 /// Empty with a mistake when the file can not be used.
@@ -62,6 +64,14 @@ std::optional<rtstdb::TriangleMesh> mesh_of_parts_file(const config::PartsShape&
   const auto valid = rtstdb::validate(mesh);
   if (valid) return mesh;
   diagnostics.add(shape.place, shape.path + ": " + valid.error().message);
+  return std::nullopt;
+}
+
+std::optional<rtstdb::TriangleMesh> mesh_of_file(const config::FileShape& file,
+                                                 config::Diagnostics& diagnostics) {
+  auto mesh = rtstdb::load_mesh(file.path, file.scale);
+  if (mesh) return std::move(mesh).value();
+  diagnostics.add(file.place, mesh.error().message);
   return std::nullopt;
 }
 
@@ -80,11 +90,15 @@ std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::
   }
   if (const auto* parts = std::get_if<config::PartsShape>(&shape))
     return mesh_of_parts_file(*parts, diagnostics);
-  const auto& file = std::get<config::FileShape>(shape);
-  auto mesh = rtstdb::load_mesh(file.path, file.scale);
-  if (mesh) return std::move(mesh).value();
-  diagnostics.add(file.place, mesh.error().message);
-  return std::nullopt;
+  return mesh_of_file(std::get<config::FileShape>(shape), diagnostics);
+}
+
+/// The corners of the pieces of the file; none without one, or with a mistake.
+rtstdb::ConvexPartPoints convex_parts_of(const config::WorldEntity& entity,
+                                         config::Diagnostics& diagnostics) {
+  if (!entity.convex_parts) return {};
+  const auto mesh = mesh_of_file(*entity.convex_parts, diagnostics);
+  return mesh ? rtstdb::pieces_of(*mesh) : rtstdb::ConvexPartPoints{};
 }
 
 /// The reader of the scenario checks the scale of other shapes; the size of a mesh is known only now.
@@ -195,6 +209,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
         at->second = scenery.meshes.size();
         scenery.bounds.push_back(rtstdb::bounds_of(*mesh));
         scenery.meshes.push_back(std::move(*mesh));
+        scenery.convex_parts_m.push_back(convex_parts_of(entity, diagnostics));
         scenery.first_entity.push_back(&entity);
       }
     }
@@ -213,6 +228,7 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
   for (std::size_t i = 0; i < scenery.meshes.size(); ++i) {
     const config::WorldEntity& entity = *scenery.first_entity[i];
     rtstdb::GeometryOptions options;
+    options.convex_parts_m = std::move(scenery.convex_parts_m[i]);
     if (entity.field) options.field = fields.options_of(entity.name.text, *entity.field);
     geometries.push_back(world.add_geometry(scenery.meshes[i], entity.name.text, options));
     if (entity.field) fields.add(geometries.back(), entity.name.text, *entity.field);

@@ -16,6 +16,7 @@ namespace hil::run {
 
 /// The different shapes of the entities.
 struct Scenery {
+  std::vector<rtstdb::ConvexPartPoints> convex_parts_m;  ///< of the meshes; empty: none were given
   std::vector<rtstdb::TriangleMesh> meshes;
   std::vector<rtstdb::Bounds> bounds;                    ///< by mesh
   std::vector<const config::WorldEntity*> first_entity;  ///< by mesh: the first entity of that shape

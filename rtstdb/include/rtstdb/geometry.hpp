@@ -34,6 +34,9 @@ struct Bounds {
   glm::vec3 maximum_m{0.0f};
 };
 
+/// The corners of convex parts, entity frame, metres: each part is the convex hull of its points.
+using ConvexPartPoints = std::vector<std::vector<glm::vec3>>;
+
 struct GeometryOptions {
   /// Its positions may change; its triangles stay. It takes about 200 bytes for each triangle on the device;
   /// other geometry takes 56.
@@ -49,6 +52,14 @@ struct GeometryOptions {
   /// Geometry that does not deform: also build a distance field, for cone queries in ConeMode::fast. The log
   /// does not hold it: see Database::build_field for geometry that was recovered.
   std::optional<FieldOptions> field{};
+  /// Geometry that does not deform: the convex parts of its body, for instance from V-HACD or CoACD. Contacts
+  /// and impacts are those of the parts, whatever the mesh; a contact point names the nearest triangles of
+  /// the mesh. Empty: the parts that the mesh consists of, if it does (GeometryInfo::convex_parts). In the
+  /// log. Errors: bad_input for more than max_convex_parts parts, for a part of more than
+  /// max_convex_part_points points or whose points span no volume, for a coordinate that is not finite, for a
+  /// point that is farther outside the mesh's box than convex_parts_tolerance (limits.hpp) times the box's
+  /// diagonal, and for a corner of the mesh that is farther from all parts.
+  ConvexPartPoints convex_parts_m{};
 };
 
 /// What a database knows of a geometry.
@@ -59,9 +70,9 @@ struct GeometryInfo {
   /// It is closed, and every corner is behind the plane of every triangle up to convex_tolerance (limits.hpp)
   /// times the diagonal of its box. Geometry that deforms counts as not convex.
   bool convex = false;
-  /// 1 for a convex geometry. Another one consists of convex parts if each piece of its mesh (triangles that
-  /// share corners by index) is convex, up to max_convex_parts of them. 0: contact and impact queries
-  /// refuse it.
+  /// Those of GeometryOptions::convex_parts_m. Without them, 1 for a convex geometry; another one consists of
+  /// convex parts if each piece of its mesh (triangles that share corners by index) is convex, up to
+  /// max_convex_parts of them. 0: contact and impact queries search its triangles.
   std::uint32_t convex_parts = 0;
   std::uint32_t hull_corners = 0, hull_faces = 0;  ///< of all parts, without those inside faces or edges
 };
@@ -88,6 +99,11 @@ Bounds bounds_of(const TriangleMesh& mesh);
 /// few or too many numbers, and JSON nested more than 100 levels deep (nodes may nest as deep as the file has
 /// nodes). Then the errors of validate, with the path.
 Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
+
+/// The corners of the pieces of a mesh, which are triangles that share corners by index: what a file of a
+/// convex decomposition holds (OBJ, PLY, glTF; in STL files no triangles share corners). In the order of the
+/// pieces' first triangles, each corner once.
+ConvexPartPoints pieces_of(const TriangleMesh& mesh);
 
 /// Shapes, centred on the origin but for the hull. All but the rectangle are closed, with their fronts
 /// outside. Misuse: a size that is not finite and positive, and counts outside their range.

@@ -1,0 +1,172 @@
+#include "rtstdb/geometry/given_parts.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include <rtstdb/limits.hpp>
+
+namespace rtstdb {
+namespace {
+
+std::string text_of(const glm::vec3& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%g, %g, %g)", static_cast<double>(p.x), static_cast<double>(p.y),
+                static_cast<double>(p.z));
+  return text;
+}
+
+Error bad_part(std::size_t part, const std::string& fault) {
+  return {ErrorCode::bad_input, "convex part " + std::to_string(part) + " " + fault};
+}
+
+std::string metres(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g m", value);
+  return text;
+}
+
+/// Whether four of the points are the corners of a tetrahedron, as make_hull demands it.
+bool spans_volume(const std::vector<glm::vec3>& points_m) {
+  if (points_m.size() < 4) return false;
+  const auto at = [&](std::size_t i) { return glm::dvec3(points_m[i]); };
+  const auto farthest = [&](const auto& measure) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < points_m.size(); ++i)
+      if (measure(i) > measure(best)) best = i;
+    return best;
+  };
+  const std::size_t a = farthest([&](std::size_t i) { return at(i).x; });
+  const std::size_t b = farthest([&](std::size_t i) { return glm::distance(at(i), at(a)); });
+  const auto across = [&](std::size_t i) { return glm::cross(at(i) - at(a), at(b) - at(a)); };
+  const std::size_t c = farthest([&](std::size_t i) { return glm::length(across(i)); });
+  const auto height = [&](std::size_t i) { return std::abs(glm::dot(across(c), at(i) - at(a))); };
+  const double longest_m = glm::distance(at(a), at(b));
+  // A part that is thinner than single precision resolves has no faces whose planes are known.
+  return height(farthest(height)) > 1e-6 * longest_m * longest_m * longest_m;
+}
+
+/// How far a point is in front of the face that it is farthest in front of; not above 0: in the hull.
+double height_above_m(const ConvexHull& hull, const glm::vec3& p_m) {
+  double height_m = -std::numeric_limits<double>::infinity();
+  for (const ConvexHull::Face& face : hull.faces) {
+    const glm::vec3& corner = hull.corners_m[hull.face_corners[face.first_corner]];
+    height_m = std::max(height_m, glm::dot(glm::dvec3(face.normal), glm::dvec3(p_m) - glm::dvec3(corner)));
+  }
+  return height_m;
+}
+
+glm::dvec3 center_of(const MeshView& mesh, std::uint32_t triangle) {
+  const glm::uvec3& t = mesh.triangles[triangle];
+  return (glm::dvec3(mesh.positions_m[t.x]) + glm::dvec3(mesh.positions_m[t.y]) +
+          glm::dvec3(mesh.positions_m[t.z])) /
+         3.0;
+}
+
+glm::dvec3 center_of(const ConvexHull& hull, const ConvexHull::Face& face) {
+  glm::dvec3 sum(0.0);
+  for (std::uint32_t i = 0; i < face.corner_count; ++i)
+    sum += glm::dvec3(hull.corners_m[hull.face_corners[face.first_corner + i]]);
+  return sum / static_cast<double>(face.corner_count);
+}
+
+/// A face of one of the hulls.
+struct FaceOfPart {
+  std::size_t part = 0, face = 0;
+  glm::dvec3 center_m{0.0};
+  std::vector<std::uint32_t> triangles;  ///< of the mesh
+};
+
+/// Replaces the triangles of the hulls' own meshes by triangles of the geometry's mesh.
+void name_triangles(const MeshView& mesh, ConvexParts& hulls) {
+  std::vector<FaceOfPart> faces;
+  for (std::size_t part = 0; part < hulls.size(); ++part)
+    for (std::size_t face = 0; face < hulls[part].faces.size(); ++face)
+      faces.push_back({part, face, center_of(hulls[part], hulls[part].faces[face]), {}});
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const glm::dvec3 center_m = center_of(mesh, t);
+    std::ranges::min_element(faces, {}, [&](const FaceOfPart& face) {
+      return glm::distance(face.center_m, center_m);
+    })->triangles.push_back(t);
+  }
+  for (ConvexHull& hull : hulls)
+    hull.face_triangles.clear();
+  for (FaceOfPart& of_part : faces) {
+    ConvexHull& hull = hulls[of_part.part];
+    if (of_part.triangles.empty()) {
+      std::uint32_t nearest = 0;
+      for (std::uint32_t t = 1; t < mesh.triangles.size(); ++t)
+        if (glm::distance(center_of(mesh, t), of_part.center_m) <
+            glm::distance(center_of(mesh, nearest), of_part.center_m))
+          nearest = t;
+      of_part.triangles.push_back(nearest);
+    }
+    ConvexHull::Face& face = hull.faces[of_part.face];
+    face.first_triangle = static_cast<std::uint32_t>(hull.face_triangles.size());
+    face.triangle_count = static_cast<std::uint32_t>(of_part.triangles.size());
+    hull.face_triangles.insert(hull.face_triangles.end(), of_part.triangles.begin(), of_part.triangles.end());
+  }
+}
+
+}  // namespace
+
+Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoints& parts_m) {
+  if (parts_m.size() > max_convex_parts)
+    return Error{ErrorCode::bad_input, "it has " + std::to_string(parts_m.size()) + " convex parts; 1 to " +
+                                           std::to_string(max_convex_parts) + " are allowed"};
+  glm::vec3 minimum_m(std::numeric_limits<float>::infinity());
+  glm::vec3 maximum_m = -minimum_m;
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      minimum_m = glm::min(minimum_m, mesh.positions_m[triangle[i]]);
+      maximum_m = glm::max(maximum_m, mesh.positions_m[triangle[i]]);
+    }
+  }
+  const double allowed_m =
+      convex_parts_tolerance * glm::distance(glm::dvec3(minimum_m), glm::dvec3(maximum_m));
+  ConvexParts hulls;
+  for (std::size_t part = 0; part < parts_m.size(); ++part) {
+    const std::vector<glm::vec3>& points_m = parts_m[part];
+    if (points_m.size() > max_convex_part_points)
+      return bad_part(part, "has " + std::to_string(points_m.size()) + " points; at most " +
+                                std::to_string(max_convex_part_points) + " are allowed");
+    for (const glm::vec3& p_m : points_m) {
+      if (!std::isfinite(p_m.x) || !std::isfinite(p_m.y) || !std::isfinite(p_m.z))
+        return bad_part(part, "has the point " + text_of(p_m) + ", which is not finite");
+      const glm::dvec3 beyond_m =
+          glm::max(glm::dvec3(minimum_m) - glm::dvec3(p_m), glm::dvec3(p_m) - glm::dvec3(maximum_m));
+      const double outside_m = std::max({beyond_m.x, beyond_m.y, beyond_m.z});
+      if (outside_m > allowed_m)
+        return bad_part(part, "has the point " + text_of(p_m) + ", which is " + metres(outside_m) +
+                                  " outside the box of the mesh; at most " + metres(allowed_m) +
+                                  " are allowed");
+    }
+    auto hull = spans_volume(points_m) ? convex_hull_of(make_hull(points_m)) : std::nullopt;
+    if (!hull)
+      return bad_part(part, "has " + std::to_string(points_m.size()) +
+                                " points that span no volume; four that are not in a plane are needed");
+    hulls.push_back(std::move(*hull));
+  }
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const glm::vec3& corner_m = mesh.positions_m[triangle[i]];
+      double nearest_m = std::numeric_limits<double>::infinity();
+      for (std::size_t part = 0; part < hulls.size() && nearest_m > allowed_m; ++part)
+        nearest_m = std::min(nearest_m, height_above_m(hulls[part], corner_m));
+      if (nearest_m > allowed_m)
+        return Error{ErrorCode::bad_input, "its corner " + text_of(corner_m) + " is " + metres(nearest_m) +
+                                               " outside all convex parts; at most " + metres(allowed_m) +
+                                               " are allowed"};
+    }
+  }
+  name_triangles(mesh, hulls);
+  return hulls;
+}
+
+}  // namespace rtstdb

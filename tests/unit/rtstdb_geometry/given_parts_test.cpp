@@ -1,0 +1,96 @@
+// Convex parts that the caller gives.
+
+#include "rtstdb/geometry/given_parts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include <rtstdb/limits.hpp>
+
+namespace rtstdb {
+namespace {
+
+std::vector<glm::vec3> box_corners(const glm::vec3& center_m, const glm::vec3& size_m) {
+  std::vector<glm::vec3> corners = make_box(glm::dvec3(size_m)).positions_m;
+  for (glm::vec3& corner : corners)
+    corner += center_m;
+  return corners;
+}
+
+/// A box as the shape, and two halves of it as its parts.
+struct Halves {
+  TriangleMesh mesh = make_box({2.0, 1.0, 1.0});
+  ConvexPartPoints parts_m{box_corners({-0.5f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f}),
+                           box_corners({0.5f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f})};
+
+  Result<ConvexParts> made() const { return given_convex_parts({mesh.positions_m, mesh.triangles}, parts_m); }
+  void expect_refused(const std::string& text) const {
+    const auto result = made();
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().code, ErrorCode::bad_input);
+    EXPECT_NE(result.error().message.find(text), std::string::npos) << result.error().message;
+  }
+};
+
+TEST(GivenParts, HaveHullsAndTrianglesOfTheMesh) {
+  const auto parts = Halves{}.made();
+  ASSERT_TRUE(parts) << parts.error().message;
+  ASSERT_EQ(parts.value().size(), 2u);
+  for (const ConvexHull& hull : parts.value()) {
+    EXPECT_EQ(hull.corners_m.size(), 8u);
+    EXPECT_EQ(hull.faces.size(), 6u);
+    for (const ConvexHull::Face& face : hull.faces) {
+      ASSERT_GE(face.triangle_count, 1u);
+      for (std::uint32_t i = 0; i < face.triangle_count; ++i)
+        EXPECT_LT(hull.face_triangles[face.first_triangle + i], 12u);
+    }
+  }
+  EXPECT_NEAR(parts.value()[0].center_m.x, -0.5f, 1e-6f);
+}
+
+TEST(GivenParts, WrongOnesAreRefusedWithTheirValues) {
+  Halves flat;
+  flat.parts_m[1].resize(4);
+  for (glm::vec3& p : flat.parts_m[1])
+    p.z = 0.0f;
+  flat.expect_refused("convex part 1 has 4 points that span no volume");
+  Halves few;
+  few.parts_m[0].resize(3);
+  few.expect_refused("convex part 0 has 3 points");
+  Halves endless;
+  endless.parts_m[0][2].y = std::numeric_limits<float>::quiet_NaN();
+  endless.expect_refused("convex part 0 has the point (");
+  Halves beyond;
+  beyond.parts_m[1][0] = {1.5f, 0.0f, 0.0f};
+  beyond.expect_refused(
+      "convex part 1 has the point (1.5, 0, 0), which is 0.5 m outside the box of the mesh");
+  Halves half;
+  half.parts_m.pop_back();
+  half.expect_refused("is 1 m outside all convex parts");
+  Halves many;
+  many.parts_m.resize(max_convex_parts + 1, many.parts_m[0]);
+  many.expect_refused("257 convex parts");
+  Halves large;
+  large.parts_m[0].resize(max_convex_part_points + 1);
+  large.expect_refused("1025 points");
+}
+
+TEST(GivenParts, PiecesOfAMesh) {
+  TriangleMesh pieces;
+  for (const float x : {-0.5f, 0.5f}) {
+    const TriangleMesh box = make_box({1.0, 1.0, 1.0});
+    const auto first = static_cast<std::uint32_t>(pieces.positions_m.size());
+    for (const glm::vec3& p : box.positions_m)
+      pieces.positions_m.push_back(p + glm::vec3(x, 0.0f, 0.0f));
+    for (const glm::uvec3& triangle : box.triangles)
+      pieces.triangles.push_back(triangle + first);
+  }
+  const ConvexPartPoints corners_m = pieces_of(pieces);
+  ASSERT_EQ(corners_m.size(), 2u);
+  EXPECT_EQ(corners_m[0].size(), 8u);
+  EXPECT_EQ(corners_m[1].size(), 8u);
+}
+
+}  // namespace
+}  // namespace rtstdb
