@@ -154,9 +154,12 @@ Large<rtstdb::ConeQuery> large_batch(BusyWorld& world, const rtstdb::ConeQuery* 
 }
 
 Large<rtstdb::ContactQuery> large_batch(BusyWorld& world, const rtstdb::ContactQuery* /*kind*/) {
-  const std::uint32_t count = world.count(1u << 14);
-  auto query = must(world.database().prepare(rtstdb::ContactQueryOptions{
-      .name = "contacts", .capacity = count, .pairs_per_search = 1, .max_bodies = 1}));
+  const std::uint32_t count = world.count(1u << 10);
+  auto query = must(world.database().prepare(rtstdb::ContactQueryOptions{.name = "contacts",
+                                                                         .capacity = count,
+                                                                         .pairs_per_search = 1,
+                                                                         .max_bodies = 1,
+                                                                         .max_surface_triangles = 1u << 20}));
   for (std::size_t k = 0; rtstdb::ContactSearch & search : query->searches()) {
     search.first = world.ids()[k % world.ids().size()];
     search.second = world.ids()[++k % world.ids().size()];

@@ -198,8 +198,7 @@ void DeformingGeometry::finish_refit(std::size_t place, Version shape, std::uint
   if (std::exchange(held.tree_is_new, false)) held.built_cost_ratio = held.cost_ratio;
   held.holds_shape = true;
   held.shape = shape;
-  held.shown = {
-      .root = held.at.node_base, .bounds = bounds, .closed = uploaded_closed_, .refit_number = refit_number};
+  held.shown = {.at = held.at, .bounds = bounds, .closed = uploaded_closed_, .refit_number = refit_number};
   shown_place_ = place;
   held.last_shown = ++shows_;
 }

@@ -86,7 +86,7 @@ class DeformingGeometry {
   bool needs_rebuild(std::size_t place) const noexcept;
 
   struct Shown {
-    std::uint32_t root = 0;
+    BlasBuilder::Place at;
     Bounds bounds;
     bool closed = false;
     std::uint64_t refit_number = 0;  ///< number of the refit that brought the shape there

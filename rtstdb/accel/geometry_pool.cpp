@@ -250,16 +250,16 @@ Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh
   if (!builder_.write({part.node_base, part.triangle_base}, nodes_, triangles_, submit))
     return lost_while_writing;
   bounds_.push_back({});
-  write_record(count_, extents, part.node_base, closed);
+  write_record(count_, extents, {part.node_base, part.triangle_base}, closed);
   return part;
 }
 
-void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root,
+void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, const BlasBuilder::Place& at,
                                 bool closed) {
   const Bounds& bounds = extents.bounds;
   geometries_.host_as<shared::GeometryRecord>()[geometry] = {
       .box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
-      .root = root,
+      .root = at.node_base,
       .box_half_m = 0.5f * (bounds.maximum_m - bounds.minimum_m),
       .closed = closed ? 1u : 0u,
       .edges_yz_m = extents.edges[0],
@@ -268,6 +268,7 @@ void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, 
       .corners_plus_x_m = extents.corners[0],
       .corners_minus_x_m = extents.corners[1],
       .field = shared::field_none,
+      .first_triangle = at.leaf_base,
       .unused = {}};
   bounds_[geometry] = bounds;
 }
@@ -309,7 +310,7 @@ Result<PoolPart> GeometryPool::add_deforming(gpu::Device& device, const Triangle
   }
   const DeformingGeometry::Shown shown = geometry.shown();
   bounds_.push_back({});
-  write_record(count_, extents_of(shown.bounds), shown.root, shown.closed);
+  write_record(count_, extents_of(shown.bounds), shown.at, shown.closed);
   deforming_.push_back(std::move(geometry));
   builder_.keep_capacity(mesh.triangles.size(), mesh.positions_m.size());
   return part;
@@ -345,7 +346,7 @@ bool GeometryPool::show(gpu::Device& device, const store::RowSource& rows, Submi
   shown_ = fields_attached_ == 0 ? 0 : splitmix64_finalizer(~fields_attached_);
   for (const DeformingGeometry& geometry : deforming_) {
     const DeformingGeometry::Shown shown = geometry.shown();
-    write_record(geometry.id().index, extents_of(shown.bounds), shown.root, shown.closed);
+    write_record(geometry.id().index, extents_of(shown.bounds), shown.at, shown.closed);
     shown_ += splitmix64_finalizer(shown.refit_number);
   }
   return true;

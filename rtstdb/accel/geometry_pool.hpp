@@ -89,8 +89,13 @@ class GeometryPool {
   PooledHull hull(std::uint32_t geometry, std::uint32_t part) const noexcept;
   /// The root of a geometry's BLAS. Of deforming geometry: of the shape that was shown last.
   std::uint32_t root(std::uint32_t geometry) const noexcept;
+  /// Whether it bounds a body. Of deforming geometry: of the shape that was shown last.
+  bool has_inside(std::uint32_t geometry) const noexcept;
   std::uint32_t count() const noexcept { return count_; }
   Bounds bounds(std::uint32_t geometry) const noexcept { return bounds_[geometry]; }
+  std::uint32_t triangles_of(std::uint32_t geometry) const noexcept {
+    return static_cast<std::uint32_t>(kept_[geometry]->mesh->triangles.size());
+  }
   /// Incremented whenever nodes(), triangles(), fields() or hulls() becomes another buffer.
   std::uint32_t generation() const noexcept { return generation_; }
   /// False: binding deforming geometry to a grown pool failed for lack of memory, and show() fails from then
@@ -126,7 +131,8 @@ class GeometryPool {
   };
   bool build(gpu::Device& device, DeformingGeometry& geometry, const Refit& refit,
              const store::RowSource& rows, Submit& submit);
-  void write_record(std::uint32_t geometry, const Extents& extents, std::uint32_t root, bool closed);
+  void write_record(std::uint32_t geometry, const Extents& extents, const BlasBuilder::Place& at,
+                    bool closed);
 
   BlasBuilder builder_;
   gpu::Buffer nodes_, triangles_, geometries_;

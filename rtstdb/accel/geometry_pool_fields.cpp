@@ -17,6 +17,10 @@ std::uint32_t GeometryPool::root(std::uint32_t geometry) const noexcept {
   return geometries_.host_as<const shared::GeometryRecord>()[geometry].root;
 }
 
+bool GeometryPool::has_inside(std::uint32_t geometry) const noexcept {
+  return geometries_.host_as<const shared::GeometryRecord>()[geometry].closed != 0;
+}
+
 void GeometryPool::remove_last() noexcept {
   RTSTDB_ASSERT(count_ > 0 && !kept_.back()->deforming);
   --count_;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "rtstdb/oracle/contact_pair.hpp"
+#include "rtstdb/oracle/contact_surface.hpp"
 #include "rtstdb/oracle/judged.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 
@@ -29,15 +31,27 @@ struct PairExpectation {
   bool possible = false;  ///< with the most favourable noise
 };
 
-/// A pair of a search with its truth, as far as the answer or the expectation needs it.
+PairExpectation expected_at(double distance_m, double noise_m, double margin_m) {
+  const double beyond_m = distance_m - margin_m;
+  return {beyond_m < -noise_m, beyond_m <= 0.0, beyond_m <= noise_m};
+}
+
+/// A pair of a search with its truth.
 class JudgedPair {
  public:
-  JudgedPair(const World& world, const ContactSearch& search, const ContactCandidate& candidate)
-      : search_(search), candidate_(candidate) {
+  virtual ~JudgedPair() = default;
+  /// Of a search that names one entity or none.
+  virtual PairExpectation expectation() const = 0;
+  virtual Judgement judge(const ContactPair& answer) const = 0;
+  virtual double distance_m() const = 0;
+};
+
+class JudgedConvexPair final : public JudgedPair {
+ public:
+  JudgedConvexPair(const World& world, const ContactSearch& search, const ContactCandidate& candidate)
+      : search_(search) {
     const auto first = world.parts_of(*world.find(candidate.first));
     const auto second = world.parts_of(*world.find(candidate.second));
-    is_convex_ = !first.empty() && !second.empty();
-    if (!is_convex_) return;
     for (std::uint32_t a = 0; a < first.size(); ++a) {
       for (std::uint32_t b = 0; b < second.size(); ++b) {
         JudgedParts& parts = parts_.emplace_back();
@@ -51,39 +65,52 @@ class JudgedPair {
                return one.truth.distance_m;
              })->truth;
   }
-
-  PairExpectation expectation() const {
-    if (search_.second.valid()) return {true, true, true};
-    if (!is_convex_)
-      return {candidate_.gap_m < -candidate_.noise_m, candidate_.gap_m <= 0.0,
-              candidate_.gap_m <= candidate_.noise_m};
-    const double beyond_m = truth_.distance_m - static_cast<double>(search_.margin_m);
-    return {beyond_m < -truth_.noise_m, beyond_m <= 0.0, beyond_m <= truth_.noise_m};
+  PairExpectation expectation() const override {
+    return expected_at(truth_.distance_m, truth_.noise_m, static_cast<double>(search_.margin_m));
   }
-
-  Judgement judge(const ContactPair& answer) const {
+  Judgement judge(const ContactPair& answer) const override {
+    if (!answer.has_depth) return judged(Verdict::differs, "convex bodies without depth");
     if (parts_.size() == 1) return judge_pair(parts_[0].pair, truth_, search_, answer);
-    if (is_convex_) return judge_parts(parts_, search_, answer);
-    if (answer.status != PairStatus::refused)
-      return judged(Verdict::differs, "status %s of geometry that is not convex", to_string(answer.status));
-    if (answer.point_count != 0 || answer.n_world != glm::vec3(0.0f))
-      return judged(Verdict::differs, "refused with %u contact points and a normal of length %.3g",
-                    answer.point_count, glm::length(glm::dvec3(answer.n_world)));
-    return {};
+    return judge_parts(parts_, search_, answer);
   }
-
-  std::string missing() const {
-    return is_convex_ ? "missing at a distance of " + std::to_string(truth_.distance_m) + " m"
-                      : "missing, whose geometry is not convex";
-  }
+  double distance_m() const override { return truth_.distance_m; }
 
  private:
   const ContactSearch& search_;
-  const ContactCandidate& candidate_;
-  bool is_convex_ = false;
   std::vector<JudgedParts> parts_;
   PairTruth truth_;  // of the nearest or deepest parts
 };
+
+class JudgedSurfacePair final : public JudgedPair {
+ public:
+  JudgedSurfacePair(const World& world, const ContactSearch& search, const ContactCandidate& candidate)
+      : search_(search),
+        pair_(world, candidate.first, candidate.second, search.t),
+        truth_(surface_truth(pair_)) {}
+  PairExpectation expectation() const override {
+    PairExpectation expected =
+        expected_at(truth_.distance_m, truth_.noise_m, static_cast<double>(search_.margin_m));
+    if (truth_.is_contact) expected.exact = expected.possible = true;
+    if (truth_.is_certain_contact()) expected.certain = true;
+    return expected;
+  }
+  Judgement judge(const ContactPair& answer) const override {
+    return judge_surface_pair(pair_, truth_, search_, answer);
+  }
+  double distance_m() const override { return truth_.is_contact ? -truth_.min_depth_m : truth_.distance_m; }
+
+ private:
+  const ContactSearch& search_;
+  SurfacePair pair_;
+  SurfaceTruth truth_;
+};
+
+std::unique_ptr<const JudgedPair> judged_pair(const World& world, const ContactSearch& search,
+                                              const ContactCandidate& candidate) {
+  if (is_surface_pair(world, candidate.first, candidate.second))
+    return std::make_unique<JudgedSurfacePair>(world, search, candidate);
+  return std::make_unique<JudgedConvexPair>(world, search, candidate);
+}
 
 std::string name_of(EntityId first, EntityId second) {
   return "entities " + std::to_string(first.index) + " and " + std::to_string(second.index);
@@ -149,11 +176,12 @@ Judgement compare(const World& world, const ContactSearch& search, const Contact
     const bool is_candidate = is_listed || search.second.valid() || candidate.gap_m <= candidate.noise_m;
     of_candidates.add(candidate.gap_m < -candidate.noise_m, is_candidate);
     if (!is_candidate) continue;
-    const JudgedPair pair(world, search, candidate);
-    const PairExpectation expected = pair.expectation();
+    const auto pair = judged_pair(world, search, candidate);
+    const PairExpectation expected =
+        search.second.valid() ? PairExpectation{true, true, true} : pair->expectation();
     const std::string name = name_of(candidate.first, candidate.second);
     if (is_listed) {
-      const Judgement one = pair.judge(listed[next]);
+      const Judgement one = pair->judge(listed[next]);
       const bool is_undecided = listed[next].status == PairStatus::undecided;
       of_listed.add(expected.certain, expected.possible || is_undecided);
       ++next;
@@ -167,8 +195,10 @@ Judgement compare(const World& world, const ContactSearch& search, const Contact
     of_listed.add(expected.certain, expected.possible);
     // A list that overflowed says nothing about pairs behind its end.
     if (answer.overflow && next == listed.size()) continue;
-    if (expected.certain) return {Verdict::differs, name + " are " + pair.missing()};
-    if (expected.exact) close = {Verdict::too_close, name + " are " + pair.missing()};
+    if (!expected.exact) continue;
+    const std::string missing = name + " are missing at a distance of " + std::to_string(pair->distance_m());
+    if (expected.certain) return {Verdict::differs, missing + " m"};
+    close = {Verdict::too_close, missing + " m"};
   }
   if (next != listed.size())
     return {Verdict::differs, "place " + std::to_string(next) + ", " +

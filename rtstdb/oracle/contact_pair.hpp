@@ -31,6 +31,8 @@ Judgement judge_distance(const PairTruth& truth, const ContactPair& answer);
 Judgement judge_direction(const PosedPair& pair, const PairTruth& truth, const glm::dvec3& n);
 Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const ContactPair& answer,
                         const ContactPoint& point);
+Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, const ContactPoint& point,
+                         double noise_m);
 
 /// Two parts of a pair of entities.
 struct JudgedParts {

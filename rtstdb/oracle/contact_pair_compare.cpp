@@ -77,26 +77,12 @@ Judgement judge_direction(const PosedPair& pair, const PairTruth& truth, const g
                 n.x, n.y, n.z, truth.n_world.x, truth.n_world.y, truth.n_world.z, off_rad);
 }
 
-namespace {
-
-/// Whether the point, on the surface of the body, is near the triangle that the answer names.
-Judgement judge_triangle(const ConvexBody& body, std::uint32_t triangle, const glm::dvec3& surface_m,
-                         double depth_m, double noise_m) {
-  if (triangle >= body.triangles_m.size())
-    return judged(Verdict::differs, "there is no triangle %u", triangle);
-  const auto& c = body.triangles_m[triangle];
-  const double size_m =
-      std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
-  const double off_m = glm::distance(nearest_on_triangle(c, surface_m).point, surface_m);
-  if (off_m <= noise_m + std::abs(depth_m) + contact_triangle_tolerance * size_m) return {};
-  return judged(Verdict::differs, "it is %.3g m off triangle %u", off_m, triangle);
-}
-
-Judgement judge_velocity(const PosedPair& pair, const ContactPoint& point, double noise_m) {
-  const Motion& of_first = pair.first.state->row.motion;
-  const Motion& of_second = pair.second.state->row.motion;
+Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, const ContactPoint& point,
+                         double noise_m) {
+  const Motion& of_first = first.state->row.motion;
+  const Motion& of_second = second.state->row.motion;
   const glm::dvec3 from_first_m(point.p_first_m);
-  const glm::dvec3 from_second_m = from_first_m + (pair.first.pose.p_world_m - pair.second.pose.p_world_m);
+  const glm::dvec3 from_second_m = from_first_m + (first.pose.p_world_m - second.pose.p_world_m);
   const glm::dvec3 wanted = of_first.v_world_mps + glm::cross(of_first.w_world_radps, from_first_m) -
                             of_second.v_world_mps - glm::cross(of_second.w_world_radps, from_second_m);
   const double first_radps = glm::length(of_first.w_world_radps);
@@ -110,6 +96,21 @@ Judgement judge_velocity(const PosedPair& pair, const ContactPoint& point, doubl
   if (glm::distance(v, wanted) <= tolerance_mps) return {};
   return judged(Verdict::differs, "relative velocity (%.9g, %.9g, %.9g) instead of (%.9g, %.9g, %.9g)", v.x,
                 v.y, v.z, wanted.x, wanted.y, wanted.z);
+}
+
+namespace {
+
+/// Whether the point, on the surface of the body, is near the triangle that the answer names.
+Judgement judge_triangle(const ConvexBody& body, std::uint32_t triangle, const glm::dvec3& surface_m,
+                         double depth_m, double noise_m) {
+  if (triangle >= body.triangles_m.size())
+    return judged(Verdict::differs, "there is no triangle %u", triangle);
+  const auto& c = body.triangles_m[triangle];
+  const double size_m =
+      std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
+  const double off_m = glm::distance(nearest_on_triangle(c, surface_m).point, surface_m);
+  if (off_m <= noise_m + std::abs(depth_m) + contact_triangle_tolerance * size_m) return {};
+  return judged(Verdict::differs, "it is %.3g m off triangle %u", off_m, triangle);
 }
 
 /// Whether the surface of the body at the point is the one that a line in this direction leaves it through.
@@ -150,7 +151,7 @@ Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const Con
         judgement.verdict != Verdict::agrees)
       return judgement;
   }
-  return judge_velocity(pair, point, truth.noise_m);
+  return judge_velocity(pair.first, pair.second, point, truth.noise_m);
 }
 
 namespace {
@@ -177,7 +178,6 @@ Judgement judge_points(const PosedPair& pair, const PairTruth& truth, const Cont
 
 Judgement judge_pair(const PosedPair& pair, const PairTruth& truth, const ContactSearch& search,
                      const ContactPair& answer) {
-  if (answer.status == PairStatus::refused) return judged(Verdict::differs, "refused, but both are convex");
   if (answer.status == PairStatus::undecided) return judge_undecided(truth, answer);
   Judgement status = judge_status(truth, search, answer);
   if (status.verdict == Verdict::differs) return status;

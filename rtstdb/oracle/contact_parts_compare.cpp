@@ -41,8 +41,6 @@ Judgement judge_parts(std::span<const JudgedParts> parts, const ContactSearch& s
   const JudgedParts& nearest =
       *std::ranges::min_element(parts, {}, [](const JudgedParts& one) { return one.truth.distance_m; });
   const PairTruth& truth = nearest.truth;
-  if (answer.status == PairStatus::refused)
-    return judged(Verdict::differs, "refused, but all parts are convex");
   if (answer.status == PairStatus::undecided) return judge_undecided(truth, answer);
   const Judgement status = judge_status(truth, search, answer);
   if (status.verdict == Verdict::differs) return status;

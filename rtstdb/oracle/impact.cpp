@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "rtstdb/oracle/contact_pair.hpp"
+#include "rtstdb/oracle/contact_surface.hpp"
 #include "rtstdb/oracle/judged.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 #include "rtstdb/oracle/posed_ray.hpp"
@@ -31,7 +32,6 @@ struct Other {
   EntityId id;
   double gap_m = 0.0;  ///< least one of the spheres around both origins in the window, minus the tolerance
   double noise_m = 0.0;
-  bool is_convex = false;  ///< both bodies consist of convex parts
 };
 
 std::vector<Other> others_of(const World& world, const ImpactSearch& search) {
@@ -54,7 +54,7 @@ std::vector<Other> others_of(const World& world, const ImpactSearch& search) {
         other.reach();
     others.push_back({state.id,
                       distance_m - at.reach() - other.reach() - static_cast<double>(search.tolerance_m),
-                      1e-5 * scale_m, !world.parts_of(first).empty() && !world.parts_of(state).empty()});
+                      1e-5 * scale_m});
   }
   return others;
 }
@@ -74,6 +74,23 @@ JudgedParts nearest_parts(const World& world, EntityId first, EntityId second, W
   return nearest;
 }
 
+/// Distance of two entities at a time: of convex parts negative where they penetrate; of surfaces 0 where
+/// they cross, and the gap between them where one body lies within the other.
+struct DistanceTruth {
+  double distance_m = 0.0;
+  double noise_m = 0.0;
+};
+
+DistanceTruth distance_at(const World& world, EntityId first, EntityId second, WorldTime t) {
+  if (!is_surface_pair(world, first, second)) {
+    const PairTruth truth = nearest_parts(world, first, second, t).truth;
+    return {truth.distance_m, truth.noise_m};
+  }
+  const SurfacePair pair(world, first, second, t);
+  const double distance_m = surface_gap(pair.first_surface, pair.second_surface).distance_m;
+  return {distance_m, surface_noise_m(pair.first_surface, pair.second_surface, distance_m)};
+}
+
 /// The first time, up to `end_s` after the begin of the window, at which the distance is below the level;
 /// empty: none. The time advances by what the distance needs at least to shrink to the level: no point of one
 /// body moves faster relative to the other. Where the distance is near the level, by steps of `step_s`.
@@ -87,8 +104,7 @@ std::optional<double> first_below(const World& world, const ImpactSearch& search
                            glm::length(a.w_world_radps) * reach_a_m +
                            glm::length(b.w_world_radps) * reach_b_m;
   for (double s = 0.0; s <= end_s;) {
-    const double distance_m =
-        nearest_parts(world, search.first, second, after_s(search.t, s)).truth.distance_m;
+    const double distance_m = distance_at(world, search.first, second, after_s(search.t, s)).distance_m;
     if (distance_m < level_m) return s;
     if (speed_mps <= 0.0) return std::nullopt;
     s += std::max((distance_m - level_m) / speed_mps, step_s);
@@ -96,7 +112,61 @@ std::optional<double> first_below(const World& world, const ImpactSearch& search
   return std::nullopt;
 }
 
+/// Of two entities that are answered to meet.
+Judgement judge_velocity(const World& world, const ImpactSearch& search, const ImpactAnswer& answer) {
+  const PosedEntity first = posed(world, *world.find(search.first), search.t + answer.after, false);
+  const PosedEntity second = posed(world, *world.find(answer.second), search.t + answer.after, false);
+  const Motion& a = first.state->row.motion;
+  const Motion& b = second.state->row.motion;
+  const glm::dvec3 p_m(answer.p_first_m);
+  const glm::dvec3 from_second_m = p_m + first.pose.p_world_m - second.pose.p_world_m;
+  const glm::dvec3 v_mps = a.v_world_mps + glm::cross(a.w_world_radps, p_m) - b.v_world_mps -
+                           glm::cross(b.w_world_radps, from_second_m);
+  if (glm::distance(glm::dvec3(answer.v_relative_mps), v_mps) > 1e-3 * (1.0 + glm::length(v_mps)))
+    return judged(Verdict::differs, "a wrong relative velocity");
+  return {};
+}
+
+/// Surfaces: the distance and the nearest points at the time of the answer.
+Judgement judge_surfaces(const World& world, const ImpactSearch& search, const ImpactAnswer& answer) {
+  const SurfacePair pair(world, search.first, answer.second, search.t + answer.after);
+  const double distance_m = surface_gap(pair.first_surface, pair.second_surface).distance_m;
+  const auto tolerance_m = static_cast<double>(search.tolerance_m);
+  const auto answered_m = static_cast<double>(answer.distance_m);
+  const double speed_mps = glm::length(glm::dvec3(answer.v_relative_mps));
+  const double slack_m = surface_noise_m(pair.first_surface, pair.second_surface, distance_m) +
+                         0.12 * tolerance_m + 2e-9 * speed_mps;
+  if (answered_m == 0.0 && distance_m > slack_m) {
+    // Then one of the bodies lies within the other one.
+    const bool is_within =
+        answer.after.count() == 0 && (has_component_in(pair.first_surface, pair.second_surface) ||
+                                      has_component_in(pair.second_surface, pair.first_surface));
+    if (!is_within) return judged(Verdict::differs, "surfaces that are %.9g m apart touch", distance_m);
+    return judge_velocity(world, search, answer);
+  }
+  // Where its search reached its limit, the answered distance is an upper bound.
+  if (answered_m > distance_m + slack_m && answered_m <= tolerance_m)
+    return judged(Verdict::too_close, "distance %.9g m instead of %.9g m", answered_m, distance_m);
+  if (std::abs(distance_m - answered_m) > slack_m || distance_m > tolerance_m + slack_m)
+    return judged(Verdict::differs, "distance %.9g m instead of %.9g m", answered_m, distance_m);
+  const glm::dvec3 p_m(answer.p_first_m);
+  for (const SurfaceBody* surface : {&pair.first_surface, &pair.second_surface}) {
+    const double off_m = surface->nearest(p_m).distance_m;
+    if (off_m > 0.5 * distance_m + 2.0 * slack_m)
+      return judged(Verdict::differs, "the point is %.9g m off a surface", off_m);
+  }
+  if (distance_m > slack_m) {
+    const glm::dvec3 n(answer.n_world);
+    if (std::abs(glm::length(n) - 1.0) > 1e-4) return judged(Verdict::differs, "a normal that is not unit");
+    const double left_m = surface_gap(pair.first_surface, pair.second_surface, -distance_m * n).distance_m;
+    if (left_m > 2.0 * slack_m + 0.2 * distance_m)
+      return judged(Verdict::differs, "moved along the normal they are %.9g m apart", left_m);
+  }
+  return judge_velocity(world, search, answer);
+}
+
 Judgement judge_meeting(const World& world, const ImpactSearch& search, const ImpactAnswer& answer) {
+  if (is_surface_pair(world, search.first, answer.second)) return judge_surfaces(world, search, answer);
   const JudgedParts nearest = nearest_parts(world, search.first, answer.second, search.t + answer.after);
   const PosedPair& pair = nearest.pair;
   const PairTruth& truth = nearest.truth;
@@ -125,14 +195,7 @@ Judgement judge_meeting(const World& world, const ImpactSearch& search, const Im
     if (off_m > truth.distance_m + 2.0 * slack_m + tolerance_m)
       return judged(Verdict::differs, "the point is %.9g m off a surface", off_m);
   }
-  const Motion& a = pair.first.state->row.motion;
-  const Motion& b = pair.second.state->row.motion;
-  const glm::dvec3 from_second_m = p_m + pair.first.pose.p_world_m - pair.second.pose.p_world_m;
-  const glm::dvec3 v_mps = a.v_world_mps + glm::cross(a.w_world_radps, p_m) - b.v_world_mps -
-                           glm::cross(b.w_world_radps, from_second_m);
-  if (glm::distance(glm::dvec3(answer.v_relative_mps), v_mps) > 1e-3 * (1.0 + glm::length(v_mps)))
-    return judged(Verdict::differs, "a wrong relative velocity");
-  return {};
+  return judge_velocity(world, search, answer);
 }
 
 }  // namespace
@@ -142,14 +205,12 @@ Judgement judge(const World& world, const ImpactSearch& search, std::span<const 
   const ImpactAnswer& answer = of_element.front();
   if (answer.incomplete) return judged(Verdict::differs, "incomplete");
   const std::vector<Other> others = others_of(world, search);
-  std::uint32_t certain = 0, possible = 0, certain_refused = 0, possible_refused = 0;
+  std::uint32_t certain = 0, possible = 0;
   for (const Other& other : others) {
     const bool is_certain = search.second.valid() || other.gap_m < -other.noise_m;
     const bool is_possible = search.second.valid() || other.gap_m <= other.noise_m;
     certain += is_certain ? 1 : 0;
     possible += is_possible ? 1 : 0;
-    certain_refused += is_certain && !other.is_convex ? 1 : 0;
-    possible_refused += is_possible && !other.is_convex ? 1 : 0;
   }
   if (answer.candidates < certain || answer.candidates > possible)
     return judged(Verdict::differs, "%u candidates, where there are %u to %u", answer.candidates, certain,
@@ -157,14 +218,6 @@ Judgement judge(const World& world, const ImpactSearch& search, std::span<const 
   if (answer.overflow != (answer.candidates > options.candidates_per_search))
     return judged(Verdict::differs, "overflow is wrong for %u candidates", answer.candidates);
   if (answer.overflow) return judged(Verdict::too_close, "not all candidates were searched");
-  if (answer.refused < certain_refused || answer.refused > possible_refused)
-    return judged(Verdict::differs, "%u refused, where there are %u to %u", answer.refused, certain_refused,
-                  possible_refused);
-  const bool is_refused = search.second.valid() && possible_refused > 0;
-  if (is_refused != (answer.status == ImpactStatus::refused))
-    return judged(Verdict::differs, "status %s", to_string(answer.status));
-  if (is_refused) return {};
-
   const bool has_end = answer.status != ImpactStatus::none;
   const double end_s = seconds_of(has_end ? answer.after : search.window);
   if (answer.status == ImpactStatus::impact) {
@@ -172,8 +225,8 @@ Judgement judge(const World& world, const ImpactSearch& search, std::span<const 
       return judgement;
   }
   for (const Other& other : others) {
-    if (!other.is_convex || other.gap_m > other.noise_m) continue;
-    const PairTruth truth = nearest_parts(world, search.first, other.id, search.t).truth;
+    if (other.gap_m > other.noise_m) continue;
+    const DistanceTruth truth = distance_at(world, search.first, other.id, search.t);
     const double level_m = 0.5 * static_cast<double>(search.tolerance_m) - truth.noise_m;
     const auto earlier_s = first_below(world, search, other.id, level_m, end_s, std::max(1e-4 * end_s, 1e-9));
     if (earlier_s && *earlier_s < end_s - 2e-9)

@@ -48,8 +48,10 @@ class World {
   /// The live entity of that id, or null.
   const EntityState* find(EntityId id) const noexcept;
   WorldTime version_time() const noexcept { return version_time_; }
-  /// Contacts and impacts of this geometry are refused, whatever its shape.
-  void mark_deforming(GeometryId geometry) { pieces_[geometry.index].clear(); }
+  /// This geometry does not consist of convex parts, whatever its shape.
+  void mark_deforming(GeometryId geometry);
+  /// Whether the geometry is closed. Misuse for an entity without geometry.
+  bool has_inside(const EntityState& entity) const noexcept;
   /// The convex parts of the entity, whose contacts are searched; none if its geometry deforms. Misuse for an
   /// entity without geometry.
   std::span<const ConvexPiece> parts_of(const EntityState& entity) const noexcept;
@@ -321,9 +323,9 @@ Judgement compare(const World& world, const ContactSearch& search, const PairTru
                   const ContactPair& answer);
 
 /// The answer to one search; `candidates`: contact_candidates. Pairs ascend strictly, and each is judged as
-/// above. A pair is refused exactly if a geometry is not convex. All pairs within the margin and all refused
-/// candidates are listed, and no others, except at a border within noise, undecided candidates, and pairs
-/// behind the end of a list that overflowed. `found` and `candidates` are between the numbers of certain and
+/// above, or as contact_surface.hpp says if a body does not consist of convex parts. All pairs within the
+/// margin are listed, and no others, except at a border within noise, undecided candidates, and pairs behind
+/// the end of a list that overflowed. `found` and `candidates` are between the numbers of certain and
 /// of possible pairs. They have no lower limit where the batch overflowed: if this search alone exceeds it,
 /// or the list is shorter than it may be. An incomplete answer differs.
 Judgement compare(const World& world, const ContactSearch& search, const ContactQueryOptions& options,

@@ -45,6 +45,14 @@ World World::with_entities(std::vector<EntityState> entities, WorldTime version_
   return other;
 }
 
+void World::mark_deforming(GeometryId geometry) {
+  pieces_[geometry.index].clear();
+}
+
+bool World::has_inside(const EntityState& entity) const noexcept {
+  return mesh_of(entity).closed();
+}
+
 const MeshTree& World::mesh_of(const EntityState& entity) const noexcept {
   return *meshes_[entity.row.geometry.index];
 }

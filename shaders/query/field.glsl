@@ -1,5 +1,5 @@
 // Reads and evaluates the distance field of a geometry (shaders/shared/field.h). Mirrors
-// rtstdb/field/stored_field.cpp, without signs.
+// rtstdb/field/stored_field.cpp.
 //
 // Included after the binding `fields`.
 #ifndef RTSTDB_QUERY_FIELD_GLSL
@@ -22,6 +22,8 @@ DistanceField fetch_field(uint texel) {
                        t2.x, t2.y, t2.z);
 }
 
+bool is_signed_field(uint texel) { return texelFetch(fields, int(texel) + 1).w != 0u; }
+
 // The edge of a cell in a brick.
 float brick_cell_edge(DistanceField field) { return field.edge / float(field_brick_cells); }
 
@@ -33,31 +35,30 @@ vec3 gradient_from(uint bits) {
   return normalize(vec3(z < 0.0 ? folded : place, z));
 }
 
-// The sums over the vertices of a cell.
+// The sums over the vertices of a cell, whose edge is `edge`.
 struct FieldSums {
   float planes;
   float steps;
   vec3 gradient;
+  float edge;
 };
 
 // `from`: from the vertex to the point.
-void add_vertex(uvec2 vertex, vec3 from, float weight, inout FieldSums sums) {
-  const float signed_distance = uintBitsToFloat(vertex.x);
+void add_vertex(uvec2 vertex, vec3 from, float weight, bool keeps_sign, inout FieldSums sums) {
+  const float at_vertex = uintBitsToFloat(vertex.x);
   const vec3 outwards = gradient_from(vertex.y);
-  const vec3 gradient = signed_distance < 0.0 ? -outwards : outwards;
+  const vec3 gradient = !keeps_sign && at_vertex < 0.0 ? -outwards : outwards;
   const float along = dot(gradient, from);
-  const float plane = abs(signed_distance) + along;
+  const float plane = (keeps_sign ? at_vertex : abs(at_vertex)) + along;
   // The side of the vertex' plane on which the point lies.
-  const float side = plane < 0.0 ? -weight : weight;
+  const float side = !keeps_sign && plane < 0.0 ? -weight : weight;
   sums.planes += side * plane;
   sums.steps += side * along;
   sums.gradient += side * gradient;
 }
 
-// A lower bound of the distance from a point of the grid to the surface, which may be negative. The point is
-// given in coarse cells from the origin. The blend may be too large by up to a third of the cell's edge near
-// sharp edges, where gradients disagree; so the bound is lower than the blend, the more they disagree.
-float free_distance(DistanceField field, vec3 in_cells) {
+// The sums at a point of the grid, which is given in coarse cells from the origin.
+FieldSums sums_at(DistanceField field, vec3 in_cells, bool keeps_sign) {
   const uvec3 coarse = min(uvec3(in_cells), field.cells - 1u);
   const uint number = (coarse.z * field.cells.y + coarse.y) * field.cells.x + coarse.x;
   const uvec4 four = texelFetch(fields, int(field.first_cell + (number >> 2)));
@@ -75,7 +76,7 @@ float free_distance(DistanceField field, vec3 in_cells) {
   const uint rows = is_fine ? field_brick_vertices : field.cells.y + 1u;
   const uint first = is_fine ? field.first_brick + brick * field_brick_texels : field.first_coarse;
   const bool is_odd = (lowest.x & 1u) != 0u;
-  FieldSums sums = FieldSums(0.0, 0.0, vec3(0.0));
+  FieldSums sums = FieldSums(0.0, 0.0, vec3(0.0), edge);
   [[unroll]] for (uint k = 0u; k < 4u; ++k) {
     const uvec2 yz = uvec2(k & 1u, k >> 1);
     const uint row = first + ((lowest.z + yz.y) * rows + lowest.y + yz.x) * row_texels;
@@ -85,12 +86,38 @@ float free_distance(DistanceField field, vec3 in_cells) {
     const vec2 weights = mix(vec2(1.0) - at.yz, at.yz, vec2(yz));
     const float weight = weights.x * weights.y;
     const vec3 from = edge * (at - vec3(0.0, yz));
-    add_vertex(is_odd ? even_pair.zw : even_pair.xy, from, weight * (1.0 - at.x), sums);
-    add_vertex(is_odd ? odd_pair.xy : even_pair.zw, from - vec3(edge, 0.0, 0.0), weight * at.x, sums);
+    add_vertex(is_odd ? even_pair.zw : even_pair.xy, from, weight * (1.0 - at.x), keeps_sign, sums);
+    add_vertex(is_odd ? odd_pair.xy : even_pair.zw, from - vec3(edge, 0.0, 0.0), weight * at.x, keeps_sign,
+               sums);
   }
+  return sums;
+}
+
+float blended(FieldSums sums, float agreement) {
+  return sums.planes - 0.5 * min(2.0 * agreement, 1.0) * sums.steps;
+}
+
+// A lower bound of the distance from a point of the grid to the surface, which may be negative. The point is
+// given in coarse cells from the origin. The blend may be too large by up to a third of the cell's edge near
+// sharp edges, where gradients disagree; so the bound is lower than the blend, the more they disagree.
+float free_distance(DistanceField field, vec3 in_cells) {
+  const FieldSums sums = sums_at(field, in_cells, false);
   const float agreement = dot(sums.gradient, sums.gradient);
-  const float distance = sums.planes - 0.5 * min(2.0 * agreement, 1.0) * sums.steps;
-  return distance - edge * (0.8 * max(1.0 - agreement, 0.0) + 0.05);
+  return blended(sums, agreement) - sums.edge * (0.8 * max(1.0 - agreement, 0.0) + 0.05);
+}
+
+// The blend with its sign, of a field that has one (is_signed_field).
+struct SignedDistance {
+  float distance;
+  vec3 outwards;  // its gradient: unit
+  bool is_fine;   // of a brick
+};
+
+SignedDistance signed_distance(DistanceField field, vec3 in_cells) {
+  const FieldSums sums = sums_at(field, in_cells, true);
+  const float agreement = dot(sums.gradient, sums.gradient);
+  return SignedDistance(blended(sums, agreement), sums.gradient / max(sqrt(agreement), 1e-20),
+                        sums.edge < field.edge);
 }
 
 #endif

@@ -27,7 +27,8 @@ RTSTDB_CONSTANT(row_texels, 8)
 // One geometry: the root of its BLAS and its box in the entity frame, unscaled; `closed` is 1 when it bounds
 // a body. Then its extents along the edge and corner directions of a cube, as in rtstdb/geometry/extents.hpp:
 // edges by the axis along which the direction has no component, corners by the sign of x. `field`: the first
-// texel of its distance field (field.h), or field_none. Shaders read it as 8 texels.
+// texel of its distance field (field.h), or field_none; `first_triangle`: of its leaf order, in the pool of
+// triangles. Shaders read it as 8 texels.
 #define RTSTDB_FIELDS_GeometryRecord(F) \
   F(vec3, box_center_m)                 \
   F(uint, root)                         \
@@ -39,7 +40,8 @@ RTSTDB_CONSTANT(row_texels, 8)
   F(vec4, corners_plus_x_m)             \
   F(vec4, corners_minus_x_m)            \
   F(uint, field)                        \
-  F(uvec3, unused)
+  F(uint, first_triangle)               \
+  F(uvec2, unused)
 RTSTDB_STRUCT(GeometryRecord)
 RTSTDB_CONSTANT(geometry_texels, 8)
 

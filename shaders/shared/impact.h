@@ -25,15 +25,17 @@ RTSTDB_STRUCT(SweepRecord)
   F(uint, loop_probe) /* see loops_still_turn */
 RTSTDB_STRUCT(SweepArgs)
 
-// A pair of convex bodies in world axes, relative to the second entity's origin; poses at the begin of the
-// window. The low parts are the remainders of single precision. Reaches: of the hulls around the origins.
+// A pair in world axes, relative to the second entity's origin; poses at the begin of the window. The low
+// parts are the remainders of single precision. `first_body`, `second_body`: of convex parts the texels of
+// the hulls, of surfaces the indices of the geometries. Reaches: from the origins to the farthest points of
+// the geometries.
 #define RTSTDB_FIELDS_AdvanceRecord(F) \
   F(vec4, q_first)                     \
   F(vec4, q_second)                    \
   F(vec3, w_first_radps)               \
-  F(uint, first_hull)                  \
+  F(uint, first_body)                  \
   F(vec3, w_second_radps)              \
-  F(uint, second_hull)                 \
+  F(uint, second_body)                 \
   F(vec3, first_scale)                 \
   F(float, tolerance_m)                \
   F(vec3, second_scale)                \
@@ -52,14 +54,19 @@ RTSTDB_CONSTANT(advance_meets, 1)
 RTSTDB_CONSTANT(advance_ends, 2)       // the window ends first
 RTSTDB_CONSTANT(advance_undecided, 3)  // a distance was not found
 RTSTDB_CONSTANT(advance_unfinished, 4) // limit of loops: retried
-// Steps of a stage.
-RTSTDB_CONSTANT(advance_steps, 8)
+// A pair of convex parts makes up to steps_per_stage steps in a stage, fewer where they take many rounds; a
+// pair of surfaces makes one. There are as many stages as steps, so that the result does not depend on where
+// a stage ends. A pair that has made as many as it may is undecided.
+RTSTDB_CONSTANT(convex_steps, 256)
+RTSTDB_CONSTANT(steps_per_stage, 8)
+RTSTDB_CONSTANT(surface_steps, 64)
 
 // `time_s`: a double, low word first; up to it the bodies do not meet. `point_m`: of the first body, from its
 // origin.
 #define RTSTDB_FIELDS_AdvanceState(F) \
   F(uvec2, time_s)                    \
   F(uint, state)                      \
+  F(uint, steps) /* made so far */    \
   F(float, distance_m)                \
   F(vec3, n)                          \
   F(vec3, point_m)

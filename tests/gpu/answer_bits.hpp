@@ -111,7 +111,8 @@ inline std::vector<Words> words_of(std::span<const ContactAnswer> answers) {
     for (const ContactPair& pair : answer.pairs) {
       add(words, pair.first);
       add(words, pair.second);
-      words.insert(words.end(), {static_cast<std::uint32_t>(pair.status), pair.point_count});
+      words.insert(words.end(),
+                   {static_cast<std::uint32_t>(pair.status), pair.point_count, pair.has_depth ? 1u : 0u});
       for (const float value : {pair.distance_m, pair.min_distance_m, pair.max_distance_m})
         add(words, value);
       add(words, pair.n_world);
@@ -132,8 +133,8 @@ inline std::vector<Words> words_of(std::span<const ImpactAnswer> answers) {
   for (const ImpactAnswer& answer : answers) {
     Words& words = of_searches.emplace_back();
     if (answer.incomplete) continue;
-    words.insert(words.end(), {static_cast<std::uint32_t>(answer.status), answer.candidates, answer.refused,
-                               answer.overflow ? 1u : 0u});
+    words.insert(words.end(),
+                 {static_cast<std::uint32_t>(answer.status), answer.candidates, answer.overflow ? 1u : 0u});
     add(words, answer.second);
     const auto after_ns = static_cast<std::uint64_t>(answer.after.count());
     words.insert(words.end(),

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <span>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "rtstdb/query/dispatch_layout.hpp"
@@ -18,6 +19,7 @@ namespace rtstdb::test {
 namespace {
 
 constexpr std::uint32_t batch_size = 500;
+constexpr std::uint32_t few_searches = 8;
 
 /// Queries of every kind with the same elements in equal worlds. Some rays take more rounds than a dispatch
 /// has.
@@ -51,7 +53,9 @@ class Chunks : public DatabaseTest {
     std::vector<std::unique_ptr<KindCase>> all;
     const ElementScene elements{entities_, {.radius_m = 12.0, .version_time = at_s(5.0)}, at_s(5.1), 0.5};
     for (const AnyQueryOptions& options : all_tested_options()) {
-      all.push_back(prepare_case(database(), with(options, batch_size)));
+      // Each contact search has places for some hundred triangles, and each workgroup of them is a chunk.
+      const bool is_slow = std::holds_alternative<ContactQueryOptions>(options);
+      all.push_back(prepare_case(database(), with(options, is_slow ? few_searches : batch_size)));
       Random random(42);
       all.back()->fill(random, elements);
       if (auto* rays = dynamic_cast<RayQuery*>(&all.back()->query())) {
@@ -63,7 +67,7 @@ class Chunks : public DatabaseTest {
   }
 
   Outcome run_batch(KindCase& query) {
-    const Outcome outcome = run(query.query(), batch_size);
+    const Outcome outcome = run(query.query(), query.capacity());
     EXPECT_TRUE(outcome.done()) << describe(outcome);
     return outcome;
   }

@@ -346,14 +346,37 @@ TEST_F(ContactTest, BodiesOfConvexParts) {
   EXPECT_GE(right.points[0].second_triangle, 12u);
 }
 
-TEST_F(ContactTest, GeometryWithoutConvexPartsIsRefused) {
+TEST_F(ContactTest, SheetInACube) {
   const GeometryId sheet = add(make_rectangle(1.0, 1.0));
   EXPECT_EQ(database().geometry_info(sheet)->convex_parts, 0u);
   const EntityId first = create(row_of(sheet));
   const EntityId second = cube_at({0.0, 0.0, 0.4});
   const ContactPair found = pair(first, second);
-  EXPECT_EQ(found.status, PairStatus::refused);
-  EXPECT_EQ(found.point_count, 0u);
+  EXPECT_EQ(found.status, PairStatus::contact);
+  EXPECT_TRUE(found.has_depth);
+  EXPECT_NEAR(found.distance_m, -0.1f, 1e-6f);
+  expect_near(found.n_world, {0.0, 0.0, -1.0}, 1e-5);
+  ASSERT_GT(found.point_count, 0u);
+  EXPECT_NEAR(found.points[0].p_first_m.z, -0.05f, 1e-6f);
+}
+
+TEST_F(ContactTest, SheetsThatCrossHaveNoDepth) {
+  const GeometryId sheet = add(make_rectangle(1.0, 1.0));
+  EntityRow upright = row_of(sheet, {0.1, 0.0, 0.0});
+  upright.motion.q_world = glm::angleAxis(0.5 * std::numbers::pi, glm::dvec3(0.0, 1.0, 0.0));
+  const EntityId first = create(row_of(sheet));
+  const EntityId second = create(upright);
+  const ContactPair found = pair(first, second);
+  EXPECT_EQ(found.status, PairStatus::contact);
+  EXPECT_FALSE(found.has_depth);
+  EXPECT_EQ(found.distance_m, 0.0f);
+  ASSERT_GT(found.point_count, 0u);
+  EXPECT_NEAR(found.points[0].p_first_m.x, 0.1f, 1e-5f);
+  EXPECT_NEAR(found.points[0].p_first_m.z, 0.0f, 1e-5f);
+  // Apart there is a distance.
+  const ContactPair apart = pair(first, create(row_of(sheet, {0.0, 0.0, 2.0})), 2.5f);
+  EXPECT_EQ(apart.status, PairStatus::near);
+  EXPECT_NEAR(apart.distance_m, 2.0f, 1e-5f);
 }
 
 TEST_F(ContactTest, BadInputIsRefused) {

@@ -30,7 +30,10 @@ class RandomContacts : public RandomQueries, public testing::WithParamInterface<
 
 TEST_P(RandomContacts, AgreeWithTheOracle) {
   fill(GetParam().world);
-  ContactQueryOptions options{.name = "contacts", .pairs_per_search = 512, .max_candidates = 65536};
+  ContactQueryOptions options{.name = "contacts",
+                              .pairs_per_search = 512,
+                              .max_candidates = 65536,
+                              .max_surface_triangles = 1u << 20};
   Tally tally = run_random(options, GetParam().searches);
   options.pairs_per_search = 2;
   tally += run_random(options, GetParam().searches / 3);

@@ -85,6 +85,44 @@ TEST_F(DurabilityTest, RestoresEntitiesGeometriesAndShapes) {
   EXPECT_TRUE(database().health().degraded.empty());
 }
 
+TEST_F(DurabilityTest, RestoresGivenConvexParts) {
+  GeometryOptions halves;
+  for (const float x : {-0.5f, 0.5f}) {
+    auto& corners_m = halves.convex_parts_m.emplace_back(make_box({1.0, 1.0, 1.0}).positions_m);
+    for (glm::vec3& corner : corners_m)
+      corner.x += x;
+  }
+  // A sheet inside makes the shape concave, but its parts stand for it.
+  TriangleMesh mesh = make_box({2.0, 1.0, 1.0});
+  const TriangleMesh sheet = make_rectangle(0.5, 0.5);
+  const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
+  mesh.positions_m.insert(mesh.positions_m.end(), sheet.positions_m.begin(), sheet.positions_m.end());
+  for (const glm::uvec3& triangle : sheet.triangles)
+    mesh.triangles.push_back(triangle + first);
+  open(with(DurabilityMode::sync));
+  const auto added = database().add_geometry(mesh, "halves", halves);
+  ASSERT_TRUE(added) << added.error().message;
+  EXPECT_EQ(database().geometry_info(added.value())->convex_parts, 2u);
+  const EntityId still = create(row_of(added.value()));
+  const EntityId touching = create(row_of(added.value(), {1.9, 0.0, 0.0}));
+  const auto depth_m = [&] {
+    const auto query = prepare(ContactQueryOptions{.name = "contacts", .capacity = 1});
+    query->searches()[0] = {.first = still, .second = touching};
+    EXPECT_TRUE(run(*query, 1).done());
+    return -query->answers()[0].pairs[0].distance_m;
+  };
+  EXPECT_NEAR(depth_m(), 0.1f, 1e-5f);
+  EXPECT_TRUE(database().close().ok());
+  open(with(DurabilityMode::async));
+  EXPECT_EQ(database().geometry_info(added.value())->convex_parts, 2u);
+  EXPECT_EQ(database().geometry_info(added.value())->hull_corners, 16u);
+  EXPECT_NEAR(depth_m(), 0.1f, 1e-5f);
+  halves.deforms = true;
+  const auto deforming = database().add_geometry(mesh, "deforming", halves);
+  ASSERT_FALSE(deforming);
+  EXPECT_NE(deforming.error().message.find("deforms can not have convex parts"), std::string::npos);
+}
+
 TEST_F(DurabilityTest, RefusesADirectoryInUse) {
   open(with(DurabilityMode::async));
   const auto second = Database::open(with(DurabilityMode::async));

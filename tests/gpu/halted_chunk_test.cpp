@@ -56,14 +56,16 @@ class HaltedRuns : public ExecutorTest {
                          scene.version_time, window_s);
     return batch;
   }
+  static bool takes_long(const AnyQueryOptions& options) {
+    const auto* cones = std::get_if<ConeQueryOptions>(&options);
+    return (cones != nullptr && cones->fractions) || std::holds_alternative<ContactQueryOptions>(options) ||
+           std::holds_alternative<ImpactQueryOptions>(options);
+  }
   /// Rays also at one instant and as packets.
   std::vector<Batch> all_kinds() {
     std::vector<Batch> all;
-    for (const AnyQueryOptions& options : all_tested_options()) {
-      const auto* cones = std::get_if<ConeQueryOptions>(&options);
-      all.push_back(
-          prepare(options, (cones != nullptr && cones->fractions ? few_elements : max_elements) - 1));
-    }
+    for (const AnyQueryOptions& options : all_tested_options())
+      all.push_back(prepare(options, (takes_long(options) ? few_elements : max_elements) - 1));
     for (const RayMode mode : {RayMode::closest, RayMode::any}) {
       all.push_back(prepare(RayQueryOptions{.name = "rays at one instant", .mode = mode}, max_elements, 0.0));
       for (const double window_s : {0.0, 0.2})

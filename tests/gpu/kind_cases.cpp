@@ -84,8 +84,16 @@ Cone random_element(Random& random, const ElementScene& scene, const Cone* /*typ
 // ---- contact
 
 std::vector<ContactQueryOptions> tested_options(const ContactQuery* /*kind*/) {
-  return {{.name = "contacts", .pairs_per_search = 64, .max_candidates = 65536, .max_bodies = 65536},
-          {.name = "few contacts", .pairs_per_search = 2, .max_candidates = 65536, .max_bodies = 65536}};
+  ContactQueryOptions options{.name = "contacts",
+                              .pairs_per_search = 64,
+                              .max_candidates = 65536,
+                              .max_bodies = 65536,
+                              .max_surface_pairs = 4096,
+                              .max_surface_triangles = 1u << 17};
+  ContactQueryOptions few = options;
+  few.name = "few contacts";
+  few.pairs_per_search = 2;
+  return {options, few};
 }
 
 ContactSearch random_element(Random& random, const ElementScene& scene, const ContactSearch* /*type*/) {

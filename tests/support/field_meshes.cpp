@@ -4,8 +4,6 @@
 #include <glm/geometric.hpp>
 
 #include <array>
-#include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "rtstdb/geometry/closed_mesh.hpp"
@@ -22,23 +20,6 @@ void append(TriangleMesh& mesh, const TriangleMesh& part, const glm::vec3& at_m)
 }
 
 }  // namespace
-
-TriangleMesh make_torus(double ring_radius_m, double tube_radius_m, std::uint32_t segments) {
-  TriangleMesh mesh;
-  const double step_rad = 2.0 * std::numbers::pi / segments;
-  for (std::uint32_t i = 0; i < segments; ++i) {
-    for (std::uint32_t j = 0; j < segments; ++j) {
-      const double out_m = ring_radius_m + tube_radius_m * std::cos(step_rad * j);
-      mesh.positions_m.emplace_back(out_m * std::cos(step_rad * i), out_m * std::sin(step_rad * i),
-                                    tube_radius_m * std::sin(step_rad * j));
-      const std::uint32_t next_i = (i + 1) % segments;
-      const std::uint32_t next_j = (j + 1) % segments;
-      mesh.triangles.emplace_back(i * segments + j, next_i * segments + j, next_i * segments + next_j);
-      mesh.triangles.emplace_back(i * segments + j, next_i * segments + next_j, i * segments + next_j);
-    }
-  }
-  return mesh;
-}
 
 TriangleMesh make_plate_with_hole(double size_m, double hole_m, double thickness_m) {
   TriangleMesh mesh;

@@ -5,11 +5,10 @@
 
 #include "rtstdb/field/field_build.hpp"
 #include "rtstdb/oracle/mesh_distance.hpp"
+#include "tests/support/concave_meshes.hpp"
 
 namespace rtstdb::test {
 
-/// Around the z axis.
-TriangleMesh make_torus(double ring_radius_m, double tube_radius_m, std::uint32_t segments);
 /// A square plate with a square hole, closed.
 TriangleMesh make_plate_with_hole(double size_m, double hole_m, double thickness_m);
 /// A trunk with wings a few millimetres thick: most of its parts are far thinner than any cell.

@@ -2,11 +2,16 @@
 // Contacts of bodies (paper, Section 4 "Intersection Query", Section 4.3 and Table 2): which pairs of
 // entities touch, where, in which direction and how deep.
 //
-//   body      What a geometry bounds, if it is convex or consists of convex parts
-//             (GeometryInfo::convex_parts): then the parts touch, each with its hull.
+//   convex    A pair of which both bodies are convex or consist of convex parts
+//             (GeometryInfo::convex_parts): the hulls of the parts touch.
+//   surfaces  Every other pair: the triangles of both bodies touch. A body has an inside if its geometry is
+//             closed. Two bodies penetrate where their surfaces cross, or where one lies within the other.
 //   distance  Between two bodies that do not touch: the length of the shortest segment between them. Of two
-//             that penetrate: minus the depth, which is the length of the shortest translation that
-//             separates them. Of bodies of several parts: that of the nearest or deepest two parts.
+//             that penetrate: minus the depth.
+//   depth     Convex: the length of the shortest translation that separates the deepest two parts. Surfaces:
+//             that of the deepest point that was found, which is its distance from the surface of the body
+//             in which it lies. A deeper point may exist: by as much as the error of the body's distance
+//             field (field.hpp), and by more where the search ends at a local maximum of the depth.
 //   frame     World axes. Points are relative to the origin of the pair's first entity at the search's time,
 //             so that they are as precise far from the world's origin as near it.
 //   time      Each search has its own (query.hpp).
@@ -16,7 +21,7 @@
 //   threads   as all queries (query.hpp)
 // Source: Gilbert, Johnson, Keerthi, "A fast procedure for computing the distance between complex objects in
 // three-dimensional space", 1988; van den Bergen, "Proximity queries and penetration depth computation on 3D
-// game objects", 2001.
+// game objects", 2001; Macklin et al., "Local optimization for robust signed distance field collision", 2020.
 
 #include <glm/ext/vector_float3.hpp>
 
@@ -50,18 +55,21 @@ struct ContactSearch {
 };
 
 enum class PairStatus : std::uint8_t {
-  separate,   ///< apart by more than the margin; of a named pair
-  near,       ///< apart by at most the margin
-  contact,    ///< the bodies touch or penetrate
-  undecided,  ///< the search reached its limit of iterations: min_distance_m and max_distance_m hold
-  refused,    ///< the geometry of an entity does not consist of convex parts
+  separate,  ///< apart by more than the margin; of a named pair
+  near,      ///< apart by at most the margin
+  contact,   ///< the bodies touch or penetrate
+  /// The search reached its limit of iterations, or the batch its limits of surfaces. The distance lies
+  /// between min_distance_m and max_distance_m; of surfaces these are minus and plus the largest float.
+  undecided,
 };
 
 /// A point at which two bodies touch or nearly touch.
 struct ContactPoint {
   glm::vec3 p_first_m{0.0f};  ///< from the first entity's origin, world axes; midway between the surfaces
   glm::vec3 n_world{0.0f};    ///< unit, from the second body to the first
-  float depth_m = 0.0f;       ///< of the surfaces along the normal there; negative: they are apart
+  /// How far the bodies overlap along the normal; negative: minus their distance. Of a pair of surfaces: the
+  /// exact depth of a point of one surface in the other body.
+  float depth_m = 0.0f;
   std::uint32_t first_triangle = 0;   ///< of the first entity's geometry, at the point
   std::uint32_t second_triangle = 0;  ///< of the second entity's
   /// World frame: velocity of the first body at the point, minus that of the second.
@@ -71,16 +79,18 @@ struct ContactPoint {
 /// Contacts of one pair. The first entity is the one that the search names, or the one with the lower index.
 struct ContactPair {
   EntityId first{}, second{};
-  PairStatus status = PairStatus::refused;
-  float distance_m = 0.0f;  ///< see above; undecided: one of its bounds
-  /// Bounds of the distance. Unless the pair is undecided, they are as far apart as the precision allows, or
-  /// 1 % of the depth.
+  PairStatus status = PairStatus::separate;
+  /// False for surfaces of which neither body has an inside: where they cross, depths are 0.
+  bool has_depth = true;
+  float distance_m = 0.0f;  ///< see above; undecided: max_distance_m
+  /// Bounds of the distance. Unless the pair is undecided, they are at most the precision or 1 % of the depth
+  /// apart; of surfaces both are distance_m.
   float min_distance_m = 0.0f, max_distance_m = 0.0f;
   /// Unit, from the second body to the first: the normal of the first point, or the direction of the
-  /// distance. A translation of the first body by the depth along it separates the bodies, or their two
-  /// deepest parts. Zero if the pair is undecided or refused.
+  /// distance. A translation of the first of two convex bodies by the depth along it separates them, or
+  /// their two deepest parts. Zero if the pair is undecided.
   glm::vec3 n_world{0.0f};
-  std::uint32_t point_count = 0;
+  std::uint32_t point_count = 0;  ///< 0: the pair is separate or undecided
   /// The point at which the bodies are deepest in one another, or nearest, comes first; then the points that
   /// span the most area of the surface in which they touch.
   std::array<ContactPoint, 4> points{};
@@ -89,15 +99,17 @@ struct ContactPair {
 };
 
 /// Answer to one search. Listed are: a named pair; of other pairs those that touch, those within the margin,
-/// and those that are undecided or refused.
+/// and those that are undecided and may be within it.
 struct ContactAnswer {
   std::span<const ContactPair> pairs{};
   std::uint32_t found = 0;  ///< pairs that would be listed without limits, of those that were tested
-  /// Pairs whose oriented bounds overlap; those of the first entity are widened by the margin on each side.
+  /// Named pairs, and other pairs whose oriented bounds overlap; the bounds of the first entity are wider by
+  /// the margin on each side.
   std::uint32_t candidates = 0;
-  /// `pairs` is not all: `found` is above pairs_per_search (the list then holds the first ones), or the batch
-  /// has more candidates than max_candidates or more bodies than max_bodies (those of the first searches and
-  /// entities were tested).
+  /// The search reached a limit of the options: `found` is above pairs_per_search (the list then holds the
+  /// first ones), or the batch has more candidates than max_candidates or more bodies than max_bodies (those
+  /// of the first searches and entities were tested), or more surfaces than fit (pairs that do not fit are
+  /// undecided).
   bool overflow = false;
   bool incomplete = false;  ///< the search for candidates reached the device's limits: pairs may be missing
 };
@@ -107,20 +119,28 @@ struct ContactQueryOptions {
   std::string name{};                   ///< for reports and error texts
   std::uint32_t capacity = 0;           ///< searches in a batch: 1 to max_contact_searches
   std::uint32_t pairs_per_search = 64;  ///< that an answer lists: 1 to max_contact_pairs
-  /// Pairs of all searches of a batch whose bounds may overlap, named pairs included, each pair of convex
-  /// parts for itself: 1 to max_contact_candidates. 0: capacity times pairs_per_search.
+  /// Pairs of all searches of a batch whose bounds may overlap, named pairs included, and at most as many
+  /// pairs of convex parts: 1 to max_contact_candidates. 0: capacity times pairs_per_search.
   std::uint32_t max_candidates = 0;
   /// Entities whose neighbours are searched in a batch: one for each search that names its first entity
   /// alone, and for one that names none all entities that either mask admits. 1 to max_entities.
   std::uint32_t max_bodies = 16384;
+  /// Pairs of surfaces of a batch: up to max_candidates. 0: max_candidates, but at most
+  /// default_contact_surface_pairs.
+  std::uint32_t max_surface_pairs = 0;
+  /// Triangles of these pairs that are near the other body's box: of the first body within the margin, of a
+  /// named pair within an upper bound of its distance. The surfaces of all pairs of the batch together may
+  /// have 32 times as many triangles. About 150 bytes each. 1 to max_contact_surface_triangles.
+  std::uint32_t max_surface_triangles = 1u << 16;
   LatePolicy late = LatePolicy::discard;
 };
 
 /// Contacts between bodies. `searches` has `capacity` elements; `answers` has one for each search of the last
 /// transaction.
 /// Precision: poses of one body relative to the other are computed in double precision, distances and depths
-/// in single precision: right within 1e-4 of the diagonal of the smaller body, or within 4 units in the last
-/// place of the largest coordinate of the larger body's hull or of the distance, whichever is more.
+/// in single precision. Their error is at most 1e-4 of the diagonal of the smaller body, or 4 units in the
+/// last place of the largest coordinate of the larger body or of the distance, whichever is more. The depth
+/// of surfaces: see above.
 class ContactQuery : public Query {
  public:
   virtual std::span<ContactSearch> searches() noexcept = 0;

@@ -3,9 +3,11 @@
 // (paper, Section 4, Intersection Query, extended by time). Bodies move and turn as their rows say; nothing
 // tunnels, however fast it is.
 //
-//   body      as for contacts (contact.hpp)
+//   body      As for contacts (contact.hpp): pairs of convex bodies, or of surfaces. Geometry that deforms
+//             keeps its shape in the window. Whether a body lies within the other one of a pair of surfaces
+//             without touching it is tested at the begin of the window alone, by one corner of each surface.
 //   frame     World axes. Points are relative to the first entity's origin at the time of the impact.
-//   time      Each search has its own begin (query.hpp); its window reaches up to max_impact_window after it.
+//   time      Each search has its own begin (query.hpp); its window is at most max_impact_window_ns long.
 //   order     An answer depends neither on earlier ones nor on the order of the batch.
 //   threads   as all queries (query.hpp)
 // Source: conservative advancement (Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996).
@@ -37,7 +39,6 @@ enum class ImpactStatus : std::uint8_t {
   none,       ///< no pair comes that near in the window
   impact,     ///< `second` comes nearer than the tolerance `after` the begin of the window
   undecided,  ///< the search reached its limit of steps: no impact before `after`; later ones are not known
-  refused,    ///< the geometry of an entity of the named pair does not consist of convex parts
 };
 
 struct ImpactAnswer {
@@ -48,22 +49,22 @@ struct ImpactAnswer {
   float distance_m = 0.0f;    ///< then; 0: the bodies touch or penetrate
   glm::vec3 p_first_m{0.0f};  ///< then: midway between the nearest points, from the first entity's origin
   glm::vec3 n_world{0.0f};    ///< unit, from the second body to the first; zero where distance_m is 0
-  glm::vec3 v_relative_mps{
-      0.0f};                     ///< world frame: velocity of the first body at the point, minus the second's
+  /// World frame: velocity of the first body at the point, minus that of the second.
+  glm::vec3 v_relative_mps{0.0f};
   std::uint32_t candidates = 0;  ///< pairs whose bounding spheres come that near in the window
-  std::uint32_t refused = 0;     ///< candidates that were not searched: a body has no convex parts
   /// There are more candidates than candidates_per_search, of which those with the lowest indices were
-  /// searched, or their pairs of parts are more than capacity times candidates_per_search in all. A named
-  /// pair that does not fit is undecided.
+  /// searched, or the batch has more pairs of convex parts and pairs of surfaces than capacity times
+  /// candidates_per_search. A named pair that does not fit is undecided.
   bool overflow = false;
   bool incomplete = false;  ///< a search reached the device's limits: nothing follows from the answer
 };
 
 struct ImpactQueryOptions {
   using Prepared = ImpactQuery;
-  std::string name{};                        ///< for reports and error texts
-  std::uint32_t capacity = 0;                ///< searches in a batch: 1 to max_contact_searches
-  std::uint32_t candidates_per_search = 64;  ///< 1 to max_contact_pairs
+  std::string name{};          ///< for reports and error texts
+  std::uint32_t capacity = 0;  ///< searches in a batch: 1 to max_contact_searches
+  /// At least 1; capacity times candidates_per_search is at most max_contact_candidates.
+  std::uint32_t candidates_per_search = 64;
   LatePolicy late = LatePolicy::discard;
 };
 
@@ -71,7 +72,8 @@ struct ImpactQueryOptions {
 /// transaction. Of several first impacts at one time, that with the lowest entity index.
 /// Precision: at the time of the answer the distance is between 0 and the tolerance, and at no earlier time
 /// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
-/// of the tolerance, these take its place.
+/// of the tolerance, these take its place. distance_m of surfaces may be too large by a tenth,
+/// and by more, but not above the tolerance, where their search reached its limit.
 class ImpactQuery : public Query {
  public:
   virtual std::span<ImpactSearch> searches() noexcept = 0;

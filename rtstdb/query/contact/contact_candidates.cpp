@@ -88,7 +88,7 @@ void ContactCandidates::list_wide_bodies(std::span<const shared::RegionCount> co
 }
 
 void ContactCandidates::list_pairs(std::span<const shared::RegionCount> counts, std::span<std::uint32_t> ids,
-                                   const BatchWorld& world) noexcept {
+                                   const BatchWorld& world, SurfacePairs& surfaces) noexcept {
   for (std::uint32_t i = 0; i < wide_bodies_.size(); ++i)
     bodies_[wide_bodies_[i]].incomplete = counts[i].incomplete != 0;
   std::uint32_t body = 0;
@@ -97,10 +97,10 @@ void ContactCandidates::list_pairs(std::span<const shared::RegionCount> counts, 
     if (from.second.valid()) {
       ++states_[search].candidates;
       if (has_space_for(search, 1))
-        add_candidate({.search = search, .first = from.first, .second = from.second}, world);
+        add_candidate({.search = search, .first = from.first, .second = from.second}, world, surfaces);
     }
     for (; body < states_[search].bodies_end; ++body)
-      add_candidates_of(bodies_[body], ids, world);
+      add_candidates_of(bodies_[body], ids, world, surfaces);
   }
 }
 
@@ -111,7 +111,7 @@ bool ContactCandidates::has_space_for(std::uint32_t search, std::uint32_t count)
 }
 
 void ContactCandidates::add_candidates_of(const Body& body, std::span<std::uint32_t> all_ids,
-                                          const BatchWorld& world) noexcept {
+                                          const BatchWorld& world, SurfacePairs& surfaces) noexcept {
   if (body.incomplete) {
     states_[body.search].incomplete = true;
     return;
@@ -122,17 +122,26 @@ void ContactCandidates::add_candidates_of(const Body& body, std::span<std::uint3
   std::ranges::sort(ids);
   const EntityId own = world.rows.row(body.entity)->id;
   for (const std::uint32_t index : ids)
-    add_candidate({.search = body.search, .first = own, .second = world.rows.row(index)->id}, world);
+    add_candidate({.search = body.search, .first = own, .second = world.rows.row(index)->id}, world,
+                  surfaces);
 }
 
-void ContactCandidates::add_candidate(Candidate candidate, const BatchWorld& world) noexcept {
+void ContactCandidates::add_candidate(Candidate candidate, const BatchWorld& world,
+                                      SurfacePairs& surfaces) noexcept {
   if (is_full_) return;
-  const auto parts_of = [&](EntityId entity) {
-    return world.pool.convex_parts(world.rows.row(entity.index)->row.geometry.index);
+  const ContactSearch& search = searches_[candidate.search];
+  const EntityRow& first = world.rows.row(candidate.first.index)->row;
+  const EntityRow& second = world.rows.row(candidate.second.index)->row;
+  const auto has_parts = [&](const EntityRow& row) {
+    return world.pool.convex_parts(row.geometry.index) > 0;
   };
-  candidate.is_refused = parts_of(candidate.first) == 0 || parts_of(candidate.second) == 0;
+  candidate.is_convex = has_parts(first) && has_parts(second);
   candidate.first_pair = static_cast<std::uint32_t>(part_pairs_.size());
-  if (!candidate.is_refused && !add_part_pairs(candidate, world)) {
+  if (!candidate.is_convex) {
+    candidate.surfaces =
+        surfaces.add(first, second, search.t, search.margin_m, search.second.valid(), world.pool);
+    if (!candidate.surfaces) states_[candidate.search].overflow = true;
+  } else if (!add_part_pairs(candidate, world)) {
     part_pairs_.resize(candidate.first_pair);
     is_full_ = states_[candidate.search].overflow = true;
     return;

@@ -6,9 +6,11 @@
 // Threads: the engine thread. Only reserve allocates.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "rtstdb/query/contact/surface_pairs.hpp"
 #include "rtstdb/query/gpu_query.hpp"
 #include "shaders/shared/query.h"
 
@@ -34,7 +36,9 @@ class ContactCandidates {
     std::uint32_t search = 0;
     EntityId first, second;
     std::uint32_t first_pair = 0, end_pair = 0;
-    bool is_refused = false;  ///< a body does not consist of convex parts
+    bool is_convex = false;  ///< both bodies consist of convex parts
+    /// Unless is_convex: its number in SurfacePairs; nullopt: it did not fit there.
+    std::optional<std::uint32_t> surfaces{};
   };
   struct PartPair {
     std::uint32_t candidate = 0;
@@ -54,10 +58,10 @@ class ContactCandidates {
   void list_bodies(std::span<const ContactSearch> searches, const BatchWorld& world) noexcept;
   /// Takes over what the first search has counted for each body, and lists the bodies that need longer lists.
   void list_wide_bodies(std::span<const shared::RegionCount> counts) noexcept;
-  /// Lists candidates and pairs of parts. `counts`: of the wide bodies, by their place; `ids`: all lists,
-  /// which are sorted.
+  /// Lists candidates and pairs of parts, and adds the other pairs to `surfaces`. `counts`: of the wide
+  /// bodies, by their place; `ids`: all lists, which are sorted.
   void list_pairs(std::span<const shared::RegionCount> counts, std::span<std::uint32_t> ids,
-                  const BatchWorld& world) noexcept;
+                  const BatchWorld& world, SurfacePairs& surfaces) noexcept;
 
   std::span<const Body> bodies() const noexcept { return bodies_; }
   /// Numbers of bodies, ascending.
@@ -72,8 +76,9 @@ class ContactCandidates {
   bool add_body(const Body& body) noexcept;
   /// After the first candidates that do not fit, none does, so that those tested are the first ones.
   bool has_space_for(std::uint32_t search, std::uint32_t count) noexcept;
-  void add_candidates_of(const Body& body, std::span<std::uint32_t> ids, const BatchWorld& world) noexcept;
-  void add_candidate(Candidate candidate, const BatchWorld& world) noexcept;
+  void add_candidates_of(const Body& body, std::span<std::uint32_t> ids, const BatchWorld& world,
+                         SurfacePairs& surfaces) noexcept;
+  void add_candidate(Candidate candidate, const BatchWorld& world, SurfacePairs& surfaces) noexcept;
   /// The pairs of parts that may touch; of a named pair all. False: they do not fit.
   bool add_part_pairs(const Candidate& candidate, const BatchWorld& world) noexcept;
 

@@ -39,6 +39,11 @@ Result<void> check_contact_options(const ContactQueryOptions& options) {
     return out_of_range(options, "candidates", options.max_candidates, max_contact_candidates);
   if (is_outside(options.max_bodies, max_entities))
     return out_of_range(options, "bodies", options.max_bodies, max_entities);
+  if (options.max_surface_pairs > candidates_of(options))
+    return out_of_range(options, "pairs of surfaces", options.max_surface_pairs, candidates_of(options));
+  if (is_outside(options.max_surface_triangles, max_contact_surface_triangles))
+    return out_of_range(options, "near triangles", options.max_surface_triangles,
+                        max_contact_surface_triangles);
   return {};
 }
 
@@ -46,6 +51,11 @@ std::uint32_t candidates_of(const ContactQueryOptions& options) noexcept {
   if (options.max_candidates > 0) return options.max_candidates;
   const std::uint64_t all = std::uint64_t{options.capacity} * options.pairs_per_search;
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(all, max_contact_candidates));
+}
+
+std::uint32_t surface_pairs_of(const ContactQueryOptions& options) noexcept {
+  return options.max_surface_pairs > 0 ? options.max_surface_pairs
+                                       : std::min(candidates_of(options), default_contact_surface_pairs);
 }
 
 std::optional<BadInput> check_contact_search(const ContactSearch& search, std::uint32_t element,

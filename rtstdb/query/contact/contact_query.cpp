@@ -5,6 +5,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 
@@ -25,12 +26,11 @@ PairBody body_of(const EntityRow& row, std::uint32_t part, const accel::Geometry
   return {row, pool.hull(row.geometry.index, part)};
 }
 
-gpu::ShaderId shader_of(std::uint32_t stage) noexcept {
-  using enum gpu::ShaderId;
-  constexpr gpu::ShaderId shaders[] = {contact_candidates, contact_candidates, contact_distance,
-                                       contact_depth, contact_points};
-  return shaders[stage];
-}
+constexpr std::array kernels{gpu::ShaderId::contact_candidates, gpu::ShaderId::contact_distance,
+                             gpu::ShaderId::contact_depth,      gpu::ShaderId::surface_bounds,
+                             gpu::ShaderId::surface_near,       gpu::ShaderId::surface_gap,
+                             gpu::ShaderId::surface_inside,     gpu::ShaderId::surface_descent,
+                             gpu::ShaderId::contact_points,     gpu::ShaderId::surface_feet};
 
 }  // namespace
 
@@ -47,18 +47,21 @@ GpuContactQuery::GpuContactQuery(const ContactQueryOptions& options)
     : GpuQuery(options.capacity, options.late),
       options_(options),
       max_candidates_(candidates_of(options)),
-      candidates_(options.capacity, options.max_bodies, max_candidates_) {
+      candidates_(options.capacity, options.max_bodies, max_candidates_),
+      surfaces_(surface_pairs_of(options), options.max_surface_triangles) {
   answers_.resize(slots().count());
 }
 
 void GpuContactQuery::allocate_host_memory() {
   searches_.resize(options_.capacity);
   candidates_.reserve();
+  surfaces_.reserve();
   touching_pairs_.reserve(max_candidates_);
   frames_.resize(max_candidates_);
   const std::uint64_t pairs =
       std::min<std::uint64_t>(std::uint64_t{options_.capacity} * options_.pairs_per_search, max_candidates_);
   touching_ranges_.resize(pairs);
+  listed_surfaces_.reserve(std::min<std::uint64_t>(pairs, surface_pairs_of(options_)));
   for (Answers& answers : answers_) {
     answers.pairs.resize(pairs);
     answers.of_searches.resize(options_.capacity);
@@ -67,9 +70,11 @@ void GpuContactQuery::allocate_host_memory() {
 
 DeviceNeeds GpuContactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   DeviceNeeds needs;
-  needs.kernels.push_back(kernel_need(shader_of(candidates), shared::RegionArgs{}));
-  for (const Stage stage : {distance, depth, points})
-    needs.kernels.push_back(kernel_need(shader_of(stage), shared::ContactArgs{}));
+  for (const gpu::ShaderId shader : kernels) {
+    const bool searches_tree = shader == gpu::ShaderId::contact_candidates;
+    needs.kernels.push_back(searches_tree ? kernel_need(shader, shared::RegionArgs{})
+                                          : kernel_need(shader, shared::ContactArgs{}));
+  }
   const std::size_t bodies = options_.max_bodies;
   const std::size_t pairs = max_candidates_;
   const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory) {
@@ -84,6 +89,7 @@ DeviceNeeds GpuContactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   buffer(deep_, " deep pairs", pairs * sizeof(std::uint32_t), gpu::Memory::upload);
   buffer(touching_, " touching pairs", pairs * sizeof(std::uint32_t), gpu::Memory::upload);
   buffer(points_, " points", pairs * sizeof(shared::PairPoints), gpu::Memory::readback);
+  surfaces_.add_buffers(options_.name, needs);
   return needs;
 }
 
@@ -95,6 +101,8 @@ std::vector<const gpu::Buffer*> GpuContactQuery::bound_buffers(gpu::ShaderId sha
     return {
         &tlas.nodes(slot), &tlas.instances(slot), &tlas.still_bounds(slot), &bodies_buffer_, &counts_, &ids_,
         &spaces_};
+  if (shader != contact_distance && shader != contact_depth && shader != contact_points)
+    return surfaces_.bound_buffers(shader, pool);
   return {&pool.hulls(), &pairs_, &results_, shader == contact_depth ? &deep_ : &touching_, &points_};
 }
 
@@ -105,10 +113,27 @@ std::optional<BadInput> GpuContactQuery::check(std::uint32_t count, const RowSou
   return std::nullopt;
 }
 
+gpu::ShaderId GpuContactQuery::shader_of(std::uint32_t stage) noexcept {
+  using Id = gpu::ShaderId;
+  if (stage < distance) return Id::contact_candidates;
+  if (stage == points) return Id::contact_points;
+  if (stage >= surface_feet) return Id::surface_feet;
+  if (stage >= surface_samples) return Id::surface_descent;
+  constexpr std::array of_stages{Id::contact_distance, Id::contact_depth, Id::surface_bounds,
+                                 Id::surface_near,     Id::surface_gap,   Id::surface_inside};
+  return of_stages[stage - distance];
+}
+
+const Kernel& GpuContactQuery::kernel_of(std::uint32_t stage) const noexcept {
+  return kernel(static_cast<std::size_t>(std::ranges::find(kernels, shader_of(stage)) - kernels.begin()));
+}
+
 // ---- the stages on the host
 
 std::uint32_t GpuContactQuery::begin_first_stage(std::uint32_t count, const BatchWorld& world) noexcept {
   touching_pairs_.clear();
+  surfaces_.clear();
+  listed_surfaces_.clear();
   listed_ = 0;
   count_ = count;
   candidates_.list_bodies(std::span(searches_).first(count), world);
@@ -119,16 +144,18 @@ std::uint32_t GpuContactQuery::begin_first_stage(std::uint32_t count, const Batc
 }
 
 std::uint32_t GpuContactQuery::begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept {
-  switch (stage) {
-    case more_candidates:
-      return begin_more_candidates();
-    case distance:
-      return begin_distance(world);
-    case depth:
-      return begin_depth();
-    default:
-      return begin_points(world);
-  }
+  if (stage == more_candidates) return begin_more_candidates();
+  if (stage == distance) return begin_distance(world);
+  if (stage == depth) return begin_depth();
+  if (stage == surface_bounds) return surfaces_.begin_bounds();
+  if (stage == surface_near) return surfaces_.begin_near();
+  if (stage == surface_gaps) return surfaces_.begin_gaps();
+  if (stage == surface_insides) return surfaces_.begin_insides();
+  if (stage < surface_descents) return surfaces_.begin_samples(stage == surface_samples);
+  if (stage < points) return surfaces_.begin_descents(stage == surface_descents);
+  if (stage == points) return begin_points(world);
+  if (stage < surface_feet) return surfaces_.begin_refining(stage == surface_refined);
+  return begin_surface_feet();
 }
 
 std::uint32_t GpuContactQuery::begin_more_candidates() noexcept {
@@ -141,7 +168,8 @@ std::uint32_t GpuContactQuery::begin_more_candidates() noexcept {
 }
 
 std::uint32_t GpuContactQuery::begin_distance(const BatchWorld& world) noexcept {
-  candidates_.list_pairs(counts_.host_as<const shared::RegionCount>(), ids_.host_as<std::uint32_t>(), world);
+  candidates_.list_pairs(counts_.host_as<const shared::RegionCount>(), ids_.host_as<std::uint32_t>(), world,
+                         surfaces_);
   return static_cast<std::uint32_t>(candidates_.part_pairs().size());
 }
 
@@ -173,42 +201,66 @@ std::uint32_t GpuContactQuery::begin_points(const BatchWorld& world) noexcept {
   return static_cast<std::uint32_t>(touching_pairs_.size());
 }
 
+bool GpuContactQuery::judge_convex(const ContactCandidates::Candidate& candidate,
+                                   ContactPair& pair) const noexcept {
+  const auto results = results_.host_as<const shared::PairResult>();
+  // The nearest or deepest parts, and bounds of the distance that undecided parts may have.
+  pair.distance_m = pair.min_distance_m = pair.max_distance_m = std::numeric_limits<float>::max();
+  bool is_undecided = false;
+  for (std::uint32_t i = candidate.first_pair; i < candidate.end_pair; ++i) {
+    const shared::PairResult& result = results[i];
+    if (result.state == shared::pair_unfinished) return false;
+    pair.min_distance_m = std::min(pair.min_distance_m, result.min_m);
+    pair.max_distance_m = std::min(pair.max_distance_m, result.max_m);
+    is_undecided = is_undecided || result.state == shared::pair_undecided;
+    if (result.state != shared::pair_undecided)
+      pair.distance_m = std::min(pair.distance_m, result.distance_m);
+  }
+  // Parts whose bounds are known to be farther than others say nothing.
+  is_undecided = is_undecided && pair.min_distance_m < pair.distance_m;
+  if (is_undecided) {
+    pair.distance_m = pair.max_distance_m;
+    pair.status = PairStatus::undecided;
+  }
+  return true;
+}
+
+bool GpuContactQuery::judge_surfaces(const ContactCandidates::Candidate& candidate,
+                                     ContactPair& pair) const noexcept {
+  const SurfacePairs::Verdict verdict = candidate.surfaces ? surfaces_.verdict(*candidate.surfaces)
+                                                           : SurfacePairs::Verdict{.is_undecided = true};
+  if (verdict.is_incomplete) return false;
+  pair.distance_m = pair.min_distance_m = pair.max_distance_m = verdict.distance_m;
+  pair.n_world = verdict.n_world;
+  pair.has_depth = verdict.has_depth;
+  if (verdict.is_undecided) {
+    pair.status = PairStatus::undecided;
+    pair.distance_m = pair.max_distance_m = std::numeric_limits<float>::max();
+    pair.min_distance_m = -std::numeric_limits<float>::max();
+  }
+  return true;
+}
+
 void GpuContactQuery::list_pair(const ContactCandidates::Candidate& candidate,
                                 const BatchWorld& world) noexcept {
   const ContactSearch& from = searches_[candidate.search];
-  const bool is_named = from.second.valid();
-  const auto results = results_.host_as<const shared::PairResult>();
   Answers& answers = answers_[slots().written()];
   ContactAnswer& answer = answers.of_searches[candidate.search];
   ContactPair pair{.first = candidate.first, .second = candidate.second};
-  if (!candidate.is_refused) {
-    // The nearest or deepest parts, and bounds of the distance that undecided parts may have.
-    pair.status = PairStatus::separate;
-    pair.distance_m = pair.min_distance_m = pair.max_distance_m = std::numeric_limits<float>::max();
-    bool is_undecided = false;
-    for (std::uint32_t i = candidate.first_pair; i < candidate.end_pair; ++i) {
-      const shared::PairResult& result = results[i];
-      if (result.state == shared::pair_unfinished) {
-        answer.incomplete = true;
-        return;
-      }
-      pair.min_distance_m = std::min(pair.min_distance_m, result.min_m);
-      pair.max_distance_m = std::min(pair.max_distance_m, result.max_m);
-      is_undecided = is_undecided || result.state == shared::pair_undecided;
-      if (result.state != shared::pair_undecided)
-        pair.distance_m = std::min(pair.distance_m, result.distance_m);
-    }
-    // Parts whose bounds are known to be farther than others say nothing.
-    is_undecided = is_undecided && pair.min_distance_m < pair.distance_m;
-    if (is_undecided) pair.distance_m = pair.max_distance_m;
-    pair.status = is_undecided                       ? PairStatus::undecided
-                  : pair.distance_m <= 0.0f          ? PairStatus::contact
+  if (!(candidate.is_convex ? judge_convex(candidate, pair) : judge_surfaces(candidate, pair))) {
+    answer.incomplete = true;
+    return;
+  }
+  const bool is_undecided = pair.status == PairStatus::undecided;
+  if (is_undecided && !candidate.is_convex) answer.overflow = true;
+  if (!is_undecided) {
+    pair.status = pair.distance_m <= 0.0f            ? PairStatus::contact
                   : pair.distance_m <= from.margin_m ? PairStatus::near
                                                      : PairStatus::separate;
-    const bool is_far =
-        is_undecided ? pair.min_distance_m > from.margin_m : pair.status == PairStatus::separate;
-    if (is_far && !is_named) return;
   }
+  const bool is_far =
+      is_undecided ? pair.min_distance_m > from.margin_m : pair.status == PairStatus::separate;
+  if (is_far && !from.second.valid()) return;
   ++answer.found;
   if (answer.found > options_.pairs_per_search || listed_ == answers.pairs.size()) {
     answer.overflow = true;
@@ -216,8 +268,15 @@ void GpuContactQuery::list_pair(const ContactCandidates::Candidate& candidate,
   }
   answers.pairs[listed_] = pair;
   touching_ranges_[listed_] = {};
-  if (pair.status != PairStatus::refused && pair.status != PairStatus::undecided)
-    list_touching(candidate, world);
+  if (!is_undecided) {
+    if (candidate.is_convex) {
+      list_touching(candidate, world);
+    } else if (!is_far) {
+      listed_surfaces_.push_back(
+          {.answered = listed_, .pair = *candidate.surfaces, .search = candidate.search});
+      surfaces_.choose_points(*candidate.surfaces);
+    }
+  }
   ++listed_;
 }
 
@@ -249,6 +308,19 @@ void GpuContactQuery::list_touching(const ContactCandidates::Candidate& candidat
     touching_pairs_.push_back({.pair = i, .answered = listed_});
   }
   touching_ranges_[listed_] = {first_touching, static_cast<std::uint32_t>(touching_pairs_.size())};
+}
+
+std::uint32_t GpuContactQuery::begin_surface_feet() noexcept {
+  const std::uint32_t feet = surfaces_.begin_feet();
+  if (feet == 0) write_surface_points();
+  return feet;
+}
+
+void GpuContactQuery::write_surface_points() noexcept {
+  Answers& answers = answers_[slots().written()];
+  for (const ListedSurfaces& listed : listed_surfaces_)
+    if (!surfaces_.write_points(listed.pair, answers.pairs[listed.answered]))
+      answers.of_searches[listed.search].incomplete = true;
 }
 
 // ---- the stages on the device
@@ -323,14 +395,14 @@ void GpuContactQuery::dispatch_search(const BatchPart& part, const Recording& re
   args.root = recording.view.root;
   dispatch_places(part, retry_places(), args, recording.halt, limits().processors,
                   [&](const DispatchLayout& layout, const shared::RegionArgs& each) {
-                    dispatch(kernel(0), recording, layout, each);
+                    dispatch(kernel_of(part.stage), recording, layout, each);
                   });
 }
 
 void GpuContactQuery::dispatch_pairs(const BatchPart& part, const Recording& recording) const noexcept {
   dispatch_places(part, retry_places(), shared::ContactArgs{}, recording.halt, limits().processors,
                   [&](const DispatchLayout& layout, const shared::ContactArgs& each) {
-                    dispatch(kernel(part.stage - more_candidates), recording, layout, each);
+                    dispatch(kernel_of(part.stage), recording, layout, each);
                   });
 }
 
@@ -339,6 +411,7 @@ void GpuContactQuery::unpack(const BatchPart& part, const accel::TlasView& /*vie
     const std::uint32_t place = place_at(part, i);
     const bool left = is_incomplete(place);
     if (left && !part.is_retry) note_incomplete(place);
+    if (part.stage == surface_feet && (place + 1 == places() || part.is_retry)) write_surface_points();
     if (part.stage != points) continue;
     Touching& touching = touching_pairs_[place];
     if (left && part.is_retry) answers_[slots().written()].of_searches[search_of(touching)].incomplete = true;
@@ -401,8 +474,11 @@ bool GpuContactQuery::is_incomplete(std::uint32_t place) const noexcept {
       return state_of(deep_.host_as<const std::uint32_t>()[place]) == shared::pair_unfinished;
     case points:
       return points_.host_as<const shared::PairPoints>()[place].count == 0;
-    default:
+    case candidates:
+    case more_candidates:
       return counts_.host_as<const shared::RegionCount>()[place].incomplete != 0;
+    default:
+      return surfaces_.is_incomplete(shader_of(stage()), place);
   }
 }
 

@@ -72,19 +72,27 @@ std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, std::uint
 
 }  // namespace
 
-PairFrame::PairFrame(const PairBody& first, const PairBody& second, WorldTime t) noexcept
-    : first_hull(first.hull), second_hull(second.hull) {
-  const Pose first_pose = pose_at(first.row.motion, t);
-  const Pose second_pose = pose_at(second.row.motion, t);
+BodyPoses::BodyPoses(const EntityRow& first, const EntityRow& second, WorldTime t) noexcept {
+  const Pose first_pose = pose_at(first.motion, t);
+  const Pose second_pose = pose_at(second.motion, t);
   q_first = glm::quat(first_pose.q_world);
   q_second = glm::quat(second_pose.q_world);
   second_m = glm::vec3(second_pose.p_world_m - first_pose.p_world_m);
+  v_relative_mps = glm::vec3(first.motion.v_world_mps - second.motion.v_world_mps);
+  w_first_radps = glm::vec3(first.motion.w_world_radps);
+  w_second_radps = glm::vec3(second.motion.w_world_radps);
+}
+
+glm::vec3 BodyPoses::v_relative_at_mps(const glm::vec3& p_first_m) const noexcept {
+  return v_relative_mps + glm::cross(w_first_radps, p_first_m) -
+         glm::cross(w_second_radps, p_first_m - second_m);
+}
+
+PairFrame::PairFrame(const PairBody& first, const PairBody& second, WorldTime t) noexcept
+    : BodyPoses(first.row, second.row, t), first_hull(first.hull), second_hull(second.hull) {
   second_center_m = glm::vec3(hull_center_m(second));
   first_scale = glm::vec3(first.row.scale);
   second_scale = glm::vec3(second.row.scale);
-  v_relative_mps = glm::vec3(first.row.motion.v_world_mps - second.row.motion.v_world_mps);
-  w_first_radps = glm::vec3(first.row.motion.w_world_radps);
-  w_second_radps = glm::vec3(second.row.motion.w_world_radps);
 }
 
 ContactPoint PairFrame::contact_point(const glm::vec4& point, const glm::vec3& n_world,
@@ -100,8 +108,7 @@ ContactPoint PairFrame::contact_point(const glm::vec4& point, const glm::vec3& n
           .depth_m = depth_m,
           .first_triangle = triangle_at(first_hull, first_face, glm::dvec3(on_first)),
           .second_triangle = triangle_at(second_hull, second_face, glm::dvec3(on_second)),
-          .v_relative_mps = v_relative_mps + glm::cross(w_first_radps, p_first_m) -
-                            glm::cross(w_second_radps, from_second_m)};
+          .v_relative_mps = v_relative_at_mps(p_first_m)};
 }
 
 shared::PairRecord pair_record(const PairBody& first, const PairBody& second, WorldTime t, float margin_m,

@@ -1,6 +1,7 @@
 #pragma once
-// A pair of convex bodies: from two rows to the record that the device searches, and from what the device
-// finds back to world axes. Poses are computed in double precision relative to one another.
+// The poses of two entities, and pairs of convex parts: from two rows to the record that the device searches,
+// and from what the device finds back to world axes. Poses are computed in double precision relative to one
+// another.
 //
 // Pure; no allocation.
 
@@ -21,13 +22,23 @@ struct PairBody {
   accel::GeometryPool::PooledHull hull;
 };
 
-struct PairFrame {
+/// Two entities at an instant.
+struct BodyPoses {
   glm::quat q_first{1.0f, 0.0f, 0.0f, 0.0f}, q_second{1.0f, 0.0f, 0.0f, 0.0f};  ///< entity to world
-  glm::vec3 second_m{0.0f};         ///< the second origin from the first one, world axes
-  glm::vec3 second_center_m{0.0f};  ///< of the second hull, second entity's frame, scaled
-  glm::vec3 first_scale{1.0f}, second_scale{1.0f};
+  glm::vec3 second_m{0.0f};        ///< the second origin from the first one, world axes
   glm::vec3 v_relative_mps{0.0f};  ///< of the origins: first minus second
   glm::vec3 w_first_radps{0.0f}, w_second_radps{0.0f};
+
+  BodyPoses() = default;
+  BodyPoses(const EntityRow& first, const EntityRow& second, WorldTime t) noexcept;
+
+  /// Velocity of the first body minus that of the second at a point.
+  glm::vec3 v_relative_at_mps(const glm::vec3& p_first_m) const noexcept;
+};
+
+struct PairFrame : BodyPoses {
+  glm::vec3 second_center_m{0.0f};  ///< of the second hull, second entity's frame, scaled
+  glm::vec3 first_scale{1.0f}, second_scale{1.0f};
   accel::GeometryPool::PooledHull first_hull, second_hull;
 
   PairFrame() = default;

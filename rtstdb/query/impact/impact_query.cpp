@@ -47,7 +47,7 @@ double precision_m(double first_diagonal_m, double second_diagonal_m, float tole
   return std::max(wanted_m, rounding_m);
 }
 
-/// The hulls of the record are set for each pair of parts.
+/// The bodies of the record are set for each pair of parts.
 shared::AdvanceRecord advance_record(const EntityRow& first, const EntityRow& second,
                                      const ImpactSearch& search, const accel::GeometryPool& pool) noexcept {
   const Pose first_pose = pose_at(first.motion, search.t);
@@ -59,9 +59,9 @@ shared::AdvanceRecord advance_record(const EntityRow& first, const EntityRow& se
   return {.q_first = as_vec4(first_pose.q_world),
           .q_second = as_vec4(second_pose.q_world),
           .w_first_radps = glm::vec3(first.motion.w_world_radps),
-          .first_hull = 0,
+          .first_body = 0,
           .w_second_radps = glm::vec3(second.motion.w_world_radps),
-          .second_hull = 0,
+          .second_body = 0,
           .first_scale = glm::vec3(first.scale),
           .tolerance_m = search.tolerance_m,
           .second_scale = glm::vec3(second.scale),
@@ -106,6 +106,7 @@ DeviceNeeds GpuImpactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   DeviceNeeds needs;
   needs.kernels.push_back(kernel_need(gpu::ShaderId::impact_candidates, shared::SweepArgs{}));
   needs.kernels.push_back(kernel_need(gpu::ShaderId::impact_advance, shared::ContactArgs{}));
+  needs.kernels.push_back(kernel_need(gpu::ShaderId::impact_surfaces, shared::ContactArgs{}));
   const std::size_t searches = options_.capacity;
   const std::size_t pairs = searches * options_.candidates_per_search;  // of parts
   const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory) {
@@ -125,6 +126,8 @@ std::vector<const gpu::Buffer*> GpuImpactQuery::bound_buffers(gpu::ShaderId shad
                                                               const accel::Tlas& tlas) const {
   if (shader == gpu::ShaderId::impact_candidates)
     return {&tlas.instances(slot), &sweeps_buffer_, &counts_, &ids_};
+  if (shader == gpu::ShaderId::impact_surfaces)
+    return {&pool.nodes(), &pool.triangles(), &pool.geometries(), &records_, &states_, &active_};
   return {&pool.hulls(), &records_, &states_, &active_};
 }
 
@@ -151,10 +154,13 @@ std::uint32_t GpuImpactQuery::begin_first_stage(std::uint32_t count, const Batch
 
 std::uint32_t GpuImpactQuery::begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept {
   if (stage == 1) add_pairs(world);
-  if (stage <= advance_stages) return list_active_pairs();
-  list_active_pairs();
-  write_answers(world);
-  return 0;
+  if (stage > last_advance_stage) {
+    write_answers(world);
+    return 0;
+  }
+  const bool is_first_of_kind = stage == 1 || stage == advance_stages + 1;
+  active_count_ = is_first_of_kind || active_count_ > 0 ? list_active_pairs(advances_surfaces(stage)) : 0;
+  return active_count_;
 }
 
 void GpuImpactQuery::add_pairs(const BatchWorld& world) noexcept {
@@ -186,26 +192,32 @@ void GpuImpactQuery::add_pair(std::uint32_t search, EntityId second, const Batch
   const EntityRow& second_row = world.rows.row(second.index)->row;
   const std::uint32_t first_parts = world.pool.convex_parts(first_row.geometry.index);
   const std::uint32_t second_parts = world.pool.convex_parts(second_row.geometry.index);
-  ImpactAnswer& answer = written(search);
-  if (first_parts == 0 || second_parts == 0) {
-    ++answer.refused;
-    return;
-  }
-  const std::size_t max_pairs = std::size_t{options_.capacity} * options_.candidates_per_search;
-  if (pairs_.size() + std::size_t{first_parts} * second_parts > max_pairs) {
-    answer.overflow = true;
+  const bool is_surfaces = first_parts == 0 || second_parts == 0;
+  const std::size_t count = is_surfaces ? 1 : std::size_t{first_parts} * second_parts;
+  if (pairs_.size() + count > std::size_t{options_.capacity} * options_.candidates_per_search) {
+    written(search).overflow = true;
     return note_overflow();
   }
+  const Pair pair{.search = search, .second = second, .t = searches_[search].t, .is_surfaces = is_surfaces};
   shared::AdvanceRecord record = advance_record(first_row, second_row, searches_[search], world.pool);
+  if (is_surfaces) {
+    record.first_body = first_row.geometry.index;
+    record.second_body = second_row.geometry.index;
+    return add_record(pair, record);
+  }
   for (std::uint32_t a = 0; a < first_parts; ++a) {
     for (std::uint32_t b = 0; b < second_parts; ++b) {
-      record.first_hull = world.pool.hull(first_row.geometry.index, a).texel;
-      record.second_hull = world.pool.hull(second_row.geometry.index, b).texel;
-      records_.host_as<shared::AdvanceRecord>()[pairs_.size()] = record;
-      states_.host_as<shared::AdvanceState>()[pairs_.size()] = {};
-      pairs_.push_back({.search = search, .second = second, .t = searches_[search].t});
+      record.first_body = world.pool.hull(first_row.geometry.index, a).texel;
+      record.second_body = world.pool.hull(second_row.geometry.index, b).texel;
+      add_record(pair, record);
     }
   }
+}
+
+void GpuImpactQuery::add_record(const Pair& pair, const shared::AdvanceRecord& record) noexcept {
+  records_.host_as<shared::AdvanceRecord>()[pairs_.size()] = record;
+  states_.host_as<shared::AdvanceState>()[pairs_.size()] = {};
+  pairs_.push_back(pair);
 }
 
 double GpuImpactQuery::time_of(std::uint32_t pair) const noexcept {
@@ -213,8 +225,8 @@ double GpuImpactQuery::time_of(std::uint32_t pair) const noexcept {
   return std::bit_cast<double>(std::uint64_t{words.y} << 32 | words.x);
 }
 
-/// Lists the pairs that go on, but for those that can not be the first of their search to meet.
-std::uint32_t GpuImpactQuery::list_active_pairs() noexcept {
+/// Lists the pairs of a kind that go on, but for those that can not be the first of their search to meet.
+std::uint32_t GpuImpactQuery::list_active_pairs(bool surfaces) noexcept {
   const auto states = states_.host_as<const shared::AdvanceState>();
   for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
     double& first_s = first_s_[pairs_[pair].search];
@@ -223,7 +235,8 @@ std::uint32_t GpuImpactQuery::list_active_pairs() noexcept {
   const auto active = active_.host_as<std::uint32_t>();
   std::uint32_t count = 0;
   for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
-    if (states[pair].state == shared::advance_goes_on && time_of(pair) < first_s_[pairs_[pair].search])
+    if (pairs_[pair].is_surfaces == surfaces && states[pair].state == shared::advance_goes_on &&
+        time_of(pair) < first_s_[pairs_[pair].search])
       active[count++] = pair;
   }
   return count;
@@ -234,12 +247,8 @@ void GpuImpactQuery::write_answers(const BatchWorld& world) noexcept {
   std::uint32_t pair = 0;
   for (std::uint32_t search = 0; search < count_; ++search) {
     ImpactAnswer& answer = written(search);
-    ImpactAnswer best{.status = answer.refused > 0 && searches_[search].second.valid() ? ImpactStatus::refused
-                                                                                       : ImpactStatus::none,
-                      .candidates = answer.candidates,
-                      .refused = answer.refused,
-                      .overflow = answer.overflow,
-                      .incomplete = answer.incomplete};
+    ImpactAnswer best{
+        .candidates = answer.candidates, .overflow = answer.overflow, .incomplete = answer.incomplete};
     if (best.overflow && searches_[search].second.valid()) best.status = ImpactStatus::undecided;
     double best_s = std::numeric_limits<double>::infinity();
     for (; pair < pairs_.size() && pairs_[pair].search == search; ++pair) {
@@ -308,7 +317,7 @@ void GpuImpactQuery::record(const BatchPart& part, const Recording& recording) n
   }
   dispatch_places(part, retry_places(), shared::ContactArgs{}, recording.halt, limits().processors,
                   [&](const DispatchLayout& layout, const shared::ContactArgs& args) {
-                    dispatch(kernel(1), recording, layout, args);
+                    dispatch(kernel(advances_surfaces(part.stage) ? 2 : 1), recording, layout, args);
                   });
 }
 

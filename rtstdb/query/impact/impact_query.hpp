@@ -2,7 +2,8 @@
 // The impact query on the GPU, in stages with a pass over their places each: `candidates` searches the
 // entities that a body may meet (shaders/query/impact/impact_candidates.comp); then each `advance` stage
 // makes some steps of conservative advancement for the pairs that are not decided yet
-// (impact_advance.comp). Between the stages the host drops pairs that can not be the first to meet.
+// (impact_advance.comp), and `surfaces` stages do so for pairs of which a body has no convex parts
+// (impact_surfaces.comp). Between the stages the host drops pairs that can not be the first to meet.
 
 #include <cstdint>
 #include <span>
@@ -36,14 +37,19 @@ class GpuImpactQuery final : public ImpactQuery, public GpuQuery {
   void allocate_host_memory();
 
  private:
-  /// Stage 0 searches candidates, these advance, and the last one has no places: it writes the answers.
-  static constexpr std::uint32_t advance_stages = 32;
+  /// Stage 0 searches candidates. advance_stages stages advance pairs of convex parts, then surface_stages
+  /// stages advance pairs of surfaces. The last stage has no places: it writes the answers.
+  static constexpr std::uint32_t advance_stages = shared::convex_steps;
+  static constexpr std::uint32_t surface_stages = shared::surface_steps;
+  static constexpr std::uint32_t last_advance_stage = advance_stages + surface_stages;
+  static bool advances_surfaces(std::uint32_t stage) noexcept { return stage > advance_stages; }
 
-  /// A pair of convex parts.
+  /// A pair of convex parts, or of surfaces.
   struct Pair {
     std::uint32_t search = 0;
     EntityId second;
     WorldTime t{};  // begin of the window
+    bool is_surfaces = false;
   };
 
   DeviceNeeds device_needs(const gpu::DeviceLimits& limits) override;
@@ -53,14 +59,15 @@ class GpuImpactQuery final : public ImpactQuery, public GpuQuery {
   void unpack(const BatchPart& part, const accel::TlasView& view) noexcept override;
   bool is_incomplete(std::uint32_t place) const noexcept override;
   void mark_incomplete(std::uint32_t search) noexcept override;
-  std::uint32_t stages() const noexcept override { return advance_stages + 2; }
+  std::uint32_t stages() const noexcept override { return last_advance_stage + 2; }
   std::uint32_t begin_first_stage(std::uint32_t count, const BatchWorld& world) noexcept override;
   std::uint32_t begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept override;
 
   void pack_sweep(std::uint32_t place, const Recording& recording) const noexcept;
   void add_pairs(const BatchWorld& world) noexcept;
   void add_pair(std::uint32_t search, EntityId second, const BatchWorld& world) noexcept;
-  std::uint32_t list_active_pairs() noexcept;
+  void add_record(const Pair& pair, const shared::AdvanceRecord& record) noexcept;
+  std::uint32_t list_active_pairs(bool surfaces) noexcept;
   void write_answers(const BatchWorld& world) noexcept;
   ImpactAnswer answer_of(const Pair& pair, const shared::AdvanceState& state,
                          const BatchWorld& world) const noexcept;
@@ -74,6 +81,7 @@ class GpuImpactQuery final : public ImpactQuery, public GpuQuery {
   std::vector<double> first_s_;                     // of each search: the earliest impact so far
   std::vector<std::vector<ImpactAnswer>> answers_;  // one per answer slot
   std::uint32_t count_ = 0;                         // searches of the batch
+  std::uint32_t active_count_ = 0;                  // pairs of the last stage
 
   gpu::Buffer sweeps_buffer_, counts_, ids_;
   gpu::Buffer records_, states_, active_;

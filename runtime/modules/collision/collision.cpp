@@ -167,9 +167,10 @@ ModuleType collision_type() {
                         "The body whose contacts are counted: 'module.vehicle' or the name of an entity."),
           Field::needed("against", Schema::list(Schema::text(), 1, 32),
                         "Layers of the bodies that it must not touch."),
-          Field::with_default("by", Schema::one_of({"bounds", "bodies"}), "bounds",
-                              "What touches: oriented bounds, or the bodies themselves. Bodies are convex or "
-                              "consist of convex pieces; others touch by their bounds."),
+          Field::with_default(
+              "by", Schema::one_of({"bounds", "bodies"}), "bounds",
+              "What touches: oriented bounds, or the bodies themselves. Bodies that are convex "
+              "or consist of convex pieces touch by their hulls, others by their triangles."),
           Field::with_default("impact_window", Schema::quantity(config::Quantity::duration_s, 0.0, 10.0),
                               "0 s",
                               "How far ahead the first impact is searched, for the output time_to_impact; 0 "

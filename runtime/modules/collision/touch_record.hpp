@@ -19,13 +19,14 @@ namespace hil::modules {
 
 class TouchRecord {
  public:
-  /// Touches that are listed; of further ones the number is.
+  /// Touches that the table lists; the section gives the number of further ones.
   static constexpr std::size_t max_touches = 256;
 
   /// `body`: the first entity of the pairs. Entities that are created later have no name in the table.
   TouchRecord(World& world, EventLog& events, std::string body);
 
-  /// A touch that begins at the step's time, as the pair's deepest point says.
+  /// Records a touch that begins at the step's time, with the pair's deepest point. Does nothing for a pair
+  /// without points. A touch whose poses can not be read is not listed.
   void note(StepContext& context, const rtstdb::ContactPair& pair) noexcept;
   /// Adds a section if there was a touch.
   void add_to(contribution::Contribution& report, const std::string& instance) const;

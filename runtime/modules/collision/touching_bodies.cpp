@@ -7,9 +7,9 @@
 namespace hil::modules {
 namespace {
 
-/// A body without convex parts, and one whose contact is undecided and possible, count as touching.
+/// A body whose contact is undecided and possible counts as touching.
 bool touches(const rtstdb::ContactPair& pair) noexcept {
-  return pair.status == rtstdb::PairStatus::contact || pair.status == rtstdb::PairStatus::refused ||
+  return pair.status == rtstdb::PairStatus::contact ||
          (pair.status == rtstdb::PairStatus::undecided && pair.min_distance_m <= 0.0f);
 }
 
@@ -84,8 +84,8 @@ const rtstdb::ContactPair* TouchingBodies::pair_with(rtstdb::EntityId other) con
 
 double TouchingBodies::time_to_impact_s() const noexcept {
   const rtstdb::ImpactAnswer& answer = std::as_const(*impacts_).answers()[0];
-  const bool is_known = !answer.incomplete && !answer.overflow && answer.refused == 0 &&
-                        answer.status != rtstdb::ImpactStatus::undecided;
+  const bool is_known =
+      !answer.incomplete && !answer.overflow && answer.status != rtstdb::ImpactStatus::undecided;
   if (!is_known) return std::numeric_limits<double>::quiet_NaN();
   const rtstdb::Nanoseconds until =
       answer.status == rtstdb::ImpactStatus::impact ? answer.after : options_.impact_window;

@@ -18,8 +18,8 @@ struct TouchingBodiesOptions {
   rtstdb::EntityId entity{};
   std::uint32_t mask = 0;  ///< of the bodies that count
   std::uint32_t max_hits = 1024;
-  /// By their convex parts. A body without such parts touches by its bounds, and so does one of which the
-  /// query can not decide whether it touches.
+  /// By their convex parts or their triangles. A body of which the query can not decide whether it touches
+  /// counts as touching.
   bool by_bodies = false;
   /// by_bodies: how far ahead the time of the first impact is searched; 0: it is not.
   rtstdb::Nanoseconds impact_window{0};

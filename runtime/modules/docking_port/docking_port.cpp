@@ -7,7 +7,8 @@
 //
 // Outputs  distance, lateral (m), off_axis, misalignment (rad), closing_speed, lateral_speed (m/s): of the
 //            chaser's port
-//          docked  1 from the capture on; the input `hold` of the chaser's free_body may read it
+//          docked  1 from the capture on; the input that holds the chaser (`hold` of a free_body,
+//                  `<body>_hold` of rigid_bodies) may read it
 //          missed  1 from the miss on
 //          capture_lateral (m), capture_misalignment (rad), capture_speed (m/s): at the capture; 0 before
 //          touches, touch_speed (m/s), undecided: with a ring; see PortContact
@@ -78,7 +79,7 @@ class DockingPort final : public Module {
   double docked_ = 0.0, missed_ = 0.0;
   bool was_in_front_ = false;
   std::int64_t capture_ns_ = 0;
-  EventLog::Kind captures_, misses_, bounces_;
+  EventLog::Kind captures_, misses_, uncaptured_touches_;
 };
 
 DockingPort::DockingPort(const config::Value& parameters, PortedBody target, PortedBody chaser)
@@ -141,7 +142,7 @@ void DockingPort::configure(World& world, EventLog& events, const TaskParameters
   }
   captures_ = events.add_kind(chaser_.name + " is captured at {} m/s", 3);
   misses_ = events.add_kind(chaser_.name + " misses the port by {} m", 3);
-  bounces_ = events.add_kind(
+  uncaptured_touches_ = events.add_kind(
       chaser_.name + " touches " + ring_ + " at {} m/s and is not captured: it is not within the limits", 3);
 }
 
@@ -182,7 +183,7 @@ bool DockingPort::may_capture(const RelativePort& measured, StepContext& context
   if (!contact_) return true;
   if (!contact_->take(measured.closing_speed_mps)) return false;
   if (docked_ != 0.0 || limits_.permit(at_touch(measured))) return true;
-  context.events->note(bounces_, context.time_ns, contact_->speed_mps());
+  context.events->note(uncaptured_touches_, context.time_ns, contact_->speed_mps());
   return false;
 }
 
@@ -262,7 +263,7 @@ config::Schema docking_port_schema() {
       Field::optional(
           "ring", Schema::text(),
           "The body that the chaser has to touch to be captured, such as an entity with the shape "
-          "of the port's ring. Both bodies consist of convex pieces."),
+          "of the port's ring."),
   });
 }
 

@@ -9,10 +9,9 @@ namespace {
 /// Pairs of convex pieces of both bodies.
 constexpr std::uint32_t max_piece_pairs = 16384;
 
-/// Also an undecided pair is apart if the least distance that it may have is above 0.
+/// An undecided pair is known to be apart if the lower bound of its distance is above 0.
 bool is_decided(const rtstdb::ContactPair& pair) {
-  return pair.status != rtstdb::PairStatus::refused &&
-         (pair.status != rtstdb::PairStatus::undecided || pair.min_distance_m > 0.0f);
+  return pair.status != rtstdb::PairStatus::undecided || pair.min_distance_m > 0.0f;
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ class PortContact {
   /// Adds the query at an instant to a transaction that is being declared.
   void add_to(rtstdb::Transaction& transaction, rtstdb::WorldTime t) noexcept;
   /// Takes the answer of that transaction, which was done, with the closing speed at its instant. True: a
-  /// touch has begun. What the query can not decide is no touch.
+  /// touch has begun. Without a decision of the query the state stays as it was, and no touch begins.
   bool take(double closing_speed_mps) noexcept;
 
   double touches() const noexcept { return touches_; }  ///< that began so far

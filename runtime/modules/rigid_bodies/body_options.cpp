@@ -1,7 +1,6 @@
 #include "runtime/modules/rigid_bodies/body_options.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include <rtstdb/limits.hpp>
 

@@ -41,7 +41,7 @@ struct RigidBodiesOptions {
 
 config::Schema rigid_bodies_schema();
 
-/// Empty with mistakes for what the schema permits but the module does not.
+/// Empty if the parameters break a rule that the schema does not have; then `diagnostics` has the mistakes.
 std::optional<RigidBodiesOptions> read_rigid_bodies(const config::Value& parameters,
                                                     config::Diagnostics& diagnostics);
 

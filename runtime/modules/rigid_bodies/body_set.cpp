@@ -77,7 +77,7 @@ void BodySet::substep(FrozenContacts& contacts, TouchLog& touches, double time_n
   }
 }
 
-void BodySet::halt(Body& body) const noexcept {
+void BodySet::halt(Body& body) noexcept {
   body.state =
       body.rigid_body->state(body.state.p_world_m, glm::dvec3(0.0), body.state.q_world, glm::dvec3(0.0));
 }

@@ -5,7 +5,6 @@
 //
 // Threads: one. Nothing but the constructor allocates.
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -23,9 +22,9 @@ class BodySet {
   struct Body {
     std::optional<RigidBody> rigid_body{};  ///< empty: fixed
     RigidBodyState state{};                 ///< of one that moves
-    rtstdb::Motion row{};                   ///< of a fixed one
-    Wrench wrench{};
-    bool is_held = false;      ///< it rests where it is, whatever acts on it
+    rtstdb::Motion row{};                   ///< of a fixed one; else that at run time 0
+    Wrench wrench{};                        ///< of the inputs
+    bool is_held = false;                   ///< it rests where it is, whatever acts on it
     bool has_stopped = false;  ///< held for good, since it would have left what the database permits
   };
 
@@ -35,13 +34,13 @@ class BodySet {
   std::span<Body> bodies() noexcept { return bodies_; }
   std::span<const Body> bodies() const noexcept { return bodies_; }
 
-  /// The motions at a run time, which is that of the states.
+  /// The motions at a run time, which is that of the states. Valid until the next call and advance().
   std::span<const BodyMotion> motions_at(std::int64_t time_ns) noexcept;
   /// Integrates from one run time to another in equal substeps that are not longer than `substep_ns`.
   void advance(FrozenContacts& contacts, TouchLog& touches, std::int64_t from_ns, std::int64_t to_ns,
                double substep_ns) noexcept;
-  /// Brings a body to rest where it is.
-  void halt(Body& body) const noexcept;
+  /// Brings a body that moves to rest where it is.
+  static void halt(Body& body) noexcept;
   /// The largest share that a coordinate, the speed or the angular rate of a body has of what the database
   /// permits.
   static double used_of_limits(const Body& body) noexcept;

@@ -2,7 +2,7 @@
 // Writes the rows of the bodies that move: of those near a contact in each step, of others when their row no
 // longer describes the motion.
 //
-// Threads: configure while configuring; all else in the tick, without allocation.
+// Threads: creation while configuring; all else in the tick, without allocation.
 
 #include <cstdint>
 #include <memory>

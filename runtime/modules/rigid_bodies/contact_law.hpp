@@ -27,7 +27,7 @@ struct ContactLaw {
   double friction = 0.0;
 };
 
-/// The motion of a body at an instant.
+/// The motion of a body at an instant: of its origin, and its angular rate.
 struct BodyMotion {
   glm::dvec3 p_m{0.0};
   glm::dvec3 v_mps{0.0};
@@ -35,7 +35,7 @@ struct BodyMotion {
 };
 
 struct FrozenContact {
-  std::uint32_t first = 0, second = 0;  ///< of the bodies
+  std::uint32_t first = 0, second = 0;  ///< numbers of the bodies
   glm::dvec3 normal{0.0};               ///< unit, from the second body to the first
   double depth_m = 0.0;                 ///< negative: the surfaces are apart
   double share = 1.0;                   ///< of the pair's stiffness and damping
@@ -54,11 +54,13 @@ glm::dvec3 place_of(const FrozenContact& contact, const BodyMotion& first, const
 glm::dvec3 relative_velocity(const glm::dvec3& place_m, const BodyMotion& first,
                              const BodyMotion& second) noexcept;
 
-/// Follows the motion of a substep that is over: `velocity_mps` is relative_velocity() after it.
+/// Updates the stretch of the spring and the depth by the motion of a completed substep: `velocity_mps` is
+/// relative_velocity() after it. `depth_is_known`: the depth is that of an answer at this time, and stays.
 void follow(FrozenContact& contact, const glm::dvec3& velocity_mps, double dt_s,
             bool depth_is_known) noexcept;
 
-/// The force on the first body; the second has the opposite one. Lets the spring slip.
+/// The force on the first body; the second has the opposite one. Reduces the stretch of a spring that slips,
+/// and resets it where nothing presses.
 glm::dvec3 contact_force(FrozenContact& contact, const ContactLaw& law,
                          const glm::dvec3& velocity_mps) noexcept;
 

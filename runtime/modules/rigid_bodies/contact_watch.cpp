@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
-
 namespace hil::modules {
 namespace {
 
@@ -156,7 +154,7 @@ void ContactWatch::freeze(StepContext& context, BodySet& bodies) noexcept {
     const bool was_near = contacts_.was_near(first, second);
     const bool has_points = pair.point_count > 0 && pair.status != rtstdb::PairStatus::undecided;
     if (!has_points || !contacts_.add(pair, first, second, motions, static_cast<double>(margin_m_))) {
-      // An undecided pair is apart if the least distance that it may have is above 0.
+      // An undecided pair is known to be apart if the lower bound of its distance is above 0.
       const bool is_apart = pair.status == rtstdb::PairStatus::undecided && pair.min_distance_m > 0.0f;
       undecided += is_apart ? 0u : 1u;
       contacts_.keep(first, second);

@@ -1,6 +1,6 @@
 #pragma once
-// The contact query of the rigid_bodies module: one search a step, and what its answers say beside the
-// contact points.
+// The contact query of the rigid_bodies module: one search a step, its contact points, and counts and events
+// of answers that are not complete.
 //
 // Threads: creation while configuring; take in the tick, without allocation.
 
@@ -29,7 +29,7 @@ class ContactWatch {
   struct Counts {
     std::uint64_t undecided = 0;  ///< pairs, once a step
     std::uint64_t overflows = 0;  ///< steps without a whole answer
-    std::uint64_t late = 0;       ///< pairs that touched and were not near in the step before
+    std::uint64_t late = 0;       ///< pairs that touched and were not near in the answer before
     std::uint32_t pressing = 0;   ///< points with depth in the last answer
     double depth_m = 0.0;         ///< of the deepest of them
   };

@@ -1,7 +1,7 @@
 #pragma once
 // The contact points of one answer of the contact query, and their forces until the next answer. A point
 // keeps the anchor of the nearest point that the same pair had in the answer before, if there is one within
-// the pair's reach. A pair that an answer does not decide keeps its earlier points.
+// 2 % of the smaller body's diagonal. A pair that an answer does not decide keeps its earlier points.
 //
 // Threads: one. Nothing but the constructor allocates.
 
@@ -34,17 +34,18 @@ class FrozenContacts {
 
   /// Begins the points of a new answer, which add() and keep() then append: those of a pair in a row.
   void begin() noexcept;
-  /// False: a point is farther from a body than the margin, so it is none of the body, and nothing is added.
+  /// False: a point lies beyond a body's reach by more than the margin, so it can not be a contact of that
+  /// body; nothing is added.
   bool add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
            std::span<const BodyMotion> bodies, double margin_m) noexcept;
-  /// The points of the answer before, instead of those of this one.
+  /// Appends the points that the pair had in the answer before.
   void keep(std::uint32_t first, std::uint32_t second) noexcept;
 
   /// Whether the answer before the last begin() had points of the pair. Before the pair is added.
   bool was_near(std::uint32_t first, std::uint32_t second) const noexcept;
 
-  /// The begin of a substep of dt_s at a run time: follows the motion of the one before, adds the forces to
-  /// the loads, and notes the first contacts.
+  /// Begins a substep of dt_s at a run time: updates the points by the motion of the substep before, adds the
+  /// forces to the loads, and notes the first contacts.
   void add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
                  std::span<BodyLoad> loads, TouchLog& touches) noexcept;
 

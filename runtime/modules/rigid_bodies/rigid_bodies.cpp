@@ -12,7 +12,7 @@
 //          touched: pairs that have touched so far
 //          undecided: pairs so far whose contact the query could not decide, once a step
 //          overflows: steps so far whose answer does not list all pairs, or that had no answer
-//          late: pairs so far that touched and were not near in the step before
+//          late: pairs so far that touched and were not within the margin in the step before
 //          rows: rows written so far
 //          stopped: bodies that would have left what the database permits; they rest from then on
 //          of each body B with a mass: B.x ... as of a free_body (body_ports.hpp)
@@ -26,7 +26,6 @@
 #include <memory>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/modules/rigid_bodies/body_options.hpp"
 #include "runtime/modules/rigid_bodies/body_ports.hpp"
@@ -37,7 +36,7 @@
 namespace hil::modules {
 namespace {
 
-constexpr std::array<const char*, 9> own_outputs{
+constexpr std::array<const char*, 9> module_outputs{
     "kinetic_energy", "contacts", "depth", "touched", "undecided", "overflows", "late", "rows", "stopped"};
 
 constexpr std::int64_t track_every_ns = 100'000'000;
@@ -79,7 +78,7 @@ class RigidBodies final : public Module {
 
 RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(options)) {
   const auto output = [&](std::size_t i, const char* unit, const char* about) {
-    ports_.outputs.push_back({.name = own_outputs[i], .unit = unit, .about = about});
+    ports_.outputs.push_back({.name = module_outputs[i], .unit = unit, .about = about});
   };
   output(0, "J", "Of all bodies");
   output(1, "", "Points that press now");
@@ -163,7 +162,7 @@ void RigidBodies::take_inputs(StepContext& context) noexcept {
     if (inputs.hold == body.is_held) continue;
     body.is_held = inputs.hold;
     context.events->note(inputs.hold ? kinds_[i].held : kinds_[i].released, context.time_ns);
-    if (inputs.hold) bodies_->halt(body);
+    if (inputs.hold) BodySet::halt(body);
   }
 }
 
@@ -175,7 +174,7 @@ void RigidBodies::stop_beyond_limits(StepContext& context) noexcept {
     if (used <= 1.0) continue;
     body.has_stopped = true;
     body.state = writer_->state_at_begin(i);
-    bodies_->halt(body);
+    BodySet::halt(body);
     stopped_ += 1.0;
     context.events->note(kinds_[i].stops, context.time_ns, used);
   }
@@ -183,17 +182,17 @@ void RigidBodies::stop_beyond_limits(StepContext& context) noexcept {
 
 void RigidBodies::write_outputs(StepContext& context) noexcept {
   const ContactWatch::Counts& counts = watch_->counts();
-  const std::array<double, own_outputs.size()> own{bodies_->kinetic_energy_j(),
-                                                   static_cast<double>(counts.pressing),
-                                                   counts.depth_m,
-                                                   static_cast<double>(watch_->touches().count()),
-                                                   static_cast<double>(counts.undecided),
-                                                   static_cast<double>(counts.overflows),
-                                                   static_cast<double>(counts.late),
-                                                   static_cast<double>(writer_->rows()),
-                                                   stopped_};
-  std::copy(own.begin(), own.end(), context.outputs.begin());
-  std::size_t offset = own.size();
+  const std::array<double, module_outputs.size()> values{bodies_->kinetic_energy_j(),
+                                                         static_cast<double>(counts.pressing),
+                                                         counts.depth_m,
+                                                         static_cast<double>(watch_->touches().count()),
+                                                         static_cast<double>(counts.undecided),
+                                                         static_cast<double>(counts.overflows),
+                                                         static_cast<double>(counts.late),
+                                                         static_cast<double>(writer_->rows()),
+                                                         stopped_};
+  std::copy(values.begin(), values.end(), context.outputs.begin());
+  std::size_t offset = values.size();
   for (const BodySet::Body& body : std::as_const(*bodies_).bodies()) {
     if (!body.rigid_body) continue;
     write_body_outputs(body, context.outputs.subspan(offset, outputs_per_body));

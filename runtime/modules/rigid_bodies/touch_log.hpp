@@ -17,7 +17,7 @@
 namespace hil::modules {
 
 struct Touch {
-  std::uint32_t first = 0, second = 0;  ///< of the bodies
+  std::uint32_t first = 0, second = 0;  ///< numbers of the bodies
   std::int64_t time_ns = 0;
   glm::dvec3 place_m{0.0};  ///< world frame
   double closing_speed_mps = 0.0;
@@ -37,7 +37,7 @@ class TouchLog {
   contribution::Table table() const;
 
  private:
-  /// Of the pair, in either order.
+  /// The place of a pair, in either order, in kinds_ and has_touched_.
   std::size_t index_of(std::uint32_t first, std::uint32_t second) const noexcept;
 
   const std::vector<std::string> names_;

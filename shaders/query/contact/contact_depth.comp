@@ -283,8 +283,8 @@ void main() {
     result.state = converged || is_close(lower, upper, enough) ? pair_deep : pair_undecided;
     result.n = -n;
     result.distance_m = -depth;
-    // Where the search ended early, no face has the normal n, but the point is a point of the first body all
-    // the same.
+    // Where the search ended early, no face has the normal n. Then all faces are searched: the result is
+    // still a point of the first body.
     result.point_m = first_point_near_origin(n, converged ? 0.9999 : -2.0, converged ? depth + enough : 3e38);
     result.min_m = -upper;
     result.max_m = -min(lower, upper);

@@ -34,27 +34,30 @@ void main() {
   const uint index = active_pairs[place];
   const AdvanceRecord record = pairs[index];
   AdvanceState state = states[index];
+  // A halted stage is repeated for some pairs.
+  bool goes_on = state.state == advance_goes_on || state.state == advance_unfinished;
+  if (!goes_on || state.steps >= convex_steps) return;
   double time_s = packDouble2x32(state.time_s);
   const double window_s = double(record.window_s);
   const dvec3 p = dvec3(record.p_m) + dvec3(record.p_low_m);
   const dvec3 v = dvec3(record.v_mps) + dvec3(record.v_low_mps);
   const float turning = length(record.w_first_radps) * record.first_reach_m +
                         length(record.w_second_radps) * record.second_reach_m;
-  uint step = 0u;
-  bool goes_on = true;
+  const uint end = min(state.steps + steps_per_stage, convex_steps);
   do {
     ++rounds;
     if (goes_on) {
+      ++state.steps;
       const vec3 between = vec3(p + v * time_s);
       const mat3 first_axes = axes_at(record.q_first, record.w_first_radps, time_s);
       const mat3 second_axes = axes_at(record.q_second, record.w_second_radps, time_s);
-      const Hull second = fetch_hull(record.second_hull, record.second_scale, second_axes, vec3(0.0));
+      const Hull second = fetch_hull(record.second_body, record.second_scale, second_axes, vec3(0.0));
       const vec3 second_center =
-          second_axes * (record.second_scale * texelFetch(hulls, int(record.second_hull)).xyz);
+          second_axes * (record.second_scale * texelFetch(hulls, int(record.second_body)).xyz);
       const vec3 first_center =
-          first_axes * (record.first_scale * texelFetch(hulls, int(record.first_hull)).xyz);
+          first_axes * (record.first_scale * texelFetch(hulls, int(record.first_body)).xyz);
       const vec3 center = between + first_center - second_center;
-      const Hull first = fetch_hull(record.first_hull, record.first_scale, first_axes, center);
+      const Hull first = fetch_hull(record.first_body, record.first_scale, first_axes, center);
       const vec3 direction = dot(center, center) > 0.0 ? normalize(center) : vec3(1.0, 0.0, 0.0);
       const PairDistance found = distance_between(first, second, direction, record.enough_m, 3.4e38);
       state.n = found.direction;
@@ -77,8 +80,7 @@ void main() {
         const bool ends = time_s >= window_s;
         time_s = min(time_s, window_s);
         state.state = ends ? advance_ends : advance_goes_on;
-        // A step with large hulls takes thousands of rounds.
-        goes_on = !ends && ++step < advance_steps && rounds < max_rounds / 4u;
+        goes_on = !ends && state.steps < end && rounds < max_rounds / 4u;
       }
     }
   } while (goes_on);

@@ -45,6 +45,7 @@ struct NearestSlot {
   float square;  // of the distance
   uint triangle;
   uint slot;
+  uint visits;  // nodes and triangles that the search visited; does not depend on other lanes
 };
 
 // Searches the triangles within `radius`. At equal distances the triangle with the lower index is taken, so
@@ -52,13 +53,16 @@ struct NearestSlot {
 // times the nearest distance so far are skipped. Changes box_limit.
 NearestSlot nearest_slot(uint root, vec3 scale, vec3 point, float radius, float slack) {
   const float limit_per_square = (1.0 + 2e-6) * (1.0 - slack) * (1.0 - slack);
-  NearestSlot best = NearestSlot(radius * radius, no_triangle, 0u);
+  NearestSlot best = NearestSlot(radius * radius, no_triangle, 0u, 0u);
   box_limit = best.square * limit_per_square;
   const uint bottom = depth;
   uint current = root;
   if (current != ref_none) do {
       rounds += 3u;  // this loop's, and one for each of the two inside
-      if (is_inner(current)) current = nearest_triangle_child(current, scale, point);
+      if (is_inner(current)) {
+        current = nearest_triangle_child(current, scale, point);
+        ++best.visits;
+      }
       const bool is_leaf = current != ref_none && !is_inner(current);
       const uint first = current & ref_triangle_first_mask;
       const uint count = is_leaf ? (current >> ref_triangle_count_shift & 0xFu) + 1u : 0u;
@@ -72,6 +76,7 @@ NearestSlot nearest_slot(uint root, vec3 scale, vec3 point, float radius, float 
             best.square = better ? square : best.square;
             best.triangle = better ? triangle : best.triangle;
             best.slot = better ? first + k : best.slot;
+            ++best.visits;
             box_limit = best.square * limit_per_square;
             ++k;
           }

@@ -41,6 +41,7 @@ int winding_above(vec3 a, vec3 b, vec3 c) {
 struct Winding {
   int number;      // 0: outside of a closed surface
   bool cut_short;  // the search visited too many nodes
+  uint rounds;
 };
 
 // `root`: of a closed geometry, or ref_none. The point is in the geometry's frame.
@@ -89,7 +90,7 @@ Winding winding_around(uint root, vec3 point) {
     }
     if (depth > 0u) current = stack[--depth];
   }
-  return Winding(winding, cut_short);
+  return Winding(winding, cut_short, rounds);
 }
 
 #endif

@@ -113,7 +113,6 @@ INSTANTIATE_TEST_SUITE_P(
                         p.status = p.status == PairStatus::contact ? PairStatus::near : PairStatus::contact;
                       }},
         PairTampering{"separate", [](Pair& p, const PosedPair&) { p.status = PairStatus::separate; }},
-        PairTampering{"refused", [](Pair& p, const PosedPair&) { p.status = PairStatus::refused; }},
         PairTampering{"depth_5_percent_less", [](Pair& p, const PosedPair&) { scale_distance(p, 0.95f); }},
         PairTampering{"depth_5_percent_more", [](Pair& p, const PosedPair&) { scale_distance(p, 1.05f); }},
         PairTampering{"distance_nan", [](Pair& p, const PosedPair&) { p.distance_m = std::nanf(""); }},

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "contact_scene.hpp"
 #include "rtstdb/oracle/judge.hpp"
+#include "surface_scene.hpp"
 
 namespace rtstdb::oracle {
 namespace {
@@ -35,10 +35,12 @@ OwnedAnswer rounded_answer(const World& world, const ContactSearch& search,
     if (candidate.gap_m > 0.0 && !is_named) continue;
     ++answer.candidates;
     ContactPair pair;
-    pair.first = candidate.first;
-    pair.second = candidate.second;
-    if (world.mesh_of(*world.find(pair.first)).convex() && world.mesh_of(*world.find(pair.second)).convex())
-      pair = rounded(world, search, pair.first, pair.second);
+    if (is_surface_pair(world, candidate.first, candidate.second)) {
+      const SurfacePair surfaces(world, candidate.first, candidate.second, search.t);
+      pair = rounded_surfaces(surfaces, surface_truth(surfaces), search);
+    } else {
+      pair = rounded(world, search, candidate.first, candidate.second);
+    }
     if (pair.status == PairStatus::separate && !is_named) continue;
     ++answer.found;
     if (answer.pairs.size() < options.pairs_per_search) answer.pairs.push_back(pair);
@@ -80,6 +82,27 @@ TEST(CompareContactList, AgreesWithTheRoundedTruth) {
     ASSERT_EQ(judgement.verdict, Verdict::agrees) << "search " << i << ": " << judgement.reason;
   }
   EXPECT_GT(listed, 200u);
+}
+
+TEST(CompareContactList, AgreesWithTheRoundedTruthOfConcaveBodies) {
+  Scene scene = concave_pairs(942, 20);
+  Random random(943);
+  for (EntityState& state : scene.entities)
+    state.row.motion.p_world_m = 2.5 * random.vector();
+  const World world = scene.world();
+  std::size_t listed = 0;
+  for (int i = 0; i < 24; ++i) {
+    ContactSearch search;
+    search.t = at_s(random.uniform(0.0, 0.2));
+    search.margin_m = static_cast<float>(i % 3 == 0 ? 0.0 : random.magnitude(0.01, 1.0));
+    if (i % 4 != 0) search.first = scene.entities[static_cast<std::size_t>(random.below(40))].id;
+    const ContactQueryOptions options = contact_options(i % 6 == 0 ? 8 : 1000);
+    const OwnedAnswer answer = rounded_answer(world, search, options);
+    listed += answer.pairs.size();
+    const Judgement judgement = judged_answer(world, search, options, answer);
+    ASSERT_EQ(judgement.verdict, Verdict::agrees) << "search " << i << ": " << judgement.reason;
+  }
+  EXPECT_GT(listed, 50u);
 }
 
 /// Entity 0 penetrates 1, 2 and 3; 4 is within 0.5 m of it, and 5 is 3 m away, with its bounds near it.
@@ -217,27 +240,27 @@ TEST_F(CompareContactBoxes, TakesTheFirstBodiesWhereTheyOverflow) {
   EXPECT_EQ(verdict(tested, options), Verdict::differs) << "all of them fit";
 }
 
-TEST_F(CompareContactBoxes, RefusesExactlyWhatIsNotConvex) {
+TEST_F(CompareContactBoxes, JudgesBodiesThatAreNotConvexByTheirSurfaces) {
   TriangleMesh open = make_box({2, 2, 2});
   open.triangles.pop_back();
   scene_.place(open, at({-1.9, 0, 0}));
   const OwnedAnswer right = answer();
   ASSERT_EQ(right.pairs.size(), 5u);
-  EXPECT_EQ(right.pairs[4].status, PairStatus::refused);
+  EXPECT_EQ(right.pairs[4].status, PairStatus::contact);
   EXPECT_EQ(verdict(right), Verdict::agrees);
   OwnedAnswer wrong = right;
-  wrong.pairs[4].status = PairStatus::contact;
+  wrong.pairs[4].status = PairStatus::near;
   EXPECT_EQ(verdict(wrong), Verdict::differs);
   wrong = right;
-  wrong.pairs[4].n_world = {1, 0, 0};
+  wrong.pairs[4].has_depth = false;
   EXPECT_EQ(verdict(wrong), Verdict::differs);
+  wrong = right;
+  wrong.pairs[0].has_depth = false;
+  EXPECT_EQ(verdict(wrong), Verdict::differs) << "this one is convex";
   wrong = right;
   wrong.pairs.pop_back();
   wrong.found = 4;
-  EXPECT_EQ(verdict(wrong), Verdict::differs) << "a refused candidate is missing";
-  wrong = right;
-  wrong.pairs[0].status = PairStatus::refused;
-  EXPECT_EQ(verdict(wrong), Verdict::differs) << "this one is convex";
+  EXPECT_EQ(verdict(wrong), Verdict::differs) << "a contact is missing";
   scene_.entities.back().row.motion.p_world_m.x = -9.0;
   EXPECT_EQ(verdict(right), Verdict::differs) << "it is no candidate";
   EXPECT_EQ(verdict(answer()), Verdict::agrees);
