@@ -7,8 +7,8 @@
 
 namespace hil::bench {
 
-/// Pairs of convex bodies (`narrow_convex_10k`), and the latency of a small batch of them
-/// (`contact_16_pairs_p50`, `_p99`).
+/// Pairs of convex bodies (`narrow_convex_10k`), the right answers among them (`narrow_convex_right`), and
+/// the latency of a small batch (`contact_16_pairs_p50`, `_p99`).
 std::vector<Figure> measure_pairs(const SuiteOptions& options);
 
 /// First times of impact of pairs that approach one another (`time_of_impact_1k`).
