@@ -4,7 +4,9 @@
 
 #include "rtstdb/catch_out_of_memory.hpp"
 #include "rtstdb/field_job.hpp"
+#include "rtstdb/geometry/closed_mesh.hpp"
 #include "rtstdb/geometry/given_parts.hpp"
+#include "rtstdb/geometry/solid_hull.hpp"
 #include "rtstdb/log_space.hpp"
 #include "rtstdb/option_check.hpp"
 #include "rtstdb/store/shape_history.hpp"
@@ -13,10 +15,17 @@ namespace rtstdb {
 
 namespace {
 
-/// Null: the geometry does not consist of convex parts, or it deforms. Errors: given_convex_parts.
+/// Null: the geometry does not consist of convex parts, or it deforms. Errors: solid_hull,
+/// given_convex_parts.
 Result<std::shared_ptr<const ConvexParts>> parts_of(const TriangleMesh& mesh, bool deforms,
-                                                    const ConvexPartPoints& given_m) {
+                                                    const ConvexPartPoints& given_m,
+                                                    const std::optional<Solid>& solid) {
   if (deforms) return std::shared_ptr<const ConvexParts>();
+  if (solid) {
+    auto hull = solid_hull(mesh, *solid);
+    if (!hull) return hull.error();
+    return std::make_shared<const ConvexParts>(1, std::move(hull).value());
+  }
   if (!given_m.empty()) {
     auto parts = given_convex_parts(mesh, given_m);
     if (!parts) return parts.error();
@@ -36,7 +45,9 @@ GeometryInfo info_of(const ListedGeometry& geometry) {
   GeometryInfo info{.name = geometry.name,
                     .triangles = static_cast<std::uint32_t>(geometry.mesh->triangles.size()),
                     .deforms = geometry.deforms,
-                    .convex = geometry.parts && geometry.parts->size() == 1};
+                    .closed = geometry.is_closed,
+                    .convex = geometry.parts && geometry.parts->size() == 1,
+                    .solid = geometry.is_solid};
   if (!geometry.parts) return info;
   info.convex_parts = static_cast<std::uint32_t>(geometry.parts->size());
   for (const ConvexHull& hull : *geometry.parts) {
@@ -52,12 +63,17 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
   for (const log::WorldGeometry& geometry : world.geometries) {
     const auto& [id, name, options, file, checksum] = geometry.logged;
     const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
-    const auto parts = parts_of(*mesh, options.deforms, geometry.mesh.convex_parts_m);
+    const auto parts = parts_of(*mesh, options.deforms, geometry.mesh.convex_parts_m, geometry.mesh.solid);
     auto added = parts ? executor.add_geometry(mesh, options, parts.value()) : parts.error();
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
-    recovered.push_back({.mesh = mesh, .name = name, .deforms = options.deforms, .parts = parts.value()});
+    recovered.push_back({.mesh = mesh,
+                         .name = name,
+                         .deforms = options.deforms,
+                         .is_closed = is_closed(*mesh),
+                         .is_solid = geometry.mesh.solid.has_value(),
+                         .parts = parts.value()});
   }
   return recovered;
 }
@@ -67,7 +83,10 @@ GeometryList::GeometryList(const Parts& parts, std::vector<ListedGeometry> recov
   for (std::uint32_t index = 0; index < geometries_.size(); ++index) {
     const ListedGeometry& geometry = geometries_[index];
     parts_.follower.make_space_for_geometry();
-    parts_.follower.add_geometry(bounds_of(*geometry.mesh), geometry.deforms);
+    parts_.follower.add_geometry(geometry.parts
+                                     ? bounds_of(with_points_of_parts(*geometry.mesh, *geometry.parts))
+                                     : bounds_of(*geometry.mesh),
+                                 geometry.deforms);
     if (geometry.deforms)
       parts_.engine.call([&, used = standing::Follower::used_positions(*geometry.mesh)]() mutable {
         parts_.follower.keep_bounds(GeometryId{index}, std::move(used));
@@ -78,11 +97,13 @@ GeometryList::GeometryList(const Parts& parts, std::vector<ListedGeometry> recov
 Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view name,
                                      const GeometryOptions& options) {
   const std::lock_guard lock(adding_mutex_);
-  auto parts = parts_of(mesh, options.deforms, options.convex_parts_m);
+  auto parts = parts_of(mesh, options.deforms, options.convex_parts_m, options.solid);
   if (!parts) return parts.error();
   ListedGeometry listed{.mesh = std::make_shared<const TriangleMesh>(mesh),
                         .name = std::string(name),
                         .deforms = options.deforms,
+                        .is_closed = is_closed(mesh),
+                        .is_solid = options.solid.has_value(),
                         .parts = std::move(parts).value()};
   {
     const std::lock_guard reading_lock(mutex_);

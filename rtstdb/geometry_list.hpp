@@ -24,6 +24,8 @@ struct ListedGeometry {
   std::shared_ptr<const TriangleMesh> mesh;  ///< as it was added
   std::string name;
   bool deforms = false;
+  bool is_closed = false;
+  bool is_solid = false;               ///< it has GeometryOptions::solid
   std::optional<FieldReport> field{};  ///< of the field that was built
   std::optional<FieldOptions> field_on_first_use{};
   std::shared_ptr<const ConvexParts> parts{};  ///< null: it has none, or it deforms

@@ -77,6 +77,10 @@ Result<void> check_options(const DurabilityOptions& options) {
 Result<void> check_options(const GeometryOptions& options) {
   if (options.deforms && !options.convex_parts_m.empty())
     return Error{ErrorCode::bad_input, "a geometry that deforms can not have convex parts"};
+  if (options.deforms && options.solid)
+    return Error{ErrorCode::bad_input, "a geometry that deforms can not be a solid"};
+  if (options.solid && !options.convex_parts_m.empty())
+    return Error{ErrorCode::bad_input, "a geometry that is a solid can not have convex parts"};
   if (options.field) {
     if (options.deforms)
       return Error{ErrorCode::bad_input, "a geometry that deforms can not have a distance field"};

@@ -12,6 +12,7 @@
 #include "rtstdb/accel/transfer.hpp"
 #include "rtstdb/geometry/closed_mesh.hpp"
 #include "rtstdb/geometry/has_area.hpp"
+#include "rtstdb/geometry/solid_hull.hpp"
 #include "rtstdb/splitmix64.hpp"
 #include "shaders/shared/contact.h"
 #include "shaders/shared/field.h"
@@ -199,8 +200,8 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
   part_texels_.reserve(count_ + 1);
   kept_.reserve(count_ + 1);
   const std::uint32_t generation = generation_;
-  auto added =
-      options.deforms ? add_deforming(device, *mesh, options, submit) : add_still(device, *mesh, submit);
+  auto added = options.deforms ? add_deforming(device, *mesh, options, submit)
+                               : add_still(device, *mesh, parts.get(), submit);
   std::shared_ptr<KeptGeometry> kept;
   if (added) {
     auto taken = keep(device, std::move(mesh), options, added.value(), submit);
@@ -236,11 +237,13 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
   return count_++;
 }
 
-Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit) {
+Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh& mesh,
+                                         const ConvexParts* parts, Submit& submit) {
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   if (auto checked = check_capacity(count); !checked) return checked.error();
   if (auto started = builder_.start_build(device, mesh, submit); !started) return started.error();
-  const Extents extents = extents_of(mesh);
+  const Extents extents =
+      parts != nullptr ? extents_of(with_points_of_parts(mesh, *parts)) : extents_of(mesh);
   const bool closed = is_closed(mesh);
   const auto node_count = builder_.finish_build(submit);
   if (!node_count) return node_count.error();

@@ -108,7 +108,8 @@ class GeometryPool {
                                                    const KeptGeometries& kept, Submit& submit);
   Result<void> reserve(gpu::Device& device, const PoolPart& part, Submit& submit);
   Result<void> check_capacity(std::uint32_t triangles) const;
-  Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, Submit& submit);
+  Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, const ConvexParts* parts,
+                             Submit& submit);
   Result<PoolPart> add_deforming(gpu::Device& device, const TriangleMesh& mesh,
                                  const GeometryOptions& options, Submit& submit);
   /// Reads back what KeptGeometry holds of the geometry that was added last, before it is counted.

@@ -78,7 +78,8 @@ std::vector<glm::vec4> hull_texels(const ConvexHull& hull) {
     return glm::vec3(glm::dvec3(p) - glm::dvec3(hull.center_m));
   };
   std::vector<glm::vec3> corners;
-  for (const glm::vec3& corner : hull.corners_m)
+  const std::size_t supporting = hull.round ? hull.round->core_corners : hull.corners_m.size();
+  for (const glm::vec3& corner : std::span(hull.corners_m).first(supporting))
     corners.push_back(from_center(corner));
   std::vector<glm::vec4> nodes;
   if (corners.size() > shared::hull_max_scanned_corners) {
@@ -95,7 +96,8 @@ std::vector<glm::vec4> hull_texels(const ConvexHull& hull) {
 
   std::vector<glm::vec4> texels{
       texel(hull.center_m, corner_count),
-      texel(face_count, node_texels / shared::hull_node_texels, face_texel, face_texel + face_count)};
+      texel(face_count, node_texels / shared::hull_node_texels, face_texel, face_texel + face_count),
+      hull.round ? glm::vec4(hull.round->axis, hull.round->radius_m) : glm::vec4(0.0f)};
   for (const glm::vec3& corner : corners)
     texels.push_back(texel(corner));
   texels.insert(texels.end(), nodes.begin(), nodes.end());

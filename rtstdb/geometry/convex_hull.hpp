@@ -28,15 +28,25 @@ struct ConvexHull {
     std::uint32_t first_triangle = 0, triangle_count = 0;
   };
 
+  /// Of a solid with a curved surface (solid_hull.hpp), which consists of all sums of a point of the hull of
+  /// the first core_corners corners and a point of a ball or a disc around the origin. Its faces are the flat
+  /// ones alone, with corners on their rims.
+  struct Round {
+    glm::vec3 axis{0.0f};  ///< unit: a disc perpendicular to it; zero: a ball
+    float radius_m = 0.0f;
+    std::uint32_t core_corners = 0;
+  };
+
   /// Entity frame; without those inside a face or between two corners of an edge.
   std::vector<glm::vec3> corners_m;
   std::vector<Face> faces;
   std::vector<std::uint32_t> face_corners;
   /// Indices in the mesh. Triangles without area, and those that occur again, are in no face.
   std::vector<std::uint32_t> face_triangles;
-  glm::vec3 center_m{0.0f};       ///< of the corners' box
+  glm::vec3 center_m{0.0f};       ///< of the body's box
   glm::vec3 half_extent_m{0.0f};  ///< of that box
   bool inside_out = false;        ///< the fronts of the mesh are inside
+  std::optional<Round> round{};
 };
 
 /// The hull of a convex mesh; empty: the mesh is not convex. Takes time in proportion to n log n for a convex

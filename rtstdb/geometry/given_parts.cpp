@@ -5,31 +5,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/value_text.hpp"
+
 namespace rtstdb {
 namespace {
 
-std::string text_of(const glm::vec3& p) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%g, %g, %g)", static_cast<double>(p.x), static_cast<double>(p.y),
-                static_cast<double>(p.z));
-  return text;
-}
-
 Error bad_part(std::size_t part, const std::string& fault) {
   return {ErrorCode::bad_input, "convex part " + std::to_string(part) + " " + fault};
-}
-
-std::string metres(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g m", value);
-  return text;
 }
 
 /// Whether four of the points are the corners of a tetrahedron, as make_hull demands it.

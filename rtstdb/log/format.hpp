@@ -33,7 +33,7 @@ namespace rtstdb::log {
 
 static_assert(std::endian::native == std::endian::little, "structs are written as they lie in memory");
 
-inline constexpr std::uint32_t format_version = 4;
+inline constexpr std::uint32_t format_version = 5;
 /// A disk writes this many bytes whole or not at all.
 inline constexpr std::size_t sector_bytes = 512;
 /// A larger length in a file is damage, and is rejected before memory is allocated for it.
@@ -271,6 +271,17 @@ static_assert(sizeof(StoredIndex) == 24);
 
 // ---- geometry
 
+/// GeometryOptions::solid.
+struct StoredSolid {
+  std::uint32_t kind = 0;  ///< 0: none, else SolidKind plus 1
+  std::uint32_t reserved = 0;
+  double size_m[3]{};
+  double radius_m = 0.0, height_m = 0.0;
+  double center_m[3]{};
+  double q_entity_wxyz[4]{};
+};
+static_assert(sizeof(StoredSolid) == 104);
+
 /// Followed by the positions, the triangles and the points of the convex parts: for each part their number,
 /// then three floats each.
 struct GeometryHeader {
@@ -281,10 +292,11 @@ struct GeometryHeader {
   std::uint64_t number = 0;
   std::uint32_t positions = 0;
   std::uint32_t triangles = 0;
+  StoredSolid solid;
   std::uint64_t payload_checksum = 0;
   std::uint64_t checksum = 0;
 };
-static_assert(sizeof(GeometryHeader) == 56 && offsetof(GeometryHeader, checksum) == 48);
+static_assert(sizeof(GeometryHeader) == 160 && offsetof(GeometryHeader, checksum) == 152);
 
 /// Why a file with this format number is refused.
 inline std::string refused_format(std::uint32_t format) {

@@ -1,6 +1,9 @@
 #include "rtstdb/log/geometry_file.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <optional>
 #include <vector>
 
 #include <rtstdb/limits.hpp>
@@ -12,8 +15,35 @@
 namespace rtstdb::log {
 namespace {
 
+StoredSolid stored(const std::optional<Solid>& solid) {
+  StoredSolid stored;
+  if (!solid) return stored;
+  stored.kind = static_cast<std::uint32_t>(solid->kind) + 1;
+  for (int i = 0; i < 3; ++i) {
+    stored.size_m[i] = solid->size_m[i];
+    stored.center_m[i] = solid->center_m[i];
+  }
+  stored.radius_m = solid->radius_m;
+  stored.height_m = solid->height_m;
+  const glm::dquat& q = solid->q_entity;
+  std::ranges::copy(std::array{q.w, q.x, q.y, q.z}, stored.q_entity_wxyz);
+  return stored;
+}
+
+std::optional<Solid> restored(const StoredSolid& stored) {
+  if (stored.kind == 0) return std::nullopt;
+  const double* const q = stored.q_entity_wxyz;
+  return Solid{.kind = static_cast<SolidKind>(stored.kind - 1),
+               .size_m = {stored.size_m[0], stored.size_m[1], stored.size_m[2]},
+               .radius_m = stored.radius_m,
+               .height_m = stored.height_m,
+               .center_m = {stored.center_m[0], stored.center_m[1], stored.center_m[2]},
+               .q_entity = {q[0], q[1], q[2], q[3]}};
+}
+
 std::vector<std::byte> encode(std::uint64_t database_id, std::uint64_t number, const TriangleMesh& mesh,
-                              const ConvexPartPoints& convex_parts_m) {
+                              const GeometryOptions& options) {
+  const ConvexPartPoints& convex_parts_m = options.convex_parts_m;
   const auto positions = std::as_bytes(std::span(mesh.positions_m));
   const auto triangles = std::as_bytes(std::span(mesh.triangles));
   std::size_t part_bytes = 0;
@@ -31,6 +61,7 @@ std::vector<std::byte> encode(std::uint64_t database_id, std::uint64_t number, c
 
   GeometryHeader header;
   header.convex_parts = static_cast<std::uint32_t>(convex_parts_m.size());
+  header.solid = stored(options.solid);
   header.database_id = database_id;
   header.number = number;
   header.positions = static_cast<std::uint32_t>(mesh.positions_m.size());
@@ -74,12 +105,15 @@ std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expec
     return "it is not the file that the record refers to";
   const std::size_t position_bytes = std::size_t{header.positions} * sizeof(glm::vec3);
   const std::size_t triangle_bytes = std::size_t{header.triangles} * sizeof(glm::uvec3);
+  if (header.solid.kind > 1 + static_cast<std::uint32_t>(SolidKind::cylinder))
+    return "its solid is of an unknown kind";
   const bool has_parts = header.convex_parts != 0;
   if (reader.left() < position_bytes + triangle_bytes || header.convex_parts > max_convex_parts ||
       (!has_parts && reader.left() > position_bytes + triangle_bytes))
     return "its length is not that in its header";
   if (checksum(bytes.subspan(sizeof header), header.database_id) != header.payload_checksum)
     return "its mesh is damaged";
+  mesh.solid = restored(header.solid);
   mesh.positions_m.resize(header.positions);
   mesh.triangles.resize(header.triangles);
   const auto payload = bytes.subspan(sizeof header);
@@ -94,9 +128,8 @@ std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expec
 }  // namespace
 
 DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
-                                              const TriangleMesh& mesh,
-                                              const ConvexPartPoints& convex_parts_m) {
-  const std::vector<std::byte> bytes = encode(database_id, number, mesh, convex_parts_m);
+                                              const TriangleMesh& mesh, const GeometryOptions& options) {
+  const std::vector<std::byte> bytes = encode(database_id, number, mesh, options);
   const std::string name = geometry_name(number);
   auto file = disk.create(name);
   if (!file) return file.error();

@@ -15,8 +15,7 @@ namespace rtstdb::log {
 /// Writes a new file and returns the checksum of its header for the record. After a fault, the file is
 /// removed if possible.
 DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database_id, std::uint64_t number,
-                                              const TriangleMesh& mesh,
-                                              const ConvexPartPoints& convex_parts_m = {});
+                                              const TriangleMesh& mesh, const GeometryOptions& options = {});
 
 /// Errors: file, with the name and the fault, for a missing or damaged file and for a read error.
 /// `unreadable`, if not null, is set for a read error, which does not mean that the file is damaged.

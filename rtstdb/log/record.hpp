@@ -33,6 +33,7 @@ struct LoggedGeometry {
 /// What the file of a geometry holds.
 struct StoredMesh : TriangleMesh {
   ConvexPartPoints convex_parts_m{};  ///< GeometryOptions::convex_parts_m
+  std::optional<Solid> solid{};       ///< GeometryOptions::solid
 };
 
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;

@@ -237,7 +237,7 @@ Result<log::LoggedGeometry> CommitLog::write_geometry(const TriangleMesh& mesh, 
   geometry.name = name;
   geometry.options = options;
   geometry.file = next_geometry_file_++;  // also when writing fails: the file may remain
-  auto checksum = log::write_geometry_file(*disk_, database_id_, geometry.file, mesh, options.convex_parts_m);
+  auto checksum = log::write_geometry_file(*disk_, database_id_, geometry.file, mesh, options);
   if (!checksum) return file_error(checksum.error());
   geometry.file_checksum = checksum.value();
   return geometry;

@@ -40,6 +40,21 @@ Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
   return read_mesh_file(value, diagnostics);
 }
 
+SolidShape read_solid(const Value& value, Diagnostics& diagnostics) {
+  const Value& shape = value["shape"];
+  SolidShape solid{.kind = shape.chosen(),
+                   .position_m = three(value["position"]),
+                   .rotation_wxyz = read_rotation(value["rotation"], diagnostics)};
+  const Value& sizes = shape[solid.kind];
+  if (solid.kind == "box") {
+    solid.size_m = three(sizes);
+    return solid;
+  }
+  solid.radius_m = sizes["radius"].number();
+  if (solid.kind != "sphere") solid.height_m = sizes["height"].number();
+  return solid;
+}
+
 std::uint32_t read_mask(const WorldEntity& entity, Layers& layers, bool are_listed,
                         Diagnostics& diagnostics) {
   std::uint32_t bits = 0;
@@ -170,6 +185,11 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   entity.scale_place = value["scale"].place();
   if (value.has("field")) entity.field = read_field(value["field"], diagnostics);
   if (value.has("convex_parts")) entity.convex_parts = read_mesh_file(value["convex_parts"], diagnostics);
+  if (value.has("solid")) {
+    entity.solid = read_solid(value["solid"], diagnostics);
+    if (entity.convex_parts)
+      diagnostics.add(value["solid"].place(), "an entity has either 'solid' or 'convex_parts'");
+  }
   entity.material = word_in(value, "material");
   for (const Value& layer : value["mask"].items())
     entity.mask.push_back(word_of(layer));

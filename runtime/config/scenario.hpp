@@ -80,6 +80,16 @@ struct DistanceField {
   auto operator<=>(const DistanceField&) const = default;  // NOLINT(modernize-use-nullptr): its 0 is none
 };
 
+/// The exact shape that a mesh approximates (rtstdb/solid.hpp), before the entity's scale.
+struct SolidShape {
+  std::string kind;                ///< rtstdb::to_string(SolidKind)
+  std::array<double, 3> size_m{};  ///< of a box
+  double radius_m = 0.0, height_m = 0.0;
+  std::array<double, 3> position_m{};
+  std::array<double, 4> rotation_wxyz{1.0, 0.0, 0.0, 0.0};  ///< unit quaternion, solid -> entity
+  auto operator<=>(const SolidShape&) const = default;      // NOLINT(modernize-use-nullptr): its 0 is none
+};
+
 /// An entity that exists from the first tick on, at rest or with constant velocities. World frame,
 /// right-handed, z up.
 struct WorldEntity {
@@ -94,9 +104,10 @@ struct WorldEntity {
   Place scale_place;
   std::optional<DistanceField> field;
   std::optional<FileShape> convex_parts;  ///< each piece of the mesh is a convex part of the shape
-  std::optional<Word> material;           ///< of World::materials; none: the default material
-  std::vector<Word> mask;                 ///< layer names, at least one
-  std::uint32_t mask_bits = 0;            ///< the same by Layers
+  std::optional<SolidShape> solid;
+  std::optional<Word> material;  ///< of World::materials; none: the default material
+  std::vector<Word> mask;        ///< layer names, at least one
+  std::uint32_t mask_bits = 0;   ///< the same by Layers
 };
 
 /// The names of the 32 bits of a mask, in the order of their bits.

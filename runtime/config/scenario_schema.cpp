@@ -79,6 +79,30 @@ Schema shape_schema() {
   });
 }
 
+Schema solid_schema() {
+  const auto round = [](const char* about_height) {
+    return Schema::record(
+        {Field::needed("radius", size(), "The radius."), Field::needed("height", size(), about_height)});
+  };
+  return Schema::record({
+      Field::needed(
+          "shape",
+          Schema::exactly_one({
+              Field::optional("box", Schema::list(size(), 3, 3), "The full sizes along x, y and z."),
+              Field::optional("sphere",
+                              Schema::record_or("radius", {Field::needed("radius", size(), "The radius.")}),
+                              "A sphere."),
+              Field::optional("capsule", round("The distance of the centres of its ends."),
+                              "A cylinder along z with half spheres at its ends."),
+              Field::optional("cylinder", round("The full height."), "A cylinder along z."),
+          }),
+          "Its form and size."),
+      Field::with_default("position", vector3(Quantity::length_m, max_coordinate_m), "[0 m, 0 m, 0 m]",
+                          "Its centre in the frame of the shape."),
+      Field::with_default("rotation", rotation_schema(), "{}", "Its rotation in that frame. Left out: none."),
+  });
+}
+
 Schema material_schema() {
   return Schema::record({
       Field::needed("name", Schema::name(), "The material's name, unique in the world."),
@@ -125,6 +149,9 @@ Schema entity_schema() {
                       "A mesh from a file (obj, ply, gltf or glb) of separate convex pieces, which contacts "
                       "take in place of the shape. Left out: the convex pieces of the shape, or its "
                       "triangles."),
+      Field::optional("solid", solid_schema(),
+                      "The exact shape of a body whose mesh approximates it, for contacts. Left out: of a "
+                      "cylinder or a sphere the shape itself, of others none."),
       Field::optional("material", Schema::name(),
                       "The material, one of world.materials. Left out: matt, with the reflectance 1."),
       Field::with_default("mask", Schema::list(Schema::name(), 1, Layers::capacity), "[static]",

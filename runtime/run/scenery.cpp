@@ -27,10 +27,11 @@ static_assert(config::max_retro_gain == rtstdb::max_retro_gain);
 static_assert(config::max_field_bytes == rtstdb::max_field_bytes);
 static_assert(config::min_scale == rtstdb::min_scale && config::max_scale == rtstdb::max_scale);
 
-/// Equal for equal shapes with equal fields and convex parts: the kind, its sizes, the path of a file, the
-/// field, and the path and the scale of the parts.
-using ShapeKey = std::tuple<std::size_t, std::array<double, 3>, std::string,
-                            std::optional<config::DistanceField>, std::string, double>;
+/// Equal for equal shapes with equal fields, convex parts and solids: the kind, its sizes, the path of a
+/// file, the field, the path and the scale of the parts, and the solid.
+using ShapeKey =
+    std::tuple<std::size_t, std::array<double, 3>, std::string, std::optional<config::DistanceField>,
+               std::string, double, std::optional<config::SolidShape>>;
 
 ShapeKey key_of(const config::WorldEntity& entity) {
   const config::Shape& shape = entity.shape;
@@ -52,7 +53,7 @@ ShapeKey key_of(const config::WorldEntity& entity) {
     path = file.path;
   }
   const config::FileShape parts = entity.convex_parts.value_or(config::FileShape{});
-  return {shape.index(), sizes, std::move(path), entity.field, parts.path, parts.scale};
+  return {shape.index(), sizes, std::move(path), entity.field, parts.path, parts.scale, entity.solid};
 }
 
 /// Empty with a mistake when the file can not be used.
@@ -99,6 +100,32 @@ rtstdb::ConvexPartPoints convex_parts_of(const config::WorldEntity& entity,
   if (!entity.convex_parts) return {};
   const auto mesh = mesh_of_file(*entity.convex_parts, diagnostics);
   return mesh ? rtstdb::pieces_of(*mesh) : rtstdb::ConvexPartPoints{};
+}
+
+/// None without 'solid', unless the mesh only approximates the shape.
+std::optional<rtstdb::Solid> solid_of(const config::WorldEntity& entity) {
+  if (entity.solid) {
+    const config::SolidShape& solid = *entity.solid;
+    const auto vector = [](const std::array<double, 3>& v) { return glm::dvec3(v[0], v[1], v[2]); };
+    rtstdb::Solid made{.kind = rtstdb::SolidKind::box,
+                       .size_m = vector(solid.size_m),
+                       .radius_m = solid.radius_m,
+                       .height_m = solid.height_m,
+                       .center_m = vector(solid.position_m),
+                       .q_entity = glm::dquat(solid.rotation_wxyz[0], solid.rotation_wxyz[1],
+                                              solid.rotation_wxyz[2], solid.rotation_wxyz[3])};
+    using enum rtstdb::SolidKind;
+    for (const rtstdb::SolidKind kind : {box, sphere, capsule, cylinder})
+      if (solid.kind == rtstdb::to_string(kind)) made.kind = kind;
+    return made;
+  }
+  if (entity.convex_parts) return std::nullopt;
+  if (const auto* cylinder = std::get_if<config::CylinderShape>(&entity.shape))
+    return rtstdb::Solid{
+        .kind = rtstdb::SolidKind::cylinder, .radius_m = cylinder->radius_m, .height_m = cylinder->height_m};
+  if (const auto* sphere = std::get_if<config::SphereShape>(&entity.shape))
+    return rtstdb::Solid{.kind = rtstdb::SolidKind::sphere, .radius_m = sphere->radius_m};
+  return std::nullopt;
 }
 
 /// The reader of the scenario checks the scale of other shapes; the size of a mesh is known only now.
@@ -229,6 +256,7 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
     const config::WorldEntity& entity = *scenery.first_entity[i];
     rtstdb::GeometryOptions options;
     options.convex_parts_m = std::move(scenery.convex_parts_m[i]);
+    options.solid = solid_of(entity);
     if (entity.field) options.field = fields.options_of(entity.name.text, *entity.field);
     geometries.push_back(world.add_geometry(scenery.meshes[i], entity.name.text, options));
     if (entity.field) fields.add(geometries.back(), entity.name.text, *entity.field);

@@ -7,13 +7,15 @@
 // frame, unscaled:
 //   0         centre, number of corners
 //   1         numbers of faces and nodes, offsets of faces and polygons from the hull's first texel
-//   2...      corners; position, -   (some are repeated so that their number is a multiple of 4)
+//   2         of a solid with a curved surface: axis of a disc (unit) or zeros, radius; its body consists of
+//             the sums of a point of the corners' hull and a point of that disc, or of a ball; else zeros
+//   3...      corners; position, -   (some are repeated so that their number is a multiple of 4)
 //   nodes     two texels each, right before the faces: centre and radius of a sphere around corners; number
 //             of the node behind this one's subtree, first corner and number of corners (0: inner node), -
 //   faces     unit normal, first corner of the polygon | number of its corners << 24
 //   polygons  position, -
 // A hull with more than 256 corners has nodes: a binary tree, each node before its children, the root first.
-RTSTDB_CONSTANT(hull_header_texels, 2)
+RTSTDB_CONSTANT(hull_header_texels, 3)
 RTSTDB_CONSTANT(hull_corners_per_step, 4)
 RTSTDB_CONSTANT(hull_corners_per_leaf, 16)
 RTSTDB_CONSTANT(hull_node_texels, 2)

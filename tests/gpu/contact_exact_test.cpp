@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/gpu/database_fixture.hpp"
+#include "tests/gpu/expect_vector.hpp"
 #include "tests/support/hull_meshes.hpp"
 
 namespace rtstdb::test {
@@ -55,11 +56,6 @@ class ContactTest : public DatabaseTest {
  private:
   GeometryId cube_;
 };
-
-void expect_near(const glm::vec3& a, const glm::dvec3& b, double tolerance) {
-  EXPECT_LE(glm::length(glm::dvec3(a) - b), tolerance)
-      << a.x << ", " << a.y << ", " << a.z << " instead of " << b.x << ", " << b.y << ", " << b.z;
-}
 
 TEST_F(ContactTest, TwoCubesThatAreApart) {
   const EntityId first = cube_at({0.0, 0.0, 0.0});

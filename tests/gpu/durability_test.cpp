@@ -1,8 +1,11 @@
 // A database with a directory: when it is opened again, it has its entities, geometries and shapes; and
 // options that it refuses.
 
+#include <glm/gtc/quaternion.hpp>
+
 #include <cstdlib>
 #include <filesystem>
+#include <numbers>
 
 #include "database_fixture.hpp"
 
@@ -121,6 +124,36 @@ TEST_F(DurabilityTest, RestoresGivenConvexParts) {
   const auto deforming = database().add_geometry(mesh, "deforming", halves);
   ASSERT_FALSE(deforming);
   EXPECT_NE(deforming.error().message.find("deforms can not have convex parts"), std::string::npos);
+}
+
+TEST_F(DurabilityTest, RestoresSolids) {
+  GeometryOptions options;
+  options.solid = Solid{.kind = SolidKind::cylinder,
+                        .radius_m = 0.5,
+                        .height_m = 2.0,
+                        .q_entity = glm::angleAxis(0.5 * std::numbers::pi, glm::dvec3(0.0, 1.0, 0.0))};
+  TriangleMesh mesh = make_cylinder(0.5, 2.0);
+  for (glm::vec3& p_m : mesh.positions_m)
+    p_m = glm::vec3(options.solid->q_entity * glm::dvec3(p_m));
+  open(with(DurabilityMode::sync));
+  const auto added = database().add_geometry(mesh, "roller", options);
+  ASSERT_TRUE(added) << added.error().message;
+  // Turned so that an edge of the mesh's sides is not at the lowest place.
+  EntityRow row = row_of(added.value(), {0.0, 0.0, 0.499});
+  row.motion.q_world = glm::angleAxis(std::numbers::pi / 32.0, glm::dvec3(1.0, 0.0, 0.0));
+  const EntityId roller = create(row);
+  const EntityId floor = create(row_of(add(make_box({4.0, 4.0, 1.0})), {0.0, 0.0, -0.5}));
+  const auto depth_m = [&] {
+    const auto query = prepare(ContactQueryOptions{.name = "contacts", .capacity = 1});
+    query->searches()[0] = {.first = roller, .second = floor};
+    EXPECT_TRUE(run(*query, 1).done());
+    return -query->answers()[0].pairs[0].distance_m;
+  };
+  EXPECT_NEAR(depth_m(), 0.001f, 2e-5f);
+  EXPECT_TRUE(database().close().ok());
+  open(with(DurabilityMode::async));
+  EXPECT_TRUE(database().geometry_info(added.value())->solid);
+  EXPECT_NEAR(depth_m(), 0.001f, 2e-5f);
 }
 
 TEST_F(DurabilityTest, RefusesADirectoryInUse) {

@@ -16,7 +16,7 @@ LIBRARY = ctypes.CDLL("libxxhash.so.0")
 LIBRARY.XXH3_64bits_withSeed.restype = ctypes.c_uint64
 LIBRARY.XXH3_64bits_withSeed.argtypes = [ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64]
 
-SECTOR, FORMAT, WORDS_OF_MOTION = 512, 4, 14
+SECTOR, FORMAT, WORDS_OF_MOTION = 512, 5, 14
 MAX_ENTITIES, MAX_GEOMETRIES, MAX_MATERIALS, NONE = 1 << 20, 1 << 16, 4096, 0xFFFFFFFF
 COMMIT, GEOMETRY, DISCARD, GAP, MOVE, MATERIAL = 1, 2, 3, 4, 5, 6
 # Reasons to omit the last word of a motion, and the world time of a move.
@@ -247,14 +247,19 @@ def read_geometry(cursor):
 
 def read_mesh(directory, geometry, database):
     data = directory.read(f"geometry.{geometry['file']:010}")
-    (magic, form, _, database_id, number, positions, triangles, payload,
-     checksum) = Cursor(data).get("8sIIQQIIQQ")
+    (magic, form, parts, database_id, number, positions, triangles, *solid, payload,
+     checksum) = Cursor(data).get("8sIIQQIIII12dQQ")
     check(magic == b"RTSTGEO1" and form == FORMAT, "another format")
     check(database_id == database and number == geometry["file"], "another file")
-    check(checksum == geometry["checksum"] == xxh3_64(data[:48], database),
+    check(checksum == geometry["checksum"] == xxh3_64(data[:152], database),
           f"geometry {number}: damaged header")
-    check(len(data) == 56 + 12 * (positions + triangles), f"geometry {number}: another length")
-    check(payload == xxh3_64(data[56:], database), f"geometry {number}: damaged mesh")
+    check(solid[0] <= 4, f"geometry {number}: solid of kind {solid[0]}")
+    end = 160 + 12 * (positions + triangles)
+    for _ in range(parts):
+        check(len(data) >= end + 4, f"geometry {number}: another length")
+        end += 4 + 12 * struct.unpack_from("<I", data, end)[0]
+    check(len(data) == end, f"geometry {number}: another length")
+    check(payload == xxh3_64(data[160:], database), f"geometry {number}: damaged mesh")
     geometry["positions"], geometry["triangles"] = positions, triangles
 
 

@@ -19,6 +19,7 @@
 
 #include <rtstdb/field.hpp>
 #include <rtstdb/result.hpp>
+#include <rtstdb/solid.hpp>
 
 namespace rtstdb {
 
@@ -60,6 +61,12 @@ struct GeometryOptions {
   /// point that is farther outside the mesh's box than convex_parts_tolerance (limits.hpp) times the box's
   /// diagonal, and for a corner of the mesh that is farther from all parts.
   ConvexPartPoints convex_parts_m{};
+  /// Geometry that does not deform: the exact shape of its body, which the mesh approximates. In the log.
+  /// Errors: bad_input for a size that is not finite and positive, a rotation that is not of length 1, convex
+  /// parts beside it, and if a point of the mesh is farther from the solid's surface, or a point of the
+  /// solid's surface farther from the mesh, than solid_tolerance (limits.hpp) times the diagonal of the
+  /// mesh's box. Tested are the corners and the middles of edges and triangles, and 256 points of the solid.
+  std::optional<Solid> solid{};
 };
 
 /// What a database knows of a geometry.
@@ -67,12 +74,14 @@ struct GeometryInfo {
   std::string name{};
   std::uint32_t triangles = 0;
   bool deforms = false;
+  bool closed = false;  ///< each edge of its triangles is passed as often in one direction as in the other
   /// It is closed, and every corner is behind the plane of every triangle up to convex_tolerance (limits.hpp)
   /// times the diagonal of its box. Geometry that deforms counts as not convex.
   bool convex = false;
-  /// Those of GeometryOptions::convex_parts_m. Without them, 1 for a convex geometry; another one consists of
-  /// convex parts if each piece of its mesh (triangles that share corners by index) is convex, up to
-  /// max_convex_parts of them. 0: contact and impact queries search its triangles.
+  bool solid = false;  ///< it has GeometryOptions::solid
+  /// 1 for a solid, or those of GeometryOptions::convex_parts_m. Without them, 1 for a convex geometry;
+  /// another one consists of convex parts if each piece of its mesh (triangles that share corners by index)
+  /// is convex, up to max_convex_parts of them. 0: contact and impact queries search its triangles.
   std::uint32_t convex_parts = 0;
   std::uint32_t hull_corners = 0, hull_faces = 0;  ///< of all parts, without those inside faces or edges
 };

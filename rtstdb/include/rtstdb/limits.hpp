@@ -35,7 +35,8 @@ inline constexpr std::uint32_t max_contact_candidates = 1u << 20;  ///< ContactQ
 inline constexpr std::uint32_t max_convex_part_points =
     1024;  ///< of a part of GeometryOptions::convex_parts_m
 inline constexpr double convex_parts_tolerance =
-    0.05;  ///< of GeometryOptions::convex_parts_m, of the diagonal
+    0.05;                                        ///< of GeometryOptions::convex_parts_m, of the diagonal
+inline constexpr double solid_tolerance = 0.02;  ///< of GeometryOptions::solid, of the diagonal
 inline constexpr std::uint32_t max_contact_surface_triangles = 1u << 23;  ///< as named in ContactQueryOptions
 inline constexpr std::uint32_t default_contact_surface_pairs = 1u << 12;  ///< as named in ContactQueryOptions
 inline constexpr double max_contact_margin_m = 1e3;                       ///< ContactSearch::margin_m

@@ -54,8 +54,10 @@ struct PointOnTriangle {
 std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, std::uint32_t face,
                           const glm::dvec3& point_m) noexcept {
   constexpr double outside = -0.01;  // in barycentric weights: farther than rounding explains
-  const ConvexHull::Face& of_hull = hull.hull->faces[face];
   const std::span all(hull.hull->face_triangles);
+  // A solid's curved surface is not among its faces, and its faces have no triangles.
+  const bool has_face = face < hull.hull->faces.size();
+  const ConvexHull::Face of_hull = has_face ? hull.hull->faces[face] : ConvexHull::Face{};
   std::uint32_t best = all[of_hull.first_triangle];
   double best_inside = -std::numeric_limits<double>::infinity();
   for (const std::uint32_t triangle : all.subspan(of_hull.first_triangle, of_hull.triangle_count)) {

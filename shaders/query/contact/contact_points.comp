@@ -28,17 +28,62 @@ vec3 clipped[max_clipped];  // the other polygon, and what is left of it
 uint clipped_count = 0u;
 vec3 copied[max_clipped];
 
+// Of a solid's curved surface: the line on it that is parallel to the axis, or a single point. Then `index`
+// is the number of flat faces.
 struct Face {
   uint index;
   vec3 normal;  // unit, frame of the pair
   uint polygon_texel;
-  uint corner_count;
+  uint corner_count;  // 2: a line; 0: a single point
+  vec3 from;          // of a line
+  vec3 to;
 };
+
+// The line of a capsule or a cylinder, whose core has two corners, that faces the direction; of a sphere, or
+// where the direction is along the axis, a single point.
+Face curved_face(Hull hull, vec3 direction) {
+  Face face = Face(hull.faces, direction, 0u, 0u, vec3(0.0), vec3(0.0));
+  const vec3 from = texelFetch(hulls, int(hull.texel + hull_header_texels)).xyz;
+  const vec3 to = texelFetch(hulls, int(hull.texel + hull_header_texels) + 1).xyz;
+  const vec3 axis = to - from;
+  const float square = dot(axis, axis);
+  const vec3 d = hull.scale * (direction * hull.axes);
+  const vec3 across = d - axis * (dot(axis, d) / max(square, 1e-37));
+  const float length_across = length(across);
+  if (square > 0.0 && length_across > 1e-6 * length(d)) {
+    const vec3 outwards = across / length_across;
+    face.normal = normalize(hull.axes * (outwards / hull.scale));
+    face.corner_count = 2u;
+    face.from = placed(hull, from + hull.round_radius * outwards);
+    face.to = placed(hull, to + hull.round_radius * outwards);
+  }
+  return face;
+}
+
+// The sine of the angle between two lines.
+float crossing_of(Face first, Face second) {
+  return length(cross(normalize(first.to - first.from), normalize(second.to - second.from)));
+}
+
+// What of a face speaks for it: it is most perpendicular to `direction`, and its plane contains the point.
+float score_of(vec3 normal, vec3 on_plane, vec3 point, vec3 direction, float slack_m) {
+  const float off = max(abs(dot(normal, point - on_plane)) - slack_m, 0.0);
+  return dot(normal, direction) - off / slack_m;
+}
 
 // The face of a hull that is most perpendicular to `direction`, of those whose plane contains the point.
 Face face_at(Hull hull, vec3 point, vec3 direction, float slack_m) {
-  Face best = Face(0u, direction, hull.polygon_texel, 0u);
+  Face best = Face(0u, direction, hull.polygon_texel, 0u, vec3(0.0), vec3(0.0));
   float best_score = -3.4e38;
+  if (hull.round_radius > 0.0) {
+    const Face curved = curved_face(hull, direction);
+    best_score =
+        curved.corner_count == 2u ? score_of(curved.normal, curved.from, point, direction, slack_m) : 0.0;
+    // Beside the line: on the end of a capsule.
+    if (best_score >= 0.0) best = curved;
+    best.index = hull.faces;
+    best_score = max(best_score, 0.0);
+  }
   uint f = 0u;
   do {
     ++rounds;
@@ -48,16 +93,20 @@ Face face_at(Hull hull, vec3 point, vec3 direction, float slack_m) {
       const uint first = hull.polygon_texel + (polygon & 0xFFFFFFu);
       const vec3 normal = normalize(hull.axes * (texel.xyz / hull.scale));
       const vec3 corner = placed(hull, texelFetch(hulls, int(first)).xyz);
-      const float off = max(abs(dot(normal, point - corner)) - slack_m, 0.0);
-      const float score = dot(normal, direction) - off / slack_m;
+      const float score = score_of(normal, corner, point, direction, slack_m);
       if (score > best_score) {
         best_score = score;
-        best = Face(f, normal, first, polygon >> 24);
+        best = Face(f, normal, first, polygon >> 24, vec3(0.0), vec3(0.0));
       }
       ++f;
     }
   } while (f < hull.faces);
   return best;
+}
+
+vec3 corner_of(Hull hull, Face face, uint i) {
+  if (face.corner_count == 2u) return i == 0u ? face.from : face.to;
+  return placed(hull, texelFetch(hulls, int(face.polygon_texel + i)).xyz);
 }
 
 void load_sides(Hull hull, Face face) {
@@ -66,7 +115,7 @@ void load_sides(Hull hull, Face face) {
   do {
     ++rounds;
     if (i < sides) {
-      side[i] = placed(hull, texelFetch(hulls, int(face.polygon_texel + i)).xyz);
+      side[i] = corner_of(hull, face, i);
       ++i;
     }
   } while (i < sides);
@@ -78,7 +127,7 @@ void load_clipped(Hull hull, Face face) {
   do {
     ++rounds;
     if (i < clipped_count) {
-      clipped[i] = placed(hull, texelFetch(hulls, int(face.polygon_texel + i)).xyz);
+      clipped[i] = corner_of(hull, face, i);
       ++i;
     }
   } while (i < clipped_count);
@@ -115,6 +164,7 @@ void clip(vec3 on_plane, vec3 normal) {
 }
 
 // Clips against the prism over the polygon of `side` along `direction`, which is on the front of the polygon.
+// A line clips at its ends.
 void clip_against_sides(vec3 direction) {
   uint i = 0u;
   do {
@@ -122,7 +172,7 @@ void clip_against_sides(vec3 direction) {
     if (i < sides) {
       const vec3 from = side[i];
       const vec3 to = side[i + 1u < sides ? i + 1u : 0u];
-      clip(from, cross(to - from, direction));
+      clip(from, sides == 2u ? from - to : cross(to - from, direction));
       ++i;
     }
   } while (i < sides);
@@ -213,9 +263,15 @@ void main() {
   const Face second_face = face_at(second, on_second, n, slack);
   const float first_slope = -dot(first_face.normal, n);
   const float second_slope = dot(second_face.normal, n);
-  const bool first_is_plane = first_slope > second_slope;
+  // A line is clipped by a face.
+  const bool second_is_line = second_face.corner_count == 2u && first_face.corner_count > 2u;
+  const bool first_is_line = first_face.corner_count == 2u && second_face.corner_count > 2u;
+  const bool first_is_plane = second_is_line || (!first_is_line && first_slope > second_slope);
+  const bool are_lines = first_face.corner_count == 2u && second_face.corner_count == 2u;
+  const bool are_crossed = are_lines && crossing_of(first_face, second_face) > 0.01;
+  const bool is_single_point = first_face.corner_count == 0u || second_face.corner_count == 0u || are_crossed;
   candidates = 0u;
-  if (first_is_plane ? first_slope > 0.1 : second_slope > 0.1) {
+  if (!is_single_point && (first_is_plane ? first_slope > 0.1 : second_slope > 0.1)) {
     if (first_is_plane) {
       load_sides(first, first_face);
       load_clipped(second, second_face);

@@ -13,6 +13,8 @@ struct Hull {
   uint nodes;
   uint face_texel;
   uint polygon_texel;
+  vec3 round_axis;     // of a disc, unit; zero: of a ball
+  float round_radius;  // 0: the hull of its corners alone
   vec3 scale;
   mat3 axes;    // of the entity
   vec3 center;  // of the hull
@@ -21,7 +23,9 @@ struct Hull {
 Hull fetch_hull(uint texel, vec3 scale, mat3 axes, vec3 center) {
   const uint corners = floatBitsToUint(texelFetch(hulls, int(texel)).w);
   const uvec4 sizes = floatBitsToUint(texelFetch(hulls, int(texel) + 1));
-  return Hull(texel, corners, sizes.x, sizes.y, texel + sizes.z, texel + sizes.w, scale, axes, center);
+  const vec4 round = texelFetch(hulls, int(texel) + 2);
+  return Hull(texel, corners, sizes.x, sizes.y, texel + sizes.z, texel + sizes.w, round.xyz, round.w, scale,
+              axes, center);
 }
 
 Hull first_hull_of(PairRecord record) {
@@ -78,6 +82,13 @@ void search_corners(Hull hull, vec3 d, inout float best, inout vec3 corner) {
   } while (node < hull.nodes);
 }
 
+// The farthest point of the ball or the disc of a solid along d.
+vec3 round_support(Hull hull, vec3 d) {
+  const vec3 across = d - hull.round_axis * dot(hull.round_axis, d);
+  const float length_across = length(across);
+  return length_across > 1e-20 ? across * (hull.round_radius / length_across) : vec3(0.0);
+}
+
 // The hull's farthest point along a direction of the pair's frame.
 vec3 support(Hull hull, vec3 direction) {
   const vec3 d = hull.scale * (direction * hull.axes);
@@ -87,7 +98,7 @@ vec3 support(Hull hull, vec3 direction) {
     scan_corners(hull.texel + hull_header_texels, hull.corners, d, best, corner);
   else
     search_corners(hull, d, best, corner);
-  return placed(hull, corner);
+  return placed(hull, corner + round_support(hull, d));
 }
 
 // A point of the Minkowski difference (first minus second) and the point of the first hull in it.

@@ -296,11 +296,11 @@ void set_format(std::vector<std::byte>& file, std::uint32_t format) {
 
 std::string other_format(std::uint32_t format) {
   return "it has log format " + std::to_string(format) +
-         ", and this version of rtstdb reads format 4 only; open it with the version that wrote it";
+         ", and this version of rtstdb reads format 5 only; open it with the version that wrote it";
 }
 
 TEST_F(DamagedGroups, OtherFormatsAreRefused) {
-  for (const std::uint32_t format : {1u, 2u, 3u, format_version + 1}) {
+  for (const std::uint32_t format : {1u, 2u, 3u, 4u, format_version + 1}) {
     Contents contents = sample.contents;
     set_format<SegmentHeader>(contents["segment.0000000001"], format);
     for (const bool salvage : {false, true}) {
