@@ -52,10 +52,10 @@ std::vector<rtstdb::EntityRow> rows_of_bodies(rtstdb::Database& database, const 
     const rtstdb::EntityRow& row = rows.emplace_back(reading->state(i)->row);
     const auto info = database.geometry_info(row.geometry);
     const std::string name = text_of(options.bodies[i].place) + ": '" + options.bodies[i].name + "'";
-    if (!info || info->convex_parts == 0) {
+    if (!info || (info->convex_parts == 0 && !info->closed)) {
       throw SetupError(caller + ": " + name +
-                       " has a shape that is neither convex nor consists of convex pieces, so its contacts "
-                       "are not known; use such a shape");
+                       " has an open shape, so nothing is inside it and its contacts have no depth; use a "
+                       "closed shape");
     }
     if (row.mask == 0)
       throw SetupError(caller + ": " + name + " is in no layer, so no query finds it; give it one");

@@ -18,7 +18,7 @@
 
 namespace hil::modules {
 
-/// The rows of the bodies. Throws SetupError if they can not be read, and for a body without convex parts or
+/// The rows of the bodies. Throws SetupError if they can not be read, and for a body with an open shape or
 /// without layers.
 std::vector<rtstdb::EntityRow> rows_of_bodies(rtstdb::Database& database, const std::string& caller,
                                               const RigidBodiesOptions& options,

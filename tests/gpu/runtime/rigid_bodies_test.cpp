@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "tests/gpu/runtime/rigid_bodies_fixture.hpp"
+#include "tests/support/concave_meshes.hpp"
 #include "tests/support/rounds.hpp"
 
 namespace hil::modules {
@@ -247,6 +248,40 @@ TEST_F(RigidBodiesModule, ATumblingBodyKeepsItsEnergy) {
     turned_over = turned_over || of(outputs, 0, wy) < -9.0;
   });
   EXPECT_TRUE(turned_over);
+}
+
+/// A ball that falls into a bowl, which is not convex, rests on its bottom.
+TEST_F(RigidBodiesModule, ABallRestsInABowl) {
+  add("bowl", rtstdb::test::make_bowl(1.0, 0.8, 32), {}, "floor");
+  add("ball", rtstdb::make_sphere(0.2), {.p_world_m = {0.05, 0.0, -0.4}});
+  const auto module = rigid_bodies(
+      "{bodies: [{body: bowl}, {body: ball, mass: 1 kg, inertia: {sphere: {radius: 20 cm}}}], stiffness: 20 "
+      "kN/m, damping: 100 N s/m, substeps: 4}",
+      2 * ms);
+  const std::vector<double> end = run_to(*module, 3.0);
+  EXPECT_EQ(end[undecided], 0.0);
+  EXPECT_EQ(end[overflows], 0.0);
+  // The facets of both meshes lie up to 4 mm within the round surfaces.
+  EXPECT_NEAR(std::hypot(of(end, 0, x), of(end, 0, y), of(end, 0, z)), 0.6, 0.01);
+  EXPECT_LT(of(end, 0, z), -0.55);
+}
+
+/// An L, which is not convex, falls on the floor and rests on its side.
+TEST_F(RigidBodiesModule, ABodyThatIsNotConvexRestsOnTheFloor) {
+  add_floor();
+  rtstdb::TriangleMesh angle = rtstdb::test::make_l_shape(1.0, 0.3, 0.4);
+  for (glm::vec3& p_m : angle.positions_m)
+    p_m -= glm::vec3(0.36f, 0.36f, 0.2f);  // its centre of mass, which is beside its arms
+  add("angle", angle, {.p_world_m = {0.0, 0.0, 0.205}});
+  const auto module = rigid_bodies(
+      "{bodies: [{body: floor}, {body: angle, mass: 10 kg, inertia: {box: [1 m, 1 m, 40 cm]}}], stiffness: "
+      "100 kN/m, damping: 2 kN s/m, substeps: 4}",
+      2 * ms);
+  const std::vector<double> end = run_to(*module, 2.0);
+  EXPECT_EQ(end[undecided], 0.0);
+  // Of its six lower corners four press, which change: it trembles with 1e-6 of m g a.
+  EXPECT_LT(end[kinetic_energy], 1e-5 * 10.0 * gravity_mps2 * 1.0);
+  EXPECT_NEAR(of(end, 0, z), 0.2, 2e-3);
 }
 
 }  // namespace

@@ -92,15 +92,14 @@ TEST(RigidBodies, MistakesHaveTheirPlaces) {
   }
 }
 
-/// Whether a shape is convex is known when the database has it: the run is refused, with the place.
-TEST(RigidBodies, AShapeWithoutConvexPiecesIsRefused) {
+/// Whether a shape is closed is known when the database has it: the run is refused, with the place.
+TEST(RigidBodies, AnOpenShapeIsRefused) {
   const Folder folder;
   write_boxes(folder / "boxes.yaml", "{box: [10 m, 10 m, 1 m]}", "{rectangle: [10 m, 10 m]}");
   const Ended run = run_hil({"run", folder / "boxes.yaml", "--out", folder / "out"});
   EXPECT_EQ(run.code, 2) << run.output << run.errors;
   const std::string printed = run.output + run.errors;
-  EXPECT_NE(printed.find("boxes.yaml:16:18: 'floor' has a shape that is neither convex"), std::string::npos)
-      << printed;
+  EXPECT_NE(printed.find("boxes.yaml:16:18: 'floor' has an open shape"), std::string::npos) << printed;
 }
 
 }  // namespace
