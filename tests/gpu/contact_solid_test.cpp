@@ -19,7 +19,7 @@ class SolidContacts : public DatabaseTest {
  protected:
   void SetUp() override {
     DatabaseTest::SetUp();
-    open({.max_entities = 4096});
+    open({.max_entities = 8192});
   }
   GeometryId solid(const TriangleMesh& mesh, const Solid& solid) {
     GeometryOptions options;
@@ -123,6 +123,35 @@ TEST_F(SolidContacts, SphereOnABoxTouchesInOnePoint) {
     expect_near(found.points[0].n_world, {0.0, 0.0, 1.0}, 2e-3);
     expect_near(found.points[0].p_first_m, {0.0, 0.0, -0.4995}, 2e-3);
   }
+}
+
+/// Of a simplex that all but contains the origin, the search must not conclude that the bodies are apart.
+TEST_F(SolidContacts, SphereOnALargeBoxIsAsDeepAsItLies) {
+  const EntityId floor = placed(add(make_box({100.0, 10.0, 1.0})), {0.0, 0.0, -0.5});
+  const std::vector<GeometryId> balls{sphere(0.1), add(make_sphere(0.1))};
+  Random random(63);
+  std::vector<std::pair<EntityId, EntityId>> bodies;
+  std::vector<double> depths_m;
+  for (int i = 0; i < 4000; ++i) {
+    const glm::dvec3 aside = random.magnitude(1e-10, 1.0) * random.vector();
+    depths_m.push_back(random.uniform(-0.02, 0.03));
+    bodies.emplace_back(floor, placed(balls[i % 2], {aside.x, aside.y, 0.1 - depths_m.back()}));
+  }
+  const std::vector<ContactPair> found = pairs(bodies, 0.05f);
+  std::size_t undecided = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    SCOPED_TRACE(testing::Message() << "pair " << i << ", depth " << depths_m[i] << " m, bounds "
+                                    << found[i].min_distance_m << " to " << found[i].max_distance_m << " m");
+    const double allowed_m = 1e-4 + 0.01 * std::abs(depths_m[i]);
+    EXPECT_LE(found[i].min_distance_m, -depths_m[i] + allowed_m);
+    EXPECT_GE(found[i].max_distance_m, -depths_m[i] - allowed_m);
+    if (found[i].status == PairStatus::undecided) {
+      ++undecided;
+    } else {
+      EXPECT_NEAR(found[i].distance_m, -depths_m[i], allowed_m);
+    }
+  }
+  EXPECT_LE(undecided, found.size() / 20);
 }
 
 TEST_F(SolidContacts, CylinderAndCapsuleThatLieOnABoxTouchAtTheirEnds) {

@@ -26,6 +26,9 @@ void main() {
       dot(record.center_m, record.center_m) > 0.0 ? normalize(record.center_m) : vec3(1.0, 0.0, 0.0);
   const PairDistance found = distance_between(first_hull_of(record), second_hull_of(record), direction,
                                               max(1e-5 * record.size_m, record.rounding_m), record.limit_m);
-  const uint state = loops_still_turn(args.loop_probe) ? found.state : pair_unfinished;
+  // Where no direction is known along which the bodies are apart, the next stage decides.
+  const bool may_penetrate = found.state == pair_undecided && found.lower <= 0.0;
+  const uint decided = may_penetrate ? pair_penetrates : found.state;
+  const uint state = loops_still_turn(args.loop_probe) ? decided : pair_unfinished;
   results[index] = PairResult(found.direction, found.upper, found.point, state, found.lower, found.upper);
 }

@@ -21,9 +21,12 @@ bool holds(Simplex s, vec3 w) {
   return found;
 }
 
-// Whether the bounds of the distance are as close as single precision allows.
-uint apart_within(float lower, float upper, float enough) {
-  return upper - lower <= max(1e-6 * upper, 2.0 * enough) ? pair_apart : pair_undecided;
+// The state of a search that has ended by bounds of the distance. They may be as close as single precision
+// allows although the bodies penetrate deeply: when the origin lies in the plane of a face of the simplex.
+// Only a direction along which the bodies are apart shows that they are.
+uint state_by(float lower, float upper, float enough) {
+  if (upper - lower > max(1e-6 * upper, 2.0 * enough)) return pair_undecided;
+  return lower > 0.0 ? pair_apart : pair_penetrates;
 }
 
 // `direction`: unit, where the search begins. `enough`: the precision that suffices; bodies that are not
@@ -48,7 +51,7 @@ PairDistance distance_between(Hull first, Hull second, vec3 direction, float eno
       const bool ends =
           s.count > 0u && (upper - lower <= max(2.4e-7 * upper, 0.1 * enough) || holds(s, found.w));
       if (is_far || ends) {
-        state = is_far ? pair_apart : apart_within(lower, upper, enough);
+        state = is_far ? pair_apart : state_by(lower, upper, enough);
         goes_on = false;
       } else {
         s.w[s.count] = found.w;
@@ -61,7 +64,7 @@ PairDistance distance_between(Hull first, Hull second, vec3 direction, float eno
           goes_on = false;
         } else if (distance >= upper) {
           // Rounding prevents a nearer point.
-          state = apart_within(lower, upper, enough);
+          state = state_by(lower, upper, enough);
           goes_on = false;
         } else {
           reduce(s, nearest.weights);
