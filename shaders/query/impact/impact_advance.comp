@@ -85,6 +85,9 @@ void main() {
     }
   } while (goes_on);
   state.time_s = unpackDouble2x32(time_s);
-  if (!loops_still_turn(args.loop_probe)) state.state = advance_unfinished;
-  states[index] = state;
+  // Steps of which one was cut short are made again.
+  if (loops_still_turn(args.loop_probe))
+    states[index] = state;
+  else
+    states[index].state = advance_unfinished;
 }
