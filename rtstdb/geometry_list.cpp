@@ -70,6 +70,7 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
     RTSTDB_ASSERT(added.value() == id);
     recovered.push_back({.mesh = mesh,
                          .name = name,
+                         .bounds = executor.last_bounds(),
                          .deforms = options.deforms,
                          .is_closed = is_closed(*mesh),
                          .is_solid = geometry.mesh.solid.has_value(),
@@ -83,10 +84,7 @@ GeometryList::GeometryList(const Parts& parts, std::vector<ListedGeometry> recov
   for (std::uint32_t index = 0; index < geometries_.size(); ++index) {
     const ListedGeometry& geometry = geometries_[index];
     parts_.follower.make_space_for_geometry();
-    parts_.follower.add_geometry(geometry.parts
-                                     ? bounds_of(with_points_of_parts(*geometry.mesh, *geometry.parts))
-                                     : bounds_of(*geometry.mesh),
-                                 geometry.deforms);
+    parts_.follower.add_geometry(geometry.bounds, geometry.deforms);
     if (geometry.deforms)
       parts_.engine.call([&, used = standing::Follower::used_positions(*geometry.mesh)]() mutable {
         parts_.follower.keep_bounds(GeometryId{index}, std::move(used));

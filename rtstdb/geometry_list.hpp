@@ -23,6 +23,7 @@ namespace rtstdb {
 struct ListedGeometry {
   std::shared_ptr<const TriangleMesh> mesh;  ///< as it was added
   std::string name;
+  Bounds bounds{};  ///< of the mesh and of its parts
   bool deforms = false;
   bool is_closed = false;
   bool is_solid = false;               ///< it has GeometryOptions::solid

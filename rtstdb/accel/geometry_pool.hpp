@@ -82,7 +82,7 @@ class GeometryPool {
     const ConvexHull* hull = nullptr;
     const TriangleMesh* mesh = nullptr;
   };
-  /// 0: contact queries refuse the geometry.
+  /// 0: contact queries search its triangles.
   std::uint32_t convex_parts(std::uint32_t geometry) const noexcept {
     return static_cast<std::uint32_t>(part_texels_[geometry].size());
   }

@@ -23,6 +23,12 @@ class DurabilityTest : public DatabaseTest {
     DatabaseTest::TearDown();
     std::filesystem::remove_all(directory_);
   }
+  float depth_m(EntityId first, EntityId second) {
+    const auto query = prepare(ContactQueryOptions{.name = "contacts", .capacity = 1});
+    query->searches()[0] = {.first = first, .second = second};
+    EXPECT_TRUE(run(*query, 1).done());
+    return -query->answers()[0].pairs[0].distance_m;
+  }
   DatabaseOptions with(DurabilityMode mode) const {
     DatabaseOptions options;
     options.durability.directory = directory_ / "log";
@@ -108,18 +114,12 @@ TEST_F(DurabilityTest, RestoresGivenConvexParts) {
   EXPECT_EQ(database().geometry_info(added.value())->convex_parts, 2u);
   const EntityId still = create(row_of(added.value()));
   const EntityId touching = create(row_of(added.value(), {1.9, 0.0, 0.0}));
-  const auto depth_m = [&] {
-    const auto query = prepare(ContactQueryOptions{.name = "contacts", .capacity = 1});
-    query->searches()[0] = {.first = still, .second = touching};
-    EXPECT_TRUE(run(*query, 1).done());
-    return -query->answers()[0].pairs[0].distance_m;
-  };
-  EXPECT_NEAR(depth_m(), 0.1f, 1e-5f);
+  EXPECT_NEAR(depth_m(still, touching), 0.1f, 1e-5f);
   EXPECT_TRUE(database().close().ok());
   open(with(DurabilityMode::async));
   EXPECT_EQ(database().geometry_info(added.value())->convex_parts, 2u);
   EXPECT_EQ(database().geometry_info(added.value())->hull_corners, 16u);
-  EXPECT_NEAR(depth_m(), 0.1f, 1e-5f);
+  EXPECT_NEAR(depth_m(still, touching), 0.1f, 1e-5f);
   halves.deforms = true;
   const auto deforming = database().add_geometry(mesh, "deforming", halves);
   ASSERT_FALSE(deforming);
@@ -143,17 +143,11 @@ TEST_F(DurabilityTest, RestoresSolids) {
   row.motion.q_world = glm::angleAxis(std::numbers::pi / 32.0, glm::dvec3(1.0, 0.0, 0.0));
   const EntityId roller = create(row);
   const EntityId floor = create(row_of(add(make_box({4.0, 4.0, 1.0})), {0.0, 0.0, -0.5}));
-  const auto depth_m = [&] {
-    const auto query = prepare(ContactQueryOptions{.name = "contacts", .capacity = 1});
-    query->searches()[0] = {.first = roller, .second = floor};
-    EXPECT_TRUE(run(*query, 1).done());
-    return -query->answers()[0].pairs[0].distance_m;
-  };
-  EXPECT_NEAR(depth_m(), 0.001f, 2e-5f);
+  EXPECT_NEAR(depth_m(roller, floor), 0.001f, 2e-5f);
   EXPECT_TRUE(database().close().ok());
   open(with(DurabilityMode::async));
   EXPECT_TRUE(database().geometry_info(added.value())->solid);
-  EXPECT_NEAR(depth_m(), 0.001f, 2e-5f);
+  EXPECT_NEAR(depth_m(roller, floor), 0.001f, 2e-5f);
 }
 
 TEST_F(DurabilityTest, RefusesADirectoryInUse) {
