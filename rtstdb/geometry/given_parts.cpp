@@ -11,6 +11,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/mesh_surface.hpp"
 #include "rtstdb/geometry/value_text.hpp"
 
 namespace rtstdb {
@@ -41,20 +42,18 @@ bool spans_volume(const std::vector<glm::vec3>& points_m) {
 }
 
 /// How far a point is in front of the face that it is farthest in front of; not above 0: in the hull.
-double height_above_m(const ConvexHull& hull, const glm::vec3& p_m) {
+double height_above_m(const ConvexHull& hull, const glm::dvec3& p_m) {
   double height_m = -std::numeric_limits<double>::infinity();
   for (const ConvexHull::Face& face : hull.faces) {
     const glm::vec3& corner = hull.corners_m[hull.face_corners[face.first_corner]];
-    height_m = std::max(height_m, glm::dot(glm::dvec3(face.normal), glm::dvec3(p_m) - glm::dvec3(corner)));
+    height_m = std::max(height_m, glm::dot(glm::dvec3(face.normal), p_m - glm::dvec3(corner)));
   }
   return height_m;
 }
 
 glm::dvec3 center_of(const MeshView& mesh, std::uint32_t triangle) {
-  const glm::uvec3& t = mesh.triangles[triangle];
-  return (glm::dvec3(mesh.positions_m[t.x]) + glm::dvec3(mesh.positions_m[t.y]) +
-          glm::dvec3(mesh.positions_m[t.z])) /
-         3.0;
+  const Corners corners_m = corners_of(mesh, triangle);
+  return (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0;
 }
 
 glm::dvec3 center_of(const ConvexHull& hull, const ConvexHull::Face& face) {
@@ -102,6 +101,53 @@ void name_triangles(const MeshView& mesh, ConvexParts& hulls) {
   }
 }
 
+/// Whether the hull, enlarged by a length, contains the point.
+bool contains(const ConvexHull& hull, const glm::dvec3& p_m, double larger_m) {
+  const glm::dvec3 beyond_m = glm::abs(p_m - glm::dvec3(hull.center_m)) - glm::dvec3(hull.half_extent_m);
+  if (std::max({beyond_m.x, beyond_m.y, beyond_m.z}) > larger_m) return false;
+  return height_above_m(hull, p_m) <= larger_m;
+}
+
+/// Empty: no point of the mesh is too far outside all parts.
+std::string fault_of_mesh(const MeshSurface& surface, const ConvexParts& hulls, double allowed_m) {
+  for (const glm::dvec3& p_m : surface.samples_m()) {
+    if (std::ranges::any_of(hulls, [&](const auto& hull) { return contains(hull, p_m, allowed_m); }))
+      continue;
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const ConvexHull& hull : hulls)
+      nearest_m = std::min(nearest_m, height_above_m(hull, p_m));
+    return "its point " + text_of(p_m) + " is " + metres(nearest_m) + " outside all convex parts; at most " +
+           metres(allowed_m) + " are allowed";
+  }
+  return {};
+}
+
+/// Empty: no point of the part's surface is too far outside the mesh. Points inside another part do not
+/// count: that part's own surface does.
+std::string fault_of_part(const MeshSurface& surface, const ConvexParts& hulls, std::size_t part,
+                          double allowed_m) {
+  const ConvexHull& hull = hulls[part];
+  for (const ConvexHull::Face& face : hull.faces) {
+    const auto corner_m = [&](std::uint32_t i) {
+      return glm::dvec3(hull.corners_m[hull.face_corners[face.first_corner + i]]);
+    };
+    std::vector<glm::dvec3> points_m;
+    for (std::uint32_t i = 2; i < face.corner_count; ++i)
+      append_samples({corner_m(0), corner_m(i - 1), corner_m(i)}, 0.5 * allowed_m, points_m);
+    for (const glm::dvec3& p_m : points_m) {
+      if (surface.is_within_reach(p_m)) continue;
+      const glm::dvec3 above_m = p_m + 1e-3 * allowed_m * glm::dvec3(face.normal);
+      bool is_inside_another = false;
+      for (std::size_t i = 0; i < hulls.size() && !is_inside_another; ++i)
+        is_inside_another = i != part && contains(hulls[i], above_m, 0.0);
+      if (is_inside_another || std::abs(surface.winding_number(p_m)) >= 0.5) continue;
+      return "has the point " + text_of(p_m) + ", which is " + metres(surface.distance_m(p_m)) +
+             " outside the mesh; at most " + metres(allowed_m) + " are allowed";
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoints& parts_m) {
@@ -127,6 +173,7 @@ Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoi
     for (const glm::vec3& p_m : points_m) {
       if (!std::isfinite(p_m.x) || !std::isfinite(p_m.y) || !std::isfinite(p_m.z))
         return bad_part(part, "has the point " + text_of(p_m) + ", which is not finite");
+      // So that the samples of its surface, in fault_of_part, are few.
       const glm::dvec3 beyond_m =
           glm::max(glm::dvec3(minimum_m) - glm::dvec3(p_m), glm::dvec3(p_m) - glm::dvec3(maximum_m));
       const double outside_m = std::max({beyond_m.x, beyond_m.y, beyond_m.z});
@@ -141,17 +188,12 @@ Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoi
                                 " points that span no volume; four that are not in a plane are needed");
     hulls.push_back(std::move(*hull));
   }
-  for (const glm::uvec3& triangle : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) {
-      const glm::vec3& corner_m = mesh.positions_m[triangle[i]];
-      double nearest_m = std::numeric_limits<double>::infinity();
-      for (std::size_t part = 0; part < hulls.size() && nearest_m > allowed_m; ++part)
-        nearest_m = std::min(nearest_m, height_above_m(hulls[part], corner_m));
-      if (nearest_m > allowed_m)
-        return Error{ErrorCode::bad_input, "its corner " + text_of(corner_m) + " is " + metres(nearest_m) +
-                                               " outside all convex parts; at most " + metres(allowed_m) +
-                                               " are allowed"};
-    }
+  const MeshSurface surface(mesh, allowed_m);
+  if (std::string fault = fault_of_mesh(surface, hulls, allowed_m); !fault.empty())
+    return Error{ErrorCode::bad_input, std::move(fault)};
+  for (std::size_t part = 0; part < hulls.size(); ++part) {
+    const std::string fault = fault_of_part(surface, hulls, part, allowed_m);
+    if (!fault.empty()) return bad_part(part, fault);
   }
   name_triangles(mesh, hulls);
   return hulls;

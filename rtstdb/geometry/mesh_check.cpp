@@ -10,7 +10,9 @@
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/given_parts.hpp"
 #include "rtstdb/geometry/has_area.hpp"
+#include "rtstdb/geometry/solid_hull.hpp"
 
 namespace rtstdb {
 namespace {
@@ -104,6 +106,16 @@ Result<void> validate(const TriangleMesh& mesh) {
   return refuse("every triangle (count " + number(mesh.triangles.size()) +
                 ") is degenerate, triangle 0 with corners " + describe(mesh.positions_m[first.x]) + ", " +
                 describe(mesh.positions_m[first.y]) + ", " + describe(mesh.positions_m[first.z]));
+}
+
+Result<void> validate(const TriangleMesh& mesh, const GeometryOptions& options) {
+  if (Result<void> valid = validate(mesh); !valid) return valid;
+  if (options.solid) {
+    if (const auto hull = solid_hull(mesh, *options.solid); !hull) return hull.error();
+  }
+  if (options.convex_parts_m.empty()) return {};
+  const auto parts = given_convex_parts(mesh, options.convex_parts_m);
+  return parts ? Result<void>() : parts.error();
 }
 
 Bounds bounds_of(const TriangleMesh& mesh) {

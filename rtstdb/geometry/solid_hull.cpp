@@ -13,6 +13,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/mesh_surface.hpp"
 #include "rtstdb/geometry/value_text.hpp"
 
 namespace rtstdb {
@@ -68,22 +69,6 @@ glm::dvec3 surface_point(const Solid& solid, const glm::dvec3& d) {
   return inside * d;
 }
 
-double distance_to_triangle_m(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
-                              const glm::dvec3& p) {
-  const auto to_edge = [&](const glm::dvec3& from, const glm::dvec3& to) {
-    const glm::dvec3 edge = to - from;
-    const double along = glm::dot(p - from, edge) / std::max(glm::dot(edge, edge), 1e-300);
-    return glm::distance(p, from + std::clamp(along, 0.0, 1.0) * edge);
-  };
-  const glm::dvec3 n = glm::cross(b - a, c - a);
-  const double nn = glm::dot(n, n);
-  const bool is_above = nn > 0.0 && glm::dot(glm::cross(b - a, p - a), n) >= 0.0 &&
-                        glm::dot(glm::cross(c - b, p - b), n) >= 0.0 &&
-                        glm::dot(glm::cross(a - c, p - c), n) >= 0.0;
-  if (is_above) return std::abs(glm::dot(p - a, n)) / std::sqrt(nn);
-  return std::min({to_edge(a, b), to_edge(b, c), to_edge(c, a)});
-}
-
 Error refused(const Solid& solid, const std::string& fault) {
   return {ErrorCode::bad_input, std::string("the ") + to_string(solid.kind) + " " + fault};
 }
@@ -130,9 +115,8 @@ std::string fault_of_mesh(const MeshView& mesh, const Solid& solid) {
   for (int i = 0; i < surface_samples; ++i) {
     const glm::dvec3 p_m = solid.center_m + solid.q_entity * surface_point(solid, direction(i));
     double nearest_m = std::numeric_limits<double>::infinity();
-    for (const glm::uvec3& t : mesh.triangles)
-      nearest_m =
-          std::min(nearest_m, distance_to_triangle_m(corner_m(t.x), corner_m(t.y), corner_m(t.z), p_m));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      nearest_m = std::min(nearest_m, distance_to_triangle_m(corners_of(mesh, t), p_m));
     if (nearest_m > allowed_m)
       return "is " + metres(nearest_m) + " off the mesh at its point " + text_of(p_m) + limit;
   }

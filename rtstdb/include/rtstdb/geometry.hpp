@@ -58,8 +58,9 @@ struct GeometryOptions {
   /// the mesh. Empty: the parts that the mesh consists of, if it does (GeometryInfo::convex_parts). In the
   /// log. Errors: bad_input for more than max_convex_parts parts, for a part of more than
   /// max_convex_part_points points or whose points span no volume, for a coordinate that is not finite, for a
-  /// point that is farther outside the mesh's box than convex_parts_tolerance (limits.hpp) times the box's
-  /// diagonal, and for a corner of the mesh that is farther from all parts.
+  /// point of a part's surface that is farther outside the mesh than convex_parts_tolerance (limits.hpp)
+  /// times the diagonal of the mesh's box, and for a point of the mesh that is farther outside all parts.
+  /// Tested are all corners, and points of both surfaces that are half that length apart.
   ConvexPartPoints convex_parts_m{};
   /// Geometry that does not deform: the exact shape of its body, which the mesh approximates. In the log.
   /// Errors: bad_input for a size that is not finite and positive, a rotation that is not of length 1, convex
@@ -92,6 +93,10 @@ struct GeometryInfo {
 /// finite or beyond max_coordinate_m, and a mesh whose triangles all have no area; capacity for more than
 /// max_triangles_total triangles. The message names the triangle and its values.
 Result<void> validate(const TriangleMesh& mesh);
+
+/// Checks the mesh, and that the options' solid and convex parts stand for it. Errors: those of validate of
+/// the mesh, of GeometryOptions::solid and of convex_parts_m; other options are not checked.
+Result<void> validate(const TriangleMesh& mesh, const GeometryOptions& options);
 
 /// Bounds of the positions that triangles use, exact. Misuse: a mesh without triangles.
 Bounds bounds_of(const TriangleMesh& mesh);

@@ -8,6 +8,8 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "tests/support/concave_meshes.hpp"
+
 namespace rtstdb {
 namespace {
 
@@ -62,18 +64,47 @@ TEST(GivenParts, WrongOnesAreRefusedWithTheirValues) {
   endless.parts_m[0][2].y = std::numeric_limits<float>::quiet_NaN();
   endless.expect_refused("convex part 0 has the point (");
   Halves beyond;
-  beyond.parts_m[1][0] = {1.5f, 0.0f, 0.0f};
+  beyond.parts_m[1].emplace_back(1.5f, 0.0f, 0.0f);
   beyond.expect_refused(
       "convex part 1 has the point (1.5, 0, 0), which is 0.5 m outside the box of the mesh");
+  Halves millimetres;
+  for (glm::vec3& p : millimetres.parts_m[0])
+    p *= 1000.0f;
+  millimetres.expect_refused("which is 999 m outside the box of the mesh; at most 0.1225 m are allowed");
   Halves half;
   half.parts_m.pop_back();
-  half.expect_refused("is 1 m outside all convex parts");
+  half.expect_refused(" m outside all convex parts; at most 0.1225 m are allowed");
   Halves many;
   many.parts_m.resize(max_convex_parts + 1, many.parts_m[0]);
   many.expect_refused("257 convex parts");
   Halves large;
   large.parts_m[0].resize(max_convex_part_points + 1);
   large.expect_refused("1025 points");
+}
+
+/// The corners of the mesh lie in the parts, and those of the parts on the mesh.
+TEST(GivenParts, PartsThatLeaveAGapInALargeFaceAreRefused) {
+  Halves ends;
+  ends.parts_m = {box_corners({-0.75f, 0.0f, 0.0f}, {0.5f, 1.0f, 1.0f}),
+                  box_corners({0.75f, 0.0f, 0.0f}, {0.5f, 1.0f, 1.0f})};
+  ends.expect_refused(" m outside all convex parts; at most 0.1225 m are allowed");
+}
+
+/// An L, and the hull of its corners, or two parts that leave its corner open inside.
+TEST(GivenParts, APartThatFillsACavityIsRefused) {
+  Halves angle;
+  angle.mesh = test::make_l_shape(1.0, 0.3, 0.4);
+  const std::vector<glm::vec3> arms[] = {box_corners({0.5f, 0.15f, 0.2f}, {1.0f, 0.3f, 0.4f}),
+                                         box_corners({0.15f, 0.65f, 0.2f}, {0.3f, 0.7f, 0.4f})};
+  angle.parts_m = {arms[0], arms[1]};
+  ASSERT_TRUE(angle.made()) << angle.made().error().message;
+  angle.parts_m = {arms[0], box_corners({0.15f, 0.69f, 0.2f}, {0.3f, 0.62f, 0.4f})};
+  EXPECT_TRUE(angle.made()) << "a gap of 8 cm inside the body";
+  angle.parts_m = {angle.mesh.positions_m};
+  angle.expect_refused("convex part 0 has the point (");
+  // Two equal parts do not hide each other.
+  angle.parts_m = {angle.mesh.positions_m, angle.mesh.positions_m};
+  angle.expect_refused("outside the mesh; at most 0.07348 m are allowed");
 }
 
 TEST(GivenParts, PiecesOfAMesh) {
