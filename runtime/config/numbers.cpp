@@ -175,9 +175,9 @@ std::optional<std::int64_t> multiply_exactly(std::string_view number, std::int64
   return static_cast<std::int64_t>(parts.negative ? -product : product);
 }
 
-std::string format_number(double value) {
+std::string format_number(double value, int significant_digits) {
   std::array<char, 40> text{};
-  const int length = std::snprintf(text.data(), text.size(), "%.12g", value);
+  const int length = std::snprintf(text.data(), text.size(), "%.*g", significant_digits, value);
   std::string written(text.data(), static_cast<std::size_t>(length));
   std::replace(written.begin(), written.end(), ',', '.');  // a locale's decimal comma
   return written;

@@ -33,7 +33,7 @@ ParsedInteger read_integer(std::string_view text);
 /// fit.
 std::optional<std::int64_t> multiply_exactly(std::string_view number, std::int64_t unit);
 
-/// Twelve significant digits, no trailing zeros.
-std::string format_number(double value);
+/// Without trailing zeros.
+std::string format_number(double value, int significant_digits = 12);
 
 }  // namespace hil::config

@@ -14,12 +14,18 @@ std::array<double, 3> three(const Value& list) {
   return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
 }
 
-FileShape read_mesh_file(const Value& value, Diagnostics& diagnostics) {
-  const Value& path = value["path"];
-  std::string extension = std::filesystem::path(path.text()).extension().string();
+/// In small letters, with the dot.
+std::string extension_of(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
   for (char& letter : extension) {
     if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
   }
+  return extension;
+}
+
+FileShape read_mesh_file(const Value& value, Diagnostics& diagnostics) {
+  const Value& path = value["path"];
+  const std::string extension = extension_of(path.text());
   constexpr std::array<std::string_view, 5> known{".obj", ".stl", ".ply", ".gltf", ".glb"};
   if (std::find(known.begin(), known.end(), extension) == known.end()) {
     diagnostics.add(path.place(),
@@ -27,6 +33,15 @@ FileShape read_mesh_file(const Value& value, Diagnostics& diagnostics) {
                         (extension.empty() ? "a file without an extension" : in_quotes(extension)));
   }
   return FileShape{path.text(), value["scale"].number(), path.place()};
+}
+
+FileShape read_convex_parts(const Value& value, Diagnostics& diagnostics) {
+  FileShape file = read_mesh_file(value, diagnostics);
+  if (extension_of(file.path) == ".stl")
+    diagnostics.add(file.place,
+                    "'convex_parts': triangles of an STL file share no corners, so it is not known which of "
+                    "them make a convex piece; use obj, ply, gltf or glb");
+  return file;
 }
 
 Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
@@ -184,11 +199,12 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   entity.scale = value["scale"].number();
   entity.scale_place = value["scale"].place();
   if (value.has("field")) entity.field = read_field(value["field"], diagnostics);
-  if (value.has("convex_parts")) entity.convex_parts = read_mesh_file(value["convex_parts"], diagnostics);
+  if (value.has("convex_parts")) entity.convex_parts = read_convex_parts(value["convex_parts"], diagnostics);
   if (value.has("solid")) {
     entity.solid = read_solid(value["solid"], diagnostics);
+    entity.solid_place = value["solid"].place();
     if (entity.convex_parts)
-      diagnostics.add(value["solid"].place(), "an entity has either 'solid' or 'convex_parts'");
+      diagnostics.add(entity.solid_place, "an entity has either 'solid' or 'convex_parts'");
   }
   entity.material = word_in(value, "material");
   for (const Value& layer : value["mask"].items())

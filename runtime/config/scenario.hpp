@@ -105,6 +105,7 @@ struct WorldEntity {
   std::optional<DistanceField> field;
   std::optional<FileShape> convex_parts;  ///< each piece of the mesh is a convex part of the shape
   std::optional<SolidShape> solid;
+  Place solid_place;             ///< with a solid
   std::optional<Word> material;  ///< of World::materials; none: the default material
   std::vector<Word> mask;        ///< layer names, at least one
   std::uint32_t mask_bits = 0;   ///< the same by Layers

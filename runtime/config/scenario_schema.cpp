@@ -54,11 +54,11 @@ Schema realtime_schema(std::span<const BusSectionType> buses) {
   });
 }
 
-Schema mesh_file_schema() {
-  return Schema::record_or(
-      "path", {Field::needed("path", Schema::file(), "The path of the mesh: obj, stl, ply, gltf or glb."),
-               Field::with_default("scale", Schema::number(min_scale, max_scale), "1",
-                                   "Metres per unit of the file. For millimetres: 0.001.")});
+Schema mesh_file_schema(const char* about_path) {
+  return Schema::record_or("path",
+                           {Field::needed("path", Schema::file(), about_path),
+                            Field::with_default("scale", Schema::number(min_scale, max_scale), "1",
+                                                "Metres per unit of the file. For millimetres: 0.001.")});
 }
 
 Schema shape_schema() {
@@ -72,7 +72,8 @@ Schema shape_schema() {
                       "A sphere."),
       Field::optional("rectangle", Schema::list(size(), 2, 2),
                       "The full sizes along x and y of a flat rectangle at z = 0."),
-      Field::optional("file", mesh_file_schema(), "A mesh from a file."),
+      Field::optional("file", mesh_file_schema("The path of the mesh: obj, stl, ply, gltf or glb."),
+                      "A mesh from a file."),
       Field::optional("parts", Schema::file(),
                       "A file with a list of parts, which are boxes, cylinders, spheres and more, that make "
                       "one shape (docs/guide/scenario.md)."),
@@ -145,7 +146,7 @@ Schema entity_schema() {
       Field::optional("field", field_schema(),
                       "A distance field of the shape, before 'scale'. Sensors with 'mode: fast' skip free "
                       "space by it. Left out: none."),
-      Field::optional("convex_parts", mesh_file_schema(),
+      Field::optional("convex_parts", mesh_file_schema("The path of the pieces: obj, ply, gltf or glb."),
                       "A mesh from a file (obj, ply, gltf or glb) of separate convex pieces, which contacts "
                       "take in place of the shape. Left out: the convex pieces of the shape, or its "
                       "triangles."),

@@ -128,6 +128,19 @@ std::optional<rtstdb::Solid> solid_of(const config::WorldEntity& entity) {
   return std::nullopt;
 }
 
+/// Convex parts and a solid, with a mistake where they do not fit the mesh.
+rtstdb::GeometryOptions contact_options(const config::WorldEntity& entity, const rtstdb::TriangleMesh& mesh,
+                                        config::Diagnostics& diagnostics) {
+  rtstdb::GeometryOptions options;
+  options.convex_parts_m = convex_parts_of(entity, diagnostics);
+  options.solid = solid_of(entity);
+  const auto valid = rtstdb::validate(mesh, options);
+  if (valid) return options;
+  diagnostics.add(entity.convex_parts ? entity.convex_parts->place : entity.solid_place,
+                  valid.error().message);
+  return options;
+}
+
 /// The reader of the scenario checks the scale of other shapes; the size of a mesh is known only now.
 void check_scale(const config::WorldEntity& entity, const rtstdb::Bounds& bounds,
                  config::Diagnostics& diagnostics) {
@@ -235,8 +248,8 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
       if (auto mesh = mesh_of(entity.shape, diagnostics)) {
         at->second = scenery.meshes.size();
         scenery.bounds.push_back(rtstdb::bounds_of(*mesh));
+        scenery.options.push_back(contact_options(entity, *mesh, diagnostics));
         scenery.meshes.push_back(std::move(*mesh));
-        scenery.convex_parts_m.push_back(convex_parts_of(entity, diagnostics));
         scenery.first_entity.push_back(&entity);
       }
     }
@@ -254,13 +267,12 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
   std::vector<rtstdb::GeometryId> geometries;
   for (std::size_t i = 0; i < scenery.meshes.size(); ++i) {
     const config::WorldEntity& entity = *scenery.first_entity[i];
-    rtstdb::GeometryOptions options;
-    options.convex_parts_m = std::move(scenery.convex_parts_m[i]);
-    options.solid = solid_of(entity);
+    rtstdb::GeometryOptions& options = scenery.options[i];
     if (entity.field) options.field = fields.options_of(entity.name.text, *entity.field);
     geometries.push_back(world.add_geometry(scenery.meshes[i], entity.name.text, options));
     if (entity.field) fields.add(geometries.back(), entity.name.text, *entity.field);
     scenery.meshes[i] = {};
+    options = {};
   }
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {
     const config::WorldEntity& entity = scenario.world.entities[i];

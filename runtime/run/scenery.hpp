@@ -16,15 +16,16 @@ namespace hil::run {
 
 /// The different shapes of the entities.
 struct Scenery {
-  std::vector<rtstdb::ConvexPartPoints> convex_parts_m;  ///< of the meshes; empty: none were given
   std::vector<rtstdb::TriangleMesh> meshes;
+  std::vector<rtstdb::GeometryOptions> options;          ///< by mesh: its convex parts and its solid
   std::vector<rtstdb::Bounds> bounds;                    ///< by mesh
   std::vector<const config::WorldEntity*> first_entity;  ///< by mesh: the first entity of that shape
   std::vector<std::size_t> mesh_of;                      ///< by entity
 };
 
-/// Makes the shapes and reads the mesh files. Adds a mistake for a file that can not be read or used, and
-/// for an entity whose scale is beyond the database's limits; the scenery is then not usable.
+/// Makes the shapes and reads the mesh files. Adds a mistake for a file that can not be read or used, for
+/// convex parts or a solid that do not fit their mesh, and for an entity whose scale is beyond the database's
+/// limits; the scenery is then not usable.
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics);
 
 /// Creates the materials and the entities, and their geometries from the meshes, which `scenery` then no

@@ -131,6 +131,7 @@ class ScenarioFolder {
   ScenarioFolder() {
     folder_.write("crossing.dbc", "VERSION \"\"\n");
     folder_.write("house.obj", "v 0 0 0\n");
+    folder_.write("house.stl", "");
     folder_.write("map.yaml", register_map_text);
     folder_.write("served.yaml",
                   "registers: [{name: mode, table: holding, address: 0, type: u16, access: read}]\n");

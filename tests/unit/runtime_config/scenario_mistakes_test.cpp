@@ -137,6 +137,8 @@ TEST(ScenarioMistakes, WrongWorldsAreReported) {
       {"{yaw: 90 deg}", "{@yaw: 90 deg, quaternion: [1, 0, 0, 0]}", "'yaw' next to 'quaternion'"},
       {"path: house.obj", "path: @map.yaml", "obj, stl, ply, gltf or glb, not from '.yaml'"},
       {"path: house.obj", "path: @hous.obj", "there is no such file"},
+      {"sphere: 1 m}, rot", "sphere: 1 m}, convex_parts: @house.stl, rot",
+       "'convex_parts': triangles of an STL file share no corners"},
   });
   EXPECT_TRUE(is_refused(with_change("entities:\n    - {name: ground", "entities:\n    @- {name: ground",
                                      with_change("max_entities: 100", "max_entities: 4")),

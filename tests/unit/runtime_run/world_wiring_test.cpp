@@ -57,6 +57,20 @@ TEST_F(WorldWiring, UnusableMeshFileIsRefusedAtItsPlace) {
     EXPECT_TRUE(begins(mistakes_of_mesh(name, mesh), "scenario.yaml:4:31: ")) << name;
 }
 
+TEST_F(WorldWiring, ConvexPartsAndSolidsThatDoNotFitTheShapeAreRefusedAtTheirPlace) {
+  folder_.write("part.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const auto mistakes = [&](const std::string& more) {
+    return mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {box: [2 m, 2 m, 2 m]}, " +
+                       more + "}\n");
+  };
+  const std::string parts = mistakes("convex_parts: part.obj");
+  EXPECT_TRUE(begins(parts, "scenario.yaml:4:62: its point (")) << parts;
+  EXPECT_NE(parts.find("outside all convex parts; at most 0.1732 m are allowed"), std::string::npos) << parts;
+  EXPECT_TRUE(begins(mistakes("solid: {shape: {sphere: {radius: 1 m}}}"),
+                     "scenario.yaml:4:55: the sphere is 0.7321 m off the mesh at the mesh's point ("));
+  EXPECT_EQ(mistakes("solid: {shape: {box: [2 m, 2 m, 2 m]}}"), "");
+}
+
 TEST_F(WorldWiring, MeshIsReadOnceForAllItsEntities) {
   folder_.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: a.obj}}\n"
