@@ -6,15 +6,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/config/numbers.hpp"
+
 namespace hil::modules {
 namespace {
 
 /// Pairs of parts whose bounds may overlap, for each pair that an answer can list.
 constexpr std::uint32_t candidates_per_pair = 64;
-
-std::string text_of(const config::Place& place) {
-  return place.file + ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
-}
 
 std::vector<std::string> names_of(const RigidBodiesOptions& options) {
   std::vector<std::string> names;
@@ -23,63 +21,36 @@ std::vector<std::string> names_of(const RigidBodiesOptions& options) {
   return names;
 }
 
-std::vector<BodySize> sizes_of(const World& world, std::span<const rtstdb::EntityRow> rows,
-                               std::span<const rtstdb::EntityId> entities) {
+std::vector<BodySize> sizes_of(std::span<const PlacedBody> placed) {
   std::vector<BodySize> sizes;
-  for (std::size_t i = 0; i < entities.size(); ++i) {
-    const rtstdb::Bounds bounds = world.bounds_of(entities[i]);
-    const glm::dvec3 farthest(glm::max(glm::abs(bounds.maximum_m), glm::abs(bounds.minimum_m)));
-    sizes.push_back(
-        {.diagonal_m = glm::length(glm::dvec3(bounds.maximum_m - bounds.minimum_m) * rows[i].scale),
-         .reach_m = glm::length(farthest * rows[i].scale)});
-  }
+  for (const PlacedBody& body : placed)
+    sizes.push_back({.diagonal_m = body.diagonal_m(),
+                     .reach_m = glm::length(glm::max(glm::abs(body.maximum_m), glm::abs(body.minimum_m)))});
   return sizes;
 }
 
-}  // namespace
+/// The largest overlap of two bodies at the start, as a share of the smaller one's diagonal.
+constexpr double max_first_overlap = 0.02;
 
-std::vector<rtstdb::EntityRow> rows_of_bodies(rtstdb::Database& database, const std::string& caller,
-                                              const RigidBodiesOptions& options,
-                                              std::span<const rtstdb::EntityId> entities) {
-  const auto reading = database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
-  reading->begin({});
-  for (const rtstdb::EntityId entity : entities)
-    reading->read(entity);
-  const rtstdb::Outcome& outcome = database.execute(*reading);
-  if (!outcome.done()) throw SetupError(caller + ": " + rtstdb::describe(outcome));
-  std::vector<rtstdb::EntityRow> rows;
-  for (std::uint32_t i = 0; i < entities.size(); ++i) {
-    const rtstdb::EntityRow& row = rows.emplace_back(reading->state(i)->row);
-    const auto info = database.geometry_info(row.geometry);
-    const std::string name = text_of(options.bodies[i].place) + ": '" + options.bodies[i].name + "'";
-    if (!info || (info->convex_parts == 0 && !info->closed)) {
-      throw SetupError(caller + ": " + name +
-                       " has an open shape, so nothing is inside it and its contacts have no depth; use a "
-                       "closed shape");
-    }
-    if (row.mask == 0)
-      throw SetupError(caller + ": " + name + " is in no layer, so no query finds it; give it one");
-  }
-  return rows;
-}
+}  // namespace
 
 ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& caller,
                            const RigidBodiesOptions& options, std::vector<rtstdb::EntityId> entities,
-                           std::span<const rtstdb::EntityRow> rows)
+                           std::span<const PlacedBody> placed)
     : database_(world.database()),
       entities_(std::move(entities)),
       margin_m_(static_cast<float>(options.margin_m)),
-      contacts_(options.law, sizes_of(world, rows, entities_), options.max_pairs),
+      contacts_(options.law, sizes_of(placed), options.max_pairs),
       touches_(names_of(options)),
       is_near_(entities_.size()) {
   for (std::uint32_t i = 0; i < entities_.size(); ++i) {
     const rtstdb::EntityId entity = entities_[i];
     body_of_entity_.resize(std::max<std::size_t>(body_of_entity_.size(), entity.index + 1), unlisted);
     body_of_entity_[entity.index] = i;
-    all_mask_ |= rows[i].mask;
+    all_mask_ |= placed[i].row.mask;
     moves_.push_back(options.bodies[i].properties.has_value());
     if (moves_.back()) {
-      moving_mask_ |= rows[i].mask;
+      moving_mask_ |= placed[i].row.mask;
     } else {
       fixed_.push_back(i);
     }
@@ -106,6 +77,34 @@ ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& ca
                               ": a pair touches by {} mm and was not near in the step before; use a faster "
                               "task or a larger margin",
                           3);
+  check_first_overlaps(caller, options, placed);
+}
+
+void ContactWatch::check_first_overlaps(const std::string& caller, const RigidBodiesOptions& options,
+                                        std::span<const PlacedBody> placed) {
+  transaction_->begin({});
+  query_->searches()[0] = {
+      .first_mask = moving_mask_, .second_mask = all_mask_, .t = rtstdb::world_time_ns(0)};
+  transaction_->add_query(*query_, 1);
+  const rtstdb::Outcome& outcome = database_.execute(*transaction_);
+  if (!outcome.done()) throw SetupError(caller + ": " + rtstdb::describe(outcome));
+  const auto mass_kg = [&](std::uint32_t body) {
+    return moves_[body] ? options.bodies[body].properties->mass_kg : 0.0;
+  };
+  for (const rtstdb::ContactPair& pair : std::as_const(*query_).answers()[0].pairs) {
+    const std::uint32_t first = body_of(pair.first), second = body_of(pair.second);
+    if (first == unlisted || second == unlisted || (!moves_[first] && !moves_[second])) continue;
+    const double overlap_m = -static_cast<double>(pair.max_distance_m);
+    const double rest_m = std::max(mass_kg(first), mass_kg(second)) * glm::length(options.gravity_mps2) /
+                          options.law.stiffness_npm;
+    const double smaller_m = std::min(placed[first].diagonal_m(), placed[second].diagonal_m());
+    const double allowed_m = std::max(max_first_overlap * smaller_m, 2.0 * rest_m);
+    if (overlap_m <= allowed_m) continue;
+    throw SetupError(caller + ": " + place_and_name(options.bodies[first]) + " and '" +
+                     options.bodies[second].name + "' overlap by " + config::format_number(overlap_m, 4) +
+                     " m at the start, and at most " + config::format_number(allowed_m, 4) +
+                     " m are allowed; move them apart");
+  }
 }
 
 std::uint32_t ContactWatch::body_of(rtstdb::EntityId entity) const noexcept {

@@ -14,15 +14,10 @@
 #include "runtime/modules/module.hpp"
 #include "runtime/modules/rigid_bodies/body_set.hpp"
 #include "runtime/modules/rigid_bodies/frozen_contacts.hpp"
+#include "runtime/modules/rigid_bodies/placed_bodies.hpp"
 #include "runtime/modules/rigid_bodies/touch_log.hpp"
 
 namespace hil::modules {
-
-/// The rows of the bodies. Throws SetupError if they can not be read, and for a body with an open shape or
-/// without layers.
-std::vector<rtstdb::EntityRow> rows_of_bodies(rtstdb::Database& database, const std::string& caller,
-                                              const RigidBodiesOptions& options,
-                                              std::span<const rtstdb::EntityId> entities);
 
 class ContactWatch {
  public:
@@ -34,9 +29,10 @@ class ContactWatch {
     double depth_m = 0.0;         ///< of the deepest of them
   };
 
-  /// `rows`: of the entities. Throws SetupError if the query can not be prepared.
+  /// `placed`: the entities. Throws SetupError if the query can not be prepared, and if two bodies overlap at
+  /// run time 0 by more than 2 % of the smaller one's diagonal and twice the depth at which they rest.
   ContactWatch(World& world, EventLog& events, const std::string& caller, const RigidBodiesOptions& options,
-               std::vector<rtstdb::EntityId> entities, std::span<const rtstdb::EntityRow> rows);
+               std::vector<rtstdb::EntityId> entities, std::span<const PlacedBody> placed);
 
   /// Queries the contacts at the step's time in the version, or in the release's if that is newer, reads the
   /// rows of the fixed bodies, and freezes the points. Without an answer the earlier points stay.
@@ -51,6 +47,8 @@ class ContactWatch {
 
  private:
   static constexpr std::uint32_t unlisted = std::numeric_limits<std::uint32_t>::max();
+  void check_first_overlaps(const std::string& caller, const RigidBodiesOptions& options,
+                            std::span<const PlacedBody> placed);
   void freeze(StepContext& context, BodySet& bodies) noexcept;
   /// The index of a body; of an entity that is none, unlisted.
   std::uint32_t body_of(rtstdb::EntityId entity) const noexcept;

@@ -116,11 +116,12 @@ void RigidBodies::configure(World& world, EventLog& events, const TaskParameters
   std::vector<rtstdb::EntityId> entities;
   for (const RigidBodyOptions& body : options_.bodies)
     entities.push_back(world.entity_of(body.name, caller));
-  const std::vector<rtstdb::EntityRow> rows = rows_of_bodies(world.database(), caller, options_, entities);
-  watch_ = std::make_unique<ContactWatch>(world, events, caller, options_, entities, rows);
+  const std::vector<PlacedBody> placed =
+      placed_bodies(world, world.database(), caller, options_, entities, 1e-9 * substep_ns_);
+  watch_ = std::make_unique<ContactWatch>(world, events, caller, options_, entities, placed);
   std::vector<rtstdb::Motion> motions;
-  for (const rtstdb::EntityRow& row : rows)
-    motions.push_back(rtstdb::rebased(row.motion, rtstdb::world_time_ns(0)));
+  for (const PlacedBody& body : placed)
+    motions.push_back(rtstdb::rebased(body.row.motion, rtstdb::world_time_ns(0)));
   bodies_ = std::make_unique<BodySet>(options_, motions);
   writer_ = std::make_unique<BodyWriter>(world, task, std::move(entities), *bodies_, options_.permitted);
 

@@ -284,6 +284,53 @@ TEST_F(RigidBodiesModule, ABodyThatIsNotConvexRestsOnTheFloor) {
   EXPECT_NEAR(of(end, 0, z), 0.2, 2e-3);
 }
 
+/// What the shapes and places of the bodies show to be impossible is refused before the first step.
+class RefusedBodies : public RigidBodiesFixture {
+ protected:
+  /// The fault of a crate of 1 m and 10 kg on the floor.
+  std::string fault_of(const std::string& inertia, const std::string& stiffness, double height_m) {
+    add("crate", rtstdb::make_box({1.0, 1.0, 1.0}), {.p_world_m = {0.0, 0.0, height_m}});
+    add_floor();
+    try {
+      rigid_bodies("{bodies: [{body: floor}, {body: crate, mass: 10 kg, inertia: {" + inertia +
+                       "}}], stiffness: " + stiffness + ", damping: 100 N s/m}",
+                   2 * ms);
+    } catch (const SetupError& error) {
+      return error.what();
+    }
+    return {};
+  }
+  static void expect_contains(const std::string& text, const std::string& words) {
+    EXPECT_NE(text.find(words), std::string::npos) << '"' << text << '"';
+  }
+};
+
+TEST_F(RefusedBodies, ACrateThatTouchesTheFloorIsAccepted) {
+  EXPECT_EQ(fault_of("box: [1 m, 1 m, 1 m]", "100 kN/m", 0.5), "");
+}
+
+TEST_F(RefusedBodies, AnInertiaTooSmallForTheShape) {
+  const std::string fault = fault_of("moments: [1e-6 kg m2, 1e-6 kg m2, 1e-6 kg m2]", "100 kN/m", 0.5);
+  expect_contains(fault, "'crate' has so small an inertia for the size of its shape");
+  // The mass at a corner is 1e-6 / 0.75 kg, the substep 0.5 ms: 2 m / h^2 and 2 m / h.
+  expect_contains(fault, "a stiffness of at most 10.6667 N/m and a damping of at most 0.00533333 N s/m");
+}
+
+TEST_F(RefusedBodies, AWeightThatSinksTheBody) {
+  expect_contains(
+      fault_of("box: [1 m, 1 m, 1 m]", "100 N/m", 0.5),
+      "'crate' rests 0.980665 m deep under its weight (mass 10 kg, gravity 9.80665 m/s2, stiffness "
+      "100 N/m), more than half of the smallest edge of its box, 1 m");
+}
+
+TEST_F(RefusedBodies, BodiesThatOverlapAtTheStart) {
+  const std::string fault = fault_of("box: [1 m, 1 m, 1 m]", "100 kN/m", 0.4);
+  expect_contains(fault, "'crate'");
+  expect_contains(fault, "'floor'");
+  expect_contains(fault, "overlap by 0.1 m at the start");
+  expect_contains(fault, "at most 0.03464 m are allowed");
+}
+
 /// Without damping a ball that falls on a large plate neither gains energy nor loses any in 2.5 s and three
 /// bounces, in which steps of 2 ms move it by 9 mm.
 TEST_F(RigidBodiesModule, ABallThatBouncesOnALargePlateKeepsItsEnergy) {
