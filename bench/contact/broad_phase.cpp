@@ -11,7 +11,8 @@
 namespace hil::bench {
 namespace {
 
-/// A body with the bounds of a unit cube, which is open: so the query ends with the candidates.
+/// A body with the bounds of a unit cube. It is open, so it has no convex parts, and the query searches the
+/// triangles of one pair alone: it leaves the other pairs undecided, and its answer truncated.
 rtstdb::TriangleMesh open_cube() {
   rtstdb::TriangleMesh mesh = rtstdb::make_box({1.0, 1.0, 1.0});
   mesh.triangles.pop_back();
@@ -39,9 +40,13 @@ std::vector<Figure> measure_broad_phase(const SuiteOptions& options) {
   const rtstdb::TriangleMesh mesh = open_cube();
   world.add(mesh);
   world.create(rows);
-  auto prepared = must(world.database().prepare(rtstdb::ContactQueryOptions{
-      .name = "bodies", .capacity = 1, .pairs_per_search = 65536, .max_bodies = count}));
-  PreparedBatch<rtstdb::ContactQuery> ours(world.database(), std::move(prepared), 1);
+  auto prepared = must(world.database().prepare(rtstdb::ContactQueryOptions{.name = "bodies",
+                                                                            .capacity = 1,
+                                                                            .pairs_per_search = 65536,
+                                                                            .max_bodies = count,
+                                                                            .max_surface_pairs = 1}));
+  PreparedBatch<rtstdb::ContactQuery> ours(world.database(), std::move(prepared), 1,
+                                           rtstdb::Status::truncated);
   FclTree fcl(rtstdb::bounds_of(mesh), rows);
   int step = 0;
   const auto next_time = [&] { return rtstdb::world_time_ns(10'000'000LL * ++step); };
@@ -53,7 +58,7 @@ std::vector<Figure> measure_broad_phase(const SuiteOptions& options) {
   run_ours(t);
   const std::size_t theirs = fcl.overlapping_pairs(t);
   const std::size_t found = ours.query().answers()[0].found;
-  if (ours.query().answers()[0].overflow || found < theirs || found > theirs + theirs / 100 + 2)
+  if (found < theirs || found > theirs + theirs / 100 + 2)
     throw std::runtime_error("broad_10k: " + std::to_string(found) + " pairs, and FCL has " +
                              std::to_string(theirs));
   return rates({.name = "broad_10k",

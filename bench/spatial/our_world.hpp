@@ -32,19 +32,22 @@ class OurWorld {
 template <class Query>
 class PreparedBatch {
  public:
-  PreparedBatch(rtstdb::Database& database, std::unique_ptr<Query> query, std::uint32_t count)
+  /// `expected`: of all runs.
+  PreparedBatch(rtstdb::Database& database, std::unique_ptr<Query> query, std::uint32_t count,
+                rtstdb::Status expected = rtstdb::Status::committed)
       : database_(database),
         query_(std::move(query)),
         transaction_(database.make_transaction({.max_queries = 1})),
-        count_(count) {}
+        count_(count),
+        expected_(expected) {}
 
   Query& query() { return *query_; }
-  /// Returns the device's own time. Throws when the results are not valid.
+  /// Returns the device's own time. Throws when the status is another one than is expected.
   double run() {
     transaction_->begin({});
     transaction_->add_query(*query_, count_);
     const rtstdb::Outcome& outcome = database_.execute(*transaction_);
-    if (outcome.status != rtstdb::Status::committed) throw std::runtime_error(rtstdb::describe(outcome));
+    if (outcome.status != expected_) throw std::runtime_error(rtstdb::describe(outcome));
     return static_cast<double>(outcome.gpu_time.count()) * 1e-9;
   }
 
@@ -53,6 +56,7 @@ class PreparedBatch {
   std::unique_ptr<Query> query_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   std::uint32_t count_;
+  rtstdb::Status expected_;
 };
 
 PreparedBatch<rtstdb::RayQuery> prepare_rays(OurWorld& world, std::span<const rtstdb::Ray> rays,

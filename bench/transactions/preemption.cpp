@@ -157,22 +157,22 @@ Large<rtstdb::ContactQuery> large_batch(BusyWorld& world, const rtstdb::ContactQ
   const std::uint32_t count = world.count(1u << 10);
   auto query = must(world.database().prepare(rtstdb::ContactQueryOptions{.name = "contacts",
                                                                          .capacity = count,
-                                                                         .pairs_per_search = 1,
-                                                                         .max_bodies = 1,
+                                                                         .pairs_per_search = 32,
+                                                                         .max_bodies = count,
                                                                          .max_surface_triangles = 1u << 20}));
-  for (std::size_t k = 0; rtstdb::ContactSearch & search : query->searches()) {
-    search.first = world.ids()[k % world.ids().size()];
-    search.second = world.ids()[++k % world.ids().size()];
-  }
+  for (std::size_t k = 0; rtstdb::ContactSearch & search : query->searches())
+    search.first = world.ids()[k++ % world.ids().size()];
   return {"contacts", {world.database(), std::move(query), count}};
 }
 
 Large<rtstdb::ImpactQuery> large_batch(BusyWorld& world, const rtstdb::ImpactQuery* /*kind*/) {
-  const std::uint32_t count = world.count(1u << 12);
+  const std::uint32_t count = world.count(1u << 7);
   auto query = must(world.database().prepare(
-      rtstdb::ImpactQueryOptions{.name = "impacts", .capacity = count, .candidates_per_search = 16}));
-  for (std::size_t k = 0; rtstdb::ImpactSearch & search : query->searches())
+      rtstdb::ImpactQueryOptions{.name = "impacts", .capacity = count, .candidates_per_search = 64}));
+  for (std::size_t k = 0; rtstdb::ImpactSearch & search : query->searches()) {
     search.first = world.ids()[k++ % world.ids().size()];
+    search.window = std::chrono::milliseconds(100);
+  }
   return {"impacts", {world.database(), std::move(query), count}};
 }
 
