@@ -134,8 +134,10 @@ TEST_F(SolidContacts, SphereOnALargeBoxIsAsDeepAsItLies) {
   std::vector<double> depths_m;
   for (int i = 0; i < 4000; ++i) {
     const glm::dvec3 aside = random.magnitude(1e-10, 1.0) * random.vector();
+    // The mesh has facets, and stands on a corner without a rotation.
+    const glm::dquat q = i % 2 == 0 ? random.orientation() : glm::dquat(1.0, 0.0, 0.0, 0.0);
     depths_m.push_back(random.uniform(-0.02, 0.03));
-    bodies.emplace_back(floor, placed(balls[i % 2], {aside.x, aside.y, 0.1 - depths_m.back()}));
+    bodies.emplace_back(floor, placed(balls[i % 2], {aside.x, aside.y, 0.1 - depths_m.back()}, q));
   }
   const std::vector<ContactPair> found = pairs(bodies, 0.05f);
   std::size_t undecided = 0;

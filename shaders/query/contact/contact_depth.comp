@@ -268,14 +268,17 @@ void main() {
       const vec4 plane = face_planes[nearest_face(is_local ? n : vec3(0.0))];
       const Difference found = support_of_difference(first, second, plane.xyz);
       const float height = dot(found.w, plane.xyz);
-      converged = height - plane.w <= max(0.1 * enough, 1e-4 * abs(height));
-      const bool is_best = height < upper || converged;
+      const float slack = max(0.1 * enough, 1e-4 * abs(height));
+      // The body ends at the face. In the best direction alone, that face may be far from the best depth.
+      const bool is_on_face = height - plane.w <= slack;
+      const bool is_best = height < upper || (is_on_face && height <= upper + slack);
+      converged = is_on_face && is_best;
       n = is_best ? plane.xyz : n;
       depth = is_best ? height : depth;
       upper = min(upper, height);
       lower = is_local ? lower : max(lower, min(plane.w, height));
       is_local = is_local || (vertices >= max_vertices - local_vertices && is_close(lower, upper, enough));
-      goes_on = !converged && vertices < max_vertices && rounds < max_rounds - 4000u &&
+      goes_on = !is_on_face && vertices < max_vertices && rounds < max_rounds - 4000u &&
                 expand(found, 0.05 * enough);
     }
   } while (goes_on);
