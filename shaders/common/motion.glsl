@@ -8,6 +8,11 @@ vec3 rotate(vec4 q, vec3 p) {
   return turned;
 }
 
+// The rotated axes, by column.
+mat3 axes_of(vec4 q) {
+  return mat3(rotate(q, vec3(1.0, 0.0, 0.0)), rotate(q, vec3(0.0, 1.0, 0.0)), rotate(q, vec3(0.0, 0.0, 1.0)));
+}
+
 vec4 conjugate(vec4 q) { return vec4(-q.xyz, q.w); }
 
 vec4 quat_product(vec4 a, vec4 b) {

@@ -56,10 +56,10 @@ RTSTDB_CONSTANT(advance_undecided, 3)  // a distance was not found
 RTSTDB_CONSTANT(advance_unfinished, 4) // limit of loops: retried
 // A pair of convex parts makes up to steps_per_stage steps in a stage, fewer where they take many rounds; a
 // pair of surfaces makes one. There are as many stages as steps, so that the result does not depend on where
-// a stage ends. A pair that has made as many as it may is undecided.
-RTSTDB_CONSTANT(convex_steps, 256)
+// a stage ends. A pair that reaches the maximum number of steps is undecided.
+RTSTDB_CONSTANT(max_convex_steps, 256)
 RTSTDB_CONSTANT(steps_per_stage, 8)
-RTSTDB_CONSTANT(surface_steps, 64)
+RTSTDB_CONSTANT(max_surface_steps, 64)
 
 // `time_s`: a double, low word first; up to it the bodies do not meet. `point_m`: of the first body, from its
 // origin.

@@ -24,7 +24,7 @@ RTSTDB_STRUCT(SurfaceSide)
 // second level.
 RTSTDB_CONSTANT(surface_subtrees, 64)
 // The number of triangles of a surface whose distance is computed for an upper bound of that of the surfaces.
-RTSTDB_CONSTANT(surface_samples, 64)
+RTSTDB_CONSTANT(bound_triangles, 64)
 
 // A triangle of a surface that is near the body, by its place in the leaf order of its geometry.
 #define RTSTDB_FIELDS_NearTriangle(F) \
@@ -51,10 +51,10 @@ RTSTDB_STRUCT(SurfaceGap)
 
 // Where a near triangle is.
 RTSTDB_CONSTANT(triangle_outside, 0)  // its first corner lies outside of the body
-RTSTDB_CONSTANT(triangle_inside, 1)   // it lies in the body
-// It is outside, and its shortest segment to the other surface ends inside its own body, so that segment does
-// not connect bodies that are apart.
-RTSTDB_CONSTANT(triangle_overlapped, 2)
+RTSTDB_CONSTANT(triangle_inside, 1)   // its first corner lies in the body
+// Its first corner lies outside, and its shortest segment to the other surface ends inside the body that the
+// triangle bounds: the segment is no gap between the bodies.
+RTSTDB_CONSTANT(triangle_gap_in_body, 2)
 
 // How deep a near triangle lies in the body: points with their depths in metres in w; a depth of 0 or less:
 // outside. Depths of corners that come from a distance field are approximate. The search for the deepest
@@ -78,10 +78,11 @@ RTSTDB_CONSTANT(triangle_overlapped, 2)
   F(uint, state)
 RTSTDB_STRUCT(SurfaceDepth)
 
-// The samples before a descent, and the most of a descent by the field of the body or by its triangles.
+// Samples before a descent, and the maximum number of steps of a descent by the distance field of the body
+// and by its triangles.
 RTSTDB_CONSTANT(descent_samples, 4)
-RTSTDB_CONSTANT(field_descent_steps, 64)
-RTSTDB_CONSTANT(triangle_descent_steps, 32)
+RTSTDB_CONSTANT(max_field_descent_steps, 64)
+RTSTDB_CONSTANT(max_triangle_descent_steps, 32)
 
 // A point of a surface that was chosen as a contact, in the near triangle of number `near`.
 #define RTSTDB_FIELDS_SurfacePoint(F) \

@@ -312,14 +312,14 @@ void GpuContactQuery::list_touching(const ContactCandidates::Candidate& candidat
 
 std::uint32_t GpuContactQuery::begin_surface_feet() noexcept {
   const std::uint32_t feet = surfaces_.begin_feet();
-  if (feet == 0) write_surface_points();
+  if (feet == 0) write_surface_points(false);
   return feet;
 }
 
-void GpuContactQuery::write_surface_points() noexcept {
+void GpuContactQuery::write_surface_points(bool retry_follows) noexcept {
   Answers& answers = answers_[slots().written()];
   for (const ListedSurfaces& listed : listed_surfaces_)
-    if (!surfaces_.write_points(listed.pair, answers.pairs[listed.answered]))
+    if (!surfaces_.write_points(listed.pair, retry_follows, answers.pairs[listed.answered]))
       answers.of_searches[listed.search].incomplete = true;
 }
 
@@ -411,7 +411,8 @@ void GpuContactQuery::unpack(const BatchPart& part, const accel::TlasView& /*vie
     const std::uint32_t place = place_at(part, i);
     const bool left = is_incomplete(place);
     if (left && !part.is_retry) note_incomplete(place);
-    if (part.stage == surface_feet && (place + 1 == places() || part.is_retry)) write_surface_points();
+    if (part.stage == surface_feet && (place + 1 == places() || part.is_retry))
+      write_surface_points(!part.is_retry);
     if (part.stage != points) continue;
     Touching& touching = touching_pairs_[place];
     if (left && part.is_retry) answers_[slots().written()].of_searches[search_of(touching)].incomplete = true;

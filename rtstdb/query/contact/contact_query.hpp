@@ -120,7 +120,7 @@ class GpuContactQuery final : public ContactQuery, public GpuQuery {
   void dispatch_pairs(const BatchPart& part, const Recording& recording) const noexcept;
   std::uint32_t begin_surface_feet() noexcept;
   /// Writes the points of all answered pairs of surfaces.
-  void write_surface_points() noexcept;
+  void write_surface_points(bool retry_follows) noexcept;
   /// Chooses the points of an answered pair among those of its pairs of parts.
   void choose_points(std::uint32_t answered) noexcept;
   std::uint32_t search_of(const Touching& touching) const noexcept {

@@ -1,5 +1,5 @@
 #pragma once
-// Chooses up to four points of a pair of bodies among those of its pairs of parts: the deepest, the one
+// Chooses up to four points of a pair of bodies among the points that the caller offers: the deepest, the one
 // farthest from it, and the two that span the most area with these, one on each side. The points are offered
 // again in each step.
 //

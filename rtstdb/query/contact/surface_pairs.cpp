@@ -157,7 +157,7 @@ std::uint32_t SurfacePairs::begin_bounds() noexcept {
 std::uint32_t SurfacePairs::begin_near() noexcept {
   const auto bounds = bounds_.host_as<const float>();
   for (std::size_t i = 0; i < named_.size(); ++i) {
-    pairs_[named_[i]].is_unbounded = bounds[i] < 0.0f;
+    pairs_[named_[i]].bound_is_incomplete = bounds[i] < 0.0f;
     float& limit_m = first_sides_[named_[i]].limit_m;
     limit_m = std::max(limit_m, bounds[i]);
   }
@@ -306,7 +306,7 @@ SurfacePairs::Verdict SurfacePairs::verdict(std::uint32_t pair) const noexcept {
     return verdict;
   }
   const auto states = states_.host_as<const std::uint32_t>();
-  verdict.is_incomplete = pairs_[pair].is_unbounded;
+  verdict.is_incomplete = pairs_[pair].bound_is_incomplete;
   bool is_inside = false;
   for (const std::uint32_t side : {pair, count() + pair}) {
     const auto subtrees = states.subspan(side * shared::surface_subtrees, shared::surface_subtrees);
@@ -416,12 +416,13 @@ ContactPoint SurfacePairs::contact_of(const Pair& pair, const Chosen& chosen) co
   return contact;
 }
 
-bool SurfacePairs::write_points(std::uint32_t pair, ContactPair& answer) const noexcept {
+bool SurfacePairs::write_points(std::uint32_t pair, bool retry_follows, ContactPair& answer) const noexcept {
   const Pair& entry = pairs_[pair];
   answer.point_count = 0;
   for (const Chosen& chosen : std::span(entry.chosen).first(entry.chosen_count)) {
     if (is_unfinished(chosen.near)) return false;
-    if (chosen.point != gap_point && is_incomplete(gpu::ShaderId::surface_feet, chosen.foot)) return false;
+    if (chosen.point != gap_point && is_incomplete(gpu::ShaderId::surface_feet, chosen.foot))
+      return retry_follows;
     const ContactPoint contact = contact_of(entry, chosen);
     // A distance field may give a depth to a point that lies outside of the body.
     if (-contact.depth_m > entry.margin_m) continue;

@@ -38,14 +38,14 @@ enum TrianglePoint : std::uint32_t { corner_0, corner_1, corner_2, deepest_point
 
 class SurfacePairs {
  public:
-  /// So many stages as samples: each takes at least one, so that no search is left at the end.
+  /// As many stages as samples: a stage takes at least one sample of a search, so that every search ends.
   static constexpr std::uint32_t sample_stages = shared::descent_samples;
-  static constexpr std::uint32_t descent_stages = shared::field_descent_steps;
-  static constexpr std::uint32_t refining_stages = shared::triangle_descent_steps;
+  static constexpr std::uint32_t descent_stages = shared::max_field_descent_steps;
+  static constexpr std::uint32_t refining_stages = shared::max_triangle_descent_steps;
 
   /// The result for a pair after the stage `descents`.
   struct Verdict {
-    float distance_m = 0.0f;     ///< 0: in contact; the largest float: no triangles within the limit
+    float distance_m = 0.0f;     ///< 0: in contact; 3.4e38 or more: no gap within the limit, no normal
     glm::vec3 n_world{0.0f};     ///< unit, from the second body to the first, along the shortest segment
     bool is_undecided = false;   ///< its triangles did not fit
     bool is_incomplete = false;  ///< the search reached the device's limits
@@ -84,8 +84,9 @@ class SurfacePairs {
   /// `refined`.
   void choose_points(std::uint32_t pair) noexcept;
   /// Writes the points of a pair, after `feet`, and the distance and the normal that follow from them. False:
-  /// a foot is incomplete.
-  bool write_points(std::uint32_t pair, ContactPair& answer) const noexcept;
+  /// a search is incomplete. `retry_follows`: incomplete feet are queried once more, and then the points are
+  /// written again.
+  bool write_points(std::uint32_t pair, bool retry_follows, ContactPair& answer) const noexcept;
 
  private:
   /// A point that was chosen as a contact.
@@ -98,8 +99,8 @@ class SurfacePairs {
     BodyPoses poses;
     float margin_m = 0.0f;
     bool has_depth = false;
-    bool exceeds_capacity = false;  ///< its triangles did not fit
-    bool is_unbounded = false;      ///< the search for an upper bound was left incomplete
+    bool exceeds_capacity = false;     ///< its triangles did not fit
+    bool bound_is_incomplete = false;  ///< the search for an upper bound was left incomplete
     std::array<Chosen, 4> chosen{};
     std::uint32_t chosen_count = 0;
     std::optional<std::uint32_t> nearest_gap{};  ///< the near triangle of the first surface that has it

@@ -39,8 +39,8 @@ class GpuImpactQuery final : public ImpactQuery, public GpuQuery {
  private:
   /// Stage 0 searches candidates. advance_stages stages advance pairs of convex parts, then surface_stages
   /// stages advance pairs of surfaces. The last stage has no places: it writes the answers.
-  static constexpr std::uint32_t advance_stages = shared::convex_steps;
-  static constexpr std::uint32_t surface_stages = shared::surface_steps;
+  static constexpr std::uint32_t advance_stages = shared::max_convex_steps;
+  static constexpr std::uint32_t surface_stages = shared::max_surface_steps;
   static constexpr std::uint32_t last_advance_stage = advance_stages + surface_stages;
   static bool advances_surfaces(std::uint32_t stage) noexcept { return stage > advance_stages; }
 

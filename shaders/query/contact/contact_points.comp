@@ -65,7 +65,8 @@ float crossing_of(Face first, Face second) {
   return length(cross(normalize(first.to - first.from), normalize(second.to - second.from)));
 }
 
-// What of a face speaks for it: it is most perpendicular to `direction`, and its plane contains the point.
+// The score of a face: the cosine between its normal and `direction`, less the distance of `point` from its
+// plane beyond slack_m, in units of slack_m.
 float score_of(vec3 normal, vec3 on_plane, vec3 point, vec3 direction, float slack_m) {
   const float off = max(abs(dot(normal, point - on_plane)) - slack_m, 0.0);
   return dot(normal, direction) - off / slack_m;

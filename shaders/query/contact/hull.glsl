@@ -29,9 +29,7 @@ Hull fetch_hull(uint texel, vec3 scale, mat3 axes, vec3 center) {
 }
 
 Hull first_hull_of(PairRecord record) {
-  const mat3 axes = mat3(rotate(record.q, vec3(1.0, 0.0, 0.0)), rotate(record.q, vec3(0.0, 1.0, 0.0)),
-                         rotate(record.q, vec3(0.0, 0.0, 1.0)));
-  return fetch_hull(record.first_hull, record.first_scale, axes, record.center_m);
+  return fetch_hull(record.first_hull, record.first_scale, axes_of(record.q), record.center_m);
 }
 
 Hull second_hull_of(PairRecord record) {

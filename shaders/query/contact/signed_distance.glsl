@@ -1,4 +1,4 @@
-// The exact signed distance of a point to the body of a side: negative in the body, which is closed.
+// Whether a point lies in the body of a side, which is closed, and the nearest point of the body's surface.
 //
 // Included after surface.glsl.
 #ifndef RTSTDB_QUERY_CONTACT_SIGNED_DISTANCE_GLSL

@@ -1,4 +1,4 @@
-// A side of a pair of surfaces (shared/surface.h), its triangles, and exact signed distances to its body.
+// A side of a pair of surfaces (shared/surface.h) and its triangles.
 //
 // Included after the bindings `nodes`, `triangles` and `geometries`.
 #ifndef RTSTDB_QUERY_CONTACT_SURFACE_GLSL

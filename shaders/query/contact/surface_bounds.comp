@@ -27,7 +27,7 @@ void main() {
   if (skips_when_halted(args.halt, index + args.halt_from)) return;
   const SurfaceSide side = sides[named[index]];
   const uint first = first_slot_of(side.surface);
-  const uint samples = min(side.triangles, surface_samples);
+  const uint samples = min(side.triangles, bound_triangles);
   float bound = nowhere;
   uint i = 0u;
   do {

@@ -25,8 +25,8 @@ layout(set = 0, binding = 6, scalar) readonly buffer GapsBuffer { SurfaceGap gap
 layout(set = 0, binding = 7, scalar) buffer DepthsBuffer { SurfaceDepth depths[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer ActiveBuffer { uint active_depths[]; };  // by place
 
-// A search pauses after so many visits of nodes and triangles: in the middle of a body, which has many
-// nearest triangles, one sample may need thousands.
+// Visits of nodes and triangles after which a search pauses until the next dispatch: in the middle of a body,
+// which has many nearest triangles, one sample may need thousands.
 const uint visits_until_pause = 500u;
 
 // More than twice the error of a field's distance near the surface, relative to the radius of the body.
@@ -47,12 +47,12 @@ void take(Sample found, inout SurfaceDepth depth) {
   depth.outwards = found.outwards;
 }
 
-// One of the samples before the descent: a corner, or `inner`. The distance from a surface changes by at most
-// as much as the place.
-void sample_triangle(SurfaceSide side, Body body, Triangle t, vec3 inner, float radius,
+// One of the samples before the descent: a corner, or `inner`. If a point moves by d, its distance from a
+// surface changes by at most d; so a sample bounds the depth in the triangle.
+void sample_triangle(SurfaceSide side, DistanceSource source, Triangle t, vec3 inner, float radius,
                      inout SurfaceDepth depth) {
   const uint i = depth.samples;
-  const Sample found = sample_at(side, body, i == 0u ? t.a : i == 1u ? t.b : i == 2u ? t.c : inner);
+  const Sample found = sample_at(side, source, i == 0u ? t.a : i == 1u ? t.b : i == 2u ? t.c : inner);
   if (i == 0u) depth.corner_0.w = -found.distance;
   if (i == 1u) depth.corner_1.w = -found.distance;
   if (i == 2u) depth.corner_2.w = -found.distance;
@@ -60,14 +60,14 @@ void sample_triangle(SurfaceSide side, Body body, Triangle t, vec3 inner, float 
   const float clearly = i == 3u ? 1e-3 * radius : 0.0;
   if (i == 0u || -found.distance > depth.deepest.w + clearly) take(found, depth);
   const float max_depth = farthest_from(t, found.point) - found.distance +
-                          (body.has_field ? field_slack * body_radius(side) : 4.0 * side.rounding_m);
+                          (source.has_field ? field_slack * body_radius(side) : 4.0 * side.rounding_m);
   depth.max_depth_m = i == 0u ? max_depth : min(depth.max_depth_m, max_depth);
 }
 
 // A step of the descent, within the plane of the triangle, whose normal is n. If a step against the gradient
 // leads upwards, the next one goes along the shortest vector between the gradients at both points, so that
 // the search follows a valley; if that does not help either, the step is halved.
-void descend(SurfaceSide side, Body body, Triangle t, vec3 n, inout SurfaceDepth depth) {
+void descend(SurfaceSide side, DistanceSource source, Triangle t, vec3 n, inout SurfaceDepth depth) {
   const vec3 gradient = depth.outwards - n * dot(n, depth.outwards);
   const vec3 rejected = depth.rejected_outwards - n * dot(n, depth.rejected_outwards);
   const bool follows_valley = depth.follows_valley != 0u;
@@ -77,7 +77,7 @@ void descend(SurfaceSide side, Body body, Triangle t, vec3 n, inout SurfaceDepth
   const float slope = length(up);
   const bool is_flat = slope < 1e-3;  // no direction is known to lead downwards
   Sample trial = Sample(depth.deepest.xyz, -depth.deepest.w, depth.rejected_outwards);
-  if (!is_flat) trial = sample_at(side, body, nearest_of(t, depth.deepest.xyz - up / slope * depth.step_m));
+  if (!is_flat) trial = sample_at(side, source, nearest_of(t, depth.deepest.xyz - up / slope * depth.step_m));
   const bool is_deeper = -trial.distance > depth.deepest.w;
   depth.step_m *= is_deeper ? 1.5 : follows_valley ? 0.5 : 1.0;
   depth.follows_valley = !is_deeper && !follows_valley ? 1u : 0u;
@@ -104,16 +104,16 @@ void main() {
   // A halted stage is repeated for some searches.
   if (depth.state == surface_ended) return;
   const bool is_refined = depth.is_refined != 0u;
-  const Body body = body_of(side, !is_refined, !crosses);
+  const DistanceSource source = source_of(side, !is_refined, !crosses);
   const bool descends = depth.samples >= descent_samples;
-  const uint steps = body.has_field ? field_descent_steps : triangle_descent_steps;
+  const uint steps = source.has_field ? max_field_descent_steps : max_triangle_descent_steps;
   const uint samples = descends ? descent_samples + steps : descent_samples;
   bool goes_on = true;
   do {
     ++rounds;
     if (goes_on) {
       if (!descends) {
-        sample_triangle(side, body, t, crosses ? gap.point_m : center, radius, depth);
+        sample_triangle(side, source, t, crosses ? gap.point_m : center, radius, depth);
       } else {
         if (depth.samples == descent_samples) {
           depth.step_m =
@@ -121,7 +121,7 @@ void main() {
           depth.rejected_outwards = depth.outwards;
           depth.follows_valley = 0u;
         }
-        descend(side, body, t, n, depth);
+        descend(side, source, t, n, depth);
       }
       ++depth.samples;
       const bool is_small = descends && depth.step_m <= 4.0 * side.rounding_m;
@@ -131,8 +131,8 @@ void main() {
     }
   } while (goes_on);
   // An exact depth, so that the field's error does not decide which triangle is the deepest.
-  if (descends && depth.state == surface_ended && body.has_field)
-    take(sample_exactly(side, body, depth.deepest.xyz), depth);
+  if (descends && depth.state == surface_ended && source.has_field)
+    take(sample_exactly(side, source, depth.deepest.xyz), depth);
   cut_short = cut_short || !loops_still_turn(args.loop_probe);
   // Samples of a search that was cut short are taken again.
   if (cut_short)

@@ -44,7 +44,7 @@ void main() {
   const bool has_depth = is_closed(side.body) && (crosses || is_inside);
   const bool is_gap = !crosses && !is_inside && gap.distance_m <= side.limit_m;
   const uint where = is_inside                              ? triangle_inside
-                     : is_gap && ends_in_surface(side, gap) ? triangle_overlapped
+                     : is_gap && ends_in_surface(side, gap) ? triangle_gap_in_body
                                                             : triangle_outside;
   cut_short = cut_short || !loops_still_turn(args.loop_probe);
   const uint state = cut_short ? surface_unfinished : has_depth ? surface_goes_on : surface_ended;

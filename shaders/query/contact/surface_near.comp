@@ -33,8 +33,7 @@ BodyBox body_box_of(SurfaceSide side) {
   box.center = uintBitsToFloat(texelFetch(geometries, base).xyz) * side.body_scale;
   box.half_extent = uintBitsToFloat(texelFetch(geometries, base + 1).xyz) * side.body_scale + side.limit_m +
                     4.0 * side.rounding_m;
-  box.axes = mat3(rotate(side.q, vec3(1.0, 0.0, 0.0)), rotate(side.q, vec3(0.0, 1.0, 0.0)),
-                  rotate(side.q, vec3(0.0, 0.0, 1.0)));
+  box.axes = axes_of(side.q);
   box.to_center = (box.center - side.origin_m) * box.axes;
   const mat3 s = mat3(abs(box.axes[0]), abs(box.axes[1]), abs(box.axes[2]));
   box.half_along = box.half_extent * s;

@@ -11,18 +11,18 @@ struct Sample {
   vec3 outwards;
 };
 
-struct Body {
+struct DistanceSource {
   bool has_field;
   DistanceField field;
-  bool has_all_points;  // all points whose distances are wanted lie in the body
+  bool all_points_inside;  // all points whose distances are wanted lie in the body
 };
 
 // A field is used if the body has the same scale along all axes.
-Body body_of(SurfaceSide side, bool may_have_field, bool has_all_points) {
+DistanceSource source_of(SurfaceSide side, bool may_have_field, bool all_points_inside) {
   const uint texel = field_of(side.body);
   const bool is_uniform = side.body_scale.x == side.body_scale.y && side.body_scale.x == side.body_scale.z;
   const bool has_field = may_have_field && is_uniform && texel != field_none && is_signed_field(texel);
-  return Body(has_field, fetch_field(has_field ? texel : 0u), has_all_points);
+  return DistanceSource(has_field, fetch_field(has_field ? texel : 0u), all_points_inside);
 }
 
 // False: the point lies so deep in the body that the field there is coarse, and `found` is not to be used.
@@ -39,15 +39,15 @@ bool sample_field(SurfaceSide side, DistanceField field, vec3 point, out Sample 
   return at.is_fine || found.distance > 0.0;
 }
 
-Sample sample_exactly(SurfaceSide side, Body body, vec3 point) {
-  const Foot foot = foot_of(side, point, body.has_all_points || is_in_body(side, point));
+Sample sample_exactly(SurfaceSide side, DistanceSource source, vec3 point) {
+  const Foot foot = foot_of(side, point, source.all_points_inside || is_in_body(side, point));
   return Sample(point, foot.is_inside ? -foot.distance : foot.distance, foot.outwards);
 }
 
-Sample sample_at(SurfaceSide side, Body body, vec3 point) {
+Sample sample_at(SurfaceSide side, DistanceSource source, vec3 point) {
   Sample found;
-  if (body.has_field && sample_field(side, body.field, point, found)) return found;
-  return sample_exactly(side, body, point);
+  if (source.has_field && sample_field(side, source.field, point, found)) return found;
+  return sample_exactly(side, source, point);
 }
 
 #endif

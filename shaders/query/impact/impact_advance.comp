@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Some steps of conservative advancement. At the time of a step the bodies are apart by a distance along a
-// normal. Until they meet, this distance shrinks by at most the closing speed of the origins along the normal
-// plus what both bodies turn: so far the time may advance.
+// normal. The distance decreases at most at the closing speed of the origins along the normal plus the speeds
+// of the farthest points by rotation. The time advances by the distance over this sum.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -22,9 +22,7 @@ uint rounds = 0u;
 #include "query/contact/distance.glsl"
 
 mat3 axes_at(vec4 q, vec3 w, double time_s) {
-  const vec4 at = normalize(quat_product(rotation_after_long(dvec3(w), time_s), q));
-  return mat3(rotate(at, vec3(1.0, 0.0, 0.0)), rotate(at, vec3(0.0, 1.0, 0.0)),
-              rotate(at, vec3(0.0, 0.0, 1.0)));
+  return axes_of(normalize(quat_product(rotation_after_long(dvec3(w), time_s), q)));
 }
 
 void main() {
@@ -36,14 +34,14 @@ void main() {
   AdvanceState state = states[index];
   // A halted stage is repeated for some pairs.
   bool goes_on = state.state == advance_goes_on || state.state == advance_unfinished;
-  if (!goes_on || state.steps >= convex_steps) return;
+  if (!goes_on || state.steps >= max_convex_steps) return;
   double time_s = packDouble2x32(state.time_s);
   const double window_s = double(record.window_s);
   const dvec3 p = dvec3(record.p_m) + dvec3(record.p_low_m);
   const dvec3 v = dvec3(record.v_mps) + dvec3(record.v_low_mps);
   const float turning = length(record.w_first_radps) * record.first_reach_m +
                         length(record.w_second_radps) * record.second_reach_m;
-  const uint end = min(state.steps + steps_per_stage, convex_steps);
+  const uint end = min(state.steps + steps_per_stage, max_convex_steps);
   do {
     ++rounds;
     if (goes_on) {

@@ -48,7 +48,7 @@ void main() {
   AdvanceState state = states[index];
   // A halted stage is repeated for some pairs.
   const bool goes_on = state.state == advance_goes_on || state.state == advance_unfinished;
-  if (!goes_on || state.steps >= surface_steps) return;
+  if (!goes_on || state.steps >= max_surface_steps) return;
   double time_s = packDouble2x32(state.time_s);
   const double window_s = double(record.window_s);
   const dvec3 p = dvec3(record.p_m) + dvec3(record.p_low_m);
@@ -59,10 +59,8 @@ void main() {
   const vec4 q_second = turned(record.q_second, record.w_second_radps, time_s);
   const vec4 to_second = conjugate(q_second);
   const vec4 q = quat_product(to_second, turned(record.q_first, record.w_first_radps, time_s));
-  const mat3 axes =
-      mat3(rotate(q, vec3(1.0, 0.0, 0.0)), rotate(q, vec3(0.0, 1.0, 0.0)), rotate(q, vec3(0.0, 0.0, 1.0)));
   const vec3 origin = rotate(to_second, vec3(p + v * time_s));
-  const PosedSurface first = PosedSurface(record.first_body, record.first_scale, axes, origin);
+  const PosedSurface first = PosedSurface(record.first_body, record.first_scale, axes_of(q), origin);
   const PosedSurface second = PosedSurface(record.second_body, record.second_scale, mat3(1.0), vec3(0.0));
   SurfaceDistance found = distance_between(first, second, far_slack);
   if (found.lower <= record.tolerance_m) found = distance_between(first, second, near_slack);

@@ -4,10 +4,6 @@
 #include "common/instance.glsl"
 #include "shared/query.h"
 
-mat3 axes_of(vec4 q) {
-  return mat3(rotate(q, vec3(1.0, 0.0, 0.0)), rotate(q, vec3(0.0, 1.0, 0.0)), rotate(q, vec3(0.0, 0.0, 1.0)));
-}
-
 // The region's centre and orientation in the world.
 OrientedBox posed(samplerBuffer instances, RegionRecord record) {
   OrientedBox box = OrientedBox(record.center_m, record.q, record.half_extent_m);
