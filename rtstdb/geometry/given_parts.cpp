@@ -116,16 +116,16 @@ std::string fault_of_mesh(const MeshSurface& surface, const ConvexParts& hulls, 
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const ConvexHull& hull : hulls)
       nearest_m = std::min(nearest_m, height_above_m(hull, p_m));
-    return "its point " + text_of(p_m) + " is " + metres(nearest_m) + " outside all convex parts; at most " +
-           metres(allowed_m) + " are allowed";
+    return "the mesh's point " + text_of(p_m) + " is " + metres(nearest_m) +
+           " outside all convex parts; at most " + metres(allowed_m) + " are allowed";
   }
   return {};
 }
 
 /// Empty: no point of the part's surface is too far outside the mesh. Points inside another part do not
 /// count: that part's own surface does.
-std::string fault_of_part(const MeshSurface& surface, const ConvexParts& hulls, std::size_t part,
-                          double allowed_m) {
+std::string fault_of_part(const MeshView& mesh, const MeshSurface& surface, const ConvexParts& hulls,
+                          std::size_t part, double allowed_m) {
   const ConvexHull& hull = hulls[part];
   for (const ConvexHull::Face& face : hull.faces) {
     const auto corner_m = [&](std::uint32_t i) {
@@ -141,7 +141,7 @@ std::string fault_of_part(const MeshSurface& surface, const ConvexParts& hulls, 
       for (std::size_t i = 0; i < hulls.size() && !is_inside_another; ++i)
         is_inside_another = i != part && contains(hulls[i], above_m, 0.0);
       if (is_inside_another || std::abs(surface.winding_number(p_m)) >= 0.5) continue;
-      return "has the point " + text_of(p_m) + ", which is " + metres(surface.distance_m(p_m)) +
+      return "has the point " + text_of(p_m) + ", which is " + metres(distance_to_mesh_m(mesh, p_m)) +
              " outside the mesh; at most " + metres(allowed_m) + " are allowed";
     }
   }
@@ -152,18 +152,10 @@ std::string fault_of_part(const MeshSurface& surface, const ConvexParts& hulls, 
 
 Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoints& parts_m) {
   if (parts_m.size() > max_convex_parts)
-    return Error{ErrorCode::bad_input, "it has " + std::to_string(parts_m.size()) + " convex parts; 1 to " +
+    return Error{ErrorCode::bad_input, std::to_string(parts_m.size()) + " convex parts; 1 to " +
                                            std::to_string(max_convex_parts) + " are allowed"};
-  glm::vec3 minimum_m(std::numeric_limits<float>::infinity());
-  glm::vec3 maximum_m = -minimum_m;
-  for (const glm::uvec3& triangle : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) {
-      minimum_m = glm::min(minimum_m, mesh.positions_m[triangle[i]]);
-      maximum_m = glm::max(maximum_m, mesh.positions_m[triangle[i]]);
-    }
-  }
-  const double allowed_m =
-      convex_parts_tolerance * glm::distance(glm::dvec3(minimum_m), glm::dvec3(maximum_m));
+  const Bounds box = box_of(mesh);
+  const double allowed_m = convex_parts_tolerance * diagonal_m(box);
   ConvexParts hulls;
   for (std::size_t part = 0; part < parts_m.size(); ++part) {
     const std::vector<glm::vec3>& points_m = parts_m[part];
@@ -175,7 +167,7 @@ Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoi
         return bad_part(part, "has the point " + text_of(p_m) + ", which is not finite");
       // So that the samples of its surface, in fault_of_part, are few.
       const glm::dvec3 beyond_m =
-          glm::max(glm::dvec3(minimum_m) - glm::dvec3(p_m), glm::dvec3(p_m) - glm::dvec3(maximum_m));
+          glm::max(glm::dvec3(box.minimum_m) - glm::dvec3(p_m), glm::dvec3(p_m) - glm::dvec3(box.maximum_m));
       const double outside_m = std::max({beyond_m.x, beyond_m.y, beyond_m.z});
       if (outside_m > allowed_m)
         return bad_part(part, "has the point " + text_of(p_m) + ", which is " + metres(outside_m) +
@@ -192,7 +184,7 @@ Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoi
   if (std::string fault = fault_of_mesh(surface, hulls, allowed_m); !fault.empty())
     return Error{ErrorCode::bad_input, std::move(fault)};
   for (std::size_t part = 0; part < hulls.size(); ++part) {
-    const std::string fault = fault_of_part(surface, hulls, part, allowed_m);
+    const std::string fault = fault_of_part(mesh, surface, hulls, part, allowed_m);
     if (!fault.empty()) return bad_part(part, fault);
   }
   name_triangles(mesh, hulls);

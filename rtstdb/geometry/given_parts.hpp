@@ -2,8 +2,9 @@
 // Convex parts of a geometry that the caller gives (GeometryOptions::convex_parts_m), as hulls like those
 // that convex_parts_of finds.
 //
-// Pure function: any thread. It allocates. Its time grows with the number of the mesh's triangles times the
-// number of the hulls' faces.
+// Pure function: any thread. It allocates. Its time grows with the number of the mesh's triangles, plus the
+// number of its sample points (mesh_surface.hpp), times the number of the hulls' faces, and with the number
+// of the hulls' sample points that are not near the mesh times the number of triangles.
 
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/result.hpp>

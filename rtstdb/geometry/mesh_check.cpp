@@ -12,6 +12,7 @@
 
 #include "rtstdb/geometry/given_parts.hpp"
 #include "rtstdb/geometry/has_area.hpp"
+#include "rtstdb/geometry/mesh_surface.hpp"
 #include "rtstdb/geometry/solid_hull.hpp"
 
 namespace rtstdb {
@@ -120,16 +121,7 @@ Result<void> validate(const TriangleMesh& mesh, const GeometryOptions& options) 
 
 Bounds bounds_of(const TriangleMesh& mesh) {
   RTSTDB_REQUIRE(!mesh.triangles.empty(), "bounds_of", "the mesh has no triangle; call validate first");
-  const glm::vec3 first = mesh.positions_m[mesh.triangles.front().x];
-  Bounds bounds{first, first};
-  for (const glm::uvec3& triangle : mesh.triangles) {
-    const glm::vec3& a = mesh.positions_m[triangle.x];
-    const glm::vec3& b = mesh.positions_m[triangle.y];
-    const glm::vec3& c = mesh.positions_m[triangle.z];
-    bounds.minimum_m = glm::min(bounds.minimum_m, glm::min(a, glm::min(b, c)));
-    bounds.maximum_m = glm::max(bounds.maximum_m, glm::max(a, glm::max(b, c)));
-  }
-  return bounds;
+  return box_of(mesh);
 }
 
 }  // namespace rtstdb

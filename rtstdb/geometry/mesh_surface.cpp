@@ -17,6 +17,29 @@ Corners corners_of(const MeshView& mesh, std::uint32_t triangle) {
           glm::dvec3(mesh.positions_m[t.z])};
 }
 
+Bounds box_of(const MeshView& mesh) {
+  const glm::vec3 first_m = mesh.positions_m[mesh.triangles.front().x];
+  Bounds box{first_m, first_m};
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      box.minimum_m = glm::min(box.minimum_m, mesh.positions_m[triangle[i]]);
+      box.maximum_m = glm::max(box.maximum_m, mesh.positions_m[triangle[i]]);
+    }
+  }
+  return box;
+}
+
+double diagonal_m(const Bounds& box) {
+  return glm::distance(glm::dvec3(box.minimum_m), glm::dvec3(box.maximum_m));
+}
+
+double distance_to_mesh_m(const MeshView& mesh, const glm::dvec3& p_m) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    nearest_m = std::min(nearest_m, distance_to_triangle_m(corners_of(mesh, t), p_m));
+  return nearest_m;
+}
+
 double distance_to_triangle_m(const Corners& corners, const glm::dvec3& p_m) {
   const auto& [a, b, c] = corners;
   const auto to_edge = [&](const glm::dvec3& from, const glm::dvec3& to) {
@@ -92,14 +115,7 @@ bool MeshSurface::is_within_reach(const glm::dvec3& p_m) const {
     for (const std::uint32_t sample : found->second)
       if (glm::distance(samples_m_[sample], p_m) <= reach_m_) return true;
   }
-  return distance_m(p_m) <= reach_m_;
-}
-
-double MeshSurface::distance_m(const glm::dvec3& p_m) const {
-  double nearest_m = std::numeric_limits<double>::infinity();
-  for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
-    nearest_m = std::min(nearest_m, distance_to_triangle_m(corners_of(mesh_, t), p_m));
-  return nearest_m;
+  return distance_to_mesh_m(mesh_, p_m) <= reach_m_;
 }
 
 double MeshSurface::winding_number(const glm::dvec3& p_m) const {
@@ -110,9 +126,9 @@ double MeshSurface::winding_number(const glm::dvec3& p_m) const {
       corner -= p_m;
     const double a = glm::length(to[0]), b = glm::length(to[1]), c = glm::length(to[2]);
     const double volume = glm::dot(to[0], glm::cross(to[1], to[2]));
-    const double against =
+    const double denominator =
         a * b * c + glm::dot(to[0], to[1]) * c + glm::dot(to[1], to[2]) * a + glm::dot(to[2], to[0]) * b;
-    solid_angle += 2.0 * std::atan2(volume, against);
+    solid_angle += 2.0 * std::atan2(volume, denominator);
   }
   return solid_angle / (4.0 * std::numbers::pi);
 }

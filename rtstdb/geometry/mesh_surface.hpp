@@ -19,11 +19,17 @@ namespace rtstdb {
 using Corners = std::array<glm::dvec3, 3>;
 Corners corners_of(const MeshView& mesh, std::uint32_t triangle);
 
+/// Of the positions that triangles use, exact.
+Bounds box_of(const MeshView& mesh);
+double diagonal_m(const Bounds& box);
+
+/// From a point to the nearest triangle. Its time grows with their number.
+double distance_to_mesh_m(const MeshView& mesh, const glm::dvec3& p_m);
 /// From a point to the nearest point of a triangle, which may have no area.
 double distance_to_triangle_m(const Corners& corners, const glm::dvec3& p_m);
 
-/// Points of a triangle, its corners among them: no point of the triangle is farther than `spacing_m` from
-/// all of them.
+/// Appends points of a triangle, its corners among them: every point of the triangle is within `spacing_m` of
+/// one of them.
 void append_samples(const Corners& corners, double spacing_m, std::vector<glm::dvec3>& points_m);
 
 class MeshSurface {
@@ -32,13 +38,11 @@ class MeshSurface {
   /// of half the reach on the surface. The mesh outlives it.
   MeshSurface(const MeshView& mesh, double reach_m);
 
-  /// Points of the surface, all corners among them. No other point of it is farther than half the reach from
-  /// all of them.
+  /// Points of the surface, all corners among them: every point of it is within half the reach of one of
+  /// them.
   const std::vector<glm::dvec3>& samples_m() const noexcept { return samples_m_; }
   /// Whether the surface has a point that is not farther than the reach.
   bool is_within_reach(const glm::dvec3& p_m) const;
-  /// To the nearest triangle. Its time grows with their number.
-  double distance_m(const glm::dvec3& p_m) const;
   /// The share of all directions that the surface covers, with the sign of the side that is seen: 1 or -1
   /// inside a closed mesh, 0 outside. Its time grows with the number of triangles.
   /// Source: Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding

@@ -20,7 +20,7 @@ namespace rtstdb {
 namespace {
 
 /// Points of a solid's surface at which its distance from the mesh is tested.
-constexpr int surface_samples = 256;
+constexpr int solid_test_points = 256;
 /// Of the polygon that stands for a cap of a cylinder.
 constexpr std::uint32_t rim_corners = 32;
 
@@ -28,7 +28,7 @@ bool has_height(SolidKind kind) {
   return kind == SolidKind::capsule || kind == SolidKind::cylinder;
 }
 
-/// Half the edge lengths of its core: the box, or the segment of a capsule.
+/// Half the edge lengths of its core: of the box, of the segment of a capsule or a cylinder; 0 of a sphere.
 glm::dvec3 core_half_m(const Solid& solid) {
   if (solid.kind == SolidKind::box) return 0.5 * solid.size_m;
   return {0.0, 0.0, has_height(solid.kind) ? 0.5 * solid.height_m : 0.0};
@@ -52,7 +52,7 @@ double signed_distance_m(const Solid& solid, const glm::dvec3& p_m) {
 
 /// Directions spread over the sphere (a spiral by the golden angle).
 glm::dvec3 direction(int i) {
-  const double z = 1.0 - (2.0 * i + 1.0) / surface_samples;
+  const double z = 1.0 - (2.0 * i + 1.0) / solid_test_points;
   const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
   const double r = std::sqrt(1.0 - z * z);
   return {r * std::cos(angle), r * std::sin(angle), z};
@@ -92,16 +92,8 @@ std::string fault_of_sizes(const Solid& solid) {
 
 /// Empty: mesh and solid deviate from each other by at most the tolerance.
 std::string fault_of_mesh(const MeshView& mesh, const Solid& solid) {
-  glm::dvec3 minimum_m(std::numeric_limits<double>::infinity());
-  glm::dvec3 maximum_m = -minimum_m;
   const auto corner_m = [&](std::uint32_t index) { return glm::dvec3(mesh.positions_m[index]); };
-  for (const glm::uvec3& triangle : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) {
-      minimum_m = glm::min(minimum_m, corner_m(triangle[i]));
-      maximum_m = glm::max(maximum_m, corner_m(triangle[i]));
-    }
-  }
-  const double allowed_m = solid_tolerance * glm::distance(minimum_m, maximum_m);
+  const double allowed_m = solid_tolerance * diagonal_m(box_of(mesh));
   const glm::dquat to_solid = glm::conjugate(solid.q_entity);
   const std::string limit = "; at most " + metres(allowed_m) + " are allowed";
   for (const glm::uvec3& t : mesh.triangles) {
@@ -112,11 +104,9 @@ std::string fault_of_mesh(const MeshView& mesh, const Solid& solid) {
         return "is " + metres(off_m) + " off the mesh at the mesh's point " + text_of(p_m) + limit;
     }
   }
-  for (int i = 0; i < surface_samples; ++i) {
+  for (int i = 0; i < solid_test_points; ++i) {
     const glm::dvec3 p_m = solid.center_m + solid.q_entity * surface_point(solid, direction(i));
-    double nearest_m = std::numeric_limits<double>::infinity();
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-      nearest_m = std::min(nearest_m, distance_to_triangle_m(corners_of(mesh, t), p_m));
+    const double nearest_m = distance_to_mesh_m(mesh, p_m);
     if (nearest_m > allowed_m)
       return "is " + metres(nearest_m) + " off the mesh at its point " + text_of(p_m) + limit;
   }

@@ -148,7 +148,8 @@ Schema entity_schema() {
                       "space by it. Left out: none."),
       Field::optional("convex_parts", mesh_file_schema("The path of the pieces: obj, ply, gltf or glb."),
                       "A mesh from a file (obj, ply, gltf or glb) of separate convex pieces, which contacts "
-                      "take in place of the shape. Left out: the convex pieces of the shape, or its "
+                      "with other bodies of convex pieces take in place of the shape. Left out: the convex "
+                      "pieces of the shape, or its "
                       "triangles."),
       Field::optional("solid", solid_schema(),
                       "The exact shape of a body whose mesh approximates it, for contacts. Left out: of a "

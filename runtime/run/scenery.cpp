@@ -102,7 +102,7 @@ rtstdb::ConvexPartPoints convex_parts_of(const config::WorldEntity& entity,
   return mesh ? rtstdb::pieces_of(*mesh) : rtstdb::ConvexPartPoints{};
 }
 
-/// None without 'solid', unless the mesh only approximates the shape.
+/// The scenario's 'solid'; without it the solid of a cylinder or a sphere, unless there are 'convex_parts'.
 std::optional<rtstdb::Solid> solid_of(const config::WorldEntity& entity) {
   if (entity.solid) {
     const config::SolidShape& solid = *entity.solid;
@@ -128,7 +128,7 @@ std::optional<rtstdb::Solid> solid_of(const config::WorldEntity& entity) {
   return std::nullopt;
 }
 
-/// Convex parts and a solid, with a mistake where they do not fit the mesh.
+/// Reads the convex parts and the solid, and adds a mistake if they do not fit the mesh.
 rtstdb::GeometryOptions contact_options(const config::WorldEntity& entity, const rtstdb::TriangleMesh& mesh,
                                         config::Diagnostics& diagnostics) {
   rtstdb::GeometryOptions options;
@@ -136,8 +136,9 @@ rtstdb::GeometryOptions contact_options(const config::WorldEntity& entity, const
   options.solid = solid_of(entity);
   const auto valid = rtstdb::validate(mesh, options);
   if (valid) return options;
-  diagnostics.add(entity.convex_parts ? entity.convex_parts->place : entity.solid_place,
-                  valid.error().message);
+  const bool has_parts = entity.convex_parts.has_value();
+  diagnostics.add(has_parts ? entity.convex_parts->place : entity.solid_place,
+                  (has_parts ? "'convex_parts': " : "'solid': ") + valid.error().message);
   return options;
 }
 

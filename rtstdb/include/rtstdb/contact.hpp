@@ -90,7 +90,7 @@ struct ContactPair {
   /// distance. A translation of the first of two convex bodies by the depth along it separates them, or
   /// their two deepest parts. Zero if the pair is undecided.
   glm::vec3 n_world{0.0f};
-  std::uint32_t point_count = 0;  ///< 0: the pair is separate or undecided
+  std::uint32_t point_count = 0;  ///< 0: the pair is separate or undecided, or the answer incomplete
   /// The point at which the bodies are deepest in one another, or nearest, comes first; then the points that
   /// span the most area of the surface in which they touch.
   std::array<ContactPoint, 4> points{};
@@ -111,7 +111,9 @@ struct ContactAnswer {
   /// of the first searches and entities were tested), or more surfaces than fit (pairs that do not fit are
   /// undecided).
   bool overflow = false;
-  bool incomplete = false;  ///< the search for candidates reached the device's limits: pairs may be missing
+  /// A search for the answer reached the device's limits: pairs may be missing, a named one too; a listed
+  /// pair of surfaces may lack points, and its distance_m may then be 0.
+  bool incomplete = false;
 };
 
 struct ContactQueryOptions {
@@ -128,9 +130,10 @@ struct ContactQueryOptions {
   /// Pairs of surfaces of a batch: up to max_candidates. 0: max_candidates, but at most
   /// default_contact_surface_pairs.
   std::uint32_t max_surface_pairs = 0;
-  /// Triangles of these pairs that are near the other body's box: of the first body within the margin, of a
-  /// named pair within an upper bound of its distance. The surfaces of all pairs of the batch together may
-  /// have 32 times as many triangles. About 150 bytes each. 1 to max_contact_surface_triangles.
+  /// Near triangles of these pairs: of the first body those within the margin of the second body's box (of a
+  /// named pair, within an upper bound of its distance), of the second body those that overlap the first
+  /// body's box. The surfaces of all pairs of the batch together may have 32 times as many triangles. About
+  /// 180 bytes each. 1 to max_contact_surface_triangles.
   std::uint32_t max_surface_triangles = 1u << 16;
   LatePolicy late = LatePolicy::discard;
 };
@@ -139,8 +142,8 @@ struct ContactQueryOptions {
 /// transaction.
 /// Precision: poses of one body relative to the other are computed in double precision, distances and depths
 /// in single precision. Their error is at most 1e-4 of the diagonal of the smaller body, or 4 units in the
-/// last place of the largest coordinate of the larger body or of the distance, whichever is more. The depth
-/// of surfaces: see above.
+/// last place of the largest coordinate of the larger body or of the distance, whichever is more; that of the
+/// depth of convex parts may also be 1 % of the depth. The depth of surfaces: see above.
 class ContactQuery : public Query {
  public:
   virtual std::span<ContactSearch> searches() noexcept = 0;

@@ -53,20 +53,23 @@ struct GeometryOptions {
   /// Geometry that does not deform: also build a distance field, for cone queries in ConeMode::fast. The log
   /// does not hold it: see Database::build_field for geometry that was recovered.
   std::optional<FieldOptions> field{};
-  /// Geometry that does not deform: the convex parts of its body, for instance from V-HACD or CoACD. Contacts
-  /// and impacts are those of the parts, whatever the mesh; a contact point names the nearest triangles of
-  /// the mesh. Empty: the parts that the mesh consists of, if it does (GeometryInfo::convex_parts). In the
-  /// log. Errors: bad_input for more than max_convex_parts parts, for a part of more than
-  /// max_convex_part_points points or whose points span no volume, for a coordinate that is not finite, for a
-  /// point of a part's surface that is farther outside the mesh than convex_parts_tolerance (limits.hpp)
-  /// times the diagonal of the mesh's box, and for a point of the mesh that is farther outside all parts.
-  /// Tested are all corners, and points of both surfaces that are half that length apart.
+  /// Geometry that does not deform: the convex parts of its body, for instance from V-HACD or CoACD. In a
+  /// pair with another body that has convex parts, contacts and impacts are those of the parts, and a contact
+  /// point names the nearest triangle of the mesh. In a pair with a body that has none, they are those of the
+  /// mesh (contact.hpp). Empty: the parts that the mesh consists of, if it does (GeometryInfo::convex_parts).
+  /// In the log. Errors: bad_input for geometry that deforms, for more than max_convex_parts parts, for a
+  /// part of more than max_convex_part_points points or whose points span no volume, for a coordinate that is
+  /// not finite, for a point of a part's surface that is farther outside the mesh than convex_parts_tolerance
+  /// (limits.hpp) times the diagonal of the mesh's box, and for a point of the mesh that is farther outside
+  /// all parts. Tested are all corners, and points of both surfaces that are half that length apart, without
+  /// those of a part that lie inside another part.
   ConvexPartPoints convex_parts_m{};
   /// Geometry that does not deform: the exact shape of its body, which the mesh approximates. In the log.
-  /// Errors: bad_input for a size that is not finite and positive, a rotation that is not of length 1, convex
-  /// parts beside it, and if a point of the mesh is farther from the solid's surface, or a point of the
-  /// solid's surface farther from the mesh, than solid_tolerance (limits.hpp) times the diagonal of the
-  /// mesh's box. Tested are the corners and the middles of edges and triangles, and 256 points of the solid.
+  /// Errors: bad_input for geometry that deforms, a size that is not finite and positive, a rotation that is
+  /// not of length 1, convex parts beside it, and if a point of the mesh is farther from the solid's surface,
+  /// or a point of the solid's surface farther from the mesh, than solid_tolerance (limits.hpp) times the
+  /// diagonal of the mesh's box. Tested are the corners and the middles of edges and triangles, and 256
+  /// points of the solid.
   std::optional<Solid> solid{};
 };
 
@@ -76,15 +79,18 @@ struct GeometryInfo {
   std::uint32_t triangles = 0;
   bool deforms = false;
   bool closed = false;  ///< each edge of its triangles is passed as often in one direction as in the other
-  /// It is closed, and every corner is behind the plane of every triangle up to convex_tolerance (limits.hpp)
-  /// times the diagonal of its box. Geometry that deforms counts as not convex.
+  /// It has one convex part: its mesh is closed, and every corner is behind the plane of every triangle up to
+  /// convex_tolerance (limits.hpp) times the diagonal of its box; or it has a solid, or one part in
+  /// GeometryOptions::convex_parts_m. Geometry that deforms counts as not convex.
   bool convex = false;
   bool solid = false;  ///< it has GeometryOptions::solid
   /// 1 for a solid, or those of GeometryOptions::convex_parts_m. Without them, 1 for a convex geometry;
   /// another one consists of convex parts if each piece of its mesh (triangles that share corners by index)
   /// is convex, up to max_convex_parts of them. 0: contact and impact queries search its triangles.
   std::uint32_t convex_parts = 0;
-  std::uint32_t hull_corners = 0, hull_faces = 0;  ///< of all parts, without those inside faces or edges
+  /// Of all parts, without those inside faces or edges. Of a solid with a curved surface: its core's corners,
+  /// and the polygons that stand for its flat faces.
+  std::uint32_t hull_corners = 0, hull_faces = 0;
 };
 
 /// Checks that a mesh can be added. Triangles without area (in double precision) are allowed beside others;
@@ -94,8 +100,9 @@ struct GeometryInfo {
 /// max_triangles_total triangles. The message names the triangle and its values.
 Result<void> validate(const TriangleMesh& mesh);
 
-/// Checks the mesh, and that the options' solid and convex parts stand for it. Errors: those of validate of
-/// the mesh, of GeometryOptions::solid and of convex_parts_m; other options are not checked.
+/// Checks the mesh, and that it fits the options' solid and convex parts. Errors: those of validate of the
+/// mesh, and of GeometryOptions::solid and convex_parts_m where they do not fit the mesh. Combinations of
+/// options are not checked: add_geometry does that.
 Result<void> validate(const TriangleMesh& mesh, const GeometryOptions& options);
 
 /// Bounds of the positions that triangles use, exact. Misuse: a mesh without triangles.

@@ -1,7 +1,7 @@
 #pragma once
 // The first time of impact: when two bodies that keep their motion come nearer to each other than a tolerance
-// (paper, Section 4, Intersection Query, extended by time). Bodies move and turn as their rows say; nothing
-// tunnels, however fast it is.
+// (paper, Section 4, Intersection Query, extended by time). Bodies move and turn as their rows say. The
+// query also finds impacts that are shorter than any time step.
 //
 //   body      As for contacts (contact.hpp): pairs of convex bodies, or of surfaces. Geometry that deforms
 //             keeps its shape in the window. Whether a body lies within the other one of a pair of surfaces
@@ -36,9 +36,11 @@ struct ImpactSearch {
 };
 
 enum class ImpactStatus : std::uint8_t {
-  none,       ///< no pair comes that near in the window
-  impact,     ///< `second` comes nearer than the tolerance `after` the begin of the window
-  undecided,  ///< the search reached its limit of steps: no impact before `after`; later ones are not known
+  none,    ///< no pair comes that near in the window
+  impact,  ///< `second` comes nearer than the tolerance `after` the begin of the window
+  /// The search reached its limit of steps, or could not decide a distance: no impact before `after`, later
+  /// ones are not known. With `overflow` and an invalid `second`: the named pair was not searched.
+  undecided,
 };
 
 struct ImpactAnswer {
@@ -72,8 +74,9 @@ struct ImpactQueryOptions {
 /// transaction. Of several first impacts at one time, that with the lowest entity index.
 /// Precision: at the time of the answer the distance is between 0 and the tolerance, and at no earlier time
 /// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
-/// of the tolerance, these take its place. distance_m of surfaces may be too large by a tenth,
-/// and by more, but not above the tolerance, where their search reached its limit.
+/// of the tolerance, these take its place. distance_m of surfaces may be too large by a tenth. Where
+/// the search for the distance reached its limit of visits, the error may be larger, but distance_m is not
+/// above the tolerance.
 class ImpactQuery : public Query {
  public:
   virtual std::span<ImpactSearch> searches() noexcept = 0;

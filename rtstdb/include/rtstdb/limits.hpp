@@ -34,14 +34,16 @@ inline constexpr std::uint32_t max_contact_pairs = 1u << 16;       ///< ContactQ
 inline constexpr std::uint32_t max_contact_candidates = 1u << 20;  ///< ContactQueryOptions::max_candidates
 inline constexpr std::uint32_t max_convex_part_points =
     1024;  ///< of a part of GeometryOptions::convex_parts_m
-inline constexpr double convex_parts_tolerance =
-    0.05;                                        ///< of GeometryOptions::convex_parts_m, of the diagonal
-inline constexpr double solid_tolerance = 0.02;  ///< of GeometryOptions::solid, of the diagonal
-inline constexpr std::uint32_t max_contact_surface_triangles = 1u << 23;  ///< as named in ContactQueryOptions
-inline constexpr std::uint32_t default_contact_surface_pairs = 1u << 12;  ///< as named in ContactQueryOptions
-inline constexpr double max_contact_margin_m = 1e3;                       ///< ContactSearch::margin_m
-inline constexpr std::int64_t max_impact_window_ns = 10'000'000'000;      ///< ImpactSearch::window
-inline constexpr double min_impact_tolerance_m = 1e-6;                    ///< ImpactSearch::tolerance_m
+/// The largest deviations of GeometryOptions::convex_parts_m and of GeometryOptions::solid from the mesh, as
+/// shares of the diagonal of the mesh's box.
+inline constexpr double convex_parts_tolerance = 0.05;
+inline constexpr double solid_tolerance = 0.02;
+/// The largest ContactQueryOptions::max_surface_triangles, and the default of max_surface_pairs.
+inline constexpr std::uint32_t max_contact_surface_triangles = 1u << 23;
+inline constexpr std::uint32_t default_contact_surface_pairs = 1u << 12;
+inline constexpr double max_contact_margin_m = 1e3;                   ///< ContactSearch::margin_m
+inline constexpr std::int64_t max_impact_window_ns = 10'000'000'000;  ///< ImpactSearch::window
+inline constexpr double min_impact_tolerance_m = 1e-6;                ///< ImpactSearch::tolerance_m
 /// A closed mesh is convex if no corner is in front of the plane of a triangle by more than this share of the
 /// diagonal of the mesh's box.
 inline constexpr double convex_tolerance = 1e-5;

@@ -15,10 +15,11 @@ enum class SolidKind : std::uint8_t {
   cylinder,  ///< radius_m, height_m along z
 };
 
-/// Contacts and impacts are those of the solid, but for pairs with a body that has no convex parts
-/// (contact.hpp); those, rays and all other queries search the mesh. The bounds of entities contain both. A
+/// In pairs with a body that has convex parts, contacts and impacts are those of the solid. All other pairs
+/// (contact.hpp), and all other queries, use the mesh. An entity's bounds contain the mesh and the solid. A
 /// contact point names the nearest triangle of the mesh. An entity's scale applies: a sphere becomes an
-/// ellipsoid.
+/// ellipsoid. The solid's frame has its origin at the solid's centre. Sizes that a kind does not use are
+/// ignored.
 struct Solid {
   SolidKind kind = SolidKind::box;
   glm::dvec3 size_m{0.0};  ///< of a box: edge lengths

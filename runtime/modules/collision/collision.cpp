@@ -169,8 +169,8 @@ ModuleType collision_type() {
                         "Layers of the bodies that it must not touch."),
           Field::with_default(
               "by", Schema::one_of({"bounds", "bodies"}), "bounds",
-              "What touches: oriented bounds, or the bodies themselves. Bodies that are convex "
-              "or consist of convex pieces touch by their hulls, others by their triangles."),
+              "What touches: oriented bounds, or the bodies themselves. Two bodies that are convex, "
+              "are solids or consist of convex pieces touch by these, other pairs by their triangles."),
           Field::with_default("impact_window", Schema::quantity(config::Quantity::duration_s, 0.0, 10.0),
                               "0 s",
                               "How far ahead the first impact is searched, for the output time_to_impact; 0 "

@@ -104,7 +104,7 @@ Schema body_schema() {
   return Schema::record({
       Field::needed("body", Schema::text(),
                     "The entity. The origin of its shape is its centre of mass; it has its pose and "
-                    "velocities at the start. Its shape is closed."),
+                    "velocities at the start. Its shape is closed, or has a 'solid' or 'convex_parts'."),
       Field::optional("mass", Schema::quantity(Quantity::mass_kg, 1e-6, 1e9),
                       "The mass. A body without one is fixed: it stays where its row says, or moves as "
                       "another module moves it."),

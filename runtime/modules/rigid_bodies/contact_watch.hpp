@@ -30,7 +30,8 @@ class ContactWatch {
   };
 
   /// `placed`: the entities. Throws SetupError if the query can not be prepared, and if two bodies overlap at
-  /// run time 0 by more than 2 % of the smaller one's diagonal and twice the depth at which they rest.
+  /// run time 0 by more than the larger of 2 % of the smaller one's diagonal and twice the depth at which
+  /// they rest.
   ContactWatch(World& world, EventLog& events, const std::string& caller, const RigidBodiesOptions& options,
                std::vector<rtstdb::EntityId> entities, std::span<const PlacedBody> placed);
 

@@ -11,8 +11,9 @@
 namespace hil::modules {
 namespace {
 
-/// Above 4 the semi-implicit Euler method adds energy to a spring, above 2 to a damper.
-constexpr double max_stiffness_per_substep = 2.0, max_damping_per_substep = 2.0;
+/// The semi-implicit Euler method is stable for a spring k up to k h^2 / m = 4 and for a damper c up to
+/// c h / m = 2. A spring and a damper act together, so the spring has half of its limit.
+constexpr double max_stiffness_ratio = 2.0, max_damping_ratio = 2.0;
 
 /// The largest eigenvalue of a symmetric matrix without negative ones.
 double largest_eigenvalue(const glm::dmat3& matrix) {
@@ -26,8 +27,8 @@ double largest_eigenvalue(const glm::dmat3& matrix) {
   return trace(matrix * power) / trace(power);
 }
 
-/// How fast the unit impulse moves the corner of the body's box that it moves most, at most: the inverse of
-/// the mass that counts there.
+/// An upper bound of the speed that a unit impulse at a corner of the body's box gives to that corner, over
+/// all corners and directions.
 double largest_mobility_per_kg(const MassProperties& properties, const PlacedBody& body) {
   double largest = 0.0;
   for (int i = 0; i < 8; ++i) {
@@ -57,7 +58,8 @@ std::string fault_of_weight(const RigidBodiesOptions& options, const MassPropert
          text_of(body.smallest_edge_m()) + " m; use a larger stiffness";
 }
 
-/// Of the two bodies whose corners a force moves most.
+/// Throws SetupError if stiffness or damping is unstable for a contact between the two bodies with the
+/// largest mobility.
 void check_inertia(const RigidBodiesOptions& options, std::span<const PlacedBody> placed,
                    const std::string& caller, double substep_s) {
   struct Mobility {
@@ -70,8 +72,8 @@ void check_inertia(const RigidBodiesOptions& options, std::span<const PlacedBody
       mobilities.push_back({largest_mobility_per_kg(*options.bodies[i].properties, placed[i]), i});
   std::ranges::sort(mobilities, std::greater(), &Mobility::per_kg);
   const double both_per_kg = mobilities[0].per_kg + (mobilities.size() > 1 ? mobilities[1].per_kg : 0.0);
-  const double stiffness_npm = max_stiffness_per_substep / (substep_s * substep_s * both_per_kg);
-  const double damping_nspm = max_damping_per_substep / (substep_s * both_per_kg);
+  const double stiffness_npm = max_stiffness_ratio / (substep_s * substep_s * both_per_kg);
+  const double damping_nspm = max_damping_ratio / (substep_s * both_per_kg);
   if (options.law.stiffness_npm <= stiffness_npm && options.law.damping_nspm <= damping_nspm) return;
   throw SetupError(
       caller + ": " + place_and_name(options.bodies[mobilities[0].body]) +
@@ -100,9 +102,9 @@ std::string place_and_name(const RigidBodyOptions& body) {
          ": '" + body.name + "'";
 }
 
-std::vector<PlacedBody> placed_bodies(const World& world, rtstdb::Database& database,
-                                      const std::string& caller, const RigidBodiesOptions& options,
-                                      std::span<const rtstdb::EntityId> entities, double substep_s) {
+std::vector<PlacedBody> read_placed_bodies(const World& world, rtstdb::Database& database,
+                                           const std::string& caller, const RigidBodiesOptions& options,
+                                           std::span<const rtstdb::EntityId> entities, double substep_s) {
   const auto reading = database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
   reading->begin({});
   for (const rtstdb::EntityId entity : entities)

@@ -279,7 +279,7 @@ TEST_F(RigidBodiesModule, ABodyThatIsNotConvexRestsOnTheFloor) {
       2 * ms);
   const std::vector<double> end = run_to(*module, 2.0);
   EXPECT_EQ(end[undecided], 0.0);
-  // Of its six lower corners four press, which change: it trembles with 1e-6 of m g a.
+  // Four of its six lower corners press, and others in the next step: about 1e-6 m g a remain.
   EXPECT_LT(end[kinetic_energy], 1e-5 * 10.0 * gravity_mps2 * 1.0);
   EXPECT_NEAR(of(end, 0, z), 0.2, 2e-3);
 }

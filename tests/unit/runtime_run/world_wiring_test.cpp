@@ -64,10 +64,11 @@ TEST_F(WorldWiring, ConvexPartsAndSolidsThatDoNotFitTheShapeAreRefusedAtTheirPla
                        more + "}\n");
   };
   const std::string parts = mistakes("convex_parts: part.obj");
-  EXPECT_TRUE(begins(parts, "scenario.yaml:4:62: its point (")) << parts;
+  EXPECT_TRUE(begins(parts, "scenario.yaml:4:62: 'convex_parts': the mesh's point (")) << parts;
   EXPECT_NE(parts.find("outside all convex parts; at most 0.1732 m are allowed"), std::string::npos) << parts;
-  EXPECT_TRUE(begins(mistakes("solid: {shape: {sphere: {radius: 1 m}}}"),
-                     "scenario.yaml:4:55: the sphere is 0.7321 m off the mesh at the mesh's point ("));
+  EXPECT_TRUE(
+      begins(mistakes("solid: {shape: {sphere: {radius: 1 m}}}"),
+             "scenario.yaml:4:55: 'solid': the sphere is 0.7321 m off the mesh at the mesh's point ("));
   EXPECT_EQ(mistakes("solid: {shape: {box: [2 m, 2 m, 2 m]}}"), "");
 }
 
