@@ -153,10 +153,10 @@ uint nearest_face(vec3 n) {
   return best;
 }
 
-// The point of the first body at the point of the polytope that is nearest to the origin, among the faces
-// whose normal has at least this cosine with n. Several faces may lie in one plane; of those, one contains
-// that point.
-vec3 first_point_near_origin(vec3 n, float min_cosine, float limit) {
+// The point of the first body at the point of the polytope that is nearest to `target`, among the faces whose
+// normal has at least this cosine with n. Several faces may lie in one plane; of those, one contains that
+// point.
+vec3 first_point_near(vec3 target, vec3 n, float min_cosine, float limit) {
   float least = 3.4e38;
   vec3 a = vec3(0.0);
   uint f = 0u;
@@ -165,7 +165,8 @@ vec3 first_point_near_origin(vec3 n, float min_cosine, float limit) {
     if (f < faces) {
       const uvec3 c = corners_of(f);
       const vec4 plane = face_planes[f];
-      const TrianglePoint nearest = nearest_on_triangle(vertex_w[c.x], vertex_w[c.y], vertex_w[c.z]);
+      const TrianglePoint nearest =
+          nearest_on_triangle(vertex_w[c.x] - target, vertex_w[c.y] - target, vertex_w[c.z] - target);
       const bool is_nearer = plane.w <= limit && dot(plane.xyz, n) > min_cosine && nearest.square < least;
       least = is_nearer ? nearest.square : least;
       a = is_nearer ? (1.0 - nearest.u - nearest.v) * vertex_a[c.x] + nearest.u * vertex_a[c.y] +
@@ -287,8 +288,9 @@ void main() {
     result.n = -n;
     result.distance_m = -depth;
     // Where the search ended early, no face has the normal n. Then all faces are searched: the result is
-    // still a point of the first body.
-    result.point_m = first_point_near_origin(n, converged ? 0.9999 : -2.0, converged ? depth + enough : 3e38);
+    // still a point of the first body, and the point of the second one beside it is near its surface.
+    result.point_m =
+        first_point_near(depth * n, n, converged ? 0.9999 : -2.0, converged ? depth + enough : 3e38);
     result.min_m = -upper;
     result.max_m = -min(lower, upper);
   }
