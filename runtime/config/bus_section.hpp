@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/condition.hpp"
+#include "runtime/config/expression.hpp"
 #include "runtime/config/schema.hpp"
 
 namespace hil::config {

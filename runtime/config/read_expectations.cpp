@@ -18,7 +18,7 @@ Response read_response(const Value& value, Diagnostics& diagnostics) {
 std::optional<Claim> read_claim(const Value& value, std::int64_t duration_ns, Diagnostics& diagnostics) {
   const std::string& kind = value.chosen();
   if (kind == "response") return read_response(value[kind], diagnostics);
-  std::optional<Condition> condition = Condition::parse(value[kind], diagnostics);
+  std::optional<Expression> condition = Expression::parse(value[kind], diagnostics);
   if (!condition) return std::nullopt;
   if (kind == "never") return Never{std::move(*condition)};
   if (kind == "always") return Always{std::move(*condition)};

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "runtime/config/bus_section.hpp"
-#include "runtime/config/condition.hpp"
 #include "runtime/config/diagnostics.hpp"
+#include "runtime/config/expression.hpp"
 #include "runtime/config/schema.hpp"
 
 namespace hil::config {
@@ -202,13 +202,13 @@ struct ProcessSection {
 };
 
 struct Never {
-  Condition condition;
+  Expression condition;
 };
 struct Always {
-  Condition condition;
+  Expression condition;
 };
 struct Eventually {
-  Condition condition;
+  Expression condition;
   std::optional<std::int64_t> by_ns;  ///< run time; empty: by the end of the run
 };
 /// Each change of `request` (on a bus that keeps all values: each value) is answered by one of `reply` to the

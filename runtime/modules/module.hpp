@@ -24,7 +24,7 @@
 
 #include <rtstdb/database.hpp>
 
-#include "runtime/config/condition.hpp"
+#include "runtime/config/expression.hpp"
 #include "runtime/config/schema.hpp"
 #include "runtime/contribution/contribution.hpp"
 #include "runtime/contribution/world_record.hpp"

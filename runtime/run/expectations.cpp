@@ -4,8 +4,10 @@
 #include <cmath>
 #include <memory>
 
+#include "runtime/config/require.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/response_judge.hpp"
+#include "runtime/run/signal_scope.hpp"
 
 namespace hil::run {
 namespace {
@@ -14,69 +16,54 @@ std::string at_second(std::int64_t time_ns) {
   return report::to_ascii(report::instant(time_ns));
 }
 
+enum class Truth : std::uint8_t { no, yes, unknown };
+
 /// A condition with the signals that it mentions.
 class WatchedCondition {
  public:
-  WatchedCondition(const config::Condition& condition, const signals::SignalTable& table)
-      : text_(condition.text()),
-        values_(condition.mentions().size()),
-        unknown_(values_.size()),
-        bound_(condition.bind(indices(values_.size()), named_numbers(condition, table))) {
-    for (const config::Word& word : condition.mentions())
-      ids_.push_back(*table.find(word.text));
+  WatchedCondition(const config::Expression& condition, const signals::SignalTable& table,
+                   const expression::CompileOptions& options)
+      : text_(condition.text()) {
+    const SignalScope scope(condition, table);
+    config::Diagnostics diagnostics;
+    auto program = expression::Program::compile(condition, scope, wanted_condition(), options, diagnostics);
+    config::require(program.has_value(), "a condition that wire() has checked");
+    program_ = std::move(*program);
+    signals_ = scope.signals();
+    values_.resize(signals_.size());
   }
 
-  config::Truth truth(const signals::SignalTable& table) noexcept {
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      values_[i] = table.value(ids_[i]);
-      unknown_[i] = is_known(table, ids_[i]) && !std::isnan(values_[i]) ? 0 : 1;
-    }
-    return bound_.truth(values_, unknown_);
+  /// Once a tick.
+  Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+    sample(table, signals_, values_);
+    const double result = program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
+    return std::isnan(result) ? Truth::unknown : result != 0.0 ? Truth::yes : Truth::no;
   }
   const std::string& text() const noexcept { return text_; }
-  const std::vector<signals::SignalId>& signals() const noexcept { return ids_; }
+  const std::vector<signals::SignalId>& signals() const noexcept { return signals_; }
 
  private:
-  static std::vector<std::uint32_t> indices(std::size_t count) {
-    std::vector<std::uint32_t> result(count);
-    for (std::size_t i = 0; i < count; ++i)
-      result[i] = static_cast<std::uint32_t>(i);
-    return result;
-  }
-
-  static std::vector<double> named_numbers(const config::Condition& condition,
-                                           const signals::SignalTable& table) {
-    std::vector<double> numbers;
-    for (const config::Condition::NamedValue& value : condition.named_values()) {
-      const signals::SignalId signal = *table.find(condition.mentions()[value.mention].text);
-      numbers.push_back(table.info(signal).named_values.at(value.name.text));
-    }
-    return numbers;
-  }
-
   std::string text_;
-  std::vector<signals::SignalId> ids_;
+  expression::Program program_;
+  std::vector<signals::SignalId> signals_;
   std::vector<double> values_;
-  std::vector<std::uint8_t> unknown_;
-  config::BoundCondition bound_;
 };
 
 class EveryTickJudge final : public Judge {
  public:
-  EveryTickJudge(const config::Expectation& expectation, const config::Condition& condition, bool wanted,
-                 const signals::SignalTable& table)
+  EveryTickJudge(const config::Expectation& expectation, const config::Expression& condition, bool wanted,
+                 const signals::SignalTable& table, const expression::CompileOptions& options)
       : name_(expectation.name),
-        condition_(condition, table),
+        condition_(condition, table, options),
         coverage_(condition_.signals(), table, expectation.coverage),
         wanted_(wanted) {}
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
-    const config::Truth truth = condition_.truth(table);
-    const bool evaluated = truth != config::Truth::unknown;
+    const Truth truth = condition_.truth(table, time_ns);
+    const bool evaluated = truth != Truth::unknown;
     coverage_.check(table, time_ns, evaluated);
-    if (evaluated && !first_failure_ns_ && (truth == config::Truth::yes) != wanted_)
-      first_failure_ns_ = time_ns;
+    if (evaluated && !first_failure_ns_ && (truth == Truth::yes) != wanted_) first_failure_ns_ = time_ns;
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -110,18 +97,18 @@ class EveryTickJudge final : public Judge {
 class EventuallyJudge final : public Judge {
  public:
   EventuallyJudge(const config::Expectation& expectation, const config::Eventually& claim,
-                  const signals::SignalTable& table)
+                  const signals::SignalTable& table, const expression::CompileOptions& options)
       : name_(expectation.name),
-        condition_(claim.condition, table),
+        condition_(claim.condition, table, options),
         coverage_(condition_.signals(), table, expectation.coverage),
         by_ns_(claim.by_ns) {}
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
     if (met_ns_) return;
-    const config::Truth truth = condition_.truth(table);
-    if (truth == config::Truth::yes) met_ns_ = time_ns;
-    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != config::Truth::unknown);
+    const Truth truth = condition_.truth(table, time_ns);
+    if (truth == Truth::yes) met_ns_ = time_ns;
+    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != Truth::unknown);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -164,16 +151,21 @@ class EventuallyJudge final : public Judge {
 
 }  // namespace
 
+expression::Wanted wanted_condition() {
+  return {.truth = true, .what = "the condition"};
+}
+
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
-                                  const Arrivals& arrivals, std::uint64_t max_samples) {
+                                  const Arrivals& arrivals, std::uint64_t max_samples,
+                                  const expression::CompileOptions& options) {
   if (const auto* never = std::get_if<config::Never>(&expectation.claim)) {
-    return std::make_unique<EveryTickJudge>(expectation, never->condition, false, table);
+    return std::make_unique<EveryTickJudge>(expectation, never->condition, false, table, options);
   }
   if (const auto* always = std::get_if<config::Always>(&expectation.claim)) {
-    return std::make_unique<EveryTickJudge>(expectation, always->condition, true, table);
+    return std::make_unique<EveryTickJudge>(expectation, always->condition, true, table, options);
   }
   if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim)) {
-    return std::make_unique<EventuallyJudge>(expectation, *eventually, table);
+    return std::make_unique<EventuallyJudge>(expectation, *eventually, table, options);
   }
   return std::make_unique<ResponseJudge>(expectation, std::get<config::Response>(expectation.claim), table,
                                          arrivals, max_samples);

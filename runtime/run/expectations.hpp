@@ -14,6 +14,7 @@
 #include <span>
 
 #include "runtime/config/scenario.hpp"
+#include "runtime/expression/program.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/run/arrivals.hpp"
 #include "runtime/run/coverage.hpp"
@@ -36,10 +37,14 @@ class Judge {
   }
 };
 
-/// `table` contains all names of the expectation, since wire() checked them. `arrivals` outlives the judge
-/// and has the inputs that it keeps. `max_samples`: the number of response times that are kept, a million
-/// at most.
+/// What compiling a condition of an expectation wants.
+expression::Wanted wanted_condition();
+
+/// `table` contains all names of the expectation, since wire() checked its condition. `arrivals` outlives the
+/// judge and has the inputs that it keeps. `max_samples`: the number of response times that are kept, a
+/// million at most. `options`: of its condition, with the period between two checks.
 std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const signals::SignalTable& table,
-                                  const Arrivals& arrivals, std::uint64_t max_samples);
+                                  const Arrivals& arrivals, std::uint64_t max_samples,
+                                  const expression::CompileOptions& options);
 
 }  // namespace hil::run

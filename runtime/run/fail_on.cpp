@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <utility>
 
 #include "runtime/config/parse.hpp"
 
@@ -24,7 +25,7 @@ bool is_word_letter(char letter) {
 
 /// Adds a mistake for each word that is not a count, even when the condition has other mistakes.
 void check_words(const config::Value& value, config::Diagnostics& diagnostics) {
-  constexpr std::array joining{"and", "or", "not"};
+  constexpr std::array joining{"and", "or", "not", "if", "then", "else", "true", "false"};
   const std::string& text = value.text();
   for (std::size_t begin = 0; begin < text.size(); ++begin) {
     if (!is_word_letter(text[begin])) continue;
@@ -49,7 +50,18 @@ config::Place without_quote(config::Place place) {
   return place;
 }
 
-std::optional<config::Condition> parse_quoted(const std::string& text, config::Diagnostics& diagnostics) {
+class Counts final : public expression::Scope {
+ public:
+  std::optional<expression::Variable> find(std::string_view name) const override {
+    const std::uint32_t index = index_of(std::string(name));
+    if (index == counts.size()) return std::nullopt;
+    return expression::Variable{.index = index};
+  }
+  /// check_words() has reported the words that are no counts.
+  std::vector<std::string> names(std::string_view /*missing*/) const override { return {}; }
+};
+
+std::optional<FailOn> parse_quoted(const std::string& text, config::Diagnostics& diagnostics) {
   // A JSON string is a YAML string, and the YAML parser gives the text a place.
   const std::string quoted =
       nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -57,12 +69,19 @@ std::optional<config::Condition> parse_quoted(const std::string& text, config::D
   if (!value) return std::nullopt;
   check_words(*value, diagnostics);
   if (!diagnostics.empty()) return std::nullopt;
-  return config::Condition::parse(*value, diagnostics);
+  const auto condition = config::Expression::parse(*value, diagnostics);
+  if (!condition) return std::nullopt;
+  auto program = expression::Program::compile(*condition, Counts(), {.truth = true, .what = "--fail-on"}, {},
+                                              diagnostics);
+  if (!program) return std::nullopt;
+  if (program->variables().empty())
+    diagnostics.add(value->place(), "the condition reads no count of the run");
+  return FailOn{.text = text, .condition = std::move(*program)};
 }
 
 }  // namespace
 
-std::optional<config::Condition> parse_fail_on(const std::string& text, config::Diagnostics& diagnostics) {
+std::optional<FailOn> parse_fail_on(const std::string& text, config::Diagnostics& diagnostics) {
   config::Diagnostics quoted;
   auto condition = parse_quoted(text, quoted);
   for (const config::Mistake& mistake : quoted.mistakes())
@@ -70,7 +89,7 @@ std::optional<config::Condition> parse_fail_on(const std::string& text, config::
   return quoted.mistakes().empty() ? std::move(condition) : std::nullopt;
 }
 
-bool timing_broken(const config::Condition& condition, const executive::RunResult& result,
+bool timing_broken(const FailOn& fail_on, const executive::RunResult& result,
                    const report::RunRecord& record) {
   std::array<double, counts.size()> values{};
   for (const executive::TaskResult& task : result.tasks) {
@@ -85,10 +104,8 @@ bool timing_broken(const config::Condition& condition, const executive::RunResul
   values[7] = static_cast<double>(record.transactions.hard_misses);
   for (const report::Task& task : record.tasks)
     values[8] += static_cast<double>(task.without_result);
-  std::vector<std::uint32_t> indices;
-  for (const config::Word& mention : condition.mentions())
-    indices.push_back(index_of(mention.text));
-  return condition.bind(indices).holds(values);
+  expression::Program condition = fail_on.condition;
+  return condition.evaluate(values, 0.0) == 1.0;
 }
 
 }  // namespace hil::run

@@ -19,7 +19,9 @@ class Judges {
   /// `arrivals` outlives it, and keeps what the devices keep of every sample.
   Judges(const config::Scenario& scenario, const signals::SignalTable& table, const Arrivals& arrivals) {
     for (const config::Expectation& expectation : scenario.expectations)
-      judges_.push_back(make_judge(expectation, table, arrivals, scenario.duration_ticks));
+      judges_.push_back(make_judge(expectation, table, arrivals, scenario.duration_ticks,
+                                   {.period_ns = scenario.base_period_ns,
+                                    .seed = scenario.seed + 0x9E3779B97F4A7C15u * (judges_.size() + 1)}));
   }
 
   /// After every tick, with the samples that arrived since the tick before.

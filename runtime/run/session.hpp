@@ -46,7 +46,7 @@ class StoppedError : public std::runtime_error {
 struct SessionOptions {
   std::filesystem::path directory;  ///< of the run's files; it exists (RunFolder)
   std::vector<report::Override> overrides;
-  std::optional<config::Condition> fail_on;
+  std::optional<FailOn> fail_on;
   std::vector<std::filesystem::path> program_folders;  ///< searched before PATH for programs without '/'
   std::function<void(const report::LiveStatus&)> every_second;  ///< called on another thread; may be empty
   bool verbose = false;                                         ///< copies run.log to stderr

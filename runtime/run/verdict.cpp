@@ -75,7 +75,7 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
     return conclude(report::Verdict::timing_broken, exit_timing_broken, lost);
   if (inputs.fail_on && timing_broken(*inputs.fail_on, inputs.result, record)) {
     return conclude(report::Verdict::timing_broken, exit_timing_broken,
-                    "the condition of --fail-on holds: " + inputs.fail_on->text());
+                    "the condition of --fail-on holds: " + inputs.fail_on->text);
   }
   if (inputs.interrupted) {
     return conclude(report::Verdict::interrupted, exit_interrupted,

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "runtime/config/condition.hpp"
 #include "runtime/executive/result.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/run/fail_on.hpp"
 
 namespace hil::run {
 
@@ -29,7 +29,7 @@ struct VerdictInputs {
   bool interrupted = false;
   /// The share of base ticks, of each task's releases and of each bus's outputs that may be lost.
   double max_lost = 1.0;
-  const std::optional<config::Condition>& fail_on;
+  const std::optional<FailOn>& fail_on;
 };
 
 /// Fills in the verdict, exit code and reason of a record that is complete otherwise. An entry in

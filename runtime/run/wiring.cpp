@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/run/expectations.hpp"
+#include "runtime/run/signal_scope.hpp"
 #include "runtime/run/world_wiring.hpp"
 
 namespace hil::run {
@@ -129,22 +131,22 @@ void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics
 
 void check_expectations(const config::Scenario& scenario, const KnownSignals& known,
                         Diagnostics& diagnostics) {
-  const auto check = [&](const config::Condition& condition) {
-    for (const Word& mention : condition.mentions())
-      known.find(mention, diagnostics);
-    for (const config::Condition::NamedValue& value : condition.named_values()) {
-      const std::string& signal = condition.mentions()[value.mention].text;
-      if (const auto id = known.table().find(signal))
-        signals::value_named(known.table().info(*id).named_values, value.name, signal, diagnostics);
-    }
+  const auto check = [&](const config::Expression& condition) {
+    const SignalScope scope(condition, known.table(), &known);
+    for (const config::Expression::Node& node : condition.nodes())
+      if (known.table().find(node.word.text)) known.find(node.word, diagnostics);  // its warnings
+    const auto program = expression::Program::compile(condition, scope, wanted_condition(),
+                                                      {.period_ns = scenario.base_period_ns}, diagnostics);
+    if (program && program->variables().empty())
+      diagnostics.add(condition.place(), "the condition reads no signal, so it says nothing about the run");
   };
-  const auto check_every_tick = [&](const config::Condition& condition) {
+  const auto check_every_tick = [&](const config::Expression& condition) {
     check(condition);
-    for (const Word& mention : condition.mentions()) {
-      const auto id = known.table().find(mention.text);
+    for (const config::Expression::Node& node : condition.nodes()) {
+      const auto id = known.table().find(node.word.text);
       if (!id || !known.is_never_stale(*id)) continue;
-      diagnostics.warn(mention.place,
-                       "'" + mention.text +
+      diagnostics.warn(node.word.place,
+                       "'" + node.word.text +
                            "' has no time-out, so the expectation counts as checked after its sender has "
                            "stopped; give its message a 'timeout' ('0 ms' if that is meant)");
     }

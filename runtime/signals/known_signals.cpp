@@ -12,12 +12,14 @@ SignalId KnownSignals::find(const config::Word& name, config::Diagnostics& diagn
       diagnostics.warn(name.place, "'" + name.text + "' " + imprecise->second);
     return *found;
   }
-  if (std::any_of(undeclared_.begin(), undeclared_.end(),
-                  [&](const auto& prefix) { return name.text.starts_with(prefix); }))
-    return {};
+  if (is_undeclared(name.text)) return {};
   diagnostics.add(name.place,
                   "there is no signal '" + name.text + "'" + config::suggestion(name.text, table_.names()));
   return {};
+}
+
+bool KnownSignals::is_undeclared(std::string_view name) const {
+  return std::ranges::any_of(undeclared_, [&](const auto& prefix) { return name.starts_with(prefix); });
 }
 
 void KnownSignals::check_unit(SignalId signal, const std::string& reader, const std::string& unit_of_reader,

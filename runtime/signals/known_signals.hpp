@@ -9,10 +9,11 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "runtime/config/condition.hpp"
 #include "runtime/config/diagnostics.hpp"
+#include "runtime/config/expression.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::signals {
@@ -24,6 +25,9 @@ class KnownSignals {
 
   SignalTable& table() noexcept { return table_; }
   const SignalTable& table() const noexcept { return table_; }
+
+  /// Whether a signal of this name may be one of a part with a mistake (add_undeclared).
+  bool is_undeclared(std::string_view name) const;
 
   /// The signals whose names begin with `prefix` ("can.car.") could not be declared, since their part has a
   /// mistake; so a reference to one of them adds no second mistake.

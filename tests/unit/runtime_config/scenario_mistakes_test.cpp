@@ -328,7 +328,7 @@ TEST(ScenarioMistakes, WrongProcessesAreReported) {
 
 TEST(ScenarioMistakes, WrongExpectationsAreReported) {
   expect_refused({
-      {"collision.ego > 0", "collision.ego >@", "the condition ends"},
+      {"collision.ego > 0", "collision.ego >@", "the expression ends"},
       {"name: it stops", "name: @alive", "the expectation 'alive' is given twice"},
       {"eventually: \"ego.speed == 0\", by: 9 s", "always: \"ego.speed == 0\", by: @9 s",
        "'by' belongs to 'eventually', not to 'always'"},

@@ -235,10 +235,9 @@ TEST_F(ScenarioFile, ProcessesAreRead) {
 TEST_F(ScenarioFile, ExpectationsAreRead) {
   ASSERT_EQ(scenario().expectations.size(), 4U);
   const Never& never = std::get<Never>(scenario().expectations[0].claim);
-  ASSERT_EQ(never.condition.mentions().size(), 1U);
-  EXPECT_EQ(never.condition.mentions()[0].text, "collision.ego");
-  EXPECT_EQ(never.condition.mentions()[0].place, (Place{path("scenario.yaml"), 84, 34}));
-  EXPECT_EQ(std::get<Always>(scenario().expectations[1].claim).condition.mentions().size(), 2U);
+  ASSERT_EQ(never.condition.nodes().size(), 3U);
+  EXPECT_EQ(never.condition.nodes()[0].word.text, "collision.ego");
+  EXPECT_EQ(never.condition.nodes()[0].word.place, (Place{path("scenario.yaml"), 84, 34}));
   EXPECT_EQ(std::get<Eventually>(scenario().expectations[2].claim).by_ns, 9'000'000'000);
   const Response& response = std::get<Response>(scenario().expectations[3].claim);
   EXPECT_EQ(response.request.text, "can.car.Objects.Counter");

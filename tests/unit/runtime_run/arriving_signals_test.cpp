@@ -94,7 +94,7 @@ TEST_F(ReceivedSignals, CoverageZeroStillRequiresOneTick) {
   config::Expectation expectation{
       .name = "lights", .place = {}, .claim = config::Never{condition("can.car.Status.Mode == 1")}};
   expectation.coverage = 0.0;
-  const auto never = make_judge(expectation, table_, arrivals_, 10);
+  const auto never = make_judge(expectation, table_, arrivals_, 10, {.period_ns = ms});
   run(*never, 0.0, false, 0, 50);
   expect(*never, until(50 * ms, 50), Result::not_checked);
   run(*never, 0.0, true, 50, 51);

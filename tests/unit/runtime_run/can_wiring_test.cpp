@@ -200,7 +200,8 @@ TEST_F(CanWiring, ValueNamesInConditionsAreEvaluated) {
     ASSERT_TRUE(wiring) << diagnostics_.to_text();
     signals::SignalTable table = wiring->signals;
     const Arrivals arrivals{};
-    const auto judge = make_judge(scenario_->expectations.at(0), table, arrivals, 10);
+    const auto judge =
+        make_judge(scenario_->expectations.at(0), table, arrivals, 10, {.period_ns = 1'000'000});
     const auto mode = table.find("can.car.Status.Mode");
     ASSERT_TRUE(mode);
     table.write(*mode, 12.0, 0);

@@ -56,6 +56,8 @@ TEST(FailOn, CountsAreSumsOverAllTasks) {
   result.tasks[1].deadline_misses = 5;
   EXPECT_TRUE(broken("misses == 7", result));
   EXPECT_FALSE(broken("misses > 7", result));
+  EXPECT_TRUE(broken("misses", result)) << "not 0";
+  EXPECT_FALSE(broken("overruns", result));
   EXPECT_TRUE(broken("misses == 7 or overruns > 0", result));
   EXPECT_FALSE(broken("misses == 7 and overruns > 0", result));
 }
@@ -95,7 +97,7 @@ TEST(FailOn, NumbersMayHaveAnExponent) {
 
 TEST(FailOn, HostileTextIsRefused) {
   for (const char* text : {"", " ", ">", "misses >", "misses > > 0", "\"", "misses > 0 \"", "{a: b}",
-                           "# misses > 0", "misses \x01> 0", "\xff\xfe", "5 > 3", "misses"}) {
+                           "# misses > 0", "misses \x01> 0", "\xff\xfe", "5 > 3"}) {
     config::Diagnostics diagnostics;
     const auto condition = parse_fail_on(text, diagnostics);
     EXPECT_FALSE(condition) << text;

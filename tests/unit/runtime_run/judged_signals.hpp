@@ -19,10 +19,10 @@ namespace hil::run {
 inline constexpr std::int64_t ms = 1'000'000;
 using Result = report::ExpectationResult;
 
-inline config::Condition condition(const std::string& text) {
+inline config::Expression condition(const std::string& text) {
   config::Diagnostics diagnostics;
   const auto value = config::parse_text("test", '"' + text + '"', config::Schema::text(), diagnostics);
-  auto parsed = config::Condition::parse(value.value(), diagnostics);
+  auto parsed = config::Expression::parse(value.value(), diagnostics);
   if (!parsed) throw std::runtime_error(diagnostics.to_text());
   return std::move(*parsed);
 }
@@ -38,7 +38,7 @@ class Expectations : public ::testing::Test {
 
   std::unique_ptr<Judge> judge(decltype(config::Expectation::claim) claim, std::uint64_t max_samples = 1000) {
     return make_judge({.name = "claim", .place = {}, .claim = std::move(claim)}, table_, arrivals_,
-                      max_samples);
+                      max_samples, {.period_ns = ms});
   }
   std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
                                    std::uint64_t max_samples = 1000) {

@@ -29,7 +29,7 @@ class Verdicts : public ::testing::Test {
   }
 
   executive::RunResult result_;
-  std::optional<config::Condition> fail_on_;
+  std::optional<FailOn> fail_on_;
   report::RunRecord record_;
 };
 

@@ -1,0 +1,244 @@
+#include "runtime/expression/call_type.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "runtime/config/numbers.hpp"
+
+namespace hil::expression {
+namespace {
+
+using config::in_quotes;
+using units::Dimension;
+using units::Unit;
+
+/// The largest delay in steps.
+constexpr double max_delay_steps = 1e6;
+
+class CallTyping {
+ public:
+  CallTyping(OperandTypes& operands, std::int64_t period_ns) : operands_(operands), period_ns_(period_ns) {}
+
+  Type call_type(std::size_t i) {
+    const config::Expression::Node& node = operands_.node(i);
+    const Function* function = function_named(node.word.text);
+    if (function == nullptr) {
+      std::vector<std::string> names;
+      for (const Function& known : functions())
+        names.emplace_back(known.name);
+      return operands_.fail(
+          i, "there is no function " + in_quotes(node.word.text) + config::suggestion(node.word.text, names));
+    }
+    if (function->state_size > 0 && period_ns_ <= 0)
+      return operands_.fail(
+          i, in_quotes(node.word.text) + " needs steps of one period, which there are not here");
+    if (function->signature == "pid") return pid_type(i, *function);
+    return signature_type(i, *function);
+  }
+
+ private:
+  Type wrong_count(std::size_t i, const Function& function) {
+    return operands_.fail(i, in_quotes(function.name) + " has " +
+                                 std::to_string(operands_.node(i).parts.size()) +
+                                 (operands_.node(i).parts.size() == 1 ? " argument" : " arguments") +
+                                 ", but takes (" + std::string(function.arguments) + ")");
+  }
+
+  Type signature_type(std::size_t i, const Function& function) {
+    const std::vector<std::uint32_t>& parts = operands_.node(i).parts;
+    const std::size_t colon = function.signature.find(':');
+    std::vector<char> kinds;
+    std::size_t needed = 0;
+    bool repeats = false, optional = false;
+    for (const char c : function.signature.substr(0, colon)) {
+      if (c == '[') optional = true;
+      if (c == '+') repeats = true;
+      if (c == '[' || c == ']' || c == '+') continue;
+      kinds.push_back(c);
+      needed += optional ? 0 : 1;
+    }
+    if (parts.size() < needed || (!repeats && parts.size() > kinds.size())) return wrong_count(i, function);
+    const auto kind_of = [&](std::size_t k) { return k < kinds.size() ? kinds[k] : kinds.back(); };
+    // All q are alike: the first one that is not bare gives its unit to those that are.
+    std::optional<std::uint32_t> like;
+    for (std::size_t k = 0; k < parts.size(); ++k)
+      if (kind_of(k) == 'q' && (!like || operands_[*like].kind == Type::Kind::bare)) like = parts[k];
+    Type common = like ? operands_[*like] : Type{.kind = Type::Kind::bare};
+    for (std::size_t k = 0; k < parts.size(); ++k)
+      if (!check_argument(i, parts[k], kind_of(k), like, common)) return {};
+    return result_type(i, function.signature[colon + 1], common, parts);
+  }
+
+  /// `common`: the type of all q so far, or of the only r or p.
+  bool check_argument(std::size_t i, std::uint32_t part, char kind, std::optional<std::uint32_t> like,
+                      Type& common) {
+    switch (kind) {
+      case 't':
+        return operands_.need_truth(part, in_quotes(operands_.name_of(i)));
+      case '1':
+        if (operands_[part].is_plain()) return operands_.need_number(i, part);
+        if (!operands_.need_number(i, part)) return false;
+        operands_.fail(part, in_quotes(operands_.name_of(i)) + " needs a plain number; this is in " +
+                                 unit_text(operands_[part]));
+        return false;
+      case 's':
+      case 'S':
+        return check_duration(i, part, kind == 'S');
+      case 'v':
+        return check_rate(i, part, common);
+      case 'q': {
+        if (part == *like) return operands_.need_number(i, part);
+        const auto both = operands_.joined(i, *like, part, Offset::of_values);
+        if (!both) return false;
+        if (!both->unit) common.unit.reset();
+        return true;
+      }
+      default:  // r, p
+        if (!operands_.need_number(i, part)) return false;
+        common = operands_[part];
+        return true;
+    }
+  }
+
+  bool check_duration(std::size_t i, std::uint32_t part, bool is_constant) {
+    const Dimension time{{0, 0, 1}};
+    if (!operands_.need_number(i, part)) return false;
+    const Type& type = operands_[part];
+    if (type.kind != Type::Kind::quantity || type.dimension != time) {
+      operands_.fail(part, in_quotes(operands_.name_of(i)) + " needs a duration, as '20 ms'");
+      return false;
+    }
+    if (!is_constant) return true;
+    if (!type.constant) {
+      operands_.fail(part, in_quotes(operands_.name_of(i)) + " needs a constant duration, as '20 ms'");
+      return false;
+    }
+    const double steps = *type.constant / period_s();
+    if (*type.constant < 0.0 || steps > max_delay_steps) {
+      operands_.fail(part, "a delay of " + config::format_number(*type.constant, 6) + " s is " +
+                               config::format_number(steps, 6) + " steps of " +
+                               config::format_number(period_s(), 6) + " s; 0 to " +
+                               config::format_number(max_delay_steps) + " are possible");
+      return false;
+    }
+    if (std::abs(steps - std::round(steps)) > 1e-6 * std::max(1.0, steps)) {
+      operands_.fail(part, "a delay of " + config::format_number(*type.constant, 6) + " s is " +
+                               config::format_number(steps, 6) + " steps of " +
+                               config::format_number(period_s(), 6) + " s; use a whole number of steps");
+      return false;
+    }
+    return true;
+  }
+
+  /// A change of `common` per second; a bare number takes the unit of `common` per second.
+  bool check_rate(std::size_t i, std::uint32_t part, const Type& common) {
+    if (!operands_.need_number(i, part)) return false;
+    const Type& type = operands_[part];
+    if (common.kind != Type::Kind::quantity) {
+      if (type.is_plain()) return true;
+    } else {
+      const auto wanted = units::product(common.dimension, {{0, 0, -1}});
+      if (type.kind == Type::Kind::quantity && wanted && type.dimension == *wanted) return true;
+      if (type.kind == Type::Kind::bare && common.unit && common.unit->offset == 0.0 && wanted) {
+        Unit unit = *common.unit;
+        unit.dimension = *wanted;
+        operands_.take_unit(part, unit);
+        return true;
+      }
+    }
+    operands_.fail(
+        part, in_quotes(operands_.name_of(i)) + " needs a change of " + unit_text(common) + " per second");
+    return false;
+  }
+
+  Type result_type(std::size_t i, char kind, const Type& common, const std::vector<std::uint32_t>& parts) {
+    Type type = common;
+    type.constant.reset();
+    const auto times = [&](int seconds) -> Type {
+      const auto dimension = units::product(common.dimension, {{0, 0, static_cast<std::int8_t>(seconds)}});
+      if (!dimension) return operands_.fail(i, "the unit of the result has an exponent beyond 100");
+      if (common.kind == Type::Kind::opaque)
+        return operands_.fail(i,
+                              in_quotes(common.opaque_unit) + " is not a known unit, so the result has none");
+      Type made = quantity(*dimension);
+      if (common.kind == Type::Kind::bare || (common.unit && is_si(*common.unit)))
+        made.unit = si_unit(*dimension);
+      return made;
+    };
+    switch (kind) {
+      case 't':
+        return truth();
+      case '1':
+        return quantity(si_unit({}));
+      case 's':
+        return quantity(si_unit({{0, 0, 1}}));
+      case 'R': {
+        if (common.kind == Type::Kind::opaque)
+          return operands_.fail(i,
+                                in_quotes(common.opaque_unit) + " is not a known unit, so the root has none");
+        const auto dimension = units::square_root(common.dimension);
+        if (!dimension)
+          return operands_.fail(
+              parts[0], "a value in " + unit_text(common) + " has no square root, since its unit has none");
+        if (common.kind == Type::Kind::bare) return type;
+        Type made = quantity(*dimension);
+        if (common.unit && is_si(*common.unit)) made.unit = si_unit(*dimension);
+        return made;
+      }
+      case 'v':
+        return times(-1);
+      case 'P':
+        return times(1);
+      default:
+        return type;
+    }
+  }
+
+  /// kp error + ki times the error's integral + kd times its derivative, in the unit of low and high. Bare
+  /// gains are in the SI.
+  Type pid_type(std::size_t i, const Function& function) {
+    const std::vector<std::uint32_t>& parts = operands_.node(i).parts;
+    if (parts.size() != 6) return wrong_count(i, function);
+    for (const std::uint32_t part : parts)
+      if (!operands_.need_number(i, part)) return {};
+    for (const std::uint32_t part : parts)
+      if (operands_[part].kind == Type::Kind::opaque)
+        return operands_.fail(part, in_quotes(operands_[part].opaque_unit) + " is not a known unit");
+    const auto limits = operands_.joined(i, parts[4], parts[5], Offset::of_values);
+    if (!limits) return {};
+    const Dimension output = limits->dimension, error = operands_[parts[0]].dimension;
+    const auto inverse = units::power(error, -1);
+    for (int k = 1; k <= 3; ++k) {
+      const auto seconds = static_cast<std::int8_t>(k == 2 ? -1 : k == 3 ? 1 : 0);
+      const auto per_error = inverse ? units::product(output, *inverse) : std::nullopt;
+      const auto wanted = per_error ? units::product(*per_error, {{0, 0, seconds}}) : std::nullopt;
+      const Type& gain = operands_[parts[static_cast<std::size_t>(k)]];
+      if (gain.kind == Type::Kind::bare) continue;
+      if (!wanted || gain.dimension != *wanted)
+        return operands_.fail(
+            parts[static_cast<std::size_t>(k)],
+            std::string("this gain is in ") + unit_text(gain) + ", but needs " +
+                (wanted ? units::si_symbol(*wanted) : "a unit with an exponent beyond 100"));
+    }
+    return *limits;
+  }
+
+  double period_s() const { return 1e-9 * static_cast<double>(period_ns_); }
+
+  OperandTypes& operands_;
+  const std::int64_t period_ns_;
+};
+
+}  // namespace
+
+const Function* function_named(std::string_view name) {
+  const auto found = std::ranges::find(functions(), name, &Function::name);
+  return found == functions().end() ? nullptr : &*found;
+}
+
+Type call_type(OperandTypes& operands, std::size_t node, std::int64_t period_ns) {
+  return CallTyping(operands, period_ns).call_type(node);
+}
+
+}  // namespace hil::expression

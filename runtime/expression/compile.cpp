@@ -1,0 +1,463 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/source_text.hpp"
+#include "runtime/expression/call_type.hpp"
+#include "runtime/expression/operand_types.hpp"
+#include "runtime/expression/program.hpp"
+
+namespace hil::expression {
+namespace {
+
+using config::Diagnostics;
+using config::Expression;
+using config::in_quotes;
+using Operation = Expression::Operation;
+using units::Dimension;
+using units::Unit;
+
+}  // namespace
+
+/// Finds the types of all parts, then writes the instructions.
+class Compiler {
+ public:
+  Compiler(const Expression& expression, const Scope& scope, const CompileOptions& options,
+           Diagnostics& diagnostics)
+      : nodes_(expression.nodes()),
+        types_(nodes_, diagnostics),
+        scope_(scope),
+        options_(options),
+        diagnostics_(diagnostics),
+        variables_(nodes_.size()),
+        named_(nodes_.size()) {}
+
+  std::optional<Program> compile(const Wanted& wanted) {
+    const std::size_t before = diagnostics_.count();
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      types_[i] = type_of(i);
+    want(wanted);
+    if (diagnostics_.count() != before || types_[nodes_.size() - 1].kind == Type::Kind::invalid)
+      return std::nullopt;
+    write(nodes_.size() - 1);
+    if (wanted.truth && types_[nodes_.size() - 1].kind != Type::Kind::truth)
+      add({.code = Program::Code::truth_of_number});
+    program_.stack_.resize(max_depth_);
+    std::ranges::sort(program_.variables_);
+    const auto same = std::ranges::unique(program_.variables_);
+    program_.variables_.erase(same.begin(), same.end());
+    if (!program_.variables_.empty()) program_.min_values_ = program_.variables_.back() + 1;
+    return std::move(program_);
+  }
+
+ private:
+  using Node = Expression::Node;
+  using Code = Program::Code;
+
+  // ---- types
+
+  Type type_of(std::size_t i) {
+    const Node& node = nodes_[i];
+    for (const std::uint32_t part : node.parts)
+      if (types_[part].kind == Type::Kind::invalid && !is_value_name(i, part)) return {};
+    switch (node.operation) {
+      case Operation::number:
+        return number_type(i);
+      case Operation::truth: {
+        Type type = truth();
+        type.constant = node.number;
+        return type;
+      }
+      case Operation::name:
+        return name_type(i);
+      case Operation::quoted:
+        return quoted_type(i);
+      case Operation::call:
+        return call_type(types_, i, options_.period_ns);
+      case Operation::conditional:
+        return conditional_type(i);
+      case Operation::any_of:
+      case Operation::all_of:
+      case Operation::negation:
+        for (const std::uint32_t part : node.parts)
+          if (!types_.need_truth(part, std::string("'") + config::to_string(node.operation) + "'")) return {};
+        return truth();
+      case Operation::equal:
+      case Operation::not_equal:
+      case Operation::less:
+      case Operation::less_or_equal:
+      case Operation::greater:
+      case Operation::greater_or_equal:
+        return comparison_type(i);
+      case Operation::add:
+      case Operation::subtract:
+        return sum_type(i);
+      case Operation::multiply:
+      case Operation::divide:
+        return product_type(i);
+      case Operation::minus:
+        return minus_type(i);
+      case Operation::power:
+        return power_type(i);
+    }
+    return {};
+  }
+
+  Type number_type(std::size_t i) {
+    const Node& node = nodes_[i];
+    if (!node.unit) return {.kind = Type::Kind::bare, .constant = node.number};
+    types_.conversion(i) = {node.unit->numerator, node.unit->denominator, node.unit->offset};
+    Type type = quantity(*node.unit);
+    type.constant = node.unit->to_si(node.number);
+    return type;
+  }
+
+  Type name_type(std::size_t i) {
+    const config::Word& word = nodes_[i].word;
+    if (word.text == "time") return quantity(si_unit({{0, 0, 1}}));
+    variables_[i] = scope_.find(word.text);
+    if (!variables_[i]) {
+      // Beside a comparison it may be the name of a value; comparison_type() decides.
+      if (!is_compared(i)) report_unknown(i);
+      return {};
+    }
+    const std::string& symbol = variables_[i]->unit;
+    const auto unit = units::parse_unit(symbol);
+    if (!unit) return {.kind = Type::Kind::opaque, .opaque_unit = symbol};
+    types_.conversion(i) = {unit->numerator, unit->denominator, unit->offset};
+    return quantity(*unit);
+  }
+
+  void report_unknown(std::size_t i) {
+    const config::Word& word = nodes_[i].word;
+    if (function_named(word.text) != nullptr) {
+      diagnostics_.add(word.place,
+                       "the function " + in_quotes(word.text) + " needs its arguments in parentheses");
+      return;
+    }
+    const std::vector<std::string> names = scope_.names(word.text);
+    if (names.empty()) return;
+    diagnostics_.add(word.place,
+                     "there is no signal " + in_quotes(word.text) + config::suggestion(word.text, names));
+  }
+
+  Type quoted_type(std::size_t i) {
+    if (is_compared(i)) return {};
+    return types_.fail(
+        i, "the name of a value " + in_quotes(nodes_[i].word.text) + " is not compared with a signal");
+  }
+
+  /// Whether the node is an operand of a comparison.
+  bool is_compared(std::size_t i) const {
+    return std::ranges::any_of(nodes_, [&](const Node& node) {
+      return is_comparison(node.operation) && std::ranges::find(node.parts, i) != node.parts.end();
+    });
+  }
+  static bool is_comparison(Operation operation) {
+    return operation >= Operation::equal && operation <= Operation::greater_or_equal;
+  }
+  bool is_value_name(std::size_t node, std::size_t part) const {
+    const Operation operation = nodes_[part].operation;
+    return is_comparison(nodes_[node].operation) &&
+           (operation == Operation::quoted ||
+            (operation == Operation::name && !variables_[part] && nodes_[part].word.text != "time"));
+  }
+
+  Type comparison_type(std::size_t i) {
+    const std::uint32_t left = nodes_[i].parts[0], right = nodes_[i].parts[1];
+    for (const auto& [name, signal] : {std::pair(left, right), std::pair(right, left)}) {
+      if (!is_value_name(i, name)) continue;
+      if (!set_named_value(name, signal)) return {};
+    }
+    const auto both = types_.joined(i, left, right, Offset::of_values);
+    return both ? truth() : Type{};
+  }
+
+  /// Makes a word or a text in quotes the value of that name of the signal on the other side.
+  bool set_named_value(std::uint32_t name, std::uint32_t signal) {
+    const config::Word& word = nodes_[name].word;
+    const auto& variable = variables_[signal];
+    if (!variable) {
+      if (nodes_[name].operation == Operation::quoted)
+        types_.fail(name, "the name of a value " + in_quotes(word.text) + " is not compared with a signal");
+      else
+        report_unknown(name);
+      return false;
+    }
+    const auto* values = variable->named_values;
+    const auto found = values == nullptr ? decltype(values->begin()){} : values->find(word.text);
+    if (values != nullptr && found != values->end() && !std::isnan(found->second)) {
+      named_[name] = found->second;
+      types_[name] = {.kind = Type::Kind::bare, .constant = found->second};
+      return true;
+    }
+    const std::string& of = nodes_[signal].word.text;
+    if (values != nullptr && found != values->end()) {
+      types_.fail(name, in_quotes(of) + " has several values with the name " + in_quotes(word.text) +
+                            "; use the number");
+      return false;
+    }
+    if (values == nullptr || values->empty()) {
+      const std::vector<std::string> known = scope_.names(word.text);
+      if (nodes_[name].operation == Operation::quoted)
+        types_.fail(name, in_quotes(of) + " has no value names");
+      else if (known.empty() || word.text.find('.') != std::string::npos ||
+               !config::nearest(word.text, known).empty())
+        report_unknown(name);
+      else
+        types_.fail(name, in_quotes(word.text) + " is neither a number nor a signal, and " + in_quotes(of) +
+                              " has no value names");
+      return false;
+    }
+    std::vector<std::string> names;
+    for (const auto& [known, value] : *values)
+      names.push_back(known);
+    types_.fail(name, in_quotes(word.text) + " is neither a number nor a signal, and " + in_quotes(of) +
+                          " has no value of that name" + config::suggestion(word.text, names));
+    return false;
+  }
+
+  Type sum_type(std::size_t i) {
+    const std::uint32_t left = nodes_[i].parts[0], right = nodes_[i].parts[1];
+    auto both = types_.joined(i, left, right, Offset::of_changes);
+    if (!both) return {};
+    const bool is_sum = nodes_[i].operation == Operation::add;
+    // A temperature and a difference make a temperature, two temperatures a difference.
+    if (both->unit && both->unit->offset != 0.0) both->unit.reset();
+    both->constant = folded(left, right, [&](double a, double b) { return is_sum ? a + b : a - b; });
+    return *both;
+  }
+
+  template <typename Function>
+  std::optional<double> folded(std::uint32_t first, std::uint32_t second, Function function) const {
+    if (!types_[first].constant || !types_[second].constant) return std::nullopt;
+    return function(*types_[first].constant, *types_[second].constant);
+  }
+
+  Type product_type(std::size_t i) {
+    const std::uint32_t left = nodes_[i].parts[0], right = nodes_[i].parts[1];
+    const Type& a = types_[left];
+    const Type& b = types_[right];
+    if (!types_.need_number(i, left) || !types_.need_number(i, right)) return {};
+    const bool divides = nodes_[i].operation == Operation::divide;
+    const auto constant = folded(left, right, [&](double x, double y) { return divides ? x / y : x * y; });
+    if (a.kind == Type::Kind::bare && b.kind == Type::Kind::bare)
+      return {.kind = Type::Kind::bare, .constant = constant};
+    if (a.kind == Type::Kind::opaque || b.kind == Type::Kind::opaque) {
+      if (b.is_plain() || (a.is_plain() && !divides)) return a.kind == Type::Kind::opaque ? a : b;
+      const Type& opaque = a.kind == Type::Kind::opaque ? a : b;
+      return types_.fail(i, in_quotes(opaque.opaque_unit) + " is not a known unit, so " +
+                                in_quotes(types_.name_of(i)) + " has no unit for its result");
+    }
+    const auto inverse = units::power(b.dimension, -1);
+    const auto dimension = divides ? (inverse ? units::product(a.dimension, *inverse) : std::nullopt)
+                                   : units::product(a.dimension, b.dimension);
+    if (!dimension) return types_.fail(i, "the unit of this product has an exponent beyond 100");
+    Type type = quantity(*dimension);
+    const auto unit_of = [](const Type& part) {
+      return part.kind == Type::Kind::bare ? std::optional(si_unit({})) : part.unit;
+    };
+    const auto unit_a = unit_of(a), unit_b = unit_of(b);
+    if (b.is_plain() && unit_a && unit_a->offset == 0.0)
+      type.unit = unit_a;
+    else if (a.is_plain() && !divides && unit_b && unit_b->offset == 0.0)
+      type.unit = unit_b;
+    else if (unit_a && unit_b && is_si(*unit_a) && is_si(*unit_b))
+      type.unit = si_unit(*dimension);
+    type.constant = constant;
+    return type;
+  }
+
+  Type minus_type(std::size_t i) {
+    const std::uint32_t part = nodes_[i].parts[0];
+    if (!types_.need_number(i, part)) return {};
+    Type type = types_[part];
+    if (type.constant) type.constant = -*type.constant;
+    // -20 degC is the temperature below zero.
+    if (type.unit && type.unit->offset != 0.0) {
+      if (nodes_[part].operation != Operation::number)
+        return types_.fail(i, "a temperature in " + type.unit->symbol + " has no opposite; use K");
+      types_.conversion(part) = {};
+      types_.conversion(i) = {type.unit->numerator, type.unit->denominator, type.unit->offset};
+      type.constant = type.unit->to_si(-nodes_[part].number);
+    }
+    return type;
+  }
+
+  Type power_type(std::size_t i) {
+    const std::uint32_t base = nodes_[i].parts[0], exponent = nodes_[i].parts[1];
+    if (!types_.need_number(i, base) || !types_.need_number(i, exponent)) return {};
+    const Type& a = types_[base];
+    if (!types_[exponent].is_plain()) return types_.fail(i, "an exponent is a plain number");
+    const auto constant = folded(base, exponent, [](double x, double y) { return std::pow(x, y); });
+    if (a.is_plain()) {
+      Type type = a;
+      type.constant = constant;
+      return type;
+    }
+    const auto& power = types_[exponent].constant;
+    if (!power || *power != std::round(*power) || std::abs(*power) > 100.0)
+      return types_.fail(
+          i, "the exponent of a value in " + unit_text(a) + " is a whole number from -100 to 100");
+    if (a.kind == Type::Kind::opaque)
+      return types_.fail(i, in_quotes(a.opaque_unit) + " is not a known unit, so its power has none");
+    const auto dimension = units::power(a.dimension, static_cast<int>(*power));
+    if (!dimension) return types_.fail(i, "the unit of this power has an exponent beyond 100");
+    Type type = quantity(*dimension);
+    if (a.unit && is_si(*a.unit)) type.unit = si_unit(*dimension);
+    type.constant = constant;
+    return type;
+  }
+
+  Type conditional_type(std::size_t i) {
+    const auto& parts = nodes_[i].parts;
+    if (!types_.need_truth(parts[0], "'if'")) return {};
+    if (types_[parts[1]].kind == Type::Kind::truth && types_[parts[2]].kind == Type::Kind::truth)
+      return truth();
+    const auto both = types_.joined(i, parts[1], parts[2], Offset::of_values);
+    return both ? *both : Type{};
+  }
+
+  // ---- the result
+
+  void want(const Wanted& wanted) {
+    const auto last = static_cast<std::uint32_t>(nodes_.size() - 1);
+    const Type& type = types_[last];
+    if (type.kind == Type::Kind::invalid) return;
+    if (wanted.truth) {
+      if (type.kind != Type::Kind::truth && !type.is_plain())
+        types_.fail(last, wanted.what + " has to be a condition; this is a value in " + unit_text(type));
+      else if (nodes_[last].operation == Operation::number)
+        types_.fail(last, wanted.what + " has to be a condition; this is a number");
+      return;
+    }
+    const auto unit = units::parse_unit(wanted.unit);
+    if (type.kind == Type::Kind::truth) {
+      if (!unit || !unit->dimension.is_one())
+        types_.fail(last, wanted.what + " is in " + wanted.unit + "; this is true or false");
+      return;
+    }
+    if (type.kind == Type::Kind::bare) return;  // it has the wanted unit
+    if (!unit || type.kind == Type::Kind::opaque) {
+      if (type.kind == Type::Kind::opaque && type.opaque_unit == wanted.unit) return;
+      types_.fail(last, wanted.what + " is in " + (wanted.unit.empty() ? "a plain number" : wanted.unit) +
+                            "; this is in " + unit_text(type));
+      return;
+    }
+    if (unit->dimension != type.dimension) {
+      types_.fail(last, wanted.what + " is in " + (wanted.unit.empty() ? "a plain number" : wanted.unit) +
+                            "; this is in " + unit_text(type));
+      return;
+    }
+    program_.to_wanted_ = *units::conversion(si_unit(unit->dimension), *unit);
+  }
+
+  // ---- instructions
+
+  double period_s() const { return 1e-9 * static_cast<double>(options_.period_ns); }
+
+  void add(Program::Instruction instruction) { program_.instructions_.push_back(std::move(instruction)); }
+
+  void push() { max_depth_ = std::max(max_depth_, ++depth_); }
+
+  void write(std::size_t i) {
+    const Node& node = nodes_[i];
+    for (const std::uint32_t part : node.parts) {
+      write(part);
+      if (types_.is_tested(part)) add({.code = Code::truth_of_number});
+    }
+    depth_ -= node.parts.size();
+    if (node.operation == Operation::call) {
+      write_call(i);
+    } else if (named_[i]) {
+      add({.code = Code::number, .number = *named_[i]});
+    } else if (node.operation == Operation::number || node.operation == Operation::truth) {
+      add({.code = Code::number, .number = node.number});
+    } else if (node.operation == Operation::name && variables_[i]) {
+      program_.variables_.push_back(variables_[i]->index);
+      add({.code = Code::variable, .index = variables_[i]->index, .conversion = types_.conversion(i)});
+      push();
+      return;
+    } else {
+      add({.code = code_of(node.operation)});
+    }
+    push();
+    if (!types_.conversion(i).is_identity()) add({.code = Code::convert, .conversion = types_.conversion(i)});
+  }
+
+  void write_call(std::size_t i) {
+    const Node& node = nodes_[i];
+    const Function* function = function_named(node.word.text);
+    Program::Instruction call{.code = Code::call, .function = function};
+    call.arguments = static_cast<std::uint32_t>(node.parts.size());
+    call.constants = {.period_s = period_s(), .seed = options_.seed + 0x9E3779B97F4A7C15u * (i + 1)};
+    call.state_size = function->state_size;
+    if (function->state_per_period)
+      call.state_size += static_cast<std::uint32_t>(std::round(*types_[node.parts[1]].constant / period_s()));
+    if (call.state_size > 0) {
+      call.first_state = static_cast<std::uint32_t>(program_.state_.size() + 1);
+      program_.state_.resize(program_.state_.size() + 1 + call.state_size);
+    }
+    add(std::move(call));
+  }
+
+  static Code code_of(Operation operation) {
+    switch (operation) {
+      case Operation::conditional:
+        return Code::conditional;
+      case Operation::any_of:
+        return Code::any_of;
+      case Operation::all_of:
+        return Code::all_of;
+      case Operation::negation:
+        return Code::negation;
+      case Operation::equal:
+        return Code::equal;
+      case Operation::not_equal:
+        return Code::not_equal;
+      case Operation::less:
+        return Code::less;
+      case Operation::less_or_equal:
+        return Code::less_or_equal;
+      case Operation::greater:
+        return Code::greater;
+      case Operation::greater_or_equal:
+        return Code::greater_or_equal;
+      case Operation::add:
+        return Code::add;
+      case Operation::subtract:
+        return Code::subtract;
+      case Operation::multiply:
+        return Code::multiply;
+      case Operation::divide:
+        return Code::divide;
+      case Operation::minus:
+        return Code::minus;
+      case Operation::power:
+        return Code::power;
+      case Operation::name:  // without a variable: time
+      default:
+        return Code::time;
+    }
+  }
+
+  const std::span<const Node> nodes_;
+  OperandTypes types_;
+  const Scope& scope_;
+  const CompileOptions& options_;
+  Diagnostics& diagnostics_;
+  std::vector<std::optional<Variable>> variables_;
+  std::vector<std::optional<double>> named_;  ///< values of names of values
+  Program program_;
+  std::size_t depth_ = 0, max_depth_ = 0;
+};
+
+std::optional<Program> Program::compile(const Expression& expression, const Scope& scope,
+                                        const Wanted& wanted, const CompileOptions& options,
+                                        Diagnostics& diagnostics) {
+  return Compiler(expression, scope, options, diagnostics).compile(wanted);
+}
+
+}  // namespace hil::expression

@@ -1,0 +1,453 @@
+#include "runtime/expression/function.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace hil::expression {
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+double truth(bool value) {
+  return value ? 1.0 : 0.0;
+}
+double argument(const Call& call, std::size_t i, double otherwise) {
+  return i < call.arguments.size() ? call.arguments[i] : otherwise;
+}
+/// True only if it is known to be.
+bool is_true(double value) {
+  return value == 1.0;
+}
+
+/// The first time in the run that a call has a state of its own; marks it.
+bool begins(double& mark) {
+  const bool is_first = mark == 0.0;
+  mark = 1.0;
+  return is_first;
+}
+
+// Without a state.
+
+double absolute(const Call& c) noexcept {
+  return std::abs(c.arguments[0]);
+}
+double least(const Call& c) noexcept {
+  double result = c.arguments[0];
+  for (const double value : c.arguments)
+    result = std::isnan(value) || value < result ? value : result;
+  return result;
+}
+double greatest(const Call& c) noexcept {
+  double result = c.arguments[0];
+  for (const double value : c.arguments)
+    result = std::isnan(value) || value > result ? value : result;
+  return result;
+}
+double clamped(const Call& c) noexcept {
+  const double x = c.arguments[0], low = c.arguments[1], high = c.arguments[2];
+  if (std::isnan(x) || std::isnan(low) || std::isnan(high) || low > high) return unknown;
+  return x < low ? low : x > high ? high : x;
+}
+double root(const Call& c) noexcept {
+  return std::sqrt(c.arguments[0]);
+}
+double exponential(const Call& c) noexcept {
+  return std::exp(c.arguments[0]);
+}
+double logarithm(const Call& c) noexcept {
+  return std::log(c.arguments[0]);
+}
+double decimal_logarithm(const Call& c) noexcept {
+  return std::log10(c.arguments[0]);
+}
+double sine(const Call& c) noexcept {
+  return std::sin(c.arguments[0]);
+}
+double cosine(const Call& c) noexcept {
+  return std::cos(c.arguments[0]);
+}
+double tangent(const Call& c) noexcept {
+  return std::tan(c.arguments[0]);
+}
+double arc_sine(const Call& c) noexcept {
+  return std::asin(c.arguments[0]);
+}
+double arc_cosine(const Call& c) noexcept {
+  return std::acos(c.arguments[0]);
+}
+double arc_tangent(const Call& c) noexcept {
+  return std::atan(c.arguments[0]);
+}
+double angle_of(const Call& c) noexcept {
+  return std::atan2(c.arguments[0], c.arguments[1]);
+}
+double hypotenuse(const Call& c) noexcept {
+  return std::hypot(c.arguments[0], c.arguments[1]);
+}
+double sign(const Call& c) noexcept {
+  const double x = c.arguments[0];
+  return std::isnan(x) ? unknown : x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0;
+}
+double floor_of(const Call& c) noexcept {
+  return std::floor(c.arguments[0]);
+}
+double ceiling_of(const Call& c) noexcept {
+  return std::ceil(c.arguments[0]);
+}
+double rounded(const Call& c) noexcept {
+  return std::round(c.arguments[0]);
+}
+double remainder_of(const Call& c) noexcept {
+  const double x = c.arguments[0], by = c.arguments[1];
+  return x - by * std::floor(x / by);
+}
+double is_known(const Call& c) noexcept {
+  return truth(!std::isnan(c.arguments[0]));
+}
+
+// With a state. state[0] is not 0 once the call has begun.
+
+double previous(const Call& c) noexcept {
+  const double before = begins(c.state[0]) ? argument(c, 1, c.arguments[0]) : c.state[1];
+  c.state[1] = c.arguments[0];
+  return before;
+}
+
+/// A ring of the values of the last periods after state[0] and the place of the oldest.
+double delayed(const Call& c) noexcept {
+  const std::span<double> ring = c.state.subspan(2);
+  if (ring.empty()) return c.arguments[0];
+  if (begins(c.state[0])) std::ranges::fill(ring, argument(c, 2, c.arguments[0]));
+  const auto place = static_cast<std::size_t>(c.state[1]);
+  const double oldest = ring[place];
+  ring[place] = c.arguments[0];
+  c.state[1] = static_cast<double>((place + 1) % ring.size());
+  return oldest;
+}
+
+/// The exact answer of a first-order lag to an input that is constant in a period.
+double lagged(const Call& c) noexcept {
+  const double x = c.arguments[0];
+  const double time_constant_s = c.arguments[1];
+  if (begins(c.state[0])) c.state[1] = argument(c, 2, x);
+  const double before = c.state[1];
+  const double share = time_constant_s > 0.0 ? -std::expm1(-c.constants.period_s / time_constant_s) : 1.0;
+  if (!std::isnan(x)) c.state[1] = std::isnan(before) ? x : before + share * (x - before);
+  return before;
+}
+
+double rate_limited(const Call& c) noexcept {
+  const double x = c.arguments[0];
+  const double up = c.arguments[1] * c.constants.period_s;
+  const double down = argument(c, 2, c.arguments[1]) * c.constants.period_s;
+  if (begins(c.state[0]) || std::isnan(c.state[1])) return c.state[1] = x;
+  if (std::isnan(x)) return unknown;
+  c.state[1] += std::clamp(x - c.state[1], -std::abs(down), std::abs(up));
+  return c.state[1];
+}
+
+double hysteresis(const Call& c) noexcept {
+  const double x = c.arguments[0], low = c.arguments[1], high = c.arguments[2];
+  if (std::isnan(x) || std::isnan(low) || std::isnan(high)) return unknown;
+  if (begins(c.state[0])) c.state[1] = truth(x >= high);
+  if (x >= high) c.state[1] = 1.0;
+  if (x <= low) c.state[1] = 0.0;
+  return c.state[1];
+}
+
+/// state[1]: the value in the step before. A step without a known one is no edge.
+double rises(const Call& c) noexcept {
+  const double now = c.arguments[0];
+  if (begins(c.state[0])) c.state[1] = unknown;
+  const bool is_edge = c.state[1] == 0.0 && is_true(now);
+  if (!std::isnan(now)) c.state[1] = now;
+  return std::isnan(now) ? unknown : truth(is_edge);
+}
+double falls(const Call& c) noexcept {
+  const double now = c.arguments[0];
+  if (begins(c.state[0])) c.state[1] = unknown;
+  const bool is_edge = c.state[1] == 1.0 && now == 0.0;
+  if (!std::isnan(now)) c.state[1] = now;
+  return std::isnan(now) ? unknown : truth(is_edge);
+}
+double changes(const Call& c) noexcept {
+  const double now = c.arguments[0];
+  if (begins(c.state[0])) c.state[1] = unknown;
+  const bool is_edge = !std::isnan(c.state[1]) && now != c.state[1];
+  if (!std::isnan(now)) c.state[1] = now;
+  return std::isnan(now) ? unknown : truth(is_edge);
+}
+
+/// state[2]: the count.
+double counted(const Call& c) noexcept {
+  const double now = c.arguments[0];
+  if (begins(c.state[0])) c.state[1] = unknown;
+  if (c.state[1] == 0.0 && is_true(now)) c.state[2] += 1.0;
+  if (!std::isnan(now)) c.state[1] = now;
+  if (is_true(argument(c, 1, 0.0))) c.state[2] = 0.0;
+  return c.state[2];
+}
+
+double latched(const Call& c) noexcept {
+  if (is_true(c.arguments[0])) c.state[0] = 1.0;
+  if (is_true(c.arguments[1])) c.state[0] = 0.0;
+  return c.state[0];
+}
+
+double held(const Call& c) noexcept {
+  if (begins(c.state[0]) || is_true(c.arguments[1])) c.state[1] = c.arguments[0];
+  return c.state[1];
+}
+
+double time_true(const Call& c) noexcept {
+  // state[0]: the run time at which it became true; state[1]: whether it is.
+  if (std::isnan(c.arguments[0])) return unknown;
+  if (!is_true(c.arguments[0])) {
+    c.state[1] = 0.0;
+    return 0.0;
+  }
+  if (c.state[1] == 0.0) c.state[0] = c.time_s;
+  c.state[1] = 1.0;
+  return c.time_s - c.state[0];
+}
+
+double integral(const Call& c) noexcept {
+  if (is_true(argument(c, 1, 0.0))) c.state[0] = 0.0;
+  const double before = c.state[0];
+  if (!std::isnan(c.arguments[0])) c.state[0] += c.arguments[0] * c.constants.period_s;
+  return before;
+}
+
+double derivative(const Call& c) noexcept {
+  const double x = c.arguments[0];
+  const double change = begins(c.state[0]) ? 0.0 : x - c.state[1];
+  c.state[1] = x;
+  return change / c.constants.period_s;
+}
+
+/// The integral stops where the output is at a limit and the error would take it further.
+double pid(const Call& c) noexcept {
+  const double error = c.arguments[0], kp = c.arguments[1], ki = c.arguments[2], kd = c.arguments[3];
+  const double low = c.arguments[4], high = c.arguments[5];
+  if (std::isnan(error) || std::isnan(low) || std::isnan(high) || low > high) return unknown;
+  const double slope = begins(c.state[0]) ? 0.0 : (error - c.state[1]) / c.constants.period_s;
+  c.state[1] = error;
+  const double output = kp * error + c.state[2] + kd * slope;
+  const double growth = ki * error * c.constants.period_s;
+  if ((output < high || growth < 0.0) && (output > low || growth > 0.0)) c.state[2] += growth;
+  return std::clamp(output, low, high);
+}
+
+/// A value in [0, 1) of the seed and the count in state[0] (Steele, Lea, Flood, "Fast splittable pseudorandom
+/// number generators", 2014).
+double next_uniform(const Call& c) {
+  const auto count = static_cast<std::uint64_t>(c.state[0]);
+  c.state[0] += 1.0;
+  std::uint64_t x = c.constants.seed + (count + 1) * 0x9E3779B97F4A7C15u;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
+  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
+}
+double uniform_noise(const Call& c) noexcept {
+  return c.arguments[0] + (c.arguments[1] - c.arguments[0]) * next_uniform(c);
+}
+/// Box and Muller, 1958.
+double normal_noise(const Call& c) noexcept {
+  const double radius = std::sqrt(-2.0 * std::log(1.0 - next_uniform(c)));
+  return c.arguments[0] * radius * std::cos(2.0 * std::numbers::pi * next_uniform(c));
+}
+
+constexpr Function table[] = {
+    {.name = "abs", .signature = "q:q", .value = absolute, .arguments = "x", .about = "The absolute value."},
+    {.name = "min", .signature = "qq+:q", .value = least, .arguments = "x, y, ...", .about = "The smallest."},
+    {.name = "max",
+     .signature = "qq+:q",
+     .value = greatest,
+     .arguments = "x, y, ...",
+     .about = "The largest."},
+    {.name = "clamp",
+     .signature = "qqq:q",
+     .value = clamped,
+     .arguments = "x, low, high",
+     .about = "x, but at least low and at most high."},
+    {.name = "sqrt", .signature = "r:R", .value = root, .arguments = "x", .about = "The square root."},
+    {.name = "exp", .signature = "1:1", .value = exponential, .arguments = "x", .about = "e to the x."},
+    {.name = "ln",
+     .signature = "1:1",
+     .value = logarithm,
+     .arguments = "x",
+     .about = "The natural logarithm."},
+    {.name = "log10",
+     .signature = "1:1",
+     .value = decimal_logarithm,
+     .arguments = "x",
+     .about = "The decimal logarithm."},
+    {.name = "sin", .signature = "1:1", .value = sine, .arguments = "angle", .about = "The sine."},
+    {.name = "cos", .signature = "1:1", .value = cosine, .arguments = "angle", .about = "The cosine."},
+    {.name = "tan", .signature = "1:1", .value = tangent, .arguments = "angle", .about = "The tangent."},
+    {.name = "asin",
+     .signature = "1:1",
+     .value = arc_sine,
+     .arguments = "x",
+     .about = "The angle of a sine."},
+    {.name = "acos",
+     .signature = "1:1",
+     .value = arc_cosine,
+     .arguments = "x",
+     .about = "The angle of a cosine."},
+    {.name = "atan",
+     .signature = "1:1",
+     .value = arc_tangent,
+     .arguments = "x",
+     .about = "The angle of a tangent."},
+    {.name = "atan2",
+     .signature = "qq:1",
+     .value = angle_of,
+     .arguments = "y, x",
+     .about = "The angle of the direction (x, y)."},
+    {.name = "hypot",
+     .signature = "qq:q",
+     .value = hypotenuse,
+     .arguments = "x, y",
+     .about = "The length of (x, y)."},
+    {.name = "sign", .signature = "r:1", .value = sign, .arguments = "x", .about = "-1, 0 or 1."},
+    {.name = "floor",
+     .signature = "1:1",
+     .value = floor_of,
+     .arguments = "x",
+     .about = "The largest whole number that is not above x."},
+    {.name = "ceil",
+     .signature = "1:1",
+     .value = ceiling_of,
+     .arguments = "x",
+     .about = "The smallest whole number that is not below x."},
+    {.name = "round",
+     .signature = "1:1",
+     .value = rounded,
+     .arguments = "x",
+     .about = "The nearest whole number; halves away from 0."},
+    {.name = "mod",
+     .signature = "qq:q",
+     .value = remainder_of,
+     .arguments = "x, y",
+     .about = "x less the largest multiple of y that is not above it."},
+    {.name = "known",
+     .signature = "r:t",
+     .value = is_known,
+     .arguments = "x",
+     .about = "Whether the value is known: its signals are fresh."},
+    {.name = "previous",
+     .signature = "q[q]:q",
+     .state_size = 2,
+     .value = previous,
+     .arguments = "x, [initial]",
+     .about = "x of the step before; in the first step `initial`, or x."},
+    {.name = "delay",
+     .signature = "qS[q]:q",
+     .state_size = 2,
+     .state_per_period = true,
+     .value = delayed,
+     .arguments = "x, duration, [initial]",
+     .about = "x of so long ago; before that `initial`, or its first value."},
+    {.name = "lag",
+     .signature = "qs[q]:q",
+     .state_size = 2,
+     .value = lagged,
+     .arguments = "x, time_constant, [initial]",
+     .about = "Follows x as a first-order lag, from `initial`, or from its first value."},
+    {.name = "rate_limit",
+     .signature = "qv[v]:q",
+     .state_size = 2,
+     .value = rate_limited,
+     .arguments = "x, rate, [falling_rate]",
+     .about = "Follows x at no more than the rate."},
+    {.name = "hysteresis",
+     .signature = "qqq:t",
+     .state_size = 2,
+     .value = hysteresis,
+     .arguments = "x, low, high",
+     .about = "True from where x reaches high until it falls to low."},
+    {.name = "rise",
+     .signature = "t:t",
+     .state_size = 2,
+     .value = rises,
+     .arguments = "condition",
+     .about = "True in the step in which the condition becomes true."},
+    {.name = "fall",
+     .signature = "t:t",
+     .state_size = 2,
+     .value = falls,
+     .arguments = "condition",
+     .about = "True in the step in which the condition becomes false."},
+    {.name = "changed",
+     .signature = "r:t",
+     .state_size = 2,
+     .value = changes,
+     .arguments = "x",
+     .about = "True in a step in which x is not what it was in the step before."},
+    {.name = "count",
+     .signature = "t[t]:1",
+     .state_size = 3,
+     .value = counted,
+     .arguments = "condition, [reset]",
+     .about = "How often the condition has become true since the reset."},
+    {.name = "latch",
+     .signature = "tt:t",
+     .state_size = 1,
+     .value = latched,
+     .arguments = "set, reset",
+     .about = "True from where set is true until reset is; reset wins."},
+    {.name = "hold",
+     .signature = "qt:q",
+     .state_size = 2,
+     .value = held,
+     .arguments = "x, when",
+     .about = "x of the last step in which `when` was true, or of the first step."},
+    {.name = "duration",
+     .signature = "t:s",
+     .state_size = 2,
+     .value = time_true,
+     .arguments = "condition",
+     .about = "How long the condition has been true; 0 while it is false."},
+    {.name = "integral",
+     .signature = "p[t]:P",
+     .state_size = 1,
+     .value = integral,
+     .arguments = "x, [reset]",
+     .about = "The sum of x over time since the reset."},
+    {.name = "derivative",
+     .signature = "q:v",
+     .state_size = 2,
+     .value = derivative,
+     .arguments = "x",
+     .about = "The change of x since the step before, per second."},
+    {.name = "pid",
+     .signature = "pid",
+     .state_size = 3,
+     .value = pid,
+     .arguments = "error, kp, ki, kd, low, high",
+     .about = "A controller's output between low and high, whose integral stops at them."},
+    {.name = "uniform",
+     .signature = "qq:q",
+     .state_size = 1,
+     .value = uniform_noise,
+     .arguments = "low, high",
+     .about = "A new random value in [low, high) in each step, from the run's seed."},
+    {.name = "noise",
+     .signature = "q:q",
+     .state_size = 1,
+     .value = normal_noise,
+     .arguments = "deviation",
+     .about = "A new normally distributed value around 0 in each step, from the run's seed."},
+};
+
+}  // namespace
+
+std::span<const Function> functions() {
+  return table;
+}
+
+}  // namespace hil::expression

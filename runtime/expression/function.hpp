@@ -1,0 +1,48 @@
+#pragma once
+// The functions of expressions; docs/guide/expressions.md describes them.
+//
+// Threads: constant data and pure functions, but for the state that they are given.
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace hil::expression {
+
+/// What a function knows besides its arguments.
+struct FunctionConstants {
+  double period_s = 0.0;
+  std::uint64_t seed = 0;  ///< of this call
+};
+
+/// A call in a step. `state`: of this call; all zero before the first step.
+struct Call {
+  std::span<const double> arguments;  ///< in the SI; truths as 1, 0 or NaN
+  std::span<double> state;
+  FunctionConstants constants;
+  double time_s = 0.0;
+};
+
+/// How a function is called, as text: the kinds of its arguments and of its result, "qqq:q".
+///   q  a quantity; all q of a signature have one dimension
+///   r  a quantity of any dimension; the result R has the square root of it
+///   1  a plain number
+///   t  a truth
+///   s  a duration
+///   S  a duration that is a constant
+///   v  a change of q in time: q per second
+///   p  any dimension of its own
+/// In brackets: arguments that can be left out. "+" repeats the argument before it any number of times.
+struct Function {
+  std::string_view name;
+  std::string_view signature;
+  std::uint32_t state_size = 0;   ///< of a call
+  bool state_per_period = false;  ///< and a value for each period of the constant duration
+  double (*value)(const Call& call) noexcept = nullptr;
+  std::string_view arguments;  ///< for documentation: "x, low, [high]"
+  std::string_view about;
+};
+
+std::span<const Function> functions();
+
+}  // namespace hil::expression

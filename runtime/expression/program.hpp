@@ -1,0 +1,138 @@
+#pragma once
+// A compiled expression (config/expression.hpp): its names are resolved, its units are checked, and it is
+// evaluated step by step without allocation.
+//
+// Units. Values are computed in the SI. A name has the unit of its signal; a name without a unit is a plain
+// number. Operands of +, -, comparisons, and functions of like values have one dimension. A number without a
+// unit takes the unit of the operand beside it: with `speed` in km/h, `speed > 50` compares with 50 km/h.
+// Where that operand is itself computed from different units, or the unit has an offset (degC) and the number
+// may be a difference, the number needs a unit. The result is converted to the unit that is wanted.
+// A signal whose unit is none (units::parse_unit) is used like a plain number.
+//
+// Truth. Comparisons, and, or, not and some functions are true or false. A plain number counts as true where
+// it is not 0. As a number true is 1.
+//
+// Unknown. NaN is a value that is not known: of a signal that is not fresh, or of an operation without a
+// result (0 / 0). Numbers that depend on it are unknown. So are comparisons; and, or and not follow Kleene's
+// three-valued logic: false and unknown is false.
+//
+// Functions: function.cpp lists them. Some have a state, which each step advances: a program belongs to one
+// place that evaluates it once a step.
+//
+// Threads: compile on any; a program on one at a time. evaluate neither allocates nor blocks.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/config/expression.hpp"
+#include "runtime/expression/function.hpp"
+#include "runtime/units/unit.hpp"
+
+namespace hil::expression {
+
+/// What a name stands for.
+struct Variable {
+  std::uint32_t index = 0;  ///< in the values of evaluate
+  std::string unit{};       ///< of the value; "" for a plain number
+  /// Names of values, as a bus describes them; NaN: several values have the name. May be null.
+  const std::map<std::string, double>* named_values = nullptr;
+};
+
+/// The names that an expression may use. `time`, the run time in seconds, is one of all expressions.
+class Scope {
+ public:
+  virtual ~Scope() = default;
+  /// Empty: there is none of that name.
+  virtual std::optional<Variable> find(std::string_view name) const = 0;
+  /// For suggestions, where a name is not found. Empty: the reason is reported elsewhere, and no mistake is
+  /// added.
+  virtual std::vector<std::string> names(std::string_view missing) const = 0;
+};
+
+/// What the result is used for.
+struct Wanted {
+  bool truth = false;  ///< true or false; otherwise a number in `unit`
+  std::string unit{};
+  /// The expression and its unit in error texts: "the condition", "'level'".
+  std::string what = "the expression";
+};
+
+struct CompileOptions {
+  std::int64_t period_ns = 0;  ///< between two steps; functions of time need it
+  std::uint64_t seed = 0;      ///< of noise: different for each expression of a run
+};
+
+class Program {
+ public:
+  /// Empty with mistakes, all of them, at their places.
+  static std::optional<Program> compile(const config::Expression& expression, const Scope& scope,
+                                        const Wanted& wanted, const CompileOptions& options,
+                                        config::Diagnostics& diagnostics);
+
+  /// The value in the wanted unit; of a truth 1, 0, or NaN if it is unknown. `values`: by Variable::index, in
+  /// the units of the variables. Misuse (asserts): fewer values than the variables need.
+  double evaluate(std::span<const double> values, double time_s) noexcept;
+  /// The same, but functions with a state keep it and return what they returned in the step.
+  double evaluate_between_steps(std::span<const double> values, double time_s) noexcept;
+  /// As before the first step.
+  void reset() noexcept;
+
+  /// Indices of the variables that it reads, ascending, each once.
+  const std::vector<std::uint32_t>& variables() const noexcept { return variables_; }
+  bool has_state() const noexcept { return !state_.empty(); }
+
+ private:
+  friend class Compiler;
+  enum class Code : std::uint8_t {
+    number,
+    variable,
+    time,
+    any_of,
+    all_of,
+    negation,
+    equal,
+    not_equal,
+    less,
+    less_or_equal,
+    greater,
+    greater_or_equal,
+    add,
+    subtract,
+    multiply,
+    divide,
+    minus,
+    power,
+    conditional,
+    truth_of_number,
+    convert,
+    call,
+  };
+  /// Takes its operands from the stack and appends its result.
+  struct Instruction {
+    Code code = Code::number;
+    double number = 0.0;                 ///< number, power: the exponent
+    std::uint32_t index = 0;             ///< variable
+    units::Conversion conversion{};      ///< variable, convert
+    const Function* function = nullptr;  ///< call
+    std::uint32_t arguments = 0;         ///< call
+    std::uint32_t first_state = 0;       ///< call: of a function with a state; its last result is before it
+    std::uint32_t state_size = 0;
+    FunctionConstants constants{};  ///< call
+  };
+
+  double run(std::span<const double> values, double time_s, bool is_step) noexcept;
+
+  std::vector<Instruction> instructions_;
+  std::vector<double> stack_, state_;
+  std::vector<std::uint32_t> variables_;
+  units::Conversion to_wanted_{};
+  std::uint32_t min_values_ = 0;
+};
+
+}  // namespace hil::expression

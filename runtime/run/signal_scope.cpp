@@ -1,0 +1,42 @@
+#include "runtime/run/signal_scope.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "runtime/run/coverage.hpp"
+
+namespace hil::run {
+
+SignalScope::SignalScope(const config::Expression& expression, const signals::SignalTable& table,
+                         const signals::KnownSignals* known)
+    : table_(table), known_(known) {
+  for (const config::Expression::Node& node : expression.nodes()) {
+    if (node.operation != config::Expression::Operation::name) continue;
+    const auto signal = table.find(node.word.text);
+    if (signal && std::ranges::find(signals_, *signal) == signals_.end()) signals_.push_back(*signal);
+  }
+}
+
+std::optional<expression::Variable> SignalScope::find(std::string_view name) const {
+  const auto signal = table_.find(name);
+  if (!signal) return std::nullopt;
+  const signals::SignalInfo& info = table_.info(*signal);
+  const auto place = std::ranges::find(signals_, *signal);
+  return expression::Variable{.index = static_cast<std::uint32_t>(place - signals_.begin()),
+                              .unit = info.unit,
+                              .named_values = &info.named_values};
+}
+
+std::vector<std::string> SignalScope::names(std::string_view missing) const {
+  if (known_ != nullptr && known_->is_undeclared(missing)) return {};
+  return table_.names();
+}
+
+void sample(const signals::SignalTable& table, std::span<const signals::SignalId> signals,
+            std::span<double> values) noexcept {
+  for (std::size_t i = 0; i < signals.size(); ++i)
+    values[i] =
+        is_known(table, signals[i]) ? table.value(signals[i]) : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace hil::run

@@ -1,0 +1,43 @@
+#pragma once
+// The signals of a run as names of expressions. An expression's values are those of the signals that it
+// mentions, in the order of their first mention.
+//
+// Threads: as the table's; sample() neither allocates nor blocks.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/config/expression.hpp"
+#include "runtime/expression/program.hpp"
+#include "runtime/signals/known_signals.hpp"
+
+namespace hil::run {
+
+class SignalScope final : public expression::Scope {
+ public:
+  /// `known`: while the run is wired, so that a signal whose part has a mistake adds no second one; null
+  /// afterwards. Both outlive the scope.
+  SignalScope(const config::Expression& expression, const signals::SignalTable& table,
+              const signals::KnownSignals* known = nullptr);
+
+  std::optional<expression::Variable> find(std::string_view name) const override;
+  std::vector<std::string> names(std::string_view missing) const override;
+
+  /// By Variable::index.
+  const std::vector<signals::SignalId>& signals() const noexcept { return signals_; }
+
+ private:
+  const signals::SignalTable& table_;
+  const signals::KnownSignals* known_;
+  std::vector<signals::SignalId> signals_;
+};
+
+/// Writes the values of the signals; NaN of a signal that is not known (coverage.hpp). As many `values` as
+/// signals.
+void sample(const signals::SignalTable& table, std::span<const signals::SignalId> signals,
+            std::span<double> values) noexcept;
+
+}  // namespace hil::run

@@ -1,0 +1,121 @@
+// Units of signals and expressions.
+
+#include "runtime/units/unit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "runtime/config/units.hpp"
+
+namespace hil::units {
+namespace {
+
+double si(const std::string& unit, double value) {
+  const auto parsed = parse_unit(unit);
+  EXPECT_TRUE(parsed) << unit;
+  return parsed ? parsed->to_si(value) : std::nan("");
+}
+
+std::string dimension(const std::string& unit) {
+  const auto parsed = parse_unit(unit);
+  return parsed ? si_symbol(parsed->dimension) : "none";
+}
+
+TEST(Unit, HasItsDimensionHoweverItIsWritten) {
+  for (const char* unit :
+       {"m/s2", "m/s^2", "m s-2", "m.s-2", "m*s^-2", "m/s/s", "m/s\u00b2", "m\u00b7s\u207b\u00b2"})
+    EXPECT_EQ(dimension(unit), "m/s2") << unit;
+  for (const char* unit : {"N m", "Nm", "N.m", "N\u00b7m", "kNm", "mNm", "J", "W s"})
+    EXPECT_EQ(dimension(unit), "kg m2/s2") << unit;
+  for (const char* unit : {"", "-", "1", "rad", "deg", "\u00b0", "%", "ppm", " % "})
+    EXPECT_EQ(dimension(unit), "1") << unit;
+  for (const char* unit : {"1/min", "rpm", "U/min", "Hz", "rad/s", "rev/min"})
+    EXPECT_EQ(dimension(unit), "1/s") << unit;
+  EXPECT_EQ(dimension("degC"), "K");
+  EXPECT_EQ(dimension("V"), "kg m2/A s3");
+  EXPECT_EQ(dimension("W/m2 K"), "kg/K s3") << "all symbols after a stroke are below it";
+}
+
+TEST(Unit, ValuesInTheSi) {
+  EXPECT_EQ(si("km/h", 36.0), 10.0);
+  EXPECT_EQ(si("mm", 1234.0), 1.234);
+  EXPECT_EQ(si("g", 500.0), 0.5);
+  EXPECT_EQ(si("t", 2.0), 2000.0);
+  EXPECT_EQ(si("kN", 3.0), 3000.0);
+  EXPECT_EQ(si("bar", 1.5), 1.5e5);
+  EXPECT_EQ(si("kWh", 1.0), 3.6e6);
+  EXPECT_EQ(si("l/min", 60.0), 1e-3);
+  EXPECT_EQ(si("cm2", 1.0), 1e-4);
+  EXPECT_EQ(si("min", 2.0), 120.0) << "not a milli-inch";
+  EXPECT_EQ(si("%", 50.0), 0.5);
+  EXPECT_DOUBLE_EQ(si("deg", 180.0), std::numbers::pi);
+  EXPECT_DOUBLE_EQ(si("rpm", 60.0), 2.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(si("rev/min", 60.0), si("rpm", 60.0));
+  EXPECT_DOUBLE_EQ(si("1/min", 60.0), 1.0);
+  EXPECT_DOUBLE_EQ(si("\u00b5V", 1.0), 1e-6);
+  EXPECT_DOUBLE_EQ(si("k\u03a9", 1.0), 1e3);
+  EXPECT_DOUBLE_EQ(si("gn", 1.0), 9.80665);
+}
+
+TEST(Unit, TemperaturesHaveAnOffsetWhereTheyStandAlone) {
+  for (const char* unit : {"degC", "\u00b0C", "deg C", "Celsius"})
+    EXPECT_DOUBLE_EQ(si(unit, 20.0), 293.15) << unit;
+  EXPECT_NEAR(si("degF", 212.0), 373.15, 1e-9);
+  EXPECT_DOUBLE_EQ(si("degC/s", 20.0), 20.0);
+  EXPECT_DOUBLE_EQ(parse_unit("degC")->difference_to_si(20.0), 20.0);
+}
+
+TEST(Unit, OtherTextsAreNone) {
+  for (const char* unit : {"steps", "m//s", "m/", "/s", "m^", "m-", "m2-", "m-s", "2 m", "m+s", "km/hour",
+                           "xm", "m101", "mm^-101", "m 1 x", "kkm", "gauge", "\xb0"})
+    EXPECT_FALSE(parse_unit(unit)) << unit;
+}
+
+TEST(Unit, ConvertsIntoUnitsOfItsDimension) {
+  const auto of = [](const char* from, const char* to, double value) {
+    const auto found = conversion(*parse_unit(from), *parse_unit(to));
+    return found ? found->of(value) : std::nan("");
+  };
+  EXPECT_EQ(of("km/h", "m/s", 36.0), 10.0);
+  EXPECT_EQ(of("m/s", "km/h", 10.0), 36.0);
+  EXPECT_EQ(of("%", "1", 5.0), 0.05);
+  EXPECT_DOUBLE_EQ(of("degC", "degF", 100.0), 212.0);
+  EXPECT_NEAR(of("K", "degC", 300.0), 26.85, 1e-12);
+  EXPECT_TRUE(std::isnan(of("km/h", "m", 1.0)));
+  EXPECT_TRUE(conversion(*parse_unit("N m"), *parse_unit("J"))->is_identity());
+  EXPECT_FALSE(conversion(*parse_unit("mm"), *parse_unit("m"))->is_identity());
+  const auto there = *conversion(*parse_unit("degF"), *parse_unit("K"));
+  const auto back = *conversion(*parse_unit("K"), *parse_unit("degF"));
+  EXPECT_NEAR(back.of(there.of(70.0)), 70.0, 1e-10);
+}
+
+/// The units of parameters are units of signals too, with the same factor and one dimension for a quantity.
+/// As an acceleration, g is the one of gravity, which signals call gn.
+TEST(Unit, UnitsOfParametersAreUnits) {
+  for (int quantity = 0; quantity <= static_cast<int>(config::Quantity::share); ++quantity) {
+    const auto units = config::units_of(static_cast<config::Quantity>(quantity));
+    const std::string first = quantity == static_cast<int>(config::Quantity::share)
+                                  ? "1"
+                                  : dimension(std::string(units.front().symbol));
+    for (const config::Unit& unit : units) {
+      const bool is_gravity = unit.symbol == "g" && unit.numerator != 1.0;
+      const std::string symbol = is_gravity ? "gn" : std::string(unit.symbol);
+      EXPECT_EQ(dimension(symbol), first) << symbol;
+      EXPECT_DOUBLE_EQ(si(symbol, 1.0), unit.numerator / unit.denominator) << symbol;
+    }
+  }
+}
+
+TEST(Dimension, ProductsAndRoots) {
+  const Dimension speed = parse_unit("m/s")->dimension;
+  EXPECT_EQ(si_symbol(*product(speed, speed)), "m2/s2");
+  EXPECT_EQ(square_root(*product(speed, speed)), speed);
+  EXPECT_FALSE(square_root(speed));
+  EXPECT_EQ(si_symbol(*power(speed, -2)), "s2/m2");
+  EXPECT_FALSE(power(speed, 101));
+}
+
+}  // namespace
+}  // namespace hil::units
