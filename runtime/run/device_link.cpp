@@ -33,7 +33,7 @@ void DeviceLink::step(const executive::TickInfo& tick) noexcept {
   if (!in_step_) return;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     const Source& source = links_.outputs[i];
-    values_[i] = source.signal.valid() ? table_.value(source.signal) : source.constant;
+    values_[i] = source.signal.valid() ? source.conversion.of(table_.value(source.signal)) : source.constant;
     if (holds_safe_values_) values_[i] = device_.outputs()[i].safe_value;
   }
   device_.release_outputs(values_, tick.time_ns);

@@ -26,7 +26,10 @@ ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadli
 
 void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) const noexcept {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (links_.inputs[i].valid()) inputs[i] = table_.read(links_.inputs[i]);
+    const signals::InputSource& source = links_.inputs[i];
+    if (!source.signal.valid()) continue;
+    inputs[i] = table_.read(source.signal);
+    inputs[i].value = source.conversion.of(inputs[i].value);
   }
 }
 

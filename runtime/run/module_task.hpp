@@ -8,14 +8,15 @@
 #include "runtime/executive/task.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/run/clocks.hpp"
+#include "runtime/signals/links.hpp"
 
 namespace hil::run {
 
 class ModuleTask final : public executive::Task {
  public:
   struct Links {
-    std::vector<signals::SignalId> inputs;   ///< by input port; invalid: not connected
-    std::vector<signals::SignalId> outputs;  ///< by output port
+    std::vector<signals::InputSource> inputs;  ///< by input port
+    std::vector<signals::SignalId> outputs;    ///< by output port
   };
 
   ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,

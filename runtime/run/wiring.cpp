@@ -64,8 +64,9 @@ void connect_module(WiredModule& wired, const KnownSignals& known, Diagnostics& 
                                            link.port.text + "'" + config::suggestion(link.port.text, names));
     } else {
       const signals::SignalId signal = known.find(link.signal, diagnostics);
-      wired.links.inputs[static_cast<std::size_t>(port - ports.begin())] = signal;
-      known.check_unit(signal, port->name, port->unit, link.signal.place, diagnostics);
+      wired.links.inputs[static_cast<std::size_t>(port - ports.begin())] = {
+          .signal = signal,
+          .conversion = known.conversion_for(signal, port->name, port->unit, link.signal.place, diagnostics)};
     }
   }
   for (const modules::Port& port : ports) {

@@ -22,17 +22,20 @@ bool KnownSignals::is_undeclared(std::string_view name) const {
   return std::ranges::any_of(undeclared_, [&](const auto& prefix) { return name.starts_with(prefix); });
 }
 
-void KnownSignals::check_unit(SignalId signal, const std::string& reader, const std::string& unit_of_reader,
-                              const config::Place& place, config::Diagnostics& diagnostics) const {
-  if (!signal.valid()) return;
-  const auto spelled = [](std::string unit) {
-    unit.erase(std::remove(unit.begin(), unit.end(), '^'), unit.end());
-    return unit;
-  };
+units::Conversion KnownSignals::conversion_for(SignalId signal, const std::string& reader,
+                                               const std::string& unit_of_reader, const config::Place& place,
+                                               config::Diagnostics& diagnostics) const {
+  if (!signal.valid()) return {};
   const std::string& unit = table_.info(signal).unit;
-  if (unit.empty() || unit_of_reader.empty() || spelled(unit) == spelled(unit_of_reader)) return;
+  if (unit.empty() || unit_of_reader.empty() || unit == unit_of_reader) return {};
+  const auto from = units::parse_unit(unit), to = units::parse_unit(unit_of_reader);
+  const auto found = from && to ? units::conversion(*from, *to) : std::nullopt;
+  if (found) return *found;
+  const std::string& unknown = !from ? unit : unit_of_reader;
   diagnostics.add(place, "'" + table_.info(signal).name + "' is in " + unit + ", but '" + reader +
-                             "' is in " + unit_of_reader);
+                             "' is in " + unit_of_reader +
+                             (from && to ? "" : "; " + config::in_quotes(unknown) + " is not a known unit"));
+  return {};
 }
 
 std::optional<double> value_named(const std::map<std::string, double>& values, const config::Word& name,

@@ -15,6 +15,7 @@
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expression.hpp"
 #include "runtime/signals/signal_table.hpp"
+#include "runtime/units/unit.hpp"
 
 namespace hil::signals {
 
@@ -43,10 +44,12 @@ class KnownSignals {
   /// Invalid with a mistake when there is no such signal; without one when its part has a mistake.
   SignalId find(const config::Word& name, config::Diagnostics& diagnostics) const;
 
-  /// A signal and its reader (a channel of a device, an input of a module) need the same unit, since values
-  /// are not converted. Either may have none. An invalid signal is no mistake.
-  void check_unit(SignalId signal, const std::string& reader, const std::string& unit_of_reader,
-                  const config::Place& place, config::Diagnostics& diagnostics) const;
+  /// How values of a signal are converted for its reader (a channel of a device, an input of a module). A
+  /// mistake where the units are of different kinds. Where either has no unit, and for an invalid signal,
+  /// values are not converted.
+  units::Conversion conversion_for(SignalId signal, const std::string& reader,
+                                   const std::string& unit_of_reader, const config::Place& place,
+                                   config::Diagnostics& diagnostics) const;
 
  private:
   SignalTable& table_;

@@ -1,9 +1,10 @@
 #pragma once
-// The signals that the channels of a device are connected with.
+// The signals that the channels of a device and the inputs of a module are connected with.
 
 #include <vector>
 
 #include "runtime/signals/signal_table.hpp"
+#include "runtime/units/unit.hpp"
 
 namespace hil::signals {
 
@@ -11,6 +12,13 @@ namespace hil::signals {
 struct Source {
   SignalId signal;  ///< invalid: the constant
   double constant = 0.0;
+  units::Conversion conversion{};  ///< of the signal's values to the output's unit
+};
+
+/// A signal as a module reads it.
+struct InputSource {
+  SignalId signal;                 ///< invalid: not connected
+  units::Conversion conversion{};  ///< of its values to the input's unit
 };
 
 struct Links {

@@ -53,7 +53,10 @@ std::optional<Unit> parse_unit(std::string_view text);
 /// Converts values of one unit to another: value * numerator / denominator + offset.
 struct Conversion {
   double numerator = 1.0, denominator = 1.0, offset = 0.0;
-  double of(double value) const noexcept { return value * numerator / denominator + offset; }
+  double of(double value) const noexcept {
+    const double scaled = value * numerator / denominator;
+    return offset == 0.0 ? scaled : scaled + offset;  // -0 stays -0
+  }
   bool is_identity() const noexcept { return numerator == denominator && offset == 0.0; }
 };
 

@@ -35,7 +35,8 @@ void connect_output(const Word& word, const io::can::DbcSignal& signal, const io
     return;
   }
   target.signal = known.find(word, diagnostics);
-  known.check_unit(target.signal, channel.name, channel.unit, word.place, diagnostics);
+  target.conversion =
+      known.conversion_for(target.signal, channel.name, channel.unit, word.place, diagnostics);
 }
 
 }  // namespace

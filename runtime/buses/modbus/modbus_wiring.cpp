@@ -36,7 +36,8 @@ void ModbusWiring::connect(const KnownSignals& known, std::vector<Source>& outpu
       const Word& word = std::get<Word>(write.source);
       const io::ChannelInfo& channel = channels_->outputs()[index];
       outputs[index].signal = known.find(word, diagnostics);
-      known.check_unit(outputs[index].signal, channel.name, channel.unit, word.place, diagnostics);
+      outputs[index].conversion =
+          known.conversion_for(outputs[index].signal, channel.name, channel.unit, word.place, diagnostics);
     }
   }
 }

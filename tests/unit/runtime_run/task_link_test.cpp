@@ -173,9 +173,10 @@ class ModuleTasks : public ::testing::Test {
   DeviceClock clock_{executive_clock_};
   modules::EventLog events_;
   Recorder module_;
-  ModuleTask task_{
-      module_, {.inputs = {source_, {}}, .outputs = {out_, untouched_}}, 5 * ms, table_, database_, clock_,
-      events_};
+  ModuleTask task_{module_,   {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
+                   5 * ms,    table_,
+                   database_, clock_,
+                   events_};
 };
 
 TEST_F(ModuleTasks, PassTimesAndVersionToTheStep) {
@@ -192,6 +193,19 @@ TEST_F(ModuleTasks, PassTimesAndVersionToTheStep) {
   EXPECT_EQ(module_.seen.version, 42U);
   EXPECT_EQ(module_.seen.events, &events_);
   EXPECT_EQ(module_.seen.world_time(), rtstdb::world_time_ns(20 * ms));
+}
+
+TEST_F(ModuleTasks, InputsAreConvertedToTheUnitsOfTheirPorts) {
+  ModuleTask task(module_,
+                  {.inputs = {{.signal = source_, .conversion = {.numerator = 5.0, .denominator = 18.0}}, {}},
+                   .outputs = {out_, untouched_}},
+                  5 * ms, table_, database_, clock_, events_);
+  table_.write(source_, 36.0, 0);
+  const executive::TickInfo tick{.tick = 0, .time_ns = 0, .period_ns = 10 * ms, .run = 0};
+  task.latch(tick);
+  task.step(tick);
+  EXPECT_EQ(module_.in.value, 10.0);
+  EXPECT_TRUE(module_.in.fresh);
 }
 
 TEST_F(ModuleTasks, QueuedReleaseReadsTheInputsAndTheVersionOfItsTick) {

@@ -151,8 +151,8 @@ TEST_F(WiringTest, SignalsAreConnectedByName) {
   ASSERT_EQ(wiring->modules.size(), 2U);
   const ModuleTask::Links& traffic = wiring->modules[0].links;
   ASSERT_EQ(traffic.inputs.size(), 2U);
-  EXPECT_EQ(traffic.inputs[0], id("modbus.plc.light"));
-  EXPECT_EQ(traffic.inputs[1], id("can.car.BrakeCommand.Deceleration"));
+  EXPECT_EQ(traffic.inputs[0].signal, id("modbus.plc.light"));
+  EXPECT_EQ(traffic.inputs[1].signal, id("can.car.BrakeCommand.Deceleration"));
   EXPECT_EQ(traffic.outputs.size(), 5U);
   EXPECT_EQ(traffic.outputs[0], id("traffic.ego.x"));
   EXPECT_DOUBLE_EQ(table.value(id("traffic.ego.speed")), 10.0) << "signals start with their initial values";
@@ -261,7 +261,7 @@ TEST_F(WiringTest, LimitsOfAUnitAreInItsSettings) {
 TEST_F(WiringTest, OpenInputHasNoSignal) {
   const auto wiring = wired(changed("      ego_brake_request: can.car.BrakeCommand.Deceleration\n", ""));
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
-  EXPECT_FALSE(wiring->modules[0].links.inputs[1].valid());
+  EXPECT_FALSE(wiring->modules[0].links.inputs[1].signal.valid());
 }
 
 TEST_F(WiringTest, UnknownSignalIsAMistakeWithTheNearestName) {
