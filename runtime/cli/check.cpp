@@ -4,6 +4,7 @@
 #include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/subcommands.hpp"
+#include "runtime/cli/text_table.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/session.hpp"
 
@@ -33,12 +34,49 @@ std::string contents(const Loaded& loaded) {
          counted(loaded.scenario->expectations.size(), "expectation", "expectations");
 }
 
+/// The readers of all signals, by index of the signal: "traffic.brake", and with the unit to which values are
+/// converted: "traffic.brake (in m/s2)".
+std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
+  std::vector<std::string> readers(wiring.signals.size());
+  const auto add = [&](signals::SignalId signal, const std::string& reader, const std::string& unit,
+                       const units::Conversion& conversion) {
+    if (!signal.valid()) return;
+    std::string& list = readers[signal.index];
+    list += (list.empty() ? "" : ", ") + reader;
+    if (!conversion.is_identity()) list += " (in " + unit + ")";
+  };
+  for (const run::WiredModule& wired : wiring.modules) {
+    const std::vector<modules::Port>& ports = wired.module->ports().inputs;
+    for (std::size_t i = 0; i < ports.size(); ++i)
+      add(wired.links.inputs[i].signal, wired.section->module.text + "." + ports[i].name, ports[i].unit,
+          wired.links.inputs[i].conversion);
+  }
+  for (const run::WiredBus& wired : wiring.buses) {
+    const auto& channels = wired.bus->channels().outputs();
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      add(wired.links.outputs[i].signal, wired.section->full_name() + "." + channels[i].name,
+          channels[i].unit, wired.links.outputs[i].conversion);
+  }
+  return readers;
+}
+
+std::string signal_list(const run::Wiring& wiring) {
+  TextTable table({{.title = "Signal"}, {.title = "Unit"}, {.title = "Written by"}, {.title = "Read by"}});
+  const std::vector<std::string> readers = readers_of_signals(wiring);
+  for (std::uint32_t i = 0; i < readers.size(); ++i) {
+    const signals::SignalInfo& info = wiring.signals.info({i});
+    table.add({info.name, info.unit, info.writer, readers[i]});
+  }
+  return table.text();
+}
+
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
   struct Arguments {
     std::string scenario;
     std::vector<std::string> overrides;
+    bool lists_signals = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
@@ -48,6 +86,8 @@ void add_check(CLI::App& app, int& exit_code) {
       ->add_option("--set", arguments->overrides,
                    "change a value of the scenario: path=value; may be repeated")
       ->take_all();
+  command->add_flag("--signals", arguments->lists_signals,
+                    "list all signals with their units, writers and readers");
   command->callback([arguments, &exit_code] {
     const auto loaded = load(arguments->scenario, arguments->overrides);
     exit_code = loaded ? run::exit_passed : run::exit_bad_config;
@@ -56,6 +96,8 @@ void add_check(CLI::App& app, int& exit_code) {
         loaded->warning_count == 0 ? "" : ", " + counted(loaded->warning_count, "warning", "warnings");
     std::printf("%s: %s; no mistakes%s\n", arguments->scenario.c_str(), contents(*loaded).c_str(),
                 warnings.c_str());
+    if (arguments->lists_signals && loaded->wiring.signals.size() > 0)
+      std::fputs(("\n" + signal_list(loaded->wiring)).c_str(), stdout);
     exit_code = flush_output("check", exit_code);
   });
 }

@@ -50,5 +50,27 @@ TEST(CanDatabase, FdMessageIsSentAsFdFrameWithItsCycleTime) {
   EXPECT_EQ(frames[1].frame.wall_ns - frames[0].frame.wall_ns, 20'000'000);
 }
 
+/// A car at 10 m/s, whose speed is sent in km/h.
+TEST(CanDatabase, SignalsAreSentInTheUnitOfTheDatabase) {
+  const Folder folder;
+  write_text(folder / "bus.dbc",
+             "VERSION \"\"\nBU_: A B\nBO_ 256 Status: 8 A\n SG_ Speed : 0|8@1+ (1,0) [0|255] \"km/h\" B\n");
+  write_text(
+      folder / "bus.yaml",
+      "scenario: bus\nbase_rate: 1 kHz\nduration: 100 ms\nclock: virtual\nworld: {durability: volatile}\n"
+      "tasks:\n  - module: traffic\n    type: vehicles\n    rate: 100 Hz\n"
+      "    parameters: {vehicles: {ego: {position: [0 m, 0 m], speed: 10 m/s}}}\n"
+      "can:\n  - bus: car\n    device: virtual\n    database: bus.dbc\n    rate: 100 Hz\n"
+      "    send: [{message: Status, signals: {Speed: traffic.ego.speed}}]\n");
+  const Ended checked = run_hil({"check", folder / "bus.yaml", "--signals"});
+  EXPECT_EQ(checked.code, 0) << checked.errors;
+  EXPECT_NE(checked.output.find("can.car.Status.Speed (in km/h)"), std::string::npos) << checked.output;
+  const Ended ended = run_hil({"run", folder / "bus.yaml", "--out", folder / "out"});
+  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const auto frames = read_can_log(folder / "out/can-car.log");
+  ASSERT_GE(frames.size(), 5U);
+  EXPECT_EQ(frames[3].frame.payload()[0], 36);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

@@ -394,6 +394,14 @@ TEST_F(DeviceLinks, ReadOutputsFromSignalsAndConstants) {
   EXPECT_TRUE(link.in_step());
 }
 
+TEST_F(DeviceLinks, ConvertSignalsToTheUnitsOfOutputs) {
+  links_.outputs[1].conversion = {.numerator = 18.0, .denominator = 5.0};
+  DeviceLink link(device_, links_, table_, io::Pacing::realtime);
+  link.step({.tick = 3, .time_ns = 3 * ms, .period_ns = ms, .run = 3});
+  EXPECT_DOUBLE_EQ(device_.released[0], 4.0) << "a constant is in the output's unit";
+  EXPECT_DOUBLE_EQ(device_.released[1], 21.6);
+}
+
 TEST_F(DeviceLinks, ExchangeAfterTheReleaseInLockStep) {
   DeviceLink link(device_, links_, table_, io::Pacing::lockstep);
   link.step({.tick = 5, .time_ns = 5 * ms, .period_ns = ms, .run = 5});
