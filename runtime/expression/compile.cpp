@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "runtime/config/numbers.hpp"
-#include "runtime/config/source_text.hpp"
 #include "runtime/expression/call_type.hpp"
 #include "runtime/expression/operand_types.hpp"
 #include "runtime/expression/program.hpp"

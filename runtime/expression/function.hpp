@@ -31,8 +31,9 @@ struct Call {
 ///   s  a duration
 ///   S  a duration that is a constant
 ///   v  a change of q in time: q per second
-///   p  any dimension of its own
-/// In brackets: arguments that can be left out. "+" repeats the argument before it any number of times.
+///   p  a quantity of any dimension; the result P is its sum over time
+/// In brackets: arguments that can be left out. "+" repeats the argument before it any number of times. "pid"
+/// alone: a rule of its own (call_type.cpp).
 struct Function {
   std::string_view name;
   std::string_view signature;

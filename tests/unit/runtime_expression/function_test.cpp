@@ -8,6 +8,7 @@
 
 #include "compiled.hpp"
 #include "tests/paths.h"
+#include "tests/support/allocation_guard.hpp"
 
 namespace hil::expression {
 namespace {
@@ -116,6 +117,20 @@ TEST(Functions, NoiseIsThatOfTheSeed) {
   const auto two = steps("noise(1) - noise(1)", zeros);
   EXPECT_GT(std::ranges::count_if(two, [](double value) { return value != 0.0; }), 19'000)
       << "each call has values of its own";
+}
+
+TEST(Functions, EvaluationDoesNotAllocate) {
+  auto program = compile(
+      "lag(x, dt) + delay(x, 2 s) * noise(1) + max(x, 1 m, 2 m) + (if rise(a > 1) or state == red then x "
+      "else 4)",
+      {.unit = "mm"});
+  const std::vector<double> values = test::Names().values();
+  allocation_guard::reset();
+  allocation_guard::enter_tick();
+  for (int i = 0; i < 100; ++i)
+    program->evaluate(values, 0.1 * i);
+  allocation_guard::leave_tick();
+  EXPECT_EQ(allocation_guard::seen().total(), 0U);
 }
 
 TEST(Functions, ResetBeginsAnew) {
