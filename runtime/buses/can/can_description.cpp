@@ -32,18 +32,24 @@ std::optional<io::can::Dbc> load_database(const CanSection& section, Diagnostics
   return std::move(loaded.database);
 }
 
-/// Null with a mistake when there is no such message, or when it can not be sent or received.
+/// Null with a mistake when there is no such message.
+const io::can::DbcMessage* message_named(const io::can::Dbc& database, const Word& word,
+                                         Diagnostics& diagnostics) {
+  const io::can::DbcMessage* const found = database.find_message(word.text);
+  if (found != nullptr) return found;
+  std::vector<std::string> names;
+  for (const io::can::DbcMessage& known : database.messages)
+    names.push_back(known.name);
+  diagnostics.add(word.place, "the CAN database has no message '" + word.text + "'" +
+                                  config::suggestion(word.text, names));
+  return nullptr;
+}
+
+/// The same; null with a mistake also when it can not be sent or received.
 const io::can::DbcMessage* find_message(const io::can::Dbc& database, const Word& word, io::can::Use use,
                                         Diagnostics& diagnostics) {
-  const io::can::DbcMessage* const found = database.find_message(word.text);
-  if (found == nullptr) {
-    std::vector<std::string> names;
-    for (const io::can::DbcMessage& known : database.messages)
-      names.push_back(known.name);
-    diagnostics.add(word.place, "the CAN database has no message '" + word.text + "'" +
-                                    config::suggestion(word.text, names));
-    return nullptr;
-  }
+  const io::can::DbcMessage* const found = message_named(database, word, diagnostics);
+  if (found == nullptr) return nullptr;
   const std::vector<std::string> problems = io::can::coding_problems(*found, {}, use);
   for (const std::string& problem : problems)
     diagnostics.add(word.place, problem);
@@ -61,6 +67,19 @@ const io::can::DbcSignal* find_dbc_signal(const io::can::DbcMessage& message, co
   diagnostics.add(signal.place, "message " + message.name + " has no signal '" + signal.text + "'" +
                                     config::suggestion(signal.text, names));
   return nullptr;
+}
+
+/// Gives signals of the database the units of the scenario.
+void set_units(const std::vector<SignalUnit>& units, io::can::Dbc& database, Diagnostics& diagnostics) {
+  for (const SignalUnit& unit : units) {
+    const io::can::DbcMessage* const message = message_named(database, unit.message, diagnostics);
+    const io::can::DbcSignal* const signal =
+        message == nullptr ? nullptr : find_dbc_signal(*message, unit.dbc_signal, diagnostics);
+    if (signal == nullptr) continue;
+    io::can::DbcMessage& changed =
+        database.messages[static_cast<std::size_t>(message - database.messages.data())];
+    changed.signals[static_cast<std::size_t>(signal - message->signals.data())].unit = unit.unit;
+  }
 }
 
 /// Adds a mistake for a constant at `place` beyond the bits or the range of the signal, which the scenario
@@ -199,6 +218,7 @@ std::optional<io::can::CanDeviceConfig> describe_can_device(const CanSection& se
                                                             Diagnostics& diagnostics) {
   auto database = load_database(section, diagnostics);
   if (!database) return std::nullopt;
+  set_units(section.units, *database, diagnostics);
   io::can::CanDeviceConfig device;
   device.name = section.name.text;
   device.bits_per_second = section.bits_per_second;

@@ -62,6 +62,9 @@ Schema can_schema() {
                     "The rate at which frames are read and sent. It divides the base rate."),
       Field::with_default("bit_rate", Schema::integer(1'000, 20'000'000), "500000",
                           "The bit rate in bits per second, for the bus load."),
+      Field::with_default("units", Schema::map(Schema::map(Schema::text())), "{}",
+                          "Units of signals, by message and signal, where the DBC file has none or a wrong "
+                          "one: {EgoStatus: {Speed: km/h}}."),
       Field::optional("priority", thread_priority_schema(),
                       "The real-time priority of the device's thread. Left out: an ordinary thread."),
       Field::with_default("send", Schema::list(sent_schema()), "[]", "The messages the run sends."),
@@ -205,6 +208,22 @@ void read_messages(const Value& value, CanSection& section, Diagnostics& diagnos
   }
 }
 
+void read_units(const Value& value, CanSection& section, Diagnostics& diagnostics) {
+  const Value* const messages = part_of(value, "units");
+  if (messages == nullptr) return;
+  for (std::size_t i = 0; i < messages->entries().size(); ++i) {
+    const auto& [message, signals] = messages->entries()[i];
+    for (std::size_t k = 0; k < signals.entries().size(); ++k) {
+      const auto& [signal, unit] = signals.entries()[k];
+      if (units::parse_unit(unit.text()))
+        section.units.push_back(
+            {{message, messages->key_place(i)}, {signal, signals.key_place(k)}, unit.text()});
+      else
+        diagnostics.add(unit.place(), in_quotes(unit.text()) + " is not a known unit");
+    }
+  }
+}
+
 void read_faults(const Value& value, CanSection& section, Diagnostics& diagnostics) {
   const Value* const faults = part_of(value, "faults");
   if (faults == nullptr) return;
@@ -245,6 +264,7 @@ void CanSection::read_entry(const Value& entry, ReaderContext& reading) {
     }
   }
   read_messages(entry, *this, reading.diagnostics);
+  read_units(entry, *this, reading.diagnostics);
   read_faults(entry, *this, reading.diagnostics);
   if (!is_whole(entry)) return;
   database = entry["database"].text();

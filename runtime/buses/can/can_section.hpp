@@ -50,6 +50,13 @@ struct ReceivedMessage {
   std::vector<SafeValue> safe;
 };
 
+/// The unit of a signal in place of that of the DBC file.
+struct SignalUnit {
+  Word message;
+  Word dbc_signal;
+  std::string unit;  ///< a unit of units::parse_unit
+};
+
 /// Faults that a virtual bus injects.
 struct BusFaults {
   double drop = 0.0;     ///< probability per frame
@@ -63,6 +70,7 @@ class CanSection final : public config::BusSection {
   Place device_place;
   std::string database;  ///< absolute path of the DBC file
   double bits_per_second = 0.0;
+  std::vector<SignalUnit> units;
   std::vector<SentMessage> send;
   std::vector<ReceivedMessage> receive;
   BusFaults faults;

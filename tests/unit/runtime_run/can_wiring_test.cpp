@@ -228,6 +228,24 @@ TEST_F(CanWiring, UnknownValueNamesAreRefusedWithTheNearest) {
       refuses(changed("Status.Mode == LimpHome", "Status.Total == LimpHome"), 15, "has no value names"));
 }
 
+TEST_F(CanWiring, UnitsOfTheScenarioReplaceThoseOfTheDatabase) {
+  const auto with = [&](const std::string& units) {
+    return changed("    send:\n", "    units: " + units + "\n    send:\n");
+  };
+  const auto wiring = wired(with("{Command: {Torque: N m, Level: '%'}, Status: {Total: km/h}}"));
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  EXPECT_EQ(wiring->signals.info(*wiring->signals.find("can.car.Status.Total")).unit, "km/h");
+  EXPECT_EQ(wiring->signals.info(*wiring->signals.find("can.car.Status.Mode")).unit, "");
+  const auto& outputs = wiring->buses.at(0).bus->channels().outputs();
+  EXPECT_EQ(outputs[1].unit, "N m");
+  EXPECT_EQ(outputs[2].unit, "%");
+  EXPECT_TRUE(wired(changed("Mode == LimpHome", "Total > 3 m/s", with("{Status: {Total: km/h}}"))))
+      << diagnostics_.to_text();
+  EXPECT_TRUE(refuses(with("{Comand: {Torque: N m}}"), 9, "no message 'Comand'; did you mean 'Command'?"));
+  EXPECT_TRUE(refuses(with("{Command: {Torque: furlongs}}"), 9, "'furlongs' is not a known unit"));
+  EXPECT_TRUE(refuses(with("{Command: {Tork: N m}}"), 9, "message Command has no signal 'Tork'"));
+}
+
 TEST_F(CanWiring, LongAndShortNamesAreOneSignal) {
   const std::string signal = "BatteryCellOverVoltageWarn_0001";
   const std::string full = "can.car.StatusOfTheBatteryManagement.BatteryCellOverVoltageWarningIndexFront";
