@@ -29,8 +29,8 @@ struct ConvexHull {
   };
 
   /// Of a solid with a curved surface (solid_hull.hpp): the Minkowski sum of the hull of the first
-  /// core_corners corners and a ball or a disc around the origin. Its faces are the flat
-  /// ones alone, with corners on their rims.
+  /// core_corners corners and a ball or a disc around the origin. Its faces are the flat ones alone, with
+  /// corners on their rims.
   struct Round {
     glm::vec3 axis{0.0f};  ///< unit: a disc perpendicular to it; zero: a ball
     float radius_m = 0.0f;

@@ -224,7 +224,10 @@ class Compiler {
     if (!both) return {};
     const bool is_sum = nodes_[i].operation == Operation::add;
     // A temperature and a difference make a temperature, two temperatures a difference.
-    if (both->unit && both->unit->offset != 0.0) both->unit.reset();
+    if (both->unit && both->unit->offset != 0.0) {
+      both->unit.reset();
+      both->is_difference = !is_sum;
+    }
     both->constant = folded(left, right, [&](double a, double b) { return is_sum ? a + b : a - b; });
     return *both;
   }
@@ -255,15 +258,16 @@ class Compiler {
                                    : units::product(a.dimension, b.dimension);
     if (!dimension) return types_.fail(i, "the unit of this product has an exponent beyond 100");
     Type type = quantity(*dimension);
-    const auto unit_of = [](const Type& part) {
-      return part.kind == Type::Kind::bare ? std::optional(si_unit({})) : part.unit;
+    const auto has_unit = [](const Type& part) { return part.unit && part.unit->offset == 0.0; };
+    const auto is_in_si = [](const Type& part) {
+      return part.kind == Type::Kind::bare || (part.unit && is_si(*part.unit));
     };
-    const auto unit_a = unit_of(a), unit_b = unit_of(b);
-    if (b.is_plain() && unit_a && unit_a->offset == 0.0)
-      type.unit = unit_a;
-    else if (a.is_plain() && !divides && unit_b && unit_b->offset == 0.0)
-      type.unit = unit_b;
-    else if (unit_a && unit_b && is_si(*unit_a) && is_si(*unit_b))
+    // A plain factor leaves the unit of the other one: twice a value in % is in %.
+    if (b.is_plain() && has_unit(a))
+      type.unit = a.unit;
+    else if (a.is_plain() && !divides && has_unit(b))
+      type.unit = b.unit;
+    else if (is_in_si(a) && is_in_si(b))
       type.unit = si_unit(*dimension);
     type.constant = constant;
     return type;
@@ -379,8 +383,10 @@ class Compiler {
       add({.code = Code::variable, .index = variables_[i]->index, .conversion = types_.conversion(i)});
       push();
       return;
+    } else if (node.operation == Operation::name) {
+      add({.code = Code::time});
     } else {
-      add({.code = code_of(node.operation)});
+      add({.code = Code::operation, .operation = node.operation});
     }
     push();
     if (!types_.conversion(i).is_identity()) add({.code = Code::convert, .conversion = types_.conversion(i)});
@@ -400,46 +406,6 @@ class Compiler {
       program_.state_.resize(program_.state_.size() + 1 + call.state_size);
     }
     add(std::move(call));
-  }
-
-  static Code code_of(Operation operation) {
-    switch (operation) {
-      case Operation::conditional:
-        return Code::conditional;
-      case Operation::any_of:
-        return Code::any_of;
-      case Operation::all_of:
-        return Code::all_of;
-      case Operation::negation:
-        return Code::negation;
-      case Operation::equal:
-        return Code::equal;
-      case Operation::not_equal:
-        return Code::not_equal;
-      case Operation::less:
-        return Code::less;
-      case Operation::less_or_equal:
-        return Code::less_or_equal;
-      case Operation::greater:
-        return Code::greater;
-      case Operation::greater_or_equal:
-        return Code::greater_or_equal;
-      case Operation::add:
-        return Code::add;
-      case Operation::subtract:
-        return Code::subtract;
-      case Operation::multiply:
-        return Code::multiply;
-      case Operation::divide:
-        return Code::divide;
-      case Operation::minus:
-        return Code::minus;
-      case Operation::power:
-        return Code::power;
-      case Operation::name:  // without a variable: time
-      default:
-        return Code::time;
-    }
   }
 
   const std::span<const Node> nodes_;

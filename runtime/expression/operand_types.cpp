@@ -66,7 +66,14 @@ std::optional<Type> OperandTypes::joined(std::size_t at, std::uint32_t first, st
     fail(at, in_quotes(name_of(at)) + " has operands in " + unit_text(a) + " and " + unit_text(b));
     return std::nullopt;
   }
+  const auto has_offset = [](const Type& part) { return part.unit && part.unit->offset != 0.0; };
+  if ((a.is_difference && has_offset(b)) || (b.is_difference && has_offset(a))) {
+    fail(at, in_quotes(name_of(at)) + " has a difference of temperatures and a temperature in " +
+                 unit_text(a.is_difference ? b : a) + "; a difference is in K");
+    return std::nullopt;
+  }
   Type type = quantity(a.dimension);
+  type.is_difference = a.is_difference && b.is_difference;
   if (a.unit && b.unit && is_same(*a.unit, *b.unit)) type.unit = a.unit;
   return type;
 }

@@ -30,6 +30,7 @@ struct Type {
   /// The unit of its names and numbers, if that is one; a bare number beside it takes it.
   std::optional<units::Unit> unit{};
   std::string opaque_unit{};
+  bool is_difference = false;        ///< of two values in a unit with an offset
   std::optional<double> constant{};  ///< its value, if it is known
 
   bool is_number() const { return kind == Kind::bare || kind == Kind::quantity || kind == Kind::opaque; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "runtime/config/require.hpp"
@@ -37,17 +38,80 @@ void Program::reset() noexcept {
   std::ranges::fill(state_, 0.0);
 }
 
-double Program::run(std::span<const double> values, double time_s, bool is_step) noexcept {
-  config::require(!instructions_.empty(), "a program made by Program::compile");
-  config::require(values.size() >= min_values_, "a value for each variable of the expression");
-  double* top = stack_.data();  // behind the last operand
-  const auto binary = [&](auto operation) {
+double* Program::operate(config::Expression::Operation operation, double* top) noexcept {
+  using Operation = config::Expression::Operation;
+  const auto binary = [&](auto function) {
     --top;
-    top[-1] = operation(top[-1], top[0]);
+    top[-1] = function(top[-1], top[0]);
   };
   const auto compare = [&](auto comparison) {
     binary([&](double a, double b) { return compared(a, b, comparison); });
   };
+  switch (operation) {
+    case Operation::any_of:
+      binary([](double a, double b) { return joined(a, b, 1.0); });
+      break;
+    case Operation::all_of:
+      binary([](double a, double b) { return joined(a, b, 0.0); });
+      break;
+    case Operation::negation:
+      top[-1] = 1.0 - top[-1];
+      break;
+    case Operation::equal:
+      compare(std::equal_to<>());
+      break;
+    case Operation::not_equal:
+      compare(std::not_equal_to<>());
+      break;
+    case Operation::less:
+      compare(std::less<>());
+      break;
+    case Operation::less_or_equal:
+      compare(std::less_equal<>());
+      break;
+    case Operation::greater:
+      compare(std::greater<>());
+      break;
+    case Operation::greater_or_equal:
+      compare(std::greater_equal<>());
+      break;
+    case Operation::add:
+      binary(std::plus<>());
+      break;
+    case Operation::subtract:
+      binary(std::minus<>());
+      break;
+    case Operation::multiply:
+      binary(std::multiplies<>());
+      break;
+    case Operation::divide:
+      binary([](double a, double b) { return b == 0.0 ? unknown_value : a / b; });
+      break;
+    case Operation::minus:
+      top[-1] = -top[-1];
+      break;
+    case Operation::power:
+      binary([](double a, double b) { return std::pow(a, b); });
+      break;
+    case Operation::conditional:
+      top -= 2;
+      top[-1] = std::isnan(top[-1]) ? unknown_value : top[-1] != 0.0 ? top[0] : top[1];
+      break;
+    case Operation::number:
+    case Operation::truth:
+    case Operation::name:
+    case Operation::quoted:
+    case Operation::call:
+      config::require(false, "an operation on the stack");
+      break;
+  }
+  return top;
+}
+
+double Program::run(std::span<const double> values, double time_s, bool is_step) noexcept {
+  config::require(!instructions_.empty(), "a program made by Program::compile");
+  config::require(values.size() >= min_values_, "a value for each variable of the expression");
+  double* top = stack_.data();  // behind the last operand
   for (const Instruction& instruction : instructions_) {
     switch (instruction.code) {
       case Code::number:
@@ -59,54 +123,8 @@ double Program::run(std::span<const double> values, double time_s, bool is_step)
       case Code::time:
         *top++ = time_s;
         break;
-      case Code::any_of:
-        binary([](double a, double b) { return joined(a, b, 1.0); });
-        break;
-      case Code::all_of:
-        binary([](double a, double b) { return joined(a, b, 0.0); });
-        break;
-      case Code::negation:
-        top[-1] = 1.0 - top[-1];
-        break;
-      case Code::equal:
-        compare(std::equal_to<>());
-        break;
-      case Code::not_equal:
-        compare(std::not_equal_to<>());
-        break;
-      case Code::less:
-        compare(std::less<>());
-        break;
-      case Code::less_or_equal:
-        compare(std::less_equal<>());
-        break;
-      case Code::greater:
-        compare(std::greater<>());
-        break;
-      case Code::greater_or_equal:
-        compare(std::greater_equal<>());
-        break;
-      case Code::add:
-        binary(std::plus<>());
-        break;
-      case Code::subtract:
-        binary(std::minus<>());
-        break;
-      case Code::multiply:
-        binary(std::multiplies<>());
-        break;
-      case Code::divide:
-        binary([](double a, double b) { return b == 0.0 ? unknown_value : a / b; });
-        break;
-      case Code::minus:
-        top[-1] = -top[-1];
-        break;
-      case Code::power:
-        binary([](double a, double b) { return std::pow(a, b); });
-        break;
-      case Code::conditional:
-        top -= 2;
-        top[-1] = std::isnan(top[-1]) ? unknown_value : top[-1] != 0.0 ? top[0] : top[1];
+      case Code::operation:
+        top = operate(instruction.operation, top);
         break;
       case Code::truth_of_number:
         top[-1] = std::isnan(top[-1]) ? unknown_value : top[-1] != 0.0 ? 1.0 : 0.0;

@@ -89,43 +89,23 @@ class Program {
 
  private:
   friend class Compiler;
-  enum class Code : std::uint8_t {
-    number,
-    variable,
-    time,
-    any_of,
-    all_of,
-    negation,
-    equal,
-    not_equal,
-    less,
-    less_or_equal,
-    greater,
-    greater_or_equal,
-    add,
-    subtract,
-    multiply,
-    divide,
-    minus,
-    power,
-    conditional,
-    truth_of_number,
-    convert,
-    call,
-  };
+  enum class Code : std::uint8_t { number, variable, time, operation, truth_of_number, convert, call };
   /// Takes its operands from the stack and appends its result.
   struct Instruction {
     Code code = Code::number;
-    double number = 0.0;                 ///< number, power: the exponent
-    std::uint32_t index = 0;             ///< variable
-    units::Conversion conversion{};      ///< variable, convert
-    const Function* function = nullptr;  ///< call
-    std::uint32_t arguments = 0;         ///< call
-    std::uint32_t first_state = 0;       ///< call: of a function with a state; its last result is before it
+    config::Expression::Operation operation{};  ///< operation: with two operands, a sign, not or if
+    double number = 0.0;                        ///< number
+    std::uint32_t index = 0;                    ///< variable
+    units::Conversion conversion{};             ///< variable, convert
+    const Function* function = nullptr;         ///< call
+    std::uint32_t arguments = 0;                ///< call
+    std::uint32_t first_state = 0;  ///< call: of a function with a state; its last result is before it
     std::uint32_t state_size = 0;
     FunctionConstants constants{};  ///< call
   };
 
+  /// Replaces the operands before `top` by the result, and returns the new top.
+  static double* operate(config::Expression::Operation operation, double* top) noexcept;
   double run(std::span<const double> values, double time_s, bool is_step) noexcept;
 
   std::vector<Instruction> instructions_;

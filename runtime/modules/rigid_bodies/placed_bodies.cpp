@@ -102,9 +102,10 @@ std::string place_and_name(const RigidBodyOptions& body) {
          ": '" + body.name + "'";
 }
 
-std::vector<PlacedBody> read_placed_bodies(const World& world, rtstdb::Database& database,
-                                           const std::string& caller, const RigidBodiesOptions& options,
+std::vector<PlacedBody> read_placed_bodies(World& world, const std::string& caller,
+                                           const RigidBodiesOptions& options,
                                            std::span<const rtstdb::EntityId> entities, double substep_s) {
+  rtstdb::Database& database = world.database();
   const auto reading = database.make_transaction({.max_reads = static_cast<std::uint32_t>(entities.size())});
   reading->begin({});
   for (const rtstdb::EntityId entity : entities)
@@ -121,9 +122,8 @@ std::vector<PlacedBody> read_placed_bodies(const World& world, rtstdb::Database&
     };
     if (!info || (info->convex_parts == 0 && !info->closed))
       refuse(
-          "has an open shape, or one whose triangles have not all their fronts outside, so nothing is inside "
-          "it "
-          "and its contacts have no depth; use a closed shape, a 'solid' or 'convex_parts'");
+          "has an open shape, or one whose triangles have not all their fronts outside, so nothing is "
+          "inside it and its contacts have no depth; use a closed shape, a 'solid' or 'convex_parts'");
     if (row.mask == 0) refuse("is in no layer, so no query finds it; give it one");
     const rtstdb::Bounds bounds = world.bounds_of(entities[i]);
     placed.push_back({.row = row,

@@ -29,8 +29,8 @@ struct PlacedBody {
 ///   definite normal there;
 /// - if a force at a corner of a body's box moves the corner more in a substep than the stiffness or the
 ///   damping permits, because its inertia is small: a substep would add energy.
-std::vector<PlacedBody> read_placed_bodies(const World& world, rtstdb::Database& database,
-                                           const std::string& caller, const RigidBodiesOptions& options,
+std::vector<PlacedBody> read_placed_bodies(World& world, const std::string& caller,
+                                           const RigidBodiesOptions& options,
                                            std::span<const rtstdb::EntityId> entities, double substep_s);
 
 /// Place and name of a body, for error texts.

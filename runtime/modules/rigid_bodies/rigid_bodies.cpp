@@ -117,7 +117,7 @@ void RigidBodies::configure(World& world, EventLog& events, const TaskParameters
   for (const RigidBodyOptions& body : options_.bodies)
     entities.push_back(world.entity_of(body.name, caller));
   const std::vector<PlacedBody> placed =
-      read_placed_bodies(world, world.database(), caller, options_, entities, 1e-9 * substep_ns_);
+      read_placed_bodies(world, caller, options_, entities, 1e-9 * substep_ns_);
   watch_ = std::make_unique<ContactWatch>(world, events, caller, options_, entities, placed);
   std::vector<rtstdb::Motion> motions;
   for (const PlacedBody& body : placed)

@@ -52,6 +52,8 @@ TEST(Program, ANumberWithoutAUnitTakesThatBesideIt) {
   EXPECT_EQ(truth_of("kmh == 10 m/s"), 1.0);
   EXPECT_EQ(truth_of("2 * kmh == 72"), 1.0);
   EXPECT_EQ(truth_of("kmh + 4 == 40"), 1.0);
+  EXPECT_EQ(truth_of("2 * share == 100 and share * 2 == 100 and share / 2 == 25"), 1.0);
+  EXPECT_EQ(truth_of("1 / share == 200 %"), 1.0);
   EXPECT_EQ(truth_of("x / dt < 7"), 1.0) << "both in the SI";
   EXPECT_EQ(truth_of("max(1, kmh, 2) == 36 and min(99, 98, kmh) == 36"), 1.0);
   EXPECT_EQ(value_of("if a == 1 then 5 else kmh", "km/h"), 5.0);
@@ -64,6 +66,7 @@ TEST(Program, TemperaturesAreValuesOrDifferences) {
   EXPECT_EQ(truth_of("t == 20 degC and t > -20 degC"), 1.0);
   EXPECT_DOUBLE_EQ(value_of("t", "K"), 293.15);
   EXPECT_DOUBLE_EQ(value_of("t - 5 degC", "K"), 15.0);
+  EXPECT_EQ(truth_of("t - 5 degC > 14 K and t - 5 degC < 16 K"), 1.0);
   EXPECT_NEAR(value_of("t + 5 K", "degC"), 25.0, 1e-12);
 }
 
@@ -106,6 +109,9 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
        "units"},
       {"t + 5 > 1 K",
        "f:1:6: this number needs a unit: with degC it may be a temperature or a difference (K)"},
+      {"1 / share == 2", "f:1:15: this number needs a unit: the other side of '==' is in 1"},
+      {"t - 5 degC > 3 degC",
+       "f:1:13: '>' has a difference of temperatures and a temperature in degC; a difference is in K"},
       {"-t > 5 K", "f:1:2: a temperature in degC has no opposite; use K"},
       {"raw > 5 m", "f:1:6: '>' has operands in steps and m, and 'steps' is not a known unit"},
       {"raw * x > 5", "f:1:6: 'steps' is not a known unit, so '*' has no unit for its result"},
