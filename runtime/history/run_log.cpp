@@ -35,6 +35,7 @@ fs::path find_log(const fs::path& directory) {
     if (fs::exists(directory / log_folder, error)) return ": its folder 'database' holds no log segment";
     if (fs::exists(directory / "world.json", error))
       return ": the run wrote none (world.durability: volatile)";
+    if (fs::exists(directory / "report.json", error)) return ": the run opened no database";
     return " and no folder 'database' of a run";
   };
   throw HistoryError(Kind::file, directory.string() + " holds no log of a database" + why());

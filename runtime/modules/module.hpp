@@ -3,8 +3,8 @@
 // than an FMI co-simulation unit provides, so that a module can wrap one.
 //
 // Calls, in this order:
-// - create, from the checked parameters: declares the ports. Opens no world and no device.
-// - check_task: checks the task against the parameters. `hil check` goes this far.
+// - create, from the checked parameters and the task: checks them and declares the ports. Opens no world and no
+//   device. `hil check` goes this far.
 // - configure, on an ordinary thread: creates the entities, prepares the queries and allocates all memory of
 //   the module.
 // - describe, on an ordinary thread: records what a history of the run needs; ModuleType::
@@ -16,6 +16,7 @@
 // All times are run time: 0 at the first tick. World time (rtstdb::WorldTime) has the same numbers.
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -42,6 +43,7 @@ struct Port {
   std::string about;      ///< one sentence for the documentation
   double initial = 0.0;   ///< value of an output before the first step, or of an input without a signal
   bool required = false;  ///< input: a scenario that does not connect it is refused
+  std::map<std::string, double> named_values = {};  ///< output: names of values, for expressions
 };
 
 struct Ports {
@@ -101,9 +103,10 @@ class StepContext {
   rtstdb::ClockTime deadline{};
   /// The world's latest version at the release.
   rtstdb::Version version = 0;
-  /// By port, in the order of Ports::inputs. An input without a signal has its `initial` and is not fresh.
+  /// By port, in the order of Ports::inputs. An input without a signal has its `initial` and is not fresh. One
+  /// whose signal is unknown (NaN) keeps its value and is not fresh.
   std::span<const signals::SignalValue> inputs;
-  /// By port, in the order of Ports::outputs; contains the values of the last run.
+  /// By port, in the order of Ports::outputs; contains the values of the last run. NaN: the value is unknown.
   std::span<double> outputs;
   EventLog* events = nullptr;
 
@@ -121,12 +124,6 @@ class Module {
  public:
   virtual ~Module() = default;
   virtual const Ports& ports() const noexcept = 0;
-  /// Adds a mistake, with its place, for each parameter that the task does not permit. `parameters` are
-  /// those of create. Opens nothing; configure relies on it.
-  virtual void check_task(const config::Value& parameters, const TaskParameters& task,
-                          config::Diagnostics& diagnostics) const {
-    (void)parameters, (void)task, (void)diagnostics;
-  }
   /// Throws SetupError.
   virtual void configure(World& world, EventLog& events, const TaskParameters& task) = 0;
   virtual void step(StepContext& context) noexcept = 0;
@@ -141,8 +138,12 @@ struct ModuleType {
   std::string name;
   std::string about;          ///< one sentence for the documentation
   config::Schema parameters;  ///< a record
-  /// Returns null with mistakes for parameters that the schema permits but the module does not.
-  std::unique_ptr<Module> (*create)(const config::Value& parameters, config::Diagnostics& diagnostics);
+  /// Its modules use the database. False: configure gets a World that may have none.
+  bool needs_world = true;
+  /// Adds a mistake, with its place, for each parameter that the schema permits but the module, or its task,
+  /// does not. Returns null with mistakes when the ports are not known.
+  std::unique_ptr<Module> (*create)(const config::Value& parameters, const TaskParameters& task,
+                                    config::Diagnostics& diagnostics);
   /// The key of world.json whose list holds the records that make_recorded_scanner reads; empty: none.
   std::string recorded_list{};
   /// Makes the scanner of a run that is over, from a record of Module::describe. Throws RecordError.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "runtime/config/require.hpp"
 #include "runtime/modules/module.hpp"
 
 namespace hil::modules {
@@ -18,10 +19,15 @@ rtstdb::Error error_of(const rtstdb::Outcome& outcome) {
 
 }  // namespace
 
-World::World(rtstdb::Database& database, std::vector<std::string> layers)
-    : database_(database),
-      layers_(std::move(layers)),
-      creation_(database.make_transaction({.max_writes = 1})) {}
+World::World(rtstdb::Database* database, std::vector<std::string> layers)
+    : database_(database), layers_(std::move(layers)) {
+  if (database_ != nullptr) creation_ = database_->make_transaction({.max_writes = 1});
+}
+
+rtstdb::Database& World::database() noexcept {
+  config::require(database_ != nullptr, "a run with a database");
+  return *database_;
+}
 
 std::optional<std::uint32_t> World::layer_bit(const std::string& layer) const {
   const auto found = std::find(layers_.begin(), layers_.end(), layer);
@@ -45,7 +51,7 @@ std::uint32_t World::mask_of(const std::vector<std::string>& layers, const std::
 
 rtstdb::GeometryId World::add_geometry(const rtstdb::TriangleMesh& mesh, const std::string& name,
                                        const rtstdb::GeometryOptions& options) {
-  auto added = database_.add_geometry(mesh, name, options);
+  auto added = database().add_geometry(mesh, name, options);
   if (!added) throw SetupError(name, added.error());
   geometry_bounds_.resize(std::max<std::size_t>(geometry_bounds_.size(), added.value().index + 1));
   geometry_bounds_[added.value().index] = rtstdb::bounds_of(mesh);
@@ -61,7 +67,7 @@ rtstdb::GeometryId World::shared_geometry(const std::string& key,
 
 rtstdb::MaterialId World::add_material(const std::string& name, const rtstdb::Material& material) {
   if (materials_.contains(name)) throw SetupError("two materials have the name '" + name + "'");
-  auto added = database_.add_material(material, name);
+  auto added = database().add_material(material, name);
   if (!added) throw SetupError("world.materials", added.error());
   return materials_.emplace(name, added.value()).first->second;
 }
@@ -78,7 +84,7 @@ rtstdb::MaterialId World::material_of(const std::string& name, const std::string
 }
 
 rtstdb::Reservation* World::reserve(const rtstdb::ReservationOptions& options) {
-  auto reservation = database_.reserve(options);
+  auto reservation = database().reserve(options);
   if (!reservation) {
     not_reserved_.push_back(reservation.error().message);
     return nullptr;
@@ -91,7 +97,7 @@ rtstdb::EntityId World::create(const std::string& name, const rtstdb::EntityRow&
   if (by_name_.contains(name)) throw SetupError("two entities have the name '" + name + "'");
   creation_->begin({});
   const std::uint32_t ordinal = creation_->create(row);
-  const rtstdb::Outcome& outcome = database_.execute(*creation_);
+  const rtstdb::Outcome& outcome = database().execute(*creation_);
   if (!outcome.done()) throw SetupError("entity '" + name + "'", error_of(outcome));
   const rtstdb::EntityId entity = creation_->created(ordinal);
   by_name_.emplace(name, entity);

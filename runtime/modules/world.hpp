@@ -2,6 +2,9 @@
 // The world while modules are configured: the database, the mask bits of the layers, and the materials and
 // entities by name.
 //
+// A run without bodies whose modules need no world (ModuleType::needs_world) has no database. database() and
+// all members that add to the world are then misuse (asserts).
+//
 // Threads: configuration, one thread.
 
 #include <cstdint>
@@ -21,9 +24,10 @@ namespace hil::modules {
 
 class World {
  public:
-  explicit World(rtstdb::Database& database, std::vector<std::string> layers);
+  /// `database`: null when the run has none; outlives it.
+  World(rtstdb::Database* database, std::vector<std::string> layers);
 
-  rtstdb::Database& database() noexcept { return database_; }
+  rtstdb::Database& database() noexcept;
 
   /// The mask bit of a layer; empty when the scenario has no layer of that name.
   std::optional<std::uint32_t> layer_bit(const std::string& layer) const;
@@ -71,7 +75,7 @@ class World {
   rtstdb::Bounds bounds_of(rtstdb::EntityId entity) const;
 
  private:
-  rtstdb::Database& database_;
+  rtstdb::Database* database_;
   PointCloudSink* point_clouds_ = nullptr;
   std::vector<std::string> layers_;
   std::unique_ptr<rtstdb::Transaction> creation_;

@@ -68,7 +68,7 @@ struct Realtime {
 };
 
 struct Gpu {
-  std::string device;
+  std::string device;  ///< empty: the run had no database
   std::string driver;
   std::string api;
 };

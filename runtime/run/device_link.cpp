@@ -1,6 +1,7 @@
 #include "runtime/run/device_link.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hil::run {
 
@@ -10,7 +11,10 @@ DeviceLink::DeviceLink(io::Device& device, Links links, signals::SignalTable& ta
       table_(table),
       pacing_(pacing),
       samples_(device.inputs().size()),
-      values_(device.outputs().size()) {}
+      values_(device.outputs().size()) {
+  for (std::size_t i = 0; i < values_.size(); ++i)
+    values_[i] = device.outputs()[i].safe_value;
+}
 
 void DeviceLink::latch_inputs(std::int64_t time_ns) noexcept {
   device_.latch_inputs(samples_);
@@ -33,7 +37,9 @@ void DeviceLink::step(const executive::TickInfo& tick) noexcept {
   if (!in_step_) return;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     const Source& source = links_.outputs[i];
-    values_[i] = source.signal.valid() ? source.conversion.of(table_.value(source.signal)) : source.constant;
+    const double value =
+        source.signal.valid() ? source.conversion.of(table_.value(source.signal)) : source.constant;
+    if (!std::isnan(value)) values_[i] = value;
     if (holds_safe_values_) values_[i] = device_.outputs()[i].safe_value;
   }
   device_.release_outputs(values_, tick.time_ns);

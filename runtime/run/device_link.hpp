@@ -27,8 +27,9 @@ class DeviceLink final : public executive::Task {
   /// Base thread. While `hold` is true, step() releases the safe values of the outputs instead of their
   /// signals.
   void hold_safe_values(bool hold) noexcept { holds_safe_values_ = hold; }
-  /// Releases the outputs of this tick; in lock-step also waits for the answers. Does nothing once such an
-  /// exchange failed.
+  /// Releases the outputs of this tick; in lock-step also waits for the answers. An output whose signal is
+  /// unknown (NaN) keeps its value, before its first one the safe one. Does nothing once such an exchange
+  /// failed.
   void step(const executive::TickInfo& tick) noexcept override;
   /// False once a lock-step exchange failed: the other side does not answer.
   bool in_step() const noexcept { return in_step_; }

@@ -1,12 +1,13 @@
 #include "runtime/run/module_task.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace hil::run {
 
 ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns,
-                       signals::SignalTable& table, const rtstdb::Database& database,
+                       signals::SignalTable& table, const rtstdb::Database* database,
                        const DeviceClock& run_clock, modules::EventLog& events)
     : module_(module),
       links_(std::move(links)),
@@ -28,14 +29,24 @@ void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) const n
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const signals::InputSource& source = links_.inputs[i];
     if (!source.signal.valid()) continue;
-    inputs[i] = table_.read(source.signal);
-    inputs[i].value = source.conversion.of(inputs[i].value);
+    const signals::SignalValue& signal = table_.read(source.signal);
+    if (std::isnan(signal.value)) {
+      inputs[i].fresh = false;
+      continue;
+    }
+    inputs[i] = signal;
+    inputs[i].value = source.conversion.of(signal.value);
   }
 }
 
+rtstdb::Version ModuleTask::latest_version() const noexcept {
+  return database_ == nullptr ? rtstdb::Version{} : database_->latest().version;
+}
+
 void ModuleTask::queue(const executive::TickInfo& /*tick*/) noexcept {
+  std::copy(inputs_.begin(), inputs_.end(), kept_inputs_.begin());
   latch_inputs(kept_inputs_);
-  kept_version_ = database_.latest().version;
+  kept_version_ = latest_version();
   kept_ = true;
 }
 
@@ -50,7 +61,7 @@ void ModuleTask::latch(const executive::TickInfo& tick) noexcept {
     return;
   }
   latch_inputs(inputs_);
-  context_.version = database_.latest().version;
+  context_.version = latest_version();
 }
 
 void ModuleTask::step(const executive::TickInfo& /*tick*/) noexcept {

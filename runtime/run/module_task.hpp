@@ -19,8 +19,9 @@ class ModuleTask final : public executive::Task {
     std::vector<signals::SignalId> outputs;    ///< by output port
   };
 
+  /// `database`: null when the run has none.
   ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
-             const rtstdb::Database& database, const DeviceClock& run_clock, modules::EventLog& events);
+             const rtstdb::Database* database, const DeviceClock& run_clock, modules::EventLog& events);
 
   void latch(const executive::TickInfo& tick) noexcept override;
   void queue(const executive::TickInfo& tick) noexcept override;
@@ -37,12 +38,13 @@ class ModuleTask final : public executive::Task {
 
  private:
   void latch_inputs(std::vector<signals::SignalValue>& inputs) const noexcept;
+  rtstdb::Version latest_version() const noexcept;
 
   modules::Module& module_;
   const Links links_;
   const std::int64_t deadline_ns_;
   signals::SignalTable& table_;
-  const rtstdb::Database& database_;
+  const rtstdb::Database* const database_;
   const DeviceClock& run_clock_;
   std::vector<signals::SignalValue> inputs_;
   // Inputs and version of a queued release, as of its tick.

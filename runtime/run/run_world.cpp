@@ -1,5 +1,6 @@
 #include "runtime/run/run_world.hpp"
 
+#include <algorithm>
 #include <unordered_map>
 #include <utility>
 
@@ -47,6 +48,13 @@ rtstdb::DurabilityOptions durability_of(const RunContext& context) {
   return options;
 }
 
+bool needs_database(const Wiring& wiring) {
+  return !wiring.scenario->world.entities.empty() ||
+         std::ranges::any_of(wiring.modules, [](const WiredModule& wired) {
+           return modules::find_module_type(wired.section->type.text)->needs_world;
+         });
+}
+
 std::string log_refusal(const report::DatabaseLog& log) {
   return "the database's log refused " + std::to_string(log.refused_transactions) +
          " transactions that write, under durability " + log.durability + ": " +
@@ -60,18 +68,21 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context)
       context_(context),
       fields_(context.log),
       point_clouds_(context.options.directory, context.is_virtual) {
-  open_database();
-  context_.log.info("GPU: " + database_->device().name + ", " + database_->device().driver);
-  world_ = std::make_unique<modules::World>(*database_, wiring_.layers.names());
+  if (needs_database(wiring_)) {
+    open_database();
+    context_.log.info("GPU: " + database_->device().name + ", " + database_->device().driver);
+  }
+  world_ = std::make_unique<modules::World>(database_.get(), wiring_.layers.names());
   world_->set_point_clouds(&point_clouds_);
-  create_scenery(context_.scenario, wiring_.scenery, *world_, fields_);
+  if (database_ != nullptr) create_scenery(context_.scenario, wiring_.scenery, *world_, fields_);
   for (WiredModule& wired : wiring_.modules) {
     const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
     wired.module->configure(*world_, events_, facts);
     tasks_.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
-                                                  wiring_.signals, *database_, context_.device_clock,
+                                                  wiring_.signals, database_.get(), context_.device_clock,
                                                   events_));
   }
+  if (database_ == nullptr) return;
   fields_.log_built(*database_);
   write_world_record();
 }
@@ -116,6 +127,7 @@ void RunWorld::write_world_record() const {
 }
 
 bool RunWorld::check() {
+  if (database_ == nullptr) return true;
   bool can_go_on = true;
   const rtstdb::Health health = database_->health();
   if (health.device_lost) {
@@ -134,8 +146,9 @@ bool RunWorld::check() {
 }
 
 std::vector<std::string> RunWorld::close(report::RunRecord& record) {
-  last_motions_ = motions_of_scenery();
+  if (database_ != nullptr) last_motions_ = motions_of_scenery();
   std::vector<std::string> faults = point_clouds_.close();
+  if (database_ == nullptr) return faults;
   const auto ended = database_->close();
   const rtstdb::Durability durability = database_->durability();
   const report::DatabaseLog& log = record.database_log =
@@ -169,10 +182,11 @@ void RunWorld::add_unanswered_runs(report::RunRecord& record) const {
 
 void RunWorld::fill(report::RunRecord& record) const {
   add_unanswered_runs(record);
-  const rtstdb::DeviceInfo& device = database_->device();
-  record.gpu = {device.name, device.driver, device.api};
   for (const std::string& sentence : context_.degraded.all())
     record.realtime.degraded.push_back(sentence);
+  if (database_ == nullptr) return;
+  const rtstdb::DeviceInfo& device = database_->device();
+  record.gpu = {device.name, device.driver, device.api};
   for (const std::string& sentence : database_->health().degraded)
     record.realtime.degraded.push_back(sentence);
   record.transactions = transactions_of(database_->counts());

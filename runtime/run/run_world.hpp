@@ -1,6 +1,6 @@
 #pragma once
 // The world of a run: the database, the scenery, and the modules as tasks. Constructing it opens all of them;
-// close() ends the database.
+// close() ends the database. A run without bodies whose modules need no world opens no database.
 //
 // Threads: construction, close and the record on the thread that opens the run; check on one ordinary thread
 // while the run goes on.
@@ -31,8 +31,9 @@ class RunWorld {
 
   /// By the order of the scenario's tasks.
   const std::vector<std::unique_ptr<ModuleTask>>& tasks() const noexcept { return tasks_; }
+  bool has_database() const noexcept { return database_ != nullptr; }
   /// The device is lost, and no other one has taken its place.
-  bool device_lost() const { return database_->health().device_lost; }
+  bool device_lost() const { return database_ != nullptr && database_->health().device_lost; }
 
   /// Reports to run.log when the device was lost and replaced, and when the log refuses transactions.
   /// False: the run has to end, since the world can not be queried or written any more.
@@ -59,7 +60,7 @@ class RunWorld {
   Wiring& wiring_;
   RunContext& context_;
   WorldFields fields_;
-  std::unique_ptr<rtstdb::Database> database_;  // refers to the fields
+  std::unique_ptr<rtstdb::Database> database_;  // refers to the fields; null: the run needs none
   PointCloudFiles point_clouds_;
   std::unique_ptr<modules::World> world_;
   modules::EventLog events_;

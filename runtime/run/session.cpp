@@ -88,6 +88,7 @@ class LiveSession final : public executive::TickHooks {
   }
   void begin_tick(const executive::TickInfo& tick) noexcept override { buses_.begin_tick(tick.time_ns); }
   void end_tick(const executive::TickInfo& tick) noexcept override {
+    wiring_.variables.update(wiring_.signals, tick.time_ns);
     judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
     if (!buses_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
@@ -326,14 +327,17 @@ void LiveSession::close_logs() {
     add("signals.csv lacks " + std::to_string(rows) + " rows: the disk was too slow");
   for (const std::string& fault : buses_.log_faults())
     add(fault);
-  std::vector<std::string> files{"signals.csv", "run.log", "world.json"};
+  std::vector<std::string> files{"signals.csv", "run.log"};
   for (const std::string& file : buses_.log_files())
     files.push_back(file);
   for (const ProcessExit& exit : exits_) {
     add(exit.output_fault);
     files.push_back(exit.name + ".out");
   }
-  if (scenario_.world.durability != config::Durability::none) files.push_back("database");
+  if (world_->has_database()) {
+    files.push_back("world.json");
+    if (scenario_.world.durability != config::Durability::none) files.push_back("database");
+  }
   for (const std::string& file : files) {
     const std::filesystem::path path = context_.options.directory / file;
     std::error_code error;

@@ -176,7 +176,7 @@ ModuleType collision_type() {
                               "How far ahead the first impact is searched, for the output time_to_impact; 0 "
                               "without. Needs 'by: bodies'."),
       }),
-      .create = [](const config::Value& parameters,
+      .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
                    config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
         const config::Value& window = parameters["impact_window"];
         if (window.duration_ns() > 0 && parameters["by"].text() != "bodies") {

@@ -121,7 +121,7 @@ ModuleType detectors_type() {
                             "Layers of the bodies that are counted."),
               Field::needed("loops", Schema::map(loop), "The loops by name, at least one."),
           }),
-          .create = [](const config::Value& parameters,
+          .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
                        config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
             const std::size_t loops = parameters["loops"].entries().size();
             if (loops == 0 || loops > rtstdb::max_regions_per_query) {

@@ -50,13 +50,24 @@ struct PortedBody {
   rtstdb::EntityId entity{};
 };
 
+/// A chaser that a step carries through the capture distance would not be captured.
+void check_capture(const config::Value& capture, const TaskParameters& task,
+                   config::Diagnostics& diagnostics) {
+  const double step_m = capture["closing_speed"].number() * static_cast<double>(task.period_ns) * 1e-9;
+  const double distance_m = capture["distance"].number();
+  if (step_m < 2.0 * distance_m) return;
+  diagnostics.add(capture.place(), "with its largest closing speed the chaser moves by up to " +
+                                       config::format_number(1e3 * step_m) +
+                                       " mm in a step of the task, and 'distance' is " +
+                                       config::format_number(1e3 * distance_m) +
+                                       " mm to either side: use a faster task or a larger distance");
+}
+
 class DockingPort final : public Module {
  public:
   DockingPort(const config::Value& parameters, PortedBody target, PortedBody chaser);
 
   const Ports& ports() const noexcept override { return ports_; }
-  void check_task(const config::Value& parameters, const TaskParameters& task,
-                  config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
@@ -114,18 +125,6 @@ DockingPort::DockingPort(const config::Value& parameters, PortedBody target, Por
       {.name = "touch_speed", .unit = "m/s", .about = "`closing_speed` when the last touch began"});
   ports_.outputs.push_back(
       {.name = "undecided", .unit = "", .about = "Steps so far in which a touch could not be decided"});
-}
-
-/// A chaser that a step carries through the capture distance would not be captured.
-void DockingPort::check_task(const config::Value& parameters, const TaskParameters& task,
-                             config::Diagnostics& diagnostics) const {
-  const double step_m = limits_.closing_speed_mps * static_cast<double>(task.period_ns) * 1e-9;
-  if (step_m < 2.0 * limits_.distance_m) return;
-  diagnostics.add(parameters["capture"].place(),
-                  "with its largest closing speed the chaser moves by up to " +
-                      config::format_number(1e3 * step_m) + " mm in a step of the task, and 'distance' is " +
-                      config::format_number(1e3 * limits_.distance_m) +
-                      " mm to either side: use a faster task or a larger distance");
 }
 
 void DockingPort::configure(World& world, EventLog& events, const TaskParameters& task) {
@@ -273,7 +272,7 @@ ModuleType docking_port_type() {
   return {.name = "docking_port",
           .about = "The docking port of a body: where another body's port is, and whether it is captured.",
           .parameters = docking_port_schema(),
-          .create = [](const config::Value& parameters,
+          .create = [](const config::Value& parameters, const TaskParameters& task,
                        config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
             const config::Value& target = parameters["target"];
             const config::Value& chaser = parameters["chaser"];
@@ -285,6 +284,7 @@ ModuleType docking_port_type() {
               diagnostics.add(chaser["body"].place(), "'" + name + "' can not dock at itself");
               return nullptr;
             }
+            check_capture(parameters["capture"], task, diagnostics);
             return std::make_unique<DockingPort>(
                 parameters, PortedBody{.name = target["body"].text(), .port = *target_port},
                 PortedBody{.name = name, .port = *chaser_port});

@@ -32,8 +32,8 @@ namespace {
 
 enum Input : std::size_t { force_x, force_y, force_z, torque_x, torque_y, torque_z, hold };
 
-constexpr std::int64_t track_every_ns = 100'000'000;
-constexpr std::size_t max_track_points = 1u << 15;
+constexpr std::int64_t free_body_track_every_ns = 100'000'000;
+constexpr std::size_t max_free_body_track_points = 1u << 15;
 /// The largest number of integration steps in one step of the module. After a long pause they are longer
 /// instead of more.
 constexpr std::int64_t max_steps_at_once = 10'000;
@@ -151,7 +151,7 @@ void FreeBody::configure(World& world, EventLog& events, const TaskParameters& t
   const rtstdb::Motion motion = rtstdb::rebased(found->row.motion, rtstdb::world_time_ns(0));
   state_ = rigid_body_.state(motion.p_world_m, motion.v_world_mps, motion.q_world, motion.w_world_radps);
   row_.set_written(motion);
-  track_.reserve(max_track_points);
+  track_.reserve(max_free_body_track_points);
   // A transaction that writes a row takes microseconds. The budget is larger, for a loaded machine.
   const rtstdb::Nanoseconds deadline(task.deadline_ns);
   reservation_ = world.reserve({.name = task.instance,
@@ -287,9 +287,9 @@ void FreeBody::write_outputs(StepContext& context) noexcept {
                           static_cast<double>(rows_),
                           has_stopped_ ? 1.0 : 0.0};
   std::copy(values.begin(), values.end(), context.outputs.begin());
-  if (context.time_ns >= next_track_ns_ && track_.size() < max_track_points) {
+  if (context.time_ns >= next_track_ns_ && track_.size() < max_free_body_track_points) {
     track_.push_back({context.time_ns, p.x, p.y});
-    next_track_ns_ = context.time_ns + track_every_ns;
+    next_track_ns_ = context.time_ns + free_body_track_every_ns;
   }
 }
 
@@ -329,7 +329,8 @@ glm::dmat3 tensor_of(const config::Value& list) {
   return {glm::dvec3(xx, xy, xz), glm::dvec3(xy, yy, yz), glm::dvec3(xz, yz, zz)};
 }
 
-std::unique_ptr<Module> create_free_body(const config::Value& parameters, config::Diagnostics& diagnostics) {
+std::unique_ptr<Module> create_free_body(const config::Value& parameters, const TaskParameters& /*task*/,
+                                         config::Diagnostics& diagnostics) {
   const config::Value& inertia = parameters["inertia"];
   const std::size_t given = inertia.items().size();
   if (given != 3 && given != 6) {

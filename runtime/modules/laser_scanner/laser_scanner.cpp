@@ -35,10 +35,6 @@ class LaserScanner final : public Module {
   explicit LaserScanner(const config::Value& parameters);
 
   const Ports& ports() const noexcept override { return ports_; }
-  void check_task(const config::Value& parameters, const TaskParameters& task,
-                  config::Diagnostics& diagnostics) const override {
-    check_scanner_task(parameters, pattern_, task.period_ns, diagnostics);
-  }
   void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void describe(std::vector<contribution::ModuleRecord>& records) const override;
   void step(StepContext& context) noexcept override;
@@ -424,18 +420,20 @@ void LaserScanner::contribute(contribution::Contribution& report) const {
 }  // namespace
 
 ModuleType laser_scanner_type() {
-  return {
-      .name = "laser_scanner",
-      .about = "A laser scanner with one turning beam, carried by a body.",
-      .parameters = scanner_schema(),
-      .create = [](const config::Value& values, config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
-        const std::size_t mistakes = diagnostics.count();
-        check_scanner_options(values, diagnostics);
-        if (diagnostics.count() > mistakes) return nullptr;
-        return std::make_unique<LaserScanner>(values);
-      },
-      .recorded_list = scanner_list,
-      .make_recorded_scanner = recorded_laser_scanner};
+  return {.name = "laser_scanner",
+          .about = "A laser scanner with one turning beam, carried by a body.",
+          .parameters = scanner_schema(),
+          .create = [](const config::Value& values, const TaskParameters& task,
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+            const std::size_t mistakes = diagnostics.count();
+            check_scanner_options(values, diagnostics);
+            if (diagnostics.count() > mistakes) return nullptr;
+            const ScanPattern pattern(read_scanner_options(values).pattern);
+            check_scanner_task(values, pattern, task.period_ns, diagnostics);
+            return std::make_unique<LaserScanner>(values);
+          },
+          .recorded_list = scanner_list,
+          .make_recorded_scanner = recorded_laser_scanner};
 }
 
 }  // namespace hil::modules

@@ -33,13 +33,21 @@ constexpr double beyond_equation_2 = 2.5;
 /// The reflector may be behind others.
 constexpr std::uint32_t returns_per_beam = rtstdb::max_returns_per_cone;
 
+void check_batch(const StudyOptions& options, const config::Place& place, config::Diagnostics& diagnostics) {
+  for (const PixelMethod& method : options.methods) {
+    if (options.batch <= BeamQuery::max_capacity(method.beam_rad)) continue;
+    diagnostics.add(place, "'batch' is " + std::to_string(options.batch) + "; at most " +
+                               std::to_string(BeamQuery::max_capacity(method.beam_rad)) +
+                               " are possible for a " + name_of(method));
+    return;
+  }
+}
+
 class PixelStudy final : public Module {
  public:
   PixelStudy(const config::Value& parameters, StudyOptions options);
 
   const Ports& ports() const noexcept override { return ports_; }
-  void check_task(const config::Value& parameters, const TaskParameters& task,
-                  config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
@@ -90,18 +98,6 @@ PixelStudy::PixelStudy(const config::Value& parameters, StudyOptions options)
        .unit = "",
        .about = "Distances beyond 2.5 times the one of Equation 2 at which rays detect the reflector"},
       {.name = "incomplete", .unit = "", .about = "Rays and beams whose search was cut short"}};
-}
-
-void PixelStudy::check_task(const config::Value& parameters, const TaskParameters& /*task*/,
-                            config::Diagnostics& diagnostics) const {
-  for (const PixelMethod& method : options_.methods) {
-    if (options_.batch <= BeamQuery::max_capacity(method.beam_rad)) continue;
-    diagnostics.add(parameters["batch"].place(),
-                    "'batch' is " + std::to_string(options_.batch) + "; at most " +
-                        std::to_string(BeamQuery::max_capacity(method.beam_rad)) + " are possible for a " +
-                        name_of(method));
-    return;
-  }
 }
 
 /// Reads the places of the port and the reflector.
@@ -279,10 +275,11 @@ ModuleType pixel_study_type() {
   return {.name = "pixel_study",
           .about = "From which distances rays and beams in pixels detect a retro-reflector.",
           .parameters = study_schema(),
-          .create = [](const config::Value& parameters,
+          .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
                        config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
             auto options = read_study_options(parameters, diagnostics);
             if (!options) return nullptr;
+            check_batch(*options, parameters["batch"].place(), diagnostics);
             return std::make_unique<PixelStudy>(parameters, std::move(*options));
           }};
 }

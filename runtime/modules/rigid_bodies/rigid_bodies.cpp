@@ -39,16 +39,14 @@ namespace {
 constexpr std::array<const char*, 9> module_outputs{
     "kinetic_energy", "contacts", "depth", "touched", "undecided", "overflows", "late", "rows", "stopped"};
 
-constexpr std::int64_t track_every_ns = 100'000'000;
-constexpr std::size_t max_track_points = 1u << 13;
+constexpr std::int64_t rigid_track_every_ns = 100'000'000;
+constexpr std::size_t max_rigid_track_points = 1u << 13;
 
 class RigidBodies final : public Module {
  public:
   explicit RigidBodies(RigidBodiesOptions options);
 
   const Ports& ports() const noexcept override { return ports_; }
-  void check_task(const config::Value& parameters, const TaskParameters& task,
-                  config::Diagnostics& diagnostics) const override;
   void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void step(StepContext& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
@@ -103,12 +101,6 @@ RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(option
   }
 }
 
-void RigidBodies::check_task(const config::Value& parameters, const TaskParameters& task,
-                             config::Diagnostics& diagnostics) const {
-  check_contact_law(options_, parameters, 1e-9 * static_cast<double>(task.period_ns) / options_.substeps,
-                    diagnostics);
-}
-
 void RigidBodies::configure(World& world, EventLog& events, const TaskParameters& task) {
   instance_ = task.instance;
   const std::string caller = "module " + task.instance;
@@ -127,7 +119,7 @@ void RigidBodies::configure(World& world, EventLog& events, const TaskParameters
 
   for (const RigidBodyOptions& body : options_.bodies) {
     tracks_.emplace_back();
-    if (body.properties) tracks_.back().reserve(max_track_points);
+    if (body.properties) tracks_.back().reserve(max_rigid_track_points);
     kinds_.push_back({.stops = events.add_kind(body.name + " stops and rests from now on: it would have "
                                                            "reached {} times what the database permits",
                                                3),
@@ -203,10 +195,10 @@ void RigidBodies::write_outputs(StepContext& context) noexcept {
 
 void RigidBodies::note_tracks(std::int64_t time_ns) noexcept {
   if (time_ns < next_track_ns_) return;
-  next_track_ns_ = time_ns + track_every_ns;
+  next_track_ns_ = time_ns + rigid_track_every_ns;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     const BodySet::Body& body = std::as_const(*bodies_).bodies()[i];
-    if (body.rigid_body && tracks_[i].size() < max_track_points)
+    if (body.rigid_body && tracks_[i].size() < max_rigid_track_points)
       tracks_[i].push_back({time_ns, body.state.p_world_m.x, body.state.p_world_m.y});
   }
 }
@@ -237,10 +229,12 @@ ModuleType rigid_bodies_type() {
   return {.name = "rigid_bodies",
           .about = "Rigid bodies that touch: gravity, forces and torques, and contacts with friction.",
           .parameters = rigid_bodies_schema(),
-          .create = [](const config::Value& parameters,
+          .create = [](const config::Value& parameters, const TaskParameters& task,
                        config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
             auto options = read_rigid_bodies(parameters, diagnostics);
             if (!options) return nullptr;
+            check_contact_law(*options, parameters,
+                              1e-9 * static_cast<double>(task.period_ns) / options->substeps, diagnostics);
             return std::make_unique<RigidBodies>(std::move(*options));
           }};
 }

@@ -27,8 +27,8 @@ namespace hil::modules {
 namespace {
 
 constexpr double green_light = 2.0;
-constexpr std::int64_t track_every_ns = 50'000'000;
-constexpr std::size_t max_track_points = 1u << 16;
+constexpr std::int64_t vehicle_track_every_ns = 50'000'000;
+constexpr std::size_t max_vehicle_track_points = 1u << 16;
 /// Integration steps in one step of the module. After skipped releases there is one for each period that
 /// passed; beyond this number the steps are longer.
 constexpr std::int64_t max_integration_steps = 64;
@@ -224,7 +224,7 @@ void Vehicles::configure(World& world, EventLog& events, const TaskParameters& t
     v.entity = world.create(task.instance + "." + v.name, row);
     v.written_speed_mps = v.speed_mps;
     v.leaves = events.add_kind(v.name + " leaves the world");
-    v.track.reserve(max_track_points);
+    v.track.reserve(max_vehicle_track_points);
   }
   // A transaction that writes rows takes microseconds. The budget leaves room for a loaded machine.
   const auto vehicles = static_cast<std::int64_t>(vehicles_.size());
@@ -356,14 +356,14 @@ void Vehicles::write_rows(StepContext& context) noexcept {
 }
 
 void Vehicles::write_outputs(StepContext& context) noexcept {
-  const bool track = context.time_ns % track_every_ns == 0;
+  const bool track = context.time_ns % vehicle_track_every_ns == 0;
   for (Vehicle& v : vehicles_) {
     const glm::dvec2 at = v.center_m();
     context.outputs[v.first_output] = at.x;
     context.outputs[v.first_output + 1] = at.y;
     context.outputs[v.first_output + 2] = v.speed_mps;
     context.outputs[v.first_output + 3] = v.acceleration_mps2;
-    if (track && v.track.size() < max_track_points) v.track.push_back({context.time_ns, at.x, at.y});
+    if (track && v.track.size() < max_vehicle_track_points) v.track.push_back({context.time_ns, at.x, at.y});
   }
 }
 
@@ -398,8 +398,10 @@ ModuleType vehicles_type() {
                               "The layer of the vehicles, one of world.layers when any are listed there."),
           Field::needed("vehicles", Schema::map(vehicle_schema()), "The vehicles by name."),
       }),
-      .create = [](const config::Value& parameters, config::Diagnostics& diagnostics)
-          -> std::unique_ptr<Module> { return std::make_unique<Vehicles>(parameters, diagnostics); }};
+      .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
+                   config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+        return std::make_unique<Vehicles>(parameters, diagnostics);
+      }};
 }
 
 }  // namespace hil::modules

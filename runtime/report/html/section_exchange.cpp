@@ -205,9 +205,11 @@ void origin_section(Markup& out, const RunRecord& record) {
   table.row({{"Memory", "key"}, record.realtime.locked_memory ? "locked" : "not locked"});
   table.row({{"CPUs", "key"}, cpus_text(record.realtime)});
   table.row({{"Kernel", "key"}, record.realtime.kernel});
-  table.row({{"GPU", "key"}, record.gpu.device});
-  table.row({{"GPU driver", "key"}, record.gpu.driver});
-  table.row({{"GPU API", "key"}, record.gpu.api});
+  if (!record.gpu.device.empty()) {
+    table.row({{"GPU", "key"}, record.gpu.device});
+    table.row({{"GPU driver", "key"}, record.gpu.driver});
+    table.row({{"GPU API", "key"}, record.gpu.api});
+  }
   table.row({{"hil", "key"}, record.program_version});
   table.end();
   out.close();

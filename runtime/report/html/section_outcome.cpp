@@ -77,7 +77,7 @@ void verdict_section(Markup& out, const RunRecord& record) {
   if (const std::string sentence = skipped_ticks_sentence(record); !sentence.empty())
     fact(out, "Ticks", sentence);
   fact(out, "Started", record.started_at);
-  fact(out, "GPU", record.gpu.device);
+  if (!record.gpu.device.empty()) fact(out, "GPU", record.gpu.device);
   fact(out, "Exit code", std::to_string(record.exit_code));
   out.close().close();
 }

@@ -64,8 +64,10 @@ void task_card(Markup& out, const Task& task) {
   quantiles_row(table, "Wake-up latency", task.wake_latency_ns);
   quantiles_row(table, "Wall time", task.wall_ns);
   quantiles_row(table, "CPU time", task.cpu_ns);
-  quantiles_row(table, "Waiting for the database", task.blocked_ns);
-  quantiles_row(table, "GPU time", task.gpu_ns);
+  if (task.blocked_ns.max > 0 || task.gpu_ns.max > 0) {
+    quantiles_row(table, "Waiting for the database", task.blocked_ns);
+    quantiles_row(table, "GPU time", task.gpu_ns);
+  }
   table.end();
   out.close();
 }

@@ -115,7 +115,7 @@ TEST_F(CollisionModule, AnImpactWindowNeedsBodies) {
   const auto value = config::parse_text("test", "{body: ego, against: [traffic], impact_window: 1 s}",
                                         type.parameters, diagnostics_);
   ASSERT_TRUE(value);
-  EXPECT_EQ(type.create(*value, diagnostics_), nullptr);
+  EXPECT_EQ(type.create(*value, {.instance = "collision", .period_ns = 1'000'000}, diagnostics_), nullptr);
   EXPECT_NE(diagnostics_.to_text().find("'impact_window' needs 'by: bodies'"), std::string::npos);
 }
 

@@ -23,7 +23,7 @@ class ModuleFixture : public ::testing::Test {
     auto opened = rtstdb::Database::open({});
     ASSERT_TRUE(opened) << opened.error().message;
     database_ = std::move(opened).value();
-    world_ = std::make_unique<World>(*database_, layers_);
+    world_ = std::make_unique<World>(database_.get(), layers_);
   }
 
   /// Empty when the parameters are refused.
@@ -31,7 +31,7 @@ class ModuleFixture : public ::testing::Test {
                                const TaskParameters& task) {
     const auto value = config::parse_text("test", parameters, type.parameters, diagnostics_);
     if (!value) return nullptr;
-    auto module = type.create(*value, diagnostics_);
+    auto module = type.create(*value, task, diagnostics_);
     module->configure(*world_, events_, task);
     return module;
   }

@@ -75,7 +75,7 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   auto opened = rtstdb::Database::open(options);
   ASSERT_TRUE(opened) << opened.error().message;
   const auto database = std::move(opened).value();
-  modules::World world(*database, wiring->layers.names());
+  modules::World world(database.get(), wiring->layers.names());
   const tests::TemporaryFolder folder;
   PointCloudFiles clouds(folder.path(), false);
   world.set_point_clouds(&clouds);
@@ -104,7 +104,7 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
     const modules::TaskParameters facts = task_parameters(*scenario, section);
     wired.module->configure(world, events, facts);
     tasks.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
-                                                 wiring->signals, *database, run_clock, events));
+                                                 wiring->signals, database.get(), run_clock, events));
     guarded.push_back(std::make_unique<Guarded>(*tasks.back(), 5));
     executive.add_task({.name = section.module.text,
                         .every_ticks = section.every_ticks,

@@ -22,10 +22,7 @@ std::string mistakes_of(const std::string& bodies, const std::string& law) {
   const ModuleType& type = *find_module_type("rigid_bodies");
   const auto value =
       config::parse_text("test", "{bodies: [" + bodies + "], " + law + "}", type.parameters, diagnostics);
-  if (value) {
-    const auto module = type.create(*value, diagnostics);
-    if (module) module->check_task(*value, {.instance = "rigid", .period_ns = 4'000'000}, diagnostics);
-  }
+  if (value) type.create(*value, {.instance = "rigid", .period_ns = 4'000'000}, diagnostics);
   return diagnostics.to_text();
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "runtime/run/device_link.hpp"
@@ -173,9 +174,9 @@ class ModuleTasks : public ::testing::Test {
   DeviceClock clock_{executive_clock_};
   modules::EventLog events_;
   Recorder module_;
-  ModuleTask task_{module_,   {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
-                   5 * ms,    table_,
-                   database_, clock_,
+  ModuleTask task_{module_,    {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
+                   5 * ms,     table_,
+                   &database_, clock_,
                    events_};
 };
 
@@ -199,7 +200,7 @@ TEST_F(ModuleTasks, InputsAreConvertedToTheUnitsOfTheirPorts) {
   ModuleTask task(module_,
                   {.inputs = {{.signal = source_, .conversion = {.numerator = 5.0, .denominator = 18.0}}, {}},
                    .outputs = {out_, untouched_}},
-                  5 * ms, table_, database_, clock_, events_);
+                  5 * ms, table_, &database_, clock_, events_);
   table_.write(source_, 36.0, 0);
   const executive::TickInfo tick{.tick = 0, .time_ns = 0, .period_ns = 10 * ms, .run = 0};
   task.latch(tick);
@@ -270,6 +271,34 @@ TEST_F(ModuleTasks, UnconnectedInputsReadTheirInitialValueAndAreNotFresh) {
   EXPECT_DOUBLE_EQ(module_.open.value, 7.5);
   EXPECT_FALSE(module_.open.fresh);
   EXPECT_FALSE(module_.in.fresh) << "connected, but never written";
+}
+
+TEST_F(ModuleTasks, AnInputWhoseSignalIsUnknownKeepsItsValueAndIsNotFresh) {
+  table_.write(source_, 5.0, 0);
+  task_.latch({});
+  table_.write(source_, std::nan(""), ms);
+  task_.latch({});
+  task_.step({});
+  EXPECT_EQ(module_.in.value, 5.0);
+  EXPECT_FALSE(module_.in.fresh);
+  task_.queue({});
+  task_.latch({});
+  task_.step({});
+  EXPECT_EQ(module_.in.value, 5.0) << "in a queued release too";
+  table_.write(source_, 6.0, ms);
+  task_.latch({});
+  task_.step({});
+  EXPECT_EQ(module_.in.value, 6.0);
+  EXPECT_TRUE(module_.in.fresh);
+}
+
+TEST_F(ModuleTasks, OfARunWithoutADatabaseHaveNoVersion) {
+  ModuleTask task(module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
+                  table_, nullptr, clock_, events_);
+  task.latch({});
+  task.queue({});
+  task.step({});
+  EXPECT_EQ(module_.seen.version, 0U);
 }
 
 TEST_F(ModuleTasks, OutputsKeepTheValuesOfTheLastRun) {
@@ -392,6 +421,18 @@ TEST_F(DeviceLinks, ReadOutputsFromSignalsAndConstants) {
   EXPECT_DOUBLE_EQ(device_.released[1], 8.0);
   EXPECT_EQ(device_.exchanges, 0) << "there is no exchange in real time";
   EXPECT_TRUE(link.in_step());
+}
+
+TEST_F(DeviceLinks, AnOutputWhoseSignalIsUnknownKeepsItsValue) {
+  DeviceLink link(device_, links_, table_, io::Pacing::realtime);
+  table_.write(source_, std::nan(""), 0);
+  link.step({});
+  EXPECT_EQ(device_.released[1], -8.0) << "the safe value before the first known one";
+  table_.write(source_, 8.0, ms);
+  link.step({});
+  table_.write(source_, std::nan(""), ms);
+  link.step({});
+  EXPECT_EQ(device_.released[1], 8.0);
 }
 
 TEST_F(DeviceLinks, ConvertSignalsToTheUnitsOfOutputs) {
