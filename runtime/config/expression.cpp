@@ -394,6 +394,10 @@ std::optional<Expression> Expression::parse(const Value& text, Diagnostics& diag
   return ExpressionParser(text, diagnostics).parse();
 }
 
+bool is_reserved_word(std::string_view word) {
+  return is_keyword(word) || word == "time";
+}
+
 const char* to_string(Expression::Operation operation) noexcept {
   switch (operation) {
     case Operation::number:

@@ -24,6 +24,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/config/diagnostics.hpp"
@@ -90,6 +91,9 @@ class Expression {
   Place place_;
   std::vector<Node> nodes_;
 };
+
+/// Whether an expression does not read the word as a name: "and", "if", "time".
+bool is_reserved_word(std::string_view word);
 
 /// As it is written: "==", "and".
 const char* to_string(Expression::Operation operation) noexcept;

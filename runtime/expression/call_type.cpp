@@ -20,11 +20,10 @@ class CallTyping {
  public:
   CallTyping(OperandTypes& operands, std::int64_t period_ns) : operands_(operands), period_ns_(period_ns) {}
 
-  Type call_type(std::size_t i) {
+  Type call_type(std::size_t i, std::vector<std::string> names) {
     const config::Expression::Node& node = operands_.node(i);
     const Function* function = function_named(node.word.text);
     if (function == nullptr) {
-      std::vector<std::string> names;
       for (const Function& known : functions())
         names.emplace_back(known.name);
       return operands_.fail(
@@ -237,8 +236,9 @@ const Function* function_named(std::string_view name) {
   return found == functions().end() ? nullptr : &*found;
 }
 
-Type call_type(OperandTypes& operands, std::size_t node, std::int64_t period_ns) {
-  return CallTyping(operands, period_ns).call_type(node);
+Type call_type(OperandTypes& operands, std::size_t node, std::vector<std::string> other_names,
+               std::int64_t period_ns) {
+  return CallTyping(operands, period_ns).call_type(node, std::move(other_names));
 }
 
 }  // namespace hil::expression

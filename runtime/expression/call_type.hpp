@@ -4,7 +4,9 @@
 // Threads: the one that compiles.
 
 #include <cstdint>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "runtime/expression/function.hpp"
 #include "runtime/expression/operand_types.hpp"
@@ -14,8 +16,9 @@ namespace hil::expression {
 /// Null: there is none of that name.
 const Function* function_named(std::string_view name);
 
-/// Of a node that is a call, whose arguments have their types. `period_ns`: between two steps; 0: there are
-/// no steps.
-Type call_type(OperandTypes& operands, std::size_t node, std::int64_t period_ns);
+/// Of a node that is a call, whose arguments have their types. `other_names`: what can be called besides the
+/// functions, for suggestions. `period_ns`: between two steps; 0: there are no steps.
+Type call_type(OperandTypes& operands, std::size_t node, std::vector<std::string> other_names,
+               std::int64_t period_ns);
 
 }  // namespace hil::expression

@@ -74,7 +74,9 @@ class Compiler {
       case Operation::quoted:
         return quoted_type(i);
       case Operation::call:
-        return call_type(types_, i, options_.period_ns);
+        if (const Table* table = scope_.find_table(node.word.text)) return table_type(i, *table);
+        if (scope_.is_broken(node.word.text)) return {};
+        return call_type(types_, i, scope_.table_names(), options_.period_ns);
       case Operation::conditional:
         return conditional_type(i);
       case Operation::any_of:
@@ -136,16 +138,15 @@ class Compiler {
                        "the function " + in_quotes(word.text) + " needs its arguments in parentheses");
       return;
     }
-    const std::vector<std::string> names = scope_.names(word.text);
-    if (names.empty()) return;
-    diagnostics_.add(word.place,
-                     "there is no signal " + in_quotes(word.text) + config::suggestion(word.text, names));
+    if (scope_.is_broken(word.text)) return;
+    diagnostics_.add(word.place, "there is no " + scope_.noun() + " " + in_quotes(word.text) +
+                                     config::suggestion(word.text, scope_.names()));
   }
 
   Type quoted_type(std::size_t i) {
     if (is_compared(i)) return {};
-    return types_.fail(
-        i, "the name of a value " + in_quotes(nodes_[i].word.text) + " is not compared with a signal");
+    return types_.fail(i, "the name of a value " + in_quotes(nodes_[i].word.text) +
+                              " is not compared with a value that has names");
   }
 
   /// Whether the node is an operand of a comparison.
@@ -180,7 +181,8 @@ class Compiler {
     const auto& variable = variables_[signal];
     if (!variable) {
       if (nodes_[name].operation == Operation::quoted)
-        types_.fail(name, "the name of a value " + in_quotes(word.text) + " is not compared with a signal");
+        types_.fail(name, "the name of a value " + in_quotes(word.text) +
+                              " is not compared with a value that has names");
       else
         report_unknown(name);
       return false;
@@ -199,22 +201,23 @@ class Compiler {
       return false;
     }
     if (values == nullptr || values->empty()) {
-      const std::vector<std::string> known = scope_.names(word.text);
+      const std::vector<std::string> known = scope_.names();
       if (nodes_[name].operation == Operation::quoted)
         types_.fail(name, in_quotes(of) + " has no value names");
-      else if (known.empty() || word.text.find('.') != std::string::npos ||
+      else if (scope_.is_broken(word.text) || word.text.find('.') != std::string::npos ||
                !config::nearest(word.text, known).empty())
         report_unknown(name);
       else
-        types_.fail(name, in_quotes(word.text) + " is neither a number nor a signal, and " + in_quotes(of) +
-                              " has no value names");
+        types_.fail(name, in_quotes(word.text) + " is no number and no " + scope_.noun() + ", and " +
+                              in_quotes(of) + " has no value names");
       return false;
     }
     std::vector<std::string> names;
     for (const auto& [known, value] : *values)
       names.push_back(known);
-    types_.fail(name, in_quotes(word.text) + " is neither a number nor a signal, and " + in_quotes(of) +
-                          " has no value of that name" + config::suggestion(word.text, names));
+    types_.fail(name, in_quotes(word.text) + " is no number and no " + scope_.noun() + ", and " +
+                          in_quotes(of) + " has no value of that name" +
+                          config::suggestion(word.text, names));
     return false;
   }
 
@@ -314,6 +317,29 @@ class Compiler {
     return type;
   }
 
+  Type table_type(std::size_t i, const Table& table) {
+    const Node& node = nodes_[i];
+    const std::size_t arguments = node.parts.size();
+    if (arguments != table.axes().size()) {
+      return types_.fail(i, "the table " + in_quotes(node.word.text) + " takes " +
+                                (table.axes().size() == 1 ? "one argument" : "two arguments") + ", not " +
+                                std::to_string(arguments));
+    }
+    for (std::size_t k = 0; k < arguments; ++k) {
+      const std::uint32_t part = node.parts[k];
+      const Unit& unit = table.axes()[k].unit;
+      if (!types_.need_number(i, part)) return {};
+      const Type& type = types_[part];
+      if (type.kind == Type::Kind::bare) {
+        types_.take_unit(part, unit);
+      } else if (type.kind != Type::Kind::quantity || type.dimension != unit.dimension) {
+        return types_.fail(part, "the table " + in_quotes(node.word.text) + " takes a value in " +
+                                     unit_text(quantity(unit)) + "; this is in " + unit_text(type));
+      }
+    }
+    return quantity(table.unit());
+  }
+
   Type conditional_type(std::size_t i) {
     const auto& parts = nodes_[i].parts;
     if (!types_.need_truth(parts[0], "'if'")) return {};
@@ -325,10 +351,27 @@ class Compiler {
 
   // ---- the result
 
+  static std::string unit_name(const std::string& unit) { return unit.empty() ? "a plain number" : unit; }
+
+  /// The result is in the unit of the expression itself.
+  void keep_unit(const Type& type) {
+    if (type.kind == Type::Kind::opaque) program_.unit_ = type.opaque_unit;
+    if (type.kind != Type::Kind::quantity) return;
+    const Unit unit = type.unit && !type.is_difference ? *type.unit : si_unit(type.dimension);
+    if (unit.dimension.is_one() && is_si(unit)) return;
+    program_.unit_ = unit.symbol;
+    program_.to_wanted_ = *units::conversion(si_unit(unit.dimension), unit);
+  }
+
   void want(const Wanted& wanted) {
     const auto last = static_cast<std::uint32_t>(nodes_.size() - 1);
     const Type& type = types_[last];
     if (type.kind == Type::Kind::invalid) return;
+    if (!wanted.truth && !wanted.unit) {
+      keep_unit(type);
+      return;
+    }
+    program_.unit_ = wanted.truth ? "" : *wanted.unit;
     if (wanted.truth) {
       if (type.kind != Type::Kind::truth && !type.is_plain())
         types_.fail(last, wanted.what + " has to be a condition; this is a value in " + unit_text(type));
@@ -336,22 +379,26 @@ class Compiler {
         types_.fail(last, wanted.what + " has to be a condition; this is a number");
       return;
     }
-    const auto unit = units::parse_unit(wanted.unit);
+    const auto unit = units::parse_unit(*wanted.unit);
     if (type.kind == Type::Kind::truth) {
       if (!unit || !unit->dimension.is_one())
-        types_.fail(last, wanted.what + " is in " + wanted.unit + "; this is true or false");
+        types_.fail(last, wanted.what + " is in " + unit_name(*wanted.unit) + "; this is true or false");
       return;
     }
     if (type.kind == Type::Kind::bare) return;  // it has the wanted unit
     if (!unit || type.kind == Type::Kind::opaque) {
-      if (type.kind == Type::Kind::opaque && type.opaque_unit == wanted.unit) return;
-      types_.fail(last, wanted.what + " is in " + (wanted.unit.empty() ? "a plain number" : wanted.unit) +
-                            "; this is in " + unit_text(type));
+      if (type.kind == Type::Kind::opaque && type.opaque_unit == *wanted.unit) return;
+      types_.fail(last,
+                  wanted.what + " is in " + unit_name(*wanted.unit) + "; this is in " + unit_text(type));
       return;
     }
     if (unit->dimension != type.dimension) {
-      types_.fail(last, wanted.what + " is in " + (wanted.unit.empty() ? "a plain number" : wanted.unit) +
-                            "; this is in " + unit_text(type));
+      types_.fail(last,
+                  wanted.what + " is in " + unit_name(*wanted.unit) + "; this is in " + unit_text(type));
+      return;
+    }
+    if (type.is_difference && unit->offset != 0.0) {
+      types_.fail(last, wanted.what + " is in " + *wanted.unit + "; this is a difference, which is in K");
       return;
     }
     program_.to_wanted_ = *units::conversion(si_unit(unit->dimension), *unit);
@@ -373,7 +420,13 @@ class Compiler {
     }
     depth_ -= node.parts.size();
     if (node.operation == Operation::call) {
-      write_call(i);
+      if (const Table* table = scope_.find_table(node.word.text)) {
+        add({.code = Code::table,
+             .table = table,
+             .arguments = static_cast<std::uint32_t>(node.parts.size())});
+      } else {
+        write_call(i);
+      }
     } else if (named_[i]) {
       add({.code = Code::number, .number = *named_[i]});
     } else if (node.operation == Operation::number || node.operation == Operation::truth) {

@@ -149,6 +149,12 @@ double Program::run(std::span<const double> values, double time_s, bool is_step)
         *top++ = result;
         break;
       }
+      case Code::table:
+        top -= instruction.arguments;
+        *top = instruction.arguments == 1 ? instruction.table->at(top[0])
+                                          : instruction.table->at(top[0], top[1]);
+        ++top;
+        break;
     }
   }
   const double result = top[-1];

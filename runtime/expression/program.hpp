@@ -32,6 +32,7 @@
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expression.hpp"
 #include "runtime/expression/function.hpp"
+#include "runtime/expression/table.hpp"
 #include "runtime/units/unit.hpp"
 
 namespace hil::expression {
@@ -50,15 +51,22 @@ class Scope {
   virtual ~Scope() = default;
   /// Empty: there is none of that name.
   virtual std::optional<Variable> find(std::string_view name) const = 0;
-  /// For suggestions, where a name is not found. Empty: the reason is reported elsewhere, and no mistake is
-  /// added.
-  virtual std::vector<std::string> names(std::string_view missing) const = 0;
+  /// For suggestions, where a name is not found.
+  virtual std::vector<std::string> names() const = 0;
+  /// Whether the name is not found since its definition has a mistake, so that its use adds no other one.
+  virtual bool is_broken(std::string_view /*name*/) const { return false; }
+  /// Null: there is none of that name. A table outlives the programs that call it.
+  virtual const Table* find_table(std::string_view /*name*/) const { return nullptr; }
+  virtual std::vector<std::string> table_names() const { return {}; }
+  /// What names stand for, in error texts.
+  virtual std::string noun() const { return "signal"; }
 };
 
 /// What the result is used for.
 struct Wanted {
   bool truth = false;  ///< true or false; otherwise a number in `unit`
-  std::string unit{};
+  /// Empty: the result has the unit of the expression (Program::unit), and may be true or false.
+  std::optional<std::string> unit = "";
   /// The expression and its unit in error texts: "the condition", "'level'".
   std::string what = "the expression";
 };
@@ -83,13 +91,24 @@ class Program {
   /// As before the first step.
   void reset() noexcept;
 
+  /// Of the values of evaluate; "" of plain numbers and truths.
+  const std::string& unit() const noexcept { return unit_; }
   /// Indices of the variables that it reads, ascending, each once.
   const std::vector<std::uint32_t>& variables() const noexcept { return variables_; }
   bool has_state() const noexcept { return !state_.empty(); }
 
  private:
   friend class Compiler;
-  enum class Code : std::uint8_t { number, variable, time, operation, truth_of_number, convert, call };
+  enum class Code : std::uint8_t {
+    number,
+    variable,
+    time,
+    operation,
+    truth_of_number,
+    convert,
+    call,
+    table,
+  };
   /// Takes its operands from the stack and appends its result.
   struct Instruction {
     Code code = Code::number;
@@ -98,7 +117,8 @@ class Program {
     std::uint32_t index = 0;                    ///< variable
     units::Conversion conversion{};             ///< variable, convert
     const Function* function = nullptr;         ///< call
-    std::uint32_t arguments = 0;                ///< call
+    const Table* table = nullptr;               ///< table
+    std::uint32_t arguments = 0;                ///< call, table
     std::uint32_t first_state = 0;  ///< call: of a function with a state; its last result is before it
     std::uint32_t state_size = 0;
     FunctionConstants constants{};  ///< call
@@ -112,6 +132,7 @@ class Program {
   std::vector<double> stack_, state_;
   std::vector<std::uint32_t> variables_;
   units::Conversion to_wanted_{};
+  std::string unit_;
   std::uint32_t min_values_ = 0;
 };
 

@@ -57,8 +57,8 @@ class Counts final : public expression::Scope {
     if (index == counts.size()) return std::nullopt;
     return expression::Variable{.index = index};
   }
-  /// check_words() has reported the words that are no counts.
-  std::vector<std::string> names(std::string_view /*missing*/) const override { return {}; }
+  std::vector<std::string> names() const override { return {counts.begin(), counts.end()}; }
+  std::string noun() const override { return "count"; }
 };
 
 std::optional<FailOn> parse_quoted(const std::string& text, config::Diagnostics& diagnostics) {

@@ -27,9 +27,8 @@ std::optional<expression::Variable> SignalScope::find(std::string_view name) con
                               .named_values = &info.named_values};
 }
 
-std::vector<std::string> SignalScope::names(std::string_view missing) const {
-  if (known_ != nullptr && known_->is_undeclared(missing)) return {};
-  return table_.names();
+bool SignalScope::is_broken(std::string_view name) const {
+  return known_ != nullptr && known_->is_undeclared(name);
 }
 
 void sample(const signals::SignalTable& table, std::span<const signals::SignalId> signals,

@@ -24,7 +24,8 @@ class SignalScope final : public expression::Scope {
               const signals::KnownSignals* known = nullptr);
 
   std::optional<expression::Variable> find(std::string_view name) const override;
-  std::vector<std::string> names(std::string_view missing) const override;
+  std::vector<std::string> names() const override { return table_.names(); }
+  bool is_broken(std::string_view name) const override;
 
   /// By Variable::index.
   const std::vector<signals::SignalId>& signals() const noexcept { return signals_; }

@@ -27,8 +27,8 @@ class Names final : public Scope {
         return Variable{.index = i, .unit = all[i].unit, .named_values = name == "state" ? &states : nullptr};
     return std::nullopt;
   }
-  std::vector<std::string> names(std::string_view missing) const override {
-    if (missing.starts_with("broken.")) return {};
+  bool is_broken(std::string_view name) const override { return name.starts_with("broken."); }
+  std::vector<std::string> names() const override {
     std::vector<std::string> result;
     for (const Named& named : all)
       result.push_back(named.name);

@@ -132,13 +132,12 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
        "f:1:11: a delay of 0.15 s is 1.5 steps of 0.1 s; use a whole number of steps"},
       {"delay(v, 9 d) > 1", "steps of 0.1 s; 0 to 1000000 are possible"},
       {"rate_limit(v, 3 m) > 1", "f:1:16: 'rate_limit' needs a change of m/s per second"},
-      {"state == blue",
-       "f:1:11: 'blue' is neither a number nor a signal, and 'state' has no value of that name"},
-      {"b == blue", "f:1:7: 'blue' is neither a number nor a signal, and 'b' has no value names"},
+      {"state == blue", "f:1:11: 'blue' is no number and no signal, and 'state' has no value of that name"},
+      {"b == blue", "f:1:7: 'blue' is no number and no signal, and 'b' has no value names"},
       {"b == kmhh", "f:1:7: there is no signal 'kmhh'; did you mean 'kmh'?"},
       {"state == same", "f:1:11: 'state' has several values with the name 'same'; use the number"},
       {"a == 'red'", "f:1:7: 'a' has no value names"},
-      {"1 == 'red'", "f:1:7: the name of a value 'red' is not compared with a signal"},
+      {"1 == 'red'", "f:1:7: the name of a value 'red' is not compared with a value that has names"},
       {"v", "f:1:2: the condition has to be a condition; this is a value in m/s"},
   };
   for (const auto& [written, text] : mistakes) {
