@@ -51,6 +51,10 @@ std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
       add(wired.links.inputs[i].signal, wired.section->module.text + "." + ports[i].name, ports[i].unit,
           wired.links.inputs[i].conversion);
   }
+  for (const run::RunVariables::Variable& variable : wiring.variables.all()) {
+    for (const signals::SignalId signal : variable.reads)
+      add(signal, wiring.signals.info(variable.signal).name, "", {});
+  }
   for (const run::WiredBus& wired : wiring.buses) {
     const auto& channels = wired.bus->channels().outputs();
     for (std::size_t i = 0; i < channels.size(); ++i)

@@ -3,6 +3,7 @@
 #include <system_error>
 #include <utility>
 
+#include "runtime/config/include.hpp"
 #include "runtime/config/overrides.hpp"
 #include "runtime/config/section_readers.hpp"
 
@@ -24,11 +25,16 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   const std::size_t mistakes_before = diagnostics.count();
   const std::shared_ptr<const SourceText> source = read_source(path, diagnostics);
   if (!source) return std::nullopt;
-  std::optional<TreeNode> tree = build_tree(source, diagnostics);
-  if (!tree) return std::nullopt;
   const Schema schema = scenario_schema(types.buses);
+  std::optional<TreeNode> tree = build_tree_with_includes(path, source, schema, types.buses, diagnostics);
+  if (!tree) return std::nullopt;
   apply_overrides(*tree, schema, overrides, types.buses, diagnostics);
   bool sound = diagnostics.count() == mistakes_before;
+  for (const char* const key : {"include", "set"}) {
+    // Both are applied before the overrides.
+    if (const TreeNode* late = tree->find(key))
+      diagnostics.add(late->place(), std::string("'") + key + "' can not be set on the command line");
+  }
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;
   if (diagnostics.count() != mistakes_before)
@@ -45,6 +51,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   read_buses(*root, scenario, reading);
   read_processes(*root, scenario, reading);
   sound = sound && diagnostics.count() == mistakes_of_schema;
+  read_variables(*root, scenario, reading);
   read_expectations(*root, scenario, reading);
   if (!sound) return std::nullopt;
   return scenario;

@@ -14,19 +14,20 @@
 namespace hil::config {
 namespace {
 
-using Shape = TreeNode::Shape;
+using NodeShape = TreeNode::Shape;
 
 struct Step {
   std::string word;
-  std::size_t offset = 0;  ///< in the option's text
+  std::size_t offset = 0;  ///< in the source
 };
 
-std::vector<Step> split(const std::string& path) {
+/// `offset`: of the path in its source.
+std::vector<Step> split(const std::string& path, std::size_t offset) {
   std::vector<Step> steps;
   std::size_t begin = 0;
   while (true) {
     const std::size_t dot = std::min(path.find('.', begin), path.size());
-    steps.push_back({path.substr(begin, dot - begin), begin});
+    steps.push_back({path.substr(begin, dot - begin), offset + begin});
     if (dot == path.size()) return steps;
     begin = dot + 1;
   }
@@ -43,16 +44,16 @@ std::vector<std::string> name_keys_of(std::span<const BusSectionType> buses) {
 
 /// The names by which an override finds an entry of a list.
 std::vector<std::string> words_of(const TreeNode& item, const std::vector<std::string>& name_keys) {
-  if (item.shape == Shape::scalar) return {item.scalar};
+  if (item.shape == NodeShape::scalar) return {item.scalar};
   std::vector<std::string> words;
   for (const std::string& key : name_keys) {
     const TreeNode* const value = item.find(key);
-    if (value != nullptr && value->shape == Shape::scalar) words.push_back(value->scalar);
+    if (value != nullptr && value->shape == NodeShape::scalar) words.push_back(value->scalar);
   }
   return words;
 }
 
-/// One --set option: walks its path down the tree and sets the value.
+/// One path with its value: walks its path down the tree and sets the value.
 class Override {
  public:
   Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps,
@@ -110,7 +111,7 @@ class Override {
     return refuse(list + 1, "there is no " + missing + ", since the file has no list " + in_quotes(path));
   }
 
-  TreeNode make(Shape shape, std::size_t step) const {
+  TreeNode make(NodeShape shape, std::size_t step) const {
     TreeNode node;
     node.shape = shape;
     node.source = source_;
@@ -122,17 +123,17 @@ class Override {
   /// known here).
   TreeNode* descend(TreeNode& parent, const Schema*& schema, std::size_t step) {
     const Schema::Node* const rules = schema != nullptr ? &schema->node() : nullptr;
-    if (parent.shape == Shape::scalar && rules != nullptr && !rules->key.empty() &&
+    if (parent.shape == NodeShape::scalar && rules != nullptr && !rules->key.empty() &&
         rules->kind == Kind::record) {
       write_out(parent, rules->key);
     }
     switch (parent.shape) {
-      case Shape::sequence:
+      case NodeShape::sequence:
         return descend_into_list(parent, schema, step);
-      case Shape::mapping:
+      case NodeShape::mapping:
         return descend_into_mapping(parent, schema, step);
-      case Shape::nothing:
-      case Shape::scalar:
+      case NodeShape::nothing:
+      case NodeShape::scalar:
         break;
     }
     const std::string path = prefix(step);
@@ -143,7 +144,7 @@ class Override {
   /// Replaces the short form of a record by the record.
   static void write_out(TreeNode& scalar, const std::string& key) {
     TreeNode record;
-    record.shape = Shape::mapping;
+    record.shape = NodeShape::mapping;
     record.source = scalar.source;
     record.position = scalar.position;
     TreeNode key_node = scalar;
@@ -195,22 +196,22 @@ class Override {
       if (std::find(known.begin(), known.end(), word) == known.end()) return refuse_unknown(step, known);
     } else if (rules != nullptr && rules->kind == Kind::map) {
       schema = &*rules->item;
-      if (!is_written && !is_last) return refuse_unknown(step, known);
+      if (!is_written && (!is_last || rules->keys_are_in_file)) return refuse_unknown(step, known);
     } else {
       schema = nullptr;
     }
     const TreeNode* const written = mapping.find(word);
-    const bool is_empty = written == nullptr || written->shape == Shape::nothing;
+    const bool is_empty = written == nullptr || written->shape == NodeShape::nothing;
     if (is_empty && !is_last && schema != nullptr && schema->node().kind == Kind::list)
       return refuse_missing_list(step);
-    if (!is_written) mapping.entries.push_back({key_node(step), make(Shape::mapping, step)});
+    if (!is_written) mapping.entries.push_back({key_node(step), make(NodeShape::mapping, step)});
     TreeNode* const value = mapping.find(word);
-    if (value->shape == Shape::nothing && !is_last) *value = make(Shape::mapping, step);
+    if (value->shape == NodeShape::nothing && !is_last) *value = make(NodeShape::mapping, step);
     return value;
   }
 
   TreeNode key_node(std::size_t step) const {
-    TreeNode key = make(Shape::scalar, step);
+    TreeNode key = make(NodeShape::scalar, step);
     key.scalar = steps_[step].word;
     return key;
   }
@@ -250,6 +251,19 @@ class Override {
   Diagnostics& diagnostics_;
 };
 
+void set_value(TreeNode& root, const Schema& schema, const std::string& path,
+               const std::shared_ptr<const SourceText>& source, std::size_t offset, TreeNode value,
+               std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
+  std::vector<Step> steps = split(path, offset);
+  for (const Step& step : steps) {
+    if (!step.word.empty()) continue;
+    diagnostics.add(source->place(source->position(step.offset)),
+                    "a word is missing in the path " + in_quotes(path));
+    return;
+  }
+  Override(source, std::move(steps), buses, diagnostics).apply(root, schema, std::move(value));
+}
+
 void apply_override(TreeNode& root, const Schema& schema, const std::string& option,
                     std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
   const std::size_t equals = option.find('=');
@@ -260,15 +274,8 @@ void apply_override(TreeNode& root, const Schema& schema, const std::string& opt
   const std::string path = option.substr(0, equals);
   const auto source = source_of_text("--set " + path, option, diagnostics);
   if (!source) return;
-  std::vector<Step> steps = split(path);
-  for (const Step& step : steps) {
-    if (!step.word.empty()) continue;
-    diagnostics.add(source->place(source->position(step.offset)),
-                    "a word is missing in the path " + in_quotes(path));
-    return;
-  }
   std::optional<TreeNode> value = build_tree_from(source, equals + 1, diagnostics);
-  if (value) Override(source, std::move(steps), buses, diagnostics).apply(root, schema, std::move(*value));
+  if (value) set_value(root, schema, path, source, 0, std::move(*value), buses, diagnostics);
 }
 
 }  // namespace
@@ -288,6 +295,20 @@ void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::
                                                    " is set twice: " + in_quotes(first->second) + " and " +
                                                    in_quotes(value) + "; set it once");
     }
+  }
+}
+
+void apply_settings(TreeNode& root, const Schema& schema, const TreeNode& settings,
+                    std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
+  if (settings.shape != NodeShape::mapping) {
+    diagnostics.add(settings.place(), "'set': expected paths with values, as {dut.enabled: false}");
+    return;
+  }
+  for (const TreeEntry& entry : settings.entries) {
+    const TreeNode& key = entry.key;
+    const std::size_t quote = key.was_quoted ? 1 : 0;
+    set_value(root, schema, key.scalar, key.source, key.source->offset(key.position) + quote, entry.value,
+              buses, diagnostics);
   }
 }
 

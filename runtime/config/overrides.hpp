@@ -9,8 +9,9 @@
 //   can.car.receive.BrakeCommand.timeout=1 s   or by its text when it is a bare word,
 //   world.entities.0.mask=[static]             or by its index, from 0
 //
-// The value is YAML. A key of the schema can be set where the file leaves it out. Entries of lists, and names
-// that the user chooses, must be in the file. A path that is set twice is a mistake.
+// The value is YAML. A key of the schema, or an input of a module, can be set where the file leaves it out.
+// Entries of lists, and other names that the user chooses, must be in the file. A path that is set twice is a
+// mistake.
 
 #include <span>
 #include <string>
@@ -26,5 +27,9 @@ namespace hil::config {
 /// the types of bus of a scenario; empty for another document.
 void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
                      std::span<const BusSectionType> buses, Diagnostics& diagnostics);
+
+/// The same for the key `set` of a scenario (include.hpp): paths with their values.
+void apply_settings(TreeNode& root, const Schema& schema, const TreeNode& settings,
+                    std::span<const BusSectionType> buses, Diagnostics& diagnostics);
 
 }  // namespace hil::config

@@ -142,6 +142,13 @@ struct World {
   std::vector<WorldEntity> entities;
 };
 
+/// A value that is computed at the end of each tick from signals and other variables.
+struct VariableSection {
+  Word name;
+  std::optional<Expression> expression;  ///< empty: it has a mistake, which is reported
+  std::optional<Word> unit;              ///< empty: that of the expression
+};
+
 /// One input port of a module and the signal that feeds it.
 struct InputLink {
   Word port;
@@ -239,6 +246,7 @@ struct Scenario {
   std::uint64_t seed = 0;
   Realtime realtime;
   World world;
+  std::vector<VariableSection> variables;
   std::vector<TaskSection> tasks;
   BusSections buses;                      ///< by type in the order of ScenarioTypes, then as in the file
   std::vector<ProcessSection> processes;  ///< dut first when there is one, then as in the file
@@ -265,8 +273,8 @@ Schema scenario_schema(std::span<const BusSectionType> buses);
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const ScenarioTypes& types, Diagnostics& diagnostics);
 
-/// As load_scenario, for a scenario that is wired next: leaves out expectations with mistakes, so that the
-/// user sees their mistakes and those of the wiring at once. Empty when anything else is wrong. The scenario
+/// As load_scenario, for a scenario that is wired next: leaves out expectations and expressions of variables
+/// with mistakes, so that the user sees their mistakes and those of the wiring at once. Empty when anything else is wrong. The scenario
 /// must not run unless `diagnostics` is empty.
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
                                               const ScenarioTypes& types, Diagnostics& diagnostics);

@@ -305,6 +305,23 @@ Schema scenario_schema(std::span<const BusSectionType> buses) {
       Field::with_default("seed", Schema::integer(0, std::numeric_limits<std::int64_t>::max()), "1",
                           "The seed of all random numbers of the run."),
       Field::with_default("realtime", realtime_schema(buses), "{}", "The scheduling of the run's threads."),
+      Field::optional("include", Schema::list(Schema::file()),
+                      "Files with parts of the scenario. Entries of their lists come first; where a file "
+                      "includes another one and both have a value, its own counts."),
+      Field::optional("set", Schema::map(Schema::any()),
+                      "Paths with values, which change the included files as --set does: "
+                      "{tasks.tank.rate: 100 Hz}."),
+      Field::with_default(
+          "variables",
+          Schema::map_in_file(Schema::record_or(
+              "value",
+              {
+                  Field::needed("value", Schema::text(), "The expression."),
+                  Field::optional("unit", Schema::text(), "The unit. Left out: that of the expression."),
+              })),
+          "{}",
+          "Constants and values computed from signals at the end of each tick, by name. Each "
+          "is a signal."),
       Field::with_default("world", world_schema(), "{}", "The shared world."),
       Field::with_default("tasks", Schema::list(task_schema()), "[]",
                           "The modules, in the order in which they run."),

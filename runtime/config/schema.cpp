@@ -154,6 +154,14 @@ Schema Schema::map(Schema item) {
   return Schema(std::make_shared<const Node>(std::move(node)));
 }
 
+Schema Schema::map_in_file(Schema item) {
+  Node node;
+  node.kind = Kind::map;
+  node.item = std::move(item);
+  node.keys_are_in_file = true;
+  return Schema(std::make_shared<const Node>(std::move(node)));
+}
+
 Schema Schema::choice(std::string key, std::vector<std::pair<std::string, Schema>> alternatives) {
   require(!alternatives.empty(), "a choice has alternatives");
   for (const auto& [word, schema] : alternatives) {

@@ -77,7 +77,8 @@ class Schema {
   /// A record that may also be written as one scalar, which is then the value of `key`: "BrakeCommand" for
   /// {message: BrakeCommand}.
   static Schema record_or(std::string key, std::vector<Field> fields);
-  static Schema map(Schema item);  ///< keys are names that the user chooses
+  static Schema map(Schema item);          ///< keys are names that the user chooses
+  static Schema map_in_file(Schema item);  ///< the same, but --set adds no keys
   /// A record whose other fields depend on the word under `key` ("type: vehicles").
   static Schema choice(std::string key, std::vector<std::pair<std::string, Schema>> alternatives);
   /// A record of which exactly one field of `alternatives` is present ({box: ...} or {file: ...}), next to

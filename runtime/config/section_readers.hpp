@@ -7,6 +7,8 @@ namespace hil::config {
 
 void read_general(const Value& root, Scenario& scenario, ReaderContext& reading);
 void read_world(const Value& root, Scenario& scenario, ReaderContext& reading);
+/// A variable whose expression can not be parsed stays among the others, without it.
+void read_variables(const Value& root, Scenario& scenario, ReaderContext& reading);
 void read_tasks(const Value& root, Scenario& scenario, ReaderContext& reading);
 /// The lists of all bus types. After read_general.
 void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading);

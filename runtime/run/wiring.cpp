@@ -30,17 +30,19 @@ void declare_modules(Wiring& wiring, KnownSignals& known, Diagnostics& diagnosti
   for (const config::TaskSection& section : wiring.scenario->tasks) {
     const modules::ModuleType* type = modules::find_module_type(section.type.text);
     WiredModule wired{
-        .section = &section, .module = type->create(section.parameters, diagnostics), .links = {}};
+        .section = &section,
+        .module = type->create(section.parameters, task_parameters(*wiring.scenario, section), diagnostics),
+        .links = {}};
     if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");
     } else {
-      wired.module->check_task(section.parameters, task_parameters(*wiring.scenario, section), diagnostics);
       for (const modules::Port& port : wired.module->ports().outputs) {
         add_signal(wiring.signals,
                    {.name = section.module.text + "." + port.name,
                     .unit = port.unit,
                     .writer = "module " + section.module.text,
-                    .initial = port.initial},
+                    .initial = port.initial,
+                    .named_values = port.named_values},
                    section.module.place, diagnostics, wired.links.outputs);
       }
     }
@@ -193,6 +195,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   KnownSignals known(wiring.signals);
   declare_modules(wiring, known, diagnostics);
   declare_buses(wiring, known, diagnostics);
+  wiring.variables.declare(scenario, known, diagnostics);
   for (WiredModule& wired : wiring.modules)
     connect_module(wired, known, diagnostics);
   for (WiredBus& wired : wiring.buses)

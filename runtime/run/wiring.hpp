@@ -5,7 +5,7 @@
 //
 // Names of signals: "<module>.<output>", "<type of bus>.<bus>.<input>". For every bus also
 // "<type of bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), unless a signal
-// of the device has that name.
+// of the device has that name. A variable has its own name, without a dot.
 
 #include <memory>
 #include <optional>
@@ -15,6 +15,7 @@
 #include "runtime/config/scenario.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/run/module_task.hpp"
+#include "runtime/run/run_variables.hpp"
 #include "runtime/run/scenery.hpp"
 
 namespace hil::run {
@@ -38,6 +39,7 @@ struct Wiring {
   config::Layers layers;
   Scenery scenery;
   signals::SignalTable signals;
+  RunVariables variables;
   std::vector<WiredModule> modules;
   std::vector<WiredBus> buses;  ///< in the order of the scenario
 };

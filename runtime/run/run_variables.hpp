@@ -1,0 +1,41 @@
+#pragma once
+// The variables of a scenario: signals whose values are computed at the end of each tick, from the signals of
+// this tick and from variables before them.
+//
+// Threads: declare on the one that wires the run; update on the base thread, where it neither allocates nor
+// blocks.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/config/scenario.hpp"
+#include "runtime/expression/program.hpp"
+#include "runtime/signals/known_signals.hpp"
+
+namespace hil::run {
+
+class RunVariables {
+ public:
+  /// Adds the signals, whose initial values are those before the first tick. Adds the mistakes of all
+  /// expressions. After all other signals are declared.
+  void declare(const config::Scenario& scenario, signals::KnownSignals& known,
+               config::Diagnostics& diagnostics);
+
+  /// At the end of a tick.
+  void update(signals::SignalTable& table, std::int64_t time_ns) noexcept;
+
+  struct Variable {
+    signals::SignalId signal;
+    expression::Program program;
+    std::vector<signals::SignalId> reads;
+  };
+  /// In the order in which they are computed.
+  const std::vector<Variable>& all() const noexcept { return variables_; }
+
+ private:
+  std::vector<Variable> variables_;
+  std::vector<double> values_;  ///< of the signals that a variable reads
+};
+
+}  // namespace hil::run
