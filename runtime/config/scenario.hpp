@@ -274,8 +274,8 @@ std::optional<Scenario> load_scenario(const std::string& path, std::span<const s
                                       const ScenarioTypes& types, Diagnostics& diagnostics);
 
 /// As load_scenario, for a scenario that is wired next: leaves out expectations and expressions of variables
-/// with mistakes, so that the user sees their mistakes and those of the wiring at once. Empty when anything else is wrong. The scenario
-/// must not run unless `diagnostics` is empty.
+/// with mistakes, so that the user sees their mistakes and those of the wiring at once. Empty when anything
+/// else is wrong. The scenario must not run unless `diagnostics` is empty.
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
                                               const ScenarioTypes& types, Diagnostics& diagnostics);
 

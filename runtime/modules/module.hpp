@@ -3,8 +3,8 @@
 // than an FMI co-simulation unit provides, so that a module can wrap one.
 //
 // Calls, in this order:
-// - create, from the checked parameters and the task: checks them and declares the ports. Opens no world and no
-//   device. `hil check` goes this far.
+// - create, from the checked parameters and the task: checks them and declares the ports. Opens no world and
+//   no device. `hil check` goes this far.
 // - configure, on an ordinary thread: creates the entities, prepares the queries and allocates all memory of
 //   the module.
 // - describe, on an ordinary thread: records what a history of the run needs; ModuleType::
@@ -103,8 +103,8 @@ class StepContext {
   rtstdb::ClockTime deadline{};
   /// The world's latest version at the release.
   rtstdb::Version version = 0;
-  /// By port, in the order of Ports::inputs. An input without a signal has its `initial` and is not fresh. One
-  /// whose signal is unknown (NaN) keeps its value and is not fresh.
+  /// By port, in the order of Ports::inputs. An input without a signal has its `initial` and is not fresh.
+  /// One whose signal is unknown (NaN) keeps its value and is not fresh.
   std::span<const signals::SignalValue> inputs;
   /// By port, in the order of Ports::outputs; contains the values of the last run. NaN: the value is unknown.
   std::span<double> outputs;

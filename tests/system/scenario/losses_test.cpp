@@ -168,8 +168,9 @@ TEST(Losses, RunThatSkipsMostOfItsTicksIsBroken) {
 
 TEST(Losses, RemovedRunFolderIsReported) {
   const SmallScenario scenario(std::string("duration: 3 s\n") + relaxed_timing_section +
-                               "can: [{bus: car, database: \"" + HIL_SOURCE_DIR +
-                               "/configs/crossing/crossing.dbc\", rate: 100 Hz}]\n");
+                               "world: {entities: [{name: box, shape: {box: [1 m, 1 m, 1 m]}}]}\n"
+                               "can: [{bus: car, database: \"" +
+                               HIL_SOURCE_DIR + "/configs/crossing/crossing.dbc\", rate: 100 Hz}]\n");
   Program run(hil(scenario.run()));
   ASSERT_TRUE(run_begins(run, scenario.out()));
   std::filesystem::remove_all(scenario.out());

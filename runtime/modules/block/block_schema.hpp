@@ -1,0 +1,10 @@
+#pragma once
+// What the parameters of a block are in YAML.
+
+#include "runtime/config/schema.hpp"
+
+namespace hil::modules {
+
+config::Schema block_schema();
+
+}  // namespace hil::modules
