@@ -52,7 +52,7 @@ std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
           wired.links.inputs[i].conversion);
   }
   for (const run::RunVariables::Variable& variable : wiring.variables.all()) {
-    for (const signals::SignalId signal : variable.reads)
+    for (const signals::SignalId signal : variable.expression.signals())
       add(signal, wiring.signals.info(variable.signal).name, "", {});
   }
   for (const run::WiredBus& wired : wiring.buses) {

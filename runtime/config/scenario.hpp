@@ -18,6 +18,7 @@
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expression.hpp"
+#include "runtime/config/injection_section.hpp"
 #include "runtime/config/schema.hpp"
 
 namespace hil::config {
@@ -247,6 +248,8 @@ struct Scenario {
   Realtime realtime;
   World world;
   std::vector<VariableSection> variables;
+  std::vector<StimulusSection> stimuli;
+  std::vector<FaultSection> faults;
   std::vector<TaskSection> tasks;
   BusSections buses;                      ///< by type in the order of ScenarioTypes, then as in the file
   std::vector<ProcessSection> processes;  ///< dut first when there is one, then as in the file

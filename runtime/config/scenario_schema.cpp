@@ -333,6 +333,10 @@ Schema scenario_schema(std::span<const BusSectionType> buses) {
                       "The device under test, as a process of its own. Left out: a real one is attached."));
   fields.push_back(Field::with_default("processes", Schema::map(process_schema(buses)), "{}",
                                        "Other programs that the run starts and watches."));
+  fields.push_back(Field::with_default("stimuli", stimuli_schema(), "[]",
+                                       "Signals that drive inputs of modules and outputs of buses."));
+  fields.push_back(
+      Field::with_default("faults", faults_schema(), "[]", "Faults of signals, as their readers see them."));
   fields.push_back(Field::with_default("expectations", Schema::list(expectation_schema(buses)), "[]",
                                        "The claims that have to hold for the run to pass."));
   return Schema::record(std::move(fields));

@@ -366,6 +366,16 @@ void each_field(T& section, Visit&& visit) {
   visit("tables", section.tables);
 }
 
+template <Is<Injection> T, class Visit>
+void each_field(T& injection, Visit&& visit) {
+  visit("name", injection.name);
+  visit("signal", injection.signal);
+  visit("effect", injection.effect);
+  visit("begins", injection.begins);
+  visit("first_begin_ns", injection.first_begin_ns);
+  visit("active_ns", injection.active_ns);
+}
+
 template <Is<RunRecord> T, class Visit>
 void each_field(T& record, Visit&& visit) {
   visit("scenario", record.scenario);
@@ -385,6 +395,8 @@ void each_field(T& record, Visit&& visit) {
   visit("overrides", record.overrides);
   visit("realtime", record.realtime);
   visit("gpu", record.gpu);
+  visit("stimuli", record.stimuli);
+  visit("faults", record.faults);
   visit("expectations", record.expectations);
   visit("losses", record.losses);
   visit("losses_not_listed", record.losses_not_listed);

@@ -232,6 +232,16 @@ struct Process {
   std::optional<std::int64_t> ended_early_at_ns;  ///< set only when it ended before the run
 };
 
+/// A stimulus or a fault, and what became of it.
+struct Injection {
+  std::string name;
+  std::string signal;  ///< that it drives, or whose readers it misleads
+  std::string effect;  ///< of a fault, in words: "stuck at its last value"
+  std::uint64_t begins = 0;
+  std::optional<std::int64_t> first_begin_ns;
+  std::int64_t active_ns = 0;  ///< in all
+};
+
 enum class ExpectationResult : std::uint8_t {
   held,
   failed,
@@ -310,6 +320,8 @@ struct RunRecord {
   DatabaseLog database_log;
   std::vector<BusGroup> buses;  ///< one for each type of bus, also for those without a bus
   std::vector<Process> processes;
+  std::vector<Injection> stimuli;
+  std::vector<Injection> faults;
   std::vector<Expectation> expectations;
   std::vector<Loss> losses;
   std::uint64_t losses_not_listed = 0;

@@ -22,10 +22,6 @@ std::string percent_text(double share) {
 
 }  // namespace
 
-bool is_known(const signals::SignalTable& table, signals::SignalId signal) noexcept {
-  return !table.info(signal).arrives || table.read(signal).fresh;
-}
-
 Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
                    double min_share)
     : min_share_(min_share) {

@@ -24,9 +24,6 @@ struct Extent {
   std::int64_t period_ns = 0;  ///< of the base tick
 };
 
-/// False for a signal of a device that is not fresh.
-bool is_known(const signals::SignalTable& table, signals::SignalId signal) noexcept;
-
 class Coverage {
  public:
   /// `signals`: those that the expectation reads. `min_share`: the least share of its ticks that must be

@@ -7,7 +7,7 @@
 #include "runtime/config/require.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/response_judge.hpp"
-#include "runtime/run/signal_scope.hpp"
+#include "runtime/signals/signal_scope.hpp"
 
 namespace hil::run {
 namespace {
@@ -24,7 +24,7 @@ class WatchedCondition {
   WatchedCondition(const config::Expression& condition, const signals::SignalTable& table,
                    const expression::CompileOptions& options)
       : text_(condition.text()) {
-    const SignalScope scope(condition, table);
+    const signals::SignalScope scope(condition, table);
     config::Diagnostics diagnostics;
     auto program = expression::Program::compile(condition, scope, wanted_condition(), options, diagnostics);
     config::require(program.has_value(), "a condition that wire() has checked");
@@ -35,7 +35,7 @@ class WatchedCondition {
 
   /// Once a tick.
   Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-    sample(table, signals_, values_);
+    signals::sample(table, signals_, values_);
     const double result = program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
     return std::isnan(result) ? Truth::unknown : result != 0.0 ? Truth::yes : Truth::no;
   }

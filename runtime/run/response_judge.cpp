@@ -65,7 +65,7 @@ void ResponseJudge::check(const signals::SignalTable& table, std::span<const Arr
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
   // A request without a time-out may be rare: its absence does not reduce the coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
-  coverage_.check(table, time_ns, may_be_rare || is_known(table, requests_.signal));
+  coverage_.check(table, time_ns, may_be_rare || table.is_known(requests_.signal));
 }
 
 std::string ResponseJudge::figures(const Unanswered& unanswered) const {

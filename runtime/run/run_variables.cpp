@@ -1,11 +1,8 @@
 #include "runtime/run/run_variables.hpp"
 
-#include <algorithm>
-#include <span>
 #include <utility>
 
 #include "runtime/expression/definition_order.hpp"
-#include "runtime/run/signal_scope.hpp"
 
 namespace hil::run {
 namespace {
@@ -47,38 +44,29 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
     if (has_place[i] == 0) known.add_undeclared(definitions[i].name.text);
   for (const std::size_t i : order) {
     const config::VariableSection& variable = scenario.variables[i];
-    const SignalScope scope(*variable.expression, known.table(), &known);
-    for (const config::Expression::Node& node : variable.expression->nodes())
-      if (known.table().find(node.word.text)) known.find(node.word, diagnostics);  // its warnings
     expression::Wanted wanted{.unit = std::nullopt, .what = "'" + variable.name.text + "'"};
     if (variable.unit) wanted.unit = variable.unit->text;
-    auto program = expression::Program::compile(
-        *variable.expression, scope, wanted,
+    auto compiled = signals::SignalExpression::compile(
+        *variable.expression, known, wanted,
         {.period_ns = scenario.base_period_ns, .seed = scenario.seed - 0x9E3779B97F4A7C15u * (i + 1)},
         diagnostics);
-    if (!program) {
+    if (!compiled) {
       known.add_undeclared(variable.name.text);
       continue;
     }
-    values_.resize(std::max(values_.size(), scope.signals().size()));
-    const auto values = std::span(values_).first(scope.signals().size());
-    sample(known.table(), scope.signals(), values);
-    expression::Program before_the_run = *program;
-    const signals::SignalId signal = known.table().add({.name = variable.name.text,
-                                                        .unit = program->unit(),
-                                                        .writer = "variables",
-                                                        .initial = before_the_run.evaluate(values, 0.0)});
-    variables_.push_back({signal, std::move(*program), scope.signals()});
+    signals::SignalExpression before_the_run = *compiled;
+    const signals::SignalId signal =
+        known.table().add({.name = variable.name.text,
+                           .unit = compiled->unit(),
+                           .writer = "variables",
+                           .initial = before_the_run.evaluate(known.table(), 0)});
+    variables_.push_back({signal, std::move(*compiled)});
   }
 }
 
 void RunVariables::update(signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  for (Variable& variable : variables_) {
-    const auto values = std::span(values_).first(variable.reads.size());
-    sample(table, variable.reads, values);
-    table.write(variable.signal, variable.program.evaluate(values, 1e-9 * static_cast<double>(time_ns)),
-                time_ns);
-  }
+  for (Variable& variable : variables_)
+    table.write(variable.signal, variable.expression.evaluate(table, time_ns), time_ns);
 }
 
 }  // namespace hil::run

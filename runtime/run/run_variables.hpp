@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
-#include "runtime/expression/program.hpp"
 #include "runtime/signals/known_signals.hpp"
+#include "runtime/signals/signal_expression.hpp"
 
 namespace hil::run {
 
@@ -27,15 +27,13 @@ class RunVariables {
 
   struct Variable {
     signals::SignalId signal;
-    expression::Program program;
-    std::vector<signals::SignalId> reads;
+    signals::SignalExpression expression;
   };
   /// In the order in which they are computed.
   const std::vector<Variable>& all() const noexcept { return variables_; }
 
  private:
   std::vector<Variable> variables_;
-  std::vector<double> values_;  ///< of the signals that a variable reads
 };
 
 }  // namespace hil::run

@@ -48,7 +48,8 @@ class RunWorld {
   /// Fills in the map and the sections, adds events, and writes images: what the scenery and the modules
   /// contribute. Images that can not be written are failures of the record.
   void add_contributions(std::int64_t end_ns, report::RunRecord& record) const;
-  /// The events that modules noted in the tick.
+  /// The events that modules, stimuli and faults noted in the tick.
+  modules::EventLog& events() noexcept { return events_; }
   const modules::EventLog& events() const noexcept { return events_; }
 
  private:

@@ -86,8 +86,13 @@ class LiveSession final : public executive::TickHooks {
     context_.device_clock.set_origin(start_ns);
     arrivals_.begin();
   }
-  void begin_tick(const executive::TickInfo& tick) noexcept override { buses_.begin_tick(tick.time_ns); }
+  void begin_tick(const executive::TickInfo& tick) noexcept override {
+    buses_.begin_tick(tick.time_ns);
+    wiring_.stimuli.begin_tick(tick.time_ns);
+    wiring_.faults.begin_tick(tick.time_ns);
+  }
   void end_tick(const executive::TickInfo& tick) noexcept override {
+    wiring_.faults.end_tick(tick.time_ns);
     wiring_.variables.update(wiring_.signals, tick.time_ns);
     judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
@@ -131,6 +136,8 @@ class LiveSession final : public executive::TickHooks {
 void LiveSession::open() {
   context_.log.info("scenario " + scenario_.name + " from " + scenario_.file);
   world_ = std::make_unique<RunWorld>(wiring_, context_);
+  wiring_.stimuli.open(wiring_.signals, world_->events());
+  wiring_.faults.open(wiring_.signals, world_->events());
   buses_.make_devices();
   start_processes();
   wait_for_programs();
@@ -359,6 +366,8 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
                  .ticks = std::max(scenario_.duration_ticks, record.ticks + record.skipped_ticks),
                  .period_ns = record.period_ns},
                 record);
+  wiring_.stimuli.fill(result.run_time_ns, record);
+  wiring_.faults.fill(result.run_time_ns, record);
   add_events(record);
   world_->add_contributions(result.run_time_ns, record);
   if (const std::uint64_t lost = world_->events().lost(); lost > 0) {

@@ -89,6 +89,13 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
     return conclude(report::Verdict::failed, exit_expectation_failed,
                     "expectation '" + unknown->name + "' was not checked: " + unknown->detail);
   }
+  for (const auto* injections : {&record.stimuli, &record.faults}) {
+    const auto never = std::ranges::find(*injections, 0u, &report::Injection::begins);
+    if (never == injections->end()) continue;
+    return conclude(report::Verdict::failed, exit_expectation_failed,
+                    std::string(injections == &record.stimuli ? "stimulus" : "fault") + " '" + never->name +
+                        "' never began, so the run does not check what it is for");
+  }
   conclude(report::Verdict::passed, exit_passed,
            record.expectations.empty() ? "the scenario has no expectations" : "every expectation held");
 }

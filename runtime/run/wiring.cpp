@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "runtime/run/expectations.hpp"
-#include "runtime/run/signal_scope.hpp"
 #include "runtime/run/world_wiring.hpp"
+#include "runtime/signals/signal_scope.hpp"
 
 namespace hil::run {
 namespace {
@@ -50,7 +50,14 @@ void declare_modules(Wiring& wiring, KnownSignals& known, Diagnostics& diagnosti
   }
 }
 
-void connect_module(WiredModule& wired, const KnownSignals& known, Diagnostics& diagnostics) {
+/// Whether a stimulus drives the input.
+bool is_driven(const config::Scenario& scenario, const std::string& input) {
+  return std::ranges::any_of(scenario.stimuli,
+                             [&](const auto& stimulus) { return stimulus.drives.text == input; });
+}
+
+void connect_module(WiredModule& wired, const config::Scenario& scenario, const KnownSignals& known,
+                    Diagnostics& diagnostics) {
   if (wired.module == nullptr) return;
   const std::vector<modules::Port>& ports = wired.module->ports().inputs;
   wired.links.inputs.resize(ports.size());
@@ -75,12 +82,55 @@ void connect_module(WiredModule& wired, const KnownSignals& known, Diagnostics& 
     const auto& inputs = wired.section->inputs;
     const bool connected =
         std::any_of(inputs.begin(), inputs.end(), [&](const auto& l) { return l.port.text == port.name; });
-    if (port.required && !connected) {
+    if (port.required && !connected && !is_driven(scenario, wired.section->module.text + "." + port.name)) {
       diagnostics.add(wired.section->module.place, "module " + wired.section->module.text +
                                                        " needs its input '" + port.name + "' (" + port.about +
                                                        ")");
     }
   }
+}
+
+/// What stimuli may drive. `signal` is null before the modules and buses are connected.
+std::vector<injection::Target> targets_of(Wiring& wiring) {
+  std::vector<injection::Target> targets;
+  for (WiredModule& wired : wiring.modules) {
+    if (wired.module == nullptr) continue;
+    const std::vector<modules::Port>& ports = wired.module->ports().inputs;
+    auto& inputs = wired.links.inputs;
+    for (std::size_t i = 0; i < ports.size(); ++i)
+      targets.push_back({.name = wired.section->module.text + "." + ports[i].name,
+                         .unit = ports[i].unit,
+                         .initial = ports[i].initial,
+                         .signal = i < inputs.size() ? &inputs[i].signal : nullptr});
+  }
+  for (WiredBus& wired : wiring.buses) {
+    const auto channels = wired.bus->channels().outputs();
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      targets.push_back({.name = wired.section->full_name() + "." + channels[i].name,
+                         .unit = channels[i].unit,
+                         .initial = channels[i].safe_value,
+                         .signal = &wired.links.outputs[i].signal});
+  }
+  return targets;
+}
+
+/// The readers of signals that faults can redirect.
+std::vector<injection::Reader> readers_of(Wiring& wiring) {
+  std::vector<injection::Reader> readers;
+  for (WiredModule& wired : wiring.modules) {
+    for (std::size_t i = 0; i < wired.links.inputs.size(); ++i)
+      readers.push_back({.owner = wired.section->module.text,
+                         .name = wired.section->module.text + "." + wired.module->ports().inputs[i].name,
+                         .signal = &wired.links.inputs[i].signal});
+  }
+  for (WiredBus& wired : wiring.buses) {
+    const auto channels = wired.bus->channels().outputs();
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      readers.push_back({.owner = wired.section->full_name(),
+                         .name = wired.section->full_name() + "." + channels[i].name,
+                         .signal = &wired.links.outputs[i].signal});
+  }
+  return readers;
 }
 
 void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place, Wiring& wiring,
@@ -135,7 +185,7 @@ void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics
 void check_expectations(const config::Scenario& scenario, const KnownSignals& known,
                         Diagnostics& diagnostics) {
   const auto check = [&](const config::Expression& condition) {
-    const SignalScope scope(condition, known.table(), &known);
+    const signals::SignalScope scope(condition, known.table(), &known);
     for (const config::Expression::Node& node : condition.nodes())
       if (known.table().find(node.word.text)) known.find(node.word, diagnostics);  // its warnings
     const auto program = expression::Program::compile(condition, scope, wanted_condition(),
@@ -195,11 +245,17 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   KnownSignals known(wiring.signals);
   declare_modules(wiring, known, diagnostics);
   declare_buses(wiring, known, diagnostics);
+  wiring.stimuli.declare(scenario, known, targets_of(wiring), diagnostics);
+  wiring.faults.declare(scenario, known, diagnostics);
   wiring.variables.declare(scenario, known, diagnostics);
   for (WiredModule& wired : wiring.modules)
-    connect_module(wired, known, diagnostics);
+    connect_module(wired, scenario, known, diagnostics);
   for (WiredBus& wired : wiring.buses)
     wired.bus->connect(known, wired.links.outputs, diagnostics);
+  wiring.stimuli.connect(targets_of(wiring), diagnostics);
+  wiring.stimuli.compile(scenario, known, diagnostics);
+  wiring.faults.redirect(readers_of(wiring), diagnostics);
+  wiring.faults.compile(scenario, known, diagnostics);
   wire_world(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
   if (diagnostics.count() != before) return std::nullopt;

@@ -3,9 +3,11 @@
 // files are read once and mistakes in them are found early. Opens no device, so that `hil check` can use
 // it. Every mistake has its place and the nearest known name.
 //
-// Names of signals: "<module>.<output>", "<type of bus>.<bus>.<input>". For every bus also
-// "<type of bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), unless a signal
-// of the device has that name. A variable has its own name, without a dot.
+// Names of signals: "<module>.<output>", "<type of bus>.<bus>.<input>". For every bus also "<type of
+// bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), unless a signal of the
+// device has that name. A variable has its own name, without a dot. A stimulus has the name of what it
+// drives, "<module>.<input>" or "<type of bus>.<bus>.<output>". For a fault there is "<signal>.faulted";
+// "stimulus.<name>" and "fault.<name>" are 1 while they are active.
 
 #include <memory>
 #include <optional>
@@ -13,6 +15,8 @@
 
 #include "runtime/buses/bus.hpp"
 #include "runtime/config/scenario.hpp"
+#include "runtime/injection/signal_faults.hpp"
+#include "runtime/injection/stimuli.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/run/module_task.hpp"
 #include "runtime/run/run_variables.hpp"
@@ -40,6 +44,8 @@ struct Wiring {
   Scenery scenery;
   signals::SignalTable signals;
   RunVariables variables;
+  injection::Stimuli stimuli;
+  injection::SignalFaults faults;
   std::vector<WiredModule> modules;
   std::vector<WiredBus> buses;  ///< in the order of the scenario
 };

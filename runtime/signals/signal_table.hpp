@@ -42,6 +42,14 @@ struct SignalValue {
   bool fresh = false;
 };
 
+/// Keeps something in step with a signal.
+class WriteFollower {
+ public:
+  virtual ~WriteFollower() = default;
+  /// The signal has been written. Neither allocates nor blocks; may write other signals.
+  virtual void follow(SignalId signal) noexcept = 0;
+};
+
 class SignalTable {
  public:
   /// Adds a signal. Misuse (asserts): a second signal of the same name. Callers check with find() first,
@@ -63,11 +71,23 @@ class SignalTable {
   const SignalInfo& info(SignalId id) const noexcept { return infos_[id.index]; }
 
   const SignalValue& read(SignalId id) const noexcept { return values_[id.index]; }
+  /// False for a signal of a device that is not fresh.
+  bool is_known(SignalId id) const noexcept { return !infos_[id.index].arrives || values_[id.index].fresh; }
   double value(SignalId id) const noexcept { return values_[id.index].value; }
   void write(SignalId id, double value, std::int64_t time_ns) noexcept {
-    values_[id.index] = {value, time_ns, true};
+    write(id, SignalValue{value, time_ns, true});
   }
-  void write(SignalId id, const SignalValue& value) noexcept { values_[id.index] = value; }
+  void write(SignalId id, const SignalValue& value) noexcept {
+    values_[id.index] = value;
+    if (id.index < followers_.size() && followers_[id.index] != nullptr) followers_[id.index]->follow(id);
+  }
+
+  /// `follower` is called after each write of the signal, from then on. One for each signal; it outlives the
+  /// table's last write.
+  void set_follower(SignalId id, WriteFollower& follower) {
+    followers_.resize(infos_.size());
+    followers_[id.index] = &follower;
+  }
 
   /// All values, in the order in which the signals were added: for recording and comparing.
   std::span<const SignalValue> values() const noexcept { return values_; }
@@ -76,6 +96,7 @@ class SignalTable {
   std::vector<SignalInfo> infos_;
   std::vector<SignalValue> values_;
   std::unordered_map<std::string, std::uint32_t> by_name_;
+  std::vector<WriteFollower*> followers_;  ///< by signal; may be shorter
 };
 
 }  // namespace hil::signals

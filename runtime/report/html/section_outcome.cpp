@@ -114,6 +114,33 @@ void expectations_section(Markup& out, const RunRecord& record) {
   out.close();
 }
 
+void injections_section(Markup& out, const RunRecord& record) {
+  const auto add = [&](const std::vector<Injection>& injections, const char* title, const char* signal) {
+    if (injections.empty()) return;
+    const bool has_effect =
+        std::ranges::any_of(injections, [](const auto& one) { return !one.effect.empty(); });
+    out.element("h2", title);
+    out.open("div", {{"class", "card"}});
+    std::vector<Column> columns{{"Name"}, {signal}};
+    if (has_effect) columns.push_back({"Effect"});
+    for (const char* const number : {"Begins", "First begin", "Active for"})
+      columns.push_back({number, true});
+    Table table(out, std::move(columns));
+    for (const Injection& one : injections) {
+      std::vector<Cell> cells{one.name, one.signal};
+      if (has_effect) cells.push_back(one.effect);
+      cells.push_back({count_text(one.begins), one.begins == 0 ? "tone bad" : ""});
+      cells.push_back(one.first_begin_ns ? instant(*one.first_begin_ns) : std::string(dash));
+      cells.push_back(chosen_time(one.active_ns));
+      table.row(cells);
+    }
+    table.end();
+    out.close();
+  };
+  add(record.stimuli, "Stimuli", "Drives");
+  add(record.faults, "Faults", "Signal");
+}
+
 void failures_section(Markup& out, const RunRecord& record) {
   if (record.failures.empty() && record.losses.empty()) return;
   out.element("h2", "Failures and losses");

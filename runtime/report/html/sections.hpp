@@ -10,6 +10,7 @@ namespace hil::report {
 // section_outcome.cpp
 void verdict_section(Markup& out, const RunRecord& record);
 void expectations_section(Markup& out, const RunRecord& record);
+void injections_section(Markup& out, const RunRecord& record);
 void degraded_section(Markup& out, const RunRecord& record);
 void failures_section(Markup& out, const RunRecord& record);
 void events_section(Markup& out, const RunRecord& record);

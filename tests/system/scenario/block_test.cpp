@@ -102,15 +102,17 @@ TEST(BlockScenarios, TransitionsAreEventsAtTheirInstants) {
 }
 
 TEST(BlockScenarios, OfTheGuidePass) {
-  const std::string page = read_text(std::string(HIL_SOURCE_DIR) + "/docs/guide/plants.md");
-  const std::string begin = "```yaml\n";
-  const std::size_t first = page.find(begin) + begin.size();
-  const Folder folder;
-  write_text(folder / "tank.yaml", page.substr(first, page.find("```", first) - first));
-  const Ended ended = run_hil({"run", folder / "tank.yaml", "--out", folder / "out"});
-  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
-  const auto report = read_report(folder / "out");
-  EXPECT_EQ(report["expectations"][0]["result"], "held");
+  for (const char* const name : {"plants.md", "stimuli_and_faults.md"}) {
+    const std::string page = read_text(std::string(HIL_SOURCE_DIR) + "/docs/guide/" + name);
+    const std::string begin = "```yaml\n";
+    const std::size_t first = page.find(begin) + begin.size();
+    const Folder folder;
+    write_text(folder / "tank.yaml", page.substr(first, page.find("```", first) - first));
+    const Ended ended = run_hil({"run", folder / "tank.yaml", "--out", folder / "out"});
+    EXPECT_EQ(ended.code, 0) << name << ended.output << ended.errors;
+    const auto report = read_report(folder / "out");
+    EXPECT_EQ(report["expectations"][0]["result"], "held") << name;
+  }
 }
 
 TEST(BlockScenarios, WhoseValueIsUnknownDoNotPass) {

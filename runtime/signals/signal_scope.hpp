@@ -14,31 +14,30 @@
 #include "runtime/expression/program.hpp"
 #include "runtime/signals/known_signals.hpp"
 
-namespace hil::run {
+namespace hil::signals {
 
 class SignalScope final : public expression::Scope {
  public:
   /// `known`: while the run is wired, so that a signal whose part has a mistake adds no second one; null
   /// afterwards. Both outlive the scope.
-  SignalScope(const config::Expression& expression, const signals::SignalTable& table,
-              const signals::KnownSignals* known = nullptr);
+  SignalScope(const config::Expression& expression, const SignalTable& table,
+              const KnownSignals* known = nullptr);
 
   std::optional<expression::Variable> find(std::string_view name) const override;
   std::vector<std::string> names() const override { return table_.names(); }
   bool is_broken(std::string_view name) const override;
 
   /// By Variable::index.
-  const std::vector<signals::SignalId>& signals() const noexcept { return signals_; }
+  const std::vector<SignalId>& signals() const noexcept { return signals_; }
 
  private:
-  const signals::SignalTable& table_;
-  const signals::KnownSignals* known_;
-  std::vector<signals::SignalId> signals_;
+  const SignalTable& table_;
+  const KnownSignals* known_;
+  std::vector<SignalId> signals_;
 };
 
-/// Writes the values of the signals; NaN of a signal that is not known (coverage.hpp). As many `values` as
+/// Writes the values of the signals; NaN of a signal that is not known. As many `values` as
 /// signals.
-void sample(const signals::SignalTable& table, std::span<const signals::SignalId> signals,
-            std::span<double> values) noexcept;
+void sample(const SignalTable& table, std::span<const SignalId> signals, std::span<double> values) noexcept;
 
-}  // namespace hil::run
+}  // namespace hil::signals

@@ -1,14 +1,12 @@
-#include "runtime/run/signal_scope.hpp"
+#include "runtime/signals/signal_scope.hpp"
 
 #include <algorithm>
 #include <limits>
 
-#include "runtime/run/coverage.hpp"
+namespace hil::signals {
 
-namespace hil::run {
-
-SignalScope::SignalScope(const config::Expression& expression, const signals::SignalTable& table,
-                         const signals::KnownSignals* known)
+SignalScope::SignalScope(const config::Expression& expression, const SignalTable& table,
+                         const KnownSignals* known)
     : table_(table), known_(known) {
   for (const config::Expression::Node& node : expression.nodes()) {
     if (node.operation != config::Expression::Operation::name) continue;
@@ -20,7 +18,7 @@ SignalScope::SignalScope(const config::Expression& expression, const signals::Si
 std::optional<expression::Variable> SignalScope::find(std::string_view name) const {
   const auto signal = table_.find(name);
   if (!signal) return std::nullopt;
-  const signals::SignalInfo& info = table_.info(*signal);
+  const SignalInfo& info = table_.info(*signal);
   const auto place = std::ranges::find(signals_, *signal);
   return expression::Variable{.index = static_cast<std::uint32_t>(place - signals_.begin()),
                               .unit = info.unit,
@@ -31,11 +29,10 @@ bool SignalScope::is_broken(std::string_view name) const {
   return known_ != nullptr && known_->is_undeclared(name);
 }
 
-void sample(const signals::SignalTable& table, std::span<const signals::SignalId> signals,
-            std::span<double> values) noexcept {
+void sample(const SignalTable& table, std::span<const SignalId> signals, std::span<double> values) noexcept {
   for (std::size_t i = 0; i < signals.size(); ++i)
     values[i] =
-        is_known(table, signals[i]) ? table.value(signals[i]) : std::numeric_limits<double>::quiet_NaN();
+        table.is_known(signals[i]) ? table.value(signals[i]) : std::numeric_limits<double>::quiet_NaN();
 }
 
-}  // namespace hil::run
+}  // namespace hil::signals

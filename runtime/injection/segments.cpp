@@ -1,0 +1,139 @@
+#include "runtime/injection/segments.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "runtime/modules/splitmix64.hpp"
+
+namespace hil::injection {
+namespace {
+
+using SegmentKind = config::StimulusSegment::Kind;
+
+constexpr std::int64_t without_end = std::numeric_limits<std::int64_t>::max();
+
+/// The share of a period that has passed.
+double phase_of(std::int64_t passed_ns, std::int64_t period_ns) noexcept {
+  return static_cast<double>(passed_ns % period_ns) / static_cast<double>(period_ns);
+}
+
+}  // namespace
+
+std::optional<Segments> Segments::compile(std::span<const config::StimulusSegment> segments,
+                                          std::uint64_t repeat, const signals::KnownSignals& known,
+                                          const std::string& unit, const std::string& what,
+                                          std::int64_t period_ns, std::uint64_t seed,
+                                          config::Diagnostics& diagnostics) {
+  const std::size_t before = diagnostics.count();
+  Segments result;
+  result.repeat_ = repeat;
+  result.random_ = seed;
+  const auto parsed = units::parse_unit(unit);
+  const bool has_offset = parsed && parsed->offset != 0.0;
+  for (const config::StimulusSegment& section : segments) {
+    Segment segment{.kind = section.kind,
+                    .expressions = {},
+                    .period_ns = section.period_ns,
+                    .share = section.share,
+                    .for_ns = section.for_ns.value_or(without_end)};
+    for (std::size_t i = 0; i < section.values.size(); ++i) {
+      expression::Wanted wanted{.unit = unit, .what = what};
+      const bool is_difference =
+          i == 1 && (section.kind == SegmentKind::sine || section.kind == SegmentKind::noise);
+      if (is_difference && has_offset) {
+        wanted.unit = "K";
+        segment.units_per_kelvin = parsed->denominator / parsed->numerator;
+      }
+      seed = modules::splitmix64(seed);
+      auto compiled = signals::SignalExpression::compile(section.values[i], known, wanted,
+                                                         {.period_ns = period_ns, .seed = seed}, diagnostics);
+      if (!compiled) return std::nullopt;
+      segment.expressions.push_back(std::move(*compiled));
+    }
+    result.segments_.push_back(std::move(segment));
+  }
+  if (diagnostics.count() != before) return std::nullopt;
+  return result;
+}
+
+void Segments::begin(double value, std::int64_t time_ns) noexcept {
+  index_ = 0;
+  round_ = 0;
+  begin_ns_ = time_ns;
+  last_ = value;
+  is_over_ = false;
+  is_entered_ = false;
+}
+
+double Segments::next_normal() noexcept {
+  const auto uniform = [&] {
+    random_ += modules::splitmix64_step;
+    return static_cast<double>(modules::splitmix64_finalizer(random_) >> 11) * 0x1p-53;
+  };
+  const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+  return radius * std::cos(2.0 * std::numbers::pi * uniform());
+}
+
+void Segments::enter(std::size_t index, double value, std::int64_t time_ns,
+                     const signals::SignalTable& table) noexcept {
+  index_ = index;
+  began_ = index;
+  is_entered_ = true;
+  first_ = value;
+  begin_ns_ = time_ns;
+  Segment& segment = segments_[index];
+  a_ = segment.expressions[0].evaluate(table, time_ns);
+  b_ = segment.expressions.size() < 2
+           ? 0.0
+           : segment.expressions[1].evaluate(table, time_ns) * segment.units_per_kelvin;
+}
+
+/// Of the part that has begun.
+double Segments::shape(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+  Segment& segment = segments_[index_];
+  const std::int64_t passed_ns = time_ns - begin_ns_;
+  switch (segment.kind) {
+    case SegmentKind::hold:
+      return a_;
+    case SegmentKind::value:
+      return passed_ns == 0 ? a_ : segment.expressions[0].evaluate(table, time_ns);
+    case SegmentKind::ramp:
+      return first_ + (a_ - first_) * static_cast<double>(passed_ns) / static_cast<double>(segment.for_ns);
+    case SegmentKind::sine:
+      return a_ +
+             b_ * std::sin(2.0 * std::numbers::pi * (phase_of(passed_ns, segment.period_ns) + segment.share));
+    case SegmentKind::sawtooth:
+      return a_ + (b_ - a_) * phase_of(passed_ns, segment.period_ns);
+    case SegmentKind::pulses:
+      return phase_of(passed_ns, segment.period_ns) < segment.share ? b_ : a_;
+    case SegmentKind::noise:
+      return a_ + b_ * next_normal();
+  }
+  return a_;
+}
+
+double Segments::value(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+  began_.reset();
+  if (is_over_) return last_;
+  if (!is_entered_) enter(0, last_, begin_ns_, table);
+  // A part ends at its exact instant, also between ticks, where the next one begins.
+  while (segments_[index_].for_ns != without_end && time_ns - begin_ns_ >= segments_[index_].for_ns) {
+    const std::int64_t end_ns = begin_ns_ + segments_[index_].for_ns;
+    const double at_end = segments_[index_].kind == SegmentKind::ramp ? a_ : last_;
+    std::size_t next = index_ + 1;
+    if (next == segments_.size()) {
+      ++round_;
+      if (repeat_ != 0 && round_ == repeat_) {
+        is_over_ = true;
+        return last_ = at_end;
+      }
+      next = 0;
+    }
+    enter(next, at_end, end_ns, table);
+  }
+  return last_ = shape(table, time_ns);
+}
+
+}  // namespace hil::injection

@@ -1,0 +1,64 @@
+#pragma once
+// The value of a stimulus over time, as a sequence of parts.
+//
+// Threads: compile on the one that wires the run; begin and value on the base thread, without allocation.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/config/injection_section.hpp"
+#include "runtime/signals/signal_expression.hpp"
+
+namespace hil::injection {
+
+class Segments {
+ public:
+  /// Empty with mistakes. `unit`: of the values. `what`: "'tank.pump'", for mistakes.
+  static std::optional<Segments> compile(std::span<const config::StimulusSegment> segments,
+                                         std::uint64_t repeat, const signals::KnownSignals& known,
+                                         const std::string& unit, const std::string& what,
+                                         std::int64_t period_ns, std::uint64_t seed,
+                                         config::Diagnostics& diagnostics);
+
+  /// The sequence begins. `value`: before it, where a ramp in the first part begins.
+  void begin(double value, std::int64_t time_ns) noexcept;
+  /// In each tick from the begin on. After the end it stays at the last value.
+  double value(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
+  /// The index of the part that began in the last call of value(), if one did.
+  std::optional<std::size_t> began() const noexcept { return began_; }
+  bool is_over() const noexcept { return is_over_; }
+
+ private:
+  struct Segment {
+    config::StimulusSegment::Kind kind{};
+    std::vector<signals::SignalExpression> expressions;
+    double units_per_kelvin = 1.0;  ///< of the amplitude or the deviation
+    std::int64_t period_ns = 0;
+    double share = 0.0;
+    std::int64_t for_ns = 0;  ///< the largest number: to the end of the run
+  };
+
+  void enter(std::size_t index, double value, std::int64_t time_ns,
+             const signals::SignalTable& table) noexcept;
+  double shape(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
+  double next_normal() noexcept;
+
+  std::vector<Segment> segments_;
+  std::uint64_t repeat_ = 1;  ///< 0: without end
+  std::uint64_t random_ = 0;
+
+  std::size_t index_ = 0;
+  std::uint64_t round_ = 0;
+  std::int64_t begin_ns_ = 0;  ///< of the part
+  double first_ = 0.0;         ///< the value before the part
+  double a_ = 0.0, b_ = 0.0;   ///< values of its expressions when it began
+  double last_ = 0.0;
+  bool is_entered_ = false;
+  bool is_over_ = false;
+  std::optional<std::size_t> began_;
+};
+
+}  // namespace hil::injection

@@ -1,0 +1,138 @@
+#include "runtime/injection/stimuli.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+#include "runtime/modules/splitmix64.hpp"
+
+namespace hil::injection {
+
+void Stimuli::declare(const config::Scenario& scenario, signals::KnownSignals& known,
+                      std::span<const Target> targets, config::Diagnostics& diagnostics) {
+  signals::SignalTable& table = known.table();
+  for (const config::StimulusSection& section : scenario.stimuli) {
+    Stimulus& stimulus = stimuli_.emplace_back(Stimulus{.section = &section});
+    stimulus.active = table.add({.name = "stimulus." + section.name.text, .unit = "", .writer = "stimuli"});
+    const std::string& driven = section.drives.text;
+    if (known.is_undeclared(driven)) continue;
+    const auto target = std::ranges::find(targets, driven, &Target::name);
+    if (target == targets.end()) {
+      std::vector<std::string> names;
+      for (const Target& one : targets)
+        names.push_back(one.name);
+      diagnostics.add(section.drives.place, "there is no input of a module and no output of a bus '" +
+                                                driven + "'" + config::suggestion(driven, names));
+      continue;
+    }
+    if (const auto there = table.find(driven)) {
+      const std::string& writer = table.info(*there).writer;
+      const std::string name = driven.substr(driven.rfind('.') + 1);
+      diagnostics.add(section.drives.place,
+                      writer.starts_with("stimulus ")
+                          ? "'" + driven + "' is driven by " + writer + " already"
+                          : writer + " also has an output '" + name + "'; give one of the two another name");
+      continue;
+    }
+    stimulus.driven = table.add({.name = driven,
+                                 .unit = target->unit,
+                                 .writer = "stimulus " + section.name.text,
+                                 .initial = target->initial});
+  }
+}
+
+void Stimuli::connect(std::span<const Target> targets, config::Diagnostics& diagnostics) {
+  for (const Stimulus& stimulus : stimuli_) {
+    if (!stimulus.driven.valid()) continue;
+    const auto target = std::ranges::find(targets, stimulus.section->drives.text, &Target::name);
+    if (target->signal->valid()) {
+      diagnostics.add(stimulus.section->drives.place,
+                      "'" + target->name + "' has a signal already; a stimulus drives what has none");
+      continue;
+    }
+    *target->signal = stimulus.driven;
+  }
+}
+
+void Stimuli::compile(const config::Scenario& scenario, const signals::KnownSignals& known,
+                      config::Diagnostics& diagnostics) {
+  for (std::size_t i = 0; i < stimuli_.size(); ++i) {
+    Stimulus& stimulus = stimuli_[i];
+    const config::StimulusSection& section = *stimulus.section;
+    const std::uint64_t seed = modules::splitmix64(scenario.seed ^ (0x57130u + i) * modules::splitmix64_step);
+    stimulus.activation =
+        Activation::compile(section.activation, known, scenario.base_period_ns, seed, diagnostics);
+    if (!stimulus.driven.valid()) continue;
+    if (const auto* segments = std::get_if<std::vector<config::StimulusSegment>>(&section.profile)) {
+      auto compiled = Segments::compile(
+          *segments, section.repeat, known, known.table().info(stimulus.driven).unit,
+          "'" + section.drives.text + "'", scenario.base_period_ns, modules::splitmix64(seed), diagnostics);
+      if (compiled) stimulus.segments = std::make_unique<Segments>(std::move(*compiled));
+    } else {
+      const auto& file = std::get<config::StimulusFile>(section.profile);
+      auto profile = CsvProfile::read(file.path, file.place, file.column, file.is_linear, diagnostics);
+      if (profile) stimulus.file = std::make_unique<CsvProfile>(std::move(*profile));
+    }
+  }
+}
+
+void Stimuli::open(signals::SignalTable& table, modules::EventLog& events) {
+  table_ = &table;
+  events_ = &events;
+  for (Stimulus& stimulus : stimuli_) {
+    const std::string name = "stimulus " + stimulus.section->name.text;
+    stimulus.begins = events.add_kind(name + " begins");
+    stimulus.ends = events.add_kind(name + " ends");
+    if (const auto* segments =
+            std::get_if<std::vector<config::StimulusSegment>>(&stimulus.section->profile)) {
+      for (const config::StimulusSegment& segment : *segments) {
+        stimulus.parts.emplace_back();
+        if (!segment.name.empty())
+          stimulus.parts.back() = events.add_kind(name + ": " + segment.name + " begins");
+      }
+    }
+  }
+}
+
+void Stimuli::begin_tick(std::int64_t time_ns) noexcept {
+  for (Stimulus& stimulus : stimuli_) {
+    const Activation::Change change = stimulus.activation->update(*table_, time_ns);
+    if (change == Activation::Change::ends) events_->note(stimulus.ends, time_ns);
+    if (change != Activation::Change::begins) continue;
+    events_->note(stimulus.begins, time_ns);
+    stimulus.began_ns = time_ns;
+    if (stimulus.segments)
+      stimulus.segments->begin(table_->value(stimulus.driven), time_ns);
+    else
+      stimulus.file->rewind();
+  }
+  // All activations have read the same signals.
+  for (Stimulus& stimulus : stimuli_) {
+    const bool is_active = stimulus.activation->is_active();
+    table_->write(stimulus.active, is_active ? 1.0 : 0.0, time_ns);
+    double value = table_->value(stimulus.driven);
+    if (is_active) {
+      if (stimulus.segments) {
+        value = stimulus.segments->value(*table_, time_ns);
+        const auto began = stimulus.segments->began();
+        if (began && stimulus.parts[*began]) events_->note(*stimulus.parts[*began], time_ns);
+      } else {
+        value = stimulus.file->at(time_ns - stimulus.began_ns);
+      }
+    }
+    table_->write(stimulus.driven, value, time_ns);
+  }
+}
+
+void Stimuli::fill(std::int64_t end_ns, report::RunRecord& record) const {
+  for (const Stimulus& stimulus : stimuli_) {
+    record.stimuli.push_back({.name = stimulus.section->name.text,
+                              .signal = stimulus.section->drives.text,
+                              .effect = "",
+                              .begins = stimulus.activation->begins(),
+                              .first_begin_ns = stimulus.activation->first_begin_ns(),
+                              .active_ns = stimulus.activation->active_ns(end_ns)});
+  }
+}
+
+}  // namespace hil::injection

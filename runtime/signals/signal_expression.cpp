@@ -1,0 +1,27 @@
+#include "runtime/signals/signal_expression.hpp"
+
+#include <utility>
+
+#include "runtime/signals/signal_scope.hpp"
+
+namespace hil::signals {
+
+std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,
+                                                          const KnownSignals& known,
+                                                          const expression::Wanted& wanted,
+                                                          const expression::CompileOptions& options,
+                                                          config::Diagnostics& diagnostics) {
+  const SignalScope scope(expression, known.table(), &known);
+  for (const config::Expression::Node& node : expression.nodes())
+    if (known.table().find(node.word.text)) known.find(node.word, diagnostics);
+  auto program = expression::Program::compile(expression, scope, wanted, options, diagnostics);
+  if (!program) return std::nullopt;
+  return SignalExpression(std::move(*program), scope.signals());
+}
+
+double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns) noexcept {
+  sample(table, signals_, values_);
+  return program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
+}
+
+}  // namespace hil::signals

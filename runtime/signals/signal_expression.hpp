@@ -1,0 +1,42 @@
+#pragma once
+// A compiled expression over the signals of a run.
+//
+// Threads: compile on the one that wires the run; evaluate as the table's, without allocation.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/config/expression.hpp"
+#include "runtime/expression/program.hpp"
+#include "runtime/signals/known_signals.hpp"
+
+namespace hil::signals {
+
+class SignalExpression {
+ public:
+  /// Empty with mistakes, all of them; without one where the mistake of a name is reported elsewhere. Adds
+  /// the warnings of the signals that it reads.
+  static std::optional<SignalExpression> compile(const config::Expression& expression,
+                                                 const KnownSignals& known, const expression::Wanted& wanted,
+                                                 const expression::CompileOptions& options,
+                                                 config::Diagnostics& diagnostics);
+
+  /// NaN: unknown. Advances functions with a memory.
+  double evaluate(const SignalTable& table, std::int64_t time_ns) noexcept;
+
+  const std::string& unit() const noexcept { return program_.unit(); }
+  /// Those that it reads, in the order of their first mention.
+  const std::vector<SignalId>& signals() const noexcept { return signals_; }
+
+ private:
+  SignalExpression(expression::Program program, std::vector<SignalId> signals)
+      : program_(std::move(program)), signals_(std::move(signals)), values_(signals_.size()) {}
+
+  expression::Program program_;
+  std::vector<SignalId> signals_;
+  std::vector<double> values_;
+};
+
+}  // namespace hil::signals

@@ -1,0 +1,91 @@
+// Mistakes in stimuli and faults: each gives one sentence at its place.
+
+#include <algorithm>
+
+#include "injection_fixture.hpp"
+
+namespace hil::injection {
+namespace {
+
+class InjectionMistakes : public test::InjectionFixture {
+ protected:
+  std::string mistakes_of(const std::string& sections) {
+    try {
+      open(sections);
+      return "";
+    } catch (const std::runtime_error& error) {
+      const std::string text = error.what();
+      const std::size_t at = text.find("scenario.yaml:");
+      return at == std::string::npos ? text : text.substr(at + 14);
+    }
+  }
+};
+
+TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
+  const std::string sequence = "sequence: [{hold: 1 m}]";
+  const struct {
+    std::string sections, mistake;
+  } all[] = {
+      {"stimuli: [{name: s, drives: control.v, " + sequence + "}]",
+       "13:29: there is no input of a module and no output of a bus 'control.v'; did you mean 'control.x'?"},
+      {"stimuli: [{name: s, drives: control.x, " + sequence + "}]",
+       "13:29: module control also has an output 'x'; give one of the two another name"},
+      {"can: []\nstimuli: [{name: s, drives: control.w, " + sequence + "}]",
+       "14:29: 'control.w' has a signal already; a stimulus drives what has none"},
+      {"stimuli:\n  - {name: s, drives: control.u, " + sequence + "}\n  - {name: r, drives: control.u, " +
+           sequence + "}",
+       "15:23: 'control.u' is driven by stimulus s already"},
+      {"stimuli:\n  - {name: s, drives: control.u, " + sequence +
+           "}\n  - {name: s, drives: control.t, sequence: [{hold: 1 K}]}",
+       "15:12: the stimulus 's' is given twice"},
+      {"stimuli: [{name: s, drives: control.u, sequence: [{hold: 1 s}]}]",
+       "13:58: 'control.u' is in m; this is in s"},
+      {"stimuli: [{name: s, drives: control.u, sequence: [{hold: 1 m}, {hold: 2 m}]}]",
+       "13:51: this part needs its duration 'for', since another one follows"},
+      {"stimuli: [{name: s, drives: control.u, sequence: [{ramp: 1 m}]}]",
+       "13:51: a ramp needs its duration 'for'"},
+      {"stimuli: [{name: s, drives: control.u, repeat: 2, " + sequence + "}]",
+       "13:62: this part needs its duration 'for', since the sequence repeats"},
+      {"stimuli: [{name: s, drives: control.u, at: 1 s, " + sequence + "}]",
+       "13:44: 'at': 1 s is not before the end of the run, which takes 1 s"},
+      {"faults: [{name: f, signal: plant.y, gain: 2}]",
+       "13:28: there is no signal 'plant.y'; did you mean 'plant.x'?"},
+      {"faults: [{name: f, signal: control.y, gain: 2}]",
+       "13:28: no module and no bus reads 'control.y', so a fault of it has no effect"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, readers: [contrl]}]",
+       "13:56: 'contrl' does not read 'plant.x'; did you mean 'control'?"},
+      {"faults: [{name: f, signal: plant.x, gain: 2 m}]",
+       "13:43: the value of fault 'f' is in a plain number; this is in m"},
+      {"faults: [{name: f, signal: plant.x, drift: 2 m}]",
+       "13:44: the value of fault 'f' is in m/s; this is in m"},
+      {"faults: [{name: f, signal: plant.x, stuck: lst}]", "13:44: there is no signal 'lst'"},
+      {"faults: [{name: f, signal: plant.x, delay: 1.5 ms}]",
+       "13:44: 'delay': 1.5 ms is no multiple of the base period of 1 ms"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, offset: 1 m}]", "exactly one of"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, at: 1 ms, when: plant.x > 1 m}]",
+       "13:62: 'when' and 'at' exclude each other: both say when it begins"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, while: plant.x > 1 m, for: 1 ms}]",
+       "13:73: 'for' and 'while' exclude each other"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, at: 1 ms, every: 2 ms}]",
+       "13:63: 'every' needs a shorter 'for'"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, at: 1 ms, times: 2}]",
+       "13:63: 'times' with 'at' needs 'every'"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, when: plant.x > 1}, {name: g, signal: plant.x, gain: 2, "
+       "readers: [control]}]",
+       "13:73: the faults of 'plant.x' name different readers; all have the same ones"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, when: plant.x}]",
+       "13:52: 'when' has to be a condition; this is a value in m"},
+      {"variables: {v: 1}\nfaults: [{name: f, signal: v, gain: 2}]",
+       "14:28: 'v' is a variable; a fault acts on a signal of a module, a bus or a stimulus"},
+      {"expectations: [{name: e, always: fault.f == 0}]\nfaults: [{name: f, signal: plant.x, gain: 2 +}]",
+       "14:46: the expression ends"},
+  };
+  for (const auto& one : all) {
+    const std::string mistakes = mistakes_of(one.sections + "\n");
+    EXPECT_NE(mistakes.find(one.mistake), std::string::npos) << one.sections << "\n" << mistakes;
+    EXPECT_EQ(std::ranges::count(mistakes, '\n'), 1) << one.sections << "\n" << mistakes;
+  }
+}
+
+}  // namespace
+}  // namespace hil::injection
