@@ -228,11 +228,29 @@ struct Response {
   std::uint64_t at_least = 1;  ///< with fewer judged requests, not checked
 };
 
+/// Each time that `when` becomes true, `then` is true within the time.
+struct Reaction {
+  Expression when;
+  Expression then;
+  std::int64_t within_ns = 0;
+  std::uint64_t at_least = 1;  ///< with fewer judged reactions, not checked
+};
+/// How often the condition becomes true.
+struct Count {
+  Expression condition;
+  std::uint64_t min = 0;
+  std::optional<std::uint64_t> max;
+};
+/// The conditions become true one after the other.
+struct Order {
+  std::vector<Expression> conditions;
+};
+
 struct Expectation {
   std::string name;
   Place place;
   double coverage = 0.95;  ///< least share of its ticks on which it has to be evaluated
-  std::variant<Never, Always, Eventually, Response> claim;
+  std::variant<Never, Always, Eventually, Response, Reaction, Count, Order> claim;
 };
 
 struct Scenario {

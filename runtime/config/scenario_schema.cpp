@@ -270,12 +270,31 @@ Schema expectation_schema(std::span<const BusSectionType> buses) {
           "at_least", Schema::integer(1, 1'000'000'000), "1",
           "The least number of requests that have to be judged. With fewer, the expectation is not checked."),
   });
+  const Schema reaction = Schema::record({
+      Field::needed("when", Schema::text(), "A condition: a reaction begins where it becomes true."),
+      Field::needed("then", Schema::text(), "The condition that has to be true in time."),
+      Field::needed("within", duration_schema(min_duration_s), "The longest time from 'when' to 'then'."),
+      Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
+                          "The least number of reactions that have to be judged. With fewer, the expectation "
+                          "is not checked."),
+  });
+  const Schema count = Schema::record({
+      Field::needed("of", Schema::text(), "A condition. Each time that it becomes true counts."),
+      Field::with_default("min", Schema::integer(0, 1'000'000'000'000), "0", "The least number."),
+      Field::optional("max", Schema::integer(0, 1'000'000'000'000),
+                      "The largest number. Left out: no limit."),
+  });
   return Schema::exactly_one(
       {
           Field::optional("never", Schema::text(), "A condition that is true on no tick."),
           Field::optional("always", Schema::text(), "A condition that is true on every tick."),
           Field::optional("eventually", Schema::text(), "A condition that is true on some tick."),
           Field::optional("response", response, "One signal replies to another in time."),
+          Field::optional("reaction", reaction,
+                          "Each time that one condition becomes true, another one is true in time."),
+          Field::optional("count", count, "How often a condition becomes true."),
+          Field::optional("order", Schema::list(Schema::text(), 2, 100),
+                          "Conditions that become true for the first time in this order."),
       },
       {
           Field::needed("name", Schema::text(), "The expectation's name in the report."),

@@ -1,13 +1,13 @@
 #include "runtime/run/expectations.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
-#include "runtime/config/require.hpp"
 #include "runtime/report/quantities.hpp"
+#include "runtime/run/occurrence_judges.hpp"
+#include "runtime/run/reaction_judge.hpp"
 #include "runtime/run/response_judge.hpp"
-#include "runtime/signals/signal_scope.hpp"
+#include "runtime/run/watched_condition.hpp"
 
 namespace hil::run {
 namespace {
@@ -15,39 +15,6 @@ namespace {
 std::string at_second(std::int64_t time_ns) {
   return report::to_ascii(report::instant(time_ns));
 }
-
-enum class Truth : std::uint8_t { no, yes, unknown };
-
-/// A condition with the signals that it mentions.
-class WatchedCondition {
- public:
-  WatchedCondition(const config::Expression& condition, const signals::SignalTable& table,
-                   const expression::CompileOptions& options)
-      : text_(condition.text()) {
-    const signals::SignalScope scope(condition, table);
-    config::Diagnostics diagnostics;
-    auto program = expression::Program::compile(condition, scope, wanted_condition(), options, diagnostics);
-    config::require(program.has_value(), "a condition that wire() has checked");
-    program_ = std::move(*program);
-    signals_ = scope.signals();
-    values_.resize(signals_.size());
-  }
-
-  /// Once a tick.
-  Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-    signals::sample(table, signals_, values_);
-    const double result = program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
-    return std::isnan(result) ? Truth::unknown : result != 0.0 ? Truth::yes : Truth::no;
-  }
-  const std::string& text() const noexcept { return text_; }
-  const std::vector<signals::SignalId>& signals() const noexcept { return signals_; }
-
- private:
-  std::string text_;
-  expression::Program program_;
-  std::vector<signals::SignalId> signals_;
-  std::vector<double> values_;
-};
 
 class EveryTickJudge final : public Judge {
  public:
@@ -167,6 +134,12 @@ std::unique_ptr<Judge> make_judge(const config::Expectation& expectation, const 
   if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim)) {
     return std::make_unique<EventuallyJudge>(expectation, *eventually, table, options);
   }
+  if (const auto* reaction = std::get_if<config::Reaction>(&expectation.claim))
+    return std::make_unique<ReactionJudge>(expectation, *reaction, table, max_samples, options);
+  if (const auto* count = std::get_if<config::Count>(&expectation.claim))
+    return make_count_judge(expectation, *count, table, options);
+  if (const auto* order = std::get_if<config::Order>(&expectation.claim))
+    return make_order_judge(expectation, *order, table, options);
   return std::make_unique<ResponseJudge>(expectation, std::get<config::Response>(expectation.claim), table,
                                          arrivals, max_samples);
 }

@@ -5,6 +5,8 @@
 // never, always  fails on the first tick on which the condition is known to be true, or false.
 // eventually     is held when the condition is known to be true on a tick not later than `by`.
 // response       runtime/run/response_judge.hpp.
+// reaction       runtime/run/reaction_judge.hpp.
+// count, order   runtime/run/occurrence_judges.hpp.
 //
 // Threads: check from the base thread; results after the run.
 

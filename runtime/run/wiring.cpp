@@ -211,6 +211,15 @@ void check_expectations(const config::Scenario& scenario, const KnownSignals& kn
       check_every_tick(always->condition);
     if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim))
       check(eventually->condition);
+    if (const auto* reaction = std::get_if<config::Reaction>(&expectation.claim)) {
+      check(reaction->when);
+      check(reaction->then);
+    }
+    if (const auto* count = std::get_if<config::Count>(&expectation.claim)) check(count->condition);
+    if (const auto* order = std::get_if<config::Order>(&expectation.claim)) {
+      for (const config::Expression& condition : order->conditions)
+        check(condition);
+    }
     if (const auto* response = std::get_if<config::Response>(&expectation.claim)) {
       known.find(response->request, diagnostics);
       known.find(response->reply, diagnostics);

@@ -1,0 +1,61 @@
+#pragma once
+// A condition of an expectation, with the signals that it mentions.
+//
+// Threads: as the table's; truth() neither allocates nor blocks.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/config/expression.hpp"
+#include "runtime/config/require.hpp"
+#include "runtime/expression/program.hpp"
+#include "runtime/signals/signal_scope.hpp"
+
+namespace hil::run {
+
+enum class Truth : std::uint8_t { no, yes, unknown };
+
+class WatchedCondition {
+ public:
+  /// wire() has checked the condition.
+  WatchedCondition(const config::Expression& condition, const signals::SignalTable& table,
+                   const expression::CompileOptions& options)
+      : text_(condition.text()) {
+    const signals::SignalScope scope(condition, table);
+    config::Diagnostics diagnostics;
+    auto program = expression::Program::compile(condition, scope, {.truth = true}, options, diagnostics);
+    config::require(program.has_value(), "a condition that wire() has checked");
+    program_ = std::move(*program);
+    signals_ = scope.signals();
+    values_.resize(signals_.size());
+  }
+
+  /// Once a tick.
+  Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+    signals::sample(table, signals_, values_);
+    const double result = program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
+    return std::isnan(result) ? Truth::unknown : result != 0.0 ? Truth::yes : Truth::no;
+  }
+  const std::string& text() const noexcept { return text_; }
+  const std::vector<signals::SignalId>& signals() const noexcept { return signals_; }
+
+ private:
+  std::string text_;
+  expression::Program program_;
+  std::vector<signals::SignalId> signals_;
+  std::vector<double> values_;
+};
+
+/// The signals of all conditions, each once.
+inline std::vector<signals::SignalId> signals_of(const std::vector<WatchedCondition>& conditions) {
+  std::vector<signals::SignalId> all;
+  for (const WatchedCondition& condition : conditions)
+    for (const signals::SignalId signal : condition.signals())
+      if (std::find(all.begin(), all.end(), signal) == all.end()) all.push_back(signal);
+  return all;
+}
+
+}  // namespace hil::run
