@@ -1,10 +1,12 @@
-// hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, and the cost of a tick.
+// hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, and that
+// of a step of a block.
 
 #include <cstdio>
 #include <exception>
 #include <string>
 #include <string_view>
 
+#include "bench/executive/block_step.hpp"
 #include "bench/executive/wakeup.hpp"
 #include "bench/figure/figure.hpp"
 
@@ -22,6 +24,7 @@ int run(bool json, bool tiny) {
   for (const std::string& sentence : wakeup.degraded)
     std::fprintf(stderr, "degraded: %s\n", sentence.c_str());
   const TickOverhead overhead = measure_tick_overhead(options);
+  const BlockStepCost block = measure_block_step(options.rounds, options.ticks_per_round);
   const std::string device = device_name();
   const Figure figures[] = {
       {"wakeup_p50", wakeup.ours.p50_us, "us", peer, wakeup.theirs.p50_us, Better::lower,
@@ -29,6 +32,7 @@ int run(bool json, bool tiny) {
       {"wakeup_p99", wakeup.ours.p99_us, "us", peer, wakeup.theirs.p99_us, Better::lower,
        wakeup.ours.samples},
       {"tick_overhead_10_tasks", overhead.median_us, "us", "", std::nullopt, Better::lower, overhead.samples},
+      {"block_10_states", block.median_us, "us", "", std::nullopt, Better::lower, block.steps},
   };
   for (const Figure& figure : figures) {
     std::printf("%s\n", (json ? as_json_line(figure, device) : as_text_line(figure)).c_str());
