@@ -1,5 +1,5 @@
-// hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, and that
-// of a step of a block.
+// hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, and
+// that of a step of a block.
 
 #include <cstdio>
 #include <exception>
