@@ -19,11 +19,13 @@ class BlockModule final : public Module {
   BlockModule(CompiledBlock compiled, const TaskParameters& task)
       : block_(std::move(compiled.equations), task.period_ns),
         ports_(std::move(compiled.ports)),
+        input_values_(std::move(compiled.input_values)),
+        inputs_(compiled.inputs),
         next_ns_(task.offset_ns),
         outputs_(ports_.outputs.size()) {
     // What other modules read before the first step.
     for (std::size_t i = 0; i < ports_.inputs.size(); ++i)
-      block_.values()[2 * i] = ports_.inputs[i].initial;
+      block_.values()[input_values_[i]] = ports_.inputs[i].initial;
     Block first_step = block_;
     first_step.step(task.offset_ns, outputs_);
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
@@ -52,8 +54,8 @@ class BlockModule final : public Module {
     for (; next_ns_ < context.time_ns; next_ns_ += context.period_ns)
       step_at(next_ns_, *context.events);
     for (std::size_t i = 0; i < context.inputs.size(); ++i) {
-      block_.values()[2 * i] = context.inputs[i].value;
-      block_.values()[2 * i + 1] = context.inputs[i].fresh ? 1.0 : 0.0;
+      block_.values()[input_values_[i]] = context.inputs[i].value;
+      if (i < inputs_) block_.values()[input_values_[i] + 1] = context.inputs[i].fresh ? 1.0 : 0.0;
     }
     step_at(context.time_ns, *context.events);
     std::copy(outputs_.begin(), outputs_.end(), context.outputs.begin());
@@ -76,7 +78,9 @@ class BlockModule final : public Module {
 
   Block block_;
   Ports ports_;
-  std::int64_t next_ns_ = 0;  ///< the next step
+  const std::vector<std::uint32_t> input_values_;  ///< by input of the ports
+  const std::size_t inputs_;                       ///< those that have a freshness; the others are parameters
+  std::int64_t next_ns_ = 0;                       ///< the next step
   std::vector<double> outputs_;
   std::vector<std::vector<EventLog::Kind>> entered_;  ///< by machine and state
   std::vector<EventLog::Kind> unknown_;               ///< by state

@@ -58,7 +58,8 @@ class BlockCompiler {
       diagnostics_.add(section_.place(), "the block has no outputs, states, variables or state machines");
     if (diagnostics_.count() != before) return std::nullopt;
     warn_of_unused();
-    return CompiledBlock{std::move(equations_), std::move(ports_)};
+    const std::size_t inputs = section_["inputs"].entries().size();
+    return CompiledBlock{std::move(equations_), std::move(ports_), std::move(input_values_), inputs};
   }
 
  private:
@@ -154,7 +155,8 @@ class BlockCompiler {
       std::map<std::string, double> values;
       for (const auto& [word, number] : input["values"].entries())
         values.emplace(word, number.number());
-      names_.define(name, add_value(0.0), unit, values);
+      input_values_.push_back(add_value(0.0));
+      names_.define(name, input_values_.back(), unit, values);
       names_.define(name + ".fresh", add_value(0.0), "");
       ports_.inputs.push_back({.name = name,
                                .unit = unit,
@@ -179,12 +181,17 @@ class BlockCompiler {
 
   void add_parameters() {
     const Value& parameters = section_["parameters"];
+    std::vector<Port> parameter_ports;
+    std::vector<std::uint32_t> parameter_values;
     for_each_in_order(parameters, [&](const std::string& name, const Expression& expression, const Value&) {
       const auto value = constant(expression, {.unit = std::nullopt, .what = "parameter " + in_quotes(name)});
       if (!value) return;
       const std::uint32_t place = add_value(value->value);
       names_.define(name, place, value->unit);
       constants_.define(name, place, value->unit);
+      parameter_ports.push_back(
+          {.name = name, .unit = value->unit, .about = "parameter of the block", .initial = value->value});
+      parameter_values.push_back(place);
     });
     // Inputs come before the parameters, but their initial values may be made of them.
     std::size_t i = 0;
@@ -194,6 +201,8 @@ class BlockCompiler {
       if (const auto value = constant(input["initial"], {.unit = port.unit, .what = in_quotes(name)}))
         port.initial = value->value;
     });
+    ports_.inputs.insert(ports_.inputs.end(), parameter_ports.begin(), parameter_ports.end());
+    input_values_.insert(input_values_.end(), parameter_values.begin(), parameter_values.end());
   }
 
   void set_broken(const std::string& name) {
@@ -451,6 +460,7 @@ class BlockCompiler {
   BlockNames names_{"input, parameter, state or variable"}, constants_{"parameter"};
   BlockEquations equations_;
   Ports ports_;
+  std::vector<std::uint32_t> input_values_;  ///< by input of the ports
 };
 
 }  // namespace

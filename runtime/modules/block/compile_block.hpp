@@ -11,8 +11,10 @@ namespace hil::modules {
 
 struct CompiledBlock {
   BlockEquations equations;
-  /// Values of the equations: the input i is at 2 i, and behind it whether it is fresh.
-  Ports ports;
+  Ports ports;                              ///< its inputs are the inputs of the block, then its parameters
+  std::vector<std::uint32_t> input_values;  ///< by input: its place among the values
+  std::size_t inputs =
+      0;  ///< the number without the parameters: behind their values is whether they are fresh
 };
 
 /// Empty with mistakes, all of them, at their places. `parameters` conform to block_schema().

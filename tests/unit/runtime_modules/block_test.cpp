@@ -261,6 +261,22 @@ TEST(BlockInputs, WithoutAnInitialValueHaveToBeConnected) {
   EXPECT_EQ(run.ports().inputs[1].initial, 1500.0);
 }
 
+TEST(BlockParameters, CanBeDriven) {
+  BlockRun run(
+      "parameters: {gain: 2, twice: 2 * gain}\ninputs: {u: {unit: '1', initial: 3}}\n"
+      "outputs: {y: gain * u, twice: twice, fresh: u.fresh}\n");
+  EXPECT_EQ(run.ports().inputs[1].name, "gain");
+  EXPECT_EQ(run.ports().inputs[1].initial, 2.0);
+  EXPECT_FALSE(run.ports().inputs[1].required);
+  run.step();
+  EXPECT_EQ(run["y"], 6.0);
+  run.set("gain", 5.0);
+  run.step();
+  EXPECT_EQ(run["y"], 15.0);
+  EXPECT_EQ(run["twice"], 4.0) << "a parameter that is computed from others keeps its value";
+  EXPECT_EQ(run["fresh"], 0.0);
+}
+
 TEST(BlockUnknown, ValuesAreNotKnownUntilTheyAreSet) {
   BlockRun run(
       "inputs: {u: {unit: '1', initial: 1}, set: {unit: '1', initial: 0}}\n"
