@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <system_error>
@@ -88,6 +89,16 @@ std::optional<HostAndPort> split_address(const std::string& text) {
   if (host.empty() || colon + 1 == text.size() || (!in_brackets && host.find(':') != std::string::npos))
     return std::nullopt;
   return HostAndPort{std::move(host), text.substr(colon + 1)};
+}
+
+std::optional<Endpoint> parse_endpoint(const std::string& text) {
+  const auto parts = split_address(text);
+  if (!parts) return std::nullopt;
+  std::uint16_t port = 0;
+  const char* const end = parts->port.data() + parts->port.size();
+  const auto [rest, error] = std::from_chars(parts->port.data(), end, port);
+  if (rest != end || error != std::errc()) return std::nullopt;
+  return Endpoint{parts->host, port};
 }
 
 std::string Endpoint::to_text() const {

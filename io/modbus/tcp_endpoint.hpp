@@ -48,6 +48,9 @@ struct Endpoint {
   std::string to_text() const;
 };
 
+/// "127.0.0.1:1502", "[::1]:0". Empty when there is no port from 0 to 65535; does not check the host.
+std::optional<Endpoint> parse_endpoint(const std::string& text);
+
 /// A resolved endpoint.
 struct SocketAddress {
   sockaddr_storage storage{};

@@ -136,6 +136,14 @@ bool read_expression(const Value& section, const char* field, std::optional<Expr
   return expression.has_value();
 }
 
+/// A shorter time would let one tick pass through any number of parts.
+void need_a_tick(const Value& duration, const std::string& field, std::int64_t period_ns,
+                 Diagnostics& diagnostics) {
+  if (duration.duration_ns() >= period_ns) return;
+  diagnostics.add(duration.place(), "'" + field + "': " + format_duration(duration.duration_ns()) +
+                                        " is shorter than the base period of " + format_duration(period_ns));
+}
+
 /// False with mistakes.
 bool read_activation(const Value& section, ActivationSection& activation, const Scenario& scenario,
                      Diagnostics& diagnostics) {
@@ -164,6 +172,7 @@ bool read_activation(const Value& section, ActivationSection& activation, const 
   if (section.has("every")) {
     activation.every_ns = section["every"].duration_ns();
     if (!activation.at_ns) diagnostics.add(section["every"].place(), "'every' needs 'at'");
+    need_a_tick(section["every"], "every", scenario.base_period_ns, diagnostics);
     if (!activation.for_ns || *activation.for_ns >= *activation.every_ns)
       diagnostics.add(section["every"].place(), "'every' needs a shorter 'for'");
   }
@@ -181,13 +190,17 @@ bool read_activation(const Value& section, ActivationSection& activation, const 
   return diagnostics.count() == before;
 }
 
-std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, Diagnostics& diagnostics) {
+std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, ReaderContext& reading) {
   using Kind = StimulusSegment::Kind;
+  Diagnostics& diagnostics = reading.diagnostics;
   const std::size_t before = diagnostics.count();
   StimulusSegment segment;
   segment.place = section.place();
   if (section.has("name")) segment.name = section["name"].text();
-  if (section.has("for")) segment.for_ns = section["for"].duration_ns();
+  if (section.has("for")) {
+    segment.for_ns = section["for"].duration_ns();
+    if (reading.base) need_a_tick(section["for"], "for", reading.base->period_ns, diagnostics);
+  }
   const std::string& kind = section.chosen();
   const auto add = [&](const Value& text) {
     if (auto expression = Expression::parse(text, diagnostics))
@@ -217,10 +230,10 @@ std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, 
   return segment;
 }
 
-std::vector<StimulusSegment> read_segments(const Value& list, Diagnostics& diagnostics) {
+std::vector<StimulusSegment> read_segments(const Value& list, ReaderContext& reading) {
   std::vector<StimulusSegment> segments;
   for (std::size_t i = 0; i < list.items().size(); ++i) {
-    if (auto segment = read_segment(list.items()[i], i + 1 == list.items().size(), diagnostics))
+    if (auto segment = read_segment(list.items()[i], i + 1 == list.items().size(), reading))
       segments.push_back(std::move(*segment));
   }
   return segments;
@@ -246,7 +259,7 @@ void read_stimuli(const Value& root, Scenario& scenario, ReaderContext& reading)
     const std::size_t before = reading.diagnostics.count();
     StimulusSection stimulus{.name = word_of(section["name"]), .drives = word_of(section["drives"])};
     if (section.chosen() == "sequence") {
-      stimulus.profile = read_segments(section["sequence"], reading.diagnostics);
+      stimulus.profile = read_segments(section["sequence"], reading);
     } else {
       const Value& file = section["file"];
       stimulus.profile = StimulusFile{.path = file["path"].text(),

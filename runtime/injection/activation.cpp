@@ -30,9 +30,7 @@ std::optional<Activation> Activation::compile(const config::ActivationSection& s
 }
 
 bool Activation::draw() noexcept {
-  if (section_.probability >= 1.0) return true;
-  random_ += modules::splitmix64_step;
-  return static_cast<double>(modules::splitmix64_finalizer(random_) >> 11) * 0x1p-53 < section_.probability;
+  return section_.probability >= 1.0 || random_.uniform() < section_.probability;
 }
 
 bool Activation::has_ended(double until, double in_while, std::int64_t time_ns) const noexcept {
@@ -45,8 +43,7 @@ bool Activation::is_due(double condition, std::int64_t time_ns) noexcept {
   if (when_ || while_) return condition == 1.0 && !was_true_;
   if (time_ns < next_begin_ns_) return false;
   if (section_.every_ns) {
-    while (next_begin_ns_ <= time_ns)
-      next_begin_ns_ += *section_.every_ns;
+    next_begin_ns_ += ((time_ns - next_begin_ns_) / *section_.every_ns + 1) * *section_.every_ns;
   } else {
     next_begin_ns_ = std::numeric_limits<std::int64_t>::max();
   }

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "runtime/config/injection_section.hpp"
+#include "runtime/injection/random_numbers.hpp"
 #include "runtime/signals/signal_expression.hpp"
 
 namespace hil::injection {
@@ -43,7 +44,7 @@ class Activation {
 
   config::ActivationSection section_;
   std::optional<signals::SignalExpression> when_, while_, until_;
-  std::uint64_t random_;  ///< state of the generator
+  RandomNumbers random_;
   std::int64_t next_begin_ns_ = 0;
   bool was_true_ = false;  ///< the condition, in the last tick
   bool is_active_ = false;

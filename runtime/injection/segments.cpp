@@ -27,11 +27,8 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
                                           std::int64_t period_ns, std::uint64_t seed,
                                           config::Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.count();
-  Segments result;
-  result.repeat_ = repeat;
-  result.random_ = seed;
-  const auto parsed = units::parse_unit(unit);
-  const bool has_offset = parsed && parsed->offset != 0.0;
+  Segments result(repeat, seed);
+  const units::DifferenceUnit difference = units::difference_unit(unit);
   for (const config::StimulusSegment& section : segments) {
     Segment segment{.kind = section.kind,
                     .expressions = {},
@@ -40,11 +37,9 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
                     .for_ns = section.for_ns.value_or(without_end)};
     for (std::size_t i = 0; i < section.values.size(); ++i) {
       expression::Wanted wanted{.unit = unit, .what = what};
-      const bool is_difference =
-          i == 1 && (section.kind == SegmentKind::sine || section.kind == SegmentKind::noise);
-      if (is_difference && has_offset) {
-        wanted.unit = "K";
-        segment.units_per_kelvin = parsed->denominator / parsed->numerator;
+      if (i == 1 && (section.kind == SegmentKind::sine || section.kind == SegmentKind::noise)) {
+        wanted.unit = difference.symbol;
+        segment.second_factor = difference.factor;
       }
       seed = modules::splitmix64(seed);
       auto compiled = signals::SignalExpression::compile(section.values[i], known, wanted,
@@ -67,15 +62,6 @@ void Segments::begin(double value, std::int64_t time_ns) noexcept {
   is_entered_ = false;
 }
 
-double Segments::next_normal() noexcept {
-  const auto uniform = [&] {
-    random_ += modules::splitmix64_step;
-    return static_cast<double>(modules::splitmix64_finalizer(random_) >> 11) * 0x1p-53;
-  };
-  const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-  return radius * std::cos(2.0 * std::numbers::pi * uniform());
-}
-
 void Segments::enter(std::size_t index, double value, std::int64_t time_ns,
                      const signals::SignalTable& table) noexcept {
   index_ = index;
@@ -87,7 +73,7 @@ void Segments::enter(std::size_t index, double value, std::int64_t time_ns,
   a_ = segment.expressions[0].evaluate(table, time_ns);
   b_ = segment.expressions.size() < 2
            ? 0.0
-           : segment.expressions[1].evaluate(table, time_ns) * segment.units_per_kelvin;
+           : segment.expressions[1].evaluate(table, time_ns) * segment.second_factor;
 }
 
 /// Of the part that has begun.
@@ -109,7 +95,7 @@ double Segments::shape(const signals::SignalTable& table, std::int64_t time_ns) 
     case SegmentKind::pulses:
       return phase_of(passed_ns, segment.period_ns) < segment.share ? b_ : a_;
     case SegmentKind::noise:
-      return a_ + b_ * next_normal();
+      return a_ + b_ * random_.normal();
   }
   return a_;
 }

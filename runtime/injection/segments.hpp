@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/config/injection_section.hpp"
+#include "runtime/injection/random_numbers.hpp"
 #include "runtime/signals/signal_expression.hpp"
 
 namespace hil::injection {
@@ -32,10 +33,12 @@ class Segments {
   bool is_over() const noexcept { return is_over_; }
 
  private:
+  Segments(std::uint64_t repeat, std::uint64_t seed) : repeat_(repeat), random_(seed) {}
+
   struct Segment {
     config::StimulusSegment::Kind kind{};
     std::vector<signals::SignalExpression> expressions;
-    double units_per_kelvin = 1.0;  ///< of the amplitude or the deviation
+    double second_factor = 1.0;  ///< of the amplitude or the deviation, to the unit of the values
     std::int64_t period_ns = 0;
     double share = 0.0;
     std::int64_t for_ns = 0;  ///< the largest number: to the end of the run
@@ -44,11 +47,10 @@ class Segments {
   void enter(std::size_t index, double value, std::int64_t time_ns,
              const signals::SignalTable& table) noexcept;
   double shape(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
-  double next_normal() noexcept;
 
   std::vector<Segment> segments_;
-  std::uint64_t repeat_ = 1;  ///< 0: without end
-  std::uint64_t random_ = 0;
+  std::uint64_t repeat_;  ///< 0: without end
+  RandomNumbers random_;
 
   std::size_t index_ = 0;
   std::uint64_t round_ = 0;

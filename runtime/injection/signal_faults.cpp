@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "runtime/injection/delay_line.hpp"
+#include "runtime/injection/random_numbers.hpp"
 #include "runtime/modules/splitmix64.hpp"
+#include "runtime/report/quantities.hpp"
 
 namespace hil::injection {
 namespace {
@@ -18,17 +19,17 @@ using signals::SignalValue;
 
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
-/// What the value of a fault is in, besides the unit of its signal.
-expression::Wanted wanted_value(const config::FaultSection& section, const std::string& unit) {
-  expression::Wanted wanted{.unit = unit, .what = "the value of fault '" + section.name.text + "'"};
-  if (section.kind == FaultKind::gain) wanted.unit = "";
-  const auto known = units::parse_unit(unit);
-  const bool has_offset = known && known->offset != 0.0;
-  if (section.kind == FaultKind::offset || section.kind == FaultKind::noise ||
-      section.kind == FaultKind::drift)
-    if (has_offset) wanted.unit = "K";
-  if (section.kind == FaultKind::drift) wanted.unit = wanted.unit->empty() ? "1/s" : *wanted.unit + "/s";
-  return wanted;
+/// What the value of a fault is in.
+struct ValueUnit {
+  std::string symbol;
+  double factor = 1.0;  ///< to the unit of the signal
+};
+ValueUnit value_unit(FaultKind kind, const std::string& unit) {
+  if (kind == FaultKind::gain) return {};
+  if (kind == FaultKind::stuck) return {unit};
+  const units::DifferenceUnit difference = units::difference_unit(unit);
+  if (kind != FaultKind::drift) return {difference.symbol, difference.factor};
+  return {difference.symbol.empty() ? "1/s" : difference.symbol + "/s", difference.factor};
 }
 
 std::string kind_text(const config::FaultSection& section) {
@@ -46,9 +47,9 @@ std::string kind_text(const config::FaultSection& section) {
     case FaultKind::drift:
       return "drift of " + section.value->text();
     case FaultKind::delay:
-      return "delayed by " + std::to_string(section.delay_ns / 1'000) + " us";
+      return "delayed by " + report::to_ascii(report::chosen_time(section.delay_ns));
     case FaultKind::dropout:
-      return "without value in " + std::to_string(std::lround(100.0 * section.dropout)) + " % of the ticks";
+      return "without value in " + report::shortest(100.0 * section.dropout) + " % of the ticks";
   }
   return {};
 }
@@ -61,8 +62,9 @@ struct SignalFaults::Fault {
   SignalId active;  ///< the signal "fault.NAME"
   std::optional<Activation> activation;
   std::optional<signals::SignalExpression> value;
-  double units_per_kelvin = 1.0;
-  std::uint64_t random = 0;
+  double value_factor = 1.0;  ///< of the value, to the unit of the signal
+  std::uint64_t seed = 0;
+  RandomNumbers random{0};
   std::optional<DelayLine> line;
   modules::EventLog::Kind begins, ends;
 
@@ -72,20 +74,11 @@ struct SignalFaults::Fault {
   bool takes_last = false;  ///< the value at the next follow() is the one that it is stuck at
   SignalValue last;
 
-  double next_uniform() noexcept {
-    random += modules::splitmix64_step;
-    return static_cast<double>(modules::splitmix64_finalizer(random) >> 11) * 0x1p-53;
-  }
-  double next_normal() noexcept {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - next_uniform()));
-    return radius * std::cos(2.0 * std::numbers::pi * next_uniform());
-  }
-
   void begin_tick(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-    if (value) number = value->evaluate(table, time_ns) * units_per_kelvin;
+    if (value) number = value->evaluate(table, time_ns) * value_factor;
     // Drawn in each tick, so that one fault's numbers do not depend on when it is active.
-    if (section->kind == FaultKind::noise) number *= next_normal();
-    if (section->kind == FaultKind::dropout) is_dropped = next_uniform() < section->dropout;
+    if (section->kind == FaultKind::noise) number *= random.normal();
+    if (section->kind == FaultKind::dropout) is_dropped = random.uniform() < section->dropout;
   }
 
   void act_on(SignalValue& signal, std::int64_t time_ns) noexcept {
@@ -164,8 +157,8 @@ void SignalFaults::declare(const config::Scenario& scenario, signals::KnownSigna
   for (const config::FaultSection& section : scenario.faults) {
     auto fault = std::make_unique<Fault>();
     fault->section = &section;
-    fault->random =
-        modules::splitmix64(scenario.seed ^ (0xFA17u + faults_.size()) * modules::splitmix64_step);
+    fault->seed = modules::splitmix64(scenario.seed ^ (0xFA17u + faults_.size()) * modules::splitmix64_step);
+    fault->random = RandomNumbers(fault->seed);
     fault->active = table.add({.name = "fault." + section.name.text, .unit = "", .writer = "faults"});
     if (section.kind == FaultKind::delay)
       fault->line.emplace(static_cast<std::size_t>(section.delay_ns / scenario.base_period_ns) + 2);
@@ -248,17 +241,16 @@ void SignalFaults::redirect(std::span<const Reader> readers, config::Diagnostics
 void SignalFaults::compile(const config::Scenario& scenario, const signals::KnownSignals& known,
                            config::Diagnostics& diagnostics) {
   for (const auto& fault : faults_) {
-    const std::uint64_t seed = modules::splitmix64(fault->random);
+    const std::uint64_t seed = modules::splitmix64(fault->seed);
     fault->activation =
         Activation::compile(fault->section->activation, known, scenario.base_period_ns, seed, diagnostics);
     if (!fault->section->value || fault->chain == nullptr) continue;
     const std::string& unit = known.table().info(fault->chain->signal).unit;
-    const expression::Wanted wanted = wanted_value(*fault->section, unit);
-    const auto parsed = units::parse_unit(unit);
-    if (parsed && parsed->offset != 0.0 && wanted.unit != unit && fault->section->kind != FaultKind::gain)
-      fault->units_per_kelvin = parsed->denominator / parsed->numerator;
+    const ValueUnit wanted = value_unit(fault->section->kind, unit);
+    fault->value_factor = wanted.factor;
     fault->value = signals::SignalExpression::compile(
-        *fault->section->value, known, wanted,
+        *fault->section->value, known,
+        {.unit = wanted.symbol, .what = "the value of fault '" + fault->section->name.text + "'"},
         {.period_ns = scenario.base_period_ns, .seed = modules::splitmix64(seed)}, diagnostics);
   }
 }

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "runtime/config/expression.hpp"
 #include "runtime/config/require.hpp"
-#include "runtime/expression/program.hpp"
-#include "runtime/signals/signal_scope.hpp"
+#include "runtime/signals/signal_expression.hpp"
 
 namespace hil::run {
 
@@ -24,29 +24,22 @@ class WatchedCondition {
   WatchedCondition(const config::Expression& condition, const signals::SignalTable& table,
                    const expression::CompileOptions& options)
       : text_(condition.text()) {
-    const signals::SignalScope scope(condition, table);
     config::Diagnostics diagnostics;
-    auto program = expression::Program::compile(condition, scope, {.truth = true}, options, diagnostics);
-    config::require(program.has_value(), "a condition that wire() has checked");
-    program_ = std::move(*program);
-    signals_ = scope.signals();
-    values_.resize(signals_.size());
+    expression_ = signals::SignalExpression::compile(condition, table, {.truth = true}, options, diagnostics);
+    config::require(expression_.has_value(), "a condition that wire() has checked");
   }
 
   /// Once a tick.
   Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-    signals::sample(table, signals_, values_);
-    const double result = program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
+    const double result = expression_->evaluate(table, time_ns);
     return std::isnan(result) ? Truth::unknown : result != 0.0 ? Truth::yes : Truth::no;
   }
   const std::string& text() const noexcept { return text_; }
-  const std::vector<signals::SignalId>& signals() const noexcept { return signals_; }
+  const std::vector<signals::SignalId>& signals() const noexcept { return expression_->signals(); }
 
  private:
   std::string text_;
-  expression::Program program_;
-  std::vector<signals::SignalId> signals_;
-  std::vector<double> values_;
+  std::optional<signals::SignalExpression> expression_;
 };
 
 /// The signals of all conditions, each once.

@@ -5,7 +5,7 @@
 
 #include "runtime/run/expectations.hpp"
 #include "runtime/run/world_wiring.hpp"
-#include "runtime/signals/signal_scope.hpp"
+#include "runtime/signals/signal_expression.hpp"
 
 namespace hil::run {
 namespace {
@@ -185,12 +185,9 @@ void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics
 void check_expectations(const config::Scenario& scenario, const KnownSignals& known,
                         Diagnostics& diagnostics) {
   const auto check = [&](const config::Expression& condition) {
-    const signals::SignalScope scope(condition, known.table(), &known);
-    for (const config::Expression::Node& node : condition.nodes())
-      if (known.table().find(node.word.text)) known.find(node.word, diagnostics);  // its warnings
-    const auto program = expression::Program::compile(condition, scope, wanted_condition(),
-                                                      {.period_ns = scenario.base_period_ns}, diagnostics);
-    if (program && program->variables().empty())
+    const auto compiled = signals::SignalExpression::compile(
+        condition, known, wanted_condition(), {.period_ns = scenario.base_period_ns}, diagnostics);
+    if (compiled && compiled->signals().empty())
       diagnostics.add(condition.place(), "the condition reads no signal, so it says nothing about the run");
   };
   const auto check_every_tick = [&](const config::Expression& condition) {

@@ -2,21 +2,34 @@
 
 #include <utility>
 
-#include "runtime/signals/signal_scope.hpp"
-
 namespace hil::signals {
+
+std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,
+                                                          const SignalScope& scope,
+                                                          const expression::Wanted& wanted,
+                                                          const expression::CompileOptions& options,
+                                                          config::Diagnostics& diagnostics) {
+  auto program = expression::Program::compile(expression, scope, wanted, options, diagnostics);
+  if (!program) return std::nullopt;
+  return SignalExpression(std::move(*program), scope.signals());
+}
 
 std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,
                                                           const KnownSignals& known,
                                                           const expression::Wanted& wanted,
                                                           const expression::CompileOptions& options,
                                                           config::Diagnostics& diagnostics) {
-  const SignalScope scope(expression, known.table(), &known);
   for (const config::Expression::Node& node : expression.nodes())
     if (known.table().find(node.word.text)) known.find(node.word, diagnostics);
-  auto program = expression::Program::compile(expression, scope, wanted, options, diagnostics);
-  if (!program) return std::nullopt;
-  return SignalExpression(std::move(*program), scope.signals());
+  return compile(expression, SignalScope(expression, known.table(), &known), wanted, options, diagnostics);
+}
+
+std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,
+                                                          const SignalTable& table,
+                                                          const expression::Wanted& wanted,
+                                                          const expression::CompileOptions& options,
+                                                          config::Diagnostics& diagnostics) {
+  return compile(expression, SignalScope(expression, table), wanted, options, diagnostics);
 }
 
 double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns) noexcept {

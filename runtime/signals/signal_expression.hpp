@@ -11,6 +11,7 @@
 #include "runtime/config/expression.hpp"
 #include "runtime/expression/program.hpp"
 #include "runtime/signals/known_signals.hpp"
+#include "runtime/signals/signal_scope.hpp"
 
 namespace hil::signals {
 
@@ -23,6 +24,12 @@ class SignalExpression {
                                                  const expression::CompileOptions& options,
                                                  config::Diagnostics& diagnostics);
 
+  /// The same, while the run goes on, for an expression that was compiled when it was wired.
+  static std::optional<SignalExpression> compile(const config::Expression& expression,
+                                                 const SignalTable& table, const expression::Wanted& wanted,
+                                                 const expression::CompileOptions& options,
+                                                 config::Diagnostics& diagnostics);
+
   /// NaN: unknown. Advances functions with a memory.
   double evaluate(const SignalTable& table, std::int64_t time_ns) noexcept;
 
@@ -31,6 +38,10 @@ class SignalExpression {
   const std::vector<SignalId>& signals() const noexcept { return signals_; }
 
  private:
+  static std::optional<SignalExpression> compile(const config::Expression& expression,
+                                                 const SignalScope& scope, const expression::Wanted& wanted,
+                                                 const expression::CompileOptions& options,
+                                                 config::Diagnostics& diagnostics);
   SignalExpression(expression::Program program, std::vector<SignalId> signals)
       : program_(std::move(program)), signals_(std::move(signals)), values_(signals_.size()) {}
 

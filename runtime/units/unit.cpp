@@ -337,4 +337,10 @@ std::optional<Conversion> conversion(const Unit& from, const Unit& to) {
   return result;
 }
 
+DifferenceUnit difference_unit(const std::string& symbol) {
+  const auto unit = parse_unit(symbol);
+  if (!unit || unit->offset == 0.0) return {symbol, 1.0};
+  return {"K", unit->denominator / unit->numerator};
+}
+
 }  // namespace hil::units

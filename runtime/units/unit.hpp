@@ -47,6 +47,14 @@ struct Unit {
   double difference_to_si(double value) const noexcept { return value * numerator / denominator; }
 };
 
+/// The unit of differences of values in a unit: K where it has an offset, else the unit itself.
+struct DifferenceUnit {
+  std::string symbol;
+  double factor = 1.0;  ///< a difference in it, times the factor, is one of values in the unit
+};
+/// `symbol` may be no unit.
+DifferenceUnit difference_unit(const std::string& symbol);
+
 /// "", "-" and "1" are the unit of plain numbers. Empty: the text is no unit, or has an exponent beyond 100.
 std::optional<Unit> parse_unit(std::string_view text);
 

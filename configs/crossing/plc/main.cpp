@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <sys/signalfd.h>
 
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -22,15 +21,9 @@ namespace plc = hil::crossing::plc;
 
 constexpr int exit_io = 4;
 
-/// "127.0.0.1:1502" or "[::1]:1502"; throws CLI::ValidationError.
+/// Throws CLI::ValidationError.
 modbus::Endpoint endpoint_of(const std::string& text) {
-  const auto parts = modbus::split_address(text);
-  std::uint16_t port = 0;
-  if (parts) {
-    const char* const end = parts->port.data() + parts->port.size();
-    const auto [rest, error] = std::from_chars(parts->port.data(), end, port);
-    if (rest == end && error == std::errc()) return {parts->host, port};
-  }
+  if (const auto endpoint = modbus::parse_endpoint(text)) return *endpoint;
   throw CLI::ValidationError("--listen", "'" + text + "' is not ADDRESS:PORT with a port from 0 to 65535");
 }
 

@@ -11,7 +11,6 @@
 #include <CLI/CLI.hpp>
 #include <sys/signalfd.h>
 
-#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -128,15 +127,9 @@ class TankPlc {
   std::int64_t time_ms_ = 0;
 };
 
-/// "127.0.0.1:1502" or "[::1]:1502"; throws CLI::ValidationError.
+/// Throws CLI::ValidationError.
 modbus::Endpoint endpoint_of(const std::string& text) {
-  const auto parts = modbus::split_address(text);
-  std::uint16_t port = 0;
-  if (parts) {
-    const char* const end = parts->port.data() + parts->port.size();
-    const auto [rest, error] = std::from_chars(parts->port.data(), end, port);
-    if (rest == end && error == std::errc()) return {parts->host, port};
-  }
+  if (const auto endpoint = modbus::parse_endpoint(text)) return *endpoint;
   throw CLI::ValidationError("--listen", "'" + text + "' is not ADDRESS:PORT with a port from 0 to 65535");
 }
 

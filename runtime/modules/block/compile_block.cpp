@@ -315,12 +315,9 @@ class BlockCompiler {
 
   std::optional<Program> compiled_derivative(const Value& section, const std::string& name,
                                              const std::string& unit, double& unit_per_derivative) {
-    const auto of_state = units::parse_unit(unit);
-    std::string wanted = unit.empty() ? "1/s" : unit + "/s";
-    if (of_state->offset != 0.0) {
-      wanted = "K/s";
-      unit_per_derivative = of_state->denominator / of_state->numerator;
-    }
+    const units::DifferenceUnit difference = units::difference_unit(unit);
+    const std::string wanted = difference.symbol.empty() ? "1/s" : difference.symbol + "/s";
+    unit_per_derivative = difference.factor;
     return compiled(section, "derivative", {.unit = wanted, .what = "the derivative of " + in_quotes(name)});
   }
 
