@@ -194,5 +194,15 @@ TEST(CrossingPlc, RegisterMapFileAgreesWithTheProgram) {
   }
 }
 
+TEST(ModbusEndpoint, IsAHostAndAPort) {
+  const auto endpoint = parse_endpoint("127.0.0.1:1502");
+  ASSERT_TRUE(endpoint);
+  EXPECT_EQ(endpoint->host, "127.0.0.1");
+  EXPECT_EQ(endpoint->port, 1502);
+  EXPECT_EQ(parse_endpoint("[::1]:0")->host, "::1");
+  for (const char* const text : {"", "host", "host:", "host:65536", "host:-1", "host:80x", "::1:80"})
+    EXPECT_FALSE(parse_endpoint(text)) << text;
+}
+
 }  // namespace
 }  // namespace hil::crossing::plc

@@ -67,6 +67,15 @@ TEST(Unit, TemperaturesHaveAnOffsetWhereTheyStandAlone) {
   EXPECT_DOUBLE_EQ(parse_unit("degC")->difference_to_si(20.0), 20.0);
 }
 
+TEST(Unit, DifferencesOfTemperaturesAreInKelvin) {
+  EXPECT_EQ(difference_unit("degC").symbol, "K");
+  EXPECT_EQ(difference_unit("degC").factor, 1.0);
+  EXPECT_NEAR(difference_unit("degF").factor, 1.8, 1e-12);
+  EXPECT_EQ(difference_unit("km/h").symbol, "km/h");
+  EXPECT_EQ(difference_unit("steps").symbol, "steps") << "also where it is no unit";
+  EXPECT_EQ(difference_unit("steps").factor, 1.0);
+}
+
 TEST(Unit, OtherTextsAreNone) {
   for (const char* unit : {"steps", "m//s", "m/", "/s", "m^", "m-", "m2-", "m-s", "2 m", "m+s", "km/hour",
                            "xm", "m101", "mm^-101", "m 1 x", "kkm", "gauge", "\xb0"})
