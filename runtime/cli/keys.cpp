@@ -7,6 +7,7 @@
 #include "runtime/config/schema_markdown.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/run/session.hpp"
+#include "runtime/run/wiring.hpp"
 
 namespace hil::cli {
 
@@ -15,7 +16,7 @@ void add_keys(CLI::App& app, int& exit_code) {
       app.add_subcommand("keys", "print every key of a scenario and of a register map, in Markdown");
   command->callback([&exit_code] {
     std::printf("# Keys of a scenario\n\n%s\n",
-                config::schema_to_markdown(config::scenario_schema(buses::section_types())).c_str());
+                config::schema_to_markdown(config::scenario_schema(run::scenario_types())).c_str());
     std::printf("\n# Files of parts, for `shape: {parts: ...}`\n\n%s\n",
                 config::schema_to_markdown(config::parts_file_schema()).c_str());
     for (const modules::ModuleType& type : modules::module_types()) {

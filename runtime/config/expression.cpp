@@ -7,6 +7,7 @@
 
 #include "runtime/config/check.hpp"
 #include "runtime/config/numbers.hpp"
+#include "runtime/config/require.hpp"
 
 namespace hil::config {
 namespace {
@@ -392,6 +393,13 @@ class ExpressionParser {
 
 std::optional<Expression> Expression::parse(const Value& text, Diagnostics& diagnostics) {
   return ExpressionParser(text, diagnostics).parse();
+}
+
+Expression Expression::with_nodes(std::vector<Node> nodes) const {
+  require(!nodes.empty(), "an expression has a node");
+  Expression changed = *this;
+  changed.nodes_ = std::move(nodes);
+  return changed;
 }
 
 bool is_reserved_word(std::string_view word) {

@@ -25,7 +25,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   const std::size_t mistakes_before = diagnostics.count();
   const std::shared_ptr<const SourceText> source = read_source(path, diagnostics);
   if (!source) return std::nullopt;
-  const Schema schema = scenario_schema(types.buses);
+  const Schema schema = scenario_schema(types);
   std::optional<TreeNode> tree = build_tree_with_includes(path, source, schema, types.buses, diagnostics);
   if (!tree) return std::nullopt;
   apply_overrides(*tree, schema, overrides, types.buses, diagnostics);

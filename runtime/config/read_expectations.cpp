@@ -1,93 +1,94 @@
+#include <algorithm>
+
 #include "runtime/config/section_readers.hpp"
+#include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {
 
-using Claim = decltype(Expectation::claim);
-
-Response read_response(const Value& value, Diagnostics& diagnostics) {
-  if (value["request"].text() == value["reply"].text()) {
-    diagnostics.add(value["reply"].place(), "'reply': " + in_quotes(value["reply"].text()) +
-                                                " is the request itself; the reply is another signal");
+std::optional<WindowSection> read_window(const Value& entry, const ClaimContext& context) {
+  if (!entry.has("between") && !entry.has("after") && !entry.has("until")) return std::nullopt;
+  Diagnostics& diagnostics = context.diagnostics;
+  WindowSection window{.place = entry.place(), .from_ns = {}, .to_ns = {}, .after = {}, .until = {}};
+  if (entry.has("between")) {
+    const std::vector<Value>& limits = entry["between"].items();
+    window.from_ns = limits[0].duration_ns();
+    window.to_ns = limits[1].duration_ns();
+    if (*window.to_ns < *window.from_ns) {
+      diagnostics.add(limits[1].place(), "'between': " + format_duration(*window.to_ns) +
+                                             " is before the begin of the window, " +
+                                             format_duration(*window.from_ns));
+    } else if (context.duration_ns > 0 && *window.from_ns >= context.duration_ns) {
+      diagnostics.add(limits[0].place(), "'between': " + format_duration(*window.from_ns) +
+                                             " is not before the end of the run, which takes " +
+                                             format_duration(context.duration_ns));
+    }
   }
-  return {word_of(value["request"]), word_of(value["reply"]), value["within"].duration_ns(),
-          static_cast<std::uint64_t>(value["at_least"].integer())};
+  if (entry.has("after")) window.after = Expression::parse(entry["after"], diagnostics);
+  if (entry.has("until")) window.until = Expression::parse(entry["until"], diagnostics);
+  return window;
 }
 
-std::optional<Claim> read_reaction(const Value& value, Diagnostics& diagnostics) {
-  auto when = Expression::parse(value["when"], diagnostics);
-  auto then = Expression::parse(value["then"], diagnostics);
-  if (!when || !then) return std::nullopt;
-  return Reaction{std::move(*when), std::move(*then), value["within"].duration_ns(),
-                  static_cast<std::uint64_t>(value["at_least"].integer())};
-}
-
-std::optional<Claim> read_count(const Value& value, Diagnostics& diagnostics) {
-  auto condition = Expression::parse(value["of"], diagnostics);
-  if (!condition) return std::nullopt;
-  Count count{std::move(*condition), static_cast<std::uint64_t>(value["min"].integer()), std::nullopt};
-  if (value.has("max")) count.max = static_cast<std::uint64_t>(value["max"].integer());
-  if (count.max && *count.max < count.min) {
-    diagnostics.add(value["max"].place(), "'max': " + std::to_string(*count.max) + " is less than 'min', " +
-                                              std::to_string(count.min));
-    return std::nullopt;
+void check_by(const Value& entry, const std::optional<WindowSection>& window, const ClaimContext& context) {
+  if (!entry.has("by")) return;
+  const Value& by = entry["by"];
+  if (entry.chosen() != "eventually") {
+    context.diagnostics.add(by.place(),
+                            "'by' belongs to 'eventually', not to " + in_quotes(entry.chosen()));
+  } else if (window && window->from_ns && by.duration_ns() < *window->from_ns) {
+    context.diagnostics.add(by.place(), "'by': " + format_duration(by.duration_ns()) +
+                                            " is before the begin of the window, " +
+                                            format_duration(*window->from_ns));
   }
-  if (!count.max && count.min == 0) {
-    diagnostics.add(value.place(), "'count' needs 'min', 'max' or both");
-    return std::nullopt;
-  }
-  return count;
-}
-
-std::optional<Claim> read_order(const Value& list, Diagnostics& diagnostics) {
-  Order order;
-  for (const Value& text : list.items()) {
-    if (auto condition = Expression::parse(text, diagnostics))
-      order.conditions.push_back(std::move(*condition));
-  }
-  if (order.conditions.size() != list.items().size()) return std::nullopt;
-  return order;
-}
-
-std::optional<Claim> read_claim(const Value& value, std::int64_t duration_ns, Diagnostics& diagnostics) {
-  const std::string& kind = value.chosen();
-  if (kind == "response") return read_response(value[kind], diagnostics);
-  if (kind == "reaction") return read_reaction(value[kind], diagnostics);
-  if (kind == "count") return read_count(value[kind], diagnostics);
-  if (kind == "order") return read_order(value[kind], diagnostics);
-  std::optional<Expression> condition = Expression::parse(value[kind], diagnostics);
-  if (!condition) return std::nullopt;
-  if (kind == "never") return Never{std::move(*condition)};
-  if (kind == "always") return Always{std::move(*condition)};
-  Eventually eventually{std::move(*condition), std::nullopt};
-  if (!value.has("by")) return eventually;
-  eventually.by_ns = value["by"].duration_ns();
-  if (duration_ns > 0 && *eventually.by_ns > duration_ns) {
-    diagnostics.add(value["by"].place(), "'by': " + format_duration(*eventually.by_ns) +
-                                             " is after the end of the run, which takes " +
-                                             format_duration(duration_ns) + "; left out: by its end");
-  }
-  return eventually;
 }
 
 }  // namespace
+
+Schema expectations_schema(const ScenarioTypes& types) {
+  std::vector<Field> kinds;
+  for (const ExpectationKind& kind : types.expectations)
+    kinds.push_back(Field::optional(kind.key, kind.schema(types.buses), kind.about));
+  const std::vector<Field> common{
+      Field::needed("name", Schema::text(), "The expectation's name in the report."),
+      Field::optional("by", duration_schema(0.0),
+                      "With eventually: the run time by which the condition has to be true. Left out: "
+                      "the end of the run."),
+      Field::optional("between", Schema::list(duration_schema(0.0), 2, 2),
+                      "The first and the last run time at which the expectation is judged."),
+      Field::optional("after", Schema::text(),
+                      "A condition: the expectation is judged from the first tick on which it is true."),
+      Field::optional("until", Schema::text(),
+                      "A condition: the expectation is judged before the first tick on which it is true."),
+      Field::with_default(
+          "coverage", Schema::quantity(Quantity::share, 0.0, 1.0), "95 %",
+          "The least share of its ticks on which the expectation has to be evaluated, and at least one "
+          "tick. Below it the expectation is not checked, and the run does not pass."),
+  };
+  return Schema::list(kinds.empty() ? Schema::record(common) : Schema::exactly_one(kinds, common));
+}
 
 void read_expectations(const Value& root, Scenario& scenario, ReaderContext& reading) {
   const Value* const list = part_of(root, "expectations");
   if (list == nullptr) return;
   UniqueNames names("expectation", reading.diagnostics);
-  for (const Value& value : list->items()) {
-    if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
-    if (!is_whole(value)) continue;
-    if (value.has("by") && value.chosen() != "eventually") {
-      reading.diagnostics.add(value["by"].place(),
-                              "'by' belongs to 'eventually', not to " + in_quotes(value.chosen()));
-    }
-    std::optional<Claim> claim = read_claim(value, scenario.duration_ns, reading.diagnostics);
-    if (!claim) continue;
-    scenario.expectations.push_back(
-        {value["name"].text(), value.place(), value["coverage"].number(), std::move(*claim)});
+  const ClaimContext context{.duration_ns = scenario.duration_ns,
+                             .period_ns = scenario.base_period_ns,
+                             .diagnostics = reading.diagnostics};
+  for (const Value& entry : list->items()) {
+    if (const std::optional<Word> name = word_in(entry, "name")) names.add(*name);
+    if (!is_whole(entry)) continue;
+    const std::size_t before = reading.diagnostics.count();
+    std::optional<WindowSection> window = read_window(entry, context);
+    check_by(entry, window, context);
+    const auto kind = std::ranges::find(reading.types.expectations, entry.chosen(), &ExpectationKind::key);
+    std::shared_ptr<const Claim> claim = kind->read(entry, context);
+    if (reading.diagnostics.count() != before || claim == nullptr) continue;
+    scenario.expectations.push_back({.name = entry["name"].text(),
+                                     .place = entry.place(),
+                                     .coverage = entry["coverage"].number(),
+                                     .window = std::move(window),
+                                     .claim = std::move(claim)});
   }
 }
 

@@ -17,6 +17,7 @@
 
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/diagnostics.hpp"
+#include "runtime/config/expectation_section.hpp"
 #include "runtime/config/expression.hpp"
 #include "runtime/config/injection_section.hpp"
 #include "runtime/config/schema.hpp"
@@ -209,50 +210,6 @@ struct ProcessSection {
   std::int64_t start_timeout_ns = 0;
 };
 
-struct Never {
-  Expression condition;
-};
-struct Always {
-  Expression condition;
-};
-struct Eventually {
-  Expression condition;
-  std::optional<std::int64_t> by_ns;  ///< run time; empty: by the end of the run
-};
-/// Each change of `request` (on a bus that keeps all values: each value) is answered by one of `reply` to the
-/// same value within the time.
-struct Response {
-  Word request;
-  Word reply;
-  std::int64_t within_ns = 0;
-  std::uint64_t at_least = 1;  ///< with fewer judged requests, not checked
-};
-
-/// Each time that `when` becomes true, `then` is true within the time.
-struct Reaction {
-  Expression when;
-  Expression then;
-  std::int64_t within_ns = 0;
-  std::uint64_t at_least = 1;  ///< with fewer judged reactions, not checked
-};
-/// How often the condition becomes true.
-struct Count {
-  Expression condition;
-  std::uint64_t min = 0;
-  std::optional<std::uint64_t> max;
-};
-/// The conditions become true one after the other.
-struct Order {
-  std::vector<Expression> conditions;
-};
-
-struct Expectation {
-  std::string name;
-  Place place;
-  double coverage = 0.95;  ///< least share of its ticks on which it has to be evaluated
-  std::variant<Never, Always, Eventually, Response, Reaction, Count, Order> claim;
-};
-
 struct Scenario {
   std::string file;  ///< absolute
   std::string name;
@@ -282,10 +239,11 @@ using SchemaOfModules = std::map<std::string, Schema>;
 struct ScenarioTypes {
   SchemaOfModules modules{};
   std::span<const BusSectionType> buses{};
+  std::span<const ExpectationKind> expectations{};
 };
 
 /// What a scenario file may contain, parameters of modules left open (Kind::any).
-Schema scenario_schema(std::span<const BusSectionType> buses);
+Schema scenario_schema(const ScenarioTypes& types);
 
 /// Reads the scenario, its modules' parameters and the files of its buses, and checks all that can be checked
 /// without opening a device: the schemas, that rates divide the base rate, that offsets, deadlines and

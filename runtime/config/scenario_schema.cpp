@@ -249,68 +249,10 @@ Schema process_schema(std::span<const BusSectionType> buses) {
   });
 }
 
-/// What a request is on the buses that keep all values of a signal. Empty: on no type.
-std::string meaning_of_request(std::span<const BusSectionType> buses) {
-  std::string text;
-  for (const BusSectionType& type : buses) {
-    if (!type.arrival_noun.empty())
-      text += " Of a signal on a " + type.noun + ", each " + type.arrival_noun + " is a request.";
-  }
-  return text;
-}
-
-Schema expectation_schema(std::span<const BusSectionType> buses) {
-  const Schema response = Schema::record({
-      Field::needed("request", Schema::signal(),
-                    "The signal whose changes are requests." + meaning_of_request(buses)),
-      Field::needed("reply", Schema::signal(), "The signal that replies by taking the value of the request."),
-      Field::needed("within", duration_schema(min_duration_s),
-                    "The longest time from a request to its reply."),
-      Field::with_default(
-          "at_least", Schema::integer(1, 1'000'000'000), "1",
-          "The least number of requests that have to be judged. With fewer, the expectation is not checked."),
-  });
-  const Schema reaction = Schema::record({
-      Field::needed("when", Schema::text(), "A condition: a reaction begins where it becomes true."),
-      Field::needed("then", Schema::text(), "The condition that has to be true in time."),
-      Field::needed("within", duration_schema(min_duration_s), "The longest time from 'when' to 'then'."),
-      Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
-                          "The least number of reactions that have to be judged. With fewer, the expectation "
-                          "is not checked."),
-  });
-  const Schema count = Schema::record({
-      Field::needed("of", Schema::text(), "A condition. Each time that it becomes true counts."),
-      Field::with_default("min", Schema::integer(0, 1'000'000'000'000), "0", "The least number."),
-      Field::optional("max", Schema::integer(0, 1'000'000'000'000),
-                      "The largest number. Left out: no limit."),
-  });
-  return Schema::exactly_one(
-      {
-          Field::optional("never", Schema::text(), "A condition that is true on no tick."),
-          Field::optional("always", Schema::text(), "A condition that is true on every tick."),
-          Field::optional("eventually", Schema::text(), "A condition that is true on some tick."),
-          Field::optional("response", response, "One signal replies to another in time."),
-          Field::optional("reaction", reaction,
-                          "Each time that one condition becomes true, another one is true in time."),
-          Field::optional("count", count, "How often a condition becomes true."),
-          Field::optional("order", Schema::list(Schema::text(), 2, 100),
-                          "Conditions that become true for the first time in this order."),
-      },
-      {
-          Field::needed("name", Schema::text(), "The expectation's name in the report."),
-          Field::optional("by", duration_schema(0.0),
-                          "With eventually: the run time by which the condition has to be true. Left out: "
-                          "the end of the run."),
-          Field::with_default(
-              "coverage", Schema::quantity(Quantity::share, 0.0, 1.0), "95 %",
-              "The least share of its ticks on which the expectation has to be evaluated, and at least one "
-              "tick. Below it the expectation is not checked, and the run does not pass."),
-      });
-}
-
 }  // namespace
 
-Schema scenario_schema(std::span<const BusSectionType> buses) {
+Schema scenario_schema(const ScenarioTypes& types) {
+  const std::span<const BusSectionType> buses = types.buses;
   std::vector<Field> fields{
       Field::needed("scenario", Schema::text(), "The scenario's name."),
       Field::optional("about", Schema::text(), "A sentence about the scenario."),
@@ -356,7 +298,7 @@ Schema scenario_schema(std::span<const BusSectionType> buses) {
                                        "Signals that drive inputs of modules and outputs of buses."));
   fields.push_back(
       Field::with_default("faults", faults_schema(), "[]", "Faults of signals, as their readers see them."));
-  fields.push_back(Field::with_default("expectations", Schema::list(expectation_schema(buses)), "[]",
+  fields.push_back(Field::with_default("expectations", expectations_schema(types), "[]",
                                        "The claims that have to hold for the run to pass."));
   return Schema::record(std::move(fields));
 }

@@ -12,7 +12,9 @@ namespace hil::config {
 inline std::string text_list(std::span<const std::string> words, std::string_view conjunction = "and") {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) text += i + 1 == words.size() ? " " + std::string(conjunction) + " " : ", ";
+    const bool is_last = i + 1 == words.size();
+    if (i > 0 && is_last) text.append(" ").append(conjunction).append(" ");
+    if (i > 0 && !is_last) text.append(", ");
     text += words[i];
   }
   return text;

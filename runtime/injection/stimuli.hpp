@@ -16,7 +16,7 @@
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/injection/activation.hpp"
-#include "runtime/injection/csv_profile.hpp"
+#include "runtime/signals/csv_profile.hpp"
 #include "runtime/injection/segments.hpp"
 #include "runtime/modules/event_log.hpp"
 #include "runtime/report/run_record.hpp"
@@ -55,7 +55,7 @@ class Stimuli {
     signals::SignalId driven{};  ///< invalid: it has a mistake
     std::optional<Activation> activation{};
     std::unique_ptr<Segments> segments{};  ///< or
-    std::unique_ptr<CsvProfile> file{};    ///< one of them, unless it has a mistake
+    std::unique_ptr<signals::CsvProfile> file{};    ///< one of them, unless it has a mistake
     modules::EventLog::Kind begins{}, ends{};
     std::vector<std::optional<modules::EventLog::Kind>> parts{};  ///< by segment: of those with a name
     std::int64_t began_ns = 0;

@@ -123,6 +123,14 @@ std::string decimal(double value, int decimals) {
   return printed(value, std::chars_format::fixed, decimals);
 }
 
+std::string quantity_text(double value, const std::string& unit) {
+  if (!std::isfinite(value)) return dash;
+  if (unit == "s" && std::abs(value) < 1e9)
+    return measured_time(static_cast<std::int64_t>(std::llround(1e9 * value)));
+  const std::string number = printed(value, std::chars_format::general, 4);
+  return unit.empty() ? number : number + ' ' + unit;
+}
+
 std::string shortest(double value) {
   return printed(value);
 }

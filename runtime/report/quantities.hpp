@@ -35,6 +35,10 @@ std::string rate_text(double hz);
 /// With `decimals` decimals. Not finite: a dash.
 std::string decimal(double value, int decimals);
 
+/// Up to four significant digits and the unit: "0.125 m", "-12.5 ms" of -0.0125 s, "3" of a plain number. Not
+/// finite: a dash.
+std::string quantity_text(double value, const std::string& unit);
+
 /// The shortest text that reads back as the same number. Not finite: a dash.
 std::string shortest(double value);
 

@@ -235,6 +235,9 @@ void each_field(T& expectation, Visit&& visit) {
   visit("evaluated_ticks", expectation.evaluated_ticks);
   visit("covered_ticks", expectation.covered_ticks);
   visit("met_ns", expectation.met_ns);
+  visit("margin", expectation.margin);
+  visit("margin_unit", expectation.margin_unit);
+  visit("worst_ns", expectation.worst_ns);
 }
 
 template <Is<Loss> T, class Visit>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cmath>
 
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/text_safety.hpp"
@@ -35,10 +36,15 @@ void add_expectations(std::string& out, const RunRecord& record) {
   for (const Expectation& expectation : record.expectations) {
     if (expectation.result == ExpectationResult::held) continue;
     const bool is_in_reason = record.reason.find(expectation.detail) != std::string::npos;
-    if (is_in_reason && !expectation.first_failure_ns) continue;
+    const bool has_margin = std::isfinite(expectation.margin);
+    if (is_in_reason && !expectation.first_failure_ns && !has_margin) continue;
     out += std::string("  ") + words_of(expectation.result) + ": " + one_line(expectation.name);
     if (expectation.first_failure_ns) out += " at " + to_ascii(instant(*expectation.first_failure_ns));
     if (!is_in_reason) out += ": " + one_line(expectation.detail);
+    if (has_margin) {
+      out += "; margin " + to_ascii(quantity_text(expectation.margin, one_line(expectation.margin_unit)));
+      if (expectation.worst_ns) out += " at " + to_ascii(instant(*expectation.worst_ns));
+    }
     out += '\n';
   }
 }

@@ -9,6 +9,7 @@
 // bytes. Threads: plain data.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,7 +21,7 @@ namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 10;
+inline constexpr int schema_version = 11;
 
 using contribution::BusGroup;
 using contribution::BusRecord;
@@ -256,6 +257,10 @@ struct Expectation {
   std::uint64_t evaluated_ticks = 0;     ///< ticks on which it was true or false
   std::uint64_t covered_ticks = 0;       ///< ticks of the run on which it was due to be evaluated
   std::optional<std::int64_t> met_ns{};  ///< eventually: the instant at which it became true
+  /// By how much it is held; negative: by how much it failed. NaN: not known.
+  double margin = std::numeric_limits<double>::quiet_NaN();
+  std::string margin_unit{};
+  std::optional<std::int64_t> worst_ns{};  ///< the instant at which the margin was least
 };
 
 /// A bus or a process that was lost for longer than its time-out.

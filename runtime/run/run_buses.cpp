@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cstring>
 #include <utility>
-#include <variant>
+
+#include "runtime/expectations/kinds.hpp"
 
 namespace hil::run {
 namespace {
@@ -49,10 +50,7 @@ void RunBuses::make_devices() {
 void RunBuses::keep_judged_arrivals(RunningBus& bus) {
   const std::vector<signals::SignalId>& inputs = bus.wired->links.inputs;
   for (const config::Expectation& expectation : context_.scenario.expectations) {
-    const auto* response = std::get_if<config::Response>(&expectation.claim);
-    if (response == nullptr) continue;
-    for (const config::Word* word : {&response->request, &response->reply}) {
-      const signals::SignalId signal = *wiring_.signals.find(word->text);
+    for (const signals::SignalId signal : expectations::sampled_signals(expectation, wiring_.signals)) {
       const auto input = std::find(inputs.begin(), inputs.end(), signal);
       if (input == inputs.end()) continue;
       arrivals_.keep(bus.device->device(), static_cast<std::size_t>(input - inputs.begin()), signal);

@@ -18,7 +18,7 @@
 #include "runtime/buses/bus.hpp"
 #include "runtime/executive/executive.hpp"
 #include "runtime/report/report_text.hpp"
-#include "runtime/run/arrivals.hpp"
+#include "runtime/expectations/arrivals.hpp"
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/device_watch.hpp"
 #include "runtime/run/loss_watch.hpp"
@@ -30,7 +30,7 @@ namespace hil::run {
 class RunBuses {
  public:
   /// All of them outlive it. `arrivals` keeps the samples that expectations judge one by one.
-  RunBuses(Wiring& wiring, RunContext& context, Arrivals& arrivals)
+  RunBuses(Wiring& wiring, RunContext& context, expectations::Arrivals& arrivals)
       : wiring_(wiring), context_(context), arrivals_(arrivals) {}
 
   // All of opening throws io::DeviceError.
@@ -86,7 +86,7 @@ class RunBuses {
 
   Wiring& wiring_;
   RunContext& context_;
-  Arrivals& arrivals_;
+  expectations::Arrivals& arrivals_;
   std::vector<RunningBus> buses_;                   ///< in the order of the scenario
   std::vector<std::unique_ptr<DeviceLink>> links_;  ///< by bus
   std::optional<DeviceWatch> device_watch_;

@@ -17,7 +17,7 @@
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
 #include "runtime/run/executive_record.hpp"
-#include "runtime/run/judges.hpp"
+#include "runtime/expectations/judges.hpp"
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_buses.hpp"
 #include "runtime/run/run_context.hpp"
@@ -123,11 +123,11 @@ class LiveSession final : public executive::TickHooks {
   std::atomic<bool> stop_{false};  ///< the executive stops at the next tick
   const std::uint64_t log_every_ticks_;
   std::unique_ptr<RunWorld> world_;
-  Arrivals arrivals_;
+  expectations::Arrivals arrivals_;
   RunBuses buses_;
   std::unique_ptr<ProcessWatch> processes_;
   std::vector<ProcessExit> exits_;
-  std::optional<Judges> judges_;
+  std::optional<expectations::Judges> judges_;
   std::unique_ptr<SignalLog> signal_log_;
   std::vector<std::string> write_faults_;  ///< why files of the run lack something, one sentence each
   std::uint64_t last_live_ticks_ = 0;

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/run/expectations.hpp"
+#include "runtime/expectations/kinds.hpp"
 #include "runtime/run/world_wiring.hpp"
-#include "runtime/signals/signal_expression.hpp"
 
 namespace hil::run {
 namespace {
@@ -184,43 +183,11 @@ void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics
 
 void check_expectations(const config::Scenario& scenario, const KnownSignals& known,
                         Diagnostics& diagnostics) {
-  const auto check = [&](const config::Expression& condition) {
-    const auto compiled = signals::SignalExpression::compile(
-        condition, known, wanted_condition(), {.period_ns = scenario.base_period_ns}, diagnostics);
-    if (compiled && compiled->signals().empty())
-      diagnostics.add(condition.place(), "the condition reads no signal, so it says nothing about the run");
-  };
-  const auto check_every_tick = [&](const config::Expression& condition) {
-    check(condition);
-    for (const config::Expression::Node& node : condition.nodes()) {
-      const auto id = known.table().find(node.word.text);
-      if (!id || !known.is_never_stale(*id)) continue;
-      diagnostics.warn(node.word.place,
-                       "'" + node.word.text +
-                           "' has no time-out, so the expectation counts as checked after its sender has "
-                           "stopped; give its message a 'timeout' ('0 ms' if that is meant)");
-    }
-  };
   for (const config::Expectation& expectation : scenario.expectations) {
-    if (const auto* never = std::get_if<config::Never>(&expectation.claim))
-      check_every_tick(never->condition);
-    if (const auto* always = std::get_if<config::Always>(&expectation.claim))
-      check_every_tick(always->condition);
-    if (const auto* eventually = std::get_if<config::Eventually>(&expectation.claim))
-      check(eventually->condition);
-    if (const auto* reaction = std::get_if<config::Reaction>(&expectation.claim)) {
-      check(reaction->when);
-      check(reaction->then);
-    }
-    if (const auto* count = std::get_if<config::Count>(&expectation.claim)) check(count->condition);
-    if (const auto* order = std::get_if<config::Order>(&expectation.claim)) {
-      for (const config::Expression& condition : order->conditions)
-        check(condition);
-    }
-    if (const auto* response = std::get_if<config::Response>(&expectation.claim)) {
-      known.find(response->request, diagnostics);
-      known.find(response->reply, diagnostics);
-    }
+    expectations::check_expectation(expectation, {.known = known,
+                                                  .period_ns = scenario.base_period_ns,
+                                                  .duration_ns = scenario.duration_ns,
+                                                  .diagnostics = diagnostics});
   }
 }
 
@@ -238,7 +205,7 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
 }
 
 config::ScenarioTypes scenario_types() {
-  config::ScenarioTypes types{.modules = {}, .buses = buses::section_types()};
+  config::ScenarioTypes types{.modules = {}, .buses = buses::section_types(), .expectations = expectations::kinds()};
   for (const modules::ModuleType& type : modules::module_types())
     types.modules.emplace(type.name, type.parameters);
   return types;

@@ -98,13 +98,21 @@ void expectations_section(Markup& out, const RunRecord& record) {
   if (record.expectations.empty()) {
     out.element("p", {{"class", "soft"}}, "The scenario has no expectations.");
   } else {
-    Table table(out, {{"Result"}, {"Expectation"}, {"Detail"}, {"Evaluated", true}, {"First failed", true}});
+    Table table(out, {{"Result"},
+                      {"Expectation"},
+                      {"Detail"},
+                      {"Margin", true},
+                      {"Worst at", true},
+                      {"Evaluated", true},
+                      {"First failed", true}});
     for (const Expectation& expectation : record.expectations) {
       const bool held = expectation.result == ExpectationResult::held;
       table.row({{(held ? "✓ " : "✗ ") + std::string(words_of(expectation.result)),
                   held ? "tone good nowrap" : "tone bad nowrap"},
                  expectation.name,
                  expectation.detail,
+                 quantity_text(expectation.margin, expectation.margin_unit),
+                 expectation.worst_ns ? instant(*expectation.worst_ns) : std::string(dash),
                  count_text(expectation.evaluated_ticks) + " of " +
                      counted(expectation.covered_ticks, "tick", "ticks"),
                  expectation.first_failure_ns ? instant(*expectation.first_failure_ns) : std::string(dash)});

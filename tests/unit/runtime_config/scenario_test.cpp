@@ -232,14 +232,19 @@ TEST_F(ScenarioFile, ProcessesAreRead) {
   EXPECT_EQ(plc.start_timeout_ns, 3'000'000'000);
 }
 
+template <class Data>
+const Data& claimed(const Expectation& expectation) {
+  return dynamic_cast<const expectations::ClaimOf<Data>&>(*expectation.claim).data;
+}
+
 TEST_F(ScenarioFile, ExpectationsAreRead) {
   ASSERT_EQ(scenario().expectations.size(), 4U);
-  const Never& never = std::get<Never>(scenario().expectations[0].claim);
+  const auto& never = claimed<expectations::Never>(scenario().expectations[0]);
   ASSERT_EQ(never.condition.nodes().size(), 3U);
   EXPECT_EQ(never.condition.nodes()[0].word.text, "collision.ego");
   EXPECT_EQ(never.condition.nodes()[0].word.place, (Place{path("scenario.yaml"), 84, 34}));
-  EXPECT_EQ(std::get<Eventually>(scenario().expectations[2].claim).by_ns, 9'000'000'000);
-  const Response& response = std::get<Response>(scenario().expectations[3].claim);
+  EXPECT_EQ(claimed<expectations::Eventually>(scenario().expectations[2]).by_ns, 9'000'000'000);
+  const auto& response = claimed<expectations::Response>(scenario().expectations[3]);
   EXPECT_EQ(response.request.text, "can.car.Objects.Counter");
   EXPECT_EQ(response.reply.text, "can.car.BrakeCommand.AnswerTo");
   EXPECT_EQ(response.within_ns, 50'000'000);

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "io/can/dbc.hpp"
-#include "runtime/run/expectations.hpp"
+#include "runtime/expectations/kinds.hpp"
 #include "tests/support/rounds.hpp"
 #include "tests/support/text_mutator.hpp"
 #include "tests/unit/runtime_run/wiring_fixture.hpp"
@@ -199,9 +199,9 @@ TEST_F(CanWiring, ValueNamesInConditionsAreEvaluated) {
     const auto wiring = wired(changed("Mode == LimpHome", std::string("Mode == ") + name));
     ASSERT_TRUE(wiring) << diagnostics_.to_text();
     signals::SignalTable table = wiring->signals;
-    const Arrivals arrivals{};
+    const expectations::Arrivals arrivals{};
     const auto judge =
-        make_judge(scenario_->expectations.at(0), table, arrivals, 10, {.period_ns = 1'000'000});
+        expectations::make_judge({.expectation = scenario_->expectations.at(0), .table = table, .arrivals = arrivals, .max_samples = 10, .options = {.period_ns = 1000000, .seed = 0}});
     const auto mode = table.find("can.car.Status.Mode");
     ASSERT_TRUE(mode);
     table.write(*mode, 12.0, 0);

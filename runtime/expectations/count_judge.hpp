@@ -1,0 +1,40 @@
+#pragma once
+// Judges of how often and in which order conditions become true.
+//
+// count  the number of ticks on which the condition becomes true, the first tick included if it is true
+//        there. Fails on the tick on which it exceeds `max`, or at the end of the run with fewer than `min`.
+//        In a window it counts where the condition becomes true in the window.
+// order  each condition is true for the first time on the tick of the one before it or later. Fails on the
+//        first tick on which one is true before its turn, or at the end of the run without the last one.
+//
+// Threads: as Judge.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "runtime/expectations/judge.hpp"
+
+namespace hil::expectations {
+
+/// How often the condition becomes true.
+struct Count {
+  config::Expression condition;
+  std::uint64_t min = 0;
+  std::optional<std::uint64_t> max;
+};
+/// The conditions become true one after the other.
+struct Order {
+  std::vector<config::Expression> conditions;
+};
+
+void check_claim(const Count& claim, const ClaimCheck& check);
+void check_claim(const Order& claim, const ClaimCheck& check);
+std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context);
+std::unique_ptr<Judge> judge_of(const Order& claim, const JudgeContext& context);
+
+config::ExpectationKind count_kind();
+config::ExpectationKind order_kind();
+
+}  // namespace hil::expectations

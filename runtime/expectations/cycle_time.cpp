@@ -1,0 +1,205 @@
+#include "runtime/expectations/cycle_time.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+#include "runtime/config/reading.hpp"
+#include "runtime/config/shared_schemas.hpp"
+#include "runtime/config/units.hpp"
+#include "runtime/expectations/received.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::expectations {
+namespace {
+
+constexpr std::int64_t no_time_ns = std::numeric_limits<std::int64_t>::min();
+
+std::string interval_text(std::int64_t time_ns) {
+  return report::to_ascii(report::chosen_time(time_ns));
+}
+
+class CycleTimeJudge final : public Judge {
+ public:
+  CycleTimeJudge(const CycleTime& claim, const JudgeContext& context)
+      : name_(context.expectation.name),
+        claim_(claim),
+        arrivals_(context.arrivals),
+        received_(*find_received(claim.message.text, context.table)),
+        coverage_({}, context.table, context.expectation.coverage),
+        has_arrivals_(std::ranges::all_of(received_.signals,
+                                          [&](auto signal) { return context.arrivals.keeps(signal); })),
+        next_(received_.signals.size()) {}
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+             std::int64_t time_ns) noexcept override {
+    coverage_.check(table, time_ns, true);
+    for_each_frame(table, arrived, [this](std::int64_t stamp_ns) { judge_frame(stamp_ns); });
+  }
+  void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
+            std::int64_t /*time_ns*/) noexcept override {
+    for_each_frame(table, arrived, [](std::int64_t /*stamp_ns*/) {});
+  }
+
+  report::Expectation result(const Extent& extent) const override {
+    Figures figures = figures_;
+    if (last_ns_ != no_time_ns && extent.end_ns - last_ns_ > claim_.period_ns + claim_.tolerance_ns)
+      figures.add(last_ns_, extent.end_ns, claim_);
+    report::Expectation result = held_result(name_, coverage_, extent);
+    result.detail = "cycle time of " + claim_.message.text + " " + interval_text(claim_.period_ns) +
+                    " +- " + interval_text(claim_.tolerance_ns) + ": " + text_of(figures);
+    result.first_failure_ns = figures.first_failure_ns;
+    if (figures.count > 0) {
+      result.margin = 1e-9 * static_cast<double>(claim_.tolerance_ns - figures.worst_deviation_ns);
+      result.margin_unit = "s";
+      result.worst_ns = figures.worst_ns;
+    }
+    if (arrivals_.lost() > 0) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += "; can not be judged, " + std::to_string(arrivals_.lost()) +
+                       " samples were lost between the bus and the tick";
+    } else if (figures.outside > 0) {
+      result.result = report::ExpectationResult::failed;
+    } else if (figures.count < claim_.at_least) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += "; at least " + std::to_string(claim_.at_least) + " have to be judged";
+    }
+    return result;
+  }
+
+ private:
+  struct Figures {
+    std::uint64_t count = 0, outside = 0;
+    std::int64_t min_ns = 0, max_ns = 0, sum_ns = 0;
+    std::int64_t worst_deviation_ns = -1, worst_ns = 0;
+    std::optional<std::int64_t> first_failure_ns{};
+
+    void add(std::int64_t begin_ns, std::int64_t end_ns, const CycleTime& claim) noexcept {
+      const std::int64_t interval_ns = end_ns - begin_ns;
+      min_ns = count == 0 ? interval_ns : std::min(min_ns, interval_ns);
+      max_ns = count == 0 ? interval_ns : std::max(max_ns, interval_ns);
+      sum_ns += interval_ns;
+      ++count;
+      const std::int64_t deviation_ns = std::abs(interval_ns - claim.period_ns);
+      if (deviation_ns > worst_deviation_ns) {
+        worst_deviation_ns = deviation_ns;
+        worst_ns = end_ns;
+      }
+      if (deviation_ns <= claim.tolerance_ns) return;
+      ++outside;
+      // A frame that is too late fails when its time is over.
+      const std::int64_t latest_ns = begin_ns + claim.period_ns + claim.tolerance_ns;
+      if (!first_failure_ns) first_failure_ns = std::min(end_ns, latest_ns);
+    }
+  };
+
+  static std::string text_of(const Figures& figures) {
+    std::string text = std::to_string(figures.outside) + " of " +
+                       report::counted(figures.count, "interval", "intervals") + " outside";
+    if (figures.count == 0) return text;
+    const auto count = static_cast<std::int64_t>(figures.count);
+    return text + ", from " + interval_text(figures.min_ns) + " to " + interval_text(figures.max_ns) +
+           ", mean " + report::to_ascii(report::measured_time(figures.sum_ns / count));
+  }
+
+  void judge_frame(std::int64_t stamp_ns) noexcept {
+    if (last_ns_ != no_time_ns) figures_.add(last_ns_, stamp_ns, claim_);
+    last_ns_ = stamp_ns;
+  }
+
+  /// Calls `use` with the stamp of each new frame, ascending. Each signal's samples are together and ascend.
+  template <class Use>
+  void for_each_frame(const signals::SignalTable& table, std::span<const Arrival> arrived,
+                      const Use& use) noexcept {
+    if (!has_arrivals_) {
+      const std::int64_t stamp_ns = received_.newest_ns(table);
+      if (stamp_ns > newest_ns_) {
+        newest_ns_ = stamp_ns;
+        use(stamp_ns);
+      }
+      return;
+    }
+    for (std::size_t i = 0; i < next_.size(); ++i) {
+      next_[i] = static_cast<std::size_t>(
+          std::ranges::find(arrived, received_.signals[i], &Arrival::signal) - arrived.begin());
+    }
+    for (;;) {
+      std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
+      for (std::size_t i = 0; i < next_.size(); ++i) {
+        while (has_next(i, arrived) && arrived[next_[i]].time_ns <= newest_ns_)
+          ++next_[i];
+        if (has_next(i, arrived)) first_ns = std::min(first_ns, arrived[next_[i]].time_ns);
+      }
+      if (first_ns == std::numeric_limits<std::int64_t>::max()) return;
+      newest_ns_ = first_ns;
+      use(first_ns);
+    }
+  }
+  bool has_next(std::size_t i, std::span<const Arrival> arrived) const noexcept {
+    return next_[i] < arrived.size() && arrived[next_[i]].signal == received_.signals[i];
+  }
+
+  const std::string name_;
+  const CycleTime claim_;
+  const Arrivals& arrivals_;
+  const Received received_;
+  Coverage coverage_;
+  const bool has_arrivals_;
+  std::vector<std::size_t> next_;  ///< by signal: its next sample of the tick
+  std::int64_t newest_ns_ = -1;    ///< of all frames; those before the run do not count
+  std::int64_t last_ns_ = no_time_ns;
+  Figures figures_;
+};
+
+config::Schema cycle_time_schema(std::span<const config::BusSectionType> /*buses*/) {
+  using config::Field;
+  using config::Schema;
+  return Schema::record({
+      Field::needed("message", Schema::signal(), "The received message, as 'can.car.BrakeCommand'."),
+      Field::needed("period", config::duration_schema(config::min_duration_s),
+                    "The time from one frame to the next."),
+      Field::needed("tolerance", config::duration_schema(config::min_duration_s),
+                    "The largest deviation from the period, less than the period."),
+      Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
+                          "The least number of intervals that have to be judged. With fewer, the expectation "
+                          "is not checked."),
+  });
+}
+
+std::shared_ptr<const config::Claim> read_cycle_time(const config::Value& entry,
+                                                     const config::ClaimContext& context) {
+  const config::Value& value = entry["cycle_time"];
+  CycleTime claim{.message = config::word_of(value["message"]),
+                  .period_ns = value["period"].duration_ns(),
+                  .tolerance_ns = value["tolerance"].duration_ns(),
+                  .at_least = static_cast<std::uint64_t>(value["at_least"].integer())};
+  if (claim.tolerance_ns >= claim.period_ns) {
+    context.diagnostics.add(value["tolerance"].place(),
+                            "'tolerance': " + config::format_duration(claim.tolerance_ns) +
+                                " is not less than the period, " + config::format_duration(claim.period_ns));
+  }
+  return claim_of(std::move(claim));
+}
+
+}  // namespace
+
+void check_claim(const CycleTime& claim, const ClaimCheck& check) {
+  check_received(claim.message, true, check);
+}
+
+std::vector<signals::SignalId> sampled_signals(const CycleTime& claim, const signals::SignalTable& table) {
+  return find_received(claim.message.text, table)->signals;
+}
+
+std::unique_ptr<Judge> judge_of(const CycleTime& claim, const JudgeContext& context) {
+  return std::make_unique<CycleTimeJudge>(claim, context);
+}
+
+config::ExpectationKind cycle_time_kind() {
+  return {.key = "cycle_time",
+          .about = "A received message that comes in a regular interval.",
+          .schema = cycle_time_schema,
+          .read = read_cycle_time};
+}
+
+}  // namespace hil::expectations

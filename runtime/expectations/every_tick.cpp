@@ -1,0 +1,215 @@
+#include "runtime/expectations/every_tick.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "runtime/config/units.hpp"
+#include "runtime/expectations/margin.hpp"
+#include "runtime/expectations/watched_condition.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::expectations {
+namespace {
+
+std::string at_second(std::int64_t time_ns) {
+  return report::to_ascii(report::instant(time_ns));
+}
+
+class EveryTickJudge final : public Judge {
+ public:
+  EveryTickJudge(const config::Expression& condition, bool wanted, const JudgeContext& context)
+      : name_(context.expectation.name),
+        condition_(condition, context.table, context.options),
+        margin_(condition, context.table, context.options),
+        coverage_(condition_.signals(), context.table, context.expectation.coverage),
+        wanted_(wanted),
+        has_margin_(margin_.exists()) {}
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
+    const Truth truth = condition_.truth(table, time_ns);
+    const double margin = margin_.at(table, time_ns) * (wanted_ ? 1.0 : -1.0);
+    const bool evaluated = truth != Truth::unknown;
+    coverage_.check(table, time_ns, evaluated);
+    if (!evaluated) return;
+    const bool is_broken = (truth == Truth::yes) != wanted_;
+    if (is_broken && !first_failure_ns_) first_failure_ns_ = time_ns;
+    // False without a known margin, as of "false and unknown": the least one is not known.
+    if (std::isnan(margin)) has_margin_ = has_margin_ && !is_broken;
+    if (margin < worst_margin_) {
+      worst_margin_ = margin;
+      worst_ns_ = time_ns;
+    }
+  }
+  void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+            std::int64_t time_ns) noexcept override {
+    condition_.truth(table, time_ns);
+    margin_.at(table, time_ns);
+  }
+
+  report::Expectation result(const Extent& extent) const override {
+    const std::string claim = (wanted_ ? "always " : "never ") + condition_.text();
+    report::Expectation result = held_result(name_, coverage_, extent);
+    result.first_failure_ns = first_failure_ns_;
+    result.worst_ns = first_failure_ns_;
+    if (has_margin_ && worst_ns_) {
+      result.margin = worst_margin_;
+      result.margin_unit = margin_.unit();
+      result.worst_ns = worst_ns_;
+    }
+    if (first_failure_ns_) {
+      result.result = report::ExpectationResult::failed;
+      result.detail = claim + ": broken at " + at_second(*first_failure_ns_);
+    } else if (const std::string shortfall = coverage_.shortfall(extent.ticks); !shortfall.empty()) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail = claim + ": " + shortfall;
+    } else {
+      result.detail = claim + ": held for " + std::to_string(result.evaluated_ticks) + " ticks";
+    }
+    return result;
+  }
+
+ private:
+  const std::string name_;
+  WatchedCondition condition_;
+  ConditionMargin margin_;
+  Coverage coverage_;
+  const bool wanted_;
+  bool has_margin_;
+  double worst_margin_ = std::numeric_limits<double>::infinity();
+  std::optional<std::int64_t> worst_ns_, first_failure_ns_;
+};
+
+class EventuallyJudge final : public Judge {
+ public:
+  EventuallyJudge(const Eventually& claim, const JudgeContext& context)
+      : name_(context.expectation.name),
+        condition_(claim.condition, context.table, context.options),
+        coverage_(condition_.signals(), context.table, context.expectation.coverage),
+        by_ns_(claim.by_ns) {}
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
+    if (met_ns_) return;
+    const Truth truth = condition_.truth(table, time_ns);
+    if (truth == Truth::yes) met_ns_ = time_ns;
+    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != Truth::unknown);
+  }
+  void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+            std::int64_t time_ns) noexcept override {
+    condition_.truth(table, time_ns);
+  }
+
+  report::Expectation result(const Extent& extent) const override {
+    const std::string claim = "eventually " + condition_.text();
+    report::Expectation result = held_result(name_, coverage_, extent);
+    result.covered_ticks = covered_ticks(extent);
+    if (met_ns_) {
+      result.margin = 1e-9 * static_cast<double>(by_ns_.value_or(extent.end_ns) - *met_ns_);
+      result.margin_unit = "s";
+      result.worst_ns = met_ns_;
+    }
+    if (met_ns_ && (!by_ns_ || *met_ns_ <= *by_ns_)) {
+      result.detail = claim + ": at " + at_second(*met_ns_);
+      result.met_ns = met_ns_;
+      return result;
+    }
+    const std::int64_t limit_ns = std::min(by_ns_.value_or(extent.end_ns), extent.end_ns);
+    const std::string observed =
+        met_ns_ ? "only at " + at_second(*met_ns_) + ", required by " + at_second(*by_ns_)
+                : "not in " + at_second(limit_ns);
+    const std::string shortfall = coverage_.shortfall(result.covered_ticks);
+    result.result =
+        shortfall.empty() ? report::ExpectationResult::failed : report::ExpectationResult::not_checked;
+    result.detail = claim + ": " + observed + (shortfall.empty() ? "" : ", and " + shortfall);
+    if (shortfall.empty()) result.first_failure_ns = limit_ns;
+    return result;
+  }
+
+ private:
+  std::uint64_t covered_ticks(const Extent& extent) const {
+    if (!by_ns_ || extent.period_ns <= 0) return extent.ticks;
+    if (*by_ns_ < extent.begin_ns) return 0;
+    return std::min(extent.ticks,
+                    static_cast<std::uint64_t>((*by_ns_ - extent.begin_ns) / extent.period_ns) + 1);
+  }
+
+  const std::string name_;
+  WatchedCondition condition_;
+  Coverage coverage_;
+  const std::optional<std::int64_t> by_ns_;
+  std::optional<std::int64_t> met_ns_;
+};
+
+config::Schema condition_schema(std::span<const config::BusSectionType> /*buses*/) {
+  return config::Schema::text();
+}
+
+template <class Data>
+std::shared_ptr<const config::Claim> read_every_tick(const config::Value& entry,
+                                                     const config::ClaimContext& context) {
+  auto condition = config::Expression::parse(entry[entry.chosen()], context.diagnostics);
+  if (!condition) return nullptr;
+  return claim_of(Data{std::move(*condition)});
+}
+
+std::shared_ptr<const config::Claim> read_eventually(const config::Value& entry,
+                                                     const config::ClaimContext& context) {
+  auto condition = config::Expression::parse(entry["eventually"], context.diagnostics);
+  std::optional<std::int64_t> by_ns;
+  if (entry.has("by")) {
+    by_ns = entry["by"].duration_ns();
+    if (context.duration_ns > 0 && *by_ns > context.duration_ns) {
+      context.diagnostics.add(entry["by"].place(), "'by': " + config::format_duration(*by_ns) +
+                                                       " is after the end of the run, which takes " +
+                                                       config::format_duration(context.duration_ns) +
+                                                       "; left out: by its end");
+    }
+  }
+  if (!condition) return nullptr;
+  return claim_of(Eventually{std::move(*condition), by_ns});
+}
+
+}  // namespace
+
+void check_claim(const Never& claim, const ClaimCheck& check) {
+  check.condition(claim.condition, true);
+}
+void check_claim(const Always& claim, const ClaimCheck& check) {
+  check.condition(claim.condition, true);
+}
+void check_claim(const Eventually& claim, const ClaimCheck& check) {
+  check.condition(claim.condition);
+}
+
+std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context) {
+  return std::make_unique<EveryTickJudge>(claim.condition, false, context);
+}
+std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context) {
+  return std::make_unique<EveryTickJudge>(claim.condition, true, context);
+}
+std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context) {
+  return std::make_unique<EventuallyJudge>(claim, context);
+}
+
+config::ExpectationKind never_kind() {
+  return {.key = "never",
+          .about = "A condition that is true on no tick.",
+          .schema = condition_schema,
+          .read = read_every_tick<Never>};
+}
+config::ExpectationKind always_kind() {
+  return {.key = "always",
+          .about = "A condition that is true on every tick.",
+          .schema = condition_schema,
+          .read = read_every_tick<Always>};
+}
+config::ExpectationKind eventually_kind() {
+  return {.key = "eventually",
+          .about = "A condition that is true on some tick.",
+          .schema = condition_schema,
+          .read = read_eventually};
+}
+
+}  // namespace hil::expectations

@@ -1,0 +1,38 @@
+#pragma once
+// never, always: fails on the first tick on which the condition is known to be true, or false. The margin is
+// the least one of all ticks (margin.hpp).
+//
+// eventually: is held when the condition is known to be true on a tick not later than `by`. The margin is the
+// time that was left.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "runtime/expectations/judge.hpp"
+
+namespace hil::expectations {
+
+struct Never {
+  config::Expression condition;
+};
+struct Always {
+  config::Expression condition;
+};
+struct Eventually {
+  config::Expression condition;
+  std::optional<std::int64_t> by_ns;  ///< run time; empty: by the end of the run, or of the window
+};
+
+void check_claim(const Never& claim, const ClaimCheck& check);
+void check_claim(const Always& claim, const ClaimCheck& check);
+void check_claim(const Eventually& claim, const ClaimCheck& check);
+std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context);
+std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context);
+std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context);
+
+config::ExpectationKind never_kind();
+config::ExpectationKind always_kind();
+config::ExpectationKind eventually_kind();
+
+}  // namespace hil::expectations

@@ -1,0 +1,106 @@
+#include "runtime/expectations/fresh.hpp"
+
+#include "runtime/config/reading.hpp"
+#include "runtime/expectations/received.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::expectations {
+namespace {
+
+class FreshJudge final : public Judge {
+ public:
+  FreshJudge(const Fresh& claim, const JudgeContext& context)
+      : name_(context.expectation.name),
+        subject_(claim.name.text),
+        received_(*find_received(subject_, context.table)),
+        coverage_({}, context.table, context.expectation.coverage) {}
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
+    const bool is_fresh = received_.is_fresh(table);
+    if (is_fresh && !first_ns_) first_ns_ = time_ns;
+    if (!first_ns_) return;
+    coverage_.check(table, time_ns, true);
+    if (!is_fresh && !first_failure_ns_) first_failure_ns_ = time_ns;
+    // A lost device has no stamp: then the last one counts.
+    const std::int64_t stamp_ns = received_.newest_ns(table);
+    if (stamp_ns > newest_ns_) newest_ns_ = stamp_ns;
+    const std::int64_t age_ns = time_ns - newest_ns_;
+    if (age_ns <= worst_age_ns_) return;
+    worst_age_ns_ = age_ns;
+    worst_ns_ = time_ns;
+  }
+  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
+            std::int64_t /*time_ns*/) noexcept override {}
+
+  report::Expectation result(const Extent& extent) const override {
+    const std::string claim = "fresh " + subject_ + ": ";
+    report::Expectation result = held_result(name_, coverage_, extent);
+    if (!first_ns_) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail = claim + "it never arrived";
+      return result;
+    }
+    result.covered_ticks -= std::min(
+        extent.ticks, static_cast<std::uint64_t>((*first_ns_ - extent.begin_ns) / extent.period_ns));
+    result.first_failure_ns = first_failure_ns_;
+    result.worst_ns = worst_ns_;
+    if (received_.timeout_ns > 0) {
+      result.margin = 1e-9 * static_cast<double>(received_.timeout_ns - worst_age_ns_);
+      result.margin_unit = "s";
+    }
+    result.detail = claim + "at most " + report::to_ascii(report::measured_time(worst_age_ns_)) +
+                    " old, at " + report::to_ascii(report::instant(worst_ns_));
+    const std::string shortfall = coverage_.shortfall(result.covered_ticks);
+    if (first_failure_ns_) {
+      result.result = report::ExpectationResult::failed;
+      result.detail += "; not fresh at " + report::to_ascii(report::instant(*first_failure_ns_));
+    } else if (!shortfall.empty()) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += ", and " + shortfall;
+    }
+    return result;
+  }
+
+ private:
+  const std::string name_, subject_;
+  const Received received_;
+  Coverage coverage_;
+  std::optional<std::int64_t> first_ns_, first_failure_ns_;
+  std::int64_t newest_ns_ = 0, worst_age_ns_ = 0, worst_ns_ = 0;
+};
+
+config::Schema fresh_schema(std::span<const config::BusSectionType> /*buses*/) {
+  return config::Schema::signal();
+}
+
+std::shared_ptr<const config::Claim> read_fresh(const config::Value& entry,
+                                                const config::ClaimContext& /*context*/) {
+  return claim_of(Fresh{config::word_of(entry["fresh"])});
+}
+
+}  // namespace
+
+void check_claim(const Fresh& claim, const ClaimCheck& check) {
+  check_received(claim.name, false, check);
+  const auto received = find_received(claim.name.text, check.known.table());
+  if (received && check.known.is_never_stale(received->signals.front())) {
+    check.diagnostics.warn(claim.name.place,
+                           "'" + claim.name.text +
+                               "' has no time-out, so it stays fresh after its sender has stopped; give its "
+                               "message a 'timeout' ('0 ms' if that is meant)");
+  }
+}
+
+std::unique_ptr<Judge> judge_of(const Fresh& claim, const JudgeContext& context) {
+  return std::make_unique<FreshJudge>(claim, context);
+}
+
+config::ExpectationKind fresh_kind() {
+  return {.key = "fresh",
+          .about = "A received signal or message that is fresh on every tick after its first arrival.",
+          .schema = fresh_schema,
+          .read = read_fresh};
+}
+
+}  // namespace hil::expectations

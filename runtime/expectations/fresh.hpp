@@ -1,0 +1,20 @@
+#pragma once
+// fresh: a received signal, or message, is fresh on every tick from its first arrival in the window on. The
+// margin is its time-out less its greatest age. Without an arrival it is not checked.
+
+#include <memory>
+
+#include "runtime/expectations/judge.hpp"
+
+namespace hil::expectations {
+
+struct Fresh {
+  config::Word name;
+};
+
+void check_claim(const Fresh& claim, const ClaimCheck& check);
+std::unique_ptr<Judge> judge_of(const Fresh& claim, const JudgeContext& context);
+
+config::ExpectationKind fresh_kind();
+
+}  // namespace hil::expectations

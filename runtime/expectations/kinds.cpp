@@ -1,0 +1,49 @@
+#include "runtime/expectations/kinds.hpp"
+
+#include "runtime/config/require.hpp"
+#include "runtime/expectations/window.hpp"
+
+namespace hil::expectations {
+
+#define KIND(name) config::ExpectationKind name##_kind();
+#include "runtime/expectations/table.def"
+#undef KIND
+
+namespace {
+
+const Claim& claim_in(const config::Expectation& expectation) {
+  const auto* const claim = dynamic_cast<const Claim*>(expectation.claim.get());
+  config::require(claim != nullptr, "an expectation of a kind in table.def");
+  return *claim;
+}
+
+}  // namespace
+
+const std::vector<config::ExpectationKind>& kinds() {
+#define KIND(name) name##_kind(),
+  static const std::vector<config::ExpectationKind> all{
+#include "runtime/expectations/table.def"
+  };
+#undef KIND
+  return all;
+}
+
+void check_expectation(const config::Expectation& expectation, const ClaimCheck& check) {
+  claim_in(expectation).check(check);
+  if (!expectation.window) return;
+  if (expectation.window->after) check.condition(*expectation.window->after);
+  if (expectation.window->until) check.condition(*expectation.window->until);
+}
+
+std::vector<signals::SignalId> sampled_signals(const config::Expectation& expectation,
+                                               const signals::SignalTable& table) {
+  return claim_in(expectation).sampled(table);
+}
+
+std::unique_ptr<Judge> make_judge(const JudgeContext& context) {
+  std::unique_ptr<Judge> judge = claim_in(context.expectation).make_judge(context);
+  if (!context.expectation.window) return judge;
+  return make_windowed_judge(std::move(judge), context);
+}
+
+}  // namespace hil::expectations

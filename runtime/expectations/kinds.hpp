@@ -1,0 +1,24 @@
+#pragma once
+// All kinds of expectation (table.def), and what is done with an expectation of any kind.
+//
+// Threads: kinds on any; the rest on the thread that wires and opens the run.
+
+#include <memory>
+#include <vector>
+
+#include "runtime/config/expectation_section.hpp"
+#include "runtime/expectations/judge.hpp"
+
+namespace hil::expectations {
+
+const std::vector<config::ExpectationKind>& kinds();
+
+/// Adds the mistakes of an expectation of one of the kinds.
+void check_expectation(const config::Expectation& expectation, const ClaimCheck& check);
+/// Signals of which it judges every sample.
+std::vector<signals::SignalId> sampled_signals(const config::Expectation& expectation,
+                                               const signals::SignalTable& table);
+/// Judges the ticks of its window.
+std::unique_ptr<Judge> make_judge(const JudgeContext& context);
+
+}  // namespace hil::expectations

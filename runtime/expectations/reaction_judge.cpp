@@ -1,0 +1,203 @@
+#include "runtime/expectations/reaction_judge.hpp"
+
+#include <algorithm>
+
+#include "runtime/config/shared_schemas.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::expectations {
+namespace {
+
+constexpr std::uint64_t max_open = 65'536;
+constexpr std::uint64_t max_kept_samples = 1'000'000;
+
+std::string ascii_time(std::int64_t time_ns) {
+  return report::to_ascii(report::chosen_time(time_ns));
+}
+
+config::Schema reaction_schema(std::span<const config::BusSectionType> /*buses*/) {
+  using config::Field;
+  using config::Schema;
+  return Schema::record({
+      Field::needed("when", Schema::text(), "A condition: a reaction begins where it becomes true."),
+      Field::needed("then", Schema::text(), "The condition that has to be true in time."),
+      Field::needed("within", config::duration_schema(config::min_duration_s),
+                    "The longest time from 'when' to 'then'."),
+      Field::optional("for_at_least", config::duration_schema(config::min_duration_s),
+                      "How long 'then' has to stay true. Left out: one tick suffices."),
+      Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
+                          "The least number of reactions that have to be judged. With fewer, the expectation "
+                          "is not checked."),
+  });
+}
+
+std::shared_ptr<const config::Claim> read_reaction(const config::Value& entry,
+                                                   const config::ClaimContext& context) {
+  const config::Value& value = entry["reaction"];
+  auto when = config::Expression::parse(value["when"], context.diagnostics);
+  auto then = config::Expression::parse(value["then"], context.diagnostics);
+  if (!when || !then) return nullptr;
+  return claim_of(Reaction{std::move(*when), std::move(*then), value["within"].duration_ns(),
+                           static_cast<std::uint64_t>(value["at_least"].integer()),
+                           value.has("for_at_least") ? value["for_at_least"].duration_ns() : 0});
+}
+
+}  // namespace
+
+void check_claim(const Reaction& claim, const ClaimCheck& check) {
+  check.condition(claim.when);
+  check.condition(claim.then);
+}
+
+std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context) {
+  return std::make_unique<ReactionJudge>(claim, context);
+}
+
+config::ExpectationKind reaction_kind() {
+  return {.key = "reaction",
+          .about = "Each time that one condition becomes true, another one is true in time.",
+          .schema = reaction_schema,
+          .read = read_reaction};
+}
+
+ReactionJudge::ReactionJudge(const Reaction& claim, const JudgeContext& context)
+    : name_(context.expectation.name),
+      conditions_{{claim.when, context.table, context.options},
+                  {claim.then,
+                   context.table,
+                   {.period_ns = context.options.period_ns, .seed = ~context.options.seed}}},
+      coverage_(signals_of(conditions_), context.table, context.expectation.coverage),
+      within_ns_(claim.within_ns),
+      at_least_(claim.at_least),
+      hold_ns_(claim.hold_ns),
+      // A condition becomes true at most on each second tick.
+      open_(std::min(max_open, static_cast<std::uint64_t>((claim.within_ns + claim.hold_ns) /
+                                                          context.options.period_ns) /
+                                       2 +
+                                   2)) {
+  samples_ns_.reserve(std::min(context.max_samples, max_kept_samples));
+}
+
+void ReactionJudge::begin(std::int64_t time_ns) noexcept {
+  if (end_ - first_ == open_.size()) {
+    ++first_;
+    ++not_judged_;
+  }
+  open_[end_++ % open_.size()] = {.begin_ns = time_ns};
+}
+
+void ReactionJudge::note_time(std::int64_t begin_ns, std::int64_t took_ns) noexcept {
+  if (took_ns <= worst_ns_) return;
+  worst_ns_ = took_ns;
+  worst_begin_ns_ = begin_ns;
+}
+
+void ReactionJudge::complete(std::int64_t time_ns) noexcept {
+  if (late_begin_ns_ && time_ns - *then_since_ns_ >= hold_ns_) {
+    note_time(*late_begin_ns_, *then_since_ns_ - *late_begin_ns_);
+    late_begin_ns_.reset();
+  }
+  for (; first_ != end_; ++first_) {
+    const std::int64_t begin_ns = oldest().begin_ns;
+    const std::int64_t since_ns = std::max(begin_ns, *then_since_ns_);
+    if (time_ns - since_ns < hold_ns_) return;
+    const std::int64_t took_ns = since_ns - begin_ns;
+    ++in_time_;
+    if (in_time_ == 1 || took_ns > slowest_ns_) {
+      slowest_ns_ = took_ns;
+      slowest_begin_ns_ = begin_ns;
+    }
+    note_time(begin_ns, took_ns);
+    if (samples_ns_.size() < samples_ns_.capacity()) samples_ns_.push_back(took_ns);
+  }
+}
+
+void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
+  for (; first_ != end_ && oldest().begin_ns + within_ns_ < time_ns; ++first_) {
+    const Open& reaction = oldest();
+    // `then` followed in time and is still true.
+    if (then_since_ns_ && *then_since_ns_ <= reaction.begin_ns + within_ns_) return;
+    if (reaction.was_unknown) {
+      ++not_judged_;
+      continue;
+    }
+    ++late_;
+    if (!late_begin_ns_) late_begin_ns_ = reaction.begin_ns;
+    if (!first_failure_ns_) first_failure_ns_ = reaction.begin_ns + within_ns_;
+  }
+}
+
+void ReactionJudge::check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+                          std::int64_t time_ns) noexcept {
+  const Truth when = conditions_[0].truth(table, time_ns);
+  const Truth then = conditions_[1].truth(table, time_ns);
+  if (when == Truth::yes && last_when_ != Truth::yes) begin(time_ns);
+  last_when_ = when;
+  if (then != Truth::yes) then_since_ns_.reset();
+  end_before(time_ns);  // the time of some may have ended in ticks that were skipped
+  coverage_.check(table, time_ns, when != Truth::unknown && (then != Truth::unknown || first_ == end_));
+  if (then == Truth::yes) {
+    if (!then_since_ns_) then_since_ns_ = time_ns;
+    complete(time_ns);
+    return;
+  }
+  if (then == Truth::unknown) {
+    for (std::uint64_t i = first_; i != end_; ++i)
+      open_[i % open_.size()].was_unknown = true;
+  }
+  end_before(time_ns + 1);
+}
+
+void ReactionJudge::skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+                         std::int64_t time_ns) noexcept {
+  last_when_ = conditions_[0].truth(table, time_ns);
+  conditions_[1].truth(table, time_ns);
+}
+
+report::Expectation ReactionJudge::result(const Extent& extent) const {
+  const std::string claim = "when " + conditions_[0].text() + " then " + conditions_[1].text() + " within " +
+                            ascii_time(within_ns_) +
+                            (hold_ns_ > 0 ? " for at least " + ascii_time(hold_ns_) : "");
+  const std::uint64_t judged = in_time_ + late_;
+  std::string figures =
+      std::to_string(in_time_) + " of " + report::counted(judged, "reaction", "reactions") + " in time";
+  if (in_time_ > 0)
+    figures += ", the slowest after " + ascii_time(slowest_ns_) + ", at " +
+               report::to_ascii(report::instant(slowest_begin_ns_));
+  const std::uint64_t not_judged = not_judged_ + (end_ - first_);
+  if (not_judged > 0) figures += "; " + std::to_string(not_judged) + " not judged";
+  report::Expectation result = held_result(name_, coverage_, extent);
+  result.result = report::ExpectationResult::not_checked;
+  result.detail = claim + ": " + figures;
+  result.first_failure_ns = first_failure_ns_;
+  const std::int64_t open_late_ns = late_begin_ns_ ? extent.end_ns - *late_begin_ns_ : -1;
+  if (judged > 0) {
+    const bool is_open = open_late_ns > worst_ns_;
+    result.margin = 1e-9 * static_cast<double>(within_ns_ - (is_open ? open_late_ns : worst_ns_));
+    result.margin_unit = "s";
+    result.worst_ns = is_open ? *late_begin_ns_ : worst_begin_ns_;
+  }
+  const std::string shortfall = coverage_.shortfall(extent.ticks);
+  if (late_ > 0) {
+    result.result = report::ExpectationResult::failed;
+  } else if (judged < at_least_) {
+    result.detail += "; at least " + std::to_string(at_least_) + " have to be judged";
+  } else if (!shortfall.empty()) {
+    result.detail += ", and " + shortfall;
+  } else {
+    result.result = report::ExpectationResult::held;
+  }
+  return result;
+}
+
+std::optional<report::ResponseTime> ReactionJudge::response_times(std::int64_t /*end_ns*/) const {
+  const bool has_all = in_time_ == samples_ns_.size();
+  return report::ResponseTime{
+      .name = has_all ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + ")",
+      .limit_ns = within_ns_,
+      .samples_ns = samples_ns_,
+      .unanswered = late_,
+      .not_judged = not_judged_ + (end_ - first_)};
+}
+
+}  // namespace hil::expectations

@@ -1,0 +1,83 @@
+#pragma once
+// Judges whether each time that one condition becomes true another one is true in time.
+//
+// A reaction begins on each tick on which `when` becomes true, and on the first tick if it is true there. It
+// is in time when `then` is true on a tick from its begin to `within` after it, both included, and stays true
+// `for_at_least` so long from there on. A reaction whose time has not passed when the run ends, or during
+// which `then` was unknown and never true, is not judged. At most 65536 reactions are open; beyond that the
+// oldest is not judged.
+//
+// The margin is `within` less the longest time to `then`, also of late reactions. A late one that `then` has
+// not followed yet lasts to the end of the run.
+//
+// Threads: as Judge.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/expectations/judge.hpp"
+#include "runtime/expectations/watched_condition.hpp"
+
+namespace hil::expectations {
+
+/// Each time that `when` becomes true, `then` is true within the time.
+struct Reaction {
+  config::Expression when;
+  config::Expression then;
+  std::int64_t within_ns = 0;
+  std::uint64_t at_least = 1;  ///< with fewer judged reactions, not checked
+  std::int64_t hold_ns = 0;    ///< for which `then` stays true; 0: one tick suffices
+};
+
+class ReactionJudge final : public Judge {
+ public:
+  /// Keeps the times of the first `max_samples` reactions, a million at most. Further ones are judged, too.
+  ReactionJudge(const Reaction& claim, const JudgeContext& context);
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+             std::int64_t time_ns) noexcept override;
+  void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
+            std::int64_t time_ns) noexcept override;
+  report::Expectation result(const Extent& extent) const override;
+  std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
+
+ private:
+  struct Open {
+    std::int64_t begin_ns = 0;
+    bool was_unknown = false;  ///< `then`, on a tick since the begin
+  };
+  Open& oldest() noexcept { return open_[first_ % open_.size()]; }
+  void begin(std::int64_t time_ns) noexcept;
+  /// `then` is true: completes those that it has followed for long enough.
+  void complete(std::int64_t time_ns) noexcept;
+  /// Ends those whose time has ended before, and to which `then` is not responding.
+  void end_before(std::int64_t time_ns) noexcept;
+  void note_time(std::int64_t begin_ns, std::int64_t took_ns) noexcept;
+
+  const std::string name_;
+  std::vector<WatchedCondition> conditions_;  ///< when, then
+  Coverage coverage_;
+  const std::int64_t within_ns_;
+  const std::uint64_t at_least_;
+  const std::int64_t hold_ns_;
+  std::vector<Open> open_;  ///< a ring, the oldest first
+  std::uint64_t first_ = 0, end_ = 0;
+  Truth last_when_ = Truth::no;
+  std::uint64_t in_time_ = 0, late_ = 0, not_judged_ = 0;
+  std::int64_t slowest_ns_ = 0, slowest_begin_ns_ = 0;  ///< of those in time
+  std::int64_t worst_ns_ = -1, worst_begin_ns_ = 0;     ///< of all
+  std::optional<std::int64_t> late_begin_ns_;           ///< of the oldest late one that is not completed
+  std::optional<std::int64_t> then_since_ns_;           ///< `then` is true since
+  std::optional<std::int64_t> first_failure_ns_;
+  std::vector<std::int64_t> samples_ns_;
+};
+
+void check_claim(const Reaction& claim, const ClaimCheck& check);
+std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context);
+
+config::ExpectationKind reaction_kind();
+
+}  // namespace hil::expectations

@@ -1,0 +1,111 @@
+#pragma once
+// Judges whether every request is answered in time.
+//
+// Each sample of the request signal is a request with a value and a time; each sample of the reply signal
+// is a reply. The first reply of a request's value at or after its time answers the request. Older requests
+// without an answer then count as unanswered. At most 65536 requests are pending; beyond that the oldest
+// counts as unanswered.
+//
+// An unanswered request is not judged, and counted separately, when the run ended before its time limit, or
+// when the replying device was not connected (its signal `connected`) on a tick before its time limit. The
+// expectation is not checked when fewer than `at_least` requests were judged, or too small a share of those
+// whose time limit passed.
+//
+// Each frame of a CAN message is a sample, also when several come within one tick. Of other signals a
+// sample is a value at a tick that differs from the tick before, or from the initial value.
+//
+// A reply may become known before its request, since the sending thread reports a frame after it is sent:
+// the newest 64 replies without a request are kept for requests that are older than they are.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/expectations/judge.hpp"
+
+namespace hil::expectations {
+
+/// Each change of `request` (on a bus that keeps all values: each value) is answered by one of `reply` to the
+/// same value within the time.
+struct Response {
+  config::Word request;
+  config::Word reply;
+  std::int64_t within_ns = 0;
+  std::uint64_t at_least = 1;  ///< with fewer judged requests, not checked
+};
+
+class ResponseJudge final : public Judge {
+ public:
+  /// Keeps the times of the first `max_samples` answers, a million at most. Further ones are judged, too.
+  ResponseJudge(const Response& claim, const JudgeContext& context);
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+             std::int64_t time_ns) noexcept override;
+  void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
+            std::int64_t time_ns) noexcept override;
+  report::Expectation result(const Extent& extent) const override;
+  std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
+
+ private:
+  struct Known {
+    double value = 0.0;
+    std::int64_t time_ns = 0;
+    bool disconnected = false;  ///< of a request: the replying device was not connected before its time limit
+  };
+
+  /// The request signal or the reply signal.
+  struct Side {
+    std::string name;
+    signals::SignalId signal;
+    bool has_arrivals = false;  ///< all samples are known; else only the value at every tick
+    double last_value = 0.0;
+    std::int64_t last_ns = 0;
+  };
+  template <typename Use>
+  static void take(Side& side, const signals::SignalTable& table, std::span<const Arrival> arrived,
+                   const Use& use) noexcept;
+
+  const Known& waiting(std::size_t i) const noexcept { return pending_[(first_ + i) % pending_.size()]; }
+  void add_request(Known request) noexcept;
+  void take_reply(Known reply) noexcept;
+  bool answer(Known reply) noexcept;
+  void mark_disconnected(std::int64_t time_ns) noexcept;
+  void count_first_as_unanswered(std::size_t count) noexcept;
+  void drop_first(std::size_t count) noexcept;
+  void note_failure(std::int64_t time_ns) noexcept;
+  bool has_all_samples() const noexcept { return answered_ == samples_ns_.size(); }
+  struct Unanswered {
+    std::uint64_t judged = 0;        ///< the time limit passed and the device was connected
+    std::uint64_t disconnected = 0;  ///< the device was not connected
+    std::uint64_t cut_off = 0;       ///< the run ended before the time limit
+  };
+  Unanswered unanswered_by(std::int64_t end_ns) const;
+  std::string figures(const Unanswered& unanswered) const;
+  std::optional<std::int64_t> first_failure(std::int64_t end_ns) const;
+
+  const std::string name_;
+  const Arrivals& arrivals_;
+  Coverage coverage_;
+  std::optional<signals::SignalId> reply_connected_;
+  Side requests_, replies_;
+  const std::int64_t within_ns_;
+  const std::uint64_t at_least_;
+  std::vector<Known> pending_;  // a ring
+  std::size_t first_ = 0, pending_count_ = 0;
+  std::array<Known, 64> early_replies_;  // a ring; unused ones are older than any request
+  std::size_t next_early_ = 0;
+  std::uint64_t answered_ = 0, late_ = 0, unanswered_ = 0, unanswered_disconnected_ = 0;
+  std::int64_t slowest_ns_ = 0, slowest_request_ns_ = 0;
+  std::optional<std::int64_t> first_failure_ns_;
+  std::vector<std::int64_t> samples_ns_;
+};
+
+void check_claim(const Response& claim, const ClaimCheck& check);
+std::vector<signals::SignalId> sampled_signals(const Response& claim, const signals::SignalTable& table);
+std::unique_ptr<Judge> judge_of(const Response& claim, const JudgeContext& context);
+
+config::ExpectationKind response_kind();
+
+}  // namespace hil::expectations

@@ -1,0 +1,59 @@
+#pragma once
+// statistics: limits of figures of a signal over its ticks.
+//
+// mean, rms, standard_deviation  of the values of all ticks, each with the same weight (Welford's method); the
+//                     standard deviation is that of the values themselves, with the divisor n.
+// smallest, largest   of the values.
+// overshoot           the largest excess over the final value `of`, away from `from`, as a share of the step
+//                     from `from` to `of` (Ogata: maximum percent overshoot).
+// settling_time       from the first judged tick to the first one from which on the signal stays within the
+//                     share `within` of the step around `of` (Ogata: settling time).
+//
+// `from` is the value on the first judged tick when it is left out.
+//
+// The margin is that of the limit whose distance is the smallest share of the limit itself, in its unit.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "runtime/expectations/judge.hpp"
+
+namespace hil::expectations {
+
+struct Limits {
+  std::optional<config::Expression> min, max;
+};
+struct StepResponse {
+  config::Expression of;
+  std::optional<config::Expression> from;
+};
+
+struct Statistics {
+  enum Figure : std::uint8_t { mean, rms, standard_deviation, smallest, largest };
+  struct Overshoot {
+    StepResponse step;
+    double at_most = 0.0;  ///< share of the step
+  };
+  struct Settling {
+    StepResponse step;
+    double within = 0.0;  ///< share of the step
+    std::int64_t at_most_ns = 0;
+  };
+
+  config::Word signal;
+  std::array<Limits, 5> limits;  ///< by Figure
+  std::optional<Overshoot> overshoot;
+  std::optional<Settling> settling;
+};
+
+/// "standard_deviation", the key of the figure.
+const char* key_of(Statistics::Figure figure);
+
+void check_claim(const Statistics& claim, const ClaimCheck& check);
+std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context);
+
+config::ExpectationKind statistics_kind();
+
+}  // namespace hil::expectations

@@ -1,0 +1,207 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "runtime/expectations/signal_constant.hpp"
+#include "runtime/expectations/statistics.hpp"
+#include "runtime/report/quantities.hpp"
+#include "runtime/units/unit.hpp"
+
+namespace hil::expectations {
+namespace {
+
+/// A figure beside one of its limits.
+struct LimitedFigure {
+  double value = 0.0, limit = 0.0;
+  bool is_max = true;
+  std::string unit;
+  std::optional<std::int64_t> worst_ns{};
+
+  double margin() const { return is_max ? limit - value : value - limit; }
+  /// As a share of the limit. Of a limit of 0: infinite, with its sign.
+  double relative_margin() const { return margin() == 0.0 ? 0.0 : margin() / std::abs(limit); }
+};
+
+/// The step that an overshoot or a settling time belongs to, in the unit of the signal.
+struct Step {
+  double of = 0.0, from = 0.0;
+  double size() const { return of - from; }
+};
+
+class StatisticsJudge final : public Judge {
+ public:
+  StatisticsJudge(const Statistics& claim, const JudgeContext& context)
+      : name_(context.expectation.name),
+        claim_(claim),
+        signal_(*context.table.find(claim.signal.text)),
+        unit_(context.table.info(signal_).unit),
+        difference_(units::difference_unit(unit_)),
+        coverage_({signal_}, context.table, context.expectation.coverage) {
+    if (claim.overshoot) overshoot_of_ = values_of(claim.overshoot->step);
+    if (claim.settling) settling_of_ = values_of(claim.settling->step);
+  }
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
+    const double value = table.value(signal_);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
+    coverage_.check(table, time_ns, is_known);
+    if (!is_known) return;
+    if (count_ == 0) begin(value, time_ns);
+    ++count_;
+    const double from_mean = value - mean_;
+    mean_ += from_mean / static_cast<double>(count_);
+    squares_ += from_mean * (value - mean_);
+    if (value < smallest_) smallest_ = value, smallest_ns_ = time_ns;
+    if (value > largest_) largest_ = value, largest_ns_ = time_ns;
+    if (claim_.overshoot) {
+      const double excess = (value - overshoot_of_.of) * (overshoot_of_.size() < 0.0 ? -1.0 : 1.0);
+      if (excess > excess_) excess_ = excess, excess_ns_ = time_ns;
+    }
+    if (!claim_.settling) return;
+    const double band = claim_.settling->within * std::abs(settling_of_.size());
+    const bool is_outside = std::abs(value - settling_of_.of) > band;
+    if (is_outside) settled_ns_.reset(), outside_ns_ = time_ns;
+    if (!is_outside && !settled_ns_) settled_ns_ = time_ns;
+  }
+  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
+            std::int64_t /*time_ns*/) noexcept override {}
+
+  report::Expectation result(const Extent& extent) const override {
+    report::Expectation result = held_result(name_, coverage_, extent);
+    result.detail = "statistics of " + claim_.signal.text + ": ";
+    const std::string shortfall = coverage_.shortfall(extent.ticks);
+    if (count_ == 0) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += shortfall;
+      return result;
+    }
+    const auto limited = limited_figures(extent);
+    result.detail += figures_text(extent);
+    const bool has_step = (!claim_.overshoot || overshoot_of_.size() != 0.0) &&
+                          (!claim_.settling || settling_of_.size() != 0.0);
+    const auto worst = std::ranges::min_element(limited, {}, &LimitedFigure::relative_margin);
+    if (worst != limited.end()) {
+      result.margin = worst->margin();
+      result.margin_unit = worst->unit;
+      result.worst_ns = worst->worst_ns;
+    }
+    if (std::ranges::any_of(limited, [](const LimitedFigure& one) { return one.margin() < 0.0; })) {
+      result.result = report::ExpectationResult::failed;
+      result.first_failure_ns = worst->worst_ns.value_or(extent.end_ns);
+    } else if (!shortfall.empty()) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += ", and " + shortfall;
+    } else if (!has_step) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += ", and the signal begins at the final value, so there is no step";
+    }
+    return result;
+  }
+
+ private:
+  /// NaN: it begins at the value on the first tick.
+  Step values_of(const StepResponse& step) const {
+    return {constant_value(step.of, ConstantKind::value, unit_),
+            step.from ? constant_value(*step.from, ConstantKind::value, unit_)
+                      : std::numeric_limits<double>::quiet_NaN()};
+  }
+  void begin(double value, std::int64_t time_ns) noexcept {
+    begin_ns_ = time_ns;
+    for (Step* step : {&overshoot_of_, &settling_of_})
+      if (std::isnan(step->from)) step->from = value;
+  }
+  double deviation() const { return std::sqrt(squares_ / static_cast<double>(count_)); }
+  double value_of(Statistics::Figure figure) const {
+    switch (figure) {
+      case Statistics::mean:
+        return mean_;
+      case Statistics::rms:
+        return std::hypot(mean_, deviation());
+      case Statistics::standard_deviation:
+        return deviation() / difference_.factor;
+      case Statistics::smallest:
+        return smallest_;
+      case Statistics::largest:
+        break;
+    }
+    return largest_;
+  }
+  double overshoot() const { return std::max(0.0, excess_) / std::abs(overshoot_of_.size()); }
+  /// Of a signal that is outside at the end: at least to the end.
+  std::int64_t settling_ns(const Extent& extent) const {
+    return settled_ns_.value_or(extent.end_ns) - begin_ns_;
+  }
+
+  std::vector<LimitedFigure> limited_figures(const Extent& extent) const {
+    std::vector<LimitedFigure> all;
+    for (const auto figure : {Statistics::mean, Statistics::rms, Statistics::standard_deviation,
+                              Statistics::smallest, Statistics::largest}) {
+      const bool is_difference = figure == Statistics::standard_deviation;
+      const auto limit = [&](const config::Expression& text) {
+        return is_difference ? constant_value(text, ConstantKind::difference, unit_) / difference_.factor
+                             : constant_value(text, ConstantKind::value, unit_);
+      };
+      std::optional<std::int64_t> worst_ns;
+      if (figure == Statistics::smallest) worst_ns = smallest_ns_;
+      if (figure == Statistics::largest) worst_ns = largest_ns_;
+      const Limits& limits = claim_.limits[figure];
+      const std::string& unit = is_difference ? difference_.symbol : unit_;
+      if (limits.min) all.push_back({value_of(figure), limit(*limits.min), false, unit, worst_ns});
+      if (limits.max) all.push_back({value_of(figure), limit(*limits.max), true, unit, worst_ns});
+    }
+    if (claim_.overshoot && overshoot_of_.size() != 0.0)
+      all.push_back({100.0 * overshoot(), 100.0 * claim_.overshoot->at_most, true, "%", excess_ns_});
+    if (claim_.settling && settling_of_.size() != 0.0) {
+      const double settling_s = 1e-9 * static_cast<double>(settling_ns(extent));
+      double limit_s = 1e-9 * static_cast<double>(claim_.settling->at_most_ns);
+      // A signal that is outside at the end has not settled, however short the run.
+      if (!settled_ns_) limit_s = std::min(limit_s, std::nextafter(settling_s, 0.0));
+      all.push_back({settling_s, limit_s, true, "s", outside_ns_});
+    }
+    return all;
+  }
+
+  std::string figures_text(const Extent& extent) const {
+    std::string text;
+    for (const auto figure : {Statistics::mean, Statistics::rms, Statistics::standard_deviation,
+                              Statistics::smallest, Statistics::largest}) {
+      const std::string& unit = figure == Statistics::standard_deviation ? difference_.symbol : unit_;
+      const char* const words = figure == Statistics::standard_deviation ? "standard deviation" : key_of(figure);
+      text += (text.empty() ? "" : ", ") + std::string(words) + " " +
+              report::to_ascii(report::quantity_text(value_of(figure), unit));
+    }
+    if (claim_.overshoot && overshoot_of_.size() != 0.0)
+      text += ", overshoot " + report::to_ascii(report::quantity_text(100.0 * overshoot(), "%"));
+    if (claim_.settling && settling_of_.size() != 0.0) {
+      text += settled_ns_ ? ", settling time " + report::to_ascii(report::chosen_time(settling_ns(extent)))
+                          : ", not settled at the end";
+    }
+    return text;
+  }
+
+  const std::string name_;
+  const Statistics claim_;
+  const signals::SignalId signal_;
+  const std::string unit_;
+  const units::DifferenceUnit difference_;
+  Coverage coverage_;
+  Step overshoot_of_, settling_of_;
+  std::uint64_t count_ = 0;
+  double mean_ = 0.0, squares_ = 0.0;  ///< the sum of squared deviations from the mean
+  double smallest_ = std::numeric_limits<double>::infinity();
+  double largest_ = -std::numeric_limits<double>::infinity();
+  double excess_ = -std::numeric_limits<double>::infinity();
+  std::int64_t begin_ns_ = 0, smallest_ns_ = 0, largest_ns_ = 0, excess_ns_ = 0;
+  std::optional<std::int64_t> settled_ns_, outside_ns_;
+};
+
+}  // namespace
+
+std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context) {
+  return std::make_unique<StatisticsJudge>(claim, context);
+}
+
+}  // namespace hil::expectations

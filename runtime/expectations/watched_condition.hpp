@@ -1,0 +1,54 @@
+#pragma once
+// A condition of an expectation, with the signals that it mentions.
+//
+// Threads: as the table's; truth() neither allocates nor blocks.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/config/expression.hpp"
+#include "runtime/config/require.hpp"
+#include "runtime/signals/signal_expression.hpp"
+
+namespace hil::expectations {
+
+enum class Truth : std::uint8_t { no, yes, unknown };
+
+class WatchedCondition {
+ public:
+  /// wire() has checked the condition.
+  WatchedCondition(const config::Expression& condition, const signals::SignalTable& table,
+                   const expression::CompileOptions& options)
+      : text_(condition.text()) {
+    config::Diagnostics diagnostics;
+    expression_ = signals::SignalExpression::compile(condition, table, {.truth = true}, options, diagnostics);
+    config::require(expression_.has_value(), "a condition that wire() has checked");
+  }
+
+  /// Once a tick.
+  Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+    const double result = expression_->evaluate(table, time_ns);
+    return std::isnan(result) ? Truth::unknown : result != 0.0 ? Truth::yes : Truth::no;
+  }
+  const std::string& text() const noexcept { return text_; }
+  const std::vector<signals::SignalId>& signals() const noexcept { return expression_->signals(); }
+
+ private:
+  std::string text_;
+  std::optional<signals::SignalExpression> expression_;
+};
+
+/// The signals of all conditions, each once.
+inline std::vector<signals::SignalId> signals_of(const std::vector<WatchedCondition>& conditions) {
+  std::vector<signals::SignalId> all;
+  for (const WatchedCondition& condition : conditions)
+    for (const signals::SignalId signal : condition.signals())
+      if (std::find(all.begin(), all.end(), signal) == all.end()) all.push_back(signal);
+  return all;
+}
+
+}  // namespace hil::expectations

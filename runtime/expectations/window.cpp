@@ -1,0 +1,107 @@
+#include "runtime/expectations/window.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/expectations/watched_condition.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::expectations {
+namespace {
+
+std::string window_instant(std::int64_t time_ns) {
+  return report::to_ascii(report::instant(time_ns));
+}
+
+class WindowedJudge final : public Judge {
+ public:
+  WindowedJudge(std::unique_ptr<Judge> judge, const JudgeContext& context)
+      : judge_(std::move(judge)),
+        name_(context.expectation.name),
+        from_ns_(context.expectation.window->from_ns.value_or(0)),
+        to_ns_(context.expectation.window->to_ns) {
+    const config::WindowSection& window = *context.expectation.window;
+    if (window.after) after_.emplace(*window.after, context.table, with_seed(context, 1));
+    if (window.until) until_.emplace(*window.until, context.table, with_seed(context, 2));
+  }
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
+             std::int64_t time_ns) noexcept override {
+    const bool starts = !after_ || after_->truth(table, time_ns) == Truth::yes;
+    const bool ends = until_ && until_->truth(table, time_ns) == Truth::yes;
+    const bool was_open = opened_ns_.has_value();
+    const bool is_past = to_ns_ && time_ns > *to_ns_;
+    if (!was_open && starts && time_ns >= from_ns_ && !is_past) opened_ns_ = time_ns;
+    if (opened_ns_ && !closed_ns_ && (is_past || (was_open && ends))) closed_ns_ = time_ns;
+    if (opened_ns_ && !closed_ns_)
+      judge_->check(table, arrived, time_ns);
+    else
+      judge_->skip(table, arrived, time_ns);
+  }
+  void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
+            std::int64_t time_ns) noexcept override {
+    judge_->skip(table, arrived, time_ns);
+  }
+
+  report::Expectation result(const Extent& extent) const override {
+    if (!opened_ns_) {
+      return {.name = name_,
+              .result = report::ExpectationResult::not_checked,
+              .detail = "its window did not open" + reason(extent)};
+    }
+    const Extent inside = extent_of_window(extent);
+    report::Expectation result = judge_->result(inside);
+    result.detail +=
+        "; in the window from " + window_instant(*opened_ns_) + " to " + window_instant(inside.end_ns);
+    return result;
+  }
+  std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override {
+    return judge_->response_times(end_of_window(end_ns));
+  }
+
+ private:
+  static expression::CompileOptions with_seed(const JudgeContext& context, std::uint64_t number) {
+    return {.period_ns = context.options.period_ns, .seed = context.options.seed ^ (number << 32)};
+  }
+  std::string reason(const Extent& extent) const {
+    if (extent.end_ns <= from_ns_)
+      return ": the run ended at " + window_instant(extent.end_ns) + ", before " + window_instant(from_ns_);
+    const std::string by = to_ns_ ? " up to " + window_instant(std::min(*to_ns_, extent.end_ns)) : "";
+    if (!after_) return ": no tick of the run is in it";
+    return ": '" + after_->text() + "' was not true" +
+           (from_ns_ > 0 ? " from " + window_instant(from_ns_) + " on" : "") + by;
+  }
+  std::int64_t end_of_window(std::int64_t end_ns) const {
+    if (to_ns_) end_ns = std::min(end_ns, *to_ns_);
+    return closed_ns_ ? std::min(end_ns, *closed_ns_) : end_ns;
+  }
+  /// Its ticks are those that were due, also where the run skipped them or ended before.
+  Extent extent_of_window(const Extent& extent) const {
+    const auto ticks_before = [&](std::int64_t time_ns) {
+      return static_cast<std::uint64_t>((time_ns + extent.period_ns - 1) / extent.period_ns);
+    };
+    std::uint64_t end = extent.ticks;
+    if (to_ns_) end = std::min(end, ticks_before(*to_ns_ + 1));
+    if (closed_ns_) end = std::min(end, ticks_before(*closed_ns_));
+    const std::uint64_t begin = ticks_before(*opened_ns_);
+    return {.end_ns = end_of_window(extent.end_ns),
+            .ticks = end - std::min(begin, end),
+            .period_ns = extent.period_ns,
+            .begin_ns = *opened_ns_};
+  }
+
+  const std::unique_ptr<Judge> judge_;
+  const std::string name_;
+  const std::int64_t from_ns_;
+  const std::optional<std::int64_t> to_ns_;
+  std::optional<WatchedCondition> after_, until_;
+  std::optional<std::int64_t> opened_ns_, closed_ns_;
+};
+
+}  // namespace
+
+std::unique_ptr<Judge> make_windowed_judge(std::unique_ptr<Judge> judge, const JudgeContext& context) {
+  return std::make_unique<WindowedJudge>(std::move(judge), context);
+}
+
+}  // namespace hil::expectations

@@ -1,0 +1,19 @@
+#pragma once
+// The window of an expectation: another judge sees only the ticks of the window.
+//
+// The window opens on the first tick at `from` or later on which `after` is true. It is closed for good from
+// the first tick after `to`, or from the first later tick on which `until` is true. A condition that is
+// unknown neither opens nor closes it. An expectation whose window did not open is not checked.
+//
+// Threads: as Judge.
+
+#include <memory>
+
+#include "runtime/expectations/judge.hpp"
+
+namespace hil::expectations {
+
+/// The expectation in `context` has a window.
+std::unique_ptr<Judge> make_windowed_judge(std::unique_ptr<Judge> judge, const JudgeContext& context);
+
+}  // namespace hil::expectations

@@ -1,0 +1,45 @@
+#pragma once
+// A column of a CSV file over time.
+//
+// The first row has the names of the columns, one of them "time" or "time_s" (seconds). Times rise. Numbers
+// have a decimal point. Cells are separated by commas; blanks around them and lines without text or with a #
+// at the begin do not count.
+//
+// Threads: read on the one that reads or wires the scenario; at() on the base thread, without allocation, for rising times.
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/config/diagnostics.hpp"
+#include "runtime/config/expression.hpp"
+
+namespace hil::signals {
+
+inline constexpr std::size_t max_csv_bytes = std::size_t{64} << 20;
+
+class CsvProfile {
+ public:
+  /// An empty `column` is the only one besides the time.
+  /// Empty with mistakes at their places in the file: it can not be read, has no such column, a row with an
+  /// empty cell or with text in place of a number, times that do not rise.
+  static std::optional<CsvProfile> read(const std::string& path, const config::Place& named_at,
+                                        const config::Word& column, bool is_linear,
+                                        config::Diagnostics& diagnostics);
+
+  /// Before the first row that of the first, after the last that of the last.
+  double at(std::int64_t time_ns) noexcept;
+  void rewind() noexcept { next_ = 0; }
+  std::int64_t begin_ns() const noexcept { return times_ns_.front(); }
+  std::int64_t end_ns() const noexcept { return times_ns_.back(); }
+
+ private:
+  std::vector<std::int64_t> times_ns_;
+  std::vector<double> values_;
+  bool is_linear_ = true;
+  std::size_t next_ = 0;  ///< the first row after the last time
+};
+
+}  // namespace hil::signals

@@ -1,0 +1,116 @@
+// Mistakes of expectations in a scenario, all reported at once with their places.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/unit/runtime_run/wiring_fixture.hpp"
+
+namespace hil::expectations {
+namespace {
+
+const std::string scenario = R"(scenario: tank
+base_rate: 1 kHz
+duration: 10 s
+tasks:
+  - module: tank
+    type: block
+    rate: 1 kHz
+    parameters: {states: {level: {initial: 1 m, derivative: 0 m/s}}}
+can:
+  - {bus: car, device: virtual, database: test.dbc, rate: 100 Hz, receive: [{message: Status, timeout: 1 s}]}
+expectations:
+)";
+const std::string database = R"(VERSION ""
+BU_: HIL ECU
+BO_ 768 Status: 8 ECU
+ SG_ Mode : 0|4@1+ (1,0) [0|0] "" HIL
+)";
+
+class ExpectationMistakes : public run::test::WiringFixture {
+ protected:
+  ExpectationMistakes() {
+    folder_.write("test.dbc", database);
+    folder_.write("good.csv", "time,level\n0,1\n5,2\n");
+    folder_.write("two.csv", "time,level,flow\n0,1,2\n5,2,3\n");
+    folder_.write("gap.csv", "time,level\n0,1\n1,\n2,2\n");
+    folder_.write("falling.csv", "time,level\n0,1\n2,1\n1,2\n");
+    folder_.write("late.csv", "time,level\n10,1\n20,2\n");
+  }
+  /// Whether each entry has the one mistake with the words beside it, all reported at once.
+  void expect_mistakes(const std::vector<std::pair<std::string, std::string>>& entries) {
+    std::string text = scenario;
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      text += "  - {name: e" + std::to_string(i) + ", " + entries[i].first + "}\n";
+    EXPECT_FALSE(wired(text));
+    for (const auto& [entry, words] : entries) {
+      int found = 0;
+      for (const config::Mistake& mistake : diagnostics_.mistakes())
+        found += mistake.message.find(words) != std::string::npos ? 1 : 0;
+      EXPECT_EQ(found, 1) << entry << "\nwants: " << words << "\n" << diagnostics_.to_text();
+    }
+    EXPECT_EQ(diagnostics_.count(), entries.size()) << diagnostics_.to_text();
+    for (const config::Mistake& mistake : diagnostics_.mistakes())
+      EXPECT_GT(mistake.place.line, 0U) << mistake.message;
+  }
+};
+
+TEST_F(ExpectationMistakes, OfTheFileAreReportedAtOnce) {
+  expect_mistakes({
+      {"never: tank.level > 5 m, between: [3 s, 2 s]", "'between': 2 s is before the begin of the window, 3 s"},
+      {"never: tank.level > 5 m, between: [10 s, 20 s]", "'between': 10 s is not before the end of the run"},
+      {"eventually: tank.level > 5 m, between: [4 s, 8 s], by: 3 s",
+       "'by': 3 s is before the begin of the window, 4 s"},
+      {"never: tank.level > 5 m, after: tank.level >", "the expression ends"},
+      {"cycle_time: {message: can.car.Status, period: 10 ms, tolerance: 12 ms}",
+       "'tolerance': 12 ms is not less than the period, 10 ms"},
+      {"tracks: {signal: tank.level, reference: gap.csv, tolerance: 1 m}", "an empty cell"},
+      {"tracks: {signal: tank.level, reference: falling.csv, tolerance: 1 m}", "times rise"},
+      {"tracks: {signal: tank.level, reference: two.csv, tolerance: 1 m}", "'column' has to name one"},
+      {"tracks: {signal: tank.level, reference: two.csv, column: levl, tolerance: 1 m}",
+       "no column 'levl'; did you mean 'level'?"},
+      {"tracks: {signal: tank.level, reference: good.csv, tolerance: 1 m, after_shift: 2 s}",
+       "'after_shift': 2 s is more than 1000 base periods, 1 s"},
+      {"statistics: {signal: tank.level, mean: {}}", "'mean' needs 'min', 'max' or both"},
+      {"statistics: {signal: tank.flow}", "'statistics' needs a limit of at least one figure"},
+  });
+}
+
+TEST_F(ExpectationMistakes, OfTheWiringAreReportedAtOnce) {
+  expect_mistakes({
+      {"never: tank.level > 5 s", "'>'"},
+      {"never: tank.level > 5 m, after: tank.levle > 1 m", "there is no signal 'tank.levle'"},
+      {"never: tank.level > 5 m, until: true", "the condition reads no signal"},
+      {"cycle_time: {message: can.car.Stats, period: 10 ms, tolerance: 1 ms}",
+       "there is no received message 'can.car.Stats'; did you mean 'can.car.Status'?"},
+      {"cycle_time: {message: can.car.Status.Mode, period: 10 ms, tolerance: 1 ms}",
+       "'can.car.Status.Mode' is a signal; name its message"},
+      {"fresh: tank.level", "'tank.level' does not arrive from a bus or a unit"},
+      {"fresh: can.car.Status.Mod", "did you mean 'can.car.Status.Mode'?"},
+      {"tracks: {signal: tank.level, reference: good.csv, tolerance: 1 s}", "'tolerance' is in m; this is in s"},
+      {"tracks: {signal: tank.level, reference: good.csv, tolerance: 0 m}", "'tolerance': '0 m' is not above 0"},
+      {"tracks: {signal: tank.level, reference: good.csv, tolerance: tank.level}", "is not a constant"},
+      {"tracks: {signal: tank.level, reference: late.csv, tolerance: 1 m}",
+       "the reference lasts from 10 s to 20 s, which is no tick of the run"},
+      {"statistics: {signal: tank.level, mean: {min: 3 m, max: 200 cm}}",
+       "'max': '200 cm' is less than 'min', '3 m'"},
+      {"statistics: {signal: tank.level, largest: {max: 3 kg}}", "'max' is in m; this is in kg"},
+      {"statistics: {signal: tank.level, overshoot: {of: 1 m, from: 100 cm, at_most: 5 %}}",
+       "'from': '100 cm' is the final value, so there is no step"},
+  });
+}
+
+TEST_F(ExpectationMistakes, OfGoodOnesThereAreNone) {
+  const std::string text =
+      scenario +
+      "  - {name: a, fresh: can.car.Status, between: [1 s, 10 s]}\n"
+      "  - {name: b, cycle_time: {message: can.car.Status, period: 10 ms, tolerance: 1 ms}}\n"
+      "  - {name: c, tracks: {signal: tank.level, reference: two.csv, column: level, tolerance: 10 cm, "
+      "after_shift: 50 ms}}\n"
+      "  - {name: d, statistics: {signal: tank.level, rms: {max: 3 m}}, after: tank.level > 1 m}\n";
+  EXPECT_TRUE(wired(text)) << diagnostics_.to_text();
+}
+
+}  // namespace
+}  // namespace hil::expectations

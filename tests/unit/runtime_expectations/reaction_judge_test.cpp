@@ -1,0 +1,174 @@
+// Reactions, counts and orders of conditions, tick by tick.
+
+#include "runtime/expectations/reaction_judge.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+#include "tests/support/allocation_guard.hpp"
+#include "tests/unit/runtime_expectations/judged_signals.hpp"
+
+namespace hil::expectations {
+namespace {
+
+constexpr double unknown_speed = std::numeric_limits<double>::quiet_NaN();
+
+class Occurrences : public Expectations {
+ protected:
+  static Reaction reaction(std::int64_t within_ns, std::uint64_t at_least = 1) {
+    return {condition("bus.Header.Counter == 1"), condition("ego.speed > 5"), within_ns, at_least};
+  }
+  /// One tick of 1 ms after the other.
+  void tick(Judge& judge, double request, double speed) {
+    table_.write(request_, request, time_ns_);
+    table_.write(speed_, speed, time_ns_);
+    judge.check(table_, {}, time_ns_);
+    time_ns_ += ms;
+  }
+  report::Expectation expect_now(const Judge& judge, Result expected,
+                                 std::initializer_list<const char*> words = {}) {
+    return expect(judge, until(time_ns_, static_cast<std::uint64_t>(time_ns_ / ms)), expected, words);
+  }
+  std::int64_t time_ns_ = 0;
+};
+
+TEST_F(Occurrences, ReactionInTimeIsHeld) {
+  const auto judge = this->judge(reaction(3 * ms));
+  tick(*judge, 0, 0);
+  tick(*judge, 1, 0);  // begins at 1 ms
+  tick(*judge, 1, 0);
+  tick(*judge, 1, 0);
+  tick(*judge, 1, 9);  // 3 ms later
+  const auto result = expect_now(*judge, Result::held);
+  EXPECT_EQ(
+      result.detail,
+      "when bus.Header.Counter == 1 then ego.speed > 5 within 3 ms: 1 of 1 reaction in time, the slowest "
+      "after 3 ms, at 0.001 s");
+  const auto times = judge->response_times(time_ns_);
+  ASSERT_TRUE(times);
+  EXPECT_EQ(times->samples_ns, std::vector<std::int64_t>{3 * ms});
+  EXPECT_EQ(times->limit_ns, 3 * ms);
+}
+
+TEST_F(Occurrences, ReactionThatComesATickTooLateFails) {
+  const auto judge = this->judge(reaction(3 * ms));
+  for (const double speed : {0.0, 0.0, 0.0, 0.0, 9.0})
+    tick(*judge, 1, speed);  // true in the first tick: begins there
+  const auto result = expect_now(*judge, Result::failed, {"0 of 1 reaction in time"});
+  EXPECT_EQ(result.first_failure_ns, 3 * ms);
+}
+
+TEST_F(Occurrences, ConditionThatIsTrueAlreadyReactsAtOnce) {
+  const auto judge = this->judge(reaction(3 * ms));
+  tick(*judge, 0, 9);
+  tick(*judge, 1, 9);
+  expect_now(*judge, Result::held, {"the slowest after 0, at 0.001 s"});
+}
+
+TEST_F(Occurrences, EachReactionCounts) {
+  const auto judge = this->judge(reaction(2 * ms, 3));
+  for (int i = 0; i < 2; ++i) {
+    tick(*judge, 1, 0);
+    tick(*judge, 0, 9);
+  }
+  expect_now(*judge, Result::not_checked, {"2 of 2 reactions in time", "at least 3 have to be judged"});
+  tick(*judge, 1, 0);
+  tick(*judge, 0, 0);
+  tick(*judge, 1, 0);  // the one before is late, and another one begins
+  tick(*judge, 0, 9);
+  expect_now(*judge, Result::failed, {"3 of 4 reactions in time"});
+}
+
+TEST_F(Occurrences, OneReactionCompletesAllThatAreOpen) {
+  const auto judge = this->judge(reaction(10 * ms));
+  for (int i = 0; i < 3; ++i) {
+    tick(*judge, 1, 0);
+    tick(*judge, 0, 0);
+  }
+  tick(*judge, 0, 9);
+  expect_now(*judge, Result::held, {"3 of 3 reactions in time", "the slowest after 6 ms, at 0.000 s"});
+}
+
+TEST_F(Occurrences, OpenReactionAtTheEndIsNotJudged) {
+  const auto judge = this->judge(reaction(10 * ms));
+  tick(*judge, 1, 0);
+  tick(*judge, 0, 0);
+  expect_now(*judge, Result::not_checked, {"0 of 0 reactions in time; 1 not judged"});
+}
+
+TEST_F(Occurrences, UnknownReactionIsNotJudged) {
+  const auto judge = this->judge(reaction(2 * ms));
+  tick(*judge, 1, 0);
+  tick(*judge, 0, unknown_speed);
+  tick(*judge, 0, 0);
+  tick(*judge, 0, 0);
+  expect_now(*judge, Result::not_checked, {"1 not judged"});
+}
+
+TEST_F(Occurrences, SkippedTicksDoNotMakeAReactionInTime) {
+  const auto judge = this->judge(reaction(3 * ms));
+  tick(*judge, 1, 0);
+  time_ns_ = 9 * ms;
+  tick(*judge, 1, 9);
+  expect_now(*judge, Result::failed, {"0 of 1 reaction in time"});
+}
+
+TEST_F(Occurrences, CountHasALargestAndALeastNumber) {
+  const auto judge = this->judge(Count{condition("ego.speed > 5"), 2, 3});
+  tick(*judge, 0, 9);
+  tick(*judge, 0, 9);
+  expect_now(*judge, Result::failed, {"became true 1 time, last at 0.000 s; at least 2 are required"});
+  tick(*judge, 0, 0);
+  tick(*judge, 0, 9);
+  expect_now(*judge, Result::held, {"became true 2 times"});
+  for (const double speed : {0.0, 9.0, 0.0, 9.0})
+    tick(*judge, 0, speed);
+  const auto result = expect_now(*judge, Result::failed, {"at most 3 are permitted, exceeded at 0.007 s"});
+  EXPECT_EQ(result.first_failure_ns, 7 * ms);
+}
+
+TEST_F(Occurrences, CountOfAnUnknownConditionIsNotChecked) {
+  const auto judge = this->judge(Count{condition("ego.speed > 5"), 0, 3});
+  for (int i = 0; i < 10; ++i)
+    tick(*judge, 0, i < 5 ? unknown_speed : 0.0);
+  expect_now(*judge, Result::not_checked, {"evaluated on 5 of 10 ticks"});
+}
+
+TEST_F(Occurrences, OrderIsThatOfTheFirstTimes) {
+  const Order claim{
+      {condition("ego.speed > 1"), condition("ego.speed > 2"), condition("bus.Header.Counter == 1")}};
+  const auto held = judge(claim);
+  tick(*held, 0, 0);
+  tick(*held, 0, 3);  // both in one tick
+  tick(*held, 0, 0);
+  expect_now(*held, Result::failed, {"bus.Header.Counter == 1 never"});
+  tick(*held, 1, 0);
+  expect_now(
+      *held, Result::held,
+      {"ego.speed > 1 at 0.001 s, then ego.speed > 2 at 0.001 s, then bus.Header.Counter == 1 at 0.003 s"});
+  const auto failed = judge(claim);
+  time_ns_ = 0;
+  tick(*failed, 0, 1.5);
+  tick(*failed, 1, 1.5);
+  tick(*failed, 1, 3);
+  const auto result =
+      expect_now(*failed, Result::failed, {"'bus.Header.Counter == 1' was true before 'ego.speed > 2'"});
+  EXPECT_EQ(result.first_failure_ns, ms);
+}
+
+TEST_F(Occurrences, AreJudgedWithoutAllocation) {
+  const auto judges = {judge(reaction(3 * ms)), judge(Count{condition("ego.speed > 5"), 0, 3}),
+                       judge(Order{{condition("ego.speed > 1"), condition("ego.speed > 2")}})};
+  allocation_guard::reset();
+  allocation_guard::enter_tick();
+  for (int i = 0; i < 60; ++i)
+    for (const auto& judge : judges)
+      tick(*judge, i % 3, i % 11);
+  allocation_guard::leave_tick();
+  EXPECT_EQ(allocation_guard::seen().total(), 0U);
+}
+
+}  // namespace
+}  // namespace hil::expectations
