@@ -39,7 +39,7 @@ struct WindowSection {
 struct Expectation {
   std::string name;
   Place place;
-  double coverage = 0.95;  ///< least share of its ticks on which it has to be evaluated
+  double coverage = 0.95;                 ///< least share of its ticks on which it has to be evaluated
   std::optional<WindowSection> window{};  ///< empty: the whole run
   std::shared_ptr<const Claim> claim;
 };

@@ -34,8 +34,7 @@ void check_by(const Value& entry, const std::optional<WindowSection>& window, co
   if (!entry.has("by")) return;
   const Value& by = entry["by"];
   if (entry.chosen() != "eventually") {
-    context.diagnostics.add(by.place(),
-                            "'by' belongs to 'eventually', not to " + in_quotes(entry.chosen()));
+    context.diagnostics.add(by.place(), "'by' belongs to 'eventually', not to " + in_quotes(entry.chosen()));
   } else if (window && window->from_ns && by.duration_ns() < *window->from_ns) {
     context.diagnostics.add(by.place(), "'by': " + format_duration(by.duration_ns()) +
                                             " is before the begin of the window, " +

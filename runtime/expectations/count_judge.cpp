@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/report/quantities.hpp"
 #include "runtime/expectations/watched_condition.hpp"
+#include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
 namespace {
@@ -174,8 +174,8 @@ std::shared_ptr<const config::Claim> read_count(const config::Value& entry,
   std::optional<std::uint64_t> max;
   if (value.has("max")) max = static_cast<std::uint64_t>(value["max"].integer());
   if (max && *max < min) {
-    context.diagnostics.add(value["max"].place(), "'max': " + std::to_string(*max) +
-                                                      " is less than 'min', " + std::to_string(min));
+    context.diagnostics.add(value["max"].place(),
+                            "'max': " + std::to_string(*max) + " is less than 'min', " + std::to_string(min));
   }
   if (!max && min == 0) context.diagnostics.add(value.place(), "'count' needs 'min', 'max' or both");
   if (!condition) return nullptr;

@@ -46,11 +46,11 @@ class CycleTimeJudge final : public Judge {
     if (last_ns_ != no_time_ns && extent.end_ns - last_ns_ > claim_.period_ns + claim_.tolerance_ns)
       figures.add(last_ns_, extent.end_ns, claim_);
     report::Expectation result = held_result(name_, coverage_, extent);
-    result.detail = "cycle time of " + claim_.message.text + " " + interval_text(claim_.period_ns) +
-                    " +- " + interval_text(claim_.tolerance_ns) + ": " + text_of(figures);
+    result.detail = "cycle time of " + claim_.message.text + " " + interval_text(claim_.period_ns) + " +- " +
+                    interval_text(claim_.tolerance_ns) + ": " + text_of(figures);
     result.first_failure_ns = figures.first_failure_ns;
     if (figures.count > 0) {
-      result.margin = 1e-9 * static_cast<double>(claim_.tolerance_ns - figures.worst_deviation_ns);
+      result.margin = static_cast<double>(claim_.tolerance_ns - figures.worst_deviation_ns) / 1e9;
       result.margin_unit = "s";
       result.worst_ns = figures.worst_ns;
     }
@@ -95,7 +95,7 @@ class CycleTimeJudge final : public Judge {
 
   static std::string text_of(const Figures& figures) {
     std::string text = std::to_string(figures.outside) + " of " +
-                       report::counted(figures.count, "interval", "intervals") + " outside";
+                       report::to_ascii(report::counted(figures.count, "interval", "intervals")) + " outside";
     if (figures.count == 0) return text;
     const auto count = static_cast<std::int64_t>(figures.count);
     return text + ", from " + interval_text(figures.min_ns) + " to " + interval_text(figures.max_ns) +
@@ -120,8 +120,8 @@ class CycleTimeJudge final : public Judge {
       return;
     }
     for (std::size_t i = 0; i < next_.size(); ++i) {
-      next_[i] = static_cast<std::size_t>(
-          std::ranges::find(arrived, received_.signals[i], &Arrival::signal) - arrived.begin());
+      next_[i] = static_cast<std::size_t>(std::ranges::find(arrived, received_.signals[i], &Arrival::signal) -
+                                          arrived.begin());
     }
     for (;;) {
       std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();

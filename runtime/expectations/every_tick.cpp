@@ -106,7 +106,7 @@ class EventuallyJudge final : public Judge {
     report::Expectation result = held_result(name_, coverage_, extent);
     result.covered_ticks = covered_ticks(extent);
     if (met_ns_) {
-      result.margin = 1e-9 * static_cast<double>(by_ns_.value_or(extent.end_ns) - *met_ns_);
+      result.margin = static_cast<double>(by_ns_.value_or(extent.end_ns) - *met_ns_) / 1e9;
       result.margin_unit = "s";
       result.worst_ns = met_ns_;
     }

@@ -41,12 +41,12 @@ class FreshJudge final : public Judge {
       result.detail = claim + "it never arrived";
       return result;
     }
-    result.covered_ticks -= std::min(
-        extent.ticks, static_cast<std::uint64_t>((*first_ns_ - extent.begin_ns) / extent.period_ns));
+    result.covered_ticks -=
+        std::min(extent.ticks, static_cast<std::uint64_t>((*first_ns_ - extent.begin_ns) / extent.period_ns));
     result.first_failure_ns = first_failure_ns_;
     result.worst_ns = worst_ns_;
     if (received_.timeout_ns > 0) {
-      result.margin = 1e-9 * static_cast<double>(received_.timeout_ns - worst_age_ns_);
+      result.margin = static_cast<double>(received_.timeout_ns - worst_age_ns_) / 1e9;
       result.margin_unit = "s";
     }
     result.detail = claim + "at most " + report::to_ascii(report::measured_time(worst_age_ns_)) +

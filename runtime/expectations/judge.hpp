@@ -42,10 +42,10 @@ class Judge {
 /// What a judge is made of, besides its claim.
 struct JudgeContext {
   const config::Expectation& expectation;
-  const signals::SignalTable& table;  ///< with all names of the expectation, since wire() checked it
-  const Arrivals& arrivals;           ///< outlives the judge and has the inputs that it keeps
-  std::uint64_t max_samples = 0;      ///< response times that are kept, a million at most
-  expression::CompileOptions options; ///< with the period between two checks
+  const signals::SignalTable& table;   ///< with all names of the expectation, since wire() checked it
+  const Arrivals& arrivals;            ///< outlives the judge and has the inputs that it keeps
+  std::uint64_t max_samples = 0;       ///< response times that are kept, a million at most
+  expression::CompileOptions options;  ///< with the period between two checks
 };
 
 /// What checks a claim while the run is wired.

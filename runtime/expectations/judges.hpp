@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
-#include "runtime/report/run_record.hpp"
 #include "runtime/expectations/kinds.hpp"
+#include "runtime/report/run_record.hpp"
 
 namespace hil::expectations {
 
@@ -19,13 +19,13 @@ class Judges {
   /// `arrivals` outlives it, and keeps what the devices keep of every sample.
   Judges(const config::Scenario& scenario, const signals::SignalTable& table, const Arrivals& arrivals) {
     for (const config::Expectation& expectation : scenario.expectations)
-      judges_.push_back(make_judge({.expectation = expectation,
-                                    .table = table,
-                                    .arrivals = arrivals,
-                                    .max_samples = scenario.duration_ticks,
-                                    .options = {.period_ns = scenario.base_period_ns,
-                                                .seed = scenario.seed +
-                                                        0x9E3779B97F4A7C15u * (judges_.size() + 1)}}));
+      judges_.push_back(
+          make_judge({.expectation = expectation,
+                      .table = table,
+                      .arrivals = arrivals,
+                      .max_samples = scenario.duration_ticks,
+                      .options = {.period_ns = scenario.base_period_ns,
+                                  .seed = scenario.seed + 0x9E3779B97F4A7C15u * (judges_.size() + 1)}}));
   }
 
   /// After every tick, with the samples that arrived since the tick before.

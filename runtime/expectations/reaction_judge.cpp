@@ -71,10 +71,10 @@ ReactionJudge::ReactionJudge(const Reaction& claim, const JudgeContext& context)
       at_least_(claim.at_least),
       hold_ns_(claim.hold_ns),
       // A condition becomes true at most on each second tick.
-      open_(std::min(max_open, static_cast<std::uint64_t>((claim.within_ns + claim.hold_ns) /
-                                                          context.options.period_ns) /
-                                       2 +
-                                   2)) {
+      open_(std::min(
+          max_open,
+          static_cast<std::uint64_t>((claim.within_ns + claim.hold_ns) / context.options.period_ns) / 2 +
+              2)) {
   samples_ns_.reserve(std::min(context.max_samples, max_kept_samples));
 }
 
@@ -173,7 +173,7 @@ report::Expectation ReactionJudge::result(const Extent& extent) const {
   const std::int64_t open_late_ns = late_begin_ns_ ? extent.end_ns - *late_begin_ns_ : -1;
   if (judged > 0) {
     const bool is_open = open_late_ns > worst_ns_;
-    result.margin = 1e-9 * static_cast<double>(within_ns_ - (is_open ? open_late_ns : worst_ns_));
+    result.margin = static_cast<double>(within_ns_ - (is_open ? open_late_ns : worst_ns_)) / 1e9;
     result.margin_unit = "s";
     result.worst_ns = is_open ? *late_begin_ns_ : worst_begin_ns_;
   }

@@ -15,9 +15,9 @@
 namespace hil::expectations {
 
 struct Received {
-  std::vector<signals::SignalId> signals;   ///< at least one
-  std::optional<signals::SignalId> fresh{}; ///< of a message: its state
-  std::int64_t timeout_ns = 0;              ///< 0: none
+  std::vector<signals::SignalId> signals;    ///< at least one
+  std::optional<signals::SignalId> fresh{};  ///< of a message: its state
+  std::int64_t timeout_ns = 0;               ///< 0: none
 
   bool is_fresh(const signals::SignalTable& table) const noexcept;
   /// Of the newest sample; far in the past before the first one.

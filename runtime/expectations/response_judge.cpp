@@ -86,14 +86,15 @@ ResponseJudge::ResponseJudge(const Response& claim, const JudgeContext& context)
     : name_(context.expectation.name),
       arrivals_(context.arrivals),
       coverage_({*context.table.find(claim.request.text)}, context.table, context.expectation.coverage),
-      reply_connected_(context.table.find(
-          context.table.info(*context.table.find(claim.reply.text)).writer + ".connected")),
+      reply_connected_(context.table.find(context.table.info(*context.table.find(claim.reply.text)).writer +
+                                          ".connected")),
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
       pending_(std::clamp<std::uint64_t>(context.max_samples, 1, max_pending)) {
   const auto side = [&](const std::string& signal_name) {
     const signals::SignalId signal = *context.table.find(signal_name);
-    return Side{signal_name, signal, arrivals_.keeps(signal), context.table.info(signal).initial, long_ago_ns};
+    return Side{signal_name, signal, arrivals_.keeps(signal), context.table.info(signal).initial,
+                long_ago_ns};
   };
   requests_ = side(claim.request.text);
   replies_ = side(claim.reply.text);
@@ -162,7 +163,7 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
   if (unanswered.judged > 0) {
     result.worst_ns = result.first_failure_ns;  // without a reply there is no margin
   } else if (answered_ > 0) {
-    result.margin = 1e-9 * static_cast<double>(within_ns_ - slowest_ns_);
+    result.margin = static_cast<double>(within_ns_ - slowest_ns_) / 1e9;
     result.margin_unit = "s";
     result.worst_ns = slowest_request_ns_;
   }

@@ -42,7 +42,8 @@ std::optional<double> check_constant(const config::Expression& constant, Constan
   if (!program) return std::nullopt;
   const double value = program->evaluate({}, 0.0) * wanted.factor;
   if (std::isfinite(value)) return value;
-  diagnostics.add(constant.place(), what + ": " + config::in_quotes(constant.text()) + " is not a finite number");
+  diagnostics.add(constant.place(),
+                  what + ": " + config::in_quotes(constant.text()) + " is not a finite number");
   return std::nullopt;
 }
 

@@ -38,8 +38,7 @@ Schema statistics_schema(std::span<const config::BusSectionType> /*buses*/) {
       Field::optional("standard_deviation", limits_schema(), "Their standard deviation."),
       Field::optional("smallest", limits_schema(), "The smallest value."),
       Field::optional("largest", limits_schema(), "The largest value."),
-      Field::optional("overshoot",
-                      step_schema({Field::needed("at_most", share, "The largest overshoot.")}),
+      Field::optional("overshoot", step_schema({Field::needed("at_most", share, "The largest overshoot.")}),
                       "The largest excess over the final value of a step, as a share of the step."),
       Field::optional(
           "settling_time",
@@ -57,7 +56,8 @@ class StatisticsReader {
 
   std::shared_ptr<const config::Claim> read() {
     const std::size_t before = context_.diagnostics.count();
-    Statistics claim{.signal = config::word_of(value_["signal"]), .limits = {}, .overshoot = {}, .settling = {}};
+    Statistics claim{
+        .signal = config::word_of(value_["signal"]), .limits = {}, .overshoot = {}, .settling = {}};
     bool has_limit = false;
     for (const Statistics::Figure figure : all_figures) {
       const char* const key = key_of(figure);

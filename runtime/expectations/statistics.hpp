@@ -1,8 +1,8 @@
 #pragma once
 // statistics: limits of figures of a signal over its ticks.
 //
-// mean, rms, standard_deviation  of the values of all ticks, each with the same weight (Welford's method); the
-//                     standard deviation is that of the values themselves, with the divisor n.
+// mean, rms, standard_deviation  of the values of all ticks, each with the same weight (Welford's method);
+//                     the standard deviation has the divisor n.
 // smallest, largest   of the values.
 // overshoot           the largest excess over the final value `of`, away from `from`, as a share of the step
 //                     from `from` to `of` (Ogata: maximum percent overshoot).

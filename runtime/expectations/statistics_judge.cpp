@@ -13,15 +13,33 @@ namespace hil::expectations {
 namespace {
 
 /// A figure beside one of its limits.
-struct LimitedFigure {
-  double value = 0.0, limit = 0.0;
-  bool is_max = true;
-  std::string unit;
-  std::optional<std::int64_t> worst_ns{};
+class LimitedFigure {
+ public:
+  struct Data {
+    double value = 0.0, limit = 0.0;
+    bool is_max = true;
+    std::string unit{};
+    std::optional<std::int64_t> worst_ns{};
+    bool is_reached = true;  ///< false: the value only grows to its end, as the time of what has not settled
+  };
+  explicit LimitedFigure(Data figure) : data(std::move(figure)) {}
 
-  double margin() const { return is_max ? limit - value : value - limit; }
+  bool is_held() const { return data.is_reached && difference() >= 0.0; }
+  /// NaN: it failed, and by how much is not known.
+  double margin() const {
+    const bool is_known = data.is_reached || difference() < 0.0;
+    return is_known ? difference() : std::numeric_limits<double>::quiet_NaN();
+  }
   /// As a share of the limit. Of a limit of 0: infinite, with its sign.
-  double relative_margin() const { return margin() == 0.0 ? 0.0 : margin() / std::abs(limit); }
+  double relative_margin() const {
+    if (std::isnan(margin())) return -std::numeric_limits<double>::infinity();
+    return margin() == 0.0 ? 0.0 : margin() / std::abs(data.limit);
+  }
+
+  Data data;
+
+ private:
+  double difference() const { return data.is_max ? data.limit - data.value : data.value - data.limit; }
 };
 
 /// The step that an overshoot or a settling time belongs to, in the unit of the signal.
@@ -85,12 +103,12 @@ class StatisticsJudge final : public Judge {
     const auto worst = std::ranges::min_element(limited, {}, &LimitedFigure::relative_margin);
     if (worst != limited.end()) {
       result.margin = worst->margin();
-      result.margin_unit = worst->unit;
-      result.worst_ns = worst->worst_ns;
+      result.margin_unit = worst->data.unit;
+      result.worst_ns = worst->data.worst_ns;
     }
-    if (std::ranges::any_of(limited, [](const LimitedFigure& one) { return one.margin() < 0.0; })) {
+    if (std::ranges::any_of(limited, [](const LimitedFigure& one) { return !one.is_held(); })) {
       result.result = report::ExpectationResult::failed;
-      result.first_failure_ns = worst->worst_ns.value_or(extent.end_ns);
+      result.first_failure_ns = worst->data.worst_ns.value_or(extent.end_ns);
     } else if (!shortfall.empty()) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and " + shortfall;
@@ -149,17 +167,19 @@ class StatisticsJudge final : public Judge {
       if (figure == Statistics::largest) worst_ns = largest_ns_;
       const Limits& limits = claim_.limits[figure];
       const std::string& unit = is_difference ? difference_.symbol : unit_;
-      if (limits.min) all.push_back({value_of(figure), limit(*limits.min), false, unit, worst_ns});
-      if (limits.max) all.push_back({value_of(figure), limit(*limits.max), true, unit, worst_ns});
+      if (limits.min)
+        all.emplace_back(LimitedFigure::Data{value_of(figure), limit(*limits.min), false, unit, worst_ns});
+      if (limits.max)
+        all.emplace_back(LimitedFigure::Data{value_of(figure), limit(*limits.max), true, unit, worst_ns});
     }
     if (claim_.overshoot && overshoot_of_.size() != 0.0)
-      all.push_back({100.0 * overshoot(), 100.0 * claim_.overshoot->at_most, true, "%", excess_ns_});
+      all.emplace_back(
+          LimitedFigure::Data{100.0 * overshoot(), 100.0 * claim_.overshoot->at_most, true, "%", excess_ns_});
     if (claim_.settling && settling_of_.size() != 0.0) {
-      const double settling_s = 1e-9 * static_cast<double>(settling_ns(extent));
-      double limit_s = 1e-9 * static_cast<double>(claim_.settling->at_most_ns);
-      // A signal that is outside at the end has not settled, however short the run.
-      if (!settled_ns_) limit_s = std::min(limit_s, std::nextafter(settling_s, 0.0));
-      all.push_back({settling_s, limit_s, true, "s", outside_ns_});
+      const double settling_s = static_cast<double>(settling_ns(extent)) / 1e9;
+      const double limit_s = static_cast<double>(claim_.settling->at_most_ns) / 1e9;
+      all.emplace_back(
+          LimitedFigure::Data{settling_s, limit_s, true, "s", outside_ns_, settled_ns_.has_value()});
     }
     return all;
   }
@@ -169,7 +189,8 @@ class StatisticsJudge final : public Judge {
     for (const auto figure : {Statistics::mean, Statistics::rms, Statistics::standard_deviation,
                               Statistics::smallest, Statistics::largest}) {
       const std::string& unit = figure == Statistics::standard_deviation ? difference_.symbol : unit_;
-      const char* const words = figure == Statistics::standard_deviation ? "standard deviation" : key_of(figure);
+      const char* const words =
+          figure == Statistics::standard_deviation ? "standard deviation" : key_of(figure);
       text += (text.empty() ? "" : ", ") + std::string(words) + " " +
               report::to_ascii(report::quantity_text(value_of(figure), unit));
     }

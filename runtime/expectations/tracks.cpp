@@ -75,8 +75,7 @@ class TracksJudge final : public Judge {
     const Fit& fit = fit_at(best);
     result.detail += "greatest error " + text_of(fit.worst_error) + " at " +
                      report::to_ascii(report::instant(fit.worst_ns));
-    if (shift_ticks_ > 0)
-      result.detail += ", after a shift of " + config::format_duration(best * period_ns_);
+    if (shift_ticks_ > 0) result.detail += ", after a shift of " + config::format_duration(best * period_ns_);
     result.margin = (tolerance_ - fit.worst_error) / difference_.factor;
     result.margin_unit = difference_.symbol;
     result.worst_ns = fit.worst_ns;
@@ -98,7 +97,9 @@ class TracksJudge final : public Judge {
     std::int64_t worst_ns = 0;
     std::optional<std::int64_t> first_failure_ns{};
   };
-  const Fit& fit_at(std::int64_t shift) const { return fits_[static_cast<std::size_t>(shift + shift_ticks_)]; }
+  const Fit& fit_at(std::int64_t shift) const {
+    return fits_[static_cast<std::size_t>(shift + shift_ticks_)];
+  }
   std::size_t place_of(std::int64_t tick) const noexcept {
     const auto size = static_cast<std::int64_t>(values_.size());
     return static_cast<std::size_t>(((tick % size) + size) % size);
@@ -115,9 +116,8 @@ class TracksJudge final : public Judge {
       return time_ns <= 0 ? 0 : (time_ns + period_ns_ - 1) / period_ns_;
     };
     const std::int64_t begin = std::max(first_at(begin_ns_), first_at(extent.begin_ns));
-    const std::int64_t end =
-        std::min(end_ns_ < 0 ? 0 : first_at(end_ns_ + 1),
-                 first_at(extent.begin_ns) + static_cast<std::int64_t>(extent.ticks));
+    const std::int64_t end = std::min(end_ns_ < 0 ? 0 : first_at(end_ns_ + 1),
+                                      first_at(extent.begin_ns) + static_cast<std::int64_t>(extent.ticks));
     return static_cast<std::uint64_t>(std::max<std::int64_t>(0, end - begin));
   }
   std::string text_of(double difference) const {
@@ -159,18 +159,18 @@ std::shared_ptr<const config::Claim> read_tracks(const config::Value& entry,
   const config::Value& value = entry["tracks"];
   auto tolerance = config::Expression::parse(value["tolerance"], context.diagnostics);
   const config::Place& place = value["reference"].place();
-  const config::Word column = value.has("column") ? config::word_of(value["column"]) : config::Word{"", place};
+  const config::Word column =
+      value.has("column") ? config::word_of(value["column"]) : config::Word{"", place};
   auto reference =
       signals::CsvProfile::read(value["reference"].text(), place, column, true, context.diagnostics);
   std::int64_t shift_ns = 0;
   if (value.has("after_shift")) {
     shift_ns = value["after_shift"].duration_ns();
     if (context.period_ns > 0 && shift_ns / context.period_ns > max_shift_ticks) {
-      context.diagnostics.add(
-          value["after_shift"].place(),
-          "'after_shift': " + config::format_duration(shift_ns) + " is more than " +
-              std::to_string(max_shift_ticks) + " base periods, " +
-              config::format_duration(max_shift_ticks * context.period_ns));
+      context.diagnostics.add(value["after_shift"].place(),
+                              "'after_shift': " + config::format_duration(shift_ns) + " is more than " +
+                                  std::to_string(max_shift_ticks) + " base periods, " +
+                                  config::format_duration(max_shift_ticks * context.period_ns));
     }
   }
   if (!tolerance || !reference) return nullptr;
@@ -188,17 +188,16 @@ void check_claim(const Tracks& claim, const ClaimCheck& check) {
         check_constant(claim.tolerance, ConstantKind::difference, check.known.table().info(signal).unit,
                        "'tolerance'", check.diagnostics);
     if (tolerance && *tolerance <= 0.0) {
-      check.diagnostics.add(claim.tolerance.place(), "'tolerance': " + config::in_quotes(claim.tolerance.text()) +
-                                                         " is not above 0");
+      check.diagnostics.add(claim.tolerance.place(),
+                            "'tolerance': " + config::in_quotes(claim.tolerance.text()) + " is not above 0");
     }
   }
   const std::int64_t begin_ns = claim.reference->begin_ns() + claim.max_shift_ns;
   const std::int64_t end_ns = claim.reference->end_ns() - claim.max_shift_ns;
   if (begin_ns > end_ns || end_ns < 0 || begin_ns >= check.duration_ns) {
     check.diagnostics.add(claim.reference_place,
-                          "the reference lasts from " +
-                              config::format_duration(claim.reference->begin_ns()) + " to " +
-                              config::format_duration(claim.reference->end_ns()) +
+                          "the reference lasts from " + config::format_duration(claim.reference->begin_ns()) +
+                              " to " + config::format_duration(claim.reference->end_ns()) +
                               (claim.max_shift_ns > 0 ? ", which leaves no tick of the run after the shift"
                                                       : ", which is no tick of the run"));
   }

@@ -2,10 +2,10 @@
 // tracks: a signal follows a column of a CSV file within a tolerance.
 //
 // The reference at run time t is the file's value at t, linear between its rows, in the unit of the signal.
-// With `after_shift`, the signal is compared with the reference of t - s, for each constant shift s of at most
-// that time, a multiple of the base period; the one with the smallest greatest error counts, of equal ones the
-// shortest. Positive: the signal is later than the reference. Only ticks at which the reference has a value for
-// all shifts are judged.
+// With `after_shift`, the signal is compared with the reference of t - s, for each constant shift s of at
+// most that time, a multiple of the base period. The one with the smallest greatest error counts, of equal
+// ones the shortest. Positive: the signal is later than the reference. Only ticks at which the reference has
+// a value for all shifts are judged.
 //
 // The margin is the tolerance less the greatest error, in the unit of the signal (of a temperature in K).
 

@@ -70,7 +70,8 @@ void Stimuli::compile(const config::Scenario& scenario, const signals::KnownSign
       if (compiled) stimulus.segments = std::make_unique<Segments>(std::move(*compiled));
     } else {
       const auto& file = std::get<config::StimulusFile>(section.profile);
-      auto profile = signals::CsvProfile::read(file.path, file.place, file.column, file.is_linear, diagnostics);
+      auto profile =
+          signals::CsvProfile::read(file.path, file.place, file.column, file.is_linear, diagnostics);
       if (profile) stimulus.file = std::make_unique<signals::CsvProfile>(std::move(*profile));
     }
   }

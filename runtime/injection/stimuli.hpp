@@ -16,10 +16,10 @@
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/injection/activation.hpp"
-#include "runtime/signals/csv_profile.hpp"
 #include "runtime/injection/segments.hpp"
 #include "runtime/modules/event_log.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/signals/csv_profile.hpp"
 #include "runtime/signals/known_signals.hpp"
 
 namespace hil::injection {
@@ -54,8 +54,8 @@ class Stimuli {
     signals::SignalId active{};  ///< the signal "stimulus.NAME"
     signals::SignalId driven{};  ///< invalid: it has a mistake
     std::optional<Activation> activation{};
-    std::unique_ptr<Segments> segments{};  ///< or
-    std::unique_ptr<signals::CsvProfile> file{};    ///< one of them, unless it has a mistake
+    std::unique_ptr<Segments> segments{};         ///< or
+    std::unique_ptr<signals::CsvProfile> file{};  ///< one of them, unless it has a mistake
     modules::EventLog::Kind begins{}, ends{};
     std::vector<std::optional<modules::EventLog::Kind>> parts{};  ///< by segment: of those with a name
     std::int64_t began_ns = 0;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cmath>
 
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/text_safety.hpp"

@@ -17,8 +17,8 @@
 
 #include "runtime/buses/bus.hpp"
 #include "runtime/executive/executive.hpp"
-#include "runtime/report/report_text.hpp"
 #include "runtime/expectations/arrivals.hpp"
+#include "runtime/report/report_text.hpp"
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/device_watch.hpp"
 #include "runtime/run/loss_watch.hpp"

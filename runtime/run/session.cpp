@@ -13,11 +13,11 @@
 #include <utility>
 
 #include "runtime/executive/executive.hpp"
+#include "runtime/expectations/judges.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
 #include "runtime/run/executive_record.hpp"
-#include "runtime/expectations/judges.hpp"
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_buses.hpp"
 #include "runtime/run/run_context.hpp"

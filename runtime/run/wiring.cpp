@@ -205,7 +205,8 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
 }
 
 config::ScenarioTypes scenario_types() {
-  config::ScenarioTypes types{.modules = {}, .buses = buses::section_types(), .expectations = expectations::kinds()};
+  config::ScenarioTypes types{
+      .modules = {}, .buses = buses::section_types(), .expectations = expectations::kinds()};
   for (const modules::ModuleType& type : modules::module_types())
     types.modules.emplace(type.name, type.parameters);
   return types;

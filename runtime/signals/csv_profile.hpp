@@ -5,7 +5,8 @@
 // have a decimal point. Cells are separated by commas; blanks around them and lines without text or with a #
 // at the begin do not count.
 //
-// Threads: read on the one that reads or wires the scenario; at() on the base thread, without allocation, for rising times.
+// Threads: read on the one that reads or wires the scenario; at() on the base thread, without allocation, for
+// rising times.
 
 #include <cstddef>
 #include <cstdint>

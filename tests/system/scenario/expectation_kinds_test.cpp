@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 #include "tests/paths.h"
@@ -25,7 +27,7 @@ tasks:
     parameters:
       inputs: {goal: {unit: m, initial: 0}}
       states: {level: {initial: 0 m, derivative: (goal - level) / 0.5 s}}
-      outputs: {full: delay(level > 0.9 m, 5 ms)}
+      outputs: {full: "if delay(level, 5 ms) > 0.9 m then 1 else 0"}
 can:
   - bus: car
     device: virtual
@@ -117,6 +119,45 @@ TEST(ExpectationKinds, ReportTheirMarginsAndWorstInstants) {
   const std::string page = read_text(files.folder / "out/report.html");
   for (const char* column : {"Margin", "Worst at"})
     EXPECT_NE(page.find(column), std::string::npos) << column;
+}
+
+/// The controller sends one command for each object header.
+constexpr const char* cycle_scenario = R"(
+scenario: cycle times on a bus
+clock: virtual
+base_rate: 1 kHz
+duration: 3 s
+can:
+  - bus: car
+    device: virtual
+    database: crossing.dbc
+    rate: 1 kHz
+    send:
+      - {message: EgoStatus, period: 10 ms, counter: Counter, checksum: Checksum, signals: {Speed: 5, YawRate: 0}}
+      - {message: ObjectHeader, period: 10 ms, counter: Counter, checksum: Checksum, signals: {ScanIndex: 1, ObjectCount: 0}}
+    receive:
+      - {message: BrakeCommand, timeout: 200 ms, counter: Counter, checksum: Checksum}
+dut: {command: [hil-aeb-controller, --bus, "{can.car}", --database, crossing.dbc]}
+expectations:
+  - {name: right, cycle_time: {message: can.car.BrakeCommand, period: 10 ms, tolerance: 1 ms, at_least: 250}}
+  - {name: wrong, cycle_time: {message: can.car.BrakeCommand, period: 20 ms, tolerance: 1 ms}}
+  - {name: fresh, fresh: can.car.BrakeCommand, coverage: 99 %}
+)";
+
+TEST(ExpectationKinds, JudgeEveryFrameOfABus) {
+  const Folder folder;
+  write_text(folder / "s.yaml", cycle_scenario);
+  std::filesystem::copy(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.dbc",
+                        folder / "crossing.dbc");
+  const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
+  const auto expectations = read_report(folder / "out")["expectations"];
+  EXPECT_EQ(expectations[0]["result"], "held") << expectations[0].dump(1);
+  EXPECT_EQ(expectations[0]["margin"], 0.001);
+  EXPECT_EQ(expectations[1]["result"], "failed");
+  EXPECT_EQ(expectations[1]["margin"], -0.009);
+  EXPECT_EQ(expectations[2]["result"], "held") << expectations[2].dump(1);
+  EXPECT_EQ(expectations[2]["margin"], 0.19) << "a frame each 10 ms, and 200 ms to its time-out";
 }
 
 TEST(ExpectationKinds, AreJudgedAlikeInTwoRuns) {

@@ -1,8 +1,8 @@
 #include "config_fixture.hpp"
 #include "runtime/buses/bus.hpp"
-#include "runtime/expectations/kinds.hpp"
 #include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/config/schema_markdown.hpp"
+#include "runtime/expectations/kinds.hpp"
 
 namespace hil::config {
 namespace {
@@ -33,10 +33,13 @@ TEST(Markdown, DescribesEveryKindOfKey) {
 }
 
 TEST(Markdown, OfTheScenarioDescribesEveryKeyInASentence) {
-  const std::string text = schema_to_markdown(scenario_schema({.modules = {}, .buses = buses::section_types(), .expectations = expectations::kinds()})) +
-                           schema_to_markdown(buses::modbus::register_map_schema());
+  const std::string text =
+      schema_to_markdown(scenario_schema(
+          {.modules = {}, .buses = buses::section_types(), .expectations = expectations::kinds()})) +
+      schema_to_markdown(buses::modbus::register_map_schema());
   for (const char* key : {"base_rate", "lock_memory", "quaternion", "retained_changes", "overrun", "checksum",
-                          "corrupt", "heartbeat", "safe_on_exit", "at_least", "cycle_time", "after_shift", "settling_time", "word_order", "dut"}) {
+                          "corrupt", "heartbeat", "safe_on_exit", "at_least", "cycle_time", "after_shift",
+                          "settling_time", "word_order", "dut"}) {
     EXPECT_NE(text.find("- `" + std::string(key) + "` ("), std::string::npos) << key;
   }
   std::istringstream lines(text);

@@ -116,7 +116,8 @@ inline ScenarioTypes test_scenario_types() {
        Schema::record(
            {Field::needed("columns", Schema::integer(1, 4096), "Columns of the scan."),
             Field::needed("range", Schema::quantity(Quantity::length_m, 0.1, 500.0), "Its range.")})}};
-  return {.modules = std::move(modules), .buses = buses::section_types(), .expectations = expectations::kinds()};
+  return {
+      .modules = std::move(modules), .buses = buses::section_types(), .expectations = expectations::kinds()};
 }
 
 inline const buses::can::CanSection& can_of(const Scenario& scenario, std::size_t index) {

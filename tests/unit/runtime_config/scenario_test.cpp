@@ -1,6 +1,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "runtime/expectations/every_tick.hpp"
+#include "runtime/expectations/response_judge.hpp"
 #include "scenario_fixture.hpp"
 
 namespace hil::config {

@@ -72,8 +72,7 @@ TEST_F(ReceivedSignals, DoNotHideAFailure) {
 }
 
 TEST_F(ReceivedSignals, MatterOnlyWhereTheyDecide) {
-  const auto guarded =
-      judge(Always{condition("can.car.Status.fresh == 0 or can.car.Status.Mode == 1")});
+  const auto guarded = judge(Always{condition("can.car.Status.fresh == 0 or can.car.Status.Mode == 1")});
   const auto settled = judge(Never{condition("ego.speed > 14 and can.car.Status.Mode == 1")});
   table_.write(speed_, 3.0, 0);
   run(*guarded, 0.0, false, 0, 1'000);
@@ -128,8 +127,8 @@ TEST_F(ReceivedSignals, RequestThatNeverArrivesIsNotChecked) {
 }
 
 TEST_F(ReceivedSignals, RequestsWithoutTheReplyingBusAreCountedSeparately) {
-  const auto claim = judge(Response{
-      .request = {"ego.speed", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
+  const auto claim = judge(
+      Response{.request = {"ego.speed", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
   table_.write(connected_, 1.0, 0);
   for (int i = 1; i <= 40; ++i) {
     set_speed(*claim, i, i * 100 * ms);
@@ -150,8 +149,8 @@ TEST_F(ReceivedSignals, RequestsWithoutTheReplyingBusAreCountedSeparately) {
 }
 
 TEST_F(ReceivedSignals, TooFewJudgedRequestsAreNotChecked) {
-  const auto claim = judge(Response{
-      .request = {"ego.speed", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
+  const auto claim = judge(
+      Response{.request = {"ego.speed", {}}, .reply = {"can.car.Reply.Value", {}}, .within_ns = 50 * ms});
   table_.write(connected_, 1.0, 0);
   set_speed(*claim, 1, 100 * ms);
   receive(answer_, 1, true, 110 * ms);

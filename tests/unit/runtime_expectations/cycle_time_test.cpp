@@ -25,7 +25,8 @@ class CycleTimes : public Expectations {
       table_.add({.name = "can.car.Status.Level", .unit = "", .writer = "can.car", .arrives = true});
 
   static CycleTime claim(std::uint64_t at_least = 1) {
-    return {.message = {"can.car.Status", {}}, .period_ns = 10 * ms, .tolerance_ns = ms, .at_least = at_least};
+    return {
+        .message = {"can.car.Status", {}}, .period_ns = 10 * ms, .tolerance_ns = ms, .at_least = at_least};
   }
   /// The newest frame of a tick.
   void frame(Judge& judge, std::int64_t stamp_ns) {
@@ -118,7 +119,8 @@ TEST_F(CycleTimes, WithoutAnIntervalAreNotChecked) {
 }
 
 TEST_F(CycleTimes, InAWindowLieBetweenTwoOfItsFrames) {
-  const auto judge = windowed(claim(), {.place = {}, .from_ns = 15 * ms, .to_ns = 45 * ms, .after = {}, .until = {}});
+  const auto judge =
+      windowed(claim(), {.place = {}, .from_ns = 15 * ms, .to_ns = 45 * ms, .after = {}, .until = {}});
   for (const std::int64_t stamp_ms : {0, 3, 20, 30, 40, 52, 60})
     frame(*judge, stamp_ms * ms);
   expect(*judge, until(70 * ms, 70), Result::held, {"0 of 2 intervals outside"});

@@ -47,10 +47,8 @@ class Expectations : public ::testing::Test {
   }
   template <class Data>
   std::unique_ptr<Judge> windowed(Data claim, config::WindowSection window) {
-    return judge_of_expectation({.name = "claim",
-                                 .place = {},
-                                 .window = std::move(window),
-                                 .claim = claim_of(std::move(claim))});
+    return judge_of_expectation(
+        {.name = "claim", .place = {}, .window = std::move(window), .claim = claim_of(std::move(claim))});
   }
   std::unique_ptr<Judge> judge_of_expectation(const config::Expectation& expectation,
                                               std::uint64_t max_samples = 1000) {
@@ -63,9 +61,9 @@ class Expectations : public ::testing::Test {
   std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
                                    std::uint64_t max_samples = 1000) {
     return judge(Response{.request = {"bus.Header.Counter", {}},
-                                  .reply = {"bus.Command.AnswerTo", {}},
-                                  .within_ns = within_ns,
-                                  .at_least = at_least},
+                          .reply = {"bus.Command.AnswerTo", {}},
+                          .within_ns = within_ns,
+                          .at_least = at_least},
                  max_samples);
   }
   /// Checks the result, and that its detail contains each of the words.

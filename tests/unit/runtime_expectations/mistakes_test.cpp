@@ -58,7 +58,8 @@ class ExpectationMistakes : public run::test::WiringFixture {
 
 TEST_F(ExpectationMistakes, OfTheFileAreReportedAtOnce) {
   expect_mistakes({
-      {"never: tank.level > 5 m, between: [3 s, 2 s]", "'between': 2 s is before the begin of the window, 3 s"},
+      {"never: tank.level > 5 m, between: [3 s, 2 s]",
+       "'between': 2 s is before the begin of the window, 3 s"},
       {"never: tank.level > 5 m, between: [10 s, 20 s]", "'between': 10 s is not before the end of the run"},
       {"eventually: tank.level > 5 m, between: [4 s, 8 s], by: 3 s",
        "'by': 3 s is before the begin of the window, 4 s"},
@@ -88,8 +89,10 @@ TEST_F(ExpectationMistakes, OfTheWiringAreReportedAtOnce) {
        "'can.car.Status.Mode' is a signal; name its message"},
       {"fresh: tank.level", "'tank.level' does not arrive from a bus or a unit"},
       {"fresh: can.car.Status.Mod", "did you mean 'can.car.Status.Mode'?"},
-      {"tracks: {signal: tank.level, reference: good.csv, tolerance: 1 s}", "'tolerance' is in m; this is in s"},
-      {"tracks: {signal: tank.level, reference: good.csv, tolerance: 0 m}", "'tolerance': '0 m' is not above 0"},
+      {"tracks: {signal: tank.level, reference: good.csv, tolerance: 1 s}",
+       "'tolerance' is in m; this is in s"},
+      {"tracks: {signal: tank.level, reference: good.csv, tolerance: 0 m}",
+       "'tolerance': '0 m' is not above 0"},
       {"tracks: {signal: tank.level, reference: good.csv, tolerance: tank.level}", "is not a constant"},
       {"tracks: {signal: tank.level, reference: late.csv, tolerance: 1 m}",
        "the reference lasts from 10 s to 20 s, which is no tick of the run"},

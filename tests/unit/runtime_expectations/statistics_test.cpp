@@ -106,7 +106,8 @@ TEST_F(Figures, OfAStepAreOvershootAndSettlingTime) {
 TEST_F(Figures, OfAStepDownAndFromTheFirstValue) {
   const auto judge = this->judge(step(nullptr));
   run(*judge, {10, 8, 5, 4.8, 5, 5});  // 4 % of the step of 5 m/s
-  EXPECT_NE(result_of(*judge, Result::held).detail.find("overshoot 4 %, settling time 4 ms"), std::string::npos);
+  EXPECT_NE(result_of(*judge, Result::held).detail.find("overshoot 4 %, settling time 4 ms"),
+            std::string::npos);
   const auto none = this->judge(step(nullptr));
   run(*none, {5, 5, 5});
   EXPECT_NE(result_of(*none, Result::not_checked).detail.find("so there is no step"), std::string::npos);
@@ -117,7 +118,10 @@ TEST_F(Figures, ThatDoNotSettleFail) {
   run(*judge, {0, 5, 4});
   const auto result = result_of(*judge, Result::failed);
   EXPECT_NE(result.detail.find("not settled at the end"), std::string::npos) << result.detail;
-  EXPECT_LT(result.margin, 0.0);
+  EXPECT_TRUE(std::isnan(result.margin)) << "how late it would be is not known";
+  EXPECT_EQ(result.first_failure_ns, 2 * ms);
+  run(*judge, {0, 5, 4, 4, 4, 4, 4, 4, 4, 4});
+  EXPECT_NEAR(result_of(*judge, Result::failed).margin, -0.004, 1e-12) << "10 ms and more, of at most 6 ms";
 }
 
 TEST_F(Figures, OfAnUnknownSignalAreNotChecked) {
@@ -126,7 +130,8 @@ TEST_F(Figures, OfAnUnknownSignalAreNotChecked) {
   EXPECT_TRUE(std::isnan(result_of(*judge, Result::not_checked).margin));
   const auto partly = this->judge(figure(Statistics::mean, "4 m/s", "6 m/s"));
   run(*partly, {std::nan(""), 5});
-  EXPECT_NE(result_of(*partly, Result::not_checked).detail.find("evaluated on 1 of 2 ticks"), std::string::npos);
+  EXPECT_NE(result_of(*partly, Result::not_checked).detail.find("evaluated on 1 of 2 ticks"),
+            std::string::npos);
 }
 
 TEST_F(Figures, AreJudgedWithoutAllocation) {

@@ -35,7 +35,8 @@ TEST_F(Tracking, IsHeldWithinTheTolerance) {
   for (int tick = 0; tick < 50; ++tick)
     set_speed(*judge, 0.1 * tick + (tick == 20 ? -0.4 : 0.1), tick * ms);
   const auto result = expect(*judge, until(50 * ms, 50), Result::held);
-  EXPECT_EQ(result.detail, "ego.speed tracks its reference within 0.5 m/s: greatest error 0.4 m/s at 0.020 s");
+  EXPECT_EQ(result.detail,
+            "ego.speed tracks its reference within 0.5 m/s: greatest error 0.4 m/s at 0.020 s");
   EXPECT_NEAR(result.margin, 0.1, 1e-12);
   EXPECT_EQ(result.margin_unit, "m/s");
   EXPECT_EQ(result.worst_ns, 20 * ms);
@@ -60,14 +61,16 @@ TEST_F(Tracking, FindsTheBestShift) {
     for (int tick = 0; tick < 100; ++tick)
       set_speed(*judge, value(tick - shift), tick * ms);
     const auto result = expect(*judge, until(100 * ms, 100), Result::held);
-    EXPECT_NE(result.detail.find("after a shift of " + std::to_string(shift) + " ms"), std::string::npos) << result.detail;
+    EXPECT_NE(result.detail.find("after a shift of " + std::to_string(shift) + " ms"), std::string::npos)
+        << result.detail;
     EXPECT_NEAR(result.margin, 0.1, 1e-9);
     EXPECT_EQ(result.covered_ticks, 81U) << "the ends of the reference are not judged";
   }
   const auto late = this->judge(claim(triangle, "0.1 m/s", 5));
   for (int tick = 0; tick < 100; ++tick)
     set_speed(*late, value(tick - 7), tick * ms);
-  EXPECT_NEAR(expect(*late, until(100 * ms, 100), Result::failed, {"after a shift of 5 ms"}).margin, -0.3, 1e-9);
+  EXPECT_NEAR(expect(*late, until(100 * ms, 100), Result::failed, {"after a shift of 5 ms"}).margin, -0.3,
+              1e-9);
 }
 
 TEST_F(Tracking, IsNotCheckedWhereItsSignalIsUnknown) {

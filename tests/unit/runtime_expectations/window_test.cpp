@@ -29,8 +29,7 @@ TEST_F(Windows, BothLimitsBelongToIt) {
   const auto judge = windowed(Never{condition("ego.speed > 5")}, between(2, 4));
   run(*judge, {9, 9, 1, 4, 2, 9, 9});
   const auto result = expect(*judge, until(7 * ms, 7), Result::held);
-  EXPECT_EQ(result.detail,
-            "never ego.speed > 5: held for 3 ticks; in the window from 0.002 s to 0.004 s");
+  EXPECT_EQ(result.detail, "never ego.speed > 5: held for 3 ticks; in the window from 0.002 s to 0.004 s");
   EXPECT_EQ(result.covered_ticks, 3U);
   EXPECT_EQ(result.margin, 1.0);
   EXPECT_EQ(result.worst_ns, 3 * ms);
@@ -63,11 +62,8 @@ TEST_F(Windows, OpensWithItsConditionAndClosesForGood) {
 }
 
 TEST_F(Windows, ThatDoesNotOpenIsNotChecked) {
-  const config::WindowSection after{.place = {},
-                                    .from_ns = {},
-                                    .to_ns = {},
-                                    .after = condition("bus.Header.Counter == 1"),
-                                    .until = {}};
+  const config::WindowSection after{
+      .place = {}, .from_ns = {}, .to_ns = {}, .after = condition("bus.Header.Counter == 1"), .until = {}};
   const auto waiting = windowed(Never{condition("ego.speed > 5")}, after);
   run(*waiting, {9, 9, 9});
   auto result = expect(*waiting, until(3 * ms, 3), Result::not_checked);
@@ -89,8 +85,8 @@ TEST_F(Windows, CountAndReactionsBeginInThem) {
   const auto count = windowed(Count{condition("ego.speed > 5"), 1, 1}, between(2, 6));
   run(*count, {9, 9, 9, 0, 9, 9, 9, 0, 9});
   expect(*count, until(9 * ms, 9), Result::held, {"became true 1 time, last at 0.004 s"});
-  const auto reaction = windowed(
-      Reaction{condition("ego.speed > 5"), condition("ego.speed < 1"), 2 * ms}, between(2, 6));
+  const auto reaction =
+      windowed(Reaction{condition("ego.speed > 5"), condition("ego.speed < 1"), 2 * ms}, between(2, 6));
   run(*reaction, {9, 9, 0, 9, 0, 9, 9, 0});
   const auto result = expect(*reaction, until(8 * ms, 8), Result::held, {"1 of 1 reaction in time"});
   EXPECT_NE(result.detail.find("1 not judged"), std::string::npos) << "open at the end of the window";

@@ -40,7 +40,8 @@ TEST(LiveLine, AcceptsUnknownValuesAndHostileNames) {
 TEST(ReportText, HasVerdictReasonsMissesAndFolder) {
   const std::string text = report_text(test::full_record(), "out/run-1");
   EXPECT_TRUE(text.starts_with("Failed: 1 of 2 expectations did not hold: no collision.\n"));
-  EXPECT_NE(text.find("  failed: no collision at 8.412 s: collision.ego was 1\n"), std::string::npos);
+  EXPECT_NE(text.find("  failed: no collision at 8.412 s: collision.ego was 1; margin -0.25 m at 8.420 s\n"),
+            std::string::npos);
   EXPECT_EQ(text.find("DUT answers"), std::string::npos) << "held expectations are not listed";
   EXPECT_NE(
       text.find(

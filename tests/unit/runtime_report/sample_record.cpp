@@ -292,11 +292,10 @@ RunRecord full_record() {
       {"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
        "was ended by signal 11 (Segmentation fault)", 6'210 * millisecond},
       {"plc", "hil-crossing-plc --listen 127.0.0.1:40213", "exited with code 0", std::nullopt}};
-  record.expectations = {
-      {"no collision", ExpectationResult::failed, "collision.ego was 1", 8'412 * millisecond, 8'413, 10'000,
-       std::nullopt, -0.25, "m", 8'420 * millisecond},
-      {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms", std::nullopt,
-       9'900, 10'000}};
+  record.expectations = {{"no collision", ExpectationResult::failed, "collision.ego was 1",
+                          8'412 * millisecond, 8'413, 10'000, std::nullopt, -0.25, "m", 8'420 * millisecond},
+                         {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms",
+                          std::nullopt, 9'900, 10'000}};
   record.stimuli = {{"profile", "can.car.EgoStatus.Speed", "", 1, 0, 10'000 * millisecond}};
   record.faults = {
       {"stuck", "scanner.object0.x", "stuck at its last value", 2, 3'000 * millisecond, 1'250 * millisecond},

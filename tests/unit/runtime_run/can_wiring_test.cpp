@@ -200,8 +200,11 @@ TEST_F(CanWiring, ValueNamesInConditionsAreEvaluated) {
     ASSERT_TRUE(wiring) << diagnostics_.to_text();
     signals::SignalTable table = wiring->signals;
     const expectations::Arrivals arrivals{};
-    const auto judge =
-        expectations::make_judge({.expectation = scenario_->expectations.at(0), .table = table, .arrivals = arrivals, .max_samples = 10, .options = {.period_ns = 1000000, .seed = 0}});
+    const auto judge = expectations::make_judge({.expectation = scenario_->expectations.at(0),
+                                                 .table = table,
+                                                 .arrivals = arrivals,
+                                                 .max_samples = 10,
+                                                 .options = {.period_ns = 1000000, .seed = 0}});
     const auto mode = table.find("can.car.Status.Mode");
     ASSERT_TRUE(mode);
     table.write(*mode, 12.0, 0);
