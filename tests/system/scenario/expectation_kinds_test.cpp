@@ -27,7 +27,7 @@ tasks:
     parameters:
       inputs: {goal: {unit: m, initial: 0}}
       states: {level: {initial: 0 m, derivative: (goal - level) / 0.5 s}}
-      outputs: {full: "if delay(level, 5 ms) > 0.9 m then 1 else 0"}
+      outputs: {level: level, full: "if delay(level, 5 ms) > 0.9 m then 1 else 0"}
 can:
   - bus: car
     device: virtual
@@ -84,7 +84,8 @@ TEST(ExpectationKinds, ReportTheirMarginsAndWorstInstants) {
   const Ended ended = files.run("out");
   EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
   std::map<std::string, nlohmann::json> by_name;
-  for (const auto& expectation : read_report(files.folder / "out")["expectations"])
+  const auto report = read_report(files.folder / "out");
+  for (const auto& expectation : report["expectations"])
     by_name[expectation["name"]] = expectation;
   const auto expect = [&](const char* name, const char* result, double margin, const char* unit,
                           std::int64_t worst_ms) {
@@ -151,7 +152,8 @@ TEST(ExpectationKinds, JudgeEveryFrameOfABus) {
                         folder / "crossing.dbc");
   const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
   EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
-  const auto expectations = read_report(folder / "out")["expectations"];
+  const auto report = read_report(folder / "out");
+  const auto& expectations = report["expectations"];
   EXPECT_EQ(expectations[0]["result"], "held") << expectations[0].dump(1);
   EXPECT_EQ(expectations[0]["margin"], 0.001);
   EXPECT_EQ(expectations[1]["result"], "failed");
