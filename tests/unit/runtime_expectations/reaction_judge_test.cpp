@@ -115,6 +115,51 @@ TEST_F(Occurrences, SkippedTicksDoNotMakeAReactionInTime) {
   expect_now(*judge, Result::failed, {"0 of 1 reaction in time"});
 }
 
+TEST_F(Occurrences, ReactionThatHasToLastIsHeldWhereItBeganInTime) {
+  Reaction claim = reaction(3 * ms);
+  claim.hold_ns = 4 * ms;
+  const auto judge = this->judge(claim);
+  tick(*judge, 1, 0);
+  for (const double speed : {9, 0, 9, 9, 9, 9})  // from 3 ms on
+    tick(*judge, 1, speed);
+  expect_now(*judge, Result::not_checked, {"0 of 0 reactions in time; 1 not judged"});
+  tick(*judge, 1, 9);
+  const auto result = expect_now(*judge, Result::held);
+  EXPECT_EQ(
+      result.detail,
+      "when bus.Header.Counter == 1 then ego.speed > 5 within 3 ms for at least 4 ms: 1 of 1 reaction in "
+      "time, the slowest after 3 ms, at 0.000 s");
+  EXPECT_EQ(result.margin, 0.0);
+  EXPECT_EQ(result.worst_ns, 0);
+}
+
+TEST_F(Occurrences, ReactionThatEndsTooEarlyFails) {
+  Reaction claim = reaction(3 * ms);
+  claim.hold_ns = 4 * ms;
+  const auto judge = this->judge(claim);
+  tick(*judge, 1, 0);
+  for (const double speed : {0, 9, 9, 9, 0, 9, 9, 9, 9, 9})  // breaks off at 5 ms, and lasts from 6 ms on
+    tick(*judge, 1, speed);
+  const auto result = expect_now(*judge, Result::failed, {"0 of 1 reaction in time"});
+  EXPECT_EQ(result.first_failure_ns, 3 * ms);
+  EXPECT_DOUBLE_EQ(result.margin, -0.003);
+  EXPECT_EQ(result.worst_ns, 0);
+}
+
+TEST_F(Occurrences, MarginOfAReactionCountsLateOnes) {
+  const auto judge = this->judge(reaction(3 * ms));
+  for (const double speed : {0, 9, 0, 0, 0, 0, 0})
+    tick(*judge, time_ns_ == 0 || time_ns_ == 2 * ms ? 1 : 0, speed);
+  auto result = expect_now(*judge, Result::failed, {"1 of 2 reactions in time"});
+  EXPECT_DOUBLE_EQ(result.margin, -0.002) << "5 ms to the end";
+  EXPECT_EQ(result.worst_ns, 2 * ms);
+  tick(*judge, 0, 9);
+  tick(*judge, 0, 9);
+  tick(*judge, 0, 9);
+  result = expect_now(*judge, Result::failed);
+  EXPECT_DOUBLE_EQ(result.margin, -0.002) << "it came 5 ms later";
+}
+
 TEST_F(Occurrences, CountHasALargestAndALeastNumber) {
   const auto judge = this->judge(Count{condition("ego.speed > 5"), 2, 3});
   tick(*judge, 0, 9);

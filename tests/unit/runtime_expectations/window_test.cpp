@@ -92,6 +92,22 @@ TEST_F(Windows, CountAndReactionsBeginInThem) {
   EXPECT_NE(result.detail.find("1 not judged"), std::string::npos) << "open at the end of the window";
 }
 
+TEST_F(Windows, ResponsesAreToTheRequestsInThem) {
+  const Response claim{
+      .request = {"bus.Header.Counter", {}}, .reply = {"bus.Command.AnswerTo", {}}, .within_ns = 5 * ms};
+  const auto judge = windowed(claim, between(10, 30));
+  request(*judge, 1, 2 * ms);  // before it, without a reply
+  request(*judge, 2, 12 * ms);
+  reply(*judge, 2, 15 * ms);
+  request(*judge, 3, 28 * ms);  // its reply would be in time after the window
+  reply(*judge, 3, 31 * ms);
+  request(*judge, 4, 35 * ms);
+  const auto result = expect(*judge, until(100 * ms, 3), Result::not_checked,
+                             {"1 requests, 0 unanswered, 0 late, slowest 3.00 ms",
+                              "1 further request not judged, since the run ended before"});
+  EXPECT_DOUBLE_EQ(result.margin, 0.002);
+}
+
 TEST_F(Windows, EndEventuallyToo) {
   const auto judge = windowed(Eventually{condition("ego.speed > 5"), std::nullopt}, between(1, 3));
   run(*judge, {9, 0, 0, 0, 9});
