@@ -54,7 +54,7 @@ TEST(Overrides, FindListEntriesByNameAndIndex) {
   EXPECT_EQ(modbus_of(load_with({"modbus.plc.device=h:1502"}), 0).port, 1502);
   EXPECT_EQ(load_with({"world.entities.pole.scale=3"}).world.entities[1].scale, 3.0);
   EXPECT_EQ(can_of(load_with({"can.car.send.EgoStatus.signals.Speed=5"}), 0).send[0].signals.size(), 2U);
-  EXPECT_EQ(load_with({"expectations.it answers.response.within=9 ms"}).expectations.size(), 4U);
+  EXPECT_EQ(load_with({"expectations.it answers.response.within=9 ms"}).expectations.size(), 11U);
   EXPECT_EQ(load_with({"realtime.cpus.1=5"}).realtime.cpus, (std::vector<int>{0, 5}));
 }
 

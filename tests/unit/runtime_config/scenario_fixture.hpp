@@ -106,6 +106,22 @@ expectations:
   - {name: it stops, eventually: "ego.speed == 0", by: 9 s}
   - name: it answers
     response: {request: can.car.Objects.Counter, reply: can.car.BrakeCommand.AnswerTo, within: 50 ms, at_least: 10}
+  - name: it lasts
+    reaction: {when: ego.brake > 0, then: ego.speed < 5, within: 1 s, for_at_least: 2 s}
+    between: [1 s, 9 s]
+    after: ego.demand > 0
+    until: ego.speed == 0
+  - {name: twice, count: {of: ego.speed < 5, min: 1, max: 2}, coverage: 80 %}
+  - {name: first, order: [ego.demand > 0, ego.brake > 0]}
+  - {name: regular, cycle_time: {message: can.car.BrakeCommand, period: 25 ms, tolerance: 2 ms, at_least: 9}}
+  - {name: follows, tracks: {signal: ego.speed, reference: curve.csv, column: speed, tolerance: 1, after_shift: 50 ms}}
+  - name: on average
+    statistics:
+      signal: ego.speed
+      mean: {min: 1, max: 2}
+      overshoot: {of: 5, from: 0, at_most: 5 %}
+      settling_time: {of: 5, within: 2 %, at_most: 3 s}
+  - {name: comes, fresh: can.car.BrakeCommand}
 )";
 
 inline ScenarioTypes test_scenario_types() {
@@ -134,6 +150,7 @@ class ScenarioFolder {
     folder_.write("crossing.dbc", "VERSION \"\"\n");
     folder_.write("house.obj", "v 0 0 0\n");
     folder_.write("house.stl", "");
+    folder_.write("curve.csv", "time,speed,other\n0,1,2\n9,3,4\n");
     folder_.write("map.yaml", register_map_text);
     folder_.write("served.yaml",
                   "registers: [{name: mode, table: holding, address: 0, type: u16, access: read}]\n");

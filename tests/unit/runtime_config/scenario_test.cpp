@@ -240,7 +240,7 @@ const Data& claimed(const Expectation& expectation) {
 }
 
 TEST_F(ScenarioFile, ExpectationsAreRead) {
-  ASSERT_EQ(scenario().expectations.size(), 4U);
+  ASSERT_EQ(scenario().expectations.size(), 11U);
   const auto& never = claimed<expectations::Never>(scenario().expectations[0]);
   ASSERT_EQ(never.condition.nodes().size(), 3U);
   EXPECT_EQ(never.condition.nodes()[0].word.text, "collision.ego");
@@ -251,6 +251,17 @@ TEST_F(ScenarioFile, ExpectationsAreRead) {
   EXPECT_EQ(response.reply.text, "can.car.BrakeCommand.AnswerTo");
   EXPECT_EQ(response.within_ns, 50'000'000);
   EXPECT_EQ(response.at_least, 10U);
+}
+
+TEST_F(ScenarioFile, ExpectationsHaveWindows) {
+  EXPECT_FALSE(scenario().expectations[0].window);
+  const auto& window = scenario().expectations[4].window;
+  ASSERT_TRUE(window && window->after && window->until);
+  EXPECT_EQ(window->from_ns, 1'000'000'000);
+  EXPECT_EQ(window->to_ns, 9'000'000'000);
+  EXPECT_EQ(window->after->text(), "ego.demand > 0");
+  EXPECT_EQ(window->until->text(), "ego.speed == 0");
+  EXPECT_EQ(scenario().expectations[5].coverage, 0.8);
 }
 
 TEST(ScenarioDefaults, ApplyToAScenarioOfOneLine) {
