@@ -29,7 +29,8 @@ class EveryTickJudge final : public Judge {
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
     const Truth truth = condition_.truth(table, time_ns);
-    const double margin = margin_.at(table, time_ns) * (wanted_ ? 1.0 : -1.0);
+    const double of_condition = margin_.at(table, time_ns);
+    const double margin = wanted_ ? of_condition : 0.0 - of_condition;  // no -0
     const bool evaluated = truth != Truth::unknown;
     coverage_.check(table, time_ns, evaluated);
     if (!evaluated) return;

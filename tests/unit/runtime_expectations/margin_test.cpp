@@ -104,6 +104,14 @@ TEST_F(Margins, OfNeverAndAlwaysAreTheLeastOfAllTicks) {
   EXPECT_EQ(result.worst_ns, 4 * ms);
 }
 
+TEST_F(Margins, OfNeverIsNoNegativeZero) {
+  const auto never = judge(Never{condition("ego.speed > 0")});
+  set_speed(*never, 0.0, 0);
+  const auto result = expect(*never, until(ms, 1), Result::held);
+  EXPECT_EQ(result.margin, 0.0);
+  EXPECT_FALSE(std::signbit(result.margin));
+}
+
 TEST_F(Margins, OfAFailureThatIsNotKnownIsNotKnown) {
   const auto always = judge(Always{condition("ego.speed > 2 and bus.Header.Counter > 0")});
   table_.write(request_, not_known, 0);
