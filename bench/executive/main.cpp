@@ -1,5 +1,5 @@
-// hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, and
-// that of a step of a block.
+// hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, that
+// of a step of a block, and that of a recording in the tick.
 
 #include <cstdio>
 #include <exception>
@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "bench/executive/block_step.hpp"
+#include "bench/executive/recording_step.hpp"
 #include "bench/executive/wakeup.hpp"
 #include "bench/figure/figure.hpp"
 
@@ -25,6 +26,7 @@ int run(bool json, bool tiny) {
     std::fprintf(stderr, "degraded: %s\n", sentence.c_str());
   const TickOverhead overhead = measure_tick_overhead(options);
   const BlockStepCost block = measure_block_step(options.rounds, options.ticks_per_round);
+  const RecordingCost recording = measure_recording(options.rounds, options.ticks_per_round);
   const std::string device = device_name();
   const Figure figures[] = {
       {"wakeup_p50", wakeup.ours.p50_us, "us", peer, wakeup.theirs.p50_us, Better::lower,
@@ -33,6 +35,7 @@ int run(bool json, bool tiny) {
        wakeup.ours.samples},
       {"tick_overhead_10_tasks", overhead.median_us, "us", "", std::nullopt, Better::lower, overhead.samples},
       {"block_10_states", block.median_us, "us", "", std::nullopt, Better::lower, block.steps},
+      {"recording_200_signals", recording.median_us, "us", "", std::nullopt, Better::lower, recording.ticks},
   };
   for (const Figure& figure : figures) {
     std::printf("%s\n", (json ? as_json_line(figure, device) : as_text_line(figure)).c_str());

@@ -28,6 +28,19 @@ std::string joined(const std::vector<std::string>& sentences) {
   return text;
 }
 
+BusFrame recorded(const Frame& frame, const RunClock& clock) {
+  BusFrame all{.time_ns = clock.to_run_time(frame.time_ns),
+               .id = frame.is_error() ? frame.raw.can_id & CAN_ERR_MASK : frame.identifier(),
+               .extended = !frame.is_error() && frame.is_extended(),
+               .fd = frame.is_fd,
+               .remote = frame.is_remote(),
+               .error = frame.is_error(),
+               .sent = frame.direction == Direction::tx,
+               .size = frame.raw.len};
+  if (!frame.is_remote()) std::ranges::copy(frame.payload(), all.data.begin());
+  return all;
+}
+
 }  // namespace
 
 CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
@@ -247,6 +260,7 @@ bool CanDevice::receive_up_to(std::size_t max_frames) {
 
 void CanDevice::handle(const Frame& frame) {
   if (log_) log_->push(frame);
+  if (config_.frames != nullptr) config_.frames->take(recorded(frame, *clock_));
   load_.add(frame);
   if (frame.is_error()) counts_.errors.add();
   update_bus_off(frame);

@@ -32,6 +32,7 @@
 #include "io/can/message_coder.hpp"
 #include "io/can/send_order.hpp"
 #include "io/device.hpp"
+#include "io/frame_sink.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/handover/timed_row_ring.hpp"
 
@@ -63,6 +64,7 @@ struct CanDeviceConfig {
   /// Frames that can not be sent while the bus is lost do not cause a send_fault()
   bool may_be_lost = false;
   std::filesystem::path log_file;  ///< candump -l format; empty: no log
+  FrameSink* frames = nullptr;     ///< gets what the log gets; null: nothing does. Outlives the device
   std::function<void()>
       on_thread_start;  ///< called first in the device's thread (name, priority); may be empty
 };

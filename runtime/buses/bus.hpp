@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "io/frame_sink.hpp"
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/contribution/bus_record.hpp"
@@ -51,6 +52,7 @@ struct RunEnvironment {
   /// Set by the user. While it is set, io::Device::start throws io::DeviceError instead of waiting. Outlives
   /// the device.
   const std::atomic<bool>& stop_requested;
+  io::FrameSink* frames = nullptr;  ///< of a type with frames: gets each one; null: none. Outlives the device
 };
 
 /// The programs that the run has started. Passed to all_programs_connected.
@@ -123,6 +125,7 @@ struct BusType {
   std::string title;                               ///< of its table on the page: "CAN"
   std::vector<contribution::BusColumn> columns{};  ///< of that table
   std::size_t max_descriptors = 8;                 ///< that one bus opens, an upper bound
+  bool has_frames = false;                         ///< its devices use RunEnvironment::frames
   std::vector<FileFormat> files{};
   /// Null, with mistakes in `diagnostics`, when the bus can not be used. The section outlives the bus.
   std::unique_ptr<BusWiring> (*wire)(const config::BusSection& section,

@@ -210,6 +210,13 @@ struct ProcessSection {
   std::int64_t start_timeout_ns = 0;
 };
 
+/// What a run records in recording.mcap.
+struct Recording {
+  std::vector<Word> signals;  ///< names, and patterns with `*`
+  bool frames = true;         ///< of the buses that have frames
+  std::uint64_t max_bytes = 0;
+};
+
 struct Scenario {
   std::string file;  ///< absolute
   std::string name;
@@ -229,6 +236,7 @@ struct Scenario {
   BusSections buses;                      ///< by type in the order of ScenarioTypes, then as in the file
   std::vector<ProcessSection> processes;  ///< dut first when there is one, then as in the file
   std::vector<Expectation> expectations;
+  std::optional<Recording> recording;  ///< empty: none
 };
 
 /// Module types by their name in `type:`, each with the schema of its parameters.

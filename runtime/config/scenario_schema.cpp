@@ -14,6 +14,8 @@
 namespace hil::config {
 namespace {
 
+constexpr double min_recording_bytes = 0x1p20;
+
 Schema size() {
   return Schema::quantity(Quantity::length_m, 1e-6, max_coordinate_m);
 }
@@ -222,6 +224,23 @@ Schema task_schema() {
   });
 }
 
+Schema recording_schema() {
+  return Schema::record_or(
+      "enabled",
+      {
+          Field::with_default("enabled", Schema::boolean(), "true", "false: the run is not recorded."),
+          Field::with_default("signals", Schema::list(Schema::text()), "['*']",
+                              "The recorded signals: names, and patterns in which * stands for any "
+                              "characters, as plant.*."),
+          Field::with_default("frames", Schema::boolean(), "true",
+                              "Whether the frames of the CAN buses are recorded."),
+          Field::with_default("max_size", Schema::quantity(Quantity::data_bytes, min_recording_bytes, 0x1p40),
+                              "1 GiB",
+                              "The largest size of the file. The recording stops before it is larger, which "
+                              "the report states."),
+      });
+}
+
 /// Which placeholders stand for addresses. Empty: those of no type.
 std::string meaning_of_placeholders(std::span<const BusSectionType> buses) {
   const std::string all = address_placeholders(buses);
@@ -300,6 +319,9 @@ Schema scenario_schema(const ScenarioTypes& types) {
       Field::with_default("faults", faults_schema(), "[]", "Faults of signals, as their readers see them."));
   fields.push_back(Field::with_default("expectations", expectations_schema(types), "[]",
                                        "The claims that have to hold for the run to pass."));
+  fields.push_back(Field::optional(
+      "recording", recording_schema(),
+      "A file recording.mcap with signals, frames, events and deadline misses. Left out: none."));
   return Schema::record(std::move(fields));
 }
 

@@ -39,7 +39,8 @@ enum class Quantity : std::uint8_t {
   inertia_kgm2,
   stiffness_npm,
   damping_nspm,
-  share,  ///< dimensionless, written in per cent: 95 % is 0.95
+  share,       ///< dimensionless, written in per cent: 95 % is 0.95
+  data_bytes,  ///< a size of files or memory, which is no unit of signals
 };
 
 enum class Kind : std::uint8_t {

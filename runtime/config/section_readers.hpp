@@ -14,5 +14,6 @@ void read_tasks(const Value& root, Scenario& scenario, ReaderContext& reading);
 void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading);
 /// After read_buses, whose names it looks up.
 void read_processes(const Value& root, Scenario& scenario, ReaderContext& reading);
+void read_recording(const Value& root, Scenario& scenario, ReaderContext& reading);
 
 }  // namespace hil::config

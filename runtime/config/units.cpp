@@ -31,6 +31,8 @@ constexpr std::array inertias{Unit{"kg m2", 1, 1}, Unit{"kg m^2", 1, 1}, Unit{"t
 constexpr std::array stiffnesses{Unit{"N/m", 1, 1}, Unit{"kN/m", 1000, 1}, Unit{"MN/m", 1e6, 1}};
 constexpr std::array dampings{Unit{"N s/m", 1, 1}, Unit{"kN s/m", 1000, 1}, Unit{"MN s/m", 1e6, 1}};
 constexpr std::array shares{Unit{"%", 1, 100}};
+constexpr std::array data_sizes{Unit{"B", 1, 1}, Unit{"KiB", 0x1p10, 1}, Unit{"MiB", 0x1p20, 1},
+                                Unit{"GiB", 0x1p30, 1}};
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && text.front() == ' ')
@@ -45,7 +47,7 @@ std::string written_in(Quantity quantity) {
 }
 
 bool is_unit(std::string_view symbol) {
-  for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(Quantity::share); ++i) {
+  for (std::uint8_t i = 0; i <= static_cast<std::uint8_t>(Quantity::data_bytes); ++i) {
     for (const Unit& unit : units_of(static_cast<Quantity>(i))) {
       if (unit.symbol == symbol) return true;
     }
@@ -95,6 +97,8 @@ std::span<const Unit> units_of(Quantity quantity) {
       return dampings;
     case Quantity::share:
       return shares;
+    case Quantity::data_bytes:
+      return data_sizes;
   }
   stop_on_misuse("a quantity of the list");
 }
@@ -129,6 +133,8 @@ std::string_view name_with_article(Quantity quantity) {
       return "a damping coefficient";
     case Quantity::share:
       return "a share";
+    case Quantity::data_bytes:
+      return "a size of data";
   }
   stop_on_misuse("a quantity of the list");
 }

@@ -49,6 +49,14 @@ class SpscRing {
     }
   }
 
+  /// Consumer: the oldest record, valid until pop; null: there is none.
+  const Record* front() const noexcept {
+    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    return tail == head_.load(std::memory_order_acquire) ? nullptr : &records_[tail & (records_.size() - 1)];
+  }
+  /// Consumer: removes the oldest record, which exists.
+  void pop() noexcept { tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+
   /// Any thread.
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 

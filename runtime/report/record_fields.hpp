@@ -379,6 +379,16 @@ void each_field(T& injection, Visit&& visit) {
   visit("active_ns", injection.active_ns);
 }
 
+template <Is<Recording> T, class Visit>
+void each_field(T& recording, Visit&& visit) {
+  visit("file", recording.file);
+  visit("bytes", recording.bytes);
+  visit("messages", recording.messages);
+  visit("dropped", recording.dropped);
+  visit("stopped_at_ns", recording.stopped_at_ns);
+  visit("not_recorded", recording.not_recorded);
+}
+
 template <Is<RunRecord> T, class Visit>
 void each_field(T& record, Visit&& visit) {
   visit("scenario", record.scenario);
@@ -417,6 +427,7 @@ void each_field(T& record, Visit&& visit) {
   visit("events", record.events);
   visit("top_view", record.top_view);
   visit("sections", record.sections);
+  visit("recording", record.recording);
 }
 
 template <Is<contribution::NamedEntity> T, class Visit>

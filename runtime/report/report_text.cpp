@@ -133,6 +133,28 @@ std::string skipped_ticks_sentence(const RunRecord& record) {
          "): they were more than four periods late";
 }
 
+std::vector<std::string> lacks_of(const Recording& recording) {
+  std::vector<std::string> lacks;
+  if (recording.dropped > 0) {
+    lacks.push_back(recording.file + " lacks " + to_ascii(counted(recording.dropped, "message", "messages")) +
+                    ": the disk was too slow");
+  }
+  if (recording.stopped_at_ns) {
+    lacks.push_back(
+        recording.file + " reached its largest size at " + to_ascii(instant(*recording.stopped_at_ns)) +
+        "; " + to_ascii(counted(recording.not_recorded, "message was", "messages were")) + " not recorded");
+  }
+  return lacks;
+}
+
+std::string recording_text(const Recording& recording) {
+  std::string text = recording.file + ", " + bytes_text(recording.bytes) + ", " +
+                     counted(recording.messages, "message", "messages");
+  for (const std::string& lack : lacks_of(recording))
+    text += "; " + lack;
+  return text;
+}
+
 std::string lost_releases_sentence(const Task& task) {
   if (task.skipped + task.aborted == 0) return {};
   const std::uint64_t releases = task.runs + task.skipped;

@@ -37,6 +37,12 @@ std::string report_text(const RunRecord& record, const std::string& report_place
 /// The number of skipped ticks, with the reason; empty: none was skipped. Typographic (quantities.hpp).
 std::string skipped_ticks_sentence(const RunRecord& record);
 
+/// What the recording lacks, and why, in sentences; empty: nothing.
+std::vector<std::string> lacks_of(const Recording& recording);
+
+/// The file, its size and the number of its messages, with what it lacks. Typographic.
+std::string recording_text(const Recording& recording);
+
 /// The number of skipped and aborted releases of the task; empty: none. Typographic.
 std::string lost_releases_sentence(const Task& task);
 

@@ -283,6 +283,16 @@ struct ResponseTime {
   std::uint64_t not_judged = 0;
 };
 
+/// The file recording.mcap.
+struct Recording {
+  std::string file;
+  std::uint64_t bytes = 0;
+  std::uint64_t messages = 0;                   ///< in the file
+  std::uint64_t dropped = 0;                    ///< lost, since the disk was too slow
+  std::optional<std::int64_t> stopped_at_ns{};  ///< set when its largest size was reached
+  std::uint64_t not_recorded = 0;               ///< messages that did not fit after that
+};
+
 struct ViewBox {
   PointM minimum;
   PointM maximum;
@@ -337,6 +347,7 @@ struct RunRecord {
   std::vector<Event> events;
   std::optional<TopView> top_view;
   std::vector<Section> sections;  ///< of modules
+  std::optional<Recording> recording;
 };
 
 /// The word in report.json: "not_checked".

@@ -31,17 +31,19 @@ std::function<void()> RunBuses::thread_start(std::optional<int> priority, const 
   };
 }
 
-void RunBuses::make_devices() {
+void RunBuses::make_devices(recording::Recorder* recorder) {
   for (const WiredBus& wired : wiring_.buses) {
     const config::BusSection& section = *wired.section;
     const std::string thread_name = section.type->key + " " + section.name.text;
     std::function<void()> on_thread_start = thread_start(section.thread_priority, thread_name);
-    RunningBus& bus = buses_.emplace_back(
-        RunningBus{.wired = &wired,
-                   .device = wired.bus->make_device({.scenario = context_.scenario,
-                                                     .directory = context_.options.directory,
-                                                     .on_thread_start = std::move(on_thread_start),
-                                                     .stop_requested = context_.stop_requested})});
+    RunningBus& bus = buses_.emplace_back(RunningBus{
+        .wired = &wired,
+        .device = wired.bus->make_device(
+            {.scenario = context_.scenario,
+             .directory = context_.options.directory,
+             .on_thread_start = std::move(on_thread_start),
+             .stop_requested = context_.stop_requested,
+             .frames = recorder == nullptr ? nullptr : recorder->frame_sink(section.full_name())})});
     keep_judged_arrivals(bus);
     if (bus.device->start_phase() == buses::StartPhase::before_programs) start(bus);
   }

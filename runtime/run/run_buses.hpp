@@ -18,6 +18,7 @@
 #include "runtime/buses/bus.hpp"
 #include "runtime/executive/executive.hpp"
 #include "runtime/expectations/arrivals.hpp"
+#include "runtime/recording/recorder.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/device_watch.hpp"
@@ -34,8 +35,9 @@ class RunBuses {
       : wiring_(wiring), context_(context), arrivals_(arrivals) {}
 
   // All of opening throws io::DeviceError.
-  /// Makes all devices and starts those that programs of the run connect to.
-  void make_devices();
+  /// Makes all devices and starts those that programs of the run connect to. `recorder` gets their frames and
+  /// outlives them; null: there is no recording.
+  void make_devices(recording::Recorder* recorder);
   /// Whether all programs that have the address of a bus have connected to it. `waited_ns`: since the
   /// programs were started.
   bool all_programs_connected(const ProcessWatch& processes, std::int64_t waited_ns) const;

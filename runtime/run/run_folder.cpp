@@ -95,7 +95,7 @@ RunFolder::RunFolder(const fs::path& directory) : directory_(directory) {
 
 void RunFolder::clear() const {
   clear_reports();
-  for (const char* file : {"trace.json", "world.json", "run.log", "pictures/top-view.svg"})
+  for (const char* file : {"trace.json", "world.json", "run.log", "recording.mcap", "pictures/top-view.svg"})
     remove_result(directory_ / file);
   std::error_code error;
   std::vector<fs::path> pictures;

@@ -19,10 +19,10 @@ class RunFolder {
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
 
-  /// Removes the results of an earlier run: report, junit.xml, trace, pictures, world.json, run.log, the
-  /// point clouds, the database's log. Other files stay. Throws io::DeviceError when a file can not be
-  /// removed, or when the folder of the log contains files that no run writes; the report of the earlier run
-  /// is removed first.
+  /// Removes the results of an earlier run: report, junit.xml, trace, pictures, world.json, run.log,
+  /// recording.mcap, the point clouds, the database's log. Other files stay. Throws io::DeviceError when a
+  /// file can not be removed, or when the folder of the log contains files that no run writes; the report of
+  /// the earlier run is removed first.
   void clear() const;
   /// Removes report.json, report.html and junit.xml of an earlier run. Throws io::DeviceError.
   void clear_reports() const;

@@ -14,6 +14,7 @@
 
 #include "runtime/executive/executive.hpp"
 #include "runtime/expectations/judges.hpp"
+#include "runtime/recording/recorder.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
@@ -28,6 +29,7 @@ namespace hil::run {
 namespace {
 
 constexpr double signal_log_rate_hz = 100.0;
+constexpr const char* recording_file = "recording.mcap";
 
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
@@ -95,12 +97,14 @@ class LiveSession final : public executive::TickHooks {
     wiring_.faults.end_tick(tick.time_ns);
     wiring_.variables.update(wiring_.signals, tick.time_ns);
     judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
+    if (recorder_) recorder_->take(wiring_.signals, tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
     if (!buses_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
       stop_.store(true, std::memory_order_relaxed);
   }
 
  private:
+  std::unique_ptr<recording::Recorder> make_recorder() const;
   void start_processes();
   void wait_for_programs();
   void start_remaining_devices();
@@ -112,7 +116,8 @@ class LiveSession final : public executive::TickHooks {
   report::LiveStatus live_status(const executive::Executive& executive);
   void close_devices() noexcept;
   void close_logs();
-  void fill_record(const executive::RunResult& result, report::RunRecord& record) const;
+  void close_recording(report::RunRecord& record);
+  void fill_record(const executive::RunResult& result, report::RunRecord& record);
   void add_events(report::RunRecord& record) const;
   void add_failures(std::int64_t end_ns, report::RunRecord& record) const;
 
@@ -123,6 +128,7 @@ class LiveSession final : public executive::TickHooks {
   std::atomic<bool> stop_{false};  ///< the executive stops at the next tick
   const std::uint64_t log_every_ticks_;
   std::unique_ptr<RunWorld> world_;
+  std::unique_ptr<recording::Recorder> recorder_;  ///< null: the run is not recorded
   expectations::Arrivals arrivals_;
   RunBuses buses_;
   std::unique_ptr<ProcessWatch> processes_;
@@ -138,13 +144,31 @@ void LiveSession::open() {
   world_ = std::make_unique<RunWorld>(wiring_, context_);
   wiring_.stimuli.open(wiring_.signals, world_->events());
   wiring_.faults.open(wiring_.signals, world_->events());
-  buses_.make_devices();
+  recorder_ = make_recorder();
+  buses_.make_devices(recorder_.get());
   start_processes();
   wait_for_programs();
   start_remaining_devices();
   judges_.emplace(scenario_, wiring_.signals, arrivals_);
   signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
                                             context_.is_virtual);
+}
+
+std::unique_ptr<recording::Recorder> LiveSession::make_recorder() const {
+  if (!scenario_.recording) return nullptr;
+  recording::RecorderOptions options{.file = context_.options.directory / recording_file,
+                                     .max_bytes = scenario_.recording->max_bytes,
+                                     .virtual_clock = context_.is_virtual,
+                                     .frame_buses = {},
+                                     .about_run = {{"scenario", scenario_.name},
+                                                   {"seed", std::to_string(scenario_.seed)},
+                                                   {"clock", context_.is_virtual ? "virtual" : "realtime"},
+                                                   {"program_version", HIL_VERSION}}};
+  for (const WiredBus& wired : wiring_.buses) {
+    if (scenario_.recording->frames && buses::type_of(*wired.section).has_frames)
+      options.frame_buses.push_back(wired.section->full_name());
+  }
+  return std::make_unique<recording::Recorder>(std::move(options), wiring_.signals, wiring_.recorded);
 }
 
 void LiveSession::start_processes() {
@@ -352,7 +376,38 @@ void LiveSession::close_logs() {
   }
 }
 
-void LiveSession::fill_record(const executive::RunResult& result, report::RunRecord& record) const {
+/// Completes the recording with the events and misses of the record. After close_devices.
+void LiveSession::close_recording(report::RunRecord& record) {
+  if (!recorder_) return;
+  std::vector<recording::RecordedEvent> events;
+  for (const report::Event& event : record.events)
+    events.push_back({event.time_ns, event.text});
+  std::vector<recording::RecordedMiss> misses;
+  for (const report::Task& task : record.tasks) {
+    for (const report::Miss& miss : task.misses)
+      misses.push_back({.time_ns = static_cast<std::int64_t>(miss.tick) * record.period_ns,
+                        .task = task.name,
+                        .tick = miss.tick,
+                        .cause = miss.cause,
+                        .lateness_ns = miss.lateness_ns});
+  }
+  const recording::RecordingResult result = recorder_->close(events, misses);
+  record.recording = report::Recording{.file = recording_file,
+                                       .bytes = result.bytes,
+                                       .messages = result.messages,
+                                       .dropped = result.dropped,
+                                       .stopped_at_ns = result.stopped_at_ns,
+                                       .not_recorded = result.not_recorded};
+  for (std::string& sentence : report::lacks_of(*record.recording))
+    record.realtime.degraded.push_back(std::move(sentence));
+  if (!result.fault.empty()) write_faults_.push_back(result.fault);
+  const std::filesystem::path path = context_.options.directory / recording_file;
+  std::error_code error;
+  if (!std::filesystem::exists(path, error))
+    write_faults_.push_back(path.string() + " was removed while the run went on");
+}
+
+void LiveSession::fill_record(const executive::RunResult& result, report::RunRecord& record) {
   describe(scenario_, context_.options, record);
   take_executive(result, scenario_, record);
   record.realtime.kernel = kernel_text();
@@ -374,6 +429,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
     record.realtime.degraded.push_back("the event list lacks " + std::to_string(lost) +
                                        " events: it was full");
   }
+  close_recording(record);
   add_failures(result.run_time_ns, record);
 }
 

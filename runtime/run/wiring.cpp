@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "runtime/expectations/kinds.hpp"
+#include "runtime/recording/signal_selection.hpp"
 #include "runtime/run/world_wiring.hpp"
 
 namespace hil::run {
@@ -232,6 +233,8 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   wiring.faults.compile(scenario, known, diagnostics);
   wire_world(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
+  if (scenario.recording)
+    wiring.recorded = recording::selected_signals(*scenario.recording, known, diagnostics);
   if (diagnostics.count() != before) return std::nullopt;
   return wiring;
 }

@@ -48,6 +48,7 @@ struct Wiring {
   injection::SignalFaults faults;
   std::vector<WiredModule> modules;
   std::vector<WiredBus> buses;  ///< in the order of the scenario
+  std::vector<signals::SignalId> recorded;
 };
 
 /// All types of modules and buses, for config::load_scenario.

@@ -35,6 +35,7 @@ CanBusDevice::CanBusDevice(const CanSection& section, io::can::CanDeviceConfig c
     port = std::make_unique<io::can::SocketCanBus>(io::can::SocketCanConfig{.interface = section.interface});
   }
   config.log_file = environment.directory / log_file();
+  config.frames = environment.frames;
   config.on_thread_start = std::move(environment.on_thread_start);
   device_ = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
 }

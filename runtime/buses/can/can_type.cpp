@@ -24,6 +24,7 @@ BusType can_type() {
   return {.section = can::can_section_type(),
           .title = "CAN",
           .columns = can::can_columns(),
+          .has_frames = true,
           .wire = can::wire_can,
           .doctor_lines = can::socketcan_lines};
 }

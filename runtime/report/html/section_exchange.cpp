@@ -210,6 +210,7 @@ void origin_section(Markup& out, const RunRecord& record) {
     table.row({{"GPU driver", "key"}, record.gpu.driver});
     table.row({{"GPU API", "key"}, record.gpu.api});
   }
+  if (record.recording) table.row({{"Recording", "key"}, recording_text(*record.recording)});
   table.row({{"hil", "key"}, record.program_version});
   table.end();
   out.close();

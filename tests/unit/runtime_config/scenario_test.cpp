@@ -283,6 +283,35 @@ TEST(ScenarioDefaults, ApplyToAScenarioOfOneLine) {
   EXPECT_TRUE(scenario->processes.empty());
 }
 
+TEST(ScenarioRecording, HasItsSignalsFramesAndSize) {
+  const ScenarioFolder files;
+  const auto load = [&](const std::string& section) {
+    Diagnostics diagnostics;
+    const auto scenario = files.load("scenario: s\n" + section, diagnostics);
+    EXPECT_TRUE(scenario) << diagnostics.to_text();
+    return scenario ? scenario->recording : std::nullopt;
+  };
+  EXPECT_FALSE(load(""));
+  EXPECT_FALSE(load("recording: false"));
+  EXPECT_FALSE(load("recording: {enabled: false, max_size: 2 MiB}"));
+  for (const char* section : {"recording: true", "recording: {}"}) {
+    const auto all = load(section);
+    ASSERT_TRUE(all);
+    ASSERT_EQ(all->signals.size(), 1U);
+    EXPECT_EQ(all->signals[0].text, "*");
+    EXPECT_TRUE(all->frames);
+    EXPECT_EQ(all->max_bytes, std::uint64_t{1} << 30);
+  }
+  const auto some = load("recording: {signals: [plant.*, a.b], frames: false, max_size: 1.5 MiB}");
+  ASSERT_TRUE(some);
+  ASSERT_EQ(some->signals.size(), 2U);
+  EXPECT_EQ(some->signals[0].text, "plant.*");
+  EXPECT_EQ(some->signals[1].text, "a.b");
+  EXPECT_FALSE(some->frames);
+  EXPECT_EQ(some->max_bytes, 1'572'864U);
+  EXPECT_EQ(load("recording: {max_size: 1048576 B, signals: []}")->max_bytes, 1'048'576U);
+}
+
 TEST(ScenarioDefaults, PermitNoLoss) {
   const ScenarioFolder files;
   const auto load = [&](const std::string& text) {

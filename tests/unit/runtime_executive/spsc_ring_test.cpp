@@ -29,6 +29,23 @@ TEST(SpscRing, FullRingLosesRecordsAndCountsThem) {
   EXPECT_EQ(drained(ring), std::vector<int>{6});
 }
 
+TEST(SpscRing, FrontIsTheOldestRecordUntilItIsRemoved) {
+  SpscRing<int> ring(2);
+  EXPECT_EQ(ring.front(), nullptr);
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(ring.push(i) && ring.push(i + 100));
+    EXPECT_FALSE(ring.push(i + 200));
+    ASSERT_NE(ring.front(), nullptr);
+    EXPECT_EQ(*ring.front(), i);
+    EXPECT_EQ(*ring.front(), i) << "stays";
+    ring.pop();
+    ASSERT_NE(ring.front(), nullptr);
+    EXPECT_EQ(*ring.front(), i + 100);
+    ring.pop();
+    EXPECT_EQ(ring.front(), nullptr);
+  }
+}
+
 TEST(SpscRing, DrainLeavesRecordsThatArriveDuringTheDrain) {
   SpscRing<int> ring(8);
   ring.push(1);

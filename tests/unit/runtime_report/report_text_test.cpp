@@ -110,6 +110,21 @@ TEST(ReportText, HasASentenceForEveryVerdict) {
   }
 }
 
+TEST(ReportText, ReportsWhatARecordingLacks) {
+  Recording recording{.file = "recording.mcap", .bytes = 4'096, .messages = 12'345};
+  EXPECT_TRUE(lacks_of(recording).empty());
+  EXPECT_EQ(to_ascii(recording_text(recording)), "recording.mcap, 4.10 kB, 12345 messages");
+  recording.dropped = 1;
+  recording.stopped_at_ns = 4'217'000'000;
+  recording.not_recorded = 2'000;
+  const std::vector<std::string> sentences{
+      "recording.mcap lacks 1 message: the disk was too slow",
+      "recording.mcap reached its largest size at 4.217 s; 2000 messages were not recorded"};
+  EXPECT_EQ(lacks_of(recording), sentences);
+  EXPECT_EQ(to_ascii(recording_text(recording)),
+            "recording.mcap, 4.10 kB, 12345 messages; " + sentences[0] + "; " + sentences[1]);
+}
+
 TEST(ReportText, ReportsMissesWithoutDetails) {
   RunRecord record;
   record.tasks.resize(1);

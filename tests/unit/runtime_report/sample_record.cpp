@@ -338,6 +338,12 @@ RunRecord full_record() {
                              {.number = 5.9},
                              {.number = 0.12},
                              {.text = "differs", .mark = contribution::Mark::bad}}}}}}};
+  record.recording = Recording{.file = "recording.mcap",
+                               .bytes = 1'048'571,
+                               .messages = 12'347,
+                               .dropped = 43,
+                               .stopped_at_ns = 9'871 * millisecond,
+                               .not_recorded = 1'234};
   return record;
 }
 

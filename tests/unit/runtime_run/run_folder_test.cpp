@@ -21,7 +21,8 @@ TEST(RunFolder, ClearRemovesOnlyTheResultsOfAnEarlierRun) {
   const TemporaryFolder folder;
   const char* const results[] = {
       "report.json",           "report.html",         "junit.xml",           "trace.json",
-      "pictures/top-view.svg", "pictures/scan-1.svg", "pictures/scan-2.svg", "pointclouds/lidar-000001.pcd"};
+      "pictures/top-view.svg", "pictures/scan-1.svg", "pictures/scan-2.svg", "pointclouds/lidar-000001.pcd",
+      "recording.mcap"};
   for (const char* file : results)
     folder.write(file, "passed");
   folder.write("notes.txt", "of the user");
