@@ -72,6 +72,33 @@ struct DeviceEvent {
   std::string text;
 };
 
+/// A fault that a run injects: into the frames of a message, or into the connection with the other side.
+struct InjectedFault {
+  enum class Kind : std::uint8_t {
+    // Of a message, sent or received.
+    drop,            ///< `share` of its frames is lost
+    repeat,          ///< each frame comes `number` more times
+    wrong_counter,   ///< its counter keeps the value of the frame before the fault; the checksum is right
+    wrong_checksum,  ///< all bits of its checksum are inverted
+    length,          ///< its frames have `number` bytes; further ones are zero
+    flip_bits,       ///< the payload's bits `bits` are inverted; the checksum is not corrected
+    // Of a message, or of the device: its replies.
+    delay,  ///< by delay_ns
+    // Of the device.
+    bus_off,       ///< it neither sends nor receives
+    silent,        ///< no request is answered
+    disconnected,  ///< no connection
+    exception,     ///< each request is answered with the exception `number`
+  };
+  Kind kind = Kind::drop;
+  std::string message{};      ///< empty: the device
+  double share = 1.0;         ///< in [0, 1]
+  std::int64_t delay_ns = 0;  ///< above 0
+  std::uint32_t number = 0;
+  std::vector<std::uint32_t> bits{};  ///< 8 * byte + bit
+  std::uint64_t seed = 0;
+};
+
 /// Thrown by start: the device can not be used (interface missing, port in use, permission). The message
 /// names the device, what was tried, the system's error and what the user can do.
 class DeviceError : public std::runtime_error {
@@ -143,6 +170,29 @@ class Device {
   /// Why due outputs could not be sent, as one sentence; the first such reason. A queue that is full for a
   /// moment does not count. Empty: none. Any ordinary thread.
   virtual std::string send_fault() const = 0;
+
+  /// Why the device can not have this fault, as a clause for the user; empty: it can. Setup thread.
+  virtual std::string fault_problem(const InjectedFault& injected) const {
+    static_cast<void>(injected);
+    return "this device has no such fault";
+  }
+  /// Before start, without a fault_problem(): adds a fault, which is not active. The first one has number 0.
+  virtual void add_fault(const InjectedFault& injected) { static_cast<void>(injected); }
+  /// Begins or ends a fault. Thread rule of latch_inputs. It acts on what the device sends from now on and,
+  /// in real time within the time that its thread takes to wake, on what it receives.
+  virtual void set_fault(std::size_t number, bool active) noexcept {
+    static_cast<void>(number), static_cast<void>(active);
+  }
+  /// The frames or requests that came while the fault was active. Any thread.
+  virtual std::uint64_t fault_count(std::size_t number) const noexcept {
+    static_cast<void>(number);
+    return 0;
+  }
+  /// In lock-step, before an exchange: while `away`, the exchange does not wait for programs of this process
+  /// group, which are paused or have ended because the run wants it. Thread rule of exchange.
+  virtual void set_away(int process_group, bool away) {
+    static_cast<void>(process_group), static_cast<void>(away);
+  }
 
   /// The events from number `first` on, in the order in which they were found. Any ordinary thread.
   virtual std::vector<DeviceEvent> events_since(std::size_t first) const {

@@ -1,4 +1,4 @@
-// What a CanDeviceConfig must hold to, and the channels that follow from it.
+// What a CanDeviceConfig must hold to, the channels that follow from it, and the faults that fit it.
 
 #include <algorithm>
 #include <cmath>
@@ -116,6 +116,29 @@ void CanDevice::add_received(const ReceivedMessageConfig& config) {
   }
   received_by_id_.emplace(received.decoder.layout().can_id(), received_.size());
   received_.push_back(std::move(received));
+}
+
+const MessageLayout* CanDevice::layout_of(const std::string& message) const {
+  for (const Sent& sent : sent_) {
+    if (sent.message == message) return &sent.encoder.layout();
+  }
+  for (const Received& received : received_) {
+    if (received.message == message) return &received.decoder.layout();
+  }
+  return nullptr;
+}
+
+std::string CanDevice::fault_problem(const InjectedFault& injected) const {
+  if (injected.message.empty())
+    return injected.kind == InjectedFault::Kind::bus_off ? "" : "a CAN bus can only be bus_off";
+  const MessageLayout* const layout = layout_of(injected.message);
+  if (layout == nullptr) return "the bus neither sends nor receives this message";
+  return FrameFaults::problem(injected, *layout);
+}
+
+void CanDevice::add_fault(const InjectedFault& injected) {
+  require(!started_ && fault_problem(injected).empty(), "a fault fits its device, which is not started");
+  faults_.add(injected, layout_of(injected.message));
 }
 
 }  // namespace hil::io::can

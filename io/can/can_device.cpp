@@ -19,7 +19,7 @@ constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may
 constexpr std::size_t frames_per_pass = 256;    // received before outputs are processed again
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
 constexpr RunTimeNs default_loss_timeout_ns = 1'000'000'000;
-constexpr int poll_limit_ms = 20;  // the thread tries to reopen a lost bus this often
+constexpr RunTimeNs poll_limit_ns = 20'000'000;  // the thread tries to reopen a lost bus this often
 
 std::string joined(const std::vector<std::string>& sentences) {
   std::string text;
@@ -159,6 +159,8 @@ void CanDevice::release_outputs(std::span<const double> values, RunTimeNs tick_n
 bool CanDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "exchange belongs to a started device in lock-step");
   last_tick_ns_ = tick_ns;
+  update_injected_bus_off();
+  pass_due_frames();
   send_released();
   send_requested_safe_values();
   const ExchangeResult result = bus_->exchange(tick_ns);
@@ -223,18 +225,28 @@ void CanDevice::run() {
   if (config_.on_thread_start) config_.on_thread_start();
   while (true) {
     const bool last_pass = stopping_.load(std::memory_order_acquire);
+    update_injected_bus_off();
     bool more = receive_up_to(frames_per_pass);
+    pass_due_frames();
     send_released();
     send_requested_safe_values();
     more = receive_up_to(last_pass ? frames_at_end : frames_per_pass) || more;
     load_.advance(clock_->now_ns());
     publish_if_changed();
     if (last_pass) return;
-    std::array<pollfd, 2> watched{pollfd{bus_->fd(), POLLIN, 0}, pollfd{wake_fd_, POLLIN, 0}};
-    static_cast<void>(::poll(watched.data(), watched.size(), more ? 0 : poll_limit_ms));
-    std::uint64_t wakes = 0;
-    static_cast<void>(::read(wake_fd_, &wakes, sizeof wakes));
+    wait_for_work(more);
   }
+}
+
+void CanDevice::wait_for_work(bool more) noexcept {
+  RunTimeNs left_ns = more ? 0 : poll_limit_ns;
+  if (const auto due_ns = faults_.next_due_ns())
+    left_ns = std::clamp<RunTimeNs>(*due_ns - clock_->now_ns(), 0, left_ns);
+  const timespec limit{0, left_ns};
+  std::array<pollfd, 2> watched{pollfd{bus_->fd(), POLLIN, 0}, pollfd{wake_fd_, POLLIN, 0}};
+  static_cast<void>(::ppoll(watched.data(), watched.size(), &limit, nullptr));
+  std::uint64_t wakes = 0;
+  static_cast<void>(::read(wake_fd_, &wakes, sizeof wakes));
 }
 
 // True when it stopped at the limit.
@@ -246,7 +258,8 @@ bool CanDevice::receive_up_to(std::size_t max_frames) {
         handle(frame);
         break;
       case ReceiveResult::empty:
-        if (!connected() && !bus_off_ && pacing_ == Pacing::realtime) set_health(true, {});
+        if (!connected() && !bus_off_ && !injected_bus_off_ && pacing_ == Pacing::realtime)
+          set_health(true, {});
         return false;
       case ReceiveResult::lost:
         if (connected()) lose_inputs();
@@ -259,6 +272,7 @@ bool CanDevice::receive_up_to(std::size_t max_frames) {
 }
 
 void CanDevice::handle(const Frame& frame) {
+  if (injected_bus_off_) return;
   if (log_) log_->push(frame);
   if (config_.frames != nullptr) config_.frames->take(recorded(frame, *clock_));
   load_.add(frame);
@@ -270,6 +284,12 @@ void CanDevice::handle(const Frame& frame) {
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
   Received& received = received_[found->second];
+  if (!faults_.concerns(frame)) return decode(received, frame);
+  for (const Frame& passed : faults_.pass(frame, now_ns()))
+    decode(received, passed);
+}
+
+void CanDevice::decode(Received& received, const Frame& frame) {
   switch (received.decoder.check(frame)) {
     case MessageDecoder::Verdict::wrong_kind:
       return counts_.wrong_kind.add();
@@ -287,6 +307,31 @@ void CanDevice::handle(const Frame& frame) {
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
     store_input(received.first_input + signal, value, time_ns);
   });
+}
+
+void CanDevice::pass_due_frames() {
+  if (!faults_.next_due_ns()) return;
+  for (const Frame& frame : faults_.take_due(now_ns())) {
+    if (injected_bus_off_) continue;
+    if (frame.direction == Direction::tx) {
+      put_on_bus(frame);
+    } else {
+      decode(received_[received_by_id_.at(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK))], frame);
+    }
+  }
+}
+
+void CanDevice::update_injected_bus_off() {
+  const bool is_off = faults_.is_bus_off();
+  if (is_off == injected_bus_off_) return;
+  injected_bus_off_ = is_off;
+  if (is_off) lose_inputs();
+  set_health(!is_off, is_off ? "CAN bus '" + config_.name + "' is bus-off by a fault of the scenario" : "");
+}
+
+void CanDevice::set_fault(std::size_t number, bool active) noexcept {
+  faults_.set(number, active);
+  if (started_ && pacing_ == Pacing::realtime) wake();
 }
 
 /// A bus-off controller neither sends nor receives until it is restarted.
@@ -339,27 +384,53 @@ void CanDevice::send_message(Sent& sent) {
   Frame frame = sent.encoder.build(sent.values, tally);
   counts_.saturated.add(tally.saturated);
   counts_.refused_values.add(tally.refused);
+  sent.retry = sent.retry && !injected_bus_off_;
+  if (injected_bus_off_) return;
+  if (faults_.concerns(frame)) {
+    confirm(sent, now_ns());
+    for (const Frame& passed : faults_.pass(frame, now_ns()))
+      put_on_bus(passed);
+    return;
+  }
   const RunTimeNs send_ns = clock_->now_ns();
-  switch (bus_->send(frame)) {
-    case SendResult::sent: {
-      counts_.tx.add();
-      send_order_.sent(frame.raw.can_id, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
-      sent.retry = false;
+  switch (put_on_bus(frame)) {
+    case SendResult::sent:
       full_since_ns_.reset();
-      const std::uint64_t counter = sent.encoder.confirm_sent();
-      if (!sent.counter_input) return;
-      const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
-      store_input(*sent.counter_input, value, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
-      return;
-    }
+      return confirm(sent, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
     case SendResult::no_buffer:
-      counts_.no_buffer.add();
       return note_full_queue(send_ns);
     case SendResult::error:
       sent.retry = false;
-      counts_.send_errors.add();
       return note_send_error(sent);
   }
+}
+
+/// Counts the result.
+SendResult CanDevice::put_on_bus(const Frame& frame) {
+  const RunTimeNs send_ns = now_ns();
+  const SendResult result = bus_->send(frame);
+  switch (result) {
+    case SendResult::sent:
+      counts_.tx.add();
+      send_order_.sent(frame.raw.can_id, send_ns);
+      break;
+    case SendResult::no_buffer:
+      counts_.no_buffer.add();
+      break;
+    case SendResult::error:
+      counts_.send_errors.add();
+      break;
+  }
+  return result;
+}
+
+/// The last built frame of the message is on its way.
+void CanDevice::confirm(Sent& sent, RunTimeNs time_ns) {
+  sent.retry = false;
+  const std::uint64_t counter = sent.encoder.confirm_sent();
+  if (!sent.counter_input) return;
+  const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
+  store_input(*sent.counter_input, value, time_ns);
 }
 
 void CanDevice::note_full_queue(RunTimeNs now_ns) {

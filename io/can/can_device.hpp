@@ -29,6 +29,7 @@
 #include "io/can/can_transport.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/dbc.hpp"
+#include "io/can/frame_faults.hpp"
 #include "io/can/message_coder.hpp"
 #include "io/can/send_order.hpp"
 #include "io/device.hpp"
@@ -101,6 +102,13 @@ class CanDevice final : public Device {
   /// A send queue that stays full for longer than loss_timeout_ns() is also a send fault.
   std::string send_fault() const override;
 
+  /// Faults of its messages, by their names in the DBC file, and bus_off.
+  std::string fault_problem(const InjectedFault& injected) const override;
+  void add_fault(const InjectedFault& injected) override;
+  void set_fault(std::size_t number, bool active) noexcept override;
+  std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
+  void set_away(int process_group, bool away) override { bus_->set_away(process_group, away); }
+
   CanCounters counters() const noexcept;
   /// One entry per received message that had frames of another length, in the order of the configuration.
   std::vector<LengthCounts> other_lengths() const;
@@ -141,10 +149,21 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
+  void decode(Received& received, const Frame& frame);
+  const MessageLayout* layout_of(const std::string& message) const;
+  /// Begins or ends the bus-off of a fault.
+  void update_injected_bus_off();
+  void pass_due_frames();
+  RunTimeNs now_ns() const noexcept {
+    return pacing_ == Pacing::lockstep ? *last_tick_ns_ : clock_->now_ns();
+  }
+  void wait_for_work(bool more) noexcept;
   void store_input(std::size_t input, double value, RunTimeNs time_ns);
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
+  SendResult put_on_bus(const Frame& frame);
+  void confirm(Sent& sent, RunTimeNs time_ns);
   void note_full_queue(RunTimeNs now_ns);
   void note_send_error(const Sent& sent);
   void set_send_fault(const std::string& fault);
@@ -185,6 +204,9 @@ class CanDevice final : public Device {
   bool bus_off_ = false;                    ///< the controller reported it and has not restarted since
   std::optional<RunTimeNs> full_since_ns_;  ///< since when the send queue has been full
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
+
+  FrameFaults faults_;
+  bool injected_bus_off_ = false;
 
   SendOrder send_order_;
   Counts counts_;

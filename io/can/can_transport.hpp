@@ -95,6 +95,11 @@ class CanTransport {
   /// another pacing.
   virtual ExchangeResult exchange(RunTimeNs now_ns) = 0;
 
+  /// Lock-step: see Device::set_away.
+  virtual void set_away(int process_group, bool away) {
+    static_cast<void>(process_group), static_cast<void>(away);
+  }
+
   virtual BusCounters counters() const noexcept = 0;
   /// Why the bus is lost, as a sentence; empty: it is not.
   virtual std::string fault() const = 0;

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <csignal>
 #include <iterator>
-#include <numeric>
 #include <utility>
 
 #include "io/modbus/register_codec.hpp"
@@ -204,10 +203,16 @@ void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tic
 
 bool ClientDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "ClientDevice::exchange: only after start in lockstep");
-  (void)tick_ns;  // the cycle uses the time of its release
   const std::scoped_lock lock(lockstep_mutex_);
   take_work();
-  return !due_ || cycle(WallClock::now() + settings_.lockstep_limit);
+  if (!due_) return true;
+  const LockstepHold hold =
+      hold_of(faults_.interference(), is_away_, tick_ns, settings_.response_timeout, reply_due_ns_);
+  if (hold.fault != nullptr) {
+    faults_.note_request();
+    if (connected_.load(relaxed)) lose_connection(hold.fault);
+  }
+  return hold.is_held || cycle(WallClock::now() + settings_.lockstep_limit);
 }
 
 void ClientDevice::enter_safe_state() noexcept {
@@ -267,6 +272,12 @@ bool ClientDevice::cycle(WallTime until) {
 
 bool ClientDevice::run_cycle(WallTime until) {
   cycle_fault_.clear();
+  const Interference interference = faults_.interference();
+  session_.set_interference(interference, pacing_ == Pacing::realtime);
+  if (interference.is_disconnected) {
+    lose_connection("disconnected by a fault of the scenario");
+    return false;
+  }
   if (session_.connected() && !session_.usable()) {
     // Closed, or unsolicited bytes, while no request was pending: reconnect at once, since no request is
     // lost.
@@ -346,6 +357,7 @@ bool ClientDevice::write_all(WallTime until) {
 void ClientDevice::note_refusal(WriteRequest& request) {
   if (!request.refused_since_ns) request.refused_since_ns = now_ns();
   if (now_ns() - *request.refused_since_ns <= loss_timeout_ns()) return;
+  if (faults_.interference().exception != 0) return;
   const std::scoped_lock lock(health_mutex_);
   if (!send_fault_.empty()) return;
   send_fault_ = description_ + " has refused outputs for more than " +
@@ -404,6 +416,7 @@ void ClientDevice::split_at_gaps(std::size_t read_request) {
 /// True when the cycle can continue with the next request.
 bool ClientDevice::judge_reply(Reply reply, const char* verb, const PlannedRequest& plan) {
   counters_.requests.fetch_add(1, relaxed);
+  faults_.note_request();
   if (reply == Reply::good || reply == Reply::exception) {
     answered_.store(true, relaxed);
     last_reply_ns_ = now_ns();
@@ -459,10 +472,6 @@ void ClientDevice::set_fault(const std::string& fault) {
   fault_ = fault.empty() ? "" : description_ + ": " + fault;
 }
 
-RunTimeNs ClientDevice::loss_timeout_ns() const noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
-}
-
 std::string ClientDevice::send_fault() const {
   const std::scoped_lock lock(health_mutex_);
   return send_fault_;
@@ -482,17 +491,8 @@ std::vector<DeviceEvent> ClientDevice::events_since(std::size_t first) const {
 }
 
 ClientCounters ClientDevice::counters() const noexcept {
-  const std::uint64_t connects = counters_.connects.load(relaxed);
-  ClientCounters counters;
-  counters.requests = counters_.requests.load(relaxed);
-  counters.replies = counters_.replies.load(relaxed);
-  counters.timeouts = counters_.timeouts.load(relaxed);
-  counters.errors = counters_.errors.load(relaxed);
-  counters.by_code = counters_.exceptions.counts();
-  counters.exceptions = std::accumulate(counters.by_code.begin(), counters.by_code.end(), std::uint64_t{0});
-  counters.reconnects = connects > 0 ? connects - 1 : 0;
+  ClientCounters counters = counters_.counts();
   counters.values = values_.counters();
-  counters.superseded_releases = counters_.superseded.load(relaxed);
   counters.stale_inputs = freshness_.stale();
   return counters;
 }

@@ -34,14 +34,15 @@
 
 #include "io/device.hpp"
 #include "io/handover/latest_value.hpp"
+#include "io/modbus/client_counters.hpp"
 #include "io/modbus/client_session.hpp"
 #include "io/modbus/cycle_watch.hpp"
 #include "io/modbus/event_list.hpp"
-#include "io/modbus/exception_counts.hpp"
 #include "io/modbus/freshness_watch.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/request_plan.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "io/modbus/unit_faults.hpp"
 #include "io/modbus/value_watch.hpp"
 #include "io/modbus/wake_signal.hpp"
 
@@ -79,21 +80,6 @@ struct ClientSettings {
   const std::atomic<bool>* stop_requested = nullptr;
 };
 
-/// Counted since construction. reconnects: connections after the first.
-struct ClientCounters {
-  std::uint64_t requests = 0;
-  std::uint64_t replies = 0;   ///< replies, including exceptions
-  std::uint64_t timeouts = 0;  ///< requests without a complete reply in time
-  std::uint64_t errors = 0;    ///< exceptions, closed connections and invalid replies
-  std::uint64_t exceptions = 0;
-  ExceptionCounts by_code{};  ///< the exceptions, by code
-  std::uint64_t reconnects = 0;
-  /// A value that is not a number leaves the register at the value written before, or at the safe value.
-  ValueCounters values{};
-  std::uint64_t superseded_releases = 0;
-  std::uint64_t stale_inputs = 0;  ///< how often an input grew older than max_age
-};
-
 class ClientDevice final : public Device {
  public:
   /// Does not use the network. Misuse (asserts): a map with mistakes_in(map, Role::client); times that are
@@ -108,7 +94,9 @@ class ClientDevice final : public Device {
   std::span<const ChannelInfo> outputs() const noexcept override { return outputs_; }
   std::span<const InputGroup> input_groups() const noexcept override { return groups_; }
   /// `max_age`.
-  RunTimeNs loss_timeout_ns() const noexcept override;
+  RunTimeNs loss_timeout_ns() const noexcept override {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
+  }
 
   /// Connects, retrying for `start_timeout`. Throws DeviceError when the unit can not be reached in it, or
   /// when `stop_requested` is true after an attempt.
@@ -125,6 +113,16 @@ class ClientDevice final : public Device {
   std::string fault() const override;
   /// A write that the unit refuses with exceptions for longer than `max_age` is a send fault.
   std::string send_fault() const override;
+  std::string fault_problem(const InjectedFault& injected) const override {
+    return UnitFaults::problem(injected, Role::client);
+  }
+  void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
+  void set_fault(std::size_t number, bool active) noexcept override {
+    faults_.set(number, active);
+    if (clock_ != nullptr && pacing_ == Pacing::realtime) wake_signal_.wake();
+  }
+  std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
+  void set_away(int /*process_group*/, bool away) override { is_away_ = away; }
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
   ClientCounters counters() const noexcept;
@@ -147,10 +145,6 @@ class ClientDevice final : public Device {
     std::vector<std::uint16_t> image;           ///< the desired register values of the unit
     std::vector<std::uint16_t> written;         ///< the values written last; empty: none since the connect
     std::optional<RunTimeNs> refused_since_ns;  ///< since when the unit has refused it with exceptions
-  };
-  struct AtomicCounters {
-    std::atomic<std::uint64_t> requests{0}, replies{0}, timeouts{0}, errors{0}, connects{0}, superseded{0};
-    ExceptionTally exceptions;
   };
 
   void build_channels();
@@ -210,13 +204,16 @@ class ClientDevice final : public Device {
   RunTimeNs wanted_tick_ns_ = 0;
   double heartbeat_ = 0.0;
   bool due_ = false;  ///< a cycle has to run until it succeeds
+  UnitFaults faults_;
+  bool is_away_ = false;                     ///< lock-step: the unit's program is
+  std::optional<RunTimeNs> reply_due_ns_{};  ///< lock-step: of a delayed reply
   WallTime next_connect_{};
   std::chrono::milliseconds reconnect_pause_;
   std::string cycle_fault_;    ///< the first exception of the current cycle
   std::string connect_fault_;  ///< why the last attempt to connect failed
   std::thread thread_;
 
-  AtomicCounters counters_;
+  ClientTally counters_;
   std::atomic<bool> connected_{false};  ///< the last cycle succeeded, or there was none since the start
   std::atomic<bool> answered_{false};   ///< the unit has answered a request
   RunTimeNs last_reply_ns_ = 0;

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <ctime>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "io/modbus/request_plan.hpp"
@@ -174,7 +175,17 @@ Reply ClientSession::exchange(std::size_t request_bytes, std::size_t reply_bytes
   if (!prepare()) return Reply::broken;
   limit_ = limit;
   received_ = 0;
-  const auto until = std::chrono::steady_clock::now() + limit;
+  const auto began = std::chrono::steady_clock::now();
+  const auto until = began + limit;
+  if (interference_.is_silent) {
+    if (waits_) std::this_thread::sleep_until(until);
+    return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_));
+  }
+  if (interference_.exception != 0) {
+    fault_ = exception_text(interference_.exception);
+    exception_code_ = interference_.exception;
+    return Reply::exception;
+  }
   put_word(request_, transaction_at, ++transaction_);
   put_word(request_, protocol_at, 0);
   put_word(request_, length_at, 1 + request_bytes);
@@ -183,8 +194,16 @@ Reply ClientSession::exchange(std::size_t request_bytes, std::size_t reply_bytes
   if (reply == Reply::good) reply = receive_up_to(function_at + exception_bytes, until);
   if (reply == Reply::good) reply = check_head(reply_bytes);
   if (reply == Reply::good) reply = receive_up_to(function_at + reply_bytes, until);
+  if (reply == Reply::good && interference_.delay.count() > 0 && waits_) reply = delay_reply(began);
   if (reply == Reply::good) fault_.clear();
   return reply;
+}
+
+Reply ClientSession::delay_reply(std::chrono::steady_clock::time_point began) {
+  std::this_thread::sleep_until(
+      std::min(began + limit_, std::chrono::steady_clock::now() + interference_.delay));
+  if (std::chrono::steady_clock::now() < began + limit_) return Reply::good;
+  return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_));
 }
 
 Reply ClientSession::read(Table table, std::uint16_t address, std::span<std::uint16_t> registers,

@@ -19,6 +19,7 @@
 
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "io/modbus/unit_faults.hpp"
 
 namespace hil::io::modbus {
 
@@ -39,6 +40,12 @@ class ClientSession {
   /// Takes ownership of a connected, non-blocking socket.
   void adopt(Descriptor socket);
   void disconnect() noexcept;
+
+  /// What faults do to the requests from now on. `waits`: real time passes as it would without a reply.
+  void set_interference(const Interference& interference, bool waits) noexcept {
+    interference_ = interference;
+    waits_ = waits;
+  }
 
   /// False: the unit closed the connection or sent unsolicited bytes, and the connection is closed. Every
   /// request checks this too.
@@ -63,6 +70,8 @@ class ClientSession {
   static constexpr std::size_t max_frame_bytes = 260;  // MBAP header of 7, function, 252 bytes
 
   bool prepare();
+  /// A delayed reply, after it was received.
+  Reply delay_reply(std::chrono::steady_clock::time_point began);
   /// Completes the header of the request in request_, sends it and receives the reply into reply_: either
   /// `reply_bytes` from the function code on, or an exception.
   Reply exchange(std::size_t request_bytes, std::size_t reply_bytes, std::chrono::microseconds limit);
@@ -77,6 +86,8 @@ class ClientSession {
   std::array<std::uint8_t, max_frame_bytes> request_{}, reply_{};
   std::size_t received_ = 0;  ///< bytes of reply_
   std::chrono::microseconds limit_{0};
+  Interference interference_;
+  bool waits_ = true;
   Descriptor socket_;
   std::string fault_;
   std::uint8_t exception_code_ = 0;

@@ -45,7 +45,8 @@ ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
       server_(
           bank_, settings_.limits,
           {[this] { bring_outputs_up_to_date(); }, [this](const WrittenRange& range) { take_inputs(range); },
-           [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); }}),
+           [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); },
+           [this] { return faults_.interference(); }, [this] { faults_.note_request(); }}),
       values_(map_, label_, events_) {
   require(settings_.max_age.count() >= 0 && settings_.lockstep_limit.count() > 0,
           "ServerDevice: a time limit is not positive");
@@ -141,6 +142,11 @@ void ServerDevice::release_outputs(std::span<const double> values, RunTimeNs tic
   if (clock_ == nullptr) return;
   std::copy(values.begin(), values.end(), releases_.draft().begin());
   releases_.publish();  // no wake-up: the thread takes it when a client sends a request
+}
+
+void ServerDevice::set_fault(std::size_t number, bool active) noexcept {
+  faults_.set(number, active);
+  if (pacing_ == Pacing::realtime) wake();
 }
 
 bool ServerDevice::exchange(RunTimeNs tick_ns) {

@@ -33,6 +33,7 @@
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
 #include "io/modbus/tcp_server.hpp"
+#include "io/modbus/unit_faults.hpp"
 #include "io/modbus/value_watch.hpp"
 
 namespace hil::io::modbus {
@@ -81,6 +82,12 @@ class ServerDevice final : public Device {
   ValueCounters value_counters() const noexcept { return values_.counters(); }
   /// How often an input grew older than `max_age`.
   std::uint64_t stale_inputs() const noexcept { return freshness_.stale(); }
+  std::string fault_problem(const InjectedFault& injected) const override {
+    return UnitFaults::problem(injected, Role::server);
+  }
+  void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
+  void set_fault(std::size_t number, bool active) noexcept override;
+  std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
  private:
@@ -116,6 +123,8 @@ class ServerDevice final : public Device {
   const RunClock* clock_ = nullptr;
   Pacing pacing_ = Pacing::realtime;
   bool started_ = false;
+
+  UnitFaults faults_;
 
   // Used by the device's thread; in lockstep by the holder of lockstep_mutex_.
   std::mutex lockstep_mutex_;

@@ -64,8 +64,11 @@ bool TcpServer::serve(std::chrono::milliseconds limit, int wake_fd) {
     ++index;
   }
   drop_expired(now);
+  const bool is_disconnected = hooks_.interference && hooks_.interference().is_disconnected;
+  if (is_disconnected) connections_.clear();
   connections_.remove_if([](const Connection& connection) { return connection.closed; });
   if (ready > 0 && polled_[0].revents != 0) accept_all(now);
+  if (is_disconnected) connections_.clear();
   clients_.store(connections_.size(), relaxed);
   return ready > 0;
 }
@@ -161,7 +164,11 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
 
 void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> frame) {
   counters_.requests.fetch_add(1, relaxed);
+  const Interference interference = hooks_.interference ? hooks_.interference() : Interference{};
+  if (hooks_.on_frame) hooks_.on_frame();
+  if (interference.lets_no_reply_through()) return;
   std::uint8_t exception = check_request(frame, bank_);
+  if (exception == 0) exception = interference.exception;
   if (exception == 0) {
     if (hooks_.before_request) hooks_.before_request();
     exception = write(frame);

@@ -30,6 +30,7 @@
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/request_check.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "io/modbus/unit_faults.hpp"
 
 namespace hil::io::modbus {
 
@@ -63,6 +64,8 @@ class TcpServer {
         after_write;  ///< after a client's values are in the bank, before the reply is sent
     std::function<void(const RegisterBank::OutOfRange&)>
         on_refused_write;  ///< after a client's value was outside its range; the bank is unchanged
+    std::function<Interference()> interference{};  ///< of faults with requests and connections
+    std::function<void()> on_frame{};              ///< for each complete frame
   };
 
   /// `bank` outlives the server. Misuse (asserts): limits that are not positive.

@@ -20,6 +20,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -75,6 +76,7 @@ class Hub final : public can::CanTransport {
   can::ReceiveResult receive(can::Frame& frame) noexcept override;
   void set_filters(std::span<const can_filter> filters) override { filters_.assign(filters); }
   can::ExchangeResult exchange(RunTimeNs now_ns) override;
+  void set_away(int process_group, bool away) override;
   /// Lock-step: accepts the stations that have connected; never waits. For an owner that reads
   /// station_counters() before the first exchange(). In real time receive() does it.
   void accept_waiting_stations();
@@ -107,6 +109,9 @@ class Hub final : public can::CanTransport {
   };
 
   void listen();
+  bool is_away(const ConnectedStation& station) const noexcept {
+    return away_.contains(station.counters->process_group);
+  }
   bool pump() noexcept;
   void accept_stations();
   void read_station(ConnectedStation& station, std::size_t max_packets);
@@ -152,6 +157,8 @@ class Hub final : public can::CanTransport {
   std::uint64_t sequence_ = 0;
   bool complete_ = false;     ///< all expected stations have connected
   can::ExchangeResult lost_;  ///< lock-step: after a station ended or did not answer, every later step fails
+
+  std::set<pid_t> away_;  ///< lock-step: process groups whose stations are not awaited
 
   std::atomic<std::size_t> station_count_{0};
   std::atomic<std::uint64_t> dropped_{0};

@@ -37,8 +37,8 @@ class Limit {
 
 }  // namespace
 
-// In real time a full socket loses the packet. In lock-step this waits and reads from the station,
-// since the station may itself wait until the hub reads.
+// In real time, and for a station that is away, a full socket loses the packet. Otherwise this waits and
+// reads from the station, since the station may itself wait until the hub reads.
 bool Hub::write(ConnectedStation& station, const void* data, std::size_t size) noexcept {
   const Limit limit(pacing_ == Pacing::lockstep ? config_.answer_limit_ns : 0);
   while (station.socket >= 0) {
@@ -49,7 +49,8 @@ bool Hub::write(ConnectedStation& station, const void* data, std::size_t size) n
       close_station(station);
       return false;
     }
-    if (pacing_ == Pacing::realtime || !limit.wait(station.socket, POLLOUT | POLLIN)) return false;
+    if (pacing_ == Pacing::realtime || is_away(station) || !limit.wait(station.socket, POLLOUT | POLLIN))
+      return false;
     while (read_packet(station)) {
     }
   }
@@ -81,6 +82,14 @@ void Hub::accept_waiting_stations() {
   remove_closed_stations();
 }
 
+void Hub::set_away(int process_group, bool away) {
+  if (away) {
+    away_.insert(process_group);
+  } else {
+    away_.erase(process_group);
+  }
+}
+
 bool Hub::wait_for_stations() {
   const Limit limit(config_.connect_limit_ns);
   while (true) {
@@ -95,7 +104,7 @@ void Hub::open_step() {
     return std::tie(one->name, one->connection) < std::tie(other->name, other->connection);
   });
   for (const auto& station : stations_) {
-    if (!station->greeted) continue;
+    if (!station->greeted || is_away(*station)) continue;
     send_time(*station, TimePacket::Kind::now, sequence_);
     station->has_unacknowledged = true;  // also after a failure, which its barrier then reports
   }
@@ -139,7 +148,7 @@ can::ExchangeResult Hub::exchange(RunTimeNs now_ns) {
 
 can::ExchangeResult Hub::exchange_round(bool& quiet) {
   for (const auto& station : stations_) {
-    if (!station->greeted || !station->has_unacknowledged) continue;
+    if (!station->greeted || !station->has_unacknowledged || is_away(*station)) continue;
     quiet = false;
     station->has_unacknowledged = false;
     const std::uint64_t sequence = ++sequence_;

@@ -19,8 +19,9 @@
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expectation_section.hpp"
 #include "runtime/config/expression.hpp"
-#include "runtime/config/injection_section.hpp"
+#include "runtime/config/fault_section.hpp"
 #include "runtime/config/schema.hpp"
+#include "runtime/config/stimulus_section.hpp"
 
 namespace hil::config {
 

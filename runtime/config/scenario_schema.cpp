@@ -315,8 +315,8 @@ Schema scenario_schema(const ScenarioTypes& types) {
                                        "Other programs that the run starts and watches."));
   fields.push_back(Field::with_default("stimuli", stimuli_schema(), "[]",
                                        "Signals that drive inputs of modules and outputs of buses."));
-  fields.push_back(
-      Field::with_default("faults", faults_schema(), "[]", "Faults of signals, as their readers see them."));
+  fields.push_back(Field::with_default("faults", faults_schema(), "[]",
+                                       "Faults of signals, messages, devices, processes and tasks."));
   fields.push_back(Field::with_default("expectations", expectations_schema(types), "[]",
                                        "The claims that have to hold for the run to pass."));
   fields.push_back(Field::optional(

@@ -126,12 +126,16 @@ void BaseLoop::run_here(TaskSlot& slot, std::uint64_t tick) noexcept {
   record.ready_ns = record.start_ns;
   slot.task.latch(info);
   slot.task.step(info);
+  const std::int64_t added_ns = slot.task.added_ns();
+  if (added_ns > 0)
+    clock_.is_virtual() ? clock_.sleep_until(clock_.now_ns() + added_ns) : spend(added_ns, clock_);
   slot.task.publish(info);
   record.finish_ns = clock_.now_ns();
   // One reading serves as the end of this run and the beginning of the next.
   last_usage_ = read_thread_usage(probe_);
   last_usage_is_valid_ = true;
   record_usage(record, before, last_usage_);
+  if (clock_.is_virtual()) record.cpu_ns += added_ns;
   record.blocked_ns = slot.task.last_blocked_ns();
   record.gpu_ns = slot.task.last_gpu_ns();
   slot.last_start_ns = record.start_ns;
@@ -188,7 +192,7 @@ void BaseLoop::begin_run(TaskSlot& slot, std::uint64_t tick) noexcept {
 void BaseLoop::account(TaskSlot& slot, std::uint64_t tick) noexcept {
   const Phase phase = slot.phase.load(std::memory_order_acquire);
   if (phase == Phase::idle || tick < slot.deadline_tick) return;
-  if (phase != Phase::finished) {
+  if (phase != Phase::finished || slot.record.finish_ns > clock_.now_ns()) {
     account_late(slot);
     return;
   }

@@ -1,7 +1,8 @@
 #pragma once
 // The executive runs tasks at integer divisions of a base rate, in real time or under a virtual clock, and
 // accounts for every run. Simulated time never lags silently behind real time: up to `catch_up_ticks` late
-// ticks run back to back, and further ones are skipped and reported. Under the virtual clock no tick is late.
+// ticks run back to back, and further ones are skipped and reported. Under the virtual clock a tick is late
+// only by Task::added_ns.
 //
 // One tick, on the base thread (the thread that calls run):
 //   begin hook (latches device inputs)

@@ -79,6 +79,9 @@ class Task {
   /// Base thread, OverrunPolicy::abort only, while step runs on another thread: makes that step return soon.
   /// May be called just after step has returned.
   virtual void abort() noexcept {}
+  /// How much longer than step() the step takes, by a fault of the run: the executive spends this time after
+  /// it. Read after step on the same thread.
+  virtual std::int64_t added_ns() const noexcept { return 0; }
   /// The time that the last step waited for the database, and the GPU's share of it. Read after step on the
   /// same thread.
   virtual std::int64_t last_blocked_ns() const noexcept { return 0; }

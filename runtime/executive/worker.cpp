@@ -24,13 +24,25 @@ void record_usage(RunRecord& record, const ThreadUsage& before, const ThreadUsag
   record.major_faults = after.faults.major - before.faults.major;
 }
 
+void spend(std::int64_t added_ns, const Clock& clock) noexcept {
+  const std::int64_t until_ns = clock.now_ns() + added_ns;
+  while (clock.now_ns() < until_ns) {
+  }
+}
+
 void run_step(TaskSlot& slot, const Clock& clock, const Probe& probe) noexcept {
   RunRecord& record = slot.record;
   const ThreadUsage before = read_thread_usage(probe);
   record.start_ns = clock.now_ns();
   slot.task.step(slot.info);
+  const std::int64_t added_ns = slot.task.added_ns();
+  if (added_ns > 0 && !clock.is_virtual()) spend(added_ns, clock);
   record.finish_ns = clock.now_ns();
   record_usage(record, before, read_thread_usage(probe));
+  if (clock.is_virtual()) {  // the base thread does not wait for it
+    record.finish_ns += added_ns;
+    record.cpu_ns += added_ns;
+  }
   record.blocked_ns = slot.task.last_blocked_ns();
   record.gpu_ns = slot.task.last_gpu_ns();
 }

@@ -28,6 +28,9 @@ inline ThreadUsage read_thread_usage(const Probe& probe) noexcept {
 }
 void record_usage(RunRecord& record, const ThreadUsage& before, const ThreadUsage& after) noexcept;
 
+/// Uses the processor for this long, for Task::added_ns. Not under the virtual clock.
+void spend(std::int64_t added_ns, const Clock& clock) noexcept;
+
 /// Runs the step of `slot` on the calling thread and fills in its record.
 void run_step(TaskSlot& slot, const Clock& clock, const Probe& probe) noexcept;
 

@@ -1,5 +1,5 @@
 #pragma once
-// When a stimulus or a fault is active (config/injection_section.hpp).
+// When a stimulus or a fault is active (config/activation_section.hpp).
 //
 // Threads: compile on the one that wires the run; update once a tick, on the base thread, without allocation;
 // the counts after the run.
@@ -8,7 +8,7 @@
 #include <limits>
 #include <optional>
 
-#include "runtime/config/injection_section.hpp"
+#include "runtime/config/activation_section.hpp"
 #include "runtime/injection/random_numbers.hpp"
 #include "runtime/signals/signal_expression.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/injection_section.hpp"
+#include "runtime/config/stimulus_section.hpp"
 #include "runtime/injection/random_numbers.hpp"
 #include "runtime/signals/signal_expression.hpp"
 

@@ -128,7 +128,7 @@ void Stimuli::begin_tick(std::int64_t time_ns) noexcept {
 void Stimuli::fill(std::int64_t end_ns, report::RunRecord& record) const {
   for (const Stimulus& stimulus : stimuli_) {
     record.stimuli.push_back({.name = stimulus.section->name.text,
-                              .signal = stimulus.section->drives.text,
+                              .target = stimulus.section->drives.text,
                               .effect = "",
                               .begins = stimulus.activation->begins(),
                               .first_begin_ns = stimulus.activation->first_begin_ns(),

@@ -247,6 +247,7 @@ void each_field(T& loss, Visit&& visit) {
   visit("duration_ns", loss.duration_ns);
   visit("to_the_end", loss.to_the_end);
   visit("permitted", loss.permitted);
+  visit("fault", loss.fault);
   visit("cause", loss.cause);
 }
 
@@ -372,11 +373,12 @@ void each_field(T& section, Visit&& visit) {
 template <Is<Injection> T, class Visit>
 void each_field(T& injection, Visit&& visit) {
   visit("name", injection.name);
-  visit("signal", injection.signal);
+  visit("target", injection.target);
   visit("effect", injection.effect);
   visit("begins", injection.begins);
   visit("first_begin_ns", injection.first_begin_ns);
   visit("active_ns", injection.active_ns);
+  visit("frames", injection.frames);
 }
 
 template <Is<Recording> T, class Visit>

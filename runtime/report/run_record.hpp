@@ -236,11 +236,13 @@ struct Process {
 /// A stimulus or a fault, and what became of it.
 struct Injection {
   std::string name;
-  std::string signal;  ///< that it drives, or whose readers it misleads
+  std::string target;  ///< what it drives or acts on: a signal, a message, a device, a process, a task
   std::string effect;  ///< of a fault, in words: "stuck at its last value"
   std::uint64_t begins = 0;
   std::optional<std::int64_t> first_begin_ns;
   std::int64_t active_ns = 0;  ///< in all
+  /// Of a message or device: the frames or requests that came while it was active.
+  std::optional<std::uint64_t> frames{};
 };
 
 enum class ExpectationResult : std::uint8_t {
@@ -269,7 +271,8 @@ struct Loss {
   std::int64_t begin_ns = 0;
   std::int64_t duration_ns = 0;
   bool to_the_end = false;  ///< it was still lost when the run ended
-  bool permitted = false;   ///< the scenario sets may_be_lost
+  bool permitted = false;   ///< the scenario sets may_be_lost, or a fault of it is the cause
+  std::string fault;        ///< the name of that fault; empty: none
   std::string cause;        ///< in words; may be empty
 };
 

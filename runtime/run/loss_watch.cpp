@@ -18,8 +18,25 @@ bool LossWatch::is_loss(const Watched& watched, std::int64_t until_ns) noexcept 
 
 bool LossWatch::never_answered(const Watched& watched) noexcept {
   const io::Device& device = *watched.subject.device;
-  return device.loss_timeout_ns() > 0 && watched.first_check_ns && !watched.has_answered &&
-         !device.has_answered();
+  return device.loss_timeout_ns() > 0 && !watched.had_fault && watched.first_check_ns &&
+         !watched.has_answered && !device.has_answered();
+}
+
+void LossWatch::set_fault(std::size_t subject, const std::string& name, bool active) noexcept {
+  Watched& watched = watched_[subject];
+  active ? ++watched.acting_faults : --watched.acting_faults;
+  if (active) watched.fault = &name;
+  watched.had_fault = true;
+}
+
+/// Keeps the loss that has ended, if it is one.
+void LossWatch::keep(Watched& watched, std::int64_t end_ns) noexcept {
+  if (!is_loss(watched, end_ns)) return;
+  if (watched.kept_count < watched.kept.size()) {
+    watched.kept[watched.kept_count++] = {*watched.disconnected_since_ns, end_ns, watched.cause};
+  } else {
+    ++watched.not_kept;
+  }
 }
 
 void LossWatch::check(std::int64_t time_ns) noexcept {
@@ -28,18 +45,22 @@ void LossWatch::check(std::int64_t time_ns) noexcept {
     if (!watched.first_check_ns) watched.first_check_ns = time_ns;
     if (!watched.has_answered) watched.has_answered = watched.subject.device->has_answered();
     if (!watched.subject.device->connected()) {
-      if (!watched.disconnected_since_ns) watched.disconnected_since_ns = time_ns;
-      if (is_loss(watched, time_ns) && !watched.subject.may_be_lost) outputs_must_be_safe_ = true;
+      if (!watched.disconnected_since_ns) {
+        watched.disconnected_since_ns = time_ns;
+        watched.cause = watched.acting_faults > 0 ? watched.fault : nullptr;
+      }
+      if (watched.cause != nullptr && watched.acting_faults == 0) {
+        keep(watched, time_ns);
+        watched.disconnected_since_ns = time_ns;
+        watched.cause = nullptr;
+      }
+      if (is_loss(watched, time_ns) && !watched.subject.may_be_lost && watched.cause == nullptr)
+        outputs_must_be_safe_ = true;
       continue;
     }
-    if (is_loss(watched, time_ns)) {
-      if (watched.kept_count < watched.kept.size()) {
-        watched.kept[watched.kept_count++] = {*watched.disconnected_since_ns, time_ns};
-      } else {
-        ++watched.not_kept;
-      }
-    }
+    keep(watched, time_ns);
     watched.disconnected_since_ns.reset();
+    watched.cause = nullptr;
   }
 }
 
@@ -51,7 +72,8 @@ std::vector<report::Loss> LossWatch::losses(std::int64_t end_ns, std::span<const
                    .begin_ns = exit.ended_at_ns,
                    .duration_ns = end_ns - exit.ended_at_ns,
                    .to_the_end = true,
-                   .permitted = exit.may_be_lost,
+                   .permitted = exit.may_be_lost || !exit.fault.empty(),
+                   .fault = exit.fault,
                    .cause = exit.exit});
   }
   for (const Watched& watched : watched_) {
@@ -60,16 +82,17 @@ std::vector<report::Loss> LossWatch::losses(std::int64_t end_ns, std::span<const
                      .begin_ns = interval.begin_ns,
                      .duration_ns = interval.end_ns - interval.begin_ns,
                      .to_the_end = to_the_end,
-                     .permitted = watched.subject.may_be_lost,
+                     .permitted = watched.subject.may_be_lost || interval.fault != nullptr,
+                     .fault = interval.fault == nullptr ? std::string() : *interval.fault,
                      .cause = to_the_end ? watched.subject.device->fault() : std::string()});
     };
     if (never_answered(watched)) {
-      add({*watched.first_check_ns, end_ns}, true);
+      add({*watched.first_check_ns, end_ns, nullptr}, true);
       continue;
     }
     for (std::size_t i = 0; i < watched.kept_count; ++i)
       add(watched.kept[i], false);
-    if (is_loss(watched, end_ns)) add({*watched.disconnected_since_ns, end_ns}, true);
+    if (is_loss(watched, end_ns)) add({*watched.disconnected_since_ns, end_ns, watched.cause}, true);
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& left, const auto& right) { return left.begin_ns < right.begin_ns; });

@@ -4,7 +4,10 @@
 // answered is lost, too, however short the run is. A process is lost when it ends before the run and its
 // end does not end the run.
 //
-// Threads: check and outputs_must_be_safe from the base thread; losses after the run.
+// A loss that begins while a fault of the scenario acts on the device is caused by that fault. After the end
+// of the fault the device has its time-out to come back; a loss that goes on for longer is one of its own.
+//
+// Threads: set_fault, check and outputs_must_be_safe from the base thread; losses after the run.
 
 #include <array>
 #include <cstdint>
@@ -30,7 +33,10 @@ class LossWatch {
 
   /// To be called after the inputs of a tick are latched. Neither allocates nor blocks.
   void check(std::int64_t time_ns) noexcept;
-  /// True while a device is lost whose loss is not permitted.
+  /// A fault acts on a device, by its place in the list of subjects, or does so no more. The name outlives
+  /// the watch. Neither allocates nor blocks.
+  void set_fault(std::size_t subject, const std::string& name, bool active) noexcept;
+  /// True while a device is lost whose loss is neither permitted nor caused by a fault.
   bool outputs_must_be_safe() const noexcept { return outputs_must_be_safe_; }
 
   /// All losses in the order of their beginning; of each device the first 100 that ended. A loss that goes on
@@ -43,6 +49,7 @@ class LossWatch {
   struct Interval {
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
+    const std::string* fault = nullptr;  ///< that caused the loss; null: none
   };
   struct Watched {
     Subject subject;
@@ -52,7 +59,12 @@ class LossWatch {
     std::array<Interval, 100> kept{};
     std::size_t kept_count = 0;
     std::uint64_t not_kept = 0;
+    const std::string* fault = nullptr;  ///< acting now, the latest one
+    std::uint32_t acting_faults = 0;
+    bool had_fault = false;
+    const std::string* cause = nullptr;  ///< the fault in which the device was disconnected
   };
+  static void keep(Watched& watched, std::int64_t end_ns) noexcept;
   static bool never_answered(const Watched& watched) noexcept;
   static bool is_loss(const Watched& watched, std::int64_t until_ns) noexcept;
 

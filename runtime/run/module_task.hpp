@@ -2,6 +2,8 @@
 // A module as a task of the executive: copies its inputs from the signal table, steps it, and publishes its
 // outputs. A module works on copies, so that one on a task thread never accesses the table.
 
+#include <atomic>
+#include <cstdint>
 #include <vector>
 
 #include "runtime/executive/clock.hpp"
@@ -27,6 +29,11 @@ class ModuleTask final : public executive::Task {
   void queue(const executive::TickInfo& tick) noexcept override;
   void step(const executive::TickInfo& tick) noexcept override;
   void publish(const executive::TickInfo& tick) noexcept override;
+  /// Base thread: from the next step on, each takes so much longer; faults add up.
+  void add_duration(std::int64_t added_ns) noexcept {
+    added_ns_.fetch_add(added_ns, std::memory_order_relaxed);
+  }
+  std::int64_t added_ns() const noexcept override { return added_ns_.load(std::memory_order_relaxed); }
   std::int64_t last_blocked_ns() const noexcept override { return context_.blocked_ns; }
   std::int64_t last_gpu_ns() const noexcept override { return context_.gpu_ns; }
 
@@ -53,6 +60,7 @@ class ModuleTask final : public executive::Task {
   bool kept_ = false;
   std::vector<double> outputs_;
   modules::StepContext context_;
+  std::atomic<std::int64_t> added_ns_{0};
   std::uint64_t runs_without_result_ = 0;
   rtstdb::Status first_failure_ = rtstdb::Status::idle;
 };

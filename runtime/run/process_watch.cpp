@@ -1,6 +1,7 @@
 #include "runtime/run/process_watch.hpp"
 
 #include <poll.h>
+#include <signal.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -30,7 +31,8 @@ ProcessWatch::ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_
                                  .exit = "running",
                                  .safe_on_exit = program.safe_on_exit,
                                  .may_be_lost = program.may_be_lost,
-                                 .output_fault = {}}});
+                                 .output_fault = {}},
+                        .fault = std::make_unique<std::atomic<const std::string*>>(nullptr)});
   }
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
 }
@@ -38,6 +40,17 @@ ProcessWatch::ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_
 ProcessWatch::~ProcessWatch() {
   stop();
   close(wake_);
+}
+
+void ProcessWatch::set_paused(std::size_t program, bool paused) noexcept {
+  const pid_t group = watched_[program].child->pid();
+  if (group > 0) ::kill(-group, paused ? SIGSTOP : SIGCONT);
+}
+
+void ProcessWatch::kill_for_fault(std::size_t program, const std::string& fault) noexcept {
+  const Watched& watched = watched_[program];
+  watched.fault->store(&fault, std::memory_order_release);
+  if (watched.child->pid() > 0) ::kill(-watched.child->pid(), SIGKILL);
 }
 
 std::vector<std::string> ProcessWatch::started() const {
@@ -70,6 +83,10 @@ void ProcessWatch::check_children() {
     watched.exit.ended_early = true;
     watched.exit.ended_at_ns = now_ns_();
     watched.exit.exit = io::process::describe(watched.child->exit());
+    if (const std::string* const fault = watched.fault->load(std::memory_order_acquire)) {
+      watched.exit.fault = *fault;
+      watched.exit.safe_on_exit = false;
+    }
     if (on_exit_) on_exit_(watched.exit);
   }
 }
@@ -118,6 +135,7 @@ std::vector<ProcessExit> ProcessWatch::stop() {
   std::vector<ProcessExit> exits;
   for (Watched& watched : watched_) {
     if (watched.child != nullptr && !watched.exit.ended_early) {
+      if (watched.child->pid() > 0) ::kill(-watched.child->pid(), SIGCONT);  // a fault may have paused it
       watched.exit.exit = io::process::describe(watched.child->stop(stop_timeout_ns));
     }
     if (watched.child != nullptr) watched.exit.output_fault = watched.child->output_fault();

@@ -28,6 +28,7 @@ struct ProcessExit {
   std::string exit{};            ///< in words: "exit code 0", "running"
   bool safe_on_exit = true;      ///< its early end ends the run
   bool may_be_lost = false;      ///< its early end does not make the run fail
+  std::string fault{};           ///< the fault of the scenario that killed it; empty: none
   std::string output_fault{};    ///< why its output file is incomplete; empty: it is complete
 };
 
@@ -46,6 +47,14 @@ class ProcessWatch {
   ~ProcessWatch();
   ProcessWatch(const ProcessWatch&) = delete;
   ProcessWatch& operator=(const ProcessWatch&) = delete;
+
+  /// The id of a process by its place in the list of programs. Neither allocates nor blocks.
+  pid_t process_at(std::size_t program) const noexcept { return watched_[program].child->pid(); }
+  /// Stops a process (SIGSTOP), by its place in the list of programs, or lets it go on. Any thread; neither
+  /// allocates nor blocks.
+  void set_paused(std::size_t program, bool paused) noexcept;
+  /// Kills a process for a fault, whose name outlives the watch: its end does not end the run. As set_paused.
+  void kill_for_fault(std::size_t program, const std::string& fault) noexcept;
 
   /// A text for each process: name, process id and command.
   std::vector<std::string> started() const;
@@ -82,6 +91,8 @@ class ProcessWatch {
   struct Watched {
     std::unique_ptr<io::process::Child> child;
     ProcessExit exit;
+    /// The fault that killed it.
+    std::unique_ptr<std::atomic<const std::string*>> fault{};
   };
   RunTimeNow now_ns_;
   std::vector<Watched> watched_;

@@ -45,6 +45,9 @@ void RunBuses::make_devices(recording::Recorder* recorder) {
              .stop_requested = context_.stop_requested,
              .frames = recorder == nullptr ? nullptr : recorder->frame_sink(section.full_name())})});
     keep_judged_arrivals(bus);
+    for (const BusFault& fault : wiring_.bus_faults) {
+      if (fault.bus + 1 == buses_.size()) bus.device->device().add_fault(fault.injected);
+    }
     if (bus.device->start_phase() == buses::StartPhase::before_programs) start(bus);
   }
 }
@@ -112,6 +115,20 @@ void RunBuses::add_tasks(executive::Executive& executive) {
     executive.add_task({.name = section.full_name(), .every_ticks = section.every_ticks, .thread = {}},
                        *links_[i]);
   }
+}
+
+void RunBuses::set_fault(const BusFault& fault, const std::string& name, bool active) noexcept {
+  links_[fault.bus]->device().set_fault(fault.number, active);
+  if (fault.injected.message.empty()) loss_watch_->set_fault(fault.bus, name, active);
+}
+
+std::uint64_t RunBuses::fault_count(const BusFault& fault) const noexcept {
+  return links_[fault.bus]->device().fault_count(fault.number);
+}
+
+void RunBuses::set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept {
+  if (context_.is_virtual) links_[bus]->device().set_away(process, away);
+  loss_watch_->set_fault(bus, name, away);
 }
 
 void RunBuses::begin_tick(std::int64_t time_ns) noexcept {

@@ -49,6 +49,14 @@ class RunBuses {
 
   /// Adds a task for each bus, with its full name.
   void add_tasks(executive::Executive& executive);
+  // Base thread; neither allocate nor block in real time.
+  /// Begins or ends a fault. `name`: of the scenario; it outlives the run.
+  void set_fault(const BusFault& fault, const std::string& name, bool active) noexcept;
+  /// The frames or requests that came while the fault was active.
+  std::uint64_t fault_count(const BusFault& fault) const noexcept;
+  /// The programs of a process that are connected with a bus do not answer, by the fault of this name, or do
+  /// so again.
+  void set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept;
   /// Latches the inputs; the devices' tasks release safe values while a loss is not permitted.
   void begin_tick(std::int64_t time_ns) noexcept;
   /// False once a device failed in a lock-step exchange and that is not a permitted loss.

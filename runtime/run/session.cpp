@@ -19,6 +19,7 @@
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
 #include "runtime/run/executive_record.hpp"
+#include "runtime/run/fault_switches.hpp"
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_buses.hpp"
 #include "runtime/run/run_context.hpp"
@@ -133,6 +134,7 @@ class LiveSession final : public executive::TickHooks {
   RunBuses buses_;
   std::unique_ptr<ProcessWatch> processes_;
   std::vector<ProcessExit> exits_;
+  std::optional<FaultSwitches> fault_switches_;
   std::optional<expectations::Judges> judges_;
   std::unique_ptr<SignalLog> signal_log_;
   std::vector<std::string> write_faults_;  ///< why files of the run lack something, one sentence each
@@ -143,12 +145,13 @@ void LiveSession::open() {
   context_.log.info("scenario " + scenario_.name + " from " + scenario_.file);
   world_ = std::make_unique<RunWorld>(wiring_, context_);
   wiring_.stimuli.open(wiring_.signals, world_->events());
-  wiring_.faults.open(wiring_.signals, world_->events());
   recorder_ = make_recorder();
   buses_.make_devices(recorder_.get());
   start_processes();
   wait_for_programs();
   start_remaining_devices();
+  fault_switches_.emplace(wiring_, buses_, *processes_, world_->tasks());
+  wiring_.faults.open(wiring_.signals, world_->events(), fault_switches_->by_fault());
   judges_.emplace(scenario_, wiring_.signals, arrivals_);
   signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
                                             context_.is_virtual);

@@ -96,6 +96,14 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
                     std::string(injections == &record.stimuli ? "stimulus" : "fault") + " '" + never->name +
                         "' never began, so the run does not check what it is for");
   }
+  const auto no_frame =
+      std::ranges::find(record.faults, std::optional<std::uint64_t>(0), &report::Injection::frames);
+  if (no_frame != record.faults.end()) {
+    return conclude(report::Verdict::failed, exit_expectation_failed,
+                    "while fault '" + no_frame->name +
+                        "' was active, no frame or request came, so the run does not "
+                        "check what it is for");
+  }
   conclude(report::Verdict::passed, exit_passed,
            record.expectations.empty() ? "the scenario has no expectations" : "every expectation held");
 }

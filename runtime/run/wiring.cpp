@@ -182,6 +182,13 @@ void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics
   }
 }
 
+std::vector<FaultyBus> faulty_buses(const Wiring& wiring) {
+  std::vector<FaultyBus> buses;
+  for (const WiredBus& wired : wiring.buses)
+    buses.push_back({.full_name = wired.section->full_name(), .channels = &wired.bus->channels()});
+  return buses;
+}
+
 void check_expectations(const config::Scenario& scenario, const KnownSignals& known,
                         Diagnostics& diagnostics) {
   for (const config::Expectation& expectation : scenario.expectations) {
@@ -231,6 +238,8 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   wiring.stimuli.compile(scenario, known, diagnostics);
   wiring.faults.redirect(readers_of(wiring), diagnostics);
   wiring.faults.compile(scenario, known, diagnostics);
+  wiring.bus_faults = bus_faults(scenario, faulty_buses(wiring), diagnostics);
+  check_fault_targets(scenario, diagnostics);
   wire_world(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
   if (scenario.recording)

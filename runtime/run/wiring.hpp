@@ -15,9 +15,10 @@
 
 #include "runtime/buses/bus.hpp"
 #include "runtime/config/scenario.hpp"
-#include "runtime/injection/signal_faults.hpp"
+#include "runtime/injection/faults.hpp"
 #include "runtime/injection/stimuli.hpp"
 #include "runtime/modules/module.hpp"
+#include "runtime/run/bus_faults.hpp"
 #include "runtime/run/module_task.hpp"
 #include "runtime/run/run_variables.hpp"
 #include "runtime/run/scenery.hpp"
@@ -45,10 +46,11 @@ struct Wiring {
   signals::SignalTable signals;
   RunVariables variables;
   injection::Stimuli stimuli;
-  injection::SignalFaults faults;
+  injection::Faults faults;
   std::vector<WiredModule> modules;
   std::vector<WiredBus> buses;  ///< in the order of the scenario
   std::vector<signals::SignalId> recorded;
+  std::vector<BusFault> bus_faults;
 };
 
 /// All types of modules and buses, for config::load_scenario.

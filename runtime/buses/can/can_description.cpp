@@ -255,6 +255,7 @@ std::optional<double> start_value_of(const io::can::DbcSignal& signal) {
 }
 
 void warn_of_unset_signals(const SentMessage& sent, const io::can::DbcMessage& message,
+                           const std::function<bool(const std::string&)>& is_driven,
                            Diagnostics& diagnostics) {
   std::string unset, unfit, by_default;
   for (const io::can::DbcSignal& signal : message.signals) {
@@ -264,7 +265,7 @@ void warn_of_unset_signals(const SentMessage& sent, const io::can::DbcMessage& m
     const bool is_set = std::any_of(sent.signals.begin(), sent.signals.end(),
                                     [&](const auto& source) { return is_this(source.dbc_signal.text); });
     const bool has_start = start_value_of(signal).has_value();
-    if (fills_itself || is_set || (has_start && !signal.start_is_default)) continue;
+    if (fills_itself || is_set || is_driven(signal.name) || (has_start && !signal.start_is_default)) continue;
     std::string& list = has_start ? by_default : signal.start_raw ? unfit : unset;
     list += (list.empty() ? "'" : ", '") + signal.name + "'";
     if (signal.start_raw) list += " (" + config::format_number(*signal.start_raw) + ")";

@@ -2,6 +2,7 @@
 // The configuration of a CAN device, from a section of the scenario and the defaults of its DBC file; and
 // properties of signals in the file.
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -28,6 +29,7 @@ std::optional<double> start_value_of(const io::can::DbcSignal& signal);
 
 /// Warns of the signals of a sent message that nothing sets and that have no start value.
 void warn_of_unset_signals(const SentMessage& sent, const io::can::DbcMessage& message,
+                           const std::function<bool(const std::string&)>& is_driven,
                            config::Diagnostics& diagnostics);
 
 /// "has 64 bits; ..." for a signal whose values a double can not all represent; else empty.

@@ -101,7 +101,10 @@ void CanWiring::connect_message(const SentMessage& sent, const io::can::DbcMessa
     const auto start = start_value_of(signal);
     if (index < outputs.size() && start) outputs[index].constant = *start;
   }
-  warn_of_unset_signals(sent, message, diagnostics);
+  const auto is_driven = [&](const std::string& signal) {  // by a stimulus
+    return known.table().find(section_.full_name() + "." + message.name + "." + signal).has_value();
+  };
+  warn_of_unset_signals(sent, message, is_driven, diagnostics);
   for (const SignalSource& source : sent.signals) {
     const io::can::DbcSignal* const found = message.find_signal(source.dbc_signal.text);
     if (found == nullptr) continue;

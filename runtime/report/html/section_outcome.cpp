@@ -123,30 +123,34 @@ void expectations_section(Markup& out, const RunRecord& record) {
 }
 
 void injections_section(Markup& out, const RunRecord& record) {
-  const auto add = [&](const std::vector<Injection>& injections, const char* title, const char* signal) {
+  const auto add = [&](const std::vector<Injection>& injections, const char* title, const char* target) {
     if (injections.empty()) return;
     const bool has_effect =
         std::ranges::any_of(injections, [](const auto& one) { return !one.effect.empty(); });
     out.element("h2", title);
     out.open("div", {{"class", "card"}});
-    std::vector<Column> columns{{"Name"}, {signal}};
+    std::vector<Column> columns{{"Name"}, {target}};
     if (has_effect) columns.push_back({"Effect"});
     for (const char* const number : {"Begins", "First begin", "Active for"})
       columns.push_back({number, true});
+    const bool has_frames =
+        std::ranges::any_of(injections, [](const auto& one) { return one.frames.has_value(); });
+    if (has_frames) columns.push_back({"Frames or requests", true});
     Table table(out, std::move(columns));
     for (const Injection& one : injections) {
-      std::vector<Cell> cells{one.name, one.signal};
+      std::vector<Cell> cells{one.name, one.target};
       if (has_effect) cells.push_back(one.effect);
       cells.push_back({count_text(one.begins), one.begins == 0 ? "tone bad" : ""});
       cells.push_back(one.first_begin_ns ? instant(*one.first_begin_ns) : std::string(dash));
       cells.push_back(chosen_time(one.active_ns));
+      if (has_frames) cells.push_back(one.frames ? count_text(*one.frames) : std::string(dash));
       table.row(cells);
     }
     table.end();
     out.close();
   };
   add(record.stimuli, "Stimuli", "Drives");
-  add(record.faults, "Faults", "Signal");
+  add(record.faults, "Faults", "Of");
 }
 
 void failures_section(Markup& out, const RunRecord& record) {
@@ -167,7 +171,10 @@ void failures_section(Markup& out, const RunRecord& record) {
            instant(loss.begin_ns),
            chosen_time(loss.duration_ns),
            loss.to_the_end ? std::string("the end of the run") : instant(loss.begin_ns + loss.duration_ns),
-           {loss.permitted ? "yes, by may_be_lost" : "no", loss.permitted ? "" : "tone bad"},
+           {!loss.fault.empty() ? "yes, by the fault " + loss.fault
+            : loss.permitted    ? "yes, by may_be_lost"
+                                : "no",
+            loss.permitted ? "" : "tone bad"},
            loss.cause.empty() ? std::string(dash) : loss.cause});
     }
     table.end();

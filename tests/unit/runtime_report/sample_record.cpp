@@ -296,12 +296,19 @@ RunRecord full_record() {
                           8'412 * millisecond, 8'413, 10'000, std::nullopt, -0.25, "m", 8'420 * millisecond},
                          {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms",
                           std::nullopt, 9'900, 10'000}};
-  record.stimuli = {{"profile", "can.car.EgoStatus.Speed", "", 1, 0, 10'000 * millisecond}};
+  record.stimuli = {{"profile", "can.car.EgoStatus.Speed", "", 1, 0, 10'000 * millisecond, {}}};
   record.faults = {
-      {"stuck", "scanner.object0.x", "stuck at its last value", 2, 3'000 * millisecond, 1'250 * millisecond},
-      {"noisy", "traffic.ego.speed", "noise of 1 m/s", 0, std::nullopt, 0}};
-  record.losses = {{"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, ""},
-                   {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false,
+      {"stuck",
+       "scanner.object0.x",
+       "stuck at its last value",
+       2,
+       3'000 * millisecond,
+       1'250 * millisecond,
+       {}},
+      {"late", "can.car.EgoStatus", "delayed by 20 ms", 1, 4'000 * millisecond, 500 * millisecond, 50},
+      {"noisy", "traffic.ego.speed", "noise of 1 m/s", 0, std::nullopt, 0, {}}};
+  record.losses = {{"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, "cut", ""},
+                   {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false, "",
                     "was ended by signal 11 (Segmentation fault)"}};
   record.losses_not_listed = 2;
   record.failures = {

@@ -52,6 +52,59 @@ TEST(LossWatch, DisconnectionLongerThanTheTimeOutIsALoss) {
   EXPECT_FALSE(losses[0].permitted);
 }
 
+TEST(LossWatch, LossInAFaultIsCausedByIt) {
+  WatchedDevice plc(10 * ms);
+  const std::string name = "cut";
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  check(watch, 0, 100);
+  watch.set_fault(0, name, true);
+  plc.is_connected = false;
+  check(watch, 100, 200);
+  EXPECT_FALSE(watch.outputs_must_be_safe());
+  watch.set_fault(0, name, false);
+  check(watch, 200, 205);
+  plc.is_connected = true;
+  check(watch, 205, 300);
+  const auto losses = watch.losses(300 * ms, {});
+  ASSERT_EQ(losses.size(), 1U) << "it came back within its time-out";
+  EXPECT_TRUE(losses[0].permitted);
+  EXPECT_EQ(losses[0].fault, "cut");
+  EXPECT_EQ(losses[0].begin_ns, 100 * ms);
+  EXPECT_EQ(losses[0].duration_ns, 100 * ms);
+}
+
+TEST(LossWatch, DeviceThatDoesNotComeBackAfterAFaultIsLost) {
+  WatchedDevice plc(10 * ms);
+  const std::string name = "cut";
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  check(watch, 0, 100);
+  watch.set_fault(0, name, true);
+  plc.is_connected = false;
+  check(watch, 100, 200);
+  watch.set_fault(0, name, false);
+  check(watch, 200, 250);
+  EXPECT_TRUE(watch.outputs_must_be_safe());
+  const auto losses = watch.losses(250 * ms, {});
+  ASSERT_EQ(losses.size(), 2U);
+  EXPECT_TRUE(losses[0].permitted);
+  EXPECT_FALSE(losses[1].permitted);
+  EXPECT_EQ(losses[1].begin_ns, 200 * ms);
+}
+
+TEST(LossWatch, FaultDoesNotExcuseAnEarlierLoss) {
+  WatchedDevice plc(10 * ms);
+  const std::string name = "cut";
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  check(watch, 0, 100);
+  plc.is_connected = false;
+  check(watch, 100, 150);
+  watch.set_fault(0, name, true);
+  check(watch, 150, 200);
+  const auto losses = watch.losses(200 * ms, {});
+  ASSERT_EQ(losses.size(), 1U);
+  EXPECT_FALSE(losses[0].permitted);
+}
+
 TEST(LossWatch, DeviceThatNeverConnectsIsLostForTheWholeRun) {
   WatchedDevice plc(1'000 * ms);
   LossWatch never_run({{&plc, "Modbus unit plc", false}});

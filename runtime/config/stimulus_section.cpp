@@ -1,4 +1,4 @@
-#include "runtime/config/injection_section.hpp"
+#include "runtime/config/stimulus_section.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -10,25 +10,6 @@
 
 namespace hil::config {
 namespace {
-
-/// The keys of an activation.
-void add_activation_fields(std::vector<Field>& fields) {
-  const std::vector<Field> more{
-      Field::optional("at", duration_schema(0.0), "The run time at which it begins."),
-      Field::optional("every", duration_schema(min_duration_s),
-                      "With 'at': the time from one begin to the next."),
-      Field::optional("when", Schema::text(), "A condition: it begins where it becomes true."),
-      Field::optional("while", Schema::text(), "A condition: it is active where it is true."),
-      Field::optional("for", duration_schema(min_duration_s), "How long it is active. Left out: to the end."),
-      Field::optional("until", Schema::text(), "A condition: it ends where it is true."),
-      Field::optional("times", Schema::integer(1, 1'000'000'000),
-                      "How often it begins at most. Left out: once; with 'every' and 'while' as often as "
-                      "they say."),
-      Field::with_default("probability", Schema::quantity(Quantity::share, 0.0, 1.0), "100 %",
-                          "The probability of each begin, from the run's seed."),
-  };
-  fields.insert(fields.end(), more.begin(), more.end());
-}
 
 Schema pair_schema(const char* first, const char* first_about, const char* second, const char* second_about,
                    std::vector<Field> more) {
@@ -101,95 +82,6 @@ Schema stimulus_schema() {
       std::move(common));
 }
 
-Schema fault_schema() {
-  std::vector<Field> common{
-      Field::needed("name", Schema::name(), "The fault's name. 'fault.NAME' is 1 while it is active."),
-      Field::needed("signal", Schema::signal(), "The signal that readers read wrongly."),
-      Field::with_default("readers", Schema::list(Schema::signal()), "[]",
-                          "Modules, buses ('can.car') or their inputs ('control.level'). Left out: all "
-                          "modules and buses that read the signal."),
-  };
-  add_activation_fields(common);
-  return Schema::exactly_one(
-      {
-          Field::optional("stuck", Schema::text(), "An expression, or 'last': the value before the fault."),
-          Field::optional("offset", Schema::text(), "An expression that is added."),
-          Field::optional("gain", Schema::text(), "A factor."),
-          Field::optional(
-              "noise", Schema::text(),
-              "The standard deviation of normally distributed noise that is added, from the run's "
-              "seed."),
-          Field::optional("drift", Schema::text(), "A change per second since the begin, which is added."),
-          Field::optional("delay", duration_schema(min_duration_s),
-                          "How late the value is, a multiple of the base period."),
-          Field::optional("dropout", Schema::quantity(Quantity::share, 0.0, 1.0),
-                          "The share of ticks in which there is no value, from the run's seed."),
-      },
-      std::move(common));
-}
-
-/// Empty with a mistake.
-bool read_expression(const Value& section, const char* field, std::optional<Expression>& expression,
-                     Diagnostics& diagnostics) {
-  if (!section.has(field)) return true;
-  expression = Expression::parse(section[field], diagnostics);
-  return expression.has_value();
-}
-
-/// A shorter time would let one tick pass through any number of parts.
-void need_a_tick(const Value& duration, const std::string& field, std::int64_t period_ns,
-                 Diagnostics& diagnostics) {
-  if (duration.duration_ns() >= period_ns) return;
-  diagnostics.add(duration.place(), "'" + field + "': " + format_duration(duration.duration_ns()) +
-                                        " is shorter than the base period of " + format_duration(period_ns));
-}
-
-/// False with mistakes.
-bool read_activation(const Value& section, ActivationSection& activation, const Scenario& scenario,
-                     Diagnostics& diagnostics) {
-  const std::size_t before = diagnostics.count();
-  const char* begin = nullptr;
-  for (const char* const field : {"at", "when", "while"}) {
-    if (!section.has(field)) continue;
-    if (begin != nullptr) {
-      diagnostics.add(section[field].place(), std::string("'") + field + "' and '" + begin +
-                                                  "' exclude each other: both say when it begins");
-    }
-    begin = field;
-  }
-  const bool has_while = section.has("while");
-  for (const char* const field : {"for", "until"}) {
-    if (has_while && section.has(field))
-      diagnostics.add(section[field].place(), std::string("'") + field + "' and 'while' exclude each other");
-  }
-  if (section.has("at")) activation.at_ns = section["at"].duration_ns();
-  if (section.has("for")) activation.for_ns = section["for"].duration_ns();
-  if (activation.at_ns && scenario.duration_ns > 0 && *activation.at_ns >= scenario.duration_ns) {
-    diagnostics.add(section["at"].place(), "'at': " + format_duration(*activation.at_ns) +
-                                               " is not before the end of the run, which takes " +
-                                               format_duration(scenario.duration_ns));
-  }
-  if (section.has("every")) {
-    activation.every_ns = section["every"].duration_ns();
-    if (!activation.at_ns) diagnostics.add(section["every"].place(), "'every' needs 'at'");
-    need_a_tick(section["every"], "every", scenario.base_period_ns, diagnostics);
-    if (!activation.for_ns || *activation.for_ns >= *activation.every_ns)
-      diagnostics.add(section["every"].place(), "'every' needs a shorter 'for'");
-  }
-  read_expression(section, "when", activation.when, diagnostics);
-  read_expression(section, "while", activation.active_while, diagnostics);
-  read_expression(section, "until", activation.until, diagnostics);
-  activation.probability = section["probability"].number();
-  constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
-  if (section.has("times"))
-    activation.times = static_cast<std::uint64_t>(section["times"].integer());
-  else if (activation.every_ns || has_while)
-    activation.times = unlimited;
-  if (activation.times > 1 && activation.at_ns && !activation.every_ns)
-    diagnostics.add(section["times"].place(), "'times' with 'at' needs 'every'");
-  return diagnostics.count() == before;
-}
-
 std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, ReaderContext& reading) {
   using Kind = StimulusSegment::Kind;
   Diagnostics& diagnostics = reading.diagnostics;
@@ -245,10 +137,6 @@ Schema stimuli_schema() {
   return Schema::list(stimulus_schema());
 }
 
-Schema faults_schema() {
-  return Schema::list(fault_schema());
-}
-
 void read_stimuli(const Value& root, Scenario& scenario, ReaderContext& reading) {
   const Value* const list = part_of(root, "stimuli");
   if (list == nullptr) return;
@@ -276,41 +164,6 @@ void read_stimuli(const Value& root, Scenario& scenario, ReaderContext& reading)
                               "this part needs its duration 'for', since the sequence repeats");
     read_activation(section, stimulus.activation, scenario, reading.diagnostics);
     if (reading.diagnostics.count() == before) scenario.stimuli.push_back(std::move(stimulus));
-  }
-}
-
-void read_faults(const Value& root, Scenario& scenario, ReaderContext& reading) {
-  using FaultKind = FaultSection::Kind;
-  const Value* const list = part_of(root, "faults");
-  if (list == nullptr) return;
-  UniqueNames names("fault", reading.diagnostics);
-  for (const Value& section : list->items()) {
-    if (const std::optional<Word> name = word_in(section, "name")) names.add(*name);
-    if (!is_whole(section)) continue;
-    const std::size_t before = reading.diagnostics.count();
-    FaultSection fault{.name = word_of(section["name"]), .signal = word_of(section["signal"])};
-    for (const Value& reader : section["readers"].items())
-      fault.readers.push_back(word_of(reader));
-    const std::string& kind = section.chosen();
-    if (kind == "delay") {
-      fault.kind = FaultKind::delay;
-      fault.delay_ns = section["delay"].duration_ns();
-      if (reading.base)
-        multiple_of(section["delay"], reading.base->period_ns, "delay", "the base period",
-                    reading.diagnostics);
-    } else if (kind == "dropout") {
-      fault.kind = FaultKind::dropout;
-      fault.dropout = section["dropout"].number();
-    } else if (kind != "stuck" || section["stuck"].text() != "last") {
-      fault.kind = kind == "stuck"    ? FaultKind::stuck
-                   : kind == "offset" ? FaultKind::offset
-                   : kind == "gain"   ? FaultKind::gain
-                   : kind == "noise"  ? FaultKind::noise
-                                      : FaultKind::drift;
-      read_expression(section, kind.c_str(), fault.value, reading.diagnostics);
-    }
-    read_activation(section, fault.activation, scenario, reading.diagnostics);
-    if (reading.diagnostics.count() == before) scenario.faults.push_back(std::move(fault));
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The sections `stimuli` and `faults` of a scenario, and when an entry of them is active.
+// The section `stimuli` of a scenario.
 //
 // Threads: immutable once loaded.
 
@@ -9,36 +9,12 @@
 #include <variant>
 #include <vector>
 
+#include "runtime/config/activation_section.hpp"
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expression.hpp"
 #include "runtime/config/schema.hpp"
 
 namespace hil::config {
-
-/// When something is active. It begins once without `at`, `when` and `while`: at 0.
-struct ActivationSection {
-  std::optional<std::int64_t> at_ns;       ///< run time of its begin
-  std::optional<std::int64_t> every_ns;    ///< with at_ns: from one begin to the next
-  std::optional<Expression> when;          ///< begins where it becomes true
-  std::optional<Expression> active_while;  ///< active where it is true
-  std::optional<std::int64_t> for_ns;
-  std::optional<Expression> until;
-  std::uint64_t times = 1;   ///< that it begins, at most
-  double probability = 1.0;  ///< of each begin
-};
-
-/// A fault of a signal: what its readers read in place of it.
-struct FaultSection {
-  enum class Kind : std::uint8_t { stuck_at_last, stuck, offset, gain, noise, drift, delay, dropout };
-  Word name;
-  Word signal;
-  Kind kind = Kind::stuck_at_last;
-  std::optional<Expression> value{};  ///< of stuck, offset, gain, noise (its deviation), drift
-  std::int64_t delay_ns = 0;
-  double dropout = 0.0;         ///< share of the ticks
-  std::vector<Word> readers{};  ///< modules, buses, inputs of them; empty: all
-  ActivationSection activation{};
-};
 
 /// A part of a stimulus. A part without a duration lasts to the end of the run.
 struct StimulusSegment {
@@ -74,9 +50,7 @@ struct Scenario;
 struct ReaderContext;
 
 Schema stimuli_schema();
-Schema faults_schema();
 /// Adds the entries without mistakes.
 void read_stimuli(const Value& root, Scenario& scenario, ReaderContext& reading);
-void read_faults(const Value& root, Scenario& scenario, ReaderContext& reading);
 
 }  // namespace hil::config

@@ -1,16 +1,21 @@
 #pragma once
-// Faults of signals. Readers that a fault names read the signal "x.faulted" in place of "x"; "x" keeps the
-// true value, which expectations, variables and the other readers read. "fault.NAME" is 1 while a fault is
-// active. Several faults of one signal act in the order of the scenario.
+// Faults of a run: when they are active, and what they act on.
 //
-// In a tick: first all activations are updated, by the signals as they are when the tick begins. From then on
-// each "x.faulted" follows its signal: it is computed again at each write of it.
+// Of a signal: readers that a fault names read the signal "x.faulted" in place of "x"; "x" keeps the true
+// value, which expectations, variables and the other readers read. Several faults of one signal act in the
+// order of the scenario. In a tick all activations are updated first, by the signals as they are when the
+// tick begins. From then on each "x.faulted" follows its signal (faulty_signal.hpp).
+//
+// Of anything else: the run gives a FaultSwitch.
+//
+// "fault.NAME" is 1 while a fault is active.
 //
 // Threads: declare, redirect and compile on the one that wires the run, in this order; begin_tick and
 // end_tick on the base thread, without allocation; fill after the run.
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,12 +35,24 @@ struct Reader {
   signals::SignalId* signal = nullptr;
 };
 
-class SignalFaults {
+/// Begins and ends the fault of a message, a device, a process or a task.
+class FaultSwitch {
  public:
-  SignalFaults();
-  SignalFaults(SignalFaults&&) noexcept;
-  SignalFaults& operator=(SignalFaults&&) noexcept;
-  ~SignalFaults();
+  virtual ~FaultSwitch() = default;
+  /// At the begin of a tick, after the inputs of devices are latched. Neither allocates nor blocks.
+  virtual void set(bool active) noexcept = 0;
+  /// After the run: the frames or requests that came while the fault was active; empty: not counted.
+  virtual std::optional<std::uint64_t> count() const { return std::nullopt; }
+};
+
+class FaultySignal;
+
+class Faults {
+ public:
+  Faults();
+  Faults(Faults&&) noexcept;
+  Faults& operator=(Faults&&) noexcept;
+  ~Faults();
 
   /// Adds the signals "fault.NAME" and "x.faulted". After the signals of modules and buses are declared, and
   /// before the variables, on which no fault acts.
@@ -47,8 +64,10 @@ class SignalFaults {
   void compile(const config::Scenario& scenario, const signals::KnownSignals& known,
                config::Diagnostics& diagnostics);
 
-  /// Before the first tick. The table and the log outlive the last tick.
-  void open(signals::SignalTable& table, modules::EventLog& events);
+  /// Before the first tick. The table, the log and the switches outlive the last tick. `switches`: by fault
+  /// of the scenario; null for those of signals.
+  void open(signals::SignalTable& table, modules::EventLog& events,
+            std::span<FaultSwitch* const> switches = {});
   /// After the inputs of devices are latched.
   void begin_tick(std::int64_t time_ns) noexcept;
   /// After all tasks.
@@ -57,11 +76,12 @@ class SignalFaults {
   void fill(std::int64_t end_ns, report::RunRecord& record) const;
 
  private:
-  class Chain;
   struct Fault;
+  void declare_signal(const config::Scenario& scenario, Fault& fault, signals::KnownSignals& known,
+                      config::Diagnostics& diagnostics);
 
   std::vector<std::unique_ptr<Fault>> faults_;  ///< in the order of the scenario
-  std::vector<std::unique_ptr<Chain>> chains_;  ///< one for each faulted signal
+  std::vector<std::unique_ptr<FaultySignal>> faulty_;
   signals::SignalTable* table_ = nullptr;
   modules::EventLog* events_ = nullptr;
 };

@@ -1,0 +1,153 @@
+#include "io/can/frame_faults.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace hil::io::can {
+namespace {
+
+using FaultKind = InjectedFault::Kind;
+
+constexpr std::int64_t max_delay_ns = 60'000'000'000;  // bounds the memory of held frames
+
+std::span<std::uint8_t> payload_of(Frame& frame) {
+  return {frame.raw.data, frame.raw.len};
+}
+
+/// The checksum that fits the payload, where the message has one.
+void correct_checksum(const MessageLayout& layout, Frame& frame) {
+  if (!layout.checksum()) return;
+  const SignalCodec& checksum = layout.codec(*layout.checksum());
+  if (checksum.is_whole_in(frame.raw.len))
+    checksum.insert(payload_of(frame), layout.checksum_of(frame.payload()));
+}
+
+}  // namespace
+
+std::string FrameFaults::problem(const InjectedFault& injected, const MessageLayout& layout) {
+  switch (injected.kind) {
+    case FaultKind::wrong_counter:
+      if (!layout.counter()) return "the scenario names no counter of this message";
+      break;
+    case FaultKind::wrong_checksum:
+      if (!layout.checksum()) return "the scenario names no checksum of this message";
+      break;
+    case FaultKind::length:
+      if (!valid_length(injected.number, layout.is_fd()))
+        return "no " + std::string(layout.is_fd() ? "CAN FD" : "classic CAN") + " frame has " +
+               std::to_string(injected.number) + " bytes";
+      if (injected.number == layout.frame_length())
+        return "its frames have " + std::to_string(injected.number) + " bytes anyway";
+      break;
+    case FaultKind::flip_bits:
+      for (const std::uint32_t bit : injected.bits) {
+        if (bit >= 8 * layout.frame_length())
+          return "its frames have the bits 0 to " + std::to_string(8 * layout.frame_length() - 1) + ", not " +
+                 std::to_string(bit);
+      }
+      break;
+    case FaultKind::delay:
+      if (injected.delay_ns > max_delay_ns) return "a frame can be delayed by at most 60 s";
+      break;
+    case FaultKind::drop:
+    case FaultKind::repeat:
+      break;
+    case FaultKind::bus_off:
+    case FaultKind::silent:
+    case FaultKind::disconnected:
+    case FaultKind::exception:
+      return "that is no fault of a message";
+  }
+  return {};
+}
+
+void FrameFaults::add(const InjectedFault& injected, const MessageLayout* layout) {
+  faults_.push_back(std::make_unique<Fault>(injected, layout));
+  if (layout != nullptr) by_id_[layout->can_id() & id_mask].push_back(faults_.back().get());
+}
+
+bool FrameFaults::is_bus_off() const noexcept {
+  return std::ranges::any_of(faults_, [](const auto& fault) {
+    return fault->layout == nullptr && fault->active.load(std::memory_order_acquire);
+  });
+}
+
+std::span<const Frame> FrameFaults::pass(const Frame& frame, RunTimeNs now_ns) {
+  passed_.clear();
+  pass_from(0, frame, now_ns);
+  return passed_;
+}
+
+std::span<const Frame> FrameFaults::take_due(RunTimeNs now_ns) {
+  passed_.clear();
+  while (!held_.empty() && held_.begin()->first <= now_ns) {
+    const auto [due_ns, held] = *held_.begin();
+    held_.erase(held_.begin());
+    Frame frame = held.frame;
+    frame.time_ns = due_ns;
+    pass_from(held.next_fault, frame, now_ns);
+  }
+  return passed_;
+}
+
+std::optional<RunTimeNs> FrameFaults::next_due_ns() const noexcept {
+  if (held_.empty()) return std::nullopt;
+  return held_.begin()->first;
+}
+
+void FrameFaults::keep_counter(Fault& fault, bool active, Frame& frame) {
+  const SignalCodec& counter = fault.layout->codec(*fault.layout->counter());
+  if (!counter.is_whole_in(frame.raw.len)) return;
+  if (!active || !fault.last_counter) fault.last_counter = counter.extract(frame.payload());
+  if (!active) return;
+  counter.insert(payload_of(frame), *fault.last_counter);
+  correct_checksum(*fault.layout, frame);
+}
+
+void FrameFaults::pass_from(std::size_t first, Frame frame, RunTimeNs now_ns) {
+  const std::vector<Fault*>& faults = by_id_.at(frame.raw.can_id & id_mask);
+  for (std::size_t i = first; i < faults.size(); ++i) {
+    Fault& fault = *faults[i];
+    const InjectedFault& injected = fault.injected;
+    const bool active = fault.active.load(std::memory_order_acquire);
+    if (injected.kind == FaultKind::wrong_counter) keep_counter(fault, active, frame);
+    // Drawn for each frame, so that one fault's numbers do not depend on when it is active.
+    const bool is_chosen = static_cast<double>(fault.random() >> 11U) * 0x1.0p-53 < injected.share;
+    if (!active) continue;
+    fault.count.add();
+    switch (injected.kind) {
+      case FaultKind::drop:
+        if (is_chosen) return;
+        break;
+      case FaultKind::repeat:
+        for (std::uint32_t copy = 0; copy < injected.number; ++copy)
+          pass_from(i + 1, frame, now_ns);
+        break;
+      case FaultKind::delay:
+        held_.emplace(now_ns + injected.delay_ns, Held{frame, i + 1});
+        return;
+      case FaultKind::wrong_checksum: {
+        const SignalCodec& checksum = fault.layout->codec(*fault.layout->checksum());
+        if (checksum.is_whole_in(frame.raw.len))
+          checksum.insert(payload_of(frame), checksum.extract(frame.payload()) ^ checksum.mask());
+        break;
+      }
+      case FaultKind::length:
+        if (injected.number > frame.raw.len)
+          std::memset(frame.raw.data + frame.raw.len, 0, injected.number - frame.raw.len);
+        frame.raw.len = static_cast<std::uint8_t>(injected.number);
+        break;
+      case FaultKind::flip_bits:
+        for (const std::uint32_t bit : injected.bits) {
+          if (bit < 8U * frame.raw.len)
+            frame.raw.data[bit / 8] = static_cast<std::uint8_t>(frame.raw.data[bit / 8] ^ (1U << (bit % 8)));
+        }
+        break;
+      default:  // wrong_counter has acted; the others are no faults of a message
+        break;
+    }
+  }
+  passed_.push_back(frame);
+}
+
+}  // namespace hil::io::can

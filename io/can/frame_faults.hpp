@@ -1,0 +1,76 @@
+#pragma once
+// Faults of the frames of messages, between a device and its bus. Several faults of one message act in the
+// order in which they were added.
+//
+// Threads: add before the start; set and is_active on any thread; the rest on the device's thread.
+
+#include <atomic>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/can/can_counters.hpp"
+#include "io/can/frame.hpp"
+#include "io/can/message_coder.hpp"
+#include "io/device.hpp"
+
+namespace hil::io::can {
+
+class FrameFaults {
+ public:
+  /// Why frames of this message can not have the fault, as a clause; empty: they can.
+  static std::string problem(const InjectedFault& injected, const MessageLayout& layout);
+
+  /// Adds a fault, not active, without a problem(). `layout`: of its message, which outlives this object;
+  /// null: a fault of the device. The first one has number 0.
+  void add(const InjectedFault& injected, const MessageLayout* layout);
+  void set(std::size_t number, bool active) noexcept {
+    faults_[number]->active.store(active, std::memory_order_release);
+  }
+  /// The frames that came while it was active.
+  std::uint64_t count(std::size_t number) const noexcept { return faults_[number]->count.get(); }
+
+  /// Whether the bus-off of a fault is active.
+  bool is_bus_off() const noexcept;
+
+  /// Whether a fault of this frame's message exists.
+  bool concerns(const Frame& frame) const noexcept { return by_id_.contains(frame.raw.can_id & id_mask); }
+  /// The frames that go on now in place of this one; valid until the next call.
+  std::span<const Frame> pass(const Frame& frame, RunTimeNs now_ns);
+  /// The delayed frames that are due, stamped with their time; valid until the next call.
+  std::span<const Frame> take_due(RunTimeNs now_ns);
+  /// When the next delayed frame is due.
+  std::optional<RunTimeNs> next_due_ns() const noexcept;
+
+ private:
+  static constexpr canid_t id_mask = CAN_EFF_FLAG | CAN_EFF_MASK;
+  struct Fault {
+    Fault(const InjectedFault& fault, const MessageLayout* of_message)
+        : injected(fault), layout(of_message), random(fault.seed) {}
+    const InjectedFault injected;
+    const MessageLayout* const layout;
+    std::mt19937_64 random;
+    std::atomic<bool> active{false};
+    Count count{};
+    std::optional<std::uint64_t> last_counter{};  ///< of the last frame before the fault
+  };
+  struct Held {
+    Frame frame;
+    std::size_t next_fault;  ///< of its message: the one that acts after the delay
+  };
+
+  void pass_from(std::size_t first, Frame frame, RunTimeNs now_ns);
+  static void keep_counter(Fault& fault, bool active, Frame& frame);
+
+  std::vector<std::unique_ptr<Fault>> faults_;
+  std::map<canid_t, std::vector<Fault*>> by_id_;
+  std::multimap<RunTimeNs, Held> held_;
+  std::vector<Frame> passed_;
+};
+
+}  // namespace hil::io::can

@@ -1,0 +1,111 @@
+#pragma once
+// Faults of a Modbus unit that a run injects, as what they do to its requests.
+//
+// Threads: add before the start; set, interference and count on any thread; note_request on the device's.
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/device.hpp"
+#include "io/modbus/register_map.hpp"
+
+namespace hil::io::modbus {
+
+struct Interference {
+  bool is_silent = false;        ///< no request is answered
+  bool is_disconnected = false;  ///< there is no connection
+  std::uint8_t exception = 0;    ///< the answer to each request; 0: the true one
+  std::chrono::nanoseconds delay{0};
+  bool lets_no_reply_through() const noexcept { return is_silent || is_disconnected; }
+};
+
+class UnitFaults {
+ public:
+  /// Device::fault_problem. `role`: of hil.
+  static std::string problem(const InjectedFault& injected, Role role) {
+    using Kind = InjectedFault::Kind;
+    if (!injected.message.empty()) return "Modbus has no messages; the fault can be one of the unit";
+    switch (injected.kind) {
+      case Kind::silent:
+      case Kind::disconnected:
+      case Kind::exception:
+        return {};
+      case Kind::delay:
+        return role == Role::client ? "" : "hil plays this unit and replies at once";
+      default:
+        return "a Modbus unit can be silent, disconnected, slow ('delay') or answer with an 'exception'";
+    }
+  }
+
+  void add(const InjectedFault& injected) { faults_.push_back(std::make_unique<Fault>(injected)); }
+  void set(std::size_t number, bool active) noexcept {
+    faults_[number]->active.store(active, std::memory_order_release);
+  }
+  std::uint64_t count(std::size_t number) const noexcept {
+    return faults_[number]->requests.load(std::memory_order_relaxed);
+  }
+  /// A request came, or would have come, while the active faults act.
+  void note_request() noexcept {
+    for (const auto& fault : faults_) {
+      if (fault->is_active()) fault->requests.fetch_add(1, std::memory_order_relaxed);
+    }
+  }
+
+  /// What the active faults do together.
+  Interference interference() const noexcept {
+    using Kind = InjectedFault::Kind;
+    Interference all;
+    for (const auto& fault : faults_) {
+      if (!fault->is_active()) continue;
+      const InjectedFault& injected = fault->injected;
+      if (injected.kind == Kind::silent) all.is_silent = true;
+      if (injected.kind == Kind::disconnected) all.is_disconnected = true;
+      if (injected.kind == Kind::exception) all.exception = static_cast<std::uint8_t>(injected.number);
+      if (injected.kind == Kind::delay)
+        all.delay = std::max(all.delay, std::chrono::nanoseconds(injected.delay_ns));
+    }
+    return all;
+  }
+
+ private:
+  struct Fault {
+    explicit Fault(const InjectedFault& fault) : injected(fault) {}
+    bool is_active() const noexcept { return active.load(std::memory_order_acquire); }
+    const InjectedFault injected;
+    std::atomic<bool> active{false};
+    std::atomic<std::uint64_t> requests{0};
+  };
+  std::vector<std::unique_ptr<Fault>> faults_;
+};
+
+/// In lock-step: what faults do to the cycle of a tick.
+struct LockstepHold {
+  bool is_held = false;         ///< there is no cycle in this tick
+  const char* fault = nullptr;  ///< why the unit does not reply at all; null: it does
+};
+
+/// `is_away`: the program of the unit does not run. `reply_due_ns`: when a delayed reply comes; kept from
+/// tick to tick.
+inline LockstepHold hold_of(const Interference& interference, bool is_away, RunTimeNs tick_ns,
+                            std::chrono::nanoseconds timeout, std::optional<RunTimeNs>& reply_due_ns) {
+  if (is_away) return {true, "the program of the unit does not run, by a fault of the scenario"};
+  if (interference.lets_no_reply_through()) return {true, "no reply, by a fault of the scenario"};
+  if (interference.delay.count() == 0) {
+    reply_due_ns.reset();
+    return {};
+  }
+  if (!reply_due_ns) reply_due_ns = tick_ns + std::min(interference.delay, timeout).count();
+  if (tick_ns < *reply_due_ns) return {true, nullptr};
+  reply_due_ns.reset();
+  if (interference.delay <= timeout) return {};
+  return {true, "replies come too late, by a fault of the scenario"};
+}
+
+}  // namespace hil::io::modbus

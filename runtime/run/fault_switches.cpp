@@ -1,0 +1,117 @@
+#include "runtime/run/fault_switches.hpp"
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace hil::run {
+namespace {
+
+using config::FaultSection;
+using FaultKind = config::FaultSection::Kind;
+
+class BusSwitch final : public injection::FaultSwitch {
+ public:
+  BusSwitch(RunBuses& buses, const BusFault& fault, const std::string& name)
+      : buses_(buses), fault_(fault), name_(name) {}
+  void set(bool active) noexcept override { buses_.set_fault(fault_, name_, active); }
+  std::optional<std::uint64_t> count() const override {
+    using Kind = io::InjectedFault::Kind;
+    const bool acts_by_itself =
+        fault_.injected.kind == Kind::bus_off || fault_.injected.kind == Kind::disconnected;
+    if (acts_by_itself) return std::nullopt;
+    return buses_.fault_count(fault_);
+  }
+
+ private:
+  RunBuses& buses_;
+  const BusFault& fault_;
+  const std::string& name_;
+};
+
+class ProcessSwitch final : public injection::FaultSwitch {
+ public:
+  ProcessSwitch(ProcessWatch& processes, std::size_t process, const FaultSection& section, RunBuses& buses,
+                std::vector<std::size_t> connected_buses)
+      : processes_(processes),
+        process_(process),
+        section_(section),
+        buses_(buses),
+        connected_buses_(std::move(connected_buses)) {}
+
+  void set(bool active) noexcept override {
+    for (const std::size_t bus : connected_buses_)
+      buses_.set_away(bus, processes_.process_at(process_), section_.name.text, active);
+    if (section_.kind == FaultKind::paused) {
+      processes_.set_paused(process_, active);
+    } else if (active) {
+      processes_.kill_for_fault(process_, section_.name.text);
+    }
+  }
+
+ private:
+  ProcessWatch& processes_;
+  const std::size_t process_;
+  const FaultSection& section_;
+  RunBuses& buses_;
+  const std::vector<std::size_t> connected_buses_;
+};
+
+class TaskSwitch final : public injection::FaultSwitch {
+ public:
+  TaskSwitch(ModuleTask& task, std::int64_t added_ns) : task_(task), added_ns_(added_ns) {}
+  void set(bool active) noexcept override { task_.add_duration(active ? added_ns_ : -added_ns_); }
+
+ private:
+  ModuleTask& task_;
+  const std::int64_t added_ns_;
+};
+
+/// The buses whose addresses the command of a process contains.
+std::vector<std::size_t> buses_in(const config::ProcessSection& process, const Wiring& wiring) {
+  std::vector<std::size_t> buses;
+  for (std::size_t i = 0; i < wiring.buses.size(); ++i) {
+    const config::BusSection& section = *wiring.buses[i].section;
+    bool is_named = false;
+    for (const config::CommandWord& word : process.command) {
+      for (const config::CommandWord::Placeholder& placeholder : word.placeholders)
+        is_named |= placeholder.section == section.type->key && placeholder.name == section.name.text;
+    }
+    if (is_named) buses.push_back(i);
+  }
+  return buses;
+}
+
+}  // namespace
+
+FaultSwitches::FaultSwitches(const Wiring& wiring, RunBuses& buses, ProcessWatch& processes,
+                             std::span<const std::unique_ptr<ModuleTask>> tasks)
+    : by_fault_(wiring.scenario->faults.size(), nullptr) {
+  const config::Scenario& scenario = *wiring.scenario;
+  const auto add = [&](std::size_t fault, std::unique_ptr<injection::FaultSwitch> made) {
+    by_fault_[fault] = made.get();
+    switches_.push_back(std::move(made));
+  };
+  for (const BusFault& fault : wiring.bus_faults)
+    add(fault.fault, std::make_unique<BusSwitch>(buses, fault, scenario.faults[fault.fault].name.text));
+  for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
+    const FaultSection& section = scenario.faults[i];
+    if (section.target == FaultSection::Target::task) {
+      for (std::size_t task = 0; task < scenario.tasks.size(); ++task) {
+        if (scenario.tasks[task].module.text == section.subject.text)
+          add(i, std::make_unique<TaskSwitch>(*tasks[task], section.duration_ns));
+      }
+    } else if (section.target == FaultSection::Target::process) {
+      std::size_t started = 0;  // by which the watch counts
+      for (const config::ProcessSection& process : scenario.processes) {
+        if (!process.enabled) continue;
+        if (process.name.text == section.subject.text)
+          add(i,
+              std::make_unique<ProcessSwitch>(processes, started, section, buses, buses_in(process, wiring)));
+        ++started;
+      }
+    }
+  }
+}
+
+}  // namespace hil::run

@@ -1,0 +1,95 @@
+// Conditions by space: distances, regions, beams and times to impact as signals that begin faults.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/system/scenario/hil.hpp"
+#include "tests/system/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+/// Two boxes of 2 m. `mover` comes along x at 10 m/s, from 20 m, and passes through `rock` at the origin.
+constexpr const char* spatial_scenario = R"(
+scenario: by space
+clock: virtual
+base_rate: 1 kHz
+duration: 2.5 s
+world:
+  layers: [body]
+  entities:
+    - {name: rock, shape: {box: [2 m, 2 m, 2 m]}, mask: [body]}
+    - {name: mover, shape: {box: [2 m, 2 m, 2 m]}, position: [20 m, 0 m, 0 m], velocity: [-10 m/s, 0 m/s, 0 m/s],
+       mask: [body]}
+tasks:
+  - module: space
+    type: spatial_relations
+    rate: 1 kHz
+    parameters:
+      pairs: {near: {first: rock, second: mover, impact_window: 1 s}}
+      regions:
+        gate: {body: mover, center: [10 m, 0 m, 0 m], size: [2 m, 4 m, 4 m]}
+        garage: {body: mover, center: [10 m, 0 m, 0 m], size: [3 m, 4 m, 4 m], whole: true}
+        trailer: {body: rock, center: [-5 m, 0 m, 0 m], size: [2 m, 4 m, 4 m], carrier: mover}
+      beams: {ahead: {body: mover, carrier: rock, origin: [1.5 m, 0 m, 0 m], range: 10 m}}
+  - module: plant
+    type: block
+    rate: 1 kHz
+    parameters: {outputs: {x: 1 m}}
+  - module: reader
+    type: block
+    rate: 1 kHz
+    inputs: {x: plant.x}
+    parameters: {inputs: {x: m}, outputs: {y: x}}
+faults:
+  - {name: near, signal: plant.x, offset: 1 m, while: space.near.distance < 5 m}
+  - {name: touching, signal: plant.x, offset: 1 m, while: space.near.contact == 1}
+  - {name: urgent, signal: plant.x, offset: 1 m, when: space.near.time_to_impact < 500 ms, for: 100 ms}
+  - {name: gate, signal: plant.x, offset: 1 m, while: space.gate.inside == 1}
+  - {name: garage, signal: plant.x, offset: 1 m, while: space.garage.inside == 1}
+  - {name: trailer, signal: plant.x, offset: 1 m, while: space.trailer.inside == 1}
+  - {name: ahead, signal: plant.x, offset: 1 m, while: space.ahead.sees == 1}
+expectations:
+  - {name: passes, eventually: space.near.distance < -1 m}
+)";
+
+/// The instants of an event, in ms.
+std::vector<std::int64_t> instants_of(const nlohmann::json& report, const std::string& event) {
+  std::vector<std::int64_t> instants;
+  for (const auto& one : report["events"])
+    if (one["text"].get<std::string>().starts_with(event))
+      instants.push_back(one["time_ns"].get<std::int64_t>() / 1'000'000);
+  return instants;
+}
+
+TEST(BySpace, FaultsBeginAndEndAtTheirInstants) {
+  const Folder folder;
+  write_text(folder / "s.yaml", spatial_scenario);
+  const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const auto report = read_report(folder / "out");
+  // The module's outputs of one tick are conditions of the next. One tick of tolerance for the borders.
+  const auto expect = [&](const std::string& fault, std::int64_t begin_ms, std::int64_t end_ms) {
+    const auto begins = instants_of(report, "fault " + fault + " begins");
+    const auto ends = instants_of(report, "fault " + fault + " ends");
+    ASSERT_EQ(begins.size(), 1u) << fault;
+    EXPECT_NEAR(static_cast<double>(begins[0]), static_cast<double>(begin_ms + 1), 1.0) << fault;
+    ASSERT_EQ(ends.size(), 1u) << fault;
+    EXPECT_NEAR(static_cast<double>(ends[0]), static_cast<double>(end_ms + 1), 1.0) << fault;
+  };
+  // The front of the mover is at 19 m - 10 m/s t.
+  expect("touching", 1'800, 2'200);
+  expect("urgent", 1'300, 1'400);
+  expect("gate", 800, 1'200);
+  expect("garage", 950, 1'050);
+  expect("trailer", 1'300, 1'700);
+  expect("ahead", 750, 1'950);
+  const auto near = instants_of(report, "fault near begins");
+  ASSERT_EQ(near.size(), 1u);
+  EXPECT_NEAR(static_cast<double>(near[0]), 1'301.0, 1.0);
+  EXPECT_TRUE(instants_of(report, "fault near ends").empty());
+}
+
+}  // namespace
+}  // namespace hil::scenario_test

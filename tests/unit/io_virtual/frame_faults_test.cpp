@@ -1,0 +1,222 @@
+// Faults of frames in a CAN device: what others receive of it, and what it reads of others.
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "driven_bus.hpp"
+#include "io/can/can_device.hpp"
+#include "tests/support/simulation/run_clock.hpp"
+
+namespace hil::io::can {
+namespace {
+
+using Kind = InjectedFault::Kind;
+
+std::size_t index_of(std::span<const ChannelInfo> channels, const std::string& name) {
+  std::size_t index = 0;
+  while (index < channels.size() && channels[index].name != name)
+    ++index;
+  return index;
+}
+
+/// The device in lock-step, with ticks of 10 ms. EgoStatus is sent on each.
+class FrameFaults : public testing::Test {
+ protected:
+  std::string add(const InjectedFault& injected) {
+    std::string problem = device_.fault_problem(injected);
+    if (problem.empty()) device_.add_fault(injected);
+    return problem;
+  }
+  void start() { device_.start(clock_, Pacing::lockstep); }
+
+  /// The frames of EgoStatus that the tick sends.
+  std::vector<Frame> tick() {
+    bus_->sent.clear();
+    clock_.set(now_);
+    device_.release_outputs(std::vector<double>(device_.outputs().size(), 1.0), now_);
+    EXPECT_TRUE(device_.exchange(now_));
+    now_ += 10 * ms;
+    std::vector<Frame> frames;
+    for (const Frame& frame : bus_->sent) {
+      if (frame.raw.can_id == 0x100) frames.push_back(frame);
+    }
+    return frames;
+  }
+  std::vector<unsigned> counters(int ticks) {
+    std::vector<unsigned> all;
+    for (int i = 0; i < ticks; ++i)
+      for (const Frame& frame : tick())
+        all.push_back(frame.raw.data[4] & 15U);
+    return all;
+  }
+  /// A BrakeCommand of this deceleration arrives with the next tick.
+  void arrive(double deceleration) {
+    const DbcMessage& message = *database_.find_message("BrakeCommand");
+    std::vector<double> values(message.signals.size(), 0.0);
+    values[0] = deceleration;
+    MessageEncoder::Tally tally;
+    Frame frame = encoder_.build(values, tally);
+    encoder_.confirm_sent();
+    frame.direction = Direction::rx;
+    frame.time_ns = now_;
+    bus_->arriving.push_back(frame);
+  }
+  Sample deceleration() {
+    std::vector<Sample> samples(device_.inputs().size());
+    device_.latch_inputs(samples);
+    return samples[index_of(device_.inputs(), "BrakeCommand.Deceleration")];
+  }
+  static bool has_right_checksum(const Frame& frame) {
+    const MessageLayout layout(*crossing_config().database.find_message("EgoStatus"), protection, Use::send);
+    return frame.raw.data[7] == layout.checksum_of(frame.payload());
+  }
+
+  Dbc database_ = crossing_config().database;
+  MessageEncoder encoder_{*database_.find_message("BrakeCommand"), protection};
+  DrivenBus* bus_ = new DrivenBus;
+  CanDevice device_{crossing_config(), std::unique_ptr<CanTransport>(bus_)};
+  SetClock clock_;
+  RunTimeNs now_ = 0;
+};
+
+TEST_F(FrameFaults, DropLosesItsShareFromTheSeed) {
+  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus", .share = 0.25, .seed = 7}), "");
+  start();
+  device_.set_fault(0, true);
+  const std::size_t sent = counters(1'000).size();
+  EXPECT_NEAR(static_cast<double>(sent), 750.0, 45.0);  // 3.3 standard deviations
+  EXPECT_EQ(device_.fault_count(0), 1'000u);
+  device_.set_fault(0, false);
+  EXPECT_EQ(counters(100).size(), 100u);
+  EXPECT_EQ(device_.fault_count(0), 1'000u);
+}
+
+TEST_F(FrameFaults, RepeatSendsEachFrameAgain) {
+  ASSERT_EQ(add({.kind = Kind::repeat, .message = "EgoStatus", .number = 2}), "");
+  start();
+  device_.set_fault(0, true);
+  EXPECT_EQ(counters(2), (std::vector<unsigned>{0, 0, 0, 1, 1, 1}));
+}
+
+TEST_F(FrameFaults, DelayedFramesGoOnAtTheirInstant) {
+  ASSERT_EQ(add({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 25 * ms}), "");
+  start();
+  device_.set_fault(0, true);
+  EXPECT_EQ(counters(3), std::vector<unsigned>{}) << "at 0, 10 and 20 ms";
+  device_.set_fault(0, false);
+  EXPECT_EQ(counters(3), (std::vector<unsigned>{0, 3, 1, 4, 2, 5})) << "due at 25, 35 and 45 ms";
+}
+
+TEST_F(FrameFaults, CounterStandsStillWithARightChecksum) {
+  ASSERT_EQ(add({.kind = Kind::wrong_counter, .message = "EgoStatus"}), "");
+  start();
+  EXPECT_EQ(counters(2), (std::vector<unsigned>{0, 1}));
+  device_.set_fault(0, true);
+  const std::vector<Frame> frames = tick();
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_EQ(frames[0].raw.data[4] & 15U, 1u);
+  EXPECT_TRUE(has_right_checksum(frames[0]));
+  EXPECT_EQ(counters(2), (std::vector<unsigned>{1, 1}));
+  device_.set_fault(0, false);
+  EXPECT_EQ(counters(2), (std::vector<unsigned>{5, 6}));
+}
+
+TEST_F(FrameFaults, ChecksumLengthAndBits) {
+  ASSERT_EQ(add({.kind = Kind::wrong_checksum, .message = "EgoStatus"}), "");
+  ASSERT_EQ(add({.kind = Kind::length, .message = "EgoStatus", .number = 3}), "");
+  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0, 15}}), "");
+  start();
+  const Frame right = tick().at(0);
+  EXPECT_TRUE(has_right_checksum(right));
+  device_.set_fault(0, true);
+  const Frame wrong = tick().at(0);
+  EXPECT_FALSE(has_right_checksum(wrong));
+  device_.set_fault(0, false);
+  device_.set_fault(1, true);
+  EXPECT_EQ(tick().at(0).raw.len, 3);
+  device_.set_fault(1, false);
+  device_.set_fault(2, true);
+  const Frame flipped = tick().at(0);
+  EXPECT_EQ(flipped.raw.data[0], right.raw.data[0] ^ 1);
+  EXPECT_EQ(flipped.raw.data[1], right.raw.data[1] ^ 0x80);
+  EXPECT_EQ(flipped.raw.data[2], right.raw.data[2]);
+  EXPECT_FALSE(has_right_checksum(flipped));
+}
+
+TEST_F(FrameFaults, OfReceivedFramesChangeWhatTheRunReads) {
+  ASSERT_EQ(add({.kind = Kind::drop, .message = "BrakeCommand"}), "");
+  ASSERT_EQ(add({.kind = Kind::delay, .message = "BrakeCommand", .delay_ns = 20 * ms}), "");
+  ASSERT_EQ(add({.kind = Kind::wrong_checksum, .message = "BrakeCommand"}), "");
+  start();
+  arrive(3.0);
+  tick();
+  EXPECT_EQ(deceleration().value, 3.0);
+  device_.set_fault(0, true);
+  arrive(4.0);
+  tick();
+  EXPECT_EQ(deceleration().value, 3.0) << "lost";
+  EXPECT_EQ(device_.counters().rx, 2u) << "it was on the bus";
+  device_.set_fault(0, false);
+  tick();  // the frame lost before leaves a gap in the counter
+  arrive(4.5);
+  tick();
+  device_.set_fault(1, true);
+  arrive(5.0);
+  tick();
+  device_.set_fault(1, false);
+  tick();
+  EXPECT_NE(deceleration().value, 5.0) << "10 ms later";
+  tick();
+  EXPECT_EQ(deceleration().value, 5.0) << "20 ms later";
+  EXPECT_EQ(deceleration().time_ns, 60 * ms);
+  device_.set_fault(2, true);
+  arrive(6.0);
+  tick();
+  EXPECT_EQ(deceleration().value, 5.0);
+  EXPECT_EQ(device_.counters().bad_checksum, 1u);
+}
+
+TEST_F(FrameFaults, BusOffNeitherSendsNorReceives) {
+  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  start();
+  arrive(3.0);
+  tick();
+  EXPECT_TRUE(device_.connected());
+  device_.set_fault(0, true);
+  arrive(4.0);
+  EXPECT_TRUE(tick().empty());
+  EXPECT_FALSE(device_.connected());
+  EXPECT_FALSE(deceleration().fresh);
+  EXPECT_EQ(deceleration().value, 1.5) << "the safe value";
+  EXPECT_NE(device_.fault().find("bus-off by a fault of the scenario"), std::string::npos);
+  device_.set_fault(0, false);
+  arrive(5.0);
+  EXPECT_EQ(tick().size(), 1u);
+  EXPECT_TRUE(device_.connected());
+  EXPECT_EQ(deceleration().value, 5.0);
+  EXPECT_EQ(device_.fault(), "");
+  EXPECT_EQ(device_.send_fault(), "");
+}
+
+TEST_F(FrameFaults, ThatDoNotFitAreRefused) {
+  const auto problem = [&](const InjectedFault& injected) { return device_.fault_problem(injected); };
+  EXPECT_EQ(problem({.kind = Kind::drop, .message = "Nothing"}),
+            "the bus neither sends nor receives this message");
+  EXPECT_EQ(problem({.kind = Kind::wrong_counter, .message = "Object0"}),
+            "the scenario names no counter of this message");
+  EXPECT_EQ(problem({.kind = Kind::wrong_checksum, .message = "Object0"}),
+            "the scenario names no checksum of this message");
+  EXPECT_EQ(problem({.kind = Kind::length, .message = "EgoStatus", .number = 12}),
+            "no classic CAN frame has 12 bytes");
+  EXPECT_EQ(problem({.kind = Kind::length, .message = "EgoStatus", .number = 8}),
+            "its frames have 8 bytes anyway");
+  EXPECT_EQ(problem({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {64}}),
+            "its frames have the bits 0 to 63, not 64");
+  EXPECT_EQ(problem({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 61'000 * ms}),
+            "a frame can be delayed by at most 60 s");
+  EXPECT_EQ(problem({.kind = Kind::silent}), "a CAN bus can only be bus_off");
+}
+
+}  // namespace
+}  // namespace hil::io::can
