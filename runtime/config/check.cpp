@@ -368,10 +368,11 @@ void Checker::check_exclusive_fields(Data& data, const TreeNode& tree, const Sch
                                               "; there can be exactly one of: " + names);
     data.is_whole = false;
   }
-  if (data.chosen.empty()) {
-    diagnostics_.add(place_of(tree), "exactly one of these keys is needed: " + names);
-    data.is_whole = false;
-  }
+  if (!data.chosen.empty()) return;
+  data.is_whole = false;
+  const bool has_unknown = std::ranges::any_of(  // perhaps the key that is needed, which is reported
+      tree.entries, [&](const TreeEntry& entry) { return schema.field(entry.key.scalar) == nullptr; });
+  if (!has_unknown) diagnostics_.add(place_of(tree), "exactly one of these keys is needed: " + names);
 }
 
 std::optional<Value> Checker::check_record(const TreeNode& tree, const Schema::Node& schema,

@@ -374,9 +374,9 @@ class Compiler {
     program_.unit_ = wanted.truth ? "" : *wanted.unit;
     if (wanted.truth) {
       if (type.kind != Type::Kind::truth && !type.is_plain())
-        types_.fail(last, wanted.what + " has to be a condition; this is a value in " + unit_text(type));
+        types_.fail(last, wanted.what + " has to be true or false; this is a value in " + unit_text(type));
       else if (nodes_[last].operation == Operation::number)
-        types_.fail(last, wanted.what + " has to be a condition; this is a number");
+        types_.fail(last, wanted.what + " has to be true or false; this is a number");
       return;
     }
     const auto unit = units::parse_unit(*wanted.unit);

@@ -99,7 +99,7 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
        "readers: [control]}]",
        "13:73: the faults of 'plant.x' name different readers; all have the same ones"},
       {"faults: [{name: f, signal: plant.x, gain: 2, when: plant.x}]",
-       "13:52: 'when' has to be a condition; this is a value in m"},
+       "13:52: 'when' has to be true or false; this is a value in m"},
       {"variables: {v: 1}\nfaults: [{name: f, signal: v, gain: 2}]",
        "14:28: 'v' is a variable; a fault acts on a signal of a module, a bus or a stimulus"},
       {"expectations: [{name: e, always: fault.f == 0}]\nfaults: [{name: f, signal: plant.x, gain: 2 +}]",

@@ -35,7 +35,7 @@ TEST(BlockMistakes, AreReportedWithTheirPlaces) {
       {"states: {x: {derivative: 1 Hz, next: 2}}",
        "b.yaml:1:10: 'x' has a derivative and a next value; a state has one of them"},
       {"states: {x: {reset: {when: 3 m, to: 1}}}",
-       "b.yaml:1:28: 'when' has to be a condition; this is a value in m"},
+       "b.yaml:1:28: 'when' has to be true or false; this is a value in m"},
       {"states: {time: {}}",
        "b.yaml:1:10: 'time' is a word of the expression language; give the state another name"},
       {"states: {x: {}}\nvariables: {x: 1}",
