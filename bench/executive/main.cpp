@@ -1,11 +1,12 @@
 // hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, that
-// of a step of a block, and that of a recording in the tick.
+// of a step of a block, that of a recording in the tick, and that of a tick of a whole bench.
 
 #include <cstdio>
 #include <exception>
 #include <string>
 #include <string_view>
 
+#include "bench/executive/bench_tick.hpp"
 #include "bench/executive/block_step.hpp"
 #include "bench/executive/recording_step.hpp"
 #include "bench/executive/wakeup.hpp"
@@ -27,6 +28,7 @@ int run(bool json, bool tiny) {
   const TickOverhead overhead = measure_tick_overhead(options);
   const BlockStepCost block = measure_block_step(options.rounds, options.ticks_per_round);
   const RecordingCost recording = measure_recording(options.rounds, options.ticks_per_round);
+  const BenchTick bench_tick = measure_bench_tick(options.rounds, options.ticks_per_round);
   const std::string device = device_name();
   const Figure figures[] = {
       {"wakeup_p50", wakeup.ours.p50_us, "us", peer, wakeup.theirs.p50_us, Better::lower,
@@ -34,6 +36,7 @@ int run(bool json, bool tiny) {
       {"wakeup_p99", wakeup.ours.p99_us, "us", peer, wakeup.theirs.p99_us, Better::lower,
        wakeup.ours.samples},
       {"tick_overhead_10_tasks", overhead.median_us, "us", "", std::nullopt, Better::lower, overhead.samples},
+      {"bench_tick", bench_tick.median_us, "us", "", std::nullopt, Better::lower, bench_tick.ticks},
       {"block_10_states", block.median_us, "us", "", std::nullopt, Better::lower, block.steps},
       {"recording_200_signals", recording.median_us, "us", "", std::nullopt, Better::lower, recording.ticks},
   };
