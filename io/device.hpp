@@ -78,6 +78,7 @@ struct InjectedFault {
     // Of a message, sent or received.
     drop,            ///< `share` of its frames is lost
     repeat,          ///< each frame comes `number` more times
+    frozen,          ///< they keep the payload of the frame before the fault; counter and checksum go on
     wrong_counter,   ///< its counter keeps the value of the frame before the fault; the checksum is right
     wrong_checksum,  ///< all bits of its checksum are inverted
     length,          ///< its frames have `number` bytes; further ones are zero

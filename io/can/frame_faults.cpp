@@ -51,6 +51,7 @@ std::string FrameFaults::problem(const InjectedFault& injected, const MessageLay
       break;
     case FaultKind::drop:
     case FaultKind::repeat:
+    case FaultKind::frozen:
       break;
     case FaultKind::bus_off:
     case FaultKind::silent:
@@ -104,6 +105,20 @@ void FrameFaults::keep_counter(Fault& fault, bool active, Frame& frame) {
   correct_checksum(*fault.layout, frame);
 }
 
+void FrameFaults::keep_payload(Fault& fault, bool active, Frame& frame) {
+  if (!active || !fault.last_frame) fault.last_frame = frame;
+  if (!active) return;
+  const Frame now = frame;
+  frame.raw.len = fault.last_frame->raw.len;
+  std::memcpy(frame.raw.data, fault.last_frame->raw.data, frame.raw.len);
+  if (const auto counter = fault.layout->counter()) {
+    const SignalCodec& codec = fault.layout->codec(*counter);
+    if (codec.is_whole_in(now.raw.len) && codec.is_whole_in(frame.raw.len))
+      codec.insert(payload_of(frame), codec.extract(now.payload()));
+  }
+  correct_checksum(*fault.layout, frame);
+}
+
 void FrameFaults::pass_from(std::size_t first, Frame frame, RunTimeNs now_ns) {
   const std::vector<Fault*>& faults = by_id_.at(frame.raw.can_id & id_mask);
   for (std::size_t i = first; i < faults.size(); ++i) {
@@ -111,6 +126,7 @@ void FrameFaults::pass_from(std::size_t first, Frame frame, RunTimeNs now_ns) {
     const InjectedFault& injected = fault.injected;
     const bool active = fault.active.load(std::memory_order_acquire);
     if (injected.kind == FaultKind::wrong_counter) keep_counter(fault, active, frame);
+    if (injected.kind == FaultKind::frozen) keep_payload(fault, active, frame);
     // Drawn for each frame, so that one fault's numbers do not depend on when it is active.
     const bool is_chosen = static_cast<double>(fault.random() >> 11U) * 0x1.0p-53 < injected.share;
     if (!active) continue;
@@ -143,7 +159,7 @@ void FrameFaults::pass_from(std::size_t first, Frame frame, RunTimeNs now_ns) {
             frame.raw.data[bit / 8] = static_cast<std::uint8_t>(frame.raw.data[bit / 8] ^ (1U << (bit % 8)));
         }
         break;
-      default:  // wrong_counter has acted; the others are no faults of a message
+      default:  // wrong_counter and frozen have acted; the others are no faults of a message
         break;
     }
   }

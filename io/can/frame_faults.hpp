@@ -58,6 +58,7 @@ class FrameFaults {
     std::atomic<bool> active{false};
     Count count{};
     std::optional<std::uint64_t> last_counter{};  ///< of the last frame before the fault
+    std::optional<Frame> last_frame{};            ///< the same
   };
   struct Held {
     Frame frame;
@@ -66,6 +67,7 @@ class FrameFaults {
 
   void pass_from(std::size_t first, Frame frame, RunTimeNs now_ns);
   static void keep_counter(Fault& fault, bool active, Frame& frame);
+  static void keep_payload(Fault& fault, bool active, Frame& frame);
 
   std::vector<std::unique_ptr<Fault>> faults_;
   std::map<canid_t, std::vector<Fault*>> by_id_;

@@ -34,7 +34,7 @@ const std::vector<TargetWord>& target_words() {
       {FaultTarget::message,
        "message",
        "a message",
-       {"drop", "repeat", "delay", "wrong", "length", "flip_bits"}},
+       {"stuck", "drop", "repeat", "delay", "wrong", "length", "flip_bits"}},
       {FaultTarget::device, "device", "a device", {"state", "exception", "delay"}},
       {FaultTarget::process, "process", "a process", {"state"}},
       {FaultTarget::task, "task", "a task", {"takes_longer"}},
@@ -59,7 +59,8 @@ Schema fault_schema() {
   return Schema::exactly_one(
       {
           Field::optional("stuck", Schema::text(),
-                          "Of a signal: an expression, or 'last': the value before the fault."),
+                          "Of a signal: an expression, or 'last': the value before the fault. Of a message: "
+                          "'last', the payload before the fault; counter and checksum go on."),
           Field::optional("offset", Schema::text(), "Of a signal: an expression that is added."),
           Field::optional("gain", Schema::text(), "Of a signal: a factor."),
           Field::optional("noise", Schema::text(),
@@ -161,6 +162,8 @@ void read_effect(const Value& section, FaultSection& fault, ReaderContext& readi
     fault.kind = value->second;
     if (fault.kind == FaultKind::stuck && given.text() == "last")
       fault.kind = FaultKind::stuck_at_last;
+    else if (fault.target == FaultTarget::message)
+      reading.diagnostics.add(given.place(), "'stuck' of a message can only be 'last'");
     else
       fault.value = Expression::parse(given, reading.diagnostics);
   } else if (effect == "delay" || effect == "takes_longer") {
@@ -192,7 +195,7 @@ void read_effect(const Value& section, FaultSection& fault, ReaderContext& readi
 std::string FaultSection::effect() const {
   switch (kind) {
     case FaultKind::stuck_at_last:
-      return "stuck at its last value";
+      return target == FaultTarget::message ? "stuck at its last payload" : "stuck at its last value";
     case FaultKind::stuck:
       return "stuck at " + value->text();
     case FaultKind::offset:

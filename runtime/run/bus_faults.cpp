@@ -14,6 +14,8 @@ using DeviceFault = io::InjectedFault::Kind;
 /// Empty: a fault of something else.
 std::optional<DeviceFault> device_fault(FaultKind kind) {
   switch (kind) {
+    case FaultKind::stuck_at_last:
+      return DeviceFault::frozen;
     case FaultKind::drop:
       return DeviceFault::drop;
     case FaultKind::repeat:

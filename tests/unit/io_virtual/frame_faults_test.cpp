@@ -34,7 +34,7 @@ class FrameFaults : public testing::Test {
   std::vector<Frame> tick() {
     bus_->sent.clear();
     clock_.set(now_);
-    device_.release_outputs(std::vector<double>(device_.outputs().size(), 1.0), now_);
+    device_.release_outputs(std::vector<double>(device_.outputs().size(), value_), now_);
     EXPECT_TRUE(device_.exchange(now_));
     now_ += 10 * ms;
     std::vector<Frame> frames;
@@ -78,6 +78,7 @@ class FrameFaults : public testing::Test {
   CanDevice device_{crossing_config(), std::unique_ptr<CanTransport>(bus_)};
   SetClock clock_;
   RunTimeNs now_ = 0;
+  double value_ = 1.0;  ///< of each output
 };
 
 TEST_F(FrameFaults, DropLosesItsShareFromTheSeed) {
@@ -120,6 +121,20 @@ TEST_F(FrameFaults, CounterStandsStillWithARightChecksum) {
   EXPECT_EQ(counters(2), (std::vector<unsigned>{1, 1}));
   device_.set_fault(0, false);
   EXPECT_EQ(counters(2), (std::vector<unsigned>{5, 6}));
+}
+
+TEST_F(FrameFaults, FrozenFramesKeepTheirPayloadButNotTheirCounter) {
+  ASSERT_EQ(add({.kind = Kind::frozen, .message = "EgoStatus"}), "");
+  start();
+  const Frame before = tick().at(0);
+  device_.set_fault(0, true);
+  value_ = 2.0;
+  const Frame frozen = tick().at(0);
+  EXPECT_EQ(frozen.raw.data[0], before.raw.data[0]);
+  EXPECT_EQ(frozen.raw.data[4] & 15U, 1u) << "the counter goes on";
+  EXPECT_TRUE(has_right_checksum(frozen));
+  device_.set_fault(0, false);
+  EXPECT_NE(tick().at(0).raw.data[0], before.raw.data[0]);
 }
 
 TEST_F(FrameFaults, ChecksumLengthAndBits) {

@@ -63,7 +63,10 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
       {"faults: [{name: f, signal: plant.x, task: plant, gain: 2}]",
        "13:43: 'signal' and 'task' exclude each other"},
       {"faults: [{name: f, message: plant.x, gain: 2}]",
-       "13:44: a message has no fault 'gain'; it has drop, repeat, delay, wrong, length and flip_bits"},
+       "13:44: a message has no fault 'gain'; it has stuck, drop, repeat, delay, wrong, length and "
+       "flip_bits"},
+      {"faults: [{name: f, message: can.car.Speed, stuck: 1 m}]",
+       "13:51: 'stuck' of a message can only be 'last'"},
       {"faults: [{name: f, message: can.car.Speed, drop: 10 %}]",
        "13:29: 'can.car.Speed' is no message of a bus; it begins with the bus, as in 'can.car.M'"},
       {"faults: [{name: f, device: can.car, state: bus_off}]",
