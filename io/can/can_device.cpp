@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace hil::io::can {
 
@@ -272,7 +273,7 @@ bool CanDevice::receive_up_to(std::size_t max_frames) {
 }
 
 void CanDevice::handle(const Frame& frame) {
-  if (injected_bus_off_) return;
+  if (injected_bus_off_ && !frame.is_error()) return;
   if (log_) log_->push(frame);
   if (config_.frames != nullptr) config_.frames->take(recorded(frame, *clock_));
   load_.add(frame);
@@ -284,7 +285,6 @@ void CanDevice::handle(const Frame& frame) {
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
   Received& received = received_[found->second];
-  if (!faults_.concerns(frame)) return decode(received, frame);
   for (const Frame& passed : faults_.pass(frame, now_ns()))
     decode(received, passed);
 }
@@ -314,7 +314,9 @@ void CanDevice::pass_due_frames() {
   for (const Frame& frame : faults_.take_due(now_ns())) {
     if (injected_bus_off_) continue;
     if (frame.direction == Direction::tx) {
-      put_on_bus(frame);
+      const auto sent = std::ranges::find(sent_, frame.raw.can_id,
+                                          [](const Sent& one) { return one.encoder.layout().can_id(); });
+      put_on_bus(frame, sent->message);
     } else {
       decode(received_[received_by_id_.at(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK))], frame);
     }
@@ -326,6 +328,7 @@ void CanDevice::update_injected_bus_off() {
   if (is_off == injected_bus_off_) return;
   injected_bus_off_ = is_off;
   if (is_off) lose_inputs();
+  if (bus_off_) return;  // its controller is bus-off as well, and says so
   set_health(!is_off, is_off ? "CAN bus '" + config_.name + "' is bus-off by a fault of the scenario" : "");
 }
 
@@ -380,45 +383,42 @@ void CanDevice::send_due(std::span<const double> values, RunTimeNs tick_ns) {
 }
 
 void CanDevice::send_message(Sent& sent) {
-  MessageEncoder::Tally tally;
-  Frame frame = sent.encoder.build(sent.values, tally);
-  counts_.saturated.add(tally.saturated);
-  counts_.refused_values.add(tally.refused);
-  sent.retry = sent.retry && !injected_bus_off_;
-  if (injected_bus_off_) return;
-  if (faults_.concerns(frame)) {
-    confirm(sent, now_ns());
-    for (const Frame& passed : faults_.pass(frame, now_ns()))
-      put_on_bus(passed);
+  if (injected_bus_off_) {
+    sent.retry = false;
     return;
   }
-  const RunTimeNs send_ns = clock_->now_ns();
-  switch (put_on_bus(frame)) {
-    case SendResult::sent:
-      full_since_ns_.reset();
-      return confirm(sent, pacing_ == Pacing::lockstep ? *last_tick_ns_ : send_ns);
-    case SendResult::no_buffer:
-      return note_full_queue(send_ns);
-    case SendResult::error:
-      sent.retry = false;
-      return note_send_error(sent);
+  MessageEncoder::Tally tally;
+  const Frame frame = sent.encoder.build(sent.values, tally);
+  counts_.saturated.add(tally.saturated);
+  counts_.refused_values.add(tally.refused);
+  const RunTimeNs send_ns = now_ns();
+  SendResult first = SendResult::sent;  // also of a frame that a fault holds or drops
+  bool is_first = true;
+  for (const Frame& passed : faults_.pass(frame, send_ns)) {
+    const SendResult result = put_on_bus(passed, sent.message);
+    if (std::exchange(is_first, false)) first = result;
   }
+  if (first == SendResult::sent) return confirm(sent, send_ns);
+  if (first == SendResult::error) sent.retry = false;
 }
 
-/// Counts the result.
-SendResult CanDevice::put_on_bus(const Frame& frame) {
+/// Counts the result, and notes what makes a send fault.
+SendResult CanDevice::put_on_bus(const Frame& frame, const std::string& message) {
   const RunTimeNs send_ns = now_ns();
   const SendResult result = bus_->send(frame);
   switch (result) {
     case SendResult::sent:
       counts_.tx.add();
+      full_since_ns_.reset();
       send_order_.sent(frame.raw.can_id, send_ns);
       break;
     case SendResult::no_buffer:
       counts_.no_buffer.add();
+      note_full_queue(send_ns);
       break;
     case SendResult::error:
       counts_.send_errors.add();
+      note_send_error(message);
       break;
   }
   return result;
@@ -441,11 +441,11 @@ void CanDevice::note_full_queue(RunTimeNs now_ns) {
                  " ms: its queue stays full, since no other station acknowledges frames");
 }
 
-void CanDevice::note_send_error(const Sent& sent) {
+void CanDevice::note_send_error(const std::string& message) {
   const int error = bus_->send_error();
   const bool lost = error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENOTCONN;
   if (lost && config_.may_be_lost) return;
-  set_send_fault("message " + sent.message + " could not be sent on CAN bus '" + config_.name + "' (" +
+  set_send_fault("message " + message + " could not be sent on CAN bus '" + config_.name + "' (" +
                  bus_->description() + "): " + std::strerror(error));
 }
 
@@ -457,6 +457,8 @@ void CanDevice::set_send_fault(const std::string& fault) {
 
 void CanDevice::send_requested_safe_values() {
   if (!safe_state_requested_.exchange(false, std::memory_order_acq_rel)) return;
+  faults_.end_all();
+  update_injected_bus_off();
   load_.end();
   for (Sent& sent : sent_) {
     for (std::size_t output = 0; output < sent.output_signal.size(); ++output) {

@@ -162,10 +162,10 @@ class CanDevice final : public Device {
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
-  SendResult put_on_bus(const Frame& frame);
+  SendResult put_on_bus(const Frame& frame, const std::string& message);
   void confirm(Sent& sent, RunTimeNs time_ns);
   void note_full_queue(RunTimeNs now_ns);
-  void note_send_error(const Sent& sent);
+  void note_send_error(const std::string& message);
   void set_send_fault(const std::string& fault);
   void send_requested_safe_values();
   void publish_if_changed();

@@ -68,14 +68,18 @@ void FrameFaults::add(const InjectedFault& injected, const MessageLayout* layout
 }
 
 bool FrameFaults::is_bus_off() const noexcept {
-  return std::ranges::any_of(faults_, [](const auto& fault) {
-    return fault->layout == nullptr && fault->active.load(std::memory_order_acquire);
-  });
+  return std::ranges::any_of(
+      faults_, [this](const auto& fault) { return fault->layout == nullptr && is_active(*fault); });
 }
 
 std::span<const Frame> FrameFaults::pass(const Frame& frame, RunTimeNs now_ns) {
   passed_.clear();
-  pass_from(0, frame, now_ns);
+  const auto of_message = by_id_.find(frame.raw.can_id & id_mask);
+  if (of_message == by_id_.end()) {
+    passed_.push_back(frame);
+  } else {
+    pass_from(of_message->second, 0, frame, now_ns);
+  }
   return passed_;
 }
 
@@ -86,7 +90,7 @@ std::span<const Frame> FrameFaults::take_due(RunTimeNs now_ns) {
     held_.erase(held_.begin());
     Frame frame = held.frame;
     frame.time_ns = due_ns;
-    pass_from(held.next_fault, frame, now_ns);
+    pass_from(by_id_.at(frame.raw.can_id & id_mask), held.next_fault, frame, now_ns);
   }
   return passed_;
 }
@@ -119,12 +123,12 @@ void FrameFaults::keep_payload(Fault& fault, bool active, Frame& frame) {
   correct_checksum(*fault.layout, frame);
 }
 
-void FrameFaults::pass_from(std::size_t first, Frame frame, RunTimeNs now_ns) {
-  const std::vector<Fault*>& faults = by_id_.at(frame.raw.can_id & id_mask);
+void FrameFaults::pass_from(const std::vector<Fault*>& faults, std::size_t first, Frame frame,
+                            RunTimeNs now_ns) {
   for (std::size_t i = first; i < faults.size(); ++i) {
     Fault& fault = *faults[i];
     const InjectedFault& injected = fault.injected;
-    const bool active = fault.active.load(std::memory_order_acquire);
+    const bool active = is_active(fault);
     if (injected.kind == FaultKind::wrong_counter) keep_counter(fault, active, frame);
     if (injected.kind == FaultKind::frozen) keep_payload(fault, active, frame);
     // Drawn for each frame, so that one fault's numbers do not depend on when it is active.
@@ -137,7 +141,7 @@ void FrameFaults::pass_from(std::size_t first, Frame frame, RunTimeNs now_ns) {
         break;
       case FaultKind::repeat:
         for (std::uint32_t copy = 0; copy < injected.number; ++copy)
-          pass_from(i + 1, frame, now_ns);
+          pass_from(faults, i + 1, frame, now_ns);
         break;
       case FaultKind::delay:
         held_.emplace(now_ns + injected.delay_ns, Held{frame, i + 1});

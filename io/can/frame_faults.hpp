@@ -2,10 +2,9 @@
 // Faults of the frames of messages, between a device and its bus. Several faults of one message act in the
 // order in which they were added.
 //
-// Threads: add before the start; set and is_active on any thread; the rest on the device's thread.
+// Threads: add before the start; set and count on any thread; the rest on the device's thread.
 
 #include <atomic>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -38,9 +37,12 @@ class FrameFaults {
   /// Whether the bus-off of a fault is active.
   bool is_bus_off() const noexcept;
 
-  /// Whether a fault of this frame's message exists.
-  bool concerns(const Frame& frame) const noexcept { return by_id_.contains(frame.raw.can_id & id_mask); }
-  /// The frames that go on now in place of this one; valid until the next call.
+  /// For good, since nothing may keep safe values from the bus: drops the delayed frames, too.
+  void end_all() noexcept {
+    is_ended_ = true;
+    held_.clear();
+  }
+  /// The frames that go on now in place of this one, most often itself; valid until the next call.
   std::span<const Frame> pass(const Frame& frame, RunTimeNs now_ns);
   /// The delayed frames that are due, stamped with their time; valid until the next call.
   std::span<const Frame> take_due(RunTimeNs now_ns);
@@ -65,10 +67,14 @@ class FrameFaults {
     std::size_t next_fault;  ///< of its message: the one that acts after the delay
   };
 
-  void pass_from(std::size_t first, Frame frame, RunTimeNs now_ns);
+  bool is_active(const Fault& fault) const noexcept {
+    return !is_ended_ && fault.active.load(std::memory_order_acquire);
+  }
+  void pass_from(const std::vector<Fault*>& faults, std::size_t first, Frame frame, RunTimeNs now_ns);
   static void keep_counter(Fault& fault, bool active, Frame& frame);
   static void keep_payload(Fault& fault, bool active, Frame& frame);
 
+  bool is_ended_ = false;
   std::vector<std::unique_ptr<Fault>> faults_;
   std::map<canid_t, std::vector<Fault*>> by_id_;
   std::multimap<RunTimeNs, Held> held_;

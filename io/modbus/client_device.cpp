@@ -204,9 +204,8 @@ void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tic
 bool ClientDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "ClientDevice::exchange: only after start in lockstep");
   const std::scoped_lock lock(lockstep_mutex_);
-  take_work();
-  if (!due_) return true;
-  const LockstepHold hold =
+  if (take_work(); !due_) return true;
+  const auto hold =
       hold_of(faults_.interference(), is_away_, tick_ns, settings_.response_timeout, reply_due_ns_);
   if (hold.fault != nullptr) {
     faults_.note_request();
@@ -216,12 +215,13 @@ bool ClientDevice::exchange(RunTimeNs tick_ns) {
 }
 
 void ClientDevice::enter_safe_state() noexcept {
+  faults_.end_all();
   safe_requested_.store(true);
   if (clock_ == nullptr) return;
   if (pacing_ == Pacing::realtime) return wake_signal_.wake();
   const std::scoped_lock lock(lockstep_mutex_);
   take_work();
-  if (due_ && started_) cycle(WallClock::now() + settings_.lockstep_limit);
+  if (due_ && started_ && !is_away_) cycle(WallClock::now() + settings_.lockstep_limit);
 }
 
 // ---- called by the device's thread, or by exchange()
@@ -240,8 +240,8 @@ void ClientDevice::run() noexcept {
   if (due_) cycle(WallClock::now() + settings_.stop_limit);
 }
 
+/// After a failed cycle: waits for the end of the pause, whether or not new outputs are released.
 void ClientDevice::wait_for_work() {
-  // After a failed cycle: wait for the end of the pause, whether or not new outputs are released.
   if (due_ && !session_.connected()) return wake_signal_.wait_for(next_connect_ - WallClock::now());
   wake_signal_.wait();
 }

@@ -162,6 +162,7 @@ bool ServerDevice::exchange(RunTimeNs tick_ns) {
 }
 
 void ServerDevice::enter_safe_state() noexcept {
+  faults_.end_all();
   safe_requested_.store(true);
   if (clock_ == nullptr) return;
   if (pacing_ == Pacing::realtime) return wake();

@@ -1,7 +1,7 @@
 #pragma once
 // Faults of a Modbus unit that a run injects, as what they do to its requests.
 //
-// Threads: add before the start; set, interference and count on any thread; note_request on the device's.
+// Threads: add before the start; the rest on any thread.
 
 #include <algorithm>
 #include <atomic>
@@ -58,10 +58,14 @@ class UnitFaults {
     }
   }
 
+  /// For good, since nothing may keep safe values from the unit. Any thread.
+  void end_all() noexcept { is_ended_.store(true, std::memory_order_release); }
+
   /// What the active faults do together.
   Interference interference() const noexcept {
     using Kind = InjectedFault::Kind;
     Interference all;
+    if (is_ended_.load(std::memory_order_acquire)) return all;
     for (const auto& fault : faults_) {
       if (!fault->is_active()) continue;
       const InjectedFault& injected = fault->injected;
@@ -83,6 +87,7 @@ class UnitFaults {
     std::atomic<std::uint64_t> requests{0};
   };
   std::vector<std::unique_ptr<Fault>> faults_;
+  std::atomic<bool> is_ended_{false};
 };
 
 /// In lock-step: what faults do to the cycle of a tick.

@@ -1,8 +1,7 @@
 #include "runtime/config/fault_section.hpp"
 
-#include <array>
+#include <algorithm>
 #include <map>
-#include <span>
 #include <string>
 #include <utility>
 

@@ -22,8 +22,9 @@ struct FaultSection {
     task,
   };
   enum class Kind : std::uint8_t {
-    // Of a signal.
+    // Of a signal or a message.
     stuck_at_last,
+    // Of a signal.
     stuck,
     offset,
     gain,

@@ -127,8 +127,11 @@ void BaseLoop::run_here(TaskSlot& slot, std::uint64_t tick) noexcept {
   slot.task.latch(info);
   slot.task.step(info);
   const std::int64_t added_ns = slot.task.added_ns();
-  if (added_ns > 0)
-    clock_.is_virtual() ? clock_.sleep_until(clock_.now_ns() + added_ns) : spend(added_ns, clock_);
+  if (clock_.is_virtual()) {
+    clock_.sleep_until(clock_.now_ns() + added_ns);
+  } else if (added_ns > 0) {
+    spend(added_ns, clock_);
+  }
   slot.task.publish(info);
   record.finish_ns = clock_.now_ns();
   // One reading serves as the end of this run and the beginning of the next.

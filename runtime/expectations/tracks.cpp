@@ -194,7 +194,7 @@ void check_claim(const Tracks& claim, const ClaimCheck& check) {
   }
   const std::int64_t begin_ns = claim.reference->begin_ns() + claim.max_shift_ns;
   const std::int64_t end_ns = claim.reference->end_ns() - claim.max_shift_ns;
-  if (begin_ns > end_ns || end_ns < 0 || begin_ns >= check.duration_ns) {
+  if (begin_ns > end_ns || end_ns < 0 || (check.duration_ns > 0 && begin_ns >= check.duration_ns)) {
     check.diagnostics.add(claim.reference_place,
                           "the reference lasts from " + config::format_duration(claim.reference->begin_ns()) +
                               " to " + config::format_duration(claim.reference->end_ns()) +

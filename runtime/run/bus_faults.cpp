@@ -109,6 +109,11 @@ void check_fault_targets(const config::Scenario& scenario, config::Diagnostics& 
       check_name(
           section, "process", scenario.processes,
           [](const config::ProcessSection& process) { return process.name.text; }, diagnostics);
+      for (const config::ProcessSection& process : scenario.processes) {
+        if (process.name.text == section.subject.text && !process.enabled)
+          diagnostics.add(section.subject.place, "the run does not start process '" + section.subject.text +
+                                                     "' (enabled: false), so a fault of it has no effect");
+      }
     } else if (section.target == FaultSection::Target::task) {
       check_name(
           section, "task of a module", scenario.tasks,

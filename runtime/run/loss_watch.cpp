@@ -18,7 +18,7 @@ bool LossWatch::is_loss(const Watched& watched, std::int64_t until_ns) noexcept 
 
 bool LossWatch::never_answered(const Watched& watched) noexcept {
   const io::Device& device = *watched.subject.device;
-  return device.loss_timeout_ns() > 0 && !watched.had_fault && watched.first_check_ns &&
+  return device.loss_timeout_ns() > 0 && watched.acting_faults == 0 && watched.first_check_ns &&
          !watched.has_answered && !device.has_answered();
 }
 
@@ -26,7 +26,6 @@ void LossWatch::set_fault(std::size_t subject, const std::string& name, bool act
   Watched& watched = watched_[subject];
   active ? ++watched.acting_faults : --watched.acting_faults;
   if (active) watched.fault = &name;
-  watched.had_fault = true;
 }
 
 /// Keeps the loss that has ended, if it is one.

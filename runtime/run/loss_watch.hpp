@@ -61,7 +61,6 @@ class LossWatch {
     std::uint64_t not_kept = 0;
     const std::string* fault = nullptr;  ///< acting now, the latest one
     std::uint32_t acting_faults = 0;
-    bool had_fault = false;
     const std::string* cause = nullptr;  ///< the fault in which the device was disconnected
   };
   static void keep(Watched& watched, std::int64_t end_ns) noexcept;

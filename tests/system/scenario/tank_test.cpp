@@ -50,5 +50,29 @@ TEST(Tank, RunsInRealTime) {
   EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
 }
 
+/// The PLC is silent, cut off, slow, refuses, and stands still; the run keeps step with it.
+TEST(Tank, PassesWithFaultsOfThePlc) {
+  const Folder folder;
+  write_text(folder / "s.yaml",
+             "scenario: tank with a PLC that fails\ninclude: [" + tank_file("tank.yaml") + R"(]
+faults:
+  - {name: silent, device: modbus.plc, state: silent, at: 5 s, for: 2 s}
+  - {name: cut, device: modbus.plc, state: disconnected, at: 8 s, for: 500 ms}
+  - {name: slow, device: modbus.plc, delay: 100 ms, at: 10 s, for: 1 s}
+  - {name: refusing, device: modbus.plc, exception: 6, at: 12 s, for: 500 ms}
+  - {name: paused, process: plc, state: paused, at: 14 s, for: 300 ms}
+)");
+  for (const char* const out : {"one", "two"}) {
+    const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / out});
+    EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+  }
+  EXPECT_EQ(read_text(folder / "one/signals.csv"), read_text(folder / "two/signals.csv"));
+  const auto report = read_report(folder / "one");
+  ASSERT_EQ(report["losses"].size(), 1u) << "that of 2 s is longer than max_age, 1 s";
+  EXPECT_EQ(report["losses"][0]["fault"], "silent");
+  EXPECT_EQ(report["losses"][0]["permitted"], true);
+  EXPECT_EQ(time_of(report, "fault paused ends"), 14'300'000'000);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

@@ -71,6 +71,38 @@ TEST_F(RealDevice, CansendReachesASignal) {
   EXPECT_LE(latched("BrakeCommand.Deceleration").time_ns, clock_.now_ns() + ms);
 }
 
+TEST_F(RealDevice, FaultsChangeFramesOnTheInterface) {
+  SocketCanBus other(SocketCanConfig{"vcan0"});
+  other.open(clock_, Pacing::realtime);
+  CanDeviceConfig config = crossing_config();
+  CanDevice device(std::move(config), std::make_unique<SocketCanBus>(SocketCanConfig{"vcan0"}));
+  device.add_fault({.kind = InjectedFault::Kind::length, .message = "EgoStatus", .number = 3});
+  device.add_fault({.kind = InjectedFault::Kind::repeat, .message = "EgoStatus", .number = 1});
+  device.add_fault({.kind = InjectedFault::Kind::drop, .message = "BrakeCommand"});
+  device.start(clock_, Pacing::realtime);
+  std::vector<double> outputs(device.outputs().size());
+  for (std::size_t fault = 0; fault < 3; ++fault)
+    device.set_fault(fault, true);
+  device.release_outputs(outputs, 0);
+  std::vector<Frame> received;
+  EXPECT_TRUE(eventually([&] {
+    for (Frame frame; other.receive(frame) == ReceiveResult::frame;)
+      if (frame.raw.can_id == 0x100) received.push_back(frame);
+    return received.size() >= 2;
+  }));
+  for (const Frame& frame : received)
+    EXPECT_EQ(frame.raw.len, 3);
+  cansend(commands_.next(6.25, 7.0));
+  EXPECT_TRUE(eventually([&] { return device.fault_count(2) == 1; }));
+  std::vector<Sample> samples(device.inputs().size());
+  device.latch_inputs(samples);
+  for (const Sample& sample : samples)
+    EXPECT_NE(sample.value, 6.25);
+  real_frames_seen += device.counters().rx;
+  device.stop();
+  other.close();
+}
+
 TEST_F(RealDevice, LogAgreesWithCandump) {
   const tests::TemporaryFolder folder;
   CanDeviceConfig config = crossing_config();

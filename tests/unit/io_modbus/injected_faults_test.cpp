@@ -169,6 +169,20 @@ TEST_F(InjectedFaults, ServerIsSilentRefusesAndDisconnects) {
   EXPECT_TRUE(cycles_until([&] { return client_->connected() && server_.connected(); }));
 }
 
+TEST_F(InjectedFaults, SafeValuesReachASilentUnit) {
+  for (const Pacing pacing : {Pacing::lockstep, Pacing::realtime}) {
+    const std::int64_t requests = static_cast<std::int64_t>(server_.counters().requests);
+    start(pacing, {{.kind = Kind::silent}});
+    client_->set_fault(0, true);
+    client_->enter_safe_state();
+    EXPECT_TRUE(
+        eventually([&] { return server_.counters().requests > static_cast<std::uint64_t>(requests); }));
+    EXPECT_TRUE(eventually([&] { return client_->connected(); }));
+    client_->stop();
+    server_.stop();
+  }
+}
+
 TEST_F(InjectedFaults, ThatDoNotFitAreRefused) {
   EXPECT_EQ(server_.fault_problem({.kind = Kind::delay, .delay_ns = ms}),
             "hil plays this unit and replies at once");

@@ -214,6 +214,42 @@ TEST_F(FrameFaults, BusOffNeitherSendsNorReceives) {
   EXPECT_EQ(device_.send_fault(), "");
 }
 
+TEST_F(FrameFaults, SafeValuesReachTheBusInEachFault) {
+  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus"}), "");
+  ASSERT_EQ(add({.kind = Kind::delay, .message = "Object0", .delay_ns = 10 * ms}), "");
+  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  start();
+  for (std::size_t fault = 0; fault < 3; ++fault)
+    device_.set_fault(fault, true);
+  EXPECT_TRUE(tick().empty());
+  device_.enter_safe_state();
+  const std::vector<Frame> frames = tick();
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_EQ(frames[0].raw.data[0], 0) << "speed 0, its safe value";
+  EXPECT_EQ(bus_->sent.size(), 3u) << "one frame of each message";
+  EXPECT_TRUE(device_.connected());
+}
+
+TEST_F(FrameFaults, FullQueueIsReportedAlsoOfAMessageWithFaults) {
+  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus"}), "");
+  start();
+  bus_->full = true;
+  for (int i = 0; i < 30; ++i)
+    tick();
+  EXPECT_GT(device_.counters().no_buffer, 30u);
+  EXPECT_NE(device_.send_fault().find("took no frame for more than 250 ms"), std::string::npos)
+      << device_.send_fault();
+}
+
+TEST_F(FrameFaults, FrameOfAMessageWithFaultsIsRetriedOnce) {
+  ASSERT_EQ(add({.kind = Kind::wrong_counter, .message = "EgoStatus"}), "");
+  start();
+  bus_->full = true;
+  EXPECT_TRUE(tick().empty());
+  bus_->full = false;
+  EXPECT_EQ(counters(2), (std::vector<unsigned>{0, 1})) << "no counter is skipped";
+}
+
 TEST_F(FrameFaults, ThatDoNotFitAreRefused) {
   const auto problem = [&](const InjectedFault& injected) { return device_.fault_problem(injected); };
   EXPECT_EQ(problem({.kind = Kind::drop, .message = "Nothing"}),

@@ -115,5 +115,12 @@ TEST_F(ExpectationMistakes, OfGoodOnesThereAreNone) {
   EXPECT_TRUE(wired(text)) << diagnostics_.to_text();
 }
 
+TEST_F(ExpectationMistakes, ReferenceOfARunWithoutAnEndIsNone) {
+  const std::string endless =
+      changed("duration: 10 s\n", "", scenario) +
+      "  - {name: e, tracks: {signal: tank.level, reference: good.csv, tolerance: 1 m}}\n";
+  EXPECT_TRUE(wired(endless)) << diagnostics_.to_text();
+}
+
 }  // namespace
 }  // namespace hil::expectations

@@ -78,6 +78,8 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
       {"faults: [{name: f, process: ecu, state: killed, at: 1 ms, for: 1 ms}]",
        "13:41: a killed process does not come back, so its fault has no end"},
       {"faults: [{name: f, process: ecu, state: paused}]", "13:29: there is no process 'ecu'"},
+      {"processes: {ecu: {command: [a], enabled: false}}\nfaults: [{name: f, process: ecu, state: paused}]",
+       "14:29: the run does not start process 'ecu' (enabled: false), so a fault of it has no effect"},
       {"faults: [{name: f, task: plnt, takes_longer: 2 ms}]",
        "13:26: there is no task of a module 'plnt'; did you mean 'plant'?"},
       {"faults: [{name: f, task: plant, takes_longer: 2 ms, readers: [control]}]",

@@ -91,6 +91,19 @@ TEST(LossWatch, DeviceThatDoesNotComeBackAfterAFaultIsLost) {
   EXPECT_EQ(losses[1].begin_ns, 200 * ms);
 }
 
+TEST(LossWatch, DeviceThatNeverAnsweredIsExcusedOnlyWhileAFaultActs) {
+  WatchedDevice plc(1'000 * ms);
+  plc.is_connected = false;
+  const std::string name = "cut";
+  LossWatch watch({{&plc, "Modbus unit plc", false}});
+  watch.set_fault(0, name, true);
+  check(watch, 0, 50);
+  EXPECT_TRUE(watch.losses(50 * ms, {}).empty());
+  watch.set_fault(0, name, false);
+  check(watch, 50, 100);
+  ASSERT_EQ(watch.losses(100 * ms, {}).size(), 1U);
+}
+
 TEST(LossWatch, FaultDoesNotExcuseAnEarlierLoss) {
   WatchedDevice plc(10 * ms);
   const std::string name = "cut";
