@@ -10,9 +10,11 @@
 namespace hil::config {
 namespace {
 
-/// Whether all parts but the expectations, which no other part refers to, are free of mistakes.
-bool is_sound_without_expectations(TreeNode tree, const Schema& schema) {
-  std::erase_if(tree.entries, [](const TreeEntry& entry) { return entry.key.scalar == "expectations"; });
+/// Whether all parts but the expectations and plots, which no other part refers to, are free of mistakes.
+bool is_sound_without_claims(TreeNode tree, const Schema& schema) {
+  std::erase_if(tree.entries, [](const TreeEntry& entry) {
+    return entry.key.scalar == "expectations" || entry.key.scalar == "plots";
+  });
   Diagnostics of_rest;
   check_tree(tree, schema, of_rest);
   return of_rest.empty();
@@ -38,7 +40,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;
   if (diagnostics.count() != mistakes_before)
-    sound = sound && is_sound_without_expectations(std::move(*tree), schema);
+    sound = sound && is_sound_without_claims(std::move(*tree), schema);
 
   Scenario scenario;
   std::error_code error;
@@ -56,6 +58,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   sound = sound && diagnostics.count() == mistakes_of_schema;
   read_variables(*root, scenario, reading);
   read_expectations(*root, scenario, reading);
+  read_plots(*root, scenario, reading);
   if (!sound) return std::nullopt;
   return scenario;
 }

@@ -218,6 +218,17 @@ struct Recording {
   std::uint64_t max_bytes = 0;
 };
 
+/// A plot of signals in the report.
+struct PlotSection {
+  std::string title;
+  std::vector<Word> signals;               ///< at least one, each once
+  std::optional<std::int64_t> from_ns{};   ///< run time; empty: from the first tick
+  std::optional<std::int64_t> until_ns{};  ///< after from_ns; empty: to the end of the run
+};
+/// The most entries of `plots`, and the most signals of one.
+inline constexpr std::size_t max_plots = 20;
+inline constexpr std::size_t max_plot_signals = 12;
+
 struct Scenario {
   std::string file;  ///< absolute
   std::string name;
@@ -238,6 +249,7 @@ struct Scenario {
   std::vector<ProcessSection> processes;  ///< dut first when there is one, then as in the file
   std::vector<Expectation> expectations;
   std::optional<Recording> recording;  ///< empty: none
+  std::vector<PlotSection> plots;
 };
 
 /// Module types by their name in `type:`, each with the schema of its parameters.
@@ -261,9 +273,9 @@ Schema scenario_schema(const ScenarioTypes& types);
 std::optional<Scenario> load_scenario(const std::string& path, std::span<const std::string> overrides,
                                       const ScenarioTypes& types, Diagnostics& diagnostics);
 
-/// As load_scenario, for a scenario that is wired next: leaves out expectations and expressions of variables
-/// with mistakes, so that the user sees their mistakes and those of the wiring at once. Empty when anything
-/// else is wrong. The scenario must not run unless `diagnostics` is empty.
+/// As load_scenario, for a scenario that is wired next: leaves out expectations, plots and expressions of
+/// variables with mistakes, so that the user sees their mistakes and those of the wiring at once. Empty when
+/// anything else is wrong. The scenario must not run unless `diagnostics` is empty.
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
                                               const ScenarioTypes& types, Diagnostics& diagnostics);
 

@@ -268,6 +268,18 @@ Schema process_schema(std::span<const BusSectionType> buses) {
   });
 }
 
+Schema plot_schema() {
+  return Schema::record({
+      Field::needed("title", Schema::text(), "The plot's title."),
+      Field::needed("signals", Schema::list(Schema::signal(), 1, max_plot_signals),
+                    "The signals. Those of one unit share an axis; 'x.faulted' is drawn beside a signal x "
+                    "that a fault acts on."),
+      Field::optional("from", duration_schema(0.0), "The run time at which the plot begins. Left out: 0 s."),
+      Field::optional("until", duration_schema(min_duration_s),
+                      "The run time at which it ends. Left out: the end of the run."),
+  });
+}
+
 }  // namespace
 
 Schema scenario_schema(const ScenarioTypes& types) {
@@ -322,6 +334,9 @@ Schema scenario_schema(const ScenarioTypes& types) {
   fields.push_back(Field::optional(
       "recording", recording_schema(),
       "A file recording.mcap with signals, frames, events and deadline misses. Left out: none."));
+  fields.push_back(Field::with_default("plots", Schema::list(plot_schema(), 0, max_plots), "[]",
+                                       "Plots of signals in the report, beside those of the signals that "
+                                       "expectations read."));
   return Schema::record(std::move(fields));
 }
 

@@ -15,5 +15,7 @@ void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading);
 /// After read_buses, whose names it looks up.
 void read_processes(const Value& root, Scenario& scenario, ReaderContext& reading);
 void read_recording(const Value& root, Scenario& scenario, ReaderContext& reading);
+/// After read_general.
+void read_plots(const Value& root, Scenario& scenario, ReaderContext& reading);
 
 }  // namespace hil::config

@@ -209,8 +209,19 @@ void check_claim(const Order& claim, const ClaimCheck& check) {
 std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context) {
   return std::make_unique<CountJudge>(claim, context);
 }
+Plotted plotted_of(const Count& claim, const signals::SignalTable& table) {
+  Plotted plotted;
+  plotted.add(claim.condition, table);
+  return plotted;
+}
 std::unique_ptr<Judge> judge_of(const Order& claim, const JudgeContext& context) {
   return std::make_unique<OrderJudge>(claim, context);
+}
+Plotted plotted_of(const Order& claim, const signals::SignalTable& table) {
+  Plotted plotted;
+  for (const config::Expression& condition : claim.conditions)
+    plotted.add(condition, table);
+  return plotted;
 }
 
 config::ExpectationKind count_kind() {

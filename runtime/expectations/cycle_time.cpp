@@ -194,6 +194,12 @@ std::vector<signals::SignalId> sampled_signals(const CycleTime& claim, const sig
 std::unique_ptr<Judge> judge_of(const CycleTime& claim, const JudgeContext& context) {
   return std::make_unique<CycleTimeJudge>(claim, context);
 }
+Plotted plotted_of(const CycleTime& claim, const signals::SignalTable& table) {
+  Plotted plotted;
+  const Received received = *find_received(claim.message.text, table);
+  plotted.add(received.fresh.value_or(received.signals.front()));
+  return plotted;
+}
 
 config::ExpectationKind cycle_time_kind() {
   return {.key = "cycle_time",

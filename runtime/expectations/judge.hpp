@@ -14,6 +14,7 @@
 #include "runtime/config/scenario.hpp"
 #include "runtime/expectations/arrivals.hpp"
 #include "runtime/expectations/coverage.hpp"
+#include "runtime/expectations/plotted.hpp"
 #include "runtime/expression/program.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/known_signals.hpp"
@@ -67,10 +68,11 @@ class Claim : public config::Claim {
   /// Signals of which every sample is judged, not only the newest of a tick.
   virtual std::vector<signals::SignalId> sampled(const signals::SignalTable& table) const = 0;
   virtual std::unique_ptr<Judge> make_judge(const JudgeContext& context) const = 0;
+  virtual Plotted plotted(const signals::SignalTable& table) const = 0;
 };
 
-/// A claim by its data, with the functions of its kind: check_claim, judge_of, and sampled_signals where a
-/// kind judges every sample.
+/// A claim by its data, with the functions of its kind: check_claim, judge_of, plotted_of, and
+/// sampled_signals where a kind judges every sample.
 template <class Data>
 class ClaimOf final : public Claim {
  public:
@@ -87,6 +89,7 @@ class ClaimOf final : public Claim {
   std::unique_ptr<Judge> make_judge(const JudgeContext& context) const override {
     return judge_of(data, context);
   }
+  Plotted plotted(const signals::SignalTable& table) const override { return plotted_of(data, table); }
 
   const Data data;
 };

@@ -40,6 +40,14 @@ std::vector<signals::SignalId> sampled_signals(const config::Expectation& expect
   return claim_in(expectation).sampled(table);
 }
 
+Plotted plotted(const config::Expectation& expectation, const signals::SignalTable& table) {
+  Plotted plotted = claim_in(expectation).plotted(table);
+  if (!expectation.window) return plotted;
+  if (expectation.window->after) plotted.add(*expectation.window->after, table);
+  if (expectation.window->until) plotted.add(*expectation.window->until, table);
+  return plotted;
+}
+
 std::unique_ptr<Judge> make_judge(const JudgeContext& context) {
   std::unique_ptr<Judge> judge = claim_in(context.expectation).make_judge(context);
   if (!context.expectation.window) return judge;

@@ -224,5 +224,22 @@ class StatisticsJudge final : public Judge {
 std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context) {
   return std::make_unique<StatisticsJudge>(claim, context);
 }
+/// Limits of a standard deviation are no values of the signal.
+Plotted plotted_of(const Statistics& claim, const signals::SignalTable& table) {
+  Plotted plotted;
+  const signals::SignalId signal = *table.find(claim.signal.text);
+  plotted.add(signal);
+  const auto add_limit = [&](const std::optional<config::Expression>& constant) {
+    if (constant)
+      plotted.limits.push_back(
+          {signal, constant_value(*constant, ConstantKind::value, table.info(signal).unit)});
+  };
+  for (std::size_t figure = 0; figure < claim.limits.size(); ++figure) {
+    if (figure == Statistics::standard_deviation) continue;
+    add_limit(claim.limits[figure].min);
+    add_limit(claim.limits[figure].max);
+  }
+  return plotted;
+}
 
 }  // namespace hil::expectations

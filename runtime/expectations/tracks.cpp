@@ -206,6 +206,14 @@ void check_claim(const Tracks& claim, const ClaimCheck& check) {
 std::unique_ptr<Judge> judge_of(const Tracks& claim, const JudgeContext& context) {
   return std::make_unique<TracksJudge>(claim, context);
 }
+Plotted plotted_of(const Tracks& claim, const signals::SignalTable& table) {
+  Plotted plotted;
+  const signals::SignalId signal = *table.find(claim.signal.text);
+  plotted.add(signal);
+  plotted.reference = {signal, *claim.reference,
+                       constant_value(claim.tolerance, ConstantKind::difference, table.info(signal).unit)};
+  return plotted;
+}
 
 config::ExpectationKind tracks_kind() {
   return {.key = "tracks",

@@ -5,7 +5,9 @@
 namespace hil::injection {
 
 Activation::Activation(const config::ActivationSection& section, std::uint64_t seed)
-    : section_(section), random_(seed), next_begin_ns_(section.at_ns.value_or(0)) {}
+    : section_(section), random_(seed), next_begin_ns_(section.at_ns.value_or(0)) {
+  spans_.reserve(max_spans);
+}
 
 std::optional<Activation> Activation::compile(const config::ActivationSection& section,
                                               const signals::KnownSignals& known, std::int64_t period_ns,
@@ -60,6 +62,7 @@ Activation::Change Activation::update(const signals::SignalTable& table, std::in
     if (has_ended(until, condition, time_ns)) {
       is_active_ = false;
       ended_active_ns_ += time_ns - began_ns_;
+      if (begins_ == spans_.size()) spans_.back().end_ns = time_ns;
       change = Change::ends;
     }
   } else if (begins_ < section_.times && is_due(condition, time_ns) && draw()) {
@@ -67,6 +70,7 @@ Activation::Change Activation::update(const signals::SignalTable& table, std::in
     began_ns_ = time_ns;
     ++begins_;
     if (!first_begin_ns_) first_begin_ns_ = time_ns;
+    if (spans_.size() < max_spans) spans_.push_back({.begin_ns = time_ns});
     change = Change::begins;
   }
   was_true_ = condition == 1.0;

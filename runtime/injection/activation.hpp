@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "runtime/config/activation_section.hpp"
 #include "runtime/injection/random_numbers.hpp"
@@ -32,6 +34,13 @@ class Activation {
 
   std::uint64_t begins() const noexcept { return begins_; }
   std::optional<std::int64_t> first_begin_ns() const noexcept { return first_begin_ns_; }
+  /// In which it was active: the first 100.
+  static constexpr std::size_t max_spans = 100;
+  struct Span {
+    std::int64_t begin_ns = 0;
+    std::int64_t end_ns = std::numeric_limits<std::int64_t>::max();  ///< while it is active
+  };
+  std::span<const Span> spans() const noexcept { return spans_; }
   /// How long it was active, up to the end of the run.
   std::int64_t active_ns(std::int64_t end_ns) const noexcept;
 
@@ -52,6 +61,7 @@ class Activation {
   std::uint64_t begins_ = 0;
   std::optional<std::int64_t> first_begin_ns_;
   std::int64_t ended_active_ns_ = 0;  ///< of activations that have ended
+  std::vector<Span> spans_;
 };
 
 }  // namespace hil::injection

@@ -178,6 +178,8 @@ void Faults::fill(std::int64_t end_ns, report::RunRecord& record) const {
                              .first_begin_ns = fault->activation->first_begin_ns(),
                              .active_ns = fault->activation->active_ns(end_ns),
                              .frames = fault->target == nullptr ? std::nullopt : fault->target->count()});
+    for (const Activation::Span& span : fault->activation->spans())
+      record.faults.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});
   }
 }
 

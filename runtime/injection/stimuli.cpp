@@ -133,6 +133,8 @@ void Stimuli::fill(std::int64_t end_ns, report::RunRecord& record) const {
                               .begins = stimulus.activation->begins(),
                               .first_begin_ns = stimulus.activation->first_begin_ns(),
                               .active_ns = stimulus.activation->active_ns(end_ns)});
+    for (const Activation::Span& span : stimulus.activation->spans())
+      record.stimuli.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});
   }
 }
 

@@ -5,17 +5,12 @@
 //
 // visit(key, member) is called once per member. Points are stored as compact rows (report_json.cpp).
 
-#include <concepts>
-#include <type_traits>
-
 #include "runtime/contribution/world_record.hpp"
+#include "runtime/report/record_field.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/report/signal_plot_fields.hpp"
 
 namespace hil::report {
-
-/// T is U or const U: one function serves reader and writer.
-template <class T, class U>
-concept Is = std::same_as<std::remove_const_t<T>, U>;
 
 template <Is<Scenario> T, class Visit>
 void each_field(T& scenario, Visit&& visit) {
@@ -378,6 +373,7 @@ void each_field(T& injection, Visit&& visit) {
   visit("begins", injection.begins);
   visit("first_begin_ns", injection.first_begin_ns);
   visit("active_ns", injection.active_ns);
+  visit("spans", injection.spans);
   visit("frames", injection.frames);
 }
 
@@ -430,6 +426,7 @@ void each_field(T& record, Visit&& visit) {
   visit("top_view", record.top_view);
   visit("sections", record.sections);
   visit("recording", record.recording);
+  visit("signal_plots", record.signal_plots);
 }
 
 template <Is<contribution::NamedEntity> T, class Visit>

@@ -12,6 +12,7 @@
 #include "runtime/report/html/plot.hpp"
 #include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/report_html.hpp"
+#include "runtime/report/html/signal_chart.hpp"
 #include "runtime/report/html/top_view.hpp"
 #include "runtime/report/html/world_window.hpp"
 #include "runtime/report/junit_xml.hpp"
@@ -72,12 +73,18 @@ void write_pictures(const RunRecord& record, const fs::path& directory) {
   const bool has_pictures = std::ranges::any_of(record.sections, [](const Section& section) {
     return !section.pictures.empty() || !section.plots.empty();
   });
-  if (!has_top_view && !has_pictures) return;
+  if (!has_top_view && !has_pictures && record.signal_plots.plots.empty()) return;
   make_directory(directory);
   if (has_top_view) {
     Markup svg;
     draw_top_view(svg, *record.top_view, PictureUse::standalone_file);
     write_text(directory / "top-view.svg", svg.take());
+  }
+  int signal_plots = 0;
+  for (const SignalPlot& plot : record.signal_plots.plots) {
+    Markup svg;
+    draw_signal_chart(svg, record, plot, PictureUse::standalone_file);
+    write_text(directory / picture_file("signals", ++signal_plots), svg.take());
   }
   std::map<std::string, int> written;  // by the section's name, so that sections of one name do not collide
   for (const Section& section : record.sections) {

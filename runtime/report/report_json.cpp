@@ -68,6 +68,14 @@ Json row(const SensorPoint& point) {
   return Json::array({length(point.x_m), length(point.y_m), length(point.z_m), angle(point.azimuth_rad),
                       angle(point.elevation_rad), length(point.range_m), point.entity});
 }
+Json row(const ActiveSpan& span) {
+  return Json::array({span.begin_ns, span.end_ns});
+}
+Json row(const SignalPoint& point) {
+  Json values = Json::array({point.bucket, number(point.min)});
+  if (point.max > point.min) values.push_back(number(point.max));
+  return values;
+}
 Json row(const std::array<double, 2>& pair) {
   return Json::array({number(pair[0]), number(pair[1])});
 }
@@ -130,6 +138,17 @@ void read_row(const JsonCursor& cursor, SensorPoint& point) {
   read_items(cursor, point.x_m, point.y_m, point.z_m, point.azimuth_rad, point.elevation_rad, point.range_m,
              point.entity);
 }
+void read_row(const JsonCursor& cursor, ActiveSpan& span) {
+  read_items(cursor, span.begin_ns, span.end_ns);
+}
+void read_row(const JsonCursor& cursor, SignalPoint& point) {
+  if (cursor.json.is_array() && cursor.json.size() == 3) {
+    read_items(cursor, point.bucket, point.min, point.max);
+  } else {
+    read_items(cursor, point.bucket, point.min);
+    point.max = point.min;
+  }
+}
 void read_row(const JsonCursor& cursor, std::array<double, 2>& pair) {
   read_items(cursor, pair[0], pair[1]);
 }
@@ -144,6 +163,12 @@ void read_word(const JsonCursor& cursor, ExpectationResult& result) {
       cursor.json.is_string() ? expectation_result_from(cursor.json.get<std::string>()) : std::nullopt;
   if (!found) cursor.refuse("the result of an expectation");
   result = *found;
+}
+void read_word(const JsonCursor& cursor, SeriesKind& kind) {
+  const auto found =
+      cursor.json.is_string() ? series_kind_from(cursor.json.get<std::string>()) : std::nullopt;
+  if (!found) cursor.refuse("the kind of a series");
+  kind = *found;
 }
 void read_word(const JsonCursor& cursor, contribution::Mark& mark) {
   const auto found =

@@ -8,6 +8,7 @@
 // Keys have the order of record_fields.hpp; a record of a module in world.json has its properties in the
 // order of the module. Numbers are finite; null stands for a number that is not known. Text is UTF-8; bytes
 // that are not UTF-8 become U+FFFD. Bins and points are rows: bin [first_ns, last_ns, count]; point [x, y];
+// span [begin_ns, end_ns]; point of a signal [bucket, value] or [bucket, min, max];
 // track point [time_ns, x, y]; sensor point [x, y, z, azimuth, elevation, range, entity], rounded to 0.1 mm
 // and 1 microradian. Writing, reading and writing again gives the same bytes.
 

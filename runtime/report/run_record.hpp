@@ -16,12 +16,13 @@
 
 #include "runtime/contribution/bus_record.hpp"
 #include "runtime/contribution/contribution.hpp"
+#include "runtime/report/signal_plot_record.hpp"
 
 namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 11;
+inline constexpr int schema_version = 12;
 
 using contribution::BusGroup;
 using contribution::BusRecord;
@@ -233,6 +234,13 @@ struct Process {
   std::optional<std::int64_t> ended_early_at_ns;  ///< set only when it ended before the run
 };
 
+/// From a begin to the end after it, or to the end of the run.
+struct ActiveSpan {
+  std::int64_t begin_ns = 0;
+  std::int64_t end_ns = 0;
+  bool operator==(const ActiveSpan&) const = default;
+};
+
 /// A stimulus or a fault, and what became of it.
 struct Injection {
   std::string name;
@@ -240,7 +248,8 @@ struct Injection {
   std::string effect;  ///< of a fault, in words: "stuck at its last value"
   std::uint64_t begins = 0;
   std::optional<std::int64_t> first_begin_ns;
-  std::int64_t active_ns = 0;  ///< in all
+  std::int64_t active_ns = 0;       ///< in all
+  std::vector<ActiveSpan> spans{};  ///< the first ones in which it was active
   /// Of a message or device: the frames or requests that came while it was active.
   std::optional<std::uint64_t> frames{};
 };
@@ -351,6 +360,7 @@ struct RunRecord {
   std::optional<TopView> top_view;
   std::vector<Section> sections;  ///< of modules
   std::optional<Recording> recording;
+  SignalPlots signal_plots;
 };
 
 /// The word in report.json: "not_checked".
@@ -358,7 +368,9 @@ const char* to_string(ExpectationResult result) noexcept;
 /// The same for a reader: "not checked".
 const char* words_of(ExpectationResult result) noexcept;
 const char* to_string(Verdict verdict) noexcept;
+const char* to_string(SeriesKind kind) noexcept;
 std::optional<ExpectationResult> expectation_result_from(const std::string& word);
 std::optional<Verdict> verdict_from(const std::string& word);
+std::optional<SeriesKind> series_kind_from(const std::string& word);
 
 }  // namespace hil::report

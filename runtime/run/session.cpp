@@ -14,7 +14,7 @@
 
 #include "runtime/executive/executive.hpp"
 #include "runtime/expectations/judges.hpp"
-#include "runtime/recording/recorder.hpp"
+#include "runtime/plots/signal_plots.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
@@ -23,6 +23,7 @@
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_buses.hpp"
 #include "runtime/run/run_context.hpp"
+#include "runtime/run/run_recording.hpp"
 #include "runtime/run/run_world.hpp"
 #include "runtime/run/signal_log.hpp"
 
@@ -30,7 +31,6 @@ namespace hil::run {
 namespace {
 
 constexpr double signal_log_rate_hz = 100.0;
-constexpr const char* recording_file = "recording.mcap";
 
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
@@ -98,6 +98,7 @@ class LiveSession final : public executive::TickHooks {
     wiring_.faults.end_tick(tick.time_ns);
     wiring_.variables.update(wiring_.signals, tick.time_ns);
     judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
+    plots_->take(wiring_.signals, tick.time_ns);
     if (recorder_) recorder_->take(wiring_.signals, tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
     if (!buses_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
@@ -105,7 +106,6 @@ class LiveSession final : public executive::TickHooks {
   }
 
  private:
-  std::unique_ptr<recording::Recorder> make_recorder() const;
   void start_processes();
   void wait_for_programs();
   void start_remaining_devices();
@@ -117,7 +117,6 @@ class LiveSession final : public executive::TickHooks {
   report::LiveStatus live_status(const executive::Executive& executive);
   void close_devices() noexcept;
   void close_logs();
-  void close_recording(report::RunRecord& record);
   void fill_record(const executive::RunResult& result, report::RunRecord& record);
   void add_events(report::RunRecord& record) const;
   void add_failures(std::int64_t end_ns, report::RunRecord& record) const;
@@ -136,6 +135,7 @@ class LiveSession final : public executive::TickHooks {
   std::vector<ProcessExit> exits_;
   std::optional<FaultSwitches> fault_switches_;
   std::optional<expectations::Judges> judges_;
+  std::optional<plots::SignalPlots> plots_;
   std::unique_ptr<SignalLog> signal_log_;
   std::vector<std::string> write_faults_;  ///< why files of the run lack something, one sentence each
   std::uint64_t last_live_ticks_ = 0;
@@ -145,7 +145,7 @@ void LiveSession::open() {
   context_.log.info("scenario " + scenario_.name + " from " + scenario_.file);
   world_ = std::make_unique<RunWorld>(wiring_, context_);
   wiring_.stimuli.open(wiring_.signals, world_->events());
-  recorder_ = make_recorder();
+  recorder_ = make_recorder(wiring_, context_);
   buses_.make_devices(recorder_.get());
   start_processes();
   wait_for_programs();
@@ -153,25 +153,9 @@ void LiveSession::open() {
   fault_switches_.emplace(wiring_, buses_, *processes_, world_->tasks());
   wiring_.faults.open(wiring_.signals, world_->events(), fault_switches_->by_fault());
   judges_.emplace(scenario_, wiring_.signals, arrivals_);
+  plots_.emplace(scenario_, wiring_.signals);
   signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
                                             context_.is_virtual);
-}
-
-std::unique_ptr<recording::Recorder> LiveSession::make_recorder() const {
-  if (!scenario_.recording) return nullptr;
-  recording::RecorderOptions options{.file = context_.options.directory / recording_file,
-                                     .max_bytes = scenario_.recording->max_bytes,
-                                     .virtual_clock = context_.is_virtual,
-                                     .frame_buses = {},
-                                     .about_run = {{"scenario", scenario_.name},
-                                                   {"seed", std::to_string(scenario_.seed)},
-                                                   {"clock", context_.is_virtual ? "virtual" : "realtime"},
-                                                   {"program_version", HIL_VERSION}}};
-  for (const WiredBus& wired : wiring_.buses) {
-    if (scenario_.recording->frames && buses::type_of(*wired.section).has_frames)
-      options.frame_buses.push_back(wired.section->full_name());
-  }
-  return std::make_unique<recording::Recorder>(std::move(options), wiring_.signals, wiring_.recorded);
 }
 
 void LiveSession::start_processes() {
@@ -379,37 +363,6 @@ void LiveSession::close_logs() {
   }
 }
 
-/// Completes the recording with the events and misses of the record. After close_devices.
-void LiveSession::close_recording(report::RunRecord& record) {
-  if (!recorder_) return;
-  std::vector<recording::RecordedEvent> events;
-  for (const report::Event& event : record.events)
-    events.push_back({event.time_ns, event.text});
-  std::vector<recording::RecordedMiss> misses;
-  for (const report::Task& task : record.tasks) {
-    for (const report::Miss& miss : task.misses)
-      misses.push_back({.time_ns = static_cast<std::int64_t>(miss.tick) * record.period_ns,
-                        .task = task.name,
-                        .tick = miss.tick,
-                        .cause = miss.cause,
-                        .lateness_ns = miss.lateness_ns});
-  }
-  const recording::RecordingResult result = recorder_->close(events, misses);
-  record.recording = report::Recording{.file = recording_file,
-                                       .bytes = result.bytes,
-                                       .messages = result.messages,
-                                       .dropped = result.dropped,
-                                       .stopped_at_ns = result.stopped_at_ns,
-                                       .not_recorded = result.not_recorded};
-  for (std::string& sentence : report::lacks_of(*record.recording))
-    record.realtime.degraded.push_back(std::move(sentence));
-  if (!result.fault.empty()) write_faults_.push_back(result.fault);
-  const std::filesystem::path path = context_.options.directory / recording_file;
-  std::error_code error;
-  if (!std::filesystem::exists(path, error))
-    write_faults_.push_back(path.string() + " was removed while the run went on");
-}
-
 void LiveSession::fill_record(const executive::RunResult& result, report::RunRecord& record) {
   describe(scenario_, context_.options, record);
   take_executive(result, scenario_, record);
@@ -426,13 +379,17 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
                 record);
   wiring_.stimuli.fill(result.run_time_ns, record);
   wiring_.faults.fill(result.run_time_ns, record);
+  plots_->fill(wiring_.signals, result.run_time_ns, record);
   add_events(record);
   world_->add_contributions(result.run_time_ns, record);
   if (const std::uint64_t lost = world_->events().lost(); lost > 0) {
     record.realtime.degraded.push_back("the event list lacks " + std::to_string(lost) +
                                        " events: it was full");
   }
-  close_recording(record);
+  if (recorder_) {
+    for (std::string& fault : close_recording(*recorder_, context_.options.directory, record))
+      write_faults_.push_back(std::move(fault));
+  }
   add_failures(result.run_time_ns, record);
 }
 

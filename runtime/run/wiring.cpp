@@ -199,6 +199,13 @@ void check_expectations(const config::Scenario& scenario, const KnownSignals& kn
   }
 }
 
+void check_plots(const config::Scenario& scenario, const KnownSignals& known, Diagnostics& diagnostics) {
+  for (const config::PlotSection& plot : scenario.plots) {
+    for (const Word& signal : plot.signals)
+      known.find(signal, diagnostics);
+  }
+}
+
 }  // namespace
 
 modules::TaskParameters task_parameters(const config::Scenario& scenario,
@@ -242,6 +249,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   check_fault_targets(scenario, diagnostics);
   wire_world(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
+  check_plots(scenario, known, diagnostics);
   if (scenario.recording)
     wiring.recorded = recording::selected_signals(*scenario.recording, known, diagnostics);
   if (diagnostics.count() != before) return std::nullopt;

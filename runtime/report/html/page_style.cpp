@@ -53,6 +53,20 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .rule-soft{stroke:var(--soft);stroke-width:1.2;fill:none;stroke-dasharray:4 3}
 .ghost{fill:none;stroke:var(--soft);stroke-dasharray:3 3}
 .arrow{fill:var(--ink)}
+.window path,.window rect{vector-effect:non-scaling-stroke}
+.faulted{stroke-dasharray:5 3}
+.reference{stroke-dasharray:2 3}
+.band{stroke:none;fill:var(--accent);fill-opacity:.14}
+.limit{fill:none;stroke:var(--bad);stroke-width:1.2;stroke-dasharray:7 4}
+.limit-text{fill:var(--bad)!important}
+.moment-failure{fill:none;stroke:var(--bad);stroke-width:2}
+.moment-worst{fill:none;stroke:var(--ink);stroke-width:1.2;stroke-dasharray:2 3}
+.moment-met{fill:none;stroke:var(--good);stroke-width:2}
+.active-fault{fill:var(--bad);fill-opacity:.3;stroke:var(--bad)}
+.active-stimulus{fill:var(--accent);fill-opacity:.25;stroke:var(--accent)}
+.event{fill:none;stroke:var(--soft);stroke-width:1.2}
+.cursor{fill:none;stroke:var(--ink);stroke-width:1}
+.selection{fill:var(--accent);fill-opacity:.2;stroke:none}
 .use{fill:var(--bar)}
 .use-over{fill:var(--bad)}
 .use-rest{fill:var(--faint)}
@@ -96,7 +110,15 @@ th.n{white-space:normal}
 .group{text-align:center;border-bottom:1px solid var(--line)}
 .name{min-width:9em}
 .nowrap{white-space:nowrap}
-main svg{display:block;width:100%;height:auto}
+main svg:where(:not(.chart,.window)){display:block;width:100%;height:auto}
+.chart{display:block;width:calc(100% - 122px);margin:8px 66px 0 56px;overflow:visible;touch-action:pan-y;
+cursor:crosshair;user-select:none}
+.tools{display:flex;gap:6px;justify-content:flex-end;align-items:baseline;margin:4px 0 0}
+.tools button{font:13px system-ui,sans-serif;color:var(--ink);background:var(--card);border:1px solid var(--line);
+border-radius:6px;padding:3px 10px;cursor:pointer}
+.clock{font-size:13px;color:var(--soft);margin-right:auto;font-variant-numeric:tabular-nums}
+.plain{list-style:none;padding:0}
+:root:not(.scripted) .with-script{display:none}
 .wide svg{min-width:680px}
 .bar-cell{width:190px;min-width:150px}
 .bar-cell svg{margin-top:2px}
@@ -122,6 +144,7 @@ h2{font-size:18px;margin:28px 0 8px}
 .verdict{padding:14px 16px}
 .facts{grid-template-columns:repeat(auto-fill,minmax(130px,1fr))}
 .on-page{display:none}
+.spare{display:none}
 .on-phone{display:block}
 .pair>div,.pair>.card{overflow-x:auto}
 .pair svg{min-width:400px}

@@ -19,6 +19,7 @@ std::string report_html(const RunRecord& record) {
   degraded_section(out, record);
   failures_section(out, record);
   expectations_section(out, record);
+  signals_section(out, record);
   injections_section(out, record);
   events_section(out, record);
   top_view_section(out, record);

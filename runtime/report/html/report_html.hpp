@@ -1,6 +1,6 @@
 #pragma once
-// report.html: one self-contained file without scripts and without fonts, images or links from elsewhere;
-// light or dark by the setting of the reader's system; printable.
+// report.html: one self-contained file without fonts, images, scripts or links from elsewhere; light or dark
+// by the setting of the reader's system; printable. Its script adds zoom and values to the plots of signals.
 
 #include <string>
 

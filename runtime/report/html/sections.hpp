@@ -15,6 +15,9 @@ void degraded_section(Markup& out, const RunRecord& record);
 void failures_section(Markup& out, const RunRecord& record);
 void events_section(Markup& out, const RunRecord& record);
 
+// section_signals.cpp
+void signals_section(Markup& out, const RunRecord& record);
+
 // section_pictures.cpp
 void top_view_section(Markup& out, const RunRecord& record);
 void contributed_sections(Markup& out, const RunRecord& record);

@@ -82,6 +82,20 @@ TEST_F(Activations, BeginWithTheirProbability) {
   EXPECT_EQ(record.faults[0].active_ns, static_cast<std::int64_t>(record.faults[0].begins) * ms);
 }
 
+TEST_F(Activations, ReportTheSpansInWhichTheyWereActive) {
+  open("faults: [{name: f, signal: plant.x, gain: 2, at: 2 ms, for: 3 ms, every: 10 ms}]\n");
+  run_to(23);
+  report::RunRecord record;
+  wiring_->faults.fill(time_ns_, record);
+  EXPECT_EQ(record.faults[0].spans,
+            (std::vector<report::ActiveSpan>{{2 * ms, 5 * ms}, {12 * ms, 15 * ms}, {22 * ms, 24 * ms}}));
+  run_to(5'000);
+  report::RunRecord later;
+  wiring_->faults.fill(time_ns_, later);
+  EXPECT_EQ(later.faults[0].spans.size(), Activation::max_spans);
+  EXPECT_EQ(later.faults[0].spans.back(), (report::ActiveSpan{992 * ms, 995 * ms}));
+}
+
 TEST_F(Activations, OfAnUnknownConditionDoNotBegin) {
   EXPECT_EQ(active_ticks("when: plant.x / 0 > 1 m"), "");
 }

@@ -30,9 +30,10 @@ TEST_F(ReportFiles, AreAllWrittenCompletely) {
     if (entry.is_regular_file())
       names.insert(fs::relative(entry.path(), directory_ / "deep" / "er").generic_string());
   }
-  EXPECT_EQ(names, (std::set<std::string>{"junit.xml", "pictures/scan-1.svg", "pictures/scan-2.svg",
-                                          "pictures/scan-3.svg", "pictures/scan-4.svg",
-                                          "pictures/top-view.svg", "report.html", "report.json"}));
+  EXPECT_EQ(names,
+            (std::set<std::string>{"junit.xml", "pictures/scan-1.svg", "pictures/scan-2.svg",
+                                   "pictures/scan-3.svg", "pictures/scan-4.svg", "pictures/signals-1.svg",
+                                   "pictures/top-view.svg", "report.html", "report.json"}));
   EXPECT_EQ(test::parse_strictly(content("deep/er/pictures/top-view.svg")).attributes.at("xmlns"),
             "http://www.w3.org/2000/svg");
 }

@@ -296,7 +296,8 @@ RunRecord full_record() {
                           8'412 * millisecond, 8'413, 10'000, std::nullopt, -0.25, "m", 8'420 * millisecond},
                          {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms",
                           std::nullopt, 9'900, 10'000}};
-  record.stimuli = {{"profile", "can.car.EgoStatus.Speed", "", 1, 0, 10'000 * millisecond, {}}};
+  record.stimuli = {
+      {"profile", "can.car.EgoStatus.Speed", "", 1, 0, 10'000 * millisecond, {{0, 10'000 * millisecond}}}};
   record.faults = {
       {"stuck",
        "scanner.object0.x",
@@ -304,9 +305,16 @@ RunRecord full_record() {
        2,
        3'000 * millisecond,
        1'250 * millisecond,
-       {}},
-      {"late", "can.car.EgoStatus", "delayed by 20 ms", 1, 4'000 * millisecond, 500 * millisecond, 50},
-      {"noisy", "traffic.ego.speed", "noise of 1 m/s", 0, std::nullopt, 0, {}}};
+       {{3'000 * millisecond, 4'000 * millisecond}, {9'750 * millisecond, 10'000 * millisecond}}},
+      {"late",
+       "can.car.EgoStatus",
+       "delayed by 20 ms",
+       1,
+       4'000 * millisecond,
+       500 * millisecond,
+       {{4'000 * millisecond, 4'500 * millisecond}},
+       50},
+      {"noisy", "traffic.ego.speed", "noise of 1 m/s", 0, std::nullopt, 0}};
   record.losses = {{"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, "cut", ""},
                    {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false, "",
                     "was ended by signal 11 (Segmentation fault)"}};
@@ -351,6 +359,42 @@ RunRecord full_record() {
                                .dropped = 43,
                                .stopped_at_ns = 9'871 * millisecond,
                                .not_recorded = 1'234};
+  record.signal_plots = {
+      .series =
+          {{.name = "ego.speed",
+            .unit = "m/s",
+            .named_values = {},
+            .begin_ns = 0,
+            .bucket_ns = 5 * millisecond,
+            .points = {{0, 10.5, 10.5}, {7, 10.25, 11.75}, {8, not_known, not_known}, {1999, 3.0, 3.0}}},
+           {.name = "ego.speed.faulted",
+            .kind = SeriesKind::faulted,
+            .unit = "m/s",
+            .named_values = {},
+            .begin_ns = 0,
+            .bucket_ns = 5 * millisecond,
+            .points = {{0, 10.5, 10.5}, {1999, 4.0, 4.0}}},
+           {.name = "ego.speed",
+            .kind = SeriesKind::reference,
+            .unit = "m/s",
+            .tolerance = 0.5,
+            .named_values = {},
+            .begin_ns = 0,
+            .bucket_ns = 5 * millisecond,
+            .points = {{0, 10.0, 10.0}, {1000, 12.0, 12.0}, {1999, 4.0, 4.0}}},
+           {.name = "plc.light",
+            .unit = "",
+            .named_values = {{0.0, "red"}, {1.0, "green"}},
+            .begin_ns = 0,
+            .bucket_ns = 10 * millisecond,
+            .points = {{0, 0.0, 0.0}, {999, 1.0, 1.0}}}},
+      .plots = {{.title = "no collision",
+                 .expectations = {0},
+                 .series = {0, 1, 2, 3},
+                 .limits = {{.series = 0, .value = 12.5}},
+                 .begin_ns = 0,
+                 .end_ns = 10'000 * millisecond}},
+      .not_plotted = {"the light is green at last"}};
   return record;
 }
 

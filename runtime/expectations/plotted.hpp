@@ -1,0 +1,38 @@
+#pragma once
+// What the plot of an expectation shows: the signals that it reads, and the constants that it compares them
+// with.
+//
+// Threads: the one that opens the run.
+
+#include <optional>
+#include <vector>
+
+#include "runtime/config/expression.hpp"
+#include "runtime/signals/csv_profile.hpp"
+#include "runtime/signals/signal_table.hpp"
+
+namespace hil::expectations {
+
+struct PlottedLimit {
+  signals::SignalId signal;
+  double value = 0.0;  ///< in the unit of the signal
+};
+
+/// A curve that the signal has to follow, within the tolerance, both in the unit of the signal.
+struct PlottedReference {
+  signals::SignalId signal;
+  signals::CsvProfile curve;
+  double tolerance = 0.0;
+};
+
+struct Plotted {
+  std::vector<signals::SignalId> signals{};  ///< each once
+  std::vector<PlottedLimit> limits{};
+  std::optional<PlottedReference> reference{};
+
+  void add(signals::SignalId signal);
+  /// The signals of the condition, and the limits of comparisons of a signal with a constant by < <= > >=.
+  void add(const config::Expression& condition, const signals::SignalTable& table);
+};
+
+}  // namespace hil::expectations

@@ -1,0 +1,209 @@
+#include "runtime/report/html/chart_script.hpp"
+
+namespace hil::report {
+
+std::string_view chart_script() {
+  return R"js(
+(function () {
+  'use strict';
+  var SVG = 'http://www.w3.org/2000/svg';
+  var HEIGHT = 10000;
+
+  // The values of a path: at x the vertical range low to high, which lasts up to end.
+  function valuesOf(path) {
+    var list = [], x = 0, y = 0, last = null;
+    path.getAttribute('d').replace(/([Mlhv])([^Mlhv]*)/g, function (whole, code, rest) {
+      var n = rest.trim().split(' ').map(Number);
+      if (code === 'h') {
+        x += n[0];
+        last.end = x;
+      } else if (code === 'v') {
+        y += n[0];
+        last.low = Math.max(last.low, y);
+        last.high = Math.min(last.high, y);
+      } else {
+        x = code === 'M' ? n[0] : x + n[0];
+        y = code === 'M' ? n[1] : y + n[1];
+        if (last !== null) { if (code === 'l') last.end = x; }
+        last = {x: x, low: y, high: y, end: x};
+        list.push(last);
+      }
+    });
+    return list;
+  }
+
+  function valueAt(list, x) {
+    var low = 0, high = list.length;
+    while (high > low) {
+      var middle = (low + high) >> 1;
+      if (list[middle].x > x) high = middle; else low = middle + 1;
+    }
+    if (low === 0) return null;
+    return list[low - 1].end >= x ? list[low - 1] : null;
+  }
+
+  function number(value) {
+    return String(Number(value.toPrecision(4)));
+  }
+
+  function curveOf(path) {
+    var low = Number(path.dataset.low), high = Number(path.dataset.high);
+    var steps = path.dataset.steps === '1';
+    var names = JSON.parse(path.dataset.names);
+    function text(y) {
+      var value = high - y / HEIGHT * (high - low);
+      if (!steps) return number(value);
+      value = Math.round(value);
+      var named = names.find(function (pair) { return pair[0] === value; });
+      return named ? named[1] : String(value);
+    }
+    var values = null;
+    return function (x) {
+      values = values || valuesOf(path);
+      var value = valueAt(values, x);
+      if (value === null) return '\u2013';
+      // A range that is narrower than the line is one value.
+      if (!steps) { if (HEIGHT / 500 > value.low - value.high) return text((value.low + value.high) / 2); }
+      var from = text(value.low), to = text(value.high);
+      return from === to ? from : from + ' \u2026 ' + to;
+    };
+  }
+
+  function timeStep(length, count) {
+    var power = Math.pow(10, Math.floor(Math.log10(length / count)));
+    return [1, 2, 5, 10].map(function (m) { return m * power; })
+        .find(function (step) { return step * count >= length; });
+  }
+
+  function decimalsOf(step) {
+    return Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  }
+
+  function setUp(chart) {
+    var whole = Number(chart.dataset.width);
+    var begin = Number(chart.dataset.begin) / 1e9, unit = Number(chart.dataset.unit) / 1e9;
+    var windows = Array.from(chart.querySelectorAll('.window'));
+    var curves = Array.from(chart.querySelectorAll('.window path[data-names]')).map(curveOf);
+    var values = Array.from(chart.querySelectorAll('.value'));
+    var axis = chart.querySelector('.time-axis');
+    var from = 0, to = whole, pressed = null;
+
+    function addLine(name) {
+      return windows.map(function (part) {
+        var line = document.createElementNS(SVG, 'path');
+        line.setAttribute('class', name);
+        part.appendChild(line);
+        return line;
+      });
+    }
+    var cursors = addLine('cursor'), selections = addLine('selection');
+
+    function drawAxis() {
+      var length = (to - from) * unit, first = begin + from * unit;
+      var step = timeStep(length, Math.max(2, Math.floor(chart.getBoundingClientRect().width / 90)));
+      axis.replaceChildren();
+      for (var k = Math.ceil(first / step - 1e-9); first + length + step * 1e-9 >= k * step; ++k) {
+        var label = document.createElementNS(SVG, 'text');
+        label.setAttribute('x', 100 * (k * step - first) / length + '%');
+        label.setAttribute('y', Number(axis.dataset.y) + 4);
+        label.setAttribute('text-anchor', 'middle');
+        label.textContent = (k * step).toFixed(decimalsOf(step)) + ' s';
+        axis.appendChild(label);
+      }
+    }
+
+    function show(a, b) {
+      var length = Math.min(whole, Math.max(b - a, Math.min(whole, 4)));
+      from = Math.min(Math.max(0, (a + b - length) / 2), whole - length);
+      to = from + length;
+      windows.forEach(function (part) {
+        part.setAttribute('viewBox', from + ' 0 ' + length + ' ' + HEIGHT);
+      });
+      drawAxis();
+    }
+
+    function xOf(event) {
+      var box = chart.getBoundingClientRect();
+      var share = (event.clientX - box.left) / box.width;
+      return from + Math.min(1, Math.max(0, share)) * (to - from);
+    }
+
+    function point(event) {
+      var x = xOf(event), time = begin + x * unit;
+      cursors.forEach(function (line) { line.setAttribute('d', 'M' + x + ' 0v' + HEIGHT); });
+      curves.forEach(function (curve, i) { values[i].textContent = curve(x); });
+      clock.textContent = time.toFixed(decimalsOf((to - from) * unit / 1000)) + ' s';
+      if (pressed !== null)
+        selections.forEach(function (line) {
+          line.setAttribute('d', 'M' + pressed + ' 0H' + x + 'V' + HEIGHT + 'H' + pressed + 'Z');
+        });
+    }
+
+    function release() {
+      pressed = null;
+      selections.forEach(function (line) { line.removeAttribute('d'); });
+    }
+
+    var tools = document.createElement('div');
+    tools.className = 'tools';
+    function button(text, name, action) {
+      var made = document.createElement('button');
+      made.type = 'button';
+      made.textContent = text;
+      made.setAttribute('aria-label', name);
+      made.addEventListener('click', action);
+      tools.appendChild(made);
+    }
+    function scaled(factor) {
+      return function () {
+        var middle = (from + to) / 2, half = (to - from) / 2 * factor;
+        show(middle - half, middle + half);
+      };
+    }
+    function moved(share) {
+      return function () {
+        var way = Math.max(-from, Math.min(whole - to, (to - from) * share));
+        show(from + way, to + way);
+      };
+    }
+    var clock = document.createElement('span');
+    clock.className = 'clock';
+    tools.appendChild(clock);
+    button('\u2190', 'earlier', moved(-0.5));
+    button('\u2192', 'later', moved(0.5));
+    button('+', 'zoom in', scaled(0.5));
+    button('\u2212', 'zoom out', scaled(2));
+    button('whole', 'show the whole plot', function () { show(0, whole); });
+    chart.parentNode.insertBefore(tools, chart);
+
+    chart.addEventListener('pointermove', point);
+    chart.addEventListener('pointerleave', function () {
+      if (pressed !== null) return;
+      cursors.forEach(function (line) { line.removeAttribute('d'); });
+      values.forEach(function (value) { value.textContent = ''; });
+      clock.textContent = '';
+    });
+    chart.addEventListener('pointerdown', function (event) {
+      if (event.button !== 0) return;
+      pressed = xOf(event);
+      chart.setPointerCapture(event.pointerId);
+    });
+    chart.addEventListener('pointerup', function (event) {
+      if (pressed === null) return;
+      var x = xOf(event), began = pressed;
+      release();
+      if (Math.abs(x - began) > (to - from) / 50) show(Math.min(x, began), Math.max(x, began));
+    });
+    chart.addEventListener('pointercancel', release);
+    chart.addEventListener('dblclick', function () { show(0, whole); });
+    window.addEventListener('resize', drawAxis);
+    drawAxis();
+  }
+
+  document.documentElement.classList.add('scripted');
+  document.querySelectorAll('.chart').forEach(setUp);
+}());
+)js";
+}
+
+}  // namespace hil::report

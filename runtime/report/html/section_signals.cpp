@@ -1,0 +1,69 @@
+#include "runtime/report/html/chart_script.hpp"
+#include "runtime/report/html/sections.hpp"
+#include "runtime/report/html/signal_chart.hpp"
+#include "runtime/report/quantities.hpp"
+
+namespace hil::report {
+namespace {
+
+void expectation_line(Markup& out, const Expectation& expectation) {
+  const bool held = expectation.result == ExpectationResult::held;
+  out.open("li").open("span", {{"class", held ? "tone good" : "tone bad"}});
+  out.text((held ? "✓ " : "✗ ") + std::string(words_of(expectation.result))).close();
+  out.text(" " + expectation.name);
+  if (expectation.first_failure_ns) out.text(", first failed at " + instant(*expectation.first_failure_ns));
+  out.close();
+}
+
+void plot_card(Markup& out, const RunRecord& record, const SignalPlot& plot) {
+  out.open("figure", {{"class", "card"}});
+  std::size_t expectations = 0;
+  for (const std::uint32_t index : plot.expectations)
+    expectations += index < record.expectations.size() ? 1 : 0;
+  if (expectations == 0) {
+    out.element("h3", plot.title);
+  } else {
+    out.open("ul", {{"class", "plain"}});
+    for (const std::uint32_t index : plot.expectations)
+      if (index < record.expectations.size()) expectation_line(out, record.expectations[index]);
+    out.close();
+  }
+  draw_signal_chart(out, record, plot, PictureUse::inline_in_page);
+  out.close();
+}
+
+void key(Markup& out, const char* css_class, const char* meaning) {
+  out.open("span").open("svg", {{"viewBox", "0 0 12 12"}, {"aria-hidden", "true"}});
+  out.leaf("path", {{"class", css_class}, {"d", "M0 6h12"}}).close();
+  out.text(meaning).close();
+}
+
+}  // namespace
+
+void signals_section(Markup& out, const RunRecord& record) {
+  const SignalPlots& plots = record.signal_plots;
+  if (plots.plots.empty() && plots.not_plotted.empty()) return;
+  out.element("h2", "Signals");
+  out.open("div", {{"class", "legend"}});
+  key(out, "moment-failure", "first failure");
+  key(out, "moment-worst", "least margin");
+  key(out, "moment-met", "met");
+  key(out, "limit", "limit of a condition");
+  out.open("span", {{"class", "with-script"}})
+      .text("Drag over a chart to zoom; double-click to reset.")
+      .close();
+  out.close();
+  for (const SignalPlot& plot : plots.plots)
+    plot_card(out, record, plot);
+  if (!plots.not_plotted.empty()) {
+    std::string names;
+    for (const std::string& name : plots.not_plotted)
+      names += (names.empty() ? "" : "; ") + name;
+    out.element("p", {{"class", "small soft"}},
+                "Expectations whose signals are not drawn, since a report shows 64 series at most: " + names +
+                    ". List their signals under plots to see them.");
+  }
+  out.open("script").raw(chart_script()).close();
+}
+
+}  // namespace hil::report

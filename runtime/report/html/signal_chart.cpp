@@ -1,0 +1,315 @@
+#include "runtime/report/html/signal_chart.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/report/html/signal_panels.hpp"
+#include "runtime/report/html/signal_path.hpp"
+#include "runtime/report/quantities.hpp"
+#include "runtime/report/text_safety.hpp"
+
+namespace hil::report {
+namespace {
+
+// Pixels. The gutters are beside the picture's area, which is 100 % wide.
+constexpr double left_gutter = 56.0;
+constexpr double right_gutter = 66.0;
+constexpr double file_width = 1000.0;
+constexpr double lane_height = 28.0;
+constexpr double bar_height = 8.0;
+constexpr double name_height = 16.0;
+constexpr double panel_gap = 12.0;
+constexpr double axis_height = 12.0;
+constexpr double text_gap = 6.0;
+constexpr std::size_t max_label_columns = 27;
+constexpr std::size_t max_limit_columns = 10;
+constexpr double limit_text_height = 12.0;
+
+std::string px(double value) {
+  return pixels(value);
+}
+
+/// The begin and the end of a name of ASCII that has more than `max_columns`.
+std::string shortened(const std::string& name, std::size_t max_columns) {
+  if (name.size() <= max_columns || name.size() != columns_of(name)) return name;
+  const std::size_t kept = max_columns / 2;
+  return name.substr(0, kept) + "…" + name.substr(name.size() - kept + 1);
+}
+
+/// With its unit, and short enough for a phone.
+std::string label_of(const SignalSeries& series) {
+  std::string after = series.kind == SeriesKind::reference ? ", reference" : "";
+  if (!series.unit.empty()) after += " [" + series.unit + ']';
+  const std::size_t columns = max_label_columns - std::min(columns_of(after), max_label_columns / 2);
+  return shortened(series.name, columns) + after;
+}
+
+std::string classes_of(const PanelSeries& entry) {
+  return "series c" + std::to_string(entry.colour) +
+         (entry.series->kind == SeriesKind::signal ? "" : std::string(" ") + to_string(entry.series->kind));
+}
+
+/// The instants of expectations of the plot, each with its line.
+struct Moment {
+  const char* css_class = "";
+  std::int64_t time_ns = 0;
+};
+
+std::vector<Moment> moments_of(const RunRecord& record, const SignalPlot& plot) {
+  std::vector<Moment> moments;
+  for (const std::uint32_t index : plot.expectations) {
+    if (index >= record.expectations.size()) continue;
+    const Expectation& expectation = record.expectations[index];
+    if (expectation.worst_ns) moments.push_back({"worst", *expectation.worst_ns});
+    if (expectation.met_ns) moments.push_back({"met", *expectation.met_ns});
+    if (expectation.first_failure_ns) moments.push_back({"failure", *expectation.first_failure_ns});
+  }
+  std::erase_if(moments, [&](const Moment& moment) {
+    return moment.time_ns < plot.begin_ns || moment.time_ns > plot.end_ns;
+  });
+  return moments;
+}
+
+class SignalChart {
+ public:
+  SignalChart(Markup& out, const RunRecord& record, const SignalPlot& plot)
+      : out_(out), record_(record), plot_(plot), panels_(panels_of(record.signal_plots, plot)) {
+    scale_.begin_ns = plot.begin_ns;
+    scale_.unit_ns = std::max<std::int64_t>(1, plot.end_ns - plot.begin_ns);
+    for (const Panel& panel : panels_) {
+      for (const PanelSeries& entry : panel.series)
+        if (entry.series->bucket_ns > 0) scale_.unit_ns = std::min(scale_.unit_ns, entry.series->bucket_ns);
+    }
+    width_ = std::max(1.0, x_at(scale_, plot.end_ns));
+    for (const auto* injections : {&record.faults, &record.stimuli}) {
+      for (const Injection& injection : *injections)
+        if (is_shown(injection)) lanes_.push_back({&injection, injections == &record.faults});
+    }
+    if (lanes_.size() > max_lanes) lanes_.resize(max_lanes);
+    for (const Event& event : record.events)
+      if (is_shown(event.time_ns, event.time_ns) && !is_in_lane(event.time_ns))
+        events_.push_back(event.time_ns);
+    const auto repeated = std::ranges::unique(events_);
+    events_.erase(repeated.begin(), repeated.end());
+  }
+
+  double height() const {
+    double height = axis_height;
+    height += lane_height * static_cast<double>(lanes_.size() + (events_.empty() ? 0 : 1));
+    for (const Panel& panel : panels_)
+      height += name_height * static_cast<double>(panel.series.size()) + panel.height_px + panel_gap;
+    return height;
+  }
+
+  /// The attribute values by which the script knows the time of a horizontal coordinate.
+  std::string begin_text() const { return std::to_string(scale_.begin_ns); }
+  std::string unit_text() const { return std::to_string(scale_.unit_ns); }
+  std::string width_text() const { return px(width_); }
+
+  void draw() {
+    for (const Lane& lane : lanes_)
+      draw_lane(lane);
+    if (!events_.empty()) draw_events();
+    for (const Panel& panel : panels_)
+      draw_panel(panel);
+    draw_time_axis();
+  }
+
+ private:
+  struct Lane {
+    const Injection* injection = nullptr;
+    bool is_fault = false;
+  };
+
+  bool is_shown(std::int64_t begin_ns, std::int64_t end_ns) const {
+    return begin_ns <= plot_.end_ns && end_ns >= plot_.begin_ns;
+  }
+  bool is_shown(const Injection& injection) const {
+    return std::ranges::any_of(injection.spans,
+                               [&](const ActiveSpan& span) { return is_shown(span.begin_ns, span.end_ns); });
+  }
+
+  /// A stimulus or a fault begins or ends.
+  bool is_in_lane(std::int64_t time_ns) const {
+    return std::ranges::any_of(lanes_, [&](const Lane& lane) {
+      return std::ranges::any_of(lane.injection->spans, [&](const ActiveSpan& span) {
+        return span.begin_ns == time_ns || span.end_ns == time_ns;
+      });
+    });
+  }
+
+  void text(const char* css_class, const std::string& x, double dx, double y, const char* anchor,
+            const std::string& content) {
+    out_.element("text", {{"class", css_class}, {"x", x}, {"dx", dx}, {"y", y}, {"text-anchor", anchor}},
+                 content);
+  }
+  void open_window(double height) {
+    out_.open("svg", {{"class", "window"},
+                      {"x", "0"},
+                      {"y", y_},
+                      {"width", "100%"},
+                      {"height", height},
+                      {"viewBox", "0 0 " + px(width_) + ' ' + px(window_height)},
+                      {"preserveAspectRatio", "none"}});
+  }
+  /// Of the whole height of a window.
+  void vertical(const std::string& css_class, std::int64_t time_ns) {
+    out_.leaf("path", {{"class", css_class}, {"d", 'M' + px(x_at(scale_, time_ns)) + " 0v10000"}});
+  }
+
+  /// Its name, and the window for its content, which the caller closes.
+  void open_lane(const std::string& name) {
+    text("lane", "0", 0.0, y_ + 10.0, "start", name);
+    y_ += lane_height - bar_height - text_gap;
+    open_window(bar_height);
+    y_ += bar_height + text_gap;
+  }
+
+  void draw_lane(const Lane& lane) {
+    open_lane((lane.is_fault ? "fault " : "stimulus ") + shortened(lane.injection->name, max_label_columns));
+    for (const ActiveSpan& span : lane.injection->spans) {
+      if (!is_shown(span.begin_ns, span.end_ns)) continue;
+      const double begin = std::max(0.0, x_at(scale_, span.begin_ns));
+      const double end = std::min(width_, x_at(scale_, span.end_ns));
+      out_.leaf("rect", {{"class", lane.is_fault ? "active-fault" : "active-stimulus"},
+                         {"x", begin},
+                         {"width", std::max(end - begin, 0.0)},
+                         {"height", window_height}});
+    }
+    out_.close();
+  }
+
+  void draw_events() {
+    open_lane("events");
+    for (const std::int64_t time_ns : events_)
+      vertical("event", time_ns);
+    out_.close();
+  }
+
+  void draw_panel(const Panel& panel) {
+    for (const PanelSeries& entry : panel.series) {
+      out_.leaf("path", {{"class", classes_of(entry)}, {"d", "M0 " + px(y_ + 8.0) + "h18"}});
+      out_.open("text", {{"class", "strong"}, {"x", "0"}, {"dx", 24.0}, {"y", y_ + 12.0}});
+      out_.text(label_of(*entry.series)).element("title", entry.series->name).close();
+      text("value", "100%", right_gutter - text_gap, y_ + 12.0, "end", "");
+      y_ += name_height;
+    }
+    out_.leaf("rect", {{"class", "plot-area"}, {"y", y_}, {"width", "100%"}, {"height", panel.height_px}});
+    const auto at = [&](double value) {
+      return y_ + panel.height_px * (panel.range.high - value) / (panel.range.high - panel.range.low);
+    };
+    for (const PanelTick& tick : panel.ticks) {
+      out_.leaf("line", {{"class", "grid"}, {"x2", "100%"}, {"y1", at(tick.value)}, {"y2", at(tick.value)}});
+      text("", "0", -text_gap, at(tick.value) + 4.0, "end", tick.label);
+    }
+    WindowScale scale = scale_;
+    scale.range = panel.range;
+    open_window(panel.height_px);
+    for (const PanelSeries& entry : panel.series) {
+      if (const std::string band = tolerance_path(*entry.series, scale); !band.empty())
+        out_.leaf("path", {{"class", "band c" + std::to_string(entry.colour)}, {"d", band}});
+    }
+    for (const Moment& moment : moments_of(record_, plot_))
+      vertical(std::string("moment-") + moment.css_class, moment.time_ns);
+    for (const double limit : panel.limits) {
+      if (limit >= panel.range.low && limit <= panel.range.high)
+        out_.leaf("path",
+                  {{"class", "limit"}, {"d", "M0 " + std::to_string(y_at(scale, limit)) + 'h' + px(width_)}});
+    }
+    for (const PanelSeries& entry : panel.series)
+      draw_series(entry, panel, scale);
+    out_.close();
+    if (!panel.is_known)
+      text("", "50%", 0.0, y_ + panel.height_px / 2.0 + 4.0, "middle", "no value is known here");
+    draw_limit_texts(panel);
+    y_ += panel.height_px + panel_gap;
+  }
+
+  void draw_series(const PanelSeries& entry, const Panel& panel, const WindowScale& scale) {
+    nlohmann::json names = nlohmann::json::array();
+    for (const NamedValue& named : entry.series->named_values)
+      names.push_back({named.value, valid_utf8(named.name)});
+    out_.leaf("path", {{"class", classes_of(entry)},
+                       {"d", signal_path(*entry.series, scale, panel.has_steps)},
+                       {"data-low", to_ascii(shortest(panel.range.low))},
+                       {"data-high", to_ascii(shortest(panel.range.high))},
+                       {"data-steps", panel.has_steps ? "1" : "0"},
+                       {"data-names", names.dump()}});
+  }
+
+  /// In the right gutter, from the top down, none over another one.
+  void draw_limit_texts(const Panel& panel) {
+    std::vector<double> limits = panel.limits;
+    std::ranges::sort(limits, std::greater<>());
+    double lowest = y_ - limit_text_height;
+    for (const double limit : limits) {
+      const std::string& unit = panel.series.front().series->unit;
+      std::string label = quantity_text(limit, unit);
+      if (columns_of(label) > max_limit_columns) label = quantity_text(limit, "");
+      if (limit > panel.range.high) label = "↑ " + label;
+      if (limit < panel.range.low) label = "↓ " + label;
+      const double share = (panel.range.high - limit) / (panel.range.high - panel.range.low);
+      const double y = y_ + panel.height_px * std::clamp(share, 0.0, 1.0);
+      lowest = std::max(y, lowest + limit_text_height);
+      text("limit-text", "100%", text_gap, lowest + 4.0, "start", label);
+    }
+  }
+
+  void draw_time_axis() {
+    const Interval seconds{static_cast<double>(plot_.begin_ns) / 1e9,
+                           static_cast<double>(plot_.end_ns) / 1e9};
+    constexpr int max_labels = 11;
+    const double step = linear_step(seconds.high - seconds.low, max_labels);
+    const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
+    out_.open("g", {{"class", "time-axis"}, {"data-y", px(y_)}});
+    int count = 0;
+    for (const double time_s : linear_ticks(seconds, max_labels)) {
+      const std::string x = px(100.0 * (time_s - seconds.low) / (seconds.high - seconds.low)) + '%';
+      text(count++ % 2 == 0 ? "" : "spare", x, 0.0, y_ + 4.0, "middle", decimal(time_s, decimals) + " s");
+    }
+    out_.close();
+  }
+
+  Markup& out_;
+  const RunRecord& record_;
+  const SignalPlot& plot_;
+  std::vector<Panel> panels_;
+  WindowScale scale_;
+  double width_ = 1.0;  ///< of a window, in its units
+  std::vector<Lane> lanes_;
+  std::vector<std::int64_t> events_;  ///< instants of those that no lane shows
+  double y_ = 0.0;                    ///< of what is drawn next
+};
+
+}  // namespace
+
+void draw_signal_chart(Markup& out, const RunRecord& record, const SignalPlot& plot, PictureUse use) {
+  SignalChart chart(out, record, plot);
+  const std::string description = "signals over run time: " + plot.title;
+  if (use == PictureUse::inline_in_page) {
+    out.open("svg", {{"class", "chart"},
+                     {"height", chart.height()},
+                     {"role", "img"},
+                     {"aria-label", description},
+                     {"data-begin", chart.begin_text()},
+                     {"data-unit", chart.unit_text()},
+                     {"data-width", chart.width_text()}});
+    chart.draw();
+    out.close();
+    return;
+  }
+  constexpr double title_height = 30.0;
+  open_svg(out, file_width, chart.height() + title_height, description, use);
+  svg_text(out, "strong", {left_gutter, 18.0}, "start", plot.title);
+  out.open("svg", {{"x", left_gutter},
+                   {"y", title_height},
+                   {"width", file_width - left_gutter - right_gutter},
+                   {"height", chart.height()},
+                   {"overflow", "visible"}});
+  chart.draw();
+  out.close().close();
+}
+
+}  // namespace hil::report

@@ -1,0 +1,37 @@
+#pragma once
+// How the signals of a plot share panels: those of one unit have one panel; a signal without a unit, or with
+// names of values, has its own. The faulted signal and the reference are in the panel of their signal.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/report/html/axis.hpp"
+#include "runtime/report/run_record.hpp"
+
+namespace hil::report {
+
+struct PanelTick {
+  double value = 0.0;
+  std::string label;
+};
+
+struct PanelSeries {
+  const SignalSeries* series = nullptr;
+  std::size_t colour = 0;  ///< 0 to 7
+};
+
+struct Panel {
+  std::vector<PanelSeries> series;
+  bool has_steps = false;  ///< the values have none between them: truths, numbers without a fraction
+  bool is_known = false;   ///< any value is
+  std::vector<double> limits;
+  Interval range;  ///< of the vertical axis; limits may be outside
+  std::vector<PanelTick> ticks;
+  double height_px = 0.0;
+};
+
+/// Indices in `plot` without a series are left out. `all` outlives the panels.
+std::vector<Panel> panels_of(const SignalPlots& all, const SignalPlot& plot);
+
+}  // namespace hil::report

@@ -1,0 +1,116 @@
+// Runs in a page beside the report, which is in a frame of the same origin, and prints what it finds as JSON
+// into #result: sentences on what is wrong, and the values that the test compares.
+'use strict';
+
+function boxesOfTexts(chart) {
+  return Array.from(chart.querySelectorAll('text'))
+      .filter(text => text.textContent !== '' && text.getBoundingClientRect().width > 0)
+      .map(text => ({text: text.textContent, box: text.getBoundingClientRect()}));
+}
+
+function overlap(a, b) {
+  const slack = 1;  // boxes of lines of text are taller than their letters
+  return a.left + slack < b.right && b.left + slack < a.right && a.top + slack < b.bottom &&
+      b.top + slack < a.bottom;
+}
+
+function faultsOfTexts(chart, where) {
+  const faults = [];
+  const texts = boxesOfTexts(chart);
+  const card = chart.closest('.card').getBoundingClientRect();
+  texts.forEach(({text, box}, i) => {
+    if (box.left < card.left || box.right > card.right) faults.push(`${where}: "${text}" leaves its card`);
+    for (const other of texts.slice(i + 1)) {
+      // A title within a text is no text of the picture.
+      if (overlap(box, other.box)) faults.push(`${where}: "${text}" overlaps "${other.text}"`);
+    }
+  });
+  if (texts.length === 0) faults.push(`${where}: no text`);
+  return faults;
+}
+
+function faultsOfLines(chart, where) {
+  const faults = [];
+  const lines = Array.from(chart.querySelectorAll('.window path[data-names]'));
+  if (lines.length === 0) faults.push(`${where}: no line of a signal`);
+  for (const line of lines) {
+    const width = line.getBoundingClientRect().width;
+    const available = line.ownerSVGElement.getBoundingClientRect().width;
+    if (width < 0.5 * available) faults.push(`${where}: a line is ${width} of ${available} pixels wide`);
+  }
+  return faults;
+}
+
+function pointer(type, chart, share) {
+  const box = chart.getBoundingClientRect();
+  chart.dispatchEvent(new PointerEvent(type, {
+    clientX: box.left + share * box.width, clientY: box.top + box.height / 2, pointerId: 1, bubbles: true
+  }));
+}
+
+function viewOf(chart) {
+  return Array.from(chart.querySelectorAll('.window')).map(part => part.getAttribute('viewBox'));
+}
+
+function labelsOf(chart) {
+  return Array.from(chart.querySelectorAll('.time-axis text')).map(text => text.textContent);
+}
+
+function probeChart(chart, where) {
+  const found = {faults: faultsOfTexts(chart, where).concat(faultsOfLines(chart, where))};
+  const press = name => chart.closest('.card').querySelector(`button[aria-label="${name}"]`).click();
+  const whole = viewOf(chart);
+  found.labels = labelsOf(chart);
+  pointer('pointermove', chart, 0.5);
+  found.values = Array.from(chart.querySelectorAll('.value')).map(value => value.textContent);
+  found.clock = chart.closest('.card').querySelector('.clock').textContent;
+  found.faults.push(...faultsOfTexts(chart, `${where} with values`));
+  press('zoom in');
+  press('zoom in');
+  if (viewOf(chart).some((view, i) => view === whole[i])) found.faults.push(`${where}: zoom changes nothing`);
+  found.zoomed_labels = labelsOf(chart);
+  found.faults.push(...faultsOfTexts(chart, `${where} zoomed`));
+  press('show the whole plot');
+  pointer('pointerdown', chart, 0.25);
+  pointer('pointermove', chart, 0.75);
+  pointer('pointerup', chart, 0.75);
+  found.dragged_labels = labelsOf(chart);
+  press('show the whole plot');
+  if (viewOf(chart).join() !== whole.join()) found.faults.push(`${where}: the whole plot does not come back`);
+  return found;
+}
+
+// A picture is empty when few of its points differ from the paper.
+async function shareOfInk(source) {
+  const image = new Image();
+  image.src = source;
+  await image.decode();
+  const canvas = document.createElement('canvas');
+  canvas.width = image.naturalWidth;
+  canvas.height = image.naturalHeight;
+  const context = canvas.getContext('2d');
+  context.drawImage(image, 0, 0);
+  const data = context.getImageData(0, 0, canvas.width, canvas.height).data;
+  let ink = 0;
+  for (let i = 0; i < data.length; i += 4)
+    if (data[i] !== data[0] || data[i + 1] !== data[1] || data[i + 2] !== data[2]) ++ink;
+  return ink / (data.length / 4);
+}
+
+async function probe(widths, pictures) {
+  const result = {faults: [], charts: {}, ink: {}};
+  const frame = document.querySelector('iframe');
+  for (const width of widths) {
+    frame.style.width = `${width}px`;
+    await new Promise(done => setTimeout(done, 50));
+    frame.contentWindow.dispatchEvent(new Event('resize'));
+    const page = frame.contentDocument;
+    if (page.documentElement.scrollWidth > width)
+      result.faults.push(`${width} px: the page is ${page.documentElement.scrollWidth} px wide`);
+    const charts = Array.from(page.querySelectorAll('.chart'));
+    result.charts[width] = charts.map((chart, i) => probeChart(chart, `${width} px, chart ${i + 1}`));
+    for (const chart of result.charts[width]) result.faults.push(...chart.faults);
+  }
+  for (const [name, source] of Object.entries(pictures)) result.ink[name] = await shareOfInk(source);
+  return result;
+}
