@@ -120,11 +120,12 @@ class OrderJudge final : public Judge {
     }
     report::Expectation result = held_result(name_, coverage_, extent);
     result.detail = detail;
+    if (!missing) add_margin(result);
     const std::string shortfall = coverage_.shortfall(extent.ticks);
     if (early_) {
       result.result = report::ExpectationResult::failed;
       result.first_failure_ns = first_ns_[*early_];
-      result.worst_ns = first_ns_[*early_];
+      if (missing) result.worst_ns = first_ns_[*early_];
       result.detail +=
           ": '" + conditions_[*early_].text() + "' was true before '" + conditions_[*early_ - 1].text() + "'";
     } else if (!shortfall.empty()) {
@@ -138,6 +139,20 @@ class OrderJudge final : public Judge {
   }
 
  private:
+  /// The shortest time from one condition to the next. All have been true.
+  void add_margin(report::Expectation& result) const {
+    std::optional<std::int64_t> shortest_ns;
+    for (std::size_t i = 1; i < first_ns_.size(); ++i) {
+      const std::int64_t time_ns = *first_ns_[i] - *first_ns_[i - 1];
+      if (shortest_ns && time_ns >= *shortest_ns) continue;
+      shortest_ns = time_ns;
+      result.worst_ns = first_ns_[i];
+    }
+    if (!shortest_ns) return;
+    result.margin = static_cast<double>(*shortest_ns) / 1e9;
+    result.margin_unit = "s";
+  }
+
   static std::vector<WatchedCondition> compiled(const Order& claim, const JudgeContext& context) {
     std::vector<WatchedCondition> conditions;
     expression::CompileOptions options = context.options;

@@ -5,7 +5,8 @@
 //        there. Fails on the tick on which it exceeds `max`, or at the end of the run with fewer than `min`.
 //        In a window it counts where the condition becomes true in the window.
 // order  each condition is true for the first time on the tick of the one before it or later. Fails on the
-//        first tick on which one is true before its turn, or at the end of the run without the last one.
+//        first tick on which one is true before its turn, or at the end of the run without the last one. The
+//        margin is the shortest time from one condition to the next; there is none while one was never true.
 //
 // Threads: as Judge.
 

@@ -149,7 +149,7 @@ std::string ResponseJudge::figures(const Unanswered& unanswered) const {
             " not judged, since the replying device was not connected";
   if (unanswered.cut_off > 0)
     text += "; " + report::counted(unanswered.cut_off, "further request", "further requests") +
-            " not judged, since the run ended before their time limit";
+            " not judged, since the run or the window ended before their time limit";
   if (!has_all_samples())
     text += " (the list of times has the first " + std::to_string(samples_ns_.size()) + ")";
   return text;

@@ -1,6 +1,7 @@
 #include "runtime/report/junit_xml.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "runtime/report/markup.hpp"
 #include "runtime/report/quantities.hpp"
@@ -67,6 +68,11 @@ class Cases {
       xml_.element(
           "failure", {{"message", result + ": " + expectation.detail}, {"type", result}},
           (at ? "first at " + to_ascii(instant(*at)) + ": " : "") + expectation.detail + "\n" + share);
+    }
+    if (std::isfinite(expectation.margin)) {
+      std::string margin = "margin " + quantity_text(expectation.margin, expectation.margin_unit);
+      if (expectation.worst_ns) margin += " at " + instant(*expectation.worst_ns);
+      xml_.element("system-out", {}, to_ascii(margin));
     }
     xml_.close();
   }

@@ -190,9 +190,11 @@ TEST_F(Occurrences, OrderIsThatOfTheFirstTimes) {
   tick(*held, 0, 0);
   expect_now(*held, Result::failed, {"bus.Header.Counter == 1 never"});
   tick(*held, 1, 0);
-  expect_now(
+  const auto in_order = expect_now(
       *held, Result::held,
       {"ego.speed > 1 at 0.001 s, then ego.speed > 2 at 0.001 s, then bus.Header.Counter == 1 at 0.003 s"});
+  EXPECT_EQ(in_order.margin, 0.0);
+  EXPECT_EQ(in_order.worst_ns, ms);
   const auto failed = judge(claim);
   time_ns_ = 0;
   tick(*failed, 0, 1.5);
@@ -201,6 +203,9 @@ TEST_F(Occurrences, OrderIsThatOfTheFirstTimes) {
   const auto result =
       expect_now(*failed, Result::failed, {"'bus.Header.Counter == 1' was true before 'ego.speed > 2'"});
   EXPECT_EQ(result.first_failure_ns, ms);
+  EXPECT_EQ(result.margin, -0.001);
+  EXPECT_EQ(result.margin_unit, "s");
+  EXPECT_EQ(result.worst_ns, ms);
 }
 
 TEST_F(Occurrences, AreJudgedWithoutAllocation) {

@@ -29,8 +29,10 @@ TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
   EXPECT_EQ(document.attributes.at("errors"), "0");
   EXPECT_EQ(document.attributes.at("time"), "10.021");
   const XmlElement& failed = case_named(document, "no collision");
-  ASSERT_EQ(failed.children.size(), 1U);
+  ASSERT_EQ(failed.children.size(), 2U);
   EXPECT_EQ(failed.children.at(0).name, "failure");
+  EXPECT_EQ(failed.children.at(1).name, "system-out");
+  EXPECT_EQ(failed.children.at(1).text, "margin -0.25 m at 8.420 s");
   EXPECT_NE(failed.children.at(0).text.find("first at 8.412 s"), std::string::npos);
   EXPECT_TRUE(case_named(document, "DUT answers within 50 ms").children.empty());
 }
