@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "runtime/config/units.hpp"
 #include "runtime/executive/executive.hpp"
 #include "runtime/expectations/judges.hpp"
 #include "runtime/plots/signal_plots.hpp"
@@ -276,6 +277,8 @@ SessionResult LiveSession::run() {
           .max_lost = scenario_.realtime.max_lost,
           .fail_on = context_.options.fail_on},
          record);
+  for (const report::Event& event : record.events)
+    context_.log.info("event at " + config::format_duration(event.time_ns) + ": " + event.text);
   for (const std::string& failure : record.failures)
     context_.log.warn(failure);
   if (const std::string sentence = report::skipped_ticks_sentence(record); !sentence.empty())

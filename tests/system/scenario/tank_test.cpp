@@ -27,6 +27,8 @@ TEST(Tank, TripStopsThePump) {
   const auto report = read_report(folder / "out");
   EXPECT_EQ(report["gpu"]["device"], "") << "a tank needs no GPU";
   EXPECT_EQ(time_of(report, "fault stuck_sensor begins"), 3'000'000'000);
+  EXPECT_NE(read_text(folder / "out/run.log").find("event at 3 s: fault stuck_sensor begins"),
+            std::string::npos);
 }
 
 TEST(Tank, RunsAreByteForByteAlike) {
