@@ -137,4 +137,9 @@ rtstdb::Bounds World::bounds_of(rtstdb::EntityId entity) const {
   return geometry_bounds_[geometry_of_entity_[entity.index]];
 }
 
+std::uint32_t World::convex_parts_of(rtstdb::EntityId entity) const {
+  const auto info = database_->geometry_info({geometry_of_entity_[entity.index]});
+  return info ? info->convex_parts : 0;
+}
+
 }  // namespace hil::modules

@@ -73,6 +73,8 @@ class World {
   void describe(contribution::WorldRecord& record) const;
   /// Box of the entity's geometry in the entity frame, unscaled. The entity is one that create() created.
   rtstdb::Bounds bounds_of(rtstdb::EntityId entity) const;
+  /// GeometryInfo::convex_parts of the entity's geometry. The entity is one that create() created.
+  std::uint32_t convex_parts_of(rtstdb::EntityId entity) const;
 
  private:
   rtstdb::Database* database_;

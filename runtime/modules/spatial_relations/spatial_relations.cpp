@@ -6,14 +6,17 @@
 //          PAIR.time_to_impact  s, with a window; the window when there is no impact in it
 //          REGION.inside        1 while the body is in the region
 //          BEAM.sees            1 while the body is the first that the beam meets
-// An output that a search can not decide is unknown, and so is each before the first step.
+// An output that a search can not decide is unknown, and so is each before the first step. A distance is
+// decided if it is known to 1 cm, and a contact if the bodies are known to be apart.
 
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include <rtstdb/limits.hpp>
 
@@ -25,6 +28,8 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint32_t max_bodies_in_region = 1024;
+/// Of a pair whose search was undecided, the distance is known where its bounds are that near.
+constexpr float max_bounds_apart_m = 0.01f;
 
 struct Pair {
   std::string first, second;
@@ -46,6 +51,18 @@ struct Beam {
   double azimuth_rad = 0.0, elevation_rad = 0.0, range_m = 0.0;
   std::size_t output = 0;
 };
+
+double distance_of(const rtstdb::ContactPair& pair) noexcept {
+  const bool is_undecided = pair.status == rtstdb::PairStatus::undecided;
+  if (is_undecided && !(pair.max_distance_m - pair.min_distance_m <= max_bounds_apart_m)) return unknown;
+  return static_cast<double>(pair.distance_m);
+}
+
+double contact_of(const rtstdb::ContactPair& pair) noexcept {
+  if (pair.status != rtstdb::PairStatus::undecided)
+    return pair.status == rtstdb::PairStatus::contact ? 1.0 : 0.0;
+  return pair.min_distance_m > 0.0f ? 0.0 : unknown;
+}
 
 class SpatialRelations final : public Module {
  public:
@@ -145,20 +162,33 @@ class SpatialRelations final : public Module {
   }
 
   void prepare_pairs(World& world, const std::string& caller, const std::string& name) {
-    const auto count = static_cast<std::uint32_t>(pairs_.size());
-    contacts_ =
-        prepared(rtstdb::ContactQueryOptions{.name = name, .capacity = count, .pairs_per_search = 1}, caller);
-    if (impacts_count_ > 0)
-      impacts_ =
-          prepared(rtstdb::ImpactQueryOptions{.name = name + " impacts", .capacity = impacts_count_}, caller);
-    std::size_t impact = 0;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const rtstdb::EntityId first = world.entity_of(pairs_[i].first, caller);
-      const rtstdb::EntityId second = world.entity_of(pairs_[i].second, caller);
-      contacts_->searches()[i] = {.first = first, .second = second};
-      if (pairs_[i].window.count() > 0)
-        impacts_->searches()[impact++] = {.first = first, .second = second, .window = pairs_[i].window};
+    std::uint32_t all_candidates = 0;  // the queries count pairs of convex parts
+    std::uint32_t max_candidates = 1;
+    std::vector<rtstdb::ContactSearch> contacts;
+    std::vector<rtstdb::ImpactSearch> impacts;
+    for (const Pair& pair : pairs_) {
+      const rtstdb::EntityId first = world.entity_of(pair.first, caller);
+      const rtstdb::EntityId second = world.entity_of(pair.second, caller);
+      contacts.push_back({.first = first, .second = second});
+      const std::uint32_t candidates =
+          std::max(world.convex_parts_of(first) * world.convex_parts_of(second), 1U);
+      all_candidates += candidates;
+      if (pair.window.count() == 0) continue;
+      impacts.push_back({.first = first, .second = second, .window = pair.window});
+      max_candidates = std::max(max_candidates, candidates);
     }
+    contacts_ = prepared(rtstdb::ContactQueryOptions{.name = name,
+                                                     .capacity = static_cast<std::uint32_t>(contacts.size()),
+                                                     .pairs_per_search = 1,
+                                                     .max_candidates = all_candidates},
+                         caller);
+    std::ranges::copy(contacts, contacts_->searches().begin());
+    if (impacts.empty()) return;
+    impacts_ = prepared(
+        rtstdb::ImpactQueryOptions{
+            .name = name + " impacts", .capacity = impacts_count_, .candidates_per_search = max_candidates},
+        caller);
+    std::ranges::copy(impacts, impacts_->searches().begin());
   }
 
   void prepare_regions(World& world, const std::string& caller, const std::string& name) {
@@ -201,10 +231,9 @@ class SpatialRelations final : public Module {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       double* const outputs = context.outputs.data() + pairs_[i].output;
       const rtstdb::ContactAnswer& answer = std::as_const(*contacts_).answers()[i];
-      const bool is_known = !answer.incomplete && !answer.overflow && answer.pairs.size() == 1 &&
-                            answer.pairs[0].status != rtstdb::PairStatus::undecided;
-      outputs[0] = is_known ? static_cast<double>(answer.pairs[0].distance_m) : unknown;
-      outputs[1] = is_known ? (answer.pairs[0].status == rtstdb::PairStatus::contact ? 1.0 : 0.0) : unknown;
+      const bool is_answered = !answer.incomplete && !answer.overflow && answer.pairs.size() == 1;
+      outputs[0] = is_answered ? distance_of(answer.pairs[0]) : unknown;
+      outputs[1] = is_answered ? contact_of(answer.pairs[0]) : unknown;
       if (pairs_[i].window.count() == 0) continue;
       const rtstdb::ImpactAnswer& first = std::as_const(*impacts_).answers()[impact++];
       const bool is_decided =

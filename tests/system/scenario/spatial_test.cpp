@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/system/scenario/hil.hpp"
@@ -89,6 +90,68 @@ TEST(BySpace, FaultsBeginAndEndAtTheirInstants) {
   ASSERT_EQ(near.size(), 1u);
   EXPECT_NEAR(static_cast<double>(near[0]), 1'301.0, 1.0);
   EXPECT_TRUE(instants_of(report, "fault near ends").empty());
+}
+
+/// Two cars, which consist of two convex parts each, and which pass one another before the crossing.
+constexpr const char* cars_scenario = R"(
+scenario: two cars
+clock: virtual
+base_rate: 1 kHz
+duration: 5 s
+world:
+  layers: [vehicle]
+tasks:
+  - module: traffic
+    type: vehicles
+    rate: 1 kHz
+    parameters:
+      vehicles:
+        east: {position: [-40 m, -1.75 m], heading: 0 deg, speed: 6 m/s, desired_speed: 6 m/s}
+        north: {position: [1.75 m, -30 m], heading: 90 deg, speed: 12 m/s, desired_speed: 12 m/s}
+  - module: space
+    type: spatial_relations
+    rate: 1 kHz
+    parameters:
+      pairs: {cars: {first: traffic.east, second: traffic.north, impact_window: 1 s}}
+  - module: plant
+    type: block
+    rate: 1 kHz
+    parameters: {outputs: {x: 1 m}}
+  - module: reader
+    type: block
+    rate: 1 kHz
+    inputs: {x: plant.x}
+    parameters: {inputs: {x: m}, outputs: {y: x}}
+faults:
+  - {name: near, signal: plant.x, offset: 1 m, while: space.cars.distance < 25 m}
+expectations:
+  - {name: no contact, never: space.cars.contact == 1, coverage: 100 %}
+  - {name: no impact, never: space.cars.time_to_impact < 1 s, coverage: 100 %}
+)";
+
+/// Between the bodies of two cars of 4.5 m x 1.8 m, one along x and one along y.
+double distance_of_cars(double dx_m, double dy_m) {
+  constexpr double reach_m = 0.5 * (4.5 + 1.8);
+  return std::hypot(std::max(std::abs(dx_m) - reach_m, 0.0), std::max(std::abs(dy_m) - reach_m, 0.0));
+}
+
+TEST(BySpace, DistanceOfBodiesOfSeveralPartsIsKnownThroughout) {
+  const Folder folder;
+  write_text(folder / "s.yaml", cars_scenario);
+  const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const auto report = read_report(folder / "out");
+  EXPECT_EQ(instants_of(report, "fault near begins").size(), 1u);
+  EXPECT_EQ(instants_of(report, "fault near ends").size(), 1u);
+  const Signals signals(folder / "out");
+  const auto difference = [&](const std::string& axis, std::size_t row) {
+    return signals["traffic.north." + axis][row] - signals["traffic.east." + axis][row];
+  };
+  ASSERT_EQ(signals.rows(), 500u);
+  for (std::size_t row = 0; row < signals.rows(); ++row)
+    EXPECT_NEAR(signals["space.cars.distance"][row],
+                distance_of_cars(difference("x", row), difference("y", row)), 0.02)
+        << row;
 }
 
 }  // namespace
