@@ -115,8 +115,10 @@ BrakeDecision Controller::object_list(std::int64_t time_ns, std::span<const Obje
     brake = brake || conflict->demand_mps2 >= parameters_.brake_demand_mps2 ||
             conflict->time_s <= parameters_.brake_time_s;
   }
-  if (conflict_found) last_conflict_ns_ = time_ns;
   const bool at_rest = std::abs(ego_.speed_mps) < parameters_.standstill_mps;
+  const bool is_frozen =
+      parameters_.checks_plausibility && plausibility_.is_frozen(time_ns, at_rest, objects);
+  if (conflict_found || is_frozen) last_conflict_ns_ = time_ns;
   if (at_rest || (!conflict_found && time_ns - last_conflict_ns_ >= parameters_.release_after_ns))
     latched_mps2_ = 0.0;
   if (!at_rest && conflict_found && (brake || latched_mps2_ > 0.0)) {
@@ -124,6 +126,7 @@ BrakeDecision Controller::object_list(std::int64_t time_ns, std::span<const Obje
         std::min(demand_mps2 * parameters_.demand_factor, parameters_.maximum_deceleration_mps2);
     latched_mps2_ = std::max(latched_mps2_, commanded_mps2);
   }
+  if (is_frozen) latched_mps2_ = std::max(latched_mps2_, parameters_.frozen_deceleration_mps2);
   decision.deceleration_mps2 = latched_mps2_;
   decision.warning = latched_mps2_ > 0.0 || (conflict_found && demand_mps2 >= parameters_.warn_demand_mps2);
   return decision;

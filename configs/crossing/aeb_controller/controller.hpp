@@ -1,7 +1,8 @@
 #pragma once
 // The decisions of an emergency-braking controller: whether the ego car meets an object if both keep their
-// velocities, and which deceleration avoids it. It uses no bus and no clock: results depend only on the
-// calls and the times that they give.
+// velocities, and which deceleration avoids it. While the object list is frozen (plausibility_check.hpp), the
+// places of the objects are unknown, and the controller stops the car. It uses no bus and no clock: results
+// depend only on the calls and the times that they give.
 //
 // Axes: x forward, y left; the origin is the middle of the ego's front bumper. Velocities are over ground, in
 // these axes. Times are nanoseconds of one monotonic clock.
@@ -12,22 +13,14 @@
 #include <optional>
 #include <span>
 
+#include "configs/crossing/aeb_controller/object_report.hpp"
+#include "configs/crossing/aeb_controller/plausibility_check.hpp"
+
 namespace hil::crossing::aeb {
 
 struct EgoState {
   double speed_mps = 0.0;
   double yaw_rate_radps = 0.0;
-};
-
-/// An object `age_s` before its list was received, in the ego's axes of that instant.
-struct ObjectReport {
-  bool valid = false;
-  double x_m = 0.0;  ///< its centre
-  double y_m = 0.0;
-  double velocity_x_mps = 0.0;
-  double velocity_y_mps = 0.0;
-  double length_m = 0.0;  ///< along its velocity
-  double age_s = 0.0;
 };
 
 struct BrakeDecision {
@@ -55,6 +48,10 @@ struct Parameters {
   double standstill_mps = 0.1;
   std::int64_t release_after_ns = 1'000'000'000;  ///< braking ends after this time without a conflict
   std::int64_t ego_timeout_ns = 100'000'000;
+
+  bool checks_plausibility = true;  ///< false: a frozen list counts as any other
+  std::int64_t frozen_after_ns = 200'000'000;
+  double frozen_deceleration_mps2 = 5.0;  ///< while the list is frozen
 };
 
 /// A predicted contact of ego and object if both keep their velocities.
@@ -72,15 +69,18 @@ ObjectReport extrapolated(const ObjectReport& object, const EgoState& ego);
 
 class Controller {
  public:
-  explicit Controller(Parameters parameters = {}) : parameters_(parameters) {}
+  explicit Controller(Parameters parameters = {})
+      : parameters_(parameters), plausibility_(parameters.frozen_after_ns) {}
 
   void ego_status(std::int64_t time_ns, const EgoState& ego);
   /// Takes a complete list of objects. Braking lasts until the ego is at rest or there was no conflict for
-  /// release_after_ns; until then the deceleration never decreases.
+  /// release_after_ns; until then the deceleration never decreases. While the list is frozen, it lasts also
+  /// at rest.
   BrakeDecision object_list(std::int64_t time_ns, std::span<const ObjectReport> objects);
 
  private:
   Parameters parameters_;
+  PlausibilityCheck plausibility_;
   EgoState ego_;
   std::optional<std::int64_t> ego_time_ns_;
   double latched_mps2_ = 0.0;

@@ -1,6 +1,9 @@
 // hil-aeb-controller: the device under test of the crossing. It uses nothing but CAN.
 //
 //   hil-aeb-controller --bus unix:/path|socketcan:vcan0 --database crossing.dbc [--name NAME]
+//                      [--no-plausibility-check]
+//
+// Without the plausibility check it believes a frozen object list (plausibility_check.hpp).
 //
 // Exit codes: 0 after a signal, or when the virtual bus was closed; 2 for bad arguments or a bad database;
 // 4 when the bus can not be opened.
@@ -44,12 +47,14 @@ struct Arguments {
   std::string bus;
   std::string database;
   std::string name = "aeb-controller";
+  aeb::Parameters parameters;
 };
 
 bool parse_arguments(int count, char** words, Arguments& arguments) {
   static const option known[] = {{"bus", required_argument, nullptr, 'b'},
                                  {"database", required_argument, nullptr, 'd'},
                                  {"name", required_argument, nullptr, 'n'},
+                                 {"no-plausibility-check", no_argument, nullptr, 'p'},
                                  {nullptr, 0, nullptr, 0}};
   int letter = 0;
   while ((letter = ::getopt_long(count, words, "", known, nullptr)) != -1) {
@@ -59,6 +64,8 @@ bool parse_arguments(int count, char** words, Arguments& arguments) {
       arguments.database = optarg;
     } else if (letter == 'n') {
       arguments.name = optarg;
+    } else if (letter == 'p') {
+      arguments.parameters.checks_plausibility = false;
     } else {
       return false;
     }
@@ -115,7 +122,7 @@ int run(const Arguments& arguments) {
     std::fprintf(stderr, "hil-aeb-controller: %s\n", error.what());
     return bad_io;
   }
-  aeb::Station station(database.database);
+  aeb::Station station(database.database, arguments.parameters);
   answer_frames(*bus, station, arguments.bus.starts_with("socketcan:"));
   const aeb::StationCounters& counters = station.counters();
   std::printf("answers %llu, incomplete lists %llu, refused frames %llu\n",
@@ -131,7 +138,8 @@ int main(int count, char** words) {
   Arguments arguments;
   if (!parse_arguments(count, words, arguments)) {
     std::fputs(
-        "usage: hil-aeb-controller --bus unix:/path|socketcan:INTERFACE --database FILE.dbc [--name NAME]\n",
+        "usage: hil-aeb-controller --bus unix:/path|socketcan:INTERFACE --database FILE.dbc [--name NAME]\n"
+        "                          [--no-plausibility-check]\n",
         stderr);
     return bad_usage;
   }

@@ -75,8 +75,9 @@ std::vector<std::string> Station::database_problems(const can::Dbc& database) {
   return problems;
 }
 
-Station::Station(const can::Dbc& database)
-    : ego_status_(message_of(checked(database), "EgoStatus"), protected_message),
+Station::Station(const can::Dbc& database, const Parameters& parameters)
+    : controller_(parameters),
+      ego_status_(message_of(checked(database), "EgoStatus"), protected_message),
       object_header_(message_of(database, "ObjectHeader"), protected_message),
       brake_command_(message_of(database, "BrakeCommand"), protected_message),
       speed_(signal_index(database, "EgoStatus", "Speed")),

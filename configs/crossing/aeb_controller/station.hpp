@@ -36,7 +36,7 @@ class Station {
   static std::vector<std::string> database_problems(const can::Dbc& database);
 
   /// Misuse (asserts): a database with problems.
-  explicit Station(const can::Dbc& database);
+  explicit Station(const can::Dbc& database, const Parameters& parameters = {});
 
   /// Takes a received frame. Returns the answer to send, if there is one. The frame's time_ns is the time
   /// of the controller.
