@@ -53,6 +53,7 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .rule-soft{stroke:var(--soft);stroke-width:1.2;fill:none;stroke-dasharray:4 3}
 .ghost{fill:none;stroke:var(--soft);stroke-dasharray:3 3}
 .arrow{fill:var(--ink)}
+.on-phone{display:none}
 .window path,.window rect{vector-effect:non-scaling-stroke}
 .faulted{stroke-dasharray:5 3}
 .reference{stroke-dasharray:2 3}
@@ -134,7 +135,6 @@ figcaption{font-size:13px;margin-top:4px}
 .legend svg{display:inline-block;width:12px;height:12px;margin-right:6px;vertical-align:-1px}
 ul{margin:6px 0;padding-left:20px}
 code{font:13px ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
-.on-phone{display:none}
 footer{margin-top:40px;color:var(--soft);font-size:13px}
 @media (max-width:640px){
 main{padding:12px 10px 40px}

@@ -23,7 +23,8 @@ constexpr double name_height = 16.0;
 constexpr double panel_gap = 12.0;
 constexpr double axis_height = 12.0;
 constexpr double text_gap = 6.0;
-constexpr std::size_t max_label_columns = 27;
+constexpr std::size_t max_page_columns = 100;
+constexpr std::size_t max_phone_columns = 27;
 constexpr std::size_t max_limit_columns = 10;
 constexpr double limit_text_height = 12.0;
 
@@ -38,12 +39,11 @@ std::string shortened(const std::string& name, std::size_t max_columns) {
   return name.substr(0, kept) + "…" + name.substr(name.size() - kept + 1);
 }
 
-/// With its unit, and short enough for a phone.
-std::string label_of(const SignalSeries& series) {
+/// With its unit.
+std::string label_of(const SignalSeries& series, std::size_t max_columns) {
   std::string after = series.kind == SeriesKind::reference ? ", reference" : "";
   if (!series.unit.empty()) after += " [" + series.unit + ']';
-  const std::size_t columns = max_label_columns - std::min(columns_of(after), max_label_columns / 2);
-  return shortened(series.name, columns) + after;
+  return shortened(series.name, max_columns - std::min(columns_of(after), max_columns / 2)) + after;
 }
 
 std::string classes_of(const PanelSeries& entry) {
@@ -145,6 +145,11 @@ class SignalChart {
     out_.element("text", {{"class", css_class}, {"x", x}, {"dx", dx}, {"y", y}, {"text-anchor", anchor}},
                  content);
   }
+  /// Of a series, with its whole name for the pointer.
+  void name(const char* css_class, const std::string& label, const std::string& whole) {
+    out_.open("text", {{"class", css_class}, {"x", "0"}, {"dx", 24.0}, {"y", y_ + 12.0}});
+    out_.text(label).element("title", whole).close();
+  }
   void open_window(double height) {
     out_.open("svg", {{"class", "window"},
                       {"x", "0"},
@@ -168,7 +173,7 @@ class SignalChart {
   }
 
   void draw_lane(const Lane& lane) {
-    open_lane((lane.is_fault ? "fault " : "stimulus ") + shortened(lane.injection->name, max_label_columns));
+    open_lane((lane.is_fault ? "fault " : "stimulus ") + shortened(lane.injection->name, max_phone_columns));
     for (const ActiveSpan& span : lane.injection->spans) {
       if (!is_shown(span.begin_ns, span.end_ns)) continue;
       const double begin = std::max(0.0, x_at(scale_, span.begin_ns));
@@ -191,8 +196,10 @@ class SignalChart {
   void draw_panel(const Panel& panel) {
     for (const PanelSeries& entry : panel.series) {
       out_.leaf("path", {{"class", classes_of(entry)}, {"d", "M0 " + px(y_ + 8.0) + "h18"}});
-      out_.open("text", {{"class", "strong"}, {"x", "0"}, {"dx", 24.0}, {"y", y_ + 12.0}});
-      out_.text(label_of(*entry.series)).element("title", entry.series->name).close();
+      const std::string label = label_of(*entry.series, max_page_columns);
+      const std::string on_phone = label_of(*entry.series, max_phone_columns);
+      name(label == on_phone ? "strong" : "strong on-page", label, entry.series->name);
+      if (label != on_phone) name("strong on-phone", on_phone, entry.series->name);
       text("value", "100%", right_gutter - text_gap, y_ + 12.0, "end", "");
       y_ += name_height;
     }

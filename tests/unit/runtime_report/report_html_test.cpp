@@ -320,7 +320,7 @@ TEST(ReportHtml, TopViewOnAPhoneIsNarrower) {
   }
   EXPECT_EQ(on_page, 1U);
   EXPECT_EQ(on_phone, 1U);
-  EXPECT_NE(page_style().find("\n.on-phone{display:none}"), std::string_view::npos);
+  EXPECT_NE(picture_style().find("\n.on-phone{display:none}"), std::string_view::npos);
   EXPECT_NE(phone_block().find(".on-page{display:none}"), std::string::npos);
   EXPECT_NE(phone_block().find(".on-phone{display:block}"), std::string::npos);
 }
