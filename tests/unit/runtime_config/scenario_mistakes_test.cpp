@@ -85,6 +85,19 @@ TEST(ScenarioMistakes, OneNameInTwoFilesIsReportedWithBothFiles) {
       << diagnostics.to_text();
 }
 
+TEST(ScenarioMistakes, WrongPlotsAreReported) {
+  const std::string begin = "scenario: s\nduration: 5 s\nplots:\n  - ";
+  for (const auto& [entry, words] : std::initializer_list<std::pair<std::string, std::string_view>>{
+           {"{title: A, signals: @[]}", "at least"},
+           {"@{signals: [x.a]}", "missing key 'title'"},
+           {"{title: A, signals: [x.a, @x.a]}", "'x.a' is in the plot twice"},
+           {"{title: A, signals: [x.a], from: @5 s}", "5 s is not before the end of the run"},
+           {"{title: A, signals: [x.a], until: @6 s}", "6 s is after the end of the run, which takes 5 s"},
+           {"{title: A, signals: [x.a], from: @3 s, until: 3 s}", "3 s is not before 'until', 3 s"}})
+    EXPECT_TRUE(is_refused(begin + entry + "\n", words)) << entry;
+  expect_accepted("scenario: s\nduration: 5 s\nplots: [{title: A, signals: [x.a], from: 4 s, until: 5 s}]\n");
+}
+
 TEST(ScenarioMistakes, WrongRatesAreReported) {
   expect_refused({
       {"base_rate: 1 kHz", "base_rate: @1.0000001 kHz", "no whole number of nanoseconds"},

@@ -312,6 +312,23 @@ TEST(ScenarioRecording, HasItsSignalsFramesAndSize) {
   EXPECT_EQ(load("recording: {max_size: 1048576 B, signals: []}")->max_bytes, 1'048'576U);
 }
 
+TEST(ScenarioPlots, HaveSignalsAndAPartOfTheRun) {
+  const ScenarioFolder files;
+  Diagnostics diagnostics;
+  const auto scenario = files.load(
+      "scenario: s\nplots:\n  - {title: A, signals: [x.a, x.b]}\n"
+      "  - {title: B, signals: [x.a], from: 1 s, until: 2 s}\n",
+      diagnostics);
+  ASSERT_TRUE(scenario) << diagnostics.to_text();
+  ASSERT_EQ(scenario->plots.size(), 2U);
+  EXPECT_EQ(scenario->plots[0].title, "A");
+  EXPECT_EQ(scenario->plots[0].signals.size(), 2U);
+  EXPECT_FALSE(scenario->plots[0].from_ns);
+  EXPECT_FALSE(scenario->plots[0].until_ns);
+  EXPECT_EQ(scenario->plots[1].from_ns, 1'000'000'000);
+  EXPECT_EQ(scenario->plots[1].until_ns, 2'000'000'000);
+}
+
 TEST(ScenarioDefaults, PermitNoLoss) {
   const ScenarioFolder files;
   const auto load = [&](const std::string& text) {
