@@ -1,9 +1,8 @@
 #pragma once
 // A column of a CSV file over time.
 //
-// The first row has the names of the columns, one of them "time" or "time_s" (seconds). Times rise. Numbers
-// have a decimal point. Cells are separated by commas; blanks around them and lines without text or with a #
-// at the begin do not count.
+// The first row has the names of the columns, one of them "time" or "time_s" (seconds). Times rise. The form
+// of the file is that of config/csv_reader.hpp.
 //
 // Threads: read on the one that reads or wires the scenario; at() on the base thread, without allocation, for
 // rising times.
@@ -18,8 +17,6 @@
 #include "runtime/config/expression.hpp"
 
 namespace hil::signals {
-
-inline constexpr std::size_t max_csv_bytes = std::size_t{64} << 20;
 
 class CsvProfile {
  public:

@@ -126,5 +126,49 @@ TEST(BlockScenarios, WhoseValueIsUnknownDoNotPass) {
   EXPECT_NE(report["events"].dump().find("tank.level is unknown from here on"), std::string::npos);
 }
 
+TEST(BlockScenarios, ReadTablesFromFilesBesideThem) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "plant");
+  write_text(folder / "plant/pump.csv", "opening,flow\n0,0\n50,2\n100,10\n");
+  write_text(folder / "plant/torque.csv", "pedal/speed,0,1000\n0,0,0\n100,50,200\n");
+  write_text(folder / "plant/plant.yaml", R"yaml(
+tasks:
+  - module: p
+    type: block
+    rate: 10 Hz
+    parameters:
+      tables:
+        pump: {file: pump.csv, x: "%", unit: l/s}
+        torque: {file: torque.csv, x: rpm, y: "%", unit: N m}
+      variables:
+        flow: {value: pump(time * 100 %/s), unit: l/s}
+        moment: torque(500 rpm, time * 100 %/s)
+)yaml");
+  write_text(folder / "s.yaml", R"(
+scenario: files
+include: plant/plant.yaml
+clock: virtual
+base_rate: 10 Hz
+duration: 1.1 s
+expectations:
+  - {name: bend, always: abs(p.flow - 2 l/s) < 1 ml/s, between: [500 ms, 500 ms]}
+)");
+  const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const Signals signals(folder / "out");
+  ASSERT_EQ(signals["p.flow"].size(), 11U);
+  for (std::size_t i = 0; i < 11; ++i) {
+    const double opening = 10.0 * static_cast<double>(i);
+    EXPECT_NEAR(signals["p.flow"][i], opening <= 50.0 ? opening / 25.0 : 2.0 + (opening - 50.0) * 0.16, 1e-9);
+    EXPECT_NEAR(signals["p.moment"][i], 1.25 * opening, 1e-9);
+  }
+  write_text(folder / "plant/torque.csv", "pedal/speed,0,1000\n0,0,0\n100,,200\n");
+  const Ended refused = run_hil({"check", folder / "s.yaml"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.errors.find("plant/torque.csv:3:5: an empty cell: a number is missing"),
+            std::string::npos)
+      << refused.errors;
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

@@ -1,0 +1,96 @@
+#include "runtime/config/csv_reader.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+namespace hil::config {
+namespace {
+
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+
+std::string_view trimmed(std::string_view text) {
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!text.empty() && is_blank(text.front()))
+    text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back()))
+    text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+CsvReader::CsvReader(std::string path, const Place& named_at, Diagnostics& diagnostics)
+    : path_(std::move(path)), diagnostics_(diagnostics) {
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path_, error);
+  if (!error && bytes > max_csv_bytes) {
+    diagnostics.add(named_at, "the file has " + std::to_string(bytes) + " bytes; at most " +
+                                  std::to_string(max_csv_bytes) + " are read");
+    return;
+  }
+  file_.open(path_, std::ios::binary);
+}
+
+bool CsvReader::divide() {
+  cells_.clear();
+  const std::string_view line = line_;
+  std::size_t begin = line_number_ == 1 && line.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
+  while (cells_.size() < max_csv_columns) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    cells_.push_back({trimmed(line.substr(begin, end - begin)), static_cast<std::uint32_t>(begin + 1)});
+    if (end == line.size()) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+bool CsvReader::next() {
+  const std::size_t columns = cells_.size();
+  while (std::getline(file_, line_)) {
+    ++line_number_;
+    const bool is_whole = divide();
+    if (cells_.size() == 1 && cells_[0].text.empty()) continue;
+    if (cells_[0].text.starts_with('#')) continue;
+    if (!is_whole) return end_of_rows("more than " + std::to_string(max_csv_columns) + " columns");
+    if (columns == 0 || cells_.size() == columns) return true;
+    return end_of_rows(std::to_string(cells_.size()) + " cells in a file of " + std::to_string(columns) +
+                       " columns");
+  }
+  file_.close();
+  return false;
+}
+
+bool CsvReader::end_of_rows(std::string mistake) {
+  diagnostics_.add({path_, line_number_, 1}, std::move(mistake));
+  file_.close();
+  return false;
+}
+
+std::optional<double> CsvReader::number(std::size_t column) const {
+  const std::string_view text = cell(column);
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc() && end == text.data() + text.size() && std::isfinite(number)) return number;
+  refuse(column, text.empty() ? "an empty cell: a number is missing" : in_quotes(text) + " is not a number");
+  return std::nullopt;
+}
+
+void CsvReader::refuse(std::size_t column, std::string message) const {
+  diagnostics_.add(place(column), std::move(message));
+}
+
+std::optional<std::size_t> CsvReader::find(const std::string& name, const Place& place) const {
+  std::vector<std::string> names;
+  for (const Cell& cell : cells_)
+    names.emplace_back(cell.text);
+  const auto found = std::ranges::find(names, name);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  diagnostics_.add(place, "the file has no column " + in_quotes(name) + suggestion(name, names));
+  return std::nullopt;
+}
+
+}  // namespace hil::config

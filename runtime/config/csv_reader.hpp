@@ -1,0 +1,66 @@
+#pragma once
+// Rows of a CSV file, one after the other.
+//
+// Cells are separated by commas and are not in quotes; blanks around them do not count, and neither do lines
+// without text or with a # at the begin. Numbers have a decimal point. A byte order mark is skipped.
+//
+// Threads: one.
+
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/config/diagnostics.hpp"
+
+namespace hil::config {
+
+/// Larger files, and longer rows, are refused.
+inline constexpr std::size_t max_csv_bytes = std::size_t{64} << 20;
+inline constexpr std::size_t max_csv_columns = 10'000;
+
+class CsvReader {
+ public:
+  /// `named_at`: where the file is named. A mistake when it is too large; there are no rows then.
+  CsvReader(std::string path, const Place& named_at, Diagnostics& diagnostics);
+
+  CsvReader(const CsvReader&) = delete;
+  CsvReader& operator=(const CsvReader&) = delete;
+
+  /// Whether there is a further row, which is then the current one. Each has as many cells as the first one;
+  /// another number is a mistake, and ends the rows. After a mistake there are no rows.
+  bool next();
+
+  /// Of the current row, from 0.
+  std::size_t columns() const noexcept { return cells_.size(); }
+  std::string_view cell(std::size_t column) const { return cells_[column].text; }
+  Place place(std::size_t column) const { return {path_, line_number_, cells_[column].column}; }
+  /// Empty with a mistake at its place: an empty cell, or no finite number.
+  std::optional<double> number(std::size_t column) const;
+  /// Adds a mistake at the cell.
+  void refuse(std::size_t column, std::string message) const;
+
+  /// The column whose cell is `name`. Empty with a mistake at `place`.
+  std::optional<std::size_t> find(const std::string& name, const Place& place) const;
+
+ private:
+  struct Cell {
+    std::string_view text;
+    std::uint32_t column = 1;  ///< in the line, from 1
+  };
+  /// False: too many cells.
+  bool divide();
+  bool end_of_rows(std::string mistake);
+
+  std::string path_;
+  Diagnostics& diagnostics_;
+  std::ifstream file_;
+  std::string line_;
+  std::uint32_t line_number_ = 0;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace hil::config
