@@ -41,7 +41,9 @@ bool CsvReader::divide() {
   std::size_t begin = line_number_ == 1 && line.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
   while (cells_.size() < max_csv_columns) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
-    cells_.push_back({trimmed(line.substr(begin, end - begin)), static_cast<std::uint32_t>(begin + 1)});
+    const std::string_view text = trimmed(line.substr(begin, end - begin));
+    const std::size_t first = text.empty() ? begin : static_cast<std::size_t>(text.data() - line.data());
+    cells_.push_back({text, static_cast<std::uint32_t>(first + 1)});
     if (end == line.size()) return true;
     begin = end + 1;
   }

@@ -40,7 +40,9 @@ bool is_keyword(std::string_view word) {
 class ExpressionParser {
  public:
   ExpressionParser(const Value& text, Diagnostics& diagnostics)
-      : value_(text), text_(text.text()), diagnostics_(diagnostics) {}
+      : value_(&text), begin_(text.place()), text_(text.text()), diagnostics_(diagnostics) {}
+  ExpressionParser(const Word& text, Diagnostics& diagnostics)
+      : begin_(text.place), text_(text.text), diagnostics_(diagnostics) {}
 
   std::optional<Expression> parse() {
     if (text_.size() > Expression::max_text_bytes) {
@@ -53,7 +55,7 @@ class ExpressionParser {
     if (whole && at_ < text_.size()) fail(at_, unexpected("an operation or the end of the expression"));
     if (failed_) return std::nullopt;
     expression_.text_ = text_;
-    expression_.place_ = value_.place();
+    expression_.place_ = begin_;
     return std::move(expression_);
   }
 
@@ -67,8 +69,13 @@ class ExpressionParser {
   };
 
   void fail(std::size_t at, const std::string& message) {
-    if (!failed_) diagnostics_.add(value_.place_in_text(at), message);
+    if (!failed_) diagnostics_.add(place_of(at), message);
     failed_ = true;
+  }
+
+  Place place_of(std::size_t at) const {
+    if (value_ != nullptr) return value_->place_in_text(at);
+    return {begin_.file, begin_.line, begin_.column + static_cast<std::uint32_t>(at)};
   }
 
   void skip_blanks() {
@@ -108,7 +115,7 @@ class ExpressionParser {
 
   Index add(Operation operation, std::size_t at, std::vector<std::uint32_t> parts) {
     Node node{.operation = operation};
-    node.word.place = value_.place_in_text(at);
+    node.word.place = place_of(at);
     node.parts = std::move(parts);
     return add(std::move(node), at);
   }
@@ -277,7 +284,7 @@ class ExpressionParser {
     }
     at_ = end + 1;
     return add({.operation = Operation::quoted,
-                .word = {std::string(text_.substr(begin + 1, end - begin - 1)), value_.place_in_text(begin)}},
+                .word = {std::string(text_.substr(begin + 1, end - begin - 1)), place_of(begin)}},
                begin);
   }
 
@@ -290,7 +297,7 @@ class ExpressionParser {
     }
     at_ += reading.length;
     Node node{.operation = Operation::number};
-    node.word.place = value_.place_in_text(begin);
+    node.word.place = place_of(begin);
     node.number = reading.value;
     if (!parse_unit(node)) return std::nullopt;
     return add(std::move(node), begin);
@@ -346,7 +353,7 @@ class ExpressionParser {
     if (word == "true" || word == "false") {
       at_ += word.size();
       Node node{.operation = Operation::truth};
-      node.word.place = value_.place_in_text(begin);
+      node.word.place = place_of(begin);
       node.number = word == "true" ? 1.0 : 0.0;
       return add(std::move(node), begin);
     }
@@ -363,7 +370,7 @@ class ExpressionParser {
       return std::nullopt;
     }
     at_ += word.size();
-    Node node{.operation = Operation::name, .word = {std::string(word), value_.place_in_text(begin)}};
+    Node node{.operation = Operation::name, .word = {std::string(word), place_of(begin)}};
     skip_blanks();
     if (at_ == text_.size() || text_[at_] != '(') return add(std::move(node), begin);
     node.operation = Operation::call;
@@ -382,7 +389,8 @@ class ExpressionParser {
     }
   }
 
-  const Value& value_;
+  const Value* const value_ = nullptr;  ///< null: a text in one line
+  const Place begin_;
   const std::string_view text_;
   Diagnostics& diagnostics_;
   Expression expression_;
@@ -392,6 +400,10 @@ class ExpressionParser {
 };
 
 std::optional<Expression> Expression::parse(const Value& text, Diagnostics& diagnostics) {
+  return ExpressionParser(text, diagnostics).parse();
+}
+
+std::optional<Expression> Expression::parse(const Word& text, Diagnostics& diagnostics) {
   return ExpressionParser(text, diagnostics).parse();
 }
 

@@ -79,6 +79,8 @@ class Expression {
 
   /// `text` is a Value of Kind::text. Empty with one mistake, whose place is the first wrong character.
   static std::optional<Expression> parse(const Value& text, Diagnostics& diagnostics);
+  /// A text in one line, as a cell of a table; its place is that of the first character.
+  static std::optional<Expression> parse(const Word& text, Diagnostics& diagnostics);
   /// The same text at the same place with another tree, of at least one node.
   Expression with_nodes(std::vector<Node> nodes) const;
 

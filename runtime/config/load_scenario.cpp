@@ -54,6 +54,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   read_processes(*root, scenario, reading);
   read_stimuli(*root, scenario, reading);
   read_faults(*root, scenario, reading);
+  read_test_tables(*root, scenario, reading);
   read_recording(*root, scenario, reading);
   sound = sound && diagnostics.count() == mistakes_of_schema;
   read_variables(*root, scenario, reading);

@@ -261,6 +261,7 @@ struct ScenarioTypes {
   SchemaOfModules modules{};
   std::span<const BusSectionType> buses{};
   std::span<const ExpectationKind> expectations{};
+  TableClaims table_claims{};
 };
 
 /// What a scenario file may contain, parameters of modules left open (Kind::any).

@@ -14,6 +14,8 @@ void read_tasks(const Value& root, Scenario& scenario, ReaderContext& reading);
 void read_buses(const Value& root, Scenario& scenario, ReaderContext& reading);
 /// After read_buses, whose names it looks up.
 void read_processes(const Value& root, Scenario& scenario, ReaderContext& reading);
+/// Adds to the stimuli, the faults and the expectations.
+void read_test_tables(const Value& root, Scenario& scenario, ReaderContext& reading);
 void read_recording(const Value& root, Scenario& scenario, ReaderContext& reading);
 /// After read_general.
 void read_plots(const Value& root, Scenario& scenario, ReaderContext& reading);

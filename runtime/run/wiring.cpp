@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/expectations/instants.hpp"
 #include "runtime/expectations/kinds.hpp"
 #include "runtime/recording/signal_selection.hpp"
 #include "runtime/run/world_wiring.hpp"
@@ -220,8 +221,10 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
 }
 
 config::ScenarioTypes scenario_types() {
-  config::ScenarioTypes types{
-      .modules = {}, .buses = buses::section_types(), .expectations = expectations::kinds()};
+  config::ScenarioTypes types{.modules = {},
+                              .buses = buses::section_types(),
+                              .expectations = expectations::kinds(),
+                              .table_claims = expectations::table_claims()};
   for (const modules::ModuleType& type : modules::module_types())
     types.modules.emplace(type.name, type.parameters);
   return types;

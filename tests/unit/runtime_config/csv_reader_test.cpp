@@ -65,7 +65,8 @@ TEST_F(CsvReaders, RefuseTooManyBytes) {
 }
 
 TEST_F(CsvReaders, ReadNumbersWithADecimalPoint) {
-  CsvReader file(folder_.write("n.csv", "1,-2.5e3, ,x,inf,1e999,0x1,1 000"), {"s.yaml", 1, 1}, diagnostics_);
+  CsvReader file(folder_.write("n.csv", "1,-2.5e3, ,  x,inf,1e999,0x1,1 000"), {"s.yaml", 1, 1},
+                 diagnostics_);
   ASSERT_TRUE(file.next());
   EXPECT_EQ(file.number(0), 1.0);
   EXPECT_EQ(file.number(1), -2500.0);
@@ -76,6 +77,7 @@ TEST_F(CsvReaders, ReadNumbersWithADecimalPoint) {
   EXPECT_EQ(all[0].message, "an empty cell: a number is missing");
   EXPECT_EQ(all[0].place.column, 10U);
   EXPECT_EQ(all[1].message, "'x' is not a number");
+  EXPECT_EQ(all[1].place.column, 14U) << "behind its blanks";
   EXPECT_EQ(all[5].message, "'1 000' is not a number");
 }
 

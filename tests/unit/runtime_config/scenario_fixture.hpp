@@ -6,6 +6,7 @@
 #include "runtime/buses/can/can_section.hpp"
 #include "runtime/buses/modbus/modbus_section.hpp"
 #include "runtime/buses/modbus/register_map_file.hpp"
+#include "runtime/expectations/instants.hpp"
 #include "runtime/expectations/kinds.hpp"
 
 namespace hil::config::test {
@@ -132,8 +133,10 @@ inline ScenarioTypes test_scenario_types() {
        Schema::record(
            {Field::needed("columns", Schema::integer(1, 4096), "Columns of the scan."),
             Field::needed("range", Schema::quantity(Quantity::length_m, 0.1, 500.0), "Its range.")})}};
-  return {
-      .modules = std::move(modules), .buses = buses::section_types(), .expectations = expectations::kinds()};
+  return {.modules = std::move(modules),
+          .buses = buses::section_types(),
+          .expectations = expectations::kinds(),
+          .table_claims = expectations::table_claims()};
 }
 
 inline const buses::can::CanSection& can_of(const Scenario& scenario, std::size_t index) {

@@ -1,0 +1,176 @@
+// Test tables become stimuli, faults and expectations. Each change is in the first tick that is not before
+// its time.
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "runtime/config/section_readers.hpp"
+#include "runtime/config/test_table.hpp"
+#include "runtime/config/units.hpp"
+
+namespace hil::config {
+namespace {
+
+/// What a table has for a channel.
+struct ChannelParts {
+  Word channel;
+  std::optional<StimulusSection> stimulus{};
+  std::int64_t last_begin_ns = 0;      ///< of the last part of the stimulus
+  std::optional<std::size_t> fault{};  ///< the index of the one that has not ended
+  std::vector<InstantCheck> checks{};
+  struct Last {
+    std::int64_t tick_ns = -1;
+    std::uint32_t line = 0;
+  };
+  Last value{}, fault_state{}, expectation{};
+};
+
+class TableParts {
+ public:
+  TableParts(const Word& table, Scenario& scenario, ReaderContext& reading)
+      : table_(table), scenario_(scenario), reading_(reading), period_ns_(reading.base->period_ns) {}
+
+  void add(const std::vector<TestTableRow>& rows) {
+    for (const TestTableRow& row : rows)
+      add(row);
+    finish();
+  }
+
+ private:
+  void add(const TestTableRow& row) {
+    const std::int64_t tick_ns = (row.time_ns + period_ns_ - 1) / period_ns_ * period_ns_;
+    if (scenario_.duration_ns > 0 && tick_ns >= scenario_.duration_ns) {
+      if (late_rows_++ == 0) first_late_ = row;
+      return;
+    }
+    ChannelParts& parts = parts_of(row.channel);
+    if (row.value && is_new(row, "value", row.value->place(), tick_ns, parts.value))
+      add_value(row, tick_ns, parts);
+    const Place fault_place = row.fault ? row.fault->place : row.fault_ends.value_or(Place{});
+    if ((row.fault || row.fault_ends) && is_new(row, "fault", fault_place, tick_ns, parts.fault_state))
+      add_fault(row, tick_ns, parts);
+    if (row.expectation && is_new(row, "expectation", row.expectation->place(), tick_ns, parts.expectation))
+      parts.checks.push_back({tick_ns, *row.expectation, row.tolerance});
+  }
+
+  ChannelParts& parts_of(const Word& channel) {
+    const auto [found, is_first] = index_.try_emplace(channel.text, parts_.size());
+    if (is_first) parts_.push_back({.channel = channel});
+    return parts_[found->second];
+  }
+
+  /// False with a mistake: the tick has one already.
+  bool is_new(const TestTableRow& row, const char* what, const Place& place, std::int64_t tick_ns,
+              ChannelParts::Last& last) {
+    if (tick_ns == last.tick_ns) {
+      reading_.diagnostics.add(place, in_quotes(row.channel.text) + " has " +
+                                          (what[0] == 'e' ? "an " : "a ") + what + " in line " +
+                                          std::to_string(last.line) + ", in the same tick at " +
+                                          format_duration(tick_ns));
+      return false;
+    }
+    last = {tick_ns, row.line};
+    return true;
+  }
+
+  void add_value(const TestTableRow& row, std::int64_t tick_ns, ChannelParts& parts) {
+    if (!parts.stimulus) {
+      parts.stimulus = StimulusSection{.name = {table_.text + "." + row.channel.text, row.channel.place},
+                                       .drives = row.channel};
+      parts.stimulus->profile = std::vector<StimulusSegment>();
+      parts.stimulus->activation.at_ns = tick_ns;
+    }
+    auto& segments = std::get<std::vector<StimulusSegment>>(parts.stimulus->profile);
+    if (!segments.empty()) segments.back().for_ns = tick_ns - parts.last_begin_ns;
+    parts.last_begin_ns = tick_ns;
+    segments.push_back({.name = "",
+                        .kind = StimulusSegment::Kind::hold,
+                        .place = row.value->place(),
+                        .values = {*row.value},
+                        .for_ns = {}});
+  }
+
+  void add_fault(const TestTableRow& row, std::int64_t tick_ns, ChannelParts& parts) {
+    if (parts.fault) {
+      FaultSection& ended = faults_[*parts.fault];
+      ended.activation.for_ns = tick_ns - *ended.activation.at_ns;
+      parts.fault.reset();
+    }
+    if (!row.fault) return;
+    if (faults_.size() == max_test_table_faults) {
+      if (!has_too_many_faults_)
+        reading_.diagnostics.add(row.fault->place, "more than " + std::to_string(max_test_table_faults) +
+                                                       " faults in a test table");
+      has_too_many_faults_ = true;
+      return;
+    }
+    FaultSection fault = *row.fault;
+    fault.name = {table_.text + ".line_" + std::to_string(row.line), row.fault->place};
+    fault.subject = row.channel;
+    fault.activation.at_ns = tick_ns;
+    if (fault.kind == FaultSection::Kind::delay && fault.duration_ns % period_ns_ != 0) {
+      reading_.diagnostics.add(fault.place, "a delay of " + format_duration(fault.duration_ns) +
+                                                " is no multiple of the base period of " +
+                                                format_duration(period_ns_));
+    }
+    parts.fault = faults_.size();
+    faults_.push_back(std::move(fault));
+  }
+
+  void finish() {
+    const TableClaims& claims = reading_.types.table_claims;
+    for (ChannelParts& parts : parts_) {
+      if (parts.stimulus) scenario_.stimuli.push_back(std::move(*parts.stimulus));
+      if (parts.checks.empty()) continue;
+      const Place place = parts.checks.front().value.place();
+      add_expectation(parts.channel.text, place, claims.at_instants(parts.channel, std::move(parts.checks)));
+    }
+    for (FaultSection& fault : faults_)
+      scenario_.faults.push_back(std::move(fault));
+    if (late_rows_ == 0) return;
+    const std::string reason = (late_rows_ == 1 ? "a row is" : std::to_string(late_rows_) + " rows are") +
+                               " not before the end of the run at " + format_duration(scenario_.duration_ns) +
+                               ", the first in line " + std::to_string(first_late_.line) + " at " +
+                               format_duration(first_late_.time_ns);
+    reading_.diagnostics.warn(first_late_.channel.place, "test table " + in_quotes(table_.text) + ": " +
+                                                             reason + "; so the run does not pass");
+    add_expectation("all rows", table_.place, claims.not_checked(reason));
+  }
+
+  void add_expectation(const std::string& name, const Place& place, std::shared_ptr<const Claim> claim) {
+    scenario_.expectations.push_back({.name = table_.text + ": " + name,
+                                      .place = place,
+                                      .coverage = 1.0,
+                                      .window = {},
+                                      .claim = std::move(claim)});
+  }
+
+  const Word table_;
+  Scenario& scenario_;
+  ReaderContext& reading_;
+  const std::int64_t period_ns_;
+  std::vector<ChannelParts> parts_;  ///< in the order of their first rows
+  std::map<std::string, std::size_t> index_;
+  std::vector<FaultSection> faults_;
+  bool has_too_many_faults_ = false;
+  std::size_t late_rows_ = 0;
+  TestTableRow first_late_;
+};
+
+}  // namespace
+
+void read_test_tables(const Value& root, Scenario& scenario, ReaderContext& reading) {
+  const Value* const list = part_of(root, "test_tables");
+  if (list == nullptr) return;
+  UniqueNames names("test table", reading.diagnostics);
+  for (const Value& section : list->items()) {
+    if (const std::optional<Word> name = word_in(section, "name")) names.add(*name);
+    if (!is_whole(section)) continue;
+    const auto rows = read_test_table(section["file"], reading.diagnostics);
+    if (rows && reading.base) TableParts(word_of(section["name"]), scenario, reading).add(*rows);
+  }
+}
+
+}  // namespace hil::config

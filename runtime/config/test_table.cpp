@@ -1,0 +1,191 @@
+#include "runtime/config/test_table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "runtime/config/csv_reader.hpp"
+#include "runtime/config/units.hpp"
+
+namespace hil::config {
+namespace {
+
+using FaultKind = FaultSection::Kind;
+
+enum Column : std::uint8_t { time_column, channel, value, fault, expectation, tolerance, comment, columns };
+constexpr std::array<const char*, columns> column_names{"time",        "channel",   "value",  "fault",
+                                                        "expectation", "tolerance", "comment"};
+constexpr double max_delay_s = 60.0;
+constexpr const char* other_name_of_time = "timestamp";
+
+struct FaultState {
+  const char* name;
+  FaultKind kind;
+  const char* example;  ///< of the state with its value; empty: it has none, or may have one
+};
+constexpr std::array<FaultState, 7> fault_states{{
+    {"stuck", FaultKind::stuck, ""},
+    {"offset", FaultKind::offset, "offset 2 cm"},
+    {"gain", FaultKind::gain, "gain 1.1"},
+    {"noise", FaultKind::noise, "noise 5 mm"},
+    {"drift", FaultKind::drift, "drift 1 mm/s"},
+    {"delay", FaultKind::delay, "delay 50 ms"},
+    {"dropout", FaultKind::dropout, "dropout 30 %"},
+}};
+
+class TestTableReader {
+ public:
+  TestTableReader(const Value& path, Diagnostics& diagnostics)
+      : path_(path), diagnostics_(diagnostics), file_(path.text(), path.place(), diagnostics) {}
+
+  std::optional<std::vector<TestTableRow>> read() {
+    const std::size_t before = diagnostics_.count();
+    if (file_.next() && find_columns()) {
+      while (!diagnostics_.full() && file_.next()) {
+        if (rows_.size() == max_test_table_rows) {
+          file_.refuse(0, "more than " + std::to_string(max_test_table_rows) + " rows");
+          break;
+        }
+        read_row();
+      }
+    }
+    if (diagnostics_.count() == before && rows_.empty())
+      diagnostics_.add(path_.place(), "the file has no rows");
+    if (diagnostics_.count() != before) return std::nullopt;
+    return std::move(rows_);
+  }
+
+ private:
+  bool find_columns() {
+    const std::size_t before = diagnostics_.count();
+    for (std::size_t i = 0; i < file_.columns(); ++i) {
+      const std::string name(file_.cell(i) == other_name_of_time ? column_names[time_column] : file_.cell(i));
+      const auto found = std::ranges::find(column_names, name);
+      if (found == column_names.end()) {
+        file_.refuse(i, "a test table has no column " + in_quotes(name) +
+                            all_known(name, {column_names.begin(), column_names.end()}));
+        continue;
+      }
+      std::optional<std::size_t>& place = places_[static_cast<std::size_t>(found - column_names.begin())];
+      if (place) file_.refuse(i, "there are two columns " + in_quotes(name));
+      place = i;
+    }
+    for (const Column needed : {time_column, channel}) {
+      if (!places_[needed] && diagnostics_.count() == before)
+        file_.refuse(0, std::string("a test table needs a column '") + column_names[needed] + "'");
+    }
+    return diagnostics_.count() == before;
+  }
+
+  /// Of the current row; an empty text where there is no such column.
+  Word cell(Column column) const {
+    if (!places_[column]) return {"", file_.place(0)};
+    const std::size_t i = *places_[column];
+    return {std::string(file_.cell(i)), file_.place(i)};
+  }
+  std::optional<Expression> expression_in(Column column) {
+    const Word text = cell(column);
+    return text.text.empty() ? std::nullopt : Expression::parse(text, diagnostics_);
+  }
+
+  void read_row() {
+    TestTableRow row{.line = file_.place(0).line, .channel = cell(channel)};
+    const std::size_t before = diagnostics_.count();
+    read_time(row);
+    if (row.channel.text.empty()) diagnostics_.add(row.channel.place, "an empty cell: a channel is missing");
+    row.value = expression_in(value);
+    read_fault(row);
+    row.expectation = expression_in(expectation);
+    row.tolerance = expression_in(tolerance);
+    if (diagnostics_.count() != before) return;
+    if (row.tolerance && !row.expectation)
+      diagnostics_.add(cell(tolerance).place, "a tolerance without an expectation");
+    if (!row.value && !row.fault && !row.fault_ends && !row.expectation)
+      file_.refuse(0, "the row has neither a value nor a fault nor an expectation");
+    if (diagnostics_.count() == before) rows_.push_back(std::move(row));
+  }
+
+  void read_time(TestTableRow& row) {
+    const std::size_t column = *places_[time_column];
+    const auto time_s = file_.number(column);
+    if (!time_s) return;
+    if (*time_s < 0.0 || *time_s > 1e9) return file_.refuse(column, "a time is from 0 s to 1e9 s");
+    row.time_ns = std::llround(1e9 * *time_s);
+    if (row.time_ns < last_ns_) file_.refuse(column, "a time before that of the row before");
+    last_ns_ = row.time_ns;
+  }
+
+  void read_fault(TestTableRow& row) {
+    const Word text = cell(fault);
+    if (text.text.empty()) return;
+    const std::size_t end = std::min(text.text.find_first_of(" \t"), text.text.size());
+    const std::string name = text.text.substr(0, end);
+    const std::size_t begin = std::min(text.text.find_first_not_of(" \t", end), text.text.size());
+    const Word argument{
+        text.text.substr(begin),
+        {text.place.file, text.place.line, text.place.column + static_cast<std::uint32_t>(begin)}};
+    if (name == "none" || name == "release") {
+      if (!argument.text.empty()) diagnostics_.add(argument.place, in_quotes(name) + " has no value");
+      row.fault_ends = text.place;
+      return;
+    }
+    const auto state = std::ranges::find(fault_states, name, &FaultState::name);
+    if (state == fault_states.end()) {
+      std::vector<std::string> names{"none", "release"};
+      for (const FaultState& one : fault_states)
+        names.emplace_back(one.name);
+      diagnostics_.add(text.place, in_quotes(name) + " is no state of a fault" + all_known(name, names));
+      return;
+    }
+    row.fault = FaultSection{.name = {}, .kind = state->kind, .place = text.place};
+    read_argument(*state, argument, *row.fault);
+  }
+
+  void read_argument(const FaultState& state, const Word& argument, FaultSection& section) {
+    if (state.kind == FaultKind::stuck && (argument.text.empty() || argument.text == "last")) {
+      section.kind = FaultKind::stuck_at_last;
+    } else if (argument.text.empty()) {
+      diagnostics_.add(section.place,
+                       in_quotes(state.name) + " needs its value, as " + in_quotes(state.example));
+    } else if (state.kind == FaultKind::delay || state.kind == FaultKind::dropout) {
+      const bool is_delay = state.kind == FaultKind::delay;
+      const auto reading = read_quantity(argument.text, is_delay ? Quantity::duration_s : Quantity::share);
+      if (!reading.fault.empty()) {
+        diagnostics_.add(argument.place, in_quotes(argument.text) + " " + reading.fault);
+      } else if (is_delay ? reading.nanoseconds <= 0 || reading.value_si > max_delay_s
+                          : !(reading.value_si >= 0.0 && reading.value_si <= 1.0)) {
+        diagnostics_.add(argument.place, in_quotes(argument.text) + " is out of range; it can be " +
+                                             (is_delay ? "above 0 s, up to 60 s" : "from 0 % to 100 %"));
+      }
+      section.duration_ns = reading.nanoseconds;
+      section.share = reading.value_si;
+    } else {
+      section.value = Expression::parse(argument, diagnostics_);
+    }
+  }
+
+  const Value& path_;
+  Diagnostics& diagnostics_;
+  CsvReader file_;
+  std::array<std::optional<std::size_t>, columns> places_;
+  std::int64_t last_ns_ = 0;
+  std::vector<TestTableRow> rows_;
+};
+
+}  // namespace
+
+Schema test_tables_schema() {
+  return Schema::list(Schema::record({
+      Field::needed("name", Schema::name(), "The table's name, with which names of its parts begin."),
+      Field::needed("file", Schema::file(),
+                    "A CSV file with the columns time (in seconds), channel (a signal), value, fault, "
+                    "expectation and tolerance."),
+  }));
+}
+
+std::optional<std::vector<TestTableRow>> read_test_table(const Value& path, Diagnostics& diagnostics) {
+  return TestTableReader(path, diagnostics).read();
+}
+
+}  // namespace hil::config

@@ -1,0 +1,192 @@
+#include "runtime/expectations/instants.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "runtime/expectations/signal_constant.hpp"
+#include "runtime/report/quantities.hpp"
+#include "runtime/units/unit.hpp"
+
+namespace hil::expectations {
+namespace {
+
+/// The word of an expression that is nothing else; null otherwise.
+const config::Word* word_in(const config::Expression& expression) {
+  using Operation = config::Expression::Operation;
+  const config::Expression::Node& node = expression.nodes().back();
+  const bool is_word = node.operation == Operation::name || node.operation == Operation::quoted;
+  return is_word ? &node.word : nullptr;
+}
+
+/// An instant in the unit of the signal.
+struct Instant {
+  std::int64_t time_ns = 0;
+  double value = 0.0;
+  double tolerance = 0.0;
+  std::uint32_t line = 0;
+};
+
+/// Empty with mistakes.
+std::optional<Instant> instant_of(const config::InstantCheck& check, const signals::SignalInfo& signal,
+                                  config::Diagnostics& diagnostics) {
+  Instant instant{.time_ns = check.time_ns, .line = check.value.place().line};
+  const config::Word* const name = word_in(check.value);
+  const auto value =
+      name != nullptr
+          ? signals::value_named(signal.named_values, *name, signal.name, diagnostics)
+          : check_constant(check.value, ConstantKind::value, signal.unit, "'expectation'", diagnostics);
+  if (value) instant.value = *value;
+  if (check.tolerance) {
+    const auto tolerance =
+        check_constant(*check.tolerance, ConstantKind::difference, signal.unit, "'tolerance'", diagnostics);
+    if (!tolerance) return std::nullopt;
+    instant.tolerance = *tolerance;
+    if (*tolerance < 0.0) {
+      diagnostics.add(check.tolerance->place(),
+                      "'tolerance': " + config::in_quotes(check.tolerance->text()) + " is below 0");
+    }
+  } else if (name == nullptr) {
+    diagnostics.add(check.value.place(), "an expectation needs its tolerance, unless it is a value name");
+  }
+  return value ? std::optional(instant) : std::nullopt;
+}
+
+class InstantsJudge final : public Judge {
+ public:
+  InstantsJudge(const Instants& claim, const JudgeContext& context)
+      : name_(context.expectation.name),
+        signal_(*context.table.find(claim.signal.text)),
+        info_(context.table.info(signal_)),
+        coverage_({signal_}, context.table, context.expectation.coverage) {
+    config::Diagnostics none;  // wire() has checked them
+    for (const config::InstantCheck& check : claim.checks)
+      instants_.push_back(*instant_of(check, info_, none));
+  }
+
+  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+             std::int64_t time_ns) noexcept override {
+    // A skipped tick has no value.
+    while (next_ < instants_.size() && instants_[next_].time_ns < time_ns)
+      ++next_;
+    if (next_ == instants_.size() || instants_[next_].time_ns != time_ns) return;
+    const Instant& instant = instants_[next_++];
+    const double value = table.value(signal_);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
+    coverage_.check(table, time_ns, is_known);
+    if (!is_known) return;
+    const double margin = instant.tolerance - std::abs(value - instant.value);
+    if (margin < 0.0) {
+      ++failures_;
+      if (!first_failure_ns_) first_failure_ns_ = time_ns;
+    }
+    if (worst_ != nullptr && margin >= worst_margin_) return;
+    worst_ = &instant;
+    worst_margin_ = margin;
+    worst_value_ = value;
+  }
+  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
+            std::int64_t /*time_ns*/) noexcept override {}
+
+  report::Expectation result(const Extent& extent) const override {
+    report::Expectation result = held_result(name_, coverage_, extent);
+    result.covered_ticks = instants_.size();
+    result.first_failure_ns = first_failure_ns_;
+    const std::string instants = report::counted(instants_.size(), "instant", "instants");
+    result.detail =
+        info_.name + (failures_ > 0 ? " was wrong at " + std::to_string(failures_) + " of " + instants
+                                    : " at " + instants);
+    if (worst_ != nullptr) {
+      const units::DifferenceUnit difference = units::difference_unit(info_.unit);
+      result.margin = worst_margin_ / difference.factor;
+      result.margin_unit = difference.symbol;
+      result.worst_ns = worst_->time_ns;
+      result.detail += ": " + text_of(worst_value_, info_.unit) + " in line " + std::to_string(worst_->line) +
+                       " at " + report::to_ascii(report::instant(worst_->time_ns)) + ", expected " +
+                       text_of(worst_->value, info_.unit) + " within " +
+                       text_of(worst_->tolerance / difference.factor, difference.symbol);
+    }
+    const std::string shortfall = coverage_.shortfall(result.covered_ticks);
+    if (first_failure_ns_) {
+      result.result = report::ExpectationResult::failed;
+    } else if (!shortfall.empty()) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += ", and " + shortfall;
+    }
+    return result;
+  }
+
+ private:
+  static std::string text_of(double value, const std::string& unit) {
+    return report::to_ascii(report::quantity_text(value, unit));
+  }
+
+  const std::string name_;
+  const signals::SignalId signal_;
+  const signals::SignalInfo info_;
+  std::vector<Instant> instants_;
+  std::size_t next_ = 0;
+  Coverage coverage_;
+  std::uint64_t failures_ = 0;
+  std::optional<std::int64_t> first_failure_ns_;
+  const Instant* worst_ = nullptr;
+  double worst_margin_ = 0.0, worst_value_ = 0.0;
+};
+
+class NotCheckedJudge final : public Judge {
+ public:
+  NotCheckedJudge(const NotChecked& claim, const JudgeContext& context)
+      : name_(context.expectation.name), reason_(claim.reason) {}
+  void check(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
+             std::int64_t /*time_ns*/) noexcept override {}
+  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
+            std::int64_t /*time_ns*/) noexcept override {}
+  report::Expectation result(const Extent& /*extent*/) const override {
+    return {.name = name_, .result = report::ExpectationResult::not_checked, .detail = reason_};
+  }
+
+ private:
+  const std::string name_, reason_;
+};
+
+}  // namespace
+
+void check_claim(const Instants& claim, const ClaimCheck& check) {
+  const signals::SignalId signal = check.known.find(claim.signal, check.diagnostics);
+  if (!signal.valid()) return;
+  for (const config::InstantCheck& one : claim.checks)
+    instant_of(one, check.known.table().info(signal), check.diagnostics);
+}
+
+std::unique_ptr<Judge> judge_of(const Instants& claim, const JudgeContext& context) {
+  return std::make_unique<InstantsJudge>(claim, context);
+}
+
+Plotted plotted_of(const Instants& claim, const signals::SignalTable& table) {
+  Plotted plotted;
+  plotted.add(*table.find(claim.signal.text));
+  return plotted;
+}
+
+void check_claim(const NotChecked& /*claim*/, const ClaimCheck& /*check*/) {}
+
+std::unique_ptr<Judge> judge_of(const NotChecked& claim, const JudgeContext& context) {
+  return std::make_unique<NotCheckedJudge>(claim, context);
+}
+
+Plotted plotted_of(const NotChecked& /*claim*/, const signals::SignalTable& /*table*/) {
+  return {};
+}
+
+config::TableClaims table_claims() {
+  return {
+      .at_instants = [](config::Word signal,
+                        std::vector<config::InstantCheck> checks) -> std::shared_ptr<const config::Claim> {
+        return claim_of(Instants{std::move(signal), std::move(checks)});
+      },
+      .not_checked = [](std::string reason) -> std::shared_ptr<const config::Claim> {
+        return claim_of(NotChecked{std::move(reason)});
+      }};
+}
+
+}  // namespace hil::expectations
