@@ -14,6 +14,7 @@ namespace hil::io::can {
 struct CanCounters {
   std::uint64_t rx = 0;       ///< frames of other stations, without error frames
   std::uint64_t tx = 0;       ///< frames sent: those seen on the bus and injected.dropped_tx
+  std::uint64_t played = 0;   ///< frames of the log that were sent; those are neither in rx nor in tx
   std::uint64_t dropped = 0;  ///< frames lost because a station was too slow (CanTransport::counters)
   std::uint64_t errors = 0;   ///< error frames
   std::uint64_t no_buffer =

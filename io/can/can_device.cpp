@@ -61,6 +61,7 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
   samples_.resize(inputs_.size());
   lose_inputs();
   published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
+  if (config_.playback) playback_.emplace(*config_.playback);
   releases_ = std::make_unique<TimedRowRing>(ring_rows, outputs_.size());
   arrivals_.resize(inputs_.size());
 }
@@ -102,6 +103,10 @@ void CanDevice::require_fd_where_needed() const {
     refuse(sent_[index].encoder.layout().is_fd(), config_.send[index].message);
   for (const Received& received : received_)
     refuse(received.decoder.layout().is_fd(), received.message);
+  if (playback_ && std::ranges::any_of(*config_.playback->frames, &PlayedFrame::is_fd)) {
+    throw DeviceError("CAN bus '" + config_.name + "': the log " + config_.playback->name +
+                      " has CAN FD frames, but " + problem);
+  }
 }
 
 void CanDevice::stop() noexcept {
@@ -162,6 +167,7 @@ bool CanDevice::exchange(RunTimeNs tick_ns) {
   last_tick_ns_ = tick_ns;
   update_injected_bus_off();
   pass_due_frames();
+  play_due_frames();
   send_released();
   send_requested_safe_values();
   const ExchangeResult result = bus_->exchange(tick_ns);
@@ -188,40 +194,6 @@ std::string CanDevice::send_fault() const {
   return send_fault_;
 }
 
-CanCounters CanDevice::counters() const noexcept {
-  CanCounters all;
-  all.rx = counts_.rx.get();
-  all.tx = counts_.tx.get();
-  const BusCounters bus = bus_->counters();
-  all.dropped = bus.dropped;
-  all.injected = bus.injected;
-  all.errors = counts_.errors.get();
-  all.no_buffer = counts_.no_buffer.get();
-  all.send_errors = counts_.send_errors.get();
-  all.bad_checksum = counts_.bad_checksum.get();
-  all.bad_counter = counts_.bad_counter.get();
-  all.wrong_kind = counts_.wrong_kind.get();
-  all.unknown_id = counts_.unknown_id.get();
-  all.saturated = counts_.saturated.get();
-  all.refused_values = counts_.refused_values.get();
-  all.dropped_releases = counts_.dropped_releases.get();
-  all.log_dropped = log_ ? log_->dropped() : 0;
-  all.lost_arrivals = counts_.lost_arrivals.get();
-  all.bus_load = load_.latest();
-  all.bus_load_peak = load_.peak();
-  all.bus_load_mean = load_.mean();
-  return all;
-}
-
-std::vector<LengthCounts> CanDevice::other_lengths() const {
-  std::vector<LengthCounts> all;
-  for (const Received& received : received_) {
-    const LengthCounts counts{received.message, received.longer->get(), received.shorter->get()};
-    if (counts.longer + counts.shorter > 0) all.push_back(counts);
-  }
-  return all;
-}
-
 void CanDevice::run() {
   if (config_.on_thread_start) config_.on_thread_start();
   while (true) {
@@ -229,6 +201,7 @@ void CanDevice::run() {
     update_injected_bus_off();
     bool more = receive_up_to(frames_per_pass);
     pass_due_frames();
+    play_due_frames();
     send_released();
     send_requested_safe_values();
     more = receive_up_to(last_pass ? frames_at_end : frames_per_pass) || more;
@@ -241,8 +214,8 @@ void CanDevice::run() {
 
 void CanDevice::wait_for_work(bool more) noexcept {
   RunTimeNs left_ns = more ? 0 : poll_limit_ns;
-  if (const auto due_ns = faults_.next_due_ns())
-    left_ns = std::clamp<RunTimeNs>(*due_ns - clock_->now_ns(), 0, left_ns);
+  for (const auto due_ns : {faults_.next_due_ns(), playback_ ? playback_->next_due_ns() : std::nullopt})
+    if (due_ns) left_ns = std::clamp<RunTimeNs>(*due_ns - clock_->now_ns(), 0, left_ns);
   const timespec limit{0, left_ns};
   std::array<pollfd, 2> watched{pollfd{bus_->fd(), POLLIN, 0}, pollfd{wake_fd_, POLLIN, 0}};
   static_cast<void>(::ppoll(watched.data(), watched.size(), &limit, nullptr));
@@ -280,12 +253,18 @@ void CanDevice::handle(const Frame& frame) {
   if (frame.is_error()) counts_.errors.add();
   update_bus_off(frame);
   if (frame.is_error()) return;
-  if (frame.direction == Direction::tx) return send_order_.received_back(frame.raw.can_id);
-  counts_.rx.add();
+  Frame received_frame = frame;
+  if (frame.direction == Direction::rx) {
+    counts_.rx.add();
+  } else if (is_played(frame)) {
+    received_frame.direction = Direction::rx;
+  } else {
+    return send_order_.received_back(frame.raw.can_id);
+  }
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
   Received& received = received_[found->second];
-  for (const Frame& passed : faults_.pass(frame, now_ns()))
+  for (const Frame& passed : faults_.pass(received_frame, now_ns()))
     decode(received, passed);
 }
 
@@ -418,7 +397,7 @@ SendResult CanDevice::put_on_bus(const Frame& frame, const std::string& message)
       break;
     case SendResult::error:
       counts_.send_errors.add();
-      note_send_error(message);
+      note_send_error("message " + message);
       break;
   }
   return result;
@@ -441,14 +420,6 @@ void CanDevice::note_full_queue(RunTimeNs now_ns) {
                  " ms: its queue stays full, since no other station acknowledges frames");
 }
 
-void CanDevice::note_send_error(const std::string& message) {
-  const int error = bus_->send_error();
-  const bool lost = error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENOTCONN;
-  if (lost && config_.may_be_lost) return;
-  set_send_fault("message " + message + " could not be sent on CAN bus '" + config_.name + "' (" +
-                 bus_->description() + "): " + std::strerror(error));
-}
-
 /// Keeps the first fault.
 void CanDevice::set_send_fault(const std::string& fault) {
   const std::lock_guard lock(health_mutex_);
@@ -458,6 +429,7 @@ void CanDevice::set_send_fault(const std::string& fault) {
 void CanDevice::send_requested_safe_values() {
   if (!safe_state_requested_.exchange(false, std::memory_order_acq_rel)) return;
   faults_.end_all();
+  if (playback_) playback_->end();
   update_injected_bus_off();
   load_.end();
   for (Sent& sent : sent_) {

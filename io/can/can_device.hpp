@@ -31,6 +31,7 @@
 #include "io/can/dbc.hpp"
 #include "io/can/frame_faults.hpp"
 #include "io/can/message_coder.hpp"
+#include "io/can/playback.hpp"
 #include "io/can/send_order.hpp"
 #include "io/device.hpp"
 #include "io/frame_sink.hpp"
@@ -61,6 +62,8 @@ struct CanDeviceConfig {
   /// Messages due in one tick are sent in this order.
   std::vector<SentMessageConfig> send;
   std::vector<ReceivedMessageConfig> receive;
+  /// Frames of other stations that the device puts on the bus, and receives; none of a message under `send`.
+  std::optional<PlaybackConfig> playback{};
   double bits_per_second = 500'000.0;  ///< for the bus load
   /// Frames that can not be sent while the bus is lost do not cause a send_fault()
   bool may_be_lost = false;
@@ -109,7 +112,14 @@ class CanDevice final : public Device {
   std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
   void set_away(int process_group, bool away) override { bus_->set_away(process_group, away); }
 
+  /// Begin and end of the playback.
+  std::vector<DeviceEvent> events_since(std::size_t first) const override;
+
   CanCounters counters() const noexcept;
+  /// Of the frames from a log; empty: there is no playback. After stop().
+  std::optional<PlaybackState> playback() const {
+    return playback_ ? std::optional(playback_->state()) : std::nullopt;
+  }
   /// One entry per received message that had frames of another length, in the order of the configuration.
   std::vector<LengthCounts> other_lengths() const;
   /// Why the log lacks frames for another reason than a full queue (CandumpLogWriter::fault); complete after
@@ -137,7 +147,7 @@ class CanDevice final : public Device {
     std::unique_ptr<Count> shorter = std::make_unique<Count>();
   };
   struct Counts {
-    Count rx, tx, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_kind, unknown_id,
+    Count rx, tx, played, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_kind, unknown_id,
         saturated, refused_values, dropped_releases, lost_arrivals;
   };
 
@@ -154,6 +164,11 @@ class CanDevice final : public Device {
   /// Begins or ends the bus-off of a fault.
   void update_injected_bus_off();
   void pass_due_frames();
+  void play_due_frames();
+  /// Whether a frame of this station is one of the log.
+  bool is_played(const Frame& frame) const noexcept;
+  /// `change`: "begins".
+  void note_event(RunTimeNs time_ns, const std::string& change);
   RunTimeNs now_ns() const noexcept {
     return pacing_ == Pacing::lockstep ? *last_tick_ns_ : clock_->now_ns();
   }
@@ -165,7 +180,8 @@ class CanDevice final : public Device {
   SendResult put_on_bus(const Frame& frame, const std::string& message);
   void confirm(Sent& sent, RunTimeNs time_ns);
   void note_full_queue(RunTimeNs now_ns);
-  void note_send_error(const std::string& message);
+  /// `what`: "message EgoStatus".
+  void note_send_error(const std::string& what);
   void set_send_fault(const std::string& fault);
   void send_requested_safe_values();
   void publish_if_changed();
@@ -205,15 +221,17 @@ class CanDevice final : public Device {
   std::optional<RunTimeNs> full_since_ns_;  ///< since when the send queue has been full
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
+  std::optional<Playback> playback_;
   FrameFaults faults_;
   bool injected_bus_off_ = false;
 
   SendOrder send_order_;
   Counts counts_;
   BusLoadMeter load_;
-  mutable std::mutex health_mutex_;  ///< protects fault_ and send_fault_
+  mutable std::mutex health_mutex_;  ///< protects fault_, send_fault_ and events_
   std::string fault_;
   std::string send_fault_;
+  std::vector<DeviceEvent> events_;
 };
 
 }  // namespace hil::io::can

@@ -13,7 +13,7 @@ DeviceWatch::DeviceWatch(std::vector<Subject> subjects) {
 void DeviceWatch::check(std::int64_t run_time_ns,
                         const std::function<void(bool good, const std::string&)>& report) {
   for (Watched& watched : watched_) {
-    collect_events(watched, [&](const std::string& sentence) { report(false, sentence); });
+    collect_events(watched, report);
     const bool connected = watched.subject.device->connected();
     const std::string fault = watched.subject.device->fault();
     const bool faulty = !fault.empty();
@@ -32,17 +32,18 @@ void DeviceWatch::check(std::int64_t run_time_ns,
   }
 }
 
-void DeviceWatch::collect_last_events(const std::function<void(const std::string&)>& report) {
+void DeviceWatch::collect_last_events(const std::function<void(bool good, const std::string&)>& report) {
   for (Watched& watched : watched_)
     collect_events(watched, report);
 }
 
-void DeviceWatch::collect_events(Watched& watched, const std::function<void(const std::string&)>& report) {
+void DeviceWatch::collect_events(Watched& watched,
+                                 const std::function<void(bool good, const std::string&)>& report) {
   for (io::DeviceEvent& event : watched.subject.device->events_since(watched.events)) {
     ++watched.events;
     // An event from before the run is listed at its beginning.
     const std::int64_t time_ns = std::max<io::RunTimeNs>(event.time_ns, 0);
-    report(event.text);
+    report(event.is_expected, event.text);
     events_.push_back({time_ns, std::move(event.text)});
   }
 }

@@ -28,7 +28,7 @@ class DeviceWatch {
   void check(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& report);
   /// After the run: takes the events since the last check. Ignores the state of the devices, which are
   /// stopped.
-  void collect_last_events(const std::function<void(const std::string&)>& report);
+  void collect_last_events(const std::function<void(bool good, const std::string&)>& report);
   /// All changes, with the run time of the check that found them, and all events, with their own time.
   const std::vector<report::Event>& events() const noexcept { return events_; }
 
@@ -39,7 +39,7 @@ class DeviceWatch {
     bool faulty = false;
     std::size_t events = 0;  ///< taken so far
   };
-  void collect_events(Watched& watched, const std::function<void(const std::string&)>& report);
+  void collect_events(Watched& watched, const std::function<void(bool good, const std::string&)>& report);
 
   std::vector<Watched> watched_;
   std::vector<report::Event> events_;

@@ -162,10 +162,13 @@ std::string RunBuses::step_fault() const {
   return {};
 }
 
+void RunBuses::write_to_log(bool good, const std::string& sentence) {
+  good ? context_.log.info(sentence) : context_.log.warn(sentence);
+}
+
 void RunBuses::check() {
-  device_watch_->check(context_.device_clock.report_ns(), [this](bool good, const std::string& sentence) {
-    good ? context_.log.info(sentence) : context_.log.warn(sentence);
-  });
+  device_watch_->check(context_.device_clock.report_ns(),
+                       [this](bool good, const std::string& sentence) { write_to_log(good, sentence); });
 }
 
 std::vector<report::LiveBus> RunBuses::bus_loads() const {
@@ -189,14 +192,25 @@ void RunBuses::stop() noexcept {
 }
 
 void RunBuses::collect_last_events() {
-  device_watch_->collect_last_events([this](const std::string& sentence) { context_.log.warn(sentence); });
+  device_watch_->collect_last_events(
+      [this](bool good, const std::string& sentence) { write_to_log(good, sentence); });
 }
 
-void RunBuses::fill(report::RunRecord& record) const {
+void RunBuses::fill(std::int64_t end_ns, report::RunRecord& record) const {
   for (const RunningBus& bus : buses_) {
     const auto group =
         std::ranges::find(record.buses, bus.wired->section->type->key, &report::BusGroup::list_key);
     group->buses.push_back(bus.device->record());
+    const std::optional<buses::FileSource> source = bus.device->file_source();
+    if (!source) continue;
+    record.stimuli.push_back(
+        {.name = bus.wired->section->full_name(),
+         .target = bus.wired->section->full_name(),
+         .effect = "plays " + source->file,
+         .begins = source->begins,
+         .first_begin_ns = source->first_begin_ns,
+         .active_ns = source->first_begin_ns ? source->end_ns.value_or(end_ns) - *source->first_begin_ns : 0,
+         .frames = source->frames});
   }
 }
 

@@ -371,7 +371,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   take_executive(result, scenario_, record);
   record.realtime.kernel = kernel_text();
   world_->fill(record);
-  buses_.fill(record);
+  buses_.fill(result.run_time_ns, record);
   for (const ProcessExit& exit : exits_) {
     record.processes.push_back({exit.name, exit.command, exit.exit,
                                 exit.ended_early ? std::optional(exit.ended_at_ns) : std::nullopt});

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/can/signal_codec.hpp"
+#include "runtime/buses/can/played_log.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/units.hpp"
 #include "runtime/signals/known_signals.hpp"
@@ -228,6 +229,14 @@ std::optional<io::can::CanDeviceConfig> describe_can_device(const CanSection& se
     describe_sent(sent, section.period_ns, device, diagnostics);
   for (const ReceivedMessage& received : section.receive)
     describe_received(received, device, diagnostics);
+  if (section.play) {
+    std::vector<canid_t> sent_ids;
+    for (const io::can::SentMessageConfig& sent : device.send) {
+      const io::can::DbcMessage& message = *device.database.find_message(sent.message);
+      sent_ids.push_back(message.id | (message.is_extended ? CAN_EFF_FLAG : 0U));
+    }
+    device.playback = read_played_log(*section.play, sent_ids, diagnostics);
+  }
   const std::vector<std::string> problems = io::can::configuration_problems(device);
   for (const std::string& problem : problems)
     diagnostics.add(section.name.place, problem);

@@ -21,7 +21,7 @@ struct FrameLengths {
   std::uint64_t shorter = 0;
 };
 
-/// The log contains what was on the bus: rx + tx + errors - fault_dropped_tx - log_dropped frames.
+/// The log contains what was on the bus: rx + tx + played + errors - fault_dropped_tx - log_dropped frames.
 struct CanRecord {
   std::string bus;
   std::string driver;
@@ -47,6 +47,8 @@ struct CanRecord {
   std::uint64_t fault_dropped_rx = 0;  ///< frames of other stations that fault injection dropped
   std::uint64_t fault_corrupted = 0;
   std::uint64_t fault_delayed = 0;
+  std::uint64_t played = 0;                      ///< frames of a log that were put on the bus
+  std::uint64_t unsent_of_log = 0;               ///< frames of a log that could not be
   std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
 };
 

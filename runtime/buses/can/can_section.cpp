@@ -52,6 +52,23 @@ Schema received_schema() {
       });
 }
 
+Schema played_schema() {
+  return Schema::record_or(
+      "file",
+      {
+          Field::needed("file", Schema::file(), "A log in the form of candump -l."),
+          Field::optional("interface", Schema::text(),
+                          "The interface whose frames are played. Left out: the only one of the log."),
+          Field::with_default("begin", duration_schema(0.0), "0 s",
+                              "The run time of the first line of the log."),
+          Field::with_default("repeat", Schema::integer(0, 1'000'000'000), "1",
+                              "How often the log is played; 0: to the end of the run."),
+          Field::optional("every", duration_schema(min_duration_s),
+                          "The time from one begin to the next. Left out: that from the first line to the "
+                          "last frame."),
+      });
+}
+
 Schema can_schema() {
   return Schema::record({
       Field::needed("bus", Schema::name(), "The bus's name. Its signals begin with can.NAME."),
@@ -69,6 +86,8 @@ Schema can_schema() {
                       "The real-time priority of the device's thread. Left out: an ordinary thread."),
       Field::with_default("send", Schema::list(sent_schema()), "[]", "The messages the run sends."),
       Field::with_default("receive", Schema::list(received_schema()), "[]", "The messages the run reads."),
+      Field::optional("play", played_schema(),
+                      "A log whose frames are put on the bus at their times, as those of other stations."),
       Field::optional("faults",
                       Schema::record({
                           Field::with_default("drop", Schema::number(0.0, 1.0), "0",
@@ -235,6 +254,20 @@ void read_faults(const Value& value, CanSection& section, Diagnostics& diagnosti
                     (*faults)["delay"].duration_ns()};
 }
 
+void read_play(const Value& value, CanSection& section) {
+  const Value* const play = part_of(value, "play");
+  if (play == nullptr || !is_whole(*play)) return;
+  PlayedLog log{.file = word_of((*play)["file"]),
+                .interface = word_in(*play, "interface"),
+                .begin_ns = (*play)["begin"].duration_ns(),
+                .repeat = static_cast<std::uint64_t>((*play)["repeat"].integer())};
+  if (play->has("every")) {
+    log.every_ns = (*play)["every"].duration_ns();
+    log.every_place = (*play)["every"].place();
+  }
+  section.play = std::move(log);
+}
+
 /// Refuses two buses on one interface: each would take the other's frames for those of the device under test.
 void check_interfaces(std::span<const std::shared_ptr<const BusSection>> list, ReaderContext& reading) {
   const std::vector<const CanSection*> sections = sections_of<CanSection>(list);
@@ -266,6 +299,7 @@ void CanSection::read_entry(const Value& entry, ReaderContext& reading) {
   read_messages(entry, *this, reading.diagnostics);
   read_units(entry, *this, reading.diagnostics);
   read_faults(entry, *this, reading.diagnostics);
+  read_play(entry, *this);
   if (!is_whole(entry)) return;
   database = entry["database"].text();
   bits_per_second = static_cast<double>(entry["bit_rate"].integer());

@@ -64,6 +64,16 @@ struct BusFaults {
   std::int64_t delay_ns = 0;
 };
 
+/// A log whose frames are put on the bus.
+struct PlayedLog {
+  Word file;                               ///< the absolute path
+  std::optional<Word> interface;           ///< whose frames are played; empty: the log has one
+  std::int64_t begin_ns = 0;               ///< run time of the first line
+  std::uint64_t repeat = 1;                ///< 0: to the end of the run
+  std::optional<std::int64_t> every_ns{};  ///< from one begin to the next; empty: the length of the log
+  Place every_place{};
+};
+
 class CanSection final : public config::BusSection {
  public:
   std::string interface;  ///< of SocketCAN; empty: a virtual bus
@@ -74,6 +84,7 @@ class CanSection final : public config::BusSection {
   std::vector<SentMessage> send;
   std::vector<ReceivedMessage> receive;
   BusFaults faults;
+  std::optional<PlayedLog> play;
 
   bool is_virtual() const noexcept { return interface.empty(); }
   void read_entry(const config::Value& entry, config::ReaderContext& reading) override;

@@ -103,6 +103,41 @@ TEST_F(RealDevice, FaultsChangeFramesOnTheInterface) {
   other.close();
 }
 
+TEST_F(RealDevice, PlaysALogOnTheInterface) {
+  SocketCanBus other(SocketCanConfig{"vcan0"});
+  other.open(clock_, Pacing::realtime);
+  const auto played = [&](std::int64_t offset_ns, const std::string& text) {
+    const Frame frame = parse_candump_line("(0.000000) vcan0 " + text)->frame;
+    return PlayedFrame{offset_ns, frame.raw, frame.is_fd};
+  };
+  CanDeviceConfig config = crossing_config();
+  const RunTimeNs begin_ns = clock_.now_ns() + 200 * ms;
+  config.playback = {.name = "drive.log",
+                     .frames = std::make_shared<const std::vector<PlayedFrame>>(std::vector<PlayedFrame>{
+                         played(0, "123#0102"), played(0, "12345678#R4"), played(30 * ms, "124##1AABBCC"),
+                         played(50 * ms, commands_.next(6.25, 7.0))}),
+                     .begin_ns = begin_ns};
+  start(std::move(config));
+  std::vector<Frame> received;
+  EXPECT_TRUE(eventually([&] {
+    for (Frame frame; other.receive(frame) == ReceiveResult::frame;)
+      received.push_back(frame);
+    return received.size() >= 4;
+  }));
+  ASSERT_EQ(received.size(), 4U);
+  EXPECT_EQ(received[0].raw.can_id, 0x123U);
+  EXPECT_TRUE(received[1].is_remote());
+  EXPECT_TRUE(received[2].is_fd);
+  EXPECT_GE(received[0].time_ns, begin_ns - ms);
+  EXPECT_GE(received[3].time_ns, begin_ns + 49 * ms);
+  EXPECT_TRUE(eventually([&] { return latched("BrakeCommand.Deceleration").fresh; }));
+  EXPECT_EQ(latched("BrakeCommand.Deceleration").value, 6.25);
+  EXPECT_EQ(device_->counters().played, 4U);
+  EXPECT_EQ(device_->counters().tx, 0U);
+  real_frames_seen += received.size();
+  other.close();
+}
+
 TEST_F(RealDevice, LogAgreesWithCandump) {
   const tests::TemporaryFolder folder;
   CanDeviceConfig config = crossing_config();

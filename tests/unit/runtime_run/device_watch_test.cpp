@@ -68,7 +68,7 @@ TEST_F(DeviceWatchTest, EachEventOfADeviceIsReportedOnceWithItsTime) {
   EXPECT_EQ(check(11), Reports{});
   plc_.events.push_back({12, "another is stale"});
   std::vector<std::string> last;
-  watch_.collect_last_events([&](const std::string& sentence) { last.push_back(sentence); });
+  watch_.collect_last_events([&](bool /*good*/, const std::string& sentence) { last.push_back(sentence); });
   EXPECT_EQ(last, std::vector<std::string>{"another is stale"});
   ASSERT_EQ(watch_.events().size(), 3U);
   EXPECT_EQ(watch_.events()[0].time_ns, 0) << "events before the first tick have its time";

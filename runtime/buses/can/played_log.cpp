@@ -1,0 +1,159 @@
+#include "runtime/buses/can/played_log.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "io/can/candump_log.hpp"
+#include "runtime/config/text_lists.hpp"
+#include "runtime/config/units.hpp"
+
+namespace hil::buses::can {
+namespace {
+
+using config::Diagnostics;
+using config::in_quotes;
+
+/// Clocks of a machine's interfaces differ by less.
+constexpr std::int64_t max_disorder_ns = 100'000'000;
+
+/// Frames that are not played, for one reason.
+struct LeftOut {
+  std::size_t frames = 0;
+  std::uint32_t first_line = 0;
+
+  void add(std::uint32_t line) {
+    if (frames++ == 0) first_line = line;
+  }
+};
+
+class LogReader {
+ public:
+  LogReader(const PlayedLog& section, const std::vector<canid_t>& sent_ids, Diagnostics& diagnostics)
+      : section_(section), sent_ids_(sent_ids), diagnostics_(diagnostics) {}
+
+  std::optional<io::can::PlaybackConfig> read() {
+    const std::size_t before = diagnostics_.count();
+    read_lines();
+    if (diagnostics_.count() == before) check_interfaces();
+    if (diagnostics_.count() != before) return std::nullopt;
+    warn(of_sent_, "of messages that the run sends");
+    warn(errors_, "error frames");
+    io::can::PlaybackConfig config{
+        .name = std::filesystem::path(section_.file.text).filename().string(),
+        .frames = std::make_shared<const std::vector<io::can::PlayedFrame>>(std::move(frames_)),
+        .begin_ns = section_.begin_ns,
+        .round_ns = section_.every_ns.value_or(last_ns_),
+        .rounds = section_.repeat};
+    check_rounds(config);
+    return diagnostics_.count() == before ? std::optional(std::move(config)) : std::nullopt;
+  }
+
+ private:
+  void refuse(std::uint32_t line, const std::string& message) {
+    diagnostics_.add({section_.file.text, line, 1}, message);
+  }
+
+  void read_lines() {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(section_.file.text, error);
+    if (!error && bytes > max_log_bytes) {
+      return diagnostics_.add(section_.file.place, "the log has " + std::to_string(bytes) +
+                                                       " bytes; at most " + std::to_string(max_log_bytes) +
+                                                       " are read");
+    }
+    std::ifstream file(section_.file.text, std::ios::binary);
+    std::string text;
+    for (std::uint32_t line = 1; !diagnostics_.full() && std::getline(file, text); ++line) {
+      if (text.empty() || text == "\r") continue;
+      const auto logged = io::can::parse_candump_line(text);
+      if (!logged) {
+        refuse(line, "this is no frame in the form of candump -l, as '(1436509052.249713) vcan0 044#2A36'");
+        continue;
+      }
+      if (!first_ns_) first_ns_ = logged->frame.wall_ns;
+      interfaces_.insert(logged->interface);
+      if (section_.interface && section_.interface->text != logged->interface) continue;
+      if (!take(*logged, line)) return;
+    }
+  }
+
+  /// False with a mistake that ends the reading.
+  bool take(const io::can::LoggedFrame& logged, std::uint32_t line) {
+    const io::can::Frame& frame = logged.frame;
+    const std::int64_t offset_ns = frame.wall_ns - *first_ns_;
+    if (offset_ns < last_ns_ - max_disorder_ns) {
+      refuse(line, "this frame is " + config::format_duration(last_ns_ - offset_ns) +
+                       " before the one in the line before it");
+      return false;
+    }
+    last_ns_ = std::max(last_ns_, offset_ns);
+    if (frame.is_error()) {
+      errors_.add(line);
+    } else if (std::ranges::find(sent_ids_, frame.raw.can_id) != sent_ids_.end()) {
+      of_sent_.add(line);
+    } else if (frames_.size() == max_played_frames) {
+      refuse(line, "more than " + std::to_string(max_played_frames) + " frames");
+      return false;
+    } else {
+      frames_.push_back({last_ns_, frame.raw, frame.is_fd});
+    }
+    return true;
+  }
+
+  void check_interfaces() {
+    const std::vector<std::string> names(interfaces_.begin(), interfaces_.end());
+    if (section_.interface && !interfaces_.contains(section_.interface->text)) {
+      diagnostics_.add(section_.interface->place, "the log has no frame of " +
+                                                      in_quotes(section_.interface->text) +
+                                                      config::suggestion(section_.interface->text, names));
+    } else if (!section_.interface && names.size() > 1) {
+      diagnostics_.add(section_.file.place,
+                       "the log has frames of " + config::text_list(names) + "; 'interface' has to name one");
+    } else if (frames_.empty()) {
+      diagnostics_.add(section_.file.place, "the log has no frame to play");
+    }
+  }
+
+  void check_rounds(const io::can::PlaybackConfig& config) {
+    if (section_.every_ns && *section_.every_ns < last_ns_) {
+      diagnostics_.add(section_.every_place, "'every': " + config::format_duration(*section_.every_ns) +
+                                                 " is shorter than the log, which takes " +
+                                                 config::format_duration(last_ns_));
+    } else if (config.rounds != 1 && config.round_ns == 0) {
+      diagnostics_.add(section_.file.place,
+                       "the frames of the log are at one instant; to repeat it, give "
+                       "'every', the time from one begin to the next");
+    }
+  }
+
+  void warn(const LeftOut& left_out, const std::string& what) {
+    if (left_out.frames == 0) return;
+    diagnostics_.warn(
+        {section_.file.text, left_out.first_line, 1},
+        std::to_string(left_out.frames) + " frames are not played, the first in this line: " + what);
+  }
+
+  const PlayedLog& section_;
+  const std::vector<canid_t>& sent_ids_;
+  Diagnostics& diagnostics_;
+  std::optional<std::int64_t> first_ns_;  ///< of the log, whatever the interface
+  std::int64_t last_ns_ = 0;              ///< the largest offset of the interface so far
+  std::set<std::string> interfaces_;
+  std::vector<io::can::PlayedFrame> frames_;
+  LeftOut of_sent_, errors_;
+};
+
+}  // namespace
+
+std::optional<io::can::PlaybackConfig> read_played_log(const PlayedLog& section,
+                                                       const std::vector<canid_t>& sent_ids,
+                                                       Diagnostics& diagnostics) {
+  return LogReader(section, sent_ids, diagnostics).read();
+}
+
+}  // namespace hil::buses::can

@@ -1,0 +1,109 @@
+// A log as the source of a CAN bus: a recorded drive moves a block, at exact instants.
+
+#include <gtest/gtest.h>
+
+#include "tests/system/scenario/hil.hpp"
+#include "tests/system/scenario/run_files.hpp"
+
+namespace hil::scenario_test {
+namespace {
+
+struct PlaybackScenario {
+  explicit PlaybackScenario(const std::string& play = "{file: drive.log, begin: 100 ms}") {
+    write_text(folder / "bus.dbc",
+               "VERSION \"\"\nBU_: A B\nBO_ 512 Command: 2 B\n SG_ W : 0|8@1+ (1,0) [0|255] \"\" A\n"
+               "BO_ 256 Status: 1 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n");
+    write_text(folder / "drive.log",
+               "(1436509052.000000) vcan0 200#0500\n"
+               "(1436509052.012000) vcan0 555#11\n"
+               "(1436509052.050000) vcan0 200#0700\n"
+               "(1436509052.200000) vcan0 200#0900\n");
+    write_text(folder / "s.yaml",
+               "scenario: recorded drive\nbase_rate: 1 kHz\nduration: 500 ms\nclock: virtual\n"
+               "can:\n  - bus: car\n    database: bus.dbc\n    rate: 1 kHz\n"
+               "    send: [{message: Status, period: 100 ms, signals: {V: reader.twice}}]\n"
+               "    receive: [{message: Command, timeout: 120 ms}]\n    play: " +
+                   play +
+                   "\ntasks:\n  - module: reader\n    type: block\n    rate: 1 kHz\n"
+                   "    inputs: {w: can.car.Command.W}\n"
+                   "    parameters: {inputs: {w: '1'}, outputs: {twice: 2 * w}}\n"
+                   "expectations:\n"
+                   "  - {name: first, always: can.car.Command.W == 5, between: [101 ms, 150 ms]}\n"
+                   "  - {name: second, always: can.car.Command.W == 7, between: [151 ms, 270 ms]}\n"
+                   "  - {name: stale, never: known(can.car.Command.W), between: [272 ms, 300 ms]}\n"
+                   "  - {name: third, always: can.car.Command.W == 9, between: [301 ms, 420 ms]}\n");
+  }
+  Ended run(const std::string& out, const std::vector<std::string>& more = {}) const {
+    return run_hil(joined({{"run", folder / "s.yaml", "--out", folder / out}, more}));
+  }
+  Folder folder;
+};
+
+TEST(CanPlayback, FramesComeAtTheBeginAndTheirOffsets) {
+  const PlaybackScenario files;
+  const Ended ended = files.run("out");
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  std::string frames;
+  for (const auto& logged : read_can_log(files.folder / "out/can-car.log")) {
+    if (logged.frame.raw.can_id == 0x100) continue;
+    frames += std::to_string(logged.frame.wall_ns / 1'000'000) + ":" +
+              std::to_string(logged.frame.raw.can_id) + "=" + std::to_string(logged.frame.raw.data[0]) + " ";
+  }
+  EXPECT_EQ(frames, "100:512=5 112:1365=17 150:512=7 300:512=9 ");
+  const auto report = read_report(files.folder / "out");
+  std::string events;
+  for (const auto& event : report["events"])
+    events += std::to_string(event["time_ns"].get<std::int64_t>() / 1'000'000) + " " +
+              event["text"].get<std::string>() + "\n";
+  EXPECT_EQ(events,
+            "100 log drive.log begins on CAN bus car\n"
+            "300 log drive.log ends on CAN bus car\n");
+  ASSERT_EQ(report["stimuli"].size(), 1U);
+  const auto& source = report["stimuli"][0];
+  EXPECT_EQ(source["name"], "can.car");
+  EXPECT_EQ(source["effect"], "plays drive.log");
+  EXPECT_EQ(source["begins"], 1);
+  EXPECT_EQ(source["first_begin_ns"], 100'000'000);
+  EXPECT_EQ(source["active_ns"], 200'000'000);
+  EXPECT_EQ(source["frames"], 4);
+  EXPECT_EQ(report["can"][0]["played"], 4);
+  EXPECT_EQ(report["can"][0]["unsent_of_log"], 0);
+  EXPECT_EQ(report["can"][0]["unknown_id"], 1);
+}
+
+TEST(CanPlayback, RepeatsToTheEnd) {
+  const PlaybackScenario files("{file: drive.log, repeat: 0, every: 210 ms}");
+  ASSERT_EQ(files.run("out", {"--set", "expectations=[]"}).code, 0);
+  const auto report = read_report(files.folder / "out");
+  EXPECT_EQ(report["stimuli"][0]["begins"], 3);
+  EXPECT_EQ(report["stimuli"][0]["frames"], 11);
+}
+
+TEST(CanPlayback, RunsAreByteForByteAlike) {
+  const PlaybackScenario files;
+  ASSERT_EQ(files.run("one").code, 0);
+  ASSERT_EQ(files.run("two").code, 0);
+  for (const char* const name : {"signals.csv", "can-car.log"})
+    EXPECT_EQ(read_text(files.folder / (std::string("one/") + name)),
+              read_text(files.folder / (std::string("two/") + name)));
+}
+
+TEST(CanPlayback, ThatNeverBeganIsNotChecked) {
+  const PlaybackScenario files;
+  const Ended ended = files.run("out", {"--set", "can.car.play.begin=2 s", "--set", "expectations=[]"});
+  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
+  EXPECT_NE(ended.output.find("stimulus 'can.car' never began"), std::string::npos) << ended.output;
+}
+
+TEST(CanPlayback, HasBadLinesFoundByCheck) {
+  const PlaybackScenario files;
+  write_text(files.folder / "drive.log",
+             "(1.000000) vcan0 200#0500\n(1.100000) vcan0 200#05 00\nvcan0 200#1\n");
+  const Ended ended = run_hil({"check", files.folder / "s.yaml"});
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_NE(ended.errors.find("drive.log:3:1: this is no frame in the form of candump -l"), std::string::npos)
+      << ended.errors;
+}
+
+}  // namespace
+}  // namespace hil::scenario_test

@@ -1,0 +1,233 @@
+// Frames of a log that a CAN device puts on its bus.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "driven_bus.hpp"
+#include "io/can/playback.hpp"
+#include "io/virtual/hub.hpp"
+#include "io/virtual/station.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/simulation/run_clock.hpp"
+
+namespace hil::io::can {
+namespace {
+
+PlayedFrame played(std::int64_t offset_ns, canid_t id, std::uint8_t byte) {
+  return {.offset_ns = offset_ns, .raw = make_frame(id, {{byte}}).raw};
+}
+
+PlaybackConfig log_of(std::vector<PlayedFrame> frames, RunTimeNs begin_ns = 0, std::uint64_t rounds = 1,
+                      std::int64_t round_ns = 0) {
+  return {.name = "drive.log",
+          .frames = std::make_shared<const std::vector<PlayedFrame>>(std::move(frames)),
+          .begin_ns = begin_ns,
+          .round_ns = round_ns,
+          .rounds = rounds};
+}
+
+/// The bytes of the frames that are due up to an instant.
+std::string due_up_to(Playback& playback, RunTimeNs now_ns) {
+  std::string bytes;
+  while (const PlayedFrame* due = playback.due(now_ns)) {
+    bytes += static_cast<char>(due->raw.data[0]);
+    playback.sent(now_ns);
+  }
+  return bytes;
+}
+
+TEST(Playback, GivesEachFrameAtItsTime) {
+  Playback playback(log_of({played(0, 1, 'a'), played(5 * ms, 1, 'b'), played(5 * ms, 2, 'c')}, 10 * ms));
+  EXPECT_EQ(playback.next_due_ns(), 10 * ms);
+  EXPECT_EQ(due_up_to(playback, 10 * ms - 1), "");
+  EXPECT_EQ(due_up_to(playback, 10 * ms), "a");
+  EXPECT_EQ(playback.next_due_ns(), 15 * ms);
+  EXPECT_EQ(due_up_to(playback, 20 * ms), "bc");
+  EXPECT_EQ(playback.next_due_ns(), std::nullopt);
+  EXPECT_TRUE(playback.is_complete());
+  const PlaybackState state = playback.state();
+  EXPECT_EQ(state.rounds, 1U);
+  EXPECT_EQ(state.sent, 3U);
+  EXPECT_EQ(state.first_ns, 10 * ms);
+  EXPECT_EQ(state.last_ns, 20 * ms);
+}
+
+TEST(Playback, RepeatsInRounds) {
+  Playback twice(log_of({played(0, 1, 'a'), played(5 * ms, 1, 'b')}, 0, 2, 10 * ms));
+  EXPECT_EQ(due_up_to(twice, 9 * ms), "ab");
+  EXPECT_EQ(twice.next_due_ns(), 10 * ms);
+  EXPECT_EQ(due_up_to(twice, 100 * ms), "ab");
+  EXPECT_TRUE(twice.is_complete());
+  Playback always(log_of({played(2 * ms, 1, 'a')}, 0, 0, 5 * ms));
+  EXPECT_EQ(due_up_to(always, 5'000 * ms).size(), 1000U);
+  EXPECT_FALSE(always.is_complete());
+  EXPECT_EQ(always.state().rounds, 1000U);
+  always.end();
+  EXPECT_EQ(always.next_due_ns(), std::nullopt);
+}
+
+TEST(Playback, TriesAgainWhereTheQueueIsFull) {
+  Playback playback(log_of({played(0, 1, 'a'), played(1 * ms, 1, 'b')}));
+  ASSERT_NE(playback.due(0), nullptr);
+  EXPECT_TRUE(playback.retry(0));
+  EXPECT_EQ(playback.due(0), nullptr);
+  EXPECT_EQ(playback.next_due_ns(), 500'000);
+  ASSERT_NE(playback.due(101 * ms), nullptr);
+  EXPECT_FALSE(playback.retry(101 * ms)) << "too late";
+  EXPECT_EQ(due_up_to(playback, 101 * ms), "b");
+  EXPECT_EQ(playback.state().unsent, 1U);
+  EXPECT_EQ(playback.state().sent, 1U);
+}
+
+/// The device of a bus, in lock-step with a period of 10 ms; its log has frames of a message that it
+/// receives, and of another one.
+class PlayingDevice : public ::testing::Test {
+ protected:
+  void open(PlaybackConfig playback, std::unique_ptr<CanTransport> bus) {
+    CanDeviceConfig config = crossing_config();
+    config.send = {{"EgoStatus", 20 * ms, 0, protection, {}}};
+    config.receive = {{"BrakeCommand", 0, {}, {}}};
+    config.playback = std::move(playback);
+    device_ = std::make_unique<CanDevice>(std::move(config), std::move(bus));
+    device_->start(clock_, Pacing::lockstep);
+  }
+  void tick(std::int64_t now_ms) {
+    clock_.set(now_ms * ms);
+    device_->release_outputs(std::vector<double>(device_->outputs().size(), 0.0), clock_.now_ns());
+    EXPECT_TRUE(device_->exchange(clock_.now_ns()));
+  }
+  std::vector<std::string> events() const {
+    std::vector<std::string> texts;
+    for (const DeviceEvent& event : device_->events_since(0))
+      texts.push_back(std::to_string(event.time_ns / ms) + ": " + event.text);
+    return texts;
+  }
+
+  SetClock clock_;
+  std::unique_ptr<CanDevice> device_;
+};
+
+PlayedFrame brake(std::int64_t offset_ns, double deceleration) {
+  const Dbc database = load_dbc(HIL_SOURCE_DIR "/configs/crossing/crossing.dbc").database;
+  const DbcMessage& message = *database.find_message("BrakeCommand");
+  MessageEncoder encoder(message, {});
+  std::vector<double> values(message.signals.size(), 0.0);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (message.signals[i].name == "Deceleration") values[i] = deceleration;
+  MessageEncoder::Tally tally;
+  return {.offset_ns = offset_ns, .raw = encoder.build(values, tally).raw};
+}
+
+TEST_F(PlayingDevice, ReceivesWhatItPlaysInLockStep) {
+  open(log_of({brake(0, 2.0), played(3 * ms, 0x555, 1), brake(12 * ms, 4.0), brake(28 * ms, 5.0)}, 10 * ms),
+       std::make_unique<virtual_bus::Hub>(virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}}));
+  std::vector<Sample> samples(device_->inputs().size());
+  std::size_t input = 0;
+  while (device_->inputs()[input].name != "BrakeCommand.Deceleration")
+    ++input;
+  std::string seen;
+  for (int now_ms = 0; now_ms <= 40; now_ms += 10) {
+    tick(now_ms);
+    device_->latch_inputs(samples);
+    seen += samples[input].fresh ? std::to_string(static_cast<int>(samples[input].value)) + "@" +
+                                       std::to_string(samples[input].time_ns / ms) + " "
+                                 : "- ";
+  }
+  EXPECT_EQ(seen, "- 2@10 2@10 4@30 5@40 ") << "each in the first exchange that is not before it";
+  const CanCounters counters = device_->counters();
+  EXPECT_EQ(counters.played, 4U);
+  EXPECT_EQ(counters.tx, 3U);
+  EXPECT_EQ(counters.rx, 0U);
+  EXPECT_EQ(counters.unknown_id, 1U);
+  EXPECT_EQ(events(), (std::vector<std::string>{"10: log drive.log begins on CAN bus car",
+                                                "40: log drive.log ends on CAN bus car"}));
+}
+
+TEST_F(PlayingDevice, FaultsOfReceivedMessagesActOnPlayedFrames) {
+  CanDeviceConfig config = crossing_config();
+  config.send.clear();
+  config.receive = {{"BrakeCommand", 0, {}, {}}};
+  config.playback = log_of({brake(0, 2.0), brake(30 * ms, 4.0)});
+  device_ = std::make_unique<CanDevice>(
+      std::move(config),
+      std::make_unique<virtual_bus::Hub>(virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}}));
+  device_->add_fault({.kind = InjectedFault::Kind::delay, .message = "BrakeCommand", .delay_ns = 20 * ms});
+  device_->set_fault(0, true);
+  device_->start(clock_, Pacing::lockstep);
+  std::vector<Sample> samples(device_->inputs().size());
+  for (const int now_ms : {0, 10}) {
+    tick(now_ms);
+    device_->latch_inputs(samples);
+    EXPECT_FALSE(samples[0].fresh) << now_ms;
+  }
+  tick(20);
+  device_->latch_inputs(samples);
+  EXPECT_TRUE(samples[0].fresh);
+  EXPECT_EQ(device_->fault_count(0), 1U);
+  EXPECT_EQ(device_->counters().tx, 0U) << "a delayed frame is not sent again";
+}
+
+TEST_F(PlayingDevice, CountsFramesThatTheBusDoesNotTake) {
+  auto owned = std::make_unique<DrivenBus>();
+  DrivenBus& bus = *owned;
+  open(log_of({played(0, 0x555, 1), played(10 * ms, 0x555, 2), played(20 * ms, 0x555, 3)}), std::move(owned));
+  bus.error = EINVAL;
+  tick(0);
+  bus.error = 0;
+  bus.full = true;
+  tick(10);
+  tick(20);
+  bus.full = false;
+  tick(30);
+  std::string sent;
+  for (const Frame& frame : bus.sent)
+    if (frame.raw.can_id == 0x555) sent += std::to_string(frame.raw.data[0]);
+  EXPECT_EQ(sent, "23");
+  EXPECT_EQ(device_->playback()->unsent, 1U);
+  EXPECT_EQ(device_->playback()->sent, 2U);
+  EXPECT_NE(device_->send_fault().find("could not be sent on CAN bus 'car'"), std::string::npos);
+}
+
+TEST_F(PlayingDevice, EndsWithTheSafeValues) {
+  auto owned = std::make_unique<DrivenBus>();
+  DrivenBus& bus = *owned;
+  open(log_of({played(0, 0x555, 1)}, 0, 0, 10 * ms), std::move(owned));
+  tick(0);
+  tick(10);
+  device_->enter_safe_state();
+  tick(20);
+  tick(30);
+  EXPECT_EQ(std::ranges::count(bus.sent, canid_t{0x555}, [](const Frame& frame) { return frame.raw.can_id; }),
+            3);
+}
+
+TEST(PlayingInRealTime, IsSeenByOtherStationsAtItsTimes) {
+  auto hub =
+      std::make_unique<virtual_bus::Hub>(virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}});
+  virtual_bus::Station outside({hub->address(), "outside"});
+  CanDeviceConfig config = crossing_config();
+  config.send.clear();
+  config.playback = log_of({played(0, 0x555, 1), played(60 * ms, 0x555, 2)}, 300 * ms);
+  const RunningClock clock;
+  CanDevice device(std::move(config), std::move(hub));
+  device.start(clock, Pacing::realtime);
+  outside.open(clock, Pacing::realtime);
+  std::vector<Frame> seen;
+  EXPECT_TRUE(tests::eventually([&] {
+    Frame frame;
+    while (outside.receive(frame) == ReceiveResult::frame)
+      seen.push_back(frame);
+    return seen.size() == 2;
+  }));
+  device.stop();
+  ASSERT_EQ(seen.size(), 2U);
+  const PlaybackState state = *device.playback();
+  EXPECT_GE(*state.first_ns, 300 * ms);
+  EXPECT_GE(*state.last_ns, 360 * ms);
+  EXPECT_EQ(state.sent, 2U);
+}
+
+}  // namespace
+}  // namespace hil::io::can
