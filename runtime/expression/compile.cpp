@@ -187,6 +187,11 @@ class Compiler {
         report_unknown(name);
       return false;
     }
+    if (variable->has_any_name) {
+      named_[name] = 0.0;
+      types_[name] = {.kind = Type::Kind::bare};
+      return true;
+    }
     const auto* values = variable->named_values;
     const auto found = values == nullptr ? decltype(values->begin()){} : values->find(word.text);
     if (values != nullptr && found != values->end() && !std::isnan(found->second)) {

@@ -81,6 +81,13 @@ class SetupError : public std::runtime_error {
   rtstdb::ErrorCode code_ = rtstdb::ErrorCode::bad_input;
 };
 
+/// The names of values of a signal that an input reads.
+struct InputNames {
+  std::map<std::string, double> values{};  ///< NaN: several values have the name
+  std::string unit{};                      ///< of the values
+  bool is_unknown = false;                 ///< what describes the signal has a mistake
+};
+
 /// The properties of the task that steps a module.
 struct TaskParameters {
   std::string instance;  ///< the module's name in the scenario
@@ -91,6 +98,8 @@ struct TaskParameters {
   /// The step runs on a task thread: its outputs become visible at the deadline, and it reads the version of
   /// the release (StepContext::version), whatever is committed while it runs.
   bool own_thread = false;
+  /// In create, by input: of signals of buses and of the modules before it.
+  std::map<std::string, InputNames> input_names = {};
 };
 
 /// One step. Valid only during step().

@@ -27,13 +27,39 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
   ids.push_back(table.add(std::move(info)));
 }
 
-void declare_modules(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
+/// The signals that buses receive, with the names of their values, before modules are made.
+struct BusSignals {
+  signals::SignalTable table;
+  KnownSignals known{table};
+};
+
+/// The names of the values that the module's inputs read.
+std::map<std::string, modules::InputNames> input_names(const config::TaskSection& section,
+                                                       const BusSignals& of_buses,
+                                                       const KnownSignals& known) {
+  std::map<std::string, modules::InputNames> names;
+  for (const config::InputLink& link : section.inputs) {
+    const std::string& signal = link.signal.text;
+    for (const KnownSignals* signals : {&of_buses.known, &known}) {
+      if (const auto id = signals->table().find(signal)) {
+        const signals::SignalInfo& info = signals->table().info(*id);
+        if (!info.named_values.empty()) names[link.port.text] = {info.named_values, info.unit};
+      } else if (signals->is_undeclared(signal)) {
+        names[link.port.text] = {.is_unknown = true};
+      }
+    }
+  }
+  return names;
+}
+
+void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& known,
+                     Diagnostics& diagnostics) {
   for (const config::TaskSection& section : wiring.scenario->tasks) {
     const modules::ModuleType* type = modules::find_module_type(section.type.text);
+    modules::TaskParameters task = task_parameters(*wiring.scenario, section);
+    task.input_names = input_names(section, of_buses, known);
     WiredModule wired{
-        .section = &section,
-        .module = type->create(section.parameters, task_parameters(*wiring.scenario, section), diagnostics),
-        .links = {}};
+        .section = &section, .module = type->create(section.parameters, task, diagnostics), .links = {}};
     if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");
     } else {
@@ -134,8 +160,8 @@ std::vector<injection::Reader> readers_of(Wiring& wiring) {
   return readers;
 }
 
-void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place, Wiring& wiring,
-                    signals::Links& links, Diagnostics& diagnostics) {
+void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place,
+                    signals::SignalTable& table, signals::Links& links, Diagnostics& diagnostics) {
   const std::string writer = prefix.substr(0, prefix.size() - 1);
   std::vector<std::int64_t> timeouts_ns(device.inputs().size(), 0);
   for (const io::InputGroup& group : device.input_groups())
@@ -143,7 +169,7 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
                 group.timeout_ns);
   for (std::size_t i = 0; i < device.inputs().size(); ++i) {
     const io::ChannelInfo& channel = device.inputs()[i];
-    add_signal(wiring.signals,
+    add_signal(table,
                {.name = prefix + channel.name,
                 .unit = channel.unit,
                 .writer = writer,
@@ -153,7 +179,7 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
                place, diagnostics, links.inputs);
   }
   const auto add_state = [&](const std::string& name) -> signals::SignalId {
-    if (!wiring.signals.find(prefix + name)) return wiring.signals.add({prefix + name, "", writer});
+    if (!table.find(prefix + name)) return table.add({prefix + name, "", writer});
     diagnostics.warn(place, "'" + prefix + name +
                                 "' is a signal of the device itself, so there is no such signal of the "
                                 "device's state; give the device's signal another name");
@@ -165,21 +191,35 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
 }
 
 /// A bus of which nothing can be used has a mistake and is left out.
-void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
+void make_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
   for (const std::shared_ptr<const config::BusSection>& section : wiring.scenario->buses) {
-    const std::string prefix = section->full_name() + ".";
     std::unique_ptr<buses::BusWiring> bus = buses::type_of(*section).wire(*section, diagnostics);
-    if (bus == nullptr) {
-      known.add_undeclared(prefix);
-      continue;
-    }
-    WiredBus& wired =
-        wiring.buses.emplace_back(WiredBus{.section = section.get(), .bus = std::move(bus), .links = {}});
+    if (bus == nullptr)
+      known.add_undeclared(section->full_name() + ".");
+    else
+      wiring.buses.push_back(WiredBus{.section = section.get(), .bus = std::move(bus), .links = {}});
+  }
+}
+
+void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
+  for (WiredBus& wired : wiring.buses) {
+    const std::string prefix = wired.section->full_name() + ".";
     const io::Device& channels = wired.bus->channels();
-    declare_inputs(channels, prefix, section->name.place, wiring, wired.links, diagnostics);
+    declare_inputs(channels, prefix, wired.section->name.place, known.table(), wired.links, diagnostics);
     for (const io::ChannelInfo& channel : channels.outputs())
       wired.links.outputs.push_back({.signal = {}, .constant = channel.safe_value});
     wired.bus->describe_signals(prefix, known);
+  }
+}
+
+void describe_buses(const Wiring& wiring, BusSignals& signals) {
+  Diagnostics reported_later;
+  for (const WiredBus& wired : wiring.buses) {
+    const std::string prefix = wired.section->full_name() + ".";
+    signals::Links links;
+    declare_inputs(wired.bus->channels(), prefix, wired.section->name.place, signals.table, links,
+                   reported_later);
+    wired.bus->describe_signals(prefix, signals.known);
   }
 }
 
@@ -235,7 +275,10 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   wiring.scenario = &scenario;
   const std::size_t before = diagnostics.count();
   KnownSignals known(wiring.signals);
-  declare_modules(wiring, known, diagnostics);
+  make_buses(wiring, known, diagnostics);
+  BusSignals of_buses;
+  describe_buses(wiring, of_buses);
+  declare_modules(wiring, of_buses, known, diagnostics);
   declare_buses(wiring, known, diagnostics);
   wiring.stimuli.declare(scenario, known, targets_of(wiring), diagnostics);
   wiring.faults.declare(scenario, known, diagnostics);

@@ -12,7 +12,8 @@ struct PlaybackScenario {
   explicit PlaybackScenario(const std::string& play = "{file: drive.log, begin: 100 ms}") {
     write_text(folder / "bus.dbc",
                "VERSION \"\"\nBU_: A B\nBO_ 512 Command: 2 B\n SG_ W : 0|8@1+ (1,0) [0|255] \"\" A\n"
-               "BO_ 256 Status: 1 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n");
+               "BO_ 256 Status: 1 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
+               "VAL_ 512 W 5 \"Park\" 7 \"Drive\" ;\n");
     write_text(folder / "drive.log",
                "(1436509052.000000) vcan0 200#0500\n"
                "(1436509052.012000) vcan0 555#11\n"
@@ -26,11 +27,13 @@ struct PlaybackScenario {
                    play +
                    "\ntasks:\n  - module: reader\n    type: block\n    rate: 1 kHz\n"
                    "    inputs: {w: can.car.Command.W}\n"
-                   "    parameters: {inputs: {w: '1'}, outputs: {twice: 2 * w}}\n"
+                   "    parameters: {inputs: {w: '1'}, outputs: {twice: 2 * w, drives: w == Drive}}\n"
                    "expectations:\n"
                    "  - {name: first, always: can.car.Command.W == 5, between: [101 ms, 150 ms]}\n"
                    "  - {name: second, always: can.car.Command.W == 7, between: [151 ms, 270 ms]}\n"
                    "  - {name: stale, never: known(can.car.Command.W), between: [272 ms, 300 ms]}\n"
+                   "  - {name: by name, eventually: reader.drives == 1, by: 151 ms}\n"
+                   "  - {name: not before, never: reader.drives == 1, between: [0 s, 150 ms]}\n"
                    "  - {name: third, always: can.car.Command.W == 9, between: [301 ms, 420 ms]}\n");
   }
   Ended run(const std::string& out, const std::vector<std::string>& more = {}) const {

@@ -348,5 +348,41 @@ TEST(BlockStep, NeitherAllocatesNorFrees) {
   EXPECT_EQ(allocation_guard::seen().total(), 0U);
 }
 
+TEST(Block, KnowsTheNamesOfValuesOfTheSignalsThatItReads) {
+  TaskParameters task = test::ten_ms();
+  task.input_names["gear"] = {{{"Park", 3.0}, {"Drive", 4.0}}, ""};
+  task.input_names["speed"] = {{{"walk", 3.6}, {"limp home", 36.0}}, "km/h"};
+  task.input_names["own"] = {{{"Park", 9.0}}, ""};
+  const std::string yaml =
+      "inputs: {gear: '1', speed: m/s, own: {unit: '1', values: {Park: 1}}}\n"
+      "variables: {in_park: gear == Park, limps: speed >= 'limp home', walks: speed == walk, same: own == "
+      "Park}\n"
+      "outputs: {gear: gear, speed: speed, in_park: in_park, limps: limps, walks: walks, same: same}\n";
+  test::BlockRun run(yaml, task);
+  run.set("gear", 3.0);
+  run.set("speed", 10.0);
+  run.set("own", 1.0);
+  run.step();
+  EXPECT_EQ(run["in_park"], 1.0);
+  EXPECT_EQ(run["limps"], 1.0);
+  EXPECT_EQ(run["same"], 1.0) << "names of the input come first";
+  run.set("speed", 1.0);
+  run.step();
+  EXPECT_EQ(run["walks"], 1.0) << "converted for the input";
+  EXPECT_EQ(run["limps"], 0.0);
+  EXPECT_EQ(run.ports().outputs[0].named_values.at("Drive"), 4.0);
+  EXPECT_DOUBLE_EQ(run.ports().outputs[1].named_values.at("limp home"), 10.0);
+}
+
+TEST(Block, AcceptsAnyNameOfASignalWhosePartHasAMistake) {
+  TaskParameters task = test::ten_ms();
+  const std::string yaml = "inputs: {gear: '1'}\noutputs: {y: gear == Park or gear == 'limp home'}\n";
+  config::Diagnostics none, one;
+  EXPECT_EQ(test::create_block(yaml, one, task), nullptr);
+  EXPECT_NE(one.to_text().find("'Park' is no number"), std::string::npos) << one.to_text();
+  task.input_names["gear"] = {.is_unknown = true};
+  EXPECT_NE(test::create_block(yaml, none, task), nullptr);
+}
+
 }  // namespace
 }  // namespace hil::modules

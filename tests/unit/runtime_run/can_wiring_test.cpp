@@ -218,6 +218,48 @@ TEST_F(CanWiring, ValueNamesInConditionsAreEvaluated) {
       << diagnostics_.to_text();
 }
 
+constexpr const char* block_on_the_bus = R"(tasks:
+  - module: limiter
+    type: block
+    rate: 100 Hz
+    inputs: {mode: can.car.Status.Mode}
+    parameters: {inputs: {mode: '1'}, outputs: {limp: mode == LimpHome, homes: mode == 'limp home'}}
+  - module: lamp
+    type: block
+    rate: 100 Hz
+    inputs: {mode: blinker.state, other: limiter.limp}
+    parameters: {inputs: {mode: '1', other: '1'}, outputs: {on: mode == bright and other == 1}}
+)";
+constexpr const char* blinker = R"(  - module: blinker
+    type: block
+    rate: 100 Hz
+    parameters:
+      state_machines:
+        state: {states: {dark: {transitions: [{to: bright, after: 1 s}]}, bright: {}}}
+)";
+
+TEST_F(CanWiring, ValueNamesAreKnownInsideBlocks) {
+  const std::string tasks = "tasks:\n" + std::string(blinker) + std::string(block_on_the_bus).substr(7);
+  EXPECT_TRUE(wired(changed("expectations:", tasks + "expectations:"))) << diagnostics_.to_text();
+  const std::string later = block_on_the_bus + std::string(blinker);
+  EXPECT_FALSE(wired(changed("expectations:", later + "expectations:")));
+  EXPECT_NE(diagnostics_.to_text().find("'bright' is no number"), std::string::npos)
+      << "names of a later module are not known: " << diagnostics_.to_text();
+}
+
+TEST_F(CanWiring, ValueNamesInsideBlocksAreRefusedWithTheNearest) {
+  const std::string tasks = "tasks:\n" + std::string(blinker) + std::string(block_on_the_bus).substr(7);
+  const std::string wrong = WiringFixture::changed("mode == LimpHome", "mode == LimpHme", tasks);
+  EXPECT_FALSE(wired(changed("expectations:", wrong + "expectations:")));
+  EXPECT_NE(diagnostics_.to_text().find("did you mean 'LimpHome'?"), std::string::npos)
+      << diagnostics_.to_text();
+  EXPECT_EQ(diagnostics_.count(), 1U) << diagnostics_.to_text();
+  // A bus that can not be used adds no mistakes in the block.
+  folder_.write("test.dbc", "no database\n");
+  EXPECT_FALSE(wired(changed("expectations:", tasks + "expectations:")));
+  EXPECT_EQ(diagnostics_.to_text().find("LimpHome"), std::string::npos) << diagnostics_.to_text();
+}
+
 TEST_F(CanWiring, UnknownValueNamesAreRefusedWithTheNearest) {
   EXPECT_TRUE(refuses(changed("KeyState: On", "KeyState: Onn"), 11, "did you mean 'On'?"));
   EXPECT_TRUE(
