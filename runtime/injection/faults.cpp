@@ -33,7 +33,14 @@ void Faults::declare(const config::Scenario& scenario, signals::KnownSignals& kn
     auto fault = std::make_unique<Fault>();
     fault->section = &section;
     fault->seed = modules::splitmix64(scenario.seed ^ (0xFA17u + faults_.size()) * modules::splitmix64_step);
-    fault->active = known.table().add({.name = "fault." + section.name.text, .unit = "", .writer = "faults"});
+    const std::string active = "fault." + section.name.text;
+    if (const auto there = known.table().find(active)) {
+      diagnostics.add(section.name.place, "there is a signal '" + active + "' already, of " +
+                                              known.table().info(*there).writer +
+                                              "; give the fault another name");
+    } else {
+      fault->active = known.table().add({.name = active, .unit = "", .writer = "faults"});
+    }
     faults_.push_back(std::move(fault));
     if (section.target == FaultSection::Target::signal)
       declare_signal(scenario, *faults_.back(), known, diagnostics);

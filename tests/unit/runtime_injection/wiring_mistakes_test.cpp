@@ -117,5 +117,16 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
   }
 }
 
+TEST_F(InjectionMistakes, NamesThatAModuleHasAreRefused) {
+  const std::string modules =
+      "  - {module: fault, type: block, rate: 1 kHz, parameters: {states: {f: {unit: m}}}}\n"
+      "  - {module: stimulus, type: block, rate: 1 kHz, parameters: {states: {s: {unit: m}}}}\n";
+  EXPECT_EQ(mistakes_of(modules + "faults: [{name: f, signal: plant.x, gain: 2}]\n"),
+            "15:17: there is a signal 'fault.f' already, of module fault; give the fault another name\n");
+  EXPECT_EQ(mistakes_of(modules + "stimuli: [{name: s, drives: control.u, sequence: [{hold: 1 m}]}]\n"),
+            "15:18: there is a signal 'stimulus.s' already, of module stimulus; give the stimulus another "
+            "name\n");
+}
+
 }  // namespace
 }  // namespace hil::injection

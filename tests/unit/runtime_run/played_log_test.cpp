@@ -5,6 +5,8 @@
 #include <string>
 
 #include "runtime/buses/can/can_wiring.hpp"
+#include "tests/support/rounds.hpp"
+#include "tests/support/text_mutator.hpp"
 #include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::run {
@@ -124,6 +126,23 @@ TEST_F(PlayedLogs, HaveMistakesAtTheirPlaces) {
     EXPECT_EQ(playback(one.log, one.keys), nullptr) << one.log;
     EXPECT_EQ(texts(), one.mistakes) << one.log;
   }
+}
+
+TEST_F(PlayedLogs, DamagedAreReadOrRefusedAtALine) {
+  const std::string log =
+      "(1436509052.000000) vcan0 200#2A36\n(1436509052.010000) vcan0 12345678#R4\n"
+      "(1436509052.025500) vcan0 123##1AABBCC\n(1436509052.030000) vcan0 20000004#0004000000000000\n";
+  std::uint64_t accepted = 0, refused = 0;
+  const std::uint64_t rounds = tests::rounds(1000);
+  for (std::uint64_t seed = 0; seed < rounds; ++seed) {
+    const bool is_read = playback(tests::TextMutator(seed).mutate(log)) != nullptr;
+    ASSERT_EQ(is_read, diagnostics_.empty()) << "seed " << seed << texts();
+    for (const config::Mistake& mistake : diagnostics_.mistakes())
+      ASSERT_GE(mistake.place.line, 1U) << "seed " << seed << ": " << mistake.message;
+    ++(is_read ? accepted : refused);
+  }
+  EXPECT_GT(accepted, rounds / 20);
+  EXPECT_GT(refused, rounds / 10);
 }
 
 }  // namespace
