@@ -166,10 +166,12 @@ class TablePoints {
     values_.push_back(unit_.to_si(*number));
     return true;
   }
-  void need_two_points(const Table::Axis& axis, const char* what) {
-    if (!is_good() || axis.points.size() >= 2) return;
-    diagnostics_.add(file_section()["path"].place(), "the file has " + std::to_string(axis.points.size()) +
-                                                         what + "; a table has at least 2");
+  void need_two_points(const Table::Axis& axis, const char* one, const char* several) {
+    const std::size_t points = axis.points.size();
+    if (!is_good() || points >= 2) return;
+    diagnostics_.add(file_section()["path"].place(), "the file has " + std::to_string(points) + " " +
+                                                         (points == 1 ? one : several) +
+                                                         "; a table has at least 2");
   }
   const Value& file_section() const { return section_["file"]; }
 
@@ -182,7 +184,7 @@ class TablePoints {
       while (file.next())
         if (!add_point_of(file, *x, axes_[0]) || !add_value_of(file, *value)) return;
     }
-    need_two_points(axes_[0], " rows with values");
+    need_two_points(axes_[0], "row with values", "rows with values");
   }
 
   std::optional<std::size_t> column_of_x(const CsvReader& file) {
@@ -210,14 +212,14 @@ class TablePoints {
       for (std::size_t i = 1; i < file.columns(); ++i)
         if (!add_point_of(file, i, axes_[0])) return;
     }
-    need_two_points(axes_[0], " points of x in its first row");
+    need_two_points(axes_[0], "point of x in its first row", "points of x in its first row");
     if (!is_good()) return;
     while (file.next()) {
       if (!add_point_of(file, 0, axes_[1])) return;
       for (std::size_t i = 1; i < file.columns(); ++i)
         if (!add_value_of(file, i)) return;
     }
-    need_two_points(axes_[1], " rows with values");
+    need_two_points(axes_[1], "row with values", "rows with values");
   }
 
   const Value& section_;

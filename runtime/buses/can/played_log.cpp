@@ -41,8 +41,8 @@ class LogReader {
     read_lines();
     if (diagnostics_.count() == before) check_interfaces();
     if (diagnostics_.count() != before) return std::nullopt;
-    warn(of_sent_, "of messages that the run sends");
-    warn(errors_, "error frames");
+    warn(of_sent_, "the run sends the message itself");
+    warn(errors_, "error frames can not be sent");
     io::can::PlaybackConfig config{
         .name = std::filesystem::path(section_.file.text).filename().string(),
         .frames = std::make_shared<const std::vector<io::can::PlayedFrame>>(std::move(frames_)),
@@ -131,11 +131,12 @@ class LogReader {
     }
   }
 
-  void warn(const LeftOut& left_out, const std::string& what) {
+  void warn(const LeftOut& left_out, const std::string& why) {
     if (left_out.frames == 0) return;
-    diagnostics_.warn(
-        {section_.file.text, left_out.first_line, 1},
-        std::to_string(left_out.frames) + " frames are not played, the first in this line: " + what);
+    const std::string frames = left_out.frames == 1 ? "this frame is not played: "
+                                                    : std::to_string(left_out.frames) +
+                                                          " frames are not played, the first in this line: ";
+    diagnostics_.warn({section_.file.text, left_out.first_line, 1}, frames + why);
   }
 
   const PlayedLog& section_;

@@ -90,9 +90,9 @@ TEST_F(PlayedLogs, LeaveOutErrorFramesAndFramesThatTheRunSends) {
   EXPECT_EQ(played->frames->size(), 2U) << "a remote request of the run's message is of another station";
   EXPECT_EQ(
       texts(),
-      "drive.log:2:1: warning: 2 frames are not played, the first in this line: of messages that the run "
-      "sends\n"
-      "drive.log:4:1: warning: 1 frames are not played, the first in this line: error frames\n");
+      "drive.log:2:1: warning: 2 frames are not played, the first in this line: the run sends the message "
+      "itself\n"
+      "drive.log:4:1: warning: this frame is not played: error frames can not be sent\n");
 }
 
 TEST_F(PlayedLogs, MayBeSlightlyOutOfOrder) {
