@@ -203,14 +203,17 @@ void RunBuses::fill(std::int64_t end_ns, report::RunRecord& record) const {
     group->buses.push_back(bus.device->record());
     const std::optional<buses::FileSource> source = bus.device->file_source();
     if (!source) continue;
-    record.stimuli.push_back(
-        {.name = bus.wired->section->full_name(),
-         .target = bus.wired->section->full_name(),
-         .effect = "plays " + source->file,
-         .begins = source->begins,
-         .first_begin_ns = source->first_begin_ns,
-         .active_ns = source->first_begin_ns ? source->end_ns.value_or(end_ns) - *source->first_begin_ns : 0,
-         .frames = source->frames});
+    report::Injection log{.name = bus.wired->section->full_name(),
+                          .target = bus.wired->section->full_name(),
+                          .effect = "plays " + source->file,
+                          .begins = source->begins,
+                          .first_begin_ns = source->first_begin_ns,
+                          .frames = source->frames};
+    if (log.first_begin_ns) {
+      log.spans = {{*log.first_begin_ns, source->end_ns.value_or(end_ns)}};
+      log.active_ns = log.spans[0].end_ns - log.spans[0].begin_ns;
+    }
+    record.stimuli.push_back(std::move(log));
   }
 }
 
