@@ -5,6 +5,7 @@
 //
 // Inputs   light_<group>  state of a traffic light: 0 red, 1 red-yellow, 2 green, 3 yellow
 //          <vehicle>_brake_request  m/s2, at least 0; for vehicles with `braked_from_outside`
+//          <vehicle>.desired_speed  m/s, of its driver on a free road; below 0.1 m/s it is 0.1 m/s
 // Outputs  <vehicle>.x, .y (centre, m), .speed (m/s), .acceleration (m/s2), .yaw_rate (rad/s)
 //
 // The module writes the row of a vehicle only when its motion changes: between two writes the row is a
@@ -27,6 +28,7 @@ namespace hil::modules {
 namespace {
 
 constexpr double green_light = 2.0;
+constexpr double min_desired_speed_mps = 0.1;
 constexpr std::int64_t vehicle_track_every_ns = 50'000'000;
 constexpr std::size_t max_vehicle_track_points = 1u << 16;
 /// Integration steps in one step of the module. After skipped releases there is one for each period that
@@ -52,6 +54,7 @@ struct Vehicle {
   DriverModel driver;
 
   std::optional<std::size_t> light_input, brake_input;
+  std::size_t desired_speed_input = 0;
   std::size_t first_output = 0;
   rtstdb::EntityId entity;
 
@@ -117,8 +120,9 @@ config::Schema vehicle_schema() {
       Field::with_default("heading", Schema::quantity(Quantity::angle_rad, -6.3, 6.3), "0 deg",
                           "Direction of travel, counted from +x to +y."),
       Field::needed("speed", speed, "Speed at the start."),
-      Field::optional("desired_speed", Schema::quantity(Quantity::speed_mps, 0.1, 100.0),
-                      "Speed that its driver keeps on a free road; default: the speed at the start."),
+      Field::optional("desired_speed", Schema::quantity(Quantity::speed_mps, min_desired_speed_mps, 100.0),
+                      "Speed that its driver keeps on a free road, the input NAME.desired_speed until a "
+                      "signal or a stimulus drives it; default: the speed at the start."),
       Field::with_default("acceleration", acceleration, "1.5 m/s2", "Acceleration from rest."),
       Field::with_default("comfortable_deceleration", acceleration, "2.5 m/s2",
                           "Deceleration that its driver prefers."),
@@ -193,6 +197,10 @@ void Vehicles::declare_ports() {
                              .unit = "m/s2",
                              .about = "Deceleration that the device under test requests"});
     }
+    v.desired_speed_input = input({.name = v.name + ".desired_speed",
+                                   .unit = "m/s",
+                                   .about = "Speed that its driver keeps on a free road",
+                                   .initial = v.driver.desired_speed_mps});
     v.first_output = ports_.outputs.size();
     const glm::dvec2 at = v.center_m();
     ports_.outputs.push_back({.name = v.name + ".x", .unit = "m", .about = "Centre", .initial = at.x});
@@ -275,6 +283,8 @@ Ahead Vehicles::nearest_ahead(const Vehicle& vehicle, const StepContext& context
 }
 
 void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s) noexcept {
+  vehicle.driver.desired_speed_mps =
+      std::max(context.inputs[vehicle.desired_speed_input].value, min_desired_speed_mps);
   double acceleration = idm_acceleration(vehicle.driver, vehicle.speed_mps, nearest_ahead(vehicle, context),
                                          vehicle.max_deceleration_mps2);
   if (vehicle.brake_input) {

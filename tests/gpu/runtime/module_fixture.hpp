@@ -35,18 +35,21 @@ class ModuleFixture : public ::testing::Test {
     module->configure(*world_, events_, task);
     return module;
   }
-  /// The outputs of one step, whose heap traffic allocation_guard counts. A module with inputs needs one
-  /// value for each.
+  /// The outputs of one step, whose heap traffic allocation_guard counts. `inputs`: one value for each, or
+  /// none for those without a signal.
   std::vector<double> step(Module& module, std::uint64_t run, std::int64_t time_ns, std::int64_t period_ns,
                            std::span<const signals::SignalValue> inputs = {}) {
     std::vector<double> outputs(module.ports().outputs.size());
+    std::vector<signals::SignalValue> without_signals;
+    for (const Port& port : module.ports().inputs)
+      without_signals.push_back({.value = port.initial});
     StepContext context;
     context.run = run;
     context.period_ns = period_ns;
     context.time_ns = time_ns;
     context.deadline = rtstdb::ClockTime::max();
     context.version = database_->latest().version;
-    context.inputs = inputs;
+    context.inputs = inputs.empty() ? without_signals : inputs;
     context.outputs = outputs;
     context.events = &events_;
     allocation_guard::enter_tick();

@@ -53,6 +53,30 @@ constexpr const char* three_cars =
     " hasty: {position: [0 m, 50 m], speed: 5 m/s, desired_speed: 30 m/s},"
     " behind: {position: [-40 m, 0 m], speed: 20 m/s}}}";
 
+TEST_F(VehiclesModule, DriverKeepsTheDesiredSpeedOfTheInput) {
+  const auto module = make("{vehicles: {car: {position: [0 m, 0 m], speed: 10 m/s}}}");
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  const modules::Port& port = module->ports().inputs.at(0);
+  EXPECT_EQ(port.name, "car.desired_speed");
+  EXPECT_EQ(port.initial, 10.0);
+  std::array<signals::SignalValue, 1> inputs{};
+  std::uint64_t run = 0;
+  const auto speed_after = [&](double desired_mps, std::uint64_t steps) {
+    inputs[0].value = desired_mps;
+    double speed_mps = 0.0;
+    for (const std::uint64_t end = run + steps; run < end; ++run)
+      speed_mps =
+          step(*module, run, static_cast<std::int64_t>(run) * second_ns / 100, second_ns / 100, inputs)[2];
+    return speed_mps;
+  };
+  EXPECT_NEAR(speed_after(10.0, 100), 10.0, 1e-9);
+  EXPECT_NEAR(speed_after(15.0, 6000), 15.0, 0.05);
+  EXPECT_NEAR(speed_after(5.0, 6000), 5.0, 0.05);
+  const double stopped = speed_after(-1.0, 3000);
+  EXPECT_GE(stopped, 0.0);
+  EXPECT_LT(stopped, 0.2);
+}
+
 TEST_F(VehiclesModule, TravelIsIndependentOfSkippedReleases) {
   constexpr std::int64_t period_ns = second_ns / 100;
   const auto punctual = make(three_cars, "punctual");
