@@ -5,6 +5,7 @@
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/text_table.hpp"
+#include "runtime/expectations/kinds.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/session.hpp"
 
@@ -34,8 +35,9 @@ std::string contents(const Loaded& loaded) {
          counted(loaded.scenario->expectations.size(), "expectation", "expectations");
 }
 
-/// The readers of all signals, by index of the signal: "traffic.brake", and with the unit to which values are
-/// converted: "traffic.brake (in m/s2)".
+/// The readers of all signals, by index of the signal: "traffic.brake", with the unit to which values are
+/// converted: "traffic.brake (in m/s2)"; the names of stimuli and faults whose conditions read it, and the
+/// number of expectations.
 std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
   std::vector<std::string> readers(wiring.signals.size());
   const auto add = [&](signals::SignalId signal, const std::string& reader, const std::string& unit,
@@ -61,6 +63,23 @@ std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
       add(wired.links.outputs[i].signal, wired.section->full_name() + "." + channels[i].name,
           channels[i].unit, wired.links.outputs[i].conversion);
   }
+  const auto add_conditions = [&](const config::ActivationSection& activation, const std::string& reader) {
+    expectations::Plotted read;
+    for (const auto* condition : {&activation.when, &activation.active_while, &activation.until})
+      if (*condition) read.add(**condition, wiring.signals);
+    for (const signals::SignalId signal : read.signals)
+      add(signal, reader, "", {});
+  };
+  for (const config::StimulusSection& stimulus : wiring.scenario->stimuli)
+    add_conditions(stimulus.activation, "stimulus " + stimulus.name.text);
+  for (const config::FaultSection& fault : wiring.scenario->faults)
+    add_conditions(fault.activation, "fault " + fault.name.text);
+  std::vector<std::size_t> expectations(readers.size());
+  for (const config::Expectation& expectation : wiring.scenario->expectations)
+    for (const signals::SignalId signal : expectations::plotted(expectation, wiring.signals).signals)
+      ++expectations[signal.index];
+  for (std::uint32_t i = 0; i < readers.size(); ++i)
+    if (expectations[i] > 0) add({i}, counted(expectations[i], "expectation", "expectations"), "", {});
   return readers;
 }
 

@@ -61,10 +61,14 @@ TEST(CanDatabase, SignalsAreSentInTheUnitOfTheDatabase) {
       "tasks:\n  - module: traffic\n    type: vehicles\n    rate: 100 Hz\n"
       "    parameters: {vehicles: {ego: {position: [0 m, 0 m], speed: 10 m/s}}}\n"
       "can:\n  - bus: car\n    device: virtual\n    database: bus.dbc\n    rate: 100 Hz\n"
-      "    send: [{message: Status, signals: {Speed: traffic.ego.speed}}]\n");
+      "    send: [{message: Status, signals: {Speed: traffic.ego.speed}}]\n"
+      "faults: [{name: late, task: traffic, takes_longer: 1 us, when: traffic.ego.speed > 1 m/s}]\n"
+      "expectations: [{name: drives, always: traffic.ego.speed > 1 m/s}]\n");
   const Ended checked = run_hil({"check", folder / "bus.yaml", "--signals"});
   EXPECT_EQ(checked.code, 0) << checked.errors;
-  EXPECT_NE(checked.output.find("can.car.Status.Speed (in km/h)"), std::string::npos) << checked.output;
+  EXPECT_NE(checked.output.find("can.car.Status.Speed (in km/h), fault late, 1 expectation\n"),
+            std::string::npos)
+      << checked.output;
   const Ended ended = run_hil({"run", folder / "bus.yaml", "--out", folder / "out"});
   EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
   const auto frames = read_can_log(folder / "out/can-car.log");
