@@ -64,11 +64,11 @@ std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
           channels[i].unit, wired.links.outputs[i].conversion);
   }
   const auto add_conditions = [&](const config::ActivationSection& activation, const std::string& reader) {
-    expectations::Plotted read;
-    for (const auto* condition : {&activation.when, &activation.active_while, &activation.until})
-      if (*condition) read.add(**condition, wiring.signals);
-    for (const signals::SignalId signal : read.signals)
-      add(signal, reader, "", {});
+    for (const auto* condition : {&activation.when, &activation.active_while, &activation.until}) {
+      if (!*condition) continue;
+      for (const signals::SignalId signal : signals::signals_in(**condition, wiring.signals))
+        add(signal, reader, "", {});
+    }
   };
   for (const config::StimulusSection& stimulus : wiring.scenario->stimuli)
     add_conditions(stimulus.activation, "stimulus " + stimulus.name.text);
@@ -76,7 +76,7 @@ std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
     add_conditions(fault.activation, "fault " + fault.name.text);
   std::vector<std::size_t> expectations(readers.size());
   for (const config::Expectation& expectation : wiring.scenario->expectations)
-    for (const signals::SignalId signal : expectations::plotted(expectation, wiring.signals).signals)
+    for (const signals::SignalId signal : expectations::plot_content(expectation, wiring.signals).signals)
       ++expectations[signal.index];
   for (std::uint32_t i = 0; i < readers.size(); ++i)
     if (expectations[i] > 0) add({i}, counted(expectations[i], "expectation", "expectations"), "", {});

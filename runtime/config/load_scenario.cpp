@@ -11,13 +11,13 @@ namespace hil::config {
 namespace {
 
 /// Whether all parts but the expectations and plots, which no other part refers to, are free of mistakes.
-bool is_sound_without_claims(TreeNode tree, const Schema& schema) {
+bool is_sound_without_expectations_and_plots(TreeNode tree, const Schema& schema) {
   std::erase_if(tree.entries, [](const TreeEntry& entry) {
     return entry.key.scalar == "expectations" || entry.key.scalar == "plots";
   });
-  Diagnostics of_rest;
-  check_tree(tree, schema, of_rest);
-  return of_rest.empty();
+  Diagnostics mistakes;
+  check_tree(tree, schema, mistakes);
+  return mistakes.empty();
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;
   if (diagnostics.count() != mistakes_before)
-    sound = sound && is_sound_without_claims(std::move(*tree), schema);
+    sound = sound && is_sound_without_expectations_and_plots(std::move(*tree), schema);
 
   Scenario scenario;
   std::error_code error;

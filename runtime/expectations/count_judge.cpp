@@ -224,19 +224,17 @@ void check_claim(const Order& claim, const ClaimCheck& check) {
 std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context) {
   return std::make_unique<CountJudge>(claim, context);
 }
-Plotted plotted_of(const Count& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  plotted.add(claim.condition, table);
-  return plotted;
+PlotContent plot_content_of(const Count& claim, const signals::SignalTable& table) {
+  return plot_of(claim.condition, table);
 }
 std::unique_ptr<Judge> judge_of(const Order& claim, const JudgeContext& context) {
   return std::make_unique<OrderJudge>(claim, context);
 }
-Plotted plotted_of(const Order& claim, const signals::SignalTable& table) {
-  Plotted plotted;
+PlotContent plot_content_of(const Order& claim, const signals::SignalTable& table) {
+  PlotContent content;
   for (const config::Expression& condition : claim.conditions)
-    plotted.add(condition, table);
-  return plotted;
+    content.add(condition, table);
+  return content;
 }
 
 config::ExpectationKind count_kind() {

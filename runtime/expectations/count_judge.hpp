@@ -33,9 +33,9 @@ struct Order {
 void check_claim(const Count& claim, const ClaimCheck& check);
 void check_claim(const Order& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context);
-Plotted plotted_of(const Count& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Count& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Order& claim, const JudgeContext& context);
-Plotted plotted_of(const Order& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Order& claim, const signals::SignalTable& table);
 
 config::ExpectationKind count_kind();
 config::ExpectationKind order_kind();

@@ -194,11 +194,8 @@ std::vector<signals::SignalId> sampled_signals(const CycleTime& claim, const sig
 std::unique_ptr<Judge> judge_of(const CycleTime& claim, const JudgeContext& context) {
   return std::make_unique<CycleTimeJudge>(claim, context);
 }
-Plotted plotted_of(const CycleTime& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  const Received received = *find_received(claim.message.text, table);
-  plotted.add(received.fresh.value_or(received.signals.front()));
-  return plotted;
+PlotContent plot_content_of(const CycleTime& claim, const signals::SignalTable& table) {
+  return plot_of(find_received(claim.message.text, table)->state());
 }
 
 config::ExpectationKind cycle_time_kind() {

@@ -28,7 +28,7 @@ struct CycleTime {
 void check_claim(const CycleTime& claim, const ClaimCheck& check);
 std::vector<signals::SignalId> sampled_signals(const CycleTime& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const CycleTime& claim, const JudgeContext& context);
-Plotted plotted_of(const CycleTime& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const CycleTime& claim, const signals::SignalTable& table);
 
 config::ExpectationKind cycle_time_kind();
 

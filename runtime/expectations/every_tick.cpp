@@ -187,26 +187,20 @@ void check_claim(const Eventually& claim, const ClaimCheck& check) {
 std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context) {
   return std::make_unique<EveryTickJudge>(claim.condition, false, context);
 }
-Plotted plotted_of(const Never& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  plotted.add(claim.condition, table);
-  return plotted;
+PlotContent plot_content_of(const Never& claim, const signals::SignalTable& table) {
+  return plot_of(claim.condition, table);
 }
 std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context) {
   return std::make_unique<EveryTickJudge>(claim.condition, true, context);
 }
-Plotted plotted_of(const Always& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  plotted.add(claim.condition, table);
-  return plotted;
+PlotContent plot_content_of(const Always& claim, const signals::SignalTable& table) {
+  return plot_of(claim.condition, table);
 }
 std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context) {
   return std::make_unique<EventuallyJudge>(claim, context);
 }
-Plotted plotted_of(const Eventually& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  plotted.add(claim.condition, table);
-  return plotted;
+PlotContent plot_content_of(const Eventually& claim, const signals::SignalTable& table) {
+  return plot_of(claim.condition, table);
 }
 
 config::ExpectationKind never_kind() {

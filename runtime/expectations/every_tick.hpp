@@ -28,11 +28,11 @@ void check_claim(const Never& claim, const ClaimCheck& check);
 void check_claim(const Always& claim, const ClaimCheck& check);
 void check_claim(const Eventually& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context);
-Plotted plotted_of(const Never& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Never& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context);
-Plotted plotted_of(const Always& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Always& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context);
-Plotted plotted_of(const Eventually& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Eventually& claim, const signals::SignalTable& table);
 
 config::ExpectationKind never_kind();
 config::ExpectationKind always_kind();

@@ -95,11 +95,8 @@ void check_claim(const Fresh& claim, const ClaimCheck& check) {
 std::unique_ptr<Judge> judge_of(const Fresh& claim, const JudgeContext& context) {
   return std::make_unique<FreshJudge>(claim, context);
 }
-Plotted plotted_of(const Fresh& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  const Received received = *find_received(claim.name.text, table);
-  plotted.add(received.fresh.value_or(received.signals.front()));
-  return plotted;
+PlotContent plot_content_of(const Fresh& claim, const signals::SignalTable& table) {
+  return plot_of(find_received(claim.name.text, table)->state());
 }
 
 config::ExpectationKind fresh_kind() {

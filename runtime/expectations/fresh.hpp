@@ -14,7 +14,7 @@ struct Fresh {
 
 void check_claim(const Fresh& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Fresh& claim, const JudgeContext& context);
-Plotted plotted_of(const Fresh& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Fresh& claim, const signals::SignalTable& table);
 
 config::ExpectationKind fresh_kind();
 

@@ -162,10 +162,8 @@ std::unique_ptr<Judge> judge_of(const Instants& claim, const JudgeContext& conte
   return std::make_unique<InstantsJudge>(claim, context);
 }
 
-Plotted plotted_of(const Instants& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  plotted.add(*table.find(claim.signal.text));
-  return plotted;
+PlotContent plot_content_of(const Instants& claim, const signals::SignalTable& table) {
+  return plot_of(*table.find(claim.signal.text));
 }
 
 void check_claim(const NotChecked& /*claim*/, const ClaimCheck& /*check*/) {}
@@ -174,7 +172,7 @@ std::unique_ptr<Judge> judge_of(const NotChecked& claim, const JudgeContext& con
   return std::make_unique<NotCheckedJudge>(claim, context);
 }
 
-Plotted plotted_of(const NotChecked& /*claim*/, const signals::SignalTable& /*table*/) {
+PlotContent plot_content_of(const NotChecked& /*claim*/, const signals::SignalTable& /*table*/) {
   return {};
 }
 

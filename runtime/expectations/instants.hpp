@@ -17,7 +17,7 @@ struct Instants {
 
 void check_claim(const Instants& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Instants& claim, const JudgeContext& context);
-Plotted plotted_of(const Instants& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Instants& claim, const signals::SignalTable& table);
 
 /// A claim that no run can check.
 struct NotChecked {
@@ -26,7 +26,7 @@ struct NotChecked {
 
 void check_claim(const NotChecked& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const NotChecked& claim, const JudgeContext& context);
-Plotted plotted_of(const NotChecked& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const NotChecked& claim, const signals::SignalTable& table);
 
 /// Both, for config::load_scenario.
 config::TableClaims table_claims();

@@ -14,7 +14,7 @@
 #include "runtime/config/scenario.hpp"
 #include "runtime/expectations/arrivals.hpp"
 #include "runtime/expectations/coverage.hpp"
-#include "runtime/expectations/plotted.hpp"
+#include "runtime/expectations/plot_content.hpp"
 #include "runtime/expression/program.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/known_signals.hpp"
@@ -68,10 +68,10 @@ class Claim : public config::Claim {
   /// Signals of which every sample is judged, not only the newest of a tick.
   virtual std::vector<signals::SignalId> sampled(const signals::SignalTable& table) const = 0;
   virtual std::unique_ptr<Judge> make_judge(const JudgeContext& context) const = 0;
-  virtual Plotted plotted(const signals::SignalTable& table) const = 0;
+  virtual PlotContent plot_content(const signals::SignalTable& table) const = 0;
 };
 
-/// A claim by its data, with the functions of its kind: check_claim, judge_of, plotted_of, and
+/// A claim by its data, with the functions of its kind: check_claim, judge_of, plot_content_of, and
 /// sampled_signals where a kind judges every sample.
 template <class Data>
 class ClaimOf final : public Claim {
@@ -89,7 +89,9 @@ class ClaimOf final : public Claim {
   std::unique_ptr<Judge> make_judge(const JudgeContext& context) const override {
     return judge_of(data, context);
   }
-  Plotted plotted(const signals::SignalTable& table) const override { return plotted_of(data, table); }
+  PlotContent plot_content(const signals::SignalTable& table) const override {
+    return plot_content_of(data, table);
+  }
 
   const Data data;
 };

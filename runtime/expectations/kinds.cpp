@@ -40,12 +40,12 @@ std::vector<signals::SignalId> sampled_signals(const config::Expectation& expect
   return claim_in(expectation).sampled(table);
 }
 
-Plotted plotted(const config::Expectation& expectation, const signals::SignalTable& table) {
-  Plotted plotted = claim_in(expectation).plotted(table);
-  if (!expectation.window) return plotted;
-  if (expectation.window->after) plotted.add(*expectation.window->after, table);
-  if (expectation.window->until) plotted.add(*expectation.window->until, table);
-  return plotted;
+PlotContent plot_content(const config::Expectation& expectation, const signals::SignalTable& table) {
+  PlotContent content = claim_in(expectation).plot_content(table);
+  if (!expectation.window) return content;
+  if (expectation.window->after) content.add(*expectation.window->after, table);
+  if (expectation.window->until) content.add(*expectation.window->until, table);
+  return content;
 }
 
 std::unique_ptr<Judge> make_judge(const JudgeContext& context) {

@@ -18,7 +18,8 @@ void check_expectation(const config::Expectation& expectation, const ClaimCheck&
 /// Signals of which it judges every sample.
 std::vector<signals::SignalId> sampled_signals(const config::Expectation& expectation,
                                                const signals::SignalTable& table);
-Plotted plotted(const config::Expectation& expectation, const signals::SignalTable& table);
+/// What its plot in the report shows, with the signals of its window.
+PlotContent plot_content(const config::Expectation& expectation, const signals::SignalTable& table);
 /// Judges the ticks of its window.
 std::unique_ptr<Judge> make_judge(const JudgeContext& context);
 

@@ -52,11 +52,10 @@ void check_claim(const Reaction& claim, const ClaimCheck& check) {
 std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context) {
   return std::make_unique<ReactionJudge>(claim, context);
 }
-Plotted plotted_of(const Reaction& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  plotted.add(claim.when, table);
-  plotted.add(claim.then, table);
-  return plotted;
+PlotContent plot_content_of(const Reaction& claim, const signals::SignalTable& table) {
+  PlotContent content = plot_of(claim.when, table);
+  content.add(claim.then, table);
+  return content;
 }
 
 config::ExpectationKind reaction_kind() {

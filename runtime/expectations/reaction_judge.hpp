@@ -77,7 +77,7 @@ class ReactionJudge final : public Judge {
 
 void check_claim(const Reaction& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context);
-Plotted plotted_of(const Reaction& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Reaction& claim, const signals::SignalTable& table);
 
 config::ExpectationKind reaction_kind();
 

@@ -19,6 +19,8 @@ struct Received {
   std::optional<signals::SignalId> fresh{};  ///< of a message: its state
   std::int64_t timeout_ns = 0;               ///< 0: none
 
+  /// The signal that is 1 while it is fresh; of a signal that is no part of a message, the signal.
+  signals::SignalId state() const noexcept { return fresh.value_or(signals.front()); }
   bool is_fresh(const signals::SignalTable& table) const noexcept;
   /// Of the newest sample; far in the past before the first one.
   std::int64_t newest_ns(const signals::SignalTable& table) const noexcept;

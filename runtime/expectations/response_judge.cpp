@@ -74,11 +74,10 @@ std::vector<signals::SignalId> sampled_signals(const Response& claim, const sign
 std::unique_ptr<Judge> judge_of(const Response& claim, const JudgeContext& context) {
   return std::make_unique<ResponseJudge>(claim, context);
 }
-Plotted plotted_of(const Response& claim, const signals::SignalTable& table) {
-  Plotted plotted;
-  plotted.add(*table.find(claim.request.text));
-  plotted.add(*table.find(claim.reply.text));
-  return plotted;
+PlotContent plot_content_of(const Response& claim, const signals::SignalTable& table) {
+  PlotContent content = plot_of(*table.find(claim.request.text));
+  content.add(*table.find(claim.reply.text));
+  return content;
 }
 
 config::ExpectationKind response_kind() {

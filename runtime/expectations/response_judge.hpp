@@ -105,7 +105,7 @@ class ResponseJudge final : public Judge {
 void check_claim(const Response& claim, const ClaimCheck& check);
 std::vector<signals::SignalId> sampled_signals(const Response& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Response& claim, const JudgeContext& context);
-Plotted plotted_of(const Response& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Response& claim, const signals::SignalTable& table);
 
 config::ExpectationKind response_kind();
 

@@ -53,7 +53,7 @@ const char* key_of(Statistics::Figure figure);
 
 void check_claim(const Statistics& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context);
-Plotted plotted_of(const Statistics& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Statistics& claim, const signals::SignalTable& table);
 
 config::ExpectationKind statistics_kind();
 

@@ -225,13 +225,12 @@ std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& con
   return std::make_unique<StatisticsJudge>(claim, context);
 }
 /// Limits of a standard deviation are no values of the signal.
-Plotted plotted_of(const Statistics& claim, const signals::SignalTable& table) {
-  Plotted plotted;
+PlotContent plot_content_of(const Statistics& claim, const signals::SignalTable& table) {
   const signals::SignalId signal = *table.find(claim.signal.text);
-  plotted.add(signal);
+  PlotContent content = plot_of(signal);
   const auto add_limit = [&](const std::optional<config::Expression>& constant) {
     if (constant)
-      plotted.limits.push_back(
+      content.limits.push_back(
           {signal, constant_value(*constant, ConstantKind::value, table.info(signal).unit)});
   };
   for (std::size_t figure = 0; figure < claim.limits.size(); ++figure) {
@@ -239,7 +238,7 @@ Plotted plotted_of(const Statistics& claim, const signals::SignalTable& table) {
     add_limit(claim.limits[figure].min);
     add_limit(claim.limits[figure].max);
   }
-  return plotted;
+  return content;
 }
 
 }  // namespace hil::expectations

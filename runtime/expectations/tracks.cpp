@@ -206,13 +206,12 @@ void check_claim(const Tracks& claim, const ClaimCheck& check) {
 std::unique_ptr<Judge> judge_of(const Tracks& claim, const JudgeContext& context) {
   return std::make_unique<TracksJudge>(claim, context);
 }
-Plotted plotted_of(const Tracks& claim, const signals::SignalTable& table) {
-  Plotted plotted;
+PlotContent plot_content_of(const Tracks& claim, const signals::SignalTable& table) {
   const signals::SignalId signal = *table.find(claim.signal.text);
-  plotted.add(signal);
-  plotted.reference = {signal, *claim.reference,
+  PlotContent content = plot_of(signal);
+  content.reference = {signal, *claim.reference,
                        constant_value(claim.tolerance, ConstantKind::difference, table.info(signal).unit)};
-  return plotted;
+  return content;
 }
 
 config::ExpectationKind tracks_kind() {

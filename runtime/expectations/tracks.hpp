@@ -30,7 +30,7 @@ struct Tracks {
 
 void check_claim(const Tracks& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Tracks& claim, const JudgeContext& context);
-Plotted plotted_of(const Tracks& claim, const signals::SignalTable& table);
+PlotContent plot_content_of(const Tracks& claim, const signals::SignalTable& table);
 
 config::ExpectationKind tracks_kind();
 

@@ -62,7 +62,8 @@ Activation::Change Activation::update(const signals::SignalTable& table, std::in
     if (has_ended(until, condition, time_ns)) {
       is_active_ = false;
       ended_active_ns_ += time_ns - began_ns_;
-      if (begins_ == spans_.size()) spans_.back().end_ns = time_ns;
+      const bool has_span = begins_ == spans_.size();
+      if (has_span) spans_.back().end_ns = time_ns;
       change = Change::ends;
     }
   } else if (begins_ < section_.times && is_due(condition, time_ns) && draw()) {

@@ -34,7 +34,7 @@ class Activation {
 
   std::uint64_t begins() const noexcept { return begins_; }
   std::optional<std::int64_t> first_begin_ns() const noexcept { return first_begin_ns_; }
-  /// In which it was active: the first 100.
+  /// The first max_spans times that it was active.
   static constexpr std::size_t max_spans = 100;
   struct Span {
     std::int64_t begin_ns = 0;

@@ -63,7 +63,7 @@ void Faults::declare_signal(const config::Scenario& scenario, Fault& fault, sign
   auto faulty = std::ranges::find(faulty_, signal, [](const auto& one) { return one->signal; });
   if (faulty == faulty_.end()) {
     signals::SignalInfo info = known.table().info(signal);
-    info.name += ".faulted";
+    info.name += signals::faulted_suffix;
     info.writer = "faults";
     if (known.table().find(info.name)) {
       return diagnostics.add(section.subject.place,

@@ -6,7 +6,7 @@
 namespace hil::plots {
 namespace {
 
-/// Not known is like not known.
+/// Equal, or both NaN.
 bool same(double a, double b) {
   return a == b || (std::isnan(a) && std::isnan(b));
 }

@@ -17,8 +17,8 @@ class SeriesBuckets {
   /// `capacity` is even and at least 2.
   explicit SeriesBuckets(std::size_t capacity) : buckets_(capacity) {}
 
-  /// The value at the end of a tick, by its number from the begin of the series; NaN: not known. Numbers
-  /// rise; values of a number that is missing are not known.
+  /// The value at the end of a tick, by its number from the start of the series; NaN: not known. Numbers
+  /// are strictly increasing; values of a number that is missing are not known.
   void add(std::uint64_t tick, double value) noexcept;
 
   std::uint64_t ticks_per_bucket() const noexcept { return std::uint64_t{1} << doublings_; }

@@ -12,7 +12,7 @@
 #include "runtime/report/html/plot.hpp"
 #include "runtime/report/html/point_picture.hpp"
 #include "runtime/report/html/report_html.hpp"
-#include "runtime/report/html/signal_chart.hpp"
+#include "runtime/report/html/signal_plot.hpp"
 #include "runtime/report/html/top_view.hpp"
 #include "runtime/report/html/world_window.hpp"
 #include "runtime/report/junit_xml.hpp"
@@ -83,7 +83,7 @@ void write_pictures(const RunRecord& record, const fs::path& directory) {
   int signal_plots = 0;
   for (const SignalPlot& plot : record.signal_plots.plots) {
     Markup svg;
-    draw_signal_chart(svg, record, plot, PictureUse::standalone_file);
+    draw_signal_plot(svg, record, plot, PictureUse::standalone_file);
     write_text(directory / picture_file("signals", ++signal_plots), svg.take());
   }
   std::map<std::string, int> written;  // by the section's name, so that sections of one name do not collide

@@ -234,7 +234,7 @@ struct Process {
   std::optional<std::int64_t> ended_early_at_ns;  ///< set only when it ended before the run
 };
 
-/// From a begin to the end after it, or to the end of the run.
+/// One time that a stimulus or a fault was active; the end of the run ends the last one.
 struct ActiveSpan {
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
@@ -249,7 +249,7 @@ struct Injection {
   std::uint64_t begins = 0;
   std::optional<std::int64_t> first_begin_ns;
   std::int64_t active_ns = 0;       ///< in all
-  std::vector<ActiveSpan> spans{};  ///< the first ones in which it was active
+  std::vector<ActiveSpan> spans{};  ///< the first times that it was active
   /// Of a message or device: the frames or requests that came while it was active.
   std::optional<std::uint64_t> frames{};
 };

@@ -7,6 +7,7 @@
 //
 // Threads: plain data.
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -42,10 +43,11 @@ struct SignalSeries {
   std::vector<NamedValue> named_values;        ///< of a bus
   std::int64_t begin_ns = 0;
   std::int64_t bucket_ns = 0;
-  std::vector<SignalPoint> points;  ///< buckets rise; the last one is that of the last tick
+  std::vector<SignalPoint>
+      points;  ///< buckets are strictly increasing; the last one is that of the last tick
 };
 
-/// A constant that a condition compares a signal with, in the unit of the signal.
+/// A constant of a comparison of a signal by < <= > >=, or a limit of its statistics, in the signal's unit.
 struct SignalLimit {
   std::uint32_t series = 0;  ///< index in SignalPlots::series
   double value = contribution::not_known;
@@ -60,6 +62,9 @@ struct SignalPlot {
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
 };
+
+/// The most series in the plots of expectations, references not counted.
+inline constexpr std::size_t max_expectation_series = 64;
 
 struct SignalPlots {
   std::vector<SignalSeries> series;

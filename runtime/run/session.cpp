@@ -15,7 +15,7 @@
 #include "runtime/config/units.hpp"
 #include "runtime/executive/executive.hpp"
 #include "runtime/expectations/judges.hpp"
-#include "runtime/plots/signal_plots.hpp"
+#include "runtime/plots/plot_collector.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
@@ -136,7 +136,7 @@ class LiveSession final : public executive::TickHooks {
   std::vector<ProcessExit> exits_;
   std::optional<FaultSwitches> fault_switches_;
   std::optional<expectations::Judges> judges_;
-  std::optional<plots::SignalPlots> plots_;
+  std::optional<plots::PlotCollector> plots_;
   std::unique_ptr<SignalLog> signal_log_;
   std::vector<std::string> write_faults_;  ///< why files of the run lack something, one sentence each
   std::uint64_t last_live_ticks_ = 0;

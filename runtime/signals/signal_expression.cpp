@@ -1,5 +1,6 @@
 #include "runtime/signals/signal_expression.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace hil::signals {
@@ -35,6 +36,16 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
 double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns) noexcept {
   sample(table, signals_, values_);
   return program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
+}
+
+std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table) {
+  std::vector<SignalId> signals;
+  for (const config::Expression::Node& node : expression.nodes()) {
+    if (node.operation != config::Expression::Operation::name) continue;
+    const auto signal = table.find(node.word.text);
+    if (signal && std::ranges::find(signals, *signal) == signals.end()) signals.push_back(*signal);
+  }
+  return signals;
 }
 
 }  // namespace hil::signals

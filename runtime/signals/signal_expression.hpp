@@ -15,6 +15,9 @@
 
 namespace hil::signals {
 
+/// The signals that the expression names, each once.
+std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table);
+
 class SignalExpression {
  public:
   /// Empty with mistakes, all of them; without one where the mistake of a name is reported elsewhere. Adds

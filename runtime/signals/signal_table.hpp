@@ -18,6 +18,9 @@
 
 namespace hil::signals {
 
+/// NAME.faulted is the signal of what the readers of the signal NAME get while a fault acts on it.
+inline constexpr std::string_view faulted_suffix = ".faulted";
+
 struct SignalId {
   std::uint32_t index = std::numeric_limits<std::uint32_t>::max();
   bool valid() const noexcept { return index != std::numeric_limits<std::uint32_t>::max(); }

@@ -3,7 +3,7 @@
 //   hil-aeb-controller --bus unix:/path|socketcan:vcan0 --database crossing.dbc [--name NAME]
 //                      [--no-plausibility-check]
 //
-// Without the plausibility check it believes a frozen object list (plausibility_check.hpp).
+// Without the plausibility check it takes a frozen object list for a valid one (plausibility_check.hpp).
 //
 // Exit codes: 0 after a signal, or when the virtual bus was closed; 2 for bad arguments or a bad database;
 // 4 when the bus can not be opened.

@@ -8,10 +8,10 @@ namespace hil::crossing::aeb {
 
 bool PlausibilityCheck::is_frozen(std::int64_t time_ns, bool is_at_rest,
                                   std::span<const ObjectReport> objects) {
-  now_.clear();
-  std::ranges::copy_if(objects, std::back_inserter(now_), &ObjectReport::valid);
-  const bool has_changed = now_.empty() || now_ != last_;
-  std::swap(now_, last_);
+  current_.clear();
+  std::ranges::copy_if(objects, std::back_inserter(current_), &ObjectReport::valid);
+  const bool has_changed = current_.empty() || current_ != previous_;
+  std::swap(current_, previous_);
   if (has_changed || (is_at_rest && !is_frozen_)) {
     unchanged_since_ns_ = time_ns;
     is_frozen_ = false;

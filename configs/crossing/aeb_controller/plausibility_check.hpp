@@ -22,15 +22,16 @@ class PlausibilityCheck {
   explicit PlausibilityCheck(std::int64_t frozen_after_ns) : frozen_after_ns_(frozen_after_ns) {}
 
   /// Takes a list, and returns whether it is frozen. While the ego is at rest a list does not become frozen,
-  /// since the ego endangers nobody; a frozen list remains so until it changes. Times ascend.
+  /// since the ego is no danger; a frozen list remains so until it changes. Times are strictly
+  /// increasing.
   bool is_frozen(std::int64_t time_ns, bool is_at_rest, std::span<const ObjectReport> objects);
 
  private:
   std::int64_t frozen_after_ns_;
   std::int64_t unchanged_since_ns_ = 0;
   bool is_frozen_ = false;
-  std::vector<ObjectReport> last_;  ///< the valid objects of the list before
-  std::vector<ObjectReport> now_;
+  std::vector<ObjectReport> previous_;  ///< the valid objects of the list before
+  std::vector<ObjectReport> current_;
 };
 
 }  // namespace hil::crossing::aeb

@@ -37,6 +37,10 @@ double linear_step(double length, int max_count) {
   return rounded_up(length / std::max(max_count - 1, 1));
 }
 
+int decimals_of_step(double step) {
+  return std::max(0, static_cast<int>(-std::floor(std::log10(step) + slightly)));
+}
+
 std::vector<double> linear_ticks(Interval range, int max_count) {
   const double length = range.high - range.low;
   if (!(length > 0.0) || !std::isfinite(length)) return {};

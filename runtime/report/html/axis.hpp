@@ -17,6 +17,9 @@ std::vector<double> linear_ticks(Interval range, int max_count);
 /// The distance between two such ticks.
 double linear_step(double length, int max_count);
 
+/// The decimals with which multiples of the step differ.
+int decimals_of_step(double step);
+
 /// Powers of ten inside `range`; with 2 and 5 between them when the range spans three decades or less.
 /// `range.low` > 0.
 std::vector<double> logarithmic_ticks(Interval range);

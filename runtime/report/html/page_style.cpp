@@ -54,15 +54,15 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .ghost{fill:none;stroke:var(--soft);stroke-dasharray:3 3}
 .arrow{fill:var(--ink)}
 .on-phone{display:none}
-.window path,.window rect{vector-effect:non-scaling-stroke}
+.viewport path,.viewport rect{vector-effect:non-scaling-stroke}
 .faulted{stroke-dasharray:5 3}
 .reference{stroke-dasharray:2 3}
 .band{stroke:none;fill:var(--accent);fill-opacity:.14}
 .limit{fill:none;stroke:var(--bad);stroke-width:1.2;stroke-dasharray:7 4}
 .limit-text{fill:var(--bad)!important}
-.moment-failure{fill:none;stroke:var(--bad);stroke-width:2}
-.moment-worst{fill:none;stroke:var(--ink);stroke-width:1.2;stroke-dasharray:2 3}
-.moment-met{fill:none;stroke:var(--good);stroke-width:2}
+.marker-failure{fill:none;stroke:var(--bad);stroke-width:2}
+.marker-least-margin{fill:none;stroke:var(--ink);stroke-width:1.2;stroke-dasharray:2 3}
+.marker-met{fill:none;stroke:var(--good);stroke-width:2}
 .active-fault{fill:var(--bad);fill-opacity:.3;stroke:var(--bad)}
 .active-stimulus{fill:var(--accent);fill-opacity:.25;stroke:var(--accent)}
 .event{fill:none;stroke:var(--soft);stroke-width:1.2}
@@ -111,8 +111,8 @@ th.n{white-space:normal}
 .group{text-align:center;border-bottom:1px solid var(--line)}
 .name{min-width:9em}
 .nowrap{white-space:nowrap}
-main svg:where(:not(.chart,.window)){display:block;width:100%;height:auto}
-.chart{display:block;width:calc(100% - 122px);margin:8px 66px 0 56px;overflow:visible;touch-action:pan-y;
+main svg:where(:not(.signal-plot,.viewport)){display:block;width:100%;height:auto}
+.signal-plot{display:block;width:calc(100% - 122px);margin:8px 66px 0 56px;overflow:visible;touch-action:pan-y;
 cursor:crosshair;user-select:none}
 .tools{display:flex;gap:6px;justify-content:flex-end;align-items:baseline;margin:4px 0 0}
 .tools button{font:13px system-ui,sans-serif;color:var(--ink);background:var(--card);border:1px solid var(--line);

@@ -1,6 +1,6 @@
-#include "runtime/report/html/chart_script.hpp"
+#include "runtime/report/html/plot_script.hpp"
 #include "runtime/report/html/sections.hpp"
-#include "runtime/report/html/signal_chart.hpp"
+#include "runtime/report/html/signal_plot.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::report {
@@ -28,11 +28,11 @@ void plot_card(Markup& out, const RunRecord& record, const SignalPlot& plot) {
       if (index < record.expectations.size()) expectation_line(out, record.expectations[index]);
     out.close();
   }
-  draw_signal_chart(out, record, plot, PictureUse::inline_in_page);
+  draw_signal_plot(out, record, plot, PictureUse::inline_in_page);
   out.close();
 }
 
-void key(Markup& out, const char* css_class, const char* meaning) {
+void legend_entry(Markup& out, const char* css_class, const char* meaning) {
   out.open("span").open("svg", {{"viewBox", "0 0 12 12"}, {"aria-hidden", "true"}});
   out.leaf("path", {{"class", css_class}, {"d", "M0 6h12"}}).close();
   out.text(meaning).close();
@@ -45,12 +45,14 @@ void signals_section(Markup& out, const RunRecord& record) {
   if (plots.plots.empty() && plots.not_plotted.empty()) return;
   out.element("h2", "Signals");
   out.open("div", {{"class", "legend"}});
-  key(out, "moment-failure", "first failure");
-  key(out, "moment-worst", "least margin");
-  key(out, "moment-met", "met");
-  key(out, "limit", "limit of a condition");
+  legend_entry(out, "marker-failure", "first failure");
+  legend_entry(out, "marker-least-margin", "least margin");
+  legend_entry(out, "marker-met", "met");
+  legend_entry(out, "limit", "limit of a condition");
+  legend_entry(out, "series c0 faulted", "with a fault");
+  legend_entry(out, "series c0 reference", "reference");
   out.open("span", {{"class", "with-script"}})
-      .text("Drag over a chart to zoom; double-click to reset.")
+      .text("Drag over a plot to zoom; double-click to reset.")
       .close();
   out.close();
   for (const SignalPlot& plot : plots.plots)
@@ -60,10 +62,10 @@ void signals_section(Markup& out, const RunRecord& record) {
     for (const std::string& name : plots.not_plotted)
       names += (names.empty() ? "" : "; ") + name;
     out.element("p", {{"class", "small soft"}},
-                "Expectations whose signals are not drawn, since a report shows 64 series at most: " + names +
-                    ". List their signals under plots to see them.");
+                "Without a plot, since those of expectations show " + std::to_string(max_expectation_series) +
+                    " series at most: " + names + ". List their signals under plots to see them.");
   }
-  out.open("script").raw(chart_script()).close();
+  out.open("script").raw(plot_script()).close();
 }
 
 }  // namespace hil::report

@@ -14,7 +14,6 @@ constexpr std::size_t panel_colours = 8;
 constexpr double largest_drawn = 1e100;
 /// A limit farther from the values than so many times their range is not drawn.
 constexpr double far_limit = 10.0;
-constexpr std::string_view faulted_suffix = ".faulted";
 
 bool is_drawn(double value) {
   return std::abs(value) <= largest_drawn;
@@ -39,49 +38,43 @@ bool has_whole_numbers(const SignalSeries& series) {
   });
 }
 
-bool has_steps(const SignalSeries& series) {
+bool has_discrete_values(const SignalSeries& series) {
   return !series.named_values.empty() || (series.unit.empty() && has_whole_numbers(series));
 }
 
-std::string base_name(const SignalSeries& series) {
-  std::string name = series.name;
-  if (series.kind == SeriesKind::faulted && name.ends_with(faulted_suffix))
-    name.resize(name.size() - faulted_suffix.size());
-  return name;
+/// The entry of the signal that a faulted series or a reference belongs to.
+const PanelSeries* entry_of_signal(const SignalSeries& series, const Panel& panel) {
+  const auto found = std::ranges::find_if(panel.series, [&](const PanelSeries& entry) {
+    const bool has_name = series.kind == SeriesKind::reference
+                              ? series.name == entry.series->name
+                              : series.name.starts_with(entry.series->name + '.');
+    return entry.series->kind == SeriesKind::signal && has_name;
+  });
+  return found == panel.series.end() ? nullptr : &*found;
 }
 
-/// The panel and place of the signal that the series belongs to.
-PanelSeries* signal_of(const SignalSeries& series, std::vector<Panel>& panels, Panel*& panel) {
-  for (Panel& candidate : panels) {
-    for (PanelSeries& other : candidate.series) {
-      if (other.series->kind != SeriesKind::signal || other.series->name != base_name(series)) continue;
-      panel = &candidate;
-      return &other;
-    }
-  }
-  return nullptr;
-}
-
-void place(const SignalSeries& series, std::vector<Panel>& panels, std::size_t& next_colour) {
-  Panel* panel = nullptr;
+void place(const SignalSeries& series, std::vector<Panel>& panels) {
   if (series.kind != SeriesKind::signal) {
-    if (const PanelSeries* signal = signal_of(series, panels, panel)) {
-      panel->series.push_back({&series, signal->colour});
+    for (Panel& panel : panels) {
+      const PanelSeries* const signal = entry_of_signal(series, panel);
+      if (signal == nullptr) continue;
+      panel.series.push_back({&series, signal->colour});
       return;
     }
   }
-  const bool steps = has_steps(series);
-  if (!steps && !series.unit.empty()) {
+  const bool is_discrete = has_discrete_values(series);
+  Panel* panel = nullptr;
+  if (!is_discrete && !series.unit.empty()) {
     const auto same_unit = std::ranges::find_if(panels, [&](const Panel& other) {
-      return !other.has_steps && other.series.front().series->unit == series.unit;
+      return !other.is_discrete && other.series.front().series->unit == series.unit;
     });
     if (same_unit != panels.end()) panel = &*same_unit;
   }
   if (panel == nullptr) {
     panel = &panels.emplace_back();
-    panel->has_steps = steps;
+    panel->is_discrete = is_discrete;
   }
-  panel->series.push_back({&series, next_colour++ % panel_colours});
+  panel->series.push_back({&series, panel->series.size() % panel_colours});
 }
 
 Interval with_margin(Interval range, double share) {
@@ -93,10 +86,9 @@ Interval with_margin(Interval range, double share) {
 std::vector<PanelTick> number_ticks(Interval range, int max_count) {
   const double step = linear_step(range.high - range.low, max_count);
   const bool is_plain = step >= 1e-4 && std::max(std::abs(range.low), std::abs(range.high)) < 1e6;
-  const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
   std::vector<PanelTick> ticks;
   for (const double value : linear_ticks(range, max_count))
-    ticks.push_back({value, is_plain ? decimal(value, decimals) : quantity_text(value, "")});
+    ticks.push_back({value, is_plain ? decimal(value, decimals_of_step(step)) : quantity_text(value, "")});
   return ticks;
 }
 
@@ -112,7 +104,7 @@ void add_scale(Panel& panel) {
   panel.is_known = values.has_value();
   Interval range = values.value_or(Interval{0.0, 1.0});
   const std::vector<NamedValue>& names = panel.series.front().series->named_values;
-  const bool is_truth = panel.has_steps && names.empty() && range.low >= 0.0 && range.high <= 1.0;
+  const bool is_truth = panel.is_discrete && names.empty() && range.low >= 0.0 && range.high <= 1.0;
   if (is_truth) {
     panel.range = {-0.15, 1.15};
     panel.height_px = 26.0;
@@ -132,20 +124,19 @@ void add_scale(Panel& panel) {
       panel.ticks.push_back({named.value, named.name});
   }
   if (panel.ticks.empty() || panel.ticks.size() > max_named) panel.ticks = number_ticks(panel.range, 4);
-  panel.height_px = !names.empty()    ? std::max(44.0, 20.0 * static_cast<double>(panel.ticks.size()))
-                    : panel.has_steps ? 80.0
-                                      : 130.0;
+  panel.height_px = !names.empty()      ? std::max(44.0, 20.0 * static_cast<double>(panel.ticks.size()))
+                    : panel.is_discrete ? 80.0
+                                        : 130.0;
 }
 
 }  // namespace
 
 std::vector<Panel> panels_of(const SignalPlots& all, const SignalPlot& plot) {
   std::vector<Panel> panels;
-  std::size_t next_colour = 0;
   for (const bool is_signal : {true, false}) {
     for (const std::uint32_t index : plot.series) {
       if (index < all.series.size() && (all.series[index].kind == SeriesKind::signal) == is_signal)
-        place(all.series[index], panels, next_colour);
+        place(all.series[index], panels);
     }
   }
   for (const SignalLimit& limit : plot.limits) {

@@ -23,8 +23,8 @@ struct PanelSeries {
 
 struct Panel {
   std::vector<PanelSeries> series;
-  bool has_steps = false;  ///< the values have none between them: truths, numbers without a fraction
-  bool is_known = false;   ///< any value is
+  bool is_discrete = false;  ///< truths, whole numbers without a unit, named values: drawn as steps
+  bool is_known = false;     ///< at least one value is known
   std::vector<double> limits;
   Interval range;  ///< of the vertical axis; limits may be outside
   std::vector<PanelTick> ticks;

@@ -12,11 +12,11 @@ bool is_known(const SignalPoint& point) {
   return std::isfinite(point.min) && std::isfinite(point.max);
 }
 
-long left_of(const SignalSeries& series, std::uint64_t bucket, const WindowScale& scale) {
+long left_of(const SignalSeries& series, std::uint64_t bucket, const ViewportScale& scale) {
   const double time_ns = static_cast<double>(series.begin_ns - scale.begin_ns) +
                          static_cast<double>(bucket) * static_cast<double>(series.bucket_ns);
   constexpr double farthest = 1e9;
-  return std::lround(std::clamp(time_ns / static_cast<double>(scale.unit_ns), -farthest, farthest));
+  return std::lround(std::clamp(time_ns / static_cast<double>(scale.column_ns), -farthest, farthest));
 }
 
 /// A line of relative steps.
@@ -54,16 +54,16 @@ class PathWriter {
 
 }  // namespace
 
-double x_at(const WindowScale& scale, std::int64_t time_ns) {
-  return static_cast<double>(time_ns - scale.begin_ns) / static_cast<double>(scale.unit_ns);
+double x_at(const ViewportScale& scale, std::int64_t time_ns) {
+  return static_cast<double>(time_ns - scale.begin_ns) / static_cast<double>(scale.column_ns);
 }
 
-long y_at(const WindowScale& scale, double value) {
+long y_at(const ViewportScale& scale, double value) {
   const double share = (scale.range.high - value) / (scale.range.high - scale.range.low);
-  return std::lround(std::clamp(share, 0.0, 1.0) * window_height);
+  return std::lround(std::clamp(share, 0.0, 1.0) * viewport_height);
 }
 
-std::string signal_path(const SignalSeries& series, const WindowScale& scale, bool has_steps) {
+std::string signal_path(const SignalSeries& series, const ViewportScale& scale, bool is_discrete) {
   PathWriter path;
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const SignalPoint& point = series.points[i];
@@ -73,7 +73,7 @@ std::string signal_path(const SignalSeries& series, const WindowScale& scale, bo
       path.close();
       continue;
     }
-    // The range ends where the next point is nearer.
+    // The range ends at the extreme that is nearer to the next point.
     const bool has_next = i + 1 < series.points.size() && is_known(series.points[i + 1]);
     const SignalPoint& next = has_next ? series.points[i + 1] : point;
     const bool ends_high = next.min + next.max >= point.min + point.max;
@@ -81,7 +81,7 @@ std::string signal_path(const SignalSeries& series, const WindowScale& scale, bo
     if (!path.is_open()) {
       path.move(x, first);
     } else {
-      path.hold(has_steps ? x : left_of(series, point.bucket - 1, scale));
+      path.hold(is_discrete ? x : left_of(series, point.bucket - 1, scale));
       path.line(x, first);
     }
     path.range(y_at(scale, ends_high ? point.max : point.min));
@@ -90,7 +90,7 @@ std::string signal_path(const SignalSeries& series, const WindowScale& scale, bo
   return path.take();
 }
 
-std::string tolerance_path(const SignalSeries& reference, const WindowScale& scale) {
+std::string tolerance_path(const SignalSeries& reference, const ViewportScale& scale) {
   if (!std::isfinite(reference.tolerance)) return {};
   struct Column {
     long x = 0, upper = 0, lower = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// The line of a series in the window of a panel (signal_chart.hpp).
+// The line of a series in the viewport of a panel (signal_plot.hpp).
 
 #include <cstdint>
 #include <string>
@@ -9,23 +9,23 @@
 
 namespace hil::report {
 
-/// The coordinates of a window: x in units of time from the begin of the plot, y down from the upper end of
-/// the panel's range to window_height.
-struct WindowScale {
+/// The coordinates of a viewport: x in columns from the start of the plot, y down from the upper end of the
+/// panel's range to viewport_height.
+struct ViewportScale {
   std::int64_t begin_ns = 0;
-  std::int64_t unit_ns = 1;
+  std::int64_t column_ns = 1;
   Interval range;
 };
-inline constexpr double window_height = 10000.0;
+inline constexpr double viewport_height = 10000.0;
 
-/// In units, not rounded.
-double x_at(const WindowScale& scale, std::int64_t time_ns);
+/// In columns, not rounded.
+double x_at(const ViewportScale& scale, std::int64_t time_ns);
 /// Values outside the range are at its ends.
-long y_at(const WindowScale& scale, double value);
+long y_at(const ViewportScale& scale, double value);
 
 /// Interrupted where the value is not known. Empty: it never is.
-std::string signal_path(const SignalSeries& series, const WindowScale& scale, bool has_steps);
+std::string signal_path(const SignalSeries& series, const ViewportScale& scale, bool is_discrete);
 /// The area within the tolerance of a reference.
-std::string tolerance_path(const SignalSeries& reference, const WindowScale& scale);
+std::string tolerance_path(const SignalSeries& reference, const ViewportScale& scale);
 
 }  // namespace hil::report

@@ -2,8 +2,8 @@
 // into #result: sentences on what is wrong, and the values that the test compares.
 'use strict';
 
-function boxesOfTexts(chart) {
-  return Array.from(chart.querySelectorAll('text'))
+function boxesOfTexts(plot) {
+  return Array.from(plot.querySelectorAll('text'))
       .filter(text => text.textContent !== '' && text.getBoundingClientRect().width > 0)
       .map(text => ({text: text.textContent, box: text.getBoundingClientRect()}));
 }
@@ -14,10 +14,10 @@ function overlap(a, b) {
       b.top + slack < a.bottom;
 }
 
-function faultsOfTexts(chart, where) {
+function faultsOfTexts(plot, where) {
   const faults = [];
-  const texts = boxesOfTexts(chart);
-  const card = chart.closest('.card').getBoundingClientRect();
+  const texts = boxesOfTexts(plot);
+  const card = plot.closest('.card').getBoundingClientRect();
   texts.forEach(({text, box}, i) => {
     if (box.left < card.left || box.right > card.right) faults.push(`${where}: "${text}" leaves its card`);
     for (const other of texts.slice(i + 1)) {
@@ -29,9 +29,9 @@ function faultsOfTexts(chart, where) {
   return faults;
 }
 
-function faultsOfLines(chart, where) {
+function faultsOfLines(plot, where) {
   const faults = [];
-  const lines = Array.from(chart.querySelectorAll('.window path[data-names]'));
+  const lines = Array.from(plot.querySelectorAll('.viewport path[data-names]'));
   if (lines.length === 0) faults.push(`${where}: no line of a signal`);
   for (const line of lines) {
     const width = line.getBoundingClientRect().width;
@@ -41,42 +41,42 @@ function faultsOfLines(chart, where) {
   return faults;
 }
 
-function pointer(type, chart, share) {
-  const box = chart.getBoundingClientRect();
-  chart.dispatchEvent(new PointerEvent(type, {
+function pointer(type, plot, share) {
+  const box = plot.getBoundingClientRect();
+  plot.dispatchEvent(new PointerEvent(type, {
     clientX: box.left + share * box.width, clientY: box.top + box.height / 2, pointerId: 1, bubbles: true
   }));
 }
 
-function viewOf(chart) {
-  return Array.from(chart.querySelectorAll('.window')).map(part => part.getAttribute('viewBox'));
+function viewOf(plot) {
+  return Array.from(plot.querySelectorAll('.viewport')).map(part => part.getAttribute('viewBox'));
 }
 
-function labelsOf(chart) {
-  return Array.from(chart.querySelectorAll('.time-axis text')).map(text => text.textContent);
+function labelsOf(plot) {
+  return Array.from(plot.querySelectorAll('.time-axis text')).map(text => text.textContent);
 }
 
-function probeChart(chart, where) {
-  const found = {faults: faultsOfTexts(chart, where).concat(faultsOfLines(chart, where))};
-  const press = name => chart.closest('.card').querySelector(`button[aria-label="${name}"]`).click();
-  const whole = viewOf(chart);
-  found.labels = labelsOf(chart);
-  pointer('pointermove', chart, 0.5);
-  found.values = Array.from(chart.querySelectorAll('.value')).map(value => value.textContent);
-  found.clock = chart.closest('.card').querySelector('.clock').textContent;
-  found.faults.push(...faultsOfTexts(chart, `${where} with values`));
+function probePlot(plot, where) {
+  const found = {faults: faultsOfTexts(plot, where).concat(faultsOfLines(plot, where))};
+  const press = name => plot.closest('.card').querySelector(`button[aria-label="${name}"]`).click();
+  const whole = viewOf(plot);
+  found.labels = labelsOf(plot);
+  pointer('pointermove', plot, 0.5);
+  found.values = Array.from(plot.querySelectorAll('.value')).map(value => value.textContent);
+  found.clock = plot.closest('.card').querySelector('.clock').textContent;
+  found.faults.push(...faultsOfTexts(plot, `${where} with values`));
   press('zoom in');
   press('zoom in');
-  if (viewOf(chart).some((view, i) => view === whole[i])) found.faults.push(`${where}: zoom changes nothing`);
-  found.zoomed_labels = labelsOf(chart);
-  found.faults.push(...faultsOfTexts(chart, `${where} zoomed`));
+  if (viewOf(plot).some((view, i) => view === whole[i])) found.faults.push(`${where}: zoom changes nothing`);
+  found.zoomed_labels = labelsOf(plot);
+  found.faults.push(...faultsOfTexts(plot, `${where} zoomed`));
   press('show the whole plot');
-  pointer('pointerdown', chart, 0.25);
-  pointer('pointermove', chart, 0.75);
-  pointer('pointerup', chart, 0.75);
-  found.dragged_labels = labelsOf(chart);
+  pointer('pointerdown', plot, 0.25);
+  pointer('pointermove', plot, 0.75);
+  pointer('pointerup', plot, 0.75);
+  found.dragged_labels = labelsOf(plot);
   press('show the whole plot');
-  if (viewOf(chart).join() !== whole.join()) found.faults.push(`${where}: the whole plot does not come back`);
+  if (viewOf(plot).join() !== whole.join()) found.faults.push(`${where}: the whole plot does not come back`);
   return found;
 }
 
@@ -98,7 +98,7 @@ async function shareOfInk(source) {
 }
 
 async function probe(widths, pictures) {
-  const result = {faults: [], charts: {}, ink: {}};
+  const result = {faults: [], plots: {}, ink: {}};
   const frame = document.querySelector('iframe');
   for (const width of widths) {
     frame.style.width = `${width}px`;
@@ -107,9 +107,9 @@ async function probe(widths, pictures) {
     const page = frame.contentDocument;
     if (page.documentElement.scrollWidth > width)
       result.faults.push(`${width} px: the page is ${page.documentElement.scrollWidth} px wide`);
-    const charts = Array.from(page.querySelectorAll('.chart'));
-    result.charts[width] = charts.map((chart, i) => probeChart(chart, `${width} px, chart ${i + 1}`));
-    for (const chart of result.charts[width]) result.faults.push(...chart.faults);
+    const plots = Array.from(page.querySelectorAll('.signal-plot'));
+    result.plots[width] = plots.map((plot, i) => probePlot(plot, `${width} px, plot ${i + 1}`));
+    for (const plot of result.plots[width]) result.faults.push(...plot.faults);
   }
   for (const [name, source] of Object.entries(pictures)) result.ink[name] = await shareOfInk(source);
   return result;

@@ -1,4 +1,4 @@
-// configs/crossing with a fault by space: the object list freezes while the runner is near.
+// configs/crossing with a fault that a distance triggers: the object list freezes while the runner is near.
 
 #include <gtest/gtest.h>
 

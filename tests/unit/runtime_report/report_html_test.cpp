@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "hostile_text.hpp"
-#include "runtime/report/html/chart_script.hpp"
 #include "runtime/report/html/page_style.hpp"
+#include "runtime/report/html/plot_script.hpp"
 #include "runtime/report/record_fields.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "sample_record.hpp"
@@ -48,15 +48,16 @@ void expect_self_contained(const std::string& html) {
       "dt",         "dd",   "table", "thead", "tbody", "tr",   "th",   "td",       "figure",
       "figcaption", "svg",  "g",     "path",  "rect",  "line", "text", "clipPath", "script"};
   static const std::set<std::string> attributes{
-      "lang",        "charset",    "name",       "content",
-      "class",       "id",         "scope",      "colspan",
-      "rowspan",     "viewBox",    "role",       "aria-label",
-      "aria-hidden", "style",      "d",          "x",
-      "y",           "x1",         "y1",         "x2",
-      "y2",          "width",      "height",     "text-anchor",
-      "clip-path",   "data-label", "dx",         "preserveAspectRatio",
-      "data-begin",  "data-unit",  "data-width", "data-y",
-      "data-low",    "data-high",  "data-steps", "data-names"};
+      "lang",        "charset",     "name",       "content",
+      "class",       "id",          "scope",      "colspan",
+      "rowspan",     "viewBox",     "role",       "aria-label",
+      "aria-hidden", "style",       "d",          "x",
+      "y",           "x1",          "y1",         "x2",
+      "y2",          "width",       "height",     "text-anchor",
+      "clip-path",   "data-label",  "dx",         "preserveAspectRatio",
+      "data-begin",  "data-column", "data-width", "data-height",
+      "data-y",      "data-low",    "data-high",  "data-steps",
+      "data-names"};
   std::set<std::string> ids;
   const XmlElement page = parse_strictly(html);
   for (const XmlElement* element : page.all()) {
@@ -71,9 +72,9 @@ void expect_self_contained(const std::string& html) {
     }
   }
   for (const XmlElement* script : page.all("script"))
-    EXPECT_TRUE(script->text.ends_with(chart_script()) && script->text.size() <= chart_script().size() + 1);
+    EXPECT_TRUE(script->text.ends_with(plot_script()) && script->text.size() <= plot_script().size() + 1);
   for (const char* outside : {"fetch", "XMLHttp", "import", "eval", ".src", "href", "innerHTML", "WebSocket"})
-    EXPECT_EQ(chart_script().find(outside), std::string_view::npos) << outside;
+    EXPECT_EQ(plot_script().find(outside), std::string_view::npos) << outside;
   for (const XmlElement* style : page.all("style")) {
     for (const char* outside : {"url(", "@import", "@font-face", "image(", "expression"}) {
       EXPECT_EQ(style->text.find(outside), std::string::npos) << outside;

@@ -1,4 +1,4 @@
-#include "runtime/report/html/signal_chart.hpp"
+#include "runtime/report/html/signal_plot.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -13,9 +13,7 @@
 namespace hil::report {
 namespace {
 
-// Pixels. The gutters are beside the picture's area, which is 100 % wide.
-constexpr double left_gutter = 56.0;
-constexpr double right_gutter = 66.0;
+// Pixels.
 constexpr double file_width = 1000.0;
 constexpr double lane_height = 28.0;
 constexpr double bar_height = 8.0;
@@ -27,10 +25,6 @@ constexpr std::size_t max_page_columns = 100;
 constexpr std::size_t max_phone_columns = 27;
 constexpr std::size_t max_limit_columns = 10;
 constexpr double limit_text_height = 12.0;
-
-std::string px(double value) {
-  return pixels(value);
-}
 
 /// The begin and the end of a name of ASCII that has more than `max_columns`.
 std::string shortened(const std::string& name, std::size_t max_columns) {
@@ -51,43 +45,51 @@ std::string classes_of(const PanelSeries& entry) {
          (entry.series->kind == SeriesKind::signal ? "" : std::string(" ") + to_string(entry.series->kind));
 }
 
-/// The instants of expectations of the plot, each with its line.
-struct Moment {
+/// A vertical line at an instant of an expectation.
+struct Marker {
   const char* css_class = "";
   std::int64_t time_ns = 0;
 };
 
-std::vector<Moment> moments_of(const RunRecord& record, const SignalPlot& plot) {
-  std::vector<Moment> moments;
+std::vector<Marker> markers_of(const RunRecord& record, const SignalPlot& plot) {
+  std::vector<Marker> markers;
   for (const std::uint32_t index : plot.expectations) {
     if (index >= record.expectations.size()) continue;
     const Expectation& expectation = record.expectations[index];
-    if (expectation.worst_ns) moments.push_back({"worst", *expectation.worst_ns});
-    if (expectation.met_ns) moments.push_back({"met", *expectation.met_ns});
-    if (expectation.first_failure_ns) moments.push_back({"failure", *expectation.first_failure_ns});
+    if (expectation.worst_ns) markers.push_back({"least-margin", *expectation.worst_ns});
+    if (expectation.met_ns) markers.push_back({"met", *expectation.met_ns});
+    if (expectation.first_failure_ns) markers.push_back({"failure", *expectation.first_failure_ns});
   }
-  std::erase_if(moments, [&](const Moment& moment) {
-    return moment.time_ns < plot.begin_ns || moment.time_ns > plot.end_ns;
+  std::erase_if(markers, [&](const Marker& marker) {
+    return marker.time_ns < plot.begin_ns || marker.time_ns > plot.end_ns;
   });
-  return moments;
+  return markers;
 }
 
-class SignalChart {
+class SignalPlotDrawing {
  public:
-  SignalChart(Markup& out, const RunRecord& record, const SignalPlot& plot)
-      : out_(out), record_(record), plot_(plot), panels_(panels_of(record.signal_plots, plot)) {
+  SignalPlotDrawing(Markup& out, const RunRecord& record, const SignalPlot& plot)
+      : out_(out),
+        record_(record),
+        plot_(plot),
+        panels_(panels_of(record.signal_plots, plot)),
+        markers_(markers_of(record, plot)) {
     scale_.begin_ns = plot.begin_ns;
-    scale_.unit_ns = std::max<std::int64_t>(1, plot.end_ns - plot.begin_ns);
+    scale_.column_ns = std::max<std::int64_t>(1, plot.end_ns - plot.begin_ns);
     for (const Panel& panel : panels_) {
       for (const PanelSeries& entry : panel.series)
-        if (entry.series->bucket_ns > 0) scale_.unit_ns = std::min(scale_.unit_ns, entry.series->bucket_ns);
+        if (entry.series->bucket_ns > 0)
+          scale_.column_ns = std::min(scale_.column_ns, entry.series->bucket_ns);
     }
     width_ = std::max(1.0, x_at(scale_, plot.end_ns));
     for (const auto* injections : {&record.faults, &record.stimuli}) {
       for (const Injection& injection : *injections)
         if (is_shown(injection)) lanes_.push_back({&injection, injections == &record.faults});
     }
-    if (lanes_.size() > max_lanes) lanes_.resize(max_lanes);
+    if (lanes_.size() > max_lanes) {
+      lanes_left_out_ = lanes_.size() - max_lanes;
+      lanes_.resize(max_lanes);
+    }
     for (const Event& event : record.events)
       if (is_shown(event.time_ns, event.time_ns) && !is_in_lane(event.time_ns))
         events_.push_back(event.time_ns);
@@ -98,6 +100,7 @@ class SignalChart {
   double height() const {
     double height = axis_height;
     height += lane_height * static_cast<double>(lanes_.size() + (events_.empty() ? 0 : 1));
+    if (lanes_left_out_ > 0) height += name_height;
     for (const Panel& panel : panels_)
       height += name_height * static_cast<double>(panel.series.size()) + panel.height_px + panel_gap;
     return height;
@@ -105,12 +108,17 @@ class SignalChart {
 
   /// The attribute values by which the script knows the time of a horizontal coordinate.
   std::string begin_text() const { return std::to_string(scale_.begin_ns); }
-  std::string unit_text() const { return std::to_string(scale_.unit_ns); }
-  std::string width_text() const { return px(width_); }
+  std::string column_text() const { return std::to_string(scale_.column_ns); }
+  std::string width_text() const { return pixels(width_); }
 
   void draw() {
     for (const Lane& lane : lanes_)
       draw_lane(lane);
+    if (lanes_left_out_ > 0) {
+      text("lane", "0", 0.0, y_ + 10.0, "start",
+           "and " + counted(lanes_left_out_, "more stimulus or fault", "more stimuli and faults"));
+      y_ += name_height;
+    }
     if (!events_.empty()) draw_events();
     for (const Panel& panel : panels_)
       draw_panel(panel);
@@ -150,25 +158,26 @@ class SignalChart {
     out_.open("text", {{"class", css_class}, {"x", "0"}, {"dx", 24.0}, {"y", y_ + 12.0}});
     out_.text(label).element("title", whole).close();
   }
-  void open_window(double height) {
-    out_.open("svg", {{"class", "window"},
+  void open_viewport(double height) {
+    out_.open("svg", {{"class", "viewport"},
                       {"x", "0"},
                       {"y", y_},
                       {"width", "100%"},
                       {"height", height},
-                      {"viewBox", "0 0 " + px(width_) + ' ' + px(window_height)},
+                      {"viewBox", "0 0 " + pixels(width_) + ' ' + pixels(viewport_height)},
                       {"preserveAspectRatio", "none"}});
   }
-  /// Of the whole height of a window.
+  /// Of the whole height of a viewport.
   void vertical(const std::string& css_class, std::int64_t time_ns) {
-    out_.leaf("path", {{"class", css_class}, {"d", 'M' + px(x_at(scale_, time_ns)) + " 0v10000"}});
+    out_.leaf("path", {{"class", css_class},
+                       {"d", 'M' + pixels(x_at(scale_, time_ns)) + " 0v" + pixels(viewport_height)}});
   }
 
-  /// Its name, and the window for its content, which the caller closes.
+  /// Its name, and the viewport for its content, which the caller closes.
   void open_lane(const std::string& name) {
     text("lane", "0", 0.0, y_ + 10.0, "start", name);
     y_ += lane_height - bar_height - text_gap;
-    open_window(bar_height);
+    open_viewport(bar_height);
     y_ += bar_height + text_gap;
   }
 
@@ -181,7 +190,7 @@ class SignalChart {
       out_.leaf("rect", {{"class", lane.is_fault ? "active-fault" : "active-stimulus"},
                          {"x", begin},
                          {"width", std::max(end - begin, 0.0)},
-                         {"height", window_height}});
+                         {"height", viewport_height}});
     }
     out_.close();
   }
@@ -195,12 +204,12 @@ class SignalChart {
 
   void draw_panel(const Panel& panel) {
     for (const PanelSeries& entry : panel.series) {
-      out_.leaf("path", {{"class", classes_of(entry)}, {"d", "M0 " + px(y_ + 8.0) + "h18"}});
+      out_.leaf("path", {{"class", classes_of(entry)}, {"d", "M0 " + pixels(y_ + 8.0) + "h18"}});
       const std::string label = label_of(*entry.series, max_page_columns);
       const std::string on_phone = label_of(*entry.series, max_phone_columns);
       name(label == on_phone ? "strong" : "strong on-page", label, entry.series->name);
       if (label != on_phone) name("strong on-phone", on_phone, entry.series->name);
-      text("value", "100%", right_gutter - text_gap, y_ + 12.0, "end", "");
+      text("value", "100%", signal_plot_right_gutter - text_gap, y_ + 12.0, "end", "");
       y_ += name_height;
     }
     out_.leaf("rect", {{"class", "plot-area"}, {"y", y_}, {"width", "100%"}, {"height", panel.height_px}});
@@ -211,19 +220,19 @@ class SignalChart {
       out_.leaf("line", {{"class", "grid"}, {"x2", "100%"}, {"y1", at(tick.value)}, {"y2", at(tick.value)}});
       text("", "0", -text_gap, at(tick.value) + 4.0, "end", tick.label);
     }
-    WindowScale scale = scale_;
+    ViewportScale scale = scale_;
     scale.range = panel.range;
-    open_window(panel.height_px);
+    open_viewport(panel.height_px);
     for (const PanelSeries& entry : panel.series) {
       if (const std::string band = tolerance_path(*entry.series, scale); !band.empty())
         out_.leaf("path", {{"class", "band c" + std::to_string(entry.colour)}, {"d", band}});
     }
-    for (const Moment& moment : moments_of(record_, plot_))
-      vertical(std::string("moment-") + moment.css_class, moment.time_ns);
+    for (const Marker& marker : markers_)
+      vertical(std::string("marker-") + marker.css_class, marker.time_ns);
     for (const double limit : panel.limits) {
       if (limit >= panel.range.low && limit <= panel.range.high)
-        out_.leaf("path",
-                  {{"class", "limit"}, {"d", "M0 " + std::to_string(y_at(scale, limit)) + 'h' + px(width_)}});
+        out_.leaf("path", {{"class", "limit"},
+                           {"d", "M0 " + std::to_string(y_at(scale, limit)) + 'h' + pixels(width_)}});
     }
     for (const PanelSeries& entry : panel.series)
       draw_series(entry, panel, scale);
@@ -234,15 +243,15 @@ class SignalChart {
     y_ += panel.height_px + panel_gap;
   }
 
-  void draw_series(const PanelSeries& entry, const Panel& panel, const WindowScale& scale) {
+  void draw_series(const PanelSeries& entry, const Panel& panel, const ViewportScale& scale) {
     nlohmann::json names = nlohmann::json::array();
     for (const NamedValue& named : entry.series->named_values)
       names.push_back({named.value, valid_utf8(named.name)});
     out_.leaf("path", {{"class", classes_of(entry)},
-                       {"d", signal_path(*entry.series, scale, panel.has_steps)},
+                       {"d", signal_path(*entry.series, scale, panel.is_discrete)},
                        {"data-low", to_ascii(shortest(panel.range.low))},
                        {"data-high", to_ascii(shortest(panel.range.high))},
-                       {"data-steps", panel.has_steps ? "1" : "0"},
+                       {"data-steps", panel.is_discrete ? "1" : "0"},
                        {"data-names", names.dump()}});
   }
 
@@ -269,11 +278,11 @@ class SignalChart {
                            static_cast<double>(plot_.end_ns) / 1e9};
     constexpr int max_labels = 11;
     const double step = linear_step(seconds.high - seconds.low, max_labels);
-    const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
-    out_.open("g", {{"class", "time-axis"}, {"data-y", px(y_)}});
+    const int decimals = decimals_of_step(step);
+    out_.open("g", {{"class", "time-axis"}, {"data-y", pixels(y_)}});
     int count = 0;
     for (const double time_s : linear_ticks(seconds, max_labels)) {
-      const std::string x = px(100.0 * (time_s - seconds.low) / (seconds.high - seconds.low)) + '%';
+      const std::string x = pixels(100.0 * (time_s - seconds.low) / (seconds.high - seconds.low)) + '%';
       text(count++ % 2 == 0 ? "" : "spare", x, 0.0, y_ + 4.0, "middle", decimal(time_s, decimals) + " s");
     }
     out_.close();
@@ -283,39 +292,42 @@ class SignalChart {
   const RunRecord& record_;
   const SignalPlot& plot_;
   std::vector<Panel> panels_;
-  WindowScale scale_;
-  double width_ = 1.0;  ///< of a window, in its units
+  std::vector<Marker> markers_;
+  ViewportScale scale_;
+  double width_ = 1.0;  ///< of a viewport, in columns
   std::vector<Lane> lanes_;
+  std::size_t lanes_left_out_ = 0;
   std::vector<std::int64_t> events_;  ///< instants of those that no lane shows
   double y_ = 0.0;                    ///< of what is drawn next
 };
 
 }  // namespace
 
-void draw_signal_chart(Markup& out, const RunRecord& record, const SignalPlot& plot, PictureUse use) {
-  SignalChart chart(out, record, plot);
+void draw_signal_plot(Markup& out, const RunRecord& record, const SignalPlot& plot, PictureUse use) {
+  SignalPlotDrawing drawing(out, record, plot);
   const std::string description = "signals over run time: " + plot.title;
   if (use == PictureUse::inline_in_page) {
-    out.open("svg", {{"class", "chart"},
-                     {"height", chart.height()},
+    out.open("svg", {{"class", "signal-plot"},
+                     {"height", drawing.height()},
                      {"role", "img"},
                      {"aria-label", description},
-                     {"data-begin", chart.begin_text()},
-                     {"data-unit", chart.unit_text()},
-                     {"data-width", chart.width_text()}});
-    chart.draw();
+                     {"data-begin", drawing.begin_text()},
+                     {"data-column", drawing.column_text()},
+                     {"data-width", drawing.width_text()},
+                     {"data-height", pixels(viewport_height)}});
+    drawing.draw();
     out.close();
     return;
   }
   constexpr double title_height = 30.0;
-  open_svg(out, file_width, chart.height() + title_height, description, use);
-  svg_text(out, "strong", {left_gutter, 18.0}, "start", plot.title);
-  out.open("svg", {{"x", left_gutter},
+  open_svg(out, file_width, drawing.height() + title_height, description, use);
+  svg_text(out, "strong", {signal_plot_left_gutter, 18.0}, "start", plot.title);
+  out.open("svg", {{"x", signal_plot_left_gutter},
                    {"y", title_height},
-                   {"width", file_width - left_gutter - right_gutter},
-                   {"height", chart.height()},
+                   {"width", file_width - signal_plot_left_gutter - signal_plot_right_gutter},
+                   {"height", drawing.height()},
                    {"overflow", "visible"}});
-  chart.draw();
+  drawing.draw();
   out.close().close();
 }
 

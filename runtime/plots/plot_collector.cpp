@@ -1,4 +1,4 @@
-#include "runtime/plots/signal_plots.hpp"
+#include "runtime/plots/plot_collector.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t no_end = std::numeric_limits<std::int64_t>::max();
 
-/// Different for neighbours, so that few of them merge their buckets in one tick.
+/// Differs between series, so that they do not all merge their buckets in the same tick.
 std::size_t capacity_of(std::size_t series) {
   return 4000 + 2 * (series % 64);
 }
@@ -22,12 +22,12 @@ std::vector<std::pair<signals::SignalId, report::SeriesKind>> with_faulted(
     const std::vector<signals::SignalId>& signals, const signals::SignalTable& table) {
   std::vector<std::pair<signals::SignalId, report::SeriesKind>> all;
   const auto add = [&](signals::SignalId signal, report::SeriesKind kind) {
-    const auto there = std::ranges::find(all, signal, &decltype(all)::value_type::first);
-    if (there == all.end()) all.emplace_back(signal, kind);
+    const auto existing = std::ranges::find(all, signal, &decltype(all)::value_type::first);
+    if (existing == all.end()) all.emplace_back(signal, kind);
   };
   for (const signals::SignalId signal : signals) {
     add(signal, report::SeriesKind::signal);
-    if (const auto faulted = table.find(table.info(signal).name + ".faulted"))
+    if (const auto faulted = table.find(table.info(signal).name + std::string(signals::faulted_suffix)))
       add(*faulted, report::SeriesKind::faulted);
   }
   return all;
@@ -42,7 +42,7 @@ std::vector<report::NamedValue> named_values_of(const signals::SignalInfo& info)
 
 }  // namespace
 
-SignalPlots::SignalPlots(const config::Scenario& scenario, const signals::SignalTable& table)
+PlotCollector::PlotCollector(const config::Scenario& scenario, const signals::SignalTable& table)
     : period_ns_(scenario.base_period_ns) {
   for (const config::PlotSection& section : scenario.plots)
     add_section(section, table);
@@ -51,7 +51,7 @@ SignalPlots::SignalPlots(const config::Scenario& scenario, const signals::Signal
     add_expectation(i, scenario, table);
 }
 
-void SignalPlots::add_section(const config::PlotSection& section, const signals::SignalTable& table) {
+void PlotCollector::add_section(const config::PlotSection& section, const signals::SignalTable& table) {
   std::vector<signals::SignalId> signals;
   for (const config::Word& name : section.signals)
     signals.push_back(*table.find(name.text));
@@ -63,38 +63,39 @@ void SignalPlots::add_section(const config::PlotSection& section, const signals:
   plots_.push_back(std::move(plot));
 }
 
-void SignalPlots::add_expectation(std::size_t index, const config::Scenario& scenario,
-                                  const signals::SignalTable& table) {
+void PlotCollector::add_expectation(std::size_t index, const config::Scenario& scenario,
+                                    const signals::SignalTable& table) {
   const config::Expectation& expectation = scenario.expectations[index];
-  expectations::Plotted plotted = expectations::plotted(expectation, table);
-  if (plotted.signals.empty()) return;
+  expectations::PlotContent content = expectations::plot_content(expectation, table);
+  if (content.signals.empty()) return;
   Plot plot{.title = expectation.name, .end_ns = no_end};
   const std::size_t before = series_.size();
-  add_series(plotted.signals, table, plot);
-  const auto like = std::find_if(plots_.begin() + static_cast<std::ptrdiff_t>(sections_), plots_.end(),
-                                 [&](const Plot& other) { return other.series == plot.series; });
+  add_series(content.signals, table, plot);
+  const auto same_plot = std::find_if(plots_.begin() + static_cast<std::ptrdiff_t>(sections_), plots_.end(),
+                                      [&](const Plot& other) { return other.series == plot.series; });
   expectation_series_ += series_.size() - before;
-  if (expectation_series_ > max_expectation_series) {
+  if (expectation_series_ > report::max_expectation_series) {
     expectation_series_ -= series_.size() - before;
     series_.erase(series_.begin() + static_cast<std::ptrdiff_t>(before), series_.end());
     not_plotted_.push_back(expectation.name);
     return;
   }
-  Plot& shown = like == plots_.end() ? plots_.emplace_back(std::move(plot)) : *like;
-  shown.expectations.push_back(index);
-  for (const expectations::PlottedLimit& limit : plotted.limits)
-    shown.limits.push_back(limit);
-  if (plotted.reference) shown.references.push_back(std::move(*plotted.reference));
+  Plot& kept = same_plot == plots_.end() ? plots_.emplace_back(std::move(plot)) : *same_plot;
+  kept.expectations.push_back(index);
+  for (const expectations::PlotLimit& limit : content.limits)
+    kept.limits.push_back(limit);
+  if (content.reference) kept.references.push_back(std::move(*content.reference));
 }
 
-void SignalPlots::add_series(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
-                             Plot& plot) {
+void PlotCollector::add_series(const std::vector<signals::SignalId>& signals,
+                               const signals::SignalTable& table, Plot& plot) {
   for (const auto& [signal, kind] : with_faulted(signals, table)) {
-    const auto there = std::find_if(series_.begin(), series_.end(), [&, id = signal](const Series& series) {
-      return series.signal == id && series.begin_ns == plot.begin_ns && series.end_ns == plot.end_ns;
-    });
-    plot.series.push_back(static_cast<std::size_t>(there - series_.begin()));
-    if (there != series_.end()) continue;
+    const auto existing =
+        std::find_if(series_.begin(), series_.end(), [&, id = signal](const Series& series) {
+          return series.signal == id && series.begin_ns == plot.begin_ns && series.end_ns == plot.end_ns;
+        });
+    plot.series.push_back(static_cast<std::size_t>(existing - series_.begin()));
+    if (existing != series_.end()) continue;
     series_.push_back({.signal = signal,
                        .kind = kind,
                        .begin_ns = plot.begin_ns,
@@ -103,7 +104,7 @@ void SignalPlots::add_series(const std::vector<signals::SignalId>& signals, cons
   }
 }
 
-void SignalPlots::take(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+void PlotCollector::take(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
   for (Series& series : series_) {
     if (time_ns < series.begin_ns || time_ns > series.end_ns) continue;
     series.buckets.add(static_cast<std::uint64_t>((time_ns - series.begin_ns) / period_ns_),
@@ -111,9 +112,9 @@ void SignalPlots::take(const signals::SignalTable& table, std::int64_t time_ns) 
   }
 }
 
-report::SignalSeries SignalPlots::reference_series(const expectations::PlottedReference& reference,
-                                                   const signals::SignalTable& table,
-                                                   std::int64_t end_ns) const {
+report::SignalSeries PlotCollector::reference_series(const expectations::PlotReference& reference,
+                                                     const signals::SignalTable& table,
+                                                     std::int64_t end_ns) const {
   const signals::SignalInfo& info = table.info(reference.signal);
   signals::CsvProfile curve = reference.curve;
   curve.rewind();
@@ -133,7 +134,8 @@ report::SignalSeries SignalPlots::reference_series(const expectations::PlottedRe
           .points = buckets.points()};
 }
 
-void SignalPlots::fill(const signals::SignalTable& table, std::int64_t end_ns, report::RunRecord& record) {
+void PlotCollector::fill(const signals::SignalTable& table, std::int64_t end_ns,
+                         report::RunRecord& record) const {
   report::SignalPlots& filled = record.signal_plots;
   for (const Series& series : series_) {
     const signals::SignalInfo& info = table.info(series.signal);
@@ -146,31 +148,33 @@ void SignalPlots::fill(const signals::SignalTable& table, std::int64_t end_ns, r
          .bucket_ns = static_cast<std::int64_t>(series.buckets.ticks_per_bucket()) * period_ns_,
          .points = series.buckets.points()});
   }
-  const auto has_failed = [&](const Plot& plot) {
-    return std::ranges::any_of(plot.expectations, [&](std::size_t index) {
+  std::vector<const Plot*> plots;
+  for (const Plot& plot : plots_)
+    plots.push_back(&plot);
+  std::ranges::stable_partition(plots, [&](const Plot* plot) {
+    return std::ranges::any_of(plot->expectations, [&](std::size_t index) {
       return record.expectations[index].result != report::ExpectationResult::held;
     });
-  };
-  std::ranges::stable_partition(plots_, has_failed);
-  for (const Plot& plot : plots_) {
-    report::SignalPlot shown{.title = plot.title,
-                             .expectations = {plot.expectations.begin(), plot.expectations.end()},
-                             .series = {plot.series.begin(), plot.series.end()},
-                             .limits = {},
-                             .begin_ns = plot.begin_ns,
-                             .end_ns = std::min(plot.end_ns, end_ns)};
+  });
+  for (const Plot* const plot : plots) {
+    report::SignalPlot written{.title = plot->title,
+                               .expectations = {plot->expectations.begin(), plot->expectations.end()},
+                               .series = {plot->series.begin(), plot->series.end()},
+                               .limits = {},
+                               .begin_ns = plot->begin_ns,
+                               .end_ns = std::min(plot->end_ns, end_ns)};
     const auto series_of = [&](signals::SignalId signal) {
       const auto found =
-          std::ranges::find(plot.series, signal, [&](std::size_t i) { return series_[i].signal; });
+          std::ranges::find(plot->series, signal, [&](std::size_t i) { return series_[i].signal; });
       return static_cast<std::uint32_t>(*found);
     };
-    for (const expectations::PlottedLimit& limit : plot.limits)
-      shown.limits.push_back({.series = series_of(limit.signal), .value = limit.value});
-    for (const expectations::PlottedReference& reference : plot.references) {
-      shown.series.push_back(static_cast<std::uint32_t>(filled.series.size()));
+    for (const expectations::PlotLimit& limit : plot->limits)
+      written.limits.push_back({.series = series_of(limit.signal), .value = limit.value});
+    for (const expectations::PlotReference& reference : plot->references) {
+      written.series.push_back(static_cast<std::uint32_t>(filled.series.size()));
       filled.series.push_back(reference_series(reference, table, end_ns));
     }
-    filled.plots.push_back(std::move(shown));
+    filled.plots.push_back(std::move(written));
   }
   filled.not_plotted = not_plotted_;
 }

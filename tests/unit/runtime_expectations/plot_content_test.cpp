@@ -1,6 +1,6 @@
 // What the plot of an expectation shows.
 
-#include "runtime/expectations/plotted.hpp"
+#include "runtime/expectations/plot_content.hpp"
 
 #include "judged_signals.hpp"
 #include "runtime/expectations/statistics.hpp"
@@ -8,25 +8,25 @@
 namespace hil::expectations {
 namespace {
 
-class PlottedOf : public Expectations {
+class PlotContentOf : public Expectations {
  protected:
   std::vector<double> limits(const std::string& text) const {
-    Plotted plotted;
-    plotted.add(condition(text), table_);
+    PlotContent content;
+    content.add(condition(text), table_);
     std::vector<double> values;
-    for (const PlottedLimit& limit : plotted.limits)
+    for (const PlotLimit& limit : content.limits)
       values.push_back(limit.value);
     return values;
   }
 };
 
-TEST_F(PlottedOf, ConditionHasEachSignalOnce) {
-  Plotted plotted;
-  plotted.add(condition("ego.speed > 1 m/s and abs(ego.speed) < 2 m/s or bus.Header.Counter == 3"), table_);
-  EXPECT_EQ(plotted.signals, (std::vector<signals::SignalId>{speed_, request_}));
+TEST_F(PlotContentOf, ConditionHasEachSignalOnce) {
+  PlotContent content;
+  content.add(condition("ego.speed > 1 m/s and abs(ego.speed) < 2 m/s or bus.Header.Counter == 3"), table_);
+  EXPECT_EQ(content.signals, (std::vector<signals::SignalId>{speed_, request_}));
 }
 
-TEST_F(PlottedOf, ComparisonWithAConstantHasALimit) {
+TEST_F(PlotContentOf, ComparisonWithAConstantHasALimit) {
   EXPECT_EQ(limits("ego.speed > 36 km/h"), std::vector<double>{10.0});
   EXPECT_EQ(limits("3 <= ego.speed"), std::vector<double>{3.0});
   EXPECT_EQ(limits("ego.speed < 2 * 3 m/s"), std::vector<double>{6.0});
@@ -35,38 +35,38 @@ TEST_F(PlottedOf, ComparisonWithAConstantHasALimit) {
             (std::vector<double>{1.0, 2.0, 7.0}));
 }
 
-TEST_F(PlottedOf, OtherOperandsHaveNone) {
+TEST_F(PlotContentOf, OtherOperandsHaveNone) {
   for (const char* text : {"ego.speed == 3 m/s", "ego.speed / 2 > 1 m/s", "abs(ego.speed) < 1 m/s",
                            "bus.Header.Counter > bus.Command.AnswerTo", "ego.speed > 1 m/s / 0"})
     EXPECT_TRUE(limits(text).empty()) << text;
 }
 
-TEST_F(PlottedOf, WindowAddsTheSignalsOfItsConditions) {
+TEST_F(PlotContentOf, WindowAddsTheSignalsOfItsConditions) {
   config::WindowSection window{};
   window.after = condition("bus.Header.Counter > 2");
-  const Plotted plotted_signals = plotted({.name = "claim",
-                                           .place = {},
-                                           .window = window,
-                                           .claim = claim_of(Always{condition("ego.speed > 1 m/s")})},
-                                          table_);
-  EXPECT_EQ(plotted_signals.signals, (std::vector<signals::SignalId>{speed_, request_}));
+  const PlotContent found = plot_content({.name = "claim",
+                                          .place = {},
+                                          .window = window,
+                                          .claim = claim_of(Always{condition("ego.speed > 1 m/s")})},
+                                         table_);
+  EXPECT_EQ(found.signals, (std::vector<signals::SignalId>{speed_, request_}));
 }
 
-TEST_F(PlottedOf, StatisticsHaveLimitsOfValues) {
+TEST_F(PlotContentOf, StatisticsHaveLimitsOfValues) {
   Statistics claim{.signal = {"ego.speed", {}}, .limits = {}, .overshoot = {}, .settling = {}};
   claim.limits[Statistics::mean].max = condition("18 km/h");
   claim.limits[Statistics::smallest].min = condition("1 m/s");
   claim.limits[Statistics::standard_deviation].max = condition("2 m/s");
-  const Plotted plotted_signals =
-      plotted({.name = "claim", .place = {}, .claim = claim_of(std::move(claim))}, table_);
-  ASSERT_EQ(plotted_signals.limits.size(), 2U);
-  EXPECT_DOUBLE_EQ(plotted_signals.limits[0].value, 5.0);
-  EXPECT_DOUBLE_EQ(plotted_signals.limits[1].value, 1.0);
+  const PlotContent found =
+      plot_content({.name = "claim", .place = {}, .claim = claim_of(std::move(claim))}, table_);
+  ASSERT_EQ(found.limits.size(), 2U);
+  EXPECT_DOUBLE_EQ(found.limits[0].value, 5.0);
+  EXPECT_DOUBLE_EQ(found.limits[1].value, 1.0);
 }
 
-TEST_F(PlottedOf, ReactionsAndResponsesHaveBothSides) {
+TEST_F(PlotContentOf, ReactionsAndResponsesHaveBothSides) {
   const auto signals_of = [&](auto claim) {
-    return plotted({.name = "claim", .place = {}, .claim = claim_of(std::move(claim))}, table_).signals;
+    return plot_content({.name = "claim", .place = {}, .claim = claim_of(std::move(claim))}, table_).signals;
   };
   EXPECT_EQ(signals_of(Reaction{.when = condition("ego.speed > 1 m/s"),
                                 .then = condition("bus.Header.Counter == 1"),

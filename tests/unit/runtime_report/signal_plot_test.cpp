@@ -1,12 +1,13 @@
 // Plots of signals: panels, lines, and pictures of any record.
 
-#include "runtime/report/html/signal_chart.hpp"
+#include "runtime/report/html/signal_plot.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <string>
 
+#include "runtime/report/html/page_style.hpp"
 #include "runtime/report/html/signal_panels.hpp"
 #include "runtime/report/html/signal_path.hpp"
 #include "sample_record.hpp"
@@ -28,7 +29,7 @@ SignalSeries series(std::string name, std::string unit, std::vector<SignalPoint>
           .points = std::move(points)};
 }
 
-const WindowScale from_0_to_10{.begin_ns = 0, .unit_ns = 10, .range = {0.0, 10.0}};
+const ViewportScale from_0_to_10{.begin_ns = 0, .column_ns = 10, .range = {0.0, 10.0}};
 
 TEST(SignalPath, HoldsAValueUntilTheBucketBeforeTheNextOne) {
   const auto line = series("x", "m", {{0, 1.0, 1.0}, {4, 2.0, 2.0}, {5, 3.0, 3.0}, {9, 3.0, 3.0}});
@@ -91,8 +92,8 @@ TEST(SignalPanels, AreSharedByUnit) {
   EXPECT_NE(found[0].series[1].colour, found[0].series[0].colour);
   EXPECT_LT(found[0].range.low, 1.5);
   EXPECT_GT(found[0].range.high, 7.0);
-  EXPECT_TRUE(found[1].has_steps);
-  EXPECT_FALSE(found[3].has_steps);
+  EXPECT_TRUE(found[1].is_discrete);
+  EXPECT_FALSE(found[3].is_discrete);
 }
 
 TEST(SignalPanels, HaveNamesOfValuesAsTicks) {
@@ -122,10 +123,10 @@ TEST(SignalPanels, OfUnknownValuesHaveARange) {
   }
 }
 
-TEST(SignalChart, IsAWholePictureOnItsOwn) {
+TEST(SignalPlotDrawing, IsAWholePictureOnItsOwn) {
   const RunRecord record = test::full_record();
   Markup out;
-  draw_signal_chart(out, record, record.signal_plots.plots[0], PictureUse::standalone_file);
+  draw_signal_plot(out, record, record.signal_plots.plots[0], PictureUse::standalone_file);
   const test::XmlElement svg = parse_strictly(out.take());
   const std::string text = svg.whole_text();
   for (const char* expected : {"no collision", "ego.speed [m/s]", "ego.speed.faulted [m/s]", "12.5 m/s",
@@ -134,11 +135,20 @@ TEST(SignalChart, IsAWholePictureOnItsOwn) {
   int failures = 0;
   for (const test::XmlElement* path : svg.all("path"))
     failures +=
-        path->attributes.contains("class") && path->attributes.at("class") == "moment-failure" ? 1 : 0;
+        path->attributes.contains("class") && path->attributes.at("class") == "marker-failure" ? 1 : 0;
   EXPECT_EQ(failures, 2) << "one in each panel";
 }
 
-TEST(SignalChart, LeavesOutWhatTheRecordDoesNotHave) {
+TEST(SignalPlotDrawing, GuttersAreThoseOfTheStyleOfThePage) {
+  const std::string margin =
+      "margin:8px " + pixels(signal_plot_right_gutter) + "px 0 " + pixels(signal_plot_left_gutter) + "px";
+  const std::string width =
+      "calc(100% - " + pixels(signal_plot_left_gutter + signal_plot_right_gutter) + "px)";
+  EXPECT_NE(page_style().find(margin), std::string_view::npos) << margin;
+  EXPECT_NE(page_style().find(width), std::string_view::npos) << width;
+}
+
+TEST(SignalPlotDrawing, LeavesOutWhatTheRecordDoesNotHave) {
   RunRecord record = test::full_record();
   SignalPlot& plot = record.signal_plots.plots[0];
   plot.series = {99};
@@ -146,7 +156,7 @@ TEST(SignalChart, LeavesOutWhatTheRecordDoesNotHave) {
   plot.limits = {{99, 1.0}};
   plot.end_ns = plot.begin_ns;
   Markup out;
-  draw_signal_chart(out, record, plot, PictureUse::inline_in_page);
+  draw_signal_plot(out, record, plot, PictureUse::inline_in_page);
   EXPECT_TRUE(parse_strictly(out.take()).all("path").size() < 50U);
 }
 

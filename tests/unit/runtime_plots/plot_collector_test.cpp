@@ -1,6 +1,6 @@
 // The plots of a scenario, tick by tick.
 
-#include "runtime/plots/signal_plots.hpp"
+#include "runtime/plots/plot_collector.hpp"
 
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ class Plots : public run::test::WiringFixture {
   }
 
   std::optional<run::Wiring> wiring_;
-  std::optional<SignalPlots> plots_;
+  std::optional<PlotCollector> plots_;
   std::int64_t time_ns_ = 0;
 };
 
@@ -147,7 +147,7 @@ TEST_F(Plots, SayWhichExpectationsHaveNoPlace) {
   open(text + expectations);
   tick(0.0);
   const report::SignalPlots plots = filled(std::vector<report::ExpectationResult>(70, held));
-  EXPECT_EQ(plots.series.size(), SignalPlots::max_expectation_series);
+  EXPECT_EQ(plots.series.size(), report::max_expectation_series);
   EXPECT_EQ(plots.not_plotted, (std::vector<std::string>{"s64", "s65", "s66", "s67", "s68", "s69"}));
 }
 

@@ -1,9 +1,10 @@
-#include "runtime/expectations/plotted.hpp"
+#include "runtime/expectations/plot_content.hpp"
 
 #include <algorithm>
 #include <cstdint>
 
 #include "runtime/expectations/signal_constant.hpp"
+#include "runtime/signals/signal_expression.hpp"
 
 namespace hil::expectations {
 namespace {
@@ -30,25 +31,23 @@ std::optional<double> constant_at(const config::Expression& condition, std::uint
                                   const std::string& unit) {
   std::vector<config::Expression::Node> nodes;
   collect(condition, index, nodes);
-  config::Diagnostics of_no_constant;
-  return check_constant(condition.with_nodes(std::move(nodes)), ConstantKind::value, unit, "",
-                        of_no_constant);
+  config::Diagnostics ignored;  // a part that is no constant has no limit
+  return check_constant(condition.with_nodes(std::move(nodes)), ConstantKind::value, unit, "", ignored);
 }
 
 }  // namespace
 
-void Plotted::add(signals::SignalId signal) {
+void PlotContent::add(signals::SignalId signal) {
   if (std::ranges::find(signals, signal) == signals.end()) signals.push_back(signal);
 }
 
-void Plotted::add(const config::Expression& condition, const signals::SignalTable& table) {
+void PlotContent::add(const config::Expression& condition, const signals::SignalTable& table) {
+  for (const signals::SignalId signal : signals::signals_in(condition, table))
+    add(signal);
   const auto signal_at = [&](std::uint32_t index) -> std::optional<signals::SignalId> {
     const config::Expression::Node& node = condition.nodes()[index];
     return node.operation == config::Expression::Operation::name ? table.find(node.word.text) : std::nullopt;
   };
-  for (std::uint32_t i = 0; i < condition.nodes().size(); ++i) {
-    if (const auto signal = signal_at(i)) add(*signal);
-  }
   for (const config::Expression::Node& node : condition.nodes()) {
     if (!is_bound(node.operation)) continue;
     for (const auto& [name, constant] :
@@ -59,6 +58,18 @@ void Plotted::add(const config::Expression& condition, const signals::SignalTabl
         limits.push_back({*signal, *value});
     }
   }
+}
+
+PlotContent plot_of(signals::SignalId signal) {
+  PlotContent content;
+  content.add(signal);
+  return content;
+}
+
+PlotContent plot_of(const config::Expression& condition, const signals::SignalTable& table) {
+  PlotContent content;
+  content.add(condition, table);
+  return content;
 }
 
 }  // namespace hil::expectations

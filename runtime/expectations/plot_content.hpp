@@ -13,26 +13,29 @@
 
 namespace hil::expectations {
 
-struct PlottedLimit {
+struct PlotLimit {
   signals::SignalId signal;
   double value = 0.0;  ///< in the unit of the signal
 };
 
 /// A curve that the signal has to follow, within the tolerance, both in the unit of the signal.
-struct PlottedReference {
+struct PlotReference {
   signals::SignalId signal;
   signals::CsvProfile curve;
   double tolerance = 0.0;
 };
 
-struct Plotted {
+struct PlotContent {
   std::vector<signals::SignalId> signals{};  ///< each once
-  std::vector<PlottedLimit> limits{};
-  std::optional<PlottedReference> reference{};
+  std::vector<PlotLimit> limits{};
+  std::optional<PlotReference> reference{};
 
   void add(signals::SignalId signal);
   /// The signals of the condition, and the limits of comparisons of a signal with a constant by < <= > >=.
   void add(const config::Expression& condition, const signals::SignalTable& table);
 };
+
+PlotContent plot_of(signals::SignalId signal);
+PlotContent plot_of(const config::Expression& condition, const signals::SignalTable& table);
 
 }  // namespace hil::expectations

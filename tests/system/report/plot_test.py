@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Looks at the plots of a report in Chromium: chart_test.py HIL SCENARIO
+"""Looks at the plots of a report in Chromium: plot_test.py HIL SCENARIO
 
-At the width of a desk and of a phone: no text over another one or beyond its card, no chart without its
+At the width of a desk and of a phone: no text over another one or beyond its card, no plot without its
 lines, no page wider than its window; values at the pointer as in signals.csv; zoom by buttons and by
 dragging; SVG files that Chromium draws.
 """
@@ -78,11 +78,11 @@ def main():
         check(len(result.get("ink", {})) == len(pictures), "Chromium did not draw all SVG files")
 
         for width in WIDTHS:
-            charts = result.get("charts", {}).get(str(width), [])
-            check(len(charts) == len(record["plots"]), f"{width} px: {len(charts)} charts")
-            if not charts:
+            plots = result.get("plots", {}).get(str(width), [])
+            check(len(plots) == len(record["plots"]), f"{width} px: {len(plots)} plots")
+            if not plots:
                 continue
-            first = charts[0]  # of the failed expectation, over the whole run of 10 s
+            first = plots[0]  # of the failed expectation, over the whole run of 10 s
             check(first["clock"].startswith("5.0"), f"the time at the pointer is {first['clock']}")
             shown = [float(value) for value in first["values"][0].split(" … ")]  # of a bucket of ticks
             true = logged(folder, "machine.speed", 5.0)
@@ -94,7 +94,7 @@ def main():
             check(float(first["dragged_labels"][0].split()[0]) >= 2.5
                   and float(first["dragged_labels"][-1].split()[0]) <= 7.5,
                   f"labels after dragging {first['dragged_labels']}")
-            named = charts[1]["values"]  # of the plot of the scenario
+            named = plots[1]["values"]  # of the plot of the scenario
             check("driving" in named and "0" in named, f"the values of steps are {named}")
     for fault in faults:
         print(fault)

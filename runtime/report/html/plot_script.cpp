@@ -1,13 +1,12 @@
-#include "runtime/report/html/chart_script.hpp"
+#include "runtime/report/html/plot_script.hpp"
 
 namespace hil::report {
 
-std::string_view chart_script() {
+std::string_view plot_script() {
   return R"js(
 (function () {
   'use strict';
   var SVG = 'http://www.w3.org/2000/svg';
-  var HEIGHT = 10000;
 
   // The values of a path: at x the vertical range low to high, which lasts up to end.
   function valuesOf(path) {
@@ -46,12 +45,12 @@ std::string_view chart_script() {
     return String(Number(value.toPrecision(4)));
   }
 
-  function curveOf(path) {
+  function curveOf(path, height) {
     var low = Number(path.dataset.low), high = Number(path.dataset.high);
     var steps = path.dataset.steps === '1';
     var names = JSON.parse(path.dataset.names);
     function text(y) {
-      var value = high - y / HEIGHT * (high - low);
+      var value = high - y / height * (high - low);
       if (!steps) return number(value);
       value = Math.round(value);
       var named = names.find(function (pair) { return pair[0] === value; });
@@ -63,7 +62,7 @@ std::string_view chart_script() {
       var value = valueAt(values, x);
       if (value === null) return '\u2013';
       // A range that is narrower than the line is one value.
-      if (!steps) { if (HEIGHT / 500 > value.low - value.high) return text((value.low + value.high) / 2); }
+      if (!steps) { if (height / 500 > value.low - value.high) return text((value.low + value.high) / 2); }
       var from = text(value.low), to = text(value.high);
       return from === to ? from : from + ' \u2026 ' + to;
     };
@@ -79,17 +78,20 @@ std::string_view chart_script() {
     return Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   }
 
-  function setUp(chart) {
-    var whole = Number(chart.dataset.width);
-    var begin = Number(chart.dataset.begin) / 1e9, unit = Number(chart.dataset.unit) / 1e9;
-    var windows = Array.from(chart.querySelectorAll('.window'));
-    var curves = Array.from(chart.querySelectorAll('.window path[data-names]')).map(curveOf);
-    var values = Array.from(chart.querySelectorAll('.value'));
-    var axis = chart.querySelector('.time-axis');
+  function setUp(plot) {
+    var height = Number(plot.dataset.height);
+    var whole = Number(plot.dataset.width);
+    var begin = Number(plot.dataset.begin) / 1e9, column = Number(plot.dataset.column) / 1e9;
+    var viewports = Array.from(plot.querySelectorAll('.viewport'));
+    var curves = Array.from(plot.querySelectorAll('.viewport path[data-names]')).map(function (path) {
+      return curveOf(path, height);
+    });
+    var values = Array.from(plot.querySelectorAll('.value'));
+    var axis = plot.querySelector('.time-axis');
     var from = 0, to = whole, pressed = null;
 
     function addLine(name) {
-      return windows.map(function (part) {
+      return viewports.map(function (part) {
         var line = document.createElementNS(SVG, 'path');
         line.setAttribute('class', name);
         part.appendChild(line);
@@ -99,8 +101,8 @@ std::string_view chart_script() {
     var cursors = addLine('cursor'), selections = addLine('selection');
 
     function drawAxis() {
-      var length = (to - from) * unit, first = begin + from * unit;
-      var step = timeStep(length, Math.max(2, Math.floor(chart.getBoundingClientRect().width / 90)));
+      var length = (to - from) * column, first = begin + from * column;
+      var step = timeStep(length, Math.max(2, Math.floor(plot.getBoundingClientRect().width / 90)));
       axis.replaceChildren();
       for (var k = Math.ceil(first / step - 1e-9); first + length + step * 1e-9 >= k * step; ++k) {
         var label = document.createElementNS(SVG, 'text');
@@ -116,26 +118,26 @@ std::string_view chart_script() {
       var length = Math.min(whole, Math.max(b - a, Math.min(whole, 4)));
       from = Math.min(Math.max(0, (a + b - length) / 2), whole - length);
       to = from + length;
-      windows.forEach(function (part) {
-        part.setAttribute('viewBox', from + ' 0 ' + length + ' ' + HEIGHT);
+      viewports.forEach(function (part) {
+        part.setAttribute('viewBox', from + ' 0 ' + length + ' ' + height);
       });
       drawAxis();
     }
 
     function xOf(event) {
-      var box = chart.getBoundingClientRect();
+      var box = plot.getBoundingClientRect();
       var share = (event.clientX - box.left) / box.width;
       return from + Math.min(1, Math.max(0, share)) * (to - from);
     }
 
     function point(event) {
-      var x = xOf(event), time = begin + x * unit;
-      cursors.forEach(function (line) { line.setAttribute('d', 'M' + x + ' 0v' + HEIGHT); });
+      var x = xOf(event), time = begin + x * column;
+      cursors.forEach(function (line) { line.setAttribute('d', 'M' + x + ' 0v' + height); });
       curves.forEach(function (curve, i) { values[i].textContent = curve(x); });
-      clock.textContent = time.toFixed(decimalsOf((to - from) * unit / 1000)) + ' s';
+      clock.textContent = time.toFixed(decimalsOf((to - from) * column / 1000)) + ' s';
       if (pressed !== null)
         selections.forEach(function (line) {
-          line.setAttribute('d', 'M' + pressed + ' 0H' + x + 'V' + HEIGHT + 'H' + pressed + 'Z');
+          line.setAttribute('d', 'M' + pressed + ' 0H' + x + 'V' + height + 'H' + pressed + 'Z');
         });
     }
 
@@ -147,12 +149,12 @@ std::string_view chart_script() {
     var tools = document.createElement('div');
     tools.className = 'tools';
     function button(text, name, action) {
-      var made = document.createElement('button');
-      made.type = 'button';
-      made.textContent = text;
-      made.setAttribute('aria-label', name);
-      made.addEventListener('click', action);
-      tools.appendChild(made);
+      var element = document.createElement('button');
+      element.type = 'button';
+      element.textContent = text;
+      element.setAttribute('aria-label', name);
+      element.addEventListener('click', action);
+      tools.appendChild(element);
     }
     function scaled(factor) {
       return function () {
@@ -162,8 +164,8 @@ std::string_view chart_script() {
     }
     function moved(share) {
       return function () {
-        var way = Math.max(-from, Math.min(whole - to, (to - from) * share));
-        show(from + way, to + way);
+        var shift = Math.max(-from, Math.min(whole - to, (to - from) * share));
+        show(from + shift, to + shift);
       };
     }
     var clock = document.createElement('span');
@@ -174,34 +176,34 @@ std::string_view chart_script() {
     button('+', 'zoom in', scaled(0.5));
     button('\u2212', 'zoom out', scaled(2));
     button('whole', 'show the whole plot', function () { show(0, whole); });
-    chart.parentNode.insertBefore(tools, chart);
+    plot.parentNode.insertBefore(tools, plot);
 
-    chart.addEventListener('pointermove', point);
-    chart.addEventListener('pointerleave', function () {
+    plot.addEventListener('pointermove', point);
+    plot.addEventListener('pointerleave', function () {
       if (pressed !== null) return;
       cursors.forEach(function (line) { line.removeAttribute('d'); });
       values.forEach(function (value) { value.textContent = ''; });
       clock.textContent = '';
     });
-    chart.addEventListener('pointerdown', function (event) {
+    plot.addEventListener('pointerdown', function (event) {
       if (event.button !== 0) return;
       pressed = xOf(event);
-      chart.setPointerCapture(event.pointerId);
+      plot.setPointerCapture(event.pointerId);
     });
-    chart.addEventListener('pointerup', function (event) {
+    plot.addEventListener('pointerup', function (event) {
       if (pressed === null) return;
       var x = xOf(event), began = pressed;
       release();
       if (Math.abs(x - began) > (to - from) / 50) show(Math.min(x, began), Math.max(x, began));
     });
-    chart.addEventListener('pointercancel', release);
-    chart.addEventListener('dblclick', function () { show(0, whole); });
+    plot.addEventListener('pointercancel', release);
+    plot.addEventListener('dblclick', function () { show(0, whole); });
     window.addEventListener('resize', drawAxis);
     drawAxis();
   }
 
   document.documentElement.classList.add('scripted');
-  document.querySelectorAll('.chart').forEach(setUp);
+  document.querySelectorAll('.signal-plot').forEach(setUp);
 }());
 )js";
 }

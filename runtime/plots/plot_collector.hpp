@@ -3,7 +3,7 @@
 // limits of their conditions. A signal on which a fault acts has its faulted values beside it.
 //
 // A series has between 2,000 and 4,000 buckets once the run has as many ticks. The plots of expectations have
-// at most 64 series in all; what has no place is listed in SignalPlots::not_plotted.
+// at most 64 series in all; what has no place is listed in PlotCollector::not_plotted.
 //
 // Threads: take on the base thread, once a tick, without allocation; the rest on the thread that opens and
 // closes the run.
@@ -13,25 +13,23 @@
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
-#include "runtime/expectations/plotted.hpp"
+#include "runtime/expectations/plot_content.hpp"
 #include "runtime/plots/series_buckets.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::plots {
 
-class SignalPlots {
+class PlotCollector {
  public:
-  static constexpr std::size_t max_expectation_series = 64;
-
   /// The names in the scenario are known.
-  SignalPlots(const config::Scenario& scenario, const signals::SignalTable& table);
+  PlotCollector(const config::Scenario& scenario, const signals::SignalTable& table);
 
   void take(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
 
-  /// `record` has the results of the expectations, in the order of the scenario. Plots of failed ones come
-  /// first, then those of the scenario, then the others.
-  void fill(const signals::SignalTable& table, std::int64_t end_ns, report::RunRecord& record);
+  /// `record` has the results of the expectations, in the order of the scenario. Plots of those that did not
+  /// hold come first, then those of the scenario, then the others.
+  void fill(const signals::SignalTable& table, std::int64_t end_ns, report::RunRecord& record) const;
 
  private:
   struct Series {
@@ -45,8 +43,8 @@ class SignalPlots {
     std::string title;
     std::vector<std::size_t> expectations{};  ///< indices
     std::vector<std::size_t> series{};        ///< indices
-    std::vector<expectations::PlottedLimit> limits{};
-    std::vector<expectations::PlottedReference> references{};
+    std::vector<expectations::PlotLimit> limits{};
+    std::vector<expectations::PlotReference> references{};
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
   };
@@ -57,7 +55,7 @@ class SignalPlots {
   /// Adds the series of the signals to the plot, with their faulted ones.
   void add_series(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
                   Plot& plot);
-  report::SignalSeries reference_series(const expectations::PlottedReference& reference,
+  report::SignalSeries reference_series(const expectations::PlotReference& reference,
                                         const signals::SignalTable& table, std::int64_t end_ns) const;
 
   std::int64_t period_ns_;
