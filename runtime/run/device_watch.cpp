@@ -5,7 +5,7 @@
 
 namespace hil::run {
 
-DeviceWatch::DeviceWatch(std::vector<Subject> subjects) {
+DeviceWatch::DeviceWatch(std::vector<Subject> subjects, Causes causes) : causes_(causes) {
   for (Subject& subject : subjects)
     watched_.push_back({.subject = std::move(subject), .connected = true, .faulty = false});
 }
@@ -26,9 +26,9 @@ void DeviceWatch::check(std::int64_t run_time_ns,
                 : connected ? " has a fault"
                 : faulty    ? " is lost"
                             : " is not connected";
-    if (faulty) sentence += ": " + fault;
-    events_.push_back({run_time_ns, sentence});
-    report(good, sentence);
+    const std::string with_cause = faulty ? sentence + ": " + fault : sentence;
+    events_.push_back({run_time_ns, causes_ == Causes::in_events ? with_cause : sentence});
+    report(good, with_cause);
   }
 }
 

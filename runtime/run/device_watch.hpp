@@ -2,7 +2,7 @@
 // Records for the report when devices become faulty or disconnected and when they recover, and collects the
 // devices' own events.
 //
-// Threads: check from one ordinary thread; events after it has ended.
+// Threads: check from one thread, in real time an ordinary one; events after it has ended.
 
 #include <cstdint>
 #include <functional>
@@ -20,7 +20,10 @@ class DeviceWatch {
     const io::Device* device = nullptr;  ///< outlives the watch
     std::string name;                    ///< with the noun of its type: "CAN bus car"
   };
-  explicit DeviceWatch(std::vector<Subject> subjects);
+  /// Whether events have the device's sentence on its fault. It may name a port or a folder that differs from
+  /// run to run.
+  enum class Causes : std::uint8_t { in_events, only_reported };
+  DeviceWatch(std::vector<Subject> subjects, Causes causes);
 
   /// Compares each device's state with that of the last check, takes its events, and calls `report` with a
   /// sentence for each change and each event. The first check reports only devices that are not connected or
@@ -42,6 +45,7 @@ class DeviceWatch {
   void collect_events(Watched& watched, const std::function<void(bool good, const std::string&)>& report);
 
   std::vector<Watched> watched_;
+  const Causes causes_;
   std::vector<report::Event> events_;
 };
 

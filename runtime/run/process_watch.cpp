@@ -48,7 +48,9 @@ void ProcessWatch::set_paused(std::size_t program, bool paused) noexcept {
 }
 
 void ProcessWatch::kill_for_fault(std::size_t program, const std::string& fault) noexcept {
-  const Watched& watched = watched_[program];
+  Watched& watched = watched_[program];
+  if (watched.fault->load(std::memory_order_relaxed) != nullptr) return;
+  watched.killed_at_ns = now_ns_();
   watched.fault->store(&fault, std::memory_order_release);
   if (watched.child->pid() > 0) ::kill(-watched.child->pid(), SIGKILL);
 }
@@ -77,16 +79,23 @@ ProcessWatch::Watching ProcessWatch::watch(std::function<void(const ProcessExit&
   return Watching(*this);
 }
 
+/// A process that a fault killed ended at that instant, however late its end is found.
+void ProcessWatch::take_fault(Watched& watched) {
+  const std::string* const fault = watched.fault->load(std::memory_order_acquire);
+  if (fault == nullptr) return;
+  watched.exit.ended_early = true;
+  watched.exit.ended_at_ns = watched.killed_at_ns;
+  watched.exit.fault = *fault;
+  watched.exit.safe_on_exit = false;
+}
+
 void ProcessWatch::check_children() {
   for (Watched& watched : watched_) {
     if (watched.exit.ended_early || watched.child->running()) continue;
     watched.exit.ended_early = true;
     watched.exit.ended_at_ns = now_ns_();
     watched.exit.exit = io::process::describe(watched.child->exit());
-    if (const std::string* const fault = watched.fault->load(std::memory_order_acquire)) {
-      watched.exit.fault = *fault;
-      watched.exit.safe_on_exit = false;
-    }
+    take_fault(watched);
     if (on_exit_) on_exit_(watched.exit);
   }
 }
@@ -137,6 +146,7 @@ std::vector<ProcessExit> ProcessWatch::stop() {
     if (watched.child != nullptr && !watched.exit.ended_early) {
       if (watched.child->pid() > 0) ::kill(-watched.child->pid(), SIGCONT);  // a fault may have paused it
       watched.exit.exit = io::process::describe(watched.child->stop(stop_timeout_ns));
+      take_fault(watched);
     }
     if (watched.child != nullptr) watched.exit.output_fault = watched.child->output_fault();
     watched.child.reset();

@@ -53,7 +53,8 @@ class ProcessWatch {
   /// Stops a process (SIGSTOP), by its place in the list of programs, or lets it go on. Any thread; neither
   /// allocates nor blocks.
   void set_paused(std::size_t program, bool paused) noexcept;
-  /// Kills a process for a fault, whose name outlives the watch: its end does not end the run. As set_paused.
+  /// Kills a process for a fault, whose name outlives the watch: its end does not end the run, and has the
+  /// time of this call. As set_paused.
   void kill_for_fault(std::size_t program, const std::string& fault) noexcept;
 
   /// A text for each process: name, process id and command.
@@ -91,9 +92,11 @@ class ProcessWatch {
   struct Watched {
     std::unique_ptr<io::process::Child> child;
     ProcessExit exit;
+    std::int64_t killed_at_ns = 0;  ///< by the fault; written before it
     /// The fault that killed it.
     std::unique_ptr<std::atomic<const std::string*>> fault{};
   };
+  static void take_fault(Watched& watched);
   RunTimeNow now_ns_;
   std::vector<Watched> watched_;
   std::function<void(const ProcessExit&)> on_exit_;

@@ -96,7 +96,8 @@ void RunBuses::start_remaining_devices() {
     subjects.push_back({&device, name_of(section), section.may_be_lost});
     watched.push_back({&device, name_of(section)});
   }
-  device_watch_.emplace(std::move(watched));
+  device_watch_.emplace(std::move(watched), context_.is_virtual ? DeviceWatch::Causes::only_reported
+                                                                : DeviceWatch::Causes::in_events);
   loss_watch_.emplace(std::move(subjects));
 }
 
@@ -137,6 +138,7 @@ void RunBuses::begin_tick(std::int64_t time_ns) noexcept {
   loss_watch_->check(time_ns);
   for (const auto& link : links_)
     link->hold_safe_values(loss_watch_->outputs_must_be_safe());
+  if (context_.is_virtual) check_devices(time_ns);
 }
 
 bool RunBuses::ends_run(std::size_t bus) const noexcept {
@@ -167,7 +169,11 @@ void RunBuses::write_to_log(bool good, const std::string& sentence) {
 }
 
 void RunBuses::check() {
-  device_watch_->check(context_.device_clock.report_ns(),
+  if (!context_.is_virtual) check_devices(context_.device_clock.report_ns());
+}
+
+void RunBuses::check_devices(std::int64_t time_ns) {
+  device_watch_->check(time_ns,
                        [this](bool good, const std::string& sentence) { write_to_log(good, sentence); });
 }
 

@@ -64,7 +64,8 @@ class RunBuses {
   /// The reason for that, in a sentence; empty: in_step() is true.
   std::string step_fault() const;
 
-  /// Writes changes of the devices' states and their events to run.log.
+  /// In real time: writes changes of the devices' states and their events to run.log. Under the virtual clock
+  /// begin_tick does, so that they have the same times in each run.
   void check();
   std::vector<report::LiveBus> bus_loads() const;
   void enter_safe_state() noexcept;
@@ -89,6 +90,7 @@ class RunBuses {
     std::unique_ptr<buses::BusDevice> device;
   };
   void start(RunningBus& bus);
+  void check_devices(std::int64_t time_ns);
   /// Whether the bus failed in a lock-step exchange and may not be lost.
   bool ends_run(std::size_t bus) const noexcept;
   void keep_judged_arrivals(RunningBus& bus);

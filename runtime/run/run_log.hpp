@@ -2,7 +2,7 @@
 // run.log in the folder of a run, and optionally the console: what was opened and started, which devices
 // became faulty and recovered, and why the run ended, with wall-clock time.
 //
-// Threads: any but those of the tick. Each line is written at once.
+// Threads: any, in real time none of the tick. Each line is written at once.
 
 #include <filesystem>
 #include <memory>

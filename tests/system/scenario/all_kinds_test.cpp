@@ -86,7 +86,7 @@ const std::map<std::string, Spans> spans_by_time_and_condition{
     {"fault while", {{301, 601}, {901, 1201}, {1501, 1801}}},
     {"fault while_times", {{301, 401}, {701, 801}}},
     {"fault after_an_event", {{151, 171}}},
-    {"fault while_event", {{421, 426}}},  // fault.at_for and stimulus.gated are read in the next tick
+    {"fault after_a_while", {{421, 426}}},  // fault.at_for and stimulus.gated are read in the next tick
     {"fault sent_dropped", {{200, 250}}},
     {"fault sent_repeated", {{300, 350}}},
     {"fault sent_late", {{400, 450}}},

@@ -35,7 +35,7 @@ class DeviceWatchTest : public ::testing::Test {
   using Reports = std::vector<std::string>;
 
   WatchedDevice plc_;
-  DeviceWatch watch_{{{&plc_, "Modbus unit plc"}}};
+  DeviceWatch watch_{{{&plc_, "Modbus unit plc"}}, DeviceWatch::Causes::in_events};
 };
 
 TEST_F(DeviceWatchTest, EachChangeIsReportedOnceWithItsTime) {
@@ -53,8 +53,19 @@ TEST_F(DeviceWatchTest, EachChangeIsReportedOnceWithItsTime) {
   EXPECT_EQ(check(6), Reports{"bad: Modbus unit plc is not connected"});
   ASSERT_EQ(watch_.events().size(), 4U);
   EXPECT_EQ(watch_.events()[0].time_ns, 1);
+  EXPECT_EQ(watch_.events()[0].text, "Modbus unit plc is lost: no answer");
   EXPECT_EQ(watch_.events()[3].time_ns, 6);
   EXPECT_EQ(watch_.events()[3].text, "Modbus unit plc is not connected");
+}
+
+TEST_F(DeviceWatchTest, EventsMayHaveNoCause) {
+  DeviceWatch watch({{&plc_, "Modbus unit plc"}}, DeviceWatch::Causes::only_reported);
+  plc_.state = {.connected = false, .fault = "no answer from port 4711"};
+  std::string reported;
+  watch.check(3, [&](bool, const std::string& sentence) { reported = sentence; });
+  EXPECT_EQ(reported, "Modbus unit plc is lost: no answer from port 4711");
+  ASSERT_EQ(watch.events().size(), 1U);
+  EXPECT_EQ(watch.events()[0].text, "Modbus unit plc is lost");
 }
 
 TEST_F(DeviceWatchTest, DeviceThatWasNeverConnectedIsReportedAtTheFirstCheck) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -135,6 +136,32 @@ TEST(ProcessWatch, ProgramsThatEndAfterTheWatchDidNotEndEarly) {
   const auto exits = watch.stop();
   EXPECT_FALSE(exits[0].ended_early);
   EXPECT_TRUE(recorder.all().empty());
+}
+
+TEST(ProcessWatch, ProgramThatAFaultKillsEndsAtThatInstant) {
+  std::atomic<std::int64_t> now_ns{7};
+  ExitRecorder recorder;
+  ProcessWatch watch({shell("ecu", "sleep 100"), shell("spare", "sleep 100"), shell("plc", "sleep 100")},
+                     [&] { return now_ns.load(); });
+  const std::string crash = "crash", last = "last";
+  {
+    const ProcessWatch::Watching watching = watch.watch(recorder.callback(), {});
+    watch.kill_for_fault(0, crash);
+    now_ns = 9;
+    ASSERT_TRUE(eventually([&] { return recorder.all().size() == 1; }));
+    EXPECT_EQ(recorder.all()[0].ended_at_ns, 7);
+    EXPECT_EQ(recorder.all()[0].fault, "crash");
+    EXPECT_FALSE(recorder.all()[0].safe_on_exit);
+  }
+  // Also where the watch does not find the end, since it is over.
+  watch.kill_for_fault(1, last);
+  now_ns = 11;
+  const std::vector<ProcessExit> exits = watch.stop();
+  EXPECT_TRUE(exits[1].ended_early);
+  EXPECT_EQ(exits[1].ended_at_ns, 9);
+  EXPECT_EQ(exits[1].fault, "last");
+  EXPECT_EQ(exits[1].exit, "was ended by signal 9 (Killed)");
+  EXPECT_FALSE(exits[2].ended_early);
 }
 
 TEST(ProcessWatch, NamesTheFirstThatEndedBeforeTheWatch) {
