@@ -111,24 +111,28 @@ faults:
 }
 
 TEST(AllKindsListed, EveryTargetHasEachOfItsFaults) {
-  Names present;  // as "message can.car.EgoStatus drop"
+  const std::map<std::string, Names> by_target = effects_by_target();
+  Names present;  // as "message drop" and "can.car.EgoStatus drop"
   for (const YAML::Node& fault : entries_of("faults")) {
-    for (const auto& [target, effects] : effects_by_target()) {
+    for (const auto& [target, effects] : by_target) {
       if (!fault[target]) continue;
       for (const std::string& effect : effects) {
         if (!fault[effect]) continue;
         present.insert(target + " " + effect);
         present.insert(fault[target].Scalar() + " " + effect);
+        if (effect == "stuck" && fault[effect].Scalar() != "last")
+          present.insert(target + " stuck at a value");
         if (effect == "wrong") present.insert(fault[target].Scalar() + " " + fault[effect].Scalar());
       }
     }
   }
-  for (const auto& [target, effects] : effects_by_target()) {
+  for (const auto& [target, effects] : by_target) {
     for (const std::string& effect : effects)
       EXPECT_TRUE(present.contains(target + " " + effect)) << "no fault of a " << target << " has " << effect;
   }
+  EXPECT_TRUE(present.contains("signal stuck at a value"));
   // Messages in both directions.
-  Names of_messages = effects_by_target()["message"];
+  Names of_messages = by_target.at("message");
   of_messages.insert({"counter", "checksum"});
   for (const std::string& effect : of_messages) {
     for (const std::string message : {"can.car.EgoStatus", "can.car.BrakeCommand"})
