@@ -276,10 +276,14 @@ TEST(Ending, HungProgramOfABusThatMayBeLostLetsTheRunGoOn) {
   run.signal_child("hil-aeb-controller", SIGSTOP);
   EXPECT_TRUE(eventually(
       [&] { return read_text(run.out() + "/run.log").find("CAN bus car is lost") != std::string::npos; }));
+  // The loss counts after the time-out of BrakeCommand, 200 ms. The file has 100 rows for a second.
+  const auto rows = [&] { return std::ranges::count(read_text(run.out() + "/signals.csv"), '\n'); };
+  EXPECT_TRUE(eventually([&, before = rows()] { return rows() > before + 100; }));
   run.interrupt();
   const Ended ended = run.wait();
   EXPECT_EQ(ended.code, 130) << ended.output << ended.errors;
   const auto report = read_report(run.out());
+  ASSERT_EQ(report["losses"].size(), 1U) << report["losses"];
   EXPECT_EQ(report["losses"][0]["permitted"], true) << report["losses"];
   EXPECT_EQ(report["can"][0]["dropped_releases"], 0) << "nothing is released for a bus that is left out";
 }
