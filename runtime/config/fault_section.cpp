@@ -69,7 +69,7 @@ Schema fault_schema() {
                           "Of a signal: a change per second since the begin, which is added."),
           Field::optional("dropout", Schema::quantity(Quantity::share, 0.0, 1.0),
                           "Of a signal: the share of ticks in which there is no value, from the run's seed."),
-          Field::optional("delay", duration_schema(min_duration_s),
+          Field::optional("delay", duration_schema(min_duration_s, max_fault_delay_s),
                           "How late a signal is (a multiple of the base period), a frame of a message, or a "
                           "reply of a Modbus unit."),
           Field::optional("drop", Schema::quantity(Quantity::share, 0.0, 1.0),

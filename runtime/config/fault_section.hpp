@@ -13,6 +13,9 @@
 
 namespace hil::config {
 
+/// The longest delay of a signal, a frame or a reply: what is delayed is kept in memory.
+inline constexpr double max_fault_delay_s = 60.0;
+
 struct FaultSection {
   enum class Target : std::uint8_t {
     signal,   ///< what its readers read in place of it

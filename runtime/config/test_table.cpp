@@ -16,7 +16,6 @@ using FaultKind = FaultSection::Kind;
 enum Column : std::uint8_t { time_column, channel, value, fault, expectation, tolerance, comment, columns };
 constexpr std::array<const char*, columns> column_names{"time",        "channel",   "value",  "fault",
                                                         "expectation", "tolerance", "comment"};
-constexpr double max_delay_s = 60.0;
 constexpr const char* other_name_of_time = "timestamp";
 
 struct FaultState {
@@ -153,7 +152,7 @@ class TestTableReader {
       const auto reading = read_quantity(argument.text, is_delay ? Quantity::duration_s : Quantity::share);
       if (!reading.fault.empty()) {
         diagnostics_.add(argument.place, in_quotes(argument.text) + " " + reading.fault);
-      } else if (is_delay ? reading.nanoseconds <= 0 || reading.value_si > max_delay_s
+      } else if (is_delay ? reading.nanoseconds <= 0 || reading.value_si > max_fault_delay_s
                           : !(reading.value_si >= 0.0 && reading.value_si <= 1.0)) {
         diagnostics_.add(argument.place, in_quotes(argument.text) + " is out of range; it can be " +
                                              (is_delay ? "above 0 s, up to 60 s" : "from 0 % to 100 %"));

@@ -91,6 +91,7 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
       {"faults: [{name: f, signal: plant.x, stuck: lst}]", "13:44: there is no signal 'lst'"},
       {"faults: [{name: f, signal: plant.x, delay: 1.5 ms}]",
        "13:44: 'delay': 1.5 ms is no multiple of the base period of 1 ms"},
+      {"faults: [{name: f, signal: plant.x, delay: 2 min}]", "'2 min' is out of range"},
       {"faults: [{name: f, signal: plant.x, gain: 2, offset: 1 m}]", "exactly one of"},
       {"faults: [{name: f, signal: plant.x, gain: 2, at: 1 ms, when: plant.x > 1 m}]",
        "13:62: 'when' and 'at' exclude each other: both say when it begins"},
