@@ -24,18 +24,19 @@ std::string_view trimmed(std::string_view text) {
 }  // namespace
 
 CsvReader::CsvReader(std::string path, const Place& named_at, Diagnostics& diagnostics)
-    : path_(std::move(path)), diagnostics_(diagnostics) {
+    : path_(std::move(path)), named_at_(named_at), diagnostics_(diagnostics) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(path_, error);
   if (!error && bytes > max_csv_bytes) {
-    diagnostics.add(named_at, "the file has " + std::to_string(bytes) + " bytes; at most " +
-                                  std::to_string(max_csv_bytes) + " are read");
+    diagnostics.add(named_at, "the file has " + std::to_string(bytes) + " bytes, more than the limit of " +
+                                  std::to_string(max_csv_bytes) + "; split it");
     return;
   }
   file_.open(path_, std::ios::binary);
+  if (!file_.is_open()) diagnostics.add(named_at, "the file " + in_quotes(path_) + " can not be opened");
 }
 
-bool CsvReader::divide() {
+bool CsvReader::split_cells() {
   cells_.clear();
   const std::string_view line = line_;
   std::size_t begin = line_number_ == 1 && line.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
@@ -54,19 +55,23 @@ bool CsvReader::next() {
   const std::size_t columns = cells_.size();
   while (std::getline(file_, line_)) {
     ++line_number_;
-    const bool is_whole = divide();
+    const bool is_whole = split_cells();
     if (cells_.size() == 1 && cells_[0].text.empty()) continue;
     if (cells_[0].text.starts_with('#')) continue;
-    if (!is_whole) return end_of_rows("more than " + std::to_string(max_csv_columns) + " columns");
+    if (!is_whole)
+      return refuse_row("the row has more cells than the limit of " + std::to_string(max_csv_columns) +
+                        "; split the file");
     if (columns == 0 || cells_.size() == columns) return true;
-    return end_of_rows(std::to_string(cells_.size()) + " cells in a file of " + std::to_string(columns) +
-                       " columns");
+    return refuse_row(std::to_string(cells_.size()) + " cells in a file of " + std::to_string(columns) +
+                      " columns");
   }
+  if (file_.bad())
+    diagnostics_.add(named_at_, "the file can not be read after its line " + std::to_string(line_number_));
   file_.close();
   return false;
 }
 
-bool CsvReader::end_of_rows(std::string mistake) {
+bool CsvReader::refuse_row(std::string mistake) {
   diagnostics_.add({path_, line_number_, 1}, std::move(mistake));
   file_.close();
   return false;
@@ -85,7 +90,7 @@ void CsvReader::refuse(std::size_t column, std::string message) const {
   diagnostics_.add(place(column), std::move(message));
 }
 
-std::optional<std::size_t> CsvReader::find(const std::string& name, const Place& place) const {
+std::optional<std::size_t> CsvReader::find_column(const std::string& name, const Place& place) const {
   std::vector<std::string> names;
   for (const Cell& cell : cells_)
     names.emplace_back(cell.text);

@@ -2,7 +2,7 @@
 // Rows of a CSV file, one after the other.
 //
 // Cells are separated by commas and are not in quotes; blanks around them do not count, and neither do lines
-// without text or with a # at the begin. Numbers have a decimal point. A byte order mark is skipped.
+// without text or that start with #. Numbers have a decimal point. A byte order mark is skipped.
 //
 // Threads: one.
 
@@ -24,14 +24,15 @@ inline constexpr std::size_t max_csv_columns = 10'000;
 
 class CsvReader {
  public:
-  /// `named_at`: where the file is named. A mistake when it is too large; there are no rows then.
+  /// `named_at`: where the file is named. A mistake when it is too large or can not be opened; there are no
+  /// rows then.
   CsvReader(std::string path, const Place& named_at, Diagnostics& diagnostics);
 
   CsvReader(const CsvReader&) = delete;
   CsvReader& operator=(const CsvReader&) = delete;
 
   /// Whether there is a further row, which is then the current one. Each has as many cells as the first one;
-  /// another number is a mistake, and ends the rows. After a mistake there are no rows.
+  /// another number is a mistake, and so is an error while reading. After a mistake there are no rows.
   bool next();
 
   /// Of the current row, from 0.
@@ -44,7 +45,7 @@ class CsvReader {
   void refuse(std::size_t column, std::string message) const;
 
   /// The column whose cell is `name`. Empty with a mistake at `place`.
-  std::optional<std::size_t> find(const std::string& name, const Place& place) const;
+  std::optional<std::size_t> find_column(const std::string& name, const Place& place) const;
 
  private:
   struct Cell {
@@ -52,10 +53,12 @@ class CsvReader {
     std::uint32_t column = 1;  ///< in the line, from 1
   };
   /// False: too many cells.
-  bool divide();
-  bool end_of_rows(std::string mistake);
+  bool split_cells();
+  /// Adds a mistake at the current row, which is the last one. False.
+  bool refuse_row(std::string mistake);
 
   std::string path_;
+  Place named_at_;
   Diagnostics& diagnostics_;
   std::ifstream file_;
   std::string line_;

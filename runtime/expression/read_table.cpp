@@ -189,11 +189,11 @@ class TablePoints {
 
   std::optional<std::size_t> column_of_x(const CsvReader& file) {
     if (!file_section().has("x")) return 0;
-    return file.find(file_section()["x"].text(), file_section()["x"].place());
+    return file.find_column(file_section()["x"].text(), file_section()["x"].place());
   }
   std::optional<std::size_t> column_of_values(const CsvReader& file, std::size_t x) {
     if (file_section().has("column"))
-      return file.find(file_section()["column"].text(), file_section()["column"].place());
+      return file.find_column(file_section()["column"].text(), file_section()["column"].place());
     if (file.columns() == 2) return 1 - x;
     diagnostics_.add(file_section().place(), "the file has " + std::to_string(file.columns()) +
                                                  " columns; 'column' has to name the one with the values");

@@ -38,9 +38,9 @@ std::optional<CsvProfile> CsvProfile::read(const std::string& path, const Place&
   CsvProfile profile;
   profile.is_linear_ = is_linear;
   if (file.next()) {
-    const auto time = file.find(has_column(file, "time_s") ? "time_s" : "time", file.place(0));
+    const auto time = file.find_column(has_column(file, "time_s") ? "time_s" : "time", file.place(0));
     const auto value = column.text.empty() ? only_value(file.columns(), time, column.place, diagnostics)
-                                           : file.find(column.text, column.place);
+                                           : file.find_column(column.text, column.place);
     if (!time || !value) return std::nullopt;
     while (file.next()) {
       const auto time_s = file.number(*time);
@@ -52,7 +52,8 @@ std::optional<CsvProfile> CsvProfile::read(const std::string& path, const Place&
       }
       const auto time_ns = static_cast<std::int64_t>(std::llround(1e9 * *time_s));
       if (!profile.times_ns_.empty() && time_ns <= profile.times_ns_.back()) {
-        file.refuse(*time, "times rise, but this one is not after that of the row before");
+        file.refuse(*time,
+                    "times have to be strictly increasing, but this one is not after that of the row before");
         return std::nullopt;
       }
       profile.times_ns_.push_back(time_ns);

@@ -18,9 +18,6 @@ namespace {
 using config::Diagnostics;
 using config::in_quotes;
 
-/// Clocks of a machine's interfaces differ by less.
-constexpr std::int64_t max_disorder_ns = 100'000'000;
-
 /// Frames that are not played, for one reason.
 struct LeftOut {
   std::size_t frames = 0;
@@ -63,12 +60,14 @@ class LogReader {
     const std::uintmax_t bytes = std::filesystem::file_size(section_.file.text, error);
     if (!error && bytes > max_log_bytes) {
       return diagnostics_.add(section_.file.place, "the log has " + std::to_string(bytes) +
-                                                       " bytes; at most " + std::to_string(max_log_bytes) +
-                                                       " are read");
+                                                       " bytes, more than the limit of " +
+                                                       std::to_string(max_log_bytes) + "; split it");
     }
     std::ifstream file(section_.file.text, std::ios::binary);
+    if (!file.is_open()) return diagnostics_.add(section_.file.place, "the log can not be opened");
     std::string text;
-    for (std::uint32_t line = 1; !diagnostics_.full() && std::getline(file, text); ++line) {
+    std::uint32_t line = 1;
+    for (; !diagnostics_.full() && std::getline(file, text); ++line) {
       if (text.empty() || text == "\r") continue;
       const auto logged = io::can::parse_candump_line(text);
       if (!logged) {
@@ -80,15 +79,20 @@ class LogReader {
       if (section_.interface && section_.interface->text != logged->interface) continue;
       if (!take(*logged, line)) return;
     }
+    if (file.bad())
+      diagnostics_.add(section_.file.place,
+                       "the log can not be read after its line " + std::to_string(line - 1));
   }
 
   /// False with a mistake that ends the reading.
   bool take(const io::can::LoggedFrame& logged, std::uint32_t line) {
     const io::can::Frame& frame = logged.frame;
     const std::int64_t offset_ns = frame.wall_ns - *first_ns_;
-    if (offset_ns < last_ns_ - max_disorder_ns) {
+    if (offset_ns < last_ns_ - max_log_disorder_ns) {
       refuse(line, "this frame is " + config::format_duration(last_ns_ - offset_ns) +
-                       " before the one in the line before it");
+                       " earlier than an earlier line of its interface; at most " +
+                       config::format_duration(max_log_disorder_ns) +
+                       " are allowed, so sort the log by time");
       return false;
     }
     last_ns_ = std::max(last_ns_, offset_ns);
@@ -97,7 +101,8 @@ class LogReader {
     } else if (std::ranges::find(sent_ids_, frame.raw.can_id) != sent_ids_.end()) {
       of_sent_.add(line);
     } else if (frames_.size() == max_played_frames) {
-      refuse(line, "more than " + std::to_string(max_played_frames) + " frames");
+      refuse(line,
+             "the log has more frames than the limit of " + std::to_string(max_played_frames) + "; split it");
       return false;
     } else {
       frames_.push_back({last_ns_, frame.raw, frame.is_fd});

@@ -7,6 +7,7 @@
 // Threads: the one that wires the scenario.
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -19,6 +20,9 @@ namespace hil::buses::can {
 /// Larger logs are refused.
 inline constexpr std::size_t max_log_bytes = std::size_t{64} << 20;
 inline constexpr std::size_t max_played_frames = 1'000'000;
+/// A frame may be this much earlier than an earlier line of its interface, and is then played at that time.
+/// Clocks of one machine differ by less.
+inline constexpr std::int64_t max_log_disorder_ns = 100'000'000;
 
 /// `sent_ids`: of the messages that the run sends. Empty with mistakes at the lines of the log, or where the
 /// scenario names it. Warns of frames that are not played.

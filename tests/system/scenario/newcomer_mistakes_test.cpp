@@ -106,7 +106,8 @@ TEST_F(NewcomerMistakes, EachIsOneSentenceWithItsPlace) {
       {"sequence: [{ramp: 2 l/s, for: 2 s}, {hold: 1 l/s}]}", "file: {path: gap.csv, column: inflow}}",
        "gap.csv:3:3: an empty cell: a number is missing"},
       {"sequence: [{ramp: 2 l/s, for: 2 s}, {hold: 1 l/s}]}", "file: {path: back.csv, column: inflow}}",
-       "back.csv:4:1: times rise, but this one is not after that of the row before"},
+       "back.csv:4:1: times have to be strictly increasing, but this one is not after that of the row "
+       "before"},
       {"sequence: [{ramp: 2 l/s, for: 2 s}, {hold: 1 l/s}]}", "file: {path: none.csv, column: inflow}}",
        "s.yaml:31:55: 'path': 'none.csv': there is no such file (none.csv)"},
       {"stimuli:\n", "stimuli:\n  - {name: again, drives: tank.inflow, sequence: [{hold: 1 l/s}]}\n",

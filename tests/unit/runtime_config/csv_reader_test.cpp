@@ -56,12 +56,24 @@ TEST_F(CsvReaders, RefuseTooManyColumns) {
   rows_of(row);
   EXPECT_EQ(mistakes(), "");
   EXPECT_EQ(rows_of(row + ",0"), "");
-  EXPECT_EQ(mistakes(), "f.csv:1:1: more than 10000 columns\n");
+  EXPECT_EQ(mistakes(), "f.csv:1:1: the row has more cells than the limit of 10000; split the file\n");
 }
 
 TEST_F(CsvReaders, RefuseTooManyBytes) {
   EXPECT_EQ(rows_of("a\n" + std::string(max_csv_bytes, ' ')), "");
-  EXPECT_EQ(mistakes(), "s.yaml:1:1: the file has 67108866 bytes; at most 67108864 are read\n");
+  EXPECT_EQ(mistakes(),
+            "s.yaml:1:1: the file has 67108866 bytes, more than the limit of 67108864; split it\n");
+}
+
+TEST_F(CsvReaders, ReportThatAFileCanNotBeRead) {
+  CsvReader folder(folder_.path().string(), {"s.yaml", 1, 1}, diagnostics_);
+  EXPECT_FALSE(folder.next()) << "a read of a folder fails after it is open";
+  EXPECT_EQ(mistakes(), "s.yaml:1:1: the file can not be read after its line 0\n");
+  diagnostics_ = {};
+  CsvReader missing((folder_.path() / "none.csv").string(), {"s.yaml", 1, 1}, diagnostics_);
+  EXPECT_FALSE(missing.next());
+  ASSERT_EQ(diagnostics_.count(), 1U);
+  EXPECT_NE(mistakes().find("none.csv' can not be opened"), std::string::npos) << mistakes();
 }
 
 TEST_F(CsvReaders, ReadNumbersWithADecimalPoint) {
