@@ -70,7 +70,7 @@ struct InputGroup {
 struct DeviceEvent {
   RunTimeNs time_ns = 0;  ///< may lie before the first tick
   std::string text;
-  bool is_expected = false;  ///< the scenario wants it; else it is something to look at
+  bool is_expected = false;  ///< the scenario causes it; logged as info, others as a warning
 };
 
 /// A fault that a run injects: into the frames of a message, or into the connection with the other side.

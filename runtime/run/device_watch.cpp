@@ -11,7 +11,7 @@ DeviceWatch::DeviceWatch(std::vector<Subject> subjects, Causes causes) : causes_
 }
 
 void DeviceWatch::check(std::int64_t run_time_ns,
-                        const std::function<void(bool good, const std::string&)>& report) {
+                        const std::function<void(bool is_expected, const std::string&)>& report) {
   for (Watched& watched : watched_) {
     collect_events(watched, report);
     const bool connected = watched.subject.device->connected();
@@ -20,25 +20,26 @@ void DeviceWatch::check(std::int64_t run_time_ns,
     if (connected == watched.connected && faulty == watched.faulty) continue;
     watched.connected = connected;
     watched.faulty = faulty;
-    const bool good = connected && !faulty;
+    const bool works = connected && !faulty;
     std::string sentence = watched.subject.name;
-    sentence += good        ? " works again"
+    sentence += works       ? " works again"
                 : connected ? " has a fault"
                 : faulty    ? " is lost"
                             : " is not connected";
     const std::string with_cause = faulty ? sentence + ": " + fault : sentence;
     events_.push_back({run_time_ns, causes_ == Causes::in_events ? with_cause : sentence});
-    report(good, with_cause);
+    report(works, with_cause);
   }
 }
 
-void DeviceWatch::collect_last_events(const std::function<void(bool good, const std::string&)>& report) {
+void DeviceWatch::collect_last_events(
+    const std::function<void(bool is_expected, const std::string&)>& report) {
   for (Watched& watched : watched_)
     collect_events(watched, report);
 }
 
 void DeviceWatch::collect_events(Watched& watched,
-                                 const std::function<void(bool good, const std::string&)>& report) {
+                                 const std::function<void(bool is_expected, const std::string&)>& report) {
   for (io::DeviceEvent& event : watched.subject.device->events_since(watched.events)) {
     ++watched.events;
     // An event from before the run is listed at its beginning.

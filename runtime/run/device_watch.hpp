@@ -26,12 +26,14 @@ class DeviceWatch {
   DeviceWatch(std::vector<Subject> subjects, Causes causes);
 
   /// Compares each device's state with that of the last check, takes its events, and calls `report` with a
-  /// sentence for each change and each event. The first check reports only devices that are not connected or
+  /// sentence for each change and each event; `is_expected`: as in io::DeviceEvent, and of a device that works
+  /// again. The first check reports only devices that are not connected or
   /// have a fault.
-  void check(std::int64_t run_time_ns, const std::function<void(bool good, const std::string&)>& report);
+  void check(std::int64_t run_time_ns,
+             const std::function<void(bool is_expected, const std::string&)>& report);
   /// After the run: takes the events since the last check. Ignores the state of the devices, which are
   /// stopped.
-  void collect_last_events(const std::function<void(bool good, const std::string&)>& report);
+  void collect_last_events(const std::function<void(bool is_expected, const std::string&)>& report);
   /// All changes, with the run time of the check that found them, and all events, with their own time.
   const std::vector<report::Event>& events() const noexcept { return events_; }
 
@@ -42,7 +44,8 @@ class DeviceWatch {
     bool faulty = false;
     std::size_t events = 0;  ///< taken so far
   };
-  void collect_events(Watched& watched, const std::function<void(bool good, const std::string&)>& report);
+  void collect_events(Watched& watched,
+                      const std::function<void(bool is_expected, const std::string&)>& report);
 
   std::vector<Watched> watched_;
   const Causes causes_;
