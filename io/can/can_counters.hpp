@@ -19,7 +19,7 @@ struct CanCounters {
   std::uint64_t errors = 0;   ///< error frames
   std::uint64_t no_buffer =
       0;  ///< sends refused because the queue was full; each is retried once, in the next tick
-  std::uint64_t send_errors = 0;   ///< sends that failed otherwise (bus lost)
+  std::uint64_t send_errors = 0;   ///< sends that failed otherwise (bus lost), without those of the log
   std::uint64_t bad_checksum = 0;  ///< received frames rejected for their checksum
   std::uint64_t bad_counter = 0;   ///< received frames rejected for their counter
   /// Received frames rejected as remote requests, or for their format: classic although the message is FD, or

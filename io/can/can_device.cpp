@@ -420,6 +420,14 @@ void CanDevice::note_full_queue(RunTimeNs now_ns) {
                  " ms: its queue stays full, since no other station acknowledges frames");
 }
 
+void CanDevice::note_send_error(const std::string& what) {
+  const int error = bus_->send_error();
+  const bool lost = error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENOTCONN;
+  if (lost && config_.may_be_lost) return;
+  set_send_fault(what + " could not be sent on CAN bus '" + config_.name + "' (" + bus_->description() +
+                 "): " + std::strerror(error));
+}
+
 /// Keeps the first fault.
 void CanDevice::set_send_fault(const std::string& fault) {
   const std::lock_guard lock(health_mutex_);
@@ -429,7 +437,7 @@ void CanDevice::set_send_fault(const std::string& fault) {
 void CanDevice::send_requested_safe_values() {
   if (!safe_state_requested_.exchange(false, std::memory_order_acq_rel)) return;
   faults_.end_all();
-  if (playback_) playback_->end();
+  if (playback_) playback_->cancel();
   update_injected_bus_off();
   load_.end();
   for (Sent& sent : sent_) {

@@ -30,8 +30,8 @@
 #include "io/can/candump_log.hpp"
 #include "io/can/dbc.hpp"
 #include "io/can/frame_faults.hpp"
+#include "io/can/log_playback.hpp"
 #include "io/can/message_coder.hpp"
-#include "io/can/playback.hpp"
 #include "io/can/send_order.hpp"
 #include "io/device.hpp"
 #include "io/frame_sink.hpp"
@@ -62,7 +62,8 @@ struct CanDeviceConfig {
   /// Messages due in one tick are sent in this order.
   std::vector<SentMessageConfig> send;
   std::vector<ReceivedMessageConfig> receive;
-  /// Frames of other stations that the device puts on the bus, and receives; none of a message under `send`.
+  /// Frames of a log that the device sends, and receives as those of other stations. The frames have no
+  /// identifier of a message under `send`.
   std::optional<PlaybackConfig> playback{};
   double bits_per_second = 500'000.0;  ///< for the bus load
   /// Frames that can not be sent while the bus is lost do not cause a send_fault()
@@ -116,7 +117,7 @@ class CanDevice final : public Device {
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
   CanCounters counters() const noexcept;
-  /// Of the frames from a log; empty: there is no playback. After stop().
+  /// Empty: there is no playback. After stop().
   std::optional<PlaybackState> playback() const {
     return playback_ ? std::optional(playback_->state()) : std::nullopt;
   }
@@ -165,9 +166,9 @@ class CanDevice final : public Device {
   void update_injected_bus_off();
   void pass_due_frames();
   void play_due_frames();
-  /// Whether a frame of this station is one of the log.
+  /// Whether the frame, received back by this station, was sent by the playback.
   bool is_played(const Frame& frame) const noexcept;
-  /// `change`: "begins".
+  /// `change`: a verb, "begins" or "ends".
   void note_event(RunTimeNs time_ns, const std::string& change);
   RunTimeNs now_ns() const noexcept {
     return pacing_ == Pacing::lockstep ? *last_tick_ns_ : clock_->now_ns();
@@ -180,7 +181,7 @@ class CanDevice final : public Device {
   SendResult put_on_bus(const Frame& frame, const std::string& message);
   void confirm(Sent& sent, RunTimeNs time_ns);
   void note_full_queue(RunTimeNs now_ns);
-  /// `what`: "message EgoStatus".
+  /// `what` could not be sent: "message EgoStatus".
   void note_send_error(const std::string& what);
   void set_send_fault(const std::string& fault);
   void send_requested_safe_values();
@@ -221,7 +222,7 @@ class CanDevice final : public Device {
   std::optional<RunTimeNs> full_since_ns_;  ///< since when the send queue has been full
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
-  std::optional<Playback> playback_;
+  std::optional<LogPlayback> playback_;
   FrameFaults faults_;
   bool injected_bus_off_ = false;
 

@@ -10,7 +10,7 @@
 // 5. `io::Device::start`, before the programs of the run or after them (`start_phase`).
 // 6. `all_programs_connected`, called repeatedly until it returns true.
 // 7. The tick (io/device.hpp).
-// 8. After the device is stopped: `record`, `file_source`, `log_file`, `log_fault`.
+// 8. After the device is stopped: `record`, `playback`, `log_file`, `log_fault`.
 //
 // Threads: the ordinary thread that wires and opens the run, except for load.
 
@@ -62,12 +62,13 @@ struct StartedPrograms {
   std::int64_t waited_ns = 0;  ///< since they were started
 };
 
-/// A file whose content a device puts on its bus.
-struct FileSource {
+/// A log whose frames a device sends.
+struct PlaybackRecord {
   std::string file;
-  std::uint64_t begins = 0;  ///< how often its content began
-  std::optional<std::int64_t> first_begin_ns{}, end_ns{};
-  std::uint64_t frames = 0;  ///< put on the bus
+  std::uint64_t passes = 0;                      ///< that have begun
+  std::optional<std::int64_t> first_begin_ns{};  ///< of the first frame; empty: none was sent
+  std::optional<std::int64_t> end_ns{};          ///< of the last frame; empty: still playing at the end
+  std::uint64_t frames = 0;                      ///< that were sent
 };
 
 /// A bus in a run.
@@ -91,8 +92,8 @@ class BusDevice {
 
   /// What the report shows of it. The fields that BusType::columns names are in each record of the type.
   virtual contribution::BusRecord record() const = 0;
-  /// Empty: it has none.
-  virtual std::optional<FileSource> file_source() const { return std::nullopt; }
+  /// Empty: the bus plays no log.
+  virtual std::optional<PlaybackRecord> playback() const { return std::nullopt; }
   /// The name of the log that it writes into the directory of the run; empty: none.
   virtual std::string log_file() const { return {}; }
   /// Why that log is incomplete, in a sentence; empty: it is complete.

@@ -164,8 +164,8 @@ std::string RunBuses::step_fault() const {
   return {};
 }
 
-void RunBuses::write_to_log(bool good, const std::string& sentence) {
-  good ? context_.log.info(sentence) : context_.log.warn(sentence);
+void RunBuses::write_to_log(bool is_expected, const std::string& sentence) {
+  is_expected ? context_.log.info(sentence) : context_.log.warn(sentence);
 }
 
 void RunBuses::check() {
@@ -173,8 +173,9 @@ void RunBuses::check() {
 }
 
 void RunBuses::check_devices(std::int64_t time_ns) {
-  device_watch_->check(time_ns,
-                       [this](bool good, const std::string& sentence) { write_to_log(good, sentence); });
+  device_watch_->check(time_ns, [this](bool is_expected, const std::string& sentence) {
+    write_to_log(is_expected, sentence);
+  });
 }
 
 std::vector<report::LiveBus> RunBuses::bus_loads() const {
@@ -199,7 +200,7 @@ void RunBuses::stop() noexcept {
 
 void RunBuses::collect_last_events() {
   device_watch_->collect_last_events(
-      [this](bool good, const std::string& sentence) { write_to_log(good, sentence); });
+      [this](bool is_expected, const std::string& sentence) { write_to_log(is_expected, sentence); });
 }
 
 void RunBuses::fill(std::int64_t end_ns, report::RunRecord& record) const {
@@ -207,16 +208,16 @@ void RunBuses::fill(std::int64_t end_ns, report::RunRecord& record) const {
     const auto group =
         std::ranges::find(record.buses, bus.wired->section->type->key, &report::BusGroup::list_key);
     group->buses.push_back(bus.device->record());
-    const std::optional<buses::FileSource> source = bus.device->file_source();
-    if (!source) continue;
+    const std::optional<buses::PlaybackRecord> playback = bus.device->playback();
+    if (!playback) continue;
     report::Injection log{.name = bus.wired->section->full_name(),
                           .target = bus.wired->section->full_name(),
-                          .effect = "plays " + source->file,
-                          .begins = source->begins,
-                          .first_begin_ns = source->first_begin_ns,
-                          .frames = source->frames};
+                          .effect = "plays " + playback->file,
+                          .begins = playback->passes,
+                          .first_begin_ns = playback->first_begin_ns,
+                          .frames = playback->frames};
     if (log.first_begin_ns) {
-      log.spans = {{*log.first_begin_ns, source->end_ns.value_or(end_ns)}};
+      log.spans = {{*log.first_begin_ns, playback->end_ns.value_or(end_ns)}};
       log.active_ns = log.spans[0].end_ns - log.spans[0].begin_ns;
     }
     record.stimuli.push_back(std::move(log));

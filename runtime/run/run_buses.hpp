@@ -74,7 +74,7 @@ class RunBuses {
   /// After stop: writes the events since the last check to run.log.
   void collect_last_events();
 
-  /// Fills in the groups of buses, and adds their files to the stimuli. `end_ns`: of the run.
+  /// Fills in the groups of buses, and adds the logs that they play to the stimuli. `end_ns`: of the run.
   void fill(std::int64_t end_ns, report::RunRecord& record) const;
   const std::vector<report::Event>& events() const noexcept { return device_watch_->events(); }
   const LossWatch& losses() const noexcept { return *loss_watch_; }
@@ -94,7 +94,7 @@ class RunBuses {
   /// Whether the bus failed in a lock-step exchange and may not be lost.
   bool ends_run(std::size_t bus) const noexcept;
   void keep_judged_arrivals(RunningBus& bus);
-  void write_to_log(bool good, const std::string& sentence);
+  void write_to_log(bool is_expected, const std::string& sentence);
   std::function<void()> thread_start(std::optional<int> priority, const std::string& name);
 
   Wiring& wiring_;

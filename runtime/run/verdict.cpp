@@ -92,9 +92,13 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
   for (const auto* injections : {&record.stimuli, &record.faults}) {
     const auto never = std::ranges::find(*injections, 0u, &report::Injection::begins);
     if (never == injections->end()) continue;
+    const bool is_fault = injections == &record.faults;
+    const bool is_log = !is_fault && never->frames.has_value();  // a stimulus of signals has no frames
+    const std::string subject = is_log     ? "the log of " + never->name
+                                : is_fault ? "fault '" + never->name + "'"
+                                           : "stimulus '" + never->name + "'";
     return conclude(report::Verdict::failed, exit_expectation_failed,
-                    std::string(injections == &record.stimuli ? "stimulus" : "fault") + " '" + never->name +
-                        "' never began, so the run does not check what it is for");
+                    subject + " never began, so the run does not check what it is for");
   }
   const auto no_frame =
       std::ranges::find(record.faults, std::optional<std::uint64_t>(0), &report::Injection::frames);

@@ -52,14 +52,14 @@ contribution::BusRecord CanBusDevice::record() const {
   return to_record(record_of(*device_));
 }
 
-std::optional<FileSource> CanBusDevice::file_source() const {
+std::optional<PlaybackRecord> CanBusDevice::playback() const {
   const std::optional<io::can::PlaybackState> playback = device_->playback();
   if (!playback) return std::nullopt;
-  return FileSource{.file = playback->name,
-                    .begins = playback->first_ns ? playback->rounds : 0,
-                    .first_begin_ns = playback->first_ns,
-                    .end_ns = playback->last_ns,
-                    .frames = playback->sent};
+  return PlaybackRecord{.file = playback->name,
+                        .passes = playback->first_ns ? playback->passes : 0,
+                        .first_begin_ns = playback->first_ns,
+                        .end_ns = playback->last_ns,
+                        .frames = playback->sent};
 }
 
 std::string CanBusDevice::log_file() const {

@@ -24,7 +24,7 @@ class CanBusDevice final : public BusDevice {
   bool all_programs_connected(const StartedPrograms& programs) const override;
   std::optional<double> load() const override { return device_->counters().bus_load; }
   contribution::BusRecord record() const override;
-  std::optional<FileSource> file_source() const override;
+  std::optional<PlaybackRecord> playback() const override;
   std::string log_file() const override;
   std::string log_fault() const override;
 

@@ -21,14 +21,13 @@ std::vector<BusSentence> faults_of(const CanRecord& bus) {
   add_sentence(sentences, bus.send_errors, "frame", "frames",
                bus.send_fault.empty() ? "could not be sent while the bus was lost"
                                       : "could not be sent (the first: " + bus.send_fault + ")");
-  add_sentence(sentences, bus.unsent_of_log, "frame of the log", "frames of the log",
-               "could not be put on the bus");
+  add_sentence(sentences, bus.play_unsent, "frame of the log", "frames of the log", "could not be sent");
   return sentences;
 }
 
 std::vector<BusSentence> remarks_of(const CanRecord& bus) {
   std::vector<BusSentence> sentences;
-  add_sentence(sentences, bus.played, "frame of a log was", "frames of a log were", "put on the bus");
+  add_sentence(sentences, bus.played, "frame of a log was", "frames of a log were", "sent");
   add_sentence(sentences, bus.fault_dropped_tx, "sent frame was", "sent frames were",
                "dropped by fault injection (drop, or delay beyond the end of the run): counted as sent, but "
                "neither on the bus nor in the log");
@@ -84,7 +83,7 @@ CanRecord record_of(const io::can::CanDevice& device) {
   bus.fault_corrupted = counters.injected.corrupted;
   bus.fault_delayed = counters.injected.delayed;
   bus.played = counters.played;
-  if (const auto playback = device.playback()) bus.unsent_of_log = playback->unsent;
+  if (const auto playback = device.playback()) bus.play_unsent = playback->dropped;
   for (const io::can::LengthCounts& counts : device.other_lengths())
     bus.other_lengths.push_back({counts.message, counts.longer, counts.shorter});
   return bus;
@@ -136,7 +135,7 @@ contribution::BusRecord to_record(const CanRecord& bus) {
                      {"fault_corrupted", bus.fault_corrupted},
                      {"fault_delayed", bus.fault_delayed},
                      {"played", bus.played},
-                     {"unsent_of_log", bus.unsent_of_log},
+                     {"play_unsent", bus.play_unsent},
                      {"other_lengths", std::move(other_lengths)}},
           .faults = faults_of(bus),
           .remarks = remarks_of(bus),

@@ -35,7 +35,7 @@ struct CanRecord {
   std::uint64_t unknown_id = 0;
   double bus_load_mean = contribution::not_known;  ///< of the whole tenths of a second in the run
   double bus_load_peak = contribution::not_known;  ///< the highest of one tenth of a second
-  std::uint64_t send_errors = 0;       ///< sends that the bus refused, or that failed because it was lost
+  std::uint64_t send_errors = 0;                   ///< sends that failed, without those of a log
   std::string send_fault{};            ///< why the first frame that fails the run could not be sent
   std::uint64_t wrong_kind = 0;        ///< refused received frames: remote requests, or of another format
   std::uint64_t saturated = 0;         ///< output values beyond their signal's range
@@ -47,8 +47,8 @@ struct CanRecord {
   std::uint64_t fault_dropped_rx = 0;  ///< frames of other stations that fault injection dropped
   std::uint64_t fault_corrupted = 0;
   std::uint64_t fault_delayed = 0;
-  std::uint64_t played = 0;                      ///< frames of a log that were put on the bus
-  std::uint64_t unsent_of_log = 0;               ///< frames of a log that could not be
+  std::uint64_t played = 0;                      ///< frames of a log that were sent; neither in rx nor in tx
+  std::uint64_t play_unsent = 0;                 ///< frames of a log that could not be sent
   std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
 };
 

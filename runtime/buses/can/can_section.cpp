@@ -62,10 +62,10 @@ Schema played_schema() {
           Field::with_default("begin", duration_schema(0.0), "0 s",
                               "The run time of the first line of the log."),
           Field::with_default("repeat", Schema::integer(0, 1'000'000'000), "1",
-                              "How often the log is played; 0: to the end of the run."),
+                              "How many passes of the log are played; 0: to the end of the run."),
           Field::optional("every", duration_schema(min_duration_s),
-                          "The time from one begin to the next. Left out: that from the first line to the "
-                          "last frame."),
+                          "The time from the start of a pass to the next one. Left out: that from the first "
+                          "line to the last frame."),
       });
 }
 
@@ -87,7 +87,7 @@ Schema can_schema() {
       Field::with_default("send", Schema::list(sent_schema()), "[]", "The messages the run sends."),
       Field::with_default("receive", Schema::list(received_schema()), "[]", "The messages the run reads."),
       Field::optional("play", played_schema(),
-                      "A log whose frames are put on the bus at their times, as those of other stations."),
+                      "A log whose frames are sent at their recorded times, as those of other stations."),
       Field::optional("faults",
                       Schema::record({
                           Field::with_default("drop", Schema::number(0.0, 1.0), "0",

@@ -64,13 +64,13 @@ struct BusFaults {
   std::int64_t delay_ns = 0;
 };
 
-/// A log whose frames are put on the bus.
+/// A log whose frames the bus sends.
 struct PlayedLog {
-  Word file;                               ///< the absolute path
-  std::optional<Word> interface;           ///< whose frames are played; empty: the log has one
+  Word file{};                             ///< the absolute path
+  std::optional<Word> interface {};        ///< whose frames are played; empty: the log has one
   std::int64_t begin_ns = 0;               ///< run time of the first line
-  std::uint64_t repeat = 1;                ///< 0: to the end of the run
-  std::optional<std::int64_t> every_ns{};  ///< from one begin to the next; empty: the length of the log
+  std::uint64_t repeat = 1;                ///< passes; 0: to the end of the run
+  std::optional<std::int64_t> every_ns{};  ///< from one pass to the next; empty: the length of the log
   Place every_place{};
 };
 

@@ -44,9 +44,9 @@ class LogReader {
         .name = std::filesystem::path(section_.file.text).filename().string(),
         .frames = std::make_shared<const std::vector<io::can::PlayedFrame>>(std::move(frames_)),
         .begin_ns = section_.begin_ns,
-        .round_ns = section_.every_ns.value_or(last_ns_),
-        .rounds = section_.repeat};
-    check_rounds(config);
+        .pass_period_ns = section_.every_ns.value_or(last_ns_),
+        .passes = section_.repeat};
+    check_passes(config);
     return diagnostics_.count() == before ? std::optional(std::move(config)) : std::nullopt;
   }
 
@@ -124,15 +124,15 @@ class LogReader {
     }
   }
 
-  void check_rounds(const io::can::PlaybackConfig& config) {
+  void check_passes(const io::can::PlaybackConfig& config) {
     if (section_.every_ns && *section_.every_ns < last_ns_) {
       diagnostics_.add(section_.every_place, "'every': " + config::format_duration(*section_.every_ns) +
                                                  " is shorter than the log, which takes " +
                                                  config::format_duration(last_ns_));
-    } else if (config.rounds != 1 && config.round_ns == 0) {
+    } else if (config.passes != 1 && config.pass_period_ns == 0) {
       diagnostics_.add(section_.file.place,
                        "the frames of the log are at one instant; to repeat it, give "
-                       "'every', the time from one begin to the next");
+                       "'every', the time from the start of a pass to the next one");
     }
   }
 

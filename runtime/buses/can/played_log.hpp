@@ -1,6 +1,6 @@
 #pragma once
-// A log in the format of candump -l (io/can/candump_log.hpp) as the source of a bus: its frames are those of
-// other stations.
+// Reads a log in the format of candump -l (io/can/candump_log.hpp), whose frames a bus sends as those of other
+// stations.
 //
 // Error frames are not played, and neither are data frames of messages that the run itself sends.
 //
@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "io/can/playback.hpp"
+#include "io/can/log_playback.hpp"
 #include "runtime/buses/can/can_section.hpp"
 #include "runtime/config/diagnostics.hpp"
 

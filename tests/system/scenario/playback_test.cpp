@@ -70,7 +70,7 @@ TEST(CanPlayback, FramesComeAtTheBeginAndTheirOffsets) {
   EXPECT_EQ(source["active_ns"], 200'000'000);
   EXPECT_EQ(source["frames"], 4);
   EXPECT_EQ(report["can"][0]["played"], 4);
-  EXPECT_EQ(report["can"][0]["unsent_of_log"], 0);
+  EXPECT_EQ(report["can"][0]["play_unsent"], 0);
   EXPECT_EQ(report["can"][0]["unknown_id"], 1);
 }
 
@@ -95,7 +95,7 @@ TEST(CanPlayback, ThatNeverBeganIsNotChecked) {
   const PlaybackScenario files;
   const Ended ended = files.run("out", {"--set", "can.car.play.begin=2 s", "--set", "expectations=[]"});
   EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
-  EXPECT_NE(ended.output.find("stimulus 'can.car' never began"), std::string::npos) << ended.output;
+  EXPECT_NE(ended.output.find("the log of can.car never began"), std::string::npos) << ended.output;
 }
 
 TEST(CanPlayback, HasBadLinesFoundByCheck) {

@@ -6,7 +6,7 @@
 #include <cerrno>
 
 #include "driven_bus.hpp"
-#include "io/can/playback.hpp"
+#include "io/can/log_playback.hpp"
 #include "io/virtual/hub.hpp"
 #include "io/virtual/station.hpp"
 #include "tests/support/eventually.hpp"
@@ -19,66 +19,13 @@ PlayedFrame played(std::int64_t offset_ns, canid_t id, std::uint8_t byte) {
   return {.offset_ns = offset_ns, .raw = make_frame(id, {{byte}}).raw};
 }
 
-PlaybackConfig log_of(std::vector<PlayedFrame> frames, RunTimeNs begin_ns = 0, std::uint64_t rounds = 1,
-                      std::int64_t round_ns = 0) {
+PlaybackConfig log_of(std::vector<PlayedFrame> frames, RunTimeNs begin_ns = 0, std::uint64_t passes = 1,
+                      std::int64_t pass_period_ns = 0) {
   return {.name = "drive.log",
           .frames = std::make_shared<const std::vector<PlayedFrame>>(std::move(frames)),
           .begin_ns = begin_ns,
-          .round_ns = round_ns,
-          .rounds = rounds};
-}
-
-/// The bytes of the frames that are due up to an instant.
-std::string due_up_to(Playback& playback, RunTimeNs now_ns) {
-  std::string bytes;
-  while (const PlayedFrame* due = playback.due(now_ns)) {
-    bytes += static_cast<char>(due->raw.data[0]);
-    playback.sent(now_ns);
-  }
-  return bytes;
-}
-
-TEST(Playback, GivesEachFrameAtItsTime) {
-  Playback playback(log_of({played(0, 1, 'a'), played(5 * ms, 1, 'b'), played(5 * ms, 2, 'c')}, 10 * ms));
-  EXPECT_EQ(playback.next_due_ns(), 10 * ms);
-  EXPECT_EQ(due_up_to(playback, 10 * ms - 1), "");
-  EXPECT_EQ(due_up_to(playback, 10 * ms), "a");
-  EXPECT_EQ(playback.next_due_ns(), 15 * ms);
-  EXPECT_EQ(due_up_to(playback, 20 * ms), "bc");
-  EXPECT_EQ(playback.next_due_ns(), std::nullopt);
-  EXPECT_TRUE(playback.is_complete());
-  const PlaybackState state = playback.state();
-  EXPECT_EQ(state.rounds, 1U);
-  EXPECT_EQ(state.sent, 3U);
-  EXPECT_EQ(state.first_ns, 10 * ms);
-  EXPECT_EQ(state.last_ns, 20 * ms);
-}
-
-TEST(Playback, RepeatsInRounds) {
-  Playback twice(log_of({played(0, 1, 'a'), played(5 * ms, 1, 'b')}, 0, 2, 10 * ms));
-  EXPECT_EQ(due_up_to(twice, 9 * ms), "ab");
-  EXPECT_EQ(twice.next_due_ns(), 10 * ms);
-  EXPECT_EQ(due_up_to(twice, 100 * ms), "ab");
-  EXPECT_TRUE(twice.is_complete());
-  Playback always(log_of({played(2 * ms, 1, 'a')}, 0, 0, 5 * ms));
-  EXPECT_EQ(due_up_to(always, 5'000 * ms).size(), 1000U);
-  EXPECT_FALSE(always.is_complete());
-  EXPECT_EQ(always.state().rounds, 1000U);
-  always.end();
-  EXPECT_EQ(always.next_due_ns(), std::nullopt);
-}
-
-TEST(Playback, TriesAgainWhereTheQueueIsFull) {
-  Playback playback(log_of({played(0, 1, 'a'), played(1 * ms, 1, 'b')}));
-  ASSERT_NE(playback.due(0), nullptr);
-  EXPECT_TRUE(playback.retry(0));
-  EXPECT_EQ(playback.due(0), nullptr);
-  EXPECT_EQ(playback.next_due_ns(), 500'000);
-  ASSERT_NE(playback.due(101 * ms), nullptr);
-  EXPECT_FALSE(playback.retry(101 * ms)) << "too late";
-  EXPECT_EQ(due_up_to(playback, 101 * ms), "b");
-  EXPECT_EQ(playback.state().unsent, 1U);
-  EXPECT_EQ(playback.state().sent, 1U);
+          .pass_period_ns = pass_period_ns,
+          .passes = passes};
 }
 
 /// The device of a bus, in lock-step with a period of 10 ms; its log has frames of a message that it
@@ -185,8 +132,9 @@ TEST_F(PlayingDevice, CountsFramesThatTheBusDoesNotTake) {
   for (const Frame& frame : bus.sent)
     if (frame.raw.can_id == 0x555) sent += std::to_string(frame.raw.data[0]);
   EXPECT_EQ(sent, "23");
-  EXPECT_EQ(device_->playback()->unsent, 1U);
+  EXPECT_EQ(device_->playback()->dropped, 1U);
   EXPECT_EQ(device_->playback()->sent, 2U);
+  EXPECT_EQ(device_->counters().send_errors, 0U) << "frames of the log are counted by the playback";
   EXPECT_NE(device_->send_fault().find("could not be sent on CAN bus 'car'"), std::string::npos);
 }
 

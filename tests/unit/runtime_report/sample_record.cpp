@@ -261,7 +261,7 @@ RunRecord full_record() {
       .fault_corrupted = 29,
       .fault_delayed = 1'031,
       .played = 1'033,
-      .unsent_of_log = 43,
+      .play_unsent = 43,
       .other_lengths = {{"BrakeCommand", 37, 41}}};
   buses::modbus::UnitRecord plc;
   plc.name = "plc";

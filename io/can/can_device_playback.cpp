@@ -1,9 +1,7 @@
-// What a CAN device puts on its bus from a log, and what it counts and notes.
+// The frames of a log that a CAN device sends, and the events of its playback.
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <utility>
+#include <string>
 
 #include "io/can/can_device.hpp"
 
@@ -36,9 +34,8 @@ void CanDevice::play_due_frames() {
         if (playback_->retry(now)) return;
         break;
       case SendResult::error:
-        counts_.send_errors.add();
         note_send_error("a frame of the log " + config_.playback->name);
-        playback_->not_sent(now);
+        playback_->drop(now);
         break;
     }
     if (playback_->is_complete()) note_event(now, "ends");
@@ -60,49 +57,6 @@ void CanDevice::note_event(RunTimeNs time_ns, const std::string& change) {
 std::vector<DeviceEvent> CanDevice::events_since(std::size_t first) const {
   const std::lock_guard lock(health_mutex_);
   return {events_.begin() + static_cast<std::ptrdiff_t>(std::min(first, events_.size())), events_.end()};
-}
-
-void CanDevice::note_send_error(const std::string& what) {
-  const int error = bus_->send_error();
-  const bool lost = error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENOTCONN;
-  if (lost && config_.may_be_lost) return;
-  set_send_fault(what + " could not be sent on CAN bus '" + config_.name + "' (" + bus_->description() +
-                 "): " + std::strerror(error));
-}
-
-CanCounters CanDevice::counters() const noexcept {
-  CanCounters all;
-  all.rx = counts_.rx.get();
-  all.tx = counts_.tx.get();
-  const BusCounters bus = bus_->counters();
-  all.dropped = bus.dropped;
-  all.injected = bus.injected;
-  all.played = counts_.played.get();
-  all.errors = counts_.errors.get();
-  all.no_buffer = counts_.no_buffer.get();
-  all.send_errors = counts_.send_errors.get();
-  all.bad_checksum = counts_.bad_checksum.get();
-  all.bad_counter = counts_.bad_counter.get();
-  all.wrong_kind = counts_.wrong_kind.get();
-  all.unknown_id = counts_.unknown_id.get();
-  all.saturated = counts_.saturated.get();
-  all.refused_values = counts_.refused_values.get();
-  all.dropped_releases = counts_.dropped_releases.get();
-  all.log_dropped = log_ ? log_->dropped() : 0;
-  all.lost_arrivals = counts_.lost_arrivals.get();
-  all.bus_load = load_.latest();
-  all.bus_load_peak = load_.peak();
-  all.bus_load_mean = load_.mean();
-  return all;
-}
-
-std::vector<LengthCounts> CanDevice::other_lengths() const {
-  std::vector<LengthCounts> all;
-  for (const Received& received : received_) {
-    const LengthCounts counts{received.message, received.longer->get(), received.shorter->get()};
-    if (counts.longer + counts.shorter > 0) all.push_back(counts);
-  }
-  return all;
 }
 
 }  // namespace hil::io::can

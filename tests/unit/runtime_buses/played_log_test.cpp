@@ -1,34 +1,26 @@
-// Logs as the source of a bus: what is read of them, and their mistakes.
+// Logs that a bus plays: what is read of them, and their mistakes.
+
+#include "runtime/buses/can/played_log.hpp"
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
 
-#include "runtime/buses/can/can_wiring.hpp"
 #include "tests/support/rounds.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/text_mutator.hpp"
-#include "tests/unit/runtime_run/wiring_fixture.hpp"
 
-namespace hil::run {
+namespace hil::buses::can {
 namespace {
 
-class PlayedLogs : public test::WiringFixture {
+class PlayedLogs : public ::testing::Test {
  protected:
-  /// The playback of a log; `keys`: further ones of `play`. Null with mistakes.
-  const io::can::PlaybackConfig* playback(const std::string& log, const std::string& keys = "") {
-    folder_.write("drive.log", log);
-    folder_.write("bus.dbc",
-                  "VERSION \"\"\nBU_: A B\nBO_ 256 Status: 2 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
-                  "BO_ 512 Command: 2 B\n SG_ W : 0|8@1+ (1,0) [0|255] \"\" A\n");
-    wiring_ = wired(
-        "scenario: s\nbase_rate: 1 kHz\nduration: 1 s\ncan:\n"
-        "  - bus: car\n    database: bus.dbc\n    rate: 100 Hz\n    send: [{message: Status, signals: {V: "
-        "1}}]\n"
-        "    receive: [{message: Command, timeout: 0 ms}]\n    play: {file: drive.log" +
-        keys + "}\n");
-    if (!wiring_) return nullptr;
-    const auto& can = dynamic_cast<const buses::can::CanWiring&>(*wiring_->buses[0].bus);
-    return can.config().playback ? &*can.config().playback : nullptr;
+  /// The playback of a log on a bus that sends the message with identifier 0x100. Empty with mistakes.
+  std::optional<io::can::PlaybackConfig> playback(const std::string& log, PlayedLog section = {}) {
+    diagnostics_ = {};
+    section.file = {folder_.write("drive.log", log), file_place};
+    return read_played_log(section, {0x100}, diagnostics_);
   }
   std::string texts() const {
     std::string text = diagnostics_.to_text();
@@ -39,18 +31,21 @@ class PlayedLogs : public test::WiringFixture {
   }
 
   static constexpr std::int64_t ms = 1'000'000;
-  std::optional<Wiring> wiring_;
+  const config::Place file_place{"scenario.yaml", 10, 18}, interface_place{"scenario.yaml", 10, 40},
+      every_place{"scenario.yaml", 10, 47};
+  const tests::TemporaryFolder folder_;
+  config::Diagnostics diagnostics_;
 };
 
 TEST_F(PlayedLogs, HaveTheFramesAtTheirOffsets) {
-  const auto* const played = playback(
+  const auto played = playback(
       "(1436509052.000000) vcan0 200#2A36\n\n(1436509052.010000) vcan0 12345678#R4\r\n"
       "(1436509052.025500) vcan0 123##1AABBCC\n");
-  ASSERT_NE(played, nullptr) << texts();
+  ASSERT_TRUE(played) << texts();
   EXPECT_EQ(texts(), "");
   EXPECT_EQ(played->name, "drive.log");
   EXPECT_EQ(played->begin_ns, 0);
-  EXPECT_EQ(played->rounds, 1U);
+  EXPECT_EQ(played->passes, 1U);
   const auto& frames = *played->frames;
   ASSERT_EQ(frames.size(), 3U);
   EXPECT_EQ(frames[0].offset_ns, 0);
@@ -65,28 +60,31 @@ TEST_F(PlayedLogs, HaveTheFramesAtTheirOffsets) {
 
 TEST_F(PlayedLogs, AreOfOneInterface) {
   const std::string log = "(10.000000) vcan1 123#\n(10.500000) vcan0 200#00\n(11.000000) vcan1 124#\n";
-  const auto* const played = playback(log, ", interface: vcan0, begin: 2 s, repeat: 3, every: 2 s");
-  ASSERT_NE(played, nullptr) << texts();
+  const auto played = playback(log, {.interface = config::Word{"vcan0", interface_place},
+                                     .begin_ns = 2'000 * ms,
+                                     .repeat = 3,
+                                     .every_ns = 2'000 * ms});
+  ASSERT_TRUE(played) << texts();
   ASSERT_EQ(played->frames->size(), 1U);
   EXPECT_EQ(played->frames->front().offset_ns, 500 * ms) << "since the first line";
   EXPECT_EQ(played->begin_ns, 2'000 * ms);
-  EXPECT_EQ(played->rounds, 3U);
-  EXPECT_EQ(played->round_ns, 2'000 * ms);
-  EXPECT_EQ(playback(log), nullptr);
+  EXPECT_EQ(played->passes, 3U);
+  EXPECT_EQ(played->pass_period_ns, 2'000 * ms);
+  EXPECT_FALSE(playback(log));
   EXPECT_EQ(texts(),
             "scenario.yaml:10:18: the log has frames of vcan0 and vcan1; 'interface' has to name one\n");
-  EXPECT_EQ(playback(log, ", interface: vcan2"), nullptr);
+  EXPECT_FALSE(playback(log, {.interface = config::Word{"vcan2", interface_place}}));
   EXPECT_NE(texts().find("scenario.yaml:10:40: the log has no frame of 'vcan2'; did you mean 'vcan0'?"),
             std::string::npos)
       << texts();
 }
 
 TEST_F(PlayedLogs, LeaveOutErrorFramesAndFramesThatTheRunSends) {
-  const auto* const played = playback(
+  const auto played = playback(
       "(0.000000) v 200#01\n(0.010000) v 100#0102\n(0.020000) v 100#0102\n(0.030000) v "
       "20000004#0004000000000000\n"
       "(0.040000) v 100#R\n");
-  ASSERT_NE(played, nullptr) << texts();
+  ASSERT_TRUE(played) << texts();
   EXPECT_EQ(played->frames->size(), 2U) << "a remote request of the run's message is of another station";
   EXPECT_EQ(
       texts(),
@@ -96,36 +94,52 @@ TEST_F(PlayedLogs, LeaveOutErrorFramesAndFramesThatTheRunSends) {
 }
 
 TEST_F(PlayedLogs, MayBeSlightlyOutOfOrder) {
-  const auto* const played = playback("(1.000000) v 200#01\n(1.050000) v 201#\n(1.049000) v 202#\n");
-  ASSERT_NE(played, nullptr) << texts();
+  const auto played = playback("(1.000000) v 200#01\n(1.050000) v 201#\n(1.049000) v 202#\n");
+  ASSERT_TRUE(played) << texts();
   EXPECT_EQ((*played->frames)[2].offset_ns, 50 * ms);
-  EXPECT_EQ(playback("(9.000000) v 200#01\n(8.500000) v 201#\n"), nullptr);
-  EXPECT_EQ(texts(), "drive.log:2:1: this frame is 500 ms before the one in the line before it\n");
+  EXPECT_FALSE(playback("(9.000000) v 200#01\n(8.900000) v 202#\n(8.899000) v 201#\n"));
+  EXPECT_EQ(
+      texts(),
+      "drive.log:3:1: this frame is 101 ms earlier than an earlier line of its interface; at most 100 ms are "
+      "allowed, so sort the log by time\n");
 }
 
 TEST_F(PlayedLogs, HaveMistakesAtTheirPlaces) {
   const std::string form =
       "this is no frame in the form of candump -l, as '(1436509052.249713) vcan0 044#2A36'\n";
   const struct {
-    std::string log, keys, mistakes;
+    std::string log;
+    PlayedLog section;
+    std::string mistakes;
   } all[] = {
-      {"", "", "scenario.yaml:10:18: the log has no frame to play\n"},
-      {"(0.0) v 100#01\n", "", "drive.log:1:1: " + form},
-      {"(0.000000) v 200#01\nvcan0  123   [2]  11 22\n(0.100000) v 200#0\n", "",
+      {"", {}, "scenario.yaml:10:18: the log has no frame to play\n"},
+      {"(0.0) v 100#01\n", {}, "drive.log:1:1: " + form},
+      {"(0.000000) v 200#01\nvcan0  123   [2]  11 22\n(0.100000) v 200#0\n",
+       {},
        "drive.log:2:1: " + form + "drive.log:3:1: " + form},
-      {"(0.000000) v 200#010203040506070809\n", "", "drive.log:1:1: " + form},
-      {"(0.000000) v 100#01\n", "", "scenario.yaml:10:18: the log has no frame to play\n"},
-      {"(0.000000) v 200#01\n", ", repeat: 0",
+      {"(0.000000) v 200#010203040506070809\n", {}, "drive.log:1:1: " + form},
+      {"(0.000000) v 100#01\n", {}, "scenario.yaml:10:18: the log has no frame to play\n"},
+      {"(0.000000) v 200#01\n",
+       {.repeat = 0},
        "scenario.yaml:10:18: the frames of the log are at one instant; to repeat it, give 'every', the time "
-       "from "
-       "one begin to the next\n"},
-      {"(0.000000) v 200#01\n(1.000000) v 200#01\n", ", repeat: 2, every: 500 ms",
+       "from the start of a pass to the next one\n"},
+      {"(0.000000) v 200#01\n(1.000000) v 200#01\n",
+       {.repeat = 2, .every_ns = 500 * ms, .every_place = every_place},
        "scenario.yaml:10:47: 'every': 500 ms is shorter than the log, which takes 1 s\n"},
   };
   for (const auto& one : all) {
-    EXPECT_EQ(playback(one.log, one.keys), nullptr) << one.log;
+    EXPECT_FALSE(playback(one.log, one.section)) << one.log;
     EXPECT_EQ(texts(), one.mistakes) << one.log;
   }
+}
+
+TEST_F(PlayedLogs, ThatCanNotBeReadAreRefused) {
+  EXPECT_FALSE(read_played_log({.file = {folder_.path().string(), file_place}}, {}, diagnostics_));
+  EXPECT_EQ(diagnostics_.to_text(), "scenario.yaml:10:18: the log can not be read after its line 0\n")
+      << "a read of a folder fails after it is open";
+  diagnostics_ = {};
+  EXPECT_FALSE(read_played_log({.file = {(folder_.path() / "none").string(), file_place}}, {}, diagnostics_));
+  EXPECT_EQ(diagnostics_.to_text(), "scenario.yaml:10:18: the log can not be opened\n");
 }
 
 TEST_F(PlayedLogs, DamagedAreReadOrRefusedAtALine) {
@@ -135,7 +149,7 @@ TEST_F(PlayedLogs, DamagedAreReadOrRefusedAtALine) {
   std::uint64_t accepted = 0, refused = 0;
   const std::uint64_t rounds = tests::rounds(1000);
   for (std::uint64_t seed = 0; seed < rounds; ++seed) {
-    const bool is_read = playback(tests::TextMutator(seed).mutate(log)) != nullptr;
+    const bool is_read = playback(tests::TextMutator(seed).mutate(log)).has_value();
     ASSERT_EQ(is_read, diagnostics_.empty()) << "seed " << seed << texts();
     for (const config::Mistake& mistake : diagnostics_.mistakes())
       ASSERT_GE(mistake.place.line, 1U) << "seed " << seed << ": " << mistake.message;
@@ -146,4 +160,4 @@ TEST_F(PlayedLogs, DamagedAreReadOrRefusedAtALine) {
 }
 
 }  // namespace
-}  // namespace hil::run
+}  // namespace hil::buses::can

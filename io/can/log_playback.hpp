@@ -1,7 +1,7 @@
 #pragma once
-// Frames of other stations, from a log, which a CAN device puts on its bus at their times.
+// Frames of a log and the times at which a CAN device sends them, as frames of other stations.
 //
-// Threads: one at a time. Neither allocates nor blocks.
+// Threads: one at a time. All functions except the constructor and state() neither allocate nor block.
 
 #include <linux/can.h>
 
@@ -21,76 +21,77 @@
 namespace hil::io::can {
 
 struct PlayedFrame {
-  std::int64_t offset_ns = 0;  ///< from the begin of a round
+  std::int64_t offset_ns = 0;  ///< from the start of a pass
   canfd_frame raw{};
   bool is_fd = false;
 };
 
 struct PlaybackConfig {
   std::string name;                                        ///< of the log, for texts
-  std::shared_ptr<const std::vector<PlayedFrame>> frames;  ///< at least one; their offsets do not fall
-  RunTimeNs begin_ns = 0;                                  ///< run time of the first round
-  std::int64_t round_ns = 0;  ///< from one round to the next, at least the last offset; above 0 with rounds
-  std::uint64_t rounds = 1;   ///< 0: without end
+  std::shared_ptr<const std::vector<PlayedFrame>> frames;  ///< at least one; non-decreasing offsets
+  RunTimeNs begin_ns = 0;                                  ///< run time at which the first pass starts
+  /// From the start of a pass to that of the next one: at least the last offset, and above 0 unless there is
+  /// one pass.
+  std::int64_t pass_period_ns = 0;
+  std::uint64_t passes = 1;  ///< how often the log is played; 0: without end
 };
 
 /// How far a playback has come.
 struct PlaybackState {
   std::string name;
-  std::uint64_t rounds = 0;  ///< that have begun
+  std::uint64_t passes = 0;  ///< that have started
   std::uint64_t sent = 0;
-  std::uint64_t unsent = 0;
-  std::optional<RunTimeNs> first_ns{};  ///< of the first frame on the bus
-  std::optional<RunTimeNs> last_ns{};   ///< of the last frame of all rounds
+  std::uint64_t dropped = 0;            ///< frames that were due and not sent
+  std::optional<RunTimeNs> first_ns{};  ///< when the first frame was sent
+  std::optional<RunTimeNs> last_ns{};   ///< when the last frame of all passes was sent or dropped
 };
 
-class Playback {
+class LogPlayback {
  public:
-  /// A frame that still meets a full queue is given up when it is this late.
+  /// The device drops a frame that the send queue has refused for longer than this.
   static constexpr std::int64_t max_late_ns = 100'000'000;
 
-  explicit Playback(PlaybackConfig config) : config_(std::move(config)) {
+  explicit LogPlayback(PlaybackConfig config) : config_(std::move(config)) {
     require(config_.frames != nullptr && !config_.frames->empty(), "a playback has frames");
-    require(config_.rounds == 1 || config_.round_ns > 0, "rounds of a playback take time");
+    require(config_.passes == 1 || config_.pass_period_ns > 0, "passes of a playback take time");
   }
 
   const PlaybackConfig& config() const noexcept { return config_; }
 
   /// When the next frame is due, or is tried again; empty: there is none.
   std::optional<RunTimeNs> next_due_ns() const noexcept {
-    if (is_over_) return std::nullopt;
+    if (has_ended_) return std::nullopt;
     return std::max(due_ns(), retry_ns_);
   }
-  /// The frame that is due; null: none is. Afterwards sent(), not_sent() or retry() for it.
+  /// The frame that is due; null: none is. The caller then reports the result by sent(), drop() or retry().
   const PlayedFrame* due(RunTimeNs now_ns) const noexcept {
     const auto due_ns = next_due_ns();
     return due_ns && *due_ns <= now_ns ? &(*config_.frames)[index_] : nullptr;
   }
-  /// It is on the bus.
   void sent(RunTimeNs now_ns) noexcept {
     ++state_.sent;
     if (!state_.first_ns) state_.first_ns = now_ns;
     advance(now_ns);
   }
-  void not_sent(RunTimeNs now_ns) noexcept {
-    ++state_.unsent;
+  void drop(RunTimeNs now_ns) noexcept {
+    ++state_.dropped;
     advance(now_ns);
   }
-  /// The queue is full. False: it is given up.
+  /// The send queue is full. False: the frame was dropped.
   bool retry(RunTimeNs now_ns) noexcept {
     if (now_ns - due_ns() > max_late_ns) {
-      not_sent(now_ns);
+      drop(now_ns);
       return false;
     }
     retry_ns_ = now_ns + retry_after_ns;
     return true;
   }
   /// No further frame is due.
-  void end() noexcept { is_over_ = true; }
+  void cancel() noexcept { has_ended_ = true; }
 
-  /// A frame has been on the bus.
+  /// A frame was sent.
   bool has_begun() const noexcept { return state_.first_ns.has_value(); }
-  /// All rounds are over.
+  /// All frames of all passes were sent or dropped.
   bool is_complete() const noexcept { return state_.last_ns.has_value(); }
   PlaybackState state() const {
     PlaybackState state = state_;
@@ -103,20 +104,20 @@ class Playback {
 
   RunTimeNs due_ns() const noexcept { return begin_ns_ + (*config_.frames)[index_].offset_ns; }
   void advance(RunTimeNs now_ns) noexcept {
-    if (index_ == 0) ++state_.rounds;
+    if (index_ == 0) ++state_.passes;
     if (++index_ < config_.frames->size()) return;
     index_ = 0;
-    begin_ns_ += config_.round_ns;
-    if (config_.rounds == 0 || state_.rounds < config_.rounds) return;
-    is_over_ = true;
+    begin_ns_ += config_.pass_period_ns;
+    if (config_.passes == 0 || state_.passes < config_.passes) return;
+    has_ended_ = true;
     state_.last_ns = now_ns;
   }
 
   const PlaybackConfig config_;
   std::size_t index_ = 0;
-  RunTimeNs begin_ns_ = config_.begin_ns;  ///< of this round
+  RunTimeNs begin_ns_ = config_.begin_ns;  ///< of this pass
   RunTimeNs retry_ns_ = std::numeric_limits<RunTimeNs>::min();
-  bool is_over_ = false;
+  bool has_ended_ = false;
   PlaybackState state_;
 };
 
