@@ -60,7 +60,7 @@ struct ExpectationKind {
   std::shared_ptr<const Claim> (*read)(const Value& entry, const ClaimContext& context) = nullptr;
 };
 
-/// What a signal has to be at an instant, by a test table (test_table.hpp).
+/// What a signal has to be at an instant, by a test table (test_table_file.hpp).
 struct InstantCheck {
   std::int64_t time_ns = 0;  ///< run time of a tick
   Expression value;          ///< a constant, or the name of a value of the signal
@@ -69,7 +69,8 @@ struct InstantCheck {
 
 /// Makes the claims of test tables.
 struct TableClaims {
-  /// The signal is within the tolerance of the value at each instant. The checks rise in time.
+  /// The signal is within the tolerance of the value at each instant. The times of the checks are strictly
+  /// increasing.
   std::shared_ptr<const Claim> (*at_instants)(Word signal, std::vector<InstantCheck> checks) = nullptr;
   /// It is not checked, for this reason.
   std::shared_ptr<const Claim> (*not_checked)(std::string reason) = nullptr;

@@ -8,7 +8,7 @@
 #include "runtime/config/rotation.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include "runtime/config/test_table.hpp"
+#include "runtime/config/test_table_file.hpp"
 #include "runtime/config/text_lists.hpp"
 #include "runtime/config/world_limits.hpp"
 
@@ -331,7 +331,7 @@ Schema scenario_schema(const ScenarioTypes& types) {
   fields.push_back(Field::with_default("faults", faults_schema(), "[]",
                                        "Faults of signals, messages, devices, processes and tasks."));
   fields.push_back(Field::with_default("test_tables", test_tables_schema(), "[]",
-                                       "Values, faults and expectations by instant, in CSV files."));
+                                       "Values, faults and expectations at given run times, in CSV files."));
   fields.push_back(Field::with_default("expectations", expectations_schema(types), "[]",
                                        "The claims that have to hold for the run to pass."));
   fields.push_back(Field::optional(

@@ -1,17 +1,18 @@
 #pragma once
 // A test table: a CSV file with a row for each change, in the order of time.
 //
-//   time,channel,value,fault,expectation,tolerance
+//   time,signal,value,fault,expectation,tolerance
 //   0,tank.inflow,2 l/s,,,
 //   3,tank.level,,stuck,,
 //   3.5,control.valve,,,1,0
-//   5,tank.level,,release,,
+//   5,tank.level,,none,,
 //
-// The first row names the columns. `time` (or `timestamp`) is the run time in seconds, `channel` a signal;
-// both are needed. `value` drives the channel from then on. `fault` is the state of its fault from then on:
-// "none" and "release" end it; "stuck" (at the last value), "stuck 1.2 m", "offset 2 cm", "gain 1.1", "noise
-// 5 mm", "drift 1 mm/s", "delay 50 ms", "dropout 30 %". `expectation` is what the channel has to be at this
-// instant, within `tolerance`. An empty cell changes nothing. `comment` is not read.
+// The first row names the columns. `time` is the run time in seconds; `signal` names a signal; both are needed.
+// `value` drives the signal from then on. `fault` is the state of its fault from then on: "none" ends it;
+// "stuck" (at the last value), "stuck 1.2 m", "offset 2 cm", "gain 1.1", "noise 5 mm", "drift 1 mm/s", "delay
+// 50 ms", "dropout 30 %". `expectation` is what the signal has to be at this instant, within `tolerance`. An
+// empty cell changes nothing. `comment` is not read. As in tables of other tools, `time` may be called
+// `timestamp`, `signal` `channel`, and "none" "release".
 //
 // Threads: the one that reads the scenario.
 
@@ -35,10 +36,10 @@ inline constexpr std::size_t max_test_table_faults = 1000;
 struct TestTableRow {
   std::uint32_t line = 0;
   std::int64_t time_ns = 0;
-  Word channel;
+  Word signal;
   std::optional<Expression> value{};
   std::optional<FaultSection> fault{};  ///< only its kind, the place of it, and what the kind needs
-  std::optional<Place> fault_ends{};    ///< of "none" and "release"
+  std::optional<Place> fault_ends{};    ///< of "none"
   std::optional<Expression> expectation{}, tolerance{};
 };
 

@@ -35,8 +35,8 @@ class TestTables : public ::testing::Test {
   Diagnostics diagnostics_;
 };
 
-TEST_F(TestTables, ValuesAreOneStimulusForEachChannel) {
-  const auto scenario = load("channel,time,value\na.x,0.1,1 m\nb.y,0.1,7\na.x,0.2,2\na.x,0.5,3 + 4\n");
+TEST_F(TestTables, ValuesAreOneStimulusForEachSignal) {
+  const auto scenario = load("signal,time,value\na.x,0.1,1 m\nb.y,0.1,7\na.x,0.2,2\na.x,0.5,3 + 4\n");
   ASSERT_TRUE(scenario) << texts();
   ASSERT_EQ(scenario->stimuli.size(), 2U);
   const StimulusSection& x = scenario->stimuli[0];
@@ -54,7 +54,7 @@ TEST_F(TestTables, ValuesAreOneStimulusForEachChannel) {
 
 TEST_F(TestTables, ChangesAreInTheFirstTickNotBeforeThem) {
   const auto scenario =
-      load("time,channel,value,fault\n0.0101,a.x,1,\n0.0199,a.x,2,gain 2\n0.025,a.x,,none\n");
+      load("time,signal,value,fault\n0.0101,a.x,1,\n0.0199,a.x,2,gain 2\n0.025,a.x,,none\n");
   ASSERT_TRUE(scenario) << texts();
   EXPECT_EQ(scenario->stimuli[0].activation.at_ns, 11 * ms);
   EXPECT_EQ(segments_of(scenario->stimuli[0])[0].for_ns, 9 * ms);
@@ -64,7 +64,7 @@ TEST_F(TestTables, ChangesAreInTheFirstTickNotBeforeThem) {
 
 TEST_F(TestTables, FaultsLastToTheNextState) {
   const auto scenario = load(
-      "time,channel,fault\n0,a,none\n0.1,a,stuck\n0.2,a,stuck 5 m\n0.3,a,release\n0.4,a,offset 2 cm\n"
+      "time,signal,fault\n0,a,none\n0.1,a,stuck\n0.2,a,stuck 5 m\n0.3,a,release\n0.4,a,offset 2 cm\n"
       "0.4,b,dropout 30 %\n0.5,a,delay 50 ms\n0.6,b,none\n");
   ASSERT_TRUE(scenario) << texts();
   std::string all;
@@ -81,7 +81,7 @@ TEST_F(TestTables, FaultsLastToTheNextState) {
             "t.line_8 a delayed by 50 ms at 500\n");
 }
 
-TEST_F(TestTables, ExpectationsAreOneForEachChannel) {
+TEST_F(TestTables, ExpectationsAreOneForEachSignal) {
   const auto scenario = load(
       "timestamp,channel,expectation,tolerance,comment\n0,a.x,1,0.1,\n0.1,b.y,limp,,first\n0.2,a.x,2,0.1,\n",
       "expectations: [{name: own, always: time < 5}]\n");
@@ -94,7 +94,7 @@ TEST_F(TestTables, ExpectationsAreOneForEachChannel) {
 
 TEST_F(TestTables, RowsAfterTheEndAreNotChecked) {
   const auto scenario =
-      load("time,channel,value,fault,expectation,tolerance\n0.5,a,1,,,\n1,a,2,,,\n2,a,,stuck,1,1\n");
+      load("time,signal,value,fault,expectation,tolerance\n0.5,a,1,,,\n1,a,2,,,\n2,a,,stuck,1,1\n");
   ASSERT_TRUE(scenario);
   EXPECT_EQ(
       texts(),
@@ -107,23 +107,23 @@ TEST_F(TestTables, RowsAfterTheEndAreNotChecked) {
 }
 
 TEST_F(TestTables, HaveMistakesAtTheirPlaces) {
-  const std::string head = "time,channel,value,fault,expectation,tolerance\n";
+  const std::string head = "time,signal,value,fault,expectation,tolerance\n";
   const struct {
     std::string csv, mistake;
   } all[] = {
       {"", "s.yaml:4:31: the file has no rows"},
       {head, "s.yaml:4:31: the file has no rows"},
-      {"time,channel,valeu\n0,a,1\n",
-       "t.csv:1:14: a test table has no column 'valeu'; did you mean 'value'? Known here: value, time, "
-       "channel, "
-       "fault, expectation, tolerance, comment"},
-      {"time,value\n0,1\n", "t.csv:1:1: a test table needs a column 'channel'"},
-      {"time,channel,value,value\n0,a,1,1\n", "t.csv:1:20: there are two columns 'value'"},
+      {"time,signal,valeu\n0,a,1\n",
+       "t.csv:1:13: a test table has no column 'valeu'; did you mean 'value'? Known here: value, time, "
+       "signal, fault, expectation, tolerance, comment"},
+      {"time,value\n0,1\n", "t.csv:1:1: a test table needs a column 'signal'"},
+      {"time,signal,value,value\n0,a,1,1\n", "t.csv:1:19: there are two columns 'value'"},
       {head + "0,a,1,,,\n1\n", "t.csv:3:1: 1 cells in a file of 6 columns"},
+      {"time,signal,value,channel\n0,a,1,b\n", "t.csv:1:19: there are two columns 'signal'"},
       {head + ",a,1,,,\n", "t.csv:2:1: an empty cell: a number is missing"},
       {head + "-1,a,1,,,\n", "t.csv:2:1: a time is from 0 s to 1e9 s"},
       {head + "0.2,a,1,,,\n0.1,a,1,,,\n", "t.csv:3:1: a time before that of the row before"},
-      {head + "0,,1,,,\n", "t.csv:2:3: an empty cell: a channel is missing"},
+      {head + "0,,1,,,\n", "t.csv:2:3: an empty cell: a signal is missing"},
       {head + "0,a,,,,\n", "t.csv:2:1: the row has neither a value nor a fault nor an expectation"},
       {head + "0,a,1 +,,,\n", "t.csv:2:8: the expression ends where a signal or a number is expected"},
       {head + "0,a,1,,,5\n", "t.csv:2:9: a tolerance without an expectation"},
@@ -151,15 +151,15 @@ TEST_F(TestTables, HaveMistakesAtTheirPlaces) {
 }
 
 TEST_F(TestTables, HaveLimits) {
-  std::string rows = "time,channel,value,fault\n", faults = rows;
+  std::string rows = "time,signal,value,fault\n", faults = rows;
   for (int i = 0; i <= 10'000; ++i)
     rows += "0,a" + std::to_string(i) + ",1,\n";
   EXPECT_FALSE(load(rows));
-  EXPECT_EQ(texts(), "t.csv:10002:1: more than 10000 rows\n");
+  EXPECT_EQ(texts(), "t.csv:10002:1: the file has more rows than the limit of 10000; split it\n");
   for (int i = 0; i <= 1'001; ++i)
     faults += "0,a" + std::to_string(i) + ",,gain 2\n";
   EXPECT_FALSE(load(faults));
-  EXPECT_EQ(texts(), "t.csv:1002:10: more than 1000 faults in a test table\n");
+  EXPECT_EQ(texts(), "t.csv:1002:10: the test table has more faults than the limit of 1000; split it\n");
 }
 
 }  // namespace

@@ -7,15 +7,15 @@
 #include <utility>
 
 #include "runtime/config/section_readers.hpp"
-#include "runtime/config/test_table.hpp"
+#include "runtime/config/test_table_file.hpp"
 #include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {
 
-/// What a table has for a channel.
-struct ChannelParts {
-  Word channel;
+/// What a table has for a signal.
+struct SignalParts {
+  Word signal;
   std::optional<StimulusSection> stimulus{};
   std::int64_t last_begin_ns = 0;      ///< of the last part of the stimulus
   std::optional<std::size_t> fault{};  ///< the index of the one that has not ended
@@ -45,28 +45,28 @@ class TableParts {
       if (late_rows_++ == 0) first_late_ = row;
       return;
     }
-    ChannelParts& parts = parts_of(row.channel);
-    if (row.value && is_new(row, "value", row.value->place(), tick_ns, parts.value))
+    SignalParts& parts = parts_of(row.signal);
+    if (row.value && claim_tick(row, "a value", row.value->place(), tick_ns, parts.value))
       add_value(row, tick_ns, parts);
     const Place fault_place = row.fault ? row.fault->place : row.fault_ends.value_or(Place{});
-    if ((row.fault || row.fault_ends) && is_new(row, "fault", fault_place, tick_ns, parts.fault_state))
+    if ((row.fault || row.fault_ends) && claim_tick(row, "a fault", fault_place, tick_ns, parts.fault_state))
       add_fault(row, tick_ns, parts);
-    if (row.expectation && is_new(row, "expectation", row.expectation->place(), tick_ns, parts.expectation))
+    if (row.expectation &&
+        claim_tick(row, "an expectation", row.expectation->place(), tick_ns, parts.expectation))
       parts.checks.push_back({tick_ns, *row.expectation, row.tolerance});
   }
 
-  ChannelParts& parts_of(const Word& channel) {
-    const auto [found, is_first] = index_.try_emplace(channel.text, parts_.size());
-    if (is_first) parts_.push_back({.channel = channel});
+  SignalParts& parts_of(const Word& signal) {
+    const auto [found, is_first] = index_.try_emplace(signal.text, parts_.size());
+    if (is_first) parts_.push_back({.signal = signal});
     return parts_[found->second];
   }
 
-  /// False with a mistake: the tick has one already.
-  bool is_new(const TestTableRow& row, const char* what, const Place& place, std::int64_t tick_ns,
-              ChannelParts::Last& last) {
+  /// `what` in `row` is that of the tick from now on. False with a mistake: the tick has one already.
+  bool claim_tick(const TestTableRow& row, const char* what, const Place& place, std::int64_t tick_ns,
+                  SignalParts::Last& last) {
     if (tick_ns == last.tick_ns) {
-      reading_.diagnostics.add(place, in_quotes(row.channel.text) + " has " +
-                                          (what[0] == 'e' ? "an " : "a ") + what + " in line " +
+      reading_.diagnostics.add(place, in_quotes(row.signal.text) + " has " + what + " in line " +
                                           std::to_string(last.line) + ", in the same tick at " +
                                           format_duration(tick_ns));
       return false;
@@ -75,10 +75,10 @@ class TableParts {
     return true;
   }
 
-  void add_value(const TestTableRow& row, std::int64_t tick_ns, ChannelParts& parts) {
+  void add_value(const TestTableRow& row, std::int64_t tick_ns, SignalParts& parts) {
     if (!parts.stimulus) {
-      parts.stimulus = StimulusSection{.name = {table_.text + "." + row.channel.text, row.channel.place},
-                                       .drives = row.channel};
+      parts.stimulus = StimulusSection{.name = {table_.text + "." + row.signal.text, row.signal.place},
+                                       .drives = row.signal};
       parts.stimulus->profile = std::vector<StimulusSegment>();
       parts.stimulus->activation.at_ns = tick_ns;
     }
@@ -92,7 +92,7 @@ class TableParts {
                         .for_ns = {}});
   }
 
-  void add_fault(const TestTableRow& row, std::int64_t tick_ns, ChannelParts& parts) {
+  void add_fault(const TestTableRow& row, std::int64_t tick_ns, SignalParts& parts) {
     if (parts.fault) {
       FaultSection& ended = faults_[*parts.fault];
       ended.activation.for_ns = tick_ns - *ended.activation.at_ns;
@@ -101,14 +101,14 @@ class TableParts {
     if (!row.fault) return;
     if (faults_.size() == max_test_table_faults) {
       if (!has_too_many_faults_)
-        reading_.diagnostics.add(row.fault->place, "more than " + std::to_string(max_test_table_faults) +
-                                                       " faults in a test table");
+        reading_.diagnostics.add(row.fault->place, "the test table has more faults than the limit of " +
+                                                       std::to_string(max_test_table_faults) + "; split it");
       has_too_many_faults_ = true;
       return;
     }
     FaultSection fault = *row.fault;
     fault.name = {table_.text + ".line_" + std::to_string(row.line), row.fault->place};
-    fault.subject = row.channel;
+    fault.subject = row.signal;
     fault.activation.at_ns = tick_ns;
     if (fault.kind == FaultSection::Kind::delay && fault.duration_ns % period_ns_ != 0) {
       reading_.diagnostics.add(fault.place, "a delay of " + format_duration(fault.duration_ns) +
@@ -121,11 +121,11 @@ class TableParts {
 
   void finish() {
     const TableClaims& claims = reading_.types.table_claims;
-    for (ChannelParts& parts : parts_) {
+    for (SignalParts& parts : parts_) {
       if (parts.stimulus) scenario_.stimuli.push_back(std::move(*parts.stimulus));
       if (parts.checks.empty()) continue;
       const Place place = parts.checks.front().value.place();
-      add_expectation(parts.channel.text, place, claims.at_instants(parts.channel, std::move(parts.checks)));
+      add_expectation(parts.signal.text, place, claims.at_instants(parts.signal, std::move(parts.checks)));
     }
     for (FaultSection& fault : faults_)
       scenario_.faults.push_back(std::move(fault));
@@ -134,8 +134,8 @@ class TableParts {
                                " not before the end of the run at " + format_duration(scenario_.duration_ns) +
                                ", the first in line " + std::to_string(first_late_.line) + " at " +
                                format_duration(first_late_.time_ns);
-    reading_.diagnostics.warn(first_late_.channel.place, "test table " + in_quotes(table_.text) + ": " +
-                                                             reason + "; so the run does not pass");
+    reading_.diagnostics.warn(first_late_.signal.place, "test table " + in_quotes(table_.text) + ": " +
+                                                            reason + "; so the run does not pass");
     add_expectation("all rows", table_.place, claims.not_checked(reason));
   }
 
@@ -151,7 +151,7 @@ class TableParts {
   Scenario& scenario_;
   ReaderContext& reading_;
   const std::int64_t period_ns_;
-  std::vector<ChannelParts> parts_;  ///< in the order of their first rows
+  std::vector<SignalParts> parts_;  ///< in the order of their first rows
   std::map<std::string, std::size_t> index_;
   std::vector<FaultSection> faults_;
   bool has_too_many_faults_ = false;

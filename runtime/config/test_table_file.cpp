@@ -1,4 +1,4 @@
-#include "runtime/config/test_table.hpp"
+#include "runtime/config/test_table_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,10 +13,21 @@ namespace {
 
 using FaultKind = FaultSection::Kind;
 
-enum Column : std::uint8_t { time_column, channel, value, fault, expectation, tolerance, comment, columns };
-constexpr std::array<const char*, columns> column_names{"time",        "channel",   "value",  "fault",
+enum Column : std::uint8_t {
+  time_column,
+  signal_column,
+  value,
+  fault,
+  expectation,
+  tolerance,
+  comment,
+  columns
+};
+constexpr std::array<const char*, columns> column_names{"time",        "signal",    "value",  "fault",
                                                         "expectation", "tolerance", "comment"};
-constexpr const char* other_name_of_time = "timestamp";
+/// Names in tables of other tools.
+constexpr std::array<std::pair<std::string_view, Column>, 2> other_column_names{
+    {{"timestamp", time_column}, {"channel", signal_column}}};
 
 struct FaultState {
   const char* name;
@@ -43,7 +54,8 @@ class TestTableReader {
     if (file_.next() && find_columns()) {
       while (!diagnostics_.full() && file_.next()) {
         if (rows_.size() == max_test_table_rows) {
-          file_.refuse(0, "more than " + std::to_string(max_test_table_rows) + " rows");
+          file_.refuse(0, "the file has more rows than the limit of " + std::to_string(max_test_table_rows) +
+                              "; split it");
           break;
         }
         read_row();
@@ -59,7 +71,9 @@ class TestTableReader {
   bool find_columns() {
     const std::size_t before = diagnostics_.count();
     for (std::size_t i = 0; i < file_.columns(); ++i) {
-      const std::string name(file_.cell(i) == other_name_of_time ? column_names[time_column] : file_.cell(i));
+      const auto other =
+          std::ranges::find(other_column_names, file_.cell(i), &std::pair<std::string_view, Column>::first);
+      const std::string name(other != other_column_names.end() ? column_names[other->second] : file_.cell(i));
       const auto found = std::ranges::find(column_names, name);
       if (found == column_names.end()) {
         file_.refuse(i, "a test table has no column " + in_quotes(name) +
@@ -70,7 +84,7 @@ class TestTableReader {
       if (place) file_.refuse(i, "there are two columns " + in_quotes(name));
       place = i;
     }
-    for (const Column needed : {time_column, channel}) {
+    for (const Column needed : {time_column, signal_column}) {
       if (!places_[needed] && diagnostics_.count() == before)
         file_.refuse(0, std::string("a test table needs a column '") + column_names[needed] + "'");
     }
@@ -89,10 +103,10 @@ class TestTableReader {
   }
 
   void read_row() {
-    TestTableRow row{.line = file_.place(0).line, .channel = cell(channel)};
+    TestTableRow row{.line = file_.place(0).line, .signal = cell(signal_column)};
     const std::size_t before = diagnostics_.count();
     read_time(row);
-    if (row.channel.text.empty()) diagnostics_.add(row.channel.place, "an empty cell: a channel is missing");
+    if (row.signal.text.empty()) diagnostics_.add(row.signal.place, "an empty cell: a signal is missing");
     row.value = expression_in(value);
     read_fault(row);
     row.expectation = expression_in(expectation);
@@ -176,10 +190,12 @@ class TestTableReader {
 
 Schema test_tables_schema() {
   return Schema::list(Schema::record({
-      Field::needed("name", Schema::name(), "The table's name, with which names of its parts begin."),
-      Field::needed("file", Schema::file(),
-                    "A CSV file with the columns time (in seconds), channel (a signal), value, fault, "
-                    "expectation and tolerance."),
+      Field::needed("name", Schema::name(),
+                    "The prefix of the names of its stimuli, faults and expectations."),
+      Field::needed(
+          "file", Schema::file(),
+          "A CSV file with the columns time (or timestamp; in seconds), signal (or channel), value, "
+          "fault, expectation, tolerance and comment."),
   }));
 }
 

@@ -8,7 +8,7 @@ namespace hil::injection {
 namespace {
 
 const std::string table_rows =
-    "time,channel,value,fault,expectation,tolerance\n"
+    "time,signal,value,fault,expectation,tolerance\n"
     "0.002,control.u,1 m,,,\n"
     "0.0035,control.u,3,,,\n"
     "0.004,plant.x,,stuck,,\n"
