@@ -9,6 +9,7 @@
 
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/require.hpp"
+#include "runtime/config/trimmed.hpp"
 
 namespace hil::config {
 namespace {
@@ -33,14 +34,6 @@ constexpr std::array dampings{Unit{"N s/m", 1, 1}, Unit{"kN s/m", 1000, 1}, Unit
 constexpr std::array shares{Unit{"%", 1, 100}};
 constexpr std::array data_sizes{Unit{"B", 1, 1}, Unit{"KiB", 0x1p10, 1}, Unit{"MiB", 0x1p20, 1},
                                 Unit{"GiB", 0x1p30, 1}};
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ')
-    text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ')
-    text.remove_suffix(1);
-  return text;
-}
 
 std::string written_in(Quantity quantity) {
   return std::string(name_with_article(quantity)) + " is written in " + unit_list(quantity);
