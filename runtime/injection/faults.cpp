@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/injection/activity_signal.hpp"
 #include "runtime/injection/faulty_signal.hpp"
 #include "runtime/modules/splitmix64.hpp"
 #include "runtime/signals/signal_expression.hpp"
@@ -33,14 +34,7 @@ void Faults::declare(const config::Scenario& scenario, signals::KnownSignals& kn
     auto fault = std::make_unique<Fault>();
     fault->section = &section;
     fault->seed = modules::splitmix64(scenario.seed ^ (0xFA17u + faults_.size()) * modules::splitmix64_step);
-    const std::string active = "fault." + section.name.text;
-    if (const auto there = known.table().find(active)) {
-      diagnostics.add(section.name.place, "there is a signal '" + active + "' already, of " +
-                                              known.table().info(*there).writer +
-                                              "; give the fault another name");
-    } else {
-      fault->active = known.table().add({.name = active, .unit = "", .writer = "faults"});
-    }
+    fault->active = add_activity_signal("fault", section.name, "faults", known.table(), diagnostics);
     faults_.push_back(std::move(fault));
     if (section.target == FaultSection::Target::signal)
       declare_signal(scenario, *faults_.back(), known, diagnostics);
@@ -65,9 +59,11 @@ void Faults::declare_signal(const config::Scenario& scenario, Fault& fault, sign
     signals::SignalInfo info = known.table().info(signal);
     info.name += signals::faulted_suffix;
     info.writer = "faults";
-    if (known.table().find(info.name)) {
+    if (const auto other = known.table().find(info.name)) {
       return diagnostics.add(section.subject.place,
-                             "there is a signal '" + info.name + "' already, which would be the faulted one");
+                             "the signal '" + info.name + "' is already written by " +
+                                 known.table().info(*other).writer +
+                                 ", but a fault writes the faulted value there; rename one of the two");
     }
     faulty_.push_back(std::make_unique<FaultySignal>(signal, known.table().add(std::move(info))));
     faulty = faulty_.end() - 1;

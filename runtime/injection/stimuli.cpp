@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "runtime/injection/activity_signal.hpp"
 #include "runtime/modules/splitmix64.hpp"
 
 namespace hil::injection {
@@ -13,13 +14,8 @@ void Stimuli::declare(const config::Scenario& scenario, signals::KnownSignals& k
   signals::SignalTable& table = known.table();
   for (const config::StimulusSection& section : scenario.stimuli) {
     Stimulus& stimulus = stimuli_.emplace_back(Stimulus{.section = &section});
-    const std::string active = "stimulus." + section.name.text;
-    if (const auto there = table.find(active)) {
-      diagnostics.add(section.name.place, "there is a signal '" + active + "' already, of " +
-                                              table.info(*there).writer + "; give the stimulus another name");
-      continue;
-    }
-    stimulus.active = table.add({.name = active, .unit = "", .writer = "stimuli"});
+    stimulus.active = add_activity_signal("stimulus", section.name, "stimuli", table, diagnostics);
+    if (!stimulus.active.valid()) continue;
     const std::string& driven = section.drives.text;
     if (known.is_undeclared(driven)) continue;
     const auto target = std::ranges::find(targets, driven, &Target::name);

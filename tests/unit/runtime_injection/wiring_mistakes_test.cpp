@@ -123,9 +123,9 @@ TEST_F(InjectionMistakes, NamesThatAModuleHasAreRefused) {
       "  - {module: fault, type: block, rate: 1 kHz, parameters: {states: {f: {unit: m}}}}\n"
       "  - {module: stimulus, type: block, rate: 1 kHz, parameters: {states: {s: {unit: m}}}}\n";
   EXPECT_EQ(mistakes_of(modules + "faults: [{name: f, signal: plant.x, gain: 2}]\n"),
-            "15:17: there is a signal 'fault.f' already, of module fault; give the fault another name\n");
+            "15:17: the signal 'fault.f' is already written by module fault; give the fault another name\n");
   EXPECT_EQ(mistakes_of(modules + "stimuli: [{name: s, drives: control.u, sequence: [{hold: 1 m}]}]\n"),
-            "15:18: there is a signal 'stimulus.s' already, of module stimulus; give the stimulus another "
+            "15:18: the signal 'stimulus.s' is already written by module stimulus; give the stimulus another "
             "name\n");
 }
 
