@@ -12,7 +12,7 @@ namespace hil::expectations {
 namespace {
 
 /// The word of an expression that is nothing else; null otherwise.
-const config::Word* word_in(const config::Expression& expression) {
+const config::Word* sole_word_of(const config::Expression& expression) {
   using Operation = config::Expression::Operation;
   const config::Expression::Node& node = expression.nodes().back();
   const bool is_word = node.operation == Operation::name || node.operation == Operation::quoted;
@@ -31,7 +31,7 @@ struct Instant {
 std::optional<Instant> instant_of(const config::InstantCheck& check, const signals::SignalInfo& signal,
                                   config::Diagnostics& diagnostics) {
   Instant instant{.time_ns = check.time_ns, .line = check.value.place().line};
-  const config::Word* const name = word_in(check.value);
+  const config::Word* const name = sole_word_of(check.value);
   const auto value =
       name != nullptr
           ? signals::value_named(signal.named_values, *name, signal.name, diagnostics)
@@ -59,9 +59,9 @@ class InstantsJudge final : public Judge {
         signal_(*context.table.find(claim.signal.text)),
         info_(context.table.info(signal_)),
         coverage_({signal_}, context.table, context.expectation.coverage) {
-    config::Diagnostics none;  // wire() has checked them
+    config::Diagnostics ignored;  // check_claim has reported the mistakes, so there are none
     for (const config::InstantCheck& check : claim.checks)
-      instants_.push_back(*instant_of(check, info_, none));
+      instants_.push_back(*instant_of(check, info_, ignored));
   }
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
@@ -133,22 +133,6 @@ class InstantsJudge final : public Judge {
   double worst_margin_ = 0.0, worst_value_ = 0.0;
 };
 
-class NotCheckedJudge final : public Judge {
- public:
-  NotCheckedJudge(const NotChecked& claim, const JudgeContext& context)
-      : name_(context.expectation.name), reason_(claim.reason) {}
-  void check(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
-             std::int64_t /*time_ns*/) noexcept override {}
-  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
-            std::int64_t /*time_ns*/) noexcept override {}
-  report::Expectation result(const Extent& /*extent*/) const override {
-    return {.name = name_, .result = report::ExpectationResult::not_checked, .detail = reason_};
-  }
-
- private:
-  const std::string name_, reason_;
-};
-
 }  // namespace
 
 void check_claim(const Instants& claim, const ClaimCheck& check) {
@@ -164,27 +148,6 @@ std::unique_ptr<Judge> judge_of(const Instants& claim, const JudgeContext& conte
 
 PlotContent plot_content_of(const Instants& claim, const signals::SignalTable& table) {
   return plot_of(*table.find(claim.signal.text));
-}
-
-void check_claim(const NotChecked& /*claim*/, const ClaimCheck& /*check*/) {}
-
-std::unique_ptr<Judge> judge_of(const NotChecked& claim, const JudgeContext& context) {
-  return std::make_unique<NotCheckedJudge>(claim, context);
-}
-
-PlotContent plot_content_of(const NotChecked& /*claim*/, const signals::SignalTable& /*table*/) {
-  return {};
-}
-
-config::TableClaims table_claims() {
-  return {
-      .at_instants = [](config::Word signal,
-                        std::vector<config::InstantCheck> checks) -> std::shared_ptr<const config::Claim> {
-        return claim_of(Instants{std::move(signal), std::move(checks)});
-      },
-      .not_checked = [](std::string reason) -> std::shared_ptr<const config::Claim> {
-        return claim_of(NotChecked{std::move(reason)});
-      }};
 }
 
 }  // namespace hil::expectations

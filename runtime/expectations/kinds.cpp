@@ -1,6 +1,8 @@
 #include "runtime/expectations/kinds.hpp"
 
 #include "runtime/config/require.hpp"
+#include "runtime/expectations/instants.hpp"
+#include "runtime/expectations/not_checked.hpp"
 #include "runtime/expectations/window.hpp"
 
 namespace hil::expectations {
@@ -26,6 +28,17 @@ const std::vector<config::ExpectationKind>& kinds() {
   };
 #undef KIND
   return all;
+}
+
+config::TableClaims table_claims() {
+  return {
+      .at_instants = [](config::Word signal,
+                        std::vector<config::InstantCheck> checks) -> std::shared_ptr<const config::Claim> {
+        return claim_of(Instants{std::move(signal), std::move(checks)});
+      },
+      .not_checked = [](std::string reason) -> std::shared_ptr<const config::Claim> {
+        return claim_of(NotChecked{std::move(reason)});
+      }};
 }
 
 void check_expectation(const config::Expectation& expectation, const ClaimCheck& check) {

@@ -1,7 +1,7 @@
 #pragma once
 // All kinds of expectation (table.def), and what is done with an expectation of any kind.
 //
-// Threads: kinds on any; the rest on the thread that wires and opens the run.
+// Threads: kinds and table_claims on any; the rest on the thread that wires and opens the run.
 
 #include <memory>
 #include <vector>
@@ -12,6 +12,8 @@
 namespace hil::expectations {
 
 const std::vector<config::ExpectationKind>& kinds();
+/// The claims of test tables, for config::load_scenario.
+config::TableClaims table_claims();
 
 /// Adds the mistakes of an expectation of one of the kinds.
 void check_expectation(const config::Expectation& expectation, const ClaimCheck& check);
