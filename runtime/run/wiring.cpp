@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/expectations/instants.hpp"
 #include "runtime/expectations/kinds.hpp"
 #include "runtime/recording/signal_selection.hpp"
 #include "runtime/run/world_wiring.hpp"
@@ -27,17 +26,18 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
   ids.push_back(table.add(std::move(info)));
 }
 
-/// The signals that buses receive, with the names of their values, before modules are made.
+/// The signals that buses receive, with their value names. Modules need the names when they are made, but in the
+/// table of the run (and so in signals.csv) the signals of modules come first.
 struct BusSignals {
   signals::SignalTable table;
   KnownSignals known{table};
 };
 
-/// The names of the values that the module's inputs read.
-std::map<std::string, modules::InputNames> input_names(const config::TaskSection& section,
+/// The value names of the signals that the module's inputs read.
+std::map<std::string, modules::ValueNames> value_names(const config::TaskSection& section,
                                                        const BusSignals& of_buses,
                                                        const KnownSignals& known) {
-  std::map<std::string, modules::InputNames> names;
+  std::map<std::string, modules::ValueNames> names;
   for (const config::InputLink& link : section.inputs) {
     const std::string& signal = link.signal.text;
     for (const KnownSignals* signals : {&of_buses.known, &known}) {
@@ -45,7 +45,7 @@ std::map<std::string, modules::InputNames> input_names(const config::TaskSection
         const signals::SignalInfo& info = signals->table().info(*id);
         if (!info.named_values.empty()) names[link.port.text] = {info.named_values, info.unit};
       } else if (signals->is_undeclared(signal)) {
-        names[link.port.text] = {.is_unknown = true};
+        names[link.port.text] = {.accepts_any_name = true};
       }
     }
   }
@@ -57,7 +57,7 @@ void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& k
   for (const config::TaskSection& section : wiring.scenario->tasks) {
     const modules::ModuleType* type = modules::find_module_type(section.type.text);
     modules::TaskParameters task = task_parameters(*wiring.scenario, section);
-    task.input_names = input_names(section, of_buses, known);
+    task.value_names = value_names(section, of_buses, known);
     WiredModule wired{
         .section = &section, .module = type->create(section.parameters, task, diagnostics), .links = {}};
     if (wired.module == nullptr) {
@@ -160,8 +160,12 @@ std::vector<injection::Reader> readers_of(Wiring& wiring) {
   return readers;
 }
 
-void declare_inputs(const io::Device& device, const std::string& prefix, const Place& place,
-                    signals::SignalTable& table, signals::Links& links, Diagnostics& diagnostics) {
+void declare_inputs(const WiredBus& bus, KnownSignals& known, signals::Links& links,
+                    Diagnostics& diagnostics) {
+  const io::Device& device = bus.bus->channels();
+  const std::string prefix = bus.section->full_name() + ".";
+  const Place& place = bus.section->name.place;
+  signals::SignalTable& table = known.table();
   const std::string writer = prefix.substr(0, prefix.size() - 1);
   std::vector<std::int64_t> timeouts_ns(device.inputs().size(), 0);
   for (const io::InputGroup& group : device.input_groups())
@@ -188,6 +192,7 @@ void declare_inputs(const io::Device& device, const std::string& prefix, const P
   links.connected = add_state("connected");
   for (const io::InputGroup& group : device.input_groups())
     links.fresh.push_back(add_state(group.name + ".fresh"));
+  bus.bus->describe_signals(prefix, known);
 }
 
 /// A bus of which nothing can be used has a mistake and is left out.
@@ -203,23 +208,17 @@ void make_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
 
 void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
   for (WiredBus& wired : wiring.buses) {
-    const std::string prefix = wired.section->full_name() + ".";
-    const io::Device& channels = wired.bus->channels();
-    declare_inputs(channels, prefix, wired.section->name.place, known.table(), wired.links, diagnostics);
-    for (const io::ChannelInfo& channel : channels.outputs())
+    declare_inputs(wired, known, wired.links, diagnostics);
+    for (const io::ChannelInfo& channel : wired.bus->channels().outputs())
       wired.links.outputs.push_back({.signal = {}, .constant = channel.safe_value});
-    wired.bus->describe_signals(prefix, known);
   }
 }
 
-void describe_buses(const Wiring& wiring, BusSignals& signals) {
-  Diagnostics reported_later;
+void declare_bus_signals(const Wiring& wiring, BusSignals& signals) {
+  Diagnostics ignored;  // declare_buses reports the same mistakes
   for (const WiredBus& wired : wiring.buses) {
-    const std::string prefix = wired.section->full_name() + ".";
-    signals::Links links;
-    declare_inputs(wired.bus->channels(), prefix, wired.section->name.place, signals.table, links,
-                   reported_later);
-    wired.bus->describe_signals(prefix, signals.known);
+    signals::Links unused;
+    declare_inputs(wired, signals.known, unused, ignored);
   }
 }
 
@@ -277,7 +276,7 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   KnownSignals known(wiring.signals);
   make_buses(wiring, known, diagnostics);
   BusSignals of_buses;
-  describe_buses(wiring, of_buses);
+  declare_bus_signals(wiring, of_buses);
   declare_modules(wiring, of_buses, known, diagnostics);
   declare_buses(wiring, known, diagnostics);
   wiring.stimuli.declare(scenario, known, targets_of(wiring), diagnostics);
