@@ -107,7 +107,7 @@ class BusWiring {
 
   /// The channels that make_device will have. Never started.
   virtual const io::Device& channels() const noexcept = 0;
-  /// Adds what a channel can not express: alternative names, names of values, whether an input never becomes
+  /// Adds what a channel can not express: alternative names, value names, whether an input never becomes
   /// stale. `prefix`: the beginning of the names of its signals, "can.car.".
   virtual void describe_signals(const std::string& prefix, KnownSignals& known) const {
     static_cast<void>(prefix), static_cast<void>(known);

@@ -63,7 +63,7 @@ struct ExpectationKind {
 /// What a signal has to be at an instant, by a test table (test_table_file.hpp).
 struct InstantCheck {
   std::int64_t time_ns = 0;  ///< run time of a tick
-  Expression value;          ///< a constant, or the name of a value of the signal
+  Expression value;          ///< a constant, or a value name of the signal
   std::optional<Expression> tolerance{};
 };
 

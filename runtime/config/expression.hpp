@@ -8,7 +8,7 @@
 //
 //   precedence, weakest first: if-then-else, or, and, not, comparisons (== != < <= > >=), + and -, * and /,
 //   the sign, ^. Words, not && || !. Comparisons can not be chained.
-//   operands: a number with or without a unit; a name, which may contain dots; the name of a value of a
+//   operands: a number with or without a unit; a name, which may contain dots; a value name of a
 //   signal, as a word or in quotes ('limp home'); true and false; a function with arguments in parentheses.
 //
 // The unit of a number follows it. Its symbols are separated by blanks, or by / * . without blanks around
@@ -50,7 +50,7 @@ class Expression {
     number,
     truth,   ///< number: 0 or 1
     name,    ///< of a signal or a variable, or of a value of a signal
-    quoted,  ///< the name of a value of a signal
+    quoted,  ///< a value name of a signal
     call,    ///< of the function `word`
     conditional,
     any_of,

@@ -120,7 +120,7 @@ class Compiler {
     if (word.text == "time") return quantity(si_unit({{0, 0, 1}}));
     variables_[i] = scope_.find(word.text);
     if (!variables_[i]) {
-      // Beside a comparison it may be the name of a value; comparison_type() decides.
+      // Beside a comparison it may be a value name; comparison_type() decides.
       if (!is_compared(i)) report_unknown(i);
       return {};
     }
@@ -145,7 +145,7 @@ class Compiler {
 
   Type quoted_type(std::size_t i) {
     if (is_compared(i)) return {};
-    return types_.fail(i, "the name of a value " + in_quotes(nodes_[i].word.text) +
+    return types_.fail(i, "the value name " + in_quotes(nodes_[i].word.text) +
                               " is not compared with a value that has names");
   }
 
@@ -181,13 +181,13 @@ class Compiler {
     const auto& variable = variables_[signal];
     if (!variable) {
       if (nodes_[name].operation == Operation::quoted)
-        types_.fail(name, "the name of a value " + in_quotes(word.text) +
-                              " is not compared with a value that has names");
+        types_.fail(
+            name, "the value name " + in_quotes(word.text) + " is not compared with a value that has names");
       else
         report_unknown(name);
       return false;
     }
-    if (variable->has_any_name) {
+    if (variable->accepts_any_name) {
       named_[name] = 0.0;
       types_[name] = {.kind = Type::Kind::bare};
       return true;
@@ -472,7 +472,7 @@ class Compiler {
   const CompileOptions& options_;
   Diagnostics& diagnostics_;
   std::vector<std::optional<Variable>> variables_;
-  std::vector<std::optional<double>> named_;  ///< values of names of values
+  std::vector<std::optional<double>> named_;  ///< values of value names
   Program program_;
   std::size_t depth_ = 0, max_depth_ = 0;
 };

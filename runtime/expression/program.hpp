@@ -41,10 +41,10 @@ namespace hil::expression {
 struct Variable {
   std::uint32_t index = 0;  ///< in the values of evaluate
   std::string unit{};       ///< of the value; "" for a plain number
-  /// Names of values, as a bus describes them; NaN: several values have the name. May be null.
+  /// Value names, as a bus describes them; NaN: several values have the name. May be null.
   const std::map<std::string, double>* named_values = nullptr;
-  /// Its names are not known, since what describes them has a mistake: each name may be one of them.
-  bool has_any_name = false;
+  /// What has the value names has a mistake, so any name is accepted.
+  bool accepts_any_name = false;
 };
 
 /// The names that an expression may use. `time`, the run time in seconds, is one of all expressions.

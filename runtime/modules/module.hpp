@@ -43,7 +43,7 @@ struct Port {
   std::string about;      ///< one sentence for the documentation
   double initial = 0.0;   ///< value of an output before the first step, or of an input without a signal
   bool required = false;  ///< input: a scenario that does not connect it is refused
-  std::map<std::string, double> named_values = {};  ///< output: names of values, for expressions
+  std::map<std::string, double> named_values = {};  ///< output: value names, for expressions
 };
 
 struct Ports {
@@ -81,11 +81,12 @@ class SetupError : public std::runtime_error {
   rtstdb::ErrorCode code_ = rtstdb::ErrorCode::bad_input;
 };
 
-/// The names of values of a signal that an input reads.
-struct InputNames {
+/// The value names of a signal that an input reads.
+struct ValueNames {
   std::map<std::string, double> values{};  ///< NaN: several values have the name
   std::string unit{};                      ///< of the values
-  bool is_unknown = false;                 ///< what describes the signal has a mistake
+  /// The bus or module of the signal has a mistake, so any name is accepted.
+  bool accepts_any_name = false;
 };
 
 /// The properties of the task that steps a module.
@@ -98,8 +99,8 @@ struct TaskParameters {
   /// The step runs on a task thread: its outputs become visible at the deadline, and it reads the version of
   /// the release (StepContext::version), whatever is committed while it runs.
   bool own_thread = false;
-  /// In create, by input: of signals of buses and of the modules before it.
-  std::map<std::string, InputNames> input_names = {};
+  /// By input name; filled in only for create().
+  std::map<std::string, ValueNames> value_names = {};
 };
 
 /// One step. Valid only during step().

@@ -34,7 +34,7 @@ struct SignalInfo {
   double initial = 0.0;
   bool arrives = false;         ///< received from a device: unknown while not fresh
   std::int64_t timeout_ns = 0;  ///< if `arrives`: time for which its value stays fresh; 0: without limit
-  std::map<std::string, double> named_values = {};  ///< names of values, as a bus describes them
+  std::map<std::string, double> named_values = {};  ///< value names, as a bus describes them
 };
 
 /// A value and its run time: the arrival of the bytes for a device's input, the tick for a module's output.

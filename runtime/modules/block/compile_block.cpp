@@ -155,11 +155,11 @@ class BlockCompiler {
       std::map<std::string, double> values;
       for (const auto& [word, number] : input["values"].entries())
         values.emplace(word, number.number());
-      const auto given = task_.input_names.find(name);
-      const bool has_given = values.empty() && given != task_.input_names.end();
+      const auto given = task_.value_names.find(name);
+      const bool has_given = values.empty() && given != task_.value_names.end();
       if (has_given) values = in_unit(unit, given->second);
       input_values_.push_back(add_value(0.0));
-      names_.define(name, input_values_.back(), unit, values, has_given && given->second.is_unknown);
+      names_.define(name, input_values_.back(), unit, values, has_given && given->second.accepts_any_name);
       names_.define(name + ".fresh", add_value(0.0), "");
       ports_.inputs.push_back({.name = name,
                                .unit = unit,
@@ -170,7 +170,7 @@ class BlockCompiler {
   }
 
   /// As the values of the signal are converted for the input.
-  static std::map<std::string, double> in_unit(const std::string& unit, const InputNames& names) {
+  static std::map<std::string, double> in_unit(const std::string& unit, const ValueNames& names) {
     if (unit.empty() || names.unit.empty() || unit == names.unit) return names.values;
     const auto from = units::parse_unit(names.unit), to = units::parse_unit(unit);
     const auto conversion = from && to ? units::conversion(*from, *to) : std::nullopt;

@@ -18,7 +18,7 @@ namespace hil::expression::test {
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// a = 1, b = 2, lost = unknown; v = 10 m/s, kmh = 36 km/h, t = 20 degC, x = 3 m, dt = 0.5 s, raw = 7 steps;
-/// state = 2 with names of values.
+/// state = 2 with value names.
 class Names final : public Scope {
  public:
   std::optional<Variable> find(std::string_view name) const override {

@@ -137,7 +137,7 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
       {"b == kmhh", "f:1:7: there is no signal 'kmhh'; did you mean 'kmh'?"},
       {"state == same", "f:1:11: 'state' has several values with the name 'same'; use the number"},
       {"a == 'red'", "f:1:7: 'a' has no value names"},
-      {"1 == 'red'", "f:1:7: the name of a value 'red' is not compared with a value that has names"},
+      {"1 == 'red'", "f:1:7: the value name 'red' is not compared with a value that has names"},
       {"v", "f:1:2: the condition has to be true or false; this is a value in m/s"},
   };
   for (const auto& [written, text] : mistakes) {

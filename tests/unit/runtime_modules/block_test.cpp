@@ -350,9 +350,9 @@ TEST(BlockStep, NeitherAllocatesNorFrees) {
 
 TEST(Block, KnowsTheNamesOfValuesOfTheSignalsThatItReads) {
   TaskParameters task = test::ten_ms();
-  task.input_names["gear"] = {{{"Park", 3.0}, {"Drive", 4.0}}, ""};
-  task.input_names["speed"] = {{{"walk", 3.6}, {"limp home", 36.0}}, "km/h"};
-  task.input_names["own"] = {{{"Park", 9.0}}, ""};
+  task.value_names["gear"] = {{{"Park", 3.0}, {"Drive", 4.0}}, ""};
+  task.value_names["speed"] = {{{"walk", 3.6}, {"limp home", 36.0}}, "km/h"};
+  task.value_names["own"] = {{{"Park", 9.0}}, ""};
   const std::string yaml =
       "inputs: {gear: '1', speed: m/s, own: {unit: '1', values: {Park: 1}}}\n"
       "variables: {in_park: gear == Park, limps: speed >= 'limp home', walks: speed == walk, same: own == "
@@ -380,7 +380,7 @@ TEST(Block, AcceptsAnyNameOfASignalWhosePartHasAMistake) {
   config::Diagnostics none, one;
   EXPECT_EQ(test::create_block(yaml, one, task), nullptr);
   EXPECT_NE(one.to_text().find("'Park' is no number"), std::string::npos) << one.to_text();
-  task.input_names["gear"] = {.is_unknown = true};
+  task.value_names["gear"] = {.accepts_any_name = true};
   EXPECT_NE(test::create_block(yaml, none, task), nullptr);
 }
 
