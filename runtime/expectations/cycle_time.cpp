@@ -107,7 +107,8 @@ class CycleTimeJudge final : public Judge {
     last_ns_ = stamp_ns;
   }
 
-  /// Calls `use` with the stamp of each new frame, ascending. Each signal's samples are together and ascend.
+  /// Calls `use` with the stamp of each new frame, in non-decreasing order. The samples of each signal are
+  /// together, in this order.
   template <class Use>
   void for_each_frame(const signals::SignalTable& table, std::span<const Arrival> arrived,
                       const Use& use) noexcept {

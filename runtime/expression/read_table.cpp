@@ -29,10 +29,12 @@ Schema numbers(std::size_t minimum) {
 
 Schema axis_schema() {
   return Schema::record_or(
-      "unit", {
-                  Field::with_default("unit", Schema::text(), "'1'", "The unit of the points."),
-                  Field::optional("points", numbers(2), "The points, rising. With 'file', they are there."),
-              });
+      "unit",
+      {
+          Field::with_default("unit", Schema::text(), "'1'", "The unit of the points."),
+          Field::optional("points", numbers(2),
+                          "The points, strictly increasing. Left out with 'file', which contains them."),
+      });
 }
 
 Schema file_schema() {
@@ -61,8 +63,8 @@ bool add_point(Table::Axis& axis, double number, const Place& place, Diagnostics
     axis.points.push_back(point);
     return true;
   }
-  diagnostics.add(place, "the points of a table rise, but " + config::format_number(number, 6) +
-                             " is not above the point before it");
+  diagnostics.add(place, "the points of a table have to be strictly increasing, but " +
+                             config::format_number(number, 6) + " is not above the point before it");
   return false;
 }
 
@@ -151,7 +153,8 @@ class TablePoints {
     const auto number = number_in(file, column);
     if (!number) return false;
     if (axis.points.size() == max_points) {
-      file.refuse(column, "more than " + std::to_string(max_points) + " points");
+      file.refuse(column,
+                  "the file has more points than the limit of " + std::to_string(max_points) + "; use fewer");
       return false;
     }
     return add_point(axis, *number, file.place(column), diagnostics_);
@@ -160,7 +163,8 @@ class TablePoints {
     const auto number = number_in(file, column);
     if (!number) return false;
     if (values_.size() == max_file_values) {
-      file.refuse(column, "more than " + std::to_string(max_file_values) + " values");
+      file.refuse(column, "the file has more values than the limit of " + std::to_string(max_file_values) +
+                              "; use fewer points");
       return false;
     }
     values_.push_back(unit_.to_si(*number));

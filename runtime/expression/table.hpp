@@ -22,12 +22,12 @@ class Table {
   enum class Outside : std::uint8_t { hold, extend, unknown };
   struct Axis {
     units::Unit unit;
-    std::vector<double> points{};  ///< rising, in the SI
+    std::vector<double> points{};  ///< strictly increasing, in the SI
   };
 
   /// What a table is in YAML; `read` takes a value of it.
   static config::Schema schema();
-  /// Empty with mistakes: points that do not rise, too few or too many values, units that are none; of a CSV
+  /// Empty with mistakes: points that are not strictly increasing, too few or too many values, units that are none; of a CSV
   /// file with their lines there.
   static std::optional<Table> read(const config::Value& section, config::Diagnostics& diagnostics);
 

@@ -18,7 +18,7 @@ class DelayLine {
   /// `capacity`: the number of ticks of the delay and two more.
   explicit DelayLine(std::size_t capacity) : ring_(capacity) {}
 
-  /// Times rise.
+  /// Times are strictly increasing.
   void keep(const signals::SignalValue& value, std::int64_t time_ns) noexcept {
     ring_[count_++ % ring_.size()] = {value, time_ns};
   }

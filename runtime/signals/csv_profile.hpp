@@ -1,11 +1,11 @@
 #pragma once
 // A column of a CSV file over time.
 //
-// The first row has the names of the columns, one of them "time" or "time_s" (seconds). Times rise. The form
-// of the file is that of config/csv_reader.hpp.
+// The first row has the names of the columns, one of them "time" or "time_s" (seconds). Times are strictly
+// increasing. The form of the file is that of config/csv_reader.hpp.
 //
 // Threads: read on the one that reads or wires the scenario; at() on the base thread, without allocation, for
-// rising times.
+// non-decreasing times.
 
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +22,7 @@ class CsvProfile {
  public:
   /// An empty `column` is the only one besides the time.
   /// Empty with mistakes at their places in the file: it can not be read, has no such column, a row with an
-  /// empty cell or with text in place of a number, times that do not rise.
+  /// empty cell or with text in place of a number, times that are not strictly increasing.
   static std::optional<CsvProfile> read(const std::string& path, const config::Place& named_at,
                                         const config::Word& column, bool is_linear,
                                         config::Diagnostics& diagnostics);

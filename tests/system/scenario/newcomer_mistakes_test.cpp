@@ -98,7 +98,8 @@ TEST_F(NewcomerMistakes, EachIsOneSentenceWithItsPlace) {
        "s.yaml:33:45: a signal has no fault 'drop'; it has stuck, offset, gain, noise, drift, delay and "
        "dropout"},
       {"points: [0, 1, 2]", "points: [0, 2, 1]",
-       "s.yaml:19:42: the points of a table rise, but 1 is not above the point before it"},
+       "s.yaml:19:42: the points of a table have to be strictly increasing, but 1 is not above the point "
+       "before it"},
       {"second: cart", "second: car", "s.yaml:27:110: there is no body 'car'; did you mean 'cart'?"},
       {"{ramp: 2 l/s, for: 2 s}", "{ramp: 2 l/s}", "s.yaml:31:53: a ramp needs its duration 'for'"},
       {"{ramp: 2 l/s, for: 2 s}", "{ramp: 2 m, for: 2 s}",

@@ -133,7 +133,8 @@ TEST_F(TableFiles, WithMistakesAreRefusedAtTheirLines) {
     std::string csv, yaml, mistake;
   } all[] = {
       {"x,v\n0,1\n2,1\n1,1\n", one,
-       "p.csv:4:1: the points of a table rise, but 1 is not above the point before it"},
+       "p.csv:4:1: the points of a table have to be strictly increasing, but 1 is not above the point before "
+       "it"},
       {"x,v\n0,1\n1,\n", one, "p.csv:3:3: an empty cell: a number is missing"},
       {"x,v\n0,1\n,1\n", one, "p.csv:3:1: an empty cell: a number is missing"},
       {"x,v\n0,1\n1,one\n", one, "p.csv:3:3: 'one' is not a number"},
@@ -154,9 +155,11 @@ TEST_F(TableFiles, WithMistakesAreRefusedAtTheirLines) {
       {"", "{values: [0, 1]}", "t.yaml:1:1: 'x' needs its 'points'"},
       {"/,0,1\n0,1,2\n1,3\n", two, "p.csv:3:1: 2 cells in a file of 3 columns"},
       {"/,0,0\n0,1,2\n1,3,4\n", two,
-       "p.csv:1:5: the points of a table rise, but 0 is not above the point before it"},
+       "p.csv:1:5: the points of a table have to be strictly increasing, but 0 is not above the point before "
+       "it"},
       {"/,0,1\n1,1,2\n0,3,4\n", two,
-       "p.csv:3:1: the points of a table rise, but 0 is not above the point before it"},
+       "p.csv:3:1: the points of a table have to be strictly increasing, but 0 is not above the point before "
+       "it"},
       {"/,0,1\n0,1,\n1,3,4\n", two, "p.csv:2:5: an empty cell: a number is missing"},
       {"/,0,b\n0,1,2\n1,3,4\n", two, "p.csv:1:5: 'b' is not a number"},
       {"/,0\n0,1\n1,3\n", two,
@@ -174,7 +177,8 @@ TEST_F(TableFiles, HaveLimits) {
   std::string column = "x,v\n", matrix = "/";
   for (int i = 0; i <= 100'000; ++i)
     column += std::to_string(i) + ",1\n";
-  EXPECT_EQ(mistakes_of(column, "{file: p.csv}"), "p.csv:100002:1: more than 100000 points\n");
+  EXPECT_EQ(mistakes_of(column, "{file: p.csv}"),
+            "p.csv:100002:1: the file has more points than the limit of 100000; use fewer\n");
   for (int i = 0; i < 1'001; ++i)
     matrix += "," + std::to_string(i);
   for (int row = 0; row < 1'000; ++row) {
@@ -182,7 +186,8 @@ TEST_F(TableFiles, HaveLimits) {
     for (int i = 0; i < 1'001; ++i)
       matrix += ",1";
   }
-  EXPECT_EQ(mistakes_of(matrix, "{file: p.csv, y: '1'}"), "p.csv:1001:7: more than 1000000 values\n");
+  EXPECT_EQ(mistakes_of(matrix, "{file: p.csv, y: '1'}"),
+            "p.csv:1001:7: the file has more values than the limit of 1000000; use fewer points\n");
 }
 
 struct Order {

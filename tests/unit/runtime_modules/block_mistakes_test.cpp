@@ -54,7 +54,8 @@ TEST(BlockMistakes, AreReportedWithTheirPlaces) {
       {"tables: {max: {x: {points: [0, 1]}, values: [1, 2]}}\nstates: {x: {}}",
        "b.yaml:1:10: 'max' is a function; give the table another name"},
       {"tables: {t: {x: {points: [0, 2, 1]}, values: [1, 2, 3]}}\noutputs: {y: t(1)}",
-       "b.yaml:1:33: the points of a table rise, but 1 is not above the point before it"},
+       "b.yaml:1:33: the points of a table have to be strictly increasing, but 1 is not above the point "
+       "before it"},
       {"tables: {t: {x: {points: [0, 1, 2]}, values: [1, 2]}}\noutputs: {y: t(1)}",
        "b.yaml:1:46: 2 values for 3 points of x"},
       {"tables: {t: {x: {points: [0, 1]}, rows: [[1, 2]]}}\noutputs: {y: t(1)}",
@@ -99,7 +100,8 @@ TEST(BlockMistakes, OfOneDefinitionAreNotReportedWhereItIsUsed) {
                         "variables: {v: x + w, w: q + y, y: 1 m == 1 s}\noutputs: {z: v + w}\n"),
             "b.yaml:1:21: '+' has operands in m and s\n"
             "b.yaml:2:13: 'metre' is not a known unit\n"
-            "b.yaml:3:30: the points of a table rise, but 0 is not above the point before it\n"
+            "b.yaml:3:30: the points of a table have to be strictly increasing, but 0 is not above the point "
+            "before it\n"
             "b.yaml:5:40: '==' has operands in m and s\n");
 }
 
