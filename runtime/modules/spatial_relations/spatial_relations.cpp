@@ -6,8 +6,8 @@
 //          PAIR.time_to_impact  s, with a window; the window when there is no impact in it
 //          REGION.inside        1 while the body is in the region
 //          BEAM.sees            1 while the body is the first that the beam meets
-// An output that a search can not decide is unknown, and so is each before the first step. A distance is
-// decided if it is known to 1 cm, and a contact if the bodies are known to be apart.
+// Where a search is undecided, the distance is published if its bounds differ by at most 1 cm, and contact is 0
+// if the lower bound is above 0; otherwise the output is unknown. Each is unknown before the first step.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -28,7 +28,7 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint32_t max_bodies_in_region = 1024;
-/// Of a pair whose search was undecided, the distance is known where its bounds are that near.
+/// The distance of a pair whose search was undecided is published if its bounds differ by at most this.
 constexpr float max_bounds_apart_m = 0.01f;
 
 struct Pair {
