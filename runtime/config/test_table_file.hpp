@@ -7,12 +7,12 @@
 //   3.5,control.valve,,,1,0
 //   5,tank.level,,none,,
 //
-// The first row names the columns. `time` is the run time in seconds; `signal` names a signal; both are needed.
-// `value` drives the signal from then on. `fault` is the state of its fault from then on: "none" ends it;
-// "stuck" (at the last value), "stuck 1.2 m", "offset 2 cm", "gain 1.1", "noise 5 mm", "drift 1 mm/s", "delay
-// 50 ms", "dropout 30 %". `expectation` is what the signal has to be at this instant, within `tolerance`. An
-// empty cell changes nothing. `comment` is not read. As in tables of other tools, `time` may be called
-// `timestamp`, `signal` `channel`, and "none" "release".
+// The first row names the columns. `time` is the run time in seconds; `signal` names a signal; both are
+// needed. `value` drives the signal from then on. `fault` is the state of its fault from then on: "none" ends
+// it; "stuck" (at the last value), "stuck 1.2 m", "offset 2 cm", "gain 1.1", "noise 5 mm", "drift 1 mm/s",
+// "delay 50 ms", "dropout 30 %". `expectation` is what the signal has to be at this instant, within
+// `tolerance`. An empty cell changes nothing. `comment` is not read. As in tables of other tools, `time` may
+// be called `timestamp`, `signal` `channel`, and "none" "release".
 //
 // Threads: the one that reads the scenario.
 

@@ -1,7 +1,7 @@
 #pragma once
 // The expectations of a test table for one signal: at each of its instants, the signal is within a tolerance
-// of a value. The margin is the least value of tolerance minus error, in the unit of the signal (of a temperature
-// in K). If any instant can not be judged, the expectation is not checked.
+// of a value. The margin is the least value of tolerance minus error, in the unit of the signal (of a
+// temperature in K). If any instant can not be judged, the expectation is not checked.
 //
 // Threads: as in judge.hpp.
 

@@ -1,5 +1,6 @@
 #pragma once
-// An expectation that no run can check, with the reason: as of a row of a test table after the end of the run.
+// An expectation that no run can check, with the reason: as of a row of a test table after the end of the
+// run.
 //
 // Threads: as in judge.hpp.
 

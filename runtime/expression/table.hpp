@@ -27,8 +27,8 @@ class Table {
 
   /// What a table is in YAML; `read` takes a value of it.
   static config::Schema schema();
-  /// Empty with mistakes: points that are not strictly increasing, too few or too many values, units that are none; of a CSV
-  /// file with their lines there.
+  /// Empty with mistakes: points that are not strictly increasing, too few or too many values, units that are
+  /// none; of a CSV file with their lines there.
   static std::optional<Table> read(const config::Value& section, config::Diagnostics& diagnostics);
 
   /// One axis, or two.

@@ -26,9 +26,8 @@ class DeviceWatch {
   DeviceWatch(std::vector<Subject> subjects, Causes causes);
 
   /// Compares each device's state with that of the last check, takes its events, and calls `report` with a
-  /// sentence for each change and each event; `is_expected`: as in io::DeviceEvent, and of a device that works
-  /// again. The first check reports only devices that are not connected or
-  /// have a fault.
+  /// sentence for each change and each event; `is_expected`: as in io::DeviceEvent, and of a device that
+  /// works again. The first check reports only devices that are not connected or have a fault.
   void check(std::int64_t run_time_ns,
              const std::function<void(bool is_expected, const std::string&)>& report);
   /// After the run: takes the events since the last check. Ignores the state of the devices, which are

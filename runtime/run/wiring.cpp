@@ -26,8 +26,8 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
   ids.push_back(table.add(std::move(info)));
 }
 
-/// The signals that buses receive, with their value names. Modules need the names when they are made, but in the
-/// table of the run (and so in signals.csv) the signals of modules come first.
+/// The signals that buses receive, with their value names. Modules need the names when they are made, but in
+/// the table of the run (and so in signals.csv) the signals of modules come first.
 struct BusSignals {
   signals::SignalTable table;
   KnownSignals known{table};

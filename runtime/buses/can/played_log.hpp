@@ -1,6 +1,6 @@
 #pragma once
-// Reads a log in the format of candump -l (io/can/candump_log.hpp), whose frames a bus sends as those of other
-// stations.
+// Reads a log in the format of candump -l (io/can/candump_log.hpp), whose frames a bus sends as those of
+// other stations.
 //
 // Error frames are not played, and neither are data frames of messages that the run itself sends.
 //

@@ -6,8 +6,8 @@
 //          PAIR.time_to_impact  s, with a window; the window when there is no impact in it
 //          REGION.inside        1 while the body is in the region
 //          BEAM.sees            1 while the body is the first that the beam meets
-// Where a search is undecided, the distance is published if its bounds differ by at most 1 cm, and contact is 0
-// if the lower bound is above 0; otherwise the output is unknown. Each is unknown before the first step.
+// Where a search is undecided, the distance is published if its bounds differ by at most 1 cm, and contact is
+// 0 if the lower bound is above 0; otherwise the output is unknown. Each is unknown before the first step.
 
 #include <glm/gtc/quaternion.hpp>
 

@@ -1,4 +1,4 @@
-// A log as the source of a CAN bus: a recorded drive moves a block, at exact instants.
+// A log that a CAN bus plays: a recorded drive moves a block, at exact instants.
 
 #include <gtest/gtest.h>
 

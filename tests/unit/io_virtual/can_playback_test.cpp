@@ -1,4 +1,4 @@
-// Frames of a log that a CAN device puts on its bus.
+// Frames of a log that a CAN device sends.
 
 #include <gtest/gtest.h>
 
