@@ -134,7 +134,7 @@ TEST_F(PlayingDevice, CountsFramesThatTheBusDoesNotTake) {
   EXPECT_EQ(sent, "23");
   EXPECT_EQ(device_->playback()->dropped, 1U);
   EXPECT_EQ(device_->playback()->sent, 2U);
-  EXPECT_EQ(device_->counters().send_errors, 0U) << "frames of the log are counted by the playback";
+  EXPECT_EQ(device_->counters().send_errors, 1U) << "of EgoStatus; the playback counts the frame of the log";
   EXPECT_NE(device_->send_fault().find("could not be sent on CAN bus 'car'"), std::string::npos);
 }
 
