@@ -117,12 +117,16 @@ TEST(Registry, VehiclesShareALightAndStartAtTheirPositions) {
   const auto module = create("vehicles", two_vehicles, diagnostics);
   ASSERT_NE(module, nullptr) << diagnostics.to_text();
   const Ports& ports = module->ports();
-  ASSERT_EQ(ports.inputs.size(), 2U);
+  ASSERT_EQ(ports.inputs.size(), 4U);
   EXPECT_EQ(ports.inputs[0].name, "light_east");
   EXPECT_TRUE(ports.inputs[0].required);
   EXPECT_EQ(ports.inputs[1].name, "ego_brake_request");
   EXPECT_EQ(ports.inputs[1].unit, "m/s2");
   EXPECT_FALSE(ports.inputs[1].required);
+  EXPECT_EQ(ports.inputs[2].name, "ego.desired_speed");
+  EXPECT_EQ(ports.inputs[2].unit, "m/s");
+  EXPECT_FALSE(ports.inputs[2].required);
+  EXPECT_EQ(ports.inputs[3].name, "other.desired_speed");
   for (const Port& port : ports.outputs) {
     if (port.name == "ego.x") {
       EXPECT_DOUBLE_EQ(port.initial, -20.0);

@@ -150,9 +150,10 @@ TEST_F(WiringTest, SignalsAreConnectedByName) {
   };
   ASSERT_EQ(wiring->modules.size(), 2U);
   const ModuleTask::Links& traffic = wiring->modules[0].links;
-  ASSERT_EQ(traffic.inputs.size(), 2U);
+  ASSERT_EQ(traffic.inputs.size(), 3U);
   EXPECT_EQ(traffic.inputs[0].signal, id("modbus.plc.light"));
   EXPECT_EQ(traffic.inputs[1].signal, id("can.car.BrakeCommand.Deceleration"));
+  EXPECT_FALSE(traffic.inputs[2].signal.valid()) << "nothing drives the desired speed";
   EXPECT_EQ(traffic.outputs.size(), 5U);
   EXPECT_EQ(traffic.outputs[0], id("traffic.ego.x"));
   EXPECT_DOUBLE_EQ(table.value(id("traffic.ego.speed")), 10.0) << "signals start with their initial values";
