@@ -223,7 +223,7 @@ class CallTyping {
     return *limits;
   }
 
-  double period_s() const { return 1e-9 * static_cast<double>(period_ns_); }
+  double period_s() const { return static_cast<double>(period_ns_) / 1e9; }
 
   OperandTypes& operands_;
   const std::int64_t period_ns_;

@@ -411,7 +411,7 @@ class Compiler {
 
   // ---- instructions
 
-  double period_s() const { return 1e-9 * static_cast<double>(options_.period_ns); }
+  double period_s() const { return static_cast<double>(options_.period_ns) / 1e9; }
 
   void add(Program::Instruction instruction) { program_.instructions_.push_back(std::move(instruction)); }
 

@@ -211,7 +211,7 @@ double time_true(const Call& c) noexcept {
   }
   if (c.state[1] == 0.0) c.state[0] = c.time_s;
   c.state[1] = 1.0;
-  return c.time_s - c.state[0];
+  return std::round((c.time_s - c.state[0]) * 1e9) / 1e9;  // times are whole nanoseconds
 }
 
 double integral(const Call& c) noexcept {

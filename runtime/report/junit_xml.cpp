@@ -48,6 +48,7 @@ class Cases {
     if (!run_completed(record_.verdict)) complain("error", record_.reason, failures_text());
     xml_.close();
     timing();
+    if (!record_.stimuli.empty() || !record_.faults.empty()) injections();
   }
 
  private:
@@ -94,6 +95,19 @@ class Cases {
     xml_.close();
   }
 
+  void injections() {
+    open("stimuli and faults began", record_.run_time_ns);
+    const std::vector<std::string> unchecked = sentences_of_unchecked_injections(record_);
+    if (!unchecked.empty()) {
+      std::string all;
+      for (const std::string& sentence : unchecked)
+        all += sentence + '\n';
+      const std::string result = words_of(ExpectationResult::not_checked);
+      xml_.element("failure", {{"message", result + ": " + unchecked.front()}, {"type", result}}, all);
+    }
+    xml_.close();
+  }
+
   Markup& xml_;
   const RunRecord& record_;
   std::string class_name_;
@@ -105,9 +119,11 @@ std::string junit_xml(const RunRecord& record) {
   const auto failed = std::ranges::count_if(record.expectations, [](const Expectation& expectation) {
     return expectation.result != ExpectationResult::held;
   });
-  const auto failures =
-      static_cast<std::uint64_t>(failed) + (record.verdict == Verdict::timing_broken ? 1 : 0);
-  const std::string tests = std::to_string(record.expectations.size() + 2);
+  const auto failures = static_cast<std::uint64_t>(failed) +
+                        (record.verdict == Verdict::timing_broken ? 1 : 0) +
+                        (sentences_of_unchecked_injections(record).empty() ? 0 : 1);
+  const bool has_injections = !record.stimuli.empty() || !record.faults.empty();
+  const std::string tests = std::to_string(record.expectations.size() + (has_injections ? 3 : 2));
   const std::string errors = run_completed(record.verdict) ? "0" : "1";
   const std::string time = seconds(record.wall_ns);
   Markup xml;

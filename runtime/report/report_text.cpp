@@ -105,6 +105,8 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   std::string out = one_line(headline(record.verdict)) + ": " + one_line(reason_sentence(record)) + '\n';
   add_failures(out, record);
   add_expectations(out, record);
+  for (const std::string& sentence : sentences_of_unchecked_injections(record))
+    if (sentence != record.reason) out += "  not checked: " + to_ascii(one_line(sentence)) + '\n';
   for (const Task& task : record.tasks)
     add_misses(out, task);
   for (const Task& task : record.tasks) {
@@ -163,6 +165,25 @@ std::string lost_releases_sentence(const Task& task) {
   if (task.aborted > 0) sentence += ", " + count_text(task.aborted) + " aborted";
   return sentence + " (" +
          percent(static_cast<double>(task.skipped + task.aborted) / static_cast<double>(releases)) + ")";
+}
+
+std::vector<std::string> sentences_of_unchecked_injections(const RunRecord& record) {
+  std::vector<std::string> sentences;
+  const auto add = [&](const Injection& injection, const std::string& subject) {
+    if (injection.begins == 0) {
+      sentences.push_back(subject + " never began, so the run does not check what it is for");
+    } else if (injection.frames == std::uint64_t{0}) {
+      sentences.push_back("while " + subject +
+                          " was active, no frame or request came, so the run does not check what it is for");
+    }
+  };
+  for (const Injection& stimulus : record.stimuli) {
+    const bool is_log = stimulus.frames.has_value();  // a stimulus of signals has no frames
+    add(stimulus, is_log ? "the log of " + stimulus.name : "stimulus '" + stimulus.name + "'");
+  }
+  for (const Injection& fault : record.faults)
+    add(fault, "fault '" + fault.name + "'");
+  return sentences;
 }
 
 std::string sentence_of(const Loss& loss) {

@@ -247,7 +247,7 @@ struct Injection {
   std::string target;  ///< what it drives or acts on: a signal, a message, a device, a process, a task
   std::string effect;  ///< of a fault, in words: "stuck at its last value"
   std::uint64_t begins = 0;
-  std::optional<std::int64_t> first_begin_ns;
+  std::optional<std::int64_t> first_begin_ns{};
   std::int64_t active_ns = 0;       ///< in all
   std::vector<ActiveSpan> spans{};  ///< the first times that it was active
   /// Of a message or device: the frames or requests that came while it was active.

@@ -89,25 +89,8 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
     return conclude(report::Verdict::failed, exit_expectation_failed,
                     "expectation '" + unknown->name + "' was not checked: " + unknown->detail);
   }
-  for (const auto* injections : {&record.stimuli, &record.faults}) {
-    const auto never = std::ranges::find(*injections, 0u, &report::Injection::begins);
-    if (never == injections->end()) continue;
-    const bool is_fault = injections == &record.faults;
-    const bool is_log = !is_fault && never->frames.has_value();  // a stimulus of signals has no frames
-    const std::string subject = is_log     ? "the log of " + never->name
-                                : is_fault ? "fault '" + never->name + "'"
-                                           : "stimulus '" + never->name + "'";
-    return conclude(report::Verdict::failed, exit_expectation_failed,
-                    subject + " never began, so the run does not check what it is for");
-  }
-  const auto no_frame =
-      std::ranges::find(record.faults, std::optional<std::uint64_t>(0), &report::Injection::frames);
-  if (no_frame != record.faults.end()) {
-    return conclude(report::Verdict::failed, exit_expectation_failed,
-                    "while fault '" + no_frame->name +
-                        "' was active, no frame or request came, so the run does not "
-                        "check what it is for");
-  }
+  if (const auto unchecked = report::sentences_of_unchecked_injections(record); !unchecked.empty())
+    return conclude(report::Verdict::failed, exit_expectation_failed, unchecked.front());
   conclude(report::Verdict::passed, exit_passed,
            record.expectations.empty() ? "the scenario has no expectations" : "every expectation held");
 }

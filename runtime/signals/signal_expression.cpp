@@ -35,7 +35,7 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
 
 double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns) noexcept {
   sample(table, signals_, values_);
-  return program_.evaluate(values_, 1e-9 * static_cast<double>(time_ns));
+  return program_.evaluate(values_, static_cast<double>(time_ns) / 1e9);
 }
 
 std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table) {

@@ -15,6 +15,9 @@
 namespace hil::buses::can {
 namespace {
 
+/// Shorter passes flood the bus and its log.
+constexpr std::int64_t min_pass_period_ns = 1'000'000;
+
 using config::Diagnostics;
 using config::in_quotes;
 
@@ -133,6 +136,11 @@ class LogReader {
       diagnostics_.add(section_.file.place,
                        "the frames of the log are at one instant; to repeat it, give "
                        "'every', the time from the start of a pass to the next one");
+    } else if (config.passes != 1 && config.pass_period_ns < min_pass_period_ns) {
+      diagnostics_.add(section_.every_ns ? section_.every_place : section_.file.place,
+                       "passes of the log would begin every " +
+                           config::format_duration(config.pass_period_ns) + "; 'every' has to be at least " +
+                           config::format_duration(min_pass_period_ns));
     }
   }
 

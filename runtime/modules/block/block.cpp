@@ -8,7 +8,7 @@ namespace hil::modules {
 namespace {
 
 double seconds(std::int64_t time_ns) noexcept {
-  return 1e-9 * static_cast<double>(time_ns);
+  return static_cast<double>(time_ns) / 1e9;
 }
 
 }  // namespace

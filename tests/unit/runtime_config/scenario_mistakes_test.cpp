@@ -93,7 +93,9 @@ TEST(ScenarioMistakes, WrongPlotsAreReported) {
            {"{title: A, signals: [x.a, @x.a]}", "'x.a' is in the plot twice"},
            {"{title: A, signals: [x.a], from: @5 s}", "5 s is not before the end of the run"},
            {"{title: A, signals: [x.a], until: @6 s}", "6 s is after the end of the run, which takes 5 s"},
-           {"{title: A, signals: [x.a], from: @3 s, until: 3 s}", "3 s is not before 'until', 3 s"}})
+           {"{title: A, signals: [x.a], from: @3 s, until: 3 s}", "3 s is not before 'until', 3 s"},
+           {"{title: A, signals: [x.a], from: 1100 us, until: @1200 us}",
+            "before the first tick from 'from' on, 2 ms"}})
     EXPECT_TRUE(is_refused(begin + entry + "\n", words)) << entry;
   expect_accepted("scenario: s\nduration: 5 s\nplots: [{title: A, signals: [x.a], from: 4 s, until: 5 s}]\n");
 }

@@ -23,9 +23,9 @@ const XmlElement& case_named(const XmlElement& document, const std::string& name
 TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
   const XmlElement document = parse_strictly(junit_xml(test::full_record()));
   EXPECT_EQ(document.name, "testsuites");
-  EXPECT_EQ(document.all("testcase").size(), 4U);
-  EXPECT_EQ(document.attributes.at("tests"), "4");
-  EXPECT_EQ(document.attributes.at("failures"), "1");
+  EXPECT_EQ(document.all("testcase").size(), 5U);
+  EXPECT_EQ(document.attributes.at("tests"), "5");
+  EXPECT_EQ(document.attributes.at("failures"), "2");
   EXPECT_EQ(document.attributes.at("errors"), "0");
   EXPECT_EQ(document.attributes.at("time"), "10.021");
   const XmlElement& failed = case_named(document, "no collision");
@@ -35,6 +35,22 @@ TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
   EXPECT_EQ(failed.children.at(1).text, "margin -0.25 m at 8.420 s");
   EXPECT_NE(failed.children.at(0).text.find("first at 8.412 s"), std::string::npos);
   EXPECT_TRUE(case_named(document, "DUT answers within 50 ms").children.empty());
+}
+
+TEST(JunitXml, FailsForStimuliAndFaultsThatNeverBegan) {
+  RunRecord record;
+  record.stimuli = {{.name = "surge", .target = "tank.inflow", .effect = "", .begins = 1}};
+  EXPECT_TRUE(case_named(parse_strictly(junit_xml(record)), "stimuli and faults began").children.empty());
+  record.faults = {{.name = "stuck", .target = "tank.level", .effect = ""},
+                   {.name = "lost", .target = "can.car.Status", .effect = "", .begins = 1, .frames = 0}};
+  const XmlElement document = parse_strictly(junit_xml(record));
+  EXPECT_EQ(document.attributes.at("failures"), "1");
+  EXPECT_EQ(document.attributes.at("tests"), "3");
+  const XmlElement& failed = case_named(document, "stimuli and faults began");
+  ASSERT_EQ(failed.children.size(), 1U);
+  EXPECT_EQ(failed.children.at(0).name, "failure");
+  EXPECT_NE(failed.children.at(0).text.find("fault 'stuck' never began"), std::string::npos);
+  EXPECT_NE(failed.children.at(0).text.find("while fault 'lost' was active, no frame"), std::string::npos);
 }
 
 TEST(JunitXml, ReportsPermittedMissesWithoutAFailure) {
