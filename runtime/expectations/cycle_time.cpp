@@ -133,8 +133,22 @@ class CycleTimeJudge final : public Judge {
       }
       if (first_ns == std::numeric_limits<std::int64_t>::max()) return;
       newest_ns_ = first_ns;
-      use(first_ns);
+      for (std::size_t frames = frames_at(first_ns, arrived); frames > 0; --frames)
+        use(first_ns);
     }
+  }
+  /// Each frame has a sample of a signal; signals of a multiplexer are not in each frame.
+  std::size_t frames_at(std::int64_t stamp_ns, std::span<const Arrival> arrived) const noexcept {
+    std::size_t frames = 0;
+    for (std::size_t i = 0; i < next_.size(); ++i) {
+      std::size_t samples = 0;
+      for (std::size_t k = next_[i];
+           k < arrived.size() && arrived[k].signal == received_.signals[i] && arrived[k].time_ns == stamp_ns;
+           ++k)
+        ++samples;
+      frames = std::max(frames, samples);
+    }
+    return frames;
   }
   bool has_next(std::size_t i, std::span<const Arrival> arrived) const noexcept {
     return next_[i] < arrived.size() && arrived[next_[i]].signal == received_.signals[i];

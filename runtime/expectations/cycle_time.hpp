@@ -3,10 +3,10 @@
 // to a tolerance.
 //
 // On a bus that keeps all samples each frame counts, also several in one tick; else the newest of each tick.
-// Frames with one time stamp count as one. An interval is judged when both of its frames arrive in ticks of
-// the window. An interval that is open at the end counts when it is too long already, so a message that stops
-// fails. With fewer than `at_least` judged intervals the expectation is not checked; so it is when samples
-// were lost between the bus and the tick.
+// Of frames with one time stamp, as many count as a signal of the message has samples with it. An interval is
+// judged when both of its frames arrive in ticks of the window. An interval that is open at the end counts
+// when it is too long already, so a message that stops fails. With fewer than `at_least` judged intervals the
+// expectation is not checked; so it is when samples were lost between the bus and the tick.
 //
 // The margin is the tolerance less the greatest deviation of an interval from the period.
 

@@ -98,6 +98,19 @@ TEST_F(CycleTimes, CountEveryFrameOfATick) {
   expect(*judge, until(45 * ms, 45), Result::not_checked, {"2 samples were lost"});
 }
 
+TEST_F(CycleTimes, CountFramesWithOneStamp) {
+  StatusDevice device;
+  arrivals_.keep(device, 0, mode_);
+  arrivals_.keep(device, 1, level_);
+  const auto judge = this->judge(claim());
+  device.stamps[0] = {0, 10 * ms, 10 * ms, 20 * ms};
+  device.stamps[1] = {0, 10 * ms, 10 * ms, 20 * ms};
+  judge->check(table_, arrivals_.collect(), 20 * ms);
+  const auto result = expect(*judge, until(20 * ms, 20), Result::failed, {"1 of 3 intervals outside"});
+  EXPECT_DOUBLE_EQ(result.margin, -0.009);
+  EXPECT_EQ(result.first_failure_ns, 10 * ms);
+}
+
 TEST_F(CycleTimes, OfAMessageThatStopsFail) {
   const auto judge = this->judge(claim());
   frame(*judge, 0);
