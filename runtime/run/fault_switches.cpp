@@ -40,6 +40,7 @@ class ProcessSwitch final : public injection::FaultSwitch {
         connected_buses_(std::move(connected_buses)) {}
 
   void set(bool active) noexcept override {
+    if (processes_.is_killed(process_)) return;  // it does not come back
     for (const std::size_t bus : connected_buses_)
       buses_.set_away(bus, processes_.process_at(process_), section_.name.text, active);
     if (section_.kind == FaultKind::paused) {

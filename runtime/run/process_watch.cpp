@@ -49,7 +49,7 @@ void ProcessWatch::set_paused(std::size_t program, bool paused) noexcept {
 
 void ProcessWatch::kill_for_fault(std::size_t program, const std::string& fault) noexcept {
   Watched& watched = watched_[program];
-  if (watched.fault->load(std::memory_order_relaxed) != nullptr) return;
+  if (is_killed(program)) return;
   watched.killed_at_ns = now_ns_();
   watched.fault->store(&fault, std::memory_order_release);
   if (watched.child->pid() > 0) ::kill(-watched.child->pid(), SIGKILL);

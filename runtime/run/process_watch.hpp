@@ -53,6 +53,10 @@ class ProcessWatch {
   /// Stops a process (SIGSTOP), by its place in the list of programs, or lets it go on. Any thread; neither
   /// allocates nor blocks.
   void set_paused(std::size_t program, bool paused) noexcept;
+  /// Whether a fault has killed it. Base thread.
+  bool is_killed(std::size_t program) const noexcept {
+    return watched_[program].fault->load(std::memory_order_relaxed) != nullptr;
+  }
   /// Kills a process for a fault, whose name outlives the watch: its end does not end the run, and has the
   /// time of this call. As set_paused.
   void kill_for_fault(std::size_t program, const std::string& fault) noexcept;

@@ -76,5 +76,18 @@ faults:
   EXPECT_EQ(time_of(report, "fault paused ends"), 14'300'000'000);
 }
 
+TEST(Tank, PauseOfAKilledPlcChangesNothing) {
+  const Folder folder;
+  write_text(folder / "s.yaml",
+             "scenario: tank whose PLC is killed\ninclude: [" + tank_file("tank.yaml") + R"(]
+faults:
+  - {name: killed, process: plc, state: killed, at: 6 s}
+  - {name: paused, process: plc, state: paused, at: 7 s, for: 200 ms}
+)");
+  const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+  EXPECT_EQ(ended.code, 1) << "the pump is not stopped: " << ended.output << ended.errors;
+  EXPECT_EQ(read_report(folder / "out")["run_time_ns"], 16'000'000'000);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test
