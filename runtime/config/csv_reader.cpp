@@ -79,6 +79,14 @@ std::optional<double> CsvReader::number(std::size_t column) const {
   return std::nullopt;
 }
 
+bool CsvReader::has_only_numbers() const {
+  return std::ranges::all_of(cells_, [](const Cell& cell) {
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(cell.text.data(), cell.text.data() + cell.text.size(), number);
+    return error == std::errc() && end == cell.text.data() + cell.text.size();
+  });
+}
+
 void CsvReader::refuse(std::size_t column, std::string message) const {
   diagnostics_.add(place(column), std::move(message));
 }

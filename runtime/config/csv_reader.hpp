@@ -41,6 +41,8 @@ class CsvReader {
   Place place(std::size_t column) const { return {path_, line_number_, cells_[column].column}; }
   /// Empty with a mistake at its place: an empty cell, or no finite number.
   std::optional<double> number(std::size_t column) const;
+  /// Whether each cell of the current row is a finite number.
+  bool has_only_numbers() const;
   /// Adds a mistake at the cell.
   void refuse(std::size_t column, std::string message) const;
 

@@ -182,6 +182,10 @@ class TablePoints {
   void read_columns() {
     CsvReader file(file_section()["path"].text(), file_section()["path"].place(), diagnostics_);
     if (file.next()) {
+      if (file.has_only_numbers())
+        return file.refuse(0,
+                           "the first row names the columns; this one has only numbers, so a row with names, "
+                           "as 'x,value', has to be before it");
       const auto x = column_of_x(file);
       const auto value = x ? column_of_values(file, *x) : std::nullopt;
       if (!value) return;

@@ -1,6 +1,7 @@
 #include "runtime/signals/signal_expression.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace hil::signals {
@@ -22,7 +23,20 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
                                                           config::Diagnostics& diagnostics) {
   for (const config::Expression::Node& node : expression.nodes())
     if (known.table().find(node.word.text)) known.find(node.word, diagnostics);
-  return compile(expression, SignalScope(expression, known.table(), &known), wanted, options, diagnostics);
+  auto compiled =
+      compile(expression, SignalScope(expression, known.table(), &known), wanted, options, diagnostics);
+  if (!compiled || !compiled->is_constant(expression)) return compiled;
+  if (std::isfinite(compiled->evaluate(known.table(), 0))) return compiled;
+  diagnostics.add(expression.place(),
+                  wanted.what + ": " + config::in_quotes(expression.text()) + " has no value");
+  return std::nullopt;
+}
+
+bool SignalExpression::is_constant(const config::Expression& expression) const {
+  const bool has_time = std::ranges::any_of(expression.nodes(), [](const config::Expression::Node& node) {
+    return node.operation == config::Expression::Operation::name && node.word.text == "time";
+  });
+  return signals_.empty() && !program_.has_state() && !has_time;
 }
 
 std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,

@@ -21,7 +21,7 @@ std::vector<SignalId> signals_in(const config::Expression& expression, const Sig
 class SignalExpression {
  public:
   /// Empty with mistakes, all of them; without one where the mistake of a name is reported elsewhere. Adds
-  /// the warnings of the signals that it reads.
+  /// the warnings of the signals that it reads. A constant without a value (0 / 0) is a mistake.
   static std::optional<SignalExpression> compile(const config::Expression& expression,
                                                  const KnownSignals& known, const expression::Wanted& wanted,
                                                  const expression::CompileOptions& options,
@@ -45,6 +45,8 @@ class SignalExpression {
                                                  const SignalScope& scope, const expression::Wanted& wanted,
                                                  const expression::CompileOptions& options,
                                                  config::Diagnostics& diagnostics);
+  /// Whether its value is the same in each step.
+  bool is_constant(const config::Expression& expression) const;
   SignalExpression(expression::Program program, std::vector<SignalId> signals)
       : program_(std::move(program)), signals_(std::move(signals)), values_(signals_.size()) {}
 

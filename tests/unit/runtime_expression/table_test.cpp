@@ -141,6 +141,9 @@ TEST_F(TableFiles, WithMistakesAreRefusedAtTheirLines) {
       {"x,v\n0,1\n1,1e301\n", one, "p.csv:3:3: a number beyond 1e300"},
       {"x,v\n0,1\n1\n", one, "p.csv:3:1: 1 cells in a file of 2 columns"},
       {"x,v\n0,1\n", one, "t.yaml:1:8: the file has 1 row with values; a table has at least 2"},
+      {"0,1\n1,2\n2,3\n", one,
+       "p.csv:1:1: the first row names the columns; this one has only numbers, so a row with names, "
+       "as 'x,value', has to be before it"},
       {"", one, "t.yaml:1:8: the file has 0 rows with values; a table has at least 2"},
       {"x,v,w\n0,1,2\n1,1,2\n", one,
        "t.yaml:1:8: the file has 3 columns; 'column' has to name the one with the values"},

@@ -129,5 +129,12 @@ TEST_F(InjectionMistakes, NamesThatAModuleHasAreRefused) {
             "name\n");
 }
 
+TEST_F(InjectionMistakes, ConstantsWithoutAValueAreReported) {
+  for (const char* section : {"faults: [{name: f, signal: plant.x, stuck: 0 / 0 * 1 m}]",
+                              "stimuli: [{name: s, drives: control.u, sequence: [{hold: 0 / 0 * 1 m}]}]",
+                              "faults: [{name: f, signal: plant.x, offset: 1 m, when: 0 / 0 > 1}]"})
+    EXPECT_NE(mistakes_of(std::string(section) + "\n").find("has no value"), std::string::npos) << section;
+}
+
 }  // namespace
 }  // namespace hil::injection
