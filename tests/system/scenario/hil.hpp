@@ -48,6 +48,16 @@ class Folder {
   std::filesystem::path path_;
 };
 
+/// A scenario s.yaml in a folder of its own; a test adds further files.
+struct ScenarioFolder {
+  explicit ScenarioFolder(const std::string& text) { write_text(folder / "s.yaml", text); }
+  /// `hil run s.yaml --out OUT MORE...`
+  Ended run(const std::string& out, const std::vector<std::string>& more = {}) const {
+    return run_hil(joined({{"run", folder / "s.yaml", "--out", folder / out}, more}));
+  }
+  Folder folder;
+};
+
 /// A copy of the crossing's files, to be changed.
 class ScenarioCopy {
  public:

@@ -42,14 +42,8 @@ expectations:
   - {name: true_level, eventually: tank.level > 1.5 m and fault.stuck == 1}
 )";
 
-struct InjectionScenario {
-  explicit InjectionScenario(const std::string& text = injection_scenario) {
-    write_text(folder / "s.yaml", text);
-  }
-  Ended run(const std::string& out, const std::vector<std::string>& more = {}) const {
-    return run_hil(joined({{"run", folder / "s.yaml", "--out", folder / out}, more}));
-  }
-  Folder folder;
+struct InjectionScenario : ScenarioFolder {
+  InjectionScenario() : ScenarioFolder(injection_scenario) {}
 };
 
 TEST(Injection, BeginsAndEndsAreEventsAtTheirInstants) {
@@ -57,11 +51,7 @@ TEST(Injection, BeginsAndEndsAreEventsAtTheirInstants) {
   const Ended ended = files.run("out");
   EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
   const auto report = read_report(files.folder / "out");
-  std::string events;
-  for (const auto& event : report["events"])
-    events += std::to_string(event["time_ns"].get<std::int64_t>() / 1'000'000) + " " +
-              event["text"].get<std::string>() + "\n";
-  EXPECT_EQ(events,
+  EXPECT_EQ(events_in_ms(report),
             "0 stimulus filling begins\n"
             "1000 stimulus filling: surge begins\n"
             "2000 fault stuck begins: tank.level stuck at its last value\n"

@@ -8,8 +8,24 @@
 namespace hil::scenario_test {
 namespace {
 
-struct PlaybackScenario {
-  explicit PlaybackScenario(const std::string& play = "{file: drive.log, begin: 100 ms}") {
+struct PlaybackScenario : ScenarioFolder {
+  explicit PlaybackScenario(const std::string& play = "{file: drive.log, begin: 100 ms}")
+      : ScenarioFolder(
+            "scenario: recorded drive\nbase_rate: 1 kHz\nduration: 500 ms\nclock: virtual\n"
+            "can:\n  - bus: car\n    database: bus.dbc\n    rate: 1 kHz\n"
+            "    send: [{message: Status, period: 100 ms, signals: {V: reader.twice}}]\n"
+            "    receive: [{message: Command, timeout: 120 ms}]\n    play: " +
+            play +
+            "\ntasks:\n  - module: reader\n    type: block\n    rate: 1 kHz\n"
+            "    inputs: {w: can.car.Command.W}\n"
+            "    parameters: {inputs: {w: '1'}, outputs: {twice: 2 * w, drives: w == Drive}}\n"
+            "expectations:\n"
+            "  - {name: first, always: can.car.Command.W == 5, between: [101 ms, 150 ms]}\n"
+            "  - {name: second, always: can.car.Command.W == 7, between: [151 ms, 270 ms]}\n"
+            "  - {name: stale, never: known(can.car.Command.W), between: [272 ms, 300 ms]}\n"
+            "  - {name: by name, eventually: reader.drives == 1, by: 151 ms}\n"
+            "  - {name: not before, never: reader.drives == 1, between: [0 s, 150 ms]}\n"
+            "  - {name: third, always: can.car.Command.W == 9, between: [301 ms, 420 ms]}\n") {
     write_text(folder / "bus.dbc",
                "VERSION \"\"\nBU_: A B\nBO_ 512 Command: 2 B\n SG_ W : 0|8@1+ (1,0) [0|255] \"\" A\n"
                "BO_ 256 Status: 1 A\n SG_ V : 0|8@1+ (1,0) [0|255] \"\" B\n"
@@ -19,27 +35,7 @@ struct PlaybackScenario {
                "(1436509052.012000) vcan0 555#11\n"
                "(1436509052.050000) vcan0 200#0700\n"
                "(1436509052.200000) vcan0 200#0900\n");
-    write_text(folder / "s.yaml",
-               "scenario: recorded drive\nbase_rate: 1 kHz\nduration: 500 ms\nclock: virtual\n"
-               "can:\n  - bus: car\n    database: bus.dbc\n    rate: 1 kHz\n"
-               "    send: [{message: Status, period: 100 ms, signals: {V: reader.twice}}]\n"
-               "    receive: [{message: Command, timeout: 120 ms}]\n    play: " +
-                   play +
-                   "\ntasks:\n  - module: reader\n    type: block\n    rate: 1 kHz\n"
-                   "    inputs: {w: can.car.Command.W}\n"
-                   "    parameters: {inputs: {w: '1'}, outputs: {twice: 2 * w, drives: w == Drive}}\n"
-                   "expectations:\n"
-                   "  - {name: first, always: can.car.Command.W == 5, between: [101 ms, 150 ms]}\n"
-                   "  - {name: second, always: can.car.Command.W == 7, between: [151 ms, 270 ms]}\n"
-                   "  - {name: stale, never: known(can.car.Command.W), between: [272 ms, 300 ms]}\n"
-                   "  - {name: by name, eventually: reader.drives == 1, by: 151 ms}\n"
-                   "  - {name: not before, never: reader.drives == 1, between: [0 s, 150 ms]}\n"
-                   "  - {name: third, always: can.car.Command.W == 9, between: [301 ms, 420 ms]}\n");
   }
-  Ended run(const std::string& out, const std::vector<std::string>& more = {}) const {
-    return run_hil(joined({{"run", folder / "s.yaml", "--out", folder / out}, more}));
-  }
-  Folder folder;
 };
 
 TEST(CanPlayback, FramesComeAtTheBeginAndTheirOffsets) {
@@ -54,11 +50,7 @@ TEST(CanPlayback, FramesComeAtTheBeginAndTheirOffsets) {
   }
   EXPECT_EQ(frames, "100:512=5 112:1365=17 150:512=7 300:512=9 ");
   const auto report = read_report(files.folder / "out");
-  std::string events;
-  for (const auto& event : report["events"])
-    events += std::to_string(event["time_ns"].get<std::int64_t>() / 1'000'000) + " " +
-              event["text"].get<std::string>() + "\n";
-  EXPECT_EQ(events,
+  EXPECT_EQ(events_in_ms(report),
             "100 log drive.log begins on CAN bus car\n"
             "300 log drive.log ends on CAN bus car\n");
   ASSERT_EQ(report["stimuli"].size(), 1U);

@@ -36,6 +36,14 @@ nlohmann::json read_report(const std::filesystem::path& directory) {
   return report;
 }
 
+std::string events_in_ms(const nlohmann::json& report) {
+  std::string events;
+  for (const auto& event : report["events"])
+    events += std::to_string(event["time_ns"].get<std::int64_t>() / 1'000'000) + " " +
+              event["text"].get<std::string>() + "\n";
+  return events;
+}
+
 Signals::Signals(const std::filesystem::path& directory) {
   std::istringstream stream(read_text(directory / "signals.csv"));
   std::string line;

@@ -15,6 +15,9 @@ namespace hil::scenario_test {
 
 nlohmann::json read_report(const std::filesystem::path& directory);
 
+/// "3000 fault stuck begins\n" ...: the run time in ms and the text of each event.
+std::string events_in_ms(const nlohmann::json& report);
+
 /// signals.csv.
 class Signals {
  public:

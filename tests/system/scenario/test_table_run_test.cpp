@@ -45,15 +45,10 @@ constexpr const char* table_rows =
     "4.502,plc.trip,,,1,0,\n"
     "5,tank.level,,,1.4 m,2 mm,\n";
 
-struct TableScenario {
-  explicit TableScenario(const std::string& rows = table_rows) {
-    write_text(folder / "s.yaml", table_scenario);
+struct TableScenario : ScenarioFolder {
+  explicit TableScenario(const std::string& rows = table_rows) : ScenarioFolder(table_scenario) {
     write_text(folder / "surge.csv", rows);
   }
-  Ended run(const std::string& out, const std::vector<std::string>& more = {}) const {
-    return run_hil(joined({{"run", folder / "s.yaml", "--out", folder / out}, more}));
-  }
-  Folder folder;
 };
 
 TEST(TestTable, ItsRowsActAndAreJudgedAtTheirInstants) {
@@ -61,11 +56,7 @@ TEST(TestTable, ItsRowsActAndAreJudgedAtTheirInstants) {
   const Ended ended = files.run("out");
   ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
   const auto report = read_report(files.folder / "out");
-  std::string events;
-  for (const auto& event : report["events"])
-    events += std::to_string(event["time_ns"].get<std::int64_t>() / 1'000'000) + " " +
-              event["text"].get<std::string>() + "\n";
-  EXPECT_EQ(events,
+  EXPECT_EQ(events_in_ms(report),
             "0 stimulus surge.tank.inflow begins\n"
             "2000 fault surge.line_6 begins: tank.level stuck at its last value\n"
             "4001 fault surge.line_6 ends\n"
