@@ -14,6 +14,13 @@ namespace {
 
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 
+std::optional<double> finite_number(std::string_view text) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool is_whole = error == std::errc() && end == text.data() + text.size();
+  return is_whole && std::isfinite(number) ? std::optional(number) : std::nullopt;
+}
+
 }  // namespace
 
 CsvReader::CsvReader(std::string path, const Place& named_at, Diagnostics& diagnostics)
@@ -72,19 +79,13 @@ bool CsvReader::refuse_row(std::string mistake) {
 
 std::optional<double> CsvReader::number(std::size_t column) const {
   const std::string_view text = cell(column);
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error == std::errc() && end == text.data() + text.size() && std::isfinite(number)) return number;
+  if (const auto number = finite_number(text)) return number;
   refuse(column, text.empty() ? "an empty cell: a number is missing" : in_quotes(text) + " is not a number");
   return std::nullopt;
 }
 
 bool CsvReader::has_only_numbers() const {
-  return std::ranges::all_of(cells_, [](const Cell& cell) {
-    double number = 0.0;
-    const auto [end, error] = std::from_chars(cell.text.data(), cell.text.data() + cell.text.size(), number);
-    return error == std::errc() && end == cell.text.data() + cell.text.size();
-  });
+  return std::ranges::all_of(cells_, [](const Cell& cell) { return finite_number(cell.text).has_value(); });
 }
 
 void CsvReader::refuse(std::size_t column, std::string message) const {
