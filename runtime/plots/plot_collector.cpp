@@ -162,7 +162,7 @@ void PlotCollector::fill(const signals::SignalTable& table, std::int64_t end_ns,
                                .series = {plot->series.begin(), plot->series.end()},
                                .limits = {},
                                .begin_ns = plot->begin_ns,
-                               .end_ns = std::min(plot->end_ns, end_ns)};
+                               .end_ns = std::max(plot->begin_ns, std::min(plot->end_ns, end_ns))};
     const auto series_of = [&](signals::SignalId signal) {
       const auto found =
           std::ranges::find(plot->series, signal, [&](std::size_t i) { return series_[i].signal; });

@@ -107,7 +107,8 @@ void add_scale(Panel& panel) {
   const bool is_truth = panel.is_discrete && names.empty() && range.low >= 0.0 && range.high <= 1.0;
   if (is_truth) {
     panel.range = {-0.15, 1.15};
-    panel.height_px = 26.0;
+    panel.ticks = {{0.0, "0"}, {1.0, "1"}};
+    panel.height_px = 30.0;
     return;
   }
   const double length = range.high - range.low;

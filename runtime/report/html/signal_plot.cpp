@@ -182,8 +182,12 @@ class SignalPlotDrawing {
   }
 
   void draw_lane(const Lane& lane) {
-    open_lane((lane.is_fault ? "fault " : "stimulus ") + shortened(lane.injection->name, max_phone_columns));
-    for (const ActiveSpan& span : lane.injection->spans) {
+    const Injection& injection = *lane.injection;
+    // A log that a bus plays has one span.
+    const bool is_cut = injection.spans.size() > 1 && injection.begins > injection.spans.size();
+    open_lane((lane.is_fault ? "fault " : "stimulus ") + shortened(injection.name, max_phone_columns) +
+              (is_cut ? ", the first " + std::to_string(injection.spans.size()) : ""));
+    for (const ActiveSpan& span : injection.spans) {
       if (!is_shown(span.begin_ns, span.end_ns)) continue;
       const double begin = std::max(0.0, x_at(scale_, span.begin_ns));
       const double end = std::min(width_, x_at(scale_, span.end_ns));
@@ -276,16 +280,22 @@ class SignalPlotDrawing {
   void draw_time_axis() {
     const Interval seconds{static_cast<double>(plot_.begin_ns) / 1e9,
                            static_cast<double>(plot_.end_ns) / 1e9};
+    out_.open("g", {{"class", "time-axis"}, {"data-y", pixels(y_)}});
+    draw_time_labels(seconds);
+    out_.close();
+  }
+
+  /// None for a run that ended before the plot begins.
+  void draw_time_labels(Interval seconds) {
+    if (!(seconds.high > seconds.low)) return;
     constexpr int max_labels = 11;
     const double step = linear_step(seconds.high - seconds.low, max_labels);
     const int decimals = decimals_of_step(step);
-    out_.open("g", {{"class", "time-axis"}, {"data-y", pixels(y_)}});
     int count = 0;
     for (const double time_s : linear_ticks(seconds, max_labels)) {
       const std::string x = pixels(100.0 * (time_s - seconds.low) / (seconds.high - seconds.low)) + '%';
       text(count++ % 2 == 0 ? "" : "spare", x, 0.0, y_ + 4.0, "middle", decimal(time_s, decimals) + " s");
     }
-    out_.close();
   }
 
   Markup& out_;

@@ -122,6 +122,15 @@ TEST_F(Plots, OfAPartOfTheRunBeginAtATick) {
             (std::vector<report::SignalPoint>{{0, 2.0, 2.0}, {1, 3.0, 3.0}, {2, 4.0, 4.0}}));
 }
 
+TEST_F(Plots, OfAPartThatTheRunDidNotReachHaveNoLength) {
+  open("plots: [{title: P, signals: [plant.x], from: 500 ms}]\n");
+  tick(1.0);
+  const report::SignalPlots plots = filled({});
+  EXPECT_EQ(plots.plots[0].begin_ns, 500 * ms);
+  EXPECT_EQ(plots.plots[0].end_ns, 500 * ms);
+  EXPECT_TRUE(plots.series[0].points.empty());
+}
+
 TEST_F(Plots, HaveTheReferenceOfTracks) {
   open("expectations:\n  - {name: a, tracks: {signal: plant.x, reference: curve.csv, tolerance: 50 cm}}\n");
   for (int i = 0; i < 6; ++i)

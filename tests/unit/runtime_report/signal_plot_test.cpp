@@ -148,6 +148,26 @@ TEST(SignalPlotDrawing, GuttersAreThoseOfTheStyleOfThePage) {
   EXPECT_NE(page_style().find(width), std::string_view::npos) << width;
 }
 
+TEST(SignalPlotDrawing, OfARunThatEndedBeforeItHasNoTimes) {
+  RunRecord record = test::full_record();
+  SignalPlot& plot = record.signal_plots.plots[0];
+  for (const std::int64_t end_ns : {plot.begin_ns, plot.begin_ns - 5}) {
+    plot.end_ns = end_ns;
+    Markup out;
+    draw_signal_plot(out, record, plot, PictureUse::inline_in_page);
+    for (const test::XmlElement* group : parse_strictly(out.take()).all("g"))
+      EXPECT_TRUE(group->children.empty());
+  }
+}
+
+TEST(SignalPlotDrawing, NamesTheNumberOfTimesOfABarThatIsCut) {
+  RunRecord record = test::full_record();
+  record.faults[0].begins = 7;
+  Markup out;
+  draw_signal_plot(out, record, record.signal_plots.plots[0], PictureUse::inline_in_page);
+  EXPECT_NE(parse_strictly(out.take()).whole_text().find("fault stuck, the first 2"), std::string::npos);
+}
+
 TEST(SignalPlotDrawing, LeavesOutWhatTheRecordDoesNotHave) {
   RunRecord record = test::full_record();
   SignalPlot& plot = record.signal_plots.plots[0];
