@@ -66,7 +66,7 @@ double tick_us(const TemporaryFolder& folder, std::uint64_t ticks) {
   const std::string file = folder.path + "/bench_tick.yaml";
   std::ofstream(file) << scenario_text(ticks);
   config::Diagnostics diagnostics;
-  const auto scenario = config::load_scenario(file, {}, run::scenario_types(), diagnostics);
+  auto scenario = config::load_scenario(file, {}, run::scenario_types(), diagnostics);
   auto wiring = scenario ? run::wire(*scenario, diagnostics) : std::nullopt;
   if (!wiring) throw std::runtime_error(diagnostics.to_text());
   run::SessionOptions options;

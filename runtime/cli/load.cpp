@@ -10,8 +10,9 @@ std::optional<Loaded> load(const std::string& file, const std::vector<std::strin
   std::optional<run::Wiring> wiring;
   Loaded loaded;
   if (scenario) {
-    loaded.scenario = std::make_unique<const config::Scenario>(std::move(*scenario));
-    wiring = run::wire(*loaded.scenario, diagnostics);
+    auto wired = std::make_unique<config::Scenario>(std::move(*scenario));
+    wiring = run::wire(*wired, diagnostics);
+    loaded.scenario = std::move(wired);
   }
   std::fputs(diagnostics.to_text().c_str(), stderr);
   if (!wiring || !diagnostics.empty()) return std::nullopt;

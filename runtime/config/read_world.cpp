@@ -234,6 +234,34 @@ void read_entities(const Value& list, const std::optional<std::vector<std::strin
   }
 }
 
+void read_regions(const Value& list, World& world, Diagnostics& diagnostics) {
+  UniqueNames names("region", diagnostics);
+  for (const Value& value : list.items()) {
+    if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
+    if (!is_whole(value)) continue;
+    world.regions.push_back({.name = word_of(value["name"]),
+                             .center_m = three(value["center"]),
+                             .size_m = three(value["size"]),
+                             .heading_rad = value["heading"].number(),
+                             .whole = value["whole"].boolean(),
+                             .carrier = word_in(value, "carrier")});
+  }
+}
+
+void read_beams(const Value& list, World& world, Diagnostics& diagnostics) {
+  UniqueNames names("beam", diagnostics);
+  for (const Value& value : list.items()) {
+    if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
+    if (!is_whole(value)) continue;
+    world.beams.push_back({.name = word_of(value["name"]),
+                           .origin_m = three(value["origin"]),
+                           .azimuth_rad = value["azimuth"].number(),
+                           .elevation_rad = value["elevation"].number(),
+                           .range_m = value["range"].number(),
+                           .carrier = word_in(value, "carrier")});
+  }
+}
+
 Durability durability_of(const std::string& word) {
   if (word == "volatile") return Durability::none;
   if (word == "group") return Durability::group;
@@ -294,6 +322,9 @@ void read_world(const Value& root, Scenario& scenario, ReaderContext& reading) {
   if (const Value* const entities = part_of(*value, "entities")) {
     read_entities(*entities, material_names, scenario, reading);
   }
+  if (const Value* const regions = part_of(*value, "regions"))
+    read_regions(*regions, world, reading.diagnostics);
+  if (const Value* const beams = part_of(*value, "beams")) read_beams(*beams, world, reading.diagnostics);
 }
 
 }  // namespace hil::config

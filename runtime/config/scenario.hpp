@@ -114,6 +114,24 @@ struct WorldEntity {
   std::uint32_t mask_bits = 0;   ///< the same by Layers
 };
 
+/// A box in space, for inside(body, region) of expressions.
+struct WorldRegion {
+  Word name;
+  std::array<double, 3> center_m{};
+  std::array<double, 3> size_m{};  ///< before the rotation
+  double heading_rad = 0.0;        ///< about z
+  bool whole = false;              ///< all of the body has to be in it, not a part
+  std::optional<Word> carrier;     ///< the body in whose frame it is
+};
+
+/// A straight line from a point, for sees(beam, body) of expressions.
+struct WorldBeam {
+  Word name;
+  std::array<double, 3> origin_m{};
+  double azimuth_rad = 0.0, elevation_rad = 0.0, range_m = 0.0;
+  std::optional<Word> carrier;  ///< the body in whose frame it is
+};
+
 /// The names of the 32 bits of a mask, in the order of their bits.
 class Layers {
  public:
@@ -143,6 +161,8 @@ struct World {
   bool layers_are_listed = false;
   std::vector<WorldMaterial> materials;
   std::vector<WorldEntity> entities;
+  std::vector<WorldRegion> regions;
+  std::vector<WorldBeam> beams;
 };
 
 /// A value that is computed at the end of each tick from signals and other variables.

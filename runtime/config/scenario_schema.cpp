@@ -164,6 +164,41 @@ Schema entity_schema() {
   });
 }
 
+Field carrier_field() {
+  return Field::optional(
+      "carrier", Schema::text(),
+      "The body in whose frame the place is and with which it moves. Left out: the world.");
+}
+
+Schema region_schema() {
+  return Schema::record({
+      Field::needed("name", Schema::name(), "The name, for inside(body, region) in expressions."),
+      Field::needed("center", vector3(Quantity::length_m, max_coordinate_m), "Centre of the box."),
+      Field::needed("size", Schema::list(Schema::quantity(Quantity::length_m, 0.001, max_coordinate_m), 3, 3),
+                    "Full sizes of the box before its rotation."),
+      Field::with_default("heading", Schema::quantity(Quantity::angle_rad, -6.3, 6.3), "0 deg",
+                          "Rotation of the box about z."),
+      Field::with_default(
+          "whole", Schema::boolean(), "false",
+          "true: the body's oriented bounds have to lie in the region completely. false: a part of them."),
+      carrier_field(),
+  });
+}
+
+Schema beam_schema() {
+  const Schema angle = Schema::quantity(Quantity::angle_rad, -6.3, 6.3);
+  return Schema::record({
+      Field::needed("name", Schema::name(), "The name, for sees(beam, body) in expressions."),
+      Field::with_default("origin", vector3(Quantity::length_m, max_coordinate_m), "[0 m, 0 m, 0 m]",
+                          "Where the beam begins; outside of its carrier's own body."),
+      Field::with_default("azimuth", angle, "0 deg", "From x towards y."),
+      Field::with_default("elevation", angle, "0 deg", "Up from the plane of x and y."),
+      Field::needed("range", Schema::quantity(Quantity::length_m, 0.001, max_coordinate_m),
+                    "The length of the beam."),
+      carrier_field(),
+  });
+}
+
 Schema world_schema() {
   return Schema::record({
       Field::with_default("gpu", Schema::text(), "auto",
@@ -195,6 +230,10 @@ Schema world_schema() {
                           "The surfaces that entities name."),
       Field::with_default("entities", Schema::list(entity_schema()), "[]",
                           "The entities that exist from the first tick on."),
+      Field::with_default("regions", Schema::list(region_schema()), "[]",
+                          "Boxes in space, for conditions: inside(body, region)."),
+      Field::with_default("beams", Schema::list(beam_schema()), "[]",
+                          "Straight lines in space, for conditions: sees(beam, body)."),
   });
 }
 

@@ -64,7 +64,7 @@ class Schema {
  public:
   static Schema text();    ///< not empty
   static Schema name();    ///< letters, digits and _, beginning with a letter or _
-  static Schema signal();  ///< names joined by dots: "can.car.BrakeCommand.Deceleration"
+  static Schema signal();  ///< names joined by dots: "can.car.Brake.Force"; or a relation: "distance(a, b)"
   static Schema one_of(std::vector<std::string> words);  ///< text out of a closed list
   static Schema boolean();
   static Schema integer(std::int64_t minimum, std::int64_t maximum);  ///< decimal or 0x...

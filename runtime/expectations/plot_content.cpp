@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/expectations/signal_constant.hpp"
+#include "runtime/expression/relation.hpp"
 #include "runtime/signals/signal_expression.hpp"
 
 namespace hil::expectations {
@@ -45,8 +46,8 @@ void PlotContent::add(const config::Expression& condition, const signals::Signal
   for (const signals::SignalId signal : signals::signals_in(condition, table))
     add(signal);
   const auto signal_at = [&](std::uint32_t index) -> std::optional<signals::SignalId> {
-    const config::Expression::Node& node = condition.nodes()[index];
-    return node.operation == config::Expression::Operation::name ? table.find(node.word.text) : std::nullopt;
+    const auto name = expression::name_read(condition.nodes(), index);
+    return name ? table.find(*name) : std::nullopt;
   };
   for (const config::Expression::Node& node : condition.nodes()) {
     if (!is_bound(node.operation)) continue;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/config/numbers.hpp"
+#include "runtime/expression/relation.hpp"
 
 namespace hil::expression {
 namespace {
@@ -25,6 +26,8 @@ class CallTyping {
     const Function* function = function_named(node.word.text);
     if (function == nullptr) {
       for (const Function& known : functions())
+        names.emplace_back(known.name);
+      for (const RelationFunction& known : relation_functions())
         names.emplace_back(known.name);
       return operands_.fail(
           i, "there is no function " + in_quotes(node.word.text) + config::suggestion(node.word.text, names));
@@ -239,6 +242,29 @@ const Function* function_named(std::string_view name) {
 Type call_type(OperandTypes& operands, std::size_t node, std::vector<std::string> other_names,
                std::int64_t period_ns) {
   return CallTyping(operands, period_ns).call_type(node, std::move(other_names));
+}
+
+Type table_call_type(OperandTypes& operands, std::size_t node, const Table& table) {
+  const config::Expression::Node& call = operands.node(node);
+  const std::size_t arguments = call.parts.size();
+  if (arguments != table.axes().size()) {
+    return operands.fail(node, "the table " + in_quotes(call.word.text) + " takes " +
+                                   (table.axes().size() == 1 ? "one argument" : "two arguments") + ", not " +
+                                   std::to_string(arguments));
+  }
+  for (std::size_t k = 0; k < arguments; ++k) {
+    const std::uint32_t part = call.parts[k];
+    const Unit& unit = table.axes()[k].unit;
+    if (!operands.need_number(node, part)) return {};
+    const Type& type = operands[part];
+    if (type.kind == Type::Kind::bare) {
+      operands.take_unit(part, unit);
+    } else if (type.kind != Type::Kind::quantity || type.dimension != unit.dimension) {
+      return operands.fail(part, "the table " + in_quotes(call.word.text) + " takes a value in " +
+                                     unit_text(quantity(unit)) + "; this is in " + unit_text(type));
+    }
+  }
+  return quantity(table.unit());
 }
 
 }  // namespace hil::expression

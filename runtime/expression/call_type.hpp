@@ -1,5 +1,5 @@
 #pragma once
-// The type of a call of a function in an expression, by the function's signature.
+// The type of a call in an expression: of a function by its signature, of a table by its axes.
 //
 // Threads: the one that compiles.
 
@@ -10,6 +10,7 @@
 
 #include "runtime/expression/function.hpp"
 #include "runtime/expression/operand_types.hpp"
+#include "runtime/expression/table.hpp"
 
 namespace hil::expression {
 
@@ -20,5 +21,7 @@ const Function* function_named(std::string_view name);
 /// functions, for suggestions. `period_ns`: between two steps; 0: there are no steps.
 Type call_type(OperandTypes& operands, std::size_t node, std::vector<std::string> other_names,
                std::int64_t period_ns);
+/// The same, of a call of a table.
+Type table_call_type(OperandTypes& operands, std::size_t node, const Table& table);
 
 }  // namespace hil::expression

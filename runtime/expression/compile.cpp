@@ -7,6 +7,7 @@
 #include "runtime/expression/call_type.hpp"
 #include "runtime/expression/operand_types.hpp"
 #include "runtime/expression/program.hpp"
+#include "runtime/expression/relation.hpp"
 
 namespace hil::expression {
 namespace {
@@ -30,13 +31,19 @@ class Compiler {
         scope_(scope),
         options_(options),
         diagnostics_(diagnostics),
+        is_named_only_(relation_arguments(nodes_)),
         variables_(nodes_.size()),
         named_(nodes_.size()) {}
 
   std::optional<Program> compile(const Wanted& wanted) {
     const std::size_t before = diagnostics_.count();
+    for (const Node& node : nodes_) {
+      if (!calls_nothing(node)) continue;
+      for (const std::uint32_t part : node.parts)
+        is_named_only_[part] = true;  // one mistake, of the call
+    }
     for (std::size_t i = 0; i < nodes_.size(); ++i)
-      types_[i] = type_of(i);
+      if (!is_named_only_[i]) types_[i] = type_of(i);
     want(wanted);
     if (diagnostics_.count() != before || types_[nodes_.size() - 1].kind == Type::Kind::invalid)
       return std::nullopt;
@@ -59,6 +66,8 @@ class Compiler {
 
   Type type_of(std::size_t i) {
     const Node& node = nodes_[i];
+    if (is_relation(node)) return relation_type(i);
+    if (calls_nothing(node)) return call_type(types_, i, scope_.table_names(), options_.period_ns);
     for (const std::uint32_t part : node.parts)
       if (types_[part].kind == Type::Kind::invalid && !is_value_name(i, part)) return {};
     switch (node.operation) {
@@ -74,7 +83,7 @@ class Compiler {
       case Operation::quoted:
         return quoted_type(i);
       case Operation::call:
-        if (const Table* table = scope_.find_table(node.word.text)) return table_type(i, *table);
+        if (const Table* table = scope_.find_table(node.word.text)) return table_call_type(types_, i, *table);
         if (scope_.is_broken(node.word.text)) return {};
         return call_type(types_, i, scope_.table_names(), options_.period_ns);
       case Operation::conditional:
@@ -106,6 +115,13 @@ class Compiler {
     return {};
   }
 
+  /// Whether the node calls what is neither a function nor a table nor a relation.
+  bool calls_nothing(const Node& node) const {
+    return node.operation == Operation::call && !is_relation(node) &&
+           function_named(node.word.text) == nullptr && scope_.find_table(node.word.text) == nullptr &&
+           !scope_.is_broken(node.word.text);
+  }
+
   Type number_type(std::size_t i) {
     const Node& node = nodes_[i];
     if (!node.unit) return {.kind = Type::Kind::bare, .constant = node.number};
@@ -131,9 +147,22 @@ class Compiler {
     return quantity(*unit);
   }
 
+  Type relation_type(std::size_t i) {
+    const auto relation = relation_of(nodes_, i, &diagnostics_);
+    if (!relation) return {};
+    const std::string name = relation_name(*relation);
+    variables_[i] = scope_.find(name);
+    if (!variables_[i])
+      return types_.fail(i, in_quotes(name) +
+                                " is known only to variables, stimuli, faults and expectations "
+                                "of a scenario; give it to a variable there");
+    return relation->function->unit.empty() ? truth()
+                                            : quantity(*units::parse_unit(relation->function->unit));
+  }
+
   void report_unknown(std::size_t i) {
     const config::Word& word = nodes_[i].word;
-    if (function_named(word.text) != nullptr) {
+    if (function_named(word.text) != nullptr || relation_function(word.text) != nullptr) {
       diagnostics_.add(word.place,
                        "the function " + in_quotes(word.text) + " needs its arguments in parentheses");
       return;
@@ -172,7 +201,12 @@ class Compiler {
       if (!set_named_value(name, signal)) return {};
     }
     const auto both = types_.joined(i, left, right, Offset::of_values);
-    return both ? truth() : Type{};
+    if (!both) return {};
+    for (const auto& [part, other] : {std::pair(left, right), std::pair(right, left)}) {
+      if (auto fault = fault_of_comparison(nodes_, i, part, types_[other].constant))
+        return types_.fail(other, std::move(*fault));
+    }
+    return truth();
   }
 
   /// Makes a word or a text in quotes the value of that name of the signal on the other side.
@@ -322,29 +356,6 @@ class Compiler {
     return type;
   }
 
-  Type table_type(std::size_t i, const Table& table) {
-    const Node& node = nodes_[i];
-    const std::size_t arguments = node.parts.size();
-    if (arguments != table.axes().size()) {
-      return types_.fail(i, "the table " + in_quotes(node.word.text) + " takes " +
-                                (table.axes().size() == 1 ? "one argument" : "two arguments") + ", not " +
-                                std::to_string(arguments));
-    }
-    for (std::size_t k = 0; k < arguments; ++k) {
-      const std::uint32_t part = node.parts[k];
-      const Unit& unit = table.axes()[k].unit;
-      if (!types_.need_number(i, part)) return {};
-      const Type& type = types_[part];
-      if (type.kind == Type::Kind::bare) {
-        types_.take_unit(part, unit);
-      } else if (type.kind != Type::Kind::quantity || type.dimension != unit.dimension) {
-        return types_.fail(part, "the table " + in_quotes(node.word.text) + " takes a value in " +
-                                     unit_text(quantity(unit)) + "; this is in " + unit_text(type));
-      }
-    }
-    return quantity(table.unit());
-  }
-
   Type conditional_type(std::size_t i) {
     const auto& parts = nodes_[i].parts;
     if (!types_.need_truth(parts[0], "'if'")) return {};
@@ -419,6 +430,12 @@ class Compiler {
 
   void write(std::size_t i) {
     const Node& node = nodes_[i];
+    if (variables_[i]) {
+      program_.variables_.push_back(variables_[i]->index);
+      add({.code = Code::variable, .index = variables_[i]->index, .conversion = types_.conversion(i)});
+      push();
+      return;
+    }
     for (const std::uint32_t part : node.parts) {
       write(part);
       if (types_.is_tested(part)) add({.code = Code::truth_of_number});
@@ -436,11 +453,6 @@ class Compiler {
       add({.code = Code::number, .number = *named_[i]});
     } else if (node.operation == Operation::number || node.operation == Operation::truth) {
       add({.code = Code::number, .number = node.number});
-    } else if (node.operation == Operation::name && variables_[i]) {
-      program_.variables_.push_back(variables_[i]->index);
-      add({.code = Code::variable, .index = variables_[i]->index, .conversion = types_.conversion(i)});
-      push();
-      return;
     } else if (node.operation == Operation::name) {
       add({.code = Code::time});
     } else {
@@ -471,8 +483,9 @@ class Compiler {
   const Scope& scope_;
   const CompileOptions& options_;
   Diagnostics& diagnostics_;
-  std::vector<std::optional<Variable>> variables_;
-  std::vector<std::optional<double>> named_;  ///< values of value names
+  std::vector<bool> is_named_only_;                 ///< by node: it has no type, as arguments of relations
+  std::vector<std::optional<Variable>> variables_;  ///< of names and relations
+  std::vector<std::optional<double>> named_;        ///< values of value names
   Program program_;
   std::size_t depth_ = 0, max_depth_ = 0;
 };

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "runtime/expression/relation.hpp"
+
 namespace hil::expression {
 namespace {
 
@@ -16,6 +18,10 @@ class Search {
       : definitions_(definitions), diagnostics_(diagnostics), marks_(definitions.size()) {
     for (std::size_t i = 0; i < definitions.size(); ++i)
       index_.emplace(definitions[i].name.text, i);
+    reads_.reserve(definitions.size());
+    for (const Definition& definition : definitions)
+      reads_.push_back(definition.expression ? names_read(definition.expression->nodes())
+                                             : std::vector<std::string>{});
   }
 
   std::vector<std::size_t> order() {
@@ -31,7 +37,7 @@ class Search {
   enum class Mark : std::uint8_t { unseen, open, done, circular };
   struct Step {
     std::size_t definition = 0;
-    std::size_t next_node = 0;  ///< of its expression
+    std::size_t next_name = 0;  ///< of those that it reads
   };
 
   void enter(std::size_t i) {
@@ -45,11 +51,9 @@ class Search {
   /// Visits what the last definition of the path reads next, or ends it.
   void go_on() {
     Step& step = path_.back();
-    const auto nodes = definitions_[step.definition].expression->nodes();
-    while (step.next_node < nodes.size()) {
-      const config::Expression::Node& node = nodes[step.next_node++];
-      if (node.operation != config::Expression::Operation::name) continue;
-      const auto read = index_.find(node.word.text);
+    const std::vector<std::string>& names = reads_[step.definition];
+    while (step.next_name < names.size()) {
+      const auto read = index_.find(names[step.next_name++]);
       if (read == index_.end()) continue;
       enter(read->second);
       return;
@@ -77,6 +81,7 @@ class Search {
   const std::span<const Definition> definitions_;
   config::Diagnostics& diagnostics_;
   std::map<std::string, std::size_t, std::less<>> index_;
+  std::vector<std::vector<std::string>> reads_;  ///< by definition: the names in its expression
   std::vector<Mark> marks_;
   std::vector<Step> path_;
   std::vector<std::size_t> order_;

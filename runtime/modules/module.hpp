@@ -26,9 +26,11 @@
 #include <rtstdb/database.hpp>
 
 #include "runtime/config/expression.hpp"
+#include "runtime/config/scenario.hpp"
 #include "runtime/config/schema.hpp"
 #include "runtime/contribution/contribution.hpp"
 #include "runtime/contribution/world_record.hpp"
+#include "runtime/expression/relation.hpp"
 #include "runtime/modules/event_log.hpp"
 #include "runtime/modules/recorded_scanner.hpp"
 #include "runtime/modules/world.hpp"
@@ -89,6 +91,13 @@ struct ValueNames {
   bool accepts_any_name = false;
 };
 
+/// The relations of bodies that expressions of the scenario read, and the places that they name.
+struct Relations {
+  std::vector<expression::Relation> all;
+  std::vector<config::WorldRegion> regions;
+  std::vector<config::WorldBeam> beams;
+};
+
 /// The properties of the task that steps a module.
 struct TaskParameters {
   std::string instance;  ///< the module's name in the scenario
@@ -101,6 +110,8 @@ struct TaskParameters {
   bool own_thread = false;
   /// By input name; filled in only for create().
   std::map<std::string, ValueNames> value_names = {};
+  /// The outputs of a module whose type computes relations; filled in only for create().
+  Relations relations = {};
 };
 
 /// One step. Valid only during step().
@@ -150,6 +161,9 @@ struct ModuleType {
   config::Schema parameters;  ///< a record
   /// Its modules use the database. False: configure gets a World that may have none.
   bool needs_world = true;
+  /// Its module computes the relations of bodies that expressions read: it has an output for each, in their
+  /// order. One type has this; a run has at most one such module.
+  bool computes_relations = false;
   /// Adds a mistake, with its place, for each parameter that the schema permits but the module, or its task,
   /// does not. Returns null with mistakes when the ports are not known.
   std::unique_ptr<Module> (*create)(const config::Value& parameters, const TaskParameters& task,

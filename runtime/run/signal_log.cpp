@@ -24,6 +24,15 @@ void append_time(std::string& text, std::int64_t time_ns) {
   text += '.' + std::string(9 - decimals.size(), '0') + decimals;
 }
 
+/// A name as a cell of the first line: in quotes where it contains a comma, as those of relations do.
+std::string cell(const std::string& name) {
+  if (name.find_first_of(",\"") == std::string::npos) return name;
+  std::string quoted = "\"";
+  for (const char c : name)
+    quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + '"';
+}
+
 }  // namespace
 
 SignalLog::SignalLog(const std::filesystem::path& file, const signals::SignalTable& table, bool virtual_clock)
@@ -38,7 +47,7 @@ SignalLog::SignalLog(const std::filesystem::path& file, const signals::SignalTab
   if (!file_) throw io::DeviceError(file.string() + " can not be written");
   text_ = "time_s";
   for (std::uint32_t i = 0; i < columns_; ++i)
-    text_ += ',' + table.info({i}).name;
+    text_ += ',' + cell(table.info({i}).name);
   text_ += '\n';
   write_text();
   if (!virtual_clock_) thread_ = std::thread([this] { serve(); });

@@ -3,8 +3,8 @@
 // writes them. When the ring is full, the row is lost and counted; under the virtual clock the tick writes
 // the rows of a full ring, so that none is lost.
 //
-// First line: "time_s" and the names of the signals. Numbers are the shortest that read back as the same
-// double.
+// First line: "time_s" and the names of the signals, in quotes where they contain a comma. Numbers are the
+// shortest that read back as the same double.
 
 #include <atomic>
 #include <cstdint>

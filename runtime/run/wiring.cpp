@@ -5,6 +5,7 @@
 
 #include "runtime/expectations/kinds.hpp"
 #include "runtime/recording/signal_selection.hpp"
+#include "runtime/run/relation_wiring.hpp"
 #include "runtime/run/world_wiring.hpp"
 
 namespace hil::run {
@@ -58,9 +59,11 @@ void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& k
     const modules::ModuleType* type = modules::find_module_type(section.type.text);
     modules::TaskParameters task = task_parameters(*wiring.scenario, section);
     task.value_names = value_names(section, of_buses, known);
-    WiredModule wired{
-        .section = &section, .module = type->create(section.parameters, task, diagnostics), .links = {}};
-    if (wired.module == nullptr) {
+    WiredModule wired{.section = &section, .module = nullptr, .links = {}};
+    if (!type->computes_relations) wired.module = type->create(section.parameters, task, diagnostics);
+    if (type->computes_relations) {
+      // wire_relations makes it, when the relations are known.
+    } else if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");
     } else {
       for (const modules::Port& port : wired.module->ports().outputs) {
@@ -269,11 +272,14 @@ config::ScenarioTypes scenario_types() {
   return types;
 }
 
-std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics) {
+std::optional<Wiring> wire(config::Scenario& scenario, config::Diagnostics& diagnostics) {
+  scenario.tasks.reserve(scenario.tasks.size() + 1);  // wire_relations may add one
   Wiring wiring;
   wiring.scenario = &scenario;
   const std::size_t before = diagnostics.count();
-  KnownSignals known(wiring.signals);
+  signals::RelationSignals relations{
+      .writer = "module " + relations_module(scenario), .relations = {}, .signals = {}};
+  KnownSignals known(wiring.signals, &relations);
   make_buses(wiring, known, diagnostics);
   BusSignals of_buses;
   declare_bus_signals(wiring, of_buses);
@@ -292,11 +298,12 @@ std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics
   wiring.faults.compile(scenario, known, diagnostics);
   wiring.bus_faults = bus_faults(scenario, faulty_buses(wiring), diagnostics);
   check_fault_targets(scenario, diagnostics);
-  wire_world(wiring, diagnostics);
   check_expectations(scenario, known, diagnostics);
   check_plots(scenario, known, diagnostics);
   if (scenario.recording)
     wiring.recorded = recording::selected_signals(*scenario.recording, known, diagnostics);
+  wire_relations(scenario, relations, wiring, diagnostics);
+  wire_world(wiring, diagnostics);
   if (diagnostics.count() != before) return std::nullopt;
   return wiring;
 }

@@ -7,7 +7,8 @@
 // bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), unless a signal of the
 // device has that name. A variable has its own name, without a dot. A stimulus has the name of what it
 // drives, "<module>.<input>" or "<type of bus>.<bus>.<output>". For a fault there is "<signal>.faulted";
-// "stimulus.<name>" and "fault.<name>" are 1 while they are active.
+// "stimulus.<name>" and "fault.<name>" are 1 while they are active. A relation of bodies that an expression
+// reads has its own text, "distance(ego, rock)".
 
 #include <memory>
 #include <optional>
@@ -59,7 +60,8 @@ config::ScenarioTypes scenario_types();
 /// The properties of a module's task.
 modules::TaskParameters task_parameters(const config::Scenario& scenario, const config::TaskSection& section);
 
-/// Empty when there is a mistake.
-std::optional<Wiring> wire(const config::Scenario& scenario, config::Diagnostics& diagnostics);
+/// Adds a task to the scenario when its expressions read relations of bodies and none of its tasks computes
+/// them. Empty when there is a mistake.
+std::optional<Wiring> wire(config::Scenario& scenario, config::Diagnostics& diagnostics);
 
 }  // namespace hil::run

@@ -2,8 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace hil::signals {
+
+void KnownSignals::add_relations(const config::Expression& expression) const {
+  if (relations_ == nullptr) return;
+  for (std::size_t i = 0; i < expression.nodes().size(); ++i) {
+    if (!expression::is_relation(expression.nodes()[i])) continue;
+    auto relation = expression::relation_of(expression.nodes(), i);
+    if (!relation) continue;  // reported when the expression is compiled
+    std::string name = expression::relation_name(*relation);
+    if (table_.find(name)) continue;
+    relations_->signals.push_back(table_.add({.name = std::move(name),
+                                              .unit = std::string(relation->function->unit),
+                                              .writer = relations_->writer,
+                                              .initial = std::numeric_limits<double>::quiet_NaN()}));
+    relations_->relations.push_back(std::move(*relation));
+  }
+}
 
 SignalId KnownSignals::find(const config::Word& name, config::Diagnostics& diagnostics) const {
   if (const auto found = table_.find(name.text)) {
@@ -13,9 +31,26 @@ SignalId KnownSignals::find(const config::Word& name, config::Diagnostics& diagn
     return *found;
   }
   if (is_undeclared(name.text)) return {};
+  if (name.text.find('(') != std::string::npos) return find_relation(name, diagnostics);
   diagnostics.add(name.place,
                   "there is no signal '" + name.text + "'" + config::suggestion(name.text, table_.names()));
   return {};
+}
+
+SignalId KnownSignals::find_relation(const config::Word& text, config::Diagnostics& diagnostics) const {
+  const auto expression = config::Expression::parse(text, diagnostics);
+  if (!expression) return {};
+  const std::size_t last = expression->nodes().size() - 1;
+  if (relations_ == nullptr || !expression::is_relation(expression->nodes()[last])) {
+    diagnostics.add(text.place,
+                    config::in_quotes(text.text) +
+                        " is no signal; a computed value is the signal of one of the 'variables'");
+    return {};
+  }
+  const auto relation = expression::relation_of(expression->nodes(), last, &diagnostics);
+  if (!relation) return {};
+  add_relations(*expression);
+  return *table_.find(expression::relation_name(*relation));
 }
 
 bool KnownSignals::is_undeclared(std::string_view name) const {

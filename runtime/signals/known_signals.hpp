@@ -14,15 +14,25 @@
 
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expression.hpp"
+#include "runtime/expression/relation.hpp"
 #include "runtime/signals/signal_table.hpp"
 #include "runtime/units/unit.hpp"
 
 namespace hil::signals {
 
+/// The relations of bodies (expression/relation.hpp) that expressions of a run read, each with its signal.
+struct RelationSignals {
+  std::string writer;  ///< of the signals
+  std::vector<expression::Relation> relations;
+  std::vector<SignalId> signals;  ///< by relation
+};
+
 class KnownSignals {
  public:
-  /// The table outlives it.
-  explicit KnownSignals(SignalTable& table) : table_(table) {}
+  /// The table outlives it. `relations`: gets the relations that expressions read; each has a signal, which
+  /// is added to the table when the first expression reads it. It outlives this too. Null: there are none.
+  explicit KnownSignals(SignalTable& table, RelationSignals* relations = nullptr)
+      : table_(table), relations_(relations) {}
 
   SignalTable& table() noexcept { return table_; }
   const SignalTable& table() const noexcept { return table_; }
@@ -41,7 +51,11 @@ class KnownSignals {
   void set_never_stale(SignalId signal) { never_stale_.insert(signal.index); }
   bool is_never_stale(SignalId signal) const { return never_stale_.contains(signal.index); }
 
-  /// Invalid with a mistake when there is no such signal; without one when its part has a mistake.
+  /// Adds the relations that the expression reads, and that are new.
+  void add_relations(const config::Expression& expression) const;
+
+  /// By the name of a signal, or a relation as an expression writes it. Invalid with a mistake when there is
+  /// no such signal; without one when its part has a mistake.
   SignalId find(const config::Word& name, config::Diagnostics& diagnostics) const;
 
   /// How values of a signal are converted for its reader (a channel of a device, an input of a module). A
@@ -52,7 +66,10 @@ class KnownSignals {
                                    config::Diagnostics& diagnostics) const;
 
  private:
+  SignalId find_relation(const config::Word& text, config::Diagnostics& diagnostics) const;
+
   SignalTable& table_;
+  RelationSignals* relations_;
   std::vector<std::string> undeclared_;
   std::map<std::uint32_t, std::string> imprecise_;  ///< by index of the signal
   std::set<std::uint32_t> never_stale_;             ///< by index of the signal

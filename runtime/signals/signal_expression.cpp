@@ -21,6 +21,7 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
                                                           const expression::Wanted& wanted,
                                                           const expression::CompileOptions& options,
                                                           config::Diagnostics& diagnostics) {
+  known.add_relations(expression);
   for (const config::Expression::Node& node : expression.nodes())
     if (known.table().find(node.word.text)) known.find(node.word, diagnostics);
   auto compiled =
@@ -53,13 +54,7 @@ double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns
 }
 
 std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table) {
-  std::vector<SignalId> signals;
-  for (const config::Expression::Node& node : expression.nodes()) {
-    if (node.operation != config::Expression::Operation::name) continue;
-    const auto signal = table.find(node.word.text);
-    if (signal && std::ranges::find(signals, *signal) == signals.end()) signals.push_back(*signal);
-  }
-  return signals;
+  return SignalScope(expression, table).signals();
 }
 
 }  // namespace hil::signals

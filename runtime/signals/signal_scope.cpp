@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <limits>
 
+#include "runtime/expression/relation.hpp"
+
 namespace hil::signals {
 
 SignalScope::SignalScope(const config::Expression& expression, const SignalTable& table,
                          const KnownSignals* known)
     : table_(table), known_(known) {
-  for (const config::Expression::Node& node : expression.nodes()) {
-    if (node.operation != config::Expression::Operation::name) continue;
-    const auto signal = table.find(node.word.text);
+  for (const std::string& name : expression::names_read(expression.nodes())) {
+    const auto signal = table.find(name);
     if (signal && std::ranges::find(signals_, *signal) == signals_.end()) signals_.push_back(*signal);
   }
 }

@@ -57,8 +57,8 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   std::vector<std::string> overrides{"realtime.scheduler=other"};
   for (const std::string& parameter : GetParam())
     overrides.push_back("tasks.scanner.parameters." + parameter);
-  const auto scenario = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml",
-                                              overrides, scenario_types(), diagnostics);
+  auto scenario = config::load_scenario(std::string(HIL_SOURCE_DIR) + "/configs/crossing/crossing.yaml",
+                                        overrides, scenario_types(), diagnostics);
   ASSERT_TRUE(scenario) << diagnostics.to_text();
   auto wiring = wire(*scenario, diagnostics);
   ASSERT_TRUE(wiring) << diagnostics.to_text();

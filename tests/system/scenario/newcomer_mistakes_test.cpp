@@ -38,14 +38,13 @@ tasks:
     rate: 100 Hz
     inputs: {level: tank.level}
     parameters: {inputs: {level: m}, outputs: {trip: level > 1.2 m}}
-  - {module: space, type: spatial_relations, rate: 100 Hz, parameters: {pairs: {near: {first: crane, second: cart}}}}
 can:
   - {bus: car, database: ecu.dbc, rate: 1 kHz, receive: [{message: Limiter, timeout: 1 s}]}
 stimuli:
   - {name: filling, drives: tank.inflow, sequence: [{ramp: 2 l/s, for: 2 s}, {hold: 1 l/s}]}
 faults:
   - {name: stuck, signal: tank.level, stuck: last, at: 3 s, for: 1 s}
-  - {name: near, signal: tank.level, offset: 1 cm, while: space.near.distance < 5 m}
+  - {name: near, signal: tank.level, offset: 1 cm, while: 'distance(crane, cart) < 5 m'}
 expectations:
   - {name: no overflow, never: tank.level > 1.9 m}
 )";
@@ -78,41 +77,43 @@ TEST_F(NewcomerMistakes, EachIsOneSentenceWithItsPlace) {
   const struct {
     std::string wrong, by, mistake;
   } all[] = {
-      {"never: tank.level > 1.9 m", "never: tank.level > 1.9 s", "s.yaml:36:43: '>' has operands in m and s"},
+      {"never: tank.level > 1.9 m", "never: tank.level > 1.9 s", "s.yaml:35:43: '>' has operands in m and s"},
       {"never: tank.level > 1.9 m", "never: tank.levl > 1.9 m",
-       "s.yaml:36:32: there is no signal 'tank.levl'; did you mean 'tank.level'?"},
+       "s.yaml:35:32: there is no signal 'tank.levl'; did you mean 'tank.level'?"},
       {"never: tank.level > 1.9 m", "never: tank.level >> 1.9 m",
-       "s.yaml:36:44: expected a signal or a number, found '>'"},
+       "s.yaml:35:44: expected a signal or a number, found '>'"},
       {"never: tank.level > 1.9 m", "never: tank.level",
-       "s.yaml:36:32: the condition has to be true or false; this is a value in m"},
+       "s.yaml:35:32: the condition has to be true or false; this is a value in m"},
       {"never: tank.level > 1.9 m", "sometimes: tank.level > 1.9 m",
-       "s.yaml:36:25: unknown key 'sometimes'; known here: never, always, eventually, response, reaction, "
+       "s.yaml:35:25: unknown key 'sometimes'; known here: never, always, eventually, response, reaction, "
        "count, order, cycle_time, tracks, statistics, fresh, name, by, between, after, until, coverage"},
       {"signal: tank.level, stuck", "signal: plc.trip, stuck",
-       "s.yaml:33:27: no module and no bus reads 'plc.trip', so a fault of it has no effect"},
+       "s.yaml:32:27: no module and no bus reads 'plc.trip', so a fault of it has no effect"},
       {"stuck: last, at: 3 s", "stuck: last, at: 30 s",
-       "s.yaml:33:56: 'at': 30 s is not before the end of the run, which takes 10 s"},
+       "s.yaml:32:56: 'at': 30 s is not before the end of the run, which takes 10 s"},
       {"stuck: last, at: 3 s", "stuck: last, when: tank.level, at: 3 s",
-       "s.yaml:33:58: 'when' and 'at' exclude each other: both say when it begins"},
+       "s.yaml:32:58: 'when' and 'at' exclude each other: both say when it begins"},
       {"stuck: last, at: 3 s, for: 1 s", "drop: 10 %, at: 3 s, for: 1 s",
-       "s.yaml:33:45: a signal has no fault 'drop'; it has stuck, offset, gain, noise, drift, delay and "
+       "s.yaml:32:45: a signal has no fault 'drop'; it has stuck, offset, gain, noise, drift, delay and "
        "dropout"},
       {"points: [0, 1, 2]", "points: [0, 2, 1]",
        "s.yaml:19:42: the points of a table have to be strictly increasing, but 1 is not above the point "
        "before it"},
-      {"second: cart", "second: car", "s.yaml:27:110: there is no body 'car'; did you mean 'cart'?"},
-      {"{ramp: 2 l/s, for: 2 s}", "{ramp: 2 l/s}", "s.yaml:31:53: a ramp needs its duration 'for'"},
+      {"crane, cart)", "crane, car)", "s.yaml:33:76: there is no body 'car'; did you mean 'cart'?"},
+      {"distance(crane, cart) < 5 m", "inside(cart, gate)",
+       "s.yaml:33:73: there is no region 'gate' in world.regions"},
+      {"{ramp: 2 l/s, for: 2 s}", "{ramp: 2 l/s}", "s.yaml:30:53: a ramp needs its duration 'for'"},
       {"{ramp: 2 l/s, for: 2 s}", "{ramp: 2 m, for: 2 s}",
-       "s.yaml:31:60: 'tank.inflow' is in l/s; this is in m"},
+       "s.yaml:30:60: 'tank.inflow' is in l/s; this is in m"},
       {"sequence: [{ramp: 2 l/s, for: 2 s}, {hold: 1 l/s}]}", "file: {path: gap.csv, column: inflow}}",
        "gap.csv:3:3: an empty cell: a number is missing"},
       {"sequence: [{ramp: 2 l/s, for: 2 s}, {hold: 1 l/s}]}", "file: {path: back.csv, column: inflow}}",
        "back.csv:4:1: times have to be strictly increasing, but this one is not after that of the row "
        "before"},
       {"sequence: [{ramp: 2 l/s, for: 2 s}, {hold: 1 l/s}]}", "file: {path: none.csv, column: inflow}}",
-       "s.yaml:31:55: 'path': 'none.csv': there is no such file (none.csv)"},
+       "s.yaml:30:55: 'path': 'none.csv': there is no such file (none.csv)"},
       {"stimuli:\n", "stimuli:\n  - {name: again, drives: tank.inflow, sequence: [{hold: 1 l/s}]}\n",
-       "s.yaml:32:29: 'tank.inflow' is driven by stimulus again already"},
+       "s.yaml:31:29: 'tank.inflow' is driven by stimulus again already"},
       {"derivative: inflow / area", "derivative: inflow",
        "s.yaml:20:50: the derivative of 'level' is in m/s; this is in l/s"},
       {"derivative: inflow / area", "derivative: inflow / aera",
@@ -121,9 +122,9 @@ TEST_F(NewcomerMistakes, EachIsOneSentenceWithItsPlace) {
        "s.yaml:24:11: 'rate': 300 Hz does not divide the base rate; the nearest that do are 333.333333333 Hz "
        "(1 kHz / 3) and 250 Hz (1 kHz / 4)"},
       {"message: Limiter", "message: Limitr",
-       "s.yaml:29:68: the CAN database has no message 'Limitr'; did you mean 'Limiter'?"},
+       "s.yaml:28:68: the CAN database has no message 'Limitr'; did you mean 'Limiter'?"},
       {"bus: car, database", "bus: car, rat: 1, database",
-       "s.yaml:29:16: unknown key 'rat'; did you mean 'rate'?"},
+       "s.yaml:28:16: unknown key 'rat'; did you mean 'rate'?"},
   };
   for (const auto& [wrong, by, mistake] : all) {
     const Ended ended = check(wrong, by);

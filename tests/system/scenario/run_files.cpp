@@ -13,11 +13,18 @@
 namespace hil::scenario_test {
 namespace {
 
+/// A cell in quotes may contain commas.
 std::vector<std::string> cells(const std::string& line) {
-  std::vector<std::string> result;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');)
-    result.push_back(cell);
+  std::vector<std::string> result{""};
+  bool is_in_quotes = false;
+  for (const char c : line) {
+    if (c == '"')
+      is_in_quotes = !is_in_quotes;
+    else if (c == ',' && !is_in_quotes)
+      result.emplace_back();
+    else
+      result.back() += c;
+  }
   return result;
 }
 

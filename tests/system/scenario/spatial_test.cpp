@@ -1,4 +1,4 @@
-// Conditions by space: distances, regions, beams and times to impact as signals that begin faults.
+// Conditions by space: faults that begin by distances, contacts, times to impact, regions and beams.
 
 #include <gtest/gtest.h>
 
@@ -24,17 +24,13 @@ world:
     - {name: rock, shape: {box: [2 m, 2 m, 2 m]}, mask: [body]}
     - {name: mover, shape: {box: [2 m, 2 m, 2 m]}, position: [20.005 m, 0 m, 0 m],
        velocity: [-10 m/s, 0 m/s, 0 m/s], mask: [body]}
+  regions:
+    - {name: gate, center: [10 m, 0 m, 0 m], size: [2 m, 4 m, 4 m]}
+    - {name: garage, center: [10 m, 0 m, 0 m], size: [3 m, 4 m, 4 m], whole: true}
+    - {name: trailer, center: [-5 m, 0 m, 0 m], size: [2 m, 4 m, 4 m], carrier: mover}
+  beams:
+    - {name: ahead, carrier: rock, origin: [1.5 m, 0 m, 0 m], range: 10 m}
 tasks:
-  - module: space
-    type: spatial_relations
-    rate: 1 kHz
-    parameters:
-      pairs: {near: {first: rock, second: mover, impact_window: 1 s}}
-      regions:
-        gate: {body: mover, center: [10 m, 0 m, 0 m], size: [2 m, 4 m, 4 m]}
-        garage: {body: mover, center: [10 m, 0 m, 0 m], size: [3 m, 4 m, 4 m], whole: true}
-        trailer: {body: rock, center: [-5 m, 0 m, 0 m], size: [2 m, 4 m, 4 m], carrier: mover}
-      beams: {ahead: {body: mover, carrier: rock, origin: [1.5 m, 0 m, 0 m], range: 10 m}}
   - module: plant
     type: block
     rate: 1 kHz
@@ -45,15 +41,22 @@ tasks:
     inputs: {x: plant.x}
     parameters: {inputs: {x: m}, outputs: {y: x}}
 faults:
-  - {name: near, signal: plant.x, offset: 1 m, while: space.near.distance < 5 m}
-  - {name: touching, signal: plant.x, offset: 1 m, while: space.near.contact == 1}
-  - {name: urgent, signal: plant.x, offset: 1 m, when: space.near.time_to_impact < 500 ms, for: 100 ms}
-  - {name: gate, signal: plant.x, offset: 1 m, while: space.gate.inside == 1}
-  - {name: garage, signal: plant.x, offset: 1 m, while: space.garage.inside == 1}
-  - {name: trailer, signal: plant.x, offset: 1 m, while: space.trailer.inside == 1}
-  - {name: ahead, signal: plant.x, offset: 1 m, while: space.ahead.sees == 1}
+  - {name: near, signal: plant.x, offset: 1 m, while: 'distance(rock, mover) < 5 m'}
+  - {name: touching, signal: plant.x, offset: 1 m, while: 'contact(mover, rock)'}
+  - {name: urgent, signal: plant.x, offset: 1 m, when: 'time_to_impact(rock, mover, 1 s) < 500 ms', for: 100 ms}
+  - {name: gate, signal: plant.x, offset: 1 m, while: 'inside(mover, gate)'}
+  - {name: garage, signal: plant.x, offset: 1 m, while: 'inside(mover, garage)'}
+  - {name: trailer, signal: plant.x, offset: 1 m, while: 'inside(rock, trailer)'}
+  - {name: ahead, signal: plant.x, offset: 1 m, while: 'sees(ahead, mover)'}
 expectations:
-  - {name: passes, eventually: space.near.distance < -1 m}
+  - {name: passes, eventually: 'distance(rock, mover) < -1 m'}
+  - {name: is near, always: 'distance(rock, mover) < 5 m', after: 'distance(rock, mover) < 5 m'}
+  - {name: touches, always: 'contact(rock, mover)', between: [1801 ms, 2199 ms]}
+  - {name: touches not yet, never: 'contact(rock, mover)', between: [1 ms, 1800 ms]}
+  - {name: touches no longer, never: 'contact(rock, mover)', between: [2201 ms, 2499 ms]}
+  - {name: will touch, always: 'abs(time_to_impact(mover, rock) - (1.8005 s - time)) < 1 ms', between: [801 ms, 1800 ms]}
+  - {name: in the gate, always: 'inside(mover, gate)', between: [801 ms, 1200 ms]}
+  - {name: seen, always: 'sees(ahead, mover)', between: [751 ms, 1950 ms], coverage: 100 %}
 )";
 
 /// The instants of an event, in ms.
@@ -109,11 +112,6 @@ tasks:
       vehicles:
         east: {position: [-40 m, -1.75 m], heading: 0 deg, speed: 6 m/s, desired_speed: 6 m/s}
         north: {position: [1.75 m, -30 m], heading: 90 deg, speed: 12 m/s, desired_speed: 12 m/s}
-  - module: space
-    type: spatial_relations
-    rate: 1 kHz
-    parameters:
-      pairs: {cars: {first: traffic.east, second: traffic.north, impact_window: 1 s}}
   - module: plant
     type: block
     rate: 1 kHz
@@ -124,10 +122,10 @@ tasks:
     inputs: {x: plant.x}
     parameters: {inputs: {x: m}, outputs: {y: x}}
 faults:
-  - {name: near, signal: plant.x, offset: 1 m, while: space.cars.distance < 25 m}
+  - {name: near, signal: plant.x, offset: 1 m, while: 'distance(traffic.east, traffic.north) < 25 m'}
 expectations:
-  - {name: no contact, never: space.cars.contact == 1, coverage: 100 %}
-  - {name: no impact, never: space.cars.time_to_impact < 1 s, coverage: 100 %}
+  - {name: no contact, never: 'contact(traffic.east, traffic.north)', coverage: 100 %}
+  - {name: no impact, never: 'time_to_impact(traffic.east, traffic.north, 1 s) < 1 s', coverage: 100 %}
 )";
 
 /// Between the bodies of two cars of 4.5 m x 1.8 m, one along x and one along y.
@@ -150,7 +148,7 @@ TEST(BySpace, DistanceOfBodiesOfSeveralPartsIsKnownThroughout) {
   };
   ASSERT_EQ(signals.rows(), 500u);
   for (std::size_t row = 0; row < signals.rows(); ++row)
-    EXPECT_NEAR(signals["space.cars.distance"][row],
+    EXPECT_NEAR(signals["distance(traffic.east, traffic.north)"][row],
                 distance_of_cars(difference("x", row), difference("y", row)), 0.02)
         << row;
 }

@@ -129,8 +129,8 @@ TEST_F(WiringTest, MistakesBeyondTheCapacityOfDiagnosticsRefuseTheScenario) {
   for (const auto& [good, bad] : {std::pair("checksum: Checksum", "checksum: Counter"),
                                   std::pair("safe: {Mode: 1}", "safe: {Moed: 1}")}) {
     config::Diagnostics diagnostics;
-    const auto scenario = config::load_scenario(folder_.write("scenario.yaml", changed(good, bad)), {},
-                                                scenario_types(), diagnostics);
+    auto scenario = config::load_scenario(folder_.write("scenario.yaml", changed(good, bad)), {},
+                                          scenario_types(), diagnostics);
     ASSERT_TRUE(scenario) << diagnostics.to_text();
     for (std::size_t i = 0; i < config::Diagnostics::capacity; ++i)
       diagnostics.add({}, "an earlier mistake");

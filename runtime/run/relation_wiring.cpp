@@ -1,0 +1,81 @@
+#include "runtime/run/relation_wiring.hpp"
+
+#include <algorithm>
+
+#include "runtime/config/parse.hpp"
+
+namespace hil::run {
+namespace {
+
+constexpr const char* added_name = "relations";
+
+bool computes_relations(const config::TaskSection& section) {
+  return modules::find_module_type(section.type.text)->computes_relations;
+}
+
+const modules::ModuleType& relations_type() {
+  return *std::ranges::find_if(modules::module_types(), &modules::ModuleType::computes_relations);
+}
+
+/// Null: the scenario has no such task.
+WiredModule* listed(Wiring& wiring, config::Diagnostics& diagnostics) {
+  WiredModule* found = nullptr;
+  for (WiredModule& wired : wiring.modules) {
+    if (!computes_relations(*wired.section)) continue;
+    if (found == nullptr) {
+      found = &wired;
+      continue;
+    }
+    diagnostics.add(wired.section->module.place, "the task of module " + found->section->module.text +
+                                                     " computes the relations of bodies already; a scenario "
+                                                     "has one such task");
+  }
+  return found;
+}
+
+WiredModule& added(config::Scenario& scenario, const signals::RelationSignals& relations, Wiring& wiring,
+                   config::Diagnostics& diagnostics) {
+  const config::Place& place = relations.relations.front().first.place;
+  for (const config::TaskSection& task : scenario.tasks) {
+    if (task.module.text != added_name) continue;
+    diagnostics.add(task.module.place,
+                    "the name 'relations' is that of the task that computes the relations of "
+                    "bodies; give this module another name");
+  }
+  scenario.tasks.push_back(
+      {.module = {added_name, place},
+       .type = {relations_type().name, place},
+       .rate_hz = scenario.base_rate_hz,
+       .deadline_ns = scenario.base_period_ns,
+       .thread = {},
+       .parameters = *config::parse_text(added_name, "{}", relations_type().parameters, diagnostics),
+       .inputs = {}});
+  wiring.modules.push_back({.section = &scenario.tasks.back(), .module = nullptr, .links = {}});
+  return wiring.modules.back();
+}
+
+}  // namespace
+
+std::string relations_module(const config::Scenario& scenario) {
+  const auto task = std::ranges::find_if(scenario.tasks, computes_relations);
+  return task == scenario.tasks.end() ? added_name : task->module.text;
+}
+
+void wire_relations(config::Scenario& scenario, const signals::RelationSignals& relations, Wiring& wiring,
+                    config::Diagnostics& diagnostics) {
+  WiredModule* wired = listed(wiring, diagnostics);
+  if (wired == nullptr && relations.relations.empty()) return;
+  if (wired == nullptr) wired = &added(scenario, relations, wiring, diagnostics);
+  modules::TaskParameters task = task_parameters(scenario, *wired->section);
+  task.relations = {relations.relations, scenario.world.regions, scenario.world.beams};
+  wired->module = relations_type().create(wired->section->parameters, task, diagnostics);
+  wired->links.outputs = relations.signals;
+  for (const config::InputLink& input : wired->section->inputs)
+    diagnostics.add(input.port.place, "module " + wired->section->module.text + " has no inputs");
+  if (relations.relations.empty())
+    diagnostics.warn(wired->section->module.place,
+                     "no expression reads a relation of bodies, as distance(a, b), so module " +
+                         wired->section->module.text + " computes nothing");
+}
+
+}  // namespace hil::run
