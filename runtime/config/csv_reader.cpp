@@ -21,7 +21,29 @@ std::optional<double> finite_number(std::string_view text) {
   return is_whole && std::isfinite(number) ? std::optional(number) : std::nullopt;
 }
 
+/// The one that comes first in a row, outside of quotes.
+char separator_of(std::string_view row) {
+  bool is_quoted = false;
+  for (const char letter : row) {
+    if (letter == '"') is_quoted = !is_quoted;
+    if (!is_quoted && (letter == ',' || letter == ';')) return letter;
+  }
+  return ',';
+}
+
 }  // namespace
+
+std::optional<std::string> with_decimal_point(std::string_view text) {
+  constexpr std::string_view digits = "0123456789";
+  const std::size_t begin = text.starts_with('-') || text.starts_with('+') ? 1 : 0;
+  const std::size_t comma = std::min(text.find_first_not_of(digits, begin), text.size());
+  if (comma == begin || comma == text.size() || text[comma] != ',') return std::nullopt;
+  const std::size_t end = std::min(text.find_first_not_of(digits, comma + 1), text.size());
+  if (end == comma + 1 || (end < text.size() && (text[end] == ',' || text[end] == '.'))) return std::nullopt;
+  std::string changed(text);
+  changed[comma] = '.';
+  return text.starts_with('+') ? changed.substr(1) : changed;
+}
 
 CsvReader::CsvReader(std::string path, const Place& named_at, Diagnostics& diagnostics)
     : path_(std::move(path)), named_at_(named_at), diagnostics_(diagnostics) {
@@ -36,34 +58,68 @@ CsvReader::CsvReader(std::string path, const Place& named_at, Diagnostics& diagn
   if (!file_.is_open()) diagnostics.add(named_at, "the file " + in_quotes(path_) + " can not be opened");
 }
 
-bool CsvReader::split_cells() {
+bool CsvReader::split_cells(std::size_t begin) {
   cells_.clear();
-  const std::string_view line = line_;
-  std::size_t begin = line_number_ == 1 && line.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
   while (cells_.size() < max_csv_columns) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    const std::string_view text = trimmed(line.substr(begin, end - begin));
-    const std::size_t first = text.empty() ? begin : static_cast<std::size_t>(text.data() - line.data());
-    cells_.push_back({text, static_cast<std::uint32_t>(first + 1)});
-    if (end == line.size()) return true;
-    begin = end + 1;
+    if (!take_cell(begin)) return false;
+    if (begin == line_.size()) return true;
+    ++begin;
   }
-  return false;
+  return refuse_row("the row has more cells than the limit of " + std::to_string(max_csv_columns) +
+                    "; split the file");
+}
+
+bool CsvReader::take_cell(std::size_t& begin) {
+  const std::string_view line = line_;
+  const std::size_t end = std::min(line.find(separator_, begin), line.size());
+  const std::string_view text = trimmed(line.substr(begin, end - begin));
+  const std::size_t first = text.empty() ? begin : static_cast<std::size_t>(text.data() - line.data());
+  begin = first;
+  if (text.starts_with('"')) return take_quoted_cell(begin);
+  cells_.push_back({text, static_cast<std::uint32_t>(first + 1)});
+  begin = end;
+  return true;
+}
+
+bool CsvReader::take_quoted_cell(std::size_t& begin) {
+  const std::size_t first = begin + 1;
+  std::size_t length = 0;  // of the text, whose doubled quotes become single ones in place
+  std::size_t next = first;
+  for (;; ++next) {
+    if (next == line_.size())
+      return refuse_row("the quote of this cell does not close in its line", begin + 1);
+    if (line_[next] == '"') {
+      if (next + 1 == line_.size() || line_[next + 1] != '"') break;
+      ++next;
+    }
+    line_[first + length++] = line_[next];
+  }
+  const std::size_t end = std::min(line_.find(separator_, ++next), line_.size());
+  if (!trimmed(std::string_view(line_).substr(next, end - next)).empty())
+    return refuse_row("text behind the closing quote of a cell; a quote inside of a cell is doubled",
+                      next + 1);
+  cells_.push_back({std::string_view(line_).substr(first, length), static_cast<std::uint32_t>(first + 1)});
+  begin = end;
+  return true;
 }
 
 bool CsvReader::next() {
   const std::size_t columns = cells_.size();
   while (std::getline(file_, line_)) {
     ++line_number_;
-    const bool is_whole = split_cells();
-    if (cells_.size() == 1 && cells_[0].text.empty()) continue;
-    if (cells_[0].text.starts_with('#')) continue;
-    if (!is_whole)
-      return refuse_row("the row has more cells than the limit of " + std::to_string(max_csv_columns) +
-                        "; split the file");
+    const std::size_t begin =
+        line_number_ == 1 && line_.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
+    const std::string_view text = trimmed(std::string_view(line_).substr(begin));
+    if (text.empty() || text.starts_with('#')) continue;
+    if (separator_ == 0) separator_ = separator_of(text);
+    if (!split_cells(begin)) return false;
     if (columns == 0 || cells_.size() == columns) return true;
-    return refuse_row(std::to_string(cells_.size()) + " cells in a file of " + std::to_string(columns) +
-                      " columns");
+    return refuse_row(std::to_string(cells_.size()) + (cells_.size() == 1 ? " cell" : " cells") +
+                      " in a file of " + std::to_string(columns) + " columns" +
+                      (cells_.size() < columns ? ""
+                       : separator_ == ','     ? "; a cell with a comma is in quotes, and a number has a "
+                                                 "decimal point"
+                                               : "; a cell with a semicolon is in quotes"));
   }
   if (file_.bad())
     diagnostics_.add(named_at_, "the file can not be read after its line " + std::to_string(line_number_));
@@ -71,8 +127,8 @@ bool CsvReader::next() {
   return false;
 }
 
-bool CsvReader::refuse_row(std::string mistake) {
-  diagnostics_.add({path_, line_number_, 1}, std::move(mistake));
+bool CsvReader::refuse_row(std::string mistake, std::size_t column) {
+  diagnostics_.add({path_, line_number_, static_cast<std::uint32_t>(column)}, std::move(mistake));
   file_.close();
   return false;
 }
@@ -80,12 +136,17 @@ bool CsvReader::refuse_row(std::string mistake) {
 std::optional<double> CsvReader::number(std::size_t column) const {
   const std::string_view text = cell(column);
   if (const auto number = finite_number(text)) return number;
-  refuse(column, text.empty() ? "an empty cell: a number is missing" : in_quotes(text) + " is not a number");
+  const auto with_point = with_decimal_point(text);
+  refuse(column, text.empty() ? "an empty cell: a number is missing"
+                 : with_point ? in_quotes(text) + " has a decimal comma; write " + *with_point
+                              : in_quotes(text) + " is not a number");
   return std::nullopt;
 }
 
 bool CsvReader::has_only_numbers() const {
-  return std::ranges::all_of(cells_, [](const Cell& cell) { return finite_number(cell.text).has_value(); });
+  return std::ranges::all_of(cells_, [](const Cell& cell) {
+    return finite_number(cell.text) || finite_number(with_decimal_point(cell.text).value_or(""));
+  });
 }
 
 void CsvReader::refuse(std::size_t column, std::string message) const {

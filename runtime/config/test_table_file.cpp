@@ -99,7 +99,15 @@ class TestTableReader {
   }
   std::optional<Expression> expression_in(Column column) {
     const Word text = cell(column);
-    return text.text.empty() ? std::nullopt : Expression::parse(text, diagnostics_);
+    return text.text.empty() || has_decimal_comma(text) ? std::nullopt
+                                                        : Expression::parse(text, diagnostics_);
+  }
+  /// Then with a mistake.
+  bool has_decimal_comma(const Word& text) {
+    const auto with_point = with_decimal_point(text.text);
+    if (with_point)
+      diagnostics_.add(text.place, in_quotes(text.text) + " has a decimal comma; write " + *with_point);
+    return with_point.has_value();
   }
 
   void read_row() {
@@ -156,6 +164,7 @@ class TestTableReader {
   }
 
   void read_argument(const FaultState& state, const Word& argument, FaultSection& section) {
+    if (has_decimal_comma(argument)) return;
     if (state.kind == FaultKind::stuck && (argument.text.empty() || argument.text == "last")) {
       section.kind = FaultKind::stuck_at_last;
     } else if (argument.text.empty()) {

@@ -46,7 +46,45 @@ TEST_F(CsvReaders, DivideRowsIntoCells) {
 
 TEST_F(CsvReaders, EndAtARowOfAnotherLength) {
   EXPECT_EQ(rows_of("a,b\n1,2\n\n3\n4,5\n"), "a|b/1|2");
-  EXPECT_EQ(mistakes(), "f.csv:4:1: 1 cells in a file of 2 columns\n");
+  EXPECT_EQ(mistakes(), "f.csv:4:1: 1 cell in a file of 2 columns\n");
+  EXPECT_EQ(rows_of("a,b\n1,5,2\n"), "a|b");
+  EXPECT_EQ(mistakes(),
+            "f.csv:2:1: 3 cells in a file of 2 columns; a cell with a comma is in quotes, and a number has a "
+            "decimal point\n");
+  EXPECT_EQ(rows_of("a;b\n1;5;2\n"), "a|b");
+  EXPECT_EQ(mistakes(), "f.csv:2:1: 3 cells in a file of 2 columns; a cell with a semicolon is in quotes\n");
+}
+
+TEST_F(CsvReaders, FindTheSeparatorInTheFirstRow) {
+  EXPECT_EQ(rows_of("a;b\n1;2,5\n"), "a|b/1|2,5");
+  EXPECT_EQ(rows_of("# note; of a tool\n\na,b\n1;2,3\n"), "a|b/1;2|3") << "a comment is no row";
+  EXPECT_EQ(rows_of("\xef\xbb\xbf;x,y\n1;2"), "|x,y/1|2") << "the first one decides";
+  EXPECT_EQ(rows_of("\"a;b\",c;d\n1,2\n"), "a;b|c;d/1|2") << "outside of quotes";
+  EXPECT_EQ(rows_of("a\n1;2\n"), "a/1;2") << "one column";
+  EXPECT_EQ(mistakes(), "");
+}
+
+TEST_F(CsvReaders, ReadCellsInQuotes) {
+  EXPECT_EQ(rows_of("a,b\n\"1, 2\" , \t\" x \"\r\n"), "a|b/1, 2| x ");
+  EXPECT_EQ(rows_of("\"a\";\"b;c\"\n\"\";\"say \"\"no\"\"\"\n"), "a|b;c/|say \"no\"");
+  EXPECT_EQ(rows_of("a,b\n\"#1\",2\n5\" pipe,\"\"\"\""), "a|b/#1|2/5\" pipe|\"")
+      << "a quote at the begin of a cell alone is one around it";
+  EXPECT_EQ(rows_of("a\n\"\"\n"), "a/") << "an empty cell, not a line without text";
+  EXPECT_EQ(mistakes(), "");
+  CsvReader file(folder_.write("n.csv", "a;b\n \"4\"\"\" ; \"x\"\n"), {"s.yaml", 1, 1}, diagnostics_);
+  ASSERT_TRUE(file.next() && file.next());
+  EXPECT_EQ(file.place(0).column, 3U);
+  EXPECT_EQ(file.place(1).column, 11U) << "behind the quote";
+}
+
+TEST_F(CsvReaders, RefuseQuotesThatDoNotEnclose) {
+  EXPECT_EQ(rows_of("a,b\n1,\"2\n3\",4\n"), "a|b");
+  EXPECT_EQ(mistakes(), "f.csv:2:3: the quote of this cell does not close in its line\n");
+  EXPECT_EQ(rows_of("a,b\n1,\"2\"\"\n"), "a|b");
+  EXPECT_EQ(mistakes(), "f.csv:2:3: the quote of this cell does not close in its line\n");
+  EXPECT_EQ(rows_of("a,b\n\"1\" 2,3\n"), "a|b");
+  EXPECT_EQ(mistakes(),
+            "f.csv:2:4: text behind the closing quote of a cell; a quote inside of a cell is doubled\n");
 }
 
 TEST_F(CsvReaders, RefuseTooManyColumns) {
@@ -74,6 +112,24 @@ TEST_F(CsvReaders, ReportThatAFileCanNotBeRead) {
   EXPECT_FALSE(missing.next());
   ASSERT_EQ(diagnostics_.count(), 1U);
   EXPECT_NE(mistakes().find("none.csv' can not be opened"), std::string::npos) << mistakes();
+}
+
+TEST_F(CsvReaders, SayWhatToWriteForADecimalComma) {
+  CsvReader file(folder_.write("c.csv", "a;b;c;d;e;f\n0,5;-12,25;+1,5;1.000,5;1,000.5;1,2,3"),
+                 {"s.yaml", 1, 1}, diagnostics_);
+  ASSERT_TRUE(file.next() && file.next());
+  for (std::size_t i = 0; i < file.columns(); ++i)
+    EXPECT_EQ(file.number(i), std::nullopt) << i;
+  const auto& all = diagnostics_.mistakes();
+  ASSERT_EQ(all.size(), 6U);
+  EXPECT_EQ(all[0].message, "'0,5' has a decimal comma; write 0.5");
+  EXPECT_EQ(all[1].message, "'-12,25' has a decimal comma; write -12.25");
+  EXPECT_EQ(all[2].message, "'+1,5' has a decimal comma; write 1.5");
+  for (std::size_t i = 3; i < all.size(); ++i)
+    EXPECT_NE(all[i].message.find("is not a number"), std::string::npos) << all[i].message;
+  CsvReader numbers(folder_.write("d.csv", "1;2,5"), {"s.yaml", 1, 1}, diagnostics_);
+  ASSERT_TRUE(numbers.next());
+  EXPECT_TRUE(numbers.has_only_numbers()) << "no row of names";
 }
 
 TEST_F(CsvReaders, ReadNumbersWithADecimalPoint) {

@@ -139,7 +139,7 @@ TEST_F(TableFiles, WithMistakesAreRefusedAtTheirLines) {
       {"x,v\n0,1\n,1\n", one, "p.csv:3:1: an empty cell: a number is missing"},
       {"x,v\n0,1\n1,one\n", one, "p.csv:3:3: 'one' is not a number"},
       {"x,v\n0,1\n1,1e301\n", one, "p.csv:3:3: a number beyond 1e300"},
-      {"x,v\n0,1\n1\n", one, "p.csv:3:1: 1 cells in a file of 2 columns"},
+      {"x,v\n0,1\n1\n", one, "p.csv:3:1: 1 cell in a file of 2 columns"},
       {"x,v\n0,1\n", one, "t.yaml:1:8: the file has 1 row with values; a table has at least 2"},
       {"0,1\n1,2\n2,3\n", one,
        "p.csv:1:1: the first row names the columns; this one has only numbers, so a row with names, "
