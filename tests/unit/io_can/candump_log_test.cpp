@@ -75,6 +75,49 @@ TEST(CandumpLog, RefusesMalformedLines) {
   EXPECT_TRUE(parse_candump_line("(1.000000) vcan0 044#00 R\r\n")) << "candump -x appends the direction";
 }
 
+TEST(CandumpLog, SaysWhichFieldOfALineIsWrong) {
+  const struct {
+    const char* line;
+    std::size_t column;
+    const char* text;
+  } all[] = {
+      {"vcan0  123   [2]  11 22", 1, "the line does not begin with a time in parentheses"},
+      {"(1.000000 vcan0 123#", 1, "the parenthesis of the time does not close"},
+      {"(1.5) vcan0 044#00", 2, "the time does not have six decimals"},
+      {"(x.000000) vcan0 044#00", 2, "the time is no number of seconds"},
+      {"(1.00000x) vcan0 044#00", 2, "the time is no number of seconds"},
+      {"(-1.000000) vcan0 044#00", 2, "the time is below 0 s or beyond the year 2262"},
+      {"(9999999999999.000000) vcan0 044#00", 2, "the time is below 0 s or beyond the year 2262"},
+      {"(99999999999999999999.000000) v 044#00", 2, "the time is below 0 s or beyond the year 2262"},
+      {"(1.000000)", 11, "no interface follows the time behind a space"},
+      {"(1.000000)  044#00", 12, "no interface follows the time behind one space"},
+      {"(1.000000) vcan0", 17, "no frame follows the interface"},
+      {"(1.000000) v 04400", 14, "the frame has no '#' between identifier and payload"},
+      {"(1.000000) v 44#00", 14, "the identifier does not have 3 or 8 hexadecimal digits"},
+      {"(1.000000) v 04G#00", 14, "the identifier does not have 3 or 8 hexadecimal digits"},
+      {"(1.000000) v FFF#00", 14, "the identifier of 3 digits is above 7FF"},
+      {"(1.000000) v 40000001#", 14, "the identifier of 8 digits is above 1FFFFFFF"},
+      {"(1.000000) v 044##", 19, "'##' is not followed by a hexadecimal digit, the flags of a CAN FD frame"},
+      {"(1.000000) v 044#0G", 18, "the payload has a character that is no hexadecimal digit"},
+      {"(1.000000) v 044#0", 18, "the payload has an odd number of hexadecimal digits"},
+      {"(1.000000) v 044#001122334455667788", 18,
+       "the payload of a classic frame has more than 8 bytes; that of CAN FD is behind '##'"},
+      {"(1.000000) v 123##100112233445566778899", 20,
+       "the payload of a CAN FD frame has a length other than 0 to 8, 12, 16, 20, 24, 32, 48 and 64 bytes"},
+      {"(1.000000) v 044#R9", 18, "the length behind 'R' is not one digit from 0 to 8"},
+      {"(1.000000) v 123#R8_8", 20, "the data length code is not one digit from 9 to F"},
+      {"(1.000000) v 123#11_C", 20, "a data length code is only that of a frame of 8 bytes"},
+      {"(1.000000) v 123#R_C", 19, "a data length code is only that of a frame of 8 bytes"},
+      {"(1.000000) v 123##11122334455667788_C", 36, "a CAN FD frame has no data length code"},
+  };
+  for (const auto& one : all) {
+    CandumpFault fault;
+    EXPECT_FALSE(parse_candump_line(one.line, &fault)) << one.line;
+    EXPECT_EQ(fault.text, one.text) << one.line;
+    EXPECT_EQ(fault.column, one.column) << one.line;
+  }
+}
+
 TEST(CandumpLog, ReadsLengthCodesAndDirections) {
   const auto request = parse_candump_line("(0.000001) vcan0 123#R8_C");
   ASSERT_TRUE(request);
