@@ -24,6 +24,7 @@ struct PlayedFrame {
   std::int64_t offset_ns = 0;  ///< from the start of a pass
   canfd_frame raw{};
   bool is_fd = false;
+  bool is_unknown = false;  ///< the database has no message with its identifier
 };
 
 struct PlaybackConfig {
@@ -41,6 +42,7 @@ struct PlaybackState {
   std::string name;
   std::uint64_t passes = 0;  ///< that have started
   std::uint64_t sent = 0;
+  std::uint64_t sent_unknown = 0;       ///< of those sent: is_unknown
   std::uint64_t dropped = 0;            ///< frames that were due and not sent
   std::optional<RunTimeNs> first_ns{};  ///< when the first frame was sent
   std::optional<RunTimeNs> last_ns{};   ///< when the last frame of all passes was sent or dropped
@@ -70,6 +72,7 @@ class LogPlayback {
   }
   void sent(RunTimeNs now_ns) noexcept {
     ++state_.sent;
+    if ((*config_.frames)[index_].is_unknown) ++state_.sent_unknown;
     if (!state_.first_ns) state_.first_ns = now_ns;
     advance(now_ns);
   }

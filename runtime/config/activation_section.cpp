@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "runtime/config/reading.hpp"
+#include "runtime/config/run_end.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/units.hpp"
 
@@ -62,10 +63,10 @@ bool read_activation(const Value& section, ActivationSection& activation, const 
   }
   if (section.has("at")) activation.at_ns = section["at"].duration_ns();
   if (section.has("for")) activation.for_ns = section["for"].duration_ns();
-  if (activation.at_ns && scenario.duration_ns > 0 && *activation.at_ns >= scenario.duration_ns) {
-    diagnostics.add(section["at"].place(), "'at': " + format_duration(*activation.at_ns) +
-                                               " is not before the end of the run, which takes " +
-                                               format_duration(scenario.duration_ns));
+  if (activation.at_ns) {
+    const std::string fault = no_tick_from(*activation.at_ns, scenario.base_period_ns, scenario.duration_ns);
+    if (!fault.empty())
+      diagnostics.add(section["at"].place(), "'at': " + format_duration(*activation.at_ns) + fault);
   }
   if (section.has("every")) {
     activation.every_ns = section["every"].duration_ns();

@@ -72,8 +72,6 @@ struct TableClaims {
   /// The signal is within the tolerance of the value at each instant. The times of the checks are strictly
   /// increasing.
   std::shared_ptr<const Claim> (*at_instants)(Word signal, std::vector<InstantCheck> checks) = nullptr;
-  /// It is not checked, for this reason.
-  std::shared_ptr<const Claim> (*not_checked)(std::string reason) = nullptr;
 };
 
 Schema expectations_schema(const ScenarioTypes& types);

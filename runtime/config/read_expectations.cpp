@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "runtime/config/run_end.hpp"
 #include "runtime/config/section_readers.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/units.hpp"
@@ -19,10 +20,10 @@ std::optional<WindowSection> read_window(const Value& entry, const ClaimContext&
       diagnostics.add(limits[1].place(), "'between': " + format_duration(*window.to_ns) +
                                              " is before the begin of the window, " +
                                              format_duration(*window.from_ns));
-    } else if (context.duration_ns > 0 && *window.from_ns >= context.duration_ns) {
-      diagnostics.add(limits[0].place(), "'between': " + format_duration(*window.from_ns) +
-                                             " is not before the end of the run, which takes " +
-                                             format_duration(context.duration_ns));
+    } else {
+      const std::string fault = no_tick_from(*window.from_ns, context.period_ns, context.duration_ns);
+      if (!fault.empty())
+        diagnostics.add(limits[0].place(), "'between': " + format_duration(*window.from_ns) + fault);
     }
   }
   if (entry.has("after")) window.after = Expression::parse(entry["after"], diagnostics);

@@ -50,6 +50,7 @@ void read_general(const Value& root, Scenario& scenario, ReaderContext& reading)
   const std::optional<std::int64_t> ticks = multiple_of(root["duration"], scenario.base_period_ns, "duration",
                                                         "the base period", reading.diagnostics);
   scenario.duration_ns = root["duration"].duration_ns();
+  reading.duration_ns = scenario.duration_ns;
   if (ticks) scenario.duration_ticks = static_cast<std::uint64_t>(*ticks);
 }
 

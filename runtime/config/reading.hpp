@@ -26,6 +26,7 @@ struct ReaderContext {
   const ScenarioTypes& types;
   std::optional<BaseRate> base{};  ///< empty: it was a mistake; rates are then not checked
   ClockKind clock = ClockKind::realtime;
+  std::int64_t duration_ns = 0;  ///< of the run; 0: it is not known
   /// The names of all buses by the key of their type, also of sections with mistakes.
   std::map<std::string, std::vector<std::string>> bus_names{};
 };

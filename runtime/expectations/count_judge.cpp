@@ -192,7 +192,10 @@ std::shared_ptr<const config::Claim> read_count(const config::Value& entry,
     context.diagnostics.add(value["max"].place(),
                             "'max': " + std::to_string(*max) + " is less than 'min', " + std::to_string(min));
   }
-  if (!max && min == 0) context.diagnostics.add(value.place(), "'count' needs 'min', 'max' or both");
+  if (!max && min == 0)
+    context.diagnostics.add(value.place(),
+                            "'count' needs a 'min' of at least 1, a 'max', or both; without, "
+                            "each number of times holds");
   if (!condition) return nullptr;
   return claim_of(Count{std::move(*condition), min, max});
 }

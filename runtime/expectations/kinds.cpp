@@ -2,7 +2,6 @@
 
 #include "runtime/config/require.hpp"
 #include "runtime/expectations/instants.hpp"
-#include "runtime/expectations/not_checked.hpp"
 #include "runtime/expectations/window.hpp"
 
 namespace hil::expectations {
@@ -35,9 +34,6 @@ config::TableClaims table_claims() {
       .at_instants = [](config::Word signal,
                         std::vector<config::InstantCheck> checks) -> std::shared_ptr<const config::Claim> {
         return claim_of(Instants{std::move(signal), std::move(checks)});
-      },
-      .not_checked = [](std::string reason) -> std::shared_ptr<const config::Claim> {
-        return claim_of(NotChecked{std::move(reason)});
       }};
 }
 

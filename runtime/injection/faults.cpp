@@ -180,7 +180,8 @@ void Faults::fill(std::int64_t end_ns, report::RunRecord& record) const {
                              .begins = fault->activation->begins(),
                              .first_begin_ns = fault->activation->first_begin_ns(),
                              .active_ns = fault->activation->active_ns(end_ns),
-                             .frames = fault->target == nullptr ? std::nullopt : fault->target->count()});
+                             .frames = fault->target == nullptr ? std::nullopt : fault->target->count(),
+                             .test_table = fault->section->test_table});
     for (const Activation::Span& span : fault->activation->spans())
       record.faults.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});
   }

@@ -8,6 +8,27 @@
 #include "runtime/modules/splitmix64.hpp"
 
 namespace hil::injection {
+namespace {
+
+/// Why nothing can drive it: there is no such input, or it is a signal that a module or a bus writes.
+std::string no_target(const std::string& driven, const signals::SignalTable& table,
+                      std::span<const Target> targets) {
+  std::vector<std::string> names;
+  for (const Target& one : targets)
+    names.push_back(one.name);
+  const auto written = table.find(driven);
+  if (!written)
+    return "there is no input of a module and no output of a bus '" + driven + "'" +
+           config::suggestion(driven, names);
+  // Those of the same module or bus first.
+  const std::string prefix = driven.substr(0, driven.rfind('.') + 1);
+  std::ranges::stable_partition(names, [&](const std::string& name) { return name.starts_with(prefix); });
+  return "'" + driven + "' is written by " + table.info(*written).writer +
+         "; a stimulus drives an input of a module or an output of a bus" +
+         (names.empty() ? ", and there is none" : config::suggestion("", names));
+}
+
+}  // namespace
 
 void Stimuli::declare(const config::Scenario& scenario, signals::KnownSignals& known,
                       std::span<const Target> targets, config::Diagnostics& diagnostics) {
@@ -20,11 +41,7 @@ void Stimuli::declare(const config::Scenario& scenario, signals::KnownSignals& k
     if (known.is_undeclared(driven)) continue;
     const auto target = std::ranges::find(targets, driven, &Target::name);
     if (target == targets.end()) {
-      std::vector<std::string> names;
-      for (const Target& one : targets)
-        names.push_back(one.name);
-      diagnostics.add(section.drives.place, "there is no input of a module and no output of a bus '" +
-                                                driven + "'" + config::suggestion(driven, names));
+      diagnostics.add(section.drives.place, no_target(driven, table, targets));
       continue;
     }
     if (const auto there = table.find(driven)) {
@@ -134,7 +151,8 @@ void Stimuli::fill(std::int64_t end_ns, report::RunRecord& record) const {
                               .effect = "",
                               .begins = stimulus.activation->begins(),
                               .first_begin_ns = stimulus.activation->first_begin_ns(),
-                              .active_ns = stimulus.activation->active_ns(end_ns)});
+                              .active_ns = stimulus.activation->active_ns(end_ns),
+                              .test_table = stimulus.section->test_table});
     for (const Activation::Span& span : stimulus.activation->spans())
       record.stimuli.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});
   }

@@ -375,6 +375,7 @@ void each_field(T& injection, Visit&& visit) {
   visit("active_ns", injection.active_ns);
   visit("spans", injection.spans);
   visit("frames", injection.frames);
+  visit("test_table", injection.test_table);
 }
 
 template <Is<Recording> T, class Visit>
@@ -423,6 +424,7 @@ void each_field(T& record, Visit&& visit) {
   visit("processes", record.processes);
   visit("response_times", record.response_times);
   visit("events", record.events);
+  visit("events_not_listed", record.events_not_listed);
   visit("top_view", record.top_view);
   visit("sections", record.sections);
   visit("recording", record.recording);

@@ -22,7 +22,7 @@ namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 12;
+inline constexpr int schema_version = 13;
 
 using contribution::BusGroup;
 using contribution::BusRecord;
@@ -252,6 +252,7 @@ struct Injection {
   std::vector<ActiveSpan> spans{};  ///< the first times that it was active
   /// Of a message or device: the frames or requests that came while it was active.
   std::optional<std::uint64_t> frames{};
+  std::string test_table{};  ///< the name of the one that it is from; empty: none
 };
 
 enum class ExpectationResult : std::uint8_t {
@@ -357,6 +358,7 @@ struct RunRecord {
   std::vector<std::string> failures;
   std::vector<ResponseTime> response_times;
   std::vector<Event> events;
+  std::uint64_t events_not_listed = 0;  ///< further ones of modules, stimuli and faults
   std::optional<TopView> top_view;
   std::vector<Section> sections;  ///< of modules
   std::optional<Recording> recording;

@@ -230,12 +230,15 @@ std::optional<io::can::CanDeviceConfig> describe_can_device(const CanSection& se
   for (const ReceivedMessage& received : section.receive)
     describe_received(received, device, diagnostics);
   if (section.play) {
-    std::vector<canid_t> sent_ids;
-    for (const io::can::SentMessageConfig& sent : device.send) {
-      const io::can::DbcMessage& message = *device.database.find_message(sent.message);
-      sent_ids.push_back(message.id | (message.is_extended ? CAN_EFF_FLAG : 0U));
-    }
-    device.playback = read_played_log(*section.play, sent_ids, diagnostics);
+    const auto can_id = [](const io::can::DbcMessage& message) {
+      return message.id | (message.is_extended ? CAN_EFF_FLAG : 0U);
+    };
+    BusIdentifiers ids;
+    for (const io::can::SentMessageConfig& sent : device.send)
+      ids.sent.insert(can_id(*device.database.find_message(sent.message)));
+    for (const io::can::DbcMessage& message : device.database.messages)
+      ids.known.insert(can_id(message));
+    device.playback = read_played_log(*section.play, ids, diagnostics);
   }
   const std::vector<std::string> problems = io::can::configuration_problems(device);
   for (const std::string& problem : problems)

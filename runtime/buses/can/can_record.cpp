@@ -28,6 +28,8 @@ std::vector<BusSentence> faults_of(const CanRecord& bus) {
 std::vector<BusSentence> remarks_of(const CanRecord& bus) {
   std::vector<BusSentence> sentences;
   add_sentence(sentences, bus.played, "frame of a log was", "frames of a log were", "sent");
+  add_sentence(sentences, bus.play_unknown_id, "frame of the log has", "frames of the log have",
+               "an identifier that the database does not have: other stations received them");
   add_sentence(sentences, bus.fault_dropped_tx, "sent frame was", "sent frames were",
                "dropped by fault injection (drop, or delay beyond the end of the run): counted as sent, but "
                "neither on the bus nor in the log");
@@ -83,7 +85,10 @@ CanRecord record_of(const io::can::CanDevice& device) {
   bus.fault_corrupted = counters.injected.corrupted;
   bus.fault_delayed = counters.injected.delayed;
   bus.played = counters.played;
-  if (const auto playback = device.playback()) bus.play_unsent = playback->dropped;
+  if (const auto playback = device.playback()) {
+    bus.play_unknown_id = playback->sent_unknown;
+    bus.play_unsent = playback->dropped;
+  }
   for (const io::can::LengthCounts& counts : device.other_lengths())
     bus.other_lengths.push_back({counts.message, counts.longer, counts.shorter});
   return bus;
@@ -135,6 +140,7 @@ contribution::BusRecord to_record(const CanRecord& bus) {
                      {"fault_corrupted", bus.fault_corrupted},
                      {"fault_delayed", bus.fault_delayed},
                      {"played", bus.played},
+                     {"play_unknown_id", bus.play_unknown_id},
                      {"play_unsent", bus.play_unsent},
                      {"other_lengths", std::move(other_lengths)}},
           .faults = faults_of(bus),

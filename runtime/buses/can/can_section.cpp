@@ -254,13 +254,16 @@ void read_faults(const Value& value, CanSection& section, Diagnostics& diagnosti
                     (*faults)["delay"].duration_ns()};
 }
 
-void read_play(const Value& value, CanSection& section) {
+void read_play(const Value& value, CanSection& section, const ReaderContext& reading) {
   const Value* const play = part_of(value, "play");
   if (play == nullptr || !is_whole(*play)) return;
   PlayedLog log{.file = word_of((*play)["file"]),
                 .interface = word_in(*play, "interface"),
                 .begin_ns = (*play)["begin"].duration_ns(),
-                .repeat = static_cast<std::uint64_t>((*play)["repeat"].integer())};
+                .begin_place = (*play)["begin"].place(),
+                .repeat = static_cast<std::uint64_t>((*play)["repeat"].integer()),
+                .run_ns = reading.duration_ns,
+                .tick_ns = reading.clock == ClockKind::virtual_time ? section.period_ns : 0};
   if (play->has("every")) {
     log.every_ns = (*play)["every"].duration_ns();
     log.every_place = (*play)["every"].place();
@@ -299,7 +302,7 @@ void CanSection::read_entry(const Value& entry, ReaderContext& reading) {
   read_messages(entry, *this, reading.diagnostics);
   read_units(entry, *this, reading.diagnostics);
   read_faults(entry, *this, reading.diagnostics);
-  read_play(entry, *this);
+  read_play(entry, *this, reading);
   if (!is_whole(entry)) return;
   database = entry["database"].text();
   bits_per_second = static_cast<double>(entry["bit_rate"].integer());

@@ -66,12 +66,15 @@ struct BusFaults {
 
 /// A log whose frames the bus sends.
 struct PlayedLog {
-  Word file{};                             ///< the absolute path
-  std::optional<Word> interface {};        ///< whose frames are played; empty: the log has one
-  std::int64_t begin_ns = 0;               ///< run time of the first line
+  Word file{};                       ///< the absolute path
+  std::optional<Word> interface {};  ///< whose frames are played; empty: the log has one
+  std::int64_t begin_ns = 0;         ///< run time of the first line
+  Place begin_place{};
   std::uint64_t repeat = 1;                ///< passes; 0: to the end of the run
   std::optional<std::int64_t> every_ns{};  ///< from one pass to the next; empty: the length of the log
   Place every_place{};
+  std::int64_t run_ns = 0;   ///< duration of the run; 0: it is not known
+  std::int64_t tick_ns = 0;  ///< between the instants at which frames can be sent; 0: they are sent at any
 };
 
 class CanSection final : public config::BusSection {

@@ -8,7 +8,8 @@
 #include <system_error>
 #include <utility>
 
-#include "io/can/candump_log.hpp"
+#include "io/can/candump_line.hpp"
+#include "runtime/config/run_end.hpp"
 #include "runtime/config/text_lists.hpp"
 #include "runtime/config/units.hpp"
 
@@ -21,8 +22,8 @@ constexpr std::int64_t min_pass_period_ns = 1'000'000;
 using config::Diagnostics;
 using config::in_quotes;
 
-/// Frames that are not played, for one reason.
-struct LeftOut {
+/// Frames of which the user is told, for one reason.
+struct SomeFrames {
   std::size_t frames = 0;
   std::uint32_t first_line = 0;
 
@@ -33,16 +34,18 @@ struct LeftOut {
 
 class LogReader {
  public:
-  LogReader(const PlayedLog& section, const std::vector<canid_t>& sent_ids, Diagnostics& diagnostics)
-      : section_(section), sent_ids_(sent_ids), diagnostics_(diagnostics) {}
+  LogReader(const PlayedLog& section, const BusIdentifiers& ids, Diagnostics& diagnostics)
+      : section_(section), ids_(ids), diagnostics_(diagnostics) {}
 
   std::optional<io::can::PlaybackConfig> read() {
     const std::size_t before = diagnostics_.count();
     read_lines();
     if (diagnostics_.count() == before) check_interfaces();
+    if (diagnostics_.count() == before) check_frames();
     if (diagnostics_.count() != before) return std::nullopt;
-    warn(of_sent_, "the run sends the message itself");
-    warn(errors_, "error frames can not be sent");
+    warn(of_sent_, "not played", "the run sends the message itself");
+    warn(errors_, "not played", "error frames can not be sent");
+    warn(unknown_, "sent to other stations alone", "the database has no message with the identifier");
     io::can::PlaybackConfig config{
         .name = std::filesystem::path(section_.file.text).filename().string(),
         .frames = std::make_shared<const std::vector<io::can::PlayedFrame>>(std::move(frames_)),
@@ -54,8 +57,8 @@ class LogReader {
   }
 
  private:
-  void refuse(std::uint32_t line, const std::string& message) {
-    diagnostics_.add({section_.file.text, line, 1}, message);
+  void refuse(std::uint32_t line, const std::string& message, std::size_t column = 1) {
+    diagnostics_.add({section_.file.text, line, static_cast<std::uint32_t>(column)}, message);
   }
 
   void read_lines() {
@@ -72,9 +75,11 @@ class LogReader {
     std::uint32_t line = 1;
     for (; !diagnostics_.full() && std::getline(file, text); ++line) {
       if (text.empty() || text == "\r") continue;
-      const auto logged = io::can::parse_candump_line(text);
+      io::can::CandumpFault fault;
+      const auto logged = io::can::parse_candump_line(text, &fault);
       if (!logged) {
-        refuse(line, "this is no frame in the form of candump -l, as '(1436509052.249713) vcan0 044#2A36'");
+        refuse(line, fault.text + "; a line of candump -l is as '(1436509052.249713) vcan0 044#2A36'",
+               fault.column);
         continue;
       }
       if (!first_ns_) first_ns_ = logged->frame.wall_ns;
@@ -101,14 +106,16 @@ class LogReader {
     last_ns_ = std::max(last_ns_, offset_ns);
     if (frame.is_error()) {
       errors_.add(line);
-    } else if (std::ranges::find(sent_ids_, frame.raw.can_id) != sent_ids_.end()) {
+    } else if (ids_.sent.contains(frame.raw.can_id)) {
       of_sent_.add(line);
     } else if (frames_.size() == max_played_frames) {
       refuse(line,
              "the log has more frames than the limit of " + std::to_string(max_played_frames) + "; split it");
       return false;
     } else {
-      frames_.push_back({last_ns_, frame.raw, frame.is_fd});
+      const bool is_unknown = !ids_.known.contains(frame.raw.can_id & ~CAN_RTR_FLAG);
+      if (is_unknown) unknown_.add(line);
+      frames_.push_back({last_ns_, frame.raw, frame.is_fd, is_unknown});
     }
     return true;
   }
@@ -122,9 +129,41 @@ class LogReader {
     } else if (!section_.interface && names.size() > 1) {
       diagnostics_.add(section_.file.place,
                        "the log has frames of " + config::text_list(names) + "; 'interface' has to name one");
-    } else if (frames_.empty()) {
-      diagnostics_.add(section_.file.place, "the log has no frame to play");
     }
+  }
+
+  void check_frames() {
+    if (frames_.empty()) return diagnostics_.add(section_.file.place, why_no_frame());
+    if (unknown_.frames == frames_.size()) {
+      return diagnostics_.add(
+          section_.file.place,
+          "the database of the bus has no message with the identifier of any frame of the "
+          "log that would be played, so the run would receive none of these " +
+              std::to_string(frames_.size()) + "; give the log of this bus, or the database of the log");
+    }
+    const std::int64_t first_ns = section_.begin_ns + frames_.front().offset_ns;
+    const std::string fault = config::no_tick_from(first_ns, section_.tick_ns, section_.run_ns);
+    if (!fault.empty())
+      diagnostics_.add(section_.begin_place,
+                       "'begin': no frame of the log would be sent: the first one is due at " +
+                           config::format_duration(first_ns) + ", which" + fault);
+  }
+
+  std::string why_no_frame() const {
+    const auto counted = [](std::size_t count, const char* one, const char* several) {
+      return std::to_string(count) + " " + (count == 1 ? one : several);
+    };
+    if (of_sent_.frames + errors_.frames == 0) return "the log has no frame";
+    std::string reasons;
+    if (of_sent_.frames > 0)
+      reasons = counted(of_sent_.frames, "is of a message", "are of messages") +
+                " under 'send', which the run sends itself";
+    if (errors_.frames > 0)
+      reasons += (reasons.empty() ? "" : ", and ") +
+                 counted(errors_.frames, "is an error frame, which", "are error frames, which") +
+                 " can not be sent";
+    return "no frame of the log is left to play: of its " +
+           counted(of_sent_.frames + errors_.frames, "frame, ", "frames, ") + reasons;
   }
 
   void check_passes(const io::can::PlaybackConfig& config) {
@@ -144,30 +183,30 @@ class LogReader {
     }
   }
 
-  void warn(const LeftOut& left_out, const std::string& why) {
-    if (left_out.frames == 0) return;
-    const std::string frames = left_out.frames == 1 ? "this frame is not played: "
-                                                    : std::to_string(left_out.frames) +
-                                                          " frames are not played, the first in this line: ";
-    diagnostics_.warn({section_.file.text, left_out.first_line, 1}, frames + why);
+  /// `what`: "not played", of one frame or of several.
+  void warn(const SomeFrames& some, const std::string& what, const std::string& why) {
+    if (some.frames == 0) return;
+    const std::string frames =
+        some.frames == 1 ? "this frame is " + what + ": "
+                         : std::to_string(some.frames) + " frames are " + what + ", the first in this line: ";
+    diagnostics_.warn({section_.file.text, some.first_line, 1}, frames + why);
   }
 
   const PlayedLog& section_;
-  const std::vector<canid_t>& sent_ids_;
+  const BusIdentifiers& ids_;
   Diagnostics& diagnostics_;
   std::optional<std::int64_t> first_ns_;  ///< of the log, whatever the interface
   std::int64_t last_ns_ = 0;              ///< the largest offset of the interface so far
   std::set<std::string> interfaces_;
   std::vector<io::can::PlayedFrame> frames_;
-  LeftOut of_sent_, errors_;
+  SomeFrames of_sent_, errors_, unknown_;
 };
 
 }  // namespace
 
-std::optional<io::can::PlaybackConfig> read_played_log(const PlayedLog& section,
-                                                       const std::vector<canid_t>& sent_ids,
+std::optional<io::can::PlaybackConfig> read_played_log(const PlayedLog& section, const BusIdentifiers& ids,
                                                        Diagnostics& diagnostics) {
-  return LogReader(section, sent_ids, diagnostics).read();
+  return LogReader(section, ids, diagnostics).read();
 }
 
 }  // namespace hil::buses::can

@@ -1,15 +1,16 @@
 #pragma once
-// Reads a log in the format of candump -l (io/can/candump_log.hpp), whose frames a bus sends as those of
+// Reads a log in the format of candump -l (io/can/candump_line.hpp), whose frames a bus sends as those of
 // other stations.
 //
-// Error frames are not played, and neither are data frames of messages that the run itself sends.
+// Error frames are not played, and neither are data frames of messages that the run itself sends. Frames with
+// an identifier that the database of the bus does not have are played, unless there are no others.
 //
 // Threads: the one that wires the scenario.
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
+#include <unordered_set>
 
 #include "io/can/log_playback.hpp"
 #include "runtime/buses/can/can_section.hpp"
@@ -24,10 +25,15 @@ inline constexpr std::size_t max_played_frames = 1'000'000;
 /// Clocks of one machine differ by less.
 inline constexpr std::int64_t max_log_disorder_ns = 100'000'000;
 
-/// `sent_ids`: of the messages that the run sends. Empty with mistakes at the lines of the log, or where the
-/// scenario names it. Warns of frames that are not played.
-std::optional<io::can::PlaybackConfig> read_played_log(const PlayedLog& section,
-                                                       const std::vector<canid_t>& sent_ids,
+/// Of messages, with CAN_EFF_FLAG for an extended one.
+struct BusIdentifiers {
+  std::unordered_set<canid_t> sent;   ///< by the run
+  std::unordered_set<canid_t> known;  ///< to the database
+};
+
+/// Empty with mistakes at the lines of the log, or where the scenario names it. Warns of frames that are not
+/// played, and of unknown ones.
+std::optional<io::can::PlaybackConfig> read_played_log(const PlayedLog& section, const BusIdentifiers& ids,
                                                        config::Diagnostics& diagnostics);
 
 }  // namespace hil::buses::can

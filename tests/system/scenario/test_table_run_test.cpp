@@ -91,15 +91,14 @@ TEST(TestTable, ARowThatIsNotMetFailsTheRun) {
       << ended.output;
 }
 
-TEST(TestTable, RowsAfterTheEndAreNotChecked) {
+TEST(TestTable, RowsAfterTheEndAreRefused) {
   const TableScenario files;
   const Ended ended = files.run("out", {"--duration", "3 s"});
-  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
-  EXPECT_NE(
-      ended.output.find("'surge: all rows' was not checked: 6 rows are not before the end of the run at 3 "
-                        "s, the first in line 7 at 4 s"),
-      std::string::npos)
-      << ended.output;
+  EXPECT_EQ(ended.code, 2) << ended.output << ended.errors;
+  EXPECT_NE(ended.errors.find("surge.csv:7:3: the time of this row, 4 s, is not before the end of the run, "
+                              "which takes 3 s; it is the first of 6 such rows"),
+            std::string::npos)
+      << ended.errors;
 }
 
 TEST(TestTable, RunsAreByteForByteAlike) {
@@ -124,7 +123,8 @@ TEST(TestTable, HasItsMistakesFoundByCheck) {
        {"surge.csv:13:5: there is no input of a module and no output of a bus 'tank.inflwo'; did you mean "
         "'tank.inflow'?",
         "surge.csv:14:24: the value of fault 'surge.line_14' is in m; this is in s",
-        "surge.csv:15:5: there is no input of a module and no output of a bus 'plc.trip'",
+        "surge.csv:15:5: 'plc.trip' is written by module plc; a stimulus drives an input of a module or an "
+        "output of a bus; known here: plc.level, tank.inflow",
         "surge.csv:16:18: 'tolerance' is in mm; this is in s",
         "surge.csv:17:5: no module and no bus reads 'plc.trip', so a fault of it has no effect"})
     EXPECT_NE(ended.errors.find(mistake), std::string::npos) << mistake << "\n" << ended.errors;

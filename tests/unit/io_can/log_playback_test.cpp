@@ -42,6 +42,17 @@ std::string due_up_to(LogPlayback& playback, RunTimeNs now_ns) {
   return bytes;
 }
 
+TEST(LogPlayback, CountsUnknownFramesThatAreSent) {
+  std::vector<PlayedFrame> frames{played(0, 1, 'a'), played(0, 2, 'b'), played(0, 3, 'c')};
+  frames[1].is_unknown = frames[2].is_unknown = true;
+  LogPlayback playback(log_of(frames));
+  playback.sent(0);
+  playback.sent(0);
+  playback.drop(0);
+  EXPECT_EQ(playback.state().sent, 2U);
+  EXPECT_EQ(playback.state().sent_unknown, 1U);
+}
+
 TEST(LogPlayback, GivesEachFrameAtItsTime) {
   LogPlayback playback(log_of({played(0, 1, 'a'), played(5 * ms, 1, 'b'), played(5 * ms, 2, 'c')}, 10 * ms));
   EXPECT_EQ(playback.next_due_ns(), 10 * ms);

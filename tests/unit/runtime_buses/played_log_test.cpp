@@ -16,11 +16,12 @@ namespace {
 
 class PlayedLogs : public ::testing::Test {
  protected:
-  /// The playback of a log on a bus that sends the message with identifier 0x100. Empty with mistakes.
+  /// The playback of a log on a bus that sends the message with identifier 0x100, and whose database has
+  /// further ones. Empty with mistakes.
   std::optional<io::can::PlaybackConfig> playback(const std::string& log, PlayedLog section = {}) {
     diagnostics_ = {};
     section.file = {folder_.write("drive.log", log), file_place};
-    return read_played_log(section, {0x100}, diagnostics_);
+    return read_played_log(section, identifiers, diagnostics_);
   }
   std::string texts() const {
     std::string text = diagnostics_.to_text();
@@ -31,8 +32,10 @@ class PlayedLogs : public ::testing::Test {
   }
 
   static constexpr std::int64_t ms = 1'000'000;
+  const BusIdentifiers identifiers{
+      .sent = {0x100}, .known = {0x100, 0x123, 0x124, 0x200, 0x201, 0x202, 0x12345678U | CAN_EFF_FLAG}};
   const config::Place file_place{"scenario.yaml", 10, 18}, interface_place{"scenario.yaml", 10, 40},
-      every_place{"scenario.yaml", 10, 47};
+      begin_place{"scenario.yaml", 10, 44}, every_place{"scenario.yaml", 10, 47};
   const tests::TemporaryFolder folder_;
   config::Diagnostics diagnostics_;
 };
@@ -93,6 +96,46 @@ TEST_F(PlayedLogs, LeaveOutErrorFramesAndFramesThatTheRunSends) {
       "drive.log:4:1: warning: this frame is not played: error frames can not be sent\n");
 }
 
+TEST_F(PlayedLogs, WarnOfFramesThatTheDatabaseDoesNotKnow) {
+  const auto played = playback("(0.000000) v 200#01\n(0.010000) v 300#01\n(0.020000) v 00000200#R\n");
+  ASSERT_TRUE(played) << texts();
+  ASSERT_EQ(played->frames->size(), 3U);
+  EXPECT_FALSE((*played->frames)[0].is_unknown);
+  EXPECT_TRUE((*played->frames)[1].is_unknown);
+  EXPECT_TRUE((*played->frames)[2].is_unknown) << "an extended identifier";
+  EXPECT_EQ(texts(),
+            "drive.log:2:1: warning: 2 frames are sent to other stations alone, the first in this line: the "
+            "database has no message with the identifier\n");
+  EXPECT_FALSE(playback("(0.000000) v 100#01\n(0.010000) v 300#01\n(0.020000) v 301#01\n"));
+  EXPECT_EQ(texts(),
+            "scenario.yaml:10:18: the database of the bus has no message with the identifier of any frame of "
+            "the log that would be played, so the run would receive none of these 2; give the log of this "
+            "bus, or the database of the log\n");
+}
+
+TEST_F(PlayedLogs, BeginBeforeTheEndOfTheRun) {
+  const std::string log = "(5.000000) w 200#01\n(5.500000) v 200#01\n(9.000000) v 200#01\n";
+  PlayedLog section{.interface = config::Word{"v", interface_place},
+                    .begin_ns = 1'499 * ms,
+                    .begin_place = begin_place,
+                    .run_ns = 2'000 * ms};
+  EXPECT_TRUE(playback(log, section)) << texts();
+  section.begin_ns = 1'500 * ms;
+  EXPECT_FALSE(playback(log, section));
+  EXPECT_EQ(texts(),
+            "scenario.yaml:10:44: 'begin': no frame of the log would be sent: the first one is due at 2 s, "
+            "which is not before the end of the run, which takes 2 s\n");
+  section.begin_ns = 1'495 * ms;
+  EXPECT_TRUE(playback(log, section)) << "in real time a frame is sent between ticks " << texts();
+  section.tick_ns = 10 * ms;
+  EXPECT_FALSE(playback(log, section));
+  EXPECT_EQ(texts(),
+            "scenario.yaml:10:44: 'begin': no frame of the log would be sent: the first one is due at "
+            "1995 ms, which is after the last tick of the run, at 1990 ms\n");
+  section.run_ns = 0;
+  EXPECT_TRUE(playback(log, section)) << "a run without an end";
+}
+
 TEST_F(PlayedLogs, MayBeSlightlyOutOfOrder) {
   const auto played = playback("(1.000000) v 200#01\n(1.050000) v 201#\n(1.049000) v 202#\n");
   ASSERT_TRUE(played) << texts();
@@ -105,20 +148,26 @@ TEST_F(PlayedLogs, MayBeSlightlyOutOfOrder) {
 }
 
 TEST_F(PlayedLogs, HaveMistakesAtTheirPlaces) {
-  const std::string form =
-      "this is no frame in the form of candump -l, as '(1436509052.249713) vcan0 044#2A36'\n";
+  const std::string form = "; a line of candump -l is as '(1436509052.249713) vcan0 044#2A36'\n";
   const struct {
     std::string log;
     PlayedLog section;
     std::string mistakes;
   } all[] = {
-      {"", {}, "scenario.yaml:10:18: the log has no frame to play\n"},
-      {"(0.0) v 100#01\n", {}, "drive.log:1:1: " + form},
+      {"", {}, "scenario.yaml:10:18: the log has no frame\n"},
+      {"(0.0) v 100#01\n", {}, "drive.log:1:2: the time does not have six decimals" + form},
       {"(0.000000) v 200#01\nvcan0  123   [2]  11 22\n(0.100000) v 200#0\n",
        {},
-       "drive.log:2:1: " + form + "drive.log:3:1: " + form},
-      {"(0.000000) v 200#010203040506070809\n", {}, "drive.log:1:1: " + form},
-      {"(0.000000) v 100#01\n", {}, "scenario.yaml:10:18: the log has no frame to play\n"},
+       "drive.log:2:1: the line does not begin with a time in parentheses" + form +
+           "drive.log:3:18: the payload has an odd number of hexadecimal digits" + form},
+      {"(0.000000) v 100#01\n(0.000000) v 100#02\n",
+       {},
+       "scenario.yaml:10:18: no frame of the log is left to play: of its 2 frames, 2 are of messages under "
+       "'send', which the run sends itself\n"},
+      {"(0.000000) v 100#01\n(0.000000) v 20000004#00\n",
+       {},
+       "scenario.yaml:10:18: no frame of the log is left to play: of its 2 frames, 1 is of a message under "
+       "'send', which the run sends itself, and 1 is an error frame, which can not be sent\n"},
       {"(0.000000) v 200#01\n",
        {.repeat = 0},
        "scenario.yaml:10:18: the frames of the log are at one instant; to repeat it, give 'every', the time "
@@ -134,11 +183,12 @@ TEST_F(PlayedLogs, HaveMistakesAtTheirPlaces) {
 }
 
 TEST_F(PlayedLogs, ThatCanNotBeReadAreRefused) {
-  EXPECT_FALSE(read_played_log({.file = {folder_.path().string(), file_place}}, {}, diagnostics_));
+  EXPECT_FALSE(read_played_log({.file = {folder_.path().string(), file_place}}, identifiers, diagnostics_));
   EXPECT_EQ(diagnostics_.to_text(), "scenario.yaml:10:18: the log can not be read after its line 0\n")
       << "a read of a folder fails after it is open";
   diagnostics_ = {};
-  EXPECT_FALSE(read_played_log({.file = {(folder_.path() / "none").string(), file_place}}, {}, diagnostics_));
+  EXPECT_FALSE(
+      read_played_log({.file = {(folder_.path() / "none").string(), file_place}}, identifiers, diagnostics_));
   EXPECT_EQ(diagnostics_.to_text(), "scenario.yaml:10:18: the log can not be opened\n");
 }
 

@@ -92,18 +92,45 @@ TEST_F(TestTables, ExpectationsAreOneForEachSignal) {
   EXPECT_EQ(scenario->expectations[0].coverage, 1.0) << "each instant counts";
 }
 
-TEST_F(TestTables, RowsAfterTheEndAreNotChecked) {
-  const auto scenario =
-      load("time,signal,value,fault,expectation,tolerance\n0.5,a,1,,,\n1,a,2,,,\n2,a,,stuck,1,1\n");
-  ASSERT_TRUE(scenario);
-  EXPECT_EQ(
-      texts(),
-      "t.csv:3:3: warning: test table 't': 2 rows are not before the end of the run at 1 s, the first in "
-      "line 3 at 1 s; so the run does not pass\n");
-  EXPECT_EQ(segments_of(scenario->stimuli[0]).size(), 1U);
-  EXPECT_TRUE(scenario->faults.empty());
-  ASSERT_EQ(scenario->expectations.size(), 1U);
-  EXPECT_EQ(scenario->expectations[0].name, "t: all rows");
+TEST_F(TestTables, RowsAfterTheLastTickAreRefused) {
+  const std::string head = "time,signal,value,fault,expectation,tolerance\n";
+  EXPECT_TRUE(load(head + "0.999,a,2,,,\n")) << texts();
+  EXPECT_FALSE(load(head + "0.5,a,1,,,\n1,a,2,,,\n2,a,,stuck,1,1\n"));
+  EXPECT_EQ(texts(),
+            "t.csv:3:3: the time of this row, 1 s, is not before the end of the run, which takes 1 s; it is "
+            "the first of 2 such rows\n");
+  for (const char* const row : {"0.9995,a,1,,,\n", "0.9995,a,,stuck,,\n", "0.9995,a,,,1,1\n"}) {
+    EXPECT_FALSE(load(head + row));
+    EXPECT_EQ(texts(),
+              "t.csv:2:8: the time of this row, 999.5 ms, is after the last tick of the run, at 999 ms\n");
+  }
+}
+
+TEST_F(TestTables, MayHaveSemicolonsAndCellsInQuotes) {
+  const auto scenario = load(
+      "time;signal;value;fault;comment\n0;a.x;max(1, 2);;3,4\n0.1;\"a.x\";\"5\";;\"; not \"\"read\"\"\"\n"
+      "0.2;b;;offset 0.5 m;\n");
+  ASSERT_TRUE(scenario) << texts();
+  const auto segments = segments_of(scenario->stimuli[0]);
+  ASSERT_EQ(segments.size(), 2U);
+  EXPECT_EQ(segments[0].values[0].text(), "max(1, 2)");
+  EXPECT_EQ(segments[1].values[0].text(), "5");
+  const auto quoted = load("time,signal,value\n0,a.x,\"max(1, 2)\"\n");
+  ASSERT_TRUE(quoted) << texts();
+  EXPECT_EQ(segments_of(quoted->stimuli[0])[0].values[0].text(), "max(1, 2)");
+}
+
+TEST_F(TestTables, SayWhatToWriteForADecimalComma) {
+  EXPECT_FALSE(
+      load("time;signal;value;fault;expectation;tolerance\n0,1;a;1;;;\n0.2;a;1,5 m;;;\n0.3;a;;offset -0,5;;\n"
+           "0.4;a;;delay 0,5 s;;\n0.5;a;;;2,5;1,0\n"));
+  EXPECT_EQ(texts(),
+            "t.csv:2:1: '0,1' has a decimal comma; write 0.1\n"
+            "t.csv:3:7: '1,5 m' has a decimal comma; write 1.5 m\n"
+            "t.csv:4:15: '-0,5' has a decimal comma; write -0.5\n"
+            "t.csv:5:14: '0,5 s' has a decimal comma; write 0.5 s\n"
+            "t.csv:6:9: '2,5' has a decimal comma; write 2.5\n"
+            "t.csv:6:13: '1,0' has a decimal comma; write 1.0\n");
 }
 
 TEST_F(TestTables, HaveMistakesAtTheirPlaces) {
@@ -118,7 +145,7 @@ TEST_F(TestTables, HaveMistakesAtTheirPlaces) {
        "signal, fault, expectation, tolerance, comment"},
       {"time,value\n0,1\n", "t.csv:1:1: a test table needs a column 'signal'"},
       {"time,signal,value,value\n0,a,1,1\n", "t.csv:1:19: there are two columns 'value'"},
-      {head + "0,a,1,,,\n1\n", "t.csv:3:1: 1 cells in a file of 6 columns"},
+      {head + "0,a,1,,,\n1\n", "t.csv:3:1: 1 cell in a file of 6 columns"},
       {"time,signal,value,channel\n0,a,1,b\n", "t.csv:1:19: there are two columns 'signal'"},
       {head + ",a,1,,,\n", "t.csv:2:1: an empty cell: a number is missing"},
       {head + "-1,a,1,,,\n", "t.csv:2:1: a time is from 0 s to 1e9 s"},

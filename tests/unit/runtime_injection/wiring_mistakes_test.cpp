@@ -48,6 +48,13 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
        "13:62: this part needs its duration 'for', since the sequence repeats"},
       {"stimuli: [{name: s, drives: control.u, at: 1 s, " + sequence + "}]",
        "13:44: 'at': 1 s is not before the end of the run, which takes 1 s"},
+      {"stimuli: [{name: s, drives: control.u, at: 999.5 ms, " + sequence + "}]",
+       "13:44: 'at': 999.5 ms is after the last tick of the run, at 999 ms"},
+      {"faults: [{name: f, signal: plant.x, gain: 2, at: 999001 us}]",
+       "13:50: 'at': 999.001 ms is after the last tick of the run, at 999 ms"},
+      {"stimuli: [{name: s, drives: plant.x, " + sequence + "}]",
+       "13:29: 'plant.x' is written by module plant; a stimulus drives an input of a module or an output of "
+       "a bus; known here: control."},
       {"stimuli: [{name: s, drives: control.u, sequence: [{hold: 1 m, for: 1 us}], repeat: 0}]",
        "13:68: 'for': 1 us is shorter than the base period of 1 ms"},
       {"faults: [{name: f, signal: plant.x, gain: 2, at: 1 ms, for: 1 us, every: 2 us}]",
