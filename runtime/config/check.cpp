@@ -239,8 +239,8 @@ std::optional<Value> Checker::check_quantity(const TreeNode& tree, const Schema:
   if (reading.value_si < schema.minimum || reading.value_si > schema.maximum) {
     const bool has_minimum = schema.minimum > -std::numeric_limits<double>::infinity();
     const bool has_maximum = schema.maximum < std::numeric_limits<double>::infinity();
-    const std::string least = format_quantity(schema.minimum, *reading.unit);
-    const std::string most = format_quantity(schema.maximum, *reading.unit);
+    const std::string least = format_limit(schema.minimum, schema.quantity, *reading.unit);
+    const std::string most = format_limit(schema.maximum, schema.quantity, *reading.unit);
     return wrong(tree, label,
                  in_quotes(tree.scalar) + " is out of range; it can be " +
                      (!has_minimum   ? "at most " + most

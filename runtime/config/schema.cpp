@@ -48,9 +48,12 @@ std::string range_text(const std::string& minimum, const std::string& maximum) {
   return maximum.empty() ? "at least " + minimum : "from " + minimum + " to " + maximum;
 }
 
-std::string bound(double value, const Unit* unit) {
-  if (std::isinf(value)) return {};
-  return unit != nullptr ? format_quantity(value, *unit) : format_number(value);
+std::string bound(double value) {
+  return std::isinf(value) ? "" : format_number(value);
+}
+
+std::string bound(double value, Quantity quantity) {
+  return std::isinf(value) ? "" : format_limit(value, quantity, units_of(quantity).front());
 }
 
 }  // namespace
@@ -305,11 +308,9 @@ std::string range_of(const Schema::Node& schema) {
           schema.maximum_integer == Limits::max() ? "" : std::to_string(schema.maximum_integer));
     }
     case Kind::number:
-      return range_text(bound(schema.minimum, nullptr), bound(schema.maximum, nullptr));
-    case Kind::quantity: {
-      const Unit* const unit = units_of(schema.quantity).data();
-      return range_text(bound(schema.minimum, unit), bound(schema.maximum, unit));
-    }
+      return range_text(bound(schema.minimum), bound(schema.maximum));
+    case Kind::quantity:
+      return range_text(bound(schema.minimum, schema.quantity), bound(schema.maximum, schema.quantity));
     default:
       return {};
   }

@@ -33,7 +33,7 @@ constexpr std::array stiffnesses{Unit{"N/m", 1, 1}, Unit{"kN/m", 1000, 1}, Unit{
 constexpr std::array dampings{Unit{"N s/m", 1, 1}, Unit{"kN s/m", 1000, 1}, Unit{"MN s/m", 1e6, 1}};
 constexpr std::array shares{Unit{"%", 1, 100}};
 constexpr std::array data_sizes{Unit{"B", 1, 1}, Unit{"KiB", 0x1p10, 1}, Unit{"MiB", 0x1p20, 1},
-                                Unit{"GiB", 0x1p30, 1}};
+                                Unit{"GiB", 0x1p30, 1}, Unit{"TiB", 0x1p40, 1}};
 
 std::string written_in(Quantity quantity) {
   return std::string(name_with_article(quantity)) + " is written in " + unit_list(quantity);
@@ -184,6 +184,15 @@ QuantityReading read_quantity(std::string_view text, Quantity quantity) {
 
 std::string format_quantity(double value_si, const Unit& unit) {
   return format_number(value_si * unit.denominator / unit.numerator) + " " + std::string(unit.symbol);
+}
+
+std::string format_limit(double value_si, Quantity quantity, const Unit& unit) {
+  const Unit* shown = &unit;
+  if (quantity == Quantity::data_bytes) {
+    for (const Unit& larger : data_sizes)
+      if (value_si != 0.0 && std::fmod(value_si, larger.numerator) == 0.0) shown = &larger;
+  }
+  return format_quantity(value_si, *shown);
 }
 
 std::string format_duration(std::int64_t nanoseconds) {

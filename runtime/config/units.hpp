@@ -41,6 +41,10 @@ QuantityReading read_quantity(std::string_view text, Quantity quantity);
 /// A value in SI, written in `unit`: "50 km/h".
 std::string format_quantity(double value_si, const Unit& unit);
 
+/// A limit of the quantity: a size of data in the largest unit in which it is a whole number ("1 TiB"),
+/// another quantity in `unit`.
+std::string format_limit(double value_si, Quantity quantity, const Unit& unit);
+
 /// "1.5 ms"
 std::string format_duration(std::int64_t nanoseconds);
 
