@@ -1,10 +1,10 @@
 #pragma once
 // Rows of a CSV file, one after the other.
 //
-// Cells are separated by commas or by semicolons: by the one of them that comes first in the first row, outside
-// of quotes. Blanks around cells do not count, and neither do lines without text or that start with #. A cell
-// may be in quotes ("): it then may have separators and blanks, and a doubled quote is a quote of its text. A
-// cell ends in its line. Numbers have a decimal point. A byte order mark is skipped.
+// Cells are separated by commas or by semicolons: by the one of them that comes first in the first row,
+// outside of quotes. Blanks around cells do not count, and neither do lines without text or that start with
+// #. A cell may be in quotes ("): it then may have separators and blanks, and a doubled quote is a quote of
+// its text. A cell ends in its line. Numbers have a decimal point. A byte order mark is skipped.
 //
 // Threads: one.
 
@@ -62,8 +62,8 @@ class CsvReader {
   };
   /// False with a mistake.
   bool split_cells(std::size_t begin);
-  /// The cell that begins at `begin`, which becomes the place of the separator behind it, or the length of the
-  /// line. False with a mistake.
+  /// The cell that begins at `begin`, which becomes the place of the separator behind it, or the length of
+  /// the line. False with a mistake.
   bool take_cell(std::size_t& begin);
   bool take_quoted_cell(std::size_t& begin);
   /// Adds a mistake at a column of the current row, which is the last one. False.

@@ -187,12 +187,12 @@ std::string format_quantity(double value_si, const Unit& unit) {
 }
 
 std::string format_limit(double value_si, Quantity quantity, const Unit& unit) {
-  const Unit* shown = &unit;
-  if (quantity == Quantity::data_bytes) {
-    for (const Unit& larger : data_sizes)
-      if (value_si != 0.0 && std::fmod(value_si, larger.numerator) == 0.0) shown = &larger;
-  }
-  return format_quantity(value_si, *shown);
+  if (quantity != Quantity::data_bytes) return format_quantity(value_si, unit);
+  constexpr int all_digits = 16;
+  const Unit* shown = data_sizes.data();
+  for (const Unit& larger : data_sizes)
+    if (value_si != 0.0 && std::fmod(value_si, larger.numerator) == 0.0) shown = &larger;
+  return format_number(value_si / shown->numerator, all_digits) + " " + std::string(shown->symbol);
 }
 
 std::string format_duration(std::int64_t nanoseconds) {
