@@ -3,6 +3,7 @@
 //
 // Threads: plain data, filled after the last tick.
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -11,6 +12,9 @@
 #include "runtime/contribution/section.hpp"
 
 namespace hil::contribution {
+
+/// The most events of modules, stimuli and faults that a report lists.
+inline constexpr std::size_t max_listed_events = 4096;
 
 /// Something that happened at one instant: a light changed, braking began.
 struct Event {

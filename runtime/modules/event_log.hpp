@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/contribution/contribution.hpp"
+
 namespace hil::modules {
 
 class EventLog {
@@ -23,7 +25,7 @@ class EventLog {
   };
 
   /// Keeps the first `capacity` events and counts the others.
-  explicit EventLog(std::size_t capacity = 4096);
+  explicit EventLog(std::size_t capacity = contribution::max_listed_events);
 
   /// The number of the event, with `decimals` decimals, replaces a "{}" in the text.
   Kind add_kind(std::string text, int decimals = 1);

@@ -115,6 +115,8 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   }
   if (const std::string sentence = skipped_ticks_sentence(record); !sentence.empty())
     out += "  " + to_ascii(sentence) + '\n';
+  if (const std::string sentence = unlisted_events_sentence(record); !sentence.empty())
+    out += "  " + to_ascii(sentence) + '\n';
   for (const BusGroup& group : record.buses) {
     for (const BusRecord& bus : group.buses)
       add_bus_faults(out, group.list_key + "." + one_line(bus.name), bus);
@@ -133,6 +135,13 @@ std::string skipped_ticks_sentence(const RunRecord& record) {
   return count_text(record.skipped_ticks) + " of " + counted(due, "tick", "ticks") + " skipped (" +
          percent(static_cast<double>(record.skipped_ticks) / static_cast<double>(due)) +
          "): they were more than four periods late";
+}
+
+std::string unlisted_events_sentence(const RunRecord& record) {
+  if (record.events_not_listed == 0) return {};
+  return "the first " + count_text(contribution::max_listed_events) +
+         " events of modules, stimuli and faults are listed, and " +
+         counted(record.events_not_listed, "more is", "more are") + " not";
 }
 
 std::vector<std::string> lacks_of(const Recording& recording) {

@@ -36,6 +36,8 @@ std::string report_text(const RunRecord& record, const std::string& report_place
 
 /// The number of skipped ticks, with the reason; empty: none was skipped. Typographic (quantities.hpp).
 std::string skipped_ticks_sentence(const RunRecord& record);
+/// Empty: all events are listed.
+std::string unlisted_events_sentence(const RunRecord& record);
 
 /// What the recording lacks, and why, in sentences; empty: nothing.
 std::vector<std::string> lacks_of(const Recording& recording);

@@ -279,6 +279,8 @@ SessionResult LiveSession::run() {
          record);
   for (const report::Event& event : record.events)
     context_.log.info("event at " + config::format_duration(event.time_ns) + ": " + event.text);
+  if (const std::string sentence = report::unlisted_events_sentence(record); !sentence.empty())
+    context_.log.info(report::to_ascii(sentence));
   for (const std::string& failure : record.failures)
     context_.log.warn(failure);
   if (const std::string sentence = report::skipped_ticks_sentence(record); !sentence.empty())
@@ -385,10 +387,6 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   plots_->fill(wiring_.signals, result.run_time_ns, record);
   add_events(record);
   world_->add_contributions(result.run_time_ns, record);
-  if (const std::uint64_t lost = world_->events().lost(); lost > 0) {
-    record.realtime.degraded.push_back("the event list lacks " + std::to_string(lost) +
-                                       " events: it was full");
-  }
   if (recorder_) {
     for (std::string& fault : close_recording(*recorder_, context_.options.directory, record))
       write_faults_.push_back(std::move(fault));
@@ -407,6 +405,7 @@ void LiveSession::add_events(report::RunRecord& record) const {
   }
   std::stable_sort(record.events.begin(), record.events.end(),
                    [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
+  record.events_not_listed = world_->events().lost();
 }
 
 /// Adds the losses and the failures, the most serious first: ended processes, then (added before this call)

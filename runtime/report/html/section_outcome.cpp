@@ -209,6 +209,8 @@ void events_section(Markup& out, const RunRecord& record) {
                 "Ticks were skipped " + count_text(record.watchdog_not_listed) +
                     " more times; the recorder kept the first ones.");
   }
+  if (const std::string sentence = unlisted_events_sentence(record); !sentence.empty())
+    out.element("p", {{"class", "small soft"}}, "T" + sentence.substr(1) + ".");
   out.close();
 }
 

@@ -120,6 +120,9 @@ TEST(ReportHtml, ShowsTheContentOfTheRecord) {
                                "car_1 runs its red light",
                                "Watchdog: no tick for 20 ms",
                                "Ticks were skipped 3 more times",
+                               "The first 4\u202F096 events of modules, stimuli and faults are listed, and "
+                               "1\u202F049 more "
+                               "are not.",
                                "4 of these in the warm-up",
                                "dut.enabled=false",
                                "Motion ignored",

@@ -51,6 +51,10 @@ TEST(ReportText, HasVerdictReasonsMissesAndFolder) {
   EXPECT_NE(text.find("  20 of 10000 ticks skipped (0.2 %): they were more than four periods late\n"),
             std::string::npos)
       << text;
+  EXPECT_NE(text.find("  the first 4096 events of modules, stimuli and faults are listed, and 1049 more are "
+                      "not\n"),
+            std::string::npos)
+      << text;
   EXPECT_NE(text.find("  degraded: SCHED_FIFO"), std::string::npos);
   EXPECT_TRUE(text.ends_with("  9980 ticks in 10.0 s, report in out/run-1\n"));
 }
