@@ -147,7 +147,14 @@ std::unique_ptr<Judge> judge_of(const Instants& claim, const JudgeContext& conte
 }
 
 PlotContent plot_content_of(const Instants& claim, const signals::SignalTable& table) {
-  return plot_of(*table.find(claim.signal.text));
+  const signals::SignalId signal = *table.find(claim.signal.text);
+  PlotContent content = plot_of(signal);
+  config::Diagnostics ignored;  // check_claim has reported the mistakes
+  for (const config::InstantCheck& check : claim.checks) {
+    const auto instant = instant_of(check, table.info(signal), ignored);
+    if (instant) content.instants.push_back({signal, instant->time_ns, instant->value, instant->tolerance});
+  }
+  return content;
 }
 
 }  // namespace hil::expectations

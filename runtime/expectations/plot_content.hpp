@@ -1,9 +1,10 @@
 #pragma once
 // What the plot of an expectation shows: the signals that it reads, and the constants that it compares them
-// with.
+// with, at instants for test tables.
 //
 // Threads: the one that opens the run.
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -25,9 +26,18 @@ struct PlotReference {
   double tolerance = 0.0;
 };
 
+/// What a test table expects of the signal at an instant, in the unit of the signal.
+struct PlotInstant {
+  signals::SignalId signal;
+  std::int64_t time_ns = 0;
+  double value = 0.0;
+  double tolerance = 0.0;
+};
+
 struct PlotContent {
   std::vector<signals::SignalId> signals{};  ///< each once
   std::vector<PlotLimit> limits{};
+  std::vector<PlotInstant> instants{};
   std::optional<PlotReference> reference{};
 
   void add(signals::SignalId signal);

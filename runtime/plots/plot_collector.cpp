@@ -84,6 +84,8 @@ void PlotCollector::add_expectation(std::size_t index, const config::Scenario& s
   kept.expectations.push_back(index);
   for (const expectations::PlotLimit& limit : content.limits)
     kept.limits.push_back(limit);
+  for (const expectations::PlotInstant& instant : content.instants)
+    kept.instants.push_back(instant);
   if (content.reference) kept.references.push_back(std::move(*content.reference));
 }
 
@@ -170,6 +172,12 @@ void PlotCollector::fill(const signals::SignalTable& table, std::int64_t end_ns,
     };
     for (const expectations::PlotLimit& limit : plot->limits)
       written.limits.push_back({.series = series_of(limit.signal), .value = limit.value});
+    for (const expectations::PlotInstant& instant : plot->instants) {
+      written.instants.push_back({.series = series_of(instant.signal),
+                                  .time_ns = instant.time_ns,
+                                  .value = instant.value,
+                                  .tolerance = instant.tolerance});
+    }
     for (const expectations::PlotReference& reference : plot->references) {
       written.series.push_back(static_cast<std::uint32_t>(filled.series.size()));
       filled.series.push_back(reference_series(reference, table, end_ns));

@@ -1,6 +1,7 @@
 #pragma once
 // The plots of a run: those of the scenario, and one for each set of signals that expectations read, with the
-// limits of their conditions. A signal on which a fault acts has its faulted values beside it.
+// limits of their conditions and the values that test tables expect. A signal on which a fault acts has its
+// faulted values beside it.
 //
 // A series has between 2,000 and 4,000 buckets once the run has as many ticks. The plots of expectations have
 // at most 64 series in all; what has no place is listed in PlotCollector::not_plotted.
@@ -44,6 +45,7 @@ class PlotCollector {
     std::vector<std::size_t> expectations{};  ///< indices
     std::vector<std::size_t> series{};        ///< indices
     std::vector<expectations::PlotLimit> limits{};
+    std::vector<expectations::PlotInstant> instants{};
     std::vector<expectations::PlotReference> references{};
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;

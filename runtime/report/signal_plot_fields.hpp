@@ -30,12 +30,21 @@ void each_field(T& limit, Visit&& visit) {
   visit("value", limit.value);
 }
 
+template <Is<SignalInstant> T, class Visit>
+void each_field(T& instant, Visit&& visit) {
+  visit("series", instant.series);
+  visit("time_ns", instant.time_ns);
+  visit("value", instant.value);
+  visit("tolerance", instant.tolerance);
+}
+
 template <Is<SignalPlot> T, class Visit>
 void each_field(T& plot, Visit&& visit) {
   visit("title", plot.title);
   visit("expectations", plot.expectations);
   visit("series", plot.series);
   visit("limits", plot.limits);
+  visit("instants", plot.instants);
   visit("begin_ns", plot.begin_ns);
   visit("end_ns", plot.end_ns);
 }

@@ -53,12 +53,21 @@ struct SignalLimit {
   double value = contribution::not_known;
 };
 
+/// What a test table expects of a signal at an instant, in the signal's unit.
+struct SignalInstant {
+  std::uint32_t series = 0;  ///< index in SignalPlots::series
+  std::int64_t time_ns = 0;
+  double value = contribution::not_known;
+  double tolerance = contribution::not_known;
+};
+
 struct SignalPlot {
   std::string title;
   std::vector<std::uint32_t>
       expectations;                   ///< indices in RunRecord::expectations: those that read the signals
   std::vector<std::uint32_t> series;  ///< indices in SignalPlots::series
   std::vector<SignalLimit> limits;
+  std::vector<SignalInstant> instants{};
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
 };

@@ -59,6 +59,9 @@ svg .label{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:3p
 .reference{stroke-dasharray:2 3}
 .band{stroke:none;fill:var(--accent);fill-opacity:.14}
 .limit{fill:none;stroke:var(--bad);stroke-width:1.2;stroke-dasharray:7 4}
+.single{fill:none;stroke-width:7;stroke-linecap:round}
+.expected{fill:none;stroke:var(--ink);stroke-width:6;stroke-linecap:round}
+.tolerance{fill:none;stroke:var(--ink);stroke-width:2;stroke-opacity:.55}
 .limit-text{fill:var(--bad)!important}
 .marker-failure{fill:none;stroke:var(--bad);stroke-width:2}
 .marker-least-margin{fill:none;stroke:var(--ink);stroke-width:1.2;stroke-dasharray:2 3}

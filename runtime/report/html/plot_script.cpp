@@ -41,17 +41,20 @@ std::string_view plot_script() {
     return list[low - 1].end >= x ? list[low - 1] : null;
   }
 
-  function number(value) {
-    return String(Number(value.toPrecision(4)));
+  function number(value, digits) {
+    return String(Number(value.toPrecision(digits)));
   }
 
   function curveOf(path, height) {
     var low = Number(path.dataset.low), high = Number(path.dataset.high);
     var steps = path.dataset.steps === '1';
     var names = JSON.parse(path.dataset.names);
+    // A thousandth of the axis, also where its values are far from 0.
+    var farthest = Math.max(Math.abs(low), Math.abs(high));
+    var digits = Math.min(12, Math.max(4, 3 + Math.ceil(Math.log10(farthest / (high - low)))));
     function text(y) {
       var value = high - y / height * (high - low);
-      if (!steps) return number(value);
+      if (!steps) return number(value, digits);
       value = Math.round(value);
       var named = names.find(function (pair) { return pair[0] === value; });
       return named ? named[1] : String(value);
@@ -64,7 +67,10 @@ std::string_view plot_script() {
       // A range that is narrower than the line is one value.
       if (!steps) { if (height / 500 > value.low - value.high) return text((value.low + value.high) / 2); }
       var from = text(value.low), to = text(value.high);
-      return from === to ? from : from + ' \u2026 ' + to;
+      if (from === to) return from;
+      var range = from + ' \u2026 ' + to;
+      // A phone has no place for more beside a name.
+      return steps || 17 > range.length ? range : '\u2248 ' + text((value.low + value.high) / 2);
     };
   }
 

@@ -32,9 +32,9 @@ void plot_card(Markup& out, const RunRecord& record, const SignalPlot& plot) {
   out.close();
 }
 
-void legend_entry(Markup& out, const char* css_class, const char* meaning) {
+void legend_entry(Markup& out, const char* css_class, const char* meaning, const char* path = "M0 6h12") {
   out.open("span").open("svg", {{"viewBox", "0 0 12 12"}, {"aria-hidden", "true"}});
-  out.leaf("path", {{"class", css_class}, {"d", "M0 6h12"}}).close();
+  out.leaf("path", {{"class", css_class}, {"d", path}}).close();
   out.text(meaning).close();
 }
 
@@ -49,6 +49,7 @@ void signals_section(Markup& out, const RunRecord& record) {
   legend_entry(out, "marker-least-margin", "least margin");
   legend_entry(out, "marker-met", "met");
   legend_entry(out, "limit", "limit of a condition");
+  legend_entry(out, "expected", "expected by a test table, with its tolerance", "M6 6h0");
   legend_entry(out, "series c0 faulted", "with a fault");
   legend_entry(out, "series c0 reference", "reference");
   out.open("span", {{"class", "with-script"}})

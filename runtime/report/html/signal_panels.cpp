@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <optional>
 
 #include "runtime/report/quantities.hpp"
+#include "runtime/report/text_safety.hpp"
 
 namespace hil::report {
 namespace {
@@ -17,6 +19,13 @@ constexpr double far_limit = 10.0;
 
 bool is_drawn(double value) {
   return std::abs(value) <= largest_drawn;
+}
+
+/// A bucket has a value that can not be drawn.
+bool has_value_beyond(const SignalSeries& series) {
+  return std::ranges::any_of(series.points, [](const SignalPoint& point) {
+    return std::abs(point.min) > largest_drawn || std::abs(point.max) > largest_drawn;
+  });
 }
 
 /// Of the values that can be drawn. Empty: there is none.
@@ -83,13 +92,45 @@ Interval with_margin(Interval range, double share) {
   return {range.low - margin, range.high + margin};
 }
 
-std::vector<PanelTick> number_ticks(Interval range, int max_count) {
+/// Whether the labels differ and fit beside the axis.
+bool are_useful(const std::vector<PanelTick>& ticks) {
+  constexpr std::size_t max_columns = 9;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    if (columns_of(ticks[i].label) > max_columns) return false;
+    if (i > 0 && ticks[i].label == ticks[i - 1].label) return false;
+  }
+  return true;
+}
+
+/// With as many digits as tell multiples of the step apart.
+std::string with_digits_of_step(double value, double step) {
+  const double digits = value == 0.0 ? 1.0 : std::ceil(std::log10(std::abs(value) / step)) + 1.0;
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", static_cast<int>(std::clamp(digits, 1.0, 17.0)), value);
+  return text;
+}
+
+/// The labels of values that are close to each other, compared with their distance from 0, are distances from
+/// one of them, which a note names.
+void add_number_ticks(Panel& panel, int max_count) {
+  const Interval range = panel.range;
   const double step = linear_step(range.high - range.low, max_count);
   const bool is_plain = step >= 1e-4 && std::max(std::abs(range.low), std::abs(range.high)) < 1e6;
-  std::vector<PanelTick> ticks;
-  for (const double value : linear_ticks(range, max_count))
-    ticks.push_back({value, is_plain ? decimal(value, decimals_of_step(step)) : quantity_text(value, "")});
-  return ticks;
+  const std::vector<double> values = linear_ticks(range, max_count);
+  panel.ticks.clear();
+  for (const double value : values)
+    panel.ticks.push_back(
+        {value, is_plain ? decimal(value, decimals_of_step(step)) : quantity_text(value, "")});
+  if (are_useful(panel.ticks)) return;
+  const std::size_t zero = values.size() / 2;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string distance =
+        quantity_text((static_cast<double>(i) - static_cast<double>(zero)) * step, "");
+    panel.ticks[i].label = i > zero ? '+' + distance : distance;
+  }
+  const std::string& unit = panel.series.front().series->unit;
+  panel.notes.push_back("0 of this axis is " + with_digits_of_step(values[zero], step) +
+                        (unit.empty() ? "" : ' ' + unit));
 }
 
 void add_scale(Panel& panel) {
@@ -102,6 +143,16 @@ void add_scale(Panel& panel) {
     values->high = std::max(values->high, of_series->high);
   }
   panel.is_known = values.has_value();
+  if (std::ranges::any_of(panel.series,
+                          [](const PanelSeries& entry) { return has_value_beyond(*entry.series); })) {
+    panel.notes.push_back("values beyond 1e100 are cut");
+    panel.is_known = true;
+  }
+  for (const PanelInstant& instant : panel.instants) {
+    if (!values) values = Interval{instant.value, instant.value};
+    values->low = std::min(values->low, instant.value);
+    values->high = std::max(values->high, instant.value);
+  }
   Interval range = values.value_or(Interval{0.0, 1.0});
   const std::vector<NamedValue>& names = panel.series.front().series->named_values;
   const bool is_truth = panel.is_discrete && names.empty() && range.low >= 0.0 && range.high <= 1.0;
@@ -118,13 +169,18 @@ void add_scale(Panel& panel) {
     range.low = std::min(range.low, limit);
     range.high = std::max(range.high, limit);
   }
+  for (const PanelInstant& instant : panel.instants) {
+    const double low = instant.value - instant.tolerance, high = instant.value + instant.tolerance;
+    range.low = std::min(range.low, length > 0.0 ? std::max(low, reach.low) : low);
+    range.high = std::max(range.high, length > 0.0 ? std::min(high, reach.high) : high);
+  }
   panel.range = with_margin(range, 0.06);
   constexpr std::size_t max_named = 8;
   for (const NamedValue& named : names) {
     if (named.value >= range.low && named.value <= range.high)
       panel.ticks.push_back({named.value, named.name});
   }
-  if (panel.ticks.empty() || panel.ticks.size() > max_named) panel.ticks = number_ticks(panel.range, 4);
+  if (panel.ticks.empty() || panel.ticks.size() > max_named) add_number_ticks(panel, 4);
   panel.height_px = !names.empty()      ? std::max(44.0, 20.0 * static_cast<double>(panel.ticks.size()))
                     : panel.is_discrete ? 80.0
                                         : 130.0;
@@ -147,6 +203,16 @@ std::vector<Panel> panels_of(const SignalPlots& all, const SignalPlot& plot) {
           panel.series, [&](const PanelSeries& entry) { return entry.series == &all.series[limit.series]; });
       if (is_here && std::ranges::find(panel.limits, limit.value) == panel.limits.end())
         panel.limits.push_back(limit.value);
+    }
+  }
+  for (const SignalInstant& instant : plot.instants) {
+    if (instant.series >= all.series.size() || !is_drawn(instant.value) || !is_drawn(instant.tolerance))
+      continue;
+    for (Panel& panel : panels) {
+      const bool is_here = std::ranges::any_of(panel.series, [&](const PanelSeries& entry) {
+        return entry.series == &all.series[instant.series];
+      });
+      if (is_here) panel.instants.push_back({instant.time_ns, instant.value, instant.tolerance});
     }
   }
   for (Panel& panel : panels)

@@ -90,6 +90,26 @@ std::string signal_path(const SignalSeries& series, const ViewportScale& scale, 
   return path.take();
 }
 
+std::string dots_path(const SignalSeries& series, const ViewportScale& scale, double min_columns) {
+  std::string dots;
+  const SignalPoint* first = nullptr;  // of the part
+  const auto end_part = [&](long end) {
+    if (first == nullptr) return;
+    const long begin = left_of(series, first->bucket, scale);
+    if (static_cast<double>(end - begin) < min_columns)
+      dots += 'M' + std::to_string(begin) + ' ' + std::to_string(y_at(scale, first->max)) + "h0";
+    first = nullptr;
+  };
+  for (const SignalPoint& point : series.points) {
+    if (!is_known(point))
+      end_part(left_of(series, point.bucket, scale));
+    else if (first == nullptr)
+      first = &point;
+  }
+  if (first != nullptr) end_part(left_of(series, series.points.back().bucket + 1, scale));
+  return dots;
+}
+
 std::string tolerance_path(const SignalSeries& reference, const ViewportScale& scale) {
   if (!std::isfinite(reference.tolerance)) return {};
   struct Column {

@@ -25,6 +25,9 @@ long y_at(const ViewportScale& scale, double value);
 
 /// Interrupted where the value is not known. Empty: it never is.
 std::string signal_path(const SignalSeries& series, const ViewportScale& scale, bool is_discrete);
+/// A dot at the begin of each part of the line that is shorter than `min_columns`, and so hard to see. Empty:
+/// there is none.
+std::string dots_path(const SignalSeries& series, const ViewportScale& scale, double min_columns);
 /// The area within the tolerance of a reference.
 std::string tolerance_path(const SignalSeries& reference, const ViewportScale& scale);
 

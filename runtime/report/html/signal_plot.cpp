@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/report/html/signal_lanes.hpp"
 #include "runtime/report/html/signal_panels.hpp"
 #include "runtime/report/html/signal_path.hpp"
 #include "runtime/report/quantities.hpp"
@@ -22,9 +23,12 @@ constexpr double panel_gap = 12.0;
 constexpr double axis_height = 12.0;
 constexpr double text_gap = 6.0;
 constexpr std::size_t max_page_columns = 100;
-constexpr std::size_t max_phone_columns = 27;
+constexpr std::size_t max_phone_columns = 23;
+constexpr std::size_t max_lane_columns = 27;
 constexpr std::size_t max_limit_columns = 10;
 constexpr double limit_text_height = 12.0;
+/// A line that is shorter than this part of the width has a dot at its begin.
+constexpr double dots_per_width = 200.0;
 
 /// The begin and the end of a name of ASCII that has more than `max_columns`.
 std::string shortened(const std::string& name, std::size_t max_columns) {
@@ -73,6 +77,7 @@ class SignalPlotDrawing {
         record_(record),
         plot_(plot),
         panels_(panels_of(record.signal_plots, plot)),
+        lanes_(lanes_of(record, plot)),
         markers_(markers_of(record, plot)) {
     scale_.begin_ns = plot.begin_ns;
     scale_.column_ns = std::max<std::int64_t>(1, plot.end_ns - plot.begin_ns);
@@ -82,14 +87,6 @@ class SignalPlotDrawing {
           scale_.column_ns = std::min(scale_.column_ns, entry.series->bucket_ns);
     }
     width_ = std::max(1.0, x_at(scale_, plot.end_ns));
-    for (const auto* injections : {&record.faults, &record.stimuli}) {
-      for (const Injection& injection : *injections)
-        if (is_shown(injection)) lanes_.push_back({&injection, injections == &record.faults});
-    }
-    if (lanes_.size() > max_lanes) {
-      lanes_left_out_ = lanes_.size() - max_lanes;
-      lanes_.resize(max_lanes);
-    }
     for (const Event& event : record.events)
       if (is_shown(event.time_ns, event.time_ns) && !is_in_lane(event.time_ns))
         events_.push_back(event.time_ns);
@@ -99,10 +96,11 @@ class SignalPlotDrawing {
 
   double height() const {
     double height = axis_height;
-    height += lane_height * static_cast<double>(lanes_.size() + (events_.empty() ? 0 : 1));
-    if (lanes_left_out_ > 0) height += name_height;
+    height += lane_height * static_cast<double>(lanes_.shown.size() + (events_.empty() ? 0 : 1));
+    if (lanes_.left_out > 0) height += name_height;
     for (const Panel& panel : panels_)
-      height += name_height * static_cast<double>(panel.series.size()) + panel.height_px + panel_gap;
+      height += name_height * static_cast<double>(panel.series.size() + panel.notes.size()) +
+                panel.height_px + panel_gap;
     return height;
   }
 
@@ -112,11 +110,11 @@ class SignalPlotDrawing {
   std::string width_text() const { return pixels(width_); }
 
   void draw() {
-    for (const Lane& lane : lanes_)
+    for (const Lane& lane : lanes_.shown)
       draw_lane(lane);
-    if (lanes_left_out_ > 0) {
+    if (lanes_.left_out > 0) {
       text("lane", "0", 0.0, y_ + 10.0, "start",
-           "and " + counted(lanes_left_out_, "more stimulus or fault", "more stimuli and faults"));
+           "and " + counted(lanes_.left_out, "more stimulus or fault", "more stimuli and faults"));
       y_ += name_height;
     }
     if (!events_.empty()) draw_events();
@@ -126,24 +124,15 @@ class SignalPlotDrawing {
   }
 
  private:
-  struct Lane {
-    const Injection* injection = nullptr;
-    bool is_fault = false;
-  };
-
   bool is_shown(std::int64_t begin_ns, std::int64_t end_ns) const {
     return begin_ns <= plot_.end_ns && end_ns >= plot_.begin_ns;
-  }
-  bool is_shown(const Injection& injection) const {
-    return std::ranges::any_of(injection.spans,
-                               [&](const ActiveSpan& span) { return is_shown(span.begin_ns, span.end_ns); });
   }
 
   /// A stimulus or a fault begins or ends.
   bool is_in_lane(std::int64_t time_ns) const {
-    return std::ranges::any_of(lanes_, [&](const Lane& lane) {
-      return std::ranges::any_of(lane.injection->spans, [&](const ActiveSpan& span) {
-        return span.begin_ns == time_ns || span.end_ns == time_ns;
+    return std::ranges::any_of(lanes_.shown, [&](const Lane& lane) {
+      return std::ranges::any_of(lane.spans, [&](const LaneSpan& one) {
+        return one.span.begin_ns == time_ns || one.span.end_ns == time_ns;
       });
     });
   }
@@ -182,16 +171,12 @@ class SignalPlotDrawing {
   }
 
   void draw_lane(const Lane& lane) {
-    const Injection& injection = *lane.injection;
-    // A log that a bus plays has one span.
-    const bool is_cut = injection.spans.size() > 1 && injection.begins > injection.spans.size();
-    open_lane((lane.is_fault ? "fault " : "stimulus ") + shortened(injection.name, max_phone_columns) +
-              (is_cut ? ", the first " + std::to_string(injection.spans.size()) : ""));
-    for (const ActiveSpan& span : injection.spans) {
-      if (!is_shown(span.begin_ns, span.end_ns)) continue;
-      const double begin = std::max(0.0, x_at(scale_, span.begin_ns));
-      const double end = std::min(width_, x_at(scale_, span.end_ns));
-      out_.leaf("rect", {{"class", lane.is_fault ? "active-fault" : "active-stimulus"},
+    open_lane(lane.kind + ' ' + shortened(lane.name, max_lane_columns) + lane.missing);
+    for (const LaneSpan& one : lane.spans) {
+      if (!is_shown(one.span.begin_ns, one.span.end_ns)) continue;
+      const double begin = std::max(0.0, x_at(scale_, one.span.begin_ns));
+      const double end = std::min(width_, x_at(scale_, one.span.end_ns));
+      out_.leaf("rect", {{"class", one.is_fault ? "active-fault" : "active-stimulus"},
                          {"x", begin},
                          {"width", std::max(end - begin, 0.0)},
                          {"height", viewport_height}});
@@ -214,6 +199,10 @@ class SignalPlotDrawing {
       name(label == on_phone ? "strong" : "strong on-page", label, entry.series->name);
       if (label != on_phone) name("strong on-phone", on_phone, entry.series->name);
       text("value", "100%", signal_plot_right_gutter - text_gap, y_ + 12.0, "end", "");
+      y_ += name_height;
+    }
+    for (const std::string& note : panel.notes) {
+      text("note", "0", 0.0, y_ + 12.0, "start", note);
       y_ += name_height;
     }
     out_.leaf("rect", {{"class", "plot-area"}, {"y", y_}, {"width", "100%"}, {"height", panel.height_px}});
@@ -240,6 +229,8 @@ class SignalPlotDrawing {
     }
     for (const PanelSeries& entry : panel.series)
       draw_series(entry, panel, scale);
+    for (const PanelInstant& instant : panel.instants)
+      draw_instant(instant, scale);
     out_.close();
     if (!panel.is_known)
       text("", "50%", 0.0, y_ + panel.height_px / 2.0 + 4.0, "middle", "no value is known here");
@@ -257,6 +248,20 @@ class SignalPlotDrawing {
                        {"data-high", to_ascii(shortest(panel.range.high))},
                        {"data-steps", panel.is_discrete ? "1" : "0"},
                        {"data-names", names.dump()}});
+    if (const std::string dots = dots_path(*entry.series, scale, width_ / dots_per_width); !dots.empty())
+      out_.leaf("path", {{"class", "single c" + std::to_string(entry.colour)}, {"d", dots}});
+  }
+
+  /// The tolerance as a vertical bar, the value as a dot on it.
+  void draw_instant(const PanelInstant& instant, const ViewportScale& scale) {
+    if (!is_shown(instant.time_ns, instant.time_ns)) return;
+    const std::string x = 'M' + pixels(x_at(scale, instant.time_ns)) + ' ';
+    const long upper = y_at(scale, instant.value + instant.tolerance);
+    const long lower = y_at(scale, instant.value - instant.tolerance);
+    if (lower > upper)
+      out_.leaf("path", {{"class", "tolerance"},
+                         {"d", x + std::to_string(upper) + 'v' + std::to_string(lower - upper)}});
+    out_.leaf("path", {{"class", "expected"}, {"d", x + std::to_string(y_at(scale, instant.value)) + "h0"}});
   }
 
   /// In the right gutter, from the top down, none over another one.
@@ -302,11 +307,10 @@ class SignalPlotDrawing {
   const RunRecord& record_;
   const SignalPlot& plot_;
   std::vector<Panel> panels_;
+  const Lanes lanes_;
   std::vector<Marker> markers_;
   ViewportScale scale_;
-  double width_ = 1.0;  ///< of a viewport, in columns
-  std::vector<Lane> lanes_;
-  std::size_t lanes_left_out_ = 0;
+  double width_ = 1.0;                ///< of a viewport, in columns
   std::vector<std::int64_t> events_;  ///< instants of those that no lane shows
   double y_ = 0.0;                    ///< of what is drawn next
 };

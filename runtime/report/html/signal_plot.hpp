@@ -1,7 +1,7 @@
 #pragma once
 // The plot of signals as a picture: lanes that show when stimuli and faults were active and when events were,
-// panels with the signals over run time (signal_panels.hpp), limits, and lines where an expectation first
-// failed, had its least margin, or was met.
+// panels with the signals over run time (signal_panels.hpp), limits, the values that test tables expect, and
+// lines where an expectation first failed, had its least margin, or was met.
 //
 // The picture is as wide as its page; only the content of its viewports (class "viewport") is stretched. A
 // column of a viewport is the narrowest bucket of its signals, so that a script of the page can show a part
@@ -12,9 +12,6 @@
 #include "runtime/report/run_record.hpp"
 
 namespace hil::report {
-
-/// The most stimuli and faults that have a lane, faults first. The picture has the number of the others.
-inline constexpr std::size_t max_lanes = 12;
 
 /// Pixels beside the area of the signals, which is 100 % wide; the margins in page_style().
 inline constexpr double signal_plot_left_gutter = 56.0;

@@ -145,6 +145,25 @@ TEST_F(Plots, HaveTheReferenceOfTracks) {
   EXPECT_EQ(plots.plots[0].series, (std::vector<std::uint32_t>{0, 1}));
 }
 
+TEST_F(Plots, HaveTheValuesThatATestTableExpects) {
+  folder_.write("table.csv",
+                "time,signal,expectation,tolerance\n0.0015,plant.x,250 cm,1 cm\n0.003,plant.u,3,1\n"
+                "0.004,plant.x,4,0\n");
+  open("test_tables: [{name: t, file: table.csv}]\nexpectations: [{name: a, always: plant.x < 9 m}]\n");
+  for (int i = 0; i < 6; ++i)
+    tick(i);
+  const report::SignalPlots plots = filled({held, held, held});
+  ASSERT_EQ(plots.plots.size(), 2U);
+  EXPECT_EQ(plots.plots[0].expectations.size(), 2U) << "beside the limit of another expectation";
+  ASSERT_EQ(plots.plots[0].instants.size(), 2U);
+  const report::SignalInstant& instant = plots.plots[0].instants[0];
+  EXPECT_EQ(plots.series[instant.series].name, "plant.x");
+  EXPECT_EQ(instant.time_ns, 2 * ms) << "the tick in which it is judged";
+  EXPECT_DOUBLE_EQ(instant.value, 2.5);
+  EXPECT_DOUBLE_EQ(instant.tolerance, 0.01);
+  EXPECT_EQ(plots.plots[1].instants.size(), 1U);
+}
+
 TEST_F(Plots, SayWhichExpectationsHaveNoPlace) {
   std::string text = "  - module: many\n    type: block\n    rate: 1 kHz\n    parameters:\n      states:\n";
   std::string expectations = "expectations:\n";

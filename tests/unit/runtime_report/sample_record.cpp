@@ -261,6 +261,7 @@ RunRecord full_record() {
       .fault_corrupted = 29,
       .fault_delayed = 1'031,
       .played = 1'033,
+      .play_unknown_id = 1'039,
       .play_unsent = 43,
       .other_lengths = {{"BrakeCommand", 37, 41}}};
   buses::modbus::UnitRecord plc;
@@ -317,6 +318,7 @@ RunRecord full_record() {
        {{4'000 * millisecond, 4'500 * millisecond}},
        50},
       {"noisy", "traffic.ego.speed", "noise of 1 m/s", 0, std::nullopt, 0}};
+  record.faults[2].test_table = "checks";
   record.losses = {{"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, "cut", ""},
                    {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false, "",
                     "was ended by signal 11 (Segmentation fault)"}};
@@ -329,6 +331,7 @@ RunRecord full_record() {
                    {4'310 * millisecond, "car_1 runs its red light"},
                    {6'210 * millisecond, "dut was ended by signal 11 (Segmentation fault)"},
                    {8'412 * millisecond, "ego collides with car_1"}};
+  record.events_not_listed = 1'049;
   record.top_view = crossing();
   record.sections = {
       {.name = "scan",
@@ -394,6 +397,7 @@ RunRecord full_record() {
                  .expectations = {0},
                  .series = {0, 1, 2, 3},
                  .limits = {{.series = 0, .value = 12.5}},
+                 .instants = {{.series = 0, .time_ns = 5'000 * millisecond, .value = 12.0, .tolerance = 0.5}},
                  .begin_ns = 0,
                  .end_ns = 10'000 * millisecond}},
       .not_plotted = {"the light is green at last"}};

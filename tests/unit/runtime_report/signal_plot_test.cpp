@@ -4,12 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <random>
 #include <string>
 
 #include "runtime/report/html/page_style.hpp"
+#include "runtime/report/html/signal_lanes.hpp"
 #include "runtime/report/html/signal_panels.hpp"
 #include "runtime/report/html/signal_path.hpp"
+#include "runtime/report/quantities.hpp"
 #include "sample_record.hpp"
 #include "strict_xml.hpp"
 
@@ -62,6 +66,19 @@ TEST(SignalPath, KeepsNumbersInRangeForAnyRecord) {
   EXPECT_FALSE(signal_path(wild, from_0_to_10, false).empty());
 }
 
+TEST(DotsPath, MarksPartsThatAreTooShortToBeSeen) {
+  const auto line = series("x", "m",
+                           {{0, unknown, unknown},
+                            {100, 5.0, 5.0},
+                            {101, unknown, unknown},
+                            {200, 2.0, 3.0},
+                            {260, unknown, unknown},
+                            {999, 10.0, 10.0}});
+  EXPECT_EQ(dots_path(line, from_0_to_10, 5.0), "M100 5000h0M999 0h0");
+  EXPECT_EQ(dots_path(line, from_0_to_10, 0.5), "") << "zoomed in, the lines can be seen";
+  EXPECT_EQ(dots_path(series("x", "m", {}), from_0_to_10, 5.0), "");
+}
+
 TEST(TolerancePath, IsTheAreaAroundTheReference) {
   SignalSeries reference = series("x", "m", {{0, 5.0, 5.0}, {3, 5.0, 5.0}, {4, unknown, unknown}});
   reference.tolerance = 1.0;
@@ -71,8 +88,13 @@ TEST(TolerancePath, IsTheAreaAroundTheReference) {
   EXPECT_EQ(tolerance_path(reference, from_0_to_10), "");
 }
 
-std::vector<Panel> panels(const SignalPlots& all, std::vector<SignalLimit> limits = {}) {
-  SignalPlot plot{.title = "t", .expectations = {}, .series = {}, .limits = std::move(limits)};
+std::vector<Panel> panels(const SignalPlots& all, std::vector<SignalLimit> limits = {},
+                          std::vector<SignalInstant> instants = {}) {
+  SignalPlot plot{.title = "t",
+                  .expectations = {},
+                  .series = {},
+                  .limits = std::move(limits),
+                  .instants = std::move(instants)};
   for (std::uint32_t i = 0; i < all.series.size(); ++i)
     plot.series.push_back(i);
   return panels_of(all, plot);
@@ -112,6 +134,71 @@ TEST(SignalPanels, ShowLimitsUnlessTheyAreFarAway) {
   EXPECT_EQ(found[0].limits, (std::vector<double>{5.0, 1e6}));
   EXPECT_GT(found[0].range.high, 5.0);
   EXPECT_LT(found[0].range.high, 10.0);
+}
+
+std::vector<std::string> labels_of(const Panel& panel) {
+  std::vector<std::string> labels;
+  for (const PanelTick& tick : panel.ticks)
+    labels.push_back(to_ascii(tick.label));
+  return labels;
+}
+
+TEST(SignalPanels, HaveLabelsThatDifferWhereValuesAreClose) {
+  SignalPlots all;
+  all.series = {series("a", "m", {{0, 5.0, 5.0 + 1e-9}})};
+  Panel panel = panels(all)[0];
+  EXPECT_EQ(labels_of(panel), (std::vector<std::string>{"-5e-10", "0", "+5e-10"}));
+  EXPECT_EQ(panel.notes, (std::vector<std::string>{"0 of this axis is 5.0000000005 m"}));
+  all.series = {series("a", "", {{0, 123456.5, 123456.50004}})};
+  panel = panels(all)[0];
+  EXPECT_EQ(panel.notes, (std::vector<std::string>{"0 of this axis is 123456.50002"}))
+      << "too long beside it";
+  for (const auto& [low, high] : {std::pair(0.0, 10.0), std::pair(-3e-9, 7e-9), std::pair(1e6, 2e6)}) {
+    all.series = {series("a", "m", {{0, low, high}})};
+    EXPECT_TRUE(panels(all)[0].notes.empty()) << high;
+  }
+}
+
+TEST(SignalPanels, HaveLabelsThatDifferForAnyRange) {
+  std::mt19937_64 random(11);
+  for (int round = 0; round < 5000; ++round) {
+    const auto power = [&] { return std::pow(10.0, static_cast<double>(random() % 40) - 20.0); };
+    const double low = (static_cast<double>(random() % 2001) - 1000.0) * power();
+    const double high = low + static_cast<double>(random() % 1000) * power();
+    SignalPlots all;
+    all.series = {series("a", "m", {{0, low, high}})};
+    const Panel panel = panels(all)[0];
+    const std::vector<std::string> labels = labels_of(panel);
+    ASSERT_FALSE(labels.empty()) << low << " " << high;
+    for (std::size_t i = 1; i < labels.size(); ++i)
+      ASSERT_NE(labels[i], labels[i - 1]) << low << " " << high;
+  }
+}
+
+TEST(SignalPanels, SayThatValuesAreBeyondTheDrawnOnes) {
+  SignalPlots all;
+  all.series = {series("a", "m", {{0, 1.0, 2.0}, {1, 1.0, 1e101}, {2, 1.0, 2.0}})};
+  Panel panel = panels(all)[0];
+  EXPECT_EQ(panel.notes, (std::vector<std::string>{"values beyond 1e100 are cut"}));
+  EXPECT_LT(panel.range.high, 3.0);
+  all.series = {series("a", "m", {{0, -1e300, -1e300}})};
+  panel = panels(all)[0];
+  EXPECT_EQ(panel.notes.size(), 1U);
+  EXPECT_TRUE(panel.is_known) << "its values are known, but can not be drawn";
+  all.series = {series("a", "m", {{0, 1e100, 1e100}, {1, unknown, unknown}})};
+  EXPECT_TRUE(panels(all)[0].notes.empty());
+}
+
+TEST(SignalPanels, ShowWhatATestTableExpects) {
+  SignalPlots all;
+  all.series = {series("a", "m", {{0, 1.0, 2.0}}), series("b", "km/h", {{0, 1.0, 2.0}})};
+  const std::vector<Panel> found =
+      panels(all, {}, {{0, 20, 5.0, 0.5}, {0, 30, 1.5, 1e6}, {7, 30, 1.0, 0.0}, {1, 10, unknown, 0.0}});
+  ASSERT_EQ(found[0].instants.size(), 2U);
+  EXPECT_EQ(found[0].instants[0].time_ns, 20);
+  EXPECT_GT(found[0].range.high, 5.5) << "a value that the signal does not have";
+  EXPECT_LT(found[0].range.high, 100.0) << "a tolerance that is far greater than the values";
+  EXPECT_TRUE(found[1].instants.empty());
 }
 
 TEST(SignalPanels, OfUnknownValuesHaveARange) {
@@ -168,12 +255,88 @@ TEST(SignalPlotDrawing, NamesTheNumberOfTimesOfABarThatIsCut) {
   EXPECT_NE(parse_strictly(out.take()).whole_text().find("fault stuck, the first 2"), std::string::npos);
 }
 
+/// The text of its lanes, and how many bars they have.
+std::pair<std::vector<std::string>, std::size_t> lanes_in(const RunRecord& record) {
+  const Lanes lanes = lanes_of(record, record.signal_plots.plots[0]);
+  std::pair<std::vector<std::string>, std::size_t> found;
+  for (const Lane& lane : lanes.shown) {
+    found.first.push_back(lane.kind + " " + lane.name + lane.missing);
+    found.second += lane.spans.size();
+  }
+  return found;
+}
+
+TEST(SignalLanes, AreSharedByTheRowsOfATestTable) {
+  RunRecord record = test::full_record();
+  record.faults.clear();
+  record.stimuli.clear();
+  for (int i = 0; i < 30; ++i)
+    record.faults.push_back({.name = "surge.line_" + std::to_string(i),
+                             .target = "tank.level",
+                             .effect = "stuck",
+                             .begins = 1,
+                             .spans = {{i * 100, i * 100 + 50}},
+                             .test_table = "surge"});
+  record.faults.push_back({.name = "own", .target = "a", .effect = "", .begins = 1, .spans = {{0, 10}}});
+  record.stimuli = {{.name = "surge.tank.inflow",
+                     .target = "tank.inflow",
+                     .effect = "",
+                     .begins = 1,
+                     .spans = {{0, 4000}},
+                     .test_table = "surge"},
+                    {.name = "other.x",
+                     .target = "x",
+                     .effect = "",
+                     .begins = 1,
+                     .spans = {{0, 4000}},
+                     .test_table = "other"}};
+  const auto [names, spans] = lanes_in(record);
+  EXPECT_EQ(names, (std::vector<std::string>{"test table surge", "fault own", "test table other"}));
+  EXPECT_EQ(spans, 33U);
+  const Lane surge = lanes_of(record, record.signal_plots.plots[0]).shown[0];
+  EXPECT_FALSE(surge.spans[0].is_fault) << "faults are drawn over stimuli";
+  EXPECT_EQ(surge.injections, 31U);
+}
+
+TEST(SignalLanes, CountWhatHasNoPlace) {
+  RunRecord record = test::full_record();
+  record.faults.clear();
+  record.stimuli.clear();
+  for (std::size_t i = 0; i < max_lanes + 3; ++i)
+    record.stimuli.push_back(
+        {.name = "s" + std::to_string(i), .target = "x", .effect = "", .begins = 1, .spans = {{0, 10}}});
+  const Lanes lanes = lanes_of(record, record.signal_plots.plots[0]);
+  EXPECT_EQ(lanes.shown.size(), max_lanes);
+  EXPECT_EQ(lanes.left_out, 3U);
+}
+
+TEST(SignalPlotDrawing, DrawsExpectedValuesWithTheirTolerance) {
+  RunRecord record = test::full_record();
+  SignalPlot& plot = record.signal_plots.plots[0];
+  plot.instants = {{plot.series[0], plot.begin_ns, 5.0, 1.0},
+                   {plot.series[0], plot.end_ns, 5.0, 0.0},
+                   {plot.series[0], plot.end_ns + 1, 5.0, 1.0}};
+  Markup out;
+  draw_signal_plot(out, record, plot, PictureUse::inline_in_page);
+  int values = 0, tolerances = 0;
+  const test::XmlElement svg = parse_strictly(out.take());
+  for (const test::XmlElement* path : svg.all("path")) {
+    const auto css_class = path->attributes.find("class");
+    if (css_class == path->attributes.end()) continue;
+    values += css_class->second == "expected" ? 1 : 0;
+    tolerances += css_class->second == "tolerance" ? 1 : 0;
+  }
+  EXPECT_EQ(values, 2) << "the third one is outside of the plot";
+  EXPECT_EQ(tolerances, 1);
+}
+
 TEST(SignalPlotDrawing, LeavesOutWhatTheRecordDoesNotHave) {
   RunRecord record = test::full_record();
   SignalPlot& plot = record.signal_plots.plots[0];
   plot.series = {99};
   plot.expectations = {99};
   plot.limits = {{99, 1.0}};
+  plot.instants = {{99, plot.begin_ns, 1.0, 0.0}};
   plot.end_ns = plot.begin_ns;
   Markup out;
   draw_signal_plot(out, record, plot, PictureUse::inline_in_page);
