@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "runtime/config/run_end.hpp"
 #include "runtime/config/section_readers.hpp"
 #include "runtime/config/units.hpp"
 
@@ -13,22 +14,23 @@ std::optional<std::int64_t> optional_time(const Value& plot, const char* key) {
 void check_time_range(const Value& value, const PlotSection& plot, std::int64_t duration_ns,
                       std::int64_t period_ns, Diagnostics& diagnostics) {
   const auto refuse = [&](const char* key, std::int64_t time_ns, const std::string& fault) {
-    diagnostics.add(value[key].place(), in_quotes(key) + ": " + format_duration(time_ns) + " is " + fault);
+    diagnostics.add(value[key].place(), in_quotes(key) + ": " + format_duration(time_ns) + fault);
   };
-  const std::string run = "the end of the run, which takes " + format_duration(duration_ns);
   if (duration_ns > 0 && plot.until_ns && *plot.until_ns > duration_ns)
-    refuse("until", *plot.until_ns, "after " + run + "; leave it out for a plot to the end");
+    refuse("until", *plot.until_ns,
+           " is after the end of the run, which takes " + format_duration(duration_ns) +
+               "; leave it out for a plot to the end");
   if (period_ns > 0 && plot.until_ns) {
     const std::int64_t first_tick_ns = (plot.from_ns.value_or(0) + period_ns - 1) / period_ns * period_ns;
     if (plot.from_ns && *plot.from_ns < *plot.until_ns && first_tick_ns > *plot.until_ns)
       refuse("until", *plot.until_ns,
-             "before the first tick from 'from' on, " + format_duration(first_tick_ns));
+             " is before the first tick from 'from' on, " + format_duration(first_tick_ns));
   }
   if (!plot.from_ns) return;
   if (plot.until_ns && *plot.from_ns >= *plot.until_ns)
-    refuse("from", *plot.from_ns, "not before 'until', " + format_duration(*plot.until_ns));
-  else if (duration_ns > 0 && *plot.from_ns >= duration_ns)
-    refuse("from", *plot.from_ns, "not before " + run);
+    refuse("from", *plot.from_ns, " is not before 'until', " + format_duration(*plot.until_ns));
+  else if (const std::string fault = no_tick_from(*plot.from_ns, period_ns, duration_ns); !fault.empty())
+    refuse("from", *plot.from_ns, fault);
 }
 
 }  // namespace

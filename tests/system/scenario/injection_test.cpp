@@ -66,6 +66,23 @@ TEST(Injection, BeginsAndEndsAreEventsAtTheirInstants) {
   EXPECT_NE(page.find("stuck at its last value"), std::string::npos);
 }
 
+TEST(Injection, EventsThatAreNotListedAreCounted) {
+  const InjectionScenario files;
+  const Ended ended = files.run("out", {"--set", "faults.stuck.at=0 s", "--set", "faults.stuck.for=1 ms",
+                                        "--set", "faults.stuck.every=2 ms", "--set", "expectations=[]"});
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const auto report = read_report(files.folder / "out");
+  // 3000 begins and ends of the fault, the begin of the stimulus, and of its part.
+  EXPECT_EQ(report["events"].size(), 4096U);
+  EXPECT_EQ(report["events_not_listed"], 6002 - 4096);
+  const std::string sentence =
+      "the first 4096 events of modules, stimuli and faults are listed, and 1906 more are not";
+  EXPECT_NE(ended.output.find("  " + sentence), std::string::npos) << ended.output;
+  EXPECT_EQ(ended.output.find("degraded: the event"), std::string::npos) << ended.output;
+  EXPECT_NE(read_text(files.folder / "out/run.log").find(sentence), std::string::npos);
+  EXPECT_EQ(report["realtime"]["degraded"].dump().find("event"), std::string::npos);
+}
+
 TEST(Injection, RecordsTheTrueAndTheFaultyValue) {
   const InjectionScenario files;
   ASSERT_EQ(files.run("out").code, 0);

@@ -92,6 +92,7 @@ TEST(ScenarioMistakes, WrongPlotsAreReported) {
            {"@{signals: [x.a]}", "missing key 'title'"},
            {"{title: A, signals: [x.a, @x.a]}", "'x.a' is in the plot twice"},
            {"{title: A, signals: [x.a], from: @5 s}", "5 s is not before the end of the run"},
+           {"{title: A, signals: [x.a], from: @4999.5 ms}", "is after the last tick of the run, at 4999 ms"},
            {"{title: A, signals: [x.a], until: @6 s}", "6 s is after the end of the run, which takes 5 s"},
            {"{title: A, signals: [x.a], from: @3 s, until: 3 s}", "3 s is not before 'until', 3 s"},
            {"{title: A, signals: [x.a], from: 1100 us, until: @1200 us}",
