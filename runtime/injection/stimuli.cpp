@@ -22,7 +22,8 @@ std::string no_target(const std::string& driven, const signals::SignalTable& tab
            config::suggestion(driven, names);
   // Those of the same module or bus first.
   const std::string prefix = driven.substr(0, driven.rfind('.') + 1);
-  std::ranges::stable_partition(names, [&](const std::string& name) { return name.starts_with(prefix); });
+  std::stable_partition(names.begin(), names.end(),
+                        [&](const std::string& name) { return name.starts_with(prefix); });
   return "'" + driven + "' is written by " + table.info(*written).writer +
          "; a stimulus drives an input of a module or an output of a bus" +
          (names.empty() ? ", and there is none" : config::suggestion("", names));

@@ -29,7 +29,7 @@ std::vector<BusSentence> remarks_of(const CanRecord& bus) {
   std::vector<BusSentence> sentences;
   add_sentence(sentences, bus.played, "frame of a log was", "frames of a log were", "sent");
   add_sentence(sentences, bus.play_unknown_id, "frame of the log has", "frames of the log have",
-               "an identifier that the database does not have: other stations received them");
+               "an identifier that the database does not have: only other stations can read such a frame");
   add_sentence(sentences, bus.fault_dropped_tx, "sent frame was", "sent frames were",
                "dropped by fault injection (drop, or delay beyond the end of the run): counted as sent, but "
                "neither on the bus nor in the log");

@@ -229,8 +229,7 @@ class SignalPlotDrawing {
     }
     for (const PanelSeries& entry : panel.series)
       draw_series(entry, panel, scale);
-    for (const PanelInstant& instant : panel.instants)
-      draw_instant(instant, scale);
+    draw_instants(panel, scale);
     out_.close();
     if (!panel.is_known)
       text("", "50%", 0.0, y_ + panel.height_px / 2.0 + 4.0, "middle", "no value is known here");
@@ -252,16 +251,19 @@ class SignalPlotDrawing {
       out_.leaf("path", {{"class", "single c" + std::to_string(entry.colour)}, {"d", dots}});
   }
 
-  /// The tolerance as a vertical bar, the value as a dot on it.
-  void draw_instant(const PanelInstant& instant, const ViewportScale& scale) {
-    if (!is_shown(instant.time_ns, instant.time_ns)) return;
-    const std::string x = 'M' + pixels(x_at(scale, instant.time_ns)) + ' ';
-    const long upper = y_at(scale, instant.value + instant.tolerance);
-    const long lower = y_at(scale, instant.value - instant.tolerance);
-    if (lower > upper)
-      out_.leaf("path", {{"class", "tolerance"},
-                         {"d", x + std::to_string(upper) + 'v' + std::to_string(lower - upper)}});
-    out_.leaf("path", {{"class", "expected"}, {"d", x + std::to_string(y_at(scale, instant.value)) + "h0"}});
+  /// Each tolerance as a vertical bar, and the value as a dot on it.
+  void draw_instants(const Panel& panel, const ViewportScale& scale) {
+    std::string values, tolerances;
+    for (const PanelInstant& instant : panel.instants) {
+      if (!is_shown(instant.time_ns, instant.time_ns)) continue;
+      const std::string x = 'M' + pixels(x_at(scale, instant.time_ns)) + ' ';
+      const long upper = y_at(scale, instant.value + instant.tolerance);
+      const long lower = y_at(scale, instant.value - instant.tolerance);
+      if (lower > upper) tolerances += x + std::to_string(upper) + 'v' + std::to_string(lower - upper);
+      values += x + std::to_string(y_at(scale, instant.value)) + "h0";
+    }
+    if (!tolerances.empty()) out_.leaf("path", {{"class", "tolerance"}, {"d", tolerances}});
+    if (!values.empty()) out_.leaf("path", {{"class", "expected"}, {"d", values}});
   }
 
   /// In the right gutter, from the top down, none over another one.

@@ -64,8 +64,10 @@ function probePlot(plot, where) {
   const whole = viewOf(plot);
   found.labels = labelsOf(plot);
   found.texts = boxesOfTexts(plot).map(({text}) => text);
-  found.expected = plot.querySelectorAll('.viewport .expected').length;
-  found.dots = plot.querySelectorAll('.viewport .single').length;
+  const dotsOf = name => Array.from(plot.querySelectorAll(`.viewport .${name}`))
+      .reduce((sum, path) => sum + path.getAttribute('d').split('M').length - 1, 0);
+  found.expected = dotsOf('expected');
+  found.dots = dotsOf('single');
   pointer('pointermove', plot, 0.5);
   found.values = Array.from(plot.querySelectorAll('.value')).map(value => value.textContent);
   found.clock = plot.closest('.card').querySelector('.clock').textContent;
