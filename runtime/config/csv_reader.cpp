@@ -115,7 +115,7 @@ bool CsvReader::next() {
     if (!split_cells(begin)) return false;
     if (columns == 0 || cells_.size() == columns) return true;
     return refuse_row(std::to_string(cells_.size()) + (cells_.size() == 1 ? " cell" : " cells") +
-                      " in a file of " + std::to_string(columns) + " columns" +
+                      " in a file of " + std::to_string(columns) + (columns == 1 ? " column" : " columns") +
                       (cells_.size() < columns ? ""
                        : separator_ == ','     ? "; a cell with a comma is in quotes, and a number has a "
                                                  "decimal point"

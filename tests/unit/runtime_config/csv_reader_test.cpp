@@ -55,6 +55,13 @@ TEST_F(CsvReaders, EndAtARowOfAnotherLength) {
   EXPECT_EQ(mistakes(), "f.csv:2:1: 3 cells in a file of 2 columns; a cell with a semicolon is in quotes\n");
 }
 
+TEST_F(CsvReaders, OfOneColumnNameAComma) {
+  EXPECT_EQ(rows_of("a\n1,5\n"), "a");
+  EXPECT_EQ(mistakes(),
+            "f.csv:2:1: 2 cells in a file of 1 column; a cell with a comma is in quotes, and a number has a "
+            "decimal point\n");
+}
+
 TEST_F(CsvReaders, FindTheSeparatorInTheFirstRow) {
   EXPECT_EQ(rows_of("a;b\n1;2,5\n"), "a|b/1|2,5");
   EXPECT_EQ(rows_of("# note; of a tool\n\na,b\n1;2,3\n"), "a|b/1;2|3") << "a comment is no row";
