@@ -57,6 +57,23 @@ struct Sample {
   bool fresh = false;  ///< false: nothing received yet, or the device is lost; `value` is then the safe value
 };
 
+/// When the value of an output leaves the run: with each release of outputs, or in frames of a cycle of its
+/// own, of which each is due at the first release that is not before its instant.
+struct SendCycle {
+  RunTimeNs period_ns = 0;  ///< 0: with each release
+  RunTimeNs offset_ns = 0;  ///< run time of the first frame
+
+  /// Whether the value leaves with the release of `tick_ns`; the release before was that of `last_ns`.
+  bool is_due(RunTimeNs last_ns, RunTimeNs tick_ns) const noexcept {
+    return period_ns <= 0 || frames_up_to(tick_ns) > frames_up_to(last_ns);
+  }
+
+ private:
+  RunTimeNs frames_up_to(RunTimeNs time_ns) const noexcept {
+    return time_ns < offset_ns ? 0 : (time_ns - offset_ns) / period_ns + 1;
+  }
+};
+
 /// Inputs that arrive together: the signals of a CAN message, or one Modbus register.
 struct InputGroup {
   std::string name;       ///< unique within its device: "BrakeCommand", "light_ego"
@@ -122,6 +139,12 @@ class Device {
   virtual RunTimeNs loss_timeout_ns() const noexcept = 0;
   /// Run to device. The order is fixed at construction; release_outputs uses it.
   virtual std::span<const ChannelInfo> outputs() const noexcept = 0;
+
+  /// Of an output. Fixed at construction.
+  virtual SendCycle send_cycle(std::size_t output) const noexcept {
+    static_cast<void>(output);
+    return {};
+  }
 
   /// Opens the device and starts its threads. Throws DeviceError. `clock` outlives the device.
   virtual void start(const RunClock& clock, Pacing pacing) = 0;
@@ -191,6 +214,8 @@ class Device {
     static_cast<void>(number);
     return 0;
   }
+  /// Those of them that the fault changed, dropped or delayed. Any thread.
+  virtual std::uint64_t fault_effects(std::size_t number) const noexcept { return fault_count(number); }
   /// In lock-step, before an exchange: while `away`, the exchange does not wait for programs of this process
   /// group, which are paused or have ended because the run wants it. Thread rule of exchange.
   virtual void set_away(int process_group, bool away) {

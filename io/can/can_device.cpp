@@ -71,6 +71,15 @@ CanDevice::~CanDevice() {
   if (wake_fd_ >= 0) ::close(wake_fd_);
 }
 
+SendCycle CanDevice::send_cycle(std::size_t output) const noexcept {
+  for (std::size_t i = 0; i < sent_.size(); ++i) {
+    const std::size_t first = sent_[i].first_output;
+    if (output >= first && output - first < sent_[i].output_signal.size())
+      return {config_.send[i].period_ns, config_.send[i].offset_ns};
+  }
+  return {};
+}
+
 void CanDevice::start(const RunClock& clock, Pacing pacing) {
   require(!started_ && wake_fd_ < 0, "a CAN device is started once");
   wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
@@ -246,7 +255,7 @@ bool CanDevice::receive_up_to(std::size_t max_frames) {
 }
 
 void CanDevice::handle(const Frame& frame) {
-  if (injected_bus_off_ && !frame.is_error()) return;
+  if (injected_bus_off_ && !frame.is_error()) return faults_.note_kept_frame();
   if (log_) log_->push(frame);
   if (config_.frames != nullptr) config_.frames->take(recorded(frame, *clock_));
   load_.add(frame);
@@ -291,7 +300,10 @@ void CanDevice::decode(Received& received, const Frame& frame) {
 void CanDevice::pass_due_frames() {
   if (!faults_.next_due_ns()) return;
   for (const Frame& frame : faults_.take_due(now_ns())) {
-    if (injected_bus_off_) continue;
+    if (injected_bus_off_) {
+      faults_.note_kept_frame();
+      continue;
+    }
     if (frame.direction == Direction::tx) {
       const auto sent = std::ranges::find(sent_, frame.raw.can_id,
                                           [](const Sent& one) { return one.encoder.layout().can_id(); });
@@ -364,7 +376,7 @@ void CanDevice::send_due(std::span<const double> values, RunTimeNs tick_ns) {
 void CanDevice::send_message(Sent& sent) {
   if (injected_bus_off_) {
     sent.retry = false;
-    return;
+    return faults_.note_kept_frame();
   }
   MessageEncoder::Tally tally;
   const Frame frame = sent.encoder.build(sent.values, tally);

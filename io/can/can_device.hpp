@@ -90,6 +90,7 @@ class CanDevice final : public Device {
   /// The shortest timeout of its received messages; 1 s if none has one.
   RunTimeNs loss_timeout_ns() const noexcept override { return loss_timeout_ns_; }
 
+  SendCycle send_cycle(std::size_t output) const noexcept override;
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
   /// Keeps up to 4096 samples per such input; drops and counts newer ones.
@@ -111,6 +112,7 @@ class CanDevice final : public Device {
   void add_fault(const InjectedFault& injected) override;
   void set_fault(std::size_t number, bool active) noexcept override;
   std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
+  std::uint64_t fault_effects(std::size_t number) const noexcept override { return faults_.effects(number); }
   void set_away(int process_group, bool away) override { bus_->set_away(process_group, away); }
 
   /// Begin and end of the playback.

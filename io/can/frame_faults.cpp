@@ -72,6 +72,14 @@ bool FrameFaults::is_bus_off() const noexcept {
       faults_, [this](const auto& fault) { return fault->layout == nullptr && is_active(*fault); });
 }
 
+void FrameFaults::note_kept_frame() noexcept {
+  for (const auto& fault : faults_) {
+    if (fault->layout != nullptr || !is_active(*fault)) continue;
+    fault->count.add();
+    fault->effects.add();
+  }
+}
+
 std::span<const Frame> FrameFaults::pass(const Frame& frame, RunTimeNs now_ns) {
   passed_.clear();
   const auto of_message = by_id_.find(frame.raw.can_id & id_mask);
@@ -129,12 +137,15 @@ void FrameFaults::pass_from(const std::vector<Fault*>& faults, std::size_t first
     Fault& fault = *faults[i];
     const InjectedFault& injected = fault.injected;
     const bool active = is_active(fault);
+    const Frame before = frame;
     if (injected.kind == FaultKind::wrong_counter) keep_counter(fault, active, frame);
     if (injected.kind == FaultKind::frozen) keep_payload(fault, active, frame);
     // Drawn for each frame, so that one fault's numbers do not depend on when it is active.
     const bool is_chosen = static_cast<double>(fault.random() >> 11U) * 0x1.0p-53 < injected.share;
     if (!active) continue;
     fault.count.add();
+    const bool acts_on_each = injected.kind == FaultKind::repeat || injected.kind == FaultKind::delay;
+    if (acts_on_each || (injected.kind == FaultKind::drop && is_chosen)) fault.effects.add();
     switch (injected.kind) {
       case FaultKind::drop:
         if (is_chosen) return;
@@ -166,6 +177,7 @@ void FrameFaults::pass_from(const std::vector<Fault*>& faults, std::size_t first
       default:  // wrong_counter and frozen have acted; the others are no faults of a message
         break;
     }
+    if (!frame.same_content(before)) fault.effects.add();
   }
   passed_.push_back(frame);
 }

@@ -33,9 +33,13 @@ class FrameFaults {
   }
   /// The frames that came while it was active.
   std::uint64_t count(std::size_t number) const noexcept { return faults_[number]->count.get(); }
+  /// Those of them that it changed, dropped, repeated or delayed.
+  std::uint64_t effects(std::size_t number) const noexcept { return faults_[number]->effects.get(); }
 
   /// Whether the bus-off of a fault is active.
   bool is_bus_off() const noexcept;
+  /// Bus-off keeps a frame from the bus, or from the run.
+  void note_kept_frame() noexcept;
 
   /// For good, since nothing may keep safe values from the bus: drops the delayed frames, too.
   void end_all() noexcept {
@@ -58,7 +62,7 @@ class FrameFaults {
     const MessageLayout* const layout;
     std::mt19937_64 random;
     std::atomic<bool> active{false};
-    Count count{};
+    Count count{}, effects{};
     std::optional<std::uint64_t> last_counter{};  ///< of the last frame before the fault
     std::optional<Frame> last_frame{};            ///< the same
   };

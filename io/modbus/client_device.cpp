@@ -205,12 +205,8 @@ bool ClientDevice::exchange(RunTimeNs tick_ns) {
   require(started_ && pacing_ == Pacing::lockstep, "ClientDevice::exchange: only after start in lockstep");
   const std::scoped_lock lock(lockstep_mutex_);
   if (take_work(); !due_) return true;
-  const auto hold =
-      hold_of(faults_.interference(), is_away_, tick_ns, settings_.response_timeout, reply_due_ns_);
-  if (hold.fault != nullptr) {
-    faults_.note_request();
-    if (connected_.load(relaxed)) lose_connection(hold.fault);
-  }
+  const LockstepHold hold = faults_.hold(is_away_, tick_ns, settings_.response_timeout, reply_due_ns_);
+  if (hold.fault != nullptr && connected_.load(relaxed)) lose_connection(hold.fault);
   return hold.is_held || cycle(WallClock::now() + settings_.lockstep_limit);
 }
 
@@ -272,7 +268,7 @@ bool ClientDevice::cycle(WallTime until) {
 
 bool ClientDevice::run_cycle(WallTime until) {
   cycle_fault_.clear();
-  const Interference interference = faults_.interference();
+  const Interference interference = faults_.begin_cycle();
   session_.set_interference(interference, pacing_ == Pacing::realtime);
   if (interference.is_disconnected) {
     lose_connection("disconnected by a fault of the scenario");

@@ -122,6 +122,7 @@ class ClientDevice final : public Device {
     if (clock_ != nullptr && pacing_ == Pacing::realtime) wake_signal_.wake();
   }
   std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
+  std::uint64_t fault_effects(std::size_t number) const noexcept override { return faults_.effects(number); }
   void set_away(int /*process_group*/, bool away) override { is_away_ = away; }
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 

@@ -88,6 +88,7 @@ class ServerDevice final : public Device {
   void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
   void set_fault(std::size_t number, bool active) noexcept override;
   std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
+  std::uint64_t fault_effects(std::size_t number) const noexcept override { return faults_.effects(number); }
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
  private:

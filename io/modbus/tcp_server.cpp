@@ -65,10 +65,13 @@ bool TcpServer::serve(std::chrono::milliseconds limit, int wake_fd) {
   }
   drop_expired(now);
   const bool is_disconnected = hooks_.interference && hooks_.interference().is_disconnected;
+  bool is_cut = is_disconnected && !connections_.empty();
   if (is_disconnected) connections_.clear();
   connections_.remove_if([](const Connection& connection) { return connection.closed; });
   if (ready > 0 && polled_[0].revents != 0) accept_all(now);
+  is_cut |= is_disconnected && !connections_.empty();
   if (is_disconnected) connections_.clear();
+  if (is_cut && hooks_.on_cut) hooks_.on_cut();
   clients_.store(connections_.size(), relaxed);
   return ready > 0;
 }

@@ -66,6 +66,7 @@ class TcpServer {
         on_refused_write;  ///< after a client's value was outside its range; the bank is unchanged
     std::function<Interference()> interference{};  ///< of faults with requests and connections
     std::function<void()> on_frame{};              ///< for each complete frame
+    std::function<void()> on_cut{};                ///< a fault closes the connections of clients
   };
 
   /// `bank` outlives the server. Misuse (asserts): limits that are not positive.

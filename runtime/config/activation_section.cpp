@@ -79,6 +79,8 @@ bool read_activation(const Value& section, ActivationSection& activation, const 
   read_expression(section, "while", activation.active_while, diagnostics);
   read_expression(section, "until", activation.until, diagnostics);
   activation.probability = section["probability"].number();
+  if (activation.probability == 0.0)
+    diagnostics.add(section["probability"].place(), "'probability': with 0 % it never begins");
   constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
   if (section.has("times"))
     activation.times = static_cast<std::uint64_t>(section["times"].integer());

@@ -173,12 +173,20 @@ void read_effect(const Value& section, FaultSection& fault, ReaderContext& readi
   } else if (effect == "dropout" || effect == "drop") {
     fault.kind = effect == "drop" ? FaultKind::drop : FaultKind::dropout;
     fault.share = given.number();
+    if (fault.share == 0.0)
+      reading.diagnostics.add(given.place(),
+                              "'" + effect + "': 0 % changes nothing; a fault has a share above 0 %");
   } else if (effect == "wrong") {
     fault.kind = given.text() == "counter" ? FaultKind::wrong_counter : FaultKind::wrong_checksum;
   } else if (effect == "flip_bits") {
     fault.kind = FaultKind::flip_bits;
-    for (const Value& bit : given.items())
-      fault.bits.push_back(static_cast<std::uint32_t>(bit.integer()));
+    for (const Value& bit : given.items()) {
+      const auto number = static_cast<std::uint32_t>(bit.integer());
+      if (std::ranges::find(fault.bits, number) != fault.bits.end())
+        reading.diagnostics.add(bit.place(),
+                                "'flip_bits': bit " + std::to_string(number) + " is listed twice");
+      fault.bits.push_back(number);
+    }
   } else if (effect == "state") {
     read_state(given, fault, reading.diagnostics);
   } else {

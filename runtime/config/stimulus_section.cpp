@@ -110,7 +110,16 @@ std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, 
     const bool is_mean = kind == "sine" || kind == "noise";
     add(value[is_mean ? "mean" : "low"]);
     add(value[kind == "sine" ? "amplitude" : is_mean ? "deviation" : "high"]);
-    if (kind != "noise") segment.period_ns = value["period"].duration_ns();
+    if (kind != "noise") {
+      segment.period_ns = value["period"].duration_ns();
+      const std::int64_t tick_ns = reading.base ? reading.base->period_ns : 0;
+      if (segment.period_ns < 2 * tick_ns) {
+        diagnostics.add(value["period"].place(), "'period': " + format_duration(segment.period_ns) +
+                                                     " is shorter than two base periods of " +
+                                                     format_duration(tick_ns) +
+                                                     ", so the ticks do not show the shape");
+      }
+    }
     if (kind == "sine") segment.share = value["phase"].number() / (2.0 * std::numbers::pi);
     if (kind == "pulses") segment.share = value["width"].number();
   }

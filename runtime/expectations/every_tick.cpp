@@ -92,6 +92,7 @@ class EventuallyJudge final : public Judge {
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
+    has_judged_ = !met_ns_;
     if (met_ns_) return;
     const Truth truth = condition_.truth(table, time_ns);
     if (truth == Truth::yes) met_ns_ = time_ns;
@@ -102,6 +103,7 @@ class EventuallyJudge final : public Judge {
     condition_.truth(table, time_ns);
   }
 
+  bool has_judged() const noexcept override { return has_judged_; }
   report::Expectation result(const Extent& extent) const override {
     const std::string claim = "eventually " + condition_.text();
     report::Expectation result = held_result(name_, coverage_, extent);
@@ -141,6 +143,7 @@ class EventuallyJudge final : public Judge {
   Coverage coverage_;
   const std::optional<std::int64_t> by_ns_;
   std::optional<std::int64_t> met_ns_;
+  bool has_judged_ = false;
 };
 
 config::Schema condition_schema(std::span<const config::BusSectionType> /*buses*/) {

@@ -3,6 +3,7 @@
 //
 // Threads: check from the base thread; fill after the run.
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -18,7 +19,9 @@ class Judges {
  public:
   /// `arrivals` outlives it, and keeps what the devices keep of every sample.
   Judges(const config::Scenario& scenario, const signals::SignalTable& table, const Arrivals& arrivals) {
-    for (const config::Expectation& expectation : scenario.expectations)
+    for (const config::Expectation& expectation : scenario.expectations) {
+      const std::vector<signals::SignalId> read = plot_content(expectation, table).signals;
+      followers_.push_back(table.read_followers(read));
       judges_.push_back(
           make_judge({.expectation = expectation,
                       .table = table,
@@ -26,13 +29,18 @@ class Judges {
                       .max_samples = scenario.duration_ticks,
                       .options = {.period_ns = scenario.base_period_ns,
                                   .seed = scenario.seed + 0x9E3779B97F4A7C15u * (judges_.size() + 1)}}));
+    }
   }
 
   /// After every tick, with the samples that arrived since the tick before.
   void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
              std::int64_t time_ns) noexcept {
-    for (const auto& judge : judges_)
-      judge->check(table, arrived, time_ns);
+    for (std::size_t i = 0; i < judges_.size(); ++i) {
+      judges_[i]->check(table, arrived, time_ns);
+      if (followers_[i].empty() || !judges_[i]->has_judged()) continue;
+      for (signals::ReadFollower* const follower : followers_[i])
+        follower->note_read(signals::ReadBy::expectation);
+    }
   }
 
   /// Adds the results and the response times.
@@ -46,6 +54,7 @@ class Judges {
 
  private:
   std::vector<std::unique_ptr<Judge>> judges_;
+  std::vector<std::vector<signals::ReadFollower*>> followers_;  ///< by judge: of the signals that it reads
 };
 
 }  // namespace hil::expectations

@@ -33,7 +33,8 @@ class WindowedJudge final : public Judge {
     const bool is_past = to_ns_ && time_ns > *to_ns_;
     if (!was_open && starts && time_ns >= from_ns_ && !is_past) opened_ns_ = time_ns;
     if (opened_ns_ && !closed_ns_ && (is_past || (was_open && ends))) closed_ns_ = time_ns;
-    if (opened_ns_ && !closed_ns_)
+    is_open_ = opened_ns_ && !closed_ns_;
+    if (is_open_)
       judge_->check(table, arrived, time_ns);
     else
       judge_->skip(table, arrived, time_ns);
@@ -43,6 +44,7 @@ class WindowedJudge final : public Judge {
     judge_->skip(table, arrived, time_ns);
   }
 
+  bool has_judged() const noexcept override { return is_open_ && judge_->has_judged(); }
   report::Expectation result(const Extent& extent) const override {
     if (!opened_ns_) {
       return {.name = name_,
@@ -96,6 +98,7 @@ class WindowedJudge final : public Judge {
   const std::optional<std::int64_t> to_ns_;
   std::optional<WatchedCondition> after_, until_;
   std::optional<std::int64_t> opened_ns_, closed_ns_;
+  bool is_open_ = false;  ///< on the last tick
 };
 
 }  // namespace

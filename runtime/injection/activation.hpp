@@ -41,6 +41,8 @@ class Activation {
     std::int64_t end_ns = std::numeric_limits<std::int64_t>::max();  ///< while it is active
   };
   std::span<const Span> spans() const noexcept { return spans_; }
+  /// Whether it has begun.
+  bool has_begun() const noexcept { return first_begin_ns_.has_value(); }
   /// How long it was active, up to the end of the run.
   std::int64_t active_ns(std::int64_t end_ns) const noexcept;
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/config/numbers.hpp"
+#include "runtime/config/text_lists.hpp"
+#include "runtime/config/units.hpp"
 #include "runtime/injection/activity_signal.hpp"
 #include "runtime/injection/faulty_signal.hpp"
 #include "runtime/modules/splitmix64.hpp"
@@ -12,6 +15,26 @@ namespace hil::injection {
 
 using config::FaultSection;
 using signals::SignalId;
+
+namespace {
+
+/// A mistake where the value can not change the signal, or is no deviation. `constant`: empty: it varies.
+void check_constant_value(const FaultSection& section, std::optional<double> constant,
+                          const std::string& unit, config::Diagnostics& diagnostics) {
+  using Kind = FaultSection::Kind;
+  if (!constant || section.kind == Kind::stuck) return;
+  const std::string value = config::format_number(*constant) + (unit.empty() ? "" : " " + unit);
+  if (*constant == (section.kind == Kind::gain ? 1.0 : 0.0)) {
+    diagnostics.add(section.value->place(), "fault '" + section.name.text + "' changes nothing: '" +
+                                                section.subject.text + "' " + section.effect() +
+                                                " is the signal itself");
+  } else if (section.kind == Kind::noise && *constant < 0.0) {
+    diagnostics.add(section.value->place(), "fault '" + section.name.text + "': the standard deviation is " +
+                                                value + "; it is above 0");
+  }
+}
+
+}  // namespace
 
 struct Faults::Fault {
   const FaultSection* section = nullptr;
@@ -67,6 +90,7 @@ void Faults::declare_signal(const config::Scenario& scenario, Fault& fault, sign
     }
     faulty_.push_back(std::make_unique<FaultySignal>(signal, known.table().add(std::move(info))));
     faulty = faulty_.end() - 1;
+    known.table().add_read_follower((*faulty)->faulted, **faulty);
   }
   fault.effect = std::make_unique<SignalEffect>(section, scenario.base_period_ns, fault.seed);
   (*faulty)->sections.push_back(&section);
@@ -91,7 +115,11 @@ void Faults::redirect(std::span<const Reader> readers, config::Diagnostics& diag
     std::vector<std::string> reading;
     std::vector<SignalId*> redirected;
     std::vector<bool> is_found(named.size());
+    const auto add_reader = [&](const Reader& reader) {
+      faulty->readers.push_back(reader.name + " every " + config::format_duration(reader.period_ns));
+    };
     for (const Reader& reader : readers) {
+      if (*reader.signal == faulty->faulted) add_reader(reader);
       if (*reader.signal != faulty->signal) continue;
       reading.push_back(reader.owner);
       bool is_named = named.empty();
@@ -99,7 +127,9 @@ void Faults::redirect(std::span<const Reader> readers, config::Diagnostics& diag
         if (named[i].text != reader.owner && named[i].text != reader.name) continue;
         is_named = is_found[i] = true;
       }
-      if (is_named) redirected.push_back(reader.signal);
+      if (!is_named) continue;
+      redirected.push_back(reader.signal);
+      add_reader(reader);
     }
     const FaultSection& section = *faulty->sections.front();
     for (std::size_t i = 0; i < named.size(); ++i) {
@@ -107,12 +137,26 @@ void Faults::redirect(std::span<const Reader> readers, config::Diagnostics& diag
       diagnostics.add(named[i].place, "'" + named[i].text + "' does not read '" + section.subject.text + "'" +
                                           config::suggestion(named[i].text, reading));
     }
-    if (reading.empty()) {
-      diagnostics.add(section.subject.place, "no module and no bus reads '" + section.subject.text +
-                                                 "', so a fault of it has no effect");
-    }
     for (SignalId* signal : redirected)
       *signal = faulty->faulted;
+  }
+}
+
+void Faults::add_expectation(const std::string& name, std::span<const SignalId> read,
+                             const signals::SignalTable& table) {
+  const std::vector<signals::ReadFollower*> followers = table.read_followers(read);
+  for (const auto& faulty : faulty_) {
+    if (std::ranges::find(followers, faulty.get()) != followers.end())
+      faulty->readers.push_back("expectation '" + name + "'");
+  }
+}
+
+void Faults::check_readers(config::Diagnostics& diagnostics) const {
+  for (const auto& faulty : faulty_) {
+    const FaultSection& section = *faulty->sections.front();
+    if (!faulty->readers.empty() || !section.readers.empty()) continue;
+    diagnostics.add(section.subject.place, "no module and no bus reads '" + section.subject.text +
+                                               "', so a fault of it has no effect");
   }
 }
 
@@ -130,7 +174,9 @@ void Faults::compile(const config::Scenario& scenario, const signals::KnownSigna
         *section.value, known,
         {.unit = wanted.symbol, .what = "the value of fault '" + section.name.text + "'"},
         {.period_ns = scenario.base_period_ns, .seed = modules::splitmix64(seed)}, diagnostics);
-    if (value) fault->effect->set_value(std::move(*value), wanted.factor);
+    if (!value) continue;
+    check_constant_value(section, value->constant(), wanted.symbol, diagnostics);
+    fault->effect->set_value(std::move(*value), wanted.factor);
   }
 }
 
@@ -172,15 +218,38 @@ void Faults::end_tick(std::int64_t /*time_ns*/) noexcept {
     faulty->end_tick();
 }
 
+/// Of one that began.
+FaultEffect Faults::effect_of(const Fault& fault) const {
+  if (fault.target != nullptr) return fault.target->effect();
+  if (!fault.effect) return {};
+  if (fault.effect->took_effect()) return {.took_effect = true};
+  const auto faulty = std::ranges::find_if(faulty_, [&](const auto& one) {
+    return std::ranges::find(one->effects, fault.effect.get()) != one->effects.end();
+  });
+  const std::string readers = " (" + config::text_list((*faulty)->readers) + ")";
+  return {.took_effect = false,
+          .missing = fault.effect->was_read()
+                         ? "each value that its readers took in that time was the true one" + readers
+                         : "none of its readers took a value in that time" + readers};
+}
+
 void Faults::fill(std::int64_t end_ns, report::RunRecord& record) const {
   for (const auto& fault : faults_) {
+    FaultEffect effect;
+    if (fault->activation->has_begun()) {
+      effect = effect_of(*fault);
+    } else if (fault->target != nullptr) {
+      effect.frames = fault->target->effect().frames;
+    }
     record.faults.push_back({.name = fault->section->name.text,
                              .target = fault->section->subject.text,
                              .effect = fault->section->effect(),
                              .begins = fault->activation->begins(),
                              .first_begin_ns = fault->activation->first_begin_ns(),
                              .active_ns = fault->activation->active_ns(end_ns),
-                             .frames = fault->target == nullptr ? std::nullopt : fault->target->count(),
+                             .frames = effect.frames,
+                             .took_effect = effect.took_effect,
+                             .missing_effect = std::move(effect.missing),
                              .test_table = fault->section->test_table});
     for (const Activation::Span& span : fault->activation->spans())
       record.faults.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});

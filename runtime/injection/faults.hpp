@@ -30,9 +30,17 @@ namespace hil::injection {
 
 /// A reader of a signal, which can be redirected to another one.
 struct Reader {
-  std::string owner;  ///< "control", "can.car"
-  std::string name;   ///< "control.level"
+  std::string owner;           ///< "control", "can.car"
+  std::string name;            ///< "control.level"
+  std::int64_t period_ns = 0;  ///< of the task, or of the frames of a message
   signals::SignalId* signal = nullptr;
+};
+
+/// What became of a fault that began.
+struct FaultEffect {
+  std::optional<bool> took_effect{};      ///< empty: not known
+  std::string missing{};                  ///< why it took none, as a clause for the report
+  std::optional<std::uint64_t> frames{};  ///< frames or requests that came in its time; empty: not counted
 };
 
 /// Begins and ends the fault of a message, a device, a process or a task.
@@ -41,8 +49,8 @@ class FaultSwitch {
   virtual ~FaultSwitch() = default;
   /// At the begin of a tick, after the inputs of devices are latched. Neither allocates nor blocks.
   virtual void set(bool active) noexcept = 0;
-  /// After the run: the frames or requests that came while the fault was active; empty: not counted.
-  virtual std::optional<std::uint64_t> count() const { return std::nullopt; }
+  /// After the run.
+  virtual FaultEffect effect() const = 0;
 };
 
 class FaultySignal;
@@ -58,9 +66,13 @@ class Faults {
   /// before the variables, on which no fault acts.
   void declare(const config::Scenario& scenario, signals::KnownSignals& known,
                config::Diagnostics& diagnostics);
-  /// A reader that a fault names and that does not read its signal is a mistake, and so is a signal that
-  /// nobody reads.
+  /// A reader that a fault names and that does not read its signal is a mistake.
   void redirect(std::span<const Reader> readers, config::Diagnostics& diagnostics);
+  /// An expectation reads these signals.
+  void add_expectation(const std::string& name, std::span<const signals::SignalId> read,
+                       const signals::SignalTable& table);
+  /// A mistake for each fault of a signal that nobody reads. After all readers are known.
+  void check_readers(config::Diagnostics& diagnostics) const;
   void compile(const config::Scenario& scenario, const signals::KnownSignals& known,
                config::Diagnostics& diagnostics);
 
@@ -79,6 +91,7 @@ class Faults {
   struct Fault;
   void declare_signal(const config::Scenario& scenario, Fault& fault, signals::KnownSignals& known,
                       config::Diagnostics& diagnostics);
+  FaultEffect effect_of(const Fault& fault) const;
 
   std::vector<std::unique_ptr<Fault>> faults_;  ///< in the order of the scenario
   std::vector<std::unique_ptr<FaultySignal>> faulty_;

@@ -1,5 +1,6 @@
 #include "runtime/injection/faulty_signal.hpp"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -42,8 +43,15 @@ void SignalEffect::begin(std::int64_t time_ns) noexcept {
   began_ns_ = time_ns;
 }
 
+bool SignalEffect::replaces_value() const noexcept {
+  return is_active_ &&
+         (section_.kind == FaultKind::stuck || (section_.kind == FaultKind::dropout && is_dropped_));
+}
+
 void SignalEffect::act_on(signals::SignalValue& signal, std::int64_t time_ns) noexcept {
+  changes_ = false;
   if (!is_active_) return;
+  const signals::SignalValue before = signal;
   switch (section_.kind) {
     case FaultKind::stuck_at_last:
       if (std::exchange(takes_last_, false)) last_ = signal;
@@ -71,21 +79,40 @@ void SignalEffect::act_on(signals::SignalValue& signal, std::int64_t time_ns) no
     default:  // no fault of a signal
       break;
   }
+  const bool is_same_value =
+      signal.value == before.value || (std::isnan(signal.value) && std::isnan(before.value));
+  changes_ = !is_same_value || signal.fresh != before.fresh;
+}
+
+signals::SignalValue FaultySignal::with_faults(bool keeps) noexcept {
+  signals::SignalValue value = table_->read(signal);
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    if (keeps) effects[i]->keep(value, time_ns_);
+    effects[i]->act_on(value, time_ns_);
+    if (!effects[i]->replaces_value()) continue;
+    for (std::size_t earlier = 0; earlier < i; ++earlier)
+      effects[earlier]->set_replaced();
+  }
+  return value;
 }
 
 void FaultySignal::follow(signals::SignalId /*signal*/) noexcept {
-  signals::SignalValue value = table_->read(signal);
-  for (SignalEffect* effect : effects)
-    effect->act_on(value, time_ns_);
-  table_->write(faulted, value);
+  table_->write(faulted, with_faults(false));
 }
 
 void FaultySignal::end_tick() noexcept {
-  signals::SignalValue value = table_->read(signal);
+  with_faults(true);
+}
+
+void FaultySignal::note_read(signals::ReadBy by) noexcept {
+  bool is_replaced = false;
   for (SignalEffect* effect : effects) {
-    effect->keep(value, time_ns_);
-    effect->act_on(value, time_ns_);
+    effect->note_read();
+    is_replaced |= effect->replaces_value() || effect->is_stuck_at_last();
   }
+  if (is_replaced) return;
+  for (signals::ReadFollower* follower : of_true_signal_)
+    follower->note_read(by);
 }
 
 }  // namespace hil::injection

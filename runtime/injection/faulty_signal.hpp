@@ -40,6 +40,21 @@ class SignalEffect {
   void begin(std::int64_t time_ns) noexcept;
   void end() noexcept { is_active_ = false; }
   void act_on(signals::SignalValue& signal, std::int64_t time_ns) noexcept;
+  /// A later fault replaces what it did.
+  void set_replaced() noexcept { changes_ = false; }
+  /// Whether its result does not depend on what comes to it now: the true value, changed by earlier faults.
+  bool replaces_value() const noexcept;
+  bool is_stuck_at_last() const noexcept {
+    return is_active_ && section_.kind == config::FaultSection::Kind::stuck_at_last;
+  }
+  /// A reader takes the value.
+  void note_read() noexcept {
+    was_read_ |= is_active_;
+    took_effect_ |= changes_;
+  }
+  /// Whether a reader took a value while it was active, and one that it had changed.
+  bool was_read() const noexcept { return was_read_; }
+  bool took_effect() const noexcept { return took_effect_; }
   /// A delay keeps what comes to it at the end of a tick.
   void keep(const signals::SignalValue& signal, std::int64_t time_ns) noexcept {
     if (line_) line_->keep(signal, time_ns);
@@ -58,11 +73,13 @@ class SignalEffect {
   double number_ = 0.0;  ///< the value, with the noise drawn
   bool is_dropped_ = false;
   bool takes_last_ = false;  ///< the next value is the one that it is stuck at
+  bool changes_ = false;     ///< the value that readers get
   signals::SignalValue last_;
+  bool was_read_ = false, took_effect_ = false;
 };
 
-/// A signal with faults, which act one after the other.
-class FaultySignal final : public signals::WriteFollower {
+/// A signal with faults, which act one after the other. It follows what takes the value with faults.
+class FaultySignal final : public signals::WriteFollower, public signals::ReadFollower {
  public:
   FaultySignal(signals::SignalId true_signal, signals::SignalId faulted_signal)
       : signal(true_signal), faulted(faulted_signal) {}
@@ -70,22 +87,30 @@ class FaultySignal final : public signals::WriteFollower {
   const signals::SignalId signal, faulted;
   std::vector<const config::FaultSection*> sections;
   std::vector<SignalEffect*> effects;  ///< they outlive it
+  std::vector<std::string> readers;    ///< for the report, with their periods
 
   /// Before the first tick. The table outlives the last tick.
   void open(signals::SignalTable& table) {
     table_ = &table;
     table.set_follower(signal, *this);
+    of_true_signal_ = table.read_followers({{signal}});
   }
   void begin_tick(std::int64_t time_ns) noexcept {
     time_ns_ = time_ns;
     follow(signal);
   }
   void follow(signals::SignalId signal) noexcept override;
+  void note_read(signals::ReadBy by) noexcept override;
   void end_tick() noexcept;
 
  private:
+  /// `keeps`: delays keep the values that come to them.
+  signals::SignalValue with_faults(bool keeps) noexcept;
+
   signals::SignalTable* table_ = nullptr;
   std::int64_t time_ns_ = 0;
+  /// They follow what takes the true value, which the readers get while no fault replaces it.
+  std::vector<signals::ReadFollower*> of_true_signal_;
 };
 
 }  // namespace hil::injection

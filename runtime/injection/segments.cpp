@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "runtime/config/numbers.hpp"
 #include "runtime/modules/splitmix64.hpp"
 
 namespace hil::injection {
@@ -45,6 +46,12 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
       auto compiled = signals::SignalExpression::compile(section.values[i], known, wanted,
                                                          {.period_ns = period_ns, .seed = seed}, diagnostics);
       if (!compiled) return std::nullopt;
+      const auto constant = compiled->constant();
+      if (i == 1 && section.kind == SegmentKind::noise && constant && *constant < 0.0) {
+        diagnostics.add(section.values[i].place(),
+                        what + ": the deviation of noise is " + config::format_number(*constant) +
+                            (wanted.unit->empty() ? "" : " " + *wanted.unit) + "; it is 0 or above");
+      }
       segment.expressions.push_back(std::move(*compiled));
     }
     result.segments_.push_back(std::move(segment));

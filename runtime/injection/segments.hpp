@@ -31,6 +31,8 @@ class Segments {
   /// The index of the part that began in the last call of value(), if one did.
   std::optional<std::size_t> began() const noexcept { return began_; }
   bool is_over() const noexcept { return is_over_; }
+  /// The index of the part to which the last value belongs.
+  std::size_t part() const noexcept { return index_; }
 
  private:
   Segments(std::uint64_t repeat, std::uint64_t seed) : repeat_(repeat), random_(seed) {}

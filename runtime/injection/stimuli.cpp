@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "runtime/config/units.hpp"
 #include "runtime/injection/activity_signal.hpp"
 #include "runtime/modules/splitmix64.hpp"
 
@@ -61,8 +62,9 @@ void Stimuli::declare(const config::Scenario& scenario, signals::KnownSignals& k
   }
 }
 
-void Stimuli::connect(std::span<const Target> targets, config::Diagnostics& diagnostics) {
-  for (const Stimulus& stimulus : stimuli_) {
+void Stimuli::connect(std::span<const Target> targets, signals::SignalTable& table,
+                      config::Diagnostics& diagnostics) {
+  for (Stimulus& stimulus : stimuli_) {
     if (!stimulus.driven.valid()) continue;
     const auto target = std::ranges::find(targets, stimulus.section->drives.text, &Target::name);
     if (target->signal->valid()) {
@@ -71,6 +73,12 @@ void Stimuli::connect(std::span<const Target> targets, config::Diagnostics& diag
       continue;
     }
     *target->signal = stimulus.driven;
+    const auto* const segments =
+        std::get_if<std::vector<config::StimulusSegment>>(&stimulus.section->profile);
+    stimulus.effect = std::make_unique<StimulusEffect>(segments == nullptr ? 0 : segments->size());
+    stimulus.effect->set(false, target->initial, 0);
+    stimulus.reader_period_ns = target->period_ns;
+    table.add_read_follower(stimulus.driven, *stimulus.effect);
   }
 }
 
@@ -142,7 +150,21 @@ void Stimuli::begin_tick(std::int64_t time_ns) noexcept {
       }
     }
     table_->write(stimulus.driven, value, time_ns);
+    stimulus.effect->set(is_active, value, stimulus.segments ? stimulus.segments->part() : 0);
   }
+}
+
+std::string Stimuli::missing_effect(const Stimulus& stimulus) {
+  const std::string reader = stimulus.section->drives.text + ", which is read every " +
+                             config::format_duration(stimulus.reader_period_ns);
+  if (!stimulus.effect->took_effect()) return "no value of it was read in that time by " + reader;
+  const auto* const segments = std::get_if<std::vector<config::StimulusSegment>>(&stimulus.section->profile);
+  for (std::size_t i = 0; segments != nullptr && i < segments->size(); ++i) {
+    const std::string& name = (*segments)[i].name;
+    if (!name.empty() && stimulus.effect->is_unread(i))
+      return "no value of its part '" + name + "' was read by " + reader;
+  }
+  return {};
 }
 
 void Stimuli::fill(std::int64_t end_ns, report::RunRecord& record) const {
@@ -154,6 +176,10 @@ void Stimuli::fill(std::int64_t end_ns, report::RunRecord& record) const {
                               .first_begin_ns = stimulus.activation->first_begin_ns(),
                               .active_ns = stimulus.activation->active_ns(end_ns),
                               .test_table = stimulus.section->test_table});
+    if (stimulus.activation->has_begun()) {
+      record.stimuli.back().missing_effect = missing_effect(stimulus);
+      record.stimuli.back().took_effect = stimulus.effect->took_effect();
+    }
     for (const Activation::Span& span : stimulus.activation->spans())
       record.stimuli.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});
   }

@@ -17,6 +17,7 @@
 #include "runtime/config/scenario.hpp"
 #include "runtime/injection/activation.hpp"
 #include "runtime/injection/segments.hpp"
+#include "runtime/injection/stimulus_effect.hpp"
 #include "runtime/modules/event_log.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/csv_profile.hpp"
@@ -29,6 +30,7 @@ struct Target {
   std::string name;  ///< "control.setpoint", "can.car.EgoStatus.Speed"
   std::string unit;
   double initial = 0.0;
+  std::int64_t period_ns = 0;           ///< of the task or the frames that read it
   signals::SignalId* signal = nullptr;  ///< what it reads; invalid: nothing drives it yet
 };
 
@@ -38,7 +40,8 @@ class Stimuli {
   void declare(const config::Scenario& scenario, signals::KnownSignals& known,
                std::span<const Target> targets, config::Diagnostics& diagnostics);
   /// Connects the targets. A target that something else drives is a mistake.
-  void connect(std::span<const Target> targets, config::Diagnostics& diagnostics);
+  void connect(std::span<const Target> targets, signals::SignalTable& table,
+               config::Diagnostics& diagnostics);
   void compile(const config::Scenario& scenario, const signals::KnownSignals& known,
                config::Diagnostics& diagnostics);
 
@@ -59,7 +62,11 @@ class Stimuli {
     modules::EventLog::Kind begins{}, ends{};
     std::vector<std::optional<modules::EventLog::Kind>> parts{};  ///< by segment: of those with a name
     std::int64_t began_ns = 0;
+    std::unique_ptr<StimulusEffect> effect{};
+    std::int64_t reader_period_ns = 0;
   };
+  /// Why it took no effect, as a clause for the report; empty: it did, as far as it began.
+  static std::string missing_effect(const Stimulus& stimulus);
 
   std::vector<Stimulus> stimuli_;
   signals::SignalTable* table_ = nullptr;

@@ -96,7 +96,7 @@ class Cases {
   }
 
   void injections() {
-    open("stimuli and faults began", record_.run_time_ns);
+    open("stimuli and faults took effect", record_.run_time_ns);
     const std::vector<std::string> unchecked = sentences_of_unchecked_injections(record_);
     if (!unchecked.empty()) {
       std::string all;

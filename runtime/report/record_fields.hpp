@@ -375,6 +375,8 @@ void each_field(T& injection, Visit&& visit) {
   visit("active_ns", injection.active_ns);
   visit("spans", injection.spans);
   visit("frames", injection.frames);
+  visit("took_effect", injection.took_effect);
+  visit("missing_effect", injection.missing_effect);
   visit("test_table", injection.test_table);
 }
 

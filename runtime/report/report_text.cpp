@@ -89,6 +89,15 @@ void add_bus_faults(std::string& out, const std::string& name, const BusRecord& 
     out += "  " + name + ": " + to_ascii(fault.text) + '\n';
 }
 
+/// " from 3 s to 4 s"
+std::string times_of(const Injection& injection) {
+  if (injection.spans.empty()) return {};
+  const ActiveSpan& first = injection.spans.front();
+  const std::string from = " from " + chosen_time(first.begin_ns) + " to " + chosen_time(first.end_ns);
+  if (injection.begins == 1) return from;
+  return ' ' + counted(injection.begins, "time", "times") + ", first" + from;
+}
+
 }  // namespace
 
 std::string live_line(const LiveStatus& status, std::size_t columns) {
@@ -179,11 +188,12 @@ std::string lost_releases_sentence(const Task& task) {
 std::vector<std::string> sentences_of_unchecked_injections(const RunRecord& record) {
   std::vector<std::string> sentences;
   const auto add = [&](const Injection& injection, const std::string& subject) {
+    constexpr const char* consequence = ", so the run does not check what it is for";
     if (injection.begins == 0) {
-      sentences.push_back(subject + " never began, so the run does not check what it is for");
-    } else if (injection.frames == std::uint64_t{0}) {
-      sentences.push_back("while " + subject +
-                          " was active, no frame or request came, so the run does not check what it is for");
+      sentences.push_back(subject + " never began" + consequence);
+    } else if (!injection.missing_effect.empty()) {
+      sentences.push_back(subject + " was active" + times_of(injection) + ", but " +
+                          injection.missing_effect + consequence);
     }
   };
   for (const Injection& stimulus : record.stimuli) {

@@ -48,8 +48,8 @@ std::string recording_text(const Recording& recording);
 /// The number of skipped and aborted releases of the task; empty: none. Typographic.
 std::string lost_releases_sentence(const Task& task);
 
-/// Stimuli and faults that never began, or whose frames or requests never came, a sentence each: the run does
-/// not check what they are for.
+/// Stimuli and faults that never began or took no effect, a sentence each: the run does not check what they
+/// are for.
 std::vector<std::string> sentences_of_unchecked_injections(const RunRecord& record);
 
 /// What was lost, with begin, duration and cause. Typographic.

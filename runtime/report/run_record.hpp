@@ -252,6 +252,10 @@ struct Injection {
   std::vector<ActiveSpan> spans{};  ///< the first times that it was active
   /// Of a message or device: the frames or requests that came while it was active.
   std::optional<std::uint64_t> frames{};
+  /// Whether a reader took a value of it, or a frame, a request or a step was changed by it; empty: not
+  /// known, or it never began.
+  std::optional<bool> took_effect{};
+  std::string missing_effect{};  ///< why it took none, or a part of it took none: a clause
   std::string test_table{};  ///< the name of the one that it is from; empty: none
 };
 

@@ -12,8 +12,11 @@ DeviceLink::DeviceLink(io::Device& device, Links links, signals::SignalTable& ta
       pacing_(pacing),
       samples_(device.inputs().size()),
       values_(device.outputs().size()) {
-  for (std::size_t i = 0; i < values_.size(); ++i)
+  for (std::size_t i = 0; i < values_.size(); ++i) {
     values_[i] = device.outputs()[i].safe_value;
+    for (signals::ReadFollower* const follower : table.read_followers({{links_.outputs[i].signal}}))
+      followed_.push_back({device.send_cycle(i), follower});
+  }
 }
 
 void DeviceLink::latch_inputs(std::int64_t time_ns) noexcept {
@@ -42,6 +45,11 @@ void DeviceLink::step(const executive::TickInfo& tick) noexcept {
     if (!std::isnan(value)) values_[i] = value;
     if (holds_safe_values_) values_[i] = device_.outputs()[i].safe_value;
   }
+  for (const FollowedOutput& output : followed_) {
+    if (!holds_safe_values_ && output.cycle.is_due(last_release_ns_, tick.time_ns))
+      output.follower->note_read(signals::ReadBy::task);
+  }
+  last_release_ns_ = tick.time_ns;
   device_.release_outputs(values_, tick.time_ns);
   if (pacing_ == io::Pacing::lockstep) in_step_ = device_.exchange(tick.time_ns);
 }

@@ -3,6 +3,7 @@
 // a task with the device's rate releases its outputs. Under the virtual clock the same task exchanges
 // frames with the device in lock-step.
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -39,6 +40,12 @@ class DeviceLink final : public executive::Task {
   const Links links_;
   signals::SignalTable& table_;
   const io::Pacing pacing_;
+  struct FollowedOutput {
+    io::SendCycle cycle;
+    signals::ReadFollower* follower = nullptr;
+  };
+  std::vector<FollowedOutput> followed_;
+  io::RunTimeNs last_release_ns_ = std::numeric_limits<io::RunTimeNs>::min();
   std::vector<io::Sample> samples_;
   std::vector<double> values_;
   bool in_step_ = true;

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "runtime/config/units.hpp"
+
 namespace hil::run {
 namespace {
 
@@ -15,12 +17,14 @@ class BusSwitch final : public injection::FaultSwitch {
   BusSwitch(RunBuses& buses, const BusFault& fault, const std::string& name)
       : buses_(buses), fault_(fault), name_(name) {}
   void set(bool active) noexcept override { buses_.set_fault(fault_, name_, active); }
-  std::optional<std::uint64_t> count() const override {
-    using Kind = io::InjectedFault::Kind;
-    const bool acts_by_itself =
-        fault_.injected.kind == Kind::bus_off || fault_.injected.kind == Kind::disconnected;
-    if (acts_by_itself) return std::nullopt;
-    return buses_.fault_count(fault_);
+  injection::FaultEffect effect() const override {
+    const std::uint64_t count = buses_.fault_count(fault_);
+    injection::FaultEffect effect{.took_effect = buses_.fault_effects(fault_) > 0, .frames = count};
+    if (!*effect.took_effect)
+      effect.missing =
+          count == 0 ? "no frame or request came in that time"
+                     : "it changed none of the frames that came in that time (" + std::to_string(count) + ")";
+    return effect;
   }
 
  private:
@@ -41,6 +45,7 @@ class ProcessSwitch final : public injection::FaultSwitch {
 
   void set(bool active) noexcept override {
     if (processes_.is_killed(process_)) return;  // it does not come back
+    was_running_ = true;
     for (const std::size_t bus : connected_buses_)
       buses_.set_away(bus, processes_.process_at(process_), section_.name.text, active);
     if (section_.kind == FaultKind::paused) {
@@ -49,6 +54,10 @@ class ProcessSwitch final : public injection::FaultSwitch {
       processes_.kill_for_fault(process_, section_.name.text);
     }
   }
+  injection::FaultEffect effect() const override {
+    if (was_running_) return {};
+    return {.took_effect = false, .missing = "another fault had killed the process before"};
+  }
 
  private:
   ProcessWatch& processes_;
@@ -56,16 +65,33 @@ class ProcessSwitch final : public injection::FaultSwitch {
   const FaultSection& section_;
   RunBuses& buses_;
   const std::vector<std::size_t> connected_buses_;
+  bool was_running_ = false;  ///< when it began
 };
 
 class TaskSwitch final : public injection::FaultSwitch {
  public:
-  TaskSwitch(ModuleTask& task, std::int64_t added_ns) : task_(task), added_ns_(added_ns) {}
-  void set(bool active) noexcept override { task_.add_duration(active ? added_ns_ : -added_ns_); }
+  TaskSwitch(ModuleTask& task, std::int64_t period_ns, std::int64_t added_ns)
+      : task_(task), period_ns_(period_ns), added_ns_(added_ns) {}
+  void set(bool active) noexcept override {
+    // Each step that is longer in its time is longer by it, too.
+    if (!active) longer_steps_ += task_.longer_steps() - longer_before_;
+    longer_before_ = task_.longer_steps();
+    is_active_ = active;
+    task_.add_duration(active ? added_ns_ : -added_ns_);
+  }
+  injection::FaultEffect effect() const override {
+    const std::uint64_t longer = longer_steps_ + (is_active_ ? task_.longer_steps() - longer_before_ : 0);
+    if (longer > 0) return {.took_effect = true};
+    return {.took_effect = false,
+            .missing =
+                "no step of the task was in that time (every " + config::format_duration(period_ns_) + ")"};
+  }
 
  private:
   ModuleTask& task_;
-  const std::int64_t added_ns_;
+  const std::int64_t period_ns_, added_ns_;
+  bool is_active_ = false;
+  std::uint64_t longer_steps_ = 0, longer_before_ = 0;
 };
 
 /// The buses whose addresses the command of a process contains.
@@ -100,7 +126,9 @@ FaultSwitches::FaultSwitches(const Wiring& wiring, RunBuses& buses, ProcessWatch
     if (section.target == FaultSection::Target::task) {
       for (std::size_t task = 0; task < scenario.tasks.size(); ++task) {
         if (scenario.tasks[task].module.text == section.subject.text)
-          add(i, std::make_unique<TaskSwitch>(*tasks[task], section.duration_ns));
+          add(i, std::make_unique<TaskSwitch>(*tasks[task],
+                                              scenario.base_period_ns * scenario.tasks[task].every_ticks,
+                                              section.duration_ns));
       }
     } else if (section.target == FaultSection::Target::process) {
       std::size_t started = 0;  // by which the watch counts

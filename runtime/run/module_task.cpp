@@ -23,9 +23,13 @@ ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadli
   context_.inputs = inputs_;
   context_.outputs = outputs_;
   context_.events = &events;
+  std::vector<signals::SignalId> read;
+  for (const signals::InputSource& source : links_.inputs)
+    read.push_back(source.signal);
+  read_followers_ = table_.read_followers(read);
 }
 
-void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) const noexcept {
+void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) noexcept {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const signals::InputSource& source = links_.inputs[i];
     if (!source.signal.valid()) continue;
@@ -37,6 +41,8 @@ void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) const n
     inputs[i] = signal;
     inputs[i].value = source.conversion.of(signal.value);
   }
+  for (signals::ReadFollower* const follower : read_followers_)
+    follower->note_read(signals::ReadBy::task);
 }
 
 rtstdb::Version ModuleTask::latest_version() const noexcept {
@@ -69,6 +75,8 @@ void ModuleTask::step(const executive::TickInfo& /*tick*/) noexcept {
   context_.gpu_ns = 0;
   context_.failure = rtstdb::Status::idle;
   module_.step(context_);
+  step_added_ns_ = added_ns_.load(std::memory_order_relaxed);
+  if (step_added_ns_ > 0) longer_steps_.fetch_add(1, std::memory_order_relaxed);
   if (context_.failure == rtstdb::Status::idle) return;
   if (runs_without_result_++ == 0) first_failure_ = context_.failure;
 }

@@ -33,7 +33,9 @@ class ModuleTask final : public executive::Task {
   void add_duration(std::int64_t added_ns) noexcept {
     added_ns_.fetch_add(added_ns, std::memory_order_relaxed);
   }
-  std::int64_t added_ns() const noexcept override { return added_ns_.load(std::memory_order_relaxed); }
+  /// The steps that faults have made longer. Any thread.
+  std::uint64_t longer_steps() const noexcept { return longer_steps_.load(std::memory_order_relaxed); }
+  std::int64_t added_ns() const noexcept override { return step_added_ns_; }
   std::int64_t last_blocked_ns() const noexcept override { return context_.blocked_ns; }
   std::int64_t last_gpu_ns() const noexcept override { return context_.gpu_ns; }
 
@@ -44,7 +46,7 @@ class ModuleTask final : public executive::Task {
   rtstdb::Status first_failure() const noexcept { return first_failure_; }
 
  private:
-  void latch_inputs(std::vector<signals::SignalValue>& inputs) const noexcept;
+  void latch_inputs(std::vector<signals::SignalValue>& inputs) noexcept;
   rtstdb::Version latest_version() const noexcept;
 
   modules::Module& module_;
@@ -53,6 +55,7 @@ class ModuleTask final : public executive::Task {
   signals::SignalTable& table_;
   const rtstdb::Database* const database_;
   const DeviceClock& run_clock_;
+  std::vector<signals::ReadFollower*> read_followers_;
   std::vector<signals::SignalValue> inputs_;
   // Inputs and version of a queued release, as of its tick.
   std::vector<signals::SignalValue> kept_inputs_;
@@ -61,6 +64,8 @@ class ModuleTask final : public executive::Task {
   std::vector<double> outputs_;
   modules::StepContext context_;
   std::atomic<std::int64_t> added_ns_{0};
+  std::int64_t step_added_ns_ = 0;  ///< of the last step
+  std::atomic<std::uint64_t> longer_steps_{0};
   std::uint64_t runs_without_result_ = 0;
   rtstdb::Status first_failure_ = rtstdb::Status::idle;
 };

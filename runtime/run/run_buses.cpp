@@ -127,6 +127,10 @@ std::uint64_t RunBuses::fault_count(const BusFault& fault) const noexcept {
   return links_[fault.bus]->device().fault_count(fault.number);
 }
 
+std::uint64_t RunBuses::fault_effects(const BusFault& fault) const noexcept {
+  return links_[fault.bus]->device().fault_effects(fault.number);
+}
+
 void RunBuses::set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept {
   if (context_.is_virtual) links_[bus]->device().set_away(process, away);
   loss_watch_->set_fault(bus, name, away);
@@ -217,6 +221,7 @@ void RunBuses::fill(std::int64_t end_ns, report::RunRecord& record) const {
                           .first_begin_ns = playback->first_begin_ns,
                           .frames = playback->frames};
     if (log.first_begin_ns) {
+      log.took_effect = playback->frames > 0;
       log.spans = {{*log.first_begin_ns, playback->end_ns.value_or(end_ns)}};
       log.active_ns = log.spans[0].end_ns - log.spans[0].begin_ns;
     }

@@ -54,6 +54,8 @@ class RunBuses {
   void set_fault(const BusFault& fault, const std::string& name, bool active) noexcept;
   /// The frames or requests that came while the fault was active.
   std::uint64_t fault_count(const BusFault& fault) const noexcept;
+  /// Those of them that it changed, dropped or delayed.
+  std::uint64_t fault_effects(const BusFault& fault) const noexcept;
   /// The programs of a process that are connected with a bus do not answer, by the fault of this name, or do
   /// so again.
   void set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept;

@@ -60,6 +60,9 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
                            .unit = compiled->unit(),
                            .writer = "variables",
                            .initial = before_the_run.evaluate(known.table(), 0)});
+    // What reads the variable reads what it is computed from.
+    for (signals::ReadFollower* const follower : known.table().read_followers(compiled->signals()))
+      known.table().add_read_follower(signal, *follower);
     variables_.push_back({signal, std::move(*compiled)});
   }
 }

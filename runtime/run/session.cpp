@@ -283,6 +283,8 @@ SessionResult LiveSession::run() {
     context_.log.info(report::to_ascii(sentence));
   for (const std::string& failure : record.failures)
     context_.log.warn(failure);
+  for (const std::string& sentence : report::sentences_of_unchecked_injections(record))
+    context_.log.warn("not checked: " + report::to_ascii(sentence));
   if (const std::string sentence = report::skipped_ticks_sentence(record); !sentence.empty())
     context_.log.warn(report::to_ascii(sentence));
   for (const std::string& sentence : record.realtime.degraded)

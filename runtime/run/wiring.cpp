@@ -120,6 +120,11 @@ void connect_module(WiredModule& wired, const config::Scenario& scenario, const 
   }
 }
 
+/// Of an output: from one value that leaves the run to the next.
+std::int64_t send_period_ns(const WiredBus& wired, std::size_t output) {
+  return std::max(wired.section->period_ns, wired.bus->channels().send_cycle(output).period_ns);
+}
+
 /// What stimuli may drive. `signal` is null before the modules and buses are connected.
 std::vector<injection::Target> targets_of(Wiring& wiring) {
   std::vector<injection::Target> targets;
@@ -131,6 +136,7 @@ std::vector<injection::Target> targets_of(Wiring& wiring) {
       targets.push_back({.name = wired.section->module.text + "." + ports[i].name,
                          .unit = ports[i].unit,
                          .initial = ports[i].initial,
+                         .period_ns = wiring.scenario->base_period_ns * wired.section->every_ticks,
                          .signal = i < inputs.size() ? &inputs[i].signal : nullptr});
   }
   for (WiredBus& wired : wiring.buses) {
@@ -139,6 +145,7 @@ std::vector<injection::Target> targets_of(Wiring& wiring) {
       targets.push_back({.name = wired.section->full_name() + "." + channels[i].name,
                          .unit = channels[i].unit,
                          .initial = channels[i].safe_value,
+                         .period_ns = send_period_ns(wired, i),
                          .signal = &wired.links.outputs[i].signal});
   }
   return targets;
@@ -151,6 +158,7 @@ std::vector<injection::Reader> readers_of(Wiring& wiring) {
     for (std::size_t i = 0; i < wired.links.inputs.size(); ++i)
       readers.push_back({.owner = wired.section->module.text,
                          .name = wired.section->module.text + "." + wired.module->ports().inputs[i].name,
+                         .period_ns = wiring.scenario->base_period_ns * wired.section->every_ticks,
                          .signal = &wired.links.inputs[i].signal});
   }
   for (WiredBus& wired : wiring.buses) {
@@ -158,6 +166,7 @@ std::vector<injection::Reader> readers_of(Wiring& wiring) {
     for (std::size_t i = 0; i < channels.size(); ++i)
       readers.push_back({.owner = wired.section->full_name(),
                          .name = wired.section->full_name() + "." + channels[i].name,
+                         .period_ns = send_period_ns(wired, i),
                          .signal = &wired.links.outputs[i].signal});
   }
   return readers;
@@ -232,14 +241,19 @@ std::vector<FaultyBus> faulty_buses(const Wiring& wiring) {
   return buses;
 }
 
-void check_expectations(const config::Scenario& scenario, const KnownSignals& known,
-                        Diagnostics& diagnostics) {
+void check_expectations(Wiring& wiring, const KnownSignals& known, Diagnostics& diagnostics) {
+  const config::Scenario& scenario = *wiring.scenario;
   for (const config::Expectation& expectation : scenario.expectations) {
+    const std::size_t before = diagnostics.count();
     expectations::check_expectation(expectation, {.known = known,
                                                   .period_ns = scenario.base_period_ns,
                                                   .duration_ns = scenario.duration_ns,
                                                   .diagnostics = diagnostics});
+    if (diagnostics.count() != before) continue;
+    wiring.faults.add_expectation(
+        expectation.name, expectations::plot_content(expectation, wiring.signals).signals, wiring.signals);
   }
+  wiring.faults.check_readers(diagnostics);
 }
 
 void check_plots(const config::Scenario& scenario, const KnownSignals& known, Diagnostics& diagnostics) {
@@ -292,13 +306,13 @@ std::optional<Wiring> wire(config::Scenario& scenario, config::Diagnostics& diag
     connect_module(wired, scenario, known, diagnostics);
   for (WiredBus& wired : wiring.buses)
     wired.bus->connect(known, wired.links.outputs, diagnostics);
-  wiring.stimuli.connect(targets_of(wiring), diagnostics);
+  wiring.stimuli.connect(targets_of(wiring), wiring.signals, diagnostics);
   wiring.stimuli.compile(scenario, known, diagnostics);
   wiring.faults.redirect(readers_of(wiring), diagnostics);
   wiring.faults.compile(scenario, known, diagnostics);
   wiring.bus_faults = bus_faults(scenario, faulty_buses(wiring), diagnostics);
   check_fault_targets(scenario, diagnostics);
-  check_expectations(scenario, known, diagnostics);
+  check_expectations(wiring, known, diagnostics);
   check_plots(scenario, known, diagnostics);
   if (scenario.recording)
     wiring.recorded = recording::selected_signals(*scenario.recording, known, diagnostics);

@@ -27,7 +27,8 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
   auto compiled =
       compile(expression, SignalScope(expression, known.table(), &known), wanted, options, diagnostics);
   if (!compiled || !compiled->is_constant(expression)) return compiled;
-  if (std::isfinite(compiled->evaluate(known.table(), 0))) return compiled;
+  compiled->constant_ = compiled->evaluate(known.table(), 0);
+  if (std::isfinite(*compiled->constant_)) return compiled;
   diagnostics.add(expression.place(),
                   wanted.what + ": " + config::in_quotes(expression.text()) + " has no value");
   return std::nullopt;

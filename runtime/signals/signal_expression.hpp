@@ -36,6 +36,8 @@ class SignalExpression {
   /// NaN: unknown. Advances functions with a memory.
   double evaluate(const SignalTable& table, std::int64_t time_ns) noexcept;
 
+  /// Compiled with known signals: its value where that is the same in each step.
+  std::optional<double> constant() const noexcept { return constant_; }
   const std::string& unit() const noexcept { return program_.unit(); }
   /// Those that it reads, in the order of their first mention.
   const std::vector<SignalId>& signals() const noexcept { return signals_; }
@@ -53,6 +55,7 @@ class SignalExpression {
   expression::Program program_;
   std::vector<SignalId> signals_;
   std::vector<double> values_;
+  std::optional<double> constant_;
 };
 
 }  // namespace hil::signals

@@ -1,5 +1,6 @@
 #include "runtime/signals/signal_table.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -23,6 +24,17 @@ std::optional<SignalId> SignalTable::find(std::string_view name) const {
   const auto found = by_name_.find(std::string(name));
   if (found == by_name_.end()) return std::nullopt;
   return SignalId{found->second};
+}
+
+std::vector<ReadFollower*> SignalTable::read_followers(std::span<const SignalId> ids) const {
+  std::vector<ReadFollower*> all;
+  for (const SignalId id : ids) {
+    const auto followers = read_followers_.find(id.index);
+    if (followers == read_followers_.end()) continue;
+    for (ReadFollower* const follower : followers->second)
+      if (std::ranges::find(all, follower) == all.end()) all.push_back(follower);
+  }
+  return all;
 }
 
 std::vector<std::string> SignalTable::names() const {

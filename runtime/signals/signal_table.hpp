@@ -53,6 +53,20 @@ class WriteFollower {
   virtual void follow(SignalId signal) noexcept = 0;
 };
 
+enum class ReadBy : std::uint8_t {
+  task,         ///< of a module or a bus
+  expectation,  ///< which judges the tick
+};
+
+/// Notes that the value of a signal is taken.
+class ReadFollower {
+ public:
+  virtual ~ReadFollower() = default;
+  /// Base thread, in the tick in which the value is taken, with the table as it is then. Neither allocates
+  /// nor blocks.
+  virtual void note_read(ReadBy by) noexcept = 0;
+};
+
 class SignalTable {
  public:
   /// Adds a signal. Misuse (asserts): a second signal of the same name. Callers check with find() first,
@@ -92,6 +106,14 @@ class SignalTable {
     followers_[id.index] = &follower;
   }
 
+  /// While the run is wired. What takes the signal's value calls note_read(). `follower` outlives the last
+  /// tick.
+  void add_read_follower(SignalId id, ReadFollower& follower) {
+    read_followers_[id.index].push_back(&follower);
+  }
+  /// Of all the signals, each once. Allocates.
+  std::vector<ReadFollower*> read_followers(std::span<const SignalId> ids) const;
+
   /// All values, in the order in which the signals were added: for recording and comparing.
   std::span<const SignalValue> values() const noexcept { return values_; }
 
@@ -99,7 +121,8 @@ class SignalTable {
   std::vector<SignalInfo> infos_;
   std::vector<SignalValue> values_;
   std::unordered_map<std::string, std::uint32_t> by_name_;
-  std::vector<WriteFollower*> followers_;  ///< by signal; may be shorter
+  std::vector<WriteFollower*> followers_;                               ///< by signal; may be shorter
+  std::map<std::uint32_t, std::vector<ReadFollower*>> read_followers_;  ///< by index of the signal
 };
 
 }  // namespace hil::signals

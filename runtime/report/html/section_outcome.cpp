@@ -122,6 +122,13 @@ void expectations_section(Markup& out, const RunRecord& record) {
   out.close();
 }
 
+Cell effect_cell(const Injection& injection) {
+  if (!injection.missing_effect.empty())
+    return {(injection.took_effect.value_or(false) ? "in part: " : "no: ") + injection.missing_effect,
+            "tone bad"};
+  return injection.took_effect ? std::string(*injection.took_effect ? "yes" : "no") : std::string(dash);
+}
+
 void injections_section(Markup& out, const RunRecord& record) {
   const auto add = [&](const std::vector<Injection>& injections, const char* title, const char* target) {
     if (injections.empty()) return;
@@ -136,6 +143,7 @@ void injections_section(Markup& out, const RunRecord& record) {
     const bool has_frames =
         std::ranges::any_of(injections, [](const auto& one) { return one.frames.has_value(); });
     if (has_frames) columns.push_back({"Frames or requests", true});
+    columns.push_back({"Took effect"});
     Table table(out, std::move(columns));
     for (const Injection& one : injections) {
       std::vector<Cell> cells{one.name, one.target};
@@ -144,6 +152,7 @@ void injections_section(Markup& out, const RunRecord& record) {
       cells.push_back(one.first_begin_ns ? instant(*one.first_begin_ns) : std::string(dash));
       cells.push_back(chosen_time(one.active_ns));
       if (has_frames) cells.push_back(one.frames ? count_text(*one.frames) : std::string(dash));
+      cells.push_back(effect_cell(one));
       table.row(cells);
     }
     table.end();

@@ -163,8 +163,9 @@ faults:
   - {name: between, message: can.car.Driver, drop: 100 %, at: 101 ms, for: 50 ms}
 )");
   EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
-  EXPECT_NE(ended.output.find("while fault 'between' was active, no frame or request came"),
-            std::string::npos)
+  EXPECT_NE(
+      ended.output.find("fault 'between' was active from 101 ms to 151 ms, but no frame or request came"),
+      std::string::npos)
       << ended.output;
 }
 

@@ -101,7 +101,7 @@ TEST(Injection, ThatNeverBeganIsNotChecked) {
   const InjectionScenario files;
   const Ended ended =
       files.run("out", {"--set", "faults.stuck.signal=tank.level", "--set", "faults.stuck.at=5.9 s", "--set",
-                        "faults.stuck.probability=0 %", "--set", "expectations.trips.by=6 s", "--set",
+                        "faults.stuck.probability=0.0001 %", "--set", "expectations.trips.by=6 s", "--set",
                         "expectations.late.never=time > 1 h and plc.trip == 1", "--set",
                         "expectations.true_level.eventually=tank.level > 1 m"});
   EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;

@@ -99,6 +99,18 @@ TEST_F(InjectedFaults, LockstepRepliesAreLate) {
   EXPECT_EQ(latched(*client_)[0].time_ns, 40 * ms);
 }
 
+TEST_F(InjectedFaults, LockstepReplyThatIsLateOnlyToTheEndOfTheFaultIsItsEffect) {
+  start(Pacing::lockstep, {{.kind = Kind::delay, .delay_ns = 30 * ms}});
+  cycle(0);
+  EXPECT_EQ(client_->fault_effects(0), 0u);
+  client_->set_fault(0, true);
+  cycle(10 * ms);
+  client_->set_fault(0, false);
+  cycle(20 * ms);
+  EXPECT_EQ(latched(*client_)[0].time_ns, 20 * ms);
+  EXPECT_EQ(client_->fault_effects(0), 1u);
+}
+
 TEST_F(InjectedFaults, LockstepRepliesBeyondTheTimeOutAreTimeOuts) {
   start(Pacing::lockstep, {{.kind = Kind::delay, .delay_ns = 60 * ms}});
   client_->set_fault(0, true);

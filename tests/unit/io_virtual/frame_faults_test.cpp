@@ -91,6 +91,27 @@ TEST_F(FrameFaults, DropLosesItsShareFromTheSeed) {
   device_.set_fault(0, false);
   EXPECT_EQ(counters(100).size(), 100u);
   EXPECT_EQ(device_.fault_count(0), 1'000u);
+  EXPECT_EQ(device_.fault_effects(0), 1'000u - sent);
+}
+
+TEST_F(FrameFaults, EffectsAreTheFramesThatWereChanged) {
+  const std::vector<InjectedFault> faults{{.kind = Kind::frozen, .message = "EgoStatus"},
+                                          {.kind = Kind::wrong_counter, .message = "EgoStatus"},
+                                          {.kind = Kind::length, .message = "EgoStatus", .number = 4}};
+  for (const InjectedFault& fault : faults)
+    ASSERT_EQ(add(fault), "");
+  start();
+  counters(1);
+  device_.set_fault(0, true);
+  device_.set_fault(2, true);
+  counters(3);
+  EXPECT_EQ(device_.fault_effects(0), 0u) << "all frames have the values of the one before";
+  EXPECT_EQ(device_.fault_count(0), 3u);
+  EXPECT_EQ(device_.fault_effects(2), 3u);
+  device_.set_fault(2, false);
+  device_.set_fault(1, true);
+  counters(3);
+  EXPECT_EQ(device_.fault_effects(1), 3u);
 }
 
 TEST_F(FrameFaults, RepeatSendsEachFrameAgain) {

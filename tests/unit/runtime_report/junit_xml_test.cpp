@@ -37,20 +37,30 @@ TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
   EXPECT_TRUE(case_named(document, "DUT answers within 50 ms").children.empty());
 }
 
-TEST(JunitXml, FailsForStimuliAndFaultsThatNeverBegan) {
+TEST(JunitXml, FailsForStimuliAndFaultsWithoutEffect) {
   RunRecord record;
   record.stimuli = {{.name = "surge", .target = "tank.inflow", .effect = "", .begins = 1}};
-  EXPECT_TRUE(case_named(parse_strictly(junit_xml(record)), "stimuli and faults began").children.empty());
+  EXPECT_TRUE(
+      case_named(parse_strictly(junit_xml(record)), "stimuli and faults took effect").children.empty());
   record.faults = {{.name = "stuck", .target = "tank.level", .effect = ""},
-                   {.name = "lost", .target = "can.car.Status", .effect = "", .begins = 1, .frames = 0}};
+                   {.name = "lost",
+                    .target = "can.car.Status",
+                    .effect = "",
+                    .begins = 1,
+                    .spans = {{.begin_ns = 3'000'200'000, .end_ns = 4'000'000'000}},
+                    .frames = 0,
+                    .took_effect = false,
+                    .missing_effect = "no frame came"}};
   const XmlElement document = parse_strictly(junit_xml(record));
   EXPECT_EQ(document.attributes.at("failures"), "1");
   EXPECT_EQ(document.attributes.at("tests"), "3");
-  const XmlElement& failed = case_named(document, "stimuli and faults began");
+  const XmlElement& failed = case_named(document, "stimuli and faults took effect");
   ASSERT_EQ(failed.children.size(), 1U);
   EXPECT_EQ(failed.children.at(0).name, "failure");
   EXPECT_NE(failed.children.at(0).text.find("fault 'stuck' never began"), std::string::npos);
-  EXPECT_NE(failed.children.at(0).text.find("while fault 'lost' was active, no frame"), std::string::npos);
+  EXPECT_NE(failed.children.at(0).text.find(
+                "fault 'lost' was active from 3.0002 s to 4 s, but no frame came, so the"),
+            std::string::npos);
 }
 
 TEST(JunitXml, ReportsPermittedMissesWithoutAFailure) {
