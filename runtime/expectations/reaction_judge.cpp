@@ -91,15 +91,15 @@ void ReactionJudge::begin(std::int64_t time_ns) noexcept {
   open_[end_++ % open_.size()] = {.begin_ns = time_ns};
 }
 
-void ReactionJudge::note_time(std::int64_t begin_ns, std::int64_t took_ns) noexcept {
-  if (took_ns <= worst_ns_) return;
-  worst_ns_ = took_ns;
+void ReactionJudge::note_margin(std::int64_t begin_ns, std::int64_t margin_ns) noexcept {
+  if (margin_ns >= margin_ns_) return;
+  margin_ns_ = margin_ns;
   worst_begin_ns_ = begin_ns;
 }
 
 void ReactionJudge::complete(std::int64_t time_ns) noexcept {
-  if (late_begin_ns_ && time_ns - *then_since_ns_ >= hold_ns_) {
-    note_time(*late_begin_ns_, *then_since_ns_ - *late_begin_ns_);
+  if (late_begin_ns_) {
+    note_margin(*late_begin_ns_, within_ns_ - (*then_since_ns_ - *late_begin_ns_));
     late_begin_ns_.reset();
   }
   for (; first_ != end_; ++first_) {
@@ -112,23 +112,49 @@ void ReactionJudge::complete(std::int64_t time_ns) noexcept {
       slowest_ns_ = took_ns;
       slowest_begin_ns_ = begin_ns;
     }
-    note_time(begin_ns, took_ns);
+    note_margin(begin_ns, within_ns_ - took_ns);
+    counted_begin_ns_ = begin_ns;
+    counted_since_ns_ = since_ns;
     if (samples_ns_.size() < samples_ns_.capacity()) samples_ns_.push_back(took_ns);
   }
+}
+
+void ReactionJudge::end_then(std::int64_t time_ns) noexcept {
+  if (!then_since_ns_) return;
+  // Of those that `then` followed in time and for long enough, the last one has the least time.
+  if (hold_ns_ > 0 && counted_since_ns_)
+    note_margin(*counted_begin_ns_, then_last_ns_ - *counted_since_ns_ - hold_ns_);
+  counted_since_ns_.reset();
+  for (std::uint64_t i = first_; i != end_; ++i) {
+    Open& reaction = open_[i % open_.size()];
+    const std::int64_t since_ns = std::max(reaction.begin_ns, *then_since_ns_);
+    const std::int64_t stayed_ns = then_last_ns_ - since_ns;
+    if (since_ns > reaction.begin_ns + within_ns_ || stayed_ns <= reaction.stayed_ns) continue;
+    reaction.came_ns = since_ns;
+    reaction.stayed_ns = stayed_ns;
+    reaction.ended_ns = time_ns;
+  }
+  then_since_ns_.reset();
 }
 
 void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
   for (; first_ != end_ && oldest().begin_ns + within_ns_ < time_ns; ++first_) {
     const Open& reaction = oldest();
+    const std::int64_t limit_ns = reaction.begin_ns + within_ns_;
     // `then` followed in time and is still true.
-    if (then_since_ns_ && *then_since_ns_ <= reaction.begin_ns + within_ns_) return;
+    if (then_since_ns_ && *then_since_ns_ <= limit_ns) return;
     if (reaction.was_unknown) {
       ++not_judged_;
       continue;
     }
-    ++late_;
-    if (!late_begin_ns_) late_begin_ns_ = reaction.begin_ns;
-    if (!first_failure_ns_) first_failure_ns_ = reaction.begin_ns + within_ns_;
+    if (reaction.stayed_ns >= 0) {
+      if (short_++ == 0 || reaction.stayed_ns < shortest_.stayed_ns) shortest_ = reaction;
+      note_margin(reaction.begin_ns, reaction.stayed_ns - hold_ns_);
+    } else {
+      ++late_;
+      if (!late_begin_ns_) late_begin_ns_ = reaction.begin_ns;
+    }
+    if (!first_failure_ns_) first_failure_ns_ = std::max(limit_ns, reaction.ended_ns);
   }
 }
 
@@ -138,11 +164,12 @@ void ReactionJudge::check(const signals::SignalTable& table, std::span<const Arr
   const Truth then = conditions_[1].truth(table, time_ns);
   if (when == Truth::yes && last_when_ != Truth::yes) begin(time_ns);
   last_when_ = when;
-  if (then != Truth::yes) then_since_ns_.reset();
+  if (then != Truth::yes) end_then(time_ns);
   end_before(time_ns);  // the time of some may have ended in ticks that were skipped
   coverage_.check(table, time_ns, when != Truth::unknown && (then != Truth::unknown || first_ == end_));
   if (then == Truth::yes) {
     if (!then_since_ns_) then_since_ns_ = time_ns;
+    then_last_ns_ = time_ns;
     complete(time_ns);
     return;
   }
@@ -159,31 +186,44 @@ void ReactionJudge::skip(const signals::SignalTable& table, std::span<const Arri
   conditions_[1].truth(table, time_ns);
 }
 
+std::string ReactionJudge::figures() const {
+  std::string text = std::to_string(in_time_) + " of " +
+                     report::counted(in_time_ + late_ + short_, "reaction", "reactions") + " in time" +
+                     (hold_ns_ > 0 ? " and for long enough" : "");
+  if (in_time_ > 0)
+    text += ", the slowest after " + ascii_time(slowest_ns_) + ", at " +
+            report::to_ascii(report::instant(slowest_begin_ns_));
+  if (short_ > 0) {
+    text += "; " + std::to_string(short_) + " ended too early: " + (short_ > 1 ? "the shortest" : "it") +
+            " came after " + ascii_time(shortest_.came_ns - shortest_.begin_ns) + " and ended after " +
+            ascii_time(shortest_.stayed_ns) + " of " + ascii_time(hold_ns_) + ", at " +
+            report::to_ascii(report::instant(shortest_.begin_ns));
+  }
+  if (short_ > 0 && late_ > 0) text += "; " + std::to_string(late_) + " came too late or not at all";
+  const std::uint64_t not_judged = not_judged_ + (end_ - first_);
+  if (not_judged > 0) text += "; " + std::to_string(not_judged) + " not judged";
+  return text;
+}
+
 report::Expectation ReactionJudge::result(const Extent& extent) const {
   const std::string claim = "when " + conditions_[0].text() + " then " + conditions_[1].text() + " within " +
                             ascii_time(within_ns_) +
                             (hold_ns_ > 0 ? " for at least " + ascii_time(hold_ns_) : "");
-  const std::uint64_t judged = in_time_ + late_;
-  std::string figures =
-      std::to_string(in_time_) + " of " + report::counted(judged, "reaction", "reactions") + " in time";
-  if (in_time_ > 0)
-    figures += ", the slowest after " + ascii_time(slowest_ns_) + ", at " +
-               report::to_ascii(report::instant(slowest_begin_ns_));
-  const std::uint64_t not_judged = not_judged_ + (end_ - first_);
-  if (not_judged > 0) figures += "; " + std::to_string(not_judged) + " not judged";
+  const std::uint64_t failed = late_ + short_, judged = in_time_ + failed;
   report::Expectation result = held_result(name_, coverage_, extent);
   result.result = report::ExpectationResult::not_checked;
-  result.detail = claim + ": " + figures;
+  result.detail = claim + ": " + figures();
   result.first_failure_ns = first_failure_ns_;
-  const std::int64_t open_late_ns = late_begin_ns_ ? extent.end_ns - *late_begin_ns_ : -1;
   if (judged > 0) {
-    const bool is_open = open_late_ns > worst_ns_;
-    result.margin = static_cast<double>(within_ns_ - (is_open ? open_late_ns : worst_ns_)) / 1e9;
+    const std::int64_t open_margin_ns =
+        late_begin_ns_ ? within_ns_ - (extent.end_ns - *late_begin_ns_) : margin_ns_;
+    const bool is_open = open_margin_ns < margin_ns_;
+    result.margin = static_cast<double>(is_open ? open_margin_ns : margin_ns_) / 1e9;
     result.margin_unit = "s";
     result.worst_ns = is_open ? *late_begin_ns_ : worst_begin_ns_;
   }
   const std::string shortfall = coverage_.shortfall(extent.ticks);
-  if (late_ > 0) {
+  if (failed > 0) {
     result.result = report::ExpectationResult::failed;
   } else if (judged < at_least_) {
     result.detail += "; at least " + std::to_string(at_least_) + " have to be judged";
@@ -201,7 +241,7 @@ std::optional<report::ResponseTime> ReactionJudge::response_times(std::int64_t /
       .name = has_all ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + ")",
       .limit_ns = within_ns_,
       .samples_ns = samples_ns_,
-      .unanswered = late_,
+      .unanswered = late_ + short_,
       .not_judged = not_judged_ + (end_ - first_)};
 }
 

@@ -43,6 +43,8 @@ class TracksJudge final : public Judge {
     const bool is_known = table.is_known(signal_) && !std::isnan(value);
     coverage_.check(table, time_ns, is_known);
     if (!is_known) return;
+    if (!first_compared_ns_) first_compared_ns_ = time_ns;
+    last_compared_ns_ = time_ns;
     for (std::int64_t shift = -shift_ticks_; shift <= shift_ticks_; ++shift) {
       Fit& fit = fits_[static_cast<std::size_t>(shift + shift_ticks_)];
       const double error = std::abs(value - values_[place_of(tick_ - shift)]);
@@ -76,6 +78,7 @@ class TracksJudge final : public Judge {
     result.detail += "greatest error " + text_of(fit.worst_error) + " at " +
                      report::to_ascii(report::instant(fit.worst_ns));
     if (shift_ticks_ > 0) result.detail += ", after a shift of " + config::format_duration(best * period_ns_);
+    result.detail += "; " + compared(result.evaluated_ticks);
     result.margin = (tolerance_ - fit.worst_error) / difference_.factor;
     result.margin_unit = difference_.symbol;
     result.worst_ns = fit.worst_ns;
@@ -86,11 +89,22 @@ class TracksJudge final : public Judge {
     } else if (!shortfall.empty()) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and " + shortfall;
+    } else if (result.evaluated_ticks < min_compared) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += "; at least " + std::to_string(min_compared) + " are required";
     }
     return result;
   }
 
  private:
+  static constexpr std::uint64_t min_compared = 2;  ///< one value is no curve
+  std::string compared(std::uint64_t instants) const {
+    const auto at = [](std::int64_t time_ns) { return report::to_ascii(report::chosen_time(time_ns)); };
+    if (instants == 1) return "1 instant was compared, at " + at(*first_compared_ns_);
+    return std::to_string(instants) + " instants were compared, from " + at(*first_compared_ns_) + " to " +
+           at(last_compared_ns_);
+  }
+
   /// The comparison with one shift.
   struct Fit {
     double worst_error = -1.0;
@@ -135,6 +149,8 @@ class TracksJudge final : public Judge {
   Coverage coverage_;
   std::vector<double> values_;  ///< of the reference, a ring by tick
   std::vector<Fit> fits_;       ///< by shift
+  std::optional<std::int64_t> first_compared_ns_;
+  std::int64_t last_compared_ns_ = 0;
   std::int64_t tick_ = 0;
   std::optional<std::int64_t> next_;  ///< the tick whose value comes next
 };

@@ -122,13 +122,13 @@ TEST_F(Occurrences, ReactionThatHasToLastIsHeldWhereItBeganInTime) {
   tick(*judge, 1, 0);
   for (const double speed : {9, 0, 9, 9, 9, 9})  // from 3 ms on
     tick(*judge, 1, speed);
-  expect_now(*judge, Result::not_checked, {"0 of 0 reactions in time; 1 not judged"});
+  expect_now(*judge, Result::not_checked, {"0 of 0 reactions in time and for long enough; 1 not judged"});
   tick(*judge, 1, 9);
   const auto result = expect_now(*judge, Result::held);
   EXPECT_EQ(
       result.detail,
       "when bus.Header.Counter == 1 then ego.speed > 5 within 3 ms for at least 4 ms: 1 of 1 reaction in "
-      "time, the slowest after 3 ms, at 0.000 s");
+      "time and for long enough, the slowest after 3 ms, at 0.000 s");
   EXPECT_EQ(result.margin, 0.0);
   EXPECT_EQ(result.worst_ns, 0);
 }
@@ -140,10 +140,61 @@ TEST_F(Occurrences, ReactionThatEndsTooEarlyFails) {
   tick(*judge, 1, 0);
   for (const double speed : {0, 9, 9, 9, 0, 9, 9, 9, 9, 9})  // breaks off at 5 ms, and lasts from 6 ms on
     tick(*judge, 1, speed);
-  const auto result = expect_now(*judge, Result::failed, {"0 of 1 reaction in time"});
-  EXPECT_EQ(result.first_failure_ns, 3 * ms);
-  EXPECT_DOUBLE_EQ(result.margin, -0.003);
+  const auto result = expect_now(*judge, Result::failed);
+  EXPECT_EQ(
+      result.detail,
+      "when bus.Header.Counter == 1 then ego.speed > 5 within 3 ms for at least 4 ms: 0 of 1 reaction in "
+      "time and for long enough; 1 ended too early: it came after 2 ms and ended after 2 ms of 4 ms, at "
+      "0.000 "
+      "s");
+  EXPECT_EQ(result.first_failure_ns, 5 * ms);
+  EXPECT_DOUBLE_EQ(result.margin, -0.002) << "stayed for 2 ms of 4 ms";
   EXPECT_EQ(result.worst_ns, 0);
+}
+
+TEST_F(Occurrences, LongestTimeOfAReactionCounts) {
+  Reaction claim = reaction(5 * ms);
+  claim.hold_ns = 4 * ms;
+  const auto judge = this->judge(claim);
+  tick(*judge, 1, 0);
+  for (const double speed : {9, 0, 9, 9, 9, 0, 0, 0, 0})
+    tick(*judge, 1, speed);
+  expect_now(*judge, Result::failed, {"came after 3 ms and ended after 2 ms of 4 ms, at 0.000 s"});
+  EXPECT_DOUBLE_EQ(judge->result(until(time_ns_, 10)).margin, -0.002);
+}
+
+TEST_F(Occurrences, MarginOfAReactionThatHasToLastIsThatOfTheShortestOne) {
+  Reaction claim = reaction(50 * ms);
+  claim.hold_ns = 2 * ms;
+  const auto judge = this->judge(claim);
+  tick(*judge, 1, 0);
+  for (const double speed : {9, 9, 9, 9, 0})  // stays for 3 ms
+    tick(*judge, 1, speed);
+  EXPECT_DOUBLE_EQ(expect_now(*judge, Result::held).margin, 0.001);
+  tick(*judge, 0, 0);
+  tick(*judge, 1, 9);
+  while (time_ns_ < 100 * ms)
+    tick(*judge, 1, 0);
+  tick(*judge, 0, 0);
+  tick(*judge, 1, 0);
+  while (time_ns_ < 200 * ms)
+    tick(*judge, 1, 0);
+  const auto result =
+      expect_now(*judge, Result::failed,
+                 {"1 of 3 reactions in time and for long enough", "1 ended too early: it",
+                  "came after 0 and ended after 0 of 2 ms, at 0.007 s", "1 came too late or not at all"});
+  EXPECT_DOUBLE_EQ(result.margin, 0.05 - 0.099) << "to the end of the run";
+  EXPECT_EQ(result.worst_ns, 101 * ms);
+}
+
+TEST_F(Occurrences, LateReactionIsLateUpToItsFirstTickHoweverLongItStays) {
+  Reaction claim = reaction(3 * ms);
+  claim.hold_ns = 4 * ms;
+  const auto judge = this->judge(claim);
+  tick(*judge, 1, 0);
+  for (const double speed : {0, 0, 0, 9, 0, 0, 0, 0, 0, 0})
+    tick(*judge, 1, speed);
+  EXPECT_DOUBLE_EQ(expect_now(*judge, Result::failed).margin, -0.001) << "4 ms of 3 ms";
 }
 
 TEST_F(Occurrences, MarginOfAReactionCountsLateOnes) {

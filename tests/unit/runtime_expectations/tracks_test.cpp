@@ -36,7 +36,8 @@ TEST_F(Tracking, IsHeldWithinTheTolerance) {
     set_speed(*judge, 0.1 * tick + (tick == 20 ? -0.4 : 0.1), tick * ms);
   const auto result = expect(*judge, until(50 * ms, 50), Result::held);
   EXPECT_EQ(result.detail,
-            "ego.speed tracks its reference within 0.5 m/s: greatest error 0.4 m/s at 0.020 s");
+            "ego.speed tracks its reference within 0.5 m/s: greatest error 0.4 m/s at 0.020 s; 50 instants "
+            "were compared, from 0 to 49 ms");
   EXPECT_NEAR(result.margin, 0.1, 1e-12);
   EXPECT_EQ(result.margin_unit, "m/s");
   EXPECT_EQ(result.worst_ns, 20 * ms);
@@ -89,6 +90,22 @@ TEST_F(Tracking, OutsideTheReferenceIsNotJudged) {
   const auto ended = this->judge(claim("time,speed\n0.01,1\n0.02,1\n", "1 m/s"));
   set_speed(*ended, 0, 0);
   expect(*ended, until(5 * ms, 5), Result::not_checked, {"the reference has no value on a tick"});
+}
+
+TEST_F(Tracking, OneInstantIsNoCurve) {
+  const auto once = judge(claim("time,speed\n0.003,5\n0.0035,6\n", "1 m/s"));
+  for (int tick = 0; tick < 9; ++tick)
+    set_speed(*once, 5.0, tick * ms);
+  expect(*once, until(9 * ms, 9), Result::not_checked,
+         {"1 instant was compared, at 3 ms; at least 2 are required"});
+  const auto wrong = judge(claim("time,speed\n0.003,5\n0.0035,6\n", "1 m/s"));
+  for (int tick = 0; tick < 9; ++tick)
+    set_speed(*wrong, 9.0, tick * ms);
+  expect(*wrong, until(9 * ms, 9), Result::failed, {"1 instant was compared"});
+  const auto twice = judge(claim("time,speed\n0.003,5\n0.004,5\n", "1 m/s"));
+  for (int tick = 0; tick < 9; ++tick)
+    set_speed(*twice, 5.0, tick * ms);
+  expect(*twice, until(9 * ms, 9), Result::held, {"2 instants were compared, from 3 ms to 4 ms"});
 }
 
 TEST_F(Tracking, IsJudgedWithoutAllocation) {
