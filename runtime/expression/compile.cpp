@@ -255,8 +255,7 @@ class Compiler {
     for (const auto& [known, value] : *values)
       names.push_back(known);
     types_.fail(name, in_quotes(word.text) + " is no number and no " + scope_.noun() + ", and " +
-                          in_quotes(of) + " has no value of that name" +
-                          config::suggestion(word.text, names));
+                          in_quotes(of) + " has no value of that name" + config::all_known(word.text, names));
     return false;
   }
 

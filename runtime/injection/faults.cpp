@@ -1,6 +1,7 @@
 #include "runtime/injection/faults.hpp"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "runtime/config/numbers.hpp"
@@ -10,6 +11,7 @@
 #include "runtime/injection/faulty_signal.hpp"
 #include "runtime/modules/splitmix64.hpp"
 #include "runtime/signals/signal_expression.hpp"
+#include "runtime/signals/value_names.hpp"
 
 namespace hil::injection {
 
@@ -162,6 +164,7 @@ void Faults::check_readers(config::Diagnostics& diagnostics) const {
 
 void Faults::compile(const config::Scenario& scenario, const signals::KnownSignals& known,
                      config::Diagnostics& diagnostics) {
+  const std::map<std::string, double> no_names;
   for (const auto& fault : faults_) {
     const FaultSection& section = *fault->section;
     const std::uint64_t seed = modules::splitmix64(fault->seed);
@@ -169,10 +172,13 @@ void Faults::compile(const config::Scenario& scenario, const signals::KnownSigna
         Activation::compile(section.activation, known, scenario.base_period_ns, seed, diagnostics);
     if (!section.value || fault->effect == nullptr) continue;
     const SignalId signal = *known.table().find(section.subject.text);
-    const FaultValueUnit wanted = fault_value_unit(section.kind, known.table().info(signal).unit);
+    const signals::SignalInfo& info = known.table().info(signal);
+    const FaultValueUnit wanted = fault_value_unit(section.kind, info.unit);
+    const auto names = section.kind == FaultSection::Kind::stuck ? info.named_values : no_names;
+    const auto given = signals::with_named_values(*section.value, names, info.name, known, diagnostics);
+    if (!given) continue;
     auto value = signals::SignalExpression::compile(
-        *section.value, known,
-        {.unit = wanted.symbol, .what = "the value of fault '" + section.name.text + "'"},
+        *given, known, {.unit = wanted.symbol, .what = "the value of fault '" + section.name.text + "'"},
         {.period_ns = scenario.base_period_ns, .seed = modules::splitmix64(seed)}, diagnostics);
     if (!value) continue;
     check_constant_value(section, value->constant(), wanted.symbol, diagnostics);

@@ -7,6 +7,7 @@
 
 #include "runtime/config/numbers.hpp"
 #include "runtime/modules/splitmix64.hpp"
+#include "runtime/signals/value_names.hpp"
 
 namespace hil::injection {
 namespace {
@@ -24,11 +25,11 @@ double phase_of(std::int64_t passed_ns, std::int64_t period_ns) noexcept {
 
 std::optional<Segments> Segments::compile(std::span<const config::StimulusSegment> segments,
                                           std::uint64_t repeat, const signals::KnownSignals& known,
-                                          const std::string& unit, const std::string& what,
-                                          std::int64_t period_ns, std::uint64_t seed,
-                                          config::Diagnostics& diagnostics) {
+                                          const signals::SignalInfo& driven, std::int64_t period_ns,
+                                          std::uint64_t seed, config::Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.count();
   Segments result(repeat, seed);
+  const std::string &unit = driven.unit, what = "'" + driven.name + "'";
   const units::DifferenceUnit difference = units::difference_unit(unit);
   for (const config::StimulusSegment& section : segments) {
     Segment segment{.kind = section.kind,
@@ -43,7 +44,10 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
         segment.second_factor = difference.factor;
       }
       seed = modules::splitmix64(seed);
-      auto compiled = signals::SignalExpression::compile(section.values[i], known, wanted,
+      const auto value =
+          signals::with_named_values(section.values[i], driven.named_values, driven.name, known, diagnostics);
+      if (!value) return std::nullopt;
+      auto compiled = signals::SignalExpression::compile(*value, known, wanted,
                                                          {.period_ns = period_ns, .seed = seed}, diagnostics);
       if (!compiled) return std::nullopt;
       const auto constant = compiled->constant();

@@ -17,12 +17,11 @@ namespace hil::injection {
 
 class Segments {
  public:
-  /// Empty with mistakes. `unit`: of the values. `what`: "'tank.pump'", for mistakes.
+  /// Empty with mistakes. `driven`: the signal that gets the values.
   static std::optional<Segments> compile(std::span<const config::StimulusSegment> segments,
                                          std::uint64_t repeat, const signals::KnownSignals& known,
-                                         const std::string& unit, const std::string& what,
-                                         std::int64_t period_ns, std::uint64_t seed,
-                                         config::Diagnostics& diagnostics);
+                                         const signals::SignalInfo& driven, std::int64_t period_ns,
+                                         std::uint64_t seed, config::Diagnostics& diagnostics);
 
   /// The sequence begins. `value`: before it, where a ramp in the first part begins.
   void begin(double value, std::int64_t time_ns) noexcept;

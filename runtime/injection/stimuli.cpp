@@ -92,9 +92,8 @@ void Stimuli::compile(const config::Scenario& scenario, const signals::KnownSign
         Activation::compile(section.activation, known, scenario.base_period_ns, seed, diagnostics);
     if (!stimulus.driven.valid()) continue;
     if (const auto* segments = std::get_if<std::vector<config::StimulusSegment>>(&section.profile)) {
-      auto compiled = Segments::compile(
-          *segments, section.repeat, known, known.table().info(stimulus.driven).unit,
-          "'" + section.drives.text + "'", scenario.base_period_ns, modules::splitmix64(seed), diagnostics);
+      auto compiled = Segments::compile(*segments, section.repeat, known, known.table().info(stimulus.driven),
+                                        scenario.base_period_ns, modules::splitmix64(seed), diagnostics);
       if (compiled) stimulus.segments = std::make_unique<Segments>(std::move(*compiled));
     } else {
       const auto& file = std::get<config::StimulusFile>(section.profile);

@@ -27,8 +27,9 @@ void add_signal(signals::SignalTable& table, signals::SignalInfo info, const Pla
   ids.push_back(table.add(std::move(info)));
 }
 
-/// The signals that buses receive, with their value names. Modules need the names when they are made, but in
-/// the table of the run (and so in signals.csv) the signals of modules come first.
+/// The signals that buses receive, and those that they send, which stimuli may drive, with their value names.
+/// Modules need the names when they are made, but in the table of the run (and so in signals.csv) the signals
+/// of modules come first.
 struct BusSignals {
   signals::SignalTable table;
   KnownSignals known{table};
@@ -231,6 +232,12 @@ void declare_bus_signals(const Wiring& wiring, BusSignals& signals) {
   for (const WiredBus& wired : wiring.buses) {
     signals::Links unused;
     declare_inputs(wired, signals.known, unused, ignored);
+    const std::string prefix = wired.section->full_name() + ".";
+    for (const io::ChannelInfo& output : wired.bus->channels().outputs()) {
+      if (!signals.table.find(prefix + output.name))
+        signals.table.add({.name = prefix + output.name, .unit = output.unit, .writer = prefix});
+    }
+    wired.bus->describe_signals(prefix, signals.known);
   }
 }
 
@@ -300,6 +307,8 @@ std::optional<Wiring> wire(config::Scenario& scenario, config::Diagnostics& diag
   declare_modules(wiring, of_buses, known, diagnostics);
   declare_buses(wiring, known, diagnostics);
   wiring.stimuli.declare(scenario, known, targets_of(wiring), diagnostics);
+  for (const WiredBus& wired : wiring.buses)  // those that stimuli drive
+    wired.bus->describe_signals(wired.section->full_name() + ".", known);
   wiring.faults.declare(scenario, known, diagnostics);
   wiring.variables.declare(scenario, known, diagnostics);
   for (WiredModule& wired : wiring.modules)

@@ -86,11 +86,10 @@ std::optional<double> value_named(const std::map<std::string, double>& values, c
   names.reserve(values.size());
   for (const auto& [known, value] : values)
     names.push_back(known);
-  diagnostics.add(name.place,
-                  config::in_quotes(name.text) + " is neither a number nor a signal, and '" + signal +
-                      "' has " +
-                      (names.empty() ? "no value names"
-                                     : "no value of that name" + config::suggestion(name.text, names)));
+  diagnostics.add(
+      name.place,
+      config::in_quotes(name.text) + " is neither a number nor a signal, and '" + signal + "' has " +
+          (names.empty() ? "no value names" : "no value of that name" + config::all_known(name.text, names)));
   return std::nullopt;
 }
 

@@ -50,6 +50,79 @@ TEST(CanDatabase, FdMessageIsSentAsFdFrameWithItsCycleTime) {
   EXPECT_EQ(frames[1].frame.wall_ns - frames[0].frame.wall_ns, 20'000'000);
 }
 
+constexpr const char* gear_scenario = R"(
+scenario: gears
+base_rate: 1 kHz
+duration: 100 ms
+clock: virtual
+tasks:
+  - module: display
+    type: block
+    rate: 1 kHz
+    inputs: {gear: can.car.Cmd.Gear}
+    parameters: {inputs: {gear: {initial: 0}}, outputs: {drives: gear == D}}
+  - {module: counter, type: block, rate: 1 kHz, parameters: {states: {x: {unit: s, derivative: 1}}}}
+can:
+  - {bus: car, device: virtual, database: bus.dbc, rate: 1 kHz, send: [{message: Cmd, period: 10 ms}]}
+stimuli:
+  - name: gear
+    drives: can.car.Cmd.Gear
+    sequence:
+      - {hold: N, for: 20 ms}
+      - {value: if counter.x > 35 ms then R else 'limp home', for: 30 ms}
+      - {pulses: {low: P, high: D, period: 20 ms}}
+faults:
+  - {name: stuck, signal: can.car.Cmd.Gear, stuck: N, when: can.car.Cmd.Gear == D, for: 1 ms}
+expectations:
+  - {name: neutral first, always: can.car.Cmd.Gear == N, between: [0 s, 19 ms]}
+  - {name: reverse, eventually: can.car.Cmd.Gear == R, by: 40 ms}
+  - {name: faulty, eventually: can.car.Cmd.Gear.faulted == N and can.car.Cmd.Gear == D}
+  - {name: displayed, eventually: display.drives == 1}
+)";
+constexpr const char* gear_database =
+    "VERSION \"\"\nBU_: A B\nBO_ 256 Cmd: 8 A\n SG_ Gear : 0|8@1+ (1,0) [0|255] \"\" B\n"
+    "VAL_ 256 Gear 0 \"P\" 1 \"R\" 2 \"N\" 3 \"D\" 9 \"limp home\" ;\n";
+
+TEST(CanDatabase, ValueNamesOfSentSignalsAreWrittenAndCompared) {
+  const Folder folder;
+  write_text(folder / "bus.dbc", gear_database);
+  write_text(folder / "bus.yaml", gear_scenario);
+  const Ended ended = run_hil({"run", folder / "bus.yaml", "--out", folder / "out"});
+  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+  std::vector<int> gears;
+  for (const auto& logged : read_can_log(folder / "out/can-car.log"))
+    gears.push_back(logged.frame.raw.data[0]);
+  EXPECT_EQ(std::vector<int>(gears.begin(), gears.begin() + 10),
+            (std::vector<int>{2, 2, 9, 9, 1, 2, 0, 3, 0, 3}))
+      << "the fault makes the first D an N";
+}
+
+TEST(CanDatabase, UnknownValueNamesAreRefusedWithThoseThatAreThere) {
+  const Folder folder;
+  write_text(folder / "bus.dbc", gear_database);
+  const std::string names = "D, N, P, R, limp home";
+  const struct {
+    std::string from, to, mistake;
+  } all[] = {
+      {"hold: N", "hold: Z", "'Z' is neither a number nor a signal, and 'can.car.Cmd.Gear' has no value"},
+      {"high: D", "high: Z", "'Z' is neither a number nor a signal, and 'can.car.Cmd.Gear' has no value"},
+      {"stuck: N", "stuck: Z", "'Z' is neither a number nor a signal, and 'can.car.Cmd.Gear' has no value"},
+      {"Gear == D, for", "Gear == Z, for",
+       "'Z' is no number and no signal, and 'can.car.Cmd.Gear' has no value"},
+      {"Gear == R", "Gear == Z", "'Z' is no number and no signal, and 'can.car.Cmd.Gear' has no value"},
+      {"gear == D", "gear == Z", "'Z' is no number and no "},
+  };
+  for (const auto& [from, to, mistake] : all) {
+    std::string text = gear_scenario;
+    text.replace(text.find(from), from.size(), to);
+    write_text(folder / "bus.yaml", text);
+    const Ended ended = run_hil({"check", folder / "bus.yaml"});
+    EXPECT_EQ(ended.code, 2) << to;
+    EXPECT_NE(ended.errors.find(mistake), std::string::npos) << ended.errors;
+    EXPECT_NE(ended.errors.find(names), std::string::npos) << ended.errors;
+  }
+}
+
 /// A car at 10 m/s, whose speed is sent in km/h.
 TEST(CanDatabase, SignalsAreSentInTheUnitOfTheDatabase) {
   const Folder folder;

@@ -116,7 +116,7 @@ TEST_F(AtInstants, HaveMistakesAtTheirPlaces) {
   EXPECT_EQ(
       mistakes_of("bus.Gear", at(0, 2, "Prak")),
       "t.csv:2:9: 'Prak' is neither a number nor a signal, and 'bus.Gear' has no value of that name; did "
-      "you mean 'Park'?\n");
+      "you mean 'Park'? Known here: Park, off\n");
   EXPECT_EQ(mistakes_of("bus.Gear", at(0, 2, "off")),
             "t.csv:2:9: 'bus.Gear' has several values with the name 'off'; use the number\n");
   const auto judge = judge_of_expectation(
