@@ -126,7 +126,7 @@ TEST_F(RecordingTest, MistakesAreRefusedWithTheirPlaces) {
             std::string::npos)
       << size;
   const std::string small = refusal("recording: {max_size: 1023 KiB}");
-  EXPECT_NE(small.find("it can be from 1024 KiB to "), std::string::npos) << small;
+  EXPECT_NE(small.find("it can be from 1 MiB to 1 TiB"), std::string::npos) << small;
   EXPECT_NE(refusal("recording: maybe").find("true or false"), std::string::npos);
 }
 
