@@ -114,7 +114,7 @@ class ClientDevice final : public Device {
   /// A write that the unit refuses with exceptions for longer than `max_age` is a send fault.
   std::string send_fault() const override;
   std::string fault_problem(const InjectedFault& injected) const override {
-    return UnitFaults::problem(injected, Role::client);
+    return UnitFaults::problem(injected);
   }
   void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
   void set_fault(std::size_t number, bool active) noexcept override {

@@ -47,7 +47,8 @@ ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
           {[this] { bring_outputs_up_to_date(); }, [this](const WrittenRange& range) { take_inputs(range); },
            [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); },
            [this] { return faults_.interference(); }, [this] { faults_.note_request(); },
-           [this] { faults_.note_request(); }}),
+           [this] { faults_.note_request(); }, [this] { return stamp_ns(); },
+           [this] { faults_.note_held_request(); }}),
       values_(map_, label_, events_) {
   require(settings_.max_age.count() >= 0 && settings_.lockstep_limit.count() > 0,
           "ServerDevice: a time limit is not positive");

@@ -83,7 +83,7 @@ class ServerDevice final : public Device {
   /// How often an input grew older than `max_age`.
   std::uint64_t stale_inputs() const noexcept { return freshness_.stale(); }
   std::string fault_problem(const InjectedFault& injected) const override {
-    return UnitFaults::problem(injected, Role::server);
+    return UnitFaults::problem(injected);
   }
   void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
   void set_fault(std::size_t number, bool active) noexcept override;

@@ -55,12 +55,15 @@ bool TcpServer::serve(std::chrono::milliseconds limit, int wake_fd) {
   polled_.push_back({accepting ? listener_.get() : -1, POLLIN, 0});
   polled_.push_back({wake_fd, POLLIN, 0});
   for (const Connection& connection : connections_)
-    polled_.push_back({connection.socket.get(), POLLIN, 0});
+    polled_.push_back({connection.reply_due_ns ? -1 : connection.socket.get(), POLLIN, 0});
   const int ready = ::poll(polled_.data(), polled_.size(), poll_timeout(limit, now));
   now = std::chrono::steady_clock::now();
   std::size_t index = 2;
   for (Connection& connection : connections_) {
-    if (ready > 0 && polled_[index].revents != 0) receive(connection, now);
+    if (connection.reply_due_ns)
+      answer_whole_frames(connection, now);
+    else if (ready > 0 && polled_[index].revents != 0)
+      receive(connection, now);
     ++index;
   }
   drop_expired(now);
@@ -77,14 +80,19 @@ bool TcpServer::serve(std::chrono::milliseconds limit, int wake_fd) {
 }
 
 TcpServer::Time TcpServer::deadline_of(const Connection& connection) const noexcept {
+  if (connection.reply_due_ns) return Time::max();
   const Time idle = connection.last_request + limits_.idle_limit;
   return connection.filled == 0 ? idle : std::min(idle, connection.first_byte + limits_.frame_limit);
 }
 
 int TcpServer::poll_timeout(std::chrono::milliseconds limit, Time now) const {
   Time until = limit.count() < 0 ? Time::max() : now + limit;
-  for (const Connection& connection : connections_)
+  for (const Connection& connection : connections_) {
     until = std::min(until, deadline_of(connection));
+    if (!connection.reply_due_ns) continue;
+    const std::chrono::nanoseconds left(*connection.reply_due_ns - hooks_.run_time());
+    until = std::min(until, now + std::max(left, std::chrono::nanoseconds(0)));
+  }
   if (listener_.open() && accept_again_ > now) until = std::min(until, accept_again_);
   if (until == Time::max()) return -1;
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - now).count();
@@ -132,7 +140,7 @@ bool TcpServer::replace_idle(Time now) {
 void TcpServer::receive(Connection& connection, Time now) {
   // Reads several buffers, so that a client that sent data and closed is detected in this round; but not
   // without limit, so that one busy client does not delay the others.
-  for (int i = 0; i < buffers_per_round && !connection.closed; ++i) {
+  for (int i = 0; i < buffers_per_round && !connection.closed && !connection.reply_due_ns; ++i) {
     const ssize_t got = ::recv(connection.socket.get(), connection.buffer.data() + connection.filled,
                                connection.buffer.size() - connection.filled, 0);
     if (got <= 0) {
@@ -156,6 +164,7 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
       connection.closed = true;
       break;
     }
+    if (is_delayed(connection)) break;
     answer(connection, rest.first(found.size));
     connection.last_request = now;
     connection.first_byte = now;
@@ -163,6 +172,19 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
   }
   std::copy(rest.begin(), rest.end(), connection.buffer.begin());
   connection.filled = rest.size();
+}
+
+/// When the fault ends before, the reply is sent then.
+bool TcpServer::is_delayed(Connection& connection) {
+  if (!hooks_.interference || !hooks_.run_time) return false;
+  const std::chrono::nanoseconds delay = hooks_.interference().delay;
+  if (delay.count() > 0 && !connection.reply_due_ns) {
+    connection.reply_due_ns = hooks_.run_time() + delay.count();
+    if (hooks_.on_delay) hooks_.on_delay();
+  }
+  if (delay.count() > 0 && hooks_.run_time() < *connection.reply_due_ns) return true;
+  connection.reply_due_ns.reset();
+  return false;
 }
 
 void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> frame) {

@@ -9,7 +9,8 @@
 // `idle_limit`, whose request is not complete `frame_limit` after its first byte, that sends bytes that are
 // not Modbus TCP, or that does not read its replies. A write that would leave a register outside its range is
 // answered with exception 3 and changes nothing. The server answers every unit identifier and repeats it in
-// the reply.
+// the reply. A fault may delay replies: until then the server does not read the client's next bytes, and
+// closes its connection for none of these limits.
 //
 // Threads: one at a time; any thread may call counters() and clients().
 
@@ -23,6 +24,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,6 +69,8 @@ class TcpServer {
     std::function<Interference()> interference{};  ///< of faults with requests and connections
     std::function<void()> on_frame{};              ///< for each complete frame
     std::function<void()> on_cut{};                ///< a fault closes the connections of clients
+    std::function<RunTimeNs()> run_time{};         ///< by which replies are delayed
+    std::function<void()> on_delay{};              ///< the reply to a request is delayed
   };
 
   /// `bank` outlives the server. Misuse (asserts): limits that are not positive.
@@ -96,6 +100,8 @@ class TcpServer {
     std::size_t filled = 0;
     Time last_request;  ///< time of the last request, or of the accept
     Time first_byte;    ///< of the frame being received; only if filled > 0
+    /// When the request in the buffer is answered, which a fault delays; empty: at once.
+    std::optional<RunTimeNs> reply_due_ns{};
     bool closed = false;
   };
   struct FreeContext {
@@ -113,6 +119,8 @@ class TcpServer {
   bool replace_idle(Time now);
   void receive(Connection& connection, Time now);
   void answer_whole_frames(Connection& connection, Time now);
+  /// Whether a fault delays the reply to the first request in the buffer.
+  bool is_delayed(Connection& connection);
   void answer(Connection& connection, std::span<const std::uint8_t> frame);
   /// Applies the writes of a valid request. Returns the exception to answer with, or 0; the bank is unchanged
   /// after an exception.

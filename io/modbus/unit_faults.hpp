@@ -1,7 +1,7 @@
 #pragma once
 // Faults of a Modbus unit that a run injects, as what they do to its requests.
 //
-// Threads: add before the start; begin_cycle, hold and note_request on the device's thread; the rest on any
+// Threads: add before the start; begin_cycle, hold and the notes on the device's thread; the rest on any
 // thread.
 
 #include <algorithm>
@@ -35,17 +35,16 @@ struct LockstepHold {
 
 class UnitFaults {
  public:
-  /// Device::fault_problem. `role`: of hil.
-  static std::string problem(const InjectedFault& injected, Role role) {
+  /// Device::fault_problem.
+  static std::string problem(const InjectedFault& injected) {
     using Kind = InjectedFault::Kind;
     if (!injected.message.empty()) return "Modbus has no messages; the fault can be one of the unit";
     switch (injected.kind) {
       case Kind::silent:
       case Kind::disconnected:
       case Kind::exception:
-        return {};
       case Kind::delay:
-        return role == Role::client ? "" : "hil plays this unit and replies at once";
+        return {};
       default:
         return "a Modbus unit can be silent, disconnected, slow ('delay') or answer with an 'exception'";
     }
@@ -66,7 +65,10 @@ class UnitFaults {
     for (const auto& fault : faults_) {
       if (!fault->is_active() && !fault->acts_in_cycle) continue;
       fault->requests.fetch_add(1, std::memory_order_relaxed);
-      fault->effects.fetch_add(1, std::memory_order_relaxed);
+      if (fault->held > 0)
+        --fault->held;
+      else
+        fault->effects.fetch_add(1, std::memory_order_relaxed);
     }
   }
   /// For good, since nothing may keep safe values from the unit. Any thread.
@@ -108,6 +110,16 @@ class UnitFaults {
     return hold;
   }
 
+  /// The active faults delay the reply to a request: an effect, also if they end before the reply, which
+  /// note_request() counts.
+  void note_held_request() noexcept {
+    for (const auto& fault : faults_) {
+      if (!fault->is_active()) continue;
+      fault->effects.fetch_add(1, std::memory_order_relaxed);
+      ++fault->held;
+    }
+  }
+
  private:
   static LockstepHold hold_of(const Interference& interference, bool is_away, RunTimeNs tick_ns,
                               std::chrono::nanoseconds timeout, std::optional<RunTimeNs>& reply_due_ns) {
@@ -123,20 +135,15 @@ class UnitFaults {
     if (interference.delay <= timeout) return {};
     return {true, "replies come too late, by a fault of the scenario"};
   }
-  /// The active faults delay the reply to a request, which note_request() counts when the reply comes.
-  void note_held_request() noexcept {
-    for (const auto& fault : faults_) {
-      if (fault->is_active()) fault->effects.fetch_add(1, std::memory_order_relaxed);
-    }
-  }
-
   struct Fault {
     explicit Fault(const InjectedFault& fault) : injected(fault) {}
     bool is_active() const noexcept { return active.load(std::memory_order_acquire); }
     const InjectedFault injected;
     std::atomic<bool> active{false};
     std::atomic<std::uint64_t> requests{0}, effects{0};
-    bool acts_in_cycle = false;  ///< of the device's thread
+    // Of the device's thread.
+    bool acts_in_cycle = false;
+    std::uint64_t held = 0;  ///< delayed requests, which are counted as effects already
   };
   std::vector<std::unique_ptr<Fault>> faults_;
   std::atomic<bool> is_ended_{false};

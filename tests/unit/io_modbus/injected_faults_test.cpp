@@ -181,6 +181,62 @@ TEST_F(InjectedFaults, ServerIsSilentRefusesAndDisconnects) {
   EXPECT_TRUE(cycles_until([&] { return client_->connected() && server_.connected(); }));
 }
 
+TEST_F(InjectedFaults, ServerRepliesLate) {
+  start(Pacing::realtime, {},
+        {{.kind = Kind::delay, .delay_ns = 20 * ms}, {.kind = Kind::delay, .delay_ns = 200 * ms}});
+  ASSERT_TRUE(cycles_until([&] { return latched(*client_)[0].fresh; }));
+  ASSERT_TRUE(eventually([&] { return client_->counters().requests == server_.counters().replies; }));
+  server_.set_fault(0, true);
+  const std::uint64_t replies = client_->counters().replies;
+  const std::int64_t began_ns = wall_.now_ns();
+  client_->release_outputs(std::vector{1.0}, began_ns);
+  EXPECT_TRUE(eventually([&] { return client_->counters().replies > replies; }));
+  EXPECT_GE(wall_.now_ns() - began_ns, 20 * ms);
+  EXPECT_TRUE(cycles_until([&] { return server_.fault_count(0) >= 5; }));
+  EXPECT_GE(server_.fault_effects(0), 5u);
+  EXPECT_TRUE(client_->connected()) << "20 ms are within its time-out of 50 ms";
+  server_.set_fault(1, true);
+  EXPECT_TRUE(cycles_until([&] { return client_->counters().timeouts > 0; }));
+  server_.set_fault(0, false);
+  server_.set_fault(1, false);
+  EXPECT_TRUE(cycles_until([&] { return client_->connected() && latched(*client_)[0].fresh; }));
+}
+
+TEST_F(InjectedFaults, ServerRepliesLateByTheVirtualClock) {
+  server_.add_fault({.kind = Kind::delay, .delay_ns = 30 * ms});
+  server_.start(hand_, Pacing::lockstep);
+  ClientSettings settings{.name = "master"};
+  settings.endpoint.port = server_.port();
+  settings.response_timeout = std::chrono::seconds(20);
+  client_ = std::make_unique<ClientDevice>(settings, map_with(true));
+  client_->start(wall_, Pacing::realtime);
+  const auto exchange_at = [&](std::int64_t time_ns) {
+    hand_.set(time_ns);
+    EXPECT_TRUE(server_.exchange(time_ns));
+  };
+  server_.set_fault(0, true);
+  client_->release_outputs(std::vector{1.0}, 0);
+  ASSERT_TRUE(eventually([&] {
+    exchange_at(10 * ms);
+    return server_.fault_effects(0) == 1;
+  }));
+  exchange_at(20 * ms);
+  exchange_at(39 * ms);
+  EXPECT_EQ(server_.counters().replies, 0u);
+  EXPECT_FALSE(latched(server_)[0].fresh);
+  exchange_at(40 * ms);
+  EXPECT_EQ(server_.counters().replies, 1u);
+  EXPECT_EQ(latched(server_)[0].time_ns, 40 * ms) << "the request is carried out when it is answered";
+  // The next request is answered when the fault ends.
+  ASSERT_TRUE(eventually([&] {
+    exchange_at(50 * ms);
+    return server_.fault_effects(0) == 2;
+  }));
+  server_.set_fault(0, false);
+  exchange_at(60 * ms);
+  EXPECT_EQ(server_.counters().replies, 2u);
+}
+
 TEST_F(InjectedFaults, SafeValuesReachASilentUnit) {
   for (const Pacing pacing : {Pacing::lockstep, Pacing::realtime}) {
     const std::int64_t requests = static_cast<std::int64_t>(server_.counters().requests);
@@ -196,8 +252,6 @@ TEST_F(InjectedFaults, SafeValuesReachASilentUnit) {
 }
 
 TEST_F(InjectedFaults, ThatDoNotFitAreRefused) {
-  EXPECT_EQ(server_.fault_problem({.kind = Kind::delay, .delay_ns = ms}),
-            "hil plays this unit and replies at once");
   EXPECT_EQ(server_.fault_problem({.kind = Kind::bus_off}),
             "a Modbus unit can be silent, disconnected, slow ('delay') or answer with an 'exception'");
   EXPECT_EQ(server_.fault_problem({.kind = Kind::drop, .message = "level"}),
