@@ -5,6 +5,7 @@
 #include <set>
 
 #include "io/can/can_device.hpp"
+#include "io/can/identifier_text.hpp"
 
 namespace hil::io::can {
 
@@ -119,26 +120,42 @@ void CanDevice::add_received(const ReceivedMessageConfig& config) {
 }
 
 const MessageLayout* CanDevice::layout_of(const std::string& message) const {
+  const auto identifier = identifier_in(message);
   for (const Sent& sent : sent_) {
-    if (sent.message == message) return &sent.encoder.layout();
+    if (sent.message == message || sent.encoder.layout().can_id() == identifier)
+      return &sent.encoder.layout();
   }
   for (const Received& received : received_) {
-    if (received.message == message) return &received.decoder.layout();
+    if (received.message == message || received.decoder.layout().can_id() == identifier)
+      return &received.decoder.layout();
   }
   return nullptr;
+}
+
+std::vector<PlayedFrame> CanDevice::played_frames(std::optional<canid_t> identifier) const {
+  std::vector<PlayedFrame> frames;
+  if (!identifier || !config_.playback) return frames;
+  for (const PlayedFrame& frame : *config_.playback->frames)
+    if ((frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK)) == *identifier) frames.push_back(frame);
+  return frames;
 }
 
 std::string CanDevice::fault_problem(const InjectedFault& injected) const {
   if (injected.message.empty())
     return injected.kind == InjectedFault::Kind::bus_off ? "" : "a CAN bus can only be bus_off";
   const MessageLayout* const layout = layout_of(injected.message);
-  if (layout == nullptr) return "the bus neither sends nor receives this message";
+  if (layout == nullptr) {
+    const std::vector<PlayedFrame> played = played_frames(identifier_in(injected.message));
+    if (!played.empty()) return FrameFaults::problem(injected, played);
+    return config_.playback ? "the bus neither sends nor receives nor plays this message"
+                            : "the bus neither sends nor receives this message";
+  }
   return FrameFaults::problem(injected, *layout);
 }
 
 void CanDevice::add_fault(const InjectedFault& injected) {
   require(!started_ && fault_problem(injected).empty(), "a fault fits its device, which is not started");
-  faults_.add(injected, layout_of(injected.message));
+  faults_.add(injected, layout_of(injected.message), identifier_in(injected.message));
 }
 
 }  // namespace hil::io::can

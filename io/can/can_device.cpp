@@ -307,7 +307,10 @@ void CanDevice::pass_due_frames() {
     if (frame.direction == Direction::tx) {
       const auto sent = std::ranges::find(sent_, frame.raw.can_id,
                                           [](const Sent& one) { return one.encoder.layout().can_id(); });
-      put_on_bus(frame, sent->message);
+      if (sent == sent_.end())
+        put_played_on_bus(frame, now_ns());
+      else
+        put_on_bus(frame, sent->message);
     } else {
       decode(received_[received_by_id_.at(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK))], frame);
     }

@@ -107,7 +107,8 @@ class CanDevice final : public Device {
   /// A send queue that stays full for longer than loss_timeout_ns() is also a send fault.
   std::string send_fault() const override;
 
-  /// Faults of its messages, by their names in the DBC file, and bus_off.
+  /// Faults of its messages, by their names in the DBC file or as identifier_text.hpp has them, those of
+  /// played frames by their identifier, and bus_off.
   std::string fault_problem(const InjectedFault& injected) const override;
   void add_fault(const InjectedFault& injected) override;
   void set_fault(std::size_t number, bool active) noexcept override;
@@ -164,10 +165,14 @@ class CanDevice final : public Device {
   void handle(const Frame& frame);
   void decode(Received& received, const Frame& frame);
   const MessageLayout* layout_of(const std::string& message) const;
+  std::vector<PlayedFrame> played_frames(std::optional<canid_t> identifier) const;
   /// Begins or ends the bus-off of a fault.
   void update_injected_bus_off();
   void pass_due_frames();
   void play_due_frames();
+  /// Faults of its identifier act on it here, unless they act where the device receives it back.
+  SendResult play(const Frame& frame, RunTimeNs now_ns);
+  SendResult put_played_on_bus(const Frame& frame, RunTimeNs now_ns);
   /// Whether the frame, received back by this station, was sent by the playback.
   bool is_played(const Frame& frame) const noexcept;
   /// `change`: a verb, "begins" or "ends".

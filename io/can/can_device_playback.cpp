@@ -20,26 +20,50 @@ void CanDevice::play_due_frames() {
   for (std::size_t count = 0; !is_limited || count < played_per_pass; ++count) {
     const PlayedFrame* const due = playback_->due(now);
     if (due == nullptr) return;
-    const Frame frame{.raw = due->raw, .is_fd = due->is_fd};
-    switch (bus_->send(frame)) {
+    const Frame frame{.raw = due->raw, .is_fd = due->is_fd, .direction = Direction::tx};
+    switch (play(frame, now)) {
       case SendResult::sent:
-        counts_.played.add();
-        full_since_ns_.reset();
         if (!playback_->has_begun()) note_event(now, "begins");
         playback_->sent(now);
         break;
       case SendResult::no_buffer:
-        counts_.no_buffer.add();
-        note_full_queue(now);
         if (playback_->retry(now)) return;
         break;
       case SendResult::error:
-        note_send_error("a frame of the log " + config_.playback->name);
         playback_->drop(now);
         break;
     }
     if (playback_->is_complete()) note_event(now, "ends");
   }
+}
+
+SendResult CanDevice::play(const Frame& frame, RunTimeNs now_ns) {
+  const canid_t identifier = frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK);
+  if (!faults_.is_for(frame) || received_by_id_.contains(identifier)) return put_played_on_bus(frame, now_ns);
+  std::optional<SendResult> first;  // empty: a fault drops or holds the frame
+  for (const Frame& passed : faults_.pass(frame, now_ns)) {
+    const SendResult result = put_played_on_bus(passed, now_ns);
+    if (!first) first = result;
+  }
+  return first.value_or(SendResult::sent);
+}
+
+SendResult CanDevice::put_played_on_bus(const Frame& frame, RunTimeNs now_ns) {
+  const SendResult result = bus_->send(frame);
+  switch (result) {
+    case SendResult::sent:
+      counts_.played.add();
+      full_since_ns_.reset();
+      break;
+    case SendResult::no_buffer:
+      counts_.no_buffer.add();
+      note_full_queue(now_ns);
+      break;
+    case SendResult::error:
+      note_send_error("a frame of the log " + config_.playback->name);
+      break;
+  }
+  return result;
 }
 
 bool CanDevice::is_played(const Frame& frame) const noexcept {

@@ -62,19 +62,48 @@ std::string FrameFaults::problem(const InjectedFault& injected, const MessageLay
   return {};
 }
 
-void FrameFaults::add(const InjectedFault& injected, const MessageLayout* layout) {
+std::string FrameFaults::problem(const InjectedFault& injected, std::span<const PlayedFrame> of_identifier) {
+  const auto longest =
+      std::ranges::max(of_identifier, {}, [](const PlayedFrame& one) { return one.raw.len; });
+  switch (injected.kind) {
+    case FaultKind::length:
+      if (!valid_length(injected.number, longest.is_fd))
+        return "no " + std::string(longest.is_fd ? "CAN FD" : "classic CAN") + " frame has " +
+               std::to_string(injected.number) + " bytes";
+      if (std::ranges::all_of(of_identifier, [&](const auto& one) { return one.raw.len == injected.number; }))
+        return "its frames have " + std::to_string(injected.number) + " bytes anyway";
+      return {};
+    case FaultKind::flip_bits:
+      for (const std::uint32_t bit : injected.bits) {
+        if (bit >= 8U * longest.raw.len)
+          return "its longest frame has " + std::to_string(8 * longest.raw.len) +
+                 " bits, so none of number " + std::to_string(bit);
+      }
+      return {};
+    case FaultKind::drop:
+    case FaultKind::repeat:
+    case FaultKind::delay:
+      return {};
+    default:
+      return "only a message of the DBC file can be stuck or have a wrong counter or checksum";
+  }
+}
+
+void FrameFaults::add(const InjectedFault& injected, const MessageLayout* layout,
+                      std::optional<canid_t> identifier) {
   faults_.push_back(std::make_unique<Fault>(injected, layout));
-  if (layout != nullptr) by_id_[layout->can_id() & id_mask].push_back(faults_.back().get());
+  if (layout != nullptr) identifier = layout->can_id();
+  if (identifier) by_id_[*identifier & id_mask].push_back(faults_.back().get());
 }
 
 bool FrameFaults::is_bus_off() const noexcept {
   return std::ranges::any_of(
-      faults_, [this](const auto& fault) { return fault->layout == nullptr && is_active(*fault); });
+      faults_, [this](const auto& fault) { return fault->is_of_device() && is_active(*fault); });
 }
 
 void FrameFaults::note_kept_frame() noexcept {
   for (const auto& fault : faults_) {
-    if (fault->layout != nullptr || !is_active(*fault)) continue;
+    if (!fault->is_of_device() || !is_active(*fault)) continue;
     fault->count.add();
     fault->effects.add();
   }

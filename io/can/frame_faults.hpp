@@ -15,6 +15,7 @@
 
 #include "io/can/can_counters.hpp"
 #include "io/can/frame.hpp"
+#include "io/can/log_playback.hpp"
 #include "io/can/message_coder.hpp"
 #include "io/device.hpp"
 
@@ -25,9 +26,15 @@ class FrameFaults {
   /// Why frames of this message can not have the fault, as a clause; empty: they can.
   static std::string problem(const InjectedFault& injected, const MessageLayout& layout);
 
+  /// The same for frames of an identifier that a playback sends, and that no message of the DBC file has.
+  static std::string problem(const InjectedFault& injected, std::span<const PlayedFrame> of_identifier);
+
   /// Adds a fault, not active, without a problem(). `layout`: of its message, which outlives this object;
-  /// null: a fault of the device. The first one has number 0.
-  void add(const InjectedFault& injected, const MessageLayout* layout);
+  /// null: a fault of played frames, or of the device, which has no `identifier`. The first one has number 0.
+  void add(const InjectedFault& injected, const MessageLayout* layout,
+           std::optional<canid_t> identifier = {});
+  /// Whether a fault, active or not, is one of the frame's message.
+  bool is_for(const Frame& frame) const noexcept { return by_id_.contains(frame.raw.can_id & id_mask); }
   void set(std::size_t number, bool active) noexcept {
     faults_[number]->active.store(active, std::memory_order_release);
   }
@@ -58,8 +65,9 @@ class FrameFaults {
   struct Fault {
     Fault(const InjectedFault& fault, const MessageLayout* of_message)
         : injected(fault), layout(of_message), random(fault.seed) {}
+    bool is_of_device() const noexcept { return injected.message.empty(); }
     const InjectedFault injected;
-    const MessageLayout* const layout;
+    const MessageLayout* const layout;  ///< null: there is no description of its frames
     std::mt19937_64 random;
     std::atomic<bool> active{false};
     Count count{}, effects{};

@@ -45,8 +45,10 @@ Schema fault_schema() {
   std::vector<Field> common{
       Field::needed("name", Schema::name(), "The fault's name. 'fault.NAME' is 1 while it is active."),
       Field::optional("signal", Schema::signal(), "The signal that readers read wrongly."),
-      Field::optional("message", Schema::signal(),
-                      "A message that a CAN bus sends or receives: 'can.car.BrakeCommand'."),
+      Field::optional(
+          "message", Schema::text(),
+          "A message that a CAN bus sends, receives or plays: 'can.car.BrakeCommand', or with its "
+          "identifier 'can.car.0x123'; more than three digits are one of 29 bits."),
       Field::optional("device", Schema::signal(), "A bus or a Modbus unit: 'can.car', 'modbus.plc'."),
       Field::optional("process", Schema::name(), "A process that the run starts."),
       Field::optional("task", Schema::name(), "The task of a module."),

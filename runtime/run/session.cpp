@@ -119,6 +119,7 @@ class LiveSession final : public executive::TickHooks {
   void close_devices() noexcept;
   void close_logs();
   void fill_record(const executive::RunResult& result, report::RunRecord& record);
+  void note_ended_processes(report::RunRecord& record) const;
   void add_events(report::RunRecord& record) const;
   void add_failures(std::int64_t end_ns, report::RunRecord& record) const;
 
@@ -386,6 +387,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
                 record);
   wiring_.stimuli.fill(result.run_time_ns, record);
   wiring_.faults.fill(result.run_time_ns, record);
+  note_ended_processes(record);
   plots_->fill(wiring_.signals, result.run_time_ns, record);
   add_events(record);
   world_->add_contributions(result.run_time_ns, record);
@@ -394,6 +396,20 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
       write_faults_.push_back(std::move(fault));
   }
   add_failures(result.run_time_ns, record);
+}
+
+/// A fault of a process that had ended by itself took no effect.
+void LiveSession::note_ended_processes(report::RunRecord& record) const {
+  for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
+    report::Injection& fault = record.faults[i];
+    const bool is_of_process = scenario_.faults[i].target == config::FaultSection::Target::process;
+    const auto exit = std::ranges::find(exits_, fault.target, &ProcessExit::name);
+    if (!is_of_process || !fault.first_begin_ns || exit == exits_.end()) continue;
+    if (!exit->ended_early || !exit->fault.empty() || exit->ended_at_ns > *fault.first_begin_ns) continue;
+    fault.took_effect = false;
+    fault.missing_effect =
+        "the process had ended at " + report::to_ascii(report::chosen_time(exit->ended_at_ns));
+  }
 }
 
 /// Events of modules, devices and processes, by time.

@@ -150,6 +150,20 @@ TEST(InjectionEffect, ExpectationsSeeTheFaultyValueOnTheTicksOfTheirWindows) {
   EXPECT_EQ(outcome_of(folder, of_output + "expectations: [{name: e, never: plc.y > 9 m/s}]").code, 2);
 }
 
+TEST(InjectionEffect, OfAProcessThatHasEndedIsNone) {
+  const Folder folder;
+  write_text(folder / "s.yaml", R"(scenario: ended
+duration: 500 ms
+realtime: {max_lost: 100 %}
+processes: {ecu: {command: ["true"], may_be_lost: true}}
+faults: [{name: f, process: ecu, state: paused, at: 400 ms, for: 50 ms}]
+)");
+  const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
+  EXPECT_NE(ended.output.find("fault 'f' was active from"), std::string::npos) << ended.output;
+  EXPECT_NE(ended.output.find("but the process had ended at"), std::string::npos) << ended.output;
+}
+
 TEST(InjectionEffect, IsInAllReports) {
   const Folder folder;
   const Outcome outcome =

@@ -67,6 +67,47 @@ TEST(CanPlayback, FramesComeAtTheBeginAndTheirOffsets) {
   EXPECT_EQ(report["can"][0]["unknown_id"], 1);
 }
 
+TEST(CanPlayback, FaultsOfAnIdentifierChangeFramesThatNoMessageDescribes) {
+  const PlaybackScenario files;
+  write_text(files.folder / "faulty.yaml",
+             "scenario: faulty drive\ninclude: [s.yaml]\nfaults:\n"
+             "  - {name: flipped, message: can.car.0x555, flip_bits: [1]}\n"
+             "  - {name: late, message: can.car.0x555, delay: 5 ms}\n"
+             "  - {name: by_number, message: can.car.0x200, length: 1, at: 280 ms}\n");
+  const Ended ended = run_hil({"run", files.folder / "faulty.yaml", "--out", files.folder / "out"});
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  std::string frames;
+  for (const auto& logged : read_can_log(files.folder / "out/can-car.log")) {
+    if (logged.frame.raw.can_id == 0x555)
+      frames +=
+          std::to_string(logged.frame.wall_ns / 1'000'000) + "=" + std::to_string(logged.frame.raw.data[0]);
+  }
+  EXPECT_EQ(frames, "117=19") << "5 ms later, and 0x11 with bit 1 inverted";
+  const auto report = read_report(files.folder / "out");
+  EXPECT_EQ(report["can"][0]["played"], 4);
+  for (const auto& fault : report["faults"])
+    EXPECT_EQ(fault["frames"], 1) << fault.dump();
+}
+
+TEST(CanPlayback, FaultsOfAnIdentifierThatIsNotThereAreRefused) {
+  const PlaybackScenario files;
+  const auto mistakes_of = [&](const std::string& fault) {
+    write_text(files.folder / "faulty.yaml",
+               "scenario: faulty drive\ninclude: [s.yaml]\nfaults: [{name: f, " + fault + "}]\n");
+    const Ended ended = run_hil({"check", files.folder / "faulty.yaml"});
+    EXPECT_EQ(ended.code, 2) << ended.output;
+    return ended.output + ended.errors;
+  };
+  EXPECT_NE(
+      mistakes_of("message: can.car.0x556, drop: 100 %")
+          .find("fault 'f' of 'can.car.0x556': the bus neither sends nor receives nor plays this message"),
+      std::string::npos);
+  EXPECT_NE(mistakes_of("message: can.car.0x555, wrong: counter").find("only a message of the DBC file"),
+            std::string::npos);
+  EXPECT_NE(mistakes_of("message: 0x555, drop: 100 %").find("is no message of a bus; it begins with the bus"),
+            std::string::npos);
+}
+
 TEST(CanPlayback, RepeatsToTheEnd) {
   const PlaybackScenario files("{file: drive.log, repeat: 0, every: 210 ms}");
   ASSERT_EQ(files.run("out", {"--set", "expectations=[]"}).code, 0);

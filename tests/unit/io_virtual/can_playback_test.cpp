@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 
 #include "driven_bus.hpp"
 #include "io/can/log_playback.hpp"
@@ -32,12 +33,17 @@ PlaybackConfig log_of(std::vector<PlayedFrame> frames, RunTimeNs begin_ns = 0, s
 /// receives, and of another one.
 class PlayingDevice : public ::testing::Test {
  protected:
-  void open(PlaybackConfig playback, std::unique_ptr<CanTransport> bus) {
+  void open(PlaybackConfig playback, std::unique_ptr<CanTransport> bus,
+            const std::vector<InjectedFault>& faults = {}) {
     CanDeviceConfig config = crossing_config();
     config.send = {{"EgoStatus", 20 * ms, 0, protection, {}}};
     config.receive = {{"BrakeCommand", 0, {}, {}}};
     config.playback = std::move(playback);
     device_ = std::make_unique<CanDevice>(std::move(config), std::move(bus));
+    for (const InjectedFault& fault : faults) {
+      EXPECT_EQ(device_->fault_problem(fault), "");
+      device_->add_fault(fault);
+    }
     device_->start(clock_, Pacing::lockstep);
   }
   void tick(std::int64_t now_ms) {
@@ -114,6 +120,61 @@ TEST_F(PlayingDevice, FaultsOfReceivedMessagesActOnPlayedFrames) {
   EXPECT_TRUE(samples[0].fresh);
   EXPECT_EQ(device_->fault_count(0), 1U);
   EXPECT_EQ(device_->counters().tx, 0U) << "a delayed frame is not sent again";
+}
+
+TEST_F(PlayingDevice, FaultsOfAnIdentifierActOnPlayedFrames) {
+  const auto sent_with = [&](InjectedFault injected) {
+    auto owned = std::make_unique<DrivenBus>();
+    DrivenBus& bus = *owned;
+    open(log_of({played(0, 0x555, 1), played(10 * ms, 0x556, 2), played(20 * ms, 0x555, 3)}),
+         std::move(owned), {std::move(injected)});
+    device_->set_fault(0, true);
+    for (const int now_ms : {0, 10, 20, 30})
+      tick(now_ms);
+    std::string sent;
+    for (const Frame& frame : bus.sent) {
+      if (frame.raw.can_id == 0x555 || frame.raw.can_id == 0x556)
+        sent += std::to_string(frame.raw.data[0]) + (frame.raw.len == 1 ? "" : "*") + " ";
+    }
+    return sent;
+  };
+  const std::string message = "0x555";
+  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::drop, .message = message}), "2 ");
+  EXPECT_EQ(device_->fault_effects(0), 2U);
+  EXPECT_EQ(device_->counters().played, 1U);
+  EXPECT_TRUE(device_->playback()->last_ns) << "dropped frames have been played";
+  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::repeat, .message = message, .number = 1}), "1 1 2 3 3 ");
+  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::delay, .message = message, .delay_ns = 10 * ms}),
+            "1 2 3 ");
+  EXPECT_EQ(device_->counters().played, 3U);
+  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::flip_bits, .message = message, .bits = {1}}), "3 2 1 ");
+  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::length, .message = message, .number = 2}), "1* 2 3* ");
+  EXPECT_EQ(device_->fault_count(0), 2U);
+}
+
+TEST_F(PlayingDevice, FaultsOfAnIdentifierAreThoseOfItsMessageOrOfPlayedFrames) {
+  open(log_of({played(0, 0x555, 1), played(10 * ms, 0x556, 2)}), std::make_unique<DrivenBus>());
+  const auto problem = [&](InjectedFault::Kind kind, const std::string& message, std::uint32_t number = 0,
+                           std::vector<std::uint32_t> bits = {}) {
+    return device_->fault_problem(
+        {.kind = kind, .message = message, .number = number, .bits = std::move(bits)});
+  };
+  using enum InjectedFault::Kind;
+  EXPECT_EQ(problem(drop, "0x555"), "");
+  EXPECT_EQ(problem(drop, "0x00000555"), "the bus neither sends nor receives nor plays this message");
+  EXPECT_EQ(problem(drop, "0x557"), "the bus neither sends nor receives nor plays this message");
+  EXPECT_EQ(problem(drop, "0x"), "the bus neither sends nor receives nor plays this message");
+  EXPECT_EQ(problem(drop, "0x8ff"), "the bus neither sends nor receives nor plays this message");
+  EXPECT_EQ(problem(length, "0x555", 1), "its frames have 1 bytes anyway");
+  EXPECT_EQ(problem(length, "0x555", 9), "no classic CAN frame has 9 bytes");
+  EXPECT_EQ(problem(flip_bits, "0x555", 0, {8}), "its longest frame has 8 bits, so none of number 8");
+  for (const auto kind : {frozen, wrong_counter, wrong_checksum})
+    EXPECT_EQ(problem(kind, "0x555"),
+              "only a message of the DBC file can be stuck or have a wrong counter or checksum");
+  const MessageLayout layout(*crossing_config().database.find_message("EgoStatus"), {}, Use::send);
+  char identifier[16];
+  std::snprintf(identifier, sizeof identifier, "0x%x", layout.can_id());
+  EXPECT_EQ(problem(frozen, identifier), "") << identifier << " is EgoStatus, which the device sends";
 }
 
 TEST_F(PlayingDevice, CountsFramesThatTheBusDoesNotTake) {
