@@ -256,7 +256,7 @@ struct Injection {
   /// known, or it never began.
   std::optional<bool> took_effect{};
   std::string missing_effect{};  ///< why it took none, or a part of it took none: a clause
-  std::string test_table{};  ///< the name of the one that it is from; empty: none
+  std::string test_table{};      ///< the name of the one that it is from; empty: none
 };
 
 enum class ExpectationResult : std::uint8_t {

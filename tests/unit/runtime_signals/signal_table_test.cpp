@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace hil::signals {
 namespace {
@@ -41,6 +42,22 @@ TEST(SignalTable, KeepsValuesWithTimeAndFreshness) {
   EXPECT_FALSE(table.read(b).fresh) << "a value can be written as not fresh";
   ASSERT_EQ(table.values().size(), 2U);
   EXPECT_EQ(table.values()[1].value, 2.0);
+}
+
+TEST(SignalTable, HasTheReadFollowersOfSeveralSignals) {
+  struct Follower final : ReadFollower {
+    void note_read(ReadBy /*by*/) noexcept override {}
+  };
+  Follower one, two;
+  SignalTable table;
+  const SignalId a = table.add({.name = "a", .unit = "", .writer = "w"});
+  const SignalId b = table.add({.name = "b", .unit = "", .writer = "w"});
+  const SignalId c = table.add({.name = "c", .unit = "", .writer = "w"});
+  table.add_read_follower(a, one);
+  table.add_read_follower(b, one);
+  table.add_read_follower(b, two);
+  EXPECT_EQ(table.read_followers({{a, b, c}}), (std::vector<ReadFollower*>{&one, &two}));
+  EXPECT_TRUE(table.read_followers({{c, SignalId{}}}).empty());
 }
 
 TEST(SignalTableDeathTest, DuplicateNameIsMisuse) {
