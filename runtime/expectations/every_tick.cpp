@@ -87,6 +87,7 @@ class EventuallyJudge final : public Judge {
   EventuallyJudge(const Eventually& claim, const JudgeContext& context)
       : name_(context.expectation.name),
         condition_(claim.condition, context.table, context.options),
+        margin_(claim.condition, context.table, context.options),
         coverage_(condition_.signals(), context.table, context.expectation.coverage),
         by_ns_(claim.by_ns) {}
 
@@ -95,12 +96,18 @@ class EventuallyJudge final : public Judge {
     has_judged_ = !met_ns_;
     if (met_ns_) return;
     const Truth truth = condition_.truth(table, time_ns);
+    const double margin = margin_.at(table, time_ns);
     if (truth == Truth::yes) met_ns_ = time_ns;
-    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != Truth::unknown);
+    if (by_ns_ && time_ns > *by_ns_) return;
+    coverage_.check(table, time_ns, truth != Truth::unknown);
+    if (truth == Truth::unknown || !(margin > best_margin_)) return;
+    best_margin_ = margin;
+    best_ns_ = time_ns;
   }
   void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
             std::int64_t time_ns) noexcept override {
     condition_.truth(table, time_ns);
+    margin_.at(table, time_ns);
   }
 
   bool has_judged() const noexcept override { return has_judged_; }
@@ -112,6 +119,10 @@ class EventuallyJudge final : public Judge {
       result.margin = static_cast<double>(by_ns_.value_or(extent.end_ns) - *met_ns_) / 1e9;
       result.margin_unit = "s";
       result.worst_ns = met_ns_;
+    } else if (best_ns_) {
+      result.margin = best_margin_;
+      result.margin_unit = margin_.unit();
+      result.worst_ns = best_ns_;
     }
     if (met_ns_ && (!by_ns_ || *met_ns_ <= *by_ns_)) {
       result.detail = claim + ": at " + at_second(*met_ns_);
@@ -121,7 +132,7 @@ class EventuallyJudge final : public Judge {
     const std::int64_t limit_ns = std::min(by_ns_.value_or(extent.end_ns), extent.end_ns);
     const std::string observed =
         met_ns_ ? "only at " + at_second(*met_ns_) + ", required by " + at_second(*by_ns_)
-                : "not in " + at_second(limit_ns);
+                : "not in " + at_second(limit_ns) + (best_ns_ ? ", nearest at " + at_second(*best_ns_) : "");
     const std::string shortfall = coverage_.shortfall(result.covered_ticks);
     result.result =
         shortfall.empty() ? report::ExpectationResult::failed : report::ExpectationResult::not_checked;
@@ -140,9 +151,12 @@ class EventuallyJudge final : public Judge {
 
   const std::string name_;
   WatchedCondition condition_;
+  ConditionMargin margin_;
   Coverage coverage_;
   const std::optional<std::int64_t> by_ns_;
   std::optional<std::int64_t> met_ns_;
+  double best_margin_ = -std::numeric_limits<double>::infinity();  ///< of the ticks up to `by`
+  std::optional<std::int64_t> best_ns_;
   bool has_judged_ = false;
 };
 

@@ -3,7 +3,7 @@
 // the least one of all ticks (margin.hpp).
 //
 // eventually: is held when the condition is known to be true on a tick not later than `by`. The margin is the
-// time that was left.
+// time that was left; where it was never true, the greatest one of the ticks up to `by` (margin.hpp).
 
 #include <cstdint>
 #include <memory>

@@ -86,6 +86,20 @@ TEST_F(Expectations, EventuallyFailsAtTheEndOfAnInterruptedRun) {
   EXPECT_EQ(result.detail, "eventually ego.speed == 0: not in 3.000 s");
 }
 
+TEST_F(Expectations, EventuallyThatIsNeverTrueHasTheMarginAtWhichItCameNearest) {
+  const auto judge = this->judge(Eventually{condition("ego.speed >= 10"), 5 * ms});
+  for (const int tick : {0, 1, 2, 3, 4, 5, 6})
+    set_speed(*judge, tick == 3 ? 9.5 : tick == 6 ? 9.9 : 1.0, tick * ms);
+  const auto near = expect(*judge, until(9 * ms, 9), Result::failed, {"not in 0.005 s, nearest at 0.003 s"});
+  EXPECT_DOUBLE_EQ(near.margin, -0.5);
+  EXPECT_EQ(near.margin_unit, "m/s");
+  EXPECT_EQ(near.worst_ns, 3 * ms);
+  const auto short_time = this->judge(Eventually{condition("duration(ego.speed > 5) >= 4 ms"), std::nullopt});
+  for (const int tick : {0, 1, 2, 3, 4, 5, 6})
+    set_speed(*short_time, tick >= 1 && tick <= 4 ? 9.0 : 0.0, tick * ms);
+  EXPECT_NEAR(short_time->result(until(7 * ms, 7)).margin, -0.001, 1e-12) << "3 ms of 4 ms";
+}
+
 TEST_F(Expectations, ConditionReadsTheValuesOfItsSignals) {
   const auto never = judge(Never{condition("ego.speed > 14 and bus.Header.Counter == 2")});
   table_.write(reply_, 2.0, 0);
