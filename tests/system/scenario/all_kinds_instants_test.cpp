@@ -81,6 +81,7 @@ const std::map<std::string, Spans> spans_by_time_and_condition{
     {"fault while_times", {{301, 401}, {701, 801}}},
     {"fault after_an_event", {{151, 171}}},
     {"fault after_a_while", {{421, 426}}},  // fault.at_for and stimulus.gated are read in the next tick
+    {"fault by_identifier", {{100, 150}}},
     {"fault sent_dropped", {{200, 250}}},
     {"fault sent_repeated", {{300, 350}}},
     {"fault sent_late", {{400, 450}}},

@@ -132,6 +132,7 @@ TEST(AllKindsListed, EveryTargetHasEachOfItsFaults) {
       EXPECT_TRUE(present.contains(target + " " + effect)) << "no fault of a " << target << " has " << effect;
   }
   EXPECT_TRUE(present.contains("signal stuck at a value"));
+  EXPECT_TRUE(present.contains("can.car.0x100 flip_bits")) << "a message by its identifier";
   // Messages in both directions.
   Names of_messages = by_target.at("message");
   of_messages.insert({"counter", "checksum"});

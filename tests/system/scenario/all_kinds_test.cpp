@@ -64,6 +64,7 @@ std::vector<LogLine> expected_frames() {
     ++counter;
     if (ms == 220 || ms == 230) continue;  // two of five frames, by seed 1
     if (in(400)) line.time_ms += 3;
+    if (in(100)) line.payload[1] ^= 0x01;
     if (in(700)) line.payload[7] ^= 0xFF;
     if (in(800)) line.payload.resize(4);
     if (in(900)) {
@@ -104,6 +105,18 @@ TEST(AllKinds, HaveTheirEffects) {
     EXPECT_EQ(task["deadline_misses"], misses) << task["name"] << ": each step of 12 ms covers two releases";
   }
   EXPECT_EQ(report["modbus"][0]["exceptions"][0]["code"], 6);
+}
+
+TEST(AllKinds, TakeEffect) {
+  const Folder folder;
+  const Json report = run_all_kinds(folder / "out");
+  for (const char* const list : {"stimuli", "faults"}) {
+    for (const Json& one : report[list]) {
+      const bool is_of_process = one["target"] == "spare";  // whether a pause has one is not known
+      EXPECT_EQ(one["took_effect"], is_of_process ? Json() : Json(true)) << one.dump(1);
+      EXPECT_EQ(one["missing_effect"], "") << one.dump(1);
+    }
+  }
 }
 
 TEST(AllKinds, RunsAreByteForByteAlike) {
