@@ -57,13 +57,14 @@ struct Sample {
   bool fresh = false;  ///< false: nothing received yet, or the device is lost; `value` is then the safe value
 };
 
-/// When the value of an output leaves the run: with each release of outputs, or in frames of a cycle of its
-/// own, of which each is due at the first release that is not before its instant.
+/// When an output is sent: with each release of outputs, or in frames that are due at offset_ns + n *
+/// period_ns, each sent with the first release at or after its due time.
 struct SendCycle {
   RunTimeNs period_ns = 0;  ///< 0: with each release
-  RunTimeNs offset_ns = 0;  ///< run time of the first frame
+  RunTimeNs offset_ns = 0;  ///< run time at which the first frame is due
 
-  /// Whether the value leaves with the release of `tick_ns`; the release before was that of `last_ns`.
+  /// Whether a frame is sent with the release at `tick_ns`. `last_ns`: time of the release before; the lowest
+  /// RunTimeNs before the first release.
   bool is_due(RunTimeNs last_ns, RunTimeNs tick_ns) const noexcept {
     return period_ns <= 0 || frames_up_to(tick_ns) > frames_up_to(last_ns);
   }
@@ -140,7 +141,7 @@ class Device {
   /// Run to device. The order is fixed at construction; release_outputs uses it.
   virtual std::span<const ChannelInfo> outputs() const noexcept = 0;
 
-  /// Of an output. Fixed at construction.
+  /// When this output is sent. `output` is below outputs().size(). Fixed at construction; setup thread.
   virtual SendCycle send_cycle(std::size_t output) const noexcept {
     static_cast<void>(output);
     return {};
@@ -214,7 +215,9 @@ class Device {
     static_cast<void>(number);
     return 0;
   }
-  /// Those of them that the fault changed, dropped or delayed. Any thread.
+  /// Frames, requests and connections on which the fault acted: it changed, dropped, repeated or delayed
+  /// them, left them without an answer, or cut them. A delayed request counts when its delay begins. Default:
+  /// fault_count(number). Any thread.
   virtual std::uint64_t fault_effects(std::size_t number) const noexcept { return fault_count(number); }
   /// In lock-step, before an exchange: while `away`, the exchange does not wait for programs of this process
   /// group, which are paused or have ended because the run wants it. Thread rule of exchange.

@@ -107,8 +107,8 @@ class CanDevice final : public Device {
   /// A send queue that stays full for longer than loss_timeout_ns() is also a send fault.
   std::string send_fault() const override;
 
-  /// Faults of its messages, by their names in the DBC file or as identifier_text.hpp has them, those of
-  /// played frames by their identifier, and bus_off.
+  /// Faults of messages that it sends or receives, named as in the DBC file or by identifier
+  /// (identifier_text.hpp); of played frames that no message of the DBC file has, by identifier; and bus_off.
   std::string fault_problem(const InjectedFault& injected) const override;
   void add_fault(const InjectedFault& injected) override;
   void set_fault(std::size_t number, bool active) noexcept override;
@@ -170,7 +170,8 @@ class CanDevice final : public Device {
   void update_injected_bus_off();
   void pass_due_frames();
   void play_due_frames();
-  /// Faults of its identifier act on it here, unless they act where the device receives it back.
+  /// Faults of its identifier act on it here, unless they act where the device receives it back. Returns
+  /// `sent` when a fault drops or holds the frame.
   SendResult play(const Frame& frame, RunTimeNs now_ns);
   SendResult put_played_on_bus(const Frame& frame, RunTimeNs now_ns);
   /// Whether the frame, received back by this station, was sent by the playback.

@@ -29,7 +29,7 @@ bool has_only_hex_digits(std::string_view text) {
   return true;
 }
 
-/// Reads the fields of a line, from the left. Each function is false with the fault of its field.
+/// Reads the fields of a line, from the left. Each function is false with the mistake of its field.
 class LineParser {
  public:
   explicit LineParser(std::string_view line) : line_(line) {
@@ -39,11 +39,11 @@ class LineParser {
 
   bool parse() { return take_time() && take_interface() && take_frame(); }
   LoggedFrame& logged() { return logged_; }
-  CandumpFault fault() const { return fault_; }
+  CandumpMistake mistake() const { return mistake_; }
 
  private:
   bool refuse(std::string_view field, const char* text) {
-    fault_ = {.column = static_cast<std::size_t>(field.data() - line_.data()) + 1, .text = text};
+    mistake_ = {.column = static_cast<std::size_t>(field.data() - line_.data()) + 1, .text = text};
     return false;
   }
 
@@ -68,13 +68,14 @@ class LineParser {
     logged_.frame.wall_ns = seconds * ns_per_second + std::int64_t{microseconds} * 1000;
     logged_.frame.time_ns = logged_.frame.wall_ns;
     rest_ = line_.substr(close + 1);
-    return rest_.starts_with(' ') || refuse(rest_, "no interface follows the time behind a space");
+    return rest_.starts_with(' ') || refuse(rest_, "the time is not followed by one space and an interface");
   }
 
   bool take_interface() {
     rest_.remove_prefix(1);
     const std::size_t space = rest_.find(' ');
-    if (space == 0 || rest_.empty()) return refuse(rest_, "no interface follows the time behind one space");
+    if (space == 0 || rest_.empty())
+      return refuse(rest_, "the time is not followed by one space and an interface");
     if (space == std::string_view::npos)
       return refuse(rest_.substr(rest_.size()), "no frame follows the interface");
     logged_.interface = rest_.substr(0, space);
@@ -119,7 +120,8 @@ class LineParser {
     if (is_remote ? !take_remote_length(content) : !take_payload(content)) return false;
     const bool has_length_code = !frame.is_fd && frame.raw.__res1 != 0;
     return !has_length_code || frame.raw.len == CAN_MAX_DLEN ||
-           refuse(whole.substr(content.size()), "a data length code is only that of a frame of 8 bytes");
+           refuse(whole.substr(content.size()),
+                  "only a classic frame of 8 bytes can have a data length code");
   }
 
   /// Removes the suffix `_C` of a classic frame of 8 bytes, where C is its data length code, 9 to F.
@@ -168,7 +170,7 @@ class LineParser {
 
   std::string_view line_, rest_;
   LoggedFrame logged_;
-  CandumpFault fault_;
+  CandumpMistake mistake_;
 };
 
 }  // namespace
@@ -198,10 +200,10 @@ void append_candump_line(std::string& text, const Frame& frame, std::string_view
     append_hex(text, byte, 2);
 }
 
-std::optional<LoggedFrame> parse_candump_line(std::string_view line, CandumpFault* fault) {
+std::optional<LoggedFrame> parse_candump_line(std::string_view line, CandumpMistake* mistake) {
   LineParser parser(line);
   if (parser.parse()) return std::move(parser.logged());
-  if (fault != nullptr) *fault = parser.fault();
+  if (mistake != nullptr) *mistake = parser.mistake();
   return std::nullopt;
 }
 

@@ -26,13 +26,13 @@ struct LoggedFrame {
 };
 
 /// Why a line does not have this format.
-struct CandumpFault {
+struct CandumpMistake {
   std::size_t column = 1;  ///< of the wrong field, from 1
-  std::string text;        ///< a sentence on this field
+  std::string text;        ///< what is wrong with it: a clause
 };
 
-/// Empty when the line does not have this format; then with the first fault. Text after the frame other than
-/// "T" is ignored (candump -x writes "R" or "T").
-std::optional<LoggedFrame> parse_candump_line(std::string_view line, CandumpFault* fault = nullptr);
+/// Empty when the line does not have this format; then with the first mistake. Text after the frame other
+/// than "T" is ignored (candump -x writes "R" or "T").
+std::optional<LoggedFrame> parse_candump_line(std::string_view line, CandumpMistake* mistake = nullptr);
 
 }  // namespace hil::io::can

@@ -37,13 +37,14 @@ std::string FrameFaults::problem(const InjectedFault& injected, const MessageLay
         return "no " + std::string(layout.is_fd() ? "CAN FD" : "classic CAN") + " frame has " +
                std::to_string(injected.number) + " bytes";
       if (injected.number == layout.frame_length())
-        return "its frames have " + std::to_string(injected.number) + " bytes anyway";
+        return "all its frames already have a length of " + std::to_string(injected.number) +
+               "; give another";
       break;
     case FaultKind::flip_bits:
       for (const std::uint32_t bit : injected.bits) {
         if (bit >= 8 * layout.frame_length())
-          return "its frames have the bits 0 to " + std::to_string(8 * layout.frame_length() - 1) + ", not " +
-                 std::to_string(bit);
+          return "bit " + std::to_string(bit) + " is not in its frames, which have the bits 0 to " +
+                 std::to_string(8 * layout.frame_length() - 1);
       }
       break;
     case FaultKind::delay:
@@ -71,13 +72,14 @@ std::string FrameFaults::problem(const InjectedFault& injected, std::span<const 
         return "no " + std::string(longest.is_fd ? "CAN FD" : "classic CAN") + " frame has " +
                std::to_string(injected.number) + " bytes";
       if (std::ranges::all_of(of_identifier, [&](const auto& one) { return one.raw.len == injected.number; }))
-        return "its frames have " + std::to_string(injected.number) + " bytes anyway";
+        return "all its frames already have a length of " + std::to_string(injected.number) +
+               "; give another";
       return {};
     case FaultKind::flip_bits:
       for (const std::uint32_t bit : injected.bits) {
         if (bit >= 8U * longest.raw.len)
-          return "its longest frame has " + std::to_string(8 * longest.raw.len) +
-                 " bits, so none of number " + std::to_string(bit);
+          return "bit " + std::to_string(bit) + " is not in its longest frame, which has " +
+                 (longest.raw.len == 0 ? "none" : "the bits 0 to " + std::to_string(8 * longest.raw.len - 1));
       }
       return {};
     case FaultKind::drop:
@@ -101,7 +103,7 @@ bool FrameFaults::is_bus_off() const noexcept {
       faults_, [this](const auto& fault) { return fault->is_of_device() && is_active(*fault); });
 }
 
-void FrameFaults::note_kept_frame() noexcept {
+void FrameFaults::note_blocked_frame() noexcept {
   for (const auto& fault : faults_) {
     if (!fault->is_of_device() || !is_active(*fault)) continue;
     fault->count.add();

@@ -27,6 +27,7 @@ class FrameFaults {
   static std::string problem(const InjectedFault& injected, const MessageLayout& layout);
 
   /// The same for frames of an identifier that a playback sends, and that no message of the DBC file has.
+  /// Misuse: `of_identifier` is empty.
   static std::string problem(const InjectedFault& injected, std::span<const PlayedFrame> of_identifier);
 
   /// Adds a fault, not active, without a problem(). `layout`: of its message, which outlives this object;
@@ -45,8 +46,8 @@ class FrameFaults {
 
   /// Whether the bus-off of a fault is active.
   bool is_bus_off() const noexcept;
-  /// Bus-off keeps a frame from the bus, or from the run.
-  void note_kept_frame() noexcept;
+  /// A frame that bus-off blocks, in either direction.
+  void note_blocked_frame() noexcept;
 
   /// For good, since nothing may keep safe values from the bus: drops the delayed frames, too.
   void end_all() noexcept {

@@ -40,9 +40,9 @@ struct PlaybackConfig {
 /// How far a playback has come.
 struct PlaybackState {
   std::string name;
-  std::uint64_t passes = 0;  ///< that have started
-  std::uint64_t sent = 0;
-  std::uint64_t sent_unknown = 0;       ///< of those sent: is_unknown
+  std::uint64_t passes = 0;             ///< that have started
+  std::uint64_t sent = 0;               ///< also frames that a fault then drops or delays
+  std::uint64_t sent_unknown = 0;       ///< of `sent`: is_unknown
   std::uint64_t dropped = 0;            ///< frames that were due and not sent
   std::optional<RunTimeNs> first_ns{};  ///< when the first frame was sent
   std::optional<RunTimeNs> last_ns{};   ///< when the last frame of all passes was sent or dropped

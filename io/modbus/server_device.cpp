@@ -42,13 +42,16 @@ ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
       freshness_(map_.read_count(),
                  std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count()),
       bank_(map_, written_by_clients(map_)),
-      server_(
-          bank_, settings_.limits,
-          {[this] { bring_outputs_up_to_date(); }, [this](const WrittenRange& range) { take_inputs(range); },
-           [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); },
-           [this] { return faults_.interference(); }, [this] { faults_.note_request(); },
-           [this] { faults_.note_request(); }, [this] { return stamp_ns(); },
-           [this] { faults_.note_held_request(); }}),
+      server_(bank_, settings_.limits,
+              {.before_request = [this] { bring_outputs_up_to_date(); },
+               .after_write = [this](const WrittenRange& range) { take_inputs(range); },
+               .on_refused_write =
+                   [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); },
+               .interference = [this] { return faults_.interference(); },
+               .on_frame = [this] { faults_.note_request(); },
+               .on_cut = [this] { faults_.note_request(); },
+               .run_time = [this] { return stamp_ns(); },
+               .on_delay = [this] { faults_.note_held_request(); }}),
       values_(map_, label_, events_) {
   require(settings_.max_age.count() >= 0 && settings_.lockstep_limit.count() > 0,
           "ServerDevice: a time limit is not positive");

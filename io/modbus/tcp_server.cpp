@@ -68,12 +68,15 @@ bool TcpServer::serve(std::chrono::milliseconds limit, int wake_fd) {
   }
   drop_expired(now);
   const bool is_disconnected = hooks_.interference && hooks_.interference().is_disconnected;
-  bool is_cut = is_disconnected && !connections_.empty();
-  if (is_disconnected) connections_.clear();
+  bool is_cut = false;
+  const auto cut_connections = [&] {
+    is_cut |= !connections_.empty();
+    connections_.clear();
+  };
+  if (is_disconnected) cut_connections();
   connections_.remove_if([](const Connection& connection) { return connection.closed; });
   if (ready > 0 && polled_[0].revents != 0) accept_all(now);
-  is_cut |= is_disconnected && !connections_.empty();
-  if (is_disconnected) connections_.clear();
+  if (is_disconnected) cut_connections();
   if (is_cut && hooks_.on_cut) hooks_.on_cut();
   clients_.store(connections_.size(), relaxed);
   return ready > 0;
@@ -164,7 +167,7 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
       connection.closed = true;
       break;
     }
-    if (is_delayed(connection)) break;
+    if (delay_reply(connection)) break;
     answer(connection, rest.first(found.size));
     connection.last_request = now;
     connection.first_byte = now;
@@ -174,8 +177,8 @@ void TcpServer::answer_whole_frames(Connection& connection, Time now) {
   connection.filled = rest.size();
 }
 
-/// When the fault ends before, the reply is sent then.
-bool TcpServer::is_delayed(Connection& connection) {
+/// If the fault ends before the delay has passed, the reply is sent at once.
+bool TcpServer::delay_reply(Connection& connection) {
   if (!hooks_.interference || !hooks_.run_time) return false;
   const std::chrono::nanoseconds delay = hooks_.interference().delay;
   if (delay.count() > 0 && !connection.reply_due_ns) {

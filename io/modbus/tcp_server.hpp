@@ -9,8 +9,8 @@
 // `idle_limit`, whose request is not complete `frame_limit` after its first byte, that sends bytes that are
 // not Modbus TCP, or that does not read its replies. A write that would leave a register outside its range is
 // answered with exception 3 and changes nothing. The server answers every unit identifier and repeats it in
-// the reply. A fault may delay replies: until then the server does not read the client's next bytes, and
-// closes its connection for none of these limits.
+// the reply. While a fault delays a reply, the server reads nothing from its client and applies no time limit
+// to it.
 //
 // Threads: one at a time; any thread may call counters() and clients().
 
@@ -60,6 +60,7 @@ struct ServerCounters {
 
 class TcpServer {
  public:
+  /// Called on the thread of serve().
   struct Hooks {
     std::function<void()> before_request;  ///< before a valid request is answered: updates the bank
     std::function<void(const WrittenRange&)>
@@ -69,8 +70,8 @@ class TcpServer {
     std::function<Interference()> interference{};  ///< of faults with requests and connections
     std::function<void()> on_frame{};              ///< for each complete frame
     std::function<void()> on_cut{};                ///< a fault closes the connections of clients
-    std::function<RunTimeNs()> run_time{};         ///< by which replies are delayed
-    std::function<void()> on_delay{};              ///< the reply to a request is delayed
+    std::function<RunTimeNs()> run_time{};         ///< clock of delays; empty: replies are never delayed
+    std::function<void()> on_delay{};              ///< the delay of a reply begins
   };
 
   /// `bank` outlives the server. Misuse (asserts): limits that are not positive.
@@ -119,8 +120,8 @@ class TcpServer {
   bool replace_idle(Time now);
   void receive(Connection& connection, Time now);
   void answer_whole_frames(Connection& connection, Time now);
-  /// Whether a fault delays the reply to the first request in the buffer.
-  bool is_delayed(Connection& connection);
+  /// Begins or ends the delay of the reply to the first request in the buffer. Whether the reply is delayed.
+  bool delay_reply(Connection& connection);
   void answer(Connection& connection, std::span<const std::uint8_t> frame);
   /// Applies the writes of a valid request. Returns the exception to answer with, or 0; the bank is unchanged
   /// after an exception.

@@ -91,7 +91,8 @@ class UnitFaults {
     return all;
   }
 
-  /// Of a client: a cycle begins, and the active faults act on all its requests.
+  /// Of a client: a cycle begins, and the active faults act on all its requests. A cycle that a fault
+  /// disconnects counts as one request.
   Interference begin_cycle() noexcept {
     for (const auto& fault : faults_)
       fault->acts_in_cycle = fault->is_active();

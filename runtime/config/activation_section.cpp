@@ -64,9 +64,10 @@ bool read_activation(const Value& section, ActivationSection& activation, const 
   if (section.has("at")) activation.at_ns = section["at"].duration_ns();
   if (section.has("for")) activation.for_ns = section["for"].duration_ns();
   if (activation.at_ns) {
-    const std::string fault = no_tick_from(*activation.at_ns, scenario.base_period_ns, scenario.duration_ns);
-    if (!fault.empty())
-      diagnostics.add(section["at"].place(), "'at': " + format_duration(*activation.at_ns) + fault);
+    const std::string reason =
+        reason_without_tick(*activation.at_ns, scenario.base_period_ns, scenario.duration_ns);
+    if (!reason.empty())
+      diagnostics.add(section["at"].place(), "'at': " + format_duration(*activation.at_ns) + reason);
   }
   if (section.has("every")) {
     activation.every_ns = section["every"].duration_ns();
@@ -80,7 +81,8 @@ bool read_activation(const Value& section, ActivationSection& activation, const 
   read_expression(section, "until", activation.until, diagnostics);
   activation.probability = section["probability"].number();
   if (activation.probability == 0.0)
-    diagnostics.add(section["probability"].place(), "'probability': with 0 % it never begins");
+    diagnostics.add(section["probability"].place(),
+                    "'probability': with 0 % it never begins; give more than 0 %");
   constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
   if (section.has("times"))
     activation.times = static_cast<std::uint64_t>(section["times"].integer());

@@ -177,7 +177,7 @@ std::optional<Value> Checker::check_text(const TreeNode& tree, const Schema::Nod
         tree, label,
         in_quotes(text) + " is not a name; a name has letters, digits and _ and begins with no digit");
   }
-  const bool is_call = text.ends_with(')');  // of a relation: its reader knows whether it is one
+  const bool is_call = text.ends_with(')');  // a relation; KnownSignals::find checks it
   if (schema.text_rule == TextRule::signal && !is_call && !is_signal_name(text)) {
     return wrong(tree, label, in_quotes(text) + " is not a signal's name; that is names joined by dots");
   }

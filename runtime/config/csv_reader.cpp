@@ -45,6 +45,12 @@ std::optional<std::string> with_decimal_point(std::string_view text) {
   return text.starts_with('+') ? changed.substr(1) : changed;
 }
 
+std::optional<std::string> decimal_comma_mistake(std::string_view text) {
+  const auto with_point = with_decimal_point(text);
+  if (!with_point) return std::nullopt;
+  return in_quotes(std::string(text)) + " has a decimal comma; write " + *with_point;
+}
+
 CsvReader::CsvReader(std::string path, const Place& named_at, Diagnostics& diagnostics)
     : path_(std::move(path)), named_at_(named_at), diagnostics_(diagnostics) {
   std::error_code error;
@@ -87,7 +93,7 @@ bool CsvReader::take_quoted_cell(std::size_t& begin) {
   std::size_t next = first;
   for (;; ++next) {
     if (next == line_.size())
-      return refuse_row("the quote of this cell does not close in its line", begin + 1);
+      return refuse_row("the quote of this cell does not close in its line; close it there", begin + 1);
     if (line_[next] == '"') {
       if (next + 1 == line_.size() || line_[next + 1] != '"') break;
       ++next;
@@ -96,8 +102,7 @@ bool CsvReader::take_quoted_cell(std::size_t& begin) {
   }
   const std::size_t end = std::min(line_.find(separator_, ++next), line_.size());
   if (!trimmed(std::string_view(line_).substr(next, end - next)).empty())
-    return refuse_row("text behind the closing quote of a cell; a quote inside of a cell is doubled",
-                      next + 1);
+    return refuse_row("text follows the closing quote; write a quote inside a cell twice", next + 1);
   cells_.push_back({std::string_view(line_).substr(first, length), static_cast<std::uint32_t>(first + 1)});
   begin = end;
   return true;
@@ -114,12 +119,12 @@ bool CsvReader::next() {
     if (separator_ == 0) separator_ = separator_of(text);
     if (!split_cells(begin)) return false;
     if (columns == 0 || cells_.size() == columns) return true;
-    return refuse_row(std::to_string(cells_.size()) + (cells_.size() == 1 ? " cell" : " cells") +
-                      " in a file of " + std::to_string(columns) + (columns == 1 ? " column" : " columns") +
-                      (cells_.size() < columns ? ""
-                       : separator_ == ','     ? "; a cell with a comma is in quotes, and a number has a "
-                                                 "decimal point"
-                                               : "; a cell with a semicolon is in quotes"));
+    return refuse_row("the row has " + std::to_string(cells_.size()) +
+                      (cells_.size() == 1 ? " cell" : " cells") + " and the file " + std::to_string(columns) +
+                      (columns == 1 ? " column" : " columns") +
+                      (cells_.size() < columns ? "; give each column a cell, which may be empty"
+                       : separator_ == ','     ? "; put a cell with a comma in quotes, and write 0.5, not 0,5"
+                                               : "; put a cell with a semicolon in quotes"));
   }
   if (file_.bad())
     diagnostics_.add(named_at_, "the file can not be read after its line " + std::to_string(line_number_));
@@ -136,10 +141,8 @@ bool CsvReader::refuse_row(std::string mistake, std::size_t column) {
 std::optional<double> CsvReader::number(std::size_t column) const {
   const std::string_view text = cell(column);
   if (const auto number = finite_number(text)) return number;
-  const auto with_point = with_decimal_point(text);
   refuse(column, text.empty() ? "an empty cell: a number is missing"
-                 : with_point ? in_quotes(text) + " has a decimal comma; write " + *with_point
-                              : in_quotes(text) + " is not a number");
+                              : decimal_comma_mistake(text).value_or(in_quotes(text) + " is not a number"));
   return std::nullopt;
 }
 

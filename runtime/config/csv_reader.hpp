@@ -27,6 +27,9 @@ inline constexpr std::size_t max_csv_columns = 10'000;
 /// The text with a decimal point, if it begins with a number that has a decimal comma: "0,5 m" -> "0.5 m".
 std::optional<std::string> with_decimal_point(std::string_view text);
 
+/// The error text on such a number; empty: it has no decimal comma.
+std::optional<std::string> decimal_comma_mistake(std::string_view text);
+
 class CsvReader {
  public:
   /// `named_at`: where the file is named. A mistake when it is too large or can not be opened; there are no

@@ -47,8 +47,8 @@ Schema fault_schema() {
       Field::optional("signal", Schema::signal(), "The signal that readers read wrongly."),
       Field::optional(
           "message", Schema::text(),
-          "A message that a CAN bus sends, receives or plays: 'can.car.BrakeCommand', or with its "
-          "identifier 'can.car.0x123'; more than three digits are one of 29 bits."),
+          "A message that a CAN bus sends, receives or plays: 'can.car.BrakeCommand', or by its identifier "
+          "'can.car.0x123' of 11 bits; one of more than three digits has 29 bits."),
       Field::optional("device", Schema::signal(), "A bus or a Modbus unit: 'can.car', 'modbus.plc'."),
       Field::optional("process", Schema::name(), "A process that the run starts."),
       Field::optional("task", Schema::name(), "The task of a module."),

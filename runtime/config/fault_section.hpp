@@ -66,7 +66,7 @@ struct FaultSection {
   std::vector<std::uint32_t> bits{};  ///< flip_bits: 8 * byte + bit
   std::vector<Word> readers{};        ///< of a signal: modules, buses, inputs of them; empty: all
   ActivationSection activation{};
-  std::string test_table{};  ///< the name of the one that it is from; empty: none
+  std::string test_table{};  ///< name of the test table that defines it; empty: the scenario does
 
   /// In words, for the report: "stuck at its last value".
   std::string effect() const;

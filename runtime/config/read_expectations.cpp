@@ -21,9 +21,9 @@ std::optional<WindowSection> read_window(const Value& entry, const ClaimContext&
                                              " is before the begin of the window, " +
                                              format_duration(*window.from_ns));
     } else {
-      const std::string fault = no_tick_from(*window.from_ns, context.period_ns, context.duration_ns);
-      if (!fault.empty())
-        diagnostics.add(limits[0].place(), "'between': " + format_duration(*window.from_ns) + fault);
+      const std::string reason = reason_without_tick(*window.from_ns, context.period_ns, context.duration_ns);
+      if (!reason.empty())
+        diagnostics.add(limits[0].place(), "'between': " + format_duration(*window.from_ns) + reason);
     }
   }
   if (entry.has("after")) window.after = Expression::parse(entry["after"], diagnostics);

@@ -13,8 +13,8 @@ std::optional<std::int64_t> optional_time(const Value& plot, const char* key) {
 
 void check_time_range(const Value& value, const PlotSection& plot, std::int64_t duration_ns,
                       std::int64_t period_ns, Diagnostics& diagnostics) {
-  const auto refuse = [&](const char* key, std::int64_t time_ns, const std::string& fault) {
-    diagnostics.add(value[key].place(), in_quotes(key) + ": " + format_duration(time_ns) + fault);
+  const auto refuse = [&](const char* key, std::int64_t time_ns, const std::string& reason) {
+    diagnostics.add(value[key].place(), in_quotes(key) + ": " + format_duration(time_ns) + reason);
   };
   if (duration_ns > 0 && plot.until_ns && *plot.until_ns > duration_ns)
     refuse("until", *plot.until_ns,
@@ -29,8 +29,9 @@ void check_time_range(const Value& value, const PlotSection& plot, std::int64_t 
   if (!plot.from_ns) return;
   if (plot.until_ns && *plot.from_ns >= *plot.until_ns)
     refuse("from", *plot.from_ns, " is not before 'until', " + format_duration(*plot.until_ns));
-  else if (const std::string fault = no_tick_from(*plot.from_ns, period_ns, duration_ns); !fault.empty())
-    refuse("from", *plot.from_ns, fault);
+  else if (const std::string reason = reason_without_tick(*plot.from_ns, period_ns, duration_ns);
+           !reason.empty())
+    refuse("from", *plot.from_ns, reason);
 }
 
 }  // namespace

@@ -117,7 +117,8 @@ std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, 
         diagnostics.add(value["period"].place(), "'period': " + format_duration(segment.period_ns) +
                                                      " is shorter than two base periods of " +
                                                      format_duration(tick_ns) +
-                                                     ", so the ticks do not show the shape");
+                                                     ", so the ticks do not show the shape; give at least " +
+                                                     format_duration(2 * tick_ns));
       }
     }
     if (kind == "sine") segment.share = value["phase"].number() / (2.0 * std::numbers::pi);

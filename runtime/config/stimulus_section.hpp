@@ -44,7 +44,7 @@ struct StimulusSection {
   std::variant<std::vector<StimulusSegment>, StimulusFile> profile{};
   std::uint64_t repeat = 1;  ///< of the segments; 0: to the end of the run
   ActivationSection activation{};
-  std::string test_table{};  ///< the name of the one that it is from; empty: none
+  std::string test_table{};  ///< name of the test table that defines it; empty: the scenario does
 };
 
 struct Scenario;

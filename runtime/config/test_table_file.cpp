@@ -104,10 +104,9 @@ class TestTableReader {
   }
   /// Then with a mistake.
   bool has_decimal_comma(const Word& text) {
-    const auto with_point = with_decimal_point(text.text);
-    if (with_point)
-      diagnostics_.add(text.place, in_quotes(text.text) + " has a decimal comma; write " + *with_point);
-    return with_point.has_value();
+    const auto mistake = decimal_comma_mistake(text.text);
+    if (mistake) diagnostics_.add(text.place, *mistake);
+    return mistake.has_value();
   }
 
   void read_row() {

@@ -42,7 +42,7 @@ class TableParts {
  private:
   void add(const TestTableRow& row) {
     const std::int64_t tick_ns = (row.time_ns + period_ns_ - 1) / period_ns_ * period_ns_;
-    if (!no_tick_from(row.time_ns, period_ns_, scenario_.duration_ns).empty()) {
+    if (!reason_without_tick(row.time_ns, period_ns_, scenario_.duration_ns).empty()) {
       if (late_rows_++ == 0) first_late_ = row;
       return;
     }
@@ -136,8 +136,8 @@ class TableParts {
     reading_.diagnostics.add(
         first_late_.signal.place,
         "the time of this row, " + format_duration(first_late_.time_ns) + "," +
-            no_tick_from(first_late_.time_ns, period_ns_, scenario_.duration_ns) +
-            (late_rows_ == 1 ? "" : "; it is the first of " + std::to_string(late_rows_) + " such rows"));
+            reason_without_tick(first_late_.time_ns, period_ns_, scenario_.duration_ns) +
+            (late_rows_ == 1 ? "" : " (the first of " + std::to_string(late_rows_) + " such rows)"));
   }
 
   void add_expectation(const std::string& name, const Place& place, std::shared_ptr<const Claim> claim) {

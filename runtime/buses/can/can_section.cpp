@@ -263,7 +263,7 @@ void read_play(const Value& value, CanSection& section, const ReaderContext& rea
                 .begin_place = (*play)["begin"].place(),
                 .repeat = static_cast<std::uint64_t>((*play)["repeat"].integer()),
                 .run_ns = reading.duration_ns,
-                .tick_ns = reading.clock == ClockKind::virtual_time ? section.period_ns : 0};
+                .send_interval_ns = reading.clock == ClockKind::virtual_time ? section.period_ns : 0};
   if (play->has("every")) {
     log.every_ns = (*play)["every"].duration_ns();
     log.every_place = (*play)["every"].place();

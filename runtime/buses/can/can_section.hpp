@@ -73,8 +73,9 @@ struct PlayedLog {
   std::uint64_t repeat = 1;                ///< passes; 0: to the end of the run
   std::optional<std::int64_t> every_ns{};  ///< from one pass to the next; empty: the length of the log
   Place every_place{};
-  std::int64_t run_ns = 0;   ///< duration of the run; 0: it is not known
-  std::int64_t tick_ns = 0;  ///< between the instants at which frames can be sent; 0: they are sent at any
+  std::int64_t run_ns = 0;  ///< duration of the run; 0: it is not known
+  std::int64_t send_interval_ns =
+      0;  ///< between the instants at which the bus sends; 0: it sends at any time
 };
 
 class CanSection final : public config::BusSection {

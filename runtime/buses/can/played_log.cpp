@@ -22,8 +22,8 @@ constexpr std::int64_t min_pass_period_ns = 1'000'000;
 using config::Diagnostics;
 using config::in_quotes;
 
-/// Frames of which the user is told, for one reason.
-struct SomeFrames {
+/// How many frames have one problem, and the line of the first.
+struct WarnedFrames {
   std::size_t frames = 0;
   std::uint32_t first_line = 0;
 
@@ -45,7 +45,8 @@ class LogReader {
     if (diagnostics_.count() != before) return std::nullopt;
     warn(of_sent_, "not played", "the run sends the message itself");
     warn(errors_, "not played", "error frames can not be sent");
-    warn(unknown_, "sent to other stations alone", "the database has no message with the identifier");
+    warn(unknown_, "sent, but not received by the run",
+         "the database has no message with the identifier; add it there");
     io::can::PlaybackConfig config{
         .name = std::filesystem::path(section_.file.text).filename().string(),
         .frames = std::make_shared<const std::vector<io::can::PlayedFrame>>(std::move(frames_)),
@@ -75,11 +76,11 @@ class LogReader {
     std::uint32_t line = 1;
     for (; !diagnostics_.full() && std::getline(file, text); ++line) {
       if (text.empty() || text == "\r") continue;
-      io::can::CandumpFault fault;
-      const auto logged = io::can::parse_candump_line(text, &fault);
+      io::can::CandumpMistake mistake;
+      const auto logged = io::can::parse_candump_line(text, &mistake);
       if (!logged) {
-        refuse(line, fault.text + "; a line of candump -l is as '(1436509052.249713) vcan0 044#2A36'",
-               fault.column);
+        refuse(line, mistake.text + "; a line of candump -l is as '(1436509052.249713) vcan0 044#2A36'",
+               mistake.column);
         continue;
       }
       if (!first_ns_) first_ns_ = logged->frame.wall_ns;
@@ -137,16 +138,17 @@ class LogReader {
     if (unknown_.frames == frames_.size()) {
       return diagnostics_.add(
           section_.file.place,
-          "the database of the bus has no message with the identifier of any frame of the "
-          "log that would be played, so the run would receive none of these " +
-              std::to_string(frames_.size()) + "; give the log of this bus, or the database of the log");
+          "no frame of the log that would be played has an identifier of the database, so the run "
+          "would receive none of these " +
+              std::to_string(frames_.size()) + "; play a log of this bus, or use the database of the log");
     }
     const std::int64_t first_ns = section_.begin_ns + frames_.front().offset_ns;
-    const std::string fault = config::no_tick_from(first_ns, section_.tick_ns, section_.run_ns);
-    if (!fault.empty())
+    const std::string reason = config::reason_without_tick(
+        first_ns, section_.send_interval_ns, section_.run_ns, "the last instant at which the bus sends,");
+    if (!reason.empty())
       diagnostics_.add(section_.begin_place,
                        "'begin': no frame of the log would be sent: the first one is due at " +
-                           config::format_duration(first_ns) + ", which" + fault);
+                           config::format_duration(first_ns) + ", which" + reason);
   }
 
   std::string why_no_frame() const {
@@ -184,12 +186,12 @@ class LogReader {
   }
 
   /// `what`: "not played", of one frame or of several.
-  void warn(const SomeFrames& some, const std::string& what, const std::string& why) {
-    if (some.frames == 0) return;
-    const std::string frames =
-        some.frames == 1 ? "this frame is " + what + ": "
-                         : std::to_string(some.frames) + " frames are " + what + ", the first in this line: ";
-    diagnostics_.warn({section_.file.text, some.first_line, 1}, frames + why);
+  void warn(const WarnedFrames& warned, const std::string& what, const std::string& why) {
+    if (warned.frames == 0) return;
+    const std::string frames = warned.frames == 1 ? "this frame is " + what + ": "
+                                                  : std::to_string(warned.frames) + " frames are " + what +
+                                                        ", the first in this line: ";
+    diagnostics_.warn({section_.file.text, warned.first_line, 1}, frames + why);
   }
 
   const PlayedLog& section_;
@@ -199,7 +201,7 @@ class LogReader {
   std::int64_t last_ns_ = 0;              ///< the largest offset of the interface so far
   std::set<std::string> interfaces_;
   std::vector<io::can::PlayedFrame> frames_;
-  SomeFrames of_sent_, errors_, unknown_;
+  WarnedFrames of_sent_, errors_, unknown_;
 };
 
 }  // namespace

@@ -89,8 +89,8 @@ TEST(CandumpLog, SaysWhichFieldOfALineIsWrong) {
       {"(-1.000000) vcan0 044#00", 2, "the time is below 0 s or beyond the year 2262"},
       {"(9999999999999.000000) vcan0 044#00", 2, "the time is below 0 s or beyond the year 2262"},
       {"(99999999999999999999.000000) v 044#00", 2, "the time is below 0 s or beyond the year 2262"},
-      {"(1.000000)", 11, "no interface follows the time behind a space"},
-      {"(1.000000)  044#00", 12, "no interface follows the time behind one space"},
+      {"(1.000000)", 11, "the time is not followed by one space and an interface"},
+      {"(1.000000)  044#00", 12, "the time is not followed by one space and an interface"},
       {"(1.000000) vcan0", 17, "no frame follows the interface"},
       {"(1.000000) v 04400", 14, "the frame has no '#' between identifier and payload"},
       {"(1.000000) v 44#00", 14, "the identifier does not have 3 or 8 hexadecimal digits"},
@@ -106,12 +106,12 @@ TEST(CandumpLog, SaysWhichFieldOfALineIsWrong) {
        "the payload of a CAN FD frame has a length other than 0 to 8, 12, 16, 20, 24, 32, 48 and 64 bytes"},
       {"(1.000000) v 044#R9", 18, "the length behind 'R' is not one digit from 0 to 8"},
       {"(1.000000) v 123#R8_8", 20, "the data length code is not one digit from 9 to F"},
-      {"(1.000000) v 123#11_C", 20, "a data length code is only that of a frame of 8 bytes"},
-      {"(1.000000) v 123#R_C", 19, "a data length code is only that of a frame of 8 bytes"},
+      {"(1.000000) v 123#11_C", 20, "only a classic frame of 8 bytes can have a data length code"},
+      {"(1.000000) v 123#R_C", 19, "only a classic frame of 8 bytes can have a data length code"},
       {"(1.000000) v 123##11122334455667788_C", 36, "a CAN FD frame has no data length code"},
   };
   for (const auto& one : all) {
-    CandumpFault fault;
+    CandumpMistake fault;
     EXPECT_FALSE(parse_candump_line(one.line, &fault)) << one.line;
     EXPECT_EQ(fault.text, one.text) << one.line;
     EXPECT_EQ(fault.column, one.column) << one.line;

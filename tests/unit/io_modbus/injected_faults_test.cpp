@@ -99,7 +99,7 @@ TEST_F(InjectedFaults, LockstepRepliesAreLate) {
   EXPECT_EQ(latched(*client_)[0].time_ns, 40 * ms);
 }
 
-TEST_F(InjectedFaults, LockstepReplyThatIsLateOnlyToTheEndOfTheFaultIsItsEffect) {
+TEST_F(InjectedFaults, LockstepDelayCountsAsAnEffectWhenTheFaultEndsBeforeTheReply) {
   start(Pacing::lockstep, {{.kind = Kind::delay, .delay_ns = 30 * ms}});
   cycle(0);
   EXPECT_EQ(client_->fault_effects(0), 0u);

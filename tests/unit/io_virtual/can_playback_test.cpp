@@ -165,9 +165,10 @@ TEST_F(PlayingDevice, FaultsOfAnIdentifierAreThoseOfItsMessageOrOfPlayedFrames) 
   EXPECT_EQ(problem(drop, "0x557"), "the bus neither sends nor receives nor plays this message");
   EXPECT_EQ(problem(drop, "0x"), "the bus neither sends nor receives nor plays this message");
   EXPECT_EQ(problem(drop, "0x8ff"), "the bus neither sends nor receives nor plays this message");
-  EXPECT_EQ(problem(length, "0x555", 1), "its frames have 1 bytes anyway");
+  EXPECT_EQ(problem(length, "0x555", 1), "all its frames already have a length of 1; give another");
   EXPECT_EQ(problem(length, "0x555", 9), "no classic CAN frame has 9 bytes");
-  EXPECT_EQ(problem(flip_bits, "0x555", 0, {8}), "its longest frame has 8 bits, so none of number 8");
+  EXPECT_EQ(problem(flip_bits, "0x555", 0, {8}),
+            "bit 8 is not in its longest frame, which has the bits 0 to 7");
   for (const auto kind : {frozen, wrong_counter, wrong_checksum})
     EXPECT_EQ(problem(kind, "0x555"),
               "only a message of the DBC file can be stuck or have a wrong counter or checksum");

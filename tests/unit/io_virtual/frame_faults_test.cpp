@@ -282,9 +282,9 @@ TEST_F(FrameFaults, ThatDoNotFitAreRefused) {
   EXPECT_EQ(problem({.kind = Kind::length, .message = "EgoStatus", .number = 12}),
             "no classic CAN frame has 12 bytes");
   EXPECT_EQ(problem({.kind = Kind::length, .message = "EgoStatus", .number = 8}),
-            "its frames have 8 bytes anyway");
+            "all its frames already have a length of 8; give another");
   EXPECT_EQ(problem({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {64}}),
-            "its frames have the bits 0 to 63, not 64");
+            "bit 64 is not in its frames, which have the bits 0 to 63");
   EXPECT_EQ(problem({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 61'000 * ms}),
             "a frame can be delayed by at most 60 s");
   EXPECT_EQ(problem({.kind = Kind::silent}), "a CAN bus can only be bus_off");

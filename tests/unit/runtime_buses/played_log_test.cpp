@@ -104,13 +104,14 @@ TEST_F(PlayedLogs, WarnOfFramesThatTheDatabaseDoesNotKnow) {
   EXPECT_TRUE((*played->frames)[1].is_unknown);
   EXPECT_TRUE((*played->frames)[2].is_unknown) << "an extended identifier";
   EXPECT_EQ(texts(),
-            "drive.log:2:1: warning: 2 frames are sent to other stations alone, the first in this line: the "
-            "database has no message with the identifier\n");
+            "drive.log:2:1: warning: 2 frames are sent, but not received by the run, the first in this line: "
+            "the database has no message with the identifier; add it there\n");
   EXPECT_FALSE(playback("(0.000000) v 100#01\n(0.010000) v 300#01\n(0.020000) v 301#01\n"));
-  EXPECT_EQ(texts(),
-            "scenario.yaml:10:18: the database of the bus has no message with the identifier of any frame of "
-            "the log that would be played, so the run would receive none of these 2; give the log of this "
-            "bus, or the database of the log\n");
+  EXPECT_EQ(
+      texts(),
+      "scenario.yaml:10:18: no frame of the log that would be played has an identifier of the database, "
+      "so the run would receive none of these 2; play a log of this bus, or use the database of the "
+      "log\n");
 }
 
 TEST_F(PlayedLogs, BeginBeforeTheEndOfTheRun) {
@@ -124,14 +125,17 @@ TEST_F(PlayedLogs, BeginBeforeTheEndOfTheRun) {
   EXPECT_FALSE(playback(log, section));
   EXPECT_EQ(texts(),
             "scenario.yaml:10:44: 'begin': no frame of the log would be sent: the first one is due at 2 s, "
-            "which is not before the end of the run, which takes 2 s\n");
+            "which is not before the end of the run, which takes 2 s; give an earlier time or a longer "
+            "duration\n");
   section.begin_ns = 1'495 * ms;
   EXPECT_TRUE(playback(log, section)) << "in real time a frame is sent between ticks " << texts();
-  section.tick_ns = 10 * ms;
+  section.send_interval_ns = 10 * ms;
   EXPECT_FALSE(playback(log, section));
-  EXPECT_EQ(texts(),
-            "scenario.yaml:10:44: 'begin': no frame of the log would be sent: the first one is due at "
-            "1995 ms, which is after the last tick of the run, at 1990 ms\n");
+  EXPECT_EQ(
+      texts(),
+      "scenario.yaml:10:44: 'begin': no frame of the log would be sent: the first one is due at "
+      "1995 ms, which is after the last instant at which the bus sends, 1990 ms; give an earlier time or a "
+      "longer duration\n");
   section.run_ns = 0;
   EXPECT_TRUE(playback(log, section)) << "a run without an end";
 }

@@ -48,18 +48,21 @@ TEST_F(CsvReaders, EndAtARowOfAnotherLength) {
   EXPECT_EQ(rows_of("a,b\n1,2\n\n3\n4,5\n"), "a|b/1|2");
   EXPECT_EQ(mistakes(), "f.csv:4:1: 1 cell in a file of 2 columns\n");
   EXPECT_EQ(rows_of("a,b\n1,5,2\n"), "a|b");
-  EXPECT_EQ(mistakes(),
-            "f.csv:2:1: 3 cells in a file of 2 columns; a cell with a comma is in quotes, and a number has a "
-            "decimal point\n");
+  EXPECT_EQ(
+      mistakes(),
+      "f.csv:2:1: the row has 3 cells and the file 2 columns; put a cell with a comma in quotes, and write "
+      "0.5, not 0,5\n");
   EXPECT_EQ(rows_of("a;b\n1;5;2\n"), "a|b");
-  EXPECT_EQ(mistakes(), "f.csv:2:1: 3 cells in a file of 2 columns; a cell with a semicolon is in quotes\n");
+  EXPECT_EQ(mistakes(),
+            "f.csv:2:1: the row has 3 cells and the file 2 columns; put a cell with a semicolon in quotes\n");
 }
 
-TEST_F(CsvReaders, OfOneColumnNameAComma) {
+TEST_F(CsvReaders, ExplainCommasInAFileOfOneColumn) {
   EXPECT_EQ(rows_of("a\n1,5\n"), "a");
-  EXPECT_EQ(mistakes(),
-            "f.csv:2:1: 2 cells in a file of 1 column; a cell with a comma is in quotes, and a number has a "
-            "decimal point\n");
+  EXPECT_EQ(
+      mistakes(),
+      "f.csv:2:1: the row has 2 cells and the file 1 column; put a cell with a comma in quotes, and write "
+      "0.5, not 0,5\n");
 }
 
 TEST_F(CsvReaders, FindTheSeparatorInTheFirstRow) {
@@ -86,12 +89,11 @@ TEST_F(CsvReaders, ReadCellsInQuotes) {
 
 TEST_F(CsvReaders, RefuseQuotesThatDoNotEnclose) {
   EXPECT_EQ(rows_of("a,b\n1,\"2\n3\",4\n"), "a|b");
-  EXPECT_EQ(mistakes(), "f.csv:2:3: the quote of this cell does not close in its line\n");
+  EXPECT_EQ(mistakes(), "f.csv:2:3: the quote of this cell does not close in its line; close it there\n");
   EXPECT_EQ(rows_of("a,b\n1,\"2\"\"\n"), "a|b");
-  EXPECT_EQ(mistakes(), "f.csv:2:3: the quote of this cell does not close in its line\n");
+  EXPECT_EQ(mistakes(), "f.csv:2:3: the quote of this cell does not close in its line; close it there\n");
   EXPECT_EQ(rows_of("a,b\n\"1\" 2,3\n"), "a|b");
-  EXPECT_EQ(mistakes(),
-            "f.csv:2:4: text behind the closing quote of a cell; a quote inside of a cell is doubled\n");
+  EXPECT_EQ(mistakes(), "f.csv:2:4: text follows the closing quote; write a quote inside a cell twice\n");
 }
 
 TEST_F(CsvReaders, RefuseTooManyColumns) {

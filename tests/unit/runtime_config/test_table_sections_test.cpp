@@ -97,12 +97,13 @@ TEST_F(TestTables, RowsAfterTheLastTickAreRefused) {
   EXPECT_TRUE(load(head + "0.999,a,2,,,\n")) << texts();
   EXPECT_FALSE(load(head + "0.5,a,1,,,\n1,a,2,,,\n2,a,,stuck,1,1\n"));
   EXPECT_EQ(texts(),
-            "t.csv:3:3: the time of this row, 1 s, is not before the end of the run, which takes 1 s; it is "
-            "the first of 2 such rows\n");
+            "t.csv:3:3: the time of this row, 1 s, is not before the end of the run, which takes 1 s; give "
+            "an earlier time or a longer duration (the first of 2 such rows)\n");
   for (const char* const row : {"0.9995,a,1,,,\n", "0.9995,a,,stuck,,\n", "0.9995,a,,,1,1\n"}) {
     EXPECT_FALSE(load(head + row));
     EXPECT_EQ(texts(),
-              "t.csv:2:8: the time of this row, 999.5 ms, is after the last tick of the run, at 999 ms\n");
+              "t.csv:2:8: the time of this row, 999.5 ms, is after the last tick of the run, at 999 ms; "
+              "give an earlier time or a longer duration\n");
   }
 }
 
