@@ -76,7 +76,7 @@ std::vector<std::string> readers_of_signals(const run::Wiring& wiring) {
     add_conditions(fault.activation, "fault " + fault.name.text);
   std::vector<std::size_t> expectations(readers.size());
   for (const config::Expectation& expectation : wiring.scenario->expectations)
-    for (const signals::SignalId signal : expectations::plot_content(expectation, wiring.signals).signals)
+    for (const signals::SignalId signal : expectations::signals_read(expectation, wiring.signals))
       ++expectations[signal.index];
   for (std::uint32_t i = 0; i < readers.size(); ++i)
     if (expectations[i] > 0) add({i}, counted(expectations[i], "expectation", "expectations"), "", {});

@@ -93,7 +93,7 @@ class EventuallyJudge final : public Judge {
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
-    has_judged_ = !met_ns_;
+    judged_in_last_check_ = !met_ns_;
     if (met_ns_) return;
     const Truth truth = condition_.truth(table, time_ns);
     const double margin = margin_.at(table, time_ns);
@@ -110,7 +110,7 @@ class EventuallyJudge final : public Judge {
     margin_.at(table, time_ns);
   }
 
-  bool has_judged() const noexcept override { return has_judged_; }
+  bool judged_in_last_check() const noexcept override { return judged_in_last_check_; }
   report::Expectation result(const Extent& extent) const override {
     const std::string claim = "eventually " + condition_.text();
     report::Expectation result = held_result(name_, coverage_, extent);
@@ -157,7 +157,7 @@ class EventuallyJudge final : public Judge {
   std::optional<std::int64_t> met_ns_;
   double best_margin_ = -std::numeric_limits<double>::infinity();  ///< of the ticks up to `by`
   std::optional<std::int64_t> best_ns_;
-  bool has_judged_ = false;
+  bool judged_in_last_check_ = false;
 };
 
 config::Schema condition_schema(std::span<const config::BusSectionType> /*buses*/) {

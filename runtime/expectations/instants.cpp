@@ -66,12 +66,12 @@ class InstantsJudge final : public Judge {
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
-    has_judged_ = false;
+    judged_in_last_check_ = false;
     // A skipped tick has no value.
     while (next_ < instants_.size() && instants_[next_].time_ns < time_ns)
       ++next_;
     if (next_ == instants_.size() || instants_[next_].time_ns != time_ns) return;
-    has_judged_ = true;
+    judged_in_last_check_ = true;
     const Instant& instant = instants_[next_++];
     const double value = table.value(signal_);
     const bool is_known = table.is_known(signal_) && !std::isnan(value);
@@ -89,7 +89,7 @@ class InstantsJudge final : public Judge {
   }
   void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
             std::int64_t /*time_ns*/) noexcept override {}
-  bool has_judged() const noexcept override { return has_judged_; }
+  bool judged_in_last_check() const noexcept override { return judged_in_last_check_; }
 
   report::Expectation result(const Extent& extent) const override {
     report::Expectation result = held_result(name_, coverage_, extent);
@@ -134,7 +134,7 @@ class InstantsJudge final : public Judge {
   std::optional<std::int64_t> first_failure_ns_;
   const Instant* worst_ = nullptr;
   double worst_margin_ = 0.0, worst_value_ = 0.0;
-  bool has_judged_ = false;  ///< on the last tick
+  bool judged_in_last_check_ = false;  ///< on the last tick
 };
 
 }  // namespace

@@ -32,8 +32,8 @@ class Judge {
   /// After any other tick, which is not judged: functions with a memory advance.
   virtual void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
                     std::int64_t time_ns) noexcept = 0;
-  /// Whether the last tick was judged.
-  virtual bool has_judged() const noexcept { return true; }
+  /// Whether the latest check() judged its tick. Undefined after skip().
+  virtual bool judged_in_last_check() const noexcept { return true; }
   virtual report::Expectation result(const Extent& extent) const = 0;
   /// Response times, where the expectation measures them.
   virtual std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const {

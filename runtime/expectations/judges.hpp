@@ -20,8 +20,8 @@ class Judges {
   /// `arrivals` outlives it, and keeps what the devices keep of every sample.
   Judges(const config::Scenario& scenario, const signals::SignalTable& table, const Arrivals& arrivals) {
     for (const config::Expectation& expectation : scenario.expectations) {
-      const std::vector<signals::SignalId> read = plot_content(expectation, table).signals;
-      followers_.push_back(table.read_followers(read));
+      const std::vector<signals::SignalId> read = signals_read(expectation, table);
+      observers_.push_back(table.read_observers(read));
       judges_.push_back(
           make_judge({.expectation = expectation,
                       .table = table,
@@ -37,9 +37,9 @@ class Judges {
              std::int64_t time_ns) noexcept {
     for (std::size_t i = 0; i < judges_.size(); ++i) {
       judges_[i]->check(table, arrived, time_ns);
-      if (followers_[i].empty() || !judges_[i]->has_judged()) continue;
-      for (signals::ReadFollower* const follower : followers_[i])
-        follower->note_read(signals::ReadBy::expectation);
+      if (observers_[i].empty() || !judges_[i]->judged_in_last_check()) continue;
+      for (signals::ReadObserver* const observer : observers_[i])
+        observer->note_read(signals::ReadBy::expectation);
     }
   }
 
@@ -54,7 +54,7 @@ class Judges {
 
  private:
   std::vector<std::unique_ptr<Judge>> judges_;
-  std::vector<std::vector<signals::ReadFollower*>> followers_;  ///< by judge: of the signals that it reads
+  std::vector<std::vector<signals::ReadObserver*>> observers_;  ///< by judge: of the signals that it reads
 };
 
 }  // namespace hil::expectations

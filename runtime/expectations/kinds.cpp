@@ -57,6 +57,11 @@ PlotContent plot_content(const config::Expectation& expectation, const signals::
   return content;
 }
 
+std::vector<signals::SignalId> signals_read(const config::Expectation& expectation,
+                                            const signals::SignalTable& table) {
+  return plot_content(expectation, table).signals;
+}
+
 std::unique_ptr<Judge> make_judge(const JudgeContext& context) {
   std::unique_ptr<Judge> judge = claim_in(context.expectation).make_judge(context);
   if (!context.expectation.window) return judge;

@@ -22,6 +22,9 @@ std::vector<signals::SignalId> sampled_signals(const config::Expectation& expect
                                                const signals::SignalTable& table);
 /// What its plot in the report shows, with the signals of its window.
 PlotContent plot_content(const config::Expectation& expectation, const signals::SignalTable& table);
+/// The signals that the judge of an expectation reads, each once.
+std::vector<signals::SignalId> signals_read(const config::Expectation& expectation,
+                                            const signals::SignalTable& table);
 /// Judges the ticks of its window.
 std::unique_ptr<Judge> make_judge(const JudgeContext& context);
 

@@ -44,7 +44,7 @@ class WindowedJudge final : public Judge {
     judge_->skip(table, arrived, time_ns);
   }
 
-  bool has_judged() const noexcept override { return is_open_ && judge_->has_judged(); }
+  bool judged_in_last_check() const noexcept override { return is_open_ && judge_->judged_in_last_check(); }
   report::Expectation result(const Extent& extent) const override {
     if (!opened_ns_) {
       return {.name = name_,

@@ -27,12 +27,12 @@ void check_constant_value(const FaultSection& section, std::optional<double> con
   if (!constant || section.kind == Kind::stuck) return;
   const std::string value = config::format_number(*constant) + (unit.empty() ? "" : " " + unit);
   if (*constant == (section.kind == Kind::gain ? 1.0 : 0.0)) {
-    diagnostics.add(section.value->place(), "fault '" + section.name.text + "' changes nothing: '" +
-                                                section.subject.text + "' " + section.effect() +
-                                                " is the signal itself");
+    diagnostics.add(section.value->place(), "fault '" + section.name.text + "' (" + section.effect() +
+                                                ") does not change '" + section.subject.text +
+                                                "'; give another value");
   } else if (section.kind == Kind::noise && *constant < 0.0) {
     diagnostics.add(section.value->place(), "fault '" + section.name.text + "': the standard deviation is " +
-                                                value + "; it is above 0");
+                                                value + "; it has to be above 0");
   }
 }
 
@@ -92,7 +92,7 @@ void Faults::declare_signal(const config::Scenario& scenario, Fault& fault, sign
     }
     faulty_.push_back(std::make_unique<FaultySignal>(signal, known.table().add(std::move(info))));
     faulty = faulty_.end() - 1;
-    known.table().add_read_follower((*faulty)->faulted, **faulty);
+    known.table().add_read_observer((*faulty)->faulted, **faulty);
   }
   fault.effect = std::make_unique<SignalEffect>(section, scenario.base_period_ns, fault.seed);
   (*faulty)->sections.push_back(&section);
@@ -146,9 +146,9 @@ void Faults::redirect(std::span<const Reader> readers, config::Diagnostics& diag
 
 void Faults::add_expectation(const std::string& name, std::span<const SignalId> read,
                              const signals::SignalTable& table) {
-  const std::vector<signals::ReadFollower*> followers = table.read_followers(read);
+  const std::vector<signals::ReadObserver*> observers = table.read_observers(read);
   for (const auto& faulty : faulty_) {
-    if (std::ranges::find(followers, faulty.get()) != followers.end())
+    if (std::ranges::find(observers, faulty.get()) != observers.end())
       faulty->readers.push_back("expectation '" + name + "'");
   }
 }

@@ -84,24 +84,30 @@ void SignalEffect::act_on(signals::SignalValue& signal, std::int64_t time_ns) no
   changes_ = !is_same_value || signal.fresh != before.fresh;
 }
 
-signals::SignalValue FaultySignal::with_faults(bool keeps) noexcept {
+void FaultySignal::act_on(signals::SignalValue& value, std::size_t number) noexcept {
+  effects[number]->act_on(value, time_ns_);
+  if (!effects[number]->replaces_value()) return;
+  for (std::size_t earlier = 0; earlier < number; ++earlier)
+    effects[earlier]->set_replaced();
+}
+
+signals::SignalValue FaultySignal::value_with_faults() noexcept {
   signals::SignalValue value = table_->read(signal);
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    if (keeps) effects[i]->keep(value, time_ns_);
-    effects[i]->act_on(value, time_ns_);
-    if (!effects[i]->replaces_value()) continue;
-    for (std::size_t earlier = 0; earlier < i; ++earlier)
-      effects[earlier]->set_replaced();
-  }
+  for (std::size_t i = 0; i < effects.size(); ++i)
+    act_on(value, i);
   return value;
 }
 
 void FaultySignal::follow(signals::SignalId /*signal*/) noexcept {
-  table_->write(faulted, with_faults(false));
+  table_->write(faulted, value_with_faults());
 }
 
 void FaultySignal::end_tick() noexcept {
-  with_faults(true);
+  signals::SignalValue value = table_->read(signal);
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    effects[i]->keep(value, time_ns_);
+    act_on(value, i);
+  }
 }
 
 void FaultySignal::note_read(signals::ReadBy by) noexcept {
@@ -111,8 +117,8 @@ void FaultySignal::note_read(signals::ReadBy by) noexcept {
     is_replaced |= effect->replaces_value() || effect->is_stuck_at_last();
   }
   if (is_replaced) return;
-  for (signals::ReadFollower* follower : of_true_signal_)
-    follower->note_read(by);
+  for (signals::ReadObserver* observer : true_signal_observers_)
+    observer->note_read(by);
 }
 
 }  // namespace hil::injection

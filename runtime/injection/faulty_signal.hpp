@@ -47,12 +47,12 @@ class SignalEffect {
   bool is_stuck_at_last() const noexcept {
     return is_active_ && section_.kind == config::FaultSection::Kind::stuck_at_last;
   }
-  /// A reader takes the value.
+  /// A reader reads the value.
   void note_read() noexcept {
     was_read_ |= is_active_;
     took_effect_ |= changes_;
   }
-  /// Whether a reader took a value while it was active, and one that it had changed.
+  /// Whether a reader read a value while the fault was active, and one that it had changed.
   bool was_read() const noexcept { return was_read_; }
   bool took_effect() const noexcept { return took_effect_; }
   /// A delay keeps what comes to it at the end of a tick.
@@ -78,8 +78,8 @@ class SignalEffect {
   bool was_read_ = false, took_effect_ = false;
 };
 
-/// A signal with faults, which act one after the other. It follows what takes the value with faults.
-class FaultySignal final : public signals::WriteFollower, public signals::ReadFollower {
+/// A signal with faults, which act one after the other. It observes the reads of the faulted signal.
+class FaultySignal final : public signals::WriteFollower, public signals::ReadObserver {
  public:
   FaultySignal(signals::SignalId true_signal, signals::SignalId faulted_signal)
       : signal(true_signal), faulted(faulted_signal) {}
@@ -93,7 +93,7 @@ class FaultySignal final : public signals::WriteFollower, public signals::ReadFo
   void open(signals::SignalTable& table) {
     table_ = &table;
     table.set_follower(signal, *this);
-    of_true_signal_ = table.read_followers({{signal}});
+    true_signal_observers_ = table.read_observers({{signal}});
   }
   void begin_tick(std::int64_t time_ns) noexcept {
     time_ns_ = time_ns;
@@ -104,13 +104,14 @@ class FaultySignal final : public signals::WriteFollower, public signals::ReadFo
   void end_tick() noexcept;
 
  private:
-  /// `keeps`: delays keep the values that come to them.
-  signals::SignalValue with_faults(bool keeps) noexcept;
+  signals::SignalValue value_with_faults() noexcept;
+  /// The effect of this number acts on the value with the earlier effects.
+  void act_on(signals::SignalValue& value, std::size_t number) noexcept;
 
   signals::SignalTable* table_ = nullptr;
   std::int64_t time_ns_ = 0;
-  /// They follow what takes the true value, which the readers get while no fault replaces it.
-  std::vector<signals::ReadFollower*> of_true_signal_;
+  /// Observers of the true signal: the readers also read it while no fault replaces its value.
+  std::vector<signals::ReadObserver*> true_signal_observers_;
 };
 
 }  // namespace hil::injection

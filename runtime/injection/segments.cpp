@@ -53,8 +53,8 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
       const auto constant = compiled->constant();
       if (i == 1 && section.kind == SegmentKind::noise && constant && *constant < 0.0) {
         diagnostics.add(section.values[i].place(),
-                        what + ": the deviation of noise is " + config::format_number(*constant) +
-                            (wanted.unit->empty() ? "" : " " + *wanted.unit) + "; it is 0 or above");
+                        what + ": the standard deviation is " + config::format_number(*constant) +
+                            (wanted.unit->empty() ? "" : " " + *wanted.unit) + "; it has to be 0 or above");
       }
       segment.expressions.push_back(std::move(*compiled));
     }

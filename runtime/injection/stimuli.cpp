@@ -78,7 +78,7 @@ void Stimuli::connect(std::span<const Target> targets, signals::SignalTable& tab
     stimulus.effect = std::make_unique<StimulusEffect>(segments == nullptr ? 0 : segments->size());
     stimulus.effect->set(false, target->initial, 0);
     stimulus.reader_period_ns = target->period_ns;
-    table.add_read_follower(stimulus.driven, *stimulus.effect);
+    table.add_read_observer(stimulus.driven, *stimulus.effect);
   }
 }
 
@@ -154,14 +154,13 @@ void Stimuli::begin_tick(std::int64_t time_ns) noexcept {
 }
 
 std::string Stimuli::missing_effect(const Stimulus& stimulus) {
-  const std::string reader = stimulus.section->drives.text + ", which is read every " +
-                             config::format_duration(stimulus.reader_period_ns);
-  if (!stimulus.effect->took_effect()) return "no value of it was read in that time by " + reader;
+  const std::string unread = "'" + stimulus.section->drives.text + "' (read every " +
+                             config::format_duration(stimulus.reader_period_ns) + ") was not read ";
+  if (!stimulus.effect->took_effect()) return unread + "in that time";
   const auto* const segments = std::get_if<std::vector<config::StimulusSegment>>(&stimulus.section->profile);
   for (std::size_t i = 0; segments != nullptr && i < segments->size(); ++i) {
     const std::string& name = (*segments)[i].name;
-    if (!name.empty() && stimulus.effect->is_unread(i))
-      return "no value of its part '" + name + "' was read by " + reader;
+    if (!name.empty() && stimulus.effect->is_unread(i)) return unread + "during its part '" + name + "'";
   }
   return {};
 }

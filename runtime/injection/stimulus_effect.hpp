@@ -1,5 +1,5 @@
 #pragma once
-// Whether what a stimulus drives takes its values.
+// Whether tasks read the values of a stimulus.
 //
 // Threads: one at a time; nothing allocates but the constructor.
 
@@ -11,7 +11,7 @@
 
 namespace hil::injection {
 
-class StimulusEffect final : public signals::ReadFollower {
+class StimulusEffect final : public signals::ReadObserver {
  public:
   /// `parts`: of its sequence.
   explicit StimulusEffect(std::size_t parts) : parts_(parts) {}
@@ -32,7 +32,7 @@ class StimulusEffect final : public signals::ReadFollower {
   }
 
   bool took_effect() const noexcept { return took_effect_; }
-  /// Whether the part began, and no value of it was taken.
+  /// Whether the part began, and no value of it was read.
   bool is_unread(std::size_t part) const noexcept { return parts_[part].has_begun && !parts_[part].was_read; }
 
  private:

@@ -14,8 +14,8 @@ DeviceLink::DeviceLink(io::Device& device, Links links, signals::SignalTable& ta
       values_(device.outputs().size()) {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     values_[i] = device.outputs()[i].safe_value;
-    for (signals::ReadFollower* const follower : table.read_followers({{links_.outputs[i].signal}}))
-      followed_.push_back({device.send_cycle(i), follower});
+    for (signals::ReadObserver* const observer : table.read_observers({{links_.outputs[i].signal}}))
+      observed_outputs_.push_back({device.send_cycle(i), observer});
   }
 }
 
@@ -45,9 +45,9 @@ void DeviceLink::step(const executive::TickInfo& tick) noexcept {
     if (!std::isnan(value)) values_[i] = value;
     if (holds_safe_values_) values_[i] = device_.outputs()[i].safe_value;
   }
-  for (const FollowedOutput& output : followed_) {
+  for (const ObservedOutput& output : observed_outputs_) {
     if (!holds_safe_values_ && output.cycle.is_due(last_release_ns_, tick.time_ns))
-      output.follower->note_read(signals::ReadBy::task);
+      output.observer->note_read(signals::ReadBy::task);
   }
   last_release_ns_ = tick.time_ns;
   device_.release_outputs(values_, tick.time_ns);

@@ -40,11 +40,11 @@ class DeviceLink final : public executive::Task {
   const Links links_;
   signals::SignalTable& table_;
   const io::Pacing pacing_;
-  struct FollowedOutput {
+  struct ObservedOutput {
     io::SendCycle cycle;
-    signals::ReadFollower* follower = nullptr;
+    signals::ReadObserver* observer = nullptr;
   };
-  std::vector<FollowedOutput> followed_;
+  std::vector<ObservedOutput> observed_outputs_;
   io::RunTimeNs last_release_ns_ = std::numeric_limits<io::RunTimeNs>::min();
   std::vector<io::Sample> samples_;
   std::vector<double> values_;

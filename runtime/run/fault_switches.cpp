@@ -21,9 +21,9 @@ class BusSwitch final : public injection::FaultSwitch {
     const std::uint64_t count = buses_.fault_count(fault_);
     injection::FaultEffect effect{.took_effect = buses_.fault_effects(fault_) > 0, .frames = count};
     if (!*effect.took_effect)
-      effect.missing =
-          count == 0 ? "no frame or request came in that time"
-                     : "it changed none of the frames that came in that time (" + std::to_string(count) + ")";
+      effect.missing = count == 0 ? "no frame or request came in that time"
+                                  : "it changed none of the frames or requests that came in that time (" +
+                                        std::to_string(count) + ")";
     return effect;
   }
 
@@ -73,7 +73,8 @@ class TaskSwitch final : public injection::FaultSwitch {
   TaskSwitch(ModuleTask& task, std::int64_t period_ns, std::int64_t added_ns)
       : task_(task), period_ns_(period_ns), added_ns_(added_ns) {}
   void set(bool active) noexcept override {
-    // Each step that is longer in its time is longer by it, too.
+    // While this fault is active, every lengthened step is lengthened by it, also when other faults of the
+    // task are active.
     if (!active) longer_steps_ += task_.longer_steps() - longer_before_;
     longer_before_ = task_.longer_steps();
     is_active_ = active;

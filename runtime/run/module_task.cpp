@@ -26,7 +26,7 @@ ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadli
   std::vector<signals::SignalId> read;
   for (const signals::InputSource& source : links_.inputs)
     read.push_back(source.signal);
-  read_followers_ = table_.read_followers(read);
+  read_observers_ = table_.read_observers(read);
 }
 
 void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) noexcept {
@@ -41,8 +41,8 @@ void ModuleTask::latch_inputs(std::vector<signals::SignalValue>& inputs) noexcep
     inputs[i] = signal;
     inputs[i].value = source.conversion.of(signal.value);
   }
-  for (signals::ReadFollower* const follower : read_followers_)
-    follower->note_read(signals::ReadBy::task);
+  for (signals::ReadObserver* const observer : read_observers_)
+    observer->note_read(signals::ReadBy::task);
 }
 
 rtstdb::Version ModuleTask::latest_version() const noexcept {

@@ -55,7 +55,7 @@ class ModuleTask final : public executive::Task {
   signals::SignalTable& table_;
   const rtstdb::Database* const database_;
   const DeviceClock& run_clock_;
-  std::vector<signals::ReadFollower*> read_followers_;
+  std::vector<signals::ReadObserver*> read_observers_;
   std::vector<signals::SignalValue> inputs_;
   // Inputs and version of a queued release, as of its tick.
   std::vector<signals::SignalValue> kept_inputs_;

@@ -61,8 +61,8 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
                            .writer = "variables",
                            .initial = before_the_run.evaluate(known.table(), 0)});
     // What reads the variable reads what it is computed from.
-    for (signals::ReadFollower* const follower : known.table().read_followers(compiled->signals()))
-      known.table().add_read_follower(signal, *follower);
+    for (signals::ReadObserver* const observer : known.table().read_observers(compiled->signals()))
+      known.table().add_read_observer(signal, *observer);
     variables_.push_back({signal, std::move(*compiled)});
   }
 }

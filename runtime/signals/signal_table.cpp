@@ -26,13 +26,13 @@ std::optional<SignalId> SignalTable::find(std::string_view name) const {
   return SignalId{found->second};
 }
 
-std::vector<ReadFollower*> SignalTable::read_followers(std::span<const SignalId> ids) const {
-  std::vector<ReadFollower*> all;
+std::vector<ReadObserver*> SignalTable::read_observers(std::span<const SignalId> ids) const {
+  std::vector<ReadObserver*> all;
   for (const SignalId id : ids) {
-    const auto followers = read_followers_.find(id.index);
-    if (followers == read_followers_.end()) continue;
-    for (ReadFollower* const follower : followers->second)
-      if (std::ranges::find(all, follower) == all.end()) all.push_back(follower);
+    const auto observers = read_observers_.find(id.index);
+    if (observers == read_observers_.end()) continue;
+    for (ReadObserver* const observer : observers->second)
+      if (std::ranges::find(all, observer) == all.end()) all.push_back(observer);
   }
   return all;
 }

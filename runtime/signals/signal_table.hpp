@@ -58,11 +58,11 @@ enum class ReadBy : std::uint8_t {
   expectation,  ///< which judges the tick
 };
 
-/// Notes that the value of a signal is taken.
-class ReadFollower {
+/// Is notified when a task or an expectation reads the signal.
+class ReadObserver {
  public:
-  virtual ~ReadFollower() = default;
-  /// Base thread, in the tick in which the value is taken, with the table as it is then. Neither allocates
+  virtual ~ReadObserver() = default;
+  /// Base thread, in the tick of the read, with the table as it is then. Neither allocates
   /// nor blocks.
   virtual void note_read(ReadBy by) noexcept = 0;
 };
@@ -106,13 +106,12 @@ class SignalTable {
     followers_[id.index] = &follower;
   }
 
-  /// While the run is wired. What takes the signal's value calls note_read(). `follower` outlives the last
-  /// tick.
-  void add_read_follower(SignalId id, ReadFollower& follower) {
-    read_followers_[id.index].push_back(&follower);
+  /// While the run is wired. Each reader of the signal calls note_read(). `observer` outlives the last tick.
+  void add_read_observer(SignalId id, ReadObserver& observer) {
+    read_observers_[id.index].push_back(&observer);
   }
-  /// Of all the signals, each once. Allocates.
-  std::vector<ReadFollower*> read_followers(std::span<const SignalId> ids) const;
+  /// The observers of these signals, each once. Allocates.
+  std::vector<ReadObserver*> read_observers(std::span<const SignalId> ids) const;
 
   /// All values, in the order in which the signals were added: for recording and comparing.
   std::span<const SignalValue> values() const noexcept { return values_; }
@@ -122,7 +121,7 @@ class SignalTable {
   std::vector<SignalValue> values_;
   std::unordered_map<std::string, std::uint32_t> by_name_;
   std::vector<WriteFollower*> followers_;                               ///< by signal; may be shorter
-  std::map<std::uint32_t, std::vector<ReadFollower*>> read_followers_;  ///< by index of the signal
+  std::map<std::uint32_t, std::vector<ReadObserver*>> read_observers_;  ///< by index of the signal
 };
 
 }  // namespace hil::signals

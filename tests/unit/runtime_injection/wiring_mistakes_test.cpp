@@ -23,6 +23,7 @@ class InjectionMistakes : public test::InjectionFixture {
 
 TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
   const std::string sequence = "sequence: [{hold: 1 m}]";
+  const std::string remedy = "; give an earlier time or a longer duration";
   const struct {
     std::string sections, mistake;
   } all[] = {
@@ -47,11 +48,11 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
       {"stimuli: [{name: s, drives: control.u, repeat: 2, " + sequence + "}]",
        "13:62: this part needs its duration 'for', since the sequence repeats"},
       {"stimuli: [{name: s, drives: control.u, at: 1 s, " + sequence + "}]",
-       "13:44: 'at': 1 s is not before the end of the run, which takes 1 s"},
+       "13:44: 'at': 1 s is not before the end of the run, which takes 1 s" + remedy},
       {"stimuli: [{name: s, drives: control.u, at: 999.5 ms, " + sequence + "}]",
-       "13:44: 'at': 999.5 ms is after the last tick of the run, at 999 ms"},
+       "13:44: 'at': 999.5 ms is after the last tick of the run, at 999 ms" + remedy},
       {"faults: [{name: f, signal: plant.x, gain: 2, at: 999001 us}]",
-       "13:50: 'at': 999.001 ms is after the last tick of the run, at 999 ms"},
+       "13:50: 'at': 999.001 ms is after the last tick of the run, at 999 ms" + remedy},
       {"stimuli: [{name: s, drives: plant.x, " + sequence + "}]",
        "13:29: 'plant.x' is written by module plant; a stimulus drives an input of a module or an output of "
        "a bus; known here: control."},
@@ -97,13 +98,13 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
        "13:44: the value of fault 'f' is in m/s; this is in m"},
       {"faults: [{name: f, signal: plant.x, stuck: lst}]", "13:44: there is no signal 'lst'"},
       {"faults: [{name: f, signal: plant.x, gain: 100 %}]",
-       "13:43: fault 'f' changes nothing: 'plant.x' multiplied by 100 % is the signal itself"},
+       "13:43: fault 'f' (multiplied by 100 %) does not change 'plant.x'; give another value"},
       {"faults: [{name: f, signal: plant.x, offset: 2 m - 200 cm}]",
-       "13:45: fault 'f' changes nothing: 'plant.x' offset by 2 m - 200 cm is the signal itself"},
+       "13:45: fault 'f' (offset by 2 m - 200 cm) does not change 'plant.x'; give another value"},
       {"faults: [{name: f, signal: plant.x, drift: 0 m/s}]",
-       "13:44: fault 'f' changes nothing: 'plant.x' drift of 0 m/s is the signal itself"},
+       "13:44: fault 'f' (drift of 0 m/s) does not change 'plant.x'; give another value"},
       {"faults: [{name: f, signal: plant.x, noise: -1 cm}]",
-       "13:44: fault 'f': the standard deviation is -0.01 m; it is above 0"},
+       "13:44: fault 'f': the standard deviation is -0.01 m; it has to be above 0"},
       {"faults: [{name: f, signal: plant.x, dropout: 0 %}]",
        "13:46: 'dropout': 0 % changes nothing; a fault has a share above 0 %"},
       {"faults: [{name: f, message: can.car.Speed, drop: 0 %}]",
@@ -111,15 +112,16 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
       {"faults: [{name: f, message: can.car.Speed, flip_bits: [3, 4, 3]}]",
        "13:62: 'flip_bits': bit 3 is listed twice"},
       {"faults: [{name: f, signal: plant.x, gain: 2, probability: 0 %}]",
-       "13:59: 'probability': with 0 % it never begins"},
+       "13:59: 'probability': with 0 % it never begins; give more than 0 %"},
       {"stimuli: [{name: s, drives: control.u, sequence: [{noise: {mean: 1 m, deviation: -20 mm}}]}]",
-       "13:82: 'control.u': the deviation of noise is -0.02 m; it is 0 or above"},
+       "13:82: 'control.u': the standard deviation is -0.02 m; it has to be 0 or above"},
       {"stimuli: [{name: s, drives: control.u, sequence: [{sine: {mean: 1 m, amplitude: 1 m, period: 1.9 "
        "ms}}]}]",
        "13:94: 'period': 1.9 ms is shorter than two base periods of 1 ms, so the ticks do not show the "
        "shape"},
       {"stimuli: [{name: s, drives: control.u, sequence: [{pulses: {low: 1 m, high: 2 m, period: 1 ms}}]}]",
-       "13:90: 'period': 1 ms is shorter than two base periods of 1 ms, so the ticks do not show the shape"},
+       "13:90: 'period': 1 ms is shorter than two base periods of 1 ms, so the ticks do not show the shape; "
+       "give at least 2 ms"},
       {"faults: [{name: f, signal: plant.x, delay: 1.5 ms}]",
        "13:44: 'delay': 1.5 ms is no multiple of the base period of 1 ms"},
       {"faults: [{name: f, signal: plant.x, delay: 2 min}]", "'2 min' is out of range"},

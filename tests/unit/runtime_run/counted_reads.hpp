@@ -7,7 +7,7 @@
 namespace hil::run::test {
 
 /// Counts the reads of a signal by tasks.
-class CountedReads final : public signals::ReadFollower {
+class CountedReads final : public signals::ReadObserver {
  public:
   void note_read(signals::ReadBy by) noexcept override {
     EXPECT_EQ(by, signals::ReadBy::task);

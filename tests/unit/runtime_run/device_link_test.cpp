@@ -76,7 +76,7 @@ class DeviceLinks : public ::testing::Test {
 
 TEST_F(DeviceLinks, NoteThatTheyReadWhenAFrameIsDue) {
   test::CountedReads reads;
-  table_.add_read_follower(source_, reads);
+  table_.add_read_observer(source_, reads);
   device_.cycle = {.period_ns = 20 * ms, .offset_ns = 5 * ms};
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   std::string due;
@@ -93,7 +93,7 @@ TEST_F(DeviceLinks, NoteThatTheyReadWhenAFrameIsDue) {
 
 TEST_F(DeviceLinks, NoteThatTheyReadWithEachReleaseOfAnOutputWithoutACycle) {
   test::CountedReads reads;
-  table_.add_read_follower(source_, reads);
+  table_.add_read_observer(source_, reads);
   DeviceLink link(device_, links_, table_, io::Pacing::realtime);
   for (const int at_ms : {0, 1, 2})
     link.step({.time_ns = at_ms * ms});

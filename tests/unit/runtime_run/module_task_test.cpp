@@ -293,8 +293,8 @@ TEST_F(ModuleTasks, AnInputWhoseSignalIsUnknownKeepsItsValueAndIsNotFresh) {
 
 TEST_F(ModuleTasks, NoteThatTheyReadWhenTheyLatchOrQueue) {
   test::CountedReads of_source, of_output;
-  table_.add_read_follower(source_, of_source);
-  table_.add_read_follower(out_, of_output);
+  table_.add_read_observer(source_, of_source);
+  table_.add_read_observer(out_, of_output);
   ModuleTask task(module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
                   table_, nullptr, clock_, events_);
   task.latch({});

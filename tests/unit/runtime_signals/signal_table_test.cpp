@@ -44,20 +44,20 @@ TEST(SignalTable, KeepsValuesWithTimeAndFreshness) {
   EXPECT_EQ(table.values()[1].value, 2.0);
 }
 
-TEST(SignalTable, HasTheReadFollowersOfSeveralSignals) {
-  struct Follower final : ReadFollower {
+TEST(SignalTable, HasTheReadObserversOfSeveralSignals) {
+  struct Observer final : ReadObserver {
     void note_read(ReadBy /*by*/) noexcept override {}
   };
-  Follower one, two;
+  Observer one, two;
   SignalTable table;
   const SignalId a = table.add({.name = "a", .unit = "", .writer = "w"});
   const SignalId b = table.add({.name = "b", .unit = "", .writer = "w"});
   const SignalId c = table.add({.name = "c", .unit = "", .writer = "w"});
-  table.add_read_follower(a, one);
-  table.add_read_follower(b, one);
-  table.add_read_follower(b, two);
-  EXPECT_EQ(table.read_followers({{a, b, c}}), (std::vector<ReadFollower*>{&one, &two}));
-  EXPECT_TRUE(table.read_followers({{c, SignalId{}}}).empty());
+  table.add_read_observer(a, one);
+  table.add_read_observer(b, one);
+  table.add_read_observer(b, two);
+  EXPECT_EQ(table.read_observers({{a, b, c}}), (std::vector<ReadObserver*>{&one, &two}));
+  EXPECT_TRUE(table.read_observers({{c, SignalId{}}}).empty());
 }
 
 TEST(SignalTableDeathTest, DuplicateNameIsMisuse) {
