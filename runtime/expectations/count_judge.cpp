@@ -194,8 +194,8 @@ std::shared_ptr<const config::Claim> read_count(const config::Value& entry,
   }
   if (!max && min == 0)
     context.diagnostics.add(value.place(),
-                            "'count' needs a 'min' of at least 1, a 'max', or both; without, "
-                            "each number of times holds");
+                            "'count' needs a 'min' of at least 1, a 'max', or both; "
+                            "without them every count holds");
   if (!condition) return nullptr;
   return claim_of(Count{std::move(*condition), min, max});
 }

@@ -113,20 +113,20 @@ void ReactionJudge::complete(std::int64_t time_ns) noexcept {
       slowest_begin_ns_ = begin_ns;
     }
     note_margin(begin_ns, within_ns_ - took_ns);
-    counted_begin_ns_ = begin_ns;
-    counted_since_ns_ = since_ns;
+    completed_begin_ns_ = begin_ns;
+    completed_since_ns_ = since_ns;
     if (samples_ns_.size() < samples_ns_.capacity()) samples_ns_.push_back(took_ns);
   }
 }
 
-void ReactionJudge::end_then(std::int64_t time_ns) noexcept {
+void ReactionJudge::note_then_ended(std::int64_t time_ns) noexcept {
   if (!then_since_ns_) return;
-  // Of those that `then` followed in time and for long enough, the last one has the least time.
-  if (hold_ns_ > 0 && counted_since_ns_)
-    note_margin(*counted_begin_ns_, then_last_ns_ - *counted_since_ns_ - hold_ns_);
-  counted_since_ns_.reset();
+  // The last completed reaction began last, so `then` stayed true for the shortest time after it.
+  if (hold_ns_ > 0 && completed_since_ns_)
+    note_margin(*completed_begin_ns_, then_last_ns_ - *completed_since_ns_ - hold_ns_);
+  completed_since_ns_.reset();
   for (std::uint64_t i = first_; i != end_; ++i) {
-    Open& reaction = open_[i % open_.size()];
+    Tracked& reaction = open_[i % open_.size()];
     const std::int64_t since_ns = std::max(reaction.begin_ns, *then_since_ns_);
     const std::int64_t stayed_ns = then_last_ns_ - since_ns;
     if (since_ns > reaction.begin_ns + within_ns_ || stayed_ns <= reaction.stayed_ns) continue;
@@ -139,7 +139,7 @@ void ReactionJudge::end_then(std::int64_t time_ns) noexcept {
 
 void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
   for (; first_ != end_ && oldest().begin_ns + within_ns_ < time_ns; ++first_) {
-    const Open& reaction = oldest();
+    const Tracked& reaction = oldest();
     const std::int64_t limit_ns = reaction.begin_ns + within_ns_;
     // `then` followed in time and is still true.
     if (then_since_ns_ && *then_since_ns_ <= limit_ns) return;
@@ -148,7 +148,7 @@ void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
       continue;
     }
     if (reaction.stayed_ns >= 0) {
-      if (short_++ == 0 || reaction.stayed_ns < shortest_.stayed_ns) shortest_ = reaction;
+      if (too_short_++ == 0 || reaction.stayed_ns < shortest_.stayed_ns) shortest_ = reaction;
       note_margin(reaction.begin_ns, reaction.stayed_ns - hold_ns_);
     } else {
       ++late_;
@@ -164,7 +164,7 @@ void ReactionJudge::check(const signals::SignalTable& table, std::span<const Arr
   const Truth then = conditions_[1].truth(table, time_ns);
   if (when == Truth::yes && last_when_ != Truth::yes) begin(time_ns);
   last_when_ = when;
-  if (then != Truth::yes) end_then(time_ns);
+  if (then != Truth::yes) note_then_ended(time_ns);
   end_before(time_ns);  // the time of some may have ended in ticks that were skipped
   coverage_.check(table, time_ns, when != Truth::unknown && (then != Truth::unknown || first_ == end_));
   if (then == Truth::yes) {
@@ -188,18 +188,18 @@ void ReactionJudge::skip(const signals::SignalTable& table, std::span<const Arri
 
 std::string ReactionJudge::figures() const {
   std::string text = std::to_string(in_time_) + " of " +
-                     report::counted(in_time_ + late_ + short_, "reaction", "reactions") + " in time" +
+                     report::counted(in_time_ + late_ + too_short_, "reaction", "reactions") + " in time" +
                      (hold_ns_ > 0 ? " and for long enough" : "");
   if (in_time_ > 0)
     text += ", the slowest after " + ascii_time(slowest_ns_) + ", at " +
             report::to_ascii(report::instant(slowest_begin_ns_));
-  if (short_ > 0) {
-    text += "; " + std::to_string(short_) + " ended too early: " + (short_ > 1 ? "the shortest" : "it") +
-            " came after " + ascii_time(shortest_.came_ns - shortest_.begin_ns) + " and ended after " +
-            ascii_time(shortest_.stayed_ns) + " of " + ascii_time(hold_ns_) + ", at " +
-            report::to_ascii(report::instant(shortest_.begin_ns));
+  if (too_short_ > 0) {
+    text += "; " + std::to_string(too_short_) + " too short: " + (too_short_ > 1 ? "in the shortest, " : "") +
+            "'then' became true after " + ascii_time(shortest_.came_ns - shortest_.begin_ns) +
+            " and stayed true for " + ascii_time(shortest_.stayed_ns) + " instead of " +
+            ascii_time(hold_ns_) + ", at " + report::to_ascii(report::instant(shortest_.begin_ns));
   }
-  if (short_ > 0 && late_ > 0) text += "; " + std::to_string(late_) + " came too late or not at all";
+  if (too_short_ > 0 && late_ > 0) text += "; " + std::to_string(late_) + " came too late or not at all";
   const std::uint64_t not_judged = not_judged_ + (end_ - first_);
   if (not_judged > 0) text += "; " + std::to_string(not_judged) + " not judged";
   return text;
@@ -209,7 +209,7 @@ report::Expectation ReactionJudge::result(const Extent& extent) const {
   const std::string claim = "when " + conditions_[0].text() + " then " + conditions_[1].text() + " within " +
                             ascii_time(within_ns_) +
                             (hold_ns_ > 0 ? " for at least " + ascii_time(hold_ns_) : "");
-  const std::uint64_t failed = late_ + short_, judged = in_time_ + failed;
+  const std::uint64_t failed = late_ + too_short_, judged = in_time_ + failed;
   report::Expectation result = held_result(name_, coverage_, extent);
   result.result = report::ExpectationResult::not_checked;
   result.detail = claim + ": " + figures();
@@ -241,7 +241,7 @@ std::optional<report::ResponseTime> ReactionJudge::response_times(std::int64_t /
       .name = has_all ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + ")",
       .limit_ns = within_ns_,
       .samples_ns = samples_ns_,
-      .unanswered = late_ + short_,
+      .unanswered = late_ + too_short_,
       .not_judged = not_judged_ + (end_ - first_)};
 }
 

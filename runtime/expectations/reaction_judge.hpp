@@ -3,13 +3,14 @@
 //
 // A reaction begins on each tick on which `when` becomes true, and on the first tick if it is true there. It
 // is in time when `then` is true on a tick from its begin to `within` after it, both included, and stays true
-// `for_at_least` so long from there on. Where `then` is true in time, but never for so long, it ended too
-// early. A reaction whose time has not passed when the run ends, or during which `then` was unknown and never
+// for `for_at_least` from there on. Where `then` is true in time, but never for that long, it is too short. A
+// reaction whose time has not passed when the run ends, or during which `then` was unknown and never
 // true, is not judged. At most 65536 reactions are open; beyond that the oldest is not judged.
 //
-// The margin is the least of `within` less the time to `then`, also of late reactions, and of the time that
-// `then` stayed true less `for_at_least`, of those that ended. `then` stays true from the first tick on which
-// it counts to the last one. A late reaction that `then` has not followed yet lasts to the end of the run.
+// The margin is the smallest of these:
+// - of each reaction, `within` minus the time to `then`, up to the end of the run if `then` never came;
+// - of each one whose `then` became false again, the time that `then` stayed true minus `for_at_least`.
+// `then` stays true from the first tick on which it counts to the last one.
 //
 // Threads: as Judge.
 
@@ -47,21 +48,21 @@ class ReactionJudge final : public Judge {
   std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
 
  private:
-  struct Open {
+  struct Tracked {
     std::int64_t begin_ns = 0;
     bool was_unknown = false;     ///< `then`, on a tick since the begin
-    std::int64_t came_ns = 0;     ///< when `then` became true for the longest time, in time
-    std::int64_t stayed_ns = -1;  ///< for how long; -1: it was never true in time
-    std::int64_t ended_ns = 0;    ///< the tick on which it was over
+    std::int64_t came_ns = 0;     ///< start of the longest true phase of `then` that began within `within`
+    std::int64_t stayed_ns = -1;  ///< length of this phase; -1: there was none
+    std::int64_t ended_ns = 0;    ///< the first tick after this phase
   };
-  Open& oldest() noexcept { return open_[first_ % open_.size()]; }
+  Tracked& oldest() noexcept { return open_[first_ % open_.size()]; }
   void begin(std::int64_t time_ns) noexcept;
   /// `then` is true: completes those that it has followed for long enough.
   void complete(std::int64_t time_ns) noexcept;
   /// Ends those whose time has ended before, and to which `then` is not responding.
   void end_before(std::int64_t time_ns) noexcept;
   /// `then` was true up to the tick before.
-  void end_then(std::int64_t time_ns) noexcept;
+  void note_then_ended(std::int64_t time_ns) noexcept;
   void note_margin(std::int64_t begin_ns, std::int64_t margin_ns) noexcept;
   std::string figures() const;
 
@@ -71,18 +72,18 @@ class ReactionJudge final : public Judge {
   const std::int64_t within_ns_;
   const std::uint64_t at_least_;
   const std::int64_t hold_ns_;
-  std::vector<Open> open_;  ///< a ring, the oldest first
+  std::vector<Tracked> open_;  ///< a ring, the oldest first
   std::uint64_t first_ = 0, end_ = 0;
   Truth last_when_ = Truth::no;
-  std::uint64_t in_time_ = 0, late_ = 0, short_ = 0, not_judged_ = 0;
+  std::uint64_t in_time_ = 0, late_ = 0, too_short_ = 0, not_judged_ = 0;
   std::int64_t slowest_ns_ = 0, slowest_begin_ns_ = 0;  ///< of those in time
-  Open shortest_;                                       ///< of those that ended too early
+  Tracked shortest_;                                    ///< of those that were too short
   std::int64_t margin_ns_ = std::numeric_limits<std::int64_t>::max(), worst_begin_ns_ = 0;  ///< of all
   std::optional<std::int64_t> late_begin_ns_;  ///< of the oldest late one that `then` has not followed
   std::optional<std::int64_t> then_since_ns_;  ///< `then` is true since
   std::int64_t then_last_ns_ = 0;              ///< the last tick on which it was
   /// Of the last reaction that `then` completed, while it is true.
-  std::optional<std::int64_t> counted_begin_ns_, counted_since_ns_;
+  std::optional<std::int64_t> completed_begin_ns_, completed_since_ns_;
   std::optional<std::int64_t> first_failure_ns_;
   std::vector<std::int64_t> samples_ns_;
 };

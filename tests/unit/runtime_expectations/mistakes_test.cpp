@@ -64,7 +64,7 @@ TEST_F(ExpectationMistakes, OfTheFileAreReportedAtOnce) {
       {"never: tank.level > 5 m, between: [9999999 us, 10 s]",
        "'between': 9999.999 ms is after the last tick of the run, at "},
       {"count: {of: tank.level > 5 m, min: 0}",
-       "'count' needs a 'min' of at least 1, a 'max', or both; without, each number of times holds"},
+       "'count' needs a 'min' of at least 1, a 'max', or both; without them every count holds"},
       {"eventually: tank.level > 5 m, between: [4 s, 8 s], by: 3 s",
        "'by': 3 s is before the begin of the window, 4 s"},
       {"never: tank.level > 5 m, after: tank.level >", "the expression ends"},

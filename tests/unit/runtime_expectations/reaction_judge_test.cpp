@@ -144,7 +144,8 @@ TEST_F(Occurrences, ReactionThatEndsTooEarlyFails) {
   EXPECT_EQ(
       result.detail,
       "when bus.Header.Counter == 1 then ego.speed > 5 within 3 ms for at least 4 ms: 0 of 1 reaction in "
-      "time and for long enough; 1 ended too early: it came after 2 ms and ended after 2 ms of 4 ms, at "
+      "time and for long enough; 1 too short: 'then' became true after 2 ms and stayed true for 2 ms instead "
+      "of 4 ms, at "
       "0.000 "
       "s");
   EXPECT_EQ(result.first_failure_ns, 5 * ms);
@@ -159,7 +160,8 @@ TEST_F(Occurrences, LongestTimeOfAReactionCounts) {
   tick(*judge, 1, 0);
   for (const double speed : {9, 0, 9, 9, 9, 0, 0, 0, 0})
     tick(*judge, 1, speed);
-  expect_now(*judge, Result::failed, {"came after 3 ms and ended after 2 ms of 4 ms, at 0.000 s"});
+  expect_now(*judge, Result::failed,
+             {"became true after 3 ms and stayed true for 2 ms instead of 4 ms, at 0.000 s"});
   EXPECT_DOUBLE_EQ(judge->result(until(time_ns_, 10)).margin, -0.002);
 }
 
@@ -179,10 +181,10 @@ TEST_F(Occurrences, MarginOfAReactionThatHasToLastIsThatOfTheShortestOne) {
   tick(*judge, 1, 0);
   while (time_ns_ < 200 * ms)
     tick(*judge, 1, 0);
-  const auto result =
-      expect_now(*judge, Result::failed,
-                 {"1 of 3 reactions in time and for long enough", "1 ended too early: it",
-                  "came after 0 and ended after 0 of 2 ms, at 0.007 s", "1 came too late or not at all"});
+  const auto result = expect_now(*judge, Result::failed,
+                                 {"1 of 3 reactions in time and for long enough", "1 too short: 'then'",
+                                  "became true after 0 and stayed true for 0 instead of 2 ms, at 0.007 s",
+                                  "1 came too late or not at all"});
   EXPECT_DOUBLE_EQ(result.margin, 0.05 - 0.099) << "to the end of the run";
   EXPECT_EQ(result.worst_ns, 101 * ms);
 }
