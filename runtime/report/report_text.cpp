@@ -188,7 +188,8 @@ std::string lost_releases_sentence(const Task& task) {
 std::vector<std::string> sentences_of_unchecked_injections(const RunRecord& record) {
   std::vector<std::string> sentences;
   const auto add = [&](const Injection& injection, const std::string& subject) {
-    constexpr const char* consequence = ", so the run does not check what it is for";
+    constexpr const char* consequence =
+        ", so the run does not check what it is for; change its time or what it does, or remove it";
     if (injection.begins == 0) {
       sentences.push_back(subject + " never began" + consequence);
     } else if (!injection.missing_effect.empty()) {

@@ -36,7 +36,7 @@ std::string report_text(const RunRecord& record, const std::string& report_place
 
 /// The number of skipped ticks, with the reason; empty: none was skipped. Typographic (quantities.hpp).
 std::string skipped_ticks_sentence(const RunRecord& record);
-/// Empty: all events are listed.
+/// How many events are not listed; empty: all are. Typographic.
 std::string unlisted_events_sentence(const RunRecord& record);
 
 /// What the recording lacks, and why, in sentences; empty: nothing.
@@ -49,7 +49,7 @@ std::string recording_text(const Recording& recording);
 std::string lost_releases_sentence(const Task& task);
 
 /// Stimuli and faults that never began or took no effect, a sentence each: the run does not check what they
-/// are for.
+/// are for. Typographic.
 std::vector<std::string> sentences_of_unchecked_injections(const RunRecord& record);
 
 /// What was lost, with begin, duration and cause. Typographic.

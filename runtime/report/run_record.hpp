@@ -252,11 +252,11 @@ struct Injection {
   std::vector<ActiveSpan> spans{};  ///< the first times that it was active
   /// Of a message or device: the frames or requests that came while it was active.
   std::optional<std::uint64_t> frames{};
-  /// Whether a reader took a value of it, or a frame, a request or a step was changed by it; empty: not
-  /// known, or it never began.
+  /// Of a stimulus: whether a reader took its value. Of a fault: whether a reader took a value that differs
+  /// from the true one, or the fault changed a frame, a request or a step. Empty: not known, or never begun.
   std::optional<bool> took_effect{};
   std::string missing_effect{};  ///< why it took none, or a part of it took none: a clause
-  std::string test_table{};      ///< the name of the one that it is from; empty: none
+  std::string test_table{};      ///< name of the test table that defines it; empty: the scenario defines it
 };
 
 enum class ExpectationResult : std::uint8_t {

@@ -7,6 +7,8 @@ std::string_view plot_script() {
 (function () {
   'use strict';
   var SVG = 'http://www.w3.org/2000/svg';
+  // A longer range of values does not fit beside a name on a phone; its middle is shown.
+  var maxRangeCharacters = 16;
 
   // The values of a path: at x the vertical range low to high, which lasts up to end.
   function valuesOf(path) {
@@ -49,7 +51,7 @@ std::string_view plot_script() {
     var low = Number(path.dataset.low), high = Number(path.dataset.high);
     var steps = path.dataset.steps === '1';
     var names = JSON.parse(path.dataset.names);
-    // A thousandth of the axis, also where its values are far from 0.
+    // The text of a value shows a thousandth of the axis, also where its values are far from 0.
     var farthest = Math.max(Math.abs(low), Math.abs(high));
     var digits = Math.min(12, Math.max(4, 3 + Math.ceil(Math.log10(farthest / (high - low)))));
     function text(y) {
@@ -69,8 +71,7 @@ std::string_view plot_script() {
       var from = text(value.low), to = text(value.high);
       if (from === to) return from;
       var range = from + ' \u2026 ' + to;
-      // A phone has no place for more beside a name.
-      return steps || 17 > range.length ? range : '\u2248 ' + text((value.low + value.high) / 2);
+      return steps || maxRangeCharacters >= range.length ? range : '\u2248 ' + text((value.low + value.high) / 2);
     };
   }
 

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <string>
 
 #include "runtime/report/html/sections.hpp"
 #include "runtime/report/html/svg.hpp"
@@ -19,6 +21,12 @@ const char* tone(Verdict verdict) {
     default:
       return "bad";
   }
+}
+
+/// Of a sentence that begins with an ASCII letter.
+std::string capitalized(std::string sentence) {
+  sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
+  return sentence;
 }
 
 void fact(Markup& out, const char* name, const std::string& value) {
@@ -219,7 +227,7 @@ void events_section(Markup& out, const RunRecord& record) {
                     " more times; the recorder kept the first ones.");
   }
   if (const std::string sentence = unlisted_events_sentence(record); !sentence.empty())
-    out.element("p", {{"class", "small soft"}}, "T" + sentence.substr(1) + ".");
+    out.element("p", {{"class", "small soft"}}, capitalized(sentence) + ".");
   out.close();
 }
 

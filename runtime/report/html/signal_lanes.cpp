@@ -5,10 +5,9 @@
 namespace hil::report {
 namespace {
 
-bool is_within(const SignalPlot& plot, const Injection& injection) {
-  return std::ranges::any_of(injection.spans, [&](const ActiveSpan& span) {
-    return span.begin_ns <= plot.end_ns && span.end_ns >= plot.begin_ns;
-  });
+bool was_active_in(const SignalPlot& plot, const Injection& injection) {
+  return std::ranges::any_of(
+      injection.spans, [&](const ActiveSpan& span) { return is_in_plot(plot, span.begin_ns, span.end_ns); });
 }
 
 /// A log that a bus plays has one span.
@@ -19,12 +18,12 @@ bool is_cut(const Injection& injection) {
 Lane& lane_for(const Injection& injection, bool is_fault, std::vector<Lane>& lanes) {
   const std::string& table = injection.test_table;
   if (table.empty())
-    return lanes.emplace_back(
-        Lane{.kind = is_fault ? "fault" : "stimulus", .name = injection.name, .spans = {}, .missing = {}});
+    return lanes.emplace_back(Lane{
+        .kind = is_fault ? "fault" : "stimulus", .name = injection.name, .spans = {}, .name_suffix = {}});
   const auto shared = std::ranges::find_if(
       lanes, [&](const Lane& lane) { return lane.kind == "test table" && lane.name == table; });
   if (shared != lanes.end()) return *shared;
-  return lanes.emplace_back(Lane{.kind = "test table", .name = table, .spans = {}, .missing = {}});
+  return lanes.emplace_back(Lane{.kind = "test table", .name = table, .spans = {}, .name_suffix = {}});
 }
 
 }  // namespace
@@ -33,14 +32,14 @@ Lanes lanes_of(const RunRecord& record, const SignalPlot& plot) {
   Lanes lanes;
   for (const bool is_fault : {true, false}) {
     for (const Injection& injection : is_fault ? record.faults : record.stimuli) {
-      if (!is_within(plot, injection)) continue;
+      if (!was_active_in(plot, injection)) continue;
       Lane& lane = lane_for(injection, is_fault, lanes.shown);
       ++lane.injections;
       for (const ActiveSpan& span : injection.spans)
         lane.spans.push_back({span, is_fault});
       if (is_cut(injection))
-        lane.missing = ", the first " + std::to_string(injection.spans.size()) +
-                       (injection.test_table.empty() ? "" : " of each");
+        lane.name_suffix = ", the first " + std::to_string(injection.spans.size()) +
+                           (injection.test_table.empty() ? "" : " of each");
     }
   }
   for (Lane& lane : lanes.shown)

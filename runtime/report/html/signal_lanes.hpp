@@ -14,6 +14,11 @@ namespace hil::report {
 /// The most lanes of a plot, faults first. Lanes::left_out counts the stimuli and faults of the others.
 inline constexpr std::size_t max_lanes = 12;
 
+/// Whether a part of the time from `begin_ns` to `end_ns` is in the plot.
+inline bool is_in_plot(const SignalPlot& plot, std::int64_t begin_ns, std::int64_t end_ns) {
+  return begin_ns <= plot.end_ns && end_ns >= plot.begin_ns;
+}
+
 struct LaneSpan {
   ActiveSpan span;
   bool is_fault = false;
@@ -23,7 +28,7 @@ struct Lane {
   std::string kind;  ///< "fault", "stimulus", "test table"
   std::string name;
   std::vector<LaneSpan> spans;  ///< stimuli first
-  std::string missing;          ///< ", the first 100": which of its times there are; empty: all
+  std::string name_suffix;      ///< ", the first 100": which of its times there are; empty: all
   std::size_t injections = 0;   ///< stimuli and faults
 };
 

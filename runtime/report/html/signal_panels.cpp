@@ -122,14 +122,14 @@ void add_number_ticks(Panel& panel, int max_count) {
     panel.ticks.push_back(
         {value, is_plain ? decimal(value, decimals_of_step(step)) : quantity_text(value, "")});
   if (are_useful(panel.ticks)) return;
-  const std::size_t zero = values.size() / 2;
+  const std::size_t base_index = values.size() / 2;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::string distance =
-        quantity_text((static_cast<double>(i) - static_cast<double>(zero)) * step, "");
-    panel.ticks[i].label = i > zero ? '+' + distance : distance;
+        quantity_text((static_cast<double>(i) - static_cast<double>(base_index)) * step, "");
+    panel.ticks[i].label = i > base_index ? '+' + distance : distance;
   }
   const std::string& unit = panel.series.front().series->unit;
-  panel.notes.push_back("0 of this axis is " + with_digits_of_step(values[zero], step) +
+  panel.notes.push_back("labels are distances from " + with_digits_of_step(values[base_index], step) +
                         (unit.empty() ? "" : ' ' + unit));
 }
 

@@ -88,7 +88,7 @@ class SignalPlotDrawing {
     }
     width_ = std::max(1.0, x_at(scale_, plot.end_ns));
     for (const Event& event : record.events)
-      if (is_shown(event.time_ns, event.time_ns) && !is_in_lane(event.time_ns))
+      if (is_in_plot(plot_, event.time_ns, event.time_ns) && !is_in_lane(event.time_ns))
         events_.push_back(event.time_ns);
     const auto repeated = std::ranges::unique(events_);
     events_.erase(repeated.begin(), repeated.end());
@@ -124,10 +124,6 @@ class SignalPlotDrawing {
   }
 
  private:
-  bool is_shown(std::int64_t begin_ns, std::int64_t end_ns) const {
-    return begin_ns <= plot_.end_ns && end_ns >= plot_.begin_ns;
-  }
-
   /// A stimulus or a fault begins or ends.
   bool is_in_lane(std::int64_t time_ns) const {
     return std::ranges::any_of(lanes_.shown, [&](const Lane& lane) {
@@ -171,9 +167,9 @@ class SignalPlotDrawing {
   }
 
   void draw_lane(const Lane& lane) {
-    open_lane(lane.kind + ' ' + shortened(lane.name, max_lane_columns) + lane.missing);
+    open_lane(lane.kind + ' ' + shortened(lane.name, max_lane_columns) + lane.name_suffix);
     for (const LaneSpan& one : lane.spans) {
-      if (!is_shown(one.span.begin_ns, one.span.end_ns)) continue;
+      if (!is_in_plot(plot_, one.span.begin_ns, one.span.end_ns)) continue;
       const double begin = std::max(0.0, x_at(scale_, one.span.begin_ns));
       const double end = std::min(width_, x_at(scale_, one.span.end_ns));
       out_.leaf("rect", {{"class", one.is_fault ? "active-fault" : "active-stimulus"},
@@ -255,7 +251,7 @@ class SignalPlotDrawing {
   void draw_instants(const Panel& panel, const ViewportScale& scale) {
     std::string values, tolerances;
     for (const PanelInstant& instant : panel.instants) {
-      if (!is_shown(instant.time_ns, instant.time_ns)) continue;
+      if (!is_in_plot(plot_, instant.time_ns, instant.time_ns)) continue;
       const std::string x = 'M' + pixels(x_at(scale, instant.time_ns)) + ' ';
       const long upper = y_at(scale, instant.value + instant.tolerance);
       const long lower = y_at(scale, instant.value - instant.tolerance);

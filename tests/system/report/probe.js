@@ -36,7 +36,7 @@ function faultsOfLines(plot, where) {
   for (const line of lines) {
     const width = line.getBoundingClientRect().width;
     const available = line.ownerSVGElement.getBoundingClientRect().width;
-    // A line that is too short has a dot.
+    // A dot replaces a line that is too short.
     const isDot = line.nextElementSibling?.classList.contains('single');
     if (width < 0.5 * available && !isDot) faults.push(`${where}: a line is ${width} of ${available} pixels wide`);
   }

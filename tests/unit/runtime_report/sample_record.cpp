@@ -299,17 +299,16 @@ RunRecord full_record() {
                           8'412 * millisecond, 8'413, 10'000, std::nullopt, -0.25, "m", 8'420 * millisecond},
                          {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms",
                           std::nullopt, 9'900, 10'000}};
-  record.stimuli = {
-      {"profile",
-       "can.car.EgoStatus.Speed",
-       "",
-       1,
-       0,
-       10'000 * millisecond,
-       {{0, 10'000 * millisecond}},
-       std::nullopt,
-       true,
-       "no value of its part 'peak' was read by can.car.EgoStatus.Speed, which is read every 20 ms"}};
+  record.stimuli = {{"profile",
+                     "can.car.EgoStatus.Speed",
+                     "",
+                     1,
+                     0,
+                     10'000 * millisecond,
+                     {{0, 10'000 * millisecond}},
+                     std::nullopt,
+                     true,
+                     "'can.car.EgoStatus.Speed' (read every 20 ms) was not read during its part 'peak'"}};
   record.faults = {{"stuck",
                     "scanner.object0.x",
                     "stuck at its last value",
@@ -328,7 +327,7 @@ RunRecord full_record() {
                     {{4'000 * millisecond, 4'500 * millisecond}},
                     50,
                     false,
-                    "it changed none of the frames that came in that time (50)"},
+                    "it changed none of the frames or requests that came in that time (50)"},
                    {"noisy", "traffic.ego.speed", "noise of 1 m/s", 0, std::nullopt, 0}};
   record.faults[2].test_table = "checks";
   record.losses = {{"Modbus unit plc", 3'200 * millisecond, 1'500 * millisecond, false, true, "cut", ""},

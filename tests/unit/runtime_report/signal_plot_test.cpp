@@ -149,10 +149,10 @@ TEST(SignalPanels, HaveLabelsThatDifferWhereValuesAreClose) {
   all.series = {series("a", "m", {{0, 5.0, 5.0 + 1e-9}})};
   Panel panel = panels(all)[0];
   EXPECT_EQ(labels_of(panel), (std::vector<std::string>{"-5e-10", "0", "+5e-10"}));
-  EXPECT_EQ(panel.notes, (std::vector<std::string>{"0 of this axis is 5.0000000005 m"}));
+  EXPECT_EQ(panel.notes, (std::vector<std::string>{"labels are distances from 5.0000000005 m"}));
   all.series = {series("a", "", {{0, 123456.5, 123456.50004}})};
   panel = panels(all)[0];
-  EXPECT_EQ(panel.notes, (std::vector<std::string>{"0 of this axis is 123456.50002"}))
+  EXPECT_EQ(panel.notes, (std::vector<std::string>{"labels are distances from 123456.50002"}))
       << "too long beside it";
   for (const auto& [low, high] : {std::pair(0.0, 10.0), std::pair(-3e-9, 7e-9), std::pair(1e6, 2e6)}) {
     all.series = {series("a", "m", {{0, low, high}})};
