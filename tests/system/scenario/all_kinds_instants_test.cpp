@@ -185,6 +185,7 @@ TEST(AllKindsInstants, AreThoseOfTheScenario) {
 
 TEST(AllKindsInstants, FollowFromTheSeedWhereTheyHaveAProbability) {
   const Folder folder;
+  // A seed with which each of the spans by chance differs from those of the scenario's seed.
   std::map<std::string, Spans> spans = spans_of(run_all_kinds(folder / "out", {"--seed", "3"}));
   for (const auto& [name, of_one] : spans_by_chance)
     EXPECT_NE(spans[name], of_one) << name;

@@ -77,27 +77,25 @@ TEST(InjectionEffect, WithoutOneTheRunIsNotChecked) {
       {"faults: [{name: f, message: can.car.EgoStatus, drop: 100 %, at: 21 ms, for: 18 ms}]",
        "fault 'f' was active from 21 ms to 39 ms, but no frame or request came in that time"},
       {"faults: [{name: f, message: can.car.EgoStatus, drop: 0.0001 %}]",
-       "but it changed none of the frames that came in that time (5)"},
+       "but it changed none of the frames or requests that came in that time (5)"},
       {"faults: [{name: f, device: can.car, state: bus_off, at: 21 ms, for: 18 ms}]",
        "fault 'f' was active from 21 ms to 39 ms, but no frame or request came in that time"},
       {"stimuli: [{name: s, drives: plc.u, sequence: [{hold: 5 m/s, for: 0.4 ms}, {hold: 0 m/s, for: 0.4 "
        "ms}], "
        "at: "
        "30.2 ms, for: 0.8 ms}]",
-       "stimulus 's' was active from 30.2 ms to 31 ms, but no value of it was read in that time by plc.u, "
-       "which "
-       "is read every 10 ms"},
+       "stimulus 's' was active from 30.2 ms to 31 ms, but 'plc.u' (read every 10 ms) was not read in "
+       "that time"},
       {"stimuli: [{name: s, drives: plc.u, sequence: [{hold: 5 m/s, for: 30.2 ms}, {name: peak, hold: 9 m/s, "
        "for: 2 "
        "ms}, {hold: 0 m/s}]}]",
-       "stimulus 's' was active from 0 to 100 ms, but no value of its part 'peak' was read by plc.u, which "
-       "is "
-       "read every 10 ms"},
+       "stimulus 's' was active from 0 to 100 ms, but 'plc.u' (read every 10 ms) was not read "
+       "during its part 'peak'"},
       // The stimulus is there for its reader, but a fault keeps it away.
       {"stimuli: [{name: s, drives: plc.u, sequence: [{hold: 5 m/s}], at: 30 ms, for: 20 ms, until: time < 0 "
        "s}]\n"
        "faults: [{name: f, signal: plc.u, stuck: 1 m/s, at: 20 ms}]",
-       "stimulus 's' was active from 30 ms to 50 ms, but no value of it was read"},
+       "stimulus 's' was active from 30 ms to 50 ms, but 'plc.u' (read every 10 ms) was not read in"},
   };
   for (const auto& [sections, sentence] : all) {
     const Folder folder;
@@ -108,7 +106,7 @@ TEST(InjectionEffect, WithoutOneTheRunIsNotChecked) {
   }
 }
 
-TEST(InjectionEffect, IsOneReadOrOneFrame) {
+TEST(InjectionEffect, NeedsOnlyOneReadOrOneFrame) {
   for (const char* const sections : {
            "faults: [{name: f, signal: plant.x, stuck: 5 m/s, at: 29.9 ms, for: 0.2 ms}]",
            // The frame of 40 ms alone: the step of plc is in none of the ticks.

@@ -90,7 +90,9 @@ TEST_F(NewcomerMistakes, EachIsOneSentenceWithItsPlace) {
       {"signal: tank.level, stuck", "signal: plc.trip, stuck",
        "s.yaml:32:27: no module and no bus reads 'plc.trip', so a fault of it has no effect"},
       {"stuck: last, at: 3 s", "stuck: last, at: 30 s",
-       "s.yaml:32:56: 'at': 30 s is not before the end of the run, which takes 10 s"},
+       "s.yaml:32:56: 'at': 30 s is not before the end of the run, which takes 10 s; give an earlier time or "
+       "a "
+       "longer duration"},
       {"stuck: last, at: 3 s", "stuck: last, when: tank.level, at: 3 s",
        "s.yaml:32:58: 'when' and 'at' exclude each other: both say when it begins"},
       {"stuck: last, at: 3 s, for: 1 s", "drop: 10 %, at: 3 s, for: 1 s",

@@ -138,8 +138,8 @@ TEST(CanPlayback, ThatBeginsAfterTheLastTickIsRefused) {
                             "takes 500 ms"),
       std::string::npos);
   EXPECT_NE(errors_of("499.5 ms")
-                .find("the first one is due at 499.5 ms, which is after the last tick of the "
-                      "run, at 499 ms"),
+                .find("the first one is due at 499.5 ms, which is after the last instant at which the bus "
+                      "sends, 499 ms; give an earlier time"),
             std::string::npos);
 }
 

@@ -95,8 +95,9 @@ TEST(TestTable, RowsAfterTheEndAreRefused) {
   const TableScenario files;
   const Ended ended = files.run("out", {"--duration", "3 s"});
   EXPECT_EQ(ended.code, 2) << ended.output << ended.errors;
-  EXPECT_NE(ended.errors.find("surge.csv:7:3: the time of this row, 4 s, is not before the end of the run, "
-                              "which takes 3 s; it is the first of 6 such rows"),
+  EXPECT_NE(ended.errors.find(
+                "surge.csv:7:3: the time of this row, 4 s, is not before the end of the run, "
+                "which takes 3 s; give an earlier time or a longer duration (the first of 6 such rows)"),
             std::string::npos)
       << ended.errors;
 }
