@@ -132,6 +132,21 @@ const MessageLayout* CanDevice::layout_of(const std::string& message) const {
   return nullptr;
 }
 
+std::string CanDevice::other_messages() const {
+  constexpr std::size_t max_listed = 20;
+  std::string names;
+  std::size_t count = 0;
+  const auto add = [&](const std::string& name) {
+    if (++count <= max_listed) names += (count == 1 ? "; it sends or receives " : ", ") + name;
+  };
+  for (const Sent& sent : sent_)
+    add(sent.message);
+  for (const Received& received : received_)
+    add(received.message);
+  if (count > max_listed) names += " and " + std::to_string(count - max_listed) + " more";
+  return names;
+}
+
 std::vector<PlayedFrame> CanDevice::played_frames(std::optional<canid_t> identifier) const {
   std::vector<PlayedFrame> frames;
   if (!identifier || !config_.playback) return frames;
@@ -147,8 +162,8 @@ std::string CanDevice::fault_problem(const InjectedFault& injected) const {
   if (layout == nullptr) {
     const std::vector<PlayedFrame> played = played_frames(identifier_in(injected.message));
     if (!played.empty()) return FrameFaults::problem(injected, played);
-    return config_.playback ? "the bus neither sends nor receives nor plays this message"
-                            : "the bus neither sends nor receives this message";
+    return std::string("the bus neither sends nor receives ") + (config_.playback ? "nor plays " : "") +
+           "this message" + other_messages();
   }
   return FrameFaults::problem(injected, *layout);
 }

@@ -165,6 +165,8 @@ class CanDevice final : public Device {
   void handle(const Frame& frame);
   void decode(Received& received, const Frame& frame);
   const MessageLayout* layout_of(const std::string& message) const;
+  /// "; it sends or receives EgoStatus, BrakeCommand": the end of an error text. Empty: it has no messages.
+  std::string other_messages() const;
   std::vector<PlayedFrame> played_frames(std::optional<canid_t> identifier) const;
   /// Begins or ends the bus-off of a fault.
   void update_injected_bus_off();

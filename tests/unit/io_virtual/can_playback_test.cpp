@@ -161,10 +161,13 @@ TEST_F(PlayingDevice, FaultsOfAnIdentifierAreThoseOfItsMessageOrOfPlayedFrames) 
   };
   using enum InjectedFault::Kind;
   EXPECT_EQ(problem(drop, "0x555"), "");
-  EXPECT_EQ(problem(drop, "0x00000555"), "the bus neither sends nor receives nor plays this message");
-  EXPECT_EQ(problem(drop, "0x557"), "the bus neither sends nor receives nor plays this message");
-  EXPECT_EQ(problem(drop, "0x"), "the bus neither sends nor receives nor plays this message");
-  EXPECT_EQ(problem(drop, "0x8ff"), "the bus neither sends nor receives nor plays this message");
+  const std::string not_here =
+      "the bus neither sends nor receives nor plays this message; it sends or receives EgoStatus, "
+      "BrakeCommand";
+  EXPECT_EQ(problem(drop, "0x00000555"), not_here);
+  EXPECT_EQ(problem(drop, "0x557"), not_here);
+  EXPECT_EQ(problem(drop, "0x"), not_here);
+  EXPECT_EQ(problem(drop, "0x8ff"), not_here);
   EXPECT_EQ(problem(length, "0x555", 1), "all its frames already have a length of 1; give another");
   EXPECT_EQ(problem(length, "0x555", 9), "no classic CAN frame has 9 bytes");
   EXPECT_EQ(problem(flip_bits, "0x555", 0, {8}),

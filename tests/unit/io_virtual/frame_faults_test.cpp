@@ -274,7 +274,8 @@ TEST_F(FrameFaults, FrameOfAMessageWithFaultsIsRetriedOnce) {
 TEST_F(FrameFaults, ThatDoNotFitAreRefused) {
   const auto problem = [&](const InjectedFault& injected) { return device_.fault_problem(injected); };
   EXPECT_EQ(problem({.kind = Kind::drop, .message = "Nothing"}),
-            "the bus neither sends nor receives this message");
+            "the bus neither sends nor receives this message; it sends or receives EgoStatus, Object0, "
+            "ObjectHeader, BrakeCommand");
   EXPECT_EQ(problem({.kind = Kind::wrong_counter, .message = "Object0"}),
             "the scenario names no counter of this message");
   EXPECT_EQ(problem({.kind = Kind::wrong_checksum, .message = "Object0"}),
