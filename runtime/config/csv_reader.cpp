@@ -122,7 +122,7 @@ bool CsvReader::next() {
     return refuse_row("the row has " + std::to_string(cells_.size()) +
                       (cells_.size() == 1 ? " cell" : " cells") + " and the file " + std::to_string(columns) +
                       (columns == 1 ? " column" : " columns") +
-                      (cells_.size() < columns ? "; give each column a cell, which may be empty"
+                      (cells_.size() < columns ? "; give each column a cell"
                        : separator_ == ','     ? "; put a cell with a comma in quotes, and write 0.5, not 0,5"
                                                : "; put a cell with a semicolon in quotes"));
   }

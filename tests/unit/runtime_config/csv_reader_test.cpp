@@ -46,7 +46,7 @@ TEST_F(CsvReaders, DivideRowsIntoCells) {
 
 TEST_F(CsvReaders, EndAtARowOfAnotherLength) {
   EXPECT_EQ(rows_of("a,b\n1,2\n\n3\n4,5\n"), "a|b/1|2");
-  EXPECT_EQ(mistakes(), "f.csv:4:1: 1 cell in a file of 2 columns\n");
+  EXPECT_EQ(mistakes(), "f.csv:4:1: the row has 1 cell and the file 2 columns; give each column a cell\n");
   EXPECT_EQ(rows_of("a,b\n1,5,2\n"), "a|b");
   EXPECT_EQ(
       mistakes(),

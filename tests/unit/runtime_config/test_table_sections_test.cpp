@@ -146,7 +146,7 @@ TEST_F(TestTables, HaveMistakesAtTheirPlaces) {
        "signal, fault, expectation, tolerance, comment"},
       {"time,value\n0,1\n", "t.csv:1:1: a test table needs a column 'signal'"},
       {"time,signal,value,value\n0,a,1,1\n", "t.csv:1:19: there are two columns 'value'"},
-      {head + "0,a,1,,,\n1\n", "t.csv:3:1: 1 cell in a file of 6 columns"},
+      {head + "0,a,1,,,\n1\n", "t.csv:3:1: the row has 1 cell and the file 6 columns"},
       {"time,signal,value,channel\n0,a,1,b\n", "t.csv:1:19: there are two columns 'signal'"},
       {head + ",a,1,,,\n", "t.csv:2:1: an empty cell: a number is missing"},
       {head + "-1,a,1,,,\n", "t.csv:2:1: a time is from 0 s to 1e9 s"},

@@ -139,7 +139,7 @@ TEST_F(TableFiles, WithMistakesAreRefusedAtTheirLines) {
       {"x,v\n0,1\n,1\n", one, "p.csv:3:1: an empty cell: a number is missing"},
       {"x,v\n0,1\n1,one\n", one, "p.csv:3:3: 'one' is not a number"},
       {"x,v\n0,1\n1,1e301\n", one, "p.csv:3:3: a number beyond 1e300"},
-      {"x,v\n0,1\n1\n", one, "p.csv:3:1: 1 cell in a file of 2 columns"},
+      {"x,v\n0,1\n1\n", one, "p.csv:3:1: the row has 1 cell and the file 2 columns; give each column a cell"},
       {"x,v\n0,1\n", one, "t.yaml:1:8: the file has 1 row with values; a table has at least 2"},
       {"0,1\n1,2\n2,3\n", one,
        "p.csv:1:1: the first row names the columns; this one has only numbers, so a row with names, "
@@ -156,7 +156,8 @@ TEST_F(TableFiles, WithMistakesAreRefusedAtTheirLines) {
       {"x,v\n0,1\n1,2\n", "{file: p.csv, x: metre}", "t.yaml:1:18: 'metre' is not a known unit"},
       {"", "{values: [0, 1], x: m}", "t.yaml:1:21: 'x' needs its 'points'"},
       {"", "{values: [0, 1]}", "t.yaml:1:1: 'x' needs its 'points'"},
-      {"/,0,1\n0,1,2\n1,3\n", two, "p.csv:3:1: 2 cells in a file of 3 columns"},
+      {"/,0,1\n0,1,2\n1,3\n", two,
+       "p.csv:3:1: the row has 2 cells and the file 3 columns; give each column a cell"},
       {"/,0,0\n0,1,2\n1,3,4\n", two,
        "p.csv:1:5: the points of a table have to be strictly increasing, but 0 is not above the point before "
        "it"},

@@ -261,7 +261,7 @@ std::pair<std::vector<std::string>, std::size_t> lanes_in(const RunRecord& recor
   const Lanes lanes = lanes_of(record, record.signal_plots.plots[0]);
   std::pair<std::vector<std::string>, std::size_t> found;
   for (const Lane& lane : lanes.shown) {
-    found.first.push_back(lane.kind + " " + lane.name + lane.missing);
+    found.first.push_back(lane.kind + " " + lane.name + lane.name_suffix);
     found.second += lane.spans.size();
   }
   return found;

@@ -71,9 +71,8 @@ TEST_F(CsvProfiles, ReportMistakesAtTheirPlaces) {
       {"time,level\n0,1\n0,2\n",
        "p.csv:3:1: times have to be strictly increasing, but this one is not after that of the row before\n"},
       {"time,level\n0,1\n1,2,3\n",
-       "p.csv:3:1: 3 cells in a file of 2 columns; a cell with a comma is in quotes, and a number has a "
-       "decimal "
-       "point\n"},
+       "p.csv:3:1: the row has 3 cells and the file 2 columns; put a cell with a comma in quotes, and "
+       "write 0.5, not 0,5\n"},
       {"time,levl\n0,1\n", "s.yaml:3:30: the file has no column 'level'; did you mean 'levl'?\n"},
       {"t,level\n0,1\n", "p.csv:1:1: the file has no column 'time'; known here: t, level\n"},
       {"time,level\n", "s.yaml:3:9: the file has no rows\n"},
