@@ -48,8 +48,8 @@ struct CanRecord {
   std::uint64_t fault_corrupted = 0;
   std::uint64_t fault_delayed = 0;
   std::uint64_t played = 0;  ///< frames of a log that were sent; neither in rx nor in tx
-  /// Frames of the log with an identifier that the database does not have, also those that a fault drops or
-  /// delays, which `played` does not count.
+  /// Frames of the log with an identifier that the database does not have, also those that a fault drops,
+  /// which `played` does not count.
   std::uint64_t play_unknown_id = 0;
   std::uint64_t play_unsent = 0;                 ///< frames of a log that could not be sent
   std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
