@@ -13,7 +13,8 @@ void read_recording(const Value& root, Scenario& scenario, ReaderContext& readin
     constexpr std::string_view permitted =
         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.*";
     for (const Value& pattern : list->items()) {
-      if (pattern.text().find_first_not_of(permitted) == std::string::npos) {
+      const bool is_relation = pattern.text().ends_with(')');  // if it is one: selected_signals checks it
+      if (is_relation || pattern.text().find_first_not_of(permitted) == std::string::npos) {
         recording.signals.push_back(word_of(pattern));
       } else {
         reading.diagnostics.add(

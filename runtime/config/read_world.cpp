@@ -214,6 +214,13 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   return entity;
 }
 
+/// Expressions name bodies, regions and beams.
+void check_word(const Word& name, const char* noun, Diagnostics& diagnostics) {
+  if (is_reserved_word(name.text))
+    diagnostics.add(name.place, in_quotes(name.text) + " is a word of the expression language; give the " +
+                                    noun + " another name");
+}
+
 void read_entities(const Value& list, const std::optional<std::vector<std::string>>& materials,
                    Scenario& scenario, ReaderContext& reading) {
   World& world = scenario.world;
@@ -222,6 +229,7 @@ void read_entities(const Value& list, const std::optional<std::vector<std::strin
     if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
     if (!is_whole(value)) continue;
     WorldEntity entity = read_entity(value, reading.diagnostics);
+    check_word(entity.name, "entity", reading.diagnostics);
     check_material(entity, materials, reading.diagnostics);
     check_path(value, entity, scenario.duration_ns, reading.diagnostics);
     entity.mask_bits = read_mask(entity, world.layers, world.layers_are_listed, reading.diagnostics);
@@ -239,6 +247,7 @@ void read_regions(const Value& list, World& world, Diagnostics& diagnostics) {
   for (const Value& value : list.items()) {
     if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
     if (!is_whole(value)) continue;
+    check_word(word_of(value["name"]), "region", diagnostics);
     world.regions.push_back({.name = word_of(value["name"]),
                              .center_m = three(value["center"]),
                              .size_m = three(value["size"]),
@@ -253,6 +262,7 @@ void read_beams(const Value& list, World& world, Diagnostics& diagnostics) {
   for (const Value& value : list.items()) {
     if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
     if (!is_whole(value)) continue;
+    check_word(word_of(value["name"]), "beam", diagnostics);
     world.beams.push_back({.name = word_of(value["name"]),
                            .origin_m = three(value["origin"]),
                            .azimuth_rad = value["azimuth"].number(),

@@ -190,7 +190,7 @@ Schema beam_schema() {
   return Schema::record({
       Field::needed("name", Schema::name(), "The name, for sees(beam, body) in expressions."),
       Field::with_default("origin", vector3(Quantity::length_m, max_coordinate_m), "[0 m, 0 m, 0 m]",
-                          "Where the beam begins; outside of its carrier's own body."),
+                          "Where the beam begins. It passes through its carrier."),
       Field::with_default("azimuth", angle, "0 deg", "From x towards y."),
       Field::with_default("elevation", angle, "0 deg", "Up from the plane of x and y."),
       Field::needed("range", Schema::quantity(Quantity::length_m, 0.001, max_coordinate_m),

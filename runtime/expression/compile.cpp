@@ -31,19 +31,19 @@ class Compiler {
         scope_(scope),
         options_(options),
         diagnostics_(diagnostics),
-        is_named_only_(relation_arguments(nodes_)),
+        is_untyped_(relation_arguments(nodes_)),
         variables_(nodes_.size()),
         named_(nodes_.size()) {}
 
   std::optional<Program> compile(const Wanted& wanted) {
     const std::size_t before = diagnostics_.count();
     for (const Node& node : nodes_) {
-      if (!calls_nothing(node)) continue;
+      if (!calls_unknown_function(node)) continue;
       for (const std::uint32_t part : node.parts)
-        is_named_only_[part] = true;  // one mistake, of the call
+        is_untyped_[part] = true;  // one mistake, of the call
     }
     for (std::size_t i = 0; i < nodes_.size(); ++i)
-      if (!is_named_only_[i]) types_[i] = type_of(i);
+      if (!is_untyped_[i]) types_[i] = type_of(i);
     want(wanted);
     if (diagnostics_.count() != before || types_[nodes_.size() - 1].kind == Type::Kind::invalid)
       return std::nullopt;
@@ -67,7 +67,7 @@ class Compiler {
   Type type_of(std::size_t i) {
     const Node& node = nodes_[i];
     if (is_relation(node)) return relation_type(i);
-    if (calls_nothing(node)) return call_type(types_, i, scope_.table_names(), options_.period_ns);
+    if (calls_unknown_function(node)) return call_type(types_, i, scope_.table_names(), options_.period_ns);
     for (const std::uint32_t part : node.parts)
       if (types_[part].kind == Type::Kind::invalid && !is_value_name(i, part)) return {};
     switch (node.operation) {
@@ -116,7 +116,7 @@ class Compiler {
   }
 
   /// Whether the node calls what is neither a function nor a table nor a relation.
-  bool calls_nothing(const Node& node) const {
+  bool calls_unknown_function(const Node& node) const {
     return node.operation == Operation::call && !is_relation(node) &&
            function_named(node.word.text) == nullptr && scope_.find_table(node.word.text) == nullptr &&
            !scope_.is_broken(node.word.text);
@@ -203,8 +203,8 @@ class Compiler {
     const auto both = types_.joined(i, left, right, Offset::of_values);
     if (!both) return {};
     for (const auto& [part, other] : {std::pair(left, right), std::pair(right, left)}) {
-      if (auto fault = fault_of_comparison(nodes_, i, part, types_[other].constant))
-        return types_.fail(other, std::move(*fault));
+      if (auto reason = constant_comparison(nodes_, i, part, types_[other].constant))
+        return types_.fail(other, std::move(*reason));
     }
     return truth();
   }
@@ -482,7 +482,7 @@ class Compiler {
   const Scope& scope_;
   const CompileOptions& options_;
   Diagnostics& diagnostics_;
-  std::vector<bool> is_named_only_;                 ///< by node: it has no type, as arguments of relations
+  std::vector<bool> is_untyped_;                    ///< by node: it has no type, as arguments of relations
   std::vector<std::optional<Variable>> variables_;  ///< of names and relations
   std::vector<std::optional<double>> named_;        ///< values of value names
   Program program_;

@@ -20,11 +20,12 @@ constexpr std::array<RelationFunction, 5> all_functions{{
     {RelationKind::time_to_impact, "time_to_impact", "s", "body, other, [window]",
      "Until the first contact of the two bodies, if both keep their velocities; the window if there is none "
      "in "
-     "it. 0 while they touch. The window is a constant duration of at most 10 s, which it is when left out."},
+     "it. 0 while they touch. The window is a constant duration; default and maximum: 10 s."},
     {RelationKind::inside, "inside", "", "body, region",
      "Whether the body is in the region: a part of its oriented bounds, or, with `whole: true`, all of "
      "them."},
-    {RelationKind::sees, "sees", "", "beam, body", "Whether the body is the first that the beam meets."},
+    {RelationKind::sees, "sees", "", "beam, body",
+     "Whether the body is the first that the beam meets; the beam passes through its carrier."},
 }};
 
 /// The constant duration that a node is; empty for any other.
@@ -66,8 +67,8 @@ std::optional<Relation> relation_of(std::span<const Node> nodes, std::size_t nod
   const Node& call = nodes[node];
   Relation relation{.function = relation_function(call.word.text)};
   const std::string name = in_quotes(call.word.text);
-  const std::size_t most = relation.function->kind == RelationKind::time_to_impact ? 3 : 2;
-  if (call.parts.size() < 2 || call.parts.size() > most) {
+  const std::size_t max_arguments = relation.function->kind == RelationKind::time_to_impact ? 3 : 2;
+  if (call.parts.size() < 2 || call.parts.size() > max_arguments) {
     return refuse(call.word.place, name + " has " + std::to_string(call.parts.size()) +
                                        (call.parts.size() == 1 ? " argument" : " arguments") +
                                        ", but takes (" + std::string(relation.function->arguments) + ")");
@@ -80,8 +81,9 @@ std::optional<Relation> relation_of(std::span<const Node> nodes, std::size_t nod
     (k == 0 ? relation.first : relation.second) = part.word;
   }
   if (relation.first.text == relation.second.text) {
-    return refuse(nodes[call.parts[1]].word.place,
-                  in_quotes(relation.second.text) + " is both arguments of " + name);
+    return refuse(
+        nodes[call.parts[1]].word.place,
+        in_quotes(relation.second.text) + " is both arguments of " + name + "; name two different ones");
   }
   if (call.parts.size() == 2) return relation;
   const Node& last = nodes[call.parts[2]];
@@ -95,7 +97,7 @@ std::optional<Relation> relation_of(std::span<const Node> nodes, std::size_t nod
   return relation;
 }
 
-std::optional<std::string> fault_of_comparison(std::span<const Node> nodes, std::size_t comparison,
+std::optional<std::string> constant_comparison(std::span<const Node> nodes, std::size_t comparison,
                                                std::size_t part, std::optional<double> other) {
   if (!other || !is_relation(nodes[part])) return std::nullopt;
   const auto relation = relation_of(nodes, part);
@@ -108,15 +110,17 @@ std::optional<std::string> fault_of_comparison(std::span<const Node> nodes, std:
   const double window_s = relation->window_s;
   if (*other < window_s || (*other == window_s && has_two_results_at_the_window)) return std::nullopt;
   return "impacts are searched " + config::format_number(window_s) +
-         " s ahead, so this comparison has one result with and without an impact; compare with less" +
+         " s ahead, so this comparison has one result with and without an impact; compare with a time "
+         "below " +
+         config::format_number(window_s) + " s" +
          (window_s < max_impact_window_s ? ", or give a longer window" : "");
 }
 
 std::vector<bool> relation_arguments(std::span<const Node> nodes) {
   std::vector<bool> are_arguments(nodes.size());
-  for (const Node& node : nodes) {
-    if (!is_relation(node)) continue;
-    for (const std::uint32_t part : node.parts)
+  for (std::size_t i = nodes.size(); i-- > 0;) {  // parts are before the whole
+    if (!is_relation(nodes[i]) && !are_arguments[i]) continue;
+    for (const std::uint32_t part : nodes[i].parts)
       are_arguments[part] = true;
   }
   return are_arguments;

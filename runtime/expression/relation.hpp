@@ -46,21 +46,22 @@ std::string relation_name(const Relation& relation);
 /// Whether the node calls a relation function.
 bool is_relation(const config::Expression::Node& node);
 /// The relation that the node calls. Empty, with a mistake where `diagnostics` is given, when an argument is
-/// missing or is no name, or the window is no constant duration in (0, max_impact_window_s].
+/// missing or is no name, or the window is no constant duration in (0, max_impact_window_s]. Misuse: the node
+/// calls no relation.
 std::optional<Relation> relation_of(std::span<const config::Expression::Node> nodes, std::size_t node,
                                     config::Diagnostics* diagnostics = nullptr);
 
 /// Why a comparison (a node) has one result whatever the bodies do: `part` of it is a time to impact, and the
 /// value of the other part lies beyond its window. Empty where that is not so.
-std::optional<std::string> fault_of_comparison(std::span<const config::Expression::Node> nodes,
+std::optional<std::string> constant_comparison(std::span<const config::Expression::Node> nodes,
                                                std::size_t comparison, std::size_t part,
                                                std::optional<double> other);
 
-/// By node: whether it is the argument of a relation, and so names no signal.
+/// By node: whether it is an argument of a relation, or a part of one, and so names no signal.
 std::vector<bool> relation_arguments(std::span<const config::Expression::Node> nodes);
 /// The name of the signal that a node reads: a word, or that of a relation. Empty for other nodes.
 std::optional<std::string> name_read(std::span<const config::Expression::Node> nodes, std::size_t node);
-/// The same of all nodes, in their order.
+/// The signals that the nodes read, in their order, repeats included. Arguments of relations are no signals.
 std::vector<std::string> names_read(std::span<const config::Expression::Node> nodes);
 
 }  // namespace hil::expression

@@ -91,7 +91,7 @@ struct ValueNames {
   bool accepts_any_name = false;
 };
 
-/// The relations of bodies that expressions of the scenario read, and the places that they name.
+/// The relations of bodies that expressions of the scenario read, and the regions and beams of the world.
 struct Relations {
   std::vector<expression::Relation> all;
   std::vector<config::WorldRegion> regions;

@@ -31,6 +31,7 @@ std::vector<signals::SignalId> selected_signals(const config::Recording& section
   for (const config::Word& word : section.signals) {
     if (word.text.find('*') == std::string::npos) {
       const signals::SignalId signal = known.find(word, diagnostics);
+      is_selected.resize(table.size());  // it may be a new relation
       if (signal.valid()) is_selected[signal.index] = 1;
       continue;
     }

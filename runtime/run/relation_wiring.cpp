@@ -7,7 +7,7 @@
 namespace hil::run {
 namespace {
 
-constexpr const char* added_name = "relations";
+constexpr const char* relation_task_name = "relations";
 
 bool computes_relations(const config::TaskSection& section) {
   return modules::find_module_type(section.type.text)->computes_relations;
@@ -18,7 +18,7 @@ const modules::ModuleType& relations_type() {
 }
 
 /// Null: the scenario has no such task.
-WiredModule* listed(Wiring& wiring, config::Diagnostics& diagnostics) {
+WiredModule* find_relation_task(Wiring& wiring, config::Diagnostics& diagnostics) {
   WiredModule* found = nullptr;
   for (WiredModule& wired : wiring.modules) {
     if (!computes_relations(*wired.section)) continue;
@@ -33,22 +33,22 @@ WiredModule* listed(Wiring& wiring, config::Diagnostics& diagnostics) {
   return found;
 }
 
-WiredModule& added(config::Scenario& scenario, const signals::RelationSignals& relations, Wiring& wiring,
-                   config::Diagnostics& diagnostics) {
+WiredModule& add_relation_task(config::Scenario& scenario, const signals::RelationSignals& relations,
+                               Wiring& wiring, config::Diagnostics& diagnostics) {
   const config::Place& place = relations.relations.front().first.place;
   for (const config::TaskSection& task : scenario.tasks) {
-    if (task.module.text != added_name) continue;
+    if (task.module.text != relation_task_name) continue;
     diagnostics.add(task.module.place,
                     "the name 'relations' is that of the task that computes the relations of "
                     "bodies; give this module another name");
   }
   scenario.tasks.push_back(
-      {.module = {added_name, place},
+      {.module = {relation_task_name, place},
        .type = {relations_type().name, place},
        .rate_hz = scenario.base_rate_hz,
        .deadline_ns = scenario.base_period_ns,
        .thread = {},
-       .parameters = *config::parse_text(added_name, "{}", relations_type().parameters, diagnostics),
+       .parameters = *config::parse_text(relation_task_name, "{}", relations_type().parameters, diagnostics),
        .inputs = {}});
   wiring.modules.push_back({.section = &scenario.tasks.back(), .module = nullptr, .links = {}});
   return wiring.modules.back();
@@ -58,14 +58,14 @@ WiredModule& added(config::Scenario& scenario, const signals::RelationSignals& r
 
 std::string relations_module(const config::Scenario& scenario) {
   const auto task = std::ranges::find_if(scenario.tasks, computes_relations);
-  return task == scenario.tasks.end() ? added_name : task->module.text;
+  return task == scenario.tasks.end() ? relation_task_name : task->module.text;
 }
 
 void wire_relations(config::Scenario& scenario, const signals::RelationSignals& relations, Wiring& wiring,
                     config::Diagnostics& diagnostics) {
-  WiredModule* wired = listed(wiring, diagnostics);
+  WiredModule* wired = find_relation_task(wiring, diagnostics);
   if (wired == nullptr && relations.relations.empty()) return;
-  if (wired == nullptr) wired = &added(scenario, relations, wiring, diagnostics);
+  if (wired == nullptr) wired = &add_relation_task(scenario, relations, wiring, diagnostics);
   modules::TaskParameters task = task_parameters(scenario, *wired->section);
   task.relations = {relations.relations, scenario.world.regions, scenario.world.beams};
   wired->module = relations_type().create(wired->section->parameters, task, diagnostics);

@@ -61,10 +61,12 @@ void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& k
     modules::TaskParameters task = task_parameters(*wiring.scenario, section);
     task.value_names = value_names(section, of_buses, known);
     WiredModule wired{.section = &section, .module = nullptr, .links = {}};
-    if (!type->computes_relations) wired.module = type->create(section.parameters, task, diagnostics);
-    if (type->computes_relations) {
-      // wire_relations makes it, when the relations are known.
-    } else if (wired.module == nullptr) {
+    if (type->computes_relations) {  // wire_relations makes it, when the relations are known
+      wiring.modules.push_back(std::move(wired));
+      continue;
+    }
+    wired.module = type->create(section.parameters, task, diagnostics);
+    if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");
     } else {
       for (const modules::Port& port : wired.module->ports().outputs) {
@@ -235,7 +237,8 @@ void declare_bus_signals(const Wiring& wiring, BusSignals& signals) {
     const std::string prefix = wired.section->full_name() + ".";
     for (const io::ChannelInfo& output : wired.bus->channels().outputs()) {
       if (!signals.table.find(prefix + output.name))
-        signals.table.add({.name = prefix + output.name, .unit = output.unit, .writer = prefix});
+        signals.table.add(
+            {.name = prefix + output.name, .unit = output.unit, .writer = wired.section->full_name()});
     }
     wired.bus->describe_signals(prefix, signals.known);
   }
@@ -294,7 +297,8 @@ config::ScenarioTypes scenario_types() {
 }
 
 std::optional<Wiring> wire(config::Scenario& scenario, config::Diagnostics& diagnostics) {
-  scenario.tasks.reserve(scenario.tasks.size() + 1);  // wire_relations may add one
+  // WiredModule::section is the address of a task, and wire_relations may add a task.
+  scenario.tasks.reserve(scenario.tasks.size() + 1);
   Wiring wiring;
   wiring.scenario = &scenario;
   const std::size_t before = diagnostics.count();

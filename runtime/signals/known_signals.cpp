@@ -50,7 +50,9 @@ SignalId KnownSignals::find_relation(const config::Word& text, config::Diagnosti
   const auto relation = expression::relation_of(expression->nodes(), last, &diagnostics);
   if (!relation) return {};
   add_relations(*expression);
-  return *table_.find(expression::relation_name(*relation));
+  const SignalId signal = *table_.find(expression::relation_name(*relation));
+  table_.add_alias(text.text, signal);  // by which the reader finds it during the run
+  return signal;
 }
 
 bool KnownSignals::is_undeclared(std::string_view name) const {

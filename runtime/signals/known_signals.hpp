@@ -30,7 +30,8 @@ struct RelationSignals {
 class KnownSignals {
  public:
   /// The table outlives it. `relations`: gets the relations that expressions read; each has a signal, which
-  /// is added to the table when the first expression reads it. It outlives this too. Null: there are none.
+  /// is added to the table when the first expression reads it (also by const functions, which change only
+  /// what this refers to). It outlives this too. Null: there are none.
   explicit KnownSignals(SignalTable& table, RelationSignals* relations = nullptr)
       : table_(table), relations_(relations) {}
 
@@ -51,7 +52,7 @@ class KnownSignals {
   void set_never_stale(SignalId signal) { never_stale_.insert(signal.index); }
   bool is_never_stale(SignalId signal) const { return never_stale_.contains(signal.index); }
 
-  /// Adds the relations that the expression reads, and that are new.
+  /// Adds the new relations that the expression reads to those given, and their signals to the table.
   void add_relations(const config::Expression& expression) const;
 
   /// By the name of a signal, or a relation as an expression writes it. Invalid with a mistake when there is

@@ -22,14 +22,17 @@ const io::can::DbcMessage* used(const io::can::Dbc& database, const Word& name,
   return is_used ? message : nullptr;
 }
 
-/// Connects an output to a value name of its DBC signal or to a signal of the run, whose name has a dot.
+/// Connects an output to a value name of its DBC signal or to a signal of the run; a name without a dot is
+/// first a value name.
 void connect_output(const Word& word, const io::can::DbcSignal& signal, const io::ChannelInfo& channel,
                     Source& target, const KnownSignals& known, Diagnostics& diagnostics) {
   const std::map<std::string, double> values = named_values_of(signal);
   constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
-  const bool may_be_signal =
+  const bool has_dot =
       word.text.find('.') != std::string::npos && word.text.find_first_not_of(letters) == std::string::npos;
-  if (!may_be_signal || (values.contains(word.text) && !known.table().find(word.text))) {
+  const bool is_signal = known.table().find(word.text).has_value();
+  const bool may_be_signal = has_dot || is_signal || word.text.ends_with(')');
+  if (!may_be_signal || (values.contains(word.text) && !(has_dot && is_signal))) {
     if (const auto value = signals::value_named(values, word, channel.name, diagnostics))
       target.constant = *value;
     return;

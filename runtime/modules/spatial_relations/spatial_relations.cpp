@@ -45,14 +45,14 @@ glm::vec3 vec3_of(const std::array<double, 3>& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// The place of that name; empty with a mistake when there is none.
-template <class Place>
-std::optional<Place> place_named(const config::Word& name, const std::vector<Place>& places, const char* noun,
-                                 config::Diagnostics& diagnostics) {
+/// The region or beam of that name; empty with a mistake when there is none.
+template <class Volume>
+std::optional<Volume> volume_named(const config::Word& name, const std::vector<Volume>& volumes,
+                                   const char* noun, config::Diagnostics& diagnostics) {
   std::vector<std::string> names;
-  for (const Place& place : places) {
-    if (place.name.text == name.text) return place;
-    names.push_back(place.name.text);
+  for (const Volume& volume : volumes) {
+    if (volume.name.text == name.text) return volume;
+    names.push_back(volume.name.text);
   }
   diagnostics.add(name.place, "there is no " + std::string(noun) + " " + config::in_quotes(name.text) +
                                   " in world." + noun + "s" + config::suggestion(name.text, names));
@@ -161,19 +161,27 @@ class SpatialRelations final : public Module {
         return;
       case RelationKind::inside:
         ports_.bodies.push_back(relation.first);
-        if (const auto region = place_named(relation.second, relations.regions, "region", diagnostics)) {
-          if (region->carrier) ports_.bodies.push_back(*region->carrier);
+        if (const auto region = volume_named(relation.second, relations.regions, "region", diagnostics)) {
+          if (region->carrier) add_carrier(*region->carrier, relation.first, "region", diagnostics);
           regions_.push_back({.body = first, .region = *region, .output = output});
         }
         return;
       case RelationKind::sees:
         ports_.bodies.push_back(relation.second);
-        if (const auto beam = place_named(relation.first, relations.beams, "beam", diagnostics)) {
-          if (beam->carrier) ports_.bodies.push_back(*beam->carrier);
+        if (const auto beam = volume_named(relation.first, relations.beams, "beam", diagnostics)) {
+          if (beam->carrier) add_carrier(*beam->carrier, relation.second, "beam", diagnostics);
           beams_.push_back({.body = second, .beam = *beam, .output = output});
         }
         return;
     }
+  }
+
+  void add_carrier(const config::Word& carrier, const config::Word& body, const char* noun,
+                   config::Diagnostics& diagnostics) {
+    ports_.bodies.push_back(carrier);
+    if (carrier.text != body.text) return;
+    diagnostics.add(body.place, "'" + body.text + "' carries this " + noun +
+                                    ", so the relation never changes; name another body");
   }
 
   Pair& pair_of(const std::string& first, const std::string& second) {
@@ -251,9 +259,14 @@ class SpatialRelations final : public Module {
     }
   }
 
+  /// A beam on a carrier may begin inside it, so several hits are kept, of which those of the carrier do not
+  /// count.
   void prepare_beams(World& world, const std::string& caller, const std::string& name) {
-    ray_query_ = prepared(
-        rtstdb::RayQueryOptions{.name = name, .capacity = static_cast<std::uint32_t>(beams_.size())}, caller);
+    ray_query_ = prepared(rtstdb::RayQueryOptions{.name = name,
+                                                  .capacity = static_cast<std::uint32_t>(beams_.size()),
+                                                  .mode = rtstdb::RayMode::first,
+                                                  .hits_per_ray = rtstdb::max_hits_per_ray},
+                          caller);
     for (std::size_t i = 0; i < beams_.size(); ++i) {
       const config::WorldBeam& from = beams_[i].beam;
       rtstdb::Ray& ray = ray_query_->rays()[i];
@@ -302,11 +315,17 @@ class SpatialRelations final : public Module {
 
   void take_beams(StepContext& context) noexcept {
     for (std::size_t i = 0; i < beams_.size(); ++i) {
-      const rtstdb::RayHit& hit = std::as_const(*ray_query_).hits()[i];
-      const bool sees = hit.status == rtstdb::HitStatus::hit && hit.entity == seen_bodies_[i];
-      context.outputs[beams_[i].output] = hit.status == rtstdb::HitStatus::incomplete ? unknown
-                                          : sees                                      ? 1.0
-                                                                                      : 0.0;
+      const rtstdb::EntityId carrier = ray_query_->rays()[i].carrier;
+      const auto hits =
+          std::as_const(*ray_query_).hits().subspan(i * rtstdb::max_hits_per_ray, rtstdb::max_hits_per_ray);
+      const auto first = std::ranges::find_if(hits, [&](const rtstdb::RayHit& hit) {
+        return hit.status != rtstdb::HitStatus::hit || hit.entity != carrier;
+      });
+      double& output = context.outputs[beams_[i].output];
+      if (first == hits.end() || first->status == rtstdb::HitStatus::incomplete)
+        output = unknown;
+      else
+        output = first->status == rtstdb::HitStatus::hit && first->entity == seen_bodies_[i] ? 1.0 : 0.0;
     }
   }
 

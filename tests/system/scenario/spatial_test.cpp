@@ -30,6 +30,7 @@ world:
     - {name: trailer, center: [-5 m, 0 m, 0 m], size: [2 m, 4 m, 4 m], carrier: mover}
   beams:
     - {name: ahead, carrier: rock, origin: [1.5 m, 0 m, 0 m], range: 10 m}
+    - {name: through, carrier: rock, range: 12 m}
 tasks:
   - module: plant
     type: block
@@ -57,6 +58,12 @@ expectations:
   - {name: will touch, always: 'abs(time_to_impact(mover, rock) - (1.8005 s - time)) < 1 ms', between: [801 ms, 1800 ms]}
   - {name: in the gate, always: 'inside(mover, gate)', between: [801 ms, 1200 ms]}
   - {name: seen, always: 'sees(ahead, mover)', between: [751 ms, 1950 ms], coverage: 100 %}
+  - {name: seen through its carrier, always: 'sees(through, mover)', between: [701 ms, 2100 ms], coverage: 100 %}
+  - {name: not seen before, never: 'sees(through, mover)', between: [1 ms, 700 ms], coverage: 100 %}
+  # Names of signals, with other blanks.
+  - {name: at least, statistics: {signal: 'distance( rock,mover )', mean: {max: 100 m}}}
+plots: [{title: distance, signals: ['distance(rock,mover)', 'time_to_impact(rock, mover, 1000 ms)']}]
+recording: {signals: ['distance(mover,rock)']}
 )";
 
 /// The instants of an event, in ms.

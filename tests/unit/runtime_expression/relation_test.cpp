@@ -74,7 +74,8 @@ TEST(Relations, MistakesHaveTheirPlaces) {
       {"contact(ego, rock, gap)", "test:1:1: 'contact' has 3 arguments, but takes (body, other)"},
       {"distance(ego, 2 m) < 5 m", "test:1:15: 'distance' takes names: (body, other)"},
       {"inside(ego, 'gate')", "test:1:13: 'inside' takes names: (body, region)"},
-      {"distance(ego, ego) < 5 m", "test:1:15: 'ego' is both arguments of 'distance'"},
+      {"distance(ego, ego) < 5 m",
+       "test:1:15: 'ego' is both arguments of 'distance'; name two different ones"},
       {"distance(ego, rock) < 5 s", "test:1:21: '<' has operands in m and s"},
       {"time_to_impact(ego, rock, 20 s) < 5 s",
        "test:1:27: the window of 'time_to_impact' is a constant duration above 0 s and of at most 10 s, as "
@@ -85,11 +86,11 @@ TEST(Relations, MistakesHaveTheirPlaces) {
       {"time_to_impact(ego, rock) < 11 s",
        "test:1:29: impacts are searched 10 s ahead, so this comparison has one result with and without an "
        "impact; "
-       "compare with less"},
+       "compare with a time below 10 s"},
       {"2 s >= time_to_impact(ego, rock, 2 s)",
        "test:1:1: impacts are searched 2 s ahead, so this comparison has one result with and without an "
        "impact; "
-       "compare with less, or give a longer window"},
+       "compare with a time below 2 s, or give a longer window"},
       {"contact(ego, wall)",
        "test:1:1: 'contact(ego, wall)' is known only to variables, stimuli, faults and expectations of a "
        "scenario; give it to a variable there"},

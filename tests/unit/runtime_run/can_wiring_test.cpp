@@ -194,6 +194,15 @@ TEST_F(CanWiring, ValueNamesReplaceNumbers) {
   EXPECT_EQ(config_of(*wiring).receive[0].safe_values.at("Mode"), 14.0) << "names are of raw values";
 }
 
+TEST_F(CanWiring, MessagesSendVariables) {
+  const auto wiring =
+      wired(changed("signals: {KeyState: On}", "signals: {KeyState: On, Level: level}", scenario) +
+            "variables: {level: 12, On: 9}\n");
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  EXPECT_EQ(constant(*wiring, 0), 1.0) << "the value name, not the variable";
+  EXPECT_EQ(wiring->buses[0].links.outputs[2].signal, *wiring->signals.find("level"));
+}
+
 TEST_F(CanWiring, ValueNamesInConditionsAreEvaluated) {
   for (const char* name : {"LimpHome", "'LimpHome'"}) {
     const auto wiring = wired(changed("Mode == LimpHome", std::string("Mode == ") + name));

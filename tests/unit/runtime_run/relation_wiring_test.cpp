@@ -78,6 +78,8 @@ TEST_F(RelationWiring, InputsAndPlotsNameThem) {
   const auto signal = wiring->signals.find("distance(cart, rock)");
   ASSERT_TRUE(signal);
   EXPECT_EQ(wiring->modules[0].links.inputs[0].signal, *signal);
+  EXPECT_EQ(wiring->signals.find("distance( cart,rock )"), signal)
+      << "a reader may look it up as it is written";
 }
 
 TEST_F(RelationWiring, WithoutRelationsNoTaskIsAdded) {
@@ -96,6 +98,12 @@ TEST_F(RelationWiring, WithoutRelationsNoTaskIsAdded) {
 }
 
 TEST_F(RelationWiring, MistakesHaveTheirPlaces) {
+  EXPECT_EQ(mistakes("size: [2 m, 2 m, 2 m]", "size: [2 m, 2 m, 2 m], carrier: cart"),
+            "15:56: 'cart' carries this region, so the relation never changes; name another body\n");
+  EXPECT_EQ(mistakes("name: rock", "name: then"),
+            "7:14: 'then' is a word of the expression language; give the entity another name\n");
+  EXPECT_EQ(mistakes("distance(rock, cart)", "distance(rock, cart + 1)"),
+            "13:28: 'distance' takes names: (body, other)\n");
   EXPECT_EQ(mistakes("distance(rock, cart)", "distance(rock, crat)"),
             "13:23: there is no body 'crat'; did you mean 'cart'?\n");
   EXPECT_EQ(mistakes("inside(cart, gate)", "inside(cart, gait)"),
