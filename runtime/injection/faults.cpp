@@ -144,8 +144,8 @@ void Faults::redirect(std::span<const Reader> readers, config::Diagnostics& diag
   }
 }
 
-void Faults::add_expectation(const std::string& name, std::span<const SignalId> read,
-                             const signals::SignalTable& table) {
+void Faults::add_reading_expectation(const std::string& name, std::span<const SignalId> read,
+                                     const signals::SignalTable& table) {
   const std::vector<signals::ReadObserver*> observers = table.read_observers(read);
   for (const auto& faulty : faulty_) {
     if (std::ranges::find(observers, faulty.get()) != observers.end())

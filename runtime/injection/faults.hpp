@@ -69,8 +69,8 @@ class Faults {
   /// A reader that a fault names and that does not read its signal is a mistake.
   void redirect(std::span<const Reader> readers, config::Diagnostics& diagnostics);
   /// An expectation reads these signals.
-  void add_expectation(const std::string& name, std::span<const signals::SignalId> read,
-                       const signals::SignalTable& table);
+  void add_reading_expectation(const std::string& name, std::span<const signals::SignalId> read,
+                               const signals::SignalTable& table);
   /// A mistake for each fault of a signal that nobody reads. After all readers are known.
   void check_readers(config::Diagnostics& diagnostics) const;
   void compile(const config::Scenario& scenario, const signals::KnownSignals& known,

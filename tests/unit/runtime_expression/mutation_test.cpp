@@ -20,8 +20,9 @@ TEST(Mutation, OfExpressionsNeverCrashes) {
   const config::Schema schema =
       config::Schema::record({config::Field::needed("c", config::Schema::text(), "A condition.")});
   const test::Names names;
-  int compiled = 0;
-  for (std::uint64_t seed = 0; seed < hil::tests::rounds(20'000, 1'000'000); ++seed) {
+  std::uint64_t compiled = 0;
+  const std::uint64_t rounds = hil::tests::rounds(20'000, 1'000'000);
+  for (std::uint64_t seed = 0; seed < rounds; ++seed) {
     tests::TextMutator mutator(seed);
     const std::string text = "c: >-\n  " + mutator.mutate(originals[seed % originals.size()]) + "\n";
     config::Diagnostics diagnostics;
@@ -48,7 +49,7 @@ TEST(Mutation, OfExpressionsNeverCrashes) {
       }
     }
   }
-  EXPECT_GT(compiled, 500);
+  EXPECT_GT(compiled, rounds / 40);
 }
 
 }  // namespace

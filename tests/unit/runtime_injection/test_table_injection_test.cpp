@@ -60,7 +60,7 @@ TEST_F(TestTableInjection, DamagedIsRunOrRefusedAtALine) {
       ++refused;
     }
   }
-  EXPECT_GT(accepted, rounds / 20);
+  EXPECT_GT(accepted, rounds / 40);
   EXPECT_GT(refused, rounds / 10);
 }
 

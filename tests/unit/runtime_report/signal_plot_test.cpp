@@ -243,7 +243,8 @@ TEST(SignalPlotDrawing, OfARunThatEndedBeforeItHasNoTimes) {
     plot.end_ns = end_ns;
     Markup out;
     draw_signal_plot(out, record, plot, PictureUse::inline_in_page);
-    for (const test::XmlElement* group : parse_strictly(out.take()).all("g"))
+    const test::XmlElement drawn = parse_strictly(out.take());
+    for (const test::XmlElement* group : drawn.all("g"))
       EXPECT_TRUE(group->children.empty());
   }
 }
