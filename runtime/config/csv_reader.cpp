@@ -13,6 +13,7 @@ namespace hil::config {
 namespace {
 
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+constexpr std::string_view separator_key = "sep=";
 
 std::optional<double> finite_number(std::string_view text) {
   double number = 0.0;
@@ -21,14 +22,14 @@ std::optional<double> finite_number(std::string_view text) {
   return is_whole && std::isfinite(number) ? std::optional(number) : std::nullopt;
 }
 
-/// The one that comes first in a row, outside of quotes.
+/// The one that comes first in a row, outside of quotes; 0: there is none.
 char separator_of(std::string_view row) {
   bool is_quoted = false;
   for (const char letter : row) {
     if (letter == '"') is_quoted = !is_quoted;
     if (!is_quoted && (letter == ',' || letter == ';')) return letter;
   }
-  return ',';
+  return 0;
 }
 
 }  // namespace
@@ -116,13 +117,24 @@ bool CsvReader::next() {
         line_number_ == 1 && line_.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
     const std::string_view text = trimmed(std::string_view(line_).substr(begin));
     if (text.empty() || text.starts_with('#')) continue;
-    if (separator_ == 0) separator_ = separator_of(text);
+    if (line_number_ == 1 && text.starts_with(separator_key)) {
+      const std::string_view separator = text.substr(separator_key.size());
+      if (separator != "," && separator != ";")
+        return refuse_row("cells are separated by ',' or ';', not by " + in_quotes(separator));
+      separator_ = separator.front();
+      continue;
+    }
+    const char first_separator = separator_of(text);
+    if (separator_ == 0) separator_ = first_separator == 0 ? ',' : first_separator;
     if (!split_cells(begin)) return false;
     if (columns == 0 || cells_.size() == columns) return true;
+    const bool has_other_separator = cells_.size() == 1 && first_separator != 0;
     return refuse_row("the row has " + std::to_string(cells_.size()) +
                       (cells_.size() == 1 ? " cell" : " cells") + " and the file " + std::to_string(columns) +
                       (columns == 1 ? " column" : " columns") +
-                      (cells_.size() < columns ? "; give each column a cell"
+                      (has_other_separator ? std::string("; the separator of the header is '") + separator_ +
+                                                 "', and this row has '" + first_separator + "'"
+                       : cells_.size() < columns ? "; give each column a cell"
                        : separator_ == ','     ? "; put a cell with a comma in quotes, and write 0.5, not 0,5"
                                                : "; put a cell with a semicolon in quotes"));
   }
@@ -161,7 +173,12 @@ std::optional<std::size_t> CsvReader::find_column(const std::string& name, const
   for (const Cell& cell : cells_)
     names.emplace_back(cell.text);
   const auto found = std::ranges::find(names, name);
-  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  if (found != names.end()) {
+    const auto second = std::find(found + 1, names.end(), name);
+    if (second == names.end()) return static_cast<std::size_t>(found - names.begin());
+    refuse(static_cast<std::size_t>(second - names.begin()), "there are two columns " + in_quotes(name));
+    return std::nullopt;
+  }
   diagnostics_.add(place, "the file has no column " + in_quotes(name) + suggestion(name, names));
   return std::nullopt;
 }

@@ -1,8 +1,8 @@
 #pragma once
 // Rows of a CSV file, one after the other.
 //
-// Cells are separated by commas or by semicolons: by the one of them that comes first in the first row,
-// outside of quotes. Blanks around cells do not count, and neither do lines without text or that start with
+// Cells are separated by commas or by semicolons: by the one of them that the first line gives as "sep=;", or
+// else that comes first in the first row, outside of quotes. Blanks around cells do not count, and neither do lines without text or that start with
 // #. A cell may be in quotes ("): it then may have separators and blanks, and a doubled quote is a quote of
 // its text. A cell ends in its line. Numbers have a decimal point. A byte order mark is skipped.
 //
@@ -55,7 +55,7 @@ class CsvReader {
   /// Adds a mistake at the cell.
   void refuse(std::size_t column, std::string message) const;
 
-  /// The column whose cell is `name`. Empty with a mistake at `place`.
+  /// The column whose cell is `name`. Empty with a mistake: at `place`, or at the second one of the name.
   std::optional<std::size_t> find_column(const std::string& name, const Place& place) const;
 
  private:

@@ -74,6 +74,36 @@ TEST_F(CsvReaders, FindTheSeparatorInTheFirstRow) {
   EXPECT_EQ(mistakes(), "");
 }
 
+TEST_F(CsvReaders, TakeTheSeparatorOfTheFirstLine) {
+  EXPECT_EQ(rows_of("sep=;\r\na,x;b\r\n1;2\r\n"), "a,x|b/1|2");
+  EXPECT_EQ(rows_of("\xef\xbb\xbfsep=,\na;x,b\n1,2\n"), "a;x|b/1|2");
+  EXPECT_EQ(rows_of("a,b\nsep=,1\n"), "a|b/sep=|1") << "in the first line alone";
+  EXPECT_EQ(mistakes(), "");
+  EXPECT_EQ(rows_of("sep=|\na|b\n"), "");
+  EXPECT_EQ(mistakes(), "f.csv:1:1: cells are separated by ',' or ';', not by '|'\n");
+}
+
+TEST_F(CsvReaders, NameTheSeparatorsOfAHeaderAndARowThatDiffer) {
+  EXPECT_EQ(rows_of("a;b\n0,1\n"), "a|b");
+  EXPECT_EQ(mistakes(),
+            "f.csv:2:1: 1 cell in a file of 2 columns; the separator of the header is ';', and this row has "
+            "','\n");
+  EXPECT_EQ(rows_of("a,b\n\"0,1\";2\n"), "a|b");
+  EXPECT_NE(mistakes().find("text behind the closing quote"), std::string::npos) << mistakes();
+  EXPECT_EQ(rows_of("a;b\n\"0,1\"\n"), "a|b");
+  EXPECT_EQ(mistakes(), "f.csv:2:1: 1 cell in a file of 2 columns\n") << "in quotes";
+}
+
+TEST_F(CsvReaders, RefuseANameOfTwoColumns) {
+  CsvReader file(folder_.write("t.csv", "time;level;level\n"), {"s.yaml", 1, 1}, diagnostics_);
+  ASSERT_TRUE(file.next());
+  EXPECT_EQ(file.find_column("time", {}), 0U);
+  EXPECT_EQ(file.find_column("level", {}), std::nullopt);
+  ASSERT_EQ(diagnostics_.count(), 1U);
+  EXPECT_EQ(diagnostics_.mistakes()[0].message, "there are two columns 'level'");
+  EXPECT_EQ(diagnostics_.mistakes()[0].place.column, 12U);
+}
+
 TEST_F(CsvReaders, ReadCellsInQuotes) {
   EXPECT_EQ(rows_of("a,b\n\"1, 2\" , \t\" x \"\r\n"), "a|b/1, 2| x ");
   EXPECT_EQ(rows_of("\"a\";\"b;c\"\n\"\";\"say \"\"no\"\"\"\n"), "a|b;c/|say \"no\"");
