@@ -26,6 +26,12 @@ struct ActivationSection {
   std::optional<Expression> until;
   std::uint64_t times = 1;   ///< that it begins, at most
   double probability = 1.0;  ///< of each begin
+
+  /// The tick in which it begins at the earliest; ticks have this period, or are not known (0).
+  std::int64_t earliest_begin_ns(std::int64_t period_ns) const noexcept {
+    const std::int64_t at = at_ns.value_or(0);
+    return period_ns > 0 ? (at + period_ns - 1) / period_ns * period_ns : at;
+  }
 };
 
 /// Adds the keys of an activation to those of an entry.

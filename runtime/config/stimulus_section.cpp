@@ -1,10 +1,12 @@
 #include "runtime/config/stimulus_section.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "runtime/config/reading.hpp"
+#include "runtime/config/run_end.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/units.hpp"
 
@@ -141,6 +143,24 @@ std::vector<StimulusSegment> read_segments(const Value& list, ReaderContext& rea
   return segments;
 }
 
+/// A mistake where a part with a name, of a sequence whose begin does not depend on a condition, begins after
+/// the last tick of the run.
+void check_named_parts(const StimulusSection& stimulus, const Scenario& scenario, Diagnostics& diagnostics) {
+  const auto* const segments = std::get_if<std::vector<StimulusSegment>>(&stimulus.profile);
+  if (segments == nullptr || stimulus.activation.when || stimulus.activation.active_while) return;
+  constexpr std::int64_t latest = std::numeric_limits<std::int64_t>::max();
+  std::int64_t begin_ns = stimulus.activation.earliest_begin_ns(scenario.base_period_ns);
+  for (const StimulusSegment& segment : *segments) {
+    const std::string fault = no_tick_from(begin_ns, scenario.base_period_ns, scenario.duration_ns);
+    if (!segment.name.empty() && !fault.empty()) {
+      diagnostics.add(segment.place, "the part '" + segment.name + "' begins at " +
+                                         format_duration(begin_ns) + ", which" + fault);
+    }
+    if (!segment.for_ns) return;
+    begin_ns = *segment.for_ns > latest - begin_ns ? latest : begin_ns + *segment.for_ns;
+  }
+}
+
 }  // namespace
 
 Schema stimuli_schema() {
@@ -172,7 +192,8 @@ void read_stimuli(const Value& root, Scenario& scenario, ReaderContext& reading)
     if (stimulus.repeat != 1 && segments != nullptr && !segments->empty() && !segments->back().for_ns)
       reading.diagnostics.add(segments->back().place,
                               "this part needs its duration 'for', since the sequence repeats");
-    read_activation(section, stimulus.activation, scenario, reading.diagnostics);
+    if (read_activation(section, stimulus.activation, scenario, reading.diagnostics))
+      check_named_parts(stimulus, scenario, reading.diagnostics);
     if (reading.diagnostics.count() == before) scenario.stimuli.push_back(std::move(stimulus));
   }
 }

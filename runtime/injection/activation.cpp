@@ -1,5 +1,6 @@
 #include "runtime/injection/activation.hpp"
 
+#include "runtime/config/numbers.hpp"
 #include "runtime/modules/splitmix64.hpp"
 
 namespace hil::injection {
@@ -32,7 +33,15 @@ std::optional<Activation> Activation::compile(const config::ActivationSection& s
 }
 
 bool Activation::draw() noexcept {
-  return section_.probability >= 1.0 || random_.uniform() < section_.probability;
+  if (section_.probability >= 1.0) return true;
+  ++draws_;
+  return random_.uniform() < section_.probability;
+}
+
+std::string Activation::lost_draws() const {
+  if (draws_ == 0) return {};
+  return "it was drawn " + (draws_ == 1 ? "once" : std::to_string(draws_) + " times") +
+         ", with a probability of " + config::format_number(100.0 * section_.probability) + " %";
 }
 
 bool Activation::has_ended(double until, double in_while, std::int64_t time_ns) const noexcept {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "runtime/config/activation_section.hpp"
@@ -43,6 +44,9 @@ class Activation {
   std::span<const Span> spans() const noexcept { return spans_; }
   /// Whether it has begun.
   bool has_begun() const noexcept { return first_begin_ns_.has_value(); }
+  /// Why it has not begun, as a clause for the report: each draw of its probability was lost. Empty: it was
+  /// not drawn.
+  std::string lost_draws() const;
   /// How long it was active, up to the end of the run.
   std::int64_t active_ns(std::int64_t end_ns) const noexcept;
 
@@ -60,7 +64,7 @@ class Activation {
   bool was_true_ = false;  ///< the condition, in the last tick
   bool is_active_ = false;
   std::int64_t began_ns_ = 0;
-  std::uint64_t begins_ = 0;
+  std::uint64_t begins_ = 0, draws_ = 0;
   std::optional<std::int64_t> first_begin_ns_;
   std::int64_t ended_active_ns_ = 0;  ///< of activations that have ended
   std::vector<Span> spans_;

@@ -233,10 +233,14 @@ FaultEffect Faults::effect_of(const Fault& fault) const {
     return std::ranges::find(one->effects, fault.effect.get()) != one->effects.end();
   });
   const std::string readers = " (" + config::text_list((*faulty)->readers) + ")";
+  const SignalEffect& effect = *fault.effect;
   return {.took_effect = false,
-          .missing = fault.effect->was_read()
+          .missing = !effect.was_read() ? "none of its readers took a value in that time" + readers
+                     : !effect.replaced_by().empty()
+                         ? "fault '" + std::string(effect.replaced_by()) + "' replaced what it did"
+                     : effect.has_acted()
                          ? "each value that its readers took in that time was the true one" + readers
-                         : "none of its readers took a value in that time" + readers};
+                         : "it dropped none of the values that its readers took in that time" + readers};
 }
 
 void Faults::fill(std::int64_t end_ns, report::RunRecord& record) const {
@@ -244,8 +248,9 @@ void Faults::fill(std::int64_t end_ns, report::RunRecord& record) const {
     FaultEffect effect;
     if (fault->activation->has_begun()) {
       effect = effect_of(*fault);
-    } else if (fault->target != nullptr) {
-      effect.frames = fault->target->effect().frames;
+    } else {
+      if (fault->target != nullptr) effect.frames = fault->target->effect().frames;
+      effect.missing = fault->activation->lost_draws();
     }
     record.faults.push_back({.name = fault->section->name.text,
                              .target = fault->section->subject.text,

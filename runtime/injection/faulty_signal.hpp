@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/config/fault_section.hpp"
@@ -40,21 +41,37 @@ class SignalEffect {
   void begin(std::int64_t time_ns) noexcept;
   void end() noexcept { is_active_ = false; }
   void act_on(signals::SignalValue& signal, std::int64_t time_ns) noexcept;
-  /// A later fault replaces what it did.
-  void set_replaced() noexcept { changes_ = false; }
   /// Whether its result does not depend on what comes to it now: the true value, changed by earlier faults.
   bool replaces_value() const noexcept;
   bool is_stuck_at_last() const noexcept {
     return is_active_ && section_.kind == config::FaultSection::Kind::stuck_at_last;
   }
-  /// A reader reads the value.
-  void note_read() noexcept {
-    was_read_ |= is_active_;
-    took_effect_ |= changes_;
+  /// While both are active: whether it began after the other one.
+  bool began_after(const SignalEffect& other) const noexcept { return began_ns_ > other.began_ns_; }
+  const std::string& name() const noexcept { return section_.name.text; }
+  /// A reader takes the value of the signal with faults. `is_true`: it is the true one. `replacing`: the later
+  /// fault that replaces what this one does; null: none.
+  void note_read(bool is_true, const SignalEffect* replacing) noexcept {
+    if (!is_active_) return;
+    was_read_ = true;
+    if (replacing != nullptr) {
+      note_replaced(replacing->name());
+    } else if (section_.kind != config::FaultSection::Kind::dropout || is_dropped_) {
+      has_acted_ = true;
+      took_effect_ |= !is_true;
+    }
   }
-  /// Whether a reader read a value while the fault was active, and one that it had changed.
+  /// A fault of this name replaces the value that a reader takes.
+  void note_replaced(std::string_view fault) noexcept {
+    if (is_active_) was_read_ = true, replaced_by_ = fault;
+  }
+  /// What was so at least once while it was active: a reader took a value; one without a dropout that had not
+  /// drawn this tick; one that was not the true one.
   bool was_read() const noexcept { return was_read_; }
+  bool has_acted() const noexcept { return has_acted_; }
   bool took_effect() const noexcept { return took_effect_; }
+  /// The later fault that replaced what it did when a reader took a value; empty: none.
+  std::string_view replaced_by() const noexcept { return replaced_by_; }
   /// A delay keeps what comes to it at the end of a tick.
   void keep(const signals::SignalValue& signal, std::int64_t time_ns) noexcept {
     if (line_) line_->keep(signal, time_ns);
@@ -73,9 +90,9 @@ class SignalEffect {
   double number_ = 0.0;  ///< the value, with the noise drawn
   bool is_dropped_ = false;
   bool takes_last_ = false;  ///< the next value is the one that it is stuck at
-  bool changes_ = false;     ///< the value that readers get
   signals::SignalValue last_;
-  bool was_read_ = false, took_effect_ = false;
+  bool was_read_ = false, has_acted_ = false, took_effect_ = false;
+  std::string_view replaced_by_{};
 };
 
 /// A signal with faults, which act one after the other. It observes the reads of the faulted signal.
@@ -101,6 +118,7 @@ class FaultySignal final : public signals::WriteFollower, public signals::ReadOb
   }
   void follow(signals::SignalId signal) noexcept override;
   void note_read(signals::ReadBy by) noexcept override;
+  void note_replaced(std::string_view fault) noexcept override;
   void end_tick() noexcept;
 
  private:
@@ -108,8 +126,12 @@ class FaultySignal final : public signals::WriteFollower, public signals::ReadOb
   /// The effect of this number acts on the value with the earlier effects.
   void act_on(signals::SignalValue& value, std::size_t number) noexcept;
 
+  /// Whether the readers take the true value, but for the rounding of the faults.
+  bool is_true() const noexcept;
+
   signals::SignalTable* table_ = nullptr;
   std::int64_t time_ns_ = 0;
+  double largest_ = 0.0;  ///< of the magnitudes of the true value and of what each fault made of it
   /// Observers of the true signal: the readers also read it while no fault replaces its value.
   std::vector<signals::ReadObserver*> true_signal_observers_;
 };

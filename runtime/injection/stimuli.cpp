@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "runtime/config/run_end.hpp"
 #include "runtime/config/units.hpp"
 #include "runtime/injection/activity_signal.hpp"
 #include "runtime/modules/splitmix64.hpp"
@@ -99,7 +100,16 @@ void Stimuli::compile(const config::Scenario& scenario, const signals::KnownSign
       const auto& file = std::get<config::StimulusFile>(section.profile);
       auto profile =
           signals::CsvProfile::read(file.path, file.place, file.column, file.is_linear, diagnostics);
-      if (profile) stimulus.file = std::make_unique<signals::CsvProfile>(std::move(*profile));
+      if (!profile) continue;
+      const std::int64_t first_ns =
+          section.activation.earliest_begin_ns(scenario.base_period_ns) + profile->begin_ns();
+      const std::string fault = config::no_tick_from(first_ns, scenario.base_period_ns, scenario.duration_ns);
+      if (!fault.empty()) {
+        diagnostics.add(profile->begin_place(), "the time of the first row is " +
+                                                    config::format_duration(first_ns) + " of the run, which" +
+                                                    fault);
+      }
+      stimulus.file = std::make_unique<signals::CsvProfile>(std::move(*profile));
     }
   }
 }
@@ -154,13 +164,22 @@ void Stimuli::begin_tick(std::int64_t time_ns) noexcept {
 }
 
 std::string Stimuli::missing_effect(const Stimulus& stimulus) {
-  const std::string unread = "'" + stimulus.section->drives.text + "' (read every " +
-                             config::format_duration(stimulus.reader_period_ns) + ") was not read ";
-  if (!stimulus.effect->took_effect()) return unread + "in that time";
+  const StimulusEffect& effect = *stimulus.effect;
+  const std::string reader = "'" + stimulus.section->drives.text + "' (read every " +
+                             config::format_duration(stimulus.reader_period_ns) + ")";
+  const auto replaced = [&](std::string_view fault, const std::string& of) {
+    return "fault '" + std::string(fault) + "' replaced each value of " + of + " for " + reader;
+  };
+  if (!effect.took_effect())
+    return effect.replaced_by().empty() ? reader + " was not read in that time"
+                                        : replaced(effect.replaced_by(), "it");
   const auto* const segments = std::get_if<std::vector<config::StimulusSegment>>(&stimulus.section->profile);
   for (std::size_t i = 0; segments != nullptr && i < segments->size(); ++i) {
     const std::string& name = (*segments)[i].name;
-    if (!name.empty() && stimulus.effect->is_unread(i)) return unread + "during its part '" + name + "'";
+    if (name.empty() || effect.was_read(i)) continue;
+    if (!effect.has_begun(i)) return "its part '" + name + "' never began";
+    return effect.replaced_by(i).empty() ? reader + " was not read during its part '" + name + "'"
+                                         : replaced(effect.replaced_by(i), "its part '" + name + "'");
   }
   return {};
 }
@@ -177,6 +196,8 @@ void Stimuli::fill(std::int64_t end_ns, report::RunRecord& record) const {
     if (stimulus.activation->has_begun()) {
       record.stimuli.back().missing_effect = missing_effect(stimulus);
       record.stimuli.back().took_effect = stimulus.effect->took_effect();
+    } else {
+      record.stimuli.back().missing_effect = stimulus.activation->lost_draws();
     }
     for (const Activation::Span& span : stimulus.activation->spans())
       record.stimuli.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});

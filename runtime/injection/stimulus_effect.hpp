@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "runtime/signals/signal_table.hpp"
@@ -30,14 +31,23 @@ class StimulusEffect final : public signals::ReadObserver {
     took_effect_ |= is_active_ || value_ != *before_;
     if (is_active_ && part_ < parts_.size()) parts_[part_].was_read = true;
   }
+  void note_replaced(std::string_view fault) noexcept override {
+    if (!is_active_) return;
+    replaced_by_ = fault;
+    if (part_ < parts_.size()) parts_[part_].replaced_by = fault;
+  }
 
   bool took_effect() const noexcept { return took_effect_; }
-  /// Whether the part began, and no value of it was read.
-  bool is_unread(std::size_t part) const noexcept { return parts_[part].has_begun && !parts_[part].was_read; }
+  bool has_begun(std::size_t part) const noexcept { return parts_[part].has_begun; }
+  bool was_read(std::size_t part) const noexcept { return parts_[part].was_read; }
+  /// The fault that replaced a value that would have been read; empty: none.
+  std::string_view replaced_by() const noexcept { return replaced_by_; }
+  std::string_view replaced_by(std::size_t part) const noexcept { return parts_[part].replaced_by; }
 
  private:
   struct Part {
     bool has_begun = false, was_read = false;
+    std::string_view replaced_by{};
   };
   std::vector<Part> parts_;
   bool is_active_ = false;
@@ -45,6 +55,7 @@ class StimulusEffect final : public signals::ReadObserver {
   std::optional<double> before_{};  ///< the value before the first begin
   std::size_t part_ = 0;
   bool took_effect_ = false;
+  std::string_view replaced_by_{};
 };
 
 }  // namespace hil::injection

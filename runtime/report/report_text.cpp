@@ -191,7 +191,8 @@ std::vector<std::string> sentences_of_unchecked_injections(const RunRecord& reco
     constexpr const char* consequence =
         ", so the run does not check what it is for; change its time or what it does, or remove it";
     if (injection.begins == 0) {
-      sentences.push_back(subject + " never began" + consequence);
+      const std::string reason = injection.missing_effect.empty() ? "" : ": " + injection.missing_effect;
+      sentences.push_back(subject + " never began" + reason + consequence);
     } else if (!injection.missing_effect.empty()) {
       sentences.push_back(subject + " was active" + times_of(injection) + ", but " +
                           injection.missing_effect + consequence);

@@ -255,7 +255,8 @@ struct Injection {
   /// Of a stimulus: whether a reader took its value. Of a fault: whether a reader took a value that differs
   /// from the true one, or the fault changed a frame, a request or a step. Empty: not known, or never begun.
   std::optional<bool> took_effect{};
-  std::string missing_effect{};  ///< why it took none, or a part of it took none: a clause
+  /// Why it took none, or a part of it took none, or it never began: a clause.
+  std::string missing_effect{};
   std::string test_table{};      ///< name of the test table that defines it; empty: the scenario defines it
 };
 

@@ -56,6 +56,7 @@ std::optional<CsvProfile> CsvProfile::read(const std::string& path, const Place&
                     "times have to be strictly increasing, but this one is not after that of the row before");
         return std::nullopt;
       }
+      if (profile.times_ns_.empty()) profile.begin_place_ = file.place(*time);
       profile.times_ns_.push_back(time_ns);
       profile.values_.push_back(*number);
     }

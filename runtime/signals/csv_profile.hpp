@@ -32,10 +32,13 @@ class CsvProfile {
   void rewind() noexcept { next_ = 0; }
   std::int64_t begin_ns() const noexcept { return times_ns_.front(); }
   std::int64_t end_ns() const noexcept { return times_ns_.back(); }
+  /// Of the time of the first row.
+  const config::Place& begin_place() const noexcept { return begin_place_; }
 
  private:
   std::vector<std::int64_t> times_ns_;
   std::vector<double> values_;
+  config::Place begin_place_;
   bool is_linear_ = true;
   std::size_t next_ = 0;  ///< the first row after the last time
 };

@@ -65,6 +65,9 @@ class ReadObserver {
   /// Base thread, in the tick of the read, with the table as it is then. Neither allocates
   /// nor blocks.
   virtual void note_read(ReadBy by) noexcept = 0;
+  /// The same, but a fault replaces the value that would have been taken. `fault`: its name, which outlives
+  /// the run.
+  virtual void note_replaced(std::string_view fault) noexcept { static_cast<void>(fault); }
 };
 
 class SignalTable {

@@ -71,7 +71,33 @@ TEST(InjectionEffect, WithoutOneTheRunIsNotChecked) {
       // A later fault replaces what the first one does.
       {"faults:\n  - {name: f, signal: plant.x, offset: 1 m/s, at: 25 ms, for: 30 ms}\n"
        "  - {name: g, signal: plant.x, stuck: 5 m/s, at: 20 ms, for: 40 ms}",
-       "fault 'f' was active from 25 ms to 55 ms, but each value that its readers took"},
+       "fault 'f' was active from 25 ms to 55 ms, but fault 'g' replaced what it did, so the run"},
+      {"faults:\n  - {name: f, signal: plant.x, stuck: -1 m/s}\n"
+       "  - {name: g, signal: plant.x, stuck: -1 m/s}",
+       "fault 'f' was active from 0 to 100 ms, but fault 'g' replaced what it did, so the run"},
+      // The value at which g is stuck has what f did, and not what h did.
+      {"faults:\n  - {name: f, signal: plant.x, offset: 1 m/s, at: 10 ms}\n"
+       "  - {name: h, signal: plant.x, offset: 1 m/s, at: 30 ms}\n"
+       "  - {name: g, signal: plant.x, stuck: last, at: 20.1 ms}",
+       "fault 'h' was active from 30 ms to 100 ms, but fault 'g' replaced what it did, so the run"},
+      // Two that cancel each other.
+      {"faults:\n  - {name: f, signal: plant.x, offset: 1 m/s}\n"
+       "  - {name: g, signal: plant.x, offset: -1 m/s}",
+       "fault 'f' was active from 0 to 100 ms, but each value that its readers took in that time was the "
+       "true one"},
+      {"faults:\n  - {name: f, signal: plant.x, offset: 1 m/s}\n"
+       "  - {name: g, signal: plant.x, offset: -1 m/s}",
+       "fault 'g' was active from 0 to 100 ms, but each value that its readers took in that time was the "
+       "true one"},
+      {"faults:\n  - {name: f, signal: plant.x, dropout: 0.0001 %}\n"
+       "  - {name: g, signal: plant.x, offset: -1 m/s}",
+       "fault 'f' was active from 0 to 100 ms, but it dropped none of the values that its readers took"},
+      {"faults: [{name: f, signal: plant.x, offset: 1 m/s, at: 1 ms, for: 1 ms, every: 10 ms, probability: "
+       "0.001 %}]",
+       "fault 'f' never began: it was drawn 10 times, with a probability of 0.001 %, so the run"},
+      {"stimuli: [{name: s, drives: plc.u, when: time > 50 ms, sequence: [{hold: 5 m/s, for: 50 ms}, {name: "
+       "late, hold: 0 m/s}]}]",
+       "but its part 'late' never began, so the run"},
       {"faults: [{name: f, task: plc, takes_longer: 1 ms, at: 31 ms, for: 8 ms}]",
        "fault 'f' was active from 31 ms to 39 ms, but no step of the task was in that time (every 10 ms)"},
       {"faults: [{name: f, message: can.car.EgoStatus, drop: 100 %, at: 21 ms, for: 18 ms}]",
@@ -95,7 +121,8 @@ TEST(InjectionEffect, WithoutOneTheRunIsNotChecked) {
       {"stimuli: [{name: s, drives: plc.u, sequence: [{hold: 5 m/s}], at: 30 ms, for: 20 ms, until: time < 0 "
        "s}]\n"
        "faults: [{name: f, signal: plc.u, stuck: 1 m/s, at: 20 ms}]",
-       "stimulus 's' was active from 30 ms to 50 ms, but 'plc.u' (read every 10 ms) was not read in"},
+       "stimulus 's' was active from 30 ms to 50 ms, but fault 'f' replaced each value of it for 'plc.u' (read "
+       "every 10 ms)"},
   };
   for (const auto& [sections, sentence] : all) {
     const Folder folder;

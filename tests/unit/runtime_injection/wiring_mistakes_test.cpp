@@ -47,6 +47,9 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
        "13:51: a ramp needs its duration 'for'"},
       {"stimuli: [{name: s, drives: control.u, repeat: 2, " + sequence + "}]",
        "13:62: this part needs its duration 'for', since the sequence repeats"},
+      {"stimuli: [{name: s, drives: control.u, at: 500 ms, sequence: [{hold: 1 m, for: 500 ms}, {name: p, "
+       "hold: 2 m}]}]",
+       "13:89: the part 'p' begins at 1 s, which is not before the end of the run, which takes 1 s"},
       {"stimuli: [{name: s, drives: control.u, at: 1 s, " + sequence + "}]",
        "13:44: 'at': 1 s is not before the end of the run, which takes 1 s" + remedy},
       {"stimuli: [{name: s, drives: control.u, at: 999.5 ms, " + sequence + "}]",
@@ -167,6 +170,20 @@ TEST_F(InjectionMistakes, ConstantsWithoutAValueAreReported) {
                               "stimuli: [{name: s, drives: control.u, sequence: [{hold: 0 / 0 * 1 m}]}]",
                               "faults: [{name: f, signal: plant.x, offset: 1 m, when: 0 / 0 > 1}]"})
     EXPECT_NE(mistakes_of(std::string(section) + "\n").find("has no value"), std::string::npos) << section;
+}
+
+TEST_F(InjectionMistakes, AreRowsOfAStimulusThatTheRunDoesNotReach) {
+  const std::string stimulus =
+      "stimuli: [{name: s, drives: control.u, at: 400 ms, file: {path: p.csv, column: level}}]";
+  folder_.write("p.csv", "time;level\n0.599;1\n5;2\n");
+  EXPECT_EQ(mistakes_of(stimulus), "") << "the row of the last tick";
+  folder_.write("p.csv", "time;level\n0.6;1\n5;2\n");
+  const std::string late = mistakes_of(stimulus);
+  EXPECT_NE(
+      late.find("p.csv:2:1: the time of the first row is 1 s of the run, which is not before the end of "
+                "the run, which takes 1 s"),
+      std::string::npos)
+      << late;
 }
 
 }  // namespace
