@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -219,6 +220,12 @@ class Device {
   /// them, left them without an answer, or cut them. A delayed request counts when its delay begins. Default:
   /// fault_count(number). Any thread.
   virtual std::uint64_t fault_effects(std::size_t number) const noexcept { return fault_count(number); }
+  /// The fault that let none of the frames through that this one would have changed; empty: there is none.
+  /// Any thread.
+  virtual std::optional<std::size_t> fault_stopped_by(std::size_t number) const noexcept {
+    static_cast<void>(number);
+    return std::nullopt;
+  }
   /// In lock-step, before an exchange: while `away`, the exchange does not wait for programs of this process
   /// group, which are paused or have ended because the run wants it. Thread rule of exchange.
   virtual void set_away(int process_group, bool away) {

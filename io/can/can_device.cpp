@@ -255,7 +255,7 @@ bool CanDevice::receive_up_to(std::size_t max_frames) {
 }
 
 void CanDevice::handle(const Frame& frame) {
-  if (injected_bus_off_ && !frame.is_error()) return faults_.note_blocked_frame();
+  if (injected_bus_off_ && !frame.is_error()) return faults_.note_blocked_frame(frame.raw.can_id);
   if (log_) log_->push(frame);
   if (config_.frames != nullptr) config_.frames->take(recorded(frame, *clock_));
   load_.add(frame);
@@ -301,7 +301,7 @@ void CanDevice::pass_due_frames() {
   if (!faults_.next_due_ns()) return;
   for (const Frame& frame : faults_.take_due(now_ns())) {
     if (injected_bus_off_) {
-      faults_.note_blocked_frame();
+      faults_.note_blocked_frame(frame.raw.can_id);
       continue;
     }
     if (frame.direction == Direction::tx) {
@@ -379,7 +379,7 @@ void CanDevice::send_due(std::span<const double> values, RunTimeNs tick_ns) {
 void CanDevice::send_message(Sent& sent) {
   if (injected_bus_off_) {
     sent.retry = false;
-    return faults_.note_blocked_frame();
+    return faults_.note_blocked_frame(sent.encoder.layout().can_id());
   }
   MessageEncoder::Tally tally;
   const Frame frame = sent.encoder.build(sent.values, tally);

@@ -114,6 +114,9 @@ class CanDevice final : public Device {
   void set_fault(std::size_t number, bool active) noexcept override;
   std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
   std::uint64_t fault_effects(std::size_t number) const noexcept override { return faults_.effects(number); }
+  std::optional<std::size_t> fault_stopped_by(std::size_t number) const noexcept override {
+    return faults_.stopped_by(number);
+  }
   void set_away(int process_group, bool away) override { bus_->set_away(process_group, away); }
 
   /// Begin and end of the playback.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace hil::io::can {
 namespace {
@@ -93,7 +94,7 @@ std::string FrameFaults::problem(const InjectedFault& injected, std::span<const 
 
 void FrameFaults::add(const InjectedFault& injected, const MessageLayout* layout,
                       std::optional<canid_t> identifier) {
-  faults_.push_back(std::make_unique<Fault>(injected, layout));
+  faults_.push_back(std::make_unique<Fault>(injected, layout, faults_.size()));
   if (layout != nullptr) identifier = layout->can_id();
   if (identifier) by_id_[*identifier & id_mask].push_back(faults_.back().get());
 }
@@ -103,12 +104,52 @@ bool FrameFaults::is_bus_off() const noexcept {
       faults_, [this](const auto& fault) { return fault->is_of_device() && is_active(*fault); });
 }
 
-void FrameFaults::note_blocked_frame() noexcept {
+std::optional<std::size_t> FrameFaults::stopped_by(std::size_t number) const noexcept {
+  const Fault& fault = *faults_[number];
+  const std::size_t other = fault.stopped_by.load(std::memory_order_relaxed);
+  const bool is_all = fault.effects.get() == 0 && !fault.left_unchanged.load(std::memory_order_relaxed);
+  return is_all && other != Fault::none ? std::optional(other) : std::nullopt;
+}
+
+void FrameFaults::note_blocked_frame(canid_t identifier) noexcept {
+  const Fault* bus_off = nullptr;
   for (const auto& fault : faults_) {
     if (!fault->is_of_device() || !is_active(*fault)) continue;
     fault->count.add();
     fault->effects.add();
+    bus_off = fault.get();
   }
+  const auto of_message = by_id_.find(identifier & id_mask);
+  if (bus_off == nullptr || of_message == by_id_.end()) return;
+  for (Fault* const fault : of_message->second)
+    if (is_active(*fault)) fault->stopped_by.store(bus_off->number, std::memory_order_relaxed);
+}
+
+void FrameFaults::note_dropped(const std::vector<Fault*>& faults, std::size_t by) noexcept {
+  faults[by]->effects.add();
+  for (Fault* const fault : passage_.acted)
+    fault->stopped_by.store(faults[by]->number, std::memory_order_relaxed);
+  for (std::size_t i = by + 1; i < faults.size(); ++i)
+    if (is_active(*faults[i])) faults[i]->stopped_by.store(faults[by]->number, std::memory_order_relaxed);
+}
+
+void FrameFaults::note_passed(bool differs) noexcept {
+  for (Fault* const fault : passage_.acted) {
+    if (!differs) {
+      fault->left_unchanged.store(true, std::memory_order_relaxed);
+    } else if (std::exchange(fault->last_effect, passage_.number) != passage_.number) {
+      fault->effects.add();  // once for all copies of a frame
+    }
+  }
+}
+
+void FrameFaults::end_all() noexcept {
+  is_ended_ = true;
+  for (auto& [due_ns, held] : held_) {
+    passage_ = std::move(held.passage);
+    note_passed(true);
+  }
+  held_.clear();
 }
 
 std::span<const Frame> FrameFaults::pass(const Frame& frame, RunTimeNs now_ns) {
@@ -117,7 +158,10 @@ std::span<const Frame> FrameFaults::pass(const Frame& frame, RunTimeNs now_ns) {
   if (of_message == by_id_.end()) {
     passed_.push_back(frame);
   } else {
-    pass_from(of_message->second, 0, frame, now_ns);
+    passage_.first = frame;
+    passage_.number = ++frames_;
+    passage_.acted.clear();
+    pass_from(of_message->second, 0, frame, now_ns, false);
   }
   return passed_;
 }
@@ -125,11 +169,11 @@ std::span<const Frame> FrameFaults::pass(const Frame& frame, RunTimeNs now_ns) {
 std::span<const Frame> FrameFaults::take_due(RunTimeNs now_ns) {
   passed_.clear();
   while (!held_.empty() && held_.begin()->first <= now_ns) {
-    const auto [due_ns, held] = *held_.begin();
-    held_.erase(held_.begin());
-    Frame frame = held.frame;
-    frame.time_ns = due_ns;
-    pass_from(by_id_.at(frame.raw.can_id & id_mask), held.next_fault, frame, now_ns);
+    const auto node = held_.extract(held_.begin());
+    Held& held = node.mapped();
+    held.frame.time_ns = node.key();
+    passage_ = std::move(held.passage);
+    pass_from(by_id_.at(held.frame.raw.can_id & id_mask), held.next_fault, held.frame, now_ns, true);
   }
   return passed_;
 }
@@ -163,30 +207,36 @@ void FrameFaults::keep_payload(Fault& fault, bool active, Frame& frame) {
 }
 
 void FrameFaults::pass_from(const std::vector<Fault*>& faults, std::size_t first, Frame frame,
-                            RunTimeNs now_ns) {
+                            RunTimeNs now_ns, bool differs) {
+  const std::size_t acted_before = passage_.acted.size();
   for (std::size_t i = first; i < faults.size(); ++i) {
     Fault& fault = *faults[i];
     const InjectedFault& injected = fault.injected;
     const bool active = is_active(fault);
-    const Frame before = frame;
     if (injected.kind == FaultKind::wrong_counter) keep_counter(fault, active, frame);
     if (injected.kind == FaultKind::frozen) keep_payload(fault, active, frame);
     // Drawn for each frame, so that one fault's numbers do not depend on when it is active.
     const bool is_chosen = static_cast<double>(fault.random() >> 11U) * 0x1.0p-53 < injected.share;
     if (!active) continue;
     fault.count.add();
-    const bool acts_on_each = injected.kind == FaultKind::repeat || injected.kind == FaultKind::delay;
-    if (acts_on_each || (injected.kind == FaultKind::drop && is_chosen)) fault.effects.add();
+    if (injected.kind == FaultKind::drop && !is_chosen) {
+      fault.left_unchanged.store(true, std::memory_order_relaxed);
+      continue;
+    }
+    if (injected.kind != FaultKind::drop) passage_.acted.push_back(&fault);
     switch (injected.kind) {
       case FaultKind::drop:
-        if (is_chosen) return;
-        break;
+        note_dropped(faults, i);
+        passage_.acted.resize(acted_before);
+        return;
       case FaultKind::repeat:
         for (std::uint32_t copy = 0; copy < injected.number; ++copy)
-          pass_from(faults, i + 1, frame, now_ns);
+          pass_from(faults, i + 1, frame, now_ns, true);
+        differs = true;
         break;
       case FaultKind::delay:
-        held_.emplace(now_ns + injected.delay_ns, Held{frame, i + 1});
+        held_.emplace(now_ns + injected.delay_ns, Held{frame, i + 1, passage_});
+        passage_.acted.resize(acted_before);
         return;
       case FaultKind::wrong_checksum: {
         const SignalCodec& checksum = fault.layout->codec(*fault.layout->checksum());
@@ -208,8 +258,9 @@ void FrameFaults::pass_from(const std::vector<Fault*>& faults, std::size_t first
       default:  // wrong_counter and frozen have acted; the others are no faults of a message
         break;
     }
-    if (!frame.same_content(before)) fault.effects.add();
   }
+  note_passed(differs || !frame.same_content(passage_.first));
+  passage_.acted.resize(acted_before);
   passed_.push_back(frame);
 }
 

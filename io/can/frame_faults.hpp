@@ -5,6 +5,8 @@
 // Threads: add before the start; set and count on any thread; the rest on the device's thread.
 
 #include <atomic>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -41,19 +43,20 @@ class FrameFaults {
   }
   /// The frames that came while it was active.
   std::uint64_t count(std::size_t number) const noexcept { return faults_[number]->count.get(); }
-  /// Those of them that it changed, dropped, repeated or delayed.
+  /// Those of them that it dropped, or on which it acted and that left the faults of the message changed,
+  /// repeated or delayed.
   std::uint64_t effects(std::size_t number) const noexcept { return faults_[number]->effects.get(); }
+  /// The fault that let no frame through that this one would have changed; empty: there is none.
+  std::optional<std::size_t> stopped_by(std::size_t number) const noexcept;
 
   /// Whether the bus-off of a fault is active.
   bool is_bus_off() const noexcept;
-  /// A frame that bus-off blocks, in either direction.
-  void note_blocked_frame() noexcept;
+  /// A frame of this identifier that bus-off blocks, in either direction.
+  void note_blocked_frame(canid_t identifier) noexcept;
 
-  /// For good, since nothing may keep safe values from the bus: drops the delayed frames, too.
-  void end_all() noexcept {
-    is_ended_ = true;
-    held_.clear();
-  }
+  /// For good, since nothing may keep safe values from the bus: drops the delayed frames, too, which is an
+  /// effect of their delays.
+  void end_all() noexcept;
   /// The frames that go on now in place of this one, most often itself; valid until the next call.
   std::span<const Frame> pass(const Frame& frame, RunTimeNs now_ns);
   /// The delayed frames that are due, stamped with their time; valid until the next call.
@@ -64,26 +67,42 @@ class FrameFaults {
  private:
   static constexpr canid_t id_mask = CAN_EFF_FLAG | CAN_EFF_MASK;
   struct Fault {
-    Fault(const InjectedFault& fault, const MessageLayout* of_message)
-        : injected(fault), layout(of_message), random(fault.seed) {}
+    Fault(const InjectedFault& fault, const MessageLayout* of_message, std::size_t its_number)
+        : injected(fault), layout(of_message), number(its_number), random(fault.seed) {}
     bool is_of_device() const noexcept { return injected.message.empty(); }
     const InjectedFault injected;
     const MessageLayout* const layout;  ///< null: there is no description of its frames
+    const std::size_t number;
     std::mt19937_64 random;
     std::atomic<bool> active{false};
     Count count{}, effects{};
+    std::uint64_t last_effect = 0;            ///< the number of the frame
+    std::atomic<bool> left_unchanged{false};  ///< a frame that came to it left as it had come
+    static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+    std::atomic<std::size_t> stopped_by{none};    ///< the fault that dropped a frame on which this one acts
     std::optional<std::uint64_t> last_counter{};  ///< of the last frame before the fault
     std::optional<Frame> last_frame{};            ///< the same
+  };
+  /// A frame on its way through the faults of its message.
+  struct Passage {
+    Frame first;               ///< as it came
+    std::uint64_t number = 0;  ///< of the frames that came
+    std::vector<Fault*> acted{};
   };
   struct Held {
     Frame frame;
     std::size_t next_fault;  ///< of its message: the one that acts after the delay
+    Passage passage;
   };
 
   bool is_active(const Fault& fault) const noexcept {
     return !is_ended_ && fault.active.load(std::memory_order_acquire);
   }
-  void pass_from(const std::vector<Fault*>& faults, std::size_t first, Frame frame, RunTimeNs now_ns);
+  /// Of the passage_. `differs`: the frame is repeated or late.
+  void pass_from(const std::vector<Fault*>& faults, std::size_t first, Frame frame, RunTimeNs now_ns,
+                 bool differs);
+  void note_dropped(const std::vector<Fault*>& faults, std::size_t by) noexcept;
+  void note_passed(bool differs) noexcept;
   static void keep_counter(Fault& fault, bool active, Frame& frame);
   static void keep_payload(Fault& fault, bool active, Frame& frame);
 
@@ -92,6 +111,8 @@ class FrameFaults {
   std::map<canid_t, std::vector<Fault*>> by_id_;
   std::multimap<RunTimeNs, Held> held_;
   std::vector<Frame> passed_;
+  Passage passage_{};
+  std::uint64_t frames_ = 0;  ///< of messages with faults
 };
 
 }  // namespace hil::io::can

@@ -49,8 +49,8 @@ class SignalEffect {
   /// While both are active: whether it began after the other one.
   bool began_after(const SignalEffect& other) const noexcept { return began_ns_ > other.began_ns_; }
   const std::string& name() const noexcept { return section_.name.text; }
-  /// A reader takes the value of the signal with faults. `is_true`: it is the true one. `replacing`: the later
-  /// fault that replaces what this one does; null: none.
+  /// A reader takes the value of the signal with faults. `is_true`: it is the true one. `replacing`: the
+  /// later fault that replaces what this one does; null: none.
   void note_read(bool is_true, const SignalEffect* replacing) noexcept {
     if (!is_active_) return;
     was_read_ = true;

@@ -1,5 +1,6 @@
 #include "runtime/run/fault_switches.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -14,22 +15,34 @@ using FaultKind = config::FaultSection::Kind;
 
 class BusSwitch final : public injection::FaultSwitch {
  public:
-  BusSwitch(RunBuses& buses, const BusFault& fault, const std::string& name)
-      : buses_(buses), fault_(fault), name_(name) {}
+  BusSwitch(RunBuses& buses, const BusFault& fault, const Wiring& wiring)
+      : buses_(buses), fault_(fault), wiring_(wiring), name_(name_of(fault)) {}
   void set(bool active) noexcept override { buses_.set_fault(fault_, name_, active); }
   injection::FaultEffect effect() const override {
     const std::uint64_t count = buses_.fault_count(fault_);
     injection::FaultEffect effect{.took_effect = buses_.fault_effects(fault_) > 0, .frames = count};
-    if (!*effect.took_effect)
+    if (*effect.took_effect) return effect;
+    if (const auto other = buses_.fault_stopped_by(fault_)) {
+      const auto found = std::ranges::find_if(wiring_.bus_faults, [&](const BusFault& one) {
+        return one.bus == fault_.bus && one.number == *other;
+      });
+      effect.missing = "fault '" + name_of(*found) + "' let no frame of it through in that time";
+    } else {
       effect.missing = count == 0 ? "no frame or request came in that time"
-                                  : "it changed none of the frames or requests that came in that time (" +
+                                  : "it made no difference to the frames or requests that came in that time (" +
                                         std::to_string(count) + ")";
+    }
     return effect;
   }
 
  private:
+  const std::string& name_of(const BusFault& fault) const {
+    return wiring_.scenario->faults[fault.fault].name.text;
+  }
+
   RunBuses& buses_;
   const BusFault& fault_;
+  const Wiring& wiring_;
   const std::string& name_;
 };
 
@@ -121,7 +134,7 @@ FaultSwitches::FaultSwitches(const Wiring& wiring, RunBuses& buses, ProcessWatch
     switches_.push_back(std::move(made));
   };
   for (const BusFault& fault : wiring.bus_faults)
-    add(fault.fault, std::make_unique<BusSwitch>(buses, fault, scenario.faults[fault.fault].name.text));
+    add(fault.fault, std::make_unique<BusSwitch>(buses, fault, wiring));
   for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
     const FaultSection& section = scenario.faults[i];
     if (section.target == FaultSection::Target::task) {

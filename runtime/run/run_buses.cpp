@@ -131,6 +131,10 @@ std::uint64_t RunBuses::fault_effects(const BusFault& fault) const noexcept {
   return links_[fault.bus]->device().fault_effects(fault.number);
 }
 
+std::optional<std::size_t> RunBuses::fault_stopped_by(const BusFault& fault) const noexcept {
+  return links_[fault.bus]->device().fault_stopped_by(fault.number);
+}
+
 void RunBuses::set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept {
   if (context_.is_virtual) links_[bus]->device().set_away(process, away);
   loss_watch_->set_fault(bus, name, away);

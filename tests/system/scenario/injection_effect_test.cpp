@@ -103,7 +103,17 @@ TEST(InjectionEffect, WithoutOneTheRunIsNotChecked) {
       {"faults: [{name: f, message: can.car.EgoStatus, drop: 100 %, at: 21 ms, for: 18 ms}]",
        "fault 'f' was active from 21 ms to 39 ms, but no frame or request came in that time"},
       {"faults: [{name: f, message: can.car.EgoStatus, drop: 0.0001 %}]",
-       "but it changed none of the frames or requests that came in that time (5)"},
+       "but it made no difference to the frames or requests that came in that time (5)"},
+      {"faults:\n  - {name: f, message: can.car.EgoStatus, flip_bits: [0]}\n"
+       "  - {name: g, message: can.car.EgoStatus, flip_bits: [0]}",
+       "fault 'g' was active from 0 to 100 ms, but it made no difference to the frames that came in that "
+       "time (5)"},
+      {"faults:\n  - {name: f, message: can.car.EgoStatus, drop: 100 %}\n"
+       "  - {name: g, message: can.car.EgoStatus, flip_bits: [0]}",
+       "fault 'g' was active from 0 to 100 ms, but fault 'f' let no frame of it through in that time"},
+      {"faults:\n  - {name: f, message: can.car.EgoStatus, flip_bits: [0]}\n"
+       "  - {name: g, device: can.car, state: bus_off}",
+       "fault 'f' was active from 0 to 100 ms, but fault 'g' let no frame of it through in that time"},
       {"faults: [{name: f, device: can.car, state: bus_off, at: 21 ms, for: 18 ms}]",
        "fault 'f' was active from 21 ms to 39 ms, but no frame or request came in that time"},
       {"stimuli: [{name: s, drives: plc.u, sequence: [{hold: 5 m/s, for: 0.4 ms}, {hold: 0 m/s, for: 0.4 "
@@ -140,6 +150,8 @@ TEST(InjectionEffect, NeedsOnlyOneReadOrOneFrame) {
            "faults: [{name: f, signal: plant.x, offset: 1 m/s, at: 40 ms, for: 0.1 ms, readers: [can.car]}]",
            "faults: [{name: f, task: plc, takes_longer: 1 ms, at: 30 ms, for: 0.1 ms}]",
            "faults: [{name: f, message: can.car.EgoStatus, drop: 100 %, at: 40 ms, for: 1 ms}]",
+           // The run ends before the frames are due.
+           "faults: [{name: f, message: can.car.EgoStatus, delay: 50 s}]",
            "faults: [{name: f, device: can.car, state: bus_off, at: 40 ms, for: 1 ms}]",
            "stimuli: [{name: s, drives: plc.u, sequence: [{hold: 5 m/s}], at: 30 ms, for: 0.1 ms}]",
            // The value stays after the end.

@@ -103,15 +103,80 @@ TEST_F(FrameFaults, EffectsAreTheFramesThatWereChanged) {
   start();
   counters(1);
   device_.set_fault(0, true);
-  device_.set_fault(2, true);
   counters(3);
   EXPECT_EQ(device_.fault_effects(0), 0u) << "all frames have the values of the one before";
   EXPECT_EQ(device_.fault_count(0), 3u);
+  device_.set_fault(0, false);
+  device_.set_fault(2, true);
+  counters(3);
   EXPECT_EQ(device_.fault_effects(2), 3u);
   device_.set_fault(2, false);
   device_.set_fault(1, true);
   counters(3);
   EXPECT_EQ(device_.fault_effects(1), 3u);
+}
+
+TEST_F(FrameFaults, TwoThatCancelEachOtherHaveNoEffect) {
+  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
+  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
+  ASSERT_EQ(add({.kind = Kind::repeat, .message = "EgoStatus", .number = 2}), "");
+  start();
+  device_.set_fault(0, true);
+  device_.set_fault(1, true);
+  counters(3);
+  EXPECT_EQ(device_.fault_count(0), 3u);
+  EXPECT_EQ(device_.fault_effects(0), 0u);
+  EXPECT_EQ(device_.fault_effects(1), 0u);
+  EXPECT_EQ(device_.fault_stopped_by(0), std::nullopt);
+  device_.set_fault(1, false);
+  device_.set_fault(2, true);
+  counters(3);
+  EXPECT_EQ(device_.fault_effects(0), 3u) << "copies of a frame count once";
+  EXPECT_EQ(device_.fault_effects(2), 3u);
+}
+
+TEST_F(FrameFaults, DroppedFramesHaveNoOtherFault) {
+  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
+  ASSERT_EQ(add({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 5 * ms}), "");
+  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus"}), "");
+  ASSERT_EQ(add({.kind = Kind::repeat, .message = "EgoStatus", .number = 1}), "");
+  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  start();
+  for (const std::size_t fault : {0, 1, 2, 3})
+    device_.set_fault(fault, true);
+  counters(3);
+  EXPECT_EQ(device_.fault_effects(2), 2u) << "5 ms later";
+  for (const std::size_t fault : {0, 1, 3}) {
+    EXPECT_EQ(device_.fault_effects(fault), 0u) << fault;
+    EXPECT_EQ(device_.fault_stopped_by(fault), 2u) << fault;
+  }
+  EXPECT_EQ(device_.fault_stopped_by(2), std::nullopt);
+  device_.set_fault(2, false);
+  counters(1);
+  EXPECT_EQ(device_.fault_effects(0), 1u);
+  EXPECT_EQ(device_.fault_stopped_by(0), std::nullopt) << "of some frames alone";
+}
+
+TEST_F(FrameFaults, DelayTakesEffectOnFramesThatTheEndOfTheRunDrops) {
+  ASSERT_EQ(add({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 1'000 * ms}), "");
+  start();
+  device_.set_fault(0, true);
+  counters(3);
+  EXPECT_EQ(device_.fault_effects(0), 0u) << "they are not there yet";
+  device_.enter_safe_state();
+  tick();
+  EXPECT_EQ(device_.fault_effects(0), 4u) << "those and the one of this tick";
+}
+
+TEST_F(FrameFaults, OfABusThatIsOffHaveNoEffect) {
+  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
+  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  start();
+  device_.set_fault(0, true);
+  device_.set_fault(1, true);
+  counters(3);
+  EXPECT_EQ(device_.fault_count(0), 0u);
+  EXPECT_EQ(device_.fault_stopped_by(0), 1u);
 }
 
 TEST_F(FrameFaults, RepeatSendsEachFrameAgain) {
