@@ -2,9 +2,10 @@
 // Rows of a CSV file, one after the other.
 //
 // Cells are separated by commas or by semicolons: by the one of them that the first line gives as "sep=;", or
-// else that comes first in the first row, outside of quotes. Blanks around cells do not count, and neither do lines without text or that start with
-// #. A cell may be in quotes ("): it then may have separators and blanks, and a doubled quote is a quote of
-// its text. A cell ends in its line. Numbers have a decimal point. A byte order mark is skipped.
+// else that comes first in the first row, outside of quotes. Blanks around cells do not count, and neither do
+// lines without text or that start with #. A cell may be in quotes ("): it then may have separators and
+// blanks, and a doubled quote is a quote of its text. A cell ends in its line. Numbers have a decimal point.
+// A byte order mark is skipped.
 //
 // Threads: one.
 
