@@ -135,8 +135,8 @@ bool CsvReader::next() {
                       (has_other_separator ? std::string("; the separator of the header is '") + separator_ +
                                                  "', and this row has '" + first_separator + "'"
                        : cells_.size() < columns ? "; give each column a cell"
-                       : separator_ == ','     ? "; put a cell with a comma in quotes, and write 0.5, not 0,5"
-                                               : "; put a cell with a semicolon in quotes"));
+                       : separator_ == ',' ? "; put a cell with a comma in quotes, and write 0.5, not 0,5"
+                                           : "; put a cell with a semicolon in quotes"));
   }
   if (file_.bad())
     diagnostics_.add(named_at_, "the file can not be read after its line " + std::to_string(line_number_));

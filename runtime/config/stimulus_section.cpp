@@ -1,7 +1,6 @@
 #include "runtime/config/stimulus_section.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -148,13 +147,13 @@ std::vector<StimulusSegment> read_segments(const Value& list, ReaderContext& rea
 void check_named_parts(const StimulusSection& stimulus, const Scenario& scenario, Diagnostics& diagnostics) {
   const auto* const segments = std::get_if<std::vector<StimulusSegment>>(&stimulus.profile);
   if (segments == nullptr || stimulus.activation.when || stimulus.activation.active_while) return;
-  constexpr std::int64_t latest = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t latest = std::int64_t{1} << 62;
   std::int64_t begin_ns = stimulus.activation.earliest_begin_ns(scenario.base_period_ns);
   for (const StimulusSegment& segment : *segments) {
-    const std::string fault = no_tick_from(begin_ns, scenario.base_period_ns, scenario.duration_ns);
-    if (!segment.name.empty() && !fault.empty()) {
+    const std::string reason = reason_without_tick(begin_ns, scenario.base_period_ns, scenario.duration_ns);
+    if (!segment.name.empty() && !reason.empty()) {
       diagnostics.add(segment.place, "the part '" + segment.name + "' begins at " +
-                                         format_duration(begin_ns) + ", which" + fault);
+                                         format_duration(begin_ns) + ", which" + reason);
     }
     if (!segment.for_ns) return;
     begin_ns = *segment.for_ns > latest - begin_ns ? latest : begin_ns + *segment.for_ns;

@@ -103,11 +103,12 @@ void Stimuli::compile(const config::Scenario& scenario, const signals::KnownSign
       if (!profile) continue;
       const std::int64_t first_ns =
           section.activation.earliest_begin_ns(scenario.base_period_ns) + profile->begin_ns();
-      const std::string fault = config::no_tick_from(first_ns, scenario.base_period_ns, scenario.duration_ns);
-      if (!fault.empty()) {
+      const std::string reason =
+          config::reason_without_tick(first_ns, scenario.base_period_ns, scenario.duration_ns);
+      if (!reason.empty()) {
         diagnostics.add(profile->begin_place(), "the time of the first row is " +
                                                     config::format_duration(first_ns) + " of the run, which" +
-                                                    fault);
+                                                    reason);
       }
       stimulus.file = std::make_unique<signals::CsvProfile>(std::move(*profile));
     }

@@ -257,7 +257,7 @@ struct Injection {
   std::optional<bool> took_effect{};
   /// Why it took none, or a part of it took none, or it never began: a clause.
   std::string missing_effect{};
-  std::string test_table{};      ///< name of the test table that defines it; empty: the scenario defines it
+  std::string test_table{};  ///< name of the test table that defines it; empty: the scenario defines it
 };
 
 enum class ExpectationResult : std::uint8_t {

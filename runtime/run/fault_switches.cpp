@@ -28,9 +28,10 @@ class BusSwitch final : public injection::FaultSwitch {
       });
       effect.missing = "fault '" + name_of(*found) + "' let no frame of it through in that time";
     } else {
-      effect.missing = count == 0 ? "no frame or request came in that time"
-                                  : "it made no difference to the frames or requests that came in that time (" +
-                                        std::to_string(count) + ")";
+      effect.missing = count == 0
+                           ? "no frame or request came in that time"
+                           : "it made no difference to the frames or requests that came in that time (" +
+                                 std::to_string(count) + ")";
     }
     return effect;
   }

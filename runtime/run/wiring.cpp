@@ -251,24 +251,21 @@ std::vector<FaultyBus> faulty_buses(const Wiring& wiring) {
   return buses;
 }
 
-void check_expectations(const config::Scenario& scenario, const KnownSignals& known,
-                        Diagnostics& diagnostics) {
+/// What an expectation reads is known where all its names are: it has no mistake, and neither has a part
+/// whose signals it may name. A fault of a signal that nobody reads is a mistake.
+void check_expectations(Wiring& wiring, const KnownSignals& known, Diagnostics& diagnostics) {
+  const config::Scenario& scenario = *wiring.scenario;
   for (const config::Expectation& expectation : scenario.expectations) {
+    const std::size_t before = diagnostics.count();
     expectations::check_expectation(expectation, {.known = known,
                                                   .period_ns = scenario.base_period_ns,
                                                   .duration_ns = scenario.duration_ns,
                                                   .diagnostics = diagnostics});
-  }
-}
-
-/// A fault of a signal that nobody reads is a mistake. What expectations read is known only in a scenario
-/// without other mistakes.
-void check_readers_of_faults(Wiring& wiring, Diagnostics& diagnostics) {
-  if (diagnostics.count() != 0) return;
-  for (const config::Expectation& expectation : wiring.scenario->expectations)
+    if (diagnostics.count() != before || known.has_undeclared()) continue;
     wiring.faults.add_reading_expectation(
         expectation.name, expectations::signals_read(expectation, wiring.signals), wiring.signals);
-  wiring.faults.check_readers(diagnostics);
+  }
+  if (!known.has_undeclared()) wiring.faults.check_readers(diagnostics);
 }
 
 void check_plots(const config::Scenario& scenario, const KnownSignals& known, Diagnostics& diagnostics) {
@@ -330,12 +327,11 @@ std::optional<Wiring> wire(config::Scenario& scenario, config::Diagnostics& diag
   wiring.faults.compile(scenario, known, diagnostics);
   wiring.bus_faults = bus_faults(scenario, faulty_buses(wiring), diagnostics);
   check_fault_targets(scenario, diagnostics);
-  check_expectations(scenario, known, diagnostics);
+  check_expectations(wiring, known, diagnostics);
   check_plots(scenario, known, diagnostics);
   if (scenario.recording)
     wiring.recorded = recording::selected_signals(*scenario.recording, known, diagnostics);
   wire_relations(scenario, relations, wiring, diagnostics);
-  check_readers_of_faults(wiring, diagnostics);
   wire_world(wiring, diagnostics);
   if (diagnostics.count() != before) return std::nullopt;
   return wiring;

@@ -44,6 +44,7 @@ class KnownSignals {
   /// The signals whose names begin with `prefix` ("can.car.") could not be declared, since their part has a
   /// mistake; so a reference to one of them adds no second mistake.
   void add_undeclared(std::string prefix) { undeclared_.push_back(std::move(prefix)); }
+  bool has_undeclared() const noexcept { return !undeclared_.empty(); }
   /// A double can not represent all values of the signal. `reason` follows its name: "has 64 bits; ...".
   void set_imprecise(SignalId signal, std::string reason) {
     imprecise_.emplace(signal.index, std::move(reason));

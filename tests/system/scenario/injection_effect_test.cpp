@@ -106,8 +106,8 @@ TEST(InjectionEffect, WithoutOneTheRunIsNotChecked) {
        "but it made no difference to the frames or requests that came in that time (5)"},
       {"faults:\n  - {name: f, message: can.car.EgoStatus, flip_bits: [0]}\n"
        "  - {name: g, message: can.car.EgoStatus, flip_bits: [0]}",
-       "fault 'g' was active from 0 to 100 ms, but it made no difference to the frames that came in that "
-       "time (5)"},
+       "fault 'g' was active from 0 to 100 ms, but it made no difference to the frames or "
+       "requests that came in that time (5)"},
       {"faults:\n  - {name: f, message: can.car.EgoStatus, drop: 100 %}\n"
        "  - {name: g, message: can.car.EgoStatus, flip_bits: [0]}",
        "fault 'g' was active from 0 to 100 ms, but fault 'f' let no frame of it through in that time"},
@@ -131,7 +131,8 @@ TEST(InjectionEffect, WithoutOneTheRunIsNotChecked) {
       {"stimuli: [{name: s, drives: plc.u, sequence: [{hold: 5 m/s}], at: 30 ms, for: 20 ms, until: time < 0 "
        "s}]\n"
        "faults: [{name: f, signal: plc.u, stuck: 1 m/s, at: 20 ms}]",
-       "stimulus 's' was active from 30 ms to 50 ms, but fault 'f' replaced each value of it for 'plc.u' (read "
+       "stimulus 's' was active from 30 ms to 50 ms, but fault 'f' replaced each value of it for 'plc.u' "
+       "(read "
        "every 10 ms)"},
   };
   for (const auto& [sections, sentence] : all) {

@@ -86,12 +86,14 @@ TEST_F(CsvReaders, TakeTheSeparatorOfTheFirstLine) {
 TEST_F(CsvReaders, NameTheSeparatorsOfAHeaderAndARowThatDiffer) {
   EXPECT_EQ(rows_of("a;b\n0,1\n"), "a|b");
   EXPECT_EQ(mistakes(),
-            "f.csv:2:1: 1 cell in a file of 2 columns; the separator of the header is ';', and this row has "
+            "f.csv:2:1: the row has 1 cell and the file 2 columns; the separator of the header is ';', and "
+            "this row has "
             "','\n");
   EXPECT_EQ(rows_of("a,b\n\"0,1\";2\n"), "a|b");
-  EXPECT_NE(mistakes().find("text behind the closing quote"), std::string::npos) << mistakes();
+  EXPECT_NE(mistakes().find("text follows the closing quote"), std::string::npos) << mistakes();
   EXPECT_EQ(rows_of("a;b\n\"0,1\"\n"), "a|b");
-  EXPECT_EQ(mistakes(), "f.csv:2:1: 1 cell in a file of 2 columns\n") << "in quotes";
+  EXPECT_EQ(mistakes(), "f.csv:2:1: the row has 1 cell and the file 2 columns; give each column a cell\n")
+      << "in quotes";
 }
 
 TEST_F(CsvReaders, RefuseANameOfTwoColumns) {
