@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <new>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -30,14 +31,27 @@ bool can_import_host_memory(const vk::raii::PhysicalDevice& device) {
              .minImportedHostPointerAlignment <= HostMemory::page_bytes;
 }
 
-vk::raii::Device create_device(const PhysicalDevice& chosen, bool imports_host_memory) {
+/// A driver that gets no memory may throw. The lock of the Vulkan loader, which the exception passes, is then
+/// never released, and destroying the instance would wait for it: the instance is left alone.
+vk::raii::Device create_device(const PhysicalDevice& chosen, bool imports_host_memory,
+                               std::unique_ptr<Instance>& instance) {
   const float priority = 1.0f;
   const vk::DeviceQueueCreateInfo queue({}, chosen.queue_family, 1, &priority);
   FeatureChain features = required_features();
   const char* const extension = VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME;
   vk::DeviceCreateInfo options({}, 1, &queue, 0, nullptr, imports_host_memory ? 1u : 0u, &extension);
   options.pNext = &features.get<vk::PhysicalDeviceFeatures2>();
-  return {chosen.handle, options};
+  const VkDeviceCreateInfo& plain_options = options;
+  VkDevice device = VK_NULL_HANDLE;
+  VkResult result = VK_SUCCESS;
+  try {
+    result = chosen.handle.getDispatcher()->vkCreateDevice(*chosen.handle, &plain_options, nullptr, &device);
+  } catch (const std::bad_alloc&) {
+    static_cast<void>(instance.release());
+    throw;
+  }
+  if (result != VK_SUCCESS) vk::throwResultException(static_cast<vk::Result>(result), "vkCreateDevice");
+  return {chosen.handle, device};
 }
 
 std::vector<MemoryTraits> describe_memory(const vk::raii::PhysicalDevice& device) {
@@ -73,7 +87,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
       info(chosen.candidate.info),
       queue_family(chosen.queue_family),
       imports_host_memory(options.imports_host_memory && can_import_host_memory(chosen.handle)),
-      device(create_device(chosen, imports_host_memory)),
+      device(create_device(chosen, imports_host_memory, instance)),
       queue(device, queue_family, 0),
       pipeline_cache(device, vk::PipelineCacheCreateInfo({}, options.pipeline_cache.size(),
                                                          options.pipeline_cache.data())) {
