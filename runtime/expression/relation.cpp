@@ -19,8 +19,7 @@ constexpr std::array<RelationFunction, 5> all_functions{{
     {RelationKind::contact, "contact", "", "body, other", "Whether the two bodies touch."},
     {RelationKind::time_to_impact, "time_to_impact", "s", "body, other, [window]",
      "Until the first contact of the two bodies, if both keep their velocities; the window if there is none "
-     "in "
-     "it. 0 while they touch. The window is a constant duration; default and maximum: 10 s."},
+     "in it. 0 while they touch. The window is a constant duration; default and maximum: 10 s."},
     {RelationKind::inside, "inside", "", "body, region",
      "Whether the body is in the region: a part of its oriented bounds, or, with `whole: true`, all of "
      "them."},
