@@ -1,5 +1,5 @@
 // Implements Database: it connects the query executor with its device, the transaction engine, the log,
-// the lists of geometries and materials, and the follower of standing queries.
+// the lists of geometries, materials and lights, and the follower of standing queries.
 
 #include <pthread.h>
 
@@ -17,12 +17,12 @@
 #include <rtstdb/database.hpp>
 
 #include "rtstdb/catch_out_of_memory.hpp"
+#include "rtstdb/definition_list.hpp"
 #include "rtstdb/directory_error.hpp"
 #include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry_list.hpp"
 #include "rtstdb/gpu/device.hpp"
 #include "rtstdb/log/posix_disk.hpp"
-#include "rtstdb/material_list.hpp"
 #include "rtstdb/open_database.hpp"
 #include "rtstdb/open_history_range.hpp"
 #include "rtstdb/option_check.hpp"
@@ -79,18 +79,20 @@ Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& 
 
 class DatabaseImpl final : public Database {
  public:
-  /// `recovered`: recovered geometries, already on the device. `materials`: recovered too. `past`: see
-  /// EngineOptions.
+  /// `recovered`: recovered geometries, already on the device. `world` has the recovered materials and
+  /// lights; null: none. `past`: see EngineOptions.
   DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options,
                std::unique_ptr<transaction::CommitLog> log, std::vector<ListedGeometry> recovered,
-               std::span<const log::LoggedMaterial> materials, std::function<void(store::Store&)> past)
+               const log::World* world, std::function<void(store::Store&)> past)
       : executor_(std::move(executor)),
-        materials_(materials),
+        materials_(world != nullptr ? std::span(world->materials) : std::span<const log::LoggedMaterial>()),
+        lights_(world != nullptr ? std::span(world->lights) : std::span<const log::LoggedLight>()),
         is_history_(static_cast<bool>(past)),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
                            .material_known = [this](MaterialId id) { return materials_.knows(id); },
+                           .light_known = [this](LightId id) { return lights_.knows(id); },
                            .max_geometries = options.max_geometries},
                  .queue_capacity = options.queue_capacity,
                  .chunk = options.chunk,
@@ -124,13 +126,7 @@ class DatabaseImpl final : public Database {
 
   Result<MaterialId> add_material(const Material& material, std::string_view name) override {
     require_open("Database::add_material");
-    return catch_out_of_memory<MaterialId>("material", name, [&]() -> Result<MaterialId> {
-      auto added =
-          is_history_ ? Result<MaterialId>(history_error()) : materials_.add(material, name, engine_);
-      if (!added)
-        return Error{added.error().code, "material '" + std::string(name) + "': " + added.error().message};
-      return added;
-    });
+    return add_definition("material", materials_, material, name, validate_material);
   }
   std::optional<MaterialId> find_material(std::string_view name) const override {
     return materials_.find(name);
@@ -138,6 +134,13 @@ class DatabaseImpl final : public Database {
   std::optional<Material> material(MaterialId id) const noexcept override {
     return materials_.find_value(id);
   }
+
+  Result<LightId> add_light(const Light& light, std::string_view name) override {
+    require_open("Database::add_light");
+    return add_definition("light", lights_, light, name, validate_light);
+  }
+  std::optional<LightId> find_light(std::string_view name) const override { return lights_.find(name); }
+  std::optional<Light> light(LightId id) const noexcept override { return lights_.find_value(id); }
 
   Result<std::unique_ptr<StandingQuery>> watch(const StandingRegion& query,
                                                const StandingOptions& options) override {
@@ -246,6 +249,25 @@ class DatabaseImpl final : public Database {
 
   static Error history_error() { return {ErrorCode::bad_input, "a history can not be written"}; }
 
+  /// Adds a material or a light.
+  template <class Value>
+  Result<store::DefinitionId<Value>> add_definition(const char* noun, DefinitionList<Value>& list,
+                                                    const Value& value, std::string_view name,
+                                                    Result<void> (*validate_value)(const Value&)) {
+    using Id = store::DefinitionId<Value>;
+    return catch_out_of_memory<Id>(noun, name, [&]() -> Result<Id> {
+      const auto add = [&]() -> Result<Id> {
+        if (is_history_) return history_error();
+        if (auto valid = validate_value(value); !valid) return valid.error();
+        return list.add(value, name, engine_);
+      };
+      auto added = add();
+      if (!added)
+        return Error{added.error().code, noun + (" '" + std::string(name)) + "': " + added.error().message};
+      return added;
+    });
+  }
+
   Result<TriangleMesh> copy_mesh(GeometryId id, const ReadAt& read_at) const {
     const auto geometry = geometries_.find(id);
     if (!geometry)
@@ -292,7 +314,8 @@ class DatabaseImpl final : public Database {
 
   transaction::MonotonicClock monotonic_clock_;
   std::unique_ptr<query::GpuExecutor> executor_;
-  MaterialList materials_;
+  DefinitionList<Material> materials_;
+  DefinitionList<Light> lights_;
   const bool is_history_;
   const Recovery no_recovery_;
   mutable transaction::Engine engine_;
@@ -325,13 +348,11 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu:
                              ? add_recovered_geometries(*world, *executor.value())
                              : Result<std::vector<ListedGeometry>>(std::vector<ListedGeometry>());
         if (!recovered) return recovered.error();
-        const auto materials =
-            world != nullptr ? std::span(world->materials) : std::span<const log::LoggedMaterial>();
         std::function<void(store::Store&)> past;
         if (range != nullptr) past = [range](store::Store& store) { apply_range(*range, store); };
         auto database =
             std::make_unique<DatabaseImpl>(std::move(executor).value(), options, std::move(log).value(),
-                                           std::move(recovered).value(), materials, std::move(past));
+                                           std::move(recovered).value(), world, std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
 }

@@ -40,6 +40,8 @@ class ListenerAdapter final : public log::ReplayListener {
       this->geometry(geometry);
     for (const log::LoggedMaterial& material : world.materials)
       this->material(material);
+    for (const log::LoggedLight& light : world.lights)
+      this->light(light);
     std::vector<EntityState> entities;
     for (const EntityState& state : world.rows)
       if (state.id.valid()) entities.push_back(state);
@@ -54,8 +56,9 @@ class ListenerAdapter final : public log::ReplayListener {
     }
   }
   void material(const log::LoggedMaterial& material) override {
-    listener_.material(material.id, material.name, material.material);
+    listener_.material(material.id, material.name, material.value);
   }
+  void light(const log::LoggedLight& light) override { listener_.light(light.id, light.name, light.value); }
   void commit(const store::WriteSet& set, const log::World& /*now*/, std::uint64_t /*segment*/) override {
     writes_.clear();
     shapes_.clear();

@@ -1,28 +1,22 @@
-#include <cstdio>
-#include <string>
-
 #include <rtstdb/limits.hpp>
 #include <rtstdb/material.hpp>
 
+#include "rtstdb/geometry/property_check.hpp"
+
 namespace rtstdb {
-namespace {
-
-Error outside(const char* property, double value, const char* allowed) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%s is %.9g; allowed is %s", property, value, allowed);
-  return {ErrorCode::bad_input, text};
-}
-
-}  // namespace
 
 Result<void> validate_material(const Material& material) {
-  // A NaN fails every condition.
-  if (!(material.reflectance >= 0.0 && material.reflectance <= 1.0))
-    return outside("reflectance", material.reflectance, "0 to 1");
-  const bool possible_gain =
-      material.retro_gain == 0.0 || (material.retro_gain >= 1.0 && material.retro_gain <= max_retro_gain);
-  if (!possible_gain) return outside("retro_gain", material.retro_gain, "0, or 1 to 1e6");
-  return {};
+  PropertyCheck check;
+  check.range("reflectance", material.reflectance, 0.0, 1.0, "0 to 1");
+  if (material.retro_gain != 0.0)
+    check.range("retro_gain", material.retro_gain, 1.0, max_retro_gain, "0, or 1 to 1e6");
+  check.channels("base_color", material.base_color, 0.0, 1.0, "0 to 1");
+  check.range("metallic", material.metallic, 0.0, 1.0, "0 to 1");
+  check.range("roughness", material.roughness, 0.0, 1.0, "0 to 1");
+  check.channels("emission_cdpm2", material.emission_cdpm2, 0.0, max_luminance_cdpm2, "0 to 1e10");
+  check.range("transmission", material.transmission, 0.0, 1.0, "0 to 1");
+  check.range("refractive_index", material.refractive_index, 1.0, max_refractive_index, "1 to 4");
+  return check.result();
 }
 
 }  // namespace rtstdb

@@ -81,20 +81,26 @@ DiskResult<CheckpointFile::Progress> CheckpointFile::write_slice(WorldSource& so
     if (auto fault = write_chunk(ChunkKind::geometry, 1)) return *fault;
     return Progress::more;
   }
-  if (next_material_ < head_.materials.size()) {
-    const LoggedMaterial& material = head_.materials[next_material_++];
-    chunk_.resize(sizeof(ChunkHeader) + stored_material_bytes(material));
-    ByteWriter writer{std::span(chunk_).subspan(sizeof(ChunkHeader))};
-    put_material(writer, material);
-    if (auto fault = write_chunk(ChunkKind::material, 1)) return *fault;
-    return Progress::more;
-  }
+  if (next_material_ < head_.materials.size())
+    return write_definition(ChunkKind::material, head_.materials[next_material_++]);
+  if (next_light_ < head_.lights.size())
+    return write_definition(ChunkKind::light, head_.lights[next_light_++]);
   if (next_index_ < head_.index_limit) return write_rows(source);
   if (next_shape_ < head_.geometries.size()) return write_shape(source);
   chunk_.resize(sizeof(ChunkHeader));
   if (auto fault = write_chunk(ChunkKind::end, 0)) return *fault;
   ended_ = true;
   return Progress::written;
+}
+
+template <class Value>
+DiskResult<CheckpointFile::Progress> CheckpointFile::write_definition(
+    ChunkKind kind, const LoggedDefinition<Value>& definition) {
+  chunk_.resize(sizeof(ChunkHeader) + stored_definition_bytes(definition));
+  ByteWriter writer{std::span(chunk_).subspan(sizeof(ChunkHeader))};
+  put_definition(writer, definition);
+  if (auto fault = write_chunk(kind, 1)) return *fault;
+  return Progress::more;
 }
 
 DiskResult<CheckpointFile::Progress> CheckpointFile::write_rows(WorldSource& source) {

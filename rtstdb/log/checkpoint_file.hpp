@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "rtstdb/log/added_counts.hpp"
 #include "rtstdb/log/disk.hpp"
 #include "rtstdb/log/position.hpp"
 #include "rtstdb/log/world_source.hpp"
@@ -28,8 +29,9 @@ class CheckpointFile {
   ~CheckpointFile();
 
   Version version() const noexcept { return head_.version.version; }
-  std::size_t geometries() const noexcept { return head_.geometries.size(); }
-  std::size_t materials() const noexcept { return head_.materials.size(); }
+  AddedCounts added() const noexcept {
+    return {head_.geometries.size(), head_.materials.size(), head_.lights.size()};
+  }
   std::uint64_t bytes() const noexcept { return offset_; }
 
   /// not_kept: the source no longer has the version.
@@ -42,6 +44,8 @@ class CheckpointFile {
  private:
   CheckpointFile(Disk& disk, std::unique_ptr<DiskFile> file, const Begin& begin, WorldHead head);
   DiskFault write_chunk(ChunkKind kind, std::uint32_t entries);
+  template <class Value>
+  DiskResult<Progress> write_definition(ChunkKind kind, const LoggedDefinition<Value>& definition);
   DiskResult<Progress> write_rows(WorldSource& source);
   DiskResult<Progress> write_shape(WorldSource& source);
 
@@ -51,7 +55,7 @@ class CheckpointFile {
   WorldHead head_;
   std::uint64_t offset_ = 0;
   std::uint64_t chunks_ = 0;
-  std::size_t next_geometry_ = 0, next_material_ = 0, next_shape_ = 0;
+  std::size_t next_geometry_ = 0, next_material_ = 0, next_light_ = 0, next_shape_ = 0;
   std::uint32_t next_index_ = 0;
   bool ended_ = false, published_ = false;
   std::vector<EntityState> states_;

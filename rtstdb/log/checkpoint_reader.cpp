@@ -65,8 +65,12 @@ const char* CheckpointReading::chunk(bool& ended) {
       fault = world.knows(geometry.id) ? "a geometry occurs twice" : world.add(geometry, {});
   } else if (header.kind == ChunkKind::material) {
     LoggedMaterial material;
-    fault = get_material(payload, material);
+    fault = get_definition(payload, material);
     if (fault == nullptr) fault = world.knows(material.id) ? "a material occurs twice" : world.add(material);
+  } else if (header.kind == ChunkKind::light) {
+    LoggedLight light;
+    fault = get_definition(payload, light);
+    if (fault == nullptr) fault = world.knows(light.id) ? "a light occurs twice" : world.add(light);
   } else if (header.kind == ChunkKind::rows) {
     fault = rows(payload, header.entries);
   } else if (header.kind == ChunkKind::shape) {
@@ -101,6 +105,7 @@ const char* CheckpointReading::row(ByteReader& payload) {
       return "a row has an unknown geometry";
     if (const char* fault = get_row(payload, state.row)) return fault;
     if (!world.knows(state.row.material)) return "a row has an unknown material";
+    if (state.row.light.valid() && !world.knows(state.row.light)) return "a row has an unknown light";
   } else if (stored.written_by != 0 || stored.geometry != 0) {
     return "a row has invalid values";
   }

@@ -60,9 +60,7 @@ Checkpointer::Step Checkpointer::advance_writing(const Synced& synced, ClockTime
     written_ = progress.value() == CheckpointFile::Progress::written;
     return {Progress::something, 0, std::nullopt};
   }
-  if (synced.version < file_->version() || synced.geometries < file_->geometries() ||
-      synced.materials < file_->materials())
-    return {};
+  if (synced.version < file_->version() || !synced.added.contains(file_->added())) return {};
   if (auto fault = file_->publish()) return failed(*fault, now);
   const Version version = file_->version();
   abandon();

@@ -49,11 +49,10 @@ class Checkpointer {
   /// What is on disk.
   struct Synced {
     Version version = 0;
-    std::size_t geometries = 0;
-    std::size_t materials = 0;
+    AddedCounts added{};
   };
-  /// Writes the next slice. Publishes the checkpoint when all versions up to its own, its geometries and its
-  /// materials are on disk.
+  /// Writes the next slice. Publishes the checkpoint when all versions up to its own, its geometries, its
+  /// materials and its lights are on disk.
   Step advance(const Synced& synced, ClockTime now);
   void abandon() noexcept;
 

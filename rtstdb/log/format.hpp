@@ -1,6 +1,5 @@
 #pragma once
-// The layout of the files of a log, format version 4. Little endian; each number is at a multiple of its
-// size.
+// The layout of the files of a log. Little endian; each number is at a multiple of its size.
 //
 //     lock                    empty; locked by the writing process
 //     segment.NNNNNNNNNN      SegmentHeader, then groups, each at a multiple of `sector_bytes`, then zeros.
@@ -18,7 +17,9 @@
 // existing bytes.
 //
 // A log of another format is refused. A new format gets the next number, so that the numbers of older logs
-// stay unique: 1 and 2 were earlier encodings of motions; in 3, a material is a bare number.
+// stay unique: 1 and 2 were earlier encodings of motions; in 3, a material is a bare number; in 4, geometries
+// have no solids. What an older program does not know, such as lights, can be added within a format if logs
+// without it keep their bytes and an older program refuses logs with it.
 //
 // Each checksum is seeded with the database's id. A header's checksum covers the members before it; a payload
 // checksum covers the payload.
@@ -28,6 +29,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+
+#include <rtstdb/limits.hpp>
 
 namespace rtstdb::log {
 
@@ -40,7 +43,7 @@ inline constexpr std::size_t sector_bytes = 512;
 inline constexpr std::uint32_t max_record_bytes = 1u << 30;
 inline constexpr std::uint32_t max_payload_bytes = 1u << 30;
 inline constexpr std::uint32_t max_name_bytes = 4096;
-inline constexpr std::uint32_t max_material_properties = 4096;
+inline constexpr std::uint32_t max_definition_properties = 4096;
 
 using Magic = std::array<char, 8>;
 inline constexpr Magic segment_magic{'R', 'T', 'S', 'T', 'L', 'O', 'G', '1'};
@@ -92,6 +95,7 @@ enum class RecordKind : std::uint16_t {
   gap = 4,
   move = 5,
   material = 6,
+  light = 7,
 };
 
 struct RecordHeader {
@@ -151,9 +155,11 @@ inline constexpr std::uint64_t max_move_version = (std::uint64_t{1} << 48) - 1;
 struct StoredAppearance {
   double scale[3] = {};
   std::uint32_t mask = 0;
-  std::uint32_t material = 0;
+  std::uint16_t material = 0;
+  std::uint16_t light = 0;  ///< index of the light plus 1; 0: none
 };
 static_assert(sizeof(StoredAppearance) == 32);
+static_assert(max_materials <= 1u << 16 && max_lights < 1u << 16);
 
 struct StoredMotion {
   double p_world_m[3] = {};
@@ -184,23 +190,21 @@ struct StoredGeometry {
 };
 static_assert(sizeof(StoredGeometry) == 40);
 
-/// In records and checkpoints. Followed by the properties, then by the name, and zeros to a multiple of 8.
-/// The default material is not recorded.
-struct StoredMaterial {
+/// A material or a light, in records and checkpoints. Followed by the properties by ascending number
+/// (stored_definition.cpp), then by the name, and zeros to a multiple of 8. The default material is not
+/// recorded.
+struct StoredDefinition {
   std::uint32_t index = 0;
   std::uint32_t properties = 0;
   std::uint32_t name_bytes = 0;
-  std::uint32_t reserved = 0;
+  std::uint32_t kind = 0;  ///< light: 1 directional, 2 point, 3 spot, 4 sky; material: 0
 };
-static_assert(sizeof(StoredMaterial) == 16);
-
-/// The members of Material, by ascending number. A number is never used again for another property.
-enum class MaterialProperty : std::uint32_t { reflectance = 1, retro_gain = 2 };
+static_assert(sizeof(StoredDefinition) == 16);
 
 /// A property with its default value is left out. So a new property changes neither the format nor the bytes
-/// of materials that do not have it; a reader that does not know a property refuses the log.
+/// of definitions that do not have it; a reader that does not know a property refuses the log.
 struct StoredProperty {
-  MaterialProperty property = MaterialProperty::reflectance;
+  std::uint32_t property = 0;  ///< its number
   std::uint32_t reserved = 0;
   double value = 0.0;
 };
@@ -243,7 +247,8 @@ enum class ChunkKind : std::uint32_t {
   rows = 2,      ///< a StoredIndex for each index, followed by the row of a living entity
   shape = 3,     ///< the version that made the shape (64 bits), then a StoredShape with its positions
   end = 4,       ///< empty
-  material = 5,  ///< one StoredMaterial with its properties and its name
+  material = 5,  ///< one StoredDefinition with its properties and its name; so is light
+  light = 6,
 };
 
 struct ChunkHeader {

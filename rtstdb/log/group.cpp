@@ -63,11 +63,15 @@ void Group::note(RecordKind kind, std::span<const std::byte> body) noexcept {
   } else if (kind == RecordKind::geometry) {
     StoredGeometry geometry;
     RTSTDB_ASSERT(reader.get(geometry));
-    geometries_ = std::max<std::size_t>(geometries_, std::size_t{geometry.index} + 1);
+    added_.geometries = std::max<std::size_t>(added_.geometries, std::size_t{geometry.index} + 1);
   } else if (kind == RecordKind::material) {
-    StoredMaterial material;
+    StoredDefinition material;
     RTSTDB_ASSERT(reader.get(material));
-    materials_ = std::max<std::size_t>(materials_, material.index);
+    added_.materials = std::max<std::size_t>(added_.materials, material.index);
+  } else if (kind == RecordKind::light) {
+    StoredDefinition light;
+    RTSTDB_ASSERT(reader.get(light));
+    added_.lights = std::max<std::size_t>(added_.lights, std::size_t{light.index} + 1);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include <rtstdb/transaction.hpp>
 
+#include "rtstdb/log/added_counts.hpp"
 #include "rtstdb/log/format.hpp"
 #include "rtstdb/log/page_buffer.hpp"
 
@@ -45,14 +46,11 @@ class Group {
   /// The newest version in this and all earlier groups that was not discarded; that of `begin_at` if there
   /// is none.
   Version newest_valid() const noexcept { return valid_; }
-  /// Number of geometries in this and all earlier groups.
-  std::size_t geometries() const noexcept { return geometries_; }
-  /// Number of materials in them, without the default material.
-  std::size_t materials() const noexcept { return materials_; }
-  void begin_at(Version version, std::size_t geometries, std::size_t materials) noexcept {
+  /// What this and all earlier groups add.
+  const AddedCounts& added() const noexcept { return added_; }
+  void begin_at(Version version, const AddedCounts& added) noexcept {
     valid_ = valid_before_ = version;
-    geometries_ = geometries;
-    materials_ = materials;
+    added_ = added;
   }
 
  private:
@@ -66,7 +64,7 @@ class Group {
   bool closing_ = false;
   Version newest_version_ = 0, gap_to_ = 0;
   Version valid_ = 0, valid_before_ = 0;
-  std::size_t geometries_ = 0, materials_ = 0;
+  AddedCounts added_;
 };
 
 }  // namespace rtstdb::log

@@ -31,8 +31,20 @@ bool same_state(const EntityState& a, const EntityState& b) {
                            bytes_of(a.row) == bytes_of(b.row));
 }
 
+/// A sentence on how the materials or the lights of two worlds differ; empty: they do not.
+template <class Value>
+std::string difference(const char* noun, const std::vector<LoggedDefinition<Value>>& commits,
+                       const std::vector<LoggedDefinition<Value>>& checkpoint) {
+  const std::size_t both = std::min(commits.size(), checkpoint.size());
+  for (std::size_t k = 0; k < both; ++k) {
+    if (commits[k].name != checkpoint[k].name || commits[k].value != checkpoint[k].value)
+      return noun + (" " + std::to_string(commits[k].id.index)) + " differs from the result of the commits";
+  }
+  return {};
+}
+
 /// A sentence on how two worlds of one version differ; empty: they do not. An index that was never used
-/// equals a missing one. Geometries and materials of the checkpoint alone are ignored, since they may
+/// equals a missing one. Geometries, materials and lights of the checkpoint alone are ignored, since they may
 /// have been added after the commit.
 std::string difference(const World& commits, const World& checkpoint) {
   const std::size_t indices = std::max(commits.rows.size(), checkpoint.rows.size());
@@ -55,14 +67,10 @@ std::string difference(const World& commits, const World& checkpoint) {
         a.shape_version != b.shape_version || a.positions_m != b.positions_m)
       return "geometry " + std::to_string(index) + " differs from the result of the commits";
   }
-  const std::size_t materials = std::min(commits.materials.size(), checkpoint.materials.size());
-  for (std::size_t index = 0; index < materials; ++index) {
-    const LoggedMaterial& a = commits.materials[index];
-    const LoggedMaterial& b = checkpoint.materials[index];
-    if (a.name != b.name || a.material != b.material)
-      return "material " + std::to_string(a.id.index) + " differs from the result of the commits";
-  }
-  return {};
+  if (std::string different = difference("material", commits.materials, checkpoint.materials);
+      !different.empty())
+    return different;
+  return difference("light", commits.lights, checkpoint.lights);
 }
 
 class ReplayInspector final : public ReplayListener {
@@ -86,6 +94,7 @@ class ReplayInspector final : public ReplayListener {
     names_[geometry.logged.file] = geometry.logged.name;
   }
   void material(const LoggedMaterial& /*material*/) override {}
+  void light(const LoggedLight& /*light*/) override {}
   void commit(const store::WriteSet& set, const World& now, std::uint64_t segment) override {
     ++contents_.extent.commits;
     contents_.row_writes += set.writes.size();

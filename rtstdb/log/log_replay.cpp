@@ -37,7 +37,8 @@ class LogReplay final : public RecordVisitor {
     pass_pending_commit();
     if (record.kind == RecordKind::commit) return commit(record.commit, place.segment);
     if (record.kind == RecordKind::geometry) return geometry(record.geometry);
-    if (record.kind == RecordKind::material) return material(record.material);
+    if (record.kind == RecordKind::material) return definition(record.material);
+    if (record.kind == RecordKind::light) return definition(record.light);
     if (record.kind == RecordKind::gap) return gap({record.version, record.to});
     return "a record has an unknown kind";
   }
@@ -89,14 +90,17 @@ class LogReplay final : public RecordVisitor {
     listener_.geometry(now_.geometries[geometry.id.index]);
     return nullptr;
   }
-  const char* material(const LoggedMaterial& material) {
-    if (world_unknown_ || (next_ && next_->knows(material.id))) return nullptr;
+  template <class Value>
+  const char* definition(const LoggedDefinition<Value>& definition) {
+    if (world_unknown_ || (next_ && next_->knows(definition.id))) return nullptr;
     begin_next_world();
-    const bool known = now_.knows(material.id);
-    if (const char* fault = now_.add(material)) return fault;
-    if (!known) listener_.material(material);
+    const bool known = now_.knows(definition.id);
+    if (const char* fault = now_.add(definition)) return fault;
+    if (!known) report(definition);
     return nullptr;
   }
+  void report(const LoggedMaterial& material) { listener_.material(material); }
+  void report(const LoggedLight& light) { listener_.light(light); }
   const char* gap(const Gap& gap) {
     if (next_ && gap.last > next_->latest.version) begin_next_world();
     if (!next_ && !world_unknown_ && gap.last <= first_version_) return nullptr;

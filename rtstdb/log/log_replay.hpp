@@ -24,6 +24,8 @@ class ReplayListener {
   virtual void geometry(const WorldGeometry& geometry) = 0;
   /// A material was added to the current world.
   virtual void material(const LoggedMaterial& material) = 0;
+  /// A light was added to the current world.
+  virtual void light(const LoggedLight& light) = 0;
   /// `now`: the world after the commit. `segment`: the segment of its record.
   virtual void commit(const store::WriteSet& set, const World& now, std::uint64_t segment) = 0;
   /// These versions were not recorded. The world is unknown up to the next call of `world`, or to the end.

@@ -30,8 +30,8 @@ LogStart start_after(const Recovered& recovered, std::uint64_t new_database_id) 
   start.version = recovered.world.latest.version;
   start.newest_version = recovered.world.next_version - 1;
 
-  start.geometries = recovered.world.geometries.size();
-  start.materials = recovered.world.materials.size();
+  start.added = {recovered.world.geometries.size(), recovered.world.materials.size(),
+                 recovered.world.lights.size()};
   start.version_of_groups = report.version_of_groups;
   start.replayed_bytes = report.log.bytes;
   return start;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "rtstdb/log/added_counts.hpp"
 #include "rtstdb/log/position.hpp"
 #include "rtstdb/log/recovery.hpp"
 
@@ -25,8 +26,7 @@ struct LogStart {
   /// Version that the groups before `next` lead to. If it is not the version of the world, the world is
   /// durable only with a checkpoint.
   Version version_of_groups = 0;
-  std::size_t geometries = 0;        ///< number of geometries of the recovered world
-  std::size_t materials = 0;         ///< likewise, without the default material
+  AddedCounts added;                 ///< of the recovered world
   std::uint64_t replayed_bytes = 0;  ///< bytes of groups since the last checkpoint
 };
 

@@ -1,5 +1,7 @@
 #include "rtstdb/log/record.hpp"
 
+#include <type_traits>
+
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/log/bytes.hpp"
@@ -69,23 +71,32 @@ const char* RecordDecoder::decode_geometry(std::span<const std::byte> body) {
   return reader.left() == 0 ? nullptr : "a geometry has extra bytes";
 }
 
-// ---- materials
+// ---- materials and lights
 
-std::size_t material_bytes(const LoggedMaterial& material) noexcept {
-  return sizeof(RecordHeader) + stored_material_bytes(material);
+template <class Value>
+std::size_t definition_bytes(const LoggedDefinition<Value>& definition) noexcept {
+  return sizeof(RecordHeader) + stored_definition_bytes(definition);
 }
 
-void encode_material(const LoggedMaterial& material, std::span<std::byte> space) noexcept {
+template <class Value>
+void encode_definition(const LoggedDefinition<Value>& definition, std::span<std::byte> space) noexcept {
   ByteWriter writer(space);
-  put_header(writer, RecordKind::material, space);
-  put_material(writer, material);
+  put_header(writer, std::is_same_v<Value, Material> ? RecordKind::material : RecordKind::light, space);
+  put_definition(writer, definition);
   RTSTDB_ASSERT(writer.count() == space.size());
 }
 
-const char* RecordDecoder::decode_material(std::span<const std::byte> body) {
+template std::size_t definition_bytes(const LoggedMaterial&) noexcept;
+template std::size_t definition_bytes(const LoggedLight&) noexcept;
+template void encode_definition(const LoggedMaterial&, std::span<std::byte>) noexcept;
+template void encode_definition(const LoggedLight&, std::span<std::byte>) noexcept;
+
+template <class Value>
+const char* RecordDecoder::decode_definition(std::span<const std::byte> body,
+                                             LoggedDefinition<Value>& definition) {
   ByteReader reader(body);
-  if (const char* fault = get_material(reader, record_.material)) return fault;
-  return reader.left() == 0 ? nullptr : "a material has extra bytes";
+  if (const char* fault = get_definition(reader, definition)) return fault;
+  return reader.left() == 0 ? nullptr : "a material or a light has extra bytes";
 }
 
 // ---- versions discarded, gaps
@@ -124,7 +135,9 @@ const char* RecordDecoder::decode(std::span<const std::byte> bytes) {
     case RecordKind::geometry:
       return decode_geometry(body);
     case RecordKind::material:
-      return decode_material(body);
+      return decode_definition(body, record_.material);
+    case RecordKind::light:
+      return decode_definition(body, record_.light);
     case RecordKind::discarded: {
       commits_.forget_time();
       DiscardBody discarded;

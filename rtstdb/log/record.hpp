@@ -1,6 +1,6 @@
 #pragma once
-// Encodes and decodes the records of a log: the write set of a commit, a geometry, a material, a version that
-// was taken back, a gap.
+// Encodes and decodes the records of a log: the write set of a commit, a geometry, a material, a light, a
+// version that was taken back, a gap.
 //
 // Encoding: the size is known in advance, and the room has exactly that size; it neither allocates nor fails.
 // Decoding trusts nothing: lengths, kinds, reserved bytes and all values are checked, and anything that the
@@ -16,7 +16,7 @@
 
 #include "rtstdb/log/commit_record.hpp"
 #include "rtstdb/log/format.hpp"
-#include "rtstdb/log/stored_material.hpp"
+#include "rtstdb/log/stored_definition.hpp"
 #include "rtstdb/store/write_set.hpp"
 
 namespace rtstdb::log {
@@ -39,8 +39,11 @@ struct StoredMesh : TriangleMesh {
 std::size_t geometry_bytes(const LoggedGeometry& geometry) noexcept;
 void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> space) noexcept;
 
-std::size_t material_bytes(const LoggedMaterial& material) noexcept;
-void encode_material(const LoggedMaterial& material, std::span<std::byte> space) noexcept;
+// For materials and lights.
+template <class Value>
+std::size_t definition_bytes(const LoggedDefinition<Value>& definition) noexcept;
+template <class Value>
+void encode_definition(const LoggedDefinition<Value>& definition, std::span<std::byte> space) noexcept;
 
 inline constexpr std::size_t discard_bytes = sizeof(RecordHeader) + sizeof(DiscardBody);
 void encode_discard(Version version, std::span<std::byte> space) noexcept;
@@ -57,6 +60,7 @@ struct Record {
   store::WriteSet commit;
   LoggedGeometry geometry;
   LoggedMaterial material;
+  LoggedLight light;
   Version version = 0;  ///< the version discarded; the first version of a gap
   Version to = 0;       ///< the last version of a gap
 };
@@ -75,7 +79,8 @@ class RecordDecoder {
 
  private:
   const char* decode_geometry(std::span<const std::byte> body);
-  const char* decode_material(std::span<const std::byte> body);
+  template <class Value>
+  const char* decode_definition(std::span<const std::byte> body, LoggedDefinition<Value>& definition);
 
   Record record_;
   std::size_t bytes_ = 0;

@@ -16,16 +16,24 @@ constexpr std::size_t max_collected_bytes = 2048;
 Recorder::Recorder(Ring& ring)
     : ring_(ring), collected_(std::min(max_collected_bytes, ring.capacity() / 16 / 8 * 8)) {}
 
+bool Recorder::has_space_for_bytes(std::size_t bytes) const noexcept {
+  return !in_gap() && ring_.has_space_for(collected_bytes_ + bytes, discard_bytes);
+}
+
 bool Recorder::has_space_for(const store::WriteSet& set) const noexcept {
-  return !in_gap() && ring_.has_space_for(collected_bytes_ + max_commit_bytes(set), discard_bytes);
+  return has_space_for_bytes(max_commit_bytes(set));
 }
 
 bool Recorder::has_space_for(const LoggedGeometry& geometry) const noexcept {
-  return !in_gap() && ring_.has_space_for(collected_bytes_ + geometry_bytes(geometry), discard_bytes);
+  return has_space_for_bytes(geometry_bytes(geometry));
 }
 
 bool Recorder::has_space_for(const LoggedMaterial& material) const noexcept {
-  return !in_gap() && ring_.has_space_for(collected_bytes_ + material_bytes(material), discard_bytes);
+  return has_space_for_bytes(definition_bytes(material));
+}
+
+bool Recorder::has_space_for(const LoggedLight& light) const noexcept {
+  return has_space_for_bytes(definition_bytes(light));
 }
 
 bool Recorder::collect(const store::WriteSet& set) noexcept {
@@ -75,22 +83,28 @@ void Recorder::discard(Version version) noexcept {
   previous_time_.reset();
 }
 
-bool Recorder::record(const LoggedGeometry& geometry) noexcept {
+template <class Encode>
+bool Recorder::record_bytes(std::size_t bytes, const Encode& encode) noexcept {
   flush();
-  const std::size_t bytes = geometry_bytes(geometry);
   if (!end_gap() || !ring_.has_space_for(bytes, discard_bytes)) return false;
-  encode_geometry(geometry, ring_.reserve(bytes));
+  encode(ring_.reserve(bytes));
   commit();
   return true;
 }
 
+bool Recorder::record(const LoggedGeometry& geometry) noexcept {
+  return record_bytes(geometry_bytes(geometry),
+                      [&](std::span<std::byte> space) { encode_geometry(geometry, space); });
+}
+
 bool Recorder::record(const LoggedMaterial& material) noexcept {
-  flush();
-  const std::size_t bytes = material_bytes(material);
-  if (!end_gap() || !ring_.has_space_for(bytes, discard_bytes)) return false;
-  encode_material(material, ring_.reserve(bytes));
-  commit();
-  return true;
+  return record_bytes(definition_bytes(material),
+                      [&](std::span<std::byte> space) { encode_definition(material, space); });
+}
+
+bool Recorder::record(const LoggedLight& light) noexcept {
+  return record_bytes(definition_bytes(light),
+                      [&](std::span<std::byte> space) { encode_definition(light, space); });
 }
 
 void Recorder::maintain() noexcept {

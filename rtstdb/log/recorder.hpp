@@ -28,6 +28,7 @@ class Recorder {
   bool has_space_for(const store::WriteSet& set) const noexcept;
   bool has_space_for(const LoggedGeometry& geometry) const noexcept;
   bool has_space_for(const LoggedMaterial& material) const noexcept;
+  bool has_space_for(const LoggedLight& light) const noexcept;
   /// Records a staged set. False: no room; its version becomes part of a gap.
   bool record(const store::WriteSet& set) noexcept;
   /// Records a staged set in the collecting memory; flush, or the next record, puts it into the ring.
@@ -40,6 +41,7 @@ class Recorder {
   /// Records a geometry whose file is on disk. False: no room.
   [[nodiscard]] bool record(const LoggedGeometry& geometry) noexcept;
   [[nodiscard]] bool record(const LoggedMaterial& material) noexcept;
+  [[nodiscard]] bool record(const LoggedLight& light) noexcept;
 
   /// Puts collected records and a pending gap record into the ring, if there is room. To be called from time
   /// to time while nothing is committed, and before the end.
@@ -54,6 +56,10 @@ class Recorder {
  private:
   /// Records the end of a gap if there is one and room for it. Returns whether no gap is open.
   bool end_gap() noexcept;
+  bool has_space_for_bytes(std::size_t bytes) const noexcept;
+  /// Records a geometry, a material or a light. False: no room.
+  template <class Encode>
+  bool record_bytes(std::size_t bytes, const Encode& encode) noexcept;
   void commit() noexcept;
 
   Ring& ring_;

@@ -39,6 +39,8 @@ class Replay final : public RecordVisitor {
         return geometry(record.geometry);
       case RecordKind::material:
         return recovered_.world.add(record.material);
+      case RecordKind::light:
+        return recovered_.world.add(record.light);
       case RecordKind::discarded:
         return discarded(record.version);
       case RecordKind::gap:

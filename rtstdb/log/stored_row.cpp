@@ -7,7 +7,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/row_check.hpp"
-#include "rtstdb/log/stored_material.hpp"
+#include "rtstdb/log/stored_definition.hpp"
 #include "rtstdb/store/motion_words.hpp"
 
 namespace rtstdb::log {
@@ -55,7 +55,11 @@ void put_partial_motion(ByteWriter& writer, const Motion& motion, std::uint16_t 
 }
 
 void put_row(ByteWriter& writer, const EntityRow& row) noexcept {
-  writer.put(StoredAppearance{{row.scale.x, row.scale.y, row.scale.z}, row.mask, row.material.index});
+  const std::uint32_t light = row.light.valid() ? row.light.index + 1 : 0;
+  writer.put(StoredAppearance{{row.scale.x, row.scale.y, row.scale.z},
+                              row.mask,
+                              static_cast<std::uint16_t>(row.material.index),
+                              static_cast<std::uint16_t>(light)});
   put_motion(writer, row.motion);
 }
 
@@ -96,8 +100,10 @@ const char* get_row(ByteReader& reader, EntityRow& row) noexcept {
   row.scale = vector(stored.scale);
   row.mask = stored.mask;
   row.material = {stored.material};
+  row.light = stored.light == 0 ? LightId{} : LightId{stored.light - 1u};
   if (const char* fault = get_motion(reader, row.motion)) return fault;
   if (check_row(row)) return "a row has invalid values";
+  if (const char* fault = check_light_index(row.light.index)) return fault;
   return check_material_index(row.material.index);
 }
 

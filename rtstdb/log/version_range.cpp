@@ -86,7 +86,9 @@ class RangeReader final : public RecordVisitor {
       case RecordKind::geometry:
         return geometry(record.geometry);
       case RecordKind::material:
-        return material(record.material);
+        return definition(record.material);
+      case RecordKind::light:
+        return definition(record.light);
       case RecordKind::discarded:
         return discarded(record.version);
       case RecordKind::gap:
@@ -138,9 +140,10 @@ class RangeReader final : public RecordVisitor {
     }
     return now_.add(geometry, std::move(mesh));
   }
-  const char* material(const LoggedMaterial& material) {
-    if (const char* fault = stretch_.begin.add(material)) return fault;
-    return now_.add(material);
+  template <class Value>
+  const char* definition(const LoggedDefinition<Value>& definition) {
+    if (const char* fault = stretch_.begin.add(definition)) return fault;
+    return now_.add(definition);
   }
   const char* on_gap(const Gap& gap) {
     if (gap.last <= first_version()) return nullptr;

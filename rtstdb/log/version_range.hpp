@@ -50,7 +50,7 @@ struct Extent {
 Result<Extent> read_extent(Disk& disk, bool salvage);
 
 struct VersionRange {
-  World begin;  ///< with all geometries and materials of the range
+  World begin;  ///< with all geometries, materials and lights of the range
   /// In the order of versions; the first follows `begin`.
   std::vector<OwnedCommit> commits;
   /// The time of the version after the range; none: the log has no later version.

@@ -14,6 +14,11 @@ bool same(const LoggedGeometry& a, const LoggedGeometry& b) {
          a.options.rebuild_growth == b.options.rebuild_growth;
 }
 
+template <class Value>
+bool same(const LoggedDefinition<Value>& a, const LoggedDefinition<Value>& b) {
+  return a.id == b.id && a.name == b.name && a.value == b.value;
+}
+
 /// Fills in the omitted words from the row before.
 const char* complete_write(store::Write& write, const EntityState& before) {
   if (write.base_version_low != static_cast<std::uint16_t>(before.written_by))
@@ -76,6 +81,8 @@ const char* World::apply(store::Write& write) {
   const GeometryId geometry = write.state.row.geometry;
   if (whole && geometry.valid() && !knows(geometry)) return "it refers to an unknown geometry";
   if (whole && !knows(write.state.row.material)) return "it refers to an unknown material";
+  const LightId light = write.state.row.light;
+  if (whole && light.valid() && !knows(light)) return "it refers to an unknown light";
   if (write.unchanged != 0) {
     if (const char* fault = complete_write(write, state)) return fault;
   }
@@ -142,13 +149,20 @@ const char* World::add(const LoggedGeometry& geometry, StoredMesh&& mesh) {
 
 const char* World::add(const LoggedMaterial& material) {
   if (knows(material.id)) {
-    const LoggedMaterial& known = materials[material.id.index - 1];
-    return known.name == material.name && known.material == material.material
+    return same(materials[material.id.index - 1], material)
                ? nullptr
                : "it adds a material with an index that is in use";
   }
   if (material.id.index != materials.size() + 1) return "it adds a material whose index is not the next";
   materials.push_back(material);
+  return nullptr;
+}
+
+const char* World::add(const LoggedLight& light) {
+  if (knows(light.id))
+    return same(lights[light.id.index], light) ? nullptr : "it adds a light with an index that is in use";
+  if (light.id.index != lights.size()) return "it adds a light whose index is not the next";
+  lights.push_back(light);
   return nullptr;
 }
 

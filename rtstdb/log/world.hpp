@@ -30,6 +30,7 @@ class World {
   std::vector<std::uint32_t> generations;  ///< by index: the last generation
   std::vector<WorldGeometry> geometries;   ///< by index
   std::vector<LoggedMaterial> materials;   ///< by index - 1: without the default material
+  std::vector<LoggedLight> lights;         ///< by index
 
   // Each of these returns null, or a description of the fault; then nothing has changed.
   /// Applies a version after the latest. It can be discarded until the next call. Afterwards each write of
@@ -39,14 +40,16 @@ class World {
   const char* discard(Version version);
   /// Adds the next geometry; one that exists must be equal. `mesh` is moved from.
   const char* add(const LoggedGeometry& geometry, StoredMesh&& mesh);
-  /// Adds the next material; one that exists must be equal.
+  /// Adds the next material or light; one that exists must be equal.
   const char* add(const LoggedMaterial& material);
+  const char* add(const LoggedLight& light);
   /// World time of the latest version; none for version 0.
   std::optional<WorldTime> time() const noexcept {
     return latest.version != 0 ? std::optional(latest.time) : std::nullopt;
   }
   bool knows(GeometryId geometry) const noexcept { return geometry.index < geometries.size(); }
   bool knows(MaterialId material) const noexcept { return material.index <= materials.size(); }
+  bool knows(LightId light) const noexcept { return light.index < lights.size(); }
 
   /// For Store::restore, after Store::keep_shapes for deforming geometry. Points into this object.
   store::RestoredRows restored() const noexcept { return {latest, next_version, rows, generations}; }

@@ -20,6 +20,7 @@ struct WorldHead {
   /// All geometries of that version and of any record put into the ring before `begin`; ascending.
   std::vector<LoggedGeometry> geometries;
   std::vector<LoggedMaterial> materials;  ///< likewise
+  std::vector<LoggedLight> lights;        ///< likewise
 };
 
 class WorldSource {

@@ -32,10 +32,10 @@ Writer::Writer(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source, 
       retry_(options.first_retry, options.longest_retry),
       checkpointer_(disk, source, start.database_id, start.next_checkpoint, options.rows_per_slice, retry_),
       bytes_since_checkpoint_(start.replayed_bytes),
-      synced_{start.newest_version, start.geometries, start.materials},
+      synced_{start.newest_version, start.added},
       waits_for_checkpoint_(start.version_of_groups < start.version),
       needed_version_(start.version) {
-  group_.begin_at(start.version, start.geometries, start.materials);
+  group_.begin_at(start.version, start.added);
 }
 
 Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source,
@@ -151,7 +151,7 @@ DiskFault Writer::write_group_or_throw(std::int64_t real_time_ns) {
 void Writer::group_is_on_disk(std::size_t bytes, Nanoseconds took) {
   ++group_number_;
   link_ = group_.next_link();
-  synced_ = {std::max(synced_.version, group_.newest_version()), group_.geometries(), group_.materials()};
+  synced_ = {std::max(synced_.version, group_.newest_version()), group_.added()};
   bytes_since_checkpoint_ += bytes;
   records_on_disk_.fetch_add(group_.records(), std::memory_order_release);
   last_write_failed_ = false;

@@ -63,7 +63,7 @@ Store::Store(StoreOptions options)
       latest_(empty_world),
       marks_(options_.max_entities, 0) {
   RTSTDB_ASSERT(options_.max_entities <= max_entities);
-  RTSTDB_ASSERT(options_.geometry_known && options_.material_known);
+  RTSTDB_ASSERT(options_.geometry_known && options_.material_known && options_.light_known);
 }
 
 void Store::restore(const RestoredRows& restored) noexcept {
@@ -294,6 +294,8 @@ std::optional<BadInput> Store::stage_update(Write& write) noexcept {
   if (auto fault = check_geometry(row.geometry)) return fault;
   if (!options_.material_known(row.material))
     return refusal(BadInputReason::unknown_material, static_cast<double>(row.material.index));
+  if (row.light.valid() && !options_.light_known(row.light))
+    return refusal(BadInputReason::unknown_light, static_cast<double>(row.light.index));
   if (!within_limits(row.motion.valid_from)) return time_out_of_limits(row.motion.valid_from);
   row = normalised(row);
   return std::nullopt;

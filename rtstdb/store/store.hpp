@@ -47,6 +47,8 @@ struct StoreOptions {
   std::function<bool(GeometryId)> geometry_known;
   /// Whether a material exists, likewise. By default only the default material does.
   std::function<bool(MaterialId)> material_known = [](MaterialId id) { return id == MaterialId{}; };
+  /// Whether a light exists, likewise. By default none does.
+  std::function<bool(LightId)> light_known = [](LightId) { return false; };
   std::uint32_t max_geometries = 1024;
 };
 
@@ -104,6 +106,7 @@ class Store {
   ///   unknown_entity        none; `entity` is the unknown id
   ///   unknown_geometry      the geometry's index
   ///   unknown_material      the material's index
+  ///   unknown_light         the light's index
   ///   too_many_entities     max_entities
   /// and those of row_check.hpp; for a shape, those of Transaction::update_geometry.
   /// The set must stay unchanged and at its address until complete_commit() or discard().

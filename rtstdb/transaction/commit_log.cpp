@@ -90,6 +90,8 @@ Result<void> CommitLog::recover() {
     world_copy_.add(geometry.logged, geometry.mesh.positions_m.size());
   for (const log::LoggedMaterial& material : world.materials)
     world_copy_.add(material);
+  for (const log::LoggedLight& light : world.lights)
+    world_copy_.add(light);
   if (!recovered_->listing.geometries.empty())
     next_geometry_file_ = recovered_->listing.geometries.back() + 1;
   return {};
@@ -214,16 +216,16 @@ void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t
   wake_up_.notify_now();
 }
 
-bool CommitLog::has_space_for(const log::LoggedMaterial& material) const noexcept {
-  return recorder_.has_space_for(material);
-}
-
-void CommitLog::record_material(const log::LoggedMaterial& material) {
-  const bool recorded = recorder_.record(material);
+template <class Value>
+void CommitLog::record_definition(const log::LoggedDefinition<Value>& definition) {
+  const bool recorded = recorder_.record(definition);
   RTSTDB_ASSERT(recorded);  // has_space_for() has said so
-  world_copy_.add(material);
+  world_copy_.add(definition);
   wake_up_.notify_now();
 }
+
+template void CommitLog::record_definition(const log::LoggedMaterial&);
+template void CommitLog::record_definition(const log::LoggedLight&);
 
 // ---- setup, any thread
 

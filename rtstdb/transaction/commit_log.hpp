@@ -111,9 +111,14 @@ class CommitLog {
   /// Whether the ring has space for record_geometry.
   bool has_space_for(const log::LoggedGeometry& geometry) const noexcept;
   void record_geometry(const log::LoggedGeometry& geometry, std::size_t positions);
-  /// Whether the ring has space for record_material.
-  bool has_space_for(const log::LoggedMaterial& material) const noexcept;
-  void record_material(const log::LoggedMaterial& material);
+  /// Whether the ring has space for record_definition.
+  template <class Value>
+  bool has_space_for(const log::LoggedDefinition<Value>& definition) const noexcept {
+    return recorder_.has_space_for(definition);
+  }
+  /// Records a material or a light.
+  template <class Value>
+  void record_definition(const log::LoggedDefinition<Value>& definition);
 
   // ---- the log's thread or the driver, from start to close
   /// Writes what is due, and gives back what waits for that. Returns when there is more to do.

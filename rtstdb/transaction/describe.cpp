@@ -84,6 +84,8 @@ std::string fault_itself(const BadInput& fault) {
       return sentence("geometry %.0f does not exist", fault.values[0]);
     case BadInputReason::unknown_material:
       return sentence("material %.0f does not exist", fault.values[0]);
+    case BadInputReason::unknown_light:
+      return sentence("light %.0f does not exist", fault.values[0]);
     case BadInputReason::too_many_entities:
       return sentence("there is room for %.0f entities, and all are alive", fault.values[0]);
     case BadInputReason::world_time_goes_back:
@@ -288,6 +290,8 @@ const char* to_string(BadInputReason reason) noexcept {
       return "unknown_geometry";
     case BadInputReason::unknown_material:
       return "unknown_material";
+    case BadInputReason::unknown_light:
+      return "unknown_light";
     case BadInputReason::too_many_entities:
       return "too_many_entities";
     case BadInputReason::world_time_goes_back:

@@ -35,6 +35,12 @@ void WorldCopy::add(const log::LoggedMaterial& material) {
   copying_.materials_known.store(known_materials_.size(), std::memory_order_relaxed);
 }
 
+void WorldCopy::add(const log::LoggedLight& light) {
+  const std::lock_guard lock(known_mutex_);
+  known_lights_.push_back(light);
+  copying_.lights_known.store(known_lights_.size(), std::memory_order_relaxed);
+}
+
 // ---- the log's thread
 
 void WorldCopy::allocate() {
@@ -43,6 +49,7 @@ void WorldCopy::allocate() {
   copying_.shapes.clear();
   const std::lock_guard lock(known_mutex_);
   copying_.materials = known_materials_;
+  copying_.lights = known_lights_;
   for (const Known& known : known_) {
     copying_.geometries.push_back(known.logged);
     copying_.shapes.push_back({0, std::vector<glm::vec3>(known.positions)});
@@ -66,6 +73,7 @@ std::optional<log::WorldHead> WorldCopy::begin(Version) {
   head.index_limit = copying_.index_limit;
   head.geometries = copying_.geometries;
   head.materials = copying_.materials;
+  head.lights = copying_.lights;
   return head;
 }
 
@@ -93,7 +101,8 @@ bool WorldCopy::Copying::still_kept(const store::Store& store) const noexcept {
 
 bool WorldCopy::Copying::restart(const store::Store& store) noexcept {
   outdated = geometries_known.load(std::memory_order_relaxed) != geometries.size() ||
-             materials_known.load(std::memory_order_relaxed) != materials.size();
+             materials_known.load(std::memory_order_relaxed) != materials.size() ||
+             lights_known.load(std::memory_order_relaxed) != lights.size();
   version = store.latest();
   next_version = store.next_version();
   index_limit = store.latest_snapshot().index_limit();

@@ -25,8 +25,9 @@ class WorldCopy final : public log::WorldSource {
   /// A geometry with this number of positions was recovered, or its record has been put.
   void add(const log::LoggedGeometry& geometry, std::size_t positions);
   std::vector<log::LoggedGeometry> geometries() const;
-  /// A material was recovered, or its record has been put.
+  /// A material or a light was recovered, or its record has been put.
   void add(const log::LoggedMaterial& material);
+  void add(const log::LoggedLight& light);
 
   /// Whether the engine thread is making a copy.
   bool under_way() const noexcept { return copying_.given && !copying_.is_done(); }
@@ -44,14 +45,15 @@ class WorldCopy final : public log::WorldSource {
 
     const std::uint32_t max_entities;
     bool given = false;
-    std::atomic<std::size_t> geometries_known{0}, materials_known{0};  ///< by now
+    std::atomic<std::size_t> geometries_known{0}, materials_known{0}, lights_known{0};  ///< by now
     // Allocated before the job is given, since steps must not allocate.
     std::vector<log::LoggedGeometry> geometries;
     std::vector<log::LoggedMaterial> materials;
+    std::vector<log::LoggedLight> lights;
     std::vector<EntityState> states;  ///< by index; without an entity as WorldSource::rows says
     std::vector<Shape> shapes;        ///< by geometry; no positions where it does not deform
     // The result.
-    bool outdated = false;  ///< a geometry or a material was added after the allocation
+    bool outdated = false;  ///< a geometry, a material or a light was added after the allocation
     VersionInfo version;
     Version next_version = 1;
     std::uint32_t index_limit = 0;
@@ -75,6 +77,7 @@ class WorldCopy final : public log::WorldSource {
   mutable std::mutex known_mutex_;
   std::vector<Known> known_;                          // by index
   std::vector<log::LoggedMaterial> known_materials_;  // likewise
+  std::vector<log::LoggedLight> known_lights_;        // likewise
   JobTaker* taker_ = nullptr;
   Copying copying_;
 };

@@ -3,8 +3,8 @@
 
 It follows the description of the format (rtstdb/log/format.hpp) and shares only the hash function with the
 writer. For each directory it prints a line "== DIRECTORY", then "refused: REASON", or the newest version: its
-rows, free indices, geometries and materials, one to a line, floating-point numbers by their bits. Exits with
-1 when any log was refused.
+rows, free indices, geometries, materials and lights, one to a line, floating-point numbers by their bits.
+Exits with 1 when any log was refused.
 """
 import ctypes
 import os
@@ -12,55 +12,23 @@ import re
 import struct
 import sys
 
+from log_cursor import Cursor, Refused, check
+from log_definitions import read_light, read_material
+
 LIBRARY = ctypes.CDLL("libxxhash.so.0")
 LIBRARY.XXH3_64bits_withSeed.restype = ctypes.c_uint64
 LIBRARY.XXH3_64bits_withSeed.argtypes = [ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64]
 
 SECTOR, FORMAT, WORDS_OF_MOTION = 512, 5, 14
-MAX_ENTITIES, MAX_GEOMETRIES, MAX_MATERIALS, NONE = 1 << 20, 1 << 16, 4096, 0xFFFFFFFF
-COMMIT, GEOMETRY, DISCARD, GAP, MOVE, MATERIAL = 1, 2, 3, 4, 5, 6
+MAX_ENTITIES, MAX_GEOMETRIES, NONE = 1 << 20, 1 << 16, 0xFFFFFFFF
+COMMIT, GEOMETRY, DISCARD, GAP, MOVE, MATERIAL, LIGHT = 1, 2, 3, 4, 5, 6, 7
 # Reasons to omit the last word of a motion, and the world time of a move.
 VALID_FROM_WORLD_TIME, SAME_WORLD_TIME = 1 << 14, 1 << 15
 CREATE, UPDATE, UPDATE_MOTION, REMOVE = 1, 2, 3, 4
 
 
-class Refused(Exception):
-    pass
-
-
 def xxh3_64(data, seed):
     return LIBRARY.XXH3_64bits_withSeed(data, len(data), seed)
-
-
-def check(condition, why):
-    if not condition:
-        raise Refused(why)
-
-
-class Cursor:
-    """Reads fields one after the other, never past the end."""
-
-    def __init__(self, data, at=0):
-        self.data, self.at = data, at
-
-    def get(self, layout):
-        size = struct.calcsize("<" + layout)
-        check(self.at + size <= len(self.data), "cut short")
-        values = struct.unpack_from("<" + layout, self.data, self.at)
-        self.at += size
-        return values
-
-    def take(self, count):
-        check(self.at + count <= len(self.data), "cut short")
-        self.at += count
-        return self.data[self.at - count:self.at]
-
-    def skip_zeros(self, unit):
-        while self.at % unit:
-            check(self.take(1) == b"\0", "not padded with zeros")
-
-    def left(self):
-        return len(self.data) - self.at
 
 
 class Segment:
@@ -130,6 +98,7 @@ class World:
     def __init__(self):
         self.version, self.time, self.next = 0, -((1 << 62) - 1), 1
         self.rows, self.generations, self.geometries, self.materials = {}, {}, [], []
+        self.lights = []
         self.before = None
 
     def add_geometry(self, geometry):
@@ -143,16 +112,23 @@ class World:
         self.geometries.append(geometry)
 
     def add_material(self, material):
-        index = material[0]
-        if index <= len(self.materials):
-            check(self.materials[index - 1] == material, f"material {index} is different")
-            return
-        check(index == len(self.materials) + 1, f"material {index} is not the next")
-        self.materials.append(material)
+        self.add_definition("material", self.materials, material[0] - 1, material)
 
-    def check_material(self, appearance):
-        index = struct.unpack_from("<I", appearance, 28)[0]
-        check(index <= len(self.materials), f"material {index} does not exist")
+    def add_light(self, light):
+        self.add_definition("light", self.lights, light[0], light)
+
+    @staticmethod
+    def add_definition(noun, known, index, added):
+        if index < len(known):
+            check(known[index] == added, f"{noun} {added[0]} is different")
+            return
+        check(index == len(known), f"{noun} {added[0]} is not the next")
+        known.append(added)
+
+    def check_appearance(self, appearance):
+        material, light = struct.unpack_from("<HH", appearance, 28)
+        check(material <= len(self.materials), f"material {material} does not exist")
+        check(light <= len(self.lights), f"light {light - 1} does not exist")
 
     def knows(self, geometry):
         return geometry == NONE or geometry < len(self.geometries)
@@ -179,7 +155,7 @@ class World:
             elif kind == UPDATE_MOTION:
                 self.rows[index] = (version, existing[1], existing[2], completed(body, existing, version))
             else:
-                self.check_material(body)
+                self.check_appearance(body)
                 self.rows[index] = (version, geometry, body[:32], body[32:])
         for index, positions in shapes:
             check(index < len(self.geometries) and self.geometries[index]["options"][0] == 1,
@@ -204,35 +180,22 @@ class World:
                     yield f"free {index} generation {self.generations[index]}"
                 continue
             by, geometry, appearance, motion = self.rows[index]
-            mask, material = struct.unpack_from("<II", appearance, 24)
+            mask, material, light = struct.unpack_from("<IHH", appearance, 24)
             doubles = struct.unpack("<3Q", appearance[:24]) + struct.unpack("<13Q", motion[:104])
+            light = light - 1 if light else NONE
             yield (f"row {index} generation {self.generations[index]} by {by} geometry {geometry} "
-                   f"mask {mask} material {material} " + " ".join(f"{bits:016x}" for bits in doubles) +
+                   f"mask {mask} material {material} light {light} " +
+                   " ".join(f"{bits:016x}" for bits in doubles) +
                    f" from {struct.unpack('<q', motion[104:])[0]}")
         for g in self.geometries:
             floats = struct.unpack(f"<{len(g['shape']) // 4}I", g["shape"])
             corners = ["".join(f"{bits:08x}" for bits in floats[k:k + 3]) for k in range(0, len(floats), 3)]
             yield " ".join([f"geometry {g['index']} {g['name']} positions {g['positions']} "
                             f"triangles {g['triangles']} shape {g['shape_by']}"] + corners)
-        for index, name, reflectance, gain in self.materials:
-            bits = struct.unpack("<2Q", struct.pack("<2d", reflectance, gain))
-            yield f"material {index} {name} {bits[0]:016x} {bits[1]:016x}"
-
-
-def read_material(cursor):
-    """(index, name, reflectance, retro-reflective gain)"""
-    index, properties, length, reserved = cursor.get("IIII")
-    check(0 < index < MAX_MATERIALS and reserved == 0 and length <= 4096, "no material")
-    values, previous = {1: 1.0, 2: 0.0}, 0
-    for _ in range(properties):
-        number, reserved, value = cursor.get("IId")
-        check(previous < number and number in values and reserved == 0, "no property of a material")
-        check(value != values[number], "a property with its default value")
-        values[number], previous = value, number
-    check(0 <= values[1] <= 1 and (values[2] == 0 or 1 <= values[2] <= 1e6), "a property beyond its limits")
-    name = cursor.take(length).decode()
-    cursor.skip_zeros(8)
-    return index, name, values[1], values[2]
+        for noun, definitions in (("material", self.materials), ("light", self.lights)):
+            for index, name, kind, values in definitions:
+                bits = struct.unpack(f"<{len(values)}Q", struct.pack(f"<{len(values)}d", *values))
+                yield f"{noun} {index} {name} {kind} " + " ".join(f"{value:016x}" for value in bits)
 
 
 def read_geometry(cursor):
@@ -322,6 +285,8 @@ def read_records(payload, time):
             value = read_geometry(body)
         elif kind == MATERIAL:
             value = read_material(body)
+        elif kind == LIGHT:
+            value = read_light(body)
         elif kind == DISCARD:
             value, time = body.get("Q")[0], None
         elif kind == GAP:
@@ -361,7 +326,7 @@ def read_checkpoint(directory, number, database):
                 world.generations[index] = generation
                 if existing:
                     world.rows[index] = (by, geometry, body.take(32), body.take(112))
-                    world.check_material(world.rows[index][2])
+                    world.check_appearance(world.rows[index][2])
                 index += 1
         elif kind == 3:
             by = body.get("Q")[0]
@@ -369,6 +334,8 @@ def read_checkpoint(directory, number, database):
             world.geometries[where].update(shape=positions, shape_by=by)
         elif kind == 5:
             world.add_material(read_material(body))
+        elif kind == 6:
+            world.add_light(read_light(body))
         check(body.left() == 0, "extra bytes in a chunk")
     check(cursor.left() == 0 and index == limit, f"checkpoint {number}: another length")
     return world, (segment, offset, group, link)
@@ -455,6 +422,8 @@ def verify(path):
                     world.add_geometry(value)
                 elif kind == MATERIAL:
                     world.add_material(value)
+                elif kind == LIGHT:
+                    world.add_light(value)
                 elif kind == GAP and value[1] > first_version:
                     check(not damaged, f"only a damaged checkpoint continues after {value}")
                     return world

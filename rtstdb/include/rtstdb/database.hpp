@@ -6,13 +6,13 @@
 // Time bases: WorldTime for the simulated world, ClockTime for deadlines and costs (time.hpp).
 //
 // Threads:
-//   setup   open, add_geometry, build_field, add_material, prepare, watch, make_transaction, calibrate,
-//           reserve and close allocate and block. Any thread may call them, but not from the tick.
-//   tick    submit, execute, wait, cancel, latest, durable and material neither allocate nor take a lock. Any
-//           number of threads may call them at the same time.
-//   other   snapshot, geometry, geometry_info, field, find_geometry, find_material and the functions for
-//           counts and health may be called by any thread; they may allocate and block unless the function
-//           says otherwise.
+//   setup   open, add_geometry, build_field, add_material, add_light, prepare, watch, make_transaction,
+//           calibrate, reserve and close allocate and block. Any thread may call them, but not from the tick.
+//   tick    submit, execute, wait, cancel, latest, durable, material and light neither allocate nor take a
+//           lock. Any number of threads may call them at the same time.
+//   other   snapshot, geometry, geometry_info, field, find_geometry, find_material, find_light and the
+//           functions for counts and health may be called by any thread; they may allocate and block unless
+//           the function says otherwise.
 // The database executes transactions on an engine thread; a second thread helps it with large results. Both,
 // and the threads of the Vulkan driver, are created inside open. Threads inherit the priority and the CPU
 // affinity of their creator, so call open before the calling thread changes its own.
@@ -37,6 +37,7 @@
 
 #include <rtstdb/durability.hpp>
 #include <rtstdb/geometry.hpp>
+#include <rtstdb/light.hpp>
 #include <rtstdb/limits.hpp>
 #include <rtstdb/material.hpp>
 #include <rtstdb/query.hpp>
@@ -225,6 +226,11 @@ class Database {
   /// The last added material of that name, those recovered from the log included; empty: none. The default
   /// material has no name.
   virtual std::optional<MaterialId> find_material(std::string_view name) const = 0;
+  /// Registers a light, as add_material registers a material. Errors: those of validate_light, and of
+  /// add_material with max_lights.
+  virtual Result<LightId> add_light(const Light& light, std::string_view name) = 0;
+  /// The last added light of that name, those recovered from the log included; empty: none.
+  virtual std::optional<LightId> find_light(std::string_view name) const = 0;
   /// Allocates the query's buffers and dispatches its kernels once, since drivers compile at the first
   /// dispatch. Before a cone query in ConeMode::fast, the distance fields of all geometries with
   /// FieldOptions::on_first_use are built that do not exist yet.
@@ -292,6 +298,8 @@ class Database {
   virtual Version durable() const noexcept = 0;
   /// The properties of a material; empty: there is no such material.
   virtual std::optional<Material> material(MaterialId id) const noexcept = 0;
+  /// The properties of a light; empty: there is no such light.
+  virtual std::optional<Light> light(LightId id) const noexcept = 0;
 
   // ---- durability ----
   /// Requests that a version be written to disk now, and blocks until it is there or the timeout `timeout`

@@ -49,6 +49,13 @@ struct MaterialId {
   auto operator<=>(const MaterialId&) const = default;  // NOLINT(modernize-use-nullptr): no pointer
 };
 
+/// Identifies a light: the first one added has index 0. Default: no light.
+struct LightId {
+  std::uint32_t index = std::numeric_limits<std::uint32_t>::max();
+  bool valid() const noexcept { return index != std::numeric_limits<std::uint32_t>::max(); }
+  auto operator<=>(const LightId&) const = default;
+};
+
 /// Position, orientation and constant velocities. Limits: max_coordinate_m, max_speed_mps,
 /// max_angular_rate_radps, max_world_time_ns.
 struct Motion {
@@ -64,10 +71,11 @@ struct Motion {
 inline constexpr std::uint32_t mask_all = 0xFFFFFFFFu;
 
 struct EntityRow {
-  GeometryId geometry{};  ///< invalid: no query finds the entity, but it may carry queries
+  GeometryId geometry{};  ///< invalid: no query finds the entity, but it may carry queries and a light
   glm::dvec3 scale{1.0};  ///< for each axis of the entity frame; min_scale to max_scale
   std::uint32_t mask = mask_all;
   MaterialId material{};  ///< must exist; part of each hit
+  LightId light{};        ///< invalid: none; else it must exist
   Motion motion{};
 };
 

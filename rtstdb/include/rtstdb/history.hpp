@@ -8,8 +8,8 @@
 // Versions that a live database still keeps can be read there, without a log.
 //
 // Differences from a live database:
-//   - Transactions with writes are refused (RefusedBy::read_only), and so are add_geometry and
-//     add_material.
+//   - Transactions with writes are refused (RefusedBy::read_only), and so are add_geometry,
+//     add_material and add_light.
 //   - ReadAt::latest is the last version of the range.
 //   - Reading AS OF a time that the last version does not cover, or may not cover, is refused
 //     (BadInputReason::beyond_history). A query at a pinned version may have later times, as everywhere; its

@@ -16,7 +16,19 @@ inline constexpr std::uint64_t max_field_bytes = std::uint64_t{1} << 34;  ///< F
 inline constexpr std::uint32_t max_retained_shapes = 256;  ///< GeometryOptions::retained_shapes
 /// The default material included.
 inline constexpr std::uint32_t max_materials = 4096;
-inline constexpr double max_retro_gain = 1e6;  ///< Material::retro_gain
+inline constexpr double max_retro_gain = 1e6;        ///< Material::retro_gain
+inline constexpr double max_refractive_index = 4.0;  ///< Material::refractive_index
+inline constexpr std::uint32_t max_lights = 4096;
+/// Of each channel of Material::emission_cdpm2 and of a sky (Light).
+inline constexpr double max_luminance_cdpm2 = 1e10;
+/// Members of Light.
+inline constexpr double max_light_color = 1e3;
+inline constexpr double max_illuminance_lx = 1e7;
+inline constexpr double max_intensity_cd = 1e10;
+inline constexpr double max_angular_diameter_rad = 0.2;
+/// Of Light::outer_angle_rad. The larger one is pi rounded up, so that 180 degrees are allowed.
+inline constexpr double min_spot_angle_rad = 0.01;
+inline constexpr double max_spot_angle_rad = 3.1416;
 inline constexpr std::uint32_t max_rays_per_query = 1u << 22;
 inline constexpr std::uint32_t max_hits_per_ray = 16;
 /// Capacity times hits_per_ray of one ray query.

@@ -15,6 +15,7 @@
 #include <rtstdb/entity.hpp>
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/history.hpp>
+#include <rtstdb/light.hpp>
 #include <rtstdb/material.hpp>
 #include <rtstdb/result.hpp>
 
@@ -89,14 +90,17 @@ struct LogShape {
 class LogListener {
  public:
   virtual ~LogListener() = default;
-  /// The world at which the log begins, and the one with which it continues after a gap. Calls of geometry
-  /// and material for all geometries and added materials precede it. Entities by ascending index.
+  /// The world at which the log begins, and the one with which it continues after a gap. Calls of geometry,
+  /// material and light for all geometries, added materials and lights precede it. Entities by ascending
+  /// index.
   virtual void world(const VersionInfo& at, std::span<const EntityState> entities) = 0;
   /// A geometry that was added, or that the next world has. `mesh` has its positions of that time.
   virtual void geometry(GeometryId id, std::string_view name, const GeometryOptions& options,
                         const TriangleMesh& mesh) = 0;
   /// A material that was added, or that the next world has.
   virtual void material(MaterialId id, std::string_view name, const Material& material) = 0;
+  /// A light that was added, or that the next world has.
+  virtual void light(LightId id, std::string_view name, const Light& light) = 0;
   /// The writes of one version, in their order.
   virtual void commit(const VersionInfo& version, std::span<const LogWrite> writes,
                       std::span<const LogShape> shapes) = 0;

@@ -1,8 +1,13 @@
 #pragma once
 // A material: the optical properties of a surface. Registered once (Database::add_material), then named by
-// the rows of entities; it never changes. Sensors that are simulated with rays and cones read it.
+// the rows of entities; it never changes. Sensors that are simulated with rays and cones read `reflectance`
+// and `retro_gain`; images read `retro_gain` and the properties after it.
+//
+// Colours are linear (not gamma-encoded) and have the primaries of sRGB: red, green, blue.
 //
 // Threads: pure functions and plain data; any thread.
+
+#include <glm/ext/vector_double3.hpp>
 
 #include <rtstdb/result.hpp>
 
@@ -12,12 +17,27 @@ namespace rtstdb {
 /// and a log holds those that differ from their defaults. So a property can be added without a change of
 /// callers, of existing logs or of their format.
 struct Material {
-  /// Share of the incident light that a matt (Lambertian) surface scatters: 0 to 1.
+  /// Share of the incident light of a laser scanner that a matt (Lambertian) surface scatters: 0 to 1.
   double reflectance = 1.0;
   /// A retro-reflector returns, at any angle of incidence, this many times as much light toward the source as
   /// a matt surface of the same reflectance does at normal incidence: 1 to max_retro_gain. 0: the surface is
-  /// not a retro-reflector.
+  /// not a retro-reflector. In images a retro-reflector does not scatter the share `base_color` of the light
+  /// but returns it, with equal radiance, into the cone of the solid angle pi / retro_gain around the
+  /// direction to the source. So its radiance there is retro_gain times that of a matt surface.
   double retro_gain = 0.0;
+  /// Share of the light that a matt surface scatters, and the colour of what a metal reflects: 0 to 1 each.
+  glm::dvec3 base_color{0.8};
+  double metallic = 0.0;  ///< 0: not a metal; 1: a metal; between: a mixture of both
+  /// 0: a mirror; 1: the roughest surface. The width of the microfacet distribution (GGX, alpha) is its
+  /// square.
+  double roughness = 1.0;
+  /// Luminance of the light that the surface emits, the same in all directions: 0 to max_luminance_cdpm2
+  /// each. Equal channels (L, L, L) have the luminance L.
+  glm::dvec3 emission_cdpm2{0.0};
+  /// Share of the light, of what the surface does not reflect, that passes through it instead of being
+  /// scattered: 0 to 1.
+  double transmission = 0.0;
+  double refractive_index = 1.5;  ///< of what is behind the surface: 1 to max_refractive_index
 
   bool is_retro_reflector() const noexcept { return retro_gain != 0.0; }
   friend bool operator==(const Material&, const Material&) = default;

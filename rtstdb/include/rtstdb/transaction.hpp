@@ -91,6 +91,7 @@ enum class BadInputReason : std::uint8_t {
   unknown_entity,
   unknown_geometry,
   unknown_material,
+  unknown_light,
   too_many_entities,
   world_time_goes_back,
   time_not_covered,

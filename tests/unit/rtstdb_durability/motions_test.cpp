@@ -30,6 +30,7 @@ class ReplayChecker final : public log::ReplayListener {
   void world(const log::World& world) override { expect_known(world); }
   void geometry(const log::WorldGeometry&) override {}
   void material(const log::LoggedMaterial&) override {}
+  void light(const log::LoggedLight&) override {}
   void commit(const store::WriteSet& set, const log::World& now, std::uint64_t) override {
     ++commits;
     for (const store::Write& write : set.writes)

@@ -20,6 +20,8 @@ class SlowWorld final : public WorldSource {
     WorldHead head;
     head.version = {version, at};
     head.next_version = version + 1;
+    head.materials = materials;
+    head.lights = lights;
     return head;
   }
   bool rows(std::uint32_t /*first*/, std::span<EntityState> /*states*/) override { return true; }
@@ -28,6 +30,8 @@ class SlowWorld final : public WorldSource {
 
   bool ready = false;
   Version version = 10;
+  std::vector<LoggedMaterial> materials;
+  std::vector<LoggedLight> lights;
   WorldTime at = world_time_ns(1'000);
 };
 
@@ -36,7 +40,7 @@ class CheckpointerTest : public testing::Test {
   /// The header of the finished checkpoint.
   CheckpointHeader finished() {
     while (checkpointer.in_progress())
-      checkpointer.advance({.version = 100, .geometries = 0}, now);
+      checkpointer.advance({.version = 100}, now);
     const auto header = read_checkpoint_header(disk, 1);
     EXPECT_TRUE(header.ok()) << header.error().message;
     return header.ok() ? header.value() : CheckpointHeader{};
@@ -46,6 +50,28 @@ class CheckpointerTest : public testing::Test {
   const ClockTime now = clock_time_ns(1);
   Checkpointer checkpointer{disk, world, 77, 1, 64, {Nanoseconds(1), Nanoseconds(1)}};
 };
+
+TEST_F(CheckpointerTest, WaitsUntilItsMaterialsAndLightsAreOnDisk) {
+  world.ready = true;
+  world.materials = {{{1}, "paint", {}}};
+  world.lights = {{{0}, "lamp", {.intensity_cd = 1.0}}, {{1}, "sun", {.intensity_cd = 2.0}}};
+  checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0);
+  const auto is_finished = [&](const AddedCounts& added) {
+    for (int step = 0; step < 10; ++step)
+      if (checkpointer.advance({.version = 10, .added = added}, now).progress ==
+          Checkpointer::Progress::finished)
+        return true;
+    return false;
+  };
+  EXPECT_FALSE(is_finished({.geometries = 0, .materials = 0, .lights = 2}));
+  EXPECT_FALSE(is_finished({.geometries = 0, .materials = 1, .lights = 1}));
+  ASSERT_TRUE(is_finished({.geometries = 0, .materials = 1, .lights = 2}));
+  const auto checkpoint = read_checkpoint(disk, 1, 77);
+  ASSERT_TRUE(checkpoint.ok()) << checkpoint.error().message;
+  EXPECT_EQ(checkpoint.value().world.materials.size(), 1u);
+  ASSERT_EQ(checkpoint.value().world.lights.size(), 2u);
+  EXPECT_EQ(checkpoint.value().world.lights[1].value, (Light{.intensity_cd = 2.0}));
+}
 
 TEST_F(CheckpointerTest, KeepsThePositionOfTheFirstRequest) {
   EXPECT_EQ(checkpointer.begin({.segment = 5, .offset = 512, .group = 8, .link = 1}, 9, now, 0).progress,

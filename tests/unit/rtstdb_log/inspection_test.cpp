@@ -213,6 +213,7 @@ class ReplayRecorder final : public ReplayListener {
   }
   void geometry(const WorldGeometry&) override {}
   void material(const LoggedMaterial&) override {}
+  void light(const LoggedLight&) override {}
   void commit(const store::WriteSet& set, const World& now, std::uint64_t) override {
     EXPECT_FALSE(after_gap_);
     EXPECT_EQ(set.version, now.latest.version);

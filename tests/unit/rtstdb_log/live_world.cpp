@@ -49,9 +49,10 @@ std::string text_of(const World& world) {
     }
     const EntityRow& row = state.row;
     const Motion& m = row.motion;
-    add(std::snprintf(line, sizeof line, "row %zu generation %u by %llu geometry %u mask %u material %u",
-                      index, state.id.generation, static_cast<unsigned long long>(state.written_by),
-                      row.geometry.index, row.mask, row.material.index));
+    add(std::snprintf(line, sizeof line,
+                      "row %zu generation %u by %llu geometry %u mask %u material %u light %u", index,
+                      state.id.generation, static_cast<unsigned long long>(state.written_by),
+                      row.geometry.index, row.mask, row.material.index, row.light.index));
     for (const double value :
          {row.scale.x, row.scale.y, row.scale.z, m.p_world_m.x, m.p_world_m.y, m.p_world_m.z, m.q_world.w,
           m.q_world.x, m.q_world.y, m.q_world.z, m.v_world_mps.x, m.v_world_mps.y, m.v_world_mps.z,
@@ -75,13 +76,29 @@ std::string text_of(const World& world) {
     }
     text += '\n';
   }
-  const auto bits_of = [](double value) {
-    return static_cast<unsigned long long>(std::bit_cast<std::uint64_t>(value));
+  const auto add_bits = [&](std::initializer_list<double> values) {
+    for (const double value : values)
+      add(std::snprintf(line, sizeof line, " %016llx",
+                        static_cast<unsigned long long>(std::bit_cast<std::uint64_t>(value))));
   };
-  for (const LoggedMaterial& material : world.materials)
-    add(std::snprintf(line, sizeof line, "material %u %s %016llx %016llx\n", material.id.index,
-                      material.name.c_str(), bits_of(material.material.reflectance),
-                      bits_of(material.material.retro_gain)));
+  for (const LoggedMaterial& material : world.materials) {
+    const Material& m = material.value;
+    add(std::snprintf(line, sizeof line, "material %u %s 0", material.id.index, material.name.c_str()));
+    add_bits({m.reflectance, m.retro_gain, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic,
+              m.roughness, m.emission_cdpm2.r, m.emission_cdpm2.g, m.emission_cdpm2.b, m.transmission,
+              m.refractive_index});
+    text += '\n';
+  }
+  for (const LoggedLight& light : world.lights) {
+    const Light& l = light.value;
+    add(std::snprintf(line, sizeof line, "light %u %s %d", light.id.index, light.name.c_str(),
+                      static_cast<int>(l.kind) + 1));
+    add_bits({l.color.r, l.color.g, l.color.b, l.illuminance_lx, l.intensity_cd, l.inner_angle_rad,
+              l.outer_angle_rad, l.angular_diameter_rad});
+    for (const glm::dvec3& channels : {l.zenith_cdpm2, l.horizon_cdpm2, l.ground_cdpm2})
+      add_bits({channels.r, channels.g, channels.b});
+    text += '\n';
+  }
   return text;
 }
 
@@ -110,6 +127,7 @@ LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_byte
            .retained_changes = 256,
            .geometry_known = [this](GeometryId id) { return !id.valid() || id.index < geometries_.size(); },
            .material_known = [this](MaterialId id) { return id.index <= materials_.size(); },
+           .light_known = [this](LightId id) { return id.index < lights_.size(); },
            .max_geometries = 16}),
       generations_(live_entities, 0),
       ring_(ring_bytes),
@@ -126,6 +144,7 @@ LiveWorld::LiveWorld(std::uint64_t seed, History& history, std::size_t ring_byte
       keep_shapes(geometry.logged, world.shape_of(geometry), geometry.shape_version);
   }
   materials_ = world.materials;
+  lights_ = world.lights;
   store_.restore(world.restored());
   std::copy(world.generations.begin(), world.generations.end(), generations_.begin());
   next_version_ = world.next_version;
@@ -146,6 +165,7 @@ EntityRow LiveWorld::random_row() {
   row.scale = {1.0 + below(5), 1.0, 0.5};
   row.mask = static_cast<std::uint32_t>(random_());
   row.material = {below(static_cast<std::uint32_t>(materials_.size()) + 1)};
+  if (!lights_.empty() && below(2) == 0) row.light = {below(static_cast<std::uint32_t>(lights_.size()))};
   row.motion.p_world_m = {number(random_), number(random_), number(random_)};
   row.motion.q_world = {number(random_), number(random_), number(random_), 1.0};
   row.motion.v_world_mps = {number(random_), 0.0, -0.0};
@@ -308,10 +328,44 @@ bool LiveWorld::add_material() {
   LoggedMaterial material;
   material.id = {static_cast<std::uint32_t>(materials_.size()) + 1};
   material.name = "material_" + std::to_string(materials_.size());
-  material.material.reflectance = 0.1 * below(11);
-  if (below(2) == 0) material.material.retro_gain = 1.0 + below(500);
+  material.value.reflectance = 0.1 * below(11);
+  if (below(2) == 0) material.value.retro_gain = 1.0 + below(500);
+  if (below(2) == 0) material.value.base_color = random_color();
+  if (below(2) == 0) material.value.emission_cdpm2 = random_color();
+  if (below(2) == 0) material.value.metallic = 1.0;
+  if (below(2) == 0) material.value.roughness = 0.1 * below(11);
+  if (below(2) == 0) material.value.transmission = 0.5;
+  if (below(2) == 0) material.value.refractive_index = 1.25;
   if (!recorder_.record(material)) return false;
   materials_.push_back(material);
+  return true;
+}
+
+bool LiveWorld::add_light() {
+  if (lights_.size() == 8) return false;
+  LoggedLight light;
+  light.id = {static_cast<std::uint32_t>(lights_.size())};
+  light.name = "light_" + std::to_string(lights_.size());
+  Light& value = light.value;
+  value.kind = static_cast<LightKind>(below(4));
+  if (value.kind == LightKind::sky) {
+    value.zenith_cdpm2 = random_color();
+    value.horizon_cdpm2 = random_color();
+    value.ground_cdpm2 = random_color();
+  } else if (below(2) == 0) {
+    value.color = random_color();
+  }
+  if (value.kind == LightKind::directional) {
+    value.illuminance_lx = 1.0 + below(500);
+    value.angular_diameter_rad = 0.01 * below(20);
+  }
+  if (value.kind == LightKind::point || value.kind == LightKind::spot) value.intensity_cd = 1.0 + below(500);
+  if (value.kind == LightKind::spot) {
+    value.inner_angle_rad = 0.1 * below(5);
+    value.outer_angle_rad = 0.5;
+  }
+  if (!recorder_.record(light)) return false;
+  lights_.push_back(light);
   return true;
 }
 
@@ -326,6 +380,7 @@ std::optional<WorldHead> LiveWorld::begin(Version not_before) {
   head.index_limit = store_.latest_snapshot().index_limit();
   head.geometries = geometries_;
   head.materials = materials_;
+  head.lights = lights_;
   return head;
 }
 

@@ -66,8 +66,9 @@ class LiveWorld final : public WorldSource {
   void commit_and_discard(const std::function<void()>& between = [] {});
   /// Adds a geometry with its file; false: the disk fails or the ring is full.
   bool add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file);
-  /// Adds a material; false: there are eight, or the ring is full.
+  /// Adds a material or a light; false: there are eight, or the ring is full.
   bool add_material();
+  bool add_light();
 
   /// From now on, about half of the commits are collected until the recorder's flush.
   void collect_some_commits() { collects_some_ = true; }
@@ -85,6 +86,7 @@ class LiveWorld final : public WorldSource {
   store::WriteSet random_set();
   void commit(store::WriteSet set);
   EntityRow random_row();
+  glm::dvec3 random_color() { return {0.1 * below(11), 0.1 * below(11), 0.5}; }
   /// The entity's row with some words of its motion changed.
   EntityRow moved(EntityId entity);
   void record(const store::WriteSet& set, bool may_collect);
@@ -95,6 +97,7 @@ class LiveWorld final : public WorldSource {
   History& history_;
   std::vector<LoggedGeometry> geometries_;
   std::vector<LoggedMaterial> materials_;
+  std::vector<LoggedLight> lights_;
   std::map<std::uint32_t, std::vector<glm::vec3>> shapes_to_write_;  // memory of the shapes of a staged set
   std::map<std::uint32_t, std::size_t> positions_of_;
   store::Store store_;

@@ -25,6 +25,7 @@ class RandomSets {
     row.scale = {min_scale, 1.0 + below(9), max_scale};
     row.mask = static_cast<std::uint32_t>(random_());
     row.material = {static_cast<std::uint32_t>(random_() % rtstdb::max_materials)};
+    if (below(2) == 0) row.light = {below(max_lights)};
     row.motion.p_world_m = {number(max_coordinate_m), -0.0, max_coordinate_m};
     row.motion.q_world = {number(1.0), number(1e-3), number(1e3), 1.0};
     row.motion.v_world_mps = {number(1e4), number(1e-300), 0.0};

@@ -43,15 +43,17 @@ Bytes bytes_of(const LoggedGeometry& geometry) {
   encode_geometry(geometry, bytes);
   return bytes;
 }
-Bytes bytes_of(const LoggedMaterial& material) {
-  Bytes bytes(material_bytes(material));
-  encode_material(material, bytes);
+template <class Value>
+Bytes bytes_of(const LoggedDefinition<Value>& definition) {
+  Bytes bytes(definition_bytes(definition));
+  encode_definition(definition, bytes);
   return bytes;
 }
 Bytes bytes_of(const Record& record) {
   if (record.kind == RecordKind::commit) return bytes_of(record.commit);
   if (record.kind == RecordKind::geometry) return bytes_of(record.geometry);
   if (record.kind == RecordKind::material) return bytes_of(record.material);
+  if (record.kind == RecordKind::light) return bytes_of(record.light);
   Bytes bytes(record.kind == RecordKind::gap ? gap_bytes : discard_bytes);
   if (record.kind == RecordKind::gap) {
     encode_gap(record.version, record.to, bytes);
@@ -81,6 +83,7 @@ void expect_same(const store::WriteSet& a, const store::WriteSet& b) {
     ASSERT_EQ(x.state.row.scale, y.state.row.scale);
     ASSERT_EQ(x.state.row.mask, y.state.row.mask);
     ASSERT_EQ(x.state.row.material, y.state.row.material);
+    ASSERT_EQ(x.state.row.light, y.state.row.light);
   }
   for (std::size_t k = 0; k < a.shapes.size(); ++k) {
     ASSERT_EQ(a.shapes[k].geometry, b.shapes[k].geometry);
@@ -255,57 +258,6 @@ TEST(LogRecord, GeometriesRoundTrip) {
   }
 }
 
-LoggedMaterial material_named(const std::string& name) {
-  return {{7}, name, {.reflectance = 0.25, .retro_gain = 300.0}};
-}
-
-TEST(LogRecord, MaterialsRoundTrip) {
-  RecordDecoder decoder;
-  for (const std::size_t length : {0, 1, 7, 8, 9, 4096}) {
-    for (const Material& properties : {Material{}, Material{.reflectance = 0.5}, Material{.retro_gain = 1.0},
-                                       Material{0.0, max_retro_gain}}) {
-      LoggedMaterial material = material_named(std::string(length, 'x'));
-      material.material = properties;
-      const Bytes bytes = bytes_of(material);
-      ASSERT_EQ(decoder.decode(bytes), nullptr);
-      EXPECT_EQ(decoder.record().kind, RecordKind::material);
-      const LoggedMaterial& back = decoder.record().material;
-      EXPECT_EQ(back.id, material.id);
-      EXPECT_EQ(back.name, material.name);
-      EXPECT_EQ(back.material, properties);
-    }
-  }
-}
-
-TEST(LogRecord, DefaultPropertiesOfMaterialTakeNoBytes) {
-  LoggedMaterial material = material_named("");
-  const std::size_t with_both = bytes_of(material).size();
-  material.material = {};
-  EXPECT_EQ(bytes_of(material).size(), with_both - 2 * sizeof(StoredProperty));
-}
-
-TEST(LogRecord, MaterialThatNoDatabaseWroteIsRefused) {
-  const Bytes bytes = bytes_of(material_named("abc"));
-  const auto refusal = [&](std::size_t offset, auto value) {
-    Bytes changed = bytes;
-    std::memcpy(changed.data() + sizeof(RecordHeader) + offset, &value, sizeof value);
-    RecordDecoder decoder;
-    const char* fault = decoder.decode(changed);
-    return std::string(fault != nullptr ? fault : "");
-  };
-  constexpr std::size_t first = sizeof(StoredMaterial), second = first + sizeof(StoredProperty);
-  EXPECT_EQ(refusal(0, std::uint32_t{7}), "") << "unchanged";
-  EXPECT_EQ(refusal(0, std::uint32_t{0}), "a material has invalid values") << "the default material";
-  EXPECT_EQ(refusal(0, max_materials), "a material's index is beyond the limit");
-  EXPECT_EQ(refusal(4, std::uint32_t{1u << 20}), "a material has too many properties");
-  EXPECT_EQ(refusal(second, std::uint32_t{99}),
-            "a material has a property that this version of rtstdb does not know");
-  EXPECT_EQ(refusal(second, std::uint32_t{1}), "a material's properties have invalid numbers");
-  EXPECT_EQ(refusal(first + 8, 1.0), "a material has invalid values") << "the default value is left out";
-  EXPECT_EQ(refusal(first + 8, 1.5), "a material has invalid values");
-  EXPECT_EQ(refusal(second + 8, 0.5), "a material has invalid values");
-}
-
 TEST(LogRecord, DiscardedVersionsAndGapsRoundTrip) {
   RecordDecoder decoder;
   Bytes bytes(discard_bytes);
@@ -357,10 +309,14 @@ TEST(LogRecord, WrongLengthIsRefused) {
 // A changed record is refused, or encoding it again gives exactly its bytes.
 TEST(LogRecord, AcceptedRecordsEncodeToTheSameBytes) {
   RandomSets random(4);
+  const LoggedMaterial material{{7}, "paint", {.retro_gain = 300.0, .base_color{0.1, 0.2, 0.3}}};
+  const LoggedLight light{
+      {7}, "lamp", {.kind = LightKind::spot, .intensity_cd = 5.0, .outer_angle_rad = 0.5}};
   int accepted = 0;
   for (int round = 0; round < 20'000; ++round) {
     Bytes bytes = round % 10 == 0   ? bytes_of(geometry_named("a name"))
-                  : round % 10 == 1 ? bytes_of(material_named("a name"))
+                  : round % 10 == 1 ? bytes_of(material)
+                  : round % 10 == 2 ? bytes_of(light)
                   : round % 3 == 0  ? bytes_of(random.move())
                                     : bytes_of(random.set(3));
     for (std::uint32_t k = 1 + random.below(3); k > 0; --k) {

@@ -25,6 +25,7 @@ SampleLog make_sample(const SampleOptions& options) {
     if (commit == 2 || commit == 9)
       world.add_geometry(disk, options.database_id, static_cast<std::uint64_t>(commit));
     if (commit == 4 || commit == 9) world.add_material();
+    if (commit == 5 || commit == 9) world.add_light();
     if (options.checkpoints && (commit == options.commits / 3 || commit == options.commits / 2))
       writer.value()->checkpoint_soon();
     if (commit % 7 == 3) world.commit_and_discard();

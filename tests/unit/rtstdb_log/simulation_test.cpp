@@ -89,6 +89,7 @@ class Simulation {
       if (what >= 45 && what < 50) world.commit_and_discard();
       if (what >= 50 && what < 53) world.add_geometry(disk_, database_id, next_file++);
       if (what >= 50 && what < 52) world.add_material();
+      if (what >= 51 && what < 53) world.add_light();
       if (what == 53) writer.checkpoint_soon();
       if (what == 54) writer.flush_soon();
       if (what == 55) set_faults();

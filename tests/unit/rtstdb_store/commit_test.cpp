@@ -85,6 +85,8 @@ std::vector<Refusal> refusals() {
       {"NaN motion", update_motion({0, 1}, bad_motion), BadInputReason::not_finite, nan},
       {"geometry 9", create(row_at(1, 9)), BadInputReason::unknown_geometry, 9.0},
       {"material 9", create(of_material(9)), BadInputReason::unknown_material, 9.0},
+      {"light 0", create(with_light(0)), BadInputReason::unknown_light, 0.0},
+      {"light 7", update({0, 1}, with_light(7)), BadInputReason::unknown_light, 7.0},
       {"never created", update({3, 1}, row_at(1)), BadInputReason::unknown_entity, 0.0},
       {"older generation", remove({0, 0}), BadInputReason::unknown_entity, 0.0},
       {"no id", remove(EntityId{}), BadInputReason::unknown_entity, 0.0},

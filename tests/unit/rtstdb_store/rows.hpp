@@ -33,6 +33,13 @@ inline EntityRow of_material(std::uint32_t index) {
   return row;
 }
 
+/// No light exists.
+inline EntityRow with_light(std::uint32_t index) {
+  EntityRow row = row_at(1);
+  row.light = {index};
+  return row;
+}
+
 inline Write create(const EntityRow& row) {
   return {WriteKind::create, {EntityId{}, row, 0}};
 }
@@ -70,7 +77,7 @@ inline bool same(const Motion& a, const Motion& b) {
 inline bool same(const EntityState& a, const EntityState& b) {
   return a.id == b.id && a.written_by == b.written_by && a.row.geometry == b.row.geometry &&
          a.row.scale == b.row.scale && a.row.mask == b.row.mask && a.row.material == b.row.material &&
-         same(a.row.motion, b.row.motion);
+         a.row.light == b.row.light && same(a.row.motion, b.row.motion);
 }
 
 }  // namespace rtstdb::store::test
