@@ -42,6 +42,7 @@ Json row(const rtstdb::EntityRow& row) {
   json["scale"] = vector(row.scale);
   json["mask"] = row.mask;
   json["material"] = row.material.index;
+  json["light"] = row.light.valid() ? Json(row.light.index) : Json(nullptr);
   json["motion"] = motion(row.motion);
   return json;
 }
@@ -95,7 +96,28 @@ class Lines final : public rtstdb::LogListener {
          {"material", material.index},
          {"name", report::valid_utf8(std::string(name))},
          {"reflectance", properties.reflectance},
-         {"retro_gain", properties.retro_gain}});
+         {"retro_gain", properties.retro_gain},
+         {"base_color", vector(properties.base_color)},
+         {"metallic", properties.metallic},
+         {"roughness", properties.roughness},
+         {"emission_cdpm2", vector(properties.emission_cdpm2)},
+         {"transmission", properties.transmission},
+         {"refractive_index", properties.refractive_index}});
+  }
+  void light(rtstdb::LightId light, std::string_view name, const rtstdb::Light& properties) override {
+    put({{"line", "light"},
+         {"light", light.index},
+         {"name", report::valid_utf8(std::string(name))},
+         {"kind", rtstdb::to_string(properties.kind)},
+         {"color", vector(properties.color)},
+         {"illuminance_lx", properties.illuminance_lx},
+         {"intensity_cd", properties.intensity_cd},
+         {"inner_angle_rad", properties.inner_angle_rad},
+         {"outer_angle_rad", properties.outer_angle_rad},
+         {"angular_diameter_rad", properties.angular_diameter_rad},
+         {"zenith_cdpm2", vector(properties.zenith_cdpm2)},
+         {"horizon_cdpm2", vector(properties.horizon_cdpm2)},
+         {"ground_cdpm2", vector(properties.ground_cdpm2)}});
   }
   void commit(const rtstdb::VersionInfo& version, std::span<const rtstdb::LogWrite> writes,
               std::span<const rtstdb::LogShape> shapes) override {

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "runtime/config/color.hpp"
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/require.hpp"
 #include "runtime/config/schema_node.hpp"
@@ -95,6 +96,7 @@ class Checker {
   Maybe check_number(const TreeNode& tree, const Schema::Node& schema, const std::string& label);
   Maybe check_quantity(const TreeNode& tree, const Schema::Node& schema, const std::string& label);
   Maybe check_file(const TreeNode& tree, const std::string& label);
+  Maybe check_color(const TreeNode& tree, const Schema::Node& schema, const std::string& label);
   Maybe check_list(const TreeNode& tree, const Schema::Node& schema, const std::string& label);
   Maybe check_map(const TreeNode& tree, const Schema::Node& schema, const std::string& label);
   Maybe check_record(const TreeNode& tree, const Schema::Node& schema, const std::string& label);
@@ -127,6 +129,8 @@ std::optional<Value> Checker::check(const TreeNode& tree, const Schema::Node& sc
       return check_quantity(tree, schema, label);
     case Kind::file:
       return check_file(tree, label);
+    case Kind::color:
+      return check_color(tree, schema, label);
     case Kind::list:
       return check_list(tree, schema, label);
     case Kind::record:
@@ -263,6 +267,20 @@ std::optional<Value> Checker::check_file(const TreeNode& tree, const std::string
     return wrong(tree, label, in_quotes(tree.scalar) + ": " + fault + " (" + path.string() + ")");
   Data data = begin(tree, Kind::file);
   data.text = path.string();
+  return end(std::move(data));
+}
+
+std::optional<Value> Checker::check_color(const TreeNode& tree, const Schema::Node& schema,
+                                          const std::string& label) {
+  if (tree.shape == Shape::sequence) return check_list(tree, schema, label);
+  const auto channels = tree.shape == Shape::scalar ? read_srgb_color(tree.scalar) : std::nullopt;
+  if (!channels) return wrong(tree, label, "expected " + expectation_of(schema) + ", found " + found(tree));
+  Data data = begin(tree, Kind::list);
+  for (const double channel : *channels) {
+    Data number = begin(tree, Kind::number);
+    number.number = channel;
+    data.items.push_back(end(std::move(number)));
+  }
   return end(std::move(data));
 }
 

@@ -140,40 +140,23 @@ void check_scale(const WorldEntity& entity, Diagnostics& diagnostics) {
                                           format_number(max_coordinate_m) + " m");
 }
 
-WorldMaterial read_material(const Value& value) {
-  return {.name = word_of(value["name"]),
-          .reflectance = value["reflectance"].number(),
-          .retro_gain = value.has("retro_gain") ? value["retro_gain"].number() : 0.0};
+/// `known`: of read_materials() or read_lights().
+void check_known(const std::optional<Word>& name, const char* noun, const KnownNames& known,
+                 Diagnostics& diagnostics) {
+  if (!name || !known || std::ranges::count(*known, name->text) > 0) return;
+  diagnostics.add(name->place, std::string("unknown ") + noun + " " + in_quotes(name->text) +
+                                   suggestion(name->text, *known));
 }
 
-/// Returns the names of all materials, also of those with mistakes. Empty when a name is missing or given
-/// twice: a name that seems unknown may be meant for that material.
-std::optional<std::vector<std::string>> read_materials(const Value* list, World& world,
-                                                       Diagnostics& diagnostics) {
-  std::vector<std::string> all;
-  if (list == nullptr) return all;
-  UniqueNames names("material", diagnostics);
-  bool all_are_known = true;
-  for (const Value& value : list->items()) {
-    if (const std::optional<Word> name = word_in(value, "name")) {
-      all_are_known = all_are_known && std::ranges::count(all, name->text) == 0;
-      names.add(*name);
-      all.push_back(name->text);
-    } else {
-      all_are_known = false;
-    }
-    if (is_whole(value)) world.materials.push_back(read_material(value));
+/// An entity without a shape is a light alone.
+void check_shapeless(const Value& value, const WorldEntity& entity, Diagnostics& diagnostics) {
+  if (entity.is_body()) return;
+  if (!entity.light)
+    diagnostics.add(value.place(), "missing key 'shape' (The form and size of the entity), or 'light'");
+  for (const char* key : {"field", "convex_parts", "solid", "material"}) {
+    if (value.has(key))
+      diagnostics.add(value[key].place(), in_quotes(key) + " belongs to a 'shape', which the entity lacks");
   }
-  if (!all_are_known) return std::nullopt;
-  return all;
-}
-
-/// `materials`: of read_materials().
-void check_material(const WorldEntity& entity, const std::optional<std::vector<std::string>>& materials,
-                    Diagnostics& diagnostics) {
-  if (!entity.material || !materials || std::ranges::count(*materials, entity.material->text) > 0) return;
-  diagnostics.add(entity.material->place, "unknown material " + in_quotes(entity.material->text) +
-                                              suggestion(entity.material->text, *materials));
 }
 
 DistanceField read_field(const Value& value, Diagnostics& diagnostics) {
@@ -190,8 +173,10 @@ DistanceField read_field(const Value& value, Diagnostics& diagnostics) {
 WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
   WorldEntity entity;
   entity.name = word_of(value["name"]);
-  entity.shape = read_shape(value["shape"], diagnostics);
-  entity.shape_place = value["shape"].place();
+  if (value.has("shape")) {
+    entity.shape = read_shape(value["shape"], diagnostics);
+    entity.shape_place = value["shape"].place();
+  }
   entity.position_m = three(value["position"]);
   entity.rotation_wxyz = read_rotation(value["rotation"], diagnostics);
   entity.velocity_mps = three(value["velocity"]);
@@ -207,6 +192,8 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
       diagnostics.add(entity.solid_place, "an entity has either 'solid' or 'convex_parts'");
   }
   entity.material = word_in(value, "material");
+  entity.light = word_in(value, "light");
+  check_shapeless(value, entity, diagnostics);
   for (const Value& layer : value["mask"].items())
     entity.mask.push_back(word_of(layer));
   check_rates(value, entity, diagnostics);
@@ -221,8 +208,12 @@ void check_word(const Word& name, const char* noun, Diagnostics& diagnostics) {
                                     noun + " another name");
 }
 
-void read_entities(const Value& list, const std::optional<std::vector<std::string>>& materials,
-                   Scenario& scenario, ReaderContext& reading) {
+/// The names that entities may use.
+struct OpticalNames {
+  KnownNames materials, lights;
+};
+
+void read_entities(const Value& list, const OpticalNames& known, Scenario& scenario, ReaderContext& reading) {
   World& world = scenario.world;
   UniqueNames names("entity", reading.diagnostics);
   for (const Value& value : list.items()) {
@@ -230,7 +221,8 @@ void read_entities(const Value& list, const std::optional<std::vector<std::strin
     if (!is_whole(value)) continue;
     WorldEntity entity = read_entity(value, reading.diagnostics);
     check_word(entity.name, "entity", reading.diagnostics);
-    check_material(entity, materials, reading.diagnostics);
+    check_known(entity.material, "material", known.materials, reading.diagnostics);
+    check_known(entity.light, "light", known.lights, reading.diagnostics);
     check_path(value, entity, scenario.duration_ns, reading.diagnostics);
     entity.mask_bits = read_mask(entity, world.layers, world.layers_are_listed, reading.diagnostics);
     world.entities.push_back(std::move(entity));
@@ -327,10 +319,11 @@ void read_world(const Value& root, Scenario& scenario, ReaderContext& reading) {
     }
   }
   world.layers_are_listed = layers != nullptr && (!layers->items().empty() || !is_whole(*layers));
-  const Value* const materials = part_of(*value, "materials");
-  const auto material_names = read_materials(materials, world, reading.diagnostics);
+  const OpticalNames names{
+      .materials = read_materials(part_of(*value, "materials"), world, reading.diagnostics),
+      .lights = read_lights(part_of(*value, "lights"), world, reading.diagnostics)};
   if (const Value* const entities = part_of(*value, "entities")) {
-    read_entities(*entities, material_names, scenario, reading);
+    read_entities(*entities, names, scenario, reading);
   }
   if (const Value* const regions = part_of(*value, "regions"))
     read_regions(*regions, world, reading.diagnostics);

@@ -20,6 +20,7 @@
 #include "runtime/config/expectation_section.hpp"
 #include "runtime/config/expression.hpp"
 #include "runtime/config/fault_section.hpp"
+#include "runtime/config/optics_section.hpp"
 #include "runtime/config/schema.hpp"
 #include "runtime/config/stimulus_section.hpp"
 
@@ -40,6 +41,7 @@ struct Realtime {
   double max_lost = 0.0;         ///< share of ticks, or of a task's releases, that may be lost
 };
 
+struct NoShape {};
 /// Sizes are full extents in metres.
 struct BoxShape {
   std::array<double, 3> size_m{};
@@ -64,14 +66,8 @@ struct PartsShape {
   std::string path;  ///< absolute
   Place place;
 };
-using Shape = std::variant<BoxShape, CylinderShape, SphereShape, RectangleShape, FileShape, PartsShape>;
-
-/// A surface, which entities name.
-struct WorldMaterial {
-  Word name;
-  double reflectance = 1.0;  ///< 0 to 1
-  double retro_gain = 0.0;   ///< 0: no retro-reflector; else at least 1
-};
+using Shape =
+    std::variant<NoShape, BoxShape, CylinderShape, SphereShape, RectangleShape, FileShape, PartsShape>;
 
 /// The distance field of a shape (rtstdb/field.hpp), for sensors with `mode: fast`. Of the shape before the
 /// entity's scale.
@@ -97,8 +93,8 @@ struct SolidShape {
 /// right-handed, z up.
 struct WorldEntity {
   Word name;
-  Shape shape;
-  Place shape_place;
+  Shape shape;        ///< NoShape: a light alone, which is no body
+  Place shape_place;  ///< with a shape
   std::array<double, 3> position_m{};
   std::array<double, 4> rotation_wxyz{1.0, 0.0, 0.0, 0.0};  ///< unit quaternion, entity -> world
   std::array<double, 3> velocity_mps{};
@@ -110,8 +106,11 @@ struct WorldEntity {
   std::optional<SolidShape> solid;
   Place solid_place;             ///< with a solid
   std::optional<Word> material;  ///< of World::materials; none: the default material
+  std::optional<Word> light;     ///< of World::lights
   std::vector<Word> mask;        ///< layer names, at least one
   std::uint32_t mask_bits = 0;   ///< the same by Layers
+
+  bool is_body() const noexcept { return !std::holds_alternative<NoShape>(shape); }
 };
 
 /// A box in space, for inside(body, region) of expressions.
@@ -160,6 +159,7 @@ struct World {
   Layers layers;  ///< those listed under `layers`; when none are, those of the entities in their order
   bool layers_are_listed = false;
   std::vector<WorldMaterial> materials;
+  std::vector<WorldLight> lights;
   std::vector<WorldEntity> entities;
   std::vector<WorldRegion> regions;
   std::vector<WorldBeam> beams;

@@ -107,17 +107,6 @@ Schema solid_schema() {
   });
 }
 
-Schema material_schema() {
-  return Schema::record({
-      Field::needed("name", Schema::name(), "The material's name, unique in the world."),
-      Field::with_default("reflectance", Schema::number(0.0, 1.0), "1",
-                          "The share of the incident light that the matt surface scatters back."),
-      Field::optional("retro_gain", Schema::number(1.0, max_retro_gain),
-                      "A retro-reflector: how many times as much light it returns toward the source as a "
-                      "matt surface of the same reflectance, at any angle. Left out: no retro-reflector."),
-  });
-}
-
 Schema field_schema() {
   return Schema::record({
       Field::optional(
@@ -135,7 +124,8 @@ Schema field_schema() {
 Schema entity_schema() {
   return Schema::record({
       Field::needed("name", Schema::name(), "The entity's name, unique in the world."),
-      Field::needed("shape", shape_schema(), "The form and size of the entity."),
+      Field::optional("shape", shape_schema(),
+                      "The form and size of the entity. Left out: none, for a light alone."),
       Field::with_default("position", vector3(Quantity::length_m, max_coordinate_m), "[0 m, 0 m, 0 m]",
                           "The position of the shape's origin in the world."),
       Field::with_default("rotation", rotation_schema(), "{}", "The rotation of the entity. Left out: none."),
@@ -158,7 +148,11 @@ Schema entity_schema() {
                       "The exact shape of a body whose mesh approximates it, for contacts. Left out: of a "
                       "cylinder or a sphere the shape itself, of others none."),
       Field::optional("material", Schema::name(),
-                      "The material, one of world.materials. Left out: matt, with the reflectance 1."),
+                      "The material, one of world.materials. Left out: matt, with the reflectance 1 and "
+                      "the base colour 0.8."),
+      Field::optional("light", Schema::name(),
+                      "The light, one of world.lights, at the origin of the entity and along its x. Left "
+                      "out: none."),
       Field::with_default("mask", Schema::list(Schema::name(), 1, Layers::capacity), "[static]",
                           "The layers of the entity. A query names the layers that it sees."),
   });
@@ -228,6 +222,8 @@ Schema world_schema() {
                           "The names of all layers. Empty: the layers that entities and modules name."),
       Field::with_default("materials", Schema::list(material_schema(), 0, max_added_materials), "[]",
                           "The surfaces that entities name."),
+      Field::with_default("lights", Schema::list(light_schema(), 0, max_lights), "[]",
+                          "The lights that entities name, for images."),
       Field::with_default("entities", Schema::list(entity_schema()), "[]",
                           "The entities that exist from the first tick on."),
       Field::with_default("regions", Schema::list(region_schema()), "[]",

@@ -126,6 +126,15 @@ Schema Schema::file() {
   return Schema(std::make_shared<const Node>(std::move(node)));
 }
 
+Schema Schema::color(double maximum) {
+  Node node;
+  node.kind = Kind::color;
+  node.item = number(0.0, maximum);
+  node.minimum_items = node.maximum_items = 3;
+  node.maximum = maximum;
+  return Schema(std::make_shared<const Node>(std::move(node)));
+}
+
 Schema Schema::list(Schema item, std::size_t minimum_items, std::size_t maximum_items) {
   require(minimum_items <= maximum_items, "a range is not empty");
   Node node;
@@ -286,6 +295,9 @@ std::string expectation_of(const Schema::Node& schema) {
              unit_list(schema.quantity) + ")";
     case Kind::file:
       return "a file's path";
+    case Kind::color:
+      return "a colour ([r, g, b], linear from 0 to " + format_number(schema.maximum) +
+             ", or '#rrggbb' in quotes, sRGB)";
     case Kind::list:
       return "a list";
     case Kind::record:

@@ -39,6 +39,9 @@ enum class Quantity : std::uint8_t {
   inertia_kgm2,
   stiffness_npm,
   damping_nspm,
+  illuminance_lx,
+  luminous_intensity_cd,
+  luminance_cdpm2,
   share,       ///< dimensionless, written in per cent: 95 % is 0.95
   data_bytes,  ///< a size of files or memory, which is no unit of signals
 };
@@ -50,6 +53,7 @@ enum class Kind : std::uint8_t {
   number,
   quantity,
   file,
+  color,
   list,
   record,
   map,
@@ -73,6 +77,9 @@ class Schema {
   /// A path; must be a readable regular file. Relative ones start at the file that names them, and those of a
   /// --set option at the current directory.
   static Schema file();
+  /// Three channels from 0 to `maximum`: "[r, g, b]", linear with the primaries of sRGB, or "'#rrggbb'",
+  /// sRGB. The value is a list of three numbers, linear.
+  static Schema color(double maximum);
   static Schema list(Schema item, std::size_t minimum_items = 0, std::size_t maximum_items = 1'000'000);
   static Schema record(std::vector<Field> fields);
   /// A record that may also be written as one scalar, which is then the value of `key`: "BrakeCommand" for

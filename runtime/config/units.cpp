@@ -31,6 +31,9 @@ constexpr std::array torques{Unit{"N m", 1, 1}, Unit{"kN m", 1000, 1}, Unit{"mN 
 constexpr std::array inertias{Unit{"kg m2", 1, 1}, Unit{"kg m^2", 1, 1}, Unit{"t m2", 1000, 1}};
 constexpr std::array stiffnesses{Unit{"N/m", 1, 1}, Unit{"kN/m", 1000, 1}, Unit{"MN/m", 1e6, 1}};
 constexpr std::array dampings{Unit{"N s/m", 1, 1}, Unit{"kN s/m", 1000, 1}, Unit{"MN s/m", 1e6, 1}};
+constexpr std::array illuminances{Unit{"lx", 1, 1}, Unit{"klx", 1000, 1}};
+constexpr std::array luminous_intensities{Unit{"cd", 1, 1}, Unit{"kcd", 1000, 1}};
+constexpr std::array luminances{Unit{"cd/m2", 1, 1}, Unit{"cd/m^2", 1, 1}, Unit{"kcd/m2", 1000, 1}};
 constexpr std::array shares{Unit{"%", 1, 100}};
 constexpr std::array data_sizes{Unit{"B", 1, 1}, Unit{"KiB", 0x1p10, 1}, Unit{"MiB", 0x1p20, 1},
                                 Unit{"GiB", 0x1p30, 1}, Unit{"TiB", 0x1p40, 1}};
@@ -88,6 +91,12 @@ std::span<const Unit> units_of(Quantity quantity) {
       return stiffnesses;
     case Quantity::damping_nspm:
       return dampings;
+    case Quantity::illuminance_lx:
+      return illuminances;
+    case Quantity::luminous_intensity_cd:
+      return luminous_intensities;
+    case Quantity::luminance_cdpm2:
+      return luminances;
     case Quantity::share:
       return shares;
     case Quantity::data_bytes:
@@ -124,6 +133,12 @@ std::string_view name_with_article(Quantity quantity) {
       return "a stiffness";
     case Quantity::damping_nspm:
       return "a damping coefficient";
+    case Quantity::illuminance_lx:
+      return "an illuminance";
+    case Quantity::luminous_intensity_cd:
+      return "a luminous intensity";
+    case Quantity::luminance_cdpm2:
+      return "a luminance";
     case Quantity::share:
       return "a share";
     case Quantity::data_bytes:

@@ -17,6 +17,20 @@ rtstdb::Error error_of(const rtstdb::Outcome& outcome) {
           rtstdb::describe(outcome)};
 }
 
+/// Of a material or a light. Throws SetupError for an unknown name.
+template <class Id>
+Id id_of(const std::unordered_map<std::string, Id>& ids, const std::string& noun, const std::string& name,
+         const std::string& caller) {
+  const auto found = ids.find(name);
+  if (found != ids.end()) return found->second;
+  std::vector<std::string> known;
+  for (const auto& [known_name, id] : ids)
+    known.push_back(known_name);
+  std::ranges::sort(known);
+  throw SetupError(caller + ": world." + noun + "s has no " + noun + " '" + name + "'" +
+                   config::suggestion(name, known));
+}
+
 }  // namespace
 
 World::World(rtstdb::Database* database, std::vector<std::string> layers)
@@ -73,14 +87,18 @@ rtstdb::MaterialId World::add_material(const std::string& name, const rtstdb::Ma
 }
 
 rtstdb::MaterialId World::material_of(const std::string& name, const std::string& caller) const {
-  const auto found = materials_.find(name);
-  if (found != materials_.end()) return found->second;
-  std::vector<std::string> known;
-  for (const auto& [known_name, id] : materials_)
-    known.push_back(known_name);
-  std::ranges::sort(known);
-  throw SetupError(caller + ": world.materials has no material '" + name + "'" +
-                   config::suggestion(name, known));
+  return id_of(materials_, "material", name, caller);
+}
+
+rtstdb::LightId World::add_light(const std::string& name, const rtstdb::Light& light) {
+  if (lights_.contains(name)) throw SetupError("two lights have the name '" + name + "'");
+  auto added = database().add_light(light, name);
+  if (!added) throw SetupError("world.lights", added.error());
+  return lights_.emplace(name, added.value()).first->second;
+}
+
+rtstdb::LightId World::light_of(const std::string& name, const std::string& caller) const {
+  return id_of(lights_, "light", name, caller);
 }
 
 rtstdb::Reservation* World::reserve(const rtstdb::ReservationOptions& options) {

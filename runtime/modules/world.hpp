@@ -1,6 +1,6 @@
 #pragma once
-// The world while modules are configured: the database, the mask bits of the layers, and the materials and
-// entities by name.
+// The world while modules are configured: the database, the mask bits of the layers, and the materials, lights
+// and entities by name.
 //
 // A run without bodies whose modules need no world (ModuleType::needs_world) has no database. database() and
 // all members that add to the world are then misuse (asserts).
@@ -49,6 +49,9 @@ class World {
   rtstdb::MaterialId add_material(const std::string& name, const rtstdb::Material& material);
   /// A material of world.materials. Throws SetupError for an unknown name; the sentence begins with `caller`.
   rtstdb::MaterialId material_of(const std::string& name, const std::string& caller) const;
+  /// The same for lights and world.lights.
+  rtstdb::LightId add_light(const std::string& name, const rtstdb::Light& light);
+  rtstdb::LightId light_of(const std::string& name, const std::string& caller) const;
 
   /// Creates an entity at run time 0 with a name ("traffic.ego", "house_1"). Throws SetupError when the
   /// name is in use or the database refuses the row.
@@ -71,9 +74,11 @@ class World {
   const std::string& name_of(rtstdb::EntityId entity) const;
   /// Fills in the layers, and the entities that create() created, by ascending index.
   void describe(contribution::WorldRecord& record) const;
-  /// Box of the entity's geometry in the entity frame, unscaled. The entity is one that create() created.
+  /// Box of the entity's geometry in the entity frame, unscaled. The entity is one that create() created, and
+  /// has a geometry.
   rtstdb::Bounds bounds_of(rtstdb::EntityId entity) const;
-  /// GeometryInfo::convex_parts of the entity's geometry. The entity is one that create() created.
+  /// GeometryInfo::convex_parts of the entity's geometry; 0 without one. The entity is one that create()
+  /// created.
   std::uint32_t convex_parts_of(rtstdb::EntityId entity) const;
 
  private:
@@ -86,6 +91,7 @@ class World {
   std::vector<rtstdb::Bounds> geometry_bounds_;                    // by geometry index
   std::unordered_map<std::string, rtstdb::GeometryId> shared_;     // by key
   std::unordered_map<std::string, rtstdb::MaterialId> materials_;  // by name
+  std::unordered_map<std::string, rtstdb::LightId> lights_;        // by name
   std::unordered_map<std::string, rtstdb::EntityId> by_name_;
   std::vector<std::string> names_;                 // by entity index
   std::vector<std::uint32_t> generations_;         // by entity index

@@ -15,6 +15,7 @@
 #include "runtime/config/world_limits.hpp"
 #include "runtime/modules/module.hpp"
 #include "runtime/run/parts_mesh.hpp"
+#include "runtime/run/scene_optics.hpp"
 
 namespace hil::run {
 namespace {
@@ -24,6 +25,15 @@ static_assert(config::max_speed_mps == rtstdb::max_speed_mps);
 static_assert(config::max_angular_rate_radps == rtstdb::max_angular_rate_radps);
 static_assert(config::max_added_materials + 1 == rtstdb::max_materials);
 static_assert(config::max_retro_gain == rtstdb::max_retro_gain);
+static_assert(config::max_refractive_index == rtstdb::max_refractive_index);
+static_assert(config::max_lights == rtstdb::max_lights);
+static_assert(config::max_luminance_cdpm2 == rtstdb::max_luminance_cdpm2);
+static_assert(config::max_light_color == rtstdb::max_light_color);
+static_assert(config::max_illuminance_lx == rtstdb::max_illuminance_lx);
+static_assert(config::max_intensity_cd == rtstdb::max_intensity_cd);
+static_assert(config::max_angular_diameter_rad == rtstdb::max_angular_diameter_rad);
+static_assert(config::min_spot_angle_rad == rtstdb::min_spot_angle_rad);
+static_assert(config::max_spot_angle_rad == rtstdb::max_spot_angle_rad);
 static_assert(config::max_field_bytes == rtstdb::max_field_bytes);
 static_assert(config::min_scale == rtstdb::min_scale && config::max_scale == rtstdb::max_scale);
 
@@ -244,6 +254,10 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
   Scenery scenery;
   std::map<ShapeKey, std::optional<std::size_t>> known;  // empty: can not be made, with a mistake
   for (const config::WorldEntity& entity : world.entities) {
+    if (!entity.is_body()) {
+      scenery.mesh_of.emplace_back();
+      continue;
+    }
     const auto [at, is_new] = known.try_emplace(key_of(entity));
     if (is_new) {
       if (auto mesh = mesh_of(entity.shape, diagnostics)) {
@@ -255,7 +269,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
       }
     }
     if (at->second) check_scale(entity, scenery.bounds[*at->second], diagnostics);
-    scenery.mesh_of.push_back(at->second.value_or(0));
+    scenery.mesh_of.push_back(at->second);
   }
   return scenery;
 }
@@ -263,8 +277,9 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world,
                     WorldFields& fields) {
   for (const config::WorldMaterial& material : scenario.world.materials)
-    world.add_material(material.name.text,
-                       {.reflectance = material.reflectance, .retro_gain = material.retro_gain});
+    world.add_material(material.name.text, material_of(material));
+  for (const config::WorldLight& light : scenario.world.lights)
+    world.add_light(light.name.text, light_of(light));
   std::vector<rtstdb::GeometryId> geometries;
   for (std::size_t i = 0; i < scenery.meshes.size(); ++i) {
     const config::WorldEntity& entity = *scenery.first_entity[i];
@@ -278,11 +293,12 @@ void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules:
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {
     const config::WorldEntity& entity = scenario.world.entities[i];
     rtstdb::EntityRow row;
-    row.geometry = geometries[scenery.mesh_of[i]];
+    if (scenery.mesh_of[i]) row.geometry = geometries[*scenery.mesh_of[i]];
     row.scale = glm::dvec3(entity.scale);
     row.mask = entity.mask_bits;
     if (entity.material)
       row.material = world.material_of(entity.material->text, "entity " + entity.name.text);
+    if (entity.light) row.light = world.light_of(entity.light->text, "entity " + entity.name.text);
     row.motion = motion_of(entity);
     world.create(entity.name.text, row);
   }
@@ -301,10 +317,11 @@ std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scen
   std::vector<report::Shape> shapes;
   for (std::size_t i = 0; i < scenario.world.entities.size(); ++i) {
     const config::WorldEntity& entity = scenario.world.entities[i];
+    if (!scenery.mesh_of[i]) continue;
     const rtstdb::Pose pose = rtstdb::pose_at(motions[i], rtstdb::world_time_ns(time_ns));
     shapes.push_back({.layer = report_layer(entity),
                       .label = entity.name.text,
-                      .footprint = footprint(entity, scenery.bounds[scenery.mesh_of[i]], pose),
+                      .footprint = footprint(entity, scenery.bounds[*scenery.mesh_of[i]], pose),
                       .body_layer = entity.mask.empty() ? std::string() : entity.mask.front().text});
   }
   return shapes;

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,7 +21,7 @@ struct Scenery {
   std::vector<rtstdb::GeometryOptions> options;          ///< by mesh: its convex parts and its solid
   std::vector<rtstdb::Bounds> bounds;                    ///< by mesh
   std::vector<const config::WorldEntity*> first_entity;  ///< by mesh: the first entity of that shape
-  std::vector<std::size_t> mesh_of;                      ///< by entity
+  std::vector<std::optional<std::size_t>> mesh_of;       ///< by entity; none: it has no shape
 };
 
 /// Makes the shapes and reads the mesh files. Adds a mistake for a file that can not be read or used, for
@@ -28,16 +29,16 @@ struct Scenery {
 /// limits; the scenery is then not usable.
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics);
 
-/// Creates the materials and the entities, and their geometries from the meshes, which `scenery` then no
-/// longer has. The fields are built when a query first needs them. Throws modules::SetupError.
+/// Creates the materials, the lights and the entities, and their geometries from the meshes, which `scenery`
+/// then no longer has. The fields are built when a query first needs them. Throws modules::SetupError.
 void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world,
                     WorldFields& fields);
 
 /// Motions of the scenery as the scenario gives them, by entity: from the first tick on.
 std::vector<rtstdb::Motion> first_motions(const config::World& world);
 
-/// Outlines of the scenery from above at an instant of run time, with these motions by entity. The outline
-/// of a mesh is that of its rotated box.
+/// Outlines of the bodies from above at an instant of run time, with these motions by entity. The outline of
+/// a mesh is that of its rotated box.
 std::vector<report::Shape> outlines(const config::Scenario& scenario, const Scenery& scenery,
                                     std::span<const rtstdb::Motion> motions, std::int64_t time_ns);
 

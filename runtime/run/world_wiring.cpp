@@ -44,26 +44,46 @@ void add_layers(Wiring& wiring, Diagnostics& diagnostics) {
   }
 }
 
-/// Layers and bodies that modules name have to be those of the scenario, or of earlier modules.
-void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
-  const auto check = [&](const std::vector<Word>& named, const std::vector<std::string>& known,
-                         const char* what) {
-    for (const Word& word : named) {
-      if (std::find(known.begin(), known.end(), word.text) != known.end()) continue;
-      diagnostics.add(word.place, std::string("there is no ") + what + " '" + word.text + "'" +
-                                      config::suggestion(word.text, known));
-    }
-  };
-  const config::World& world = wiring.scenario->world;
-  const bool all_layers_are_known = world.layers_are_listed || all_modules_exist(wiring);
+/// The names of the entities with a shape. Modules and relations name no others.
+std::vector<std::string> bodies_of(const config::World& world) {
   std::vector<std::string> bodies;
   for (const config::WorldEntity& entity : world.entities)
-    bodies.push_back(entity.name.text);
+    if (entity.is_body()) bodies.push_back(entity.name.text);
+  return bodies;
+}
+
+/// A mistake for a name that is none of `known` bodies.
+std::string missing_body(const config::World& world, const std::string& name, const char* noun,
+                         const char* where, const std::vector<std::string>& known) {
+  for (const config::WorldEntity& entity : world.entities)
+    if (!entity.is_body() && entity.name.text == name)
+      return "the entity '" + name + "' has no shape; only bodies with a shape can be named here";
+  return std::string("there is no ") + noun + " '" + name + "'" + where + config::suggestion(name, known);
+}
+
+/// Layers and bodies that modules name have to be those of the scenario, or of earlier modules.
+void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
+  const config::World& world = wiring.scenario->world;
+  const auto for_each_missing = [](const std::vector<Word>& named, const std::vector<std::string>& known,
+                                   const auto& visit) {
+    for (const Word& word : named)
+      if (std::find(known.begin(), known.end(), word.text) == known.end()) visit(word);
+  };
+  const bool all_layers_are_known = world.layers_are_listed || all_modules_exist(wiring);
+  std::vector<std::string> bodies = bodies_of(world);
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) return;  // its bodies are not known
     const modules::Ports& ports = wired.module->ports();
-    if (all_layers_are_known) check(ports.layers, wiring.layers.names(), "layer");
-    check(ports.bodies, bodies, "body");
+    const std::vector<std::string>& layers = wiring.layers.names();
+    if (all_layers_are_known) {
+      for_each_missing(ports.layers, layers, [&](const Word& layer) {
+        diagnostics.add(layer.place,
+                        "there is no layer '" + layer.text + "'" + config::suggestion(layer.text, layers));
+      });
+    }
+    for_each_missing(ports.bodies, bodies, [&](const Word& body) {
+      diagnostics.add(body.place, missing_body(world, body.text, "body", "", bodies));
+    });
     for (const std::string& made : ports.makes)
       bodies.push_back(wired.section->module.text + "." + made);
   }
@@ -71,16 +91,14 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
 
 /// A body that a module moves is an entity of the scenario, and no other module moves it.
 void check_moved_bodies(const Wiring& wiring, Diagnostics& diagnostics) {
-  std::vector<std::string> bodies;
-  for (const config::WorldEntity& entity : wiring.scenario->world.entities)
-    bodies.push_back(entity.name.text);
+  const std::vector<std::string> bodies = bodies_of(wiring.scenario->world);
   std::map<std::string, std::string> movers;
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) continue;
     for (const Word& body : wired.module->ports().moves) {
       if (std::find(bodies.begin(), bodies.end(), body.text) == bodies.end()) {
-        diagnostics.add(body.place, "there is no entity '" + body.text + "' in world.entities" +
-                                        config::suggestion(body.text, bodies));
+        diagnostics.add(body.place, missing_body(wiring.scenario->world, body.text, "entity",
+                                                 " in world.entities", bodies));
         continue;
       }
       const auto [mover, is_first] = movers.emplace(body.text, wired.section->module.text);

@@ -38,7 +38,8 @@ struct Light {
   double intensity_cd = 0.0;
   /// spot: full angles of the cones with full intensity and with any intensity; 0 <= inner <= outer, and
   /// min_spot_angle_rad <= outer <= max_spot_angle_rad. At the angle a to +x the intensity is multiplied by
-  ///     t * t * (3 - 2 * t)  with  t = clamp((cos(a) - cos(outer / 2)) / (cos(inner / 2) - cos(outer / 2)), 0, 1)
+  ///     t * t * (3 - 2 * t)  with
+  ///     t = clamp((cos(a) - cos(outer / 2)) / (cos(inner / 2) - cos(outer / 2)), 0, 1)
   /// or, where inner = outer, by 1 for a <= outer / 2 and by 0 beyond.
   double inner_angle_rad = 0.0;
   double outer_angle_rad = 0.0;

@@ -75,6 +75,12 @@ class FakeDatabase final : public rtstdb::Database {
                                                   std::string_view /*name*/) override {
     return refused();
   }
+  rtstdb::Result<rtstdb::LightId> add_light(const rtstdb::Light& /*light*/,
+                                            std::string_view /*name*/) override {
+    return refused();
+  }
+  std::optional<rtstdb::LightId> find_light(std::string_view /*name*/) const override { return std::nullopt; }
+  std::optional<rtstdb::Light> light(rtstdb::LightId /*id*/) const noexcept override { return std::nullopt; }
   rtstdb::Result<rtstdb::FieldReport> build_field(rtstdb::GeometryId /*id*/,
                                                   const rtstdb::FieldOptions& /*options*/) override {
     return refused();

@@ -79,7 +79,7 @@ TEST_F(WorldWiring, MeshIsReadOnceForAllItsEntities) {
                         "    - {name: c, shape: {file: {path: a.obj, scale: 2}}}\n"),
             "");
   EXPECT_EQ(wiring_->scenery.meshes.size(), 2U);
-  EXPECT_EQ(wiring_->scenery.mesh_of, (std::vector<std::size_t>{0, 0, 1}));
+  EXPECT_EQ(wiring_->scenery.mesh_of, (std::vector<std::optional<std::size_t>>{0, 0, 1}));
   EXPECT_FLOAT_EQ(wiring_->scenery.bounds[1].maximum_m.x, 2.0F);
 }
 
@@ -212,6 +212,27 @@ world:
   EXPECT_EQ(shapes[0].body_layer, "thing");
   EXPECT_EQ(shapes[0].layer, report::Layer::structure) << "the layer of the picture";
   EXPECT_EQ(shapes[1].body_layer, "ground");
+}
+
+TEST_F(WorldWiring, EntityWithoutAShapeIsNoBody) {
+  const std::string world =
+      "scenario: a\nworld:\n  lights: [{name: lamp, kind: point, intensity: 1 cd}]\n"
+      "  entities: [{name: a, shape: {sphere: 1 m}}, {name: bulb, light: lamp}, "
+      "{name: b, shape: {box: [1 m, 1 m, 1 m]}}]\n";
+  EXPECT_EQ(mistakes_of(world), "");
+  EXPECT_EQ(wiring_->scenery.mesh_of, (std::vector<std::optional<std::size_t>>{0, {}, 1}));
+  const auto motions = first_motions(wiring_->scenario->world);
+  EXPECT_EQ(motions.size(), 3U);
+  const auto shapes = outlines(*wiring_->scenario, wiring_->scenery, motions, 0);
+  ASSERT_EQ(shapes.size(), 2U) << "a light has no outline";
+  EXPECT_EQ(shapes[1].label, "b");
+  EXPECT_EQ(
+      mistakes_of(world + "variables: {d: 'distance(a, bulb)'}\n"),
+      "scenario.yaml:5:16: the entity 'bulb' has no shape; only bodies with a shape can be named here\n");
+  EXPECT_EQ(
+      mistakes_of(world + "tasks: [{module: m, type: free_body, rate: 100 Hz, parameters: {body: bulb, "
+                          "mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2]}}]\n"),
+      "scenario.yaml:5:71: the entity 'bulb' has no shape; only bodies with a shape can be named here\n");
 }
 
 TEST_F(WorldWiring, BodyIsMovedByOneModule) {
