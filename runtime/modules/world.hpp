@@ -1,6 +1,6 @@
 #pragma once
-// The world while modules are configured: the database, the mask bits of the layers, and the materials, lights
-// and entities by name.
+// The world while modules are configured: the database, the mask bits of the layers, and the materials, the
+// lights and the entities by name.
 //
 // A run without bodies whose modules need no world (ModuleType::needs_world) has no database. database() and
 // all members that add to the world are then misuse (asserts).

@@ -77,6 +77,8 @@ class HistoryTest : public DatabaseTest {
     std::vector<EntityState> rows;
   };
 
+  static Light light_number(int k) { return {.intensity_cd = 1.0 + k}; }
+
   /// Commits random versions and records the answers at each.
   void record_versions() {
     std::mt19937 random(4);
@@ -93,6 +95,7 @@ class HistoryTest : public DatabaseTest {
                                      .max_positions = static_cast<std::uint32_t>(soft.positions_m.size())});
     std::vector<EntityId> alive;
     for (int k = 0; k < versions; ++k) {
+      if (k % 8 == 4) lights_.push_back(database().add_light(light_number(k), "lamp").value());
       const WorldTime now = at_s(0.1 * k);
       transaction->begin(terms_at(now));
       std::vector<std::uint32_t> created;
@@ -102,6 +105,7 @@ class HistoryTest : public DatabaseTest {
         row.motion.v_world_mps = somewhere();
         row.motion.w_world_radps = 0.2 * somewhere();
         row.motion.valid_from = now;
+        if (!lights_.empty() && write % 2 == 0) row.light = lights_[alive.size() % lights_.size()];
         const auto which = alive.empty() ? 0 : random() % 4;
         if (which == 0) {
           created.push_back(transaction->create(row));
@@ -163,6 +167,8 @@ class HistoryTest : public DatabaseTest {
         EXPECT_EQ(rows[k].written_by, recorded.rows[k].written_by);
         EXPECT_EQ(rows[k].row.motion.p_world_m, recorded.rows[k].row.motion.p_world_m);
         EXPECT_EQ(rows[k].row.motion.q_world, recorded.rows[k].row.motion.q_world);
+        EXPECT_EQ(rows[k].row.light, recorded.rows[k].row.light);
+        if (rows[k].row.light.valid()) ++rows_with_light_;
       }
     }
     EXPECT_EQ(history.health().validation_messages, std::vector<std::string>());
@@ -170,6 +176,8 @@ class HistoryTest : public DatabaseTest {
 
   std::filesystem::path directory_;
   std::map<Version, Recorded> recorded_;
+  std::vector<LightId> lights_;
+  std::size_t rows_with_light_ = 0;  // compared with those of the live database
   std::size_t hits_ = 0;
 };
 
@@ -189,6 +197,7 @@ TEST_F(HistoryTest, GivesTheAnswersOfTheLiveDatabase) {
   expect_recorded_answers(*open_past(ReadAt::as_of(recorded_.at(first + 7).query_time),
                                      ReadAt::as_of(recorded_.at(first + 9).query_time)),
                           first + 7, first + 9);
+  EXPECT_GT(rows_with_light_, 100u);
 
   const HistoryExtent extent = history_extent(directory_).value();
   EXPECT_EQ(extent.first.version, 0u);
@@ -219,6 +228,9 @@ TEST_F(HistoryTest, IsReadOnlyAndEndsAtItsLastVersion) {
   EXPECT_FALSE(past->add_geometry(make_box({1, 1, 1}), "new").ok());
   EXPECT_FALSE(past->add_material({}, "new").ok());
   EXPECT_EQ(past->material({1}), database().material({1}));
+  EXPECT_FALSE(past->add_light({.intensity_cd = 1.0}, "new").ok());
+  ASSERT_FALSE(lights_.empty());
+  EXPECT_EQ(past->light(lights_.front()), light_number(4));
 
   const auto status = [&](const ReadAt& read_at) {
     writer->begin(terms_at({}, read_at));

@@ -97,6 +97,7 @@ class MaterialListener final : public LogListener {
     EXPECT_EQ(id.index, materials.size() + 1);
     materials.emplace_back(name, properties);
   }
+  void light(LightId, std::string_view, const Light&) override {}
   void commit(const VersionInfo&, std::span<const LogWrite>, std::span<const LogShape>) override {}
   void gap(Version, Version) override {}
   void unresolved(Version, Version, std::uint64_t) override {}
@@ -123,7 +124,8 @@ class LoggedMaterials : public Materials {
 
 TEST_F(LoggedMaterials, AreRecoveredWithTheirIds) {
   const GeometryId box = add(make_box({2.0, 2.0, 2.0}));
-  const Material foil{.reflectance = 0.9, .retro_gain = 300.0}, paint{.reflectance = 0.3};
+  const Material foil{.reflectance = 0.9, .retro_gain = 300.0};
+  const Material paint{.reflectance = 0.3, .base_color{0.1, 0.2, 0.3}, .roughness = 0.25};
   const MaterialId of_foil = add_material(foil, "foil");
   EntityRow row = row_of(box, {10.0, 0.0, 0.0});
   row.material = of_foil;

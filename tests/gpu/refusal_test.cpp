@@ -390,6 +390,7 @@ TEST_F(Refusals, OfRows) {
   expect_refused([](EntityRow& row) { row.scale.y = -1.0; }, out_of_limits);
   expect_refused([](EntityRow& row) { row.geometry = {1}; }, unknown_geometry);
   expect_refused([](EntityRow& row) { row.material = {max_materials}; }, unknown_material);
+  expect_refused([](EntityRow& row) { row.light = {0}; }, unknown_light);
 }
 
 TEST_F(Refusals, OfOverlapsOfAnEntityWithoutGeometry) {

@@ -54,6 +54,18 @@ TEST_F(ModuleWorld, MaterialsAreFoundByName) {
             "world.materials: material 'bright': reflectance is 2; allowed is 0 to 1");
 }
 
+TEST_F(ModuleWorld, LightsAreFoundByName) {
+  const rtstdb::Light lamp{.intensity_cd = 5.0};
+  const rtstdb::LightId id = world_->add_light("lamp", lamp);
+  EXPECT_EQ(world_->light_of("lamp", "module x"), id);
+  EXPECT_EQ(database_->light(id), lamp);
+  EXPECT_EQ(refusal([&] { world_->add_light("lamp", lamp); }), "two lights have the name 'lamp'");
+  EXPECT_EQ(refusal([&] { world_->light_of("lmap", "module x"); }),
+            "module x: world.lights has no light 'lmap'; did you mean 'lamp'?");
+  EXPECT_EQ(refusal([&] { world_->add_light("dark", {}); }),
+            "world.lights: light 'dark': intensity_cd is 0; allowed is above 0, at most 1e10");
+}
+
 TEST_F(ModuleWorld, BodiesOfOneShapeShareAGeometry) {
   int made = 0;
   const auto box = [&] {

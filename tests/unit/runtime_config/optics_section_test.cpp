@@ -117,11 +117,11 @@ TEST_F(Optics, HexColoursAreSrgb) {
 TEST_F(Optics, WrongMaterialsAreRefusedAtTheirPlace) {
   const std::string colour =
       ": expected a colour ([r, g, b], linear from 0 to 1, or '#rrggbb' in quotes, sRGB), found ";
-  EXPECT_EQ(refused_material("base_color: red"), "3:36: 'base_color'" + colour + "'red'\n");
-  EXPECT_EQ(refused_material("base_color: {}"), "3:36: 'base_color'" + colour + "keys and values\n");
-  EXPECT_EQ(refused_material("base_color: [0, 1]"), "3:36: 'base_color': a list of 2; expected 3\n");
+  EXPECT_EQ(refused_material("base_color: red"), "3:37: 'base_color'" + colour + "'red'\n");
+  EXPECT_EQ(refused_material("base_color: {}"), "3:37: 'base_color'" + colour + "keys and values\n");
+  EXPECT_EQ(refused_material("base_color: [0, 1]"), "3:37: 'base_color': a list of 2; expected 3\n");
   EXPECT_EQ(refused_material("base_color: [0, 1, 1.5]"),
-            "3:43: entry 3 of 'base_color': 1.5 is out of range; it can be from 0 to 1\n");
+            "3:44: entry 2 of 'base_color': 1.5 is out of range; it can be from 0 to 1\n");
   for (const char* property : {"metallic", "roughness", "transmission"}) {
     for (const char* value : {"-0.5", "1.5"})
       EXPECT_NE(refused_material(std::string(property) + ": " + value).find("it can be from 0 to 1\n"),
@@ -131,7 +131,7 @@ TEST_F(Optics, WrongMaterialsAreRefusedAtTheirPlace) {
   EXPECT_NE(refused_material("refractive_index: 0.5").find("it can be from 1 to 4"), std::string::npos);
   EXPECT_NE(refused_material("refractive_index: 4.5").find("it can be from 1 to 4"), std::string::npos);
   EXPECT_EQ(refused_material("emission: 5 lx"),
-            "3:34: 'luminance': '5 lx' has the unit 'lx', but a luminance is written in cd/m2, cd/m^2, "
+            "3:35: 'luminance': '5 lx' has the unit 'lx', but a luminance is written in cd/m2, cd/m^2, "
             "kcd/m2\n");
   EXPECT_NE(refused_material("emission: 5").find("has no unit"), std::string::npos);
   EXPECT_NE(refused_material("emission: -1 cd/m2").find("out of range"), std::string::npos);
@@ -142,7 +142,7 @@ TEST_F(Optics, WrongLightsAreRefusedAtTheirPlace) {
   EXPECT_EQ(refused_light("kind: skyy, zenith: 1 cd/m2"),
             "4:28: 'kind': 'skyy' is unknown; did you mean 'sky'?\n");
   EXPECT_EQ(refused_light("intensity: 1 cd"),
-            "4:12: entry 1 of 'lights': missing key 'kind'; known here: directional, point, spot, sky\n");
+            "4:12: entry 0 of 'lights': missing key 'kind'; known here: directional, point, spot, sky\n");
   EXPECT_EQ(refused_light("kind: sky, zenith: 1 cd/m2, horizon: 1 cd/m2, intensity: 5 cd"),
             "4:68: unknown key 'intensity'; known here: name, zenith, horizon, ground, kind\n");
   EXPECT_EQ(refused_light("kind: point, intensity: 1 cd, outer_angle: 5 deg"),

@@ -228,7 +228,7 @@ TEST_F(WorldWiring, EntityWithoutAShapeIsNoBody) {
   EXPECT_EQ(shapes[1].label, "b");
   EXPECT_EQ(
       mistakes_of(world + "variables: {d: 'distance(a, bulb)'}\n"),
-      "scenario.yaml:5:16: the entity 'bulb' has no shape; only bodies with a shape can be named here\n");
+      "scenario.yaml:5:29: the entity 'bulb' has no shape; only bodies with a shape can be named here\n");
   EXPECT_EQ(
       mistakes_of(world + "tasks: [{module: m, type: free_body, rate: 100 Hz, parameters: {body: bulb, "
                           "mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2]}}]\n"),
