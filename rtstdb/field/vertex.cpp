@@ -1,50 +1,15 @@
 #include "rtstdb/field/vertex.hpp"
 
-#include <glm/common.hpp>
-#include <glm/ext/vector_float2.hpp>
-#include <glm/geometric.hpp>
-
-#include <cmath>
-
-#include <rtstdb/result.hpp>
+#include "rtstdb/geometry/octahedron.hpp"
 
 namespace rtstdb::field {
-namespace {
-
-constexpr float largest_part = 32767.0f;
-
-/// The lower half of the octahedron lies outside the square of the upper half.
-glm::vec2 folded(const glm::vec2& p) noexcept {
-  const glm::vec2 sides(p.x < 0.0f ? -1.0f : 1.0f, p.y < 0.0f ? -1.0f : 1.0f);
-  return (1.0f - glm::abs(glm::vec2(p.y, p.x))) * sides;
-}
-
-std::uint32_t bits_of(float part) noexcept {
-  const auto steps = static_cast<std::int32_t>(std::lround(part * largest_part));
-  return static_cast<std::uint32_t>(steps) & 0xFFFFu;
-}
-
-float part_of(std::uint32_t bits) noexcept {
-  return static_cast<float>(static_cast<std::int16_t>(bits & 0xFFFFu)) / largest_part;
-}
-
-}  // namespace
 
 Vertex make_vertex(float distance_m, const glm::vec3& gradient) noexcept {
-  const glm::vec3 size = glm::abs(gradient);
-  const float sum = size.x + size.y + size.z;
-  RTSTDB_ASSERT(sum > 0.0f);
-  const glm::vec3 on_octahedron = gradient / sum;
-  const glm::vec2 upper(on_octahedron.x, on_octahedron.y);
-  const glm::vec2 place = on_octahedron.z < 0.0f ? folded(upper) : upper;
-  return {distance_m, bits_of(place.x) | bits_of(place.y) << 16};
+  return {distance_m, packed_direction(gradient)};
 }
 
 glm::vec3 gradient_of(const Vertex& vertex) noexcept {
-  const glm::vec2 place(part_of(vertex.gradient), part_of(vertex.gradient >> 16));
-  const float z = 1.0f - std::abs(place.x) - std::abs(place.y);
-  const glm::vec2 upper = z < 0.0f ? folded(place) : place;
-  return glm::normalize(glm::vec3(upper, z));
+  return unpacked_direction(vertex.gradient);
 }
 
 }  // namespace rtstdb::field

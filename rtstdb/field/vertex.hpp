@@ -8,9 +8,7 @@
 
 namespace rtstdb::field {
 
-/// `gradient`: a unit vector as a point of an octahedron whose lower half is folded outwards (Meyer et al.
-/// 2010, "On Floating-Point Normal Vectors"), two signed 16-bit coordinates. The error of the direction is
-/// below 1e-4 rad.
+/// `gradient`: a unit vector (rtstdb/geometry/octahedron.hpp).
 struct Vertex {
   float distance_m = 0.0f;
   std::uint32_t gradient = 0;
