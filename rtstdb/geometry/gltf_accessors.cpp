@@ -94,7 +94,10 @@ Accessor Accessors::at(std::uint64_t index, const std::string& place) {
   const Json* type = member(json, "type");
   found.type = type != nullptr ? text_of(type) : "of no type";
   if (member(json, "sparse") != nullptr) refuse(found.name + " is sparse, which is not supported");
-  const std::uint64_t element = component_bytes(found.component) * (found.type == "VEC3" ? 3 : 1);
+  const Json* normalized = member(json, "normalized");
+  found.normalized = normalized != nullptr && normalized->is_boolean() && normalized->get<bool>();
+  const std::uint64_t components = found.type == "VEC4" ? 4 : found.type == "VEC3" ? 3 : 1;
+  const std::uint64_t element = component_bytes(found.component) * components;
   if (element == 0 || found.count == 0) return found;
   if (member(json, "bufferView") == nullptr)
     refuse(found.name + " has no bufferView; export the mesh with its data and without compression");

@@ -20,13 +20,14 @@ struct Accessor {
   std::uint64_t count = 0;
   std::uint64_t component = 0;
   std::uint64_t stride = 0;
+  bool normalized = false;
   std::string type;
   std::string_view bytes;  ///< from its first element on; valid as long as the Accessors
 
   bool has(Component wanted) const { return component == static_cast<std::uint64_t>(wanted); }
 };
 
-/// Size of a component type; zero for a type that neither positions nor indices may have.
+/// Size of a component type; zero for a type that nothing may have that is read.
 std::uint64_t component_bytes(std::uint64_t component);
 
 /// Reads accessors, and the buffers that they refer to. All functions throw std::exception with the place and

@@ -10,7 +10,9 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/corner_attributes.hpp"
 #include "rtstdb/geometry/gltf_accessors.hpp"
+#include "rtstdb/geometry/gltf_corners.hpp"
 #include "rtstdb/geometry/gltf_json.hpp"
 #include "rtstdb/geometry/gltf_transform.hpp"
 
@@ -29,6 +31,7 @@ enum class Mode : std::uint8_t { triangles = 4, strip = 5, fan = 6 };
 struct Primitive {
   Mode mode = Mode::triangles;
   Accessor positions;
+  CornerAccessors attributes;
   std::optional<Accessor> indices;
 
   std::uint64_t corners() const { return indices ? indices->count : positions.count; }
@@ -59,6 +62,7 @@ class Reader {
   Result<TriangleMesh> read() {
     check_version();
     check_extensions();
+    report.textures_ignored = !items(member(root_, "textures")).empty();
     read_meshes();
     enter_scene();
     while (!pending_.empty()) {
@@ -66,8 +70,11 @@ class Reader {
       pending_.pop_back();
       if (Result<void> done = read_node(next); !done) return done.error();
     }
+    complete_corner_attributes(mesh_);
     return std::move(mesh_);
   }
+
+  MeshFileReport report;
 
  private:
   struct Pending {
@@ -123,6 +130,8 @@ class Reader {
       refuse(place + ": its positions (" + positions.name + ") are " + positions.type +
              " of component type " + number(positions.component) +
              "; VEC3 of component type 5126 (float) is allowed");
+    primitive.attributes = CornerAccessors(accessors_, *attributes, positions, place);
+    report.materials_ignored |= member(json, "material") != nullptr;
     if (member(json, "indices") != nullptr) {
       primitive.indices = accessors_.at(whole(json, "indices", place), place + ": its indices");
       check_indices(primitive, place);
@@ -207,10 +216,23 @@ class Reader {
       if (primitive.mode == Mode::fan) at = {0, k + 1, k + 2};
       if (turn_around) std::swap(at[0], at[2]);
       const auto base = static_cast<std::uint32_t>(first);
-      mesh_.triangles.emplace_back(base + primitive.corner(at[0]), base + primitive.corner(at[1]),
-                                   base + primitive.corner(at[2]));
+      const std::array indices{primitive.corner(at[0]), primitive.corner(at[1]), primitive.corner(at[2])};
+      mesh_.triangles.emplace_back(base + indices[0], base + indices[1], base + indices[2]);
+      append_attributes(primitive.attributes, indices, to_root);
     }
     return {};
+  }
+
+  void append_attributes(const CornerAccessors& attributes, const std::array<std::uint32_t, 3>& indices,
+                         const Affine& to_root) {
+    CornerValues normals{}, colors{};
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      if (attributes.has_normals())
+        normals[i] = glm::vec3(unit_or_zero(to_root.transformed_normal(attributes.normal(indices[i]))));
+      if (attributes.has_colors()) colors[i] = glm::vec3(attributes.color(indices[i]));
+    }
+    if (attributes.has_normals()) set_last_normals(mesh_, normals);
+    if (attributes.has_colors()) set_last_colors(mesh_, colors);
   }
 
   const Json& root_;
@@ -226,9 +248,12 @@ class Reader {
 }  // namespace gltf
 
 Result<TriangleMesh> read_gltf(std::string_view json, std::string_view binary,
-                               const std::filesystem::path& folder, double scale) {
+                               const std::filesystem::path& folder, double scale, MeshFileReport* report) {
   const gltf::Json root = gltf::Json::parse(json);
-  return gltf::Reader(root, binary, folder, scale).read();
+  gltf::Reader reader(root, binary, folder, scale);
+  Result<TriangleMesh> mesh = reader.read();
+  if (report != nullptr) *report = reader.report;
+  return mesh;
 }
 
 }  // namespace rtstdb

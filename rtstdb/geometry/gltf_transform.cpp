@@ -1,5 +1,7 @@
 #include "rtstdb/geometry/gltf_transform.hpp"
 
+#include <glm/geometric.hpp>
+
 #include <cmath>
 #include <optional>
 
@@ -55,6 +57,15 @@ glm::dvec3 Affine::transformed(const glm::dvec3& point) const {
     return rows[r][0] * point.x + rows[r][1] * point.y + rows[r][2] * point.z + rows[r][3];
   };
   return {row(0), row(1), row(2)};
+}
+
+glm::dvec3 Affine::transformed_normal(const glm::dvec3& normal) const {
+  const auto row = [&](std::size_t r) { return glm::dvec3(rows[r][0], rows[r][1], rows[r][2]); };
+  // The cofactors are the inverse transpose times the determinant, and exist without an inverse.
+  const glm::dvec3 turned(glm::dot(glm::cross(row(1), row(2)), normal),
+                          glm::dot(glm::cross(row(2), row(0)), normal),
+                          glm::dot(glm::cross(row(0), row(1)), normal));
+  return mirrors() ? -turned : turned;
 }
 
 bool Affine::mirrors() const {

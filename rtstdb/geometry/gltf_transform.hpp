@@ -15,6 +15,9 @@ struct Affine {
   std::array<std::array<double, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
   glm::dvec3 transformed(const glm::dvec3& point) const;
+  /// A normal of a transformed surface, by the inverse transpose. Of any length; zero if the transform takes
+  /// the surface to a line.
+  glm::dvec3 transformed_normal(const glm::dvec3& normal) const;
   /// Whether it reverses the orientation of triangles (negative determinant).
   bool mirrors() const;
 };

@@ -66,7 +66,7 @@ std::string whole_file(const std::filesystem::path& path) {
   return bytes;
 }
 
-Result<TriangleMesh> read_gltf_file(const std::filesystem::path& path, double scale) {
+Result<TriangleMesh> read_gltf_file(const std::filesystem::path& path, double scale, MeshFileReport& report) {
   const std::string file = whole_file(path);
   const bool is_glb = extension_of(path) == ".glb";
   const std::string_view json = is_glb ? glb_json(file) : std::string_view(file);
@@ -78,27 +78,29 @@ Result<TriangleMesh> read_gltf_file(const std::filesystem::path& path, double sc
     if (const auto fault = glb_fault(file)) return file_error(path, "can not be read: it " + *fault);
   }
   Result<TriangleMesh> mesh =
-      read_gltf(json, is_glb ? glb_binary(file) : std::string_view(), path.parent_path(), scale);
+      read_gltf(json, is_glb ? glb_binary(file) : std::string_view(), path.parent_path(), scale, &report);
   if (!mesh) return Error{mesh.error().code, quoted(path) + " " + mesh.error().message};
   return mesh;
 }
 
 }  // namespace
 
-Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale) {
+Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale, MeshFileReport* report) {
   if (!std::isfinite(scale) || scale <= 0.0)
     return Error{ErrorCode::bad_input,
                  quoted(path) + ": its scale is " + std::to_string(scale) + ", which is not positive"};
   if (Result<void> checked = check_file(path); !checked) return checked.error();
   try {
     const std::string extension = extension_of(path);
-    Result<TriangleMesh> mesh = extension == ".ply"   ? read_ply(whole_file(path), scale)
-                                : extension == ".obj" ? read_obj(whole_file(path), scale)
+    MeshFileReport found;
+    Result<TriangleMesh> mesh = extension == ".ply"   ? read_ply(whole_file(path), scale, &found)
+                                : extension == ".obj" ? read_obj(whole_file(path), scale, &found)
                                 : extension == ".stl" ? read_stl(whole_file(path), scale)
-                                                      : read_gltf_file(path, scale);
+                                                      : read_gltf_file(path, scale, found);
     if (!mesh) return mesh;
     if (Result<void> checked = validate(mesh.value()); !checked)
       return Error{checked.error().code, quoted(path) + ": " + checked.error().message};
+    if (report != nullptr) *report = found;
     return mesh;
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::out_of_memory, quoted(path) + " does not fit into memory"};

@@ -10,6 +10,7 @@
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/corner_attributes.hpp"
 #include "rtstdb/geometry/given_parts.hpp"
 #include "rtstdb/geometry/has_area.hpp"
 #include "rtstdb/geometry/mesh_surface.hpp"
@@ -99,6 +100,7 @@ Result<void> validate(const TriangleMesh& mesh) {
   if (!is_in_range(mesh)) {
     if (Result<void> checked = check_each(mesh); !checked) return checked;
   }
+  if (Result<void> checked = check_corner_attributes(mesh); !checked) return checked;
   const bool some_area =
       std::any_of(mesh.triangles.begin(), mesh.triangles.end(),
                   [&mesh](const glm::uvec3& triangle) { return has_area(mesh, triangle); });

@@ -1,6 +1,7 @@
 #include "rtstdb/geometry/ply_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cstring>
@@ -12,8 +13,10 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/corner_attributes.hpp"
 #include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry/ply_header.hpp"
+#include "rtstdb/geometry/ply_vertex.hpp"
 #include "rtstdb/geometry/polygon.hpp"
 
 namespace rtstdb {
@@ -113,19 +116,24 @@ class PlyReader {
   TriangleMesh read() {
     for (const Element& element : header_.elements) {
       if (element.properties.empty()) continue;
-      const bool is_vertex = element.name == "vertex";
-      const bool is_face = element.name == "face";
-      for (std::uint64_t i = 0; i < element.count; ++i) {
-        if (is_vertex) {
-          read_vertex(element);
-        } else {
-          read_other(element, is_face);
-        }
+      if (element.name == "vertex") {
+        read_vertices(element);
+        continue;
       }
+      const bool is_face = element.name == "face";
+      for (std::uint64_t i = 0; i < element.count; ++i)
+        read_other(element, is_face);
     }
     check_end();
     cut_polygons();
+    complete_corner_attributes(mesh_);
     return std::move(mesh_);
+  }
+
+  MeshFileReport report() const {
+    const auto is_material = [](const Element& element) { return element.name == "material"; };
+    return {.materials_ignored = std::ranges::any_of(header_.elements, is_material),
+            .textures_ignored = header_.names_texture};
   }
 
  private:
@@ -139,19 +147,30 @@ class PlyReader {
                   counted(left, "more byte"));
   }
 
-  void read_vertex(const Element& element) {
-    glm::dvec3 position(0.0);
-    for (const Property& property : element.properties) {
-      if (property.is_list) {
-        read_list(property, false);
-        continue;
+  void read_vertices(const Element& element) {
+    const ply::VertexLayout layout(element);
+    for (std::uint64_t vertex = 0; vertex < element.count; ++vertex) {
+      ply::VertexValues values{};
+      for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        const Property& property = element.properties[i];
+        if (property.is_list) {
+          read_list(property, false);
+          continue;
+        }
+        const double value = numbers_.next(property.type);
+        if (layout.place_of(i) != layout.none) values[layout.place_of(i)] = value;
       }
-      const double value = numbers_.next(property.type);
-      if (property.name == "x") position.x = value;
-      if (property.name == "y") position.y = value;
-      if (property.name == "z") position.z = value;
+      mesh_.positions_m.emplace_back(layout.position(values) * scale_);
+      // A file may have further elements of this name with other properties.
+      if (layout.has_normals()) {
+        normals_.resize(mesh_.positions_m.size() - 1, glm::vec3(0.0f));
+        normals_.push_back(layout.normal(values, vertex));
+      }
+      if (layout.has_colors()) {
+        colors_.resize(mesh_.positions_m.size() - 1, glm::vec3(1.0f));
+        colors_.push_back(layout.color(values, vertex));
+      }
     }
-    mesh_.positions_m.emplace_back(position * scale_);
   }
 
   void read_other(const Element& element, bool is_face) {
@@ -184,6 +203,8 @@ class PlyReader {
 
   /// Called at the end, since a face may precede its positions.
   void cut_polygons() {
+    if (!normals_.empty()) normals_.resize(mesh_.positions_m.size(), glm::vec3(0.0f));
+    if (!colors_.empty()) colors_.resize(mesh_.positions_m.size(), glm::vec3(1.0f));
     std::size_t begin = 0;
     for (std::size_t face = 0; face < polygon_ends_.size(); ++face) {
       const std::size_t end = polygon_ends_[face];
@@ -193,10 +214,20 @@ class PlyReader {
                                    std::to_string(corners_[i]) + ", and the count of positions is " +
                                    std::to_string(mesh_.positions_m.size()));
       }
-      triangulate_polygon(mesh_.positions_m, std::span(corners_).subspan(begin, end - begin),
-                          mesh_.triangles);
+      places_.clear();
+      const std::span corners = std::span(corners_).subspan(begin, end - begin);
+      triangulate_polygon(mesh_.positions_m, corners, places_);
+      for (const glm::uvec3& at : places_)
+        append_triangle({corners[at.x], corners[at.y], corners[at.z]});
       begin = end;
     }
+  }
+
+  void append_triangle(const glm::uvec3& triangle) {
+    mesh_.triangles.push_back(triangle);
+    const auto [a, b, c] = std::array{triangle.x, triangle.y, triangle.z};
+    if (!normals_.empty()) set_last_normals(mesh_, {normals_[a], normals_[b], normals_[c]});
+    if (!colors_.empty()) set_last_colors(mesh_, {colors_[a], colors_[b], colors_[c]});
   }
 
   ply::Header header_;
@@ -205,12 +236,17 @@ class PlyReader {
   TriangleMesh mesh_;
   std::vector<std::uint32_t> corners_;
   std::vector<std::size_t> polygon_ends_;
+  std::vector<glm::vec3> normals_, colors_;  ///< of the positions; empty: the file has none
+  std::vector<glm::uvec3> places_;           ///< of the current polygon's triangles
 };
 
 }  // namespace
 
-TriangleMesh read_ply(std::string_view bytes, double scale) {
-  return PlyReader(bytes, scale).read();
+TriangleMesh read_ply(std::string_view bytes, double scale, MeshFileReport* report) {
+  PlyReader reader(bytes, scale);
+  TriangleMesh mesh = reader.read();
+  if (report != nullptr) *report = reader.report();
+  return mesh;
 }
 
 }  // namespace rtstdb

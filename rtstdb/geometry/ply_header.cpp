@@ -90,7 +90,7 @@ Header read_header(std::string_view bytes) {
     if (line == 1) {
       if (words.size() != 1 || words[0] != "ply") fail(line, "the first line is not 'ply'");
     } else if (words.empty() || words[0] == "comment" || words[0] == "obj_info") {
-      continue;
+      header.names_texture |= words.size() > 1 && words[1] == "TextureFile";
     } else if (words[0] == "format") {
       header.format = format_of(words, line);
       has_format = true;

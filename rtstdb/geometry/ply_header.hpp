@@ -27,6 +27,7 @@ struct Element {
 struct Header {
   Format format = Format::text;
   std::vector<Element> elements;
+  bool names_texture = false;  ///< in a comment 'TextureFile', as programs do that write texture coordinates
   std::size_t size_bytes = 0;  ///< offset of the data
 };
 

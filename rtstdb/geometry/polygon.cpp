@@ -58,7 +58,7 @@ bool is_ear(const std::vector<glm::dvec2>& plane, const std::vector<std::size_t>
 }  // namespace
 
 void triangulate_polygon(std::span<const glm::vec3> positions_m, std::span<const std::uint32_t> corners,
-                         std::vector<glm::uvec3>& triangles) {
+                         std::vector<glm::uvec3>& places) {
   if (corners.size() < 3) return;
   const std::vector<glm::dvec2> plane = flattened(positions_m, corners);
   std::vector<std::size_t> left(corners.size());
@@ -72,10 +72,10 @@ void triangulate_polygon(std::span<const glm::vec3> positions_m, std::span<const
     if (ear == left.size()) ear = 1;
     const std::size_t before = left[(ear + left.size() - 1) % left.size()];
     const std::size_t after = left[(ear + 1) % left.size()];
-    triangles.emplace_back(corners[before], corners[left[ear]], corners[after]);
+    places.emplace_back(before, left[ear], after);
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
   }
-  triangles.emplace_back(corners[left[0]], corners[left[1]], corners[left[2]]);
+  places.emplace_back(left[0], left[1], left[2]);
 }
 
 }  // namespace rtstdb

@@ -10,6 +10,7 @@
 #include <glm/ext/vector_float3.hpp>
 #include <glm/ext/vector_uint3.hpp>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -23,10 +24,19 @@
 
 namespace rtstdb {
 
+/// One value for each corner of a triangle, in the order of its indices.
+using CornerValues = std::array<glm::vec3, 3>;
+
 /// Entity frame, metres. Seen from its front, the corners of a triangle are in counter-clockwise order.
 struct TriangleMesh {
   std::vector<glm::vec3> positions_m{};
   std::vector<glm::uvec3> triangles{};
+  /// Shading normals for images, entity frame; no other query reads them. Empty, or one entry for each
+  /// triangle. Any length but zero; those of load_mesh have length 1.
+  std::vector<CornerValues> corner_normals{};
+  /// Colours for images, by which the base colour of the entity's material is multiplied: red, green and blue
+  /// in linear light with the primaries of sRGB, 0 to 1. Empty (all white), or one entry for each triangle.
+  std::vector<CornerValues> corner_colors{};
 };
 
 /// Axis-aligned box, metres.
@@ -39,8 +49,9 @@ struct Bounds {
 using ConvexPartPoints = std::vector<std::vector<glm::vec3>>;
 
 struct GeometryOptions {
-  /// Its positions may change; its triangles stay. It takes about 200 bytes for each triangle on the device;
-  /// other geometry takes 56.
+  /// Its positions may change; its triangles stay. Its corner normals are discarded, since they would not
+  /// fit another shape; its corner colours stay. It takes about 200 bytes for each triangle on the device;
+  /// other geometry takes 56. Corner normals, colours or both take 32 bytes more.
   bool deforms = false;
   /// Deforming geometry: number of shapes kept for queries at older versions, the newest included. A shape
   /// takes 12 bytes for each position on the host. 1 to max_retained_shapes.
@@ -96,8 +107,10 @@ struct GeometryInfo {
 /// Checks that a mesh can be added. Triangles without area (in double precision) are allowed beside others;
 /// no ray hits them.
 /// Errors: bad_input for a mesh without triangles, an index beyond the positions, a coordinate that is not
-/// finite or beyond max_coordinate_m, and a mesh whose triangles all have no area; capacity for more than
-/// max_triangles_total triangles. The message names the triangle and its values.
+/// finite or beyond max_coordinate_m, corner normals or colours whose number is neither 0 nor that of the
+/// triangles, a corner normal that is not finite or of length zero, a corner colour outside 0 to 1, and a
+/// mesh whose triangles all have no area; capacity for more than max_triangles_total triangles. The message
+/// names the triangle and its values.
 Result<void> validate(const TriangleMesh& mesh);
 
 /// Checks the mesh, and that it fits the options' solid and convex parts. Errors: those of validate of the
@@ -108,18 +121,38 @@ Result<void> validate(const TriangleMesh& mesh, const GeometryOptions& options);
 /// Bounds of the positions that triangles use, exact. Misuse: a mesh without triangles.
 Bounds bounds_of(const TriangleMesh& mesh);
 
+/// What load_mesh found in a file and left out.
+struct MeshFileReport {
+  bool materials_ignored = false;  ///< also those that an OBJ file takes from another file
+  bool textures_ignored = false;   ///< or texture coordinates for them
+};
+
 /// Reads OBJ, STL (text and binary), PLY, glTF 2 or GLB 2; the file's extension says which. All meshes of the
 /// file are merged into one. Node transforms are applied (a mirroring one keeps fronts outside). Polygons of
 /// up to max_polygon_corners corners are triangulated. Points, lines, materials and textures are ignored.
 /// Corners are neither merged nor sorted; axes are those of the file. `scale` multiplies coordinates (files
-/// in millimetres: 0.001); it must be positive.
+/// in millimetres: 0.001); it must be positive. `report`: null, or where to say what was left out of a mesh
+/// that was read.
+///
+/// Corner normals and colours are those of the vertices (in OBJ files, normals of the corners of faces). If
+/// any corner of a file has a normal other than zero, each corner without one gets the normal of its triangle
+/// (of a triangle without area: +z). If any corner has a colour, each corner without one is white.
+///   OBJ   `vn`, and colours `v x y z r g b` in sRGB, 0 to 1; a seventh number is ignored
+///   PLY   vertex properties nx, ny, nz, and red, green, blue in sRGB: uchar, ushort, or 0 to 1 as float or
+///         double; colours of faces are ignored
+///   glTF  NORMAL, and COLOR_0, which is linear; values outside 0 to 1 are clamped, and alpha is ignored
+///   STL   none; the normals of facets are ignored
+///
 /// Errors: file, with the path, the place and the fault. Among the faults are a face of fewer than three
 /// corners, an index beyond the positions, an STL file whose count contradicts its size, data after the last
 /// element of a PLY file, and in glTF: a required extension that changes geometry, a primitive without
 /// positions, positions that are not floats, sparse accessors, a node with two parents, a transform with too
-/// few or too many numbers, and JSON nested more than 100 levels deep (nodes may nest as deep as the file has
-/// nodes). Then the errors of validate, with the path.
-Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0);
+/// few or too many numbers, normals or colours of another type or number than positions, and JSON nested
+/// more than 100 levels deep (nodes may nest as deep as the file has nodes). In OBJ and PLY: a normal or
+/// colour with too few numbers, one that is not finite, a colour outside its range, and an index beyond the
+/// normals. Then the errors of validate, with the path.
+Result<TriangleMesh> load_mesh(const std::filesystem::path& path, double scale = 1.0,
+                               MeshFileReport* report = nullptr);
 
 /// The corners of the pieces of a mesh, which are triangles that share corners by index: what a file of a
 /// convex decomposition holds (OBJ, PLY, glTF; in STL files no triangles share corners). In the order of the

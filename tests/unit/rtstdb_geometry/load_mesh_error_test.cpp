@@ -146,7 +146,7 @@ TEST_F(LoadMeshError, NamesAnInvalidObjVertex) {
   refused(rest + "f 1 2 5\n",
           "line 6: 'f 1 2 5' has a corner '5'; the count of vertices is 4, and 4 come before it");
   refused(rest + "f 1 2 0\n", "corner '0'");
-  refused(rest + "f 1/1/1 2// x\n", "corner 'x'");
+  refused(rest + "f 1/1 2// x\n", "corner 'x'");
   refused("f -1 -2 -3\n" + rest, "line 1: 'f -1 -2 -3' has a corner '-1'");
 }
 
@@ -332,14 +332,15 @@ void expect_mesh_or_refusal(const std::filesystem::path& file) {
 class DamagedMesh : public testing::TestWithParam<const char*> {
  protected:
   std::string bytes() const {
-    const TriangleMesh mesh = make_box({1.0, 2.0, 3.0});
     const std::string name = GetParam();
-    if (name == "body.obj") return mesh_files::obj(mesh);
+    const TriangleMesh box = make_box({1.0, 2.0, 3.0});
+    const TriangleMesh mesh = name.starts_with("attributes") ? mesh_files::with_attributes(box) : box;
+    if (name.ends_with(".obj")) return mesh_files::obj(mesh);
     if (name == "text.stl") return mesh_files::ascii_stl(mesh);
     if (name == "binary.stl") return mesh_files::binary_stl(mesh);
-    if (name == "text.ply") return mesh_files::ascii_ply(mesh);
-    if (name == "binary.ply") return mesh_files::binary_ply(mesh);
-    if (name == "body.gltf") return mesh_files::gltf(mesh, plain_node);
+    if (name == "text.ply" || name == "attributes_text.ply") return mesh_files::ascii_ply(mesh);
+    if (name.ends_with(".ply")) return mesh_files::binary_ply(mesh);
+    if (name.ends_with(".gltf")) return mesh_files::gltf(mesh, plain_node);
     return mesh_files::glb(mesh, plain_node);
   }
   TemporaryFolder folder_;
@@ -366,7 +367,8 @@ TEST_P(DamagedMesh, ChangedAtAnyByteIsAMeshOrAnError) {
 
 INSTANTIATE_TEST_SUITE_P(Formats, DamagedMesh,
                          testing::Values("body.obj", "text.stl", "binary.stl", "text.ply", "binary.ply",
-                                         "body.gltf", "body.glb"),
+                                         "body.gltf", "body.glb", "attributes.obj", "attributes_text.ply",
+                                         "attributes_binary.ply", "attributes.gltf", "attributes.glb"),
                          [](const auto& format) {
                            std::string name = format.param;
                            name[name.find('.')] = '_';

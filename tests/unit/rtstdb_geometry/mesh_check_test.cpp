@@ -81,5 +81,35 @@ TEST(BoundsOfDeathTest, OfNothingIsMisuse) {
   EXPECT_DEATH(bounds_of({}), "rtstdb was misused");
 }
 
+TEST(Validate, NamesTheTriangleAndItsCornerNormal) {
+  TriangleMesh mesh = two_triangles();
+  const glm::vec3 up(0, 0, 1);
+  mesh.corner_normals = {{up, up, up}};
+  expect_refused(mesh, {"corner normals for 1 triangles", "the count of its triangles is 2"});
+  mesh.corner_normals.push_back({up, 1e-45f * up, 3e38f * up});
+  EXPECT_TRUE(validate(mesh).ok()) << "any length but zero";
+  mesh.corner_normals[1][2] = glm::vec3(0, -0.0f, 0);
+  expect_refused(mesh, {"triangle 1", "corner 2", "normal (0, -0, 0)", "of length zero"});
+  mesh.corner_normals[1][2].y = std::numeric_limits<float>::quiet_NaN();
+  expect_refused(mesh, {"triangle 1", "corner 2", "nan", "not finite"});
+  mesh.corner_normals.resize(3, {up, up, up});
+  expect_refused(mesh, {"corner normals for 3 triangles"});
+}
+
+TEST(Validate, NamesTheTriangleAndItsCornerColour) {
+  TriangleMesh mesh = two_triangles();
+  const glm::vec3 white(1, 1, 1);
+  mesh.corner_colors = {{white, white, white}};
+  expect_refused(mesh, {"corner colours for 1 triangles", "the count of its triangles is 2"});
+  mesh.corner_colors.push_back({white, glm::vec3(0), glm::vec3(0, 1, 0.5f)});
+  EXPECT_TRUE(validate(mesh).ok());
+  for (const float wrong : {-1e-6f, 1.0001f}) {
+    mesh.corner_colors[0][1].z = wrong;
+    expect_refused(mesh, {"triangle 0", "corner 1", "colour (1, 1, ", "outside 0 to 1"});
+  }
+  mesh.corner_colors[0][1].z = std::numeric_limits<float>::infinity();
+  expect_refused(mesh, {"triangle 0", "corner 1", "inf", "not finite"});
+}
+
 }  // namespace
 }  // namespace rtstdb

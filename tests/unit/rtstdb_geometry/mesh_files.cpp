@@ -1,12 +1,16 @@
 #include "mesh_files.hpp"
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <sstream>
+
+#include "rtstdb/geometry/srgb.hpp"
 
 namespace rtstdb::mesh_files {
 namespace {
@@ -40,10 +44,25 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
+/// Of a mesh with attributes, whose vertices are the corners of its triangles.
+const glm::vec3& normal_of_vertex(const TriangleMesh& mesh, std::size_t vertex) {
+  return mesh.corner_normals[vertex / 3][vertex % 3];
+}
+const glm::vec3& color_of_vertex(const TriangleMesh& mesh, std::size_t vertex) {
+  return mesh.corner_colors[vertex / 3][vertex % 3];
+}
+int byte_of(float linear) {
+  return static_cast<int>(std::lround(255.0 * srgb_from_linear(static_cast<double>(linear))));
+}
+
 std::string header_of_ply(const TriangleMesh& mesh, std::string_view format) {
   std::ostringstream text;
   text << "ply\nformat " << format << " 1.0\nelement vertex " << mesh.positions_m.size()
-       << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << mesh.triangles.size()
+       << "\nproperty float x\nproperty float y\nproperty float z\n";
+  if (!mesh.corner_normals.empty())
+    text << "property float nx\nproperty float ny\nproperty float nz\nproperty uchar red\n"
+            "property uchar green\nproperty uchar blue\n";
+  text << "element face " << mesh.triangles.size()
        << "\nproperty list uchar int vertex_indices\nend_header\n";
   return text.str();
 }
@@ -55,6 +74,11 @@ std::string gltf_buffer(const TriangleMesh& mesh) {
   for (const glm::uvec3& t : mesh.triangles) {
     for (int i = 0; i < 3; ++i)
       put(bytes, t[i]);
+  }
+  for (const auto& values : {&mesh.corner_normals, &mesh.corner_colors}) {
+    for (const CornerValues& corners : *values)
+      for (const glm::vec3& value : corners)
+        put_position(bytes, value);
   }
   return bytes;
 }
@@ -74,32 +98,79 @@ std::string gltf_json(const TriangleMesh& mesh, const std::string& nodes, const 
   const Bounds bounds = bounds_of_positions(mesh);
   const std::size_t positions_bytes = mesh.positions_m.size() * 12;
   const std::size_t indices_bytes = mesh.triangles.size() * 12;
+  const bool has_attributes = !mesh.corner_normals.empty();
+  const std::size_t normals_at = positions_bytes + indices_bytes;
+  const std::size_t colors_at = normals_at + (has_attributes ? positions_bytes : 0);
+  const std::size_t end = colors_at + (has_attributes ? positions_bytes : 0);
+  const auto vectors = [&](int view) {
+    return R"({"bufferView":)" + std::to_string(view) + R"(,"componentType":5126,"count":)" +
+           std::to_string(mesh.positions_m.size()) + R"(,"type":"VEC3"})";
+  };
   std::ostringstream text;
   text
       << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":)" << nodes
-      << R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
+      << R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0)"
+      << (has_attributes ? R"(,"NORMAL":2,"COLOR_0":3)" : "") << R"(},"indices":1,"material":0}]}],)"
       << R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],)"
       << R"("images":[{"uri":"data:image/png;base64,iVBORw0KGgo="}],)"
-      << R"("buffers":[{)" << buffer_uri << R"("byteLength":)" << positions_bytes + indices_bytes << "}],"
+      << R"("buffers":[{)" << buffer_uri << R"("byteLength":)" << end << "}],"
       << R"("bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)" << positions_bytes
-      << R"(},{"buffer":0,"byteOffset":)" << positions_bytes << R"(,"byteLength":)" << indices_bytes
-      << R"(}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" << mesh.positions_m.size()
-      << R"(,"type":"VEC3","min":[)" << bounds.minimum_m.x << "," << bounds.minimum_m.y << ","
-      << bounds.minimum_m.z << R"(],"max":[)" << bounds.maximum_m.x << "," << bounds.maximum_m.y << ","
-      << bounds.maximum_m.z << R"(]},{"bufferView":1,"componentType":5125,"count":)"
-      << mesh.triangles.size() * 3 << R"(,"type":"SCALAR"}]})";
+      << R"(},{"buffer":0,"byteOffset":)" << positions_bytes << R"(,"byteLength":)" << indices_bytes;
+  if (has_attributes)
+    text << R"(},{"buffer":0,"byteOffset":)" << normals_at << R"(,"byteLength":)" << positions_bytes
+         << R"(},{"buffer":0,"byteOffset":)" << colors_at << R"(,"byteLength":)" << positions_bytes;
+  text << R"(}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" << mesh.positions_m.size()
+       << R"(,"type":"VEC3","min":[)" << bounds.minimum_m.x << "," << bounds.minimum_m.y << ","
+       << bounds.minimum_m.z << R"(],"max":[)" << bounds.maximum_m.x << "," << bounds.maximum_m.y << ","
+       << bounds.maximum_m.z << R"(]},{"bufferView":1,"componentType":5125,"count":)"
+       << mesh.triangles.size() * 3 << R"(,"type":"SCALAR"})";
+  if (has_attributes) text << "," << vectors(2) << "," << vectors(3);
+  text << "]}";
   return text.str();
 }
 
 }  // namespace
 
+TriangleMesh with_attributes(const TriangleMesh& mesh) {
+  TriangleMesh made;
+  for (const glm::uvec3& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(made.positions_m.size());
+    made.triangles.emplace_back(first, first + 1, first + 2);
+    CornerValues& normals = made.corner_normals.emplace_back();
+    CornerValues& colors = made.corner_colors.emplace_back();
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const glm::vec3& p = mesh.positions_m[t[static_cast<int>(i)]];
+      made.positions_m.push_back(p);
+      normals[i] = glm::normalize(p + glm::vec3(0.25f, 0.5f, 0.125f * static_cast<float>(i)));
+      for (int k = 0; k < 3; ++k)
+        colors[i][k] = static_cast<float>(linear_from_srgb(
+            static_cast<int>(17 * first + 5 * i + 40 * static_cast<std::uint32_t>(k)) % 256 / 255.0));
+    }
+  }
+  return made;
+}
+
 std::string obj(const TriangleMesh& mesh) {
   std::ostringstream text;
+  text.precision(9);
   text << "# by hand\no body\n";
-  for (const glm::vec3& p : mesh.positions_m)
-    text << "v " << p.x << " " << p.y << " " << p.z << "\n";
+  const bool has_attributes = !mesh.corner_normals.empty();
+  for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {
+    const glm::vec3& p = mesh.positions_m[v];
+    text << "v " << p.x << " " << p.y << " " << p.z;
+    for (int i = 0; has_attributes && i < 3; ++i)
+      text << " " << byte_of(color_of_vertex(mesh, v)[i]) / 255.0;
+    text << "\n";
+    if (!has_attributes) continue;
+    const glm::vec3& n = normal_of_vertex(mesh, v);
+    text << "vn " << n.x << " " << n.y << " " << n.z << "\n";
+  }
+  const auto corner = [&](std::uint32_t vertex) {
+    const std::string number = std::to_string(vertex + 1);
+    return has_attributes ? number + "//" + number : number;
+  };
   for (const glm::uvec3& t : mesh.triangles)
-    text << "f " << t.x + 1 << " " << t.y + 1 << " " << t.z + 1 << "\n";
+    text << "f " << corner(t.x) << " " << corner(t.y) << " " << corner(t.z) << "\n";
   return text.str();
 }
 
@@ -132,9 +203,19 @@ std::string binary_stl(const TriangleMesh& mesh) {
 
 std::string ascii_ply(const TriangleMesh& mesh) {
   std::ostringstream text;
+  text.precision(9);
   text << header_of_ply(mesh, "ascii");
-  for (const glm::vec3& p : mesh.positions_m)
-    text << p.x << " " << p.y << " " << p.z << "\n";
+  for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {
+    const glm::vec3& p = mesh.positions_m[v];
+    text << p.x << " " << p.y << " " << p.z;
+    if (!mesh.corner_normals.empty()) {
+      const glm::vec3& n = normal_of_vertex(mesh, v);
+      const glm::vec3& c = color_of_vertex(mesh, v);
+      text << " " << n.x << " " << n.y << " " << n.z << " " << byte_of(c.x) << " " << byte_of(c.y) << " "
+           << byte_of(c.z);
+    }
+    text << "\n";
+  }
   for (const glm::uvec3& t : mesh.triangles)
     text << "3 " << t.x << " " << t.y << " " << t.z << "\n";
   return text.str();
@@ -142,8 +223,13 @@ std::string ascii_ply(const TriangleMesh& mesh) {
 
 std::string binary_ply(const TriangleMesh& mesh) {
   std::string bytes = header_of_ply(mesh, "binary_little_endian");
-  for (const glm::vec3& p : mesh.positions_m)
-    put_position(bytes, p);
+  for (std::size_t v = 0; v < mesh.positions_m.size(); ++v) {
+    put_position(bytes, mesh.positions_m[v]);
+    if (mesh.corner_normals.empty()) continue;
+    put_position(bytes, normal_of_vertex(mesh, v));
+    for (int i = 0; i < 3; ++i)
+      put(bytes, static_cast<std::uint8_t>(byte_of(color_of_vertex(mesh, v)[i])));
+  }
   for (const glm::uvec3& t : mesh.triangles) {
     put(bytes, std::uint8_t{3});
     for (int i = 0; i < 3; ++i)

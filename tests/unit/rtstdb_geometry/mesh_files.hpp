@@ -10,6 +10,10 @@
 
 namespace rtstdb::mesh_files {
 
+/// The mesh with corners that no triangles share, and with a normal and a colour for each. Colours are those
+/// of whole bytes in sRGB. Only meshes of this form are written with normals and colours.
+TriangleMesh with_attributes(const TriangleMesh& mesh);
+
 std::string obj(const TriangleMesh& mesh);
 std::string ascii_stl(const TriangleMesh& mesh);
 std::string binary_stl(const TriangleMesh& mesh);

@@ -34,7 +34,8 @@ void expect_refused(const std::string& bytes, const std::string& part) {
 TEST(ReadPly, SkipsOtherElementsAndProperties) {
   const TriangleMesh mesh = read_ply(
       text_ply(
-          "comment made by hand\nobj_info none\nelement vertex 4\nproperty uchar red\nproperty double x\n"
+          "comment made by hand\nobj_info none\nelement vertex 4\nproperty uchar intensity\nproperty double "
+          "x\n"
           "property float32 y\nproperty list uchar int extra\nproperty float z\nelement camera 1\n"
           "property float focus\nelement nothing 3\nelement face 1\nproperty int flag\n"
           "property list uchar uint vertex_index\nproperty list uchar float texcoord\n",
