@@ -35,6 +35,13 @@ Result<std::shared_ptr<const ConvexParts>> parts_of(const TriangleMesh& mesh, bo
   return parts.empty() ? nullptr : std::make_shared<const ConvexParts>(std::move(parts));
 }
 
+/// The mesh as the database holds it: deforming geometry has no corner normals.
+std::shared_ptr<const TriangleMesh> held_mesh(const TriangleMesh& mesh, bool deforms) {
+  if (!deforms || mesh.corner_normals.empty()) return std::make_shared<const TriangleMesh>(mesh);
+  return std::make_shared<const TriangleMesh>(TriangleMesh{
+      .positions_m = mesh.positions_m, .triangles = mesh.triangles, .corner_colors = mesh.corner_colors});
+}
+
 }  // namespace
 
 Error with_geometry_name(std::string_view name, const Error& error) {
@@ -97,7 +104,7 @@ Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view 
   const std::lock_guard lock(adding_mutex_);
   auto parts = parts_of(mesh, options.deforms, options.convex_parts_m, options.solid);
   if (!parts) return parts.error();
-  ListedGeometry listed{.mesh = std::make_shared<const TriangleMesh>(mesh),
+  ListedGeometry listed{.mesh = held_mesh(mesh, options.deforms),
                         .name = std::string(name),
                         .deforms = options.deforms,
                         .is_closed = is_closed(mesh),
@@ -112,7 +119,7 @@ Result<GeometryId> GeometryList::add(const TriangleMesh& mesh, std::string_view 
   if (options.deforms) shapes = store::ShapeHistory::make(mesh.positions_m, options.retained_shapes);
   std::optional<log::LoggedGeometry> logged;
   if (transaction::CommitLog* log = parts_.engine.log()) {
-    auto written = log->write_geometry(mesh, name, options);
+    auto written = log->write_geometry(*listed.mesh, name, options);
     if (!written) return written.error();
     logged = std::move(written).value();
   }

@@ -52,7 +52,9 @@ class ListenerAdapter final : public log::ReplayListener {
       listener_.geometry(geometry.logged.id, geometry.logged.name, geometry.logged.options, geometry.mesh);
     } else {
       listener_.geometry(geometry.logged.id, geometry.logged.name, geometry.logged.options,
-                         {geometry.positions_m, geometry.mesh.triangles});
+                         {.positions_m = geometry.positions_m,
+                          .triangles = geometry.mesh.triangles,
+                          .corner_colors = geometry.mesh.corner_colors});
     }
   }
   void material(const log::LoggedMaterial& material) override {

@@ -6,7 +6,7 @@
 //                             Its name is segment.NNNNNNNNNN.new until its beginning is on disk
 //     checkpoint.NNNNNNNNNN   CheckpointHeader, then chunks, the last of kind `end`. Its name is
 //                             checkpoint.NNNNNNNNNN.new while it is written
-//     geometry.NNNNNNNNNN     GeometryHeader, positions, triangles
+//     geometry.NNNNNNNNNN     GeometryHeader, positions, triangles, convex parts, corner values
 //
 // A group is a GroupHeader and its payload, a sequence of records. Group n + 1 is written after group n is on
 // disk, and a sector that holds a group is never written again: a crash damages only the last group. The
@@ -278,17 +278,20 @@ static_assert(sizeof(StoredIndex) == 24);
 
 /// GeometryOptions::solid.
 struct StoredSolid {
-  std::uint32_t kind = 0;  ///< 0: none, else SolidKind plus 1
-  std::uint32_t reserved = 0;
   double size_m[3]{};
   double radius_m = 0.0, height_m = 0.0;
   double center_m[3]{};
   double q_entity_wxyz[4]{};
 };
-static_assert(sizeof(StoredSolid) == 104);
+static_assert(sizeof(StoredSolid) == 96);
+
+// GeometryHeader::corner_values. An older program of this format refuses a file that has any for its length.
+inline constexpr std::uint32_t has_corner_normals = 1;
+inline constexpr std::uint32_t has_corner_colors = 2;
 
 /// Followed by the positions, the triangles and the points of the convex parts: for each part their number,
-/// then three floats each.
+/// then three floats each. Then the corner normals and the corner colours, if there are any: for each
+/// triangle three times three floats.
 struct GeometryHeader {
   Magic magic = geometry_magic;
   std::uint32_t format = format_version;
@@ -297,11 +300,14 @@ struct GeometryHeader {
   std::uint64_t number = 0;
   std::uint32_t positions = 0;
   std::uint32_t triangles = 0;
+  std::uint32_t solid_kind = 0;  ///< 0: none, else SolidKind plus 1
+  std::uint32_t corner_values = 0;
   StoredSolid solid;
   std::uint64_t payload_checksum = 0;
   std::uint64_t checksum = 0;
 };
-static_assert(sizeof(GeometryHeader) == 160 && offsetof(GeometryHeader, checksum) == 152);
+static_assert(sizeof(GeometryHeader) == 160 && offsetof(GeometryHeader, solid_kind) == 40 &&
+              offsetof(GeometryHeader, checksum) == 152);
 
 /// Why a file with this format number is refused.
 inline std::string refused_format(std::uint32_t format) {

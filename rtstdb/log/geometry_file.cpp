@@ -15,10 +15,10 @@
 namespace rtstdb::log {
 namespace {
 
-StoredSolid stored(const std::optional<Solid>& solid) {
-  StoredSolid stored;
-  if (!solid) return stored;
-  stored.kind = static_cast<std::uint32_t>(solid->kind) + 1;
+void put_solid(const std::optional<Solid>& solid, GeometryHeader& header) {
+  if (!solid) return;
+  header.solid_kind = static_cast<std::uint32_t>(solid->kind) + 1;
+  StoredSolid& stored = header.solid;
   for (int i = 0; i < 3; ++i) {
     stored.size_m[i] = solid->size_m[i];
     stored.center_m[i] = solid->center_m[i];
@@ -27,13 +27,13 @@ StoredSolid stored(const std::optional<Solid>& solid) {
   stored.height_m = solid->height_m;
   const glm::dquat& q = solid->q_entity;
   std::ranges::copy(std::array{q.w, q.x, q.y, q.z}, stored.q_entity_wxyz);
-  return stored;
 }
 
-std::optional<Solid> restored(const StoredSolid& stored) {
-  if (stored.kind == 0) return std::nullopt;
+std::optional<Solid> solid_of(const GeometryHeader& header) {
+  if (header.solid_kind == 0) return std::nullopt;
+  const StoredSolid& stored = header.solid;
   const double* const q = stored.q_entity_wxyz;
-  return Solid{.kind = static_cast<SolidKind>(stored.kind - 1),
+  return Solid{.kind = static_cast<SolidKind>(header.solid_kind - 1),
                .size_m = {stored.size_m[0], stored.size_m[1], stored.size_m[2]},
                .radius_m = stored.radius_m,
                .height_m = stored.height_m,
@@ -49,7 +49,10 @@ std::vector<std::byte> encode(std::uint64_t database_id, std::uint64_t number, c
   std::size_t part_bytes = 0;
   for (const auto& points_m : convex_parts_m)
     part_bytes += sizeof(std::uint32_t) + points_m.size() * sizeof(glm::vec3);
-  std::vector<std::byte> bytes(sizeof(GeometryHeader) + positions.size() + triangles.size() + part_bytes);
+  const auto normals = std::as_bytes(std::span(mesh.corner_normals));
+  const auto colors = std::as_bytes(std::span(mesh.corner_colors));
+  std::vector<std::byte> bytes(sizeof(GeometryHeader) + positions.size() + triangles.size() + part_bytes +
+                               normals.size() + colors.size());
   const auto payload = std::span(bytes).subspan(sizeof(GeometryHeader));
   ByteWriter writer(payload);
   writer.put_bytes(positions);
@@ -58,10 +61,14 @@ std::vector<std::byte> encode(std::uint64_t database_id, std::uint64_t number, c
     writer.put(static_cast<std::uint32_t>(points_m.size()));
     writer.put_bytes(std::as_bytes(std::span(points_m)));
   }
+  writer.put_bytes(normals);
+  writer.put_bytes(colors);
 
   GeometryHeader header;
   header.convex_parts = static_cast<std::uint32_t>(convex_parts_m.size());
-  header.solid = stored(options.solid);
+  put_solid(options.solid, header);
+  header.corner_values =
+      (normals.empty() ? 0u : has_corner_normals) | (colors.empty() ? 0u : has_corner_colors);
   header.database_id = database_id;
   header.number = number;
   header.positions = static_cast<std::uint32_t>(mesh.positions_m.size());
@@ -78,7 +85,7 @@ DiskFault write_to(Disk& disk, DiskFile& file, std::span<const std::byte> bytes)
   return disk.sync_directory();
 }
 
-/// Reads the parts up to the end of the file. False: they do not end there.
+/// False: the file ends before the parts do.
 bool read_parts(ByteReader& reader, std::uint32_t count, ConvexPartPoints& parts_m) {
   for (std::uint32_t part = 0; part < count; ++part) {
     std::uint32_t points = 0;
@@ -89,7 +96,16 @@ bool read_parts(ByteReader& reader, std::uint32_t count, ConvexPartPoints& parts
     parts_m.emplace_back(points);
     std::memcpy(static_cast<void*>(parts_m.back().data()), bytes.data(), bytes.size());
   }
-  return reader.left() == 0;
+  return true;
+}
+
+/// False: the file ends before the values do.
+bool read_corner_values(ByteReader& reader, std::size_t triangles, std::vector<CornerValues>& values) {
+  std::span<const std::byte> bytes;
+  if (!reader.get_bytes(triangles * sizeof(CornerValues), bytes)) return false;
+  values.resize(triangles);
+  std::memcpy(static_cast<void*>(values.data()), bytes.data(), bytes.size());
+  return true;
 }
 
 /// A description of the fault; empty: the file is valid.
@@ -105,24 +121,28 @@ std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expec
     return "it is not the file that the record refers to";
   const std::size_t position_bytes = std::size_t{header.positions} * sizeof(glm::vec3);
   const std::size_t triangle_bytes = std::size_t{header.triangles} * sizeof(glm::uvec3);
-  if (header.solid.kind > 1 + static_cast<std::uint32_t>(SolidKind::cylinder))
+  if (header.solid_kind > 1 + static_cast<std::uint32_t>(SolidKind::cylinder))
     return "its solid is of an unknown kind";
-  const bool has_parts = header.convex_parts != 0;
-  if (reader.left() < position_bytes + triangle_bytes || header.convex_parts > max_convex_parts ||
-      (!has_parts && reader.left() > position_bytes + triangle_bytes))
+  if ((header.corner_values & ~(has_corner_normals | has_corner_colors)) != 0)
+    return "its corners have values of an unknown kind";
+  if (reader.left() < position_bytes + triangle_bytes || header.convex_parts > max_convex_parts)
     return "its length is not that in its header";
   if (checksum(bytes.subspan(sizeof header), header.database_id) != header.payload_checksum)
     return "its mesh is damaged";
-  mesh.solid = restored(header.solid);
+  mesh.solid = solid_of(header);
   mesh.positions_m.resize(header.positions);
   mesh.triangles.resize(header.triangles);
   const auto payload = bytes.subspan(sizeof header);
   std::memcpy(static_cast<void*>(mesh.positions_m.data()), payload.data(), position_bytes);
   std::memcpy(static_cast<void*>(mesh.triangles.data()), payload.data() + position_bytes, triangle_bytes);
   ByteReader behind(payload.subspan(position_bytes + triangle_bytes));
-  if (!read_parts(behind, header.convex_parts, mesh.convex_parts_m))
-    return "the length of its convex parts is not that in its header";
-  return {};
+  const std::size_t triangles = header.triangles;
+  const bool has_all = read_parts(behind, header.convex_parts, mesh.convex_parts_m) &&
+                       ((header.corner_values & has_corner_normals) == 0 ||
+                        read_corner_values(behind, triangles, mesh.corner_normals)) &&
+                       ((header.corner_values & has_corner_colors) == 0 ||
+                        read_corner_values(behind, triangles, mesh.corner_colors));
+  return has_all && behind.left() == 0 ? std::string() : "its length is not that in its header";
 }
 
 }  // namespace

@@ -150,6 +150,35 @@ TEST_F(DurabilityTest, RestoresSolids) {
   EXPECT_NEAR(depth_m(roller, floor), 0.001f, 2e-5f);
 }
 
+TEST_F(DurabilityTest, RestoresCornerNormalsAndColours) {
+  TriangleMesh mesh = make_box({1.0, 1.0, 1.0});
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const float share = static_cast<float>(i) / 16.0f;
+    mesh.corner_normals.push_back({glm::vec3(share, 1, 0), glm::vec3(0, share, 2), glm::vec3(-1)});
+    mesh.corner_colors.push_back({glm::vec3(share, 1, 0), glm::vec3(0, share, 1), glm::vec3(1)});
+  }
+  open(with(DurabilityMode::sync));
+  const auto still = database().add_geometry(mesh, "still");
+  const auto soft = database().add_geometry(mesh, "soft", {.deforms = true});
+  ASSERT_TRUE(still && soft);
+  for (const bool reopened : {false, true}) {
+    SCOPED_TRACE(reopened);
+    if (reopened) {
+      EXPECT_TRUE(database().close().ok());
+      open(with(DurabilityMode::async));
+    }
+    EXPECT_EQ(database().geometry(still.value())->corner_normals, mesh.corner_normals);
+    EXPECT_EQ(database().geometry(still.value())->corner_colors, mesh.corner_colors);
+    // The normals would not fit another shape.
+    EXPECT_TRUE(database().geometry(soft.value())->corner_normals.empty());
+    EXPECT_EQ(database().geometry(soft.value())->corner_colors, mesh.corner_colors);
+  }
+  mesh.corner_colors.pop_back();
+  const auto refused = database().add_geometry(mesh, "wrong");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("corner colours for 11 triangles"), std::string::npos);
+}
+
 TEST_F(DurabilityTest, RefusesADirectoryInUse) {
   open(with(DurabilityMode::async));
   const auto second = Database::open(with(DurabilityMode::async));

@@ -188,14 +188,19 @@ class World:
                    " ".join(f"{bits:016x}" for bits in doubles) +
                    f" from {struct.unpack('<q', motion[104:])[0]}")
         for g in self.geometries:
-            floats = struct.unpack(f"<{len(g['shape']) // 4}I", g["shape"])
-            corners = ["".join(f"{bits:08x}" for bits in floats[k:k + 3]) for k in range(0, len(floats), 3)]
             yield " ".join([f"geometry {g['index']} {g['name']} positions {g['positions']} "
-                            f"triangles {g['triangles']} shape {g['shape_by']}"] + corners)
+                            f"triangles {g['triangles']} shape {g['shape_by']}"] +
+                           bits_of_vectors(g["shape"]) + ["normals"] + bits_of_vectors(g["normals"]) +
+                           ["colors"] + bits_of_vectors(g["colors"]))
         for noun, definitions in (("material", self.materials), ("light", self.lights)):
             for index, name, kind, values in definitions:
                 bits = struct.unpack(f"<{len(values)}Q", struct.pack(f"<{len(values)}d", *values))
                 yield f"{noun} {index} {name} {kind} " + " ".join(f"{value:016x}" for value in bits)
+
+
+def bits_of_vectors(data):
+    floats = struct.unpack(f"<{len(data) // 4}I", data)
+    return ["".join(f"{bits:08x}" for bits in floats[k:k + 3]) for k in range(0, len(floats), 3)]
 
 
 def read_geometry(cursor):
@@ -205,22 +210,28 @@ def read_geometry(cursor):
     name = cursor.take(length).decode()
     cursor.skip_zeros(8)
     return {"index": index, "file": file, "checksum": checksum, "name": name,
-            "options": (deforms, kept, growth), "shape": b"", "shape_by": 0, "positions": 0, "triangles": 0}
+            "options": (deforms, kept, growth), "shape": b"", "shape_by": 0, "positions": 0, "triangles": 0,
+            "normals": b"", "colors": b""}
 
 
 def read_mesh(directory, geometry, database):
     data = directory.read(f"geometry.{geometry['file']:010}")
-    (magic, form, parts, database_id, number, positions, triangles, *solid, payload,
+    (magic, form, parts, database_id, number, positions, triangles, solid, values, *_, payload,
      checksum) = Cursor(data).get("8sIIQQIIII12dQQ")
     check(magic == b"RTSTGEO1" and form == FORMAT, "another format")
     check(database_id == database and number == geometry["file"], "another file")
     check(checksum == geometry["checksum"] == xxh3_64(data[:152], database),
           f"geometry {number}: damaged header")
-    check(solid[0] <= 4, f"geometry {number}: solid of kind {solid[0]}")
+    check(solid <= 4, f"geometry {number}: solid of kind {solid}")
+    check(values <= 3, f"geometry {number}: corner values of kind {values}")
     end = 160 + 12 * (positions + triangles)
     for _ in range(parts):
         check(len(data) >= end + 4, f"geometry {number}: another length")
         end += 4 + 12 * struct.unpack_from("<I", data, end)[0]
+    for bit, key in (1, "normals"), (2, "colors"):
+        if values & bit:
+            geometry[key] = data[end:end + 36 * triangles]
+            end += 36 * triangles
     check(len(data) == end, f"geometry {number}: another length")
     check(payload == xxh3_64(data[160:], database), f"geometry {number}: damaged mesh")
     geometry["positions"], geometry["triangles"] = positions, triangles

@@ -69,11 +69,18 @@ std::string text_of(const World& world) {
                       geometry.logged.id.index, geometry.logged.name.c_str(),
                       geometry.mesh.positions_m.size(), geometry.mesh.triangles.size(),
                       static_cast<unsigned long long>(geometry.shape_version)));
-    for (const glm::vec3& position : geometry.positions_m) {
+    const auto add_vector = [&](const glm::vec3& vector) {
       std::uint32_t bits[3];
-      std::memcpy(bits, &position, sizeof bits);
+      std::memcpy(bits, &vector, sizeof bits);
       add(std::snprintf(line, sizeof line, " %08x%08x%08x", bits[0], bits[1], bits[2]));
-    }
+    };
+    std::ranges::for_each(geometry.positions_m, add_vector);
+    text += " normals";
+    for (const CornerValues& normals : geometry.mesh.corner_normals)
+      std::ranges::for_each(normals, add_vector);
+    text += " colors";
+    for (const CornerValues& colors : geometry.mesh.corner_colors)
+      std::ranges::for_each(colors, add_vector);
     text += '\n';
   }
   const auto add_bits = [&](std::initializer_list<double> values) {
@@ -308,7 +315,13 @@ void LiveWorld::commit_and_discard(const std::function<void()>& between) {
 
 bool LiveWorld::add_geometry(Disk& disk, std::uint64_t database_id, std::uint64_t file) {
   if (geometries_.size() == 8) return false;
-  const TriangleMesh mesh = below(2) == 0 ? make_box({1.0, 2.0, 3.0}) : make_rectangle(1.0, 1.0);
+  TriangleMesh mesh = below(2) == 0 ? make_box({1.0, 2.0, 3.0}) : make_rectangle(1.0, 1.0);
+  const auto of_file = static_cast<float>(file);
+  const std::size_t triangles = mesh.triangles.size();
+  if (file % 4 >= 2)
+    mesh.corner_normals.resize(triangles, {glm::vec3(of_file), glm::vec3(0, 1, 0), glm::vec3(1)});
+  if (file % 2 == 0)
+    mesh.corner_colors.resize(triangles, {glm::vec3(1.0f / of_file), glm::vec3(0), glm::vec3(1)});
   LoggedGeometry geometry;
   geometry.id = {static_cast<std::uint32_t>(geometries_.size())};
   geometry.name = "geometry_" + std::to_string(file);
