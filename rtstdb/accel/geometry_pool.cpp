@@ -3,18 +3,15 @@
 #include <glm/common.hpp>
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include <rtstdb/limits.hpp>
 
-#include "rtstdb/accel/hull_texels.hpp"
 #include "rtstdb/accel/transfer.hpp"
 #include "rtstdb/geometry/closed_mesh.hpp"
-#include "rtstdb/geometry/has_area.hpp"
 #include "rtstdb/geometry/solid_hull.hpp"
 #include "rtstdb/splitmix64.hpp"
-#include "shaders/shared/contact.h"
+#include "shaders/shared/corner.h"
 #include "shaders/shared/field.h"
 #include "shaders/shared/node.h"
 
@@ -26,8 +23,6 @@ constexpr std::size_t triangle_bytes = 16 * shared::triangle_texels;
 
 const Error lost_while_writing{ErrorCode::device_lost,
                                "the GPU stopped answering while a geometry was written"};
-const Error lost_while_restoring{ErrorCode::device_lost,
-                                 "the GPU stopped answering while geometry was restored on it"};
 
 Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t size_bytes,
                               bool holds_nodes) {
@@ -42,60 +37,6 @@ Result<gpu::Buffer> make_pool(gpu::Device& device, const char* name, std::size_t
 constexpr std::uint32_t aligned(std::uint32_t count) {
   constexpr std::uint32_t step = DeformingGeometry::alignment;
   return (count + step - 1) / step * step;
-}
-
-std::size_t kept_bytes(const KeptGeometries& kept) {
-  std::size_t bytes = 0;
-  for (const auto& geometry : kept) {
-    for (const KeptGeometry::Piece& piece : geometry->nodes)
-      bytes += piece.bytes.size();
-    if (geometry->deforming)
-      bytes += 2 * geometry->deforming->order.size();
-    else
-      bytes += triangle_bytes * geometry->mesh->triangles.size();
-    if (geometry->field) bytes += geometry->field->report.bytes;
-  }
-  return bytes;
-}
-
-std::uint32_t field_texels_of(const KeptGeometries& kept) {
-  std::uint64_t bytes = 0;
-  for (const auto& geometry : kept)
-    bytes += geometry->field ? geometry->field->report.bytes : 0;
-  return static_cast<std::uint32_t>(bytes / 16);
-}
-
-std::uint64_t hull_texels_of(const KeptGeometries& kept) {
-  std::uint64_t texels = 0;
-  for (const auto& geometry : kept)
-    for (std::size_t i = 0; geometry->parts && i < geometry->parts->size(); ++i)
-      texels += hull_texels((*geometry->parts)[i]).size();
-  return texels;
-}
-
-/// Writes triangles in the builder's format, in pieces. False: the device is lost.
-bool put_triangles(const TriangleMesh& mesh, std::span<const std::uint32_t> leaf_order,
-                   const gpu::Buffer& pool, std::size_t offset_bytes, Upload& upload) {
-  constexpr std::size_t max_at_once = 1024;
-  std::array<glm::uvec4, shared::triangle_texels * max_at_once> texels;
-  while (!leaf_order.empty()) {
-    const std::size_t count = std::min(leaf_order.size(), max_at_once);
-    auto texel = texels.begin();
-    for (const std::uint32_t number : leaf_order.first(count)) {
-      const glm::uvec3& corners = mesh.triangles[number];
-      const glm::vec3& a = mesh.positions_m[corners.x];
-      const glm::vec3& b = mesh.positions_m[corners.y];
-      const glm::vec3& c = mesh.positions_m[corners.z];
-      *texel++ = {glm::floatBitsToUint(a), number};
-      *texel++ = {glm::floatBitsToUint(b), has_area(a, b, c) ? 0u : shared::triangle_without_area};
-      *texel++ = {glm::floatBitsToUint(c), 0u};
-    }
-    const auto bytes = std::as_bytes(std::span(texels).first(shared::triangle_texels * count));
-    if (!upload.put(pool, offset_bytes, bytes)) return false;
-    offset_bytes += bytes.size();
-    leaf_order = leaf_order.subspan(count);
-  }
-  return true;
 }
 
 }  // namespace
@@ -129,13 +70,7 @@ Result<GeometryPool> GeometryPool::create_with_capacity(gpu::Device& device, std
                                           .texel_uint4 = true});
   if (!geometries) return geometries.error();
   pool.geometries_ = std::move(geometries).value();
-  const std::uint64_t field_texels =
-      std::max<std::uint64_t>(field_texels_of(kept), shared::field_header_texels);
-  if (auto reserved = pool.reserve_field_texels(device, field_texels, submit); !reserved)
-    return reserved.error();
-  const std::uint64_t hull_texels = std::max<std::uint64_t>(hull_texels_of(kept), shared::hull_header_texels);
-  if (auto reserved = pool.reserve_hull_texels(device, hull_texels, submit); !reserved)
-    return reserved.error();
+  if (auto reserved = pool.reserve_texels_of(device, kept, submit); !reserved) return reserved.error();
   return pool;
 }
 
@@ -198,6 +133,8 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
                                         std::shared_ptr<const ConvexParts> parts) {
   bounds_.reserve(count_ + 1);
   part_texels_.reserve(count_ + 1);
+  attribute_texels_.resize(count_);
+  attribute_texels_.push_back(shared::attributes_none);
   kept_.reserve(count_ + 1);
   const std::uint32_t generation = generation_;
   auto added = options.deforms ? add_deforming(device, *mesh, options, submit)
@@ -223,7 +160,17 @@ Result<std::uint32_t> GeometryPool::add(gpu::Device& device, std::shared_ptr<con
     else
       added = written.error();
   }
+  if (added) {
+    const auto written = add_attributes(device, *kept->mesh, options.deforms, submit);
+    if (written) {
+      set_attributes(count_, written.value());
+    } else {
+      if (!part_texels.empty()) hulls_.truncate(part_texels.front());
+      added = written.error();
+    }
+  }
   if (!added) {
+    attribute_texels_.resize(count_);
     bounds_.resize(count_);
     std::erase_if(deforming_,
                   [&](const DeformingGeometry& geometry) { return geometry.id().index == count_; });
@@ -272,7 +219,8 @@ void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, 
       .corners_minus_x_m = extents.corners[1],
       .field = shared::field_none,
       .first_triangle = at.leaf_base,
-      .unused = {}};
+      .attributes = attribute_texels_[geometry],
+      .unused = 0};
   bounds_[geometry] = bounds;
 }
 
@@ -386,100 +334,6 @@ bool GeometryPool::build(gpu::Device& device, DeformingGeometry& geometry, const
   geometry.finish_refit(refit.place, refit.shape, ++refit_count_);
   ++counts_.builds;
   return true;
-}
-
-// ---- copies on the host, and restoring from them
-
-Result<std::shared_ptr<KeptGeometry>> GeometryPool::keep(gpu::Device& device,
-                                                         std::shared_ptr<const TriangleMesh> mesh,
-                                                         const GeometryOptions& options, const PoolPart& part,
-                                                         Submit& submit) {
-  auto kept = std::make_shared<KeptGeometry>();
-  kept->part = part;
-  kept->record = geometries_.host_as<const shared::GeometryRecord>()[count_];
-  kept->bounds = bounds_[count_];
-  const auto take_nodes = [&](std::uint32_t base, std::uint32_t count) {
-    KeptGeometry::Piece& piece =
-        kept->nodes.emplace_back(KeptGeometry::Piece{base, std::vector<std::byte>(count * node_bytes)});
-    return read_back(device, {&nodes_, base * node_bytes, piece.bytes.size()}, piece.bytes, submit);
-  };
-  if (!options.deforms) {
-    if (auto taken = take_nodes(part.node_base, part.node_end - part.node_base); !taken) return taken.error();
-    kept->leaf_order.resize(mesh->triangles.size());
-    const auto order = std::as_writable_bytes(std::span(kept->leaf_order));
-    if (auto read = read_back(device, builder_.leaf_order(), order, submit); !read) return read.error();
-  } else {
-    const DeformingGeometry& geometry = deforming_.back();
-    const std::span<const std::uint32_t> levels = builder_.levels();
-    KeptDeforming& deforming = kept->deforming.emplace();
-    deforming = {.options = options,
-                 .places = {geometry.at(0), geometry.at(1)},
-                 .order = {},
-                 .levels = {levels.begin(), levels.end()},
-                 .built_cost_ratio = geometry.built_cost_ratio(0)};
-    for (const BlasBuilder::Place& place : deforming.places) {
-      if (auto taken = take_nodes(place.node_base, levels.back()); !taken) return taken.error();
-    }
-    deforming.order.resize(16 * mesh->triangles.size());
-    const gpu::BufferPart order{&geometry.order(0), 0, deforming.order.size()};
-    if (auto read = read_back(device, order, deforming.order, submit); !read) return read.error();
-  }
-  kept->mesh = std::move(mesh);
-  return kept;
-}
-
-Result<GeometryPool> GeometryPool::create_restored(gpu::Device& device, std::uint32_t max_geometries,
-                                                   const KeptGeometries& kept, Submit& submit) {
-  const PoolPart used = kept.empty() ? PoolPart{} : kept.back()->part;
-  auto made = create_with_capacity(device, max_geometries, kept, submit);
-  if (!made) return made.error();
-  GeometryPool pool = std::move(made).value();
-  pool.kept_ = kept;
-  pool.count_ = static_cast<std::uint32_t>(kept.size());
-  pool.node_count_ = used.node_end;
-  pool.triangle_count_ = used.triangle_end;
-  pool.bounds_.resize(kept.size());
-  pool.part_texels_.resize(kept.size());
-  auto upload = Upload::create(device, kept_bytes(kept), submit);
-  if (!upload) return upload.error();
-  for (std::uint32_t index = 0; index < pool.count_; ++index) {
-    const KeptGeometry& geometry = *kept[index];
-    if (auto brought = pool.restore(device, index, geometry, upload.value()); !brought)
-      return brought.error();
-  }
-  if (!upload.value().finish()) return lost_while_restoring;
-  if (!pool.deforming_.empty()) {
-    if (auto kept_memory = pool.builder_.allocate_kept(device); !kept_memory) return kept_memory.error();
-  }
-  if (auto bound = pool.bind_deforming(device); !bound) return bound.error();
-  return pool;
-}
-
-Result<void> GeometryPool::restore(gpu::Device& device, std::uint32_t index, const KeptGeometry& kept,
-                                   Upload& upload) {
-  bool there = true;
-  for (const KeptGeometry::Piece& piece : kept.nodes)
-    there = there && upload.put(nodes_, piece.base * node_bytes, piece.bytes);
-  there = there && put_triangles(*kept.mesh, kept.leaf_order, triangles_,
-                                 kept.part.triangle_base * triangle_bytes, upload);
-  if (!there) return lost_while_restoring;
-  geometries_.host_as<shared::GeometryRecord>()[index] = kept.record;
-  bounds_[index] = kept.bounds;
-  if (kept.field && !restore_field(index, *kept.field, upload)) return lost_while_restoring;
-  if (kept.parts && !restore_hulls(index, *kept.parts, upload)) return lost_while_restoring;
-  if (!kept.deforming) return {};
-  const KeptDeforming& deforming = *kept.deforming;
-  auto made =
-      DeformingGeometry::create(device, GeometryId{index}, *kept.mesh, deforming.options, deforming.places);
-  if (!made) return made.error();
-  DeformingGeometry& geometry = deforming_.emplace_back(std::move(made).value());
-  for (std::size_t place = 0; place < DeformingGeometry::places; ++place) {
-    if (!upload.put(geometry.order(place), 0, deforming.order)) return lost_while_restoring;
-    geometry.adopt_tree(place, deforming.levels, deforming.built_cost_ratio);
-  }
-  refits_.reserve(deforming_.size());
-  builder_.keep_capacity(kept.mesh->triangles.size(), kept.mesh->positions_m.size());
-  return {};
 }
 
 }  // namespace rtstdb::accel

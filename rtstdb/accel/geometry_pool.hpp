@@ -76,6 +76,8 @@ class GeometryPool {
   const gpu::Buffer& fields() const noexcept { return fields_.buffer(); }
   /// All hulls of convex geometries (shaders/shared/contact.h).
   const gpu::Buffer& hulls() const noexcept { return hulls_.buffer(); }
+  /// All corner normals and colours (shaders/shared/corner.h).
+  const gpu::Buffer& attributes() const noexcept { return attributes_.buffer(); }
   /// A convex part of a geometry and its first texel.
   struct PooledHull {
     std::uint32_t texel = 0;
@@ -96,7 +98,7 @@ class GeometryPool {
   std::uint32_t triangles_of(std::uint32_t geometry) const noexcept {
     return static_cast<std::uint32_t>(kept_[geometry]->mesh->triangles.size());
   }
-  /// Incremented whenever nodes(), triangles(), fields() or hulls() becomes another buffer.
+  /// Incremented whenever nodes(), triangles(), fields(), hulls() or attributes() becomes another buffer.
   std::uint32_t generation() const noexcept { return generation_; }
   /// False: binding deforming geometry to a grown pool failed for lack of memory, and show() fails from then
   /// on.
@@ -107,6 +109,8 @@ class GeometryPool {
   static Result<GeometryPool> create_with_capacity(gpu::Device& device, std::uint32_t max_geometries,
                                                    const KeptGeometries& kept, Submit& submit);
   Result<void> reserve(gpu::Device& device, const PoolPart& part, Submit& submit);
+  /// Makes space for the fields, hulls, and corner normals and colours of `kept`.
+  Result<void> reserve_texels_of(gpu::Device& device, const KeptGeometries& kept, Submit& submit);
   Result<void> check_capacity(std::uint32_t triangles) const;
   Result<PoolPart> add_still(gpu::Device& device, const TriangleMesh& mesh, const ConvexParts* parts,
                              Submit& submit);
@@ -125,6 +129,13 @@ class GeometryPool {
   Result<std::vector<std::uint32_t>> add_hulls(gpu::Device& device, const ConvexParts& parts, Submit& submit);
   /// Writes hulls behind the others. False: the device is lost.
   bool restore_hulls(std::uint32_t index, const ConvexParts& parts, Upload& upload);
+  Result<void> reserve_attribute_texels(gpu::Device& device, std::uint64_t texels, Submit& submit);
+  /// Returns the first texel, or attributes_none.
+  Result<std::uint32_t> add_attributes(gpu::Device& device, const TriangleMesh& mesh, bool deforms,
+                                       Submit& submit);
+  /// Writes corner normals and colours behind the others. False: the device is lost.
+  bool restore_attributes(std::uint32_t index, const KeptGeometry& kept, Upload& upload);
+  void set_attributes(std::uint32_t geometry, std::uint32_t texel) noexcept;
   Result<void> bind_deforming(gpu::Device& device);
   struct Refit {
     std::size_t geometry = 0, place = 0;
@@ -139,6 +150,8 @@ class GeometryPool {
   gpu::Buffer nodes_, triangles_, geometries_;
   TexelPool fields_{{.name = "field pool", .plural = "distance fields"}};
   TexelPool hulls_{{.name = "hull pool", .plural = "hulls of convex geometries", .is_float = true}};
+  TexelPool attributes_{{.name = "attribute pool", .plural = "corner normals and colours"}};
+  std::vector<std::uint32_t> attribute_texels_;          // by geometry
   std::vector<std::vector<std::uint32_t>> part_texels_;  // first texels of the hulls of each geometry
   std::uint32_t node_capacity_ = 0, node_count_ = 0;
   std::uint32_t triangle_capacity_ = 0, triangle_count_ = 0;

@@ -4,6 +4,7 @@
 
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/transfer.hpp"
+#include "shaders/shared/corner.h"
 #include "shaders/shared/field.h"
 
 namespace rtstdb::accel {
@@ -29,6 +30,8 @@ void GeometryPool::remove_last() noexcept {
     fields_.truncate(geometries_.host_as<const shared::GeometryRecord>()[count_].field);
   if (!part_texels_.back().empty()) hulls_.truncate(part_texels_.back().front());
   part_texels_.pop_back();
+  if (attribute_texels_[count_] != shared::attributes_none) attributes_.truncate(attribute_texels_[count_]);
+  attribute_texels_.resize(count_);
   node_count_ = kept_.back()->part.node_base;
   triangle_count_ = kept_.back()->part.triangle_base;
   kept_.pop_back();

@@ -3,6 +3,7 @@
 #include "common/prelude.glsl"
 // Computes the instances of the live entities at the epochs, and their bounds over the window.
 #include "common/instance.glsl"
+#include "shared/corner.h"
 #include "shared/field.h"
 #include "shared/node.h"
 
@@ -58,10 +59,10 @@ vec4 geometry_texel(uint index, int texel) {
 GeometryRecord fetch_geometry(uint index) {
   const vec4 t0 = geometry_texel(index, 0);
   const vec4 t1 = geometry_texel(index, 1);
-  return GeometryRecord(
-      t0.xyz, floatBitsToUint(t0.w), t1.xyz, floatBitsToUint(t1.w), geometry_texel(index, 2),
-      geometry_texel(index, 3), geometry_texel(index, 4), geometry_texel(index, 5), geometry_texel(index, 6),
-      floatBitsToUint(geometry_texel(index, 7).x), floatBitsToUint(geometry_texel(index, 7).y), uvec2(0u));
+  const uvec4 t7 = floatBitsToUint(geometry_texel(index, 7));
+  return GeometryRecord(t0.xyz, floatBitsToUint(t0.w), t1.xyz, floatBitsToUint(t1.w),
+                        geometry_texel(index, 2), geometry_texel(index, 3), geometry_texel(index, 4),
+                        geometry_texel(index, 5), geometry_texel(index, 6), t7.x, t7.y, t7.z, t7.w);
 }
 
 #define WRITE_INSTANCE(target, i)                                                                \
@@ -91,8 +92,9 @@ void main() {
   const uint place =
       args.listed != 0u ? listed_places[gl_GlobalInvocationID.x] : args.first + gl_GlobalInvocationID.x;
   const EntityRecord row = fetch_row(live[place]);
-  GeometryRecord geometry = GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u, vec4(0.0), vec4(0.0),
-                                           vec4(0.0), vec4(0.0), vec4(0.0), field_none, 0u, uvec2(0u));
+  GeometryRecord geometry =
+      GeometryRecord(vec3(0.0), ref_none, vec3(0.0), 0u, vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0),
+                     vec4(0.0), field_none, 0u, attributes_none, 0u);
   if (row.geometry != no_geometry) geometry = fetch_geometry(row.geometry);
   const Instance early = written_down(row, geometry, args.epoch);
   WRITE_INSTANCE(instances, early)

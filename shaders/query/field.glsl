@@ -4,6 +4,7 @@
 // Included after the binding `fields`.
 #ifndef RTSTDB_QUERY_FIELD_GLSL
 #define RTSTDB_QUERY_FIELD_GLSL
+#include "common/octahedron.glsl"
 #include "shared/field.h"
 
 struct DistanceField {
@@ -27,14 +28,6 @@ bool is_signed_field(uint texel) { return texelFetch(fields, int(texel) + 1).w !
 // The edge of a cell in a brick.
 float brick_cell_edge(DistanceField field) { return field.edge / float(field_brick_cells); }
 
-// A unit vector from its place on an octahedron (rtstdb/field/vertex.hpp).
-vec3 gradient_from(uint bits) {
-  const vec2 place = max(vec2(ivec2(int(bits << 16), int(bits)) >> 16) / 32767.0, vec2(-1.0));
-  const float z = 1.0 - abs(place.x) - abs(place.y);
-  const vec2 folded = (1.0 - abs(place.yx)) * mix(vec2(1.0), vec2(-1.0), lessThan(place, vec2(0.0)));
-  return normalize(vec3(z < 0.0 ? folded : place, z));
-}
-
 // The sums over the vertices of a cell, whose edge is `edge`.
 struct FieldSums {
   float planes;
@@ -46,7 +39,7 @@ struct FieldSums {
 // `from`: from the vertex to the point.
 void add_vertex(uvec2 vertex, vec3 from, float weight, bool keeps_sign, inout FieldSums sums) {
   const float at_vertex = uintBitsToFloat(vertex.x);
-  const vec3 outwards = gradient_from(vertex.y);
+  const vec3 outwards = unpacked_direction(vertex.y);
   const vec3 gradient = !keeps_sign && at_vertex < 0.0 ? -outwards : outwards;
   const float along = dot(gradient, from);
   const float plane = (keeps_sign ? at_vertex : abs(at_vertex)) + along;

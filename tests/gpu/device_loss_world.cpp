@@ -46,6 +46,13 @@ EntityRow body(GeometryId geometry, Random& random) {
   return row;
 }
 
+TriangleMesh with_corner_values(TriangleMesh mesh) {
+  const glm::vec3 up(0, 0, 1), white(1);
+  mesh.corner_normals.resize(mesh.triangles.size(), {up, up, up});
+  mesh.corner_colors.resize(mesh.triangles.size(), {white, up, up});
+  return mesh;
+}
+
 Terms at(unsigned round) {
   Terms terms;
   terms.world_time = world_time_ns(1'000'000 * std::int64_t{round});
@@ -91,9 +98,9 @@ void DeviceLossWorld::set_up() {
 }
 
 Result<void> DeviceLossWorld::add_geometries() {
-  // The first mesh has a distance field. The second one is larger than the initial pool.
+  // The first mesh has a distance field. The second one is larger than the initial pools.
   const GeometryOptions with_field{.field = FieldOptions{.cell_m = 0.3}};
-  for (const TriangleMesh& mesh : {make_box({1.0, 0.8, 0.6}), make_sphere(0.6, 5)}) {
+  for (const TriangleMesh& mesh : {make_box({1.0, 0.8, 0.6}), with_corner_values(make_sphere(0.6, 5))}) {
     auto added = database_->add_geometry(mesh, "body", geometries_.empty() ? with_field : GeometryOptions{});
     if (!added) return added.error();
     geometries_.push_back(added.value());
@@ -102,7 +109,7 @@ Result<void> DeviceLossWorld::add_geometries() {
 }
 
 Result<void> DeviceLossWorld::add_geometry_that_deforms() {
-  deforming_mesh_ = make_sphere(0.7, 2);
+  deforming_mesh_ = with_corner_values(make_sphere(0.7, 2));
   auto added = database_->add_geometry(deforming_mesh_, "deforming", {.deforms = true});
   if (!added) return added.error();
   geometries_.push_back(added.value());

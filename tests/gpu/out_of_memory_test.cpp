@@ -121,7 +121,9 @@ class OutOfMemoryInSetup : public testing::Test {
 
 TEST_F(OutOfMemoryInSetup, IsAnErrorOfAddGeometry) {
   for (const bool deforms : {false, true}) {
-    const TriangleMesh mesh = make_sphere(1.0, 2);
+    TriangleMesh mesh = make_sphere(1.0, 2);
+    mesh.corner_normals.resize(mesh.triangles.size(), {glm::vec3(1), glm::vec3(1), glm::vec3(1)});
+    mesh.corner_colors = mesh.corner_normals;
     fail_in({19}, [&] {
       return error_of(database_->add_geometry(mesh, "a name that is too long for the buffer of a string",
                                               {.deforms = deforms}));
