@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -78,16 +79,37 @@ std::optional<rtstdb::TriangleMesh> mesh_of_parts_file(const config::PartsShape&
   return std::nullopt;
 }
 
+/// `report`: null, or what is left out of the file.
 std::optional<rtstdb::TriangleMesh> mesh_of_file(const config::FileShape& file,
-                                                 config::Diagnostics& diagnostics) {
-  auto mesh = rtstdb::load_mesh(file.path, file.scale);
+                                                 config::Diagnostics& diagnostics,
+                                                 rtstdb::MeshFileReport* report = nullptr) {
+  auto mesh = rtstdb::load_mesh(file.path, file.scale, report);
   if (mesh) return std::move(mesh).value();
   diagnostics.add(file.place, mesh.error().message);
   return std::nullopt;
 }
 
+/// Warns once per file of what is left out of it.
+class SurfaceWarnings {
+ public:
+  void add(const config::FileShape& file, const rtstdb::MeshFileReport& report,
+           config::Diagnostics& diagnostics) {
+    if (!report.materials_ignored && !report.textures_ignored) return;
+    if (!warned_.insert(file.path).second) return;
+    const char* const what = !report.textures_ignored    ? "materials"
+                             : !report.materials_ignored ? "textures"
+                                                         : "materials and textures";
+    diagnostics.warn(file.place, "mesh file '" + file.path + "' has " + what +
+                                     ", which are ignored; 'material' gives the surface of an entity");
+  }
+
+ private:
+  std::set<std::string> warned_;  // paths
+};
+
 /// Empty with a mistake when a file can not be used.
-std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::Diagnostics& diagnostics) {
+std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, SurfaceWarnings& warnings,
+                                            config::Diagnostics& diagnostics) {
   if (const auto* box = std::get_if<config::BoxShape>(&shape)) {
     return rtstdb::make_box({box->size_m[0], box->size_m[1], box->size_m[2]});
   }
@@ -101,7 +123,11 @@ std::optional<rtstdb::TriangleMesh> mesh_of(const config::Shape& shape, config::
   }
   if (const auto* parts = std::get_if<config::PartsShape>(&shape))
     return mesh_of_parts_file(*parts, diagnostics);
-  return mesh_of_file(std::get<config::FileShape>(shape), diagnostics);
+  const auto& file = std::get<config::FileShape>(shape);
+  rtstdb::MeshFileReport report;
+  auto mesh = mesh_of_file(file, diagnostics, &report);
+  if (mesh) warnings.add(file, report, diagnostics);
+  return mesh;
 }
 
 /// The corners of the pieces of the file; none without one, or with a mistake.
@@ -252,6 +278,7 @@ std::vector<report::PointM> footprint(const config::WorldEntity& entity, const r
 
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics) {
   Scenery scenery;
+  SurfaceWarnings warnings;
   std::map<ShapeKey, std::optional<std::size_t>> known;  // empty: can not be made, with a mistake
   for (const config::WorldEntity& entity : world.entities) {
     if (!entity.is_body()) {
@@ -260,7 +287,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
     }
     const auto [at, is_new] = known.try_emplace(key_of(entity));
     if (is_new) {
-      if (auto mesh = mesh_of(entity.shape, diagnostics)) {
+      if (auto mesh = mesh_of(entity.shape, warnings, diagnostics)) {
         at->second = scenery.meshes.size();
         scenery.bounds.push_back(rtstdb::bounds_of(*mesh));
         scenery.options.push_back(contact_options(entity, *mesh, diagnostics));

@@ -26,7 +26,8 @@ struct Scenery {
 
 /// Makes the shapes and reads the mesh files. Adds a mistake for a file that can not be read or used, for
 /// convex parts or a solid that do not fit their mesh, and for an entity whose scale is beyond the database's
-/// limits; the scenery is then not usable.
+/// limits; the scenery is then not usable. Warns of the materials and textures of a mesh file, which are
+/// ignored.
 Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostics);
 
 /// Creates the materials, the lights and the entities, and their geometries from the meshes, which `scenery`

@@ -83,6 +83,30 @@ TEST_F(WorldWiring, MeshIsReadOnceForAllItsEntities) {
   EXPECT_FLOAT_EQ(wiring_->scenery.bounds[1].maximum_m.x, 2.0F);
 }
 
+TEST_F(WorldWiring, SurfacesOfAMeshFileAreNamedOnce) {
+  const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n";
+  folder_.write("both.obj", mesh + "usemtl red\nf 1/1 2/1 3/1\n");
+  folder_.write("textured.obj", mesh + "f 1 2 3\n");
+  const std::string ignored = ", which are ignored; 'material' gives the surface of an entity\n";
+  EXPECT_EQ(mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: both.obj}}\n"
+                        "    - {name: b, shape: {file: both.obj}}\n"
+                        "    - {name: c, shape: {file: {path: both.obj, scale: 2}}}\n"
+                        "    - {name: d, shape: {file: textured.obj}}\n"),
+            "scenario.yaml:4:31: warning: mesh file 'both.obj' has materials and textures" + ignored +
+                "scenario.yaml:7:31: warning: mesh file 'textured.obj' has textures" + ignored);
+  EXPECT_TRUE(diagnostics_.empty());
+  // Only the corners of convex parts count.
+  folder_.write("part.obj",
+                "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  folder_.write("body.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_EQ(mistakes_of("scenario: a\nworld:\n  entities:\n"
+                        "    - {name: a, shape: {file: body.obj}, convex_parts: part.obj}\n"),
+            "");
+  EXPECT_EQ(mistakes_of("scenario: a\nworld:\n  entities:\n    - {name: a, shape: {file: part.obj}}\n"),
+            "scenario.yaml:4:31: warning: mesh file 'part.obj' has materials" + ignored);
+}
+
 TEST_F(WorldWiring, ScaleBeyondTheWorldIsRefused) {
   folder_.write("a.obj", "v 0 0 0\nv 70000 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_TRUE(begins(
