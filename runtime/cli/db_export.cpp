@@ -56,10 +56,17 @@ Json write_json(const rtstdb::LogWrite& write) {
   return json;
 }
 
-Json positions(std::span<const glm::vec3> positions_m) {
+Json vectors(std::span<const glm::vec3> vectors) {
   Json list = Json::array();
-  for (const glm::vec3& p : positions_m)
-    list.push_back({p.x, p.y, p.z});
+  for (const glm::vec3& v : vectors)
+    list.push_back({v.x, v.y, v.z});
+  return list;
+}
+
+Json corner_values(std::span<const rtstdb::CornerValues> values) {
+  Json list = Json::array();
+  for (const rtstdb::CornerValues& corners : values)
+    list.push_back(vectors(corners));
   return list;
 }
 
@@ -83,10 +90,12 @@ class Lines final : public rtstdb::LogListener {
               {"name", report::valid_utf8(std::string(name))},
               {"deforms", options.deforms}};
     if (!without_meshes_) {
-      json["positions_m"] = positions(mesh.positions_m);
+      json["positions_m"] = vectors(mesh.positions_m);
       json["triangles"] = Json::array();
       for (const glm::uvec3& corners : mesh.triangles)
         json["triangles"].push_back({corners.x, corners.y, corners.z});
+      if (!mesh.corner_normals.empty()) json["corner_normals"] = corner_values(mesh.corner_normals);
+      if (!mesh.corner_colors.empty()) json["corner_colors"] = corner_values(mesh.corner_colors);
     }
     put(json);
   }
@@ -129,7 +138,7 @@ class Lines final : public rtstdb::LogListener {
       json["writes"].push_back(write_json(write));
     for (const rtstdb::LogShape& shape : shapes) {
       Json one{{"geometry", shape.geometry.index}};
-      if (!without_meshes_) one["positions_m"] = positions(shape.positions_m);
+      if (!without_meshes_) one["positions_m"] = vectors(shape.positions_m);
       json["shapes"].push_back(std::move(one));
     }
     put(json);

@@ -223,5 +223,34 @@ TEST(RunHistory, ExportHasEveryCommitInOrder) {
   }
 }
 
+/// The file has no colour and a texture.
+TEST(RunHistory, ExportHasTheNormalsOfMeshFiles) {
+  const Folder folder;
+  write_text(folder / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 -4\nf 1/1/1 2/1/1 3\n");
+  write_text(folder / "s.yaml",
+             "scenario: a\nduration: 10 ms\nclock: virtual\nworld:\n  entities:\n"
+             "    - {name: a, shape: {file: a.obj}}\n    - {name: b, shape: {box: [1 m, 1 m, 1 m]}}\n");
+  const std::string warning =
+      folder / "s.yaml" + std::string(":6:31: warning: mesh file '") + (folder / "a.obj") +
+      "' has textures, which are ignored; 'material' gives the surface of an entity\n";
+  const Ended checked = run_hil({"check", folder / "s.yaml"});
+  EXPECT_EQ(checked.code, 0) << checked.output;
+  EXPECT_EQ(checked.errors, warning);
+  EXPECT_TRUE(checked.output.ends_with("no mistakes, 1 warning\n")) << checked.output;
+  const std::string out = folder / "out";
+  const Ended run = run_hil({"run", folder / "s.yaml", "--out", out, "--set", "world.durability=async"});
+  EXPECT_NE(run.errors.find(warning), std::string::npos) << run.errors;
+  std::map<std::string, Json> geometries;
+  std::istringstream lines(run_hil({"db", "export", out}).output);
+  for (std::string line; std::getline(lines, line);) {
+    const Json json = Json::parse(line);
+    if (json["line"] == "geometry") geometries[json["name"]] = json;
+  }
+  EXPECT_EQ(geometries["a"]["corner_normals"], Json::parse("[[[0,0,-1],[0,0,-1],[0,0,1]]]"));
+  EXPECT_FALSE(geometries["a"].contains("corner_colors"));
+  EXPECT_FALSE(geometries["b"].contains("corner_normals"));
+  EXPECT_EQ(geometries["b"]["triangles"].size(), 12u);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test
