@@ -85,12 +85,12 @@ DiskFault write_to(Disk& disk, DiskFile& file, std::span<const std::byte> bytes)
   return disk.sync_directory();
 }
 
-/// False: the file ends before the parts do.
+/// False: the file ends before the parts do, or a part has no points or too many.
 bool read_parts(ByteReader& reader, std::uint32_t count, ConvexPartPoints& parts_m) {
   for (std::uint32_t part = 0; part < count; ++part) {
     std::uint32_t points = 0;
     std::span<const std::byte> bytes;
-    if (!reader.get(points) || points > max_convex_part_points ||
+    if (!reader.get(points) || points == 0 || points > max_convex_part_points ||
         !reader.get_bytes(points * sizeof(glm::vec3), bytes))
       return false;
     parts_m.emplace_back(points);
@@ -119,6 +119,7 @@ std::string decode(std::span<const std::byte> bytes, const GeometryHeader& expec
   if (header.checksum != header_checksum(header, header.database_id)) return "its header is damaged";
   if (header.checksum != expected.checksum || header.number != expected.number)
     return "it is not the file that the record refers to";
+  if (header.positions == 0 || header.triangles == 0) return "it has no triangle";
   const std::size_t position_bytes = std::size_t{header.positions} * sizeof(glm::vec3);
   const std::size_t triangle_bytes = std::size_t{header.triangles} * sizeof(glm::uvec3);
   if (header.solid_kind > 1 + static_cast<std::uint32_t>(SolidKind::cylinder))

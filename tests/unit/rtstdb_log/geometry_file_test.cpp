@@ -116,6 +116,9 @@ TEST_F(GeometryFile, IsRefusedWithItsFault) {
   EXPECT_EQ(fault_with([](GeometryHeader& header) { header.corner_values = has_corner_colors; }), length);
   EXPECT_EQ(fault_with([](GeometryHeader& header) { header.corner_values = 0; }), length);
   EXPECT_EQ(fault_with([](GeometryHeader& header) { header.convex_parts = 1; }), length);
+  const std::string empty = std::string(file_name) + ": it has no triangle";
+  EXPECT_EQ(fault_with([](GeometryHeader& header) { header.triangles = 0; }), empty);
+  EXPECT_EQ(fault_with([](GeometryHeader& header) { header.positions = 0; }), empty);
   ASSERT_NO_FATAL_FAILURE(write(mesh_with(true, false)));
   EXPECT_EQ(fault_with([](GeometryHeader& header) { header.corner_values = 3; }), length);
   ASSERT_NO_FATAL_FAILURE(write(mesh_with(true, false)));
