@@ -1,7 +1,8 @@
 #pragma once
 // All geometry on the device: a pool of wide nodes (the BLAS of each geometry, one after the other), a pool
-// of triangles in leaf order, and a table of geometries. When a pool grows, it becomes another buffer; users
-// that bound it compare generation() and bind again.
+// of triangles in leaf order, pools of texels (distance fields, hulls, corner normals and colours), and a
+// table of geometries. When a pool grows, it becomes another buffer; users that bound it compare generation()
+// and bind again.
 //
 // For deforming geometry the table holds its state in the version that was shown last.
 //

@@ -61,6 +61,8 @@ TEST(DesignatedInitialisers, OfRowsAndMeshes) {
   EXPECT_EQ((Motion{.p_world_m = {1, 2, 3}}).q_world.w, 1.0);
   EXPECT_EQ((Pose{.p_world_m = {1, 2, 3}}).q_world.w, 1.0);
   EXPECT_TRUE((TriangleMesh{.positions_m = {}}).triangles.empty());
+  EXPECT_TRUE((TriangleMesh{.triangles = {}}).corner_colors.empty());
+  EXPECT_FALSE((MeshFileReport{.materials_ignored = true}).textures_ignored);
   EXPECT_EQ((Bounds{.minimum_m = {1, 2, 3}}).maximum_m.x, 0.0f);
   EXPECT_EQ((EntityId{.index = 1}).generation, 0u);
   EXPECT_EQ((VersionInfo{.version = 1}).time, WorldTime{});
