@@ -1,5 +1,6 @@
 #include "runtime/config/check.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/config/diagnostics.hpp"
+#include "runtime/config/expression.hpp"
 #include "runtime/config/schema.hpp"
 
 namespace hil::config {
