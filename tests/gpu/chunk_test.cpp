@@ -271,7 +271,7 @@ TEST_F(HigherPriorityQueries, PreemptExpensiveRaysAfterCheapOnes) {
   const Ray expensive = ray_from({0.0f, 0.0f, 45.0f}, {0, 0, 1}, at_s(5.1));
   rays_.assign(64, cheap);
   constexpr std::uint32_t measured = 60'000;
-  std::vector<Ray> many(600'000, expensive);
+  std::vector<Ray> many(1'200'000, expensive);
   std::fill_n(many.begin(), measured, cheap);
   EXPECT_LT(median_wait(many, measured), std::chrono::milliseconds(3));
 }
