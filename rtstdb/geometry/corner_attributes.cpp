@@ -47,7 +47,7 @@ Result<void> check_values(const TriangleMesh& mesh, const std::vector<CornerValu
   if (values.size() != mesh.triangles.size())
     return Error{ErrorCode::bad_input, std::string("the mesh has corner ") + name + "s for " +
                                            std::to_string(values.size()) +
-                                           " triangles, and the count of its " + "triangles is " +
+                                           " triangles, and the count of its triangles is " +
                                            std::to_string(mesh.triangles.size())};
   for (std::size_t i = 0; i < values.size(); ++i) {
     const auto fault = std::ranges::find_if_not(values[i], is_valid);

@@ -18,7 +18,7 @@ std::optional<std::array<double, 3>> read_srgb_color(std::string_view text) {
   for (std::size_t k = 0; k < 3; ++k) {
     const char* const digits = text.data() + 1 + 2 * k;
     unsigned value = 0;
-    // Of two characters; a sign is none of the digits of an unsigned number.
+    // from_chars reads no sign of an unsigned number.
     const auto [end, error] = std::from_chars(digits, digits + 2, value, 16);
     if (error != std::errc() || end != digits + 2) return std::nullopt;
     channels[k] = linear(value / 255.0);
