@@ -307,7 +307,8 @@ std::uint32_t ChunkedRun::total(std::size_t request, Pass pass) const noexcept {
 
 std::uint32_t ChunkedRun::per_chunk(std::size_t request, Pass pass) const noexcept {
   if (callbacks_ == nullptr) return 0;
-  const std::uint32_t predicted = requests_[request].per_chunk;
+  const double places = requests_[request].per_chunk * query(request).places_per_element();
+  const auto predicted = static_cast<std::uint32_t>(std::min(places, 4e9));
   const std::uint32_t most = predicted > 0 ? predicted : undivided_per_chunk_;
   return pass == Pass::all || most == 0 ? most
                                         : std::max(query(request).min_retry_batch(), most / alone_is_worth);

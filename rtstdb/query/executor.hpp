@@ -56,6 +56,9 @@ class PreparedQuery {
   LatePolicy late() const noexcept { return late_; }
   virtual CostClass cost_class() const noexcept = 0;
   virtual std::uint32_t capacity() const noexcept = 0;
+  /// Into so many parts of about the same cost the engine divides each element of the caller. All other
+  /// counts of this interface, and those of AnswerInfo, are of parts: below, a part is called an element.
+  virtual std::uint32_t parts_per_element() const noexcept { return 1; }
   /// Checks the first `count` elements: values finite, carriers alive, sizes positive, times not before the
   /// version's. Widens `times` by their times. Returns the first fault.
   virtual std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,

@@ -21,7 +21,7 @@ Result<void> GpuQuery::move_to(gpu::Device& device) {
     buffers_.push_back(wanted.buffer);
   if (auto made = device.create_buffers(needs.buffers); !made) return made;
   initialize_buffers();
-  incomplete_.reserve(capacity_);
+  incomplete_.reserve(max_places_);
   return {};
 }
 
@@ -67,7 +67,7 @@ bool GpuQuery::begin_next_stage(const BatchWorld& world) noexcept {
     settled_ = window_ = retried_ = 0;
     places_ = begin_stage(stage_, world);
     if (places_ > 0) return true;
-    if (is_last_stage()) answered_ = count_;
+    answered_ = answered_after(stage_, count_);
   }
   places_ = 0;
   return false;
@@ -92,8 +92,8 @@ void GpuQuery::take_answers(const BatchPart& part, const accel::TlasView& view) 
   }
   if (stages() == 1)
     answered_ = part.range.end;
-  else if (is_last_stage() && part.range.end == places_)
-    answered_ = count_;
+  else if (part.range.end == places_)
+    answered_ = answered_after(stage_, count_);
   unpack(part, view);
 }
 

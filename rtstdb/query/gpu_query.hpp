@@ -119,6 +119,8 @@ class GpuQuery : public PreparedQuery {
   virtual std::uint32_t next_retry_batch() noexcept;
   /// This many retried elements take the device about as long as one.
   virtual std::uint32_t min_retry_batch() const noexcept { return groups_at_once(limits_.processors); }
+  /// About how many places of one stage take the device as long as one element in all stages.
+  virtual double places_per_element() const noexcept { return 1.0; }
   /// Packs the part's elements and records the dispatches that search them. Parts begin at multiples of
   /// `neighbours`. Two parts may be in flight, whose views may differ in everything but the version.
   virtual void record(const BatchPart& part, const Recording& recording) noexcept = 0;
@@ -144,8 +146,12 @@ class GpuQuery : public PreparedQuery {
   std::uint32_t retry_batch = 0;  ///< places of the retry pass that runs
 
  protected:
-  GpuQuery(std::uint32_t capacity, LatePolicy late)
-      : PreparedQuery(late), slots_(late), capacity_(capacity) {}
+  /// `max_places`: of a stage whose places note_incomplete may be called for; 0: capacity.
+  GpuQuery(std::uint32_t capacity, LatePolicy late, std::uint32_t max_places = 0)
+      : PreparedQuery(late),
+        slots_(late),
+        capacity_(capacity),
+        max_places_(max_places != 0 ? max_places : capacity) {}
 
   // ---- what a kind implements, beside check and kind of PreparedQuery
 
@@ -174,8 +180,12 @@ class GpuQuery : public PreparedQuery {
     order_batch(count);
     return count;
   }
-  /// Stages of each batch. With several, elements count as answered when the last stage is complete.
+  /// Stages of the batch.
   virtual std::uint32_t stages() const noexcept { return 1; }
+  /// With several stages: how many of the batch's `count` elements are answered once this one is complete.
+  virtual std::uint32_t answered_after(std::uint32_t stage, std::uint32_t count) const noexcept {
+    return stage + 1 >= stages() ? count : 0;
+  }
   /// Begins stage 1 or a later one and returns how many places it has. Between stages other runs may rebuild
   /// the slot: a stage that uses places of an earlier view compares TlasView::contents.
   virtual std::uint32_t begin_stage(std::uint32_t /*stage*/, const BatchWorld& /*world*/) noexcept {
@@ -223,7 +233,7 @@ class GpuQuery : public PreparedQuery {
   bool is_last_stage() const noexcept { return stage_ + 1 >= stages(); }
 
   AnswerSlots slots_;
-  std::uint32_t capacity_ = 0;
+  std::uint32_t capacity_ = 0, max_places_ = 0;
   gpu::DeviceLimits limits_;
   std::vector<Kernel> kernels_;
   std::vector<gpu::Buffer*> buffers_;  // of the kind, on the device

@@ -140,8 +140,9 @@ void TransactionImpl::declare(query::PreparedQuery* query, std::uint32_t count) 
   for (const query::Request& request : requests_)
     RTSTDB_REQUIRE(request.query != query, call,
                    "the query is in the transaction already; use another query");
-  requests_.push_back({query, count});
-  declared_counts_.push_back(count);
+  const std::uint32_t parts = count * query->parts_per_element();
+  requests_.push_back({query, parts});
+  declared_counts_.push_back(parts);
 }
 
 void TransactionImpl::scale_requests(std::uint32_t part, std::uint32_t parts) noexcept {

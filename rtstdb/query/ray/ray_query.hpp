@@ -2,12 +2,11 @@
 // The ray query on the GPU. The device reads rays and writes hits where the caller has them
 // (shaders/query/ray/ray_buffers.glsl), so nothing is packed or unpacked.
 
-#include <array>
 #include <span>
 #include <vector>
 
 #include "rtstdb/query/gpu_query.hpp"
-#include "shaders/shared/query.h"
+#include "rtstdb/query/ray/ray_search.hpp"
 
 namespace rtstdb::query {
 
@@ -28,7 +27,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   std::optional<BadInput> check(std::uint32_t count, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
   std::uint32_t next_retry_batch() noexcept override;
-  std::uint32_t min_retry_batch() const noexcept override;
+  std::uint32_t min_retry_batch() const noexcept override { return search_.min_retry_batch(limits()); }
   void record(const BatchPart& part, const Recording& recording) noexcept override;
 
  private:
@@ -37,7 +36,7 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
                                                 const accel::GeometryPool& pool,
                                                 const accel::Tlas& tlas) const override;
   void initialize_buffers() noexcept override;
-  void order_batch(std::uint32_t count) noexcept override;
+  void order_batch(std::uint32_t /*count*/) noexcept override { search_.begin(); }
   void unpack(const BatchPart& part, const accel::TlasView& view) noexcept override;
   bool is_incomplete(std::uint32_t ray) const noexcept override {
     return written_hits()[std::size_t{ray} * options_.hits_per_ray].status == HitStatus::incomplete;
@@ -45,12 +44,6 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   void mark_incomplete(std::uint32_t ray) noexcept override;
 
   std::span<RayHit> written_hits() const noexcept { return hit_memory_[slots().written()].as<RayHit>(); }
-  /// `moving`: rays move with carriers or have different times. Where the device has fewer kernels, the one
-  /// that gives the same answers.
-  const Kernel& kernel_for(bool moving, std::uint32_t entities) const noexcept;
-  /// The kernel whose searches pause and go on in a later dispatch.
-  const Kernel& pausing_kernel() const noexcept { return kernel(1 % kernel_count()); }
-  void pack_retries(PlaceRange range, const accel::TlasView& view) noexcept;
   /// Fetches the hits of these rays from a device that does not write host memory.
   void pull(std::uint32_t first_ray, std::uint32_t end_ray) const noexcept;
 
@@ -58,15 +51,10 @@ class GpuRayQuery final : public RayQuery, public GpuQuery {
   // What check found in the batch that is recorded next.
   mutable bool carried_ = false;
   mutable bool coherent_ = false;
-  /// By place of the retry pass: the contents of the slot (TlasView::contents) that the paused search went
-  /// through; 0: it begins.
-  std::array<std::uint64_t, shared::paused_rays> searched_contents_{};
-  std::uint32_t restarts_ =
-      0;  // passes in which searches of the window began again, since their slot had other contents
-  bool some_restart_ = false;                // in the pass that runs
+  RaySearch search_;
   gpu::HostMemory ray_memory_;               // the caller's spans
   std::vector<gpu::HostMemory> hit_memory_;  // one per answer slot
-  gpu::Buffer rays_, retried_rays_, flags_, paused_;
+  gpu::Buffer rays_;
   std::vector<gpu::Buffer> hits_;  // one per answer slot
 };
 

@@ -1,0 +1,118 @@
+#pragma once
+// Images of the world (paper, Render Query): what a camera sees, in colour, depth and identities.
+//
+// Camera    A pinhole without distortion. It looks along +x; +y is left and +z is up, as in a frustum region.
+//           Pixels are square. Column 0 is at the left, row 0 at the top.
+// Surface   Scatters and emits light on both sides, as its entity's material says (material.hpp).
+// Light     Entities whose rows name a light (light.hpp), entities whose material emits light, and skies.
+// Units     Colours are luminances of the linear sRGB primaries in cd/m2: a grey (L, L, L) has luminance L.
+//
+// The rules of all queries (query.hpp) hold: frames, times, threads, lifetime.
+
+#include <glm/ext/quaternion_float.hpp>
+#include <glm/ext/vector_float2.hpp>
+#include <glm/ext/vector_float3.hpp>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include <rtstdb/entity.hpp>
+#include <rtstdb/prepared_query.hpp>
+
+namespace rtstdb {
+
+class ImageQuery;
+
+/// A camera at one instant: one image. With a carrier, position and orientation are in the carrier's frame
+/// (unscaled), and the camera moves with it.
+struct Camera {
+  glm::vec3 p_m{0.0f};
+  glm::quat q{1.0f, 0.0f, 0.0f, 0.0f};  ///< camera to world or carrier; its length must be 1e-6 to 1e6
+  float horizontal_angle_rad = 1.0f;    ///< full angle of view; both full angles must be below pi
+  float near_m = 0.01f;                 ///< surfaces at a smaller depth are not seen; above 0
+  /// The begin of the exposure of row 0. Row r begins r * row_time later: a rolling shutter; 0: a global one.
+  /// Colour is averaged over `exposure`; the other outputs, and depth, are those at the middle of the row's
+  /// exposure, through the centre of each pixel. The whole image may last max_query_window_ns.
+  WorldTime t{};
+  Nanoseconds row_time{0};
+  Nanoseconds exposure{0};
+  /// Exposure value at ISO 100, for Image::srgb alone: the luminance 1.2 * 2^exposure_value is white. Source:
+  /// ISO 12232, saturation-based speed. Between -20 and 30; a sunny day is 15, a lit room 6.
+  float exposure_value = 12.0f;
+  std::uint32_t mask = mask_all;  ///< of the entities and lights that the image shows
+  EntityId carrier{};             ///< default: none
+  std::uint32_t seed = 0;         ///< of the random numbers of ImageMode::path_traced
+};
+
+/// Which outputs an image has. One that is not chosen costs nothing, and its span is empty.
+struct ImageOutputs {
+  bool color = false;   ///< Image::color
+  bool srgb = true;     ///< Image::srgb
+  bool depth = false;   ///< Image::depth_m
+  bool identity = false;  ///< Image::entities and materials
+  bool normal = false;  ///< Image::normals
+  bool motion = false;  ///< Image::motion_px_s
+};
+
+enum class ImageMode : std::uint8_t {
+  /// Unbiased light transport, with noise that falls with the root of samples_per_pixel: the reference.
+  /// Source: Kajiya, "The Rendering Equation", 1986; Veach, "Robust Monte Carlo Methods", 1997.
+  path_traced,
+};
+
+/// Linear colour as four IEEE 754 binary16 numbers: red, green, blue, and 1. Values above 65504 are 65504.
+using HalfColor = std::array<std::uint16_t, 4>;
+/// Eight-bit sRGB (IEC 61966-2-1): red, green, blue, and 255.
+using SrgbColor = std::array<std::uint8_t, 4>;
+
+/// One image, row by row from the top left: each span has width * height elements or none.
+struct Image {
+  std::uint32_t width = 0, height = 0;
+  std::span<const HalfColor> color{};
+  std::span<const SrgbColor> srgb{};
+  /// Depth along the view direction, not along the pixel's ray; infinite where nothing is seen.
+  std::span<const float> depth_m{};
+  std::span<const EntityId> entities{};  ///< invalid where nothing is seen
+  std::span<const MaterialId> materials{};
+  std::span<const glm::vec3> normals{};  ///< world frame, unit, of the triangle, toward the camera; or zero
+  /// Pixels per second to the right and down at which the surface point moves in the image, the camera's own
+  /// motion included; zero where nothing is seen.
+  std::span<const glm::vec2> motion_px_s{};
+  /// The tiles of image_tile_px * image_tile_px pixels that are missing, row by row: their pixels are black,
+  /// and nothing is seen there. Only with LatePolicy::partial.
+  std::span<const std::uint32_t> missing_tiles{};
+  /// Pixels for which a ray search reached the device's limits: they lack light or show nothing.
+  std::uint32_t incomplete_pixels = 0;
+  /// The world has more lights and emitting entities than max_lights_per_image: those of the lowest entity
+  /// indices light the image.
+  bool lights_overflow = false;
+};
+
+struct ImageQueryOptions {
+  using Prepared = ImageQuery;
+  std::string name{};          ///< for reports and error texts
+  std::uint32_t capacity = 1;  ///< images in a batch: 1 to max_images_per_query
+  std::uint32_t width = 0, height = 0;  ///< 1 to max_image_side each
+  ImageMode mode = ImageMode::path_traced;
+  ImageOutputs outputs{};
+  std::uint32_t samples_per_pixel = 16;  ///< of colour, 1 to max_image_samples
+  std::uint32_t bounces = 4;  ///< reflections before light reaches the camera: 0 to max_image_bounces
+  LatePolicy late = LatePolicy::discard;
+};
+
+/// Images of cameras. `cameras` has `capacity` elements; `images` has one for each camera of the last
+/// transaction. AnswerInfo counts tiles.
+/// Answers: the same from run to run, and whatever the chunks, on one device.
+/// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, and the outputs in host memory.
+/// Errors of prepare: capacity for a count or a size outside its range, bad_input for no output.
+class ImageQuery : public Query {
+ public:
+  virtual std::span<Camera> cameras() noexcept = 0;
+  virtual std::span<const Image> images() const noexcept = 0;
+};
+
+const char* to_string(ImageMode mode) noexcept;
+
+}  // namespace rtstdb
