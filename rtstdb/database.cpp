@@ -77,7 +77,7 @@ Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& 
   return opened;
 }
 
-class DatabaseImpl final : public Database {
+class DatabaseImpl final : public Database, private query::Appearance {
  public:
   /// `recovered`: recovered geometries, already on the device. `world` has the recovered materials and
   /// lights; null: none. `past`: see EngineOptions.
@@ -104,7 +104,9 @@ class DatabaseImpl final : public Database {
         follower_(engine_, {.max_entities = options.max_entities,
                             .max_geometries = options.max_geometries,
                             .feed_capacity = options.standing_queue_capacity}),
-        geometries_({engine_, *executor_, follower_, options.chunk}, std::move(recovered)) {}
+        geometries_({engine_, *executor_, follower_, options.chunk}, std::move(recovered)) {
+    executor_->show(*this);
+  }
 
   const DeviceInfo& device() const noexcept override { return executor_->device_info(); }
 
@@ -134,6 +136,7 @@ class DatabaseImpl final : public Database {
   std::optional<Material> material(MaterialId id) const noexcept override {
     return materials_.find_value(id);
   }
+  std::uint32_t materials() const noexcept override { return materials_.count(); }
 
   Result<LightId> add_light(const Light& light, std::string_view name) override {
     require_open("Database::add_light");

@@ -29,6 +29,7 @@ class DefinitionList {
   Result<Id> add(const Value& value, std::string_view name, transaction::Engine& engine);
   std::optional<Id> find(std::string_view name) const;
 
+  std::uint32_t count() const noexcept { return table_.count(); }
   bool knows(Id id) const noexcept { return table_.knows(id); }
   std::optional<Value> find_value(Id id) const noexcept { return table_.find_value(id); }
 

@@ -176,6 +176,13 @@ Large<rtstdb::ImpactQuery> large_batch(BusyWorld& world, const rtstdb::ImpactQue
   return {"impacts", {world.database(), std::move(query), count}};
 }
 
+Large<rtstdb::ImageQuery> large_batch(BusyWorld& world, const rtstdb::ImageQuery* /*kind*/) {
+  const std::uint32_t side = world.count(1u << 8);
+  auto query = must(world.database().prepare(rtstdb::ImageQueryOptions{
+      .name = "images", .width = side, .height = side, .samples_per_pixel = 2, .bounces = 2}));
+  return {"images", {world.database(), std::move(query), 1}};
+}
+
 }  // namespace
 
 std::vector<Figure> measure_preemption(const SuiteOptions& options) {

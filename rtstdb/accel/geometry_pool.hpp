@@ -99,6 +99,9 @@ class GeometryPool {
   std::uint32_t triangles_of(std::uint32_t geometry) const noexcept {
     return static_cast<std::uint32_t>(kept_[geometry]->mesh->triangles.size());
   }
+  /// As it was added. Of deforming geometry: not its shape in a version.
+  const TriangleMesh& mesh(std::uint32_t geometry) const noexcept { return *kept_[geometry]->mesh; }
+  bool deforms(std::uint32_t geometry) const noexcept { return kept_[geometry]->deforming.has_value(); }
   /// Incremented whenever nodes(), triangles(), fields(), hulls() or attributes() becomes another buffer.
   std::uint32_t generation() const noexcept { return generation_; }
   /// False: binding deforming geometry to a grown pool failed for lack of memory, and show() fails from then

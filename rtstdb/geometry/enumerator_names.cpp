@@ -98,6 +98,14 @@ const char* to_string(ConeMode mode) noexcept {
   return "unknown";
 }
 
+const char* to_string(ImageMode mode) noexcept {
+  switch (mode) {
+    case ImageMode::path_traced:
+      return "path_traced";
+  }
+  return "unknown";
+}
+
 const char* to_string(HitStatus status) noexcept {
   switch (status) {
     case HitStatus::miss:

@@ -36,7 +36,7 @@ RunReport ChunkedRun::run() noexcept {
   if (!bring_up(lanes_[0])) return ended(RunStatus::device_lost);
   bool truncated = false;
   for (const Request& request : requests_)
-    static_cast<GpuQuery*>(request.query)->begin_batch(request.count, {rows_, structures_.pool});
+    static_cast<GpuQuery*>(request.query)->begin_batch(request.count, world());
   while (true) {
     if (const auto status = run_pass(Pass::all)) return ended(*status);
     if (const auto status = next_retry_batch()) return ended(*status);
@@ -214,7 +214,7 @@ std::optional<RunStatus> ChunkedRun::next_retry_batch() noexcept {
 bool ChunkedRun::begin_next_stage() noexcept {
   bool some = false;
   for (std::size_t k = 0; k < requests_.size(); ++k)
-    some = query(k).begin_next_stage({rows_, structures_.pool}) || some;
+    some = query(k).begin_next_stage(world()) || some;
   in_later_stage_ = some;
   pace_ = ChunkPace(chunk_ns());
   measured_requests_ = 0;

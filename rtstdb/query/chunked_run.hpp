@@ -27,6 +27,7 @@ struct Structures {
   gpu::Device& device;
   accel::GeometryPool& pool;
   accel::Tlas& tlas;
+  const Appearance* appearance = nullptr;
   std::uint64_t runs =
       0;  ///< begun so far; where it grew, another run may have taken a slot or a shape's place
 };
@@ -54,6 +55,8 @@ class ChunkedRun {
   /// Of the device time of a run, at most 1 / repeated_divisor may be spent on elements that are executed
   /// again because of halts.
   static constexpr std::int64_t repeated_divisor = 5;
+
+  BatchWorld world() const noexcept { return {rows_, structures_.pool, *structures_.appearance}; }
 
   enum class Pass : std::uint8_t { all, again };
   /// A position before an element of a request; the end is {number of requests, 0}.

@@ -213,6 +213,7 @@ RunReport GpuExecutor::run(const RowSource& rows, std::span<const Request> reque
   }
   Lanes& lanes = epoch.lanes[depth_++];
   ++epoch.structures.runs;
+  epoch.structures.appearance = appearance_;
   LaneWait wait(callbacks);
   for (accel::Submit& lane : lanes)
     lane.set_wait_callbacks(callbacks != nullptr ? &wait : nullptr);
@@ -249,7 +250,7 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
   if (fit_one_window(times)) return ChunkedRun(structures, lanes, rows, requests, times, callbacks).run();
   // A query whose window has not run has an empty batch, not the batch of an earlier run.
   for (const Request& request : requests)
-    static_cast<GpuQuery*>(request.query)->begin_batch(0, {rows, structures.pool});
+    static_cast<GpuQuery*>(request.query)->begin_batch(0, {rows, structures.pool, *appearance_});
   RunReport all;
   for (std::size_t first = 0; first < requests.size();) {
     if (first > 0 && callbacks != nullptr) {

@@ -23,6 +23,10 @@ class GpuExecutor final : public Executor {
   /// `open` is also called later, on the engine thread.
   static Result<std::unique_ptr<GpuExecutor>> create(OpenDevice open, const DatabaseOptions& options);
 
+  /// What image queries know of the materials and lights of rows; it outlives the executor's last run. Without
+  /// it, rows name the default material and no light.
+  void show(const Appearance& appearance) noexcept { appearance_ = &appearance; }
+
   /// Of the device that the database was opened with.
   const DeviceInfo& device_info() const noexcept { return device_info_; }
 
@@ -84,7 +88,10 @@ class GpuExecutor final : public Executor {
   RunReport run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
                         const TimeSpan& times, ExecutorCallbacks* callbacks) noexcept;
 
+  static inline const DefaultAppearance default_appearance_;
+
   threads::ForkJoin fork_join_;
+  const Appearance* appearance_ = &default_appearance_;
   DeviceInfo device_info_;
   bool last_withheld_ = false;
   const std::shared_ptr<PreparedQueries> prepared_ = std::make_shared<PreparedQueries>();

@@ -21,6 +21,7 @@
 #include "rtstdb/accel/geometry_pool.hpp"
 #include "rtstdb/accel/tlas.hpp"
 #include "rtstdb/query/answer_slots.hpp"
+#include "rtstdb/query/appearance.hpp"
 #include "rtstdb/query/dispatch_layout.hpp"
 #include "rtstdb/query/executor.hpp"
 #include "rtstdb/query/prepared_queries.hpp"
@@ -45,6 +46,7 @@ struct BatchPart {
 struct BatchWorld {
   const RowSource& rows;
   const accel::GeometryPool& pool;
+  const Appearance& appearance;
 };
 
 /// What a dispatch is recorded with.

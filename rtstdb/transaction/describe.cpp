@@ -132,6 +132,8 @@ std::string fault_itself(const BadInput& fault) {
     case BadInputReason::bad_impact:
       if (!fault.field.empty()) return "an impact search is not valid: " + values_of(fault);
       return name(fault.entity) + " can not meet itself";
+    case BadInputReason::bad_camera:
+      return "a camera is not valid: " + values_of(fault);
     case BadInputReason::geometry_does_not_deform:
       return sentence("geometry %.0f was not added as one that deforms", fault.values[0]);
     case BadInputReason::wrong_position_count:
@@ -324,6 +326,8 @@ const char* to_string(BadInputReason reason) noexcept {
       return "bad_contact";
     case BadInputReason::bad_impact:
       return "bad_impact";
+    case BadInputReason::bad_camera:
+      return "bad_camera";
     case BadInputReason::geometry_does_not_deform:
       return "geometry_does_not_deform";
     case BadInputReason::wrong_position_count:

@@ -46,6 +46,10 @@ bool ends_in_time(scheduler::Run& run, const Clock& clock) noexcept {
   const ClockTime now = clock.now();
   run.resumed_at = now;
   if (now + run.last_chunk <= transaction.terms().deadline) return false;
+  // Without an answer there is nothing to publish.
+  if (std::ranges::all_of(transaction.requests(),
+                          [](const query::Request& request) { return request.query->answered() == 0; }))
+    return false;
   return std::ranges::all_of(transaction.requests(), [](const query::Request& request) {
     const query::PreparedQuery& query = *request.query;
     return may_be_partial(request) || (query.answered() >= request.count && !query.has_retries());

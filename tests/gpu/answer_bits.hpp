@@ -147,6 +147,33 @@ inline std::vector<Words> words_of(std::span<const ImpactAnswer> answers) {
   return of_searches;
 }
 
+inline std::vector<Words> words_of(std::span<const Image> images) {
+  std::vector<Words> of_images;
+  for (const Image& image : images) {
+    Words& words = of_images.emplace_back();
+    if (!image.missing_tiles.empty() || image.incomplete_pixels > 0) {
+      words = incomplete_words;
+      continue;
+    }
+    for (const HalfColor& color : image.color)
+      words.insert(words.end(), color.begin(), color.end());
+    for (const SrgbColor& color : image.srgb)
+      words.insert(words.end(), color.begin(), color.end());
+    for (const float depth_m : image.depth_m)
+      add(words, depth_m);
+    for (const EntityId entity : image.entities)
+      add(words, entity);
+    words.insert(words.end(), image.triangles.begin(), image.triangles.end());
+    for (const MaterialId material : image.materials)
+      words.push_back(material.index);
+    for (const glm::vec3& normal : image.normals)
+      add(words, normal);
+    for (const glm::vec2& motion : image.motion_px_s)
+      add(words, glm::vec3(motion, 0.0f));
+  }
+  return of_images;
+}
+
 inline bool is_incomplete(const Words& words) {
   return words.empty() || words == incomplete_words;
 }

@@ -376,6 +376,14 @@ Tally judge(const oracle::World& world, std::span<const ImpactSearch> searches,
   return tally;
 }
 
+Tally judge(const oracle::World& world, std::span<const Camera> cameras, std::span<const Image> images,
+            const ImageQueryOptions& options) {
+  Tally tally = judge_elements(world, cameras, images, options, [](std::size_t) { return "camera"; });
+  for (const Image& image : images)
+    tally.hits += std::ranges::any_of(image.entities, &EntityId::valid) ? 1 : 0;
+  return tally;
+}
+
 Terms terms_at(WorldTime world_time, const ReadAt& read_at) {
   Terms terms;
   terms.world_time = world_time;

@@ -107,6 +107,10 @@ Tally judge(const oracle::World& world, std::span<const ContactSearch> searches,
 Tally judge(const oracle::World& world, std::span<const ImpactSearch> searches,
             std::span<const ImpactAnswer> answers, const ImpactQueryOptions& options);
 
+/// Hits: images in which something is seen.
+Tally judge(const oracle::World& world, std::span<const Camera> cameras, std::span<const Image> images,
+            const ImageQueryOptions& options);
+
 Terms terms_at(WorldTime world_time, const ReadAt& read_at = {});
 EntityRow row_of(GeometryId geometry, const glm::dvec3& p_world_m = glm::dvec3(0.0));
 Region region_of(RegionShape shape, RegionTest test, const glm::vec3& center_m,

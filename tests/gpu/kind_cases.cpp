@@ -110,6 +110,18 @@ ImpactSearch random_element(Random& random, const ElementScene& scene, const Imp
   return random_impact_search(random, scene.entities, scene.first, scene.window_s);
 }
 
+// ---- image
+
+std::vector<ImageQueryOptions> tested_options(const ImageQuery* /*kind*/) {
+  const ImageOutputs all{
+      .color = true, .srgb = true, .depth = true, .identity = true, .normal = true, .motion = true};
+  return {{.name = "images", .width = 8, .height = 6, .outputs = all, .samples_per_pixel = 2, .bounces = 2}};
+}
+
+Camera random_element(Random& random, const ElementScene& scene, const Camera* /*type*/) {
+  return random_camera(random, scene.entities, scene.scene, scene.first, scene.window_s);
+}
+
 // ---- every kind
 
 template <class Class>

@@ -1,5 +1,8 @@
 #include "tests/gpu/random_scene.hpp"
 
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
 #include <cmath>
 
 namespace rtstdb::test {
@@ -143,6 +146,26 @@ Cone random_cone(Random& random, std::span<const EntityState> entities, const Sc
   if (random.one_in(32)) cone.opening_angle_rad = static_cast<float>(random.uniform(0.1, 2.0));
   if (random.one_in(8)) cone.opening_angle_rad = 0.0f;
   return cone;
+}
+
+Camera random_camera(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+                     WorldTime first, double window_s) {
+  const bool rolls = random.one_in(2);
+  const Ray ray = random_ray(random, entities, options, first, 0.5 * window_s);
+  Camera camera;
+  camera.p_m = ray.origin_m;
+  camera.q = glm::quat(glm::vec3(1.0f, 0.0f, 0.0f), glm::normalize(ray.direction)) *
+             glm::angleAxis(static_cast<float>(random.uniform(-3.0, 3.0)), glm::vec3(1.0f, 0.0f, 0.0f));
+  camera.horizontal_angle_rad = static_cast<float>(random.magnitude(0.05, 2.5));
+  camera.near_m = static_cast<float>(random.magnitude(1e-3, 1.0));
+  camera.t = ray.t;
+  camera.mask = ray.mask;
+  camera.carrier = ray.carrier;
+  camera.seed = static_cast<std::uint32_t>(random.below(1u << 30));
+  if (!rolls) return camera;
+  camera.row_time = Nanoseconds(static_cast<std::int64_t>(random.uniform(0.0, 0.02) * window_s * 1e9));
+  camera.exposure = Nanoseconds(static_cast<std::int64_t>(random.uniform(0.0, 0.2) * window_s * 1e9));
+  return camera;
 }
 
 void fill_with_neighbours(std::span<Ray> rays, Random& random, std::span<const EntityState> entities,

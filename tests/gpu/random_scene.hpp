@@ -59,6 +59,10 @@ std::vector<Ray> random_neighbours(Random& random, std::span<const EntityState> 
 Cone random_cone(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
                  WorldTime first, double window_s);
 
+/// A camera that looks along such a ray, turned about it; one in two has a rolling shutter and an exposure.
+Camera random_camera(Random& random, std::span<const EntityState> entities, const SceneOptions& options,
+                     WorldTime first, double window_s);
+
 /// Fills groups of eight elements with random_neighbours; the last group may be shorter.
 void fill_with_neighbours(std::span<Ray> rays, Random& random, std::span<const EntityState> entities,
                           const SceneOptions& options, WorldTime first, double window_s);

@@ -24,6 +24,7 @@
 namespace rtstdb {
 
 class ImageQuery;
+struct Ray;
 
 /// A camera at one instant: one image. With a carrier, position and orientation are in the carrier's frame
 /// (unscaled), and the camera moves with it.
@@ -48,12 +49,12 @@ struct Camera {
 
 /// Which outputs an image has. One that is not chosen costs nothing, and its span is empty.
 struct ImageOutputs {
-  bool color = false;   ///< Image::color
-  bool srgb = true;     ///< Image::srgb
-  bool depth = false;   ///< Image::depth_m
-  bool identity = false;  ///< Image::entities and materials
-  bool normal = false;  ///< Image::normals
-  bool motion = false;  ///< Image::motion_px_s
+  bool color = false;     ///< Image::color
+  bool srgb = true;       ///< Image::srgb
+  bool depth = false;     ///< Image::depth_m
+  bool identity = false;  ///< Image::entities, triangles and materials
+  bool normal = false;    ///< Image::normals
+  bool motion = false;    ///< Image::motion_px_s
 };
 
 enum class ImageMode : std::uint8_t {
@@ -74,7 +75,8 @@ struct Image {
   std::span<const SrgbColor> srgb{};
   /// Depth along the view direction, not along the pixel's ray; infinite where nothing is seen.
   std::span<const float> depth_m{};
-  std::span<const EntityId> entities{};  ///< invalid where nothing is seen
+  std::span<const EntityId> entities{};        ///< invalid where nothing is seen
+  std::span<const std::uint32_t> triangles{};  ///< index in the mesh of the entity's geometry
   std::span<const MaterialId> materials{};
   std::span<const glm::vec3> normals{};  ///< world frame, unit, of the triangle, toward the camera; or zero
   /// Pixels per second to the right and down at which the surface point moves in the image, the camera's own
@@ -92,8 +94,8 @@ struct Image {
 
 struct ImageQueryOptions {
   using Prepared = ImageQuery;
-  std::string name{};          ///< for reports and error texts
-  std::uint32_t capacity = 1;  ///< images in a batch: 1 to max_images_per_query
+  std::string name{};                   ///< for reports and error texts
+  std::uint32_t capacity = 1;           ///< images in a batch: 1 to max_images_per_query
   std::uint32_t width = 0, height = 0;  ///< 1 to max_image_side each
   ImageMode mode = ImageMode::path_traced;
   ImageOutputs outputs{};
@@ -112,6 +114,11 @@ class ImageQuery : public Query {
   virtual std::span<Camera> cameras() noexcept = 0;
   virtual std::span<const Image> images() const noexcept = 0;
 };
+
+/// The ray through the middle of a pixel at the middle of its row's exposure, in the camera's frame or its
+/// carrier's; lambda is the depth. Misuse: a pixel outside the image.
+Ray pixel_ray(const Camera& camera, std::uint32_t width, std::uint32_t height, std::uint32_t column,
+              std::uint32_t row) noexcept;
 
 const char* to_string(ImageMode mode) noexcept;
 

@@ -56,6 +56,15 @@ inline constexpr std::uint32_t default_contact_surface_pairs = 1u << 12;
 inline constexpr double max_contact_margin_m = 1e3;                   ///< ContactSearch::margin_m
 inline constexpr std::int64_t max_impact_window_ns = 10'000'000'000;  ///< ImpactSearch::window
 inline constexpr double min_impact_tolerance_m = 1e-6;                ///< ImpactSearch::tolerance_m
+inline constexpr std::uint32_t max_images_per_query = 1u << 16;
+inline constexpr std::uint32_t max_image_side = 1u << 14;              ///< ImageQueryOptions: width, height
+inline constexpr std::uint32_t max_image_pixels_per_query = 1u << 26;  ///< of all images of a batch
+inline constexpr std::uint32_t max_image_samples = 1u << 16;           ///< samples_per_pixel
+inline constexpr std::uint32_t max_image_bounces = 64;
+inline constexpr std::uint32_t image_tile_px = 16;  ///< side of a tile (Image::missing_tiles)
+/// Entities that name a light or whose material emits light. A mesh of such an entity may have 65,536
+/// triangles, and all such meshes together.
+inline constexpr std::uint32_t max_lights_per_image = 1024;
 /// A closed mesh is convex if no corner is in front of the plane of a triangle by more than this share of the
 /// diagonal of the mesh's box.
 inline constexpr double convex_tolerance = 1e-5;

@@ -33,6 +33,7 @@
 
 #include <rtstdb/contact.hpp>
 #include <rtstdb/entity.hpp>
+#include <rtstdb/image.hpp>
 #include <rtstdb/impact.hpp>
 #include <rtstdb/prepared_query.hpp>
 

@@ -107,6 +107,7 @@ enum class BadInputReason : std::uint8_t {
   bad_cone,     ///< its opening angle or its lambda_max
   bad_contact,  ///< its margin; a second entity without a first one, or equal to it
   bad_impact,   ///< its window or its tolerance; a second entity that is the first one
+  bad_camera,   ///< its angle, orientation, near_m, exposure or times
   no_geometry,  ///< the entity of an overlap or a contact query has none
   geometry_does_not_deform,
   wrong_position_count,
@@ -123,7 +124,7 @@ struct BadInput {
   double values[4] = {};
   bool in_geometry_update = false;
   Version version = 0;  ///< snapshot_too_old, unknown_version: the requested version; 0 if requested by time
-  /// not_finite, out_of_limits, bad_region, bad_nearest, bad_cone, bad_contact, bad_impact: the wrong member,
+  /// not_finite, out_of_limits, bad_region, bad_nearest, bad_cone, bad_contact, bad_impact, bad_camera: the wrong member,
   /// such as "scale.x", its value, and its lower and upper limit (infinite: no limit). Otherwise empty. The
   /// text is a constant.
   std::string_view field{};

@@ -62,7 +62,8 @@ std::vector<gpu::ShaderId> ray_shaders(RayMode mode, std::uint32_t hits_per_ray,
 
 void RaySearch::add_needs(DeviceNeeds& needs, const std::string& name, const gpu::DeviceLimits& limits) {
   first_kernel_ = needs.kernels.size();
-  for (const gpu::ShaderId shader : ray_shaders(mode_, hits_per_ray_, limits.subgroup_size == rays_per_packet))
+  for (const gpu::ShaderId shader :
+       ray_shaders(mode_, hits_per_ray_, limits.subgroup_size == rays_per_packet))
     needs.kernels.push_back(kernel_need(shader, shared::RayArgs{}));
   kernel_count_ = needs.kernels.size() - first_kernel_;
   const std::size_t retried = std::min(capacity_, shared::paused_rays);
@@ -113,8 +114,7 @@ std::uint32_t RaySearch::min_retry_batch(const gpu::DeviceLimits& limits) const 
 
 std::size_t RaySearch::kernel_for(const RayPass& pass, const accel::TlasView& view) const noexcept {
   const bool moving = pass.carried || view.window_end > view.window_begin;
-  const std::size_t first =
-      pass.coherent ? 2 : view.entities >= min_entities_for_work_sharing ? 4 : 0;
+  const std::size_t first = pass.coherent ? 2 : view.entities >= min_entities_for_work_sharing ? 4 : 0;
   // Where the device has fewer kernels, the one that gives the same answers.
   return first_kernel_ + ((moving ? 1 : 0) + first) % kernel_count_;
 }
@@ -140,8 +140,7 @@ RaySearch::Dispatch RaySearch::dispatch(const BatchPart& part, std::span<const s
   const HaltAt halt = part.is_retry ? HaltAt{} : recording.halt;
   const DispatchLayout layout = spread_out(range.end - range.first, limits.processors);
   // The second kernel's searches pause and go on in a later dispatch.
-  const std::size_t kernel =
-      part.is_retry ? first_kernel_ + 1 % kernel_count_ : kernel_for(pass, view);
+  const std::size_t kernel = part.is_retry ? first_kernel_ + 1 % kernel_count_ : kernel_for(pass, view);
   return {kernel, layout,
           shared::RayArgs{.root = view.root,
                           .first = range.first,

@@ -15,7 +15,7 @@ namespace rtstdb::query {
 
 /// How the rays of a pass are searched.
 struct RayPass {
-  glm::uvec2 hits{0};          ///< address of the hits
+  glm::uvec2 hits{0};  ///< address of the hits
   Faces faces = Faces::both;
   bool ignore_motion = false;  ///< RayQueryOptions::ignore_motion
   bool carried = false;        ///< some rays have a carrier

@@ -1,0 +1,113 @@
+#include "rtstdb/query/image/image_check.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/query/element_check.hpp"
+#include "rtstdb/query/enumerator.hpp"
+
+namespace rtstdb::query {
+namespace {
+
+/// The largest angle of view: its tangent is still a useful number.
+constexpr double max_half_tangent = 1e3;
+constexpr double min_half_tangent = 1e-6;
+constexpr double min_near_m = 1e-4, max_near_m = 1e4;
+constexpr double min_exposure_value = -20.0, max_exposure_value = 30.0;
+constexpr double min_quaternion_length = 1e-6, max_quaternion_length = 1e6;
+
+Error outside(const ImageQueryOptions& options, const std::string& what, std::uint64_t value,
+              const std::string& allowed) {
+  return {ErrorCode::capacity, "image query '" + options.name + "' asks for " + what + " " +
+                                   std::to_string(value) + "; " + allowed + " are possible"};
+}
+
+std::string up_to(std::uint64_t limit) {
+  return "1 to " + std::to_string(limit);
+}
+
+double seconds(Nanoseconds duration) noexcept {
+  return static_cast<double>(duration.count()) * 1e-9;
+}
+
+bool has_output(const ImageOutputs& o) noexcept {
+  return o.color || o.srgb || o.depth || o.identity || o.normal || o.motion;
+}
+
+/// Refuses a value outside [lowest, highest]; NaN is outside.
+std::optional<BadInput> check_value(const char* field, double value, double lowest, double highest,
+                                    std::uint32_t element) noexcept {
+  if (value >= lowest && value <= highest) return std::nullopt;
+  return with_field(BadInput{.reason = BadInputReason::bad_camera, .element = element, .entity = {}}, field,
+                    value, {.lowest = lowest, .highest = highest});
+}
+
+}  // namespace
+
+Result<void> check_image_options(const ImageQueryOptions& options) {
+  if (auto known = check_enumerator(options.name, "mode", options.mode, ImageMode::path_traced); !known)
+    return known;
+  if (options.capacity == 0 || options.capacity > max_images_per_query)
+    return outside(options, "a capacity of images of", options.capacity, up_to(max_images_per_query));
+  if (options.width == 0 || options.width > max_image_side)
+    return outside(options, "a width in pixels of", options.width, up_to(max_image_side));
+  if (options.height == 0 || options.height > max_image_side)
+    return outside(options, "a height in pixels of", options.height, up_to(max_image_side));
+  const std::uint64_t pixels = std::uint64_t{options.width} * options.height * options.capacity;
+  if (pixels > max_image_pixels_per_query)
+    return outside(options, "a number of pixels in all images of", pixels, up_to(max_image_pixels_per_query));
+  if (options.samples_per_pixel == 0 || options.samples_per_pixel > max_image_samples)
+    return outside(options, "a number of samples of a pixel of", options.samples_per_pixel,
+                   up_to(max_image_samples));
+  if (options.bounces > max_image_bounces)
+    return outside(options, "a number of bounces of", options.bounces,
+                   "0 to " + std::to_string(max_image_bounces));
+  if (!has_output(options.outputs))
+    return Error{ErrorCode::bad_input, "image query '" + options.name + "' has no output"};
+  return {};
+}
+
+HalfTangents half_tangents(const Camera& camera, const ImageQueryOptions& options) noexcept {
+  const double x = std::tan(0.5 * static_cast<double>(camera.horizontal_angle_rad));
+  return {x, x * options.height / options.width};
+}
+
+std::optional<BadInput> check_camera(const Camera& camera, const ImageQueryOptions& options,
+                                     std::uint32_t element, const RowSource& rows, TimeSpan& times) noexcept {
+  if (const auto bad = check_point(camera.p_m, element, {"p_m.x", "p_m.y", "p_m.z"})) return bad;
+  const double length = glm::length(glm::dvec4(camera.q.w, camera.q.x, camera.q.y, camera.q.z));
+  if (const auto bad =
+          check_value("length of q", length, min_quaternion_length, max_quaternion_length, element))
+    return bad;
+  const double lowest_rad = 2.0 * std::atan(min_half_tangent);
+  const double aspect = static_cast<double>(options.height) / options.width;
+  const double highest_rad = 2.0 * std::atan(max_half_tangent / std::max(1.0, aspect));
+  if (const auto bad = check_value("horizontal_angle_rad", static_cast<double>(camera.horizontal_angle_rad),
+                                   lowest_rad, highest_rad, element))
+    return bad;
+  if (const auto bad =
+          check_value("near_m", static_cast<double>(camera.near_m), min_near_m, max_near_m, element))
+    return bad;
+  if (const auto bad = check_value("exposure_value", static_cast<double>(camera.exposure_value),
+                                   min_exposure_value, max_exposure_value, element))
+    return bad;
+  const double longest_s = static_cast<double>(max_query_window_ns) * 1e-9;
+  const double row_s = seconds(camera.row_time);
+  if (const auto bad = check_value("row_time", row_s, 0.0, longest_s, element)) return bad;
+  const double exposure_s = seconds(camera.exposure);
+  if (const auto bad = check_value("exposure", exposure_s, 0.0, longest_s, element)) return bad;
+  const Nanoseconds lasts = (options.height - 1) * camera.row_time + camera.exposure;
+  if (const auto bad = check_value("time from the first to the last instant of the image", seconds(lasts),
+                                   0.0, longest_s, element))
+    return bad;
+  if (const auto bad = check_time(camera.t, element, rows, times)) return bad;
+  if (const auto bad = check_time(camera.t + lasts, element, rows, times)) return bad;
+  return check_carrier(camera.carrier, element, rows);
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,157 @@
+#include "rtstdb/query/image/image_lights.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <rtstdb/limits.hpp>
+
+namespace rtstdb::query {
+namespace {
+
+shared::uint kind_of(LightKind kind) noexcept {
+  switch (kind) {
+    case LightKind::directional:
+      return shared::light_directional;
+    case LightKind::point:
+      return shared::light_point;
+    case LightKind::spot:
+      return shared::light_spot;
+    case LightKind::sky:
+      break;
+  }
+  return shared::light_sky;
+}
+
+/// Where a kind stands in the list.
+std::uint32_t rank_of(const shared::LightRecord& light) noexcept {
+  switch (light.kind) {
+    case shared::light_sky:
+      return 0;
+    case shared::light_directional:
+      return 1;
+    case shared::light_surface:
+      return 3;
+    default:
+      return 2;
+  }
+}
+
+float half_cosine(double full_angle_rad) noexcept {
+  return static_cast<float>(std::cos(0.5 * full_angle_rad));
+}
+
+}  // namespace
+
+ImageLights::ImageLights() : emits_(max_materials) {
+  records_.reserve(max_lights_per_image);
+  meshes_.reserve(max_lights_per_image);
+}
+
+void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord> lights,
+                          std::span<shared::EmitterTriangle> triangles) noexcept {
+  if (known_ && version_ == world.rows.version()) return;
+  known_ = true;
+  version_ = world.rows.version();
+  for (std::uint32_t id = 0; id < world.appearance.materials(); ++id)
+    emits_[id] = world.appearance.material({id})->emission_cdpm2 != glm::dvec3(0.0);
+  records_.clear();
+  meshes_.clear();
+  used_triangles_ = 0;
+  overflow_ = false;
+  for (std::uint32_t index = 0; index < world.rows.index_limit(); ++index) {
+    const EntityState* state = world.rows.row(index);
+    if (state == nullptr) continue;
+    if (state->row.light.valid()) add_light(*state, *world.appearance.light(state->row.light));
+    if (state->row.geometry.valid() && emits_[state->row.material.index])
+      add_surface(*state, *world.appearance.material(state->row.material), world, triangles);
+  }
+  std::ranges::sort(records_, {}, [](const auto& light) { return std::pair(rank_of(light), light.entity); });
+  const auto before = [&](std::uint32_t rank) {
+    return static_cast<std::uint32_t>(
+        std::ranges::count_if(records_, [&](const auto& light) { return rank_of(light) < rank; }));
+  };
+  counts_ = {.skies = before(1),
+             .suns_end = before(2),
+             .surfaces_from = before(3),
+             .all = static_cast<std::uint32_t>(records_.size())};
+  std::ranges::copy(records_, lights.begin());
+}
+
+void ImageLights::add_light(const EntityState& state, const Light& light) noexcept {
+  if (records_.size() == max_lights_per_image) {
+    overflow_ = true;
+    return;
+  }
+  const bool is_sky = light.kind == LightKind::sky;
+  const bool is_directional = light.kind == LightKind::directional;
+  const double value = is_directional ? light.illuminance_lx : light.intensity_cd;
+  records_.push_back(
+      {.kind = kind_of(light.kind),
+       .entity = state.id.index,
+       .first_triangle = 0,
+       .triangles = 0,
+       .color = glm::vec3(light.color * (is_sky ? light.zenith_cdpm2 : glm::dvec3(value))),
+       .mask = state.row.mask,
+       .horizon = glm::vec3(light.color * light.horizon_cdpm2),
+       .cos_inner = half_cosine(light.inner_angle_rad),
+       .ground = glm::vec3(light.color * light.ground_cdpm2),
+       .cos_outer = half_cosine(is_directional ? light.angular_diameter_rad : light.outer_angle_rad)});
+}
+
+void ImageLights::add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
+                              std::span<shared::EmitterTriangle> triangles) noexcept {
+  const Mesh* mesh =
+      records_.size() == max_lights_per_image ? nullptr : mesh_of(state.row.geometry, world, triangles);
+  if (mesh == nullptr) {
+    overflow_ = true;
+    return;
+  }
+  records_.push_back({.kind = shared::light_surface,
+                      .entity = state.id.index,
+                      .first_triangle = mesh->first,
+                      .triangles = mesh->count,
+                      .color = glm::vec3(material.emission_cdpm2),
+                      .mask = state.row.mask,
+                      .horizon = glm::vec3(0.0f),
+                      .cos_inner = 0.0f,
+                      .ground = glm::vec3(0.0f),
+                      .cos_outer = 0.0f});
+}
+
+const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWorld& world,
+                                              std::span<shared::EmitterTriangle> triangles) noexcept {
+  if (const auto found = std::ranges::find(meshes_, geometry, &Mesh::geometry); found != meshes_.end())
+    return &*found;
+  const TriangleMesh& mesh = world.pool.mesh(geometry.index);
+  if (used_triangles_ + mesh.triangles.size() > triangles.size()) return nullptr;
+  const std::span<const glm::vec3> positions_m = world.pool.deforms(geometry.index)
+                                                     ? world.rows.shape(geometry).positions_m
+                                                     : std::span<const glm::vec3>(mesh.positions_m);
+  const auto added = triangles.subspan(used_triangles_, mesh.triangles.size());
+  double area = 0.0;
+  for (std::size_t k = 0; k < added.size(); ++k) {
+    const glm::uvec3 corners = mesh.triangles[k];
+    const glm::dvec3 a(positions_m[corners.x]), b(positions_m[corners.y]), c(positions_m[corners.z]);
+    const double own = 0.5 * glm::length(glm::cross(b - a, c - a));
+    added[k] = {.a_m = glm::vec3(a),
+                .below = static_cast<float>(area),
+                .b_m = glm::vec3(b),
+                .share = static_cast<float>(own),
+                .c_m = glm::vec3(c),
+                .unused = 0.0f};
+    area += own;
+  }
+  const auto per_area = static_cast<float>(1.0 / std::max(area, 1e-30));
+  for (shared::EmitterTriangle& triangle : added) {
+    triangle.below *= per_area;
+    triangle.share *= per_area;
+  }
+  meshes_.push_back({geometry, used_triangles_, static_cast<std::uint32_t>(added.size())});
+  used_triangles_ += static_cast<std::uint32_t>(added.size());
+  return &meshes_.back();
+}
+
+}  // namespace rtstdb::query

@@ -1,0 +1,62 @@
+#pragma once
+// The lights of a version as the device gets them: the lights that rows name, and the surfaces of entities
+// whose material emits light.
+//
+// Threads: the engine thread. collect does not allocate.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "rtstdb/query/appearance.hpp"
+#include "rtstdb/query/gpu_query.hpp"
+#include "shaders/shared/image.h"
+
+namespace rtstdb::query {
+
+/// Triangles of the meshes of all emitting entities; several entities with one mesh share them.
+inline constexpr std::uint32_t max_emitter_triangles = 1u << 16;
+
+class ImageLights {
+ public:
+  ImageLights();
+
+  /// Writes the lights of the version into the buffers, which hold max_lights_per_image lights and
+  /// max_emitter_triangles triangles.
+  void collect(const BatchWorld& world, std::span<shared::LightRecord> lights,
+               std::span<shared::EmitterTriangle> triangles) noexcept;
+  /// Forgets what is in the buffers, since they are new.
+  void forget() noexcept { known_ = false; }
+
+  /// Lights are skies, then directional ones, then others, then surfaces by entity index.
+  struct Counts {
+    std::uint32_t skies = 0, suns_end = 0, surfaces_from = 0, all = 0;
+  };
+  const Counts& counts() const noexcept { return counts_; }
+  /// Not all lights fit.
+  bool overflow() const noexcept { return overflow_; }
+
+ private:
+  /// The range of a mesh in the buffer of triangles.
+  struct Mesh {
+    GeometryId geometry;
+    std::uint32_t first = 0, count = 0;
+  };
+
+  void add_light(const EntityState& state, const Light& light) noexcept;
+  void add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
+                   std::span<shared::EmitterTriangle> triangles) noexcept;
+  const Mesh* mesh_of(GeometryId geometry, const BatchWorld& world,
+                      std::span<shared::EmitterTriangle> triangles) noexcept;
+
+  bool known_ = false;
+  Version version_ = 0;
+  std::vector<bool> emits_;  // by material
+  std::vector<shared::LightRecord> records_;
+  std::vector<Mesh> meshes_;
+  std::uint32_t used_triangles_ = 0;
+  Counts counts_;
+  bool overflow_ = false;
+};
+
+}  // namespace rtstdb::query

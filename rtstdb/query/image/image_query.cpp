@@ -1,0 +1,425 @@
+#include "rtstdb/query/image/image_query.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/query/image/image_check.hpp"
+#include "rtstdb/query/image/specular_albedo.hpp"
+#include "rtstdb/query/make_query.hpp"
+#include "rtstdb/query/ray/ray_coherence.hpp"
+
+namespace rtstdb::query {
+namespace {
+
+static_assert(shared::image_tile_side == image_tile_px &&
+              shared::image_tile_pixels == image_tile_px * image_tile_px &&
+              shared::image_group_pixels % shared::image_tile_pixels == 0);
+
+/// In the order of device_needs, before the kernels of the searches.
+enum ImageKernel : std::uint8_t { kernel_rays, kernel_planes, kernel_shade, kernel_finish };
+
+/// Words that image_shade.comp sets.
+enum Activity : std::uint8_t { some_ray, some_shadow_ray };
+
+constexpr float max_neighbour_angle_rad = 0.04f;
+
+std::uint32_t low_word(std::int64_t ns) noexcept {
+  return static_cast<std::uint32_t>(ns);
+}
+
+std::uint32_t tiles_along(std::uint32_t pixels) noexcept {
+  return (pixels + image_tile_px - 1) / image_tile_px;
+}
+
+shared::MaterialRecord record_of(const Material& material) noexcept {
+  return {.base_color = glm::vec3(material.base_color),
+          .metallic = static_cast<float>(material.metallic),
+          .emission_cdpm2 = glm::vec3(material.emission_cdpm2),
+          .roughness = static_cast<float>(material.roughness),
+          .transmission = static_cast<float>(material.transmission),
+          .refractive_index = static_cast<float>(material.refractive_index),
+          .retro_gain = static_cast<float>(material.retro_gain),
+          .unused = 0.0f};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const ImageQueryOptions& options) {
+  if (auto checked = check_image_options(options); !checked) return checked.error();
+  return on_device(std::make_unique<GpuImageQuery>(options), device);
+}
+
+GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
+    : GpuQuery(options.capacity, options.late, shared::image_group_pixels),
+      options_(options),
+      tiles_per_image_(tiles_along(options.width) * tiles_along(options.height)),
+      group_pixels_(static_cast<std::uint32_t>(
+          std::min(std::uint64_t{options.capacity} * tiles_per_image_ * shared::image_tile_pixels,
+                   std::uint64_t{shared::image_group_pixels}))),
+      cameras_(options.capacity),
+      closest_(RayMode::closest, 1, group_pixels_),
+      any_(RayMode::any, 1, group_pixels_),
+      is_incomplete_pixel_(group_pixels_),
+      is_incomplete_tile_(std::size_t{options.capacity} * tiles_per_image_) {
+  let_retries_pause();
+  noted_.reserve(group_pixels_);
+  for (std::size_t slot = 0; slot < slots().count(); ++slot) {
+    planes_.emplace_back(options);
+    images_.emplace_back(options.capacity);
+    missing_.emplace_back();
+    missing_.back().reserve(is_incomplete_tile_.size());
+    for (std::uint32_t image = 0; image < options.capacity; ++image)
+      planes_[slot].set_spans(image, images_[slot][image]);
+  }
+}
+
+bool GpuImageQuery::has_planes() const noexcept {
+  const ImageOutputs& o = options_.outputs;
+  return o.depth || o.identity || o.normal || o.motion;
+}
+
+// ---- the device
+
+DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
+  using enum gpu::ShaderId;
+  DeviceNeeds needs;
+  for (const gpu::ShaderId shader : {image_rays, image_planes, image_shade, image_finish})
+    needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
+  closest_.add_needs(needs, options_.name, limits);
+  any_.add_needs(needs, options_.name + " shadow", limits);
+  const std::size_t pixels = group_pixels_;
+  const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory,
+                          bool texels = false, bool addressed = false) {
+    needs.buffers.push_back({&made,
+                             {.name = options_.name + what,
+                              .size_bytes = bytes,
+                              .memory = memory,
+                              .texel_float4 = texels,
+                              .addressed = addressed}});
+  };
+  buffer(cameras_buffer_, " cameras", options_.capacity * sizeof(shared::CameraRecord), gpu::Memory::upload);
+  buffer(paths_, " paths", 2 * pixels * sizeof(shared::PathRecord), gpu::Memory::device);
+  buffer(rays_, " rays", pixels * sizeof(Ray), gpu::Memory::device, true);
+  buffer(shadow_rays_, " shadow rays", pixels * sizeof(Ray), gpu::Memory::device, true);
+  buffer(hits_, " hits", pixels * sizeof(RayHit), gpu::Memory::readback, false, true);
+  buffer(shadow_hits_, " shadow hits", pixels * sizeof(RayHit), gpu::Memory::readback, false, true);
+  buffer(materials_, " materials", max_materials * sizeof(shared::MaterialRecord), gpu::Memory::upload);
+  buffer(lights_buffer_, " lights", max_lights_per_image * sizeof(shared::LightRecord), gpu::Memory::upload);
+  buffer(emitters_, " emitting triangles", max_emitter_triangles * sizeof(shared::EmitterTriangle),
+         gpu::Memory::upload);
+  buffer(albedo_, " albedo", shared::image_albedo_side * shared::image_albedo_side * sizeof(glm::vec4),
+         gpu::Memory::upload, true);
+  buffer(activity_, " activity", 16, gpu::Memory::readback);
+  for (ImagePlanes& planes : planes_)
+    planes.add_needs(needs, options_.name);
+  return needs;
+}
+
+std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shader, std::uint32_t slot,
+                                                             const accel::GeometryPool& pool,
+                                                             const accel::Tlas& tlas) const {
+  using enum gpu::ShaderId;
+  std::vector<const gpu::Buffer*> common{&cameras_buffer_, &paths_, &tlas.instances(slot),
+                                         &tlas.places(slot)};
+  const auto with = [&](std::initializer_list<const gpu::Buffer*> more) {
+    common.insert(common.end(), more);
+    return common;
+  };
+  switch (shader) {
+    case image_rays:
+      return with({&rays_});
+    case image_planes:
+      return with({&hits_});
+    case image_shade:
+      return with({&hits_, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_,
+                   &albedo_, &activity_});
+    case image_finish:
+      return with({&shadow_hits_});
+    case ray_any:
+    case ray_any_moving:
+    case ray_any_packet:
+    case ray_any_packet_moving:
+    case ray_any_work_sharing:
+    case ray_any_work_sharing_moving:
+      return any_.bound_buffers(shadow_rays_, slot, pool, tlas);
+    default:
+      return closest_.bound_buffers(rays_, slot, pool, tlas);
+  }
+}
+
+void GpuImageQuery::initialize_buffers() noexcept {
+  std::ranges::copy(specular_albedo_table(), albedo_.host_as<glm::vec4>().begin());
+  packed_materials_ = 0;
+  lights_.forget();
+}
+
+// ---- check
+
+std::optional<BadInput> GpuImageQuery::check(std::uint32_t tiles, const RowSource& rows,
+                                             TimeSpan& times) const noexcept {
+  for (std::uint32_t i = 0; i < tiles / tiles_per_image_; ++i)
+    if (const auto bad = check_camera(cameras_[i], options_, i, rows, times)) return bad;
+  return std::nullopt;
+}
+
+// ---- stages
+
+std::uint32_t GpuImageQuery::stages_per_group() const noexcept {
+  return (has_planes() ? 3 : 0) + (has_color() ? options_.samples_per_pixel * stages_per_sample() : 0);
+}
+
+GpuImageQuery::Stage GpuImageQuery::stage_at(std::uint32_t stage) const noexcept {
+  Stage at{.step = Step::rays, .group = stage / stages_per_group(), .sample = 0, .bounce = 0};
+  std::uint32_t k = stage % stages_per_group();
+  if (has_planes()) {
+    constexpr Step planes_steps[] = {Step::rays, Step::trace, Step::planes};
+    if (k < 3) {
+      at.step = planes_steps[k];
+      at.sample = shared::image_center;
+      return at;
+    }
+    k -= 3;
+  }
+  at.sample = k / stages_per_sample();
+  k %= stages_per_sample();
+  if (k == 0) return at;
+  if (k + 1 == stages_per_sample()) {
+    at.step = Step::finish;
+    return at;
+  }
+  constexpr Step bounce_steps[] = {Step::trace, Step::shade, Step::shadow};
+  at.step = bounce_steps[(k - 1) % 3];
+  at.bounce = (k - 1) / 3;
+  return at;
+}
+
+double GpuImageQuery::places_per_element() const noexcept {
+  return static_cast<double>(shared::image_tile_pixels) * stages_per_group();
+}
+
+std::uint32_t GpuImageQuery::places_of_group(std::uint32_t group) const noexcept {
+  const std::uint32_t first = group * tiles_per_group();
+  return std::min(tiles_ - first, tiles_per_group()) * shared::image_tile_pixels;
+}
+
+std::uint32_t GpuImageQuery::answered_after(std::uint32_t stage, std::uint32_t count) const noexcept {
+  return std::min((stage + 1) / stages_per_group() * tiles_per_group(), count);
+}
+
+std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept {
+  tiles_ = tiles;
+  groups_ = (tiles + tiles_per_group() - 1) / tiles_per_group();
+  std::ranges::fill(is_incomplete_tile_, std::uint8_t{0});
+  missing_[slots().written()].clear();
+  for (Image& image : images_[slots().written()]) {
+    image.missing_tiles = {};
+    image.incomplete_pixels = 0;
+    image.lights_overflow = false;
+  }
+  noted_.clear();
+  if (tiles == 0) return 0;
+  pack_cameras(world.rows);
+  pack_materials(world.appearance);
+  lights_.collect(world, lights_buffer_.host_as<shared::LightRecord>(),
+                  emitters_.host_as<shared::EmitterTriangle>());
+  if (lights_.overflow()) {
+    note_overflow();
+    for (Image& image : images_[slots().written()])
+      image.lights_overflow = true;
+  }
+  return begin(stage_at(0));
+}
+
+std::uint32_t GpuImageQuery::begin_stage(std::uint32_t stage, const BatchWorld& /*world*/) noexcept {
+  if (tiles_ == 0) return 0;
+  count_incomplete_pixels();
+  return begin(stage_at(stage));
+}
+
+std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
+  now_ = stage;
+  const std::uint32_t first_sample = has_planes() ? shared::image_center : 0;
+  if (stage.step == Step::rays && stage.sample == first_sample)
+    std::ranges::fill(is_incomplete_pixel_, std::uint8_t{0});
+  const auto activity = activity_.host_as<std::uint32_t>();
+  const bool is_later_bounce = stage.bounce > 0;
+  switch (stage.step) {
+    case Step::trace:
+      if (is_later_bounce && activity[some_ray] == 0) return 0;
+      closest_.begin();
+      break;
+    case Step::shade:
+      if (is_later_bounce && activity[some_ray] == 0) return 0;
+      std::ranges::fill(activity, 0u);
+      writes_second_ = !writes_second_;
+      break;
+    case Step::shadow:
+      if (activity[some_shadow_ray] == 0) return 0;
+      any_.begin();
+      break;
+    case Step::rays:
+    case Step::finish:
+      writes_second_ = !writes_second_;
+      break;
+    case Step::planes:
+      break;
+  }
+  return places_of_group(stage.group);
+}
+
+void GpuImageQuery::pack_cameras(const RowSource& /*rows*/) noexcept {
+  const auto records = cameras_buffer_.host_as<shared::CameraRecord>();
+  for (std::uint32_t i = 0; i < tiles_ / tiles_per_image_; ++i) {
+    const Camera& camera = cameras_[i];
+    const glm::quat q = glm::normalize(camera.q);
+    const HalfTangents half = half_tangents(camera, options_);
+    shared::CameraRecord record{};
+    record.p_m = camera.p_m;
+    record.mask = camera.mask;
+    record.q = glm::vec4(q.x, q.y, q.z, q.w);
+    record.tan_half_x = static_cast<float>(half.x);
+    record.tan_half_y = static_cast<float>(half.y);
+    record.near_m = camera.near_m;
+    record.carrier = camera.carrier.valid() ? camera.carrier.index : shared::no_entity;
+    record.t_ns = low_word(camera.t.time_since_epoch().count());
+    record.row_ns = low_word(camera.row_time.count());
+    record.exposure_ns = low_word(camera.exposure.count());
+    record.seed = camera.seed;
+    record.white_cdpm2 = 1.2f * std::exp2(camera.exposure_value);
+    planes_[slots().written()].set_addresses(i, record);
+    records[i] = record;
+  }
+}
+
+void GpuImageQuery::pack_materials(const Appearance& appearance) noexcept {
+  const auto records = materials_.host_as<shared::MaterialRecord>();
+  for (; packed_materials_ < appearance.materials(); ++packed_materials_)
+    records[packed_materials_] = record_of(*appearance.material({packed_materials_}));
+}
+
+bool GpuImageQuery::is_coherent() const noexcept {
+  if (now_.step != Step::trace || now_.bounce > 0) return false;
+  return std::ranges::all_of(cameras_, [&](const Camera& camera) {
+    const auto per_pixel =
+        2.0f * static_cast<float>(half_tangents(camera, options_).x) / static_cast<float>(options_.width);
+    return per_pixel * static_cast<float>(rays_per_packet) <= max_neighbour_angle_rad &&
+           !camera.carrier.valid();
+  });
+}
+
+// ---- a run
+
+std::uint32_t GpuImageQuery::next_retry_batch() noexcept {
+  if (!searches()) return GpuQuery::next_retry_batch();
+  if (search().has_paused()) return static_cast<std::uint32_t>(retry_places().size());
+  search().begin_retries();
+  return advance_retries(shared::paused_rays);
+}
+
+void GpuImageQuery::record(const BatchPart& part, const Recording& recording) noexcept {
+  if (searches()) {
+    const gpu::Buffer& hits = now_.step == Step::shadow ? shadow_hits_ : hits_;
+    const RayPass pass{.hits = hits.address(), .coherent = is_coherent()};
+    const RaySearch::Dispatch made = search().dispatch(part, retry_places(), pass, recording, limits());
+    return dispatch(kernel(made.kernel), recording, made.layout, made.args);
+  }
+  const std::size_t chosen = now_.step == Step::rays     ? kernel_rays
+                             : now_.step == Step::planes ? kernel_planes
+                             : now_.step == Step::shade  ? kernel_shade
+                                                         : kernel_finish;
+  const ImageLights::Counts& lights = lights_.counts();
+  const bool writes = now_.step != Step::planes;
+  const std::uint32_t written = writes_second_ ? group_pixels_ : 0;
+  const std::uint32_t other = group_pixels_ - written;
+  const DispatchLayout layout = spread_out(part.range.end - part.range.first, limits().processors);
+  dispatch(kernel(chosen), recording, layout,
+           shared::ImageArgs{.first = part.range.first,
+                             .end = part.range.end,
+                             .per_group = layout.per_group,
+                             .halt = recording.halt.words,
+                             .halt_from = recording.halt.from,
+                             .loop_probe = 2 /* two rounds, see loops_still_turn */,
+                             .epoch_ns = low_word(recording.view.epoch.time_since_epoch().count()),
+                             .late_base = recording.view.late_base,
+                             .width = options_.width,
+                             .height = options_.height,
+                             .first_tile = now_.group * tiles_per_group(),
+                             .read_from = writes ? other : written,
+                             .write_from = written,
+                             .sample_index = now_.sample,
+                             .samples = options_.samples_per_pixel,
+                             .last_bounce = options_.bounces,
+                             .skies = lights.skies,
+                             .suns_end = lights.suns_end,
+                             .surfaces_from = lights.surfaces_from,
+                             .lights = lights.all});
+}
+
+void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {
+  if (!searches()) {
+    const bool writes_outputs = now_.step == Step::planes || now_.step == Step::finish;
+    if (writes_outputs && part.range.end == places()) pull_group(now_.group);
+    return;
+  }
+  if (part.is_retry) return;
+  const bool any_unanswered = search().some_unanswered();
+  if (!search().some_incomplete() && !any_unanswered) return;
+  for (std::uint32_t place = part.range.first; place < part.range.end; ++place) {
+    if (any_unanswered) searched_hits()[place].status = HitStatus::incomplete;
+    if (!is_incomplete(place)) continue;
+    note_incomplete(place);
+    noted_.push_back(place);
+  }
+}
+
+bool GpuImageQuery::is_incomplete(std::uint32_t place) const noexcept {
+  return searches() && searched_hits()[place].status == HitStatus::incomplete;
+}
+
+void GpuImageQuery::count_incomplete_pixels() noexcept {
+  for (const std::uint32_t place : noted_) {
+    if (!is_incomplete(place) || is_incomplete_pixel_[place] != 0) continue;
+    is_incomplete_pixel_[place] = 1;
+    const std::uint32_t tile = now_.group * tiles_per_group() + place / shared::image_tile_pixels;
+    is_incomplete_tile_[tile] = 1;
+    ++images_[slots().written()][tile / tiles_per_image_].incomplete_pixels;
+  }
+  noted_.clear();
+}
+
+std::uint32_t GpuImageQuery::incomplete(std::uint32_t answered) const noexcept {
+  return static_cast<std::uint32_t>(std::ranges::count(std::span(is_incomplete_tile_).first(answered), 1));
+}
+
+void GpuImageQuery::mark_incomplete(std::uint32_t tile) noexcept {
+  const std::uint32_t image = tile / tiles_per_image_;
+  const std::uint32_t in_image = tile % tiles_per_image_;
+  const std::size_t slot = slots().written();
+  planes_[slot].clear_tile(image, in_image);
+  // Tiles come in ascending order, so those of one image are neighbours.
+  missing_[slot].push_back(in_image);
+  Image& incomplete = images_[slot][image];
+  const std::size_t count = incomplete.missing_tiles.size() + 1;
+  incomplete.missing_tiles = std::span(missing_[slot]).last(count);
+}
+
+void GpuImageQuery::pull_group(std::uint32_t group) const noexcept {
+  const std::uint32_t across = tiles_along(options_.width);
+  const std::uint32_t end = group * tiles_per_group() + places_of_group(group) / shared::image_tile_pixels;
+  for (std::uint32_t tile = group * tiles_per_group(); tile < end;) {
+    const std::uint32_t image = tile / tiles_per_image_;
+    const std::uint32_t image_end = std::min(end, (image + 1) * tiles_per_image_);
+    const std::uint32_t first_row = tile % tiles_per_image_ / across * image_tile_px;
+    const std::uint32_t last_row = (image_end - 1) % tiles_per_image_ / across * image_tile_px;
+    planes_[slots().written()].pull_rows(image, first_row,
+                                         std::min(last_row + image_tile_px, options_.height));
+    tile = image_end;
+  }
+}
+
+}  // namespace rtstdb::query

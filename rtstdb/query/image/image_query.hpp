@@ -1,0 +1,104 @@
+#pragma once
+// The image query on the GPU. The tiles of a batch are divided into groups, and a group passes through stages:
+// for each sample of its pixels `rays` from the camera, then for each bounce `trace` (the search of the rays,
+// with the kernels of ray queries), `shade` (light that was found, the next directions) and `shadow` (the
+// search of rays to lights); `finish` adds the sample to the sum. Outputs but colour come from a ray through
+// the middle of each pixel (`planes`). Kernels are in shaders/query/image.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "rtstdb/query/image/image_lights.hpp"
+#include "rtstdb/query/image/image_planes.hpp"
+#include "rtstdb/query/ray/ray_search.hpp"
+
+namespace rtstdb::query {
+
+class GpuImageQuery final : public ImageQuery, public GpuQuery {
+ public:
+  /// The options have passed check_image_options.
+  explicit GpuImageQuery(const ImageQueryOptions& options);
+  ~GpuImageQuery() override { leave(); }
+
+  std::span<Camera> cameras() noexcept override { return cameras_; }
+  std::span<const Image> images() const noexcept override {
+    return std::span(images_[slots().read()]).first(slots().readable() / tiles_per_image_);
+  }
+  const AnswerInfo& answer_info() const noexcept override { return info; }
+
+  CostClass cost_class() const noexcept override { return CostClass::image_path_traced; }
+  std::uint32_t parts_per_element() const noexcept override { return tiles_per_image_; }
+  std::optional<BadInput> check(std::uint32_t tiles, const RowSource& rows,
+                                TimeSpan& times) const noexcept override;
+  std::uint32_t incomplete(std::uint32_t answered) const noexcept override;
+  std::uint32_t next_retry_batch() noexcept override;
+  std::uint32_t min_retry_batch() const noexcept override { return closest_.min_retry_batch(limits()); }
+  double places_per_element() const noexcept override;
+  void record(const BatchPart& part, const Recording& recording) noexcept override;
+
+ private:
+  enum class Step : std::uint8_t { rays, trace, planes, shade, shadow, finish };
+  /// What a stage does. `sample`: image_center for the ray through the middle of a pixel.
+  struct Stage {
+    Step step = Step::rays;
+    std::uint32_t group = 0, sample = 0, bounce = 0;
+  };
+
+  DeviceNeeds device_needs(const gpu::DeviceLimits& limits) override;
+  std::vector<const gpu::Buffer*> bound_buffers(gpu::ShaderId shader, std::uint32_t slot,
+                                                const accel::GeometryPool& pool,
+                                                const accel::Tlas& tlas) const override;
+  void initialize_buffers() noexcept override;
+  void unpack(const BatchPart& part, const accel::TlasView& view) noexcept override;
+  bool is_incomplete(std::uint32_t place) const noexcept override;
+  void mark_incomplete(std::uint32_t tile) noexcept override;
+  std::uint32_t stages() const noexcept override { return groups_ * stages_per_group(); }
+  std::uint32_t answered_after(std::uint32_t stage, std::uint32_t count) const noexcept override;
+  std::uint32_t begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept override;
+  std::uint32_t begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept override;
+
+  bool has_planes() const noexcept;
+  bool has_color() const noexcept { return options_.outputs.color || options_.outputs.srgb; }
+  std::uint32_t stages_per_sample() const noexcept { return 3 * options_.bounces + 4; }
+  std::uint32_t stages_per_group() const noexcept;
+  Stage stage_at(std::uint32_t stage) const noexcept;
+  /// Begins a stage of the group: what it reads and what it skips. Returns its places.
+  std::uint32_t begin(const Stage& stage) noexcept;
+  std::uint32_t places_of_group(std::uint32_t group) const noexcept;
+  std::uint32_t tiles_per_group() const noexcept { return group_pixels_ / shared::image_tile_pixels; }
+  bool searches() const noexcept { return now_.step == Step::trace || now_.step == Step::shadow; }
+  RaySearch& search() noexcept { return now_.step == Step::shadow ? any_ : closest_; }
+  std::span<RayHit> searched_hits() const noexcept {
+    return (now_.step == Step::shadow ? shadow_hits_ : hits_).host_as<RayHit>();
+  }
+  void pack_cameras(const RowSource& rows) noexcept;
+  void pack_materials(const Appearance& appearance) noexcept;
+  /// Counts the pixels of the group whose search was left incomplete in the stage that ends.
+  void count_incomplete_pixels() noexcept;
+  void pull_group(std::uint32_t group) const noexcept;
+  bool is_coherent() const noexcept;
+
+  const ImageQueryOptions options_;
+  const std::uint32_t tiles_per_image_;
+  const std::uint32_t group_pixels_;
+  std::vector<Camera> cameras_;
+  std::vector<ImagePlanes> planes_;                  // one per answer slot
+  std::vector<std::vector<Image>> images_;           // one per answer slot
+  std::vector<std::vector<std::uint32_t>> missing_;  // tiles of all images, one per answer slot
+  RaySearch closest_, any_;
+  ImageLights lights_;
+  std::uint32_t packed_materials_ = 0;
+
+  std::uint32_t tiles_ = 0, groups_ = 0;  // of the batch
+  Stage now_;
+  bool writes_second_ = false;                     // which of the two states of paths the stage writes
+  std::vector<std::uint32_t> noted_;               // places that a search left incomplete at first
+  std::vector<std::uint8_t> is_incomplete_pixel_;  // by place of the group
+  std::vector<std::uint8_t> is_incomplete_tile_;   // by tile of the batch
+
+  gpu::Buffer cameras_buffer_, paths_, rays_, shadow_rays_, hits_, shadow_hits_, materials_, lights_buffer_,
+      emitters_, albedo_, activity_;
+};
+
+}  // namespace rtstdb::query

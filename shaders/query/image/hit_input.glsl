@@ -1,0 +1,32 @@
+// Reads hits where the ray kernels wrote them (shared/query.h).
+#ifndef RTSTDB_QUERY_IMAGE_HIT_INPUT_GLSL
+#define RTSTDB_QUERY_IMAGE_HIT_INPUT_GLSL
+#include "shared/query.h"
+
+struct InputHit {
+  uint status;
+  float lambda;
+  vec2 uv;
+  uvec2 entity;  // index, generation
+  uint material;
+  uint triangle;
+  bool front;
+  vec3 n_world;  // of the front
+  vec3 v_world;  // of the point: rays of images have no carrier
+};
+
+InputHit hit_from(uvec2 p[hit_pairs]) {
+  InputHit hit;
+  hit.status = p[0].x;
+  hit.lambda = uintBitsToFloat(p[0].y);
+  hit.uv = uintBitsToFloat(p[1]);
+  hit.entity = p[2];
+  hit.material = p[3].y;
+  hit.triangle = p[4].x;
+  hit.front = p[4].y != 0u;
+  hit.n_world = uintBitsToFloat(uvec3(p[5], p[6].x));
+  hit.v_world = uintBitsToFloat(uvec3(p[6].y, p[7]));
+  return hit;
+}
+
+#endif

@@ -1,0 +1,131 @@
+// Images: cameras, paths of light, materials and lights on the device.
+#ifndef RTSTDB_SHARED_IMAGE_H
+#define RTSTDB_SHARED_IMAGE_H
+#include "shared/interop.h"
+
+// A tile is a square of pixels. The pixels of a group of tiles are places 0 to image_group_pixels - 1: tile
+// by tile, row by row within a tile.
+RTSTDB_CONSTANT(image_tile_side, 16)
+RTSTDB_CONSTANT(image_tile_pixels, 256)
+RTSTDB_CONSTANT(image_group_pixels, 65536)
+
+// One camera of a batch. Addresses are of the image's first pixel, low word first; 0: the output is not
+// wanted.
+#define RTSTDB_FIELDS_CameraRecord(F)                                                            \
+  F(vec3, p_m)                                                                                   \
+  F(uint, mask)                                                                                  \
+  F(vec4, q)                                                                                     \
+  F(float, tan_half_x) /* of half the horizontal angle */                                        \
+  F(float, tan_half_y)                                                                           \
+  F(float, near_m)                                                                               \
+  F(uint, carrier) /* index, or no_entity */                                                     \
+  F(uint, t_ns)    /* low word of the begin of row 0's exposure */                               \
+  F(uint, row_ns)                                                                                \
+  F(uint, exposure_ns)                                                                           \
+  F(uint, seed)                                                                                  \
+  F(float, white_cdpm2) /* the luminance of sRGB white */                                        \
+  F(uvec2, color)                                                                                \
+  F(uvec2, srgb)                                                                                 \
+  F(uvec2, depth)                                                                                \
+  F(uvec2, entities)                                                                             \
+  F(uvec2, triangles)                                                                            \
+  F(uvec2, materials)                                                                            \
+  F(uvec2, normals)                                                                              \
+  F(uvec2, motion)
+RTSTDB_STRUCT(CameraRecord)
+
+RTSTDB_CONSTANT(path_alive, 1)
+// The last reflection was a mirror's: light sampling could not have found what the ray meets.
+RTSTDB_CONSTANT(path_mirrored, 2)
+
+// The state of the path of one pixel. Each stage reads the state that the one before it wrote and writes
+// another, so that a chunk that is executed again has the same result.
+#define RTSTDB_FIELDS_PathRecord(F)                                                              \
+  F(vec3, origin_m) /* of the ray that is searched next */                                       \
+  F(uint, t_ns)     /* low word */                                                               \
+  F(vec3, direction)                                                                             \
+  F(float, pdf) /* per steradian, with which the direction was chosen */                         \
+  F(vec3, throughput)                                                                            \
+  F(uint, flags)                                                                                 \
+  F(vec3, radiance_cdpm2) /* of this sample so far */                                            \
+  F(uint, bounces)                                                                               \
+  F(vec3, shadowed_cdpm2) /* is added if the shadow ray meets nothing */                         \
+  F(uint, unused)                                                                                \
+  F(vec3, sum_cdpm2) /* of the samples before */                                                 \
+  F(uint, also_unused)
+RTSTDB_STRUCT(PathRecord)
+
+// A material (rtstdb/material.hpp).
+#define RTSTDB_FIELDS_MaterialRecord(F)                                                          \
+  F(vec3, base_color)                                                                            \
+  F(float, metallic)                                                                             \
+  F(vec3, emission_cdpm2)                                                                        \
+  F(float, roughness)                                                                            \
+  F(float, transmission)                                                                         \
+  F(float, refractive_index)                                                                     \
+  F(float, retro_gain)                                                                           \
+  F(float, unused)
+RTSTDB_STRUCT(MaterialRecord)
+
+// The kinds of lights: those of rtstdb::LightKind, and an entity whose material emits light.
+RTSTDB_CONSTANT(light_directional, 0)
+RTSTDB_CONSTANT(light_point, 1)
+RTSTDB_CONSTANT(light_spot, 2)
+RTSTDB_CONSTANT(light_sky, 3)
+RTSTDB_CONSTANT(light_surface, 4)
+
+// A light of a batch, moved by its entity. `color`: its channels in lx, cd or cd/m2; of a sky at the zenith.
+// In the buffer come skies, then directional lights, then other lights, then surfaces by entity index.
+#define RTSTDB_FIELDS_LightRecord(F)                                                             \
+  F(uint, kind)                                                                                  \
+  F(uint, entity)                                                                                \
+  F(uint, first_triangle) /* of a surface, in the buffer of emitting triangles */                \
+  F(uint, triangles)      /* of a surface */                                                     \
+  F(vec3, color)                                                                                 \
+  F(uint, mask) \
+  F(vec3, horizon)                                                                               \
+  F(float, cos_inner) /* of a spot; of half its angle */                                         \
+  F(vec3, ground)                                                                                \
+  F(float, cos_outer) /* of a spot; of a directional light the cosine of its disc's radius */
+RTSTDB_STRUCT(LightRecord)
+
+// A triangle of a surface that emits light, in the entity frame, in the order of its mesh. `below`: the share
+// of the mesh's area in the triangles before it; `share`: in it.
+#define RTSTDB_FIELDS_EmitterTriangle(F)                                                         \
+  F(vec3, a_m)                                                                                   \
+  F(float, below)                                                                                \
+  F(vec3, b_m)                                                                                   \
+  F(float, share)                                                                                \
+  F(vec3, c_m)                                                                                   \
+  F(float, unused)
+RTSTDB_STRUCT(EmitterTriangle)
+
+// Share of light that a rough mirror reflects, by the cosine of the angle of incidence (x) and the roughness
+// (y): image_albedo_side samples each from 0 to 1. See rtstdb/query/image/specular_albedo.hpp.
+RTSTDB_CONSTANT(image_albedo_side, 32)
+
+#define RTSTDB_FIELDS_ImageArgs(F)                                                               \
+  F(uint, first) /* see place_of_invocation */                                                   \
+  F(uint, end)                                                                                   \
+  F(uint, per_group)                                                                             \
+  F(uvec2, halt) /* this and the next as in RayArgs */                                           \
+  F(uint, halt_from)                                                                             \
+  F(uint, loop_probe)                                                                            \
+  F(uint, epoch_ns)   /* as in RayArgs */                                                        \
+  F(uint, late_base)                                                                             \
+  F(uint, width)                                                                                 \
+  F(uint, height)                                                                                \
+  F(uint, first_tile) /* of the group, counted over all images */                                \
+  F(uint, read_from)  /* where the states begin that this stage reads */                         \
+  F(uint, write_from)                                                                            \
+  F(uint, sample_index) /* image_center: the ray through the middle of pixel and exposure */     \
+  F(uint, samples)                                                                               \
+  F(uint, last_bounce)                                                                           \
+  F(uint, skies)        /* lights are skies, then directional, then others, then surfaces */     \
+  F(uint, suns_end)                                                                              \
+  F(uint, surfaces_from)                                                                         \
+  F(uint, lights)
+RTSTDB_STRUCT(ImageArgs)
+RTSTDB_CONSTANT(image_center, 0xFFFFFFFFu)
+
+#endif

@@ -1,0 +1,220 @@
+// Light in images, against closed forms.
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/gpu/image_fixture.hpp"
+
+namespace rtstdb::test {
+namespace {
+
+using std::numbers::pi;
+
+/// A material that scatters this share of light equally in all directions, and nothing else.
+Material matt(double albedo) {
+  return {.base_color = glm::dvec3(albedo), .refractive_index = 1.0};
+}
+
+glm::dquat looking_down() {
+  return glm::angleAxis(pi / 2.0, glm::dvec3(0.0, 1.0, 0.0));
+}
+
+Light uniform_sky(double luminance_cdpm2) {
+  const glm::dvec3 all(luminance_cdpm2);
+  return {.kind = LightKind::sky, .zenith_cdpm2 = all, .horizon_cdpm2 = all, .ground_cdpm2 = all};
+}
+
+TEST_F(ImageTest, AnEmittingBoxIsAsBrightAsItsReflectionsAdd) {
+  const double albedo = 0.5;
+  Material material = matt(albedo);
+  material.emission_cdpm2 = {100.0, 50.0, 10.0};
+  create_body(add(make_box({2.0, 3.0, 4.0})), {}, material);
+  for (const std::uint32_t bounces : {0u, 1u, 3u, 8u}) {
+    const Image& image = image_of(
+        {.p_m = {0.1f, 0.2f, 0.3f}},
+        {.width = 32, .height = 32, .outputs = linear_color, .samples_per_pixel = 64, .bounces = bounces});
+    const double factor = (1.0 - std::pow(albedo, bounces + 1.0)) / (1.0 - albedo);
+    const glm::dvec3 expected = factor * material.emission_cdpm2;
+    EXPECT_LT(glm::length(mean_color(image) - expected), 0.01 * glm::length(expected)) << bounces;
+  }
+}
+
+/// A body that absorbs nothing can not be told from a uniform sky behind it.
+TEST_F(ImageTest, AWhiteBodyInAUniformSkyIsAsBrightAsTheSky) {
+  create_light(uniform_sky(1000.0));
+  const GeometryId sphere = add(make_sphere(1.0, 4));
+  const std::vector<Material> white = {
+      matt(1.0),
+      {.base_color = glm::dvec3(1.0)},
+      {.base_color = glm::dvec3(1.0), .roughness = 0.3},
+      {.base_color = glm::dvec3(1.0), .metallic = 1.0, .roughness = 0.0},
+      {.base_color = glm::dvec3(1.0), .metallic = 1.0, .roughness = 0.4},
+      {.base_color = glm::dvec3(1.0), .metallic = 1.0, .roughness = 1.0},
+      {.base_color = glm::dvec3(1.0), .roughness = 0.0, .transmission = 1.0},
+      {.base_color = glm::dvec3(1.0), .roughness = 0.5, .transmission = 1.0},
+      {.base_color = glm::dvec3(1.0), .roughness = 0.3, .transmission = 0.5}};
+  double y_m = 0.0;
+  for (const Material& material : white) {
+    create_body(sphere, {5.0, y_m, 0.0}, material);
+    const Image& image = image_of(
+        {.p_m = {0.0f, static_cast<float>(y_m), 0.0f}, .horizontal_angle_rad = 0.3f},
+        {.width = 32, .height = 32, .outputs = linear_color, .samples_per_pixel = 64, .bounces = 64});
+    const glm::dvec3 mean = mean_color(image);
+    EXPECT_NEAR(mean.x, 1000.0, 10.0) << y_m;
+    EXPECT_NEAR(mean.y, 1000.0, 10.0) << y_m;
+    y_m += 100.0;
+  }
+}
+
+class ImageOfGround : public ImageTest {
+ protected:
+  void SetUp() override {
+    ImageTest::SetUp();
+    create_body(add(make_rectangle(50.0, 50.0)), {}, matt(albedo));
+  }
+  /// Luminance of the ground around a point, from 4 m above it.
+  double luminance_at(double x_m, double y_m, std::uint32_t samples = 4, std::uint32_t bounces = 1) {
+    const Image& image = image_of(
+        {.p_m = {static_cast<float>(x_m), static_cast<float>(y_m), 4.0f},
+         .q = glm::quat(looking_down()),
+         .horizontal_angle_rad = 0.004f},
+        {.width = 8, .height = 8, .outputs = linear_color, .samples_per_pixel = samples, .bounces = bounces});
+    return mean_color(image).x;
+  }
+  static constexpr double albedo = 0.6;
+};
+
+TEST_F(ImageOfGround, APointLightFollowsTheInverseSquareLaw) {
+  create_light({.kind = LightKind::point, .intensity_cd = 800.0}, {0.0, 0.0, 2.0});
+  for (const double x_m : {0.5, 1.0, 3.0}) {
+    const double distance_m = std::hypot(x_m, 2.0);
+    const double expected = albedo / pi * 800.0 * 2.0 / std::pow(distance_m, 3.0);
+    EXPECT_NEAR(luminance_at(x_m, 0.0), expected, 0.005 * expected) << x_m;
+  }
+}
+
+TEST_F(ImageOfGround, ASpotLightEndsAtItsOuterAngle) {
+  create_light(
+      {.kind = LightKind::spot, .intensity_cd = 500.0, .inner_angle_rad = 0.6, .outer_angle_rad = 1.2},
+      {0.0, 0.0, 3.0}, looking_down());
+  for (const double angle_rad : {0.1, 0.29, 0.4, 0.5, 0.58, 0.65}) {
+    const double t =
+        std::clamp((std::cos(angle_rad) - std::cos(0.6)) / (std::cos(0.3) - std::cos(0.6)), 0.0, 1.0);
+    const double intensity_cd = 500.0 * t * t * (3.0 - 2.0 * t);
+    const double expected = albedo / pi * intensity_cd * std::pow(std::cos(angle_rad), 3.0) / 9.0;
+    EXPECT_NEAR(luminance_at(3.0 * std::tan(angle_rad), 0.0), expected, 0.005 * expected + 1e-3) << angle_rad;
+  }
+}
+
+TEST_F(ImageOfGround, TheSunLightsByTheCosineOfItsHeightAndCastsShadows) {
+  const double elevation_rad = 0.7;
+  const glm::dquat shines = glm::angleAxis(elevation_rad, glm::dvec3(0.0, 1.0, 0.0));  // toward +x and down
+  create_body(add(make_box({1.0, 1.0, 1.0})), {0.0, 0.0, 3.0}, matt(0.5));
+  const double expected = albedo / pi * 1e4 * std::sin(elevation_rad);
+  for (const double diameter_rad : {0.0, 0.01}) {
+    const EntityId sun = create_light(
+        {.kind = LightKind::directional, .illuminance_lx = 1e4, .angular_diameter_rad = diameter_rad}, {},
+        shines);
+    EXPECT_NEAR(luminance_at(10.0, 0.0), expected, 0.01 * expected);
+    EXPECT_EQ(luminance_at(3.0 / std::tan(elevation_rad), 0.0), 0.0);  // in the shadow of the box
+    remove(sun, {});
+  }
+}
+
+TEST_F(ImageOfGround, ALampOverTheGroundLightsByItsFormFactor) {
+  const double half_m = 0.5, height_m = 2.0;
+  create_body(add(make_box({2.0 * half_m, 2.0 * half_m, 1e-3})), {0.0, 0.0, height_m},
+              {.base_color = glm::dvec3(0.0), .emission_cdpm2 = glm::dvec3(2000.0), .refractive_index = 1.0});
+  // A corner of a rectangle above a parallel element (Howell, "A Catalog of Radiation Heat Transfer
+  // Configuration Factors", B-3), four times.
+  const double a = half_m / height_m;
+  const double root = std::sqrt(1.0 + a * a);
+  const double form_factor = 4.0 * (2.0 * a / root * std::atan(a / root)) / (2.0 * pi);
+  const double expected = albedo * 2000.0 * form_factor;
+  const Image& image =
+      image_of({.p_m = {0.0f, 0.0f, 1.5f}, .q = glm::quat(looking_down()), .horizontal_angle_rad = 0.01f},
+               {.width = 16, .height = 16, .outputs = linear_color, .samples_per_pixel = 64, .bounces = 1});
+  EXPECT_NEAR(mean_color(image).x, expected, 0.01 * expected);
+}
+
+TEST_F(ImageOfGround, TheSkyIsMixedByElevation) {
+  const glm::dvec3 zenith(100.0), horizon(40.0), ground(7.0);
+  create_light(
+      {.kind = LightKind::sky, .zenith_cdpm2 = zenith, .horizon_cdpm2 = horizon, .ground_cdpm2 = ground});
+  // The mean over the hemisphere, weighted by the cosine: of sin(elevation) it is 2/3.
+  const double expected = albedo * (40.0 + 60.0 * 2.0 / 3.0);
+  EXPECT_NEAR(luminance_at(0.0, 0.0, 256), expected, 0.01 * expected);
+  const Image& up = image_of({.p_m = {0.0f, 0.0f, 1.0f}, .horizontal_angle_rad = 0.002f},
+                             {.width = 4, .height = 4, .outputs = linear_color, .samples_per_pixel = 1});
+  EXPECT_NEAR(color_at(up, 0, 0).x, 40.0 + 60.0 * 0.001, 0.1);
+}
+
+TEST_F(ImageOfGround, LightOfAnotherMaskIsNotUsed) {
+  EntityRow row;
+  row.light = add_light({.kind = LightKind::point, .intensity_cd = 100.0});
+  row.motion.p_world_m = {0.0, 0.0, 2.0};
+  row.mask = 2;
+  create(row);
+  const ImageQueryOptions options{.width = 4, .height = 4, .outputs = linear_color, .bounces = 1};
+  const Camera camera{
+      .p_m = {0.5f, 0.5f, 4.0f}, .q = glm::quat(looking_down()), .horizontal_angle_rad = 0.01f};
+  EXPECT_GT(mean_color(image_of(camera, options)).x, 0.0);
+  Camera masked = camera;
+  masked.mask = ~2u;
+  EXPECT_EQ(mean_color(image_of(masked, options)).x, 0.0);
+}
+
+TEST_F(ImageTest, ARetroReflectorIsBrighterByItsGain) {
+  const GeometryId plate = add(make_box({0.1, 4.0, 4.0}));
+  create_light({.kind = LightKind::point, .intensity_cd = 50.0}, {0.0, 0.01, 0.0});
+  Material plain = matt(0.5);
+  Material retro = plain;
+  retro.retro_gain = 200.0;
+  const EntityId body = create_body(plate, {5.0, 0.0, 0.0}, plain);
+  const Camera camera{.horizontal_angle_rad = 0.01f};
+  const ImageQueryOptions options{.width = 8, .height = 8, .outputs = linear_color, .bounces = 1};
+  const double matt_luminance = mean_color(image_of(camera, options)).x;
+  EXPECT_NEAR(matt_luminance, 0.5 / pi * 50.0 / (4.95 * 4.95), 0.01 * matt_luminance);
+  remove(body, {});
+  create_body(plate, {5.0, 0.0, 0.0}, retro);
+  EXPECT_NEAR(mean_color(image_of(camera, options)).x, 200.0 * matt_luminance, 2.0 * matt_luminance);
+}
+
+TEST_F(ImageTest, ColourIsAveragedOverTheExposure) {
+  const double width_m = 1.0, speed_mps = 10.0, exposure_s = 0.2;
+  EntityRow row = row_of(add(make_box({0.01, width_m, 4.0})), {10.0, -0.5 * width_m, 0.0});
+  row.material = add_material(
+      {.base_color = glm::dvec3(0.0), .emission_cdpm2 = glm::dvec3(100.0), .refractive_index = 1.0});
+  row.motion.v_world_mps = {0.0, speed_mps, 0.0};
+  create(row);
+  // The box is on the axis from the begin of the exposure until it has moved by its width.
+  const Image& image = image_of(
+      {.horizontal_angle_rad = 0.001f, .exposure = Nanoseconds(static_cast<std::int64_t>(exposure_s * 1e9))},
+      {.width = 8, .height = 8, .outputs = linear_color, .samples_per_pixel = 256});
+  EXPECT_NEAR(mean_color(image).x, 100.0 * width_m / speed_mps / exposure_s, 1.0);
+}
+
+TEST_F(ImageTest, WhiteIsTheLuminanceOfTheExposureValue) {
+  create_light(uniform_sky(1.2 * 1024.0 * 0.5));  // half of white at the exposure value 10
+  const Image& image =
+      image_of({.exposure_value = 10.0f}, {.width = 4, .height = 4, .outputs = {.srgb = true}});
+  EXPECT_EQ(image.srgb[5], (SrgbColor{188, 188, 188, 255}));
+}
+
+TEST_F(ImageTest, TheSeedChangesTheNoiseAlone) {
+  create_light(uniform_sky(100.0));
+  create_body(add(make_sphere(1.0)), {3.0, 0.0, 0.0}, matt(0.5));
+  const ImageQueryOptions options{.width = 32, .height = 32, .outputs = linear_color, .samples_per_pixel = 4};
+  const auto colors = [&](std::uint32_t seed) {
+    const Image& image = image_of({.seed = seed}, options);
+    return std::vector(image.color.begin(), image.color.end());
+  };
+  EXPECT_EQ(colors(1), colors(1));
+  EXPECT_NE(colors(1), colors(2));
+}
+
+}  // namespace
+}  // namespace rtstdb::test
