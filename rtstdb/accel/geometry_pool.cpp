@@ -200,12 +200,12 @@ Result<PoolPart> GeometryPool::add_still(gpu::Device& device, const TriangleMesh
   if (!builder_.write({part.node_base, part.triangle_base}, nodes_, triangles_, submit))
     return lost_while_writing;
   bounds_.push_back({});
-  write_record(count_, extents, {part.node_base, part.triangle_base}, closed);
+  write_record(count_, extents, {part.node_base, part.triangle_base}, count, closed);
   return part;
 }
 
 void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, const BlasBuilder::Place& at,
-                                bool closed) {
+                                std::uint32_t triangles, bool closed) {
   const Bounds& bounds = extents.bounds;
   geometries_.host_as<shared::GeometryRecord>()[geometry] = {
       .box_center_m = 0.5f * (bounds.minimum_m + bounds.maximum_m),
@@ -220,7 +220,7 @@ void GeometryPool::write_record(std::uint32_t geometry, const Extents& extents, 
       .field = shared::field_none,
       .first_triangle = at.leaf_base,
       .attributes = attribute_texels_[geometry],
-      .unused = 0};
+      .triangles = triangles};
   bounds_[geometry] = bounds;
 }
 
@@ -261,7 +261,7 @@ Result<PoolPart> GeometryPool::add_deforming(gpu::Device& device, const Triangle
   }
   const DeformingGeometry::Shown shown = geometry.shown();
   bounds_.push_back({});
-  write_record(count_, extents_of(shown.bounds), shown.at, shown.closed);
+  write_record(count_, extents_of(shown.bounds), shown.at, count, shown.closed);
   deforming_.push_back(std::move(geometry));
   builder_.keep_capacity(mesh.triangles.size(), mesh.positions_m.size());
   return part;
@@ -297,7 +297,8 @@ bool GeometryPool::show(gpu::Device& device, const store::RowSource& rows, Submi
   shown_ = fields_attached_ == 0 ? 0 : splitmix64_finalizer(~fields_attached_);
   for (const DeformingGeometry& geometry : deforming_) {
     const DeformingGeometry::Shown shown = geometry.shown();
-    write_record(geometry.id().index, extents_of(shown.bounds), shown.at, shown.closed);
+    write_record(geometry.id().index, extents_of(shown.bounds), shown.at, triangles_of(geometry.id().index),
+                 shown.closed);
     shown_ += splitmix64_finalizer(shown.refit_number);
   }
   return true;

@@ -148,7 +148,7 @@ class GeometryPool {
   bool build(gpu::Device& device, DeformingGeometry& geometry, const Refit& refit,
              const store::RowSource& rows, Submit& submit);
   void write_record(std::uint32_t geometry, const Extents& extents, const BlasBuilder::Place& at,
-                    bool closed);
+                    std::uint32_t triangles, bool closed);
 
   BlasBuilder builder_;
   gpu::Buffer nodes_, triangles_, geometries_;

@@ -106,6 +106,16 @@ const char* to_string(ImageMode mode) noexcept {
   return "unknown";
 }
 
+const char* to_string(FirstHits first_hits) noexcept {
+  switch (first_hits) {
+    case FirstHits::traced:
+      return "traced";
+    case FirstHits::rasterised:
+      return "rasterised";
+  }
+  return "unknown";
+}
+
 const char* to_string(HitStatus status) noexcept {
   switch (status) {
     case HitStatus::miss:

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <rtstdb/query.hpp>
+#include <rtstdb/result.hpp>
 
 namespace rtstdb {
 

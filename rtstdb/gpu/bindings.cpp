@@ -3,6 +3,7 @@
 
 #include "rtstdb/gpu/buffer_impl.hpp"
 #include "rtstdb/gpu/pipeline_impl.hpp"
+#include "rtstdb/gpu/raster_impl.hpp"
 
 namespace rtstdb::gpu {
 namespace {
@@ -48,18 +49,40 @@ void write_set(const vk::raii::Device& device, vk::DescriptorSet set, std::strin
   device.updateDescriptorSets(writes, {});
 }
 
-}  // namespace
-
-Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers) {
+std::vector<BufferPart> whole(std::span<const Buffer* const> buffers) {
   std::vector<BufferPart> parts;
   for (const Buffer* buffer : buffers)
     parts.push_back({.buffer = buffer});
-  return create_bindings(pipeline, parts);
+  return parts;
+}
+
+}  // namespace
+
+/// The bindings that a pipeline of either kind has.
+struct Device::BindingPlan {
+  std::string letters;
+  vk::DescriptorSetLayout set_layout;
+  std::string name;
+};
+
+Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers) {
+  return create_bindings(pipeline, whole(buffers));
 }
 
 Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const BufferPart> wanted) {
   RTSTDB_ASSERT(pipeline.impl_ != nullptr);
   const Pipeline::Impl& of = *pipeline.impl_;
+  return create_bindings({of.letters, *of.kernel->set_layout, of.kernel->name}, wanted);
+}
+
+Result<Bindings> Device::create_bindings(const RasterPipeline& pipeline,
+                                         std::span<const Buffer* const> buffers) {
+  RTSTDB_ASSERT(pipeline.impl_ != nullptr);
+  const RasterPipeline::Impl& of = *pipeline.impl_;
+  return create_bindings({of.letters, *of.set_layout, "a raster pipeline"}, whole(buffers));
+}
+
+Result<Bindings> Device::create_bindings(const BindingPlan& of, std::span<const BufferPart> wanted) {
   RTSTDB_ASSERT(wanted.size() == of.letters.size());
   std::vector<Part> parts;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -78,12 +101,12 @@ Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<con
     }
     parts.push_back({&buffer, offset, size});
   }
-  return impl_->attempt("bindings of " + of.kernel->name + " can not be created", [&]() -> Result<Bindings> {
+  return impl_->attempt("bindings of " + of.name + " can not be created", [&]() -> Result<Bindings> {
     Bindings bindings;
     bindings.impl_ = std::make_unique<Bindings::Impl>(Bindings::Impl{.device = impl_, .letters = of.letters});
     if (of.letters.empty()) return bindings;
     bindings.impl_->pool = create_pool(impl_->device, of.letters);
-    const vk::DescriptorSetAllocateInfo one(*bindings.impl_->pool, *of.kernel->set_layout);
+    const vk::DescriptorSetAllocateInfo one(*bindings.impl_->pool, of.set_layout);
     bindings.impl_->set = std::move(vk::raii::DescriptorSets(impl_->device, one).front());
     write_set(impl_->device, *bindings.impl_->set, of.letters, parts);
     return bindings;

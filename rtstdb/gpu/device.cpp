@@ -37,7 +37,7 @@ vk::raii::Device create_device(const PhysicalDevice& chosen, bool imports_host_m
                                std::unique_ptr<Instance>& instance) {
   const float priority = 1.0f;
   const vk::DeviceQueueCreateInfo queue({}, chosen.queue_family, 1, &priority);
-  FeatureChain features = required_features();
+  FeatureChain features = required_features(chosen.draws);
   const char* const extension = VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME;
   vk::DeviceCreateInfo options({}, 1, &queue, 0, nullptr, imports_host_memory ? 1u : 0u, &extension);
   options.pNext = &features.get<vk::PhysicalDeviceFeatures2>();
@@ -100,6 +100,8 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   limits.storage_alignment_bytes = core.minStorageBufferOffsetAlignment;
   limits.max_texel_elements = core.maxTexelBufferElements;
   limits.max_groups = core.maxComputeWorkGroupCount[0];
+  limits.max_raster_side =
+      chosen.draws && options.draws ? std::min(core.maxFramebufferWidth, core.maxFramebufferHeight) : 0;
   if (info.software) limits.processors = options.processors > 0 ? options.processors : software_processors();
   const std::size_t max_buffer_bytes = chain.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize;
   limits.max_allocation_bytes = std::min<std::size_t>(

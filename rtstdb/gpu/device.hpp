@@ -1,7 +1,7 @@
 #pragma once
-// A compute-only GPU abstraction: device, buffer, pipeline, bindings, recorder (a command buffer) and
-// timeline (an ordered queue of submissions). A device uses one queue, for compute and copies. Only the
-// sources of rtstdb/gpu name Vulkan; this header does not.
+// A small GPU abstraction: device, buffer, pipeline, bindings, recorder (a command buffer) and timeline (an
+// ordered queue of submissions); the rasteriser is in raster.hpp. A device uses one queue, for compute, copies
+// and, where it can, draws. Only the sources of rtstdb/gpu name Vulkan; this header does not.
 //
 // Threads: Device calls that create something may come from one thread at a time (setup). A Recorder and a
 // Timeline each belong to one thread; different ones may be used by different threads.
@@ -26,6 +26,10 @@
 
 namespace rtstdb::gpu {
 
+class RasterPipeline;
+class RasterTarget;
+struct RasterTargetOptions;
+
 enum class Memory : std::uint8_t {
   device,    ///< only shaders and copies access it
   upload,    ///< the host writes, shaders read; mapped and coherent
@@ -44,7 +48,7 @@ struct BufferOptions {
   bool texel_float4 = false;  ///< may be bound as View::texel_float4
   /// With texel_uint4: may also be bound as a storage texel buffer (imageLoad, imageStore)
   bool texel_image = false;
-  bool indirect = false;   ///< may hold the group counts of an indirect dispatch
+  bool indirect = false;   ///< may hold the group counts of an indirect dispatch, or draw commands
   bool addressed = false;  ///< shaders may access it by its device address
   /// Backs the buffer with this memory of at least size_bytes, which must outlive the buffer. Requires
   /// Memory::upload or readback. A device that can not import host memory works on a copy; flush() and
@@ -176,6 +180,16 @@ class Recorder {
                                                                          std::size_t offset_bytes) {
     dispatch_indirect(pipeline, bindings, std::as_bytes(std::span(&args, 1)), counts, offset_bytes);
   }
+  /// Clears the target, and executes `count` DrawCommands (raster.hpp) from the begin of `commands`.
+  /// `push_constants` are the argument struct of the vertex shader. Misuse: a pipeline without fragments and a
+  /// target with words, or the reverse; more commands than the buffer holds.
+  void draw(const RasterPipeline& pipeline, const Bindings& bindings,
+            std::span<const std::byte> push_constants, const RasterTarget& target, const Buffer& commands,
+            std::uint32_t count);
+  /// Copies what the last draw into the target left to a buffer, row by row from the top: two words, or a
+  /// float, for each pixel.
+  void copy_words(const RasterTarget& target, const Buffer& to, std::size_t offset_bytes);
+  void copy_depth(const RasterTarget& target, const Buffer& to, std::size_t offset_bytes);
   /// Commands after the barrier start when those before it have finished, and see what they wrote. Without a
   /// barrier two commands may run at once. The host needs no barrier to read after the submission has
   /// finished.
@@ -242,6 +256,7 @@ struct DeviceOptions {
       {};  ///< data of Device::pipeline_cache_data to start from; empty: none
   /// False: never import host memory, as on a device that can not (for tests)
   bool imports_host_memory = true;
+  bool draws = true;                 ///< false: as on a device that can not draw (for tests)
   bool use_subgroup_kernels = true;  ///< false: never use kernels for a given subgroup size (for tests)
   std::uint32_t processors = 0;      ///< overrides DeviceLimits::processors; 0: as detected
   /// One device for all callers of this process with the same options; it is never closed (for tests, which
@@ -257,7 +272,8 @@ struct DeviceLimits {
   std::size_t max_allocation_bytes = 0;
   std::uint32_t processors =
       0;  ///< number of workgroups that a software device runs at a time; 0: not a software device
-  std::uint32_t subgroup_size = 0;  ///< lanes of a subgroup; 0 with DeviceOptions::use_subgroup_kernels off
+  std::uint32_t max_raster_side = 0;  ///< of a RasterTarget; 0: the device can not draw
+  std::uint32_t subgroup_size = 0;    ///< lanes of a subgroup; 0 with DeviceOptions::use_subgroup_kernels off
 };
 
 class Device {
@@ -299,6 +315,12 @@ class Device {
   /// that the table names; a part that exceeds its buffer.
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const Buffer* const> buffers);
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const BufferPart> parts);
+  /// Only on a device that can draw. The fragment shader has neither bindings nor push constants; without one
+  /// the pipeline writes depth alone. Errors: out_of_memory, device_lost; for a target also capacity.
+  Result<RasterPipeline> create_raster_pipeline(const ShaderInfo& vertex, const ShaderInfo* fragment);
+  Result<RasterTarget> create_raster_target(const RasterTargetOptions& options);
+  /// Binds `buffers` in the order of the vertex shader's bindings. Errors and misuse as above.
+  Result<Bindings> create_bindings(const RasterPipeline& pipeline, std::span<const Buffer* const> buffers);
   Result<Recorder> create_recorder();
   Result<Timeline> create_timeline();
 
@@ -308,6 +330,8 @@ class Device {
   explicit Device(std::shared_ptr<Impl> impl);
   static Result<std::shared_ptr<Impl>> open_impl(const DeviceOptions& options);
   Result<Pipeline> create_pipeline(const ShaderInfo& shader, std::shared_ptr<Kernel>& kernel);
+  struct BindingPlan;
+  Result<Bindings> create_bindings(const BindingPlan& plan, std::span<const BufferPart> wanted);
   std::shared_ptr<Impl> impl_;  // shared: every object of the device keeps it alive
 };
 

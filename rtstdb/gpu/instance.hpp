@@ -43,6 +43,7 @@ struct PhysicalDevice {
   vk::raii::PhysicalDevice handle;
   Candidate candidate;
   std::uint32_t queue_family;  ///< supports compute and timestamps; meaningless for an unsuitable candidate
+  bool draws = false;          ///< its queue supports graphics, and it has what the rasteriser needs
 };
 
 /// In the order of the loader, which is that of the devices' indices.

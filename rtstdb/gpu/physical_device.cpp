@@ -26,11 +26,12 @@ DeviceKind kind_of(vk::PhysicalDeviceType type) {
   }
 }
 
-/// The first queue family with compute (which implies copies) and timestamps.
-std::optional<std::uint32_t> find_queue_family(const vk::raii::PhysicalDevice& device) {
+/// The first queue family with compute (which implies copies), timestamps and these further abilities.
+std::optional<std::uint32_t> find_queue_family(const vk::raii::PhysicalDevice& device, vk::QueueFlags more) {
+  const vk::QueueFlags wanted = vk::QueueFlagBits::eCompute | more;
   const auto families = device.getQueueFamilyProperties();
   for (std::uint32_t i = 0; i < families.size(); ++i) {
-    if (families[i].queueFlags & vk::QueueFlagBits::eCompute && families[i].timestampValidBits != 0) return i;
+    if ((families[i].queueFlags & wanted) == wanted && families[i].timestampValidBits != 0) return i;
   }
   return std::nullopt;
 }
@@ -53,11 +54,14 @@ PhysicalDevice describe(vk::raii::PhysicalDevice device) {
   candidate.info.api = version_text(properties.apiVersion);
   candidate.info.software = properties.deviceType == vk::PhysicalDeviceType::eCpu;
   candidate.kind = kind_of(properties.deviceType);
-  const auto queue_family = find_queue_family(device);
+  auto queue_family = find_queue_family(device, vk::QueueFlagBits::eGraphics);
+  const bool draws = queue_family && has_raster_features(device);
+  candidate.info.draws = draws;
+  if (!queue_family) queue_family = find_queue_family(device, {});
   candidate.unsuitable = properties.apiVersion < VK_API_VERSION_1_3
                              ? "Vulkan " + candidate.info.api + ", not 1.3"
                              : why_unsuitable(device, queue_family.has_value());
-  return {std::move(device), std::move(candidate), queue_family.value_or(0)};
+  return {std::move(device), std::move(candidate), queue_family.value_or(0), draws};
 }
 
 }  // namespace

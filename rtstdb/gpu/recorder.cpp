@@ -23,7 +23,7 @@ void order(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags2 late
 }
 
 void order_work(const vk::raii::CommandBuffer& commands) {
-  order(commands, work_stages | Stage::eDrawIndirect,
+  order(commands, work_stages | Stage::eDrawIndirect | Stage::eVertexShader,
         work_reads | work_writes | Access::eIndirectCommandRead);
 }
 

@@ -21,6 +21,14 @@ void for_each_required(FeatureChain& chain, Visit visit) {
   visit(v13.maintenance4, "maintenance4");  // group size as a specialization constant; maxBufferSize
 }
 
+template <class Visit>
+void for_each_of_raster(FeatureChain& chain, Visit visit) {
+  auto& core = chain.get<vk::PhysicalDeviceFeatures2>().features;
+  visit(core.multiDrawIndirect);
+  visit(core.drawIndirectFirstInstance);
+  visit(chain.get<vk::PhysicalDeviceVulkan13Features>().dynamicRendering);
+}
+
 constexpr auto required_subgroup_operations =
     vk::SubgroupFeatureFlagBits::eBasic | vk::SubgroupFeatureFlagBits::eVote |
     vk::SubgroupFeatureFlagBits::eArithmetic | vk::SubgroupFeatureFlagBits::eBallot |
@@ -28,10 +36,19 @@ constexpr auto required_subgroup_operations =
 
 }  // namespace
 
-FeatureChain required_features() {
+FeatureChain required_features(bool draws) {
   FeatureChain chain;
   for_each_required(chain, [](vk::Bool32& feature, const char*) { feature = VK_TRUE; });
+  if (draws) for_each_of_raster(chain, [](vk::Bool32& feature) { feature = VK_TRUE; });
   return chain;
+}
+
+bool has_raster_features(const vk::raii::PhysicalDevice& device) {
+  auto chain = device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
+                                   vk::PhysicalDeviceVulkan13Features>();
+  bool all = true;
+  for_each_of_raster(chain, [&](vk::Bool32 feature) { all = all && feature != VK_FALSE; });
+  return all;
 }
 
 const char* missing_feature(const vk::raii::PhysicalDevice& device) {

@@ -2,7 +2,8 @@
 // The table of all shaders. shaders/table.def holds one line per kernel variant:
 //     SHADER(ray_any_moving, "query/ray/ray.comp", "RAY_ANY RAY_MOVING", 64, RayArgs, "TFTFTFSSTS")
 // Its columns: the name; the source below shaders/; the macros that the source is compiled with, NAME or
-// NAME=value; local_size_x; the struct of the push constants (shaders/shared) or NoArgs; one letter per
+// NAME=value; local_size_x, or 0 for a vertex or fragment shader (its source ends in .vert or .frag); the struct
+// of the push constants (shaders/shared) or NoArgs; one letter per
 // binding in order: S storage buffer, T uniform texel buffer of uvec4, F of vec4, I storage texel buffer of
 // uvec4. The build compiles, validates and embeds every line. Device::create_pipeline checks that the SPIR-V
 // agrees with the table.
@@ -23,6 +24,8 @@ enum class ShaderId : std::uint16_t {
   count
 };
 
+enum class ShaderStage : std::uint8_t { compute, vertex, fragment };
+
 struct ShaderInfo {
   std::string_view name;
   std::string_view source;
@@ -32,6 +35,12 @@ struct ShaderInfo {
   std::uint32_t push_constant_bytes = 0;
   std::string_view bindings;
   std::span<const std::uint32_t> spirv;
+
+  constexpr ShaderStage stage() const noexcept {
+    return source.ends_with(".vert")   ? ShaderStage::vertex
+           : source.ends_with(".frag") ? ShaderStage::fragment
+                                       : ShaderStage::compute;
+  }
 };
 
 /// Marks a shader without push constants in the table.

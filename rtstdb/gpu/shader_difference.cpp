@@ -55,6 +55,7 @@ std::optional<std::string> push_constant_difference(const ShaderInfo& table, con
 }  // namespace
 
 std::optional<std::string> find_difference(const ShaderInfo& table, const ShaderReflection& code) {
+  if (code.stage != table.stage()) return sentence(table, "the stage of its source's name", "another stage");
   const auto [x, y, z] = code.group_size;
   if (x != table.group_size || y != 1 || z != 1) {
     return sentence(table, "group size " + std::to_string(table.group_size) + "x1x1",

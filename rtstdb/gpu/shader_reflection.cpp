@@ -39,7 +39,7 @@ enum StorageClass : std::uint32_t {
   class_storage_buffer = 12,
 };
 enum Decoration : std::uint32_t { decoration_binding = 33, decoration_set = 34, decoration_offset = 35 };
-constexpr std::uint32_t execution_model_compute = 5;
+constexpr std::uint32_t execution_model_vertex = 0, execution_model_fragment = 4, execution_model_compute = 5;
 constexpr std::uint32_t dimension_buffer = 5;
 constexpr std::uint32_t image_is_sampled = 1;
 constexpr std::uint32_t image_is_stored = 2;
@@ -63,6 +63,19 @@ std::string read_string(Words words) {
   return text;
 }
 
+std::optional<ShaderStage> stage_of(std::uint32_t execution_model) {
+  switch (execution_model) {
+    case execution_model_compute:
+      return ShaderStage::compute;
+    case execution_model_vertex:
+      return ShaderStage::vertex;
+    case execution_model_fragment:
+      return ShaderStage::fragment;
+    default:
+      return std::nullopt;
+  }
+}
+
 /// Collects a module's declarations, from which reflection() derives the result.
 class Module {
  public:
@@ -77,8 +90,8 @@ class Module {
   char letter(std::uint32_t storage_class, std::uint32_t type_id) const;
   void flatten(std::uint32_t type_id, std::size_t base, std::vector<ReflectedField>& fields) const;
 
-  std::uint32_t compute_entries_ = 0;
-  std::uint32_t other_entries_ = 0;
+  std::uint32_t entries_ = 0;
+  std::uint32_t execution_model_ = 0;  ///< of the entry
   std::optional<std::array<std::uint32_t, 3>> group_size_;
   std::optional<std::array<std::uint32_t, 3>> group_size_ids_;
   std::vector<std::uint32_t> capabilities_;
@@ -128,7 +141,7 @@ bool Module::read(Words spirv) {
     if (!read_instruction(op, spirv.subspan(at + 1, length - 1))) return false;
     at += length;
   }
-  return compute_entries_ == 1 && other_entries_ == 0;
+  return entries_ == 1 && stage_of(execution_model_).has_value();
 }
 
 bool Module::read_instruction(std::uint32_t op, Words operands) {
@@ -140,7 +153,8 @@ bool Module::read_instruction(std::uint32_t op, Words operands) {
       capabilities_.push_back(operands[0]);
       break;
     case op_entry_point:
-      ++(operands[0] == execution_model_compute ? compute_entries_ : other_entries_);
+      ++entries_;
+      execution_model_ = operands[0];
       break;
     case op_execution_mode:
     case op_execution_mode_id: {
@@ -256,7 +270,10 @@ void Module::flatten(std::uint32_t type_id, std::size_t base, std::vector<Reflec
 
 std::optional<ShaderReflection> Module::reflection() const {
   ShaderReflection result;
-  if (group_size_) {
+  result.stage = *stage_of(execution_model_);
+  if (result.stage != ShaderStage::compute) {
+    result.group_size = {0, 1, 1};
+  } else if (group_size_) {
     result.group_size = *group_size_;
   } else if (group_size_ids_) {
     for (std::size_t axis = 0; axis < 3; ++axis) {

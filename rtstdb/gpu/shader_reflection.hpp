@@ -1,5 +1,5 @@
 #pragma once
-// Reads bindings, push constants, group size and capabilities of a compute shader from its SPIR-V, and
+// Reads stage, bindings, push constants, group size and capabilities of a shader from its SPIR-V, and
 // compares them with the shader table.
 
 #include <array>
@@ -27,13 +27,15 @@ struct ReflectedField {
 };
 
 struct ShaderReflection {
-  std::array<std::uint32_t, 3> group_size{};
+  ShaderStage stage = ShaderStage::compute;
+  std::array<std::uint32_t, 3> group_size{};   ///< of a compute shader; else {0, 1, 1}
   std::vector<ReflectedBinding> bindings;      ///< ordered by set, then by binding
   std::vector<ReflectedField> push_constants;  ///< members of nested structs are listed in place
   std::vector<std::uint32_t> capabilities;
 };
 
-/// Empty unless the words are one well-formed compute shader with a fixed group size.
+/// Empty unless the words are one well-formed compute shader with a fixed group size, vertex or fragment
+/// shader.
 std::optional<ShaderReflection> reflect_shader(std::span<const std::uint32_t> spirv);
 
 /// Describes the first difference, naming both sides; empty when there is none.

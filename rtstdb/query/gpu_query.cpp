@@ -22,10 +22,11 @@ Result<void> GpuQuery::move_to(gpu::Device& device) {
   if (auto made = device.create_buffers(needs.buffers); !made) return made;
   initialize_buffers();
   incomplete_.reserve(max_places_);
-  return {};
+  return create_more(device);
 }
 
 void GpuQuery::leave_device() noexcept {
+  destroy_more();
   kernels_.clear();
   for (gpu::Buffer* buffer : buffers_)
     *buffer = {};
@@ -43,12 +44,13 @@ Result<void> GpuQuery::bind(gpu::Device& device, const accel::GeometryPool& pool
       kernel.bindings.push_back(std::move(bindings).value());
     }
   }
-  return {};
+  return bind_more(device, pool, tlas);
 }
 
 void GpuQuery::record_warm_up(gpu::Recorder& recorder) noexcept {
   for (const Kernel& kernel : kernels_)
     recorder.dispatch(kernel.pipeline, kernel.bindings.front(), std::span(kernel.idle_arguments), 1);
+  record_more_warm_up(recorder);
 }
 
 void GpuQuery::begin_batch(std::uint32_t count, const BatchWorld& world) noexcept {

@@ -175,6 +175,15 @@ class GpuQuery : public PreparedQuery {
 
   /// Fills buffers that were just created.
   virtual void initialize_buffers() noexcept {}
+  /// For kinds that need more of a device than kernels and buffers. create_more ends move_to, bind_more ends
+  /// bind, destroy_more begins leave_device, and record_more_warm_up ends record_warm_up.
+  virtual Result<void> create_more(gpu::Device& /*device*/) { return {}; }
+  virtual Result<void> bind_more(gpu::Device& /*device*/, const accel::GeometryPool& /*pool*/,
+                                 const accel::Tlas& /*tlas*/) {
+    return {};
+  }
+  virtual void destroy_more() noexcept {}
+  virtual void record_more_warm_up(gpu::Recorder& /*recorder*/) noexcept {}
   /// A batch begins: puts its first `count` elements in order. Default: each element's place is its number.
   virtual void order_batch(std::uint32_t /*count*/) noexcept {}
   /// Begins the first stage and returns how many places it has. Default: one for each element.

@@ -75,7 +75,7 @@ GeometryRecord fetch_geometry(uint index) {
     target[base + 4u] =                                                                          \
         vec4(i.scale, uintBitsToFloat(uint(i.from_ns) | (i.closed ? instance_closed_bit : 0u))); \
     target[base + 5u] = vec4(i.box_center, uintBitsToFloat(geometry.field));                     \
-    target[base + 6u] = vec4(i.box_half, 0.0);                                                   \
+    target[base + 6u] = vec4(i.box_half, uintBitsToFloat(row.geometry));                         \
   }
 
 Instance written_down(EntityRecord row, GeometryRecord geometry, uvec2 epoch) {

@@ -191,6 +191,11 @@ uint field_of_instance(samplerBuffer instances, uint index) {
   return floatBitsToUint(texelFetch(instances, int(index * instance_texels) + 5).w);
 }
 
+// The number of the instance's geometry, or no_entity.
+uint geometry_of_instance(samplerBuffer instances, uint index) {
+  return floatBitsToUint(texelFetch(instances, int(index * instance_texels) + 6).w);
+}
+
 void fetch_instance_box(samplerBuffer instances, uint index, inout Instance instance) {
   const int base = int(index * instance_texels);
   instance.box_center = texelFetch(instances, base + 5).xyz;

@@ -28,7 +28,7 @@ RTSTDB_CONSTANT(row_texels, 8)
 // a body. Then its extents along the edge and corner directions of a cube, as in rtstdb/geometry/extents.hpp:
 // edges by the axis along which the direction has no component, corners by the sign of x. `field`: the first
 // texel of its distance field (field.h), or field_none; `first_triangle`: of its leaf order, in the pool of
-// triangles; `attributes`: the first texel of its corner normals and colours (corner.h), or attributes_none.
+// triangles; `triangles`: their number; `attributes`: the first texel of its corner normals and colours (corner.h), or attributes_none.
 // Shaders read it as 8 texels.
 #define RTSTDB_FIELDS_GeometryRecord(F) \
   F(vec3, box_center_m)                 \
@@ -43,7 +43,7 @@ RTSTDB_CONSTANT(row_texels, 8)
   F(uint, field)                        \
   F(uint, first_triangle)               \
   F(uint, attributes)                   \
-  F(uint, unused)
+  F(uint, triangles)
 RTSTDB_STRUCT(GeometryRecord)
 RTSTDB_CONSTANT(geometry_texels, 8)
 
@@ -54,7 +54,7 @@ RTSTDB_CONSTANT(geometry_texels, 8)
 // epoch. So results at an instant depend neither on the window nor on earlier queries. 7 texels of vec4:
 //   0 position, mask        1 orientation (xyzw)     2 velocity, BLAS root
 //   3 angular velocity, entity index
-//   4 scale, from | closed  5 box centre, distance field         6 box half extent, -
+//   4 scale, from | closed  5 box centre, distance field         6 box half extent, geometry
 // The box is in the entity frame, unscaled.
 RTSTDB_CONSTANT(instance_texels, 7)
 RTSTDB_CONSTANT(instance_closed_bit, 0x80000000u)

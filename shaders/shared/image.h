@@ -55,6 +55,18 @@ RTSTDB_CONSTANT(path_mirrored, 2)
   F(uint, also_unused)
 RTSTDB_STRUCT(PathRecord)
 
+// An instance as the rasteriser sees it: a point of its entity's frame is at (dot(forward, p), ...) with
+// p = (point, 1); right and down are divided by the tangents of half the angles of view.
+#define RTSTDB_FIELDS_VisibleRecord(F)                                                           \
+  F(vec4, forward)                                                                               \
+  F(vec4, right)                                                                                 \
+  F(vec4, down)                                                                                  \
+  F(uint, first_triangle)                                                                        \
+  F(uint, instance)                                                                              \
+  F(float, near_m)                                                                               \
+  F(uint, unused)
+RTSTDB_STRUCT(VisibleRecord)
+
 // A material (rtstdb/material.hpp).
 #define RTSTDB_FIELDS_MaterialRecord(F)                                                          \
   F(vec3, base_color)                                                                            \
@@ -124,7 +136,8 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, skies)        /* lights are skies, then directional, then others, then surfaces */     \
   F(uint, suns_end)                                                                              \
   F(uint, surfaces_from)                                                                         \
-  F(uint, lights)
+  F(uint, lights)                                                                                \
+  F(uint, image) /* image_visible.comp */
 RTSTDB_STRUCT(ImageArgs)
 RTSTDB_CONSTANT(image_center, 0xFFFFFFFFu)
 

@@ -56,6 +56,62 @@ TEST_F(ImageTest, FirstHitsAreThoseOfARayQuery) {
   }
 }
 
+/// Whether a neighbour of the pixel sees another entity, or nothing.
+bool is_at_silhouette(const Image& image, std::uint32_t column, std::uint32_t row) {
+  const EntityId own = image.entities[std::size_t{row} * image.width + column];
+  for (std::uint32_t y = std::max(row, 1u) - 1; y < std::min(row + 2, image.height); ++y)
+    for (std::uint32_t x = std::max(column, 1u) - 1; x < std::min(column + 2, image.width); ++x)
+      if (image.entities[std::size_t{y} * image.width + x] != own) return true;
+  return false;
+}
+
+TEST_F(ImageTest, RasterisedFirstHitsAreThoseThatAreTraced) {
+  if (!database().device().draws) GTEST_FAIL() << "the device can not draw";
+  Random random(91);
+  const std::vector<GeometryId> shapes = {add(make_sphere(1.0, 3)), add(make_box({1.5, 0.7, 1.0})),
+                                          add(make_cylinder(0.6, 2.0))};
+  std::vector<EntityRow> rows;
+  for (std::uint32_t k = 0; k < 400; ++k) {
+    EntityRow row = row_of(shapes[k % shapes.size()], 12.0 * random.vector());
+    row.scale = glm::dvec3(random.uniform(0.5, 2.0), random.uniform(0.5, 2.0), random.uniform(0.5, 2.0));
+    row.motion.v_world_mps = random.vector();
+    row.motion.w_world_radps = random.vector();
+    row.mask = k % 5 == 0 ? 2u : 1u;
+    rows.push_back(row);
+  }
+  const std::vector<EntityId> ids = create(rows);
+  ImageQueryOptions options{.width = 200, .height = 150, .outputs = first_hits};
+  std::size_t seen = 0, differ = 0, counted = 0, depth_differs = 0;
+  for (std::uint32_t k = 0; k < 12; ++k) {
+    Camera camera{.p_m = glm::vec3(6.0 * random.vector()),
+                  .q = glm::quat(glm::vec3(1.0f, 0.0f, 0.0f), glm::vec3(random.direction())),
+                  .horizontal_angle_rad = static_cast<float>(random.uniform(0.3, 2.0)),
+                  .t = at_s(random.uniform(0.0, 3.0)),
+                  .exposure = Nanoseconds(2'000'000),
+                  .mask = k % 2 == 0 ? mask_all : 1u};
+    if (k % 3 == 0) camera.carrier = ids[k];
+    options.first_hits = FirstHits::traced;
+    const Image traced = image_of(camera, options);
+    const std::vector<EntityId> entities(traced.entities.begin(), traced.entities.end());
+    const std::vector<std::uint32_t> triangles(traced.triangles.begin(), traced.triangles.end());
+    const std::vector<float> depths_m(traced.depth_m.begin(), traced.depth_m.end());
+    options.first_hits = FirstHits::rasterised;
+    const Image& drawn = image_of(camera, options);
+    for (std::uint32_t i = 0; i < entities.size(); ++i) {
+      if (is_at_silhouette(drawn, i % drawn.width, i / drawn.width)) continue;
+      ++counted;
+      seen += entities[i].valid() ? 1 : 0;
+      const bool is_same = entities[i] == drawn.entities[i] && triangles[i] == drawn.triangles[i];
+      differ += is_same ? 0 : 1;
+      if (is_same && entities[i].valid())
+        depth_differs += std::abs(depths_m[i] - drawn.depth_m[i]) > 1e-6f * depths_m[i] ? 1 : 0;
+    }
+  }
+  EXPECT_GT(seen, 50'000u);
+  EXPECT_LE(differ, counted / 1000);
+  EXPECT_EQ(depth_differs, 0u);
+}
+
 TEST_F(ImageTest, NormalsFaceTheCamera) {
   create(row_of(add(make_box({4.0, 4.0, 4.0}))));
   for (const float x_m : {-10.0f, 0.0f}) {  // outside and inside

@@ -107,6 +107,8 @@ struct DeviceInfo {
   std::string driver{};  ///< "llvmpipe Mesa 22.3.6"
   std::string api{};     ///< "1.3.230"
   bool software = false;
+  /// It has a queue for graphics: image queries can use the rasteriser (FirstHits::rasterised).
+  bool draws = false;
 };
 
 struct VersionInfo {

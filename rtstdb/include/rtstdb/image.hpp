@@ -63,6 +63,16 @@ enum class ImageMode : std::uint8_t {
   path_traced,
 };
 
+/// How the first hit of the ray through the middle of a pixel is found, for all outputs but colour.
+enum class FirstHits : std::uint8_t {
+  traced,  ///< as by a ray query
+  /// By the rasteriser of the device, in less time. The pixel's ray then meets the triangle that was drawn, by
+  /// the test of ray queries, or is traced if it misses that triangle. So a hit differs from that of a ray
+  /// query only beside a silhouette, and between surfaces that nearly coincide. Images with a rolling shutter,
+  /// and those on a device that can not draw (DeviceInfo::draws), are traced.
+  rasterised,
+};
+
 /// Linear colour as four IEEE 754 binary16 numbers: red, green, blue, and 1. Values above 65504 are 65504.
 using HalfColor = std::array<std::uint16_t, 4>;
 /// Eight-bit sRGB (IEC 61966-2-1): red, green, blue, and 255.
@@ -99,6 +109,7 @@ struct ImageQueryOptions {
   std::uint32_t width = 0, height = 0;  ///< 1 to max_image_side each
   ImageMode mode = ImageMode::path_traced;
   ImageOutputs outputs{};
+  FirstHits first_hits = FirstHits::traced;
   std::uint32_t samples_per_pixel = 16;  ///< of colour, 1 to max_image_samples
   std::uint32_t bounces = 4;  ///< reflections before light reaches the camera: 0 to max_image_bounces
   LatePolicy late = LatePolicy::discard;
@@ -121,5 +132,6 @@ Ray pixel_ray(const Camera& camera, std::uint32_t width, std::uint32_t height, s
               std::uint32_t row) noexcept;
 
 const char* to_string(ImageMode mode) noexcept;
+const char* to_string(FirstHits first_hits) noexcept;
 
 }  // namespace rtstdb

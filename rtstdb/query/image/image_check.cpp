@@ -52,6 +52,9 @@ std::optional<BadInput> check_value(const char* field, double value, double lowe
 Result<void> check_image_options(const ImageQueryOptions& options) {
   if (auto known = check_enumerator(options.name, "mode", options.mode, ImageMode::path_traced); !known)
     return known;
+  if (auto known = check_enumerator(options.name, "first hits", options.first_hits, FirstHits::rasterised);
+      !known)
+    return known;
   if (options.capacity == 0 || options.capacity > max_images_per_query)
     return outside(options, "a capacity of images of", options.capacity, up_to(max_images_per_query));
   if (options.width == 0 || options.width > max_image_side)

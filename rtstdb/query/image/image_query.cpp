@@ -21,7 +21,13 @@ static_assert(shared::image_tile_side == image_tile_px &&
               shared::image_group_pixels % shared::image_tile_pixels == 0);
 
 /// In the order of device_needs, before the kernels of the searches.
-enum ImageKernel : std::uint8_t { kernel_rays, kernel_planes, kernel_shade, kernel_finish };
+enum ImageKernel : std::uint8_t {
+  kernel_rays,
+  kernel_planes,
+  kernel_shade,
+  kernel_finish,
+  kernel_first_hits
+};
 
 /// Words that image_shade.comp sets.
 enum Activity : std::uint8_t { some_ray, some_shadow_ray };
@@ -90,6 +96,7 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   DeviceNeeds needs;
   for (const gpu::ShaderId shader : {image_rays, image_planes, image_shade, image_finish})
     needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
+  needs.kernels.push_back(kernel_need(image_first_hits, shared::RayArgs{}));
   closest_.add_needs(needs, options_.name, limits);
   any_.add_needs(needs, options_.name + " shadow", limits);
   const std::size_t pixels = group_pixels_;
@@ -137,9 +144,14 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
       return with({&hits_});
     case image_shade:
       return with({&hits_, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_,
-                   &albedo_, &activity_});
+                   &albedo_, &activity_, &pool.geometries(), &pool.attributes()});
     case image_finish:
       return with({&shadow_hits_});
+    case image_first_hits: {
+      auto buffers = closest_.bound_buffers(rays_, slot, pool, tlas);
+      buffers[7] = raster_.exists() ? &raster_.drawn() : &activity_;
+      return buffers;
+    }
     case ray_any:
     case ray_any_moving:
     case ray_any_packet:
@@ -158,6 +170,23 @@ void GpuImageQuery::initialize_buffers() noexcept {
   lights_.forget();
 }
 
+Result<void> GpuImageQuery::create_more(gpu::Device& device) {
+  const bool is_drawn =
+      options_.first_hits == FirstHits::rasterised && has_planes() && limits().max_raster_side > 0;
+  if (!is_drawn) return {};
+  return raster_.create(device, options_.name, options_.width, options_.height, options_.capacity);
+}
+
+Result<void> GpuImageQuery::bind_more(gpu::Device& device, const accel::GeometryPool& pool,
+                                      const accel::Tlas& tlas) {
+  if (!raster_.exists()) return {};
+  return raster_.bind(device, cameras_buffer_, pool, tlas);
+}
+
+void GpuImageQuery::record_more_warm_up(gpu::Recorder& recorder) noexcept {
+  if (raster_.exists()) raster_.record_warm_up(recorder);
+}
+
 // ---- check
 
 std::optional<BadInput> GpuImageQuery::check(std::uint32_t tiles, const RowSource& rows,
@@ -174,6 +203,8 @@ std::uint32_t GpuImageQuery::stages_per_group() const noexcept {
 }
 
 GpuImageQuery::Stage GpuImageQuery::stage_at(std::uint32_t stage) const noexcept {
+  if (stage == 0) return {.step = Step::raster, .group = 0, .sample = shared::image_center, .bounce = 0};
+  --stage;
   Stage at{.step = Step::rays, .group = stage / stages_per_group(), .sample = 0, .bounce = 0};
   std::uint32_t k = stage % stages_per_group();
   if (has_planes()) {
@@ -208,7 +239,7 @@ std::uint32_t GpuImageQuery::places_of_group(std::uint32_t group) const noexcept
 }
 
 std::uint32_t GpuImageQuery::answered_after(std::uint32_t stage, std::uint32_t count) const noexcept {
-  return std::min((stage + 1) / stages_per_group() * tiles_per_group(), count);
+  return std::min(stage / stages_per_group() * tiles_per_group(), count);
 }
 
 std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept {
@@ -268,14 +299,18 @@ std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
       break;
     case Step::planes:
       break;
+    case Step::raster:
+      return draws() ? tiles_ / tiles_per_image_ : 0;
   }
   return places_of_group(stage.group);
 }
 
 void GpuImageQuery::pack_cameras(const RowSource& /*rows*/) noexcept {
   const auto records = cameras_buffer_.host_as<shared::CameraRecord>();
+  has_rolling_shutter_ = false;
   for (std::uint32_t i = 0; i < tiles_ / tiles_per_image_; ++i) {
     const Camera& camera = cameras_[i];
+    has_rolling_shutter_ = has_rolling_shutter_ || camera.row_time.count() > 0;
     const glm::quat q = glm::normalize(camera.q);
     const HalfTangents half = half_tangents(camera, options_);
     shared::CameraRecord record{};
@@ -326,38 +361,50 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
     const gpu::Buffer& hits = now_.step == Step::shadow ? shadow_hits_ : hits_;
     const RayPass pass{.hits = hits.address(), .coherent = is_coherent()};
     const RaySearch::Dispatch made = search().dispatch(part, retry_places(), pass, recording, limits());
-    return dispatch(kernel(made.kernel), recording, made.layout, made.args);
+    const bool was_drawn = draws() && now_.sample == shared::image_center && !part.is_retry;
+    return dispatch(kernel(was_drawn ? std::size_t{kernel_first_hits} : made.kernel), recording, made.layout,
+                    made.args);
+  }
+  const shared::ImageArgs args = args_of(part, recording);
+  if (now_.step == Step::raster) {
+    for (std::uint32_t image = part.range.first; image < part.range.end; ++image)
+      raster_.record(image, args, recording, limits().max_groups);
+    return;
   }
   const std::size_t chosen = now_.step == Step::rays     ? kernel_rays
                              : now_.step == Step::planes ? kernel_planes
                              : now_.step == Step::shade  ? kernel_shade
                                                          : kernel_finish;
+  dispatch(kernel(chosen), recording, spread_out(part.range.end - part.range.first, limits().processors),
+           args);
+}
+
+shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording& recording) const noexcept {
   const ImageLights::Counts& lights = lights_.counts();
   const bool writes = now_.step != Step::planes;
   const std::uint32_t written = writes_second_ ? group_pixels_ : 0;
   const std::uint32_t other = group_pixels_ - written;
-  const DispatchLayout layout = spread_out(part.range.end - part.range.first, limits().processors);
-  dispatch(kernel(chosen), recording, layout,
-           shared::ImageArgs{.first = part.range.first,
-                             .end = part.range.end,
-                             .per_group = layout.per_group,
-                             .halt = recording.halt.words,
-                             .halt_from = recording.halt.from,
-                             .loop_probe = 2 /* two rounds, see loops_still_turn */,
-                             .epoch_ns = low_word(recording.view.epoch.time_since_epoch().count()),
-                             .late_base = recording.view.late_base,
-                             .width = options_.width,
-                             .height = options_.height,
-                             .first_tile = now_.group * tiles_per_group(),
-                             .read_from = writes ? other : written,
-                             .write_from = written,
-                             .sample_index = now_.sample,
-                             .samples = options_.samples_per_pixel,
-                             .last_bounce = options_.bounces,
-                             .skies = lights.skies,
-                             .suns_end = lights.suns_end,
-                             .surfaces_from = lights.surfaces_from,
-                             .lights = lights.all});
+  return {.first = part.range.first,
+          .end = part.range.end,
+          .per_group = spread_out(part.range.end - part.range.first, limits().processors).per_group,
+          .halt = recording.halt.words,
+          .halt_from = recording.halt.from,
+          .loop_probe = 2 /* two rounds, see loops_still_turn */,
+          .epoch_ns = low_word(recording.view.epoch.time_since_epoch().count()),
+          .late_base = recording.view.late_base,
+          .width = options_.width,
+          .height = options_.height,
+          .first_tile = now_.group * tiles_per_group(),
+          .read_from = writes ? other : written,
+          .write_from = written,
+          .sample_index = now_.sample,
+          .samples = options_.samples_per_pixel,
+          .last_bounce = options_.bounces,
+          .skies = lights.skies,
+          .suns_end = lights.suns_end,
+          .surfaces_from = lights.surfaces_from,
+          .lights = lights.all,
+          .image = 0};
 }
 
 void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {

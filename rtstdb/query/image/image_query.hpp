@@ -3,7 +3,8 @@
 // for each sample of its pixels `rays` from the camera, then for each bounce `trace` (the search of the rays,
 // with the kernels of ray queries), `shade` (light that was found, the next directions) and `shadow` (the
 // search of rays to lights); `finish` adds the sample to the sum. Outputs but colour come from a ray through
-// the middle of each pixel (`planes`). Kernels are in shaders/query/image.
+// the middle of each pixel (`planes`); with FirstHits::rasterised all images of the batch are drawn first
+// (`raster`). Kernels are in shaders/query/image.
 
 #include <cstdint>
 #include <span>
@@ -11,6 +12,7 @@
 
 #include "rtstdb/query/image/image_lights.hpp"
 #include "rtstdb/query/image/image_planes.hpp"
+#include "rtstdb/query/image/image_raster.hpp"
 #include "rtstdb/query/ray/ray_search.hpp"
 
 namespace rtstdb::query {
@@ -38,7 +40,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   void record(const BatchPart& part, const Recording& recording) noexcept override;
 
  private:
-  enum class Step : std::uint8_t { rays, trace, planes, shade, shadow, finish };
+  enum class Step : std::uint8_t { raster, rays, trace, planes, shade, shadow, finish };
   /// What a stage does. `sample`: image_center for the ray through the middle of a pixel.
   struct Stage {
     Step step = Step::rays;
@@ -50,10 +52,15 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
                                                 const accel::GeometryPool& pool,
                                                 const accel::Tlas& tlas) const override;
   void initialize_buffers() noexcept override;
+  Result<void> create_more(gpu::Device& device) override;
+  Result<void> bind_more(gpu::Device& device, const accel::GeometryPool& pool,
+                         const accel::Tlas& tlas) override;
+  void destroy_more() noexcept override { raster_.destroy(); }
+  void record_more_warm_up(gpu::Recorder& recorder) noexcept override;
   void unpack(const BatchPart& part, const accel::TlasView& view) noexcept override;
   bool is_incomplete(std::uint32_t place) const noexcept override;
   void mark_incomplete(std::uint32_t tile) noexcept override;
-  std::uint32_t stages() const noexcept override { return groups_ * stages_per_group(); }
+  std::uint32_t stages() const noexcept override { return 1 + groups_ * stages_per_group(); }
   std::uint32_t answered_after(std::uint32_t stage, std::uint32_t count) const noexcept override;
   std::uint32_t begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept override;
   std::uint32_t begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept override;
@@ -63,6 +70,9 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::uint32_t stages_per_sample() const noexcept { return 3 * options_.bounces + 4; }
   std::uint32_t stages_per_group() const noexcept;
   Stage stage_at(std::uint32_t stage) const noexcept;
+  /// Whether the batch that runs is drawn first.
+  bool draws() const noexcept { return raster_.exists() && !has_rolling_shutter_; }
+  shared::ImageArgs args_of(const BatchPart& part, const Recording& recording) const noexcept;
   /// Begins a stage of the group: what it reads and what it skips. Returns its places.
   std::uint32_t begin(const Stage& stage) noexcept;
   std::uint32_t places_of_group(std::uint32_t group) const noexcept;
@@ -88,6 +98,8 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::vector<std::vector<std::uint32_t>> missing_;  // tiles of all images, one per answer slot
   RaySearch closest_, any_;
   ImageLights lights_;
+  ImageRaster raster_;                // not used: FirstHits::traced, or the device can not draw
+  bool has_rolling_shutter_ = false;  // some camera of the batch
   std::uint32_t packed_materials_ = 0;
 
   std::uint32_t tiles_ = 0, groups_ = 0;  // of the batch

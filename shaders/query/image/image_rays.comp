@@ -46,4 +46,7 @@ void main() {
   const OutputRay ray = pixel.is_inside ? OutputRay(pose.p, direction, camera.near_m, 1e30, t_ns, camera.mask)
                                         : no_ray(pose.p, direction, t_ns);
   for (uint k = 0u; k < 3u; ++k) rays[ray_texels * place + k] = ray_texel(ray, k);
+  // For image_first_hits.comp: the pixel, counted over all images.
+  const uint in_batch = pixel.image * args.width * args.height + pixel.index;
+  rays[ray_texels * place + 3u] = vec4(uintBitsToFloat(pixel.is_inside ? in_batch : 0xFFFFFFFFu), vec3(0.0));
 }

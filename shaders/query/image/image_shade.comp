@@ -16,11 +16,14 @@ layout(set = 0, binding = 8, scalar) readonly buffer MaterialsBuffer { MaterialR
 layout(set = 0, binding = 9, scalar) readonly buffer LightsBuffer { LightRecord lights[]; };
 layout(set = 0, binding = 10, scalar) readonly buffer EmittersBuffer { EmitterTriangle emitters[]; };
 layout(set = 0, binding = 11) uniform samplerBuffer albedo;
+layout(set = 0, binding = 13) uniform usamplerBuffer geometries;
+layout(set = 0, binding = 14) uniform usamplerBuffer attributes;
 layout(set = 0, binding = 12, scalar) writeonly buffer ActivityBuffer {
   uint some_ray;
   uint some_shadow_ray;
 };
 
+#include "common/corner_attributes.glsl"
 #include "query/image/surface.glsl"
 #include "query/image/lights.glsl"
 
@@ -61,6 +64,23 @@ vec3 emitted(PathRecord path, InputHit hit, vec3 emission, vec3 point, Instant a
   return emission * share_of_reflected(light, hit.triangle, i, at.t_ns, path.origin_m, point, path.pdf);
 }
 
+// What the corners of the triangle say of the point: a normal in the world on the side of `n`, which is the
+// triangle's own, and a colour.
+CornerAttributes attributes_at(InputHit hit, Instant at, vec3 n, vec3 toward) {
+  const uint index = places[hit.entity.x] + at.instance_base;
+  const uint geometry = geometry_of_instance(instances, index);
+  const uint first = texelFetch(geometries, int(geometry * geometry_texels) + 7).z;
+  CornerAttributes found = corner_attributes(first, hit.triangle, hit.uv.x, hit.uv.y);
+  if (found.normal != vec3(0.0)) {
+    const Instance i = fetch_instance(instances, index);
+    found.normal = normalize(rotate(orientation_of(i, at.t_ns), found.normal / i.scale));
+    if (dot(found.normal, n) < 0.0) found.normal = -found.normal;
+  }
+  // A point that is seen can not be lit from behind the seen side.
+  if (dot(found.normal, toward) <= 0.0) found.normal = n;
+  return found;
+}
+
 void main() {
   const uint place = started_place();
   if (place >= args.end) return;
@@ -97,7 +117,9 @@ void main() {
 
   const bool from_front = dot(hit.n_world, direction) <= 0.0;
   const vec3 n = from_front ? hit.n_world : -hit.n_world;
-  const Surface surface = surface_of(material, material.base_color, n, -direction, from_front);
+  const CornerAttributes corners = attributes_at(hit, at, n, -direction);
+  const Surface surface =
+      surface_of(material, material.base_color * corners.color, corners.normal, -direction, from_front);
   const float size = largest_coordinate(point) + largest_coordinate(way);
   const vec4 first = random_numbers(pixel.index, args.sample_index, 2u * path.bounces, camera.seed);
   const vec4 second = random_numbers(pixel.index, args.sample_index, 2u * path.bounces + 1u, camera.seed);
@@ -106,7 +128,8 @@ void main() {
   const float distance = length(light.to);
   const Scattered toward_light = scattered(surface, light.to / distance);
   const float share = light.pdf > 0.0 ? light.pdf / (light.pdf + toward_light.pdf) : 1.0;
-  path.shadowed_cdpm2 = path.throughput * toward_light.value * light.light * share;
+  const bool is_in_front = dot(light.to, n) > 0.0;
+  path.shadowed_cdpm2 = is_in_front ? path.throughput * toward_light.value * light.light * share : vec3(0.0);
   const bool has_shadow_ray = path.shadowed_cdpm2 != vec3(0.0);
   const vec3 shadow_start = start_of(point, n, light.to, size);
   const vec3 to_light = light.is_infinite ? light.to : light.to + point - shadow_start;
@@ -117,7 +140,10 @@ void main() {
   if (has_shadow_ray) some_shadow_ray = 1u;
 
   const Bounce bounce = sampled_bounce(surface, second);
-  path.throughput *= bounce.weight;
+  // Where the normal of the corners differs from that of the triangle, a reflection may lead into the triangle.
+  const bool is_reflected = dot(bounce.direction, surface.n) > 0.0;
+  const bool is_blocked = is_reflected && dot(bounce.direction, n) <= 0.0;
+  path.throughput *= is_blocked ? vec3(0.0) : bounce.weight;
   path.bounces += 1u;
   const float survival =
       path.bounces < first_roulette ? 1.0 : clamp(largest_channel(path.throughput), 0.05, 1.0);
