@@ -102,6 +102,7 @@ Device::Impl::Impl(std::unique_ptr<Instance> instance_in, const PhysicalDevice& 
   limits.max_groups = core.maxComputeWorkGroupCount[0];
   limits.max_raster_side =
       chosen.draws && options.draws ? std::min(core.maxFramebufferWidth, core.maxFramebufferHeight) : 0;
+  info.draws = limits.max_raster_side > 0;
   if (info.software) limits.processors = options.processors > 0 ? options.processors : software_processors();
   const std::size_t max_buffer_bytes = chain.get<vk::PhysicalDeviceMaintenance4Properties>().maxBufferSize;
   limits.max_allocation_bytes = std::min<std::size_t>(
@@ -128,13 +129,14 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options) {
     if (!impl) return impl.error();
     return std::unique_ptr<Device>(new Device(std::move(impl).value()));
   }
-  using Key = std::tuple<std::string, bool, std::string, bool, bool, std::uint32_t>;
+  using Key = std::tuple<std::string, bool, std::string, bool, bool, bool, std::uint32_t>;
   static std::mutex mutex;
   static auto& open_ones =
       *new std::map<Key, std::shared_ptr<Impl>>;  // not destroyed: the driver still runs then
   const std::lock_guard lock(mutex);
-  auto& impl = open_ones[{options.select, options.validation, options.loader_library,
-                          options.imports_host_memory, options.use_subgroup_kernels, options.processors}];
+  auto& impl =
+      open_ones[{options.select, options.validation, options.loader_library, options.imports_host_memory,
+                 options.draws, options.use_subgroup_kernels, options.processors}];
   if (!impl || impl->lost) {
     auto opened = open_impl(options);
     if (!opened) return opened.error();

@@ -84,7 +84,8 @@ bool check_gpus() {
   const std::vector<rtstdb::DeviceInfo> devices = rtstdb::Database::devices();
   for (std::size_t i = 0; i < devices.size(); ++i) {
     line("Vulkan device", std::to_string(i) + ": " + devices[i].name + ", " + devices[i].driver +
-                              ", Vulkan " + devices[i].api + (devices[i].software ? " (software)" : ""));
+                              ", Vulkan " + devices[i].api + (devices[i].software ? " (software)" : "") +
+                              (devices[i].draws ? "" : ", can not draw: first hits of images are traced"));
   }
   const auto opened = rtstdb::Database::open({});
   line("database", opened ? "opens on " + opened.value()->device().name : opened.error().message);

@@ -130,7 +130,7 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, first_tile) /* of the group, counted over all images */                                \
   F(uint, read_from)  /* where the states begin that this stage reads */                         \
   F(uint, write_from)                                                                            \
-  F(uint, sample_index) /* image_center: the ray through the middle of pixel and exposure */     \
+  F(uint, sample_index)                                                                          \
   F(uint, samples)                                                                               \
   F(uint, last_bounce)                                                                           \
   F(uint, skies)        /* lights are skies, then directional, then others, then surfaces */     \
@@ -139,6 +139,5 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, lights)                                                                                \
   F(uint, image) /* image_visible.comp */
 RTSTDB_STRUCT(ImageArgs)
-RTSTDB_CONSTANT(image_center, 0xFFFFFFFFu)
 
 #endif

@@ -112,6 +112,17 @@ TEST_F(ImageTest, RasterisedFirstHitsAreThoseThatAreTraced) {
   EXPECT_EQ(depth_differs, 0u);
 }
 
+TEST_F(ImageTest, WithoutARasteriserFirstHitsAreTraced) {
+  gpu::DeviceOptions device;
+  device.draws = false;
+  open({}, device);
+  EXPECT_FALSE(database().device().draws);
+  const EntityId box = create(row_of(add(make_box({1.0, 1.0, 1.0})), {5.0, 0.0, 0.0}));
+  const Image& image =
+      image_of({}, {.width = 9, .height = 9, .outputs = first_hits, .first_hits = FirstHits::rasterised});
+  EXPECT_EQ(image.entities[4 * 9 + 4], box);
+}
+
 TEST_F(ImageTest, NormalsFaceTheCamera) {
   create(row_of(add(make_box({4.0, 4.0, 4.0}))));
   for (const float x_m : {-10.0f, 0.0f}) {  // outside and inside
@@ -180,10 +191,11 @@ TEST_F(ImageTest, MotionIsThatOfTheSurfaceInTheImage) {
     if (image.entities[i] != body) continue;
     ++seen;
     const Ray ray = pixel_ray(camera, width, height, i % width, i / width);
-    const Pose seat = pose_at(carrier_row.motion, t);
+    const Pose carried = pose_at(carrier_row.motion, t);
     const glm::dvec3 point_m =
-        seat.p_world_m + seat.q_world * (glm::dvec3(ray.origin_m) +
-                                         static_cast<double>(image.depth_m[i]) * glm::dvec3(ray.direction));
+        carried.p_world_m +
+        carried.q_world *
+            (glm::dvec3(ray.origin_m) + static_cast<double>(image.depth_m[i]) * glm::dvec3(ray.direction));
     const Pose then = pose_at(row.motion, t);
     const glm::dvec3 in_body = glm::inverse(then.q_world) * (point_m - then.p_world_m);
     const auto pixel_at = [&](WorldTime instant) {

@@ -23,6 +23,7 @@ static_assert(shared::image_tile_side == image_tile_px &&
 /// In the order of device_needs, before the kernels of the searches.
 enum ImageKernel : std::uint8_t {
   kernel_rays,
+  kernel_center_rays,
   kernel_planes,
   kernel_shade,
   kernel_finish,
@@ -94,7 +95,7 @@ bool GpuImageQuery::has_planes() const noexcept {
 DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   using enum gpu::ShaderId;
   DeviceNeeds needs;
-  for (const gpu::ShaderId shader : {image_rays, image_planes, image_shade, image_finish})
+  for (const gpu::ShaderId shader : {image_rays, image_center_rays, image_planes, image_shade, image_finish})
     needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
   needs.kernels.push_back(kernel_need(image_first_hits, shared::RayArgs{}));
   closest_.add_needs(needs, options_.name, limits);
@@ -106,6 +107,7 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
                              {.name = options_.name + what,
                               .size_bytes = bytes,
                               .memory = memory,
+                              .texel_uint4 = texels,
                               .texel_float4 = texels,
                               .addressed = addressed}});
   };
@@ -113,7 +115,7 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   buffer(paths_, " paths", 2 * pixels * sizeof(shared::PathRecord), gpu::Memory::device);
   buffer(rays_, " rays", pixels * sizeof(Ray), gpu::Memory::device, true);
   buffer(shadow_rays_, " shadow rays", pixels * sizeof(Ray), gpu::Memory::device, true);
-  buffer(hits_, " hits", pixels * sizeof(RayHit), gpu::Memory::readback, false, true);
+  buffer(hits_, " hits", pixels * sizeof(RayHit), gpu::Memory::readback, true, true);
   buffer(shadow_hits_, " shadow hits", pixels * sizeof(RayHit), gpu::Memory::readback, false, true);
   buffer(materials_, " materials", max_materials * sizeof(shared::MaterialRecord), gpu::Memory::upload);
   buffer(lights_buffer_, " lights", max_lights_per_image * sizeof(shared::LightRecord), gpu::Memory::upload);
@@ -139,9 +141,10 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
   };
   switch (shader) {
     case image_rays:
+    case image_center_rays:
       return with({&rays_});
     case image_planes:
-      return with({&hits_});
+      return with({&hits_, &rays_});
     case image_shade:
       return with({&hits_, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_,
                    &albedo_, &activity_, &pool.geometries(), &pool.attributes()});
@@ -203,7 +206,7 @@ std::uint32_t GpuImageQuery::stages_per_group() const noexcept {
 }
 
 GpuImageQuery::Stage GpuImageQuery::stage_at(std::uint32_t stage) const noexcept {
-  if (stage == 0) return {.step = Step::raster, .group = 0, .sample = shared::image_center, .bounce = 0};
+  if (stage == 0) return {.step = Step::raster, .group = 0, .sample = center, .bounce = 0};
   --stage;
   Stage at{.step = Step::rays, .group = stage / stages_per_group(), .sample = 0, .bounce = 0};
   std::uint32_t k = stage % stages_per_group();
@@ -211,7 +214,7 @@ GpuImageQuery::Stage GpuImageQuery::stage_at(std::uint32_t stage) const noexcept
     constexpr Step planes_steps[] = {Step::rays, Step::trace, Step::planes};
     if (k < 3) {
       at.step = planes_steps[k];
-      at.sample = shared::image_center;
+      at.sample = center;
       return at;
     }
     k -= 3;
@@ -274,7 +277,7 @@ std::uint32_t GpuImageQuery::begin_stage(std::uint32_t stage, const BatchWorld& 
 
 std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
   now_ = stage;
-  const std::uint32_t first_sample = has_planes() ? shared::image_center : 0;
+  const std::uint32_t first_sample = has_planes() ? center : 0;
   if (stage.step == Step::rays && stage.sample == first_sample)
     std::ranges::fill(is_incomplete_pixel_, std::uint8_t{0});
   const auto activity = activity_.host_as<std::uint32_t>();
@@ -294,6 +297,8 @@ std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
       any_.begin();
       break;
     case Step::rays:
+      if (stage.sample != center) writes_second_ = !writes_second_;
+      break;
     case Step::finish:
       writes_second_ = !writes_second_;
       break;
@@ -361,7 +366,7 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
     const gpu::Buffer& hits = now_.step == Step::shadow ? shadow_hits_ : hits_;
     const RayPass pass{.hits = hits.address(), .coherent = is_coherent()};
     const RaySearch::Dispatch made = search().dispatch(part, retry_places(), pass, recording, limits());
-    const bool was_drawn = draws() && now_.sample == shared::image_center && !part.is_retry;
+    const bool was_drawn = draws() && now_.sample == center && !part.is_retry;
     return dispatch(kernel(was_drawn ? std::size_t{kernel_first_hits} : made.kernel), recording, made.layout,
                     made.args);
   }
@@ -371,7 +376,8 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
       raster_.record(image, args, recording, limits().max_groups);
     return;
   }
-  const std::size_t chosen = now_.step == Step::rays     ? kernel_rays
+  const std::size_t chosen = now_.step == Step::rays
+                                 ? (now_.sample == center ? kernel_center_rays : kernel_rays)
                              : now_.step == Step::planes ? kernel_planes
                              : now_.step == Step::shade  ? kernel_shade
                                                          : kernel_finish;
@@ -381,7 +387,6 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
 
 shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording& recording) const noexcept {
   const ImageLights::Counts& lights = lights_.counts();
-  const bool writes = now_.step != Step::planes;
   const std::uint32_t written = writes_second_ ? group_pixels_ : 0;
   const std::uint32_t other = group_pixels_ - written;
   return {.first = part.range.first,
@@ -395,7 +400,7 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .width = options_.width,
           .height = options_.height,
           .first_tile = now_.group * tiles_per_group(),
-          .read_from = writes ? other : written,
+          .read_from = other,
           .write_from = written,
           .sample_index = now_.sample,
           .samples = options_.samples_per_pixel,

@@ -41,10 +41,14 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
 
  private:
   enum class Step : std::uint8_t { raster, rays, trace, planes, shade, shadow, finish };
-  /// What a stage does. `sample`: image_center for the ray through the middle of a pixel.
+  /// Stands for the ray through the middle of pixel and exposure.
+  static constexpr std::uint32_t center = 0xFFFFFFFFu;
+  /// What a stage does.
   struct Stage {
     Step step = Step::rays;
-    std::uint32_t group = 0, sample = 0, bounce = 0;
+    std::uint32_t group = 0;
+    std::uint32_t sample = 0;  // or `center`
+    std::uint32_t bounce = 0;
   };
 
   DeviceNeeds device_needs(const gpu::DeviceLimits& limits) override;

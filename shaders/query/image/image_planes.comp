@@ -5,7 +5,8 @@
 #include "query/image/hit_input.glsl"
 #include "query/image/image.glsl"
 
-layout(set = 0, binding = 4, scalar) readonly buffer HitsBuffer { uvec2 hits[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer hits;
+layout(set = 0, binding = 5) uniform samplerBuffer rays;
 
 layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Floats { float values[]; };
 layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Words { uint words[]; };
@@ -31,12 +32,19 @@ void main() {
   const Pixel pixel = pixel_of(place);
   if (!pixel.is_inside) return;
   const CameraRecord camera = cameras[pixel.image];
-  const PathRecord path = paths[args.read_from + place];
+  const int ray = int(ray_texels * place);
+  const vec4 r0 = texelFetch(rays, ray);
+  const vec3 origin = r0.xyz;
+  const vec3 direction = vec3(r0.w, texelFetch(rays, ray + 1).xy);
   uvec2 pairs[hit_pairs];
-  for (uint k = 0u; k < hit_pairs; ++k) pairs[k] = hits[hit_pairs * place + k];
+  for (uint k = 0u; k < hit_pairs; k += 2u) {
+    const uvec4 texel = texelFetch(hits, int((hit_pairs * place + k) / 2u));
+    pairs[k] = texel.xy;
+    pairs[k + 1u] = texel.zw;
+  }
   const InputHit hit = hit_from(pairs);
   const bool is_hit = hit.status == status_hit;
-  const vec3 n = dot(hit.n_world, path.direction) > 0.0 ? -hit.n_world : hit.n_world;
+  const vec3 n = dot(hit.n_world, direction) > 0.0 ? -hit.n_world : hit.n_world;
   const float infinity = uintBitsToFloat(0x7F800000u);
   if (is_wanted(camera.depth)) Floats(camera.depth).values[pixel.index] = is_hit ? hit.lambda : infinity;
   if (is_wanted(camera.entities))
@@ -45,8 +53,8 @@ void main() {
   if (is_wanted(camera.materials)) Words(camera.materials).words[pixel.index] = is_hit ? hit.material : 0u;
   if (is_wanted(camera.normals)) Vectors(camera.normals).vectors[pixel.index] = is_hit ? n : vec3(0.0);
   if (is_wanted(camera.motion)) {
-    const vec3 point = path.origin_m + hit.lambda * path.direction;
-    const CameraPose pose = pose_of(camera, instant_of(path.t_ns));
+    const vec3 point = origin + hit.lambda * direction;
+    const CameraPose pose = pose_of(camera, instant_of(floatBitsToUint(texelFetch(rays, ray + 2).x)));
     FloatPairs(camera.motion).pairs[pixel.index] =
         is_hit ? image_motion(camera, pose, point, hit.v_world) : vec2(0.0);
   }

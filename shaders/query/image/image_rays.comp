@@ -2,6 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Begins a sample of each pixel: the ray from the camera.
+//
+// Macros: IMAGE_CENTER: the ray through the middle of pixel and exposure, which has no state of a path.
 #include "query/image/image.glsl"
 #include "query/image/random.glsl"
 #include "query/image/ray_output.glsl"
@@ -11,9 +13,12 @@ layout(set = 0, binding = 4, scalar) writeonly buffer RaysBuffer { vec4 rays[]; 
 // Where in the pixel and in the exposure a sample lies, 0 to 1 each: the samples of a pixel are spread evenly
 // (additive recurrence with powers of the root of x^4 = x + 1), from a random offset.
 vec3 offset_of(Pixel pixel, uint seed) {
-  if (args.sample_index == image_center) return vec3(0.5);
+#ifdef IMAGE_CENTER
+  return vec3(0.5);
+#else
   const vec3 first = random_numbers(pixel.index, 0u, 0xFFFFFFFFu, seed).xyz;
   return fract(first + float(args.sample_index) * vec3(0.8191725134, 0.6710436067, 0.5497004779));
+#endif
 }
 
 void main() {
@@ -28,6 +33,7 @@ void main() {
   const vec2 at = 2.0 * (vec2(pixel.column, pixel.row) + offset.xy) / vec2(args.width, args.height) - 1.0;
   // Its part along the view direction is 1, so lambda is the depth.
   const vec3 direction = rotate(pose.q, vec3(1.0, -at.x * camera.tan_half_x, -at.y * camera.tan_half_y));
+#ifndef IMAGE_CENTER
   PathRecord path;
   path.origin_m = pose.p;
   path.t_ns = t_ns;
@@ -39,10 +45,11 @@ void main() {
   path.bounces = 0u;
   path.shadowed_cdpm2 = vec3(0.0);
   path.unused = 0u;
-  const bool continues = args.sample_index != 0u && args.sample_index != image_center;
+  const bool continues = args.sample_index != 0u;
   path.sum_cdpm2 = continues ? paths[args.read_from + place].sum_cdpm2 : vec3(0.0);
   path.also_unused = 0u;
   paths[args.write_from + place] = path;
+#endif
   const OutputRay ray = pixel.is_inside ? OutputRay(pose.p, direction, camera.near_m, 1e30, t_ns, camera.mask)
                                         : no_ray(pose.p, direction, t_ns);
   for (uint k = 0u; k < 3u; ++k) rays[ray_texels * place + k] = ray_texel(ray, k);

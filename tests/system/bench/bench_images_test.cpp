@@ -1,0 +1,20 @@
+// The program of the images benchmark in tiny mode.
+
+#include <gtest/gtest.h>
+
+#include "tests/support/bench_program.hpp"
+
+namespace hil::bench {
+namespace {
+
+constexpr Expected expected_figures[] = {
+    {"raster_over_ray_first_hits", "ms", "the same image, traced"},
+    {"path_tracer_rays", "Mray/s", "like rays as queries"},
+};
+
+TEST(BenchImages, PrintsAFigurePerLine) {
+  expect_figures(run_program(std::string(HIL_BENCH_IMAGES) + " --tiny --json"), expected_figures);
+}
+
+}  // namespace
+}  // namespace hil::bench
