@@ -1,7 +1,7 @@
 #pragma once
 // A small GPU abstraction: device, buffer, pipeline, bindings, recorder (a command buffer) and timeline (an
-// ordered queue of submissions); the rasteriser is in raster.hpp. A device uses one queue, for compute, copies
-// and, where it can, draws. Only the sources of rtstdb/gpu name Vulkan; this header does not.
+// ordered queue of submissions); the rasteriser is in raster.hpp. A device uses one queue, for compute,
+// copies and, where it can, draws. Only the sources of rtstdb/gpu name Vulkan; this header does not.
 //
 // Threads: Device calls that create something may come from one thread at a time (setup). A Recorder and a
 // Timeline each belong to one thread; different ones may be used by different threads.
@@ -181,8 +181,8 @@ class Recorder {
     dispatch_indirect(pipeline, bindings, std::as_bytes(std::span(&args, 1)), counts, offset_bytes);
   }
   /// Clears the target, and executes `count` DrawCommands (raster.hpp) from the begin of `commands`.
-  /// `push_constants` are the argument struct of the vertex shader. Misuse: a pipeline without fragments and a
-  /// target with words, or the reverse; more commands than the buffer holds.
+  /// `push_constants` are the argument struct of the vertex shader. Misuse: a pipeline without fragments
+  /// and a target with words, or the reverse; more commands than the buffer holds.
   void draw(const RasterPipeline& pipeline, const Bindings& bindings,
             std::span<const std::byte> push_constants, const RasterTarget& target, const Buffer& commands,
             std::uint32_t count);

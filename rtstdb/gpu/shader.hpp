@@ -2,11 +2,10 @@
 // The table of all shaders. shaders/table.def holds one line per kernel variant:
 //     SHADER(ray_any_moving, "query/ray/ray.comp", "RAY_ANY RAY_MOVING", 64, RayArgs, "TFTFTFSSTS")
 // Its columns: the name; the source below shaders/; the macros that the source is compiled with, NAME or
-// NAME=value; local_size_x, or 0 for a vertex or fragment shader (its source ends in .vert or .frag); the struct
-// of the push constants (shaders/shared) or NoArgs; one letter per
-// binding in order: S storage buffer, T uniform texel buffer of uvec4, F of vec4, I storage texel buffer of
-// uvec4. The build compiles, validates and embeds every line. Device::create_pipeline checks that the SPIR-V
-// agrees with the table.
+// NAME=value; local_size_x, or 0 for a vertex or fragment shader (its source ends in .vert or .frag); the
+// struct of the push constants (shaders/shared) or NoArgs; one letter per binding in order: S storage
+// buffer, T uniform texel buffer of uvec4, F of vec4, I storage texel buffer of uvec4. The build compiles,
+// validates and embeds every line. Device::create_pipeline checks that the SPIR-V agrees with the table.
 
 #include <cstdint>
 #include <span>

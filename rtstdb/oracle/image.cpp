@@ -1,5 +1,5 @@
-// Judges an image: the first hit of the ray through the middle of each pixel. Colours are judged by the closed
-// forms of the tests.
+// Judges an image: the first hit of the ray through the middle of each pixel. Colours are judged by the
+// closed forms of the tests.
 
 #include <cmath>
 #include <string>

@@ -23,8 +23,8 @@ class GpuExecutor final : public Executor {
   /// `open` is also called later, on the engine thread.
   static Result<std::unique_ptr<GpuExecutor>> create(OpenDevice open, const DatabaseOptions& options);
 
-  /// What image queries know of the materials and lights of rows; it outlives the executor's last run. Without
-  /// it, rows name the default material and no light.
+  /// What image queries know of the materials and lights of rows; it outlives the executor's last run.
+  /// Without it, rows name the default material and no light.
   void show(const Appearance& appearance) noexcept { appearance_ = &appearance; }
 
   /// Of the device that the database was opened with.

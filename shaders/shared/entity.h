@@ -28,8 +28,8 @@ RTSTDB_CONSTANT(row_texels, 8)
 // a body. Then its extents along the edge and corner directions of a cube, as in rtstdb/geometry/extents.hpp:
 // edges by the axis along which the direction has no component, corners by the sign of x. `field`: the first
 // texel of its distance field (field.h), or field_none; `first_triangle`: of its leaf order, in the pool of
-// triangles; `triangles`: their number; `attributes`: the first texel of its corner normals and colours (corner.h), or attributes_none.
-// Shaders read it as 8 texels.
+// triangles; `triangles`: their number; `attributes`: the first texel of its corner normals and colours
+// (corner.h), or attributes_none. Shaders read it as 8 texels.
 #define RTSTDB_FIELDS_GeometryRecord(F) \
   F(vec3, box_center_m)                 \
   F(uint, root)                         \

@@ -66,10 +66,10 @@ enum class ImageMode : std::uint8_t {
 /// How the first hit of the ray through the middle of a pixel is found, for all outputs but colour.
 enum class FirstHits : std::uint8_t {
   traced,  ///< as by a ray query
-  /// By the rasteriser of the device, in less time. The pixel's ray then meets the triangle that was drawn, by
-  /// the test of ray queries, or is traced if it misses that triangle. So a hit differs from that of a ray
-  /// query only beside a silhouette, and between surfaces that nearly coincide. Images with a rolling shutter,
-  /// and those on a device that can not draw (DeviceInfo::draws), are traced.
+  /// By the rasteriser of the device, in less time. The pixel's ray then meets the triangle that was drawn,
+  /// by the test of ray queries, or is traced if it misses that triangle. So a hit differs from that of a
+  /// ray query only beside a silhouette, and between surfaces that nearly coincide. Images with a rolling
+  /// shutter, and those on a device that can not draw (DeviceInfo::draws), are traced.
   rasterised,
 };
 
@@ -118,8 +118,8 @@ struct ImageQueryOptions {
 /// Images of cameras. `cameras` has `capacity` elements; `images` has one for each camera of the last
 /// transaction. AnswerInfo counts tiles.
 /// Answers: the same from run to run, and whatever the chunks, on one device.
-/// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, and the outputs in host memory.
-/// Errors of prepare: capacity for a count or a size outside its range, bad_input for no output.
+/// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, and the outputs in host
+/// memory. Errors of prepare: capacity for a count or a size outside its range, bad_input for no output.
 class ImageQuery : public Query {
  public:
   virtual std::span<Camera> cameras() noexcept = 0;

@@ -124,9 +124,9 @@ struct BadInput {
   double values[4] = {};
   bool in_geometry_update = false;
   Version version = 0;  ///< snapshot_too_old, unknown_version: the requested version; 0 if requested by time
-  /// not_finite, out_of_limits, bad_region, bad_nearest, bad_cone, bad_contact, bad_impact, bad_camera: the wrong member,
-  /// such as "scale.x", its value, and its lower and upper limit (infinite: no limit). Otherwise empty. The
-  /// text is a constant.
+  /// not_finite, out_of_limits, bad_region, bad_nearest, bad_cone, bad_contact, bad_impact, bad_camera: the
+  /// wrong member, such as "scale.x", its value, and its lower and upper limit (infinite: no limit).
+  /// Otherwise empty. The text is a constant.
   std::string_view field{};
   double value = 0.0;
   double lowest = -std::numeric_limits<double>::infinity();

@@ -1,10 +1,10 @@
 #pragma once
-// The image query on the GPU. The tiles of a batch are divided into groups, and a group passes through stages:
-// for each sample of its pixels `rays` from the camera, then for each bounce `trace` (the search of the rays,
-// with the kernels of ray queries), `shade` (light that was found, the next directions) and `shadow` (the
-// search of rays to lights); `finish` adds the sample to the sum. Outputs but colour come from a ray through
-// the middle of each pixel (`planes`); with FirstHits::rasterised all images of the batch are drawn first
-// (`raster`). Kernels are in shaders/query/image.
+// The image query on the GPU. The tiles of a batch are divided into groups, and a group passes through
+// stages: for each sample of its pixels `rays` from the camera, then for each bounce `trace` (the search of
+// the rays, with the kernels of ray queries), `shade` (light that was found, the next directions) and
+// `shadow` (the search of rays to lights); `finish` adds the sample to the sum. Outputs but colour come
+// from a ray through the middle of each pixel (`planes`); with FirstHits::rasterised all images of the
+// batch are drawn first (`raster`). Kernels are in shaders/query/image.
 
 #include <cstdint>
 #include <span>

@@ -1,6 +1,6 @@
 #pragma once
-// The share of light that a surface of GGX microfacets reflects in all directions together, with one reflection
-// at each microfacet: the table that shaders/query/image/surface.glsl reads.
+// The share of light that a surface of GGX microfacets reflects in all directions together, with one
+// reflection at each microfacet: the table that shaders/query/image/surface.glsl reads.
 
 #include <glm/vec4.hpp>
 

@@ -1,4 +1,5 @@
-// What all kernels of images share: their arguments, cameras, the states of paths, and which pixel a place is.
+// What all kernels of images share: their arguments, cameras, the states of paths, and which pixel a place
+// is.
 #ifndef RTSTDB_QUERY_IMAGE_IMAGE_GLSL
 #define RTSTDB_QUERY_IMAGE_IMAGE_GLSL
 #include "common/halt.glsl"

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// First hits with the rasteriser: each pixel's ray meets the triangle that was drawn there, by the test of the
-// ray queries. Where it misses that triangle, its search is left incomplete, so that it is traced. Where
-// nothing was drawn, it hits nothing.
+// First hits with the rasteriser: each pixel's ray meets the triangle that was drawn there, by the test of
+// the ray queries. Where it misses that triangle, its search is left incomplete, so that it is traced.
+// Where nothing was drawn, it hits nothing.
 #include "query/ray/traverse.glsl"
 #include "query/ray/ray_buffers.glsl"
 

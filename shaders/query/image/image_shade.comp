@@ -140,7 +140,8 @@ void main() {
   if (has_shadow_ray) some_shadow_ray = 1u;
 
   const Bounce bounce = sampled_bounce(surface, second);
-  // Where the normal of the corners differs from that of the triangle, a reflection may lead into the triangle.
+  // Where the normal of the corners differs from that of the triangle, a reflection may lead into the
+  // triangle.
   const bool is_reflected = dot(bounce.direction, surface.n) > 0.0;
   const bool is_blocked = is_reflected && dot(bounce.direction, n) <= 0.0;
   path.throughput *= is_blocked ? vec3(0.0) : bounce.weight;

@@ -1,6 +1,7 @@
-// The lights of a batch (shared/image.h), at the instant of a path: the light of the sky and of the sun's disc
-// along a ray, and the choice of a light for a shadow ray. Light from a disc or from a surface is found both
-// by shadow rays and by reflected rays, whose shares are weighted by the balance heuristic (Veach, 1997).
+// The lights of a batch (shared/image.h), at the instant of a path: the light of the sky and of the sun's
+// disc along a ray, and the choice of a light for a shadow ray. Light from a disc or from a surface is
+// found both by shadow rays and by reflected rays, whose shares are weighted by the balance heuristic
+// (Veach, 1997).
 #ifndef RTSTDB_QUERY_IMAGE_LIGHTS_GLSL
 #define RTSTDB_QUERY_IMAGE_LIGHTS_GLSL
 
@@ -12,8 +13,8 @@ vec4 orientation_of_light(LightRecord light, Instant at) {
   return orientation_of(instance_of_entity(light.entity, at), at.t_ns);
 }
 
-// The light that comes along `direction` from beyond all entities. `pdf`: with which the direction was chosen;
-// `mirrored`: shadow rays could not find it.
+// The light that comes along `direction` from beyond all entities. `pdf`: with which the direction was
+// chosen; `mirrored`: shadow rays could not find it.
 vec3 light_from_afar(vec3 direction, Instant at, uint mask, float pdf, bool mirrored) {
   vec3 sum = vec3(0.0);
   for (uint k = 0u; k < args.suns_end; ++k) {

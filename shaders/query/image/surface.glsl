@@ -5,8 +5,8 @@
 // The clear part of a surface (`glass`) reflects and refracts as a dielectric. Its opaque part is a rough
 // mirror above a matt base. The mirror is of GGX microfacets (Walter et al., "Microfacet Models for
 // Refraction through Rough Surfaces", 2007), whose missing multiple scattering is made up for by a factor
-// (Turquin, "Practical multiple scattering compensation for microfacet models", 2019). The base gets the light
-// that the mirror does not reflect toward `toward`, so no surface reflects more light than it gets.
+// (Turquin, "Practical multiple scattering compensation for microfacet models", 2019). The base gets the
+// light that the mirror does not reflect toward `toward`, so no surface reflects more light than it gets.
 //
 // Sampling of normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023.
 #ifndef RTSTDB_QUERY_IMAGE_SURFACE_GLSL
