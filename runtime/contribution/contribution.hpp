@@ -30,12 +30,21 @@ struct Image {
   std::vector<std::uint8_t> grey;  ///< width * height
 };
 
+/// What a camera took.
+struct Camera {
+  std::string name;  ///< of the module
+  std::uint64_t images = 0;
+  std::uint64_t missing_tiles = 0;  ///< in all images
+  double exposure_value = 0.0;
+};
+
 struct Contribution {
   std::int64_t end_ns = 0;  ///< run time at which the run ended: the instant that the map shows
   std::vector<Event> events;
   Map map;
   std::vector<Section> sections;
   std::vector<Image> images;
+  std::vector<Camera> cameras;
 };
 
 }  // namespace hil::contribution

@@ -18,6 +18,7 @@
 #include <rtstdb/database.hpp>
 
 #include "runtime/contribution/world_record.hpp"
+#include "runtime/modules/camera_images.hpp"
 #include "runtime/modules/point_cloud.hpp"
 
 namespace hil::modules {
@@ -60,6 +61,9 @@ class World {
   /// The run's files for point clouds; null: the run writes none.
   PointCloudSink* point_clouds() const noexcept { return point_clouds_; }
   void set_point_clouds(PointCloudSink* sink) noexcept { point_clouds_ = sink; }
+  /// The run's files for images of cameras; null: the run writes none.
+  CameraImageSink* camera_images() const noexcept { return camera_images_; }
+  void set_camera_images(CameraImageSink* sink) noexcept { camera_images_ = sink; }
 
   /// Reserves device time for a module's hard transactions, until the world is destroyed. Null when the
   /// database refuses the reservation: not_reserved() then contains its reason, and the transactions have
@@ -84,6 +88,7 @@ class World {
  private:
   rtstdb::Database* database_;
   PointCloudSink* point_clouds_ = nullptr;
+  CameraImageSink* camera_images_ = nullptr;
   std::vector<std::string> layers_;
   std::unique_ptr<rtstdb::Transaction> creation_;
   std::vector<std::unique_ptr<rtstdb::Reservation>> reservations_;

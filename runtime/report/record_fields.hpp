@@ -380,6 +380,20 @@ void each_field(T& injection, Visit&& visit) {
   visit("test_table", injection.test_table);
 }
 
+template <Is<Camera> T, class Visit>
+void each_field(T& camera, Visit&& visit) {
+  visit("name", camera.name);
+  visit("images", camera.images);
+  visit("dropped", camera.dropped);
+  visit("beyond_limit", camera.beyond_limit);
+  visit("missing_tiles", camera.missing_tiles);
+  visit("exposure_value", camera.exposure_value);
+  visit("last_file", camera.last_file);
+  visit("last_time_ns", camera.last_time_ns);
+  visit("last_tick", camera.last_tick);
+  visit("last_image_png", camera.last_image_png);
+}
+
 template <Is<Recording> T, class Visit>
 void each_field(T& recording, Visit&& visit) {
   visit("file", recording.file);
@@ -429,6 +443,7 @@ void each_field(T& record, Visit&& visit) {
   visit("events_not_listed", record.events_not_listed);
   visit("top_view", record.top_view);
   visit("sections", record.sections);
+  visit("cameras", record.cameras);
   visit("recording", record.recording);
   visit("signal_plots", record.signal_plots);
 }

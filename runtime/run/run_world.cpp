@@ -9,6 +9,7 @@
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
+#include "runtime/run/camera_record.hpp"
 #include "runtime/run/database_record.hpp"
 #include "runtime/run/image_files.hpp"
 #include "runtime/run/run_folder.hpp"
@@ -67,13 +68,15 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context)
     : wiring_(wiring),
       context_(context),
       fields_(context.log),
-      point_clouds_(context.options.directory, context.is_virtual) {
+      point_clouds_(context.options.directory, context.is_virtual),
+      camera_files_(context.options.directory, context.is_virtual, context.scenario.base_period_ns) {
   if (needs_database(wiring_)) {
     open_database();
     context_.log.info("GPU: " + database_->device().name + ", " + database_->device().driver);
   }
   world_ = std::make_unique<modules::World>(database_.get(), wiring_.layers.names());
   world_->set_point_clouds(&point_clouds_);
+  world_->set_camera_images(&camera_files_);
   if (database_ != nullptr) create_scenery(context_.scenario, wiring_.scenery, *world_, fields_);
   for (WiredModule& wired : wiring_.modules) {
     const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
@@ -148,6 +151,7 @@ bool RunWorld::check() {
 std::vector<std::string> RunWorld::close(report::RunRecord& record) {
   if (database_ != nullptr) last_motions_ = motions_of_scenery();
   std::vector<std::string> faults = point_clouds_.close();
+  camera_records_ = camera_files_.close();
   if (database_ == nullptr) return faults;
   const auto ended = database_->close();
   const rtstdb::Durability durability = database_->durability();
@@ -217,6 +221,7 @@ void RunWorld::add_contributions(std::int64_t end_ns, report::RunRecord& record)
     wired.module->contribute(all);
   record.events.insert(record.events.end(), all.events.begin(), all.events.end());
   record.sections = std::move(all.sections);
+  add_cameras(all.cameras, camera_records_, record);
   for (const std::string& fault : write_images(all.images, image_folder(context_.options.directory)))
     record.failures.push_back(fault);
   record.top_view = report::TopView{.time_ns = end_ns,

@@ -15,6 +15,7 @@
 #include "runtime/modules/event_log.hpp"
 #include "runtime/modules/world.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/run/camera_files.hpp"
 #include "runtime/run/module_task.hpp"
 #include "runtime/run/point_cloud_files.hpp"
 #include "runtime/run/run_context.hpp"
@@ -39,14 +40,14 @@ class RunWorld {
   /// False: the run has to end, since the world can not be queried or written any more.
   bool check();
 
-  /// Closes the database and the point clouds and fills in record.database_log. Returns sentences on what the
-  /// history and the point clouds lack. Transactions fail from here on.
+  /// Closes the database, the point clouds and the images of cameras, and fills in record.database_log.
+  /// Returns sentences on what the history and the point clouds lack. Transactions fail from here on.
   std::vector<std::string> close(report::RunRecord& record);
 
   /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.
   void fill(report::RunRecord& record) const;
-  /// Fills in the map and the sections, adds events, and writes images: what the scenery and the modules
-  /// contribute. Images that can not be written are failures of the record.
+  /// Fills in the map, the sections and the cameras, adds events, and writes images: what the scenery and the
+  /// modules contribute. Images that can not be written are failures of the record.
   void add_contributions(std::int64_t end_ns, report::RunRecord& record) const;
   /// The events that modules, stimuli and faults noted in the tick.
   modules::EventLog& events() noexcept { return events_; }
@@ -63,6 +64,8 @@ class RunWorld {
   WorldFields fields_;
   std::unique_ptr<rtstdb::Database> database_;  // refers to the fields; null: the run needs none
   PointCloudFiles point_clouds_;
+  CameraFiles camera_files_;
+  std::vector<CameraFileRecord> camera_records_;  ///< when the files were closed
   std::unique_ptr<modules::World> world_;
   modules::EventLog events_;
   std::vector<std::unique_ptr<ModuleTask>> tasks_;

@@ -131,6 +131,7 @@ border-radius:6px;padding:3px 10px;cursor:pointer}
 .pair{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(440px,100%),1fr));gap:8px 28px}
 .panels{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(310px,100%),1fr));gap:18px 26px}
 figure{margin:0}
+img{display:block;max-width:100%;height:auto}
 figcaption{font-size:13px;margin-top:4px}
 .chart-title{font-size:13px;color:var(--soft);margin:8px 0 0}
 .key{white-space:nowrap;width:1%;padding-right:32px;color:var(--soft)}

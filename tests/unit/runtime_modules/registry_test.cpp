@@ -34,6 +34,7 @@ vehicles:
   other: {position: [3 m, 4 m], heading: 90 deg, speed: 5 m/s, light: east, stop_line: 10 m}
 )";
 const char* const scanner = "{carrier: ego, layers: [a], object_layers: [a], max_objects: 2}";
+const char* const camera = "{carrier: ego, layers: [a], object_layers: [a], objects: 2}";
 const char* const detectors =
     "{layers: [a], loops: {near: {center: [0 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}, "
     "far: {center: [9 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}}}";
@@ -67,11 +68,17 @@ TEST(Registry, FindsEveryTypeByItsName) {
 }
 
 TEST(Registry, EveryModuleDescribesItsPorts) {
-  const std::map<std::string, const char*> parameters{
-      {"vehicles", two_vehicles},     {"laser_scanner", scanner},     {"detectors", detectors},
-      {"collision", collision},       {"free_body", free_body},       {"pixel_study", pixel_study},
-      {"docking_port", docking_port}, {"rigid_bodies", rigid_bodies}, {"block", block},
-      {"spatial_relations", "{}"}};
+  const std::map<std::string, const char*> parameters{{"vehicles", two_vehicles},
+                                                      {"laser_scanner", scanner},
+                                                      {"detectors", detectors},
+                                                      {"collision", collision},
+                                                      {"free_body", free_body},
+                                                      {"pixel_study", pixel_study},
+                                                      {"docking_port", docking_port},
+                                                      {"rigid_bodies", rigid_bodies},
+                                                      {"block", block},
+                                                      {"spatial_relations", "{}"},
+                                                      {"camera", camera}};
   for (const ModuleType& module_type : module_types()) {
     const std::string type(module_type.name);
     ASSERT_TRUE(parameters.contains(type)) << "add example parameters of the module type " << type;

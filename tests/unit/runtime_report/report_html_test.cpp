@@ -43,10 +43,10 @@ struct FillText {
 /// The page has only elements and attributes that load nothing, and executes only its own script.
 void expect_self_contained(const std::string& html) {
   static const std::set<std::string> elements{
-      "html",       "head", "meta",  "title", "style", "body", "main", "header",   "section",
-      "div",        "span", "h1",    "h2",    "h3",    "p",    "ul",   "li",       "dl",
-      "dt",         "dd",   "table", "thead", "tbody", "tr",   "th",   "td",       "figure",
-      "figcaption", "svg",  "g",     "path",  "rect",  "line", "text", "clipPath", "script"};
+      "html",  "head",  "meta",  "title", "style",    "body",   "main",   "header",     "section", "div",
+      "span",  "h1",    "h2",    "h3",    "p",        "ul",     "li",     "dl",         "dt",      "dd",
+      "table", "thead", "tbody", "tr",    "th",       "td",     "figure", "figcaption", "svg",     "g",
+      "path",  "rect",  "line",  "text",  "clipPath", "script", "img"};
   static const std::set<std::string> attributes{
       "lang",        "charset",     "name",       "content",
       "class",       "id",          "scope",      "colspan",
@@ -57,7 +57,7 @@ void expect_self_contained(const std::string& html) {
       "clip-path",   "data-label",  "dx",         "preserveAspectRatio",
       "data-begin",  "data-column", "data-width", "data-height",
       "data-y",      "data-low",    "data-high",  "data-steps",
-      "data-names"};
+      "data-names",  "alt",         "src"};
   std::set<std::string> ids;
   const XmlElement page = parse_strictly(html);
   for (const XmlElement* element : page.all()) {
@@ -65,6 +65,7 @@ void expect_self_contained(const std::string& html) {
     for (const auto& [name, value] : element->attributes) {
       EXPECT_TRUE(attributes.contains(name)) << name;
       EXPECT_TRUE(name != "id" || ids.insert(value).second) << value << " twice";
+      EXPECT_TRUE(name != "src" || value.starts_with("data:image/png;base64,")) << value;
       EXPECT_TRUE(name != "style" || value == "stroke-width:8") << value;
       EXPECT_TRUE(name != "clip-path" || value == "url(#top-view-area)" ||
                   value == "url(#top-view-area-phone)")
@@ -84,7 +85,7 @@ void expect_self_contained(const std::string& html) {
 
 /// A browser reads other self-closed elements as opening tags.
 void expect_html_reads_it_alike(const std::string& html) {
-  static const std::set<std::string> may_be_empty{"meta", "br", "line", "path", "rect"};
+  static const std::set<std::string> may_be_empty{"meta", "br", "img", "line", "path", "rect"};
   for (std::size_t at = html.find("/>"); at != std::string::npos; at = html.find("/>", at + 1)) {
     const std::size_t start = html.rfind('<', at);
     const std::string name = html.substr(start + 1, html.find_first_of(" /", start) - start - 1);
@@ -103,46 +104,57 @@ TEST(ReportHtml, IsWellFormedAndSelfContained) {
 
 TEST(ReportHtml, ShowsTheContentOfTheRecord) {
   const std::string text = parse_strictly(report_html(test::full_record())).whole_text();
-  for (const char* expected : {"Failed",
-                               "1 of 2 expectations did not hold: no collision.",
-                               "collision.ego was 1",
-                               "8.412 s",
-                               "SCHED_FIFO at priority 60 was refused",
-                               "late wake-up",
-                               "3\u202F117",
-                               "402 µs",
-                               "virtual",
-                               "12.4 %",
-                               "hil-crossing-plc --listen 127.0.0.1:40213",
-                               "plc: 1 request was refused with exception 2.",
-                               "panel: 10 connections were refused: max_clients was reached",
-                               "was ended by signal 11 (Segmentation fault)",
-                               "car_1 runs its red light",
-                               "Watchdog: no tick for 20 ms",
-                               "Ticks were skipped 3 more times",
-                               "The first 4\u202F096 events of modules, stimuli and faults are listed, and "
-                               "1\u202F049 more "
-                               "are not.",
-                               "4 of these in the warm-up",
-                               "dut.enabled=false",
-                               "Motion ignored",
-                               "With the scan",
-                               "Against the scan",
-                               "limit 50.0 ms",
-                               "car: 5 output values were beyond the range",
-                               "car: 7 output values were not a number",
-                               "car: 11 sets of outputs were not sent",
-                               "car: 13 frames are missing in the log",
-                               "car: 1 frame could not be sent",
-                               "car: 3 received frames were refused",
-                               "car: 17 received values are missing",
-                               "car: 19 sent frames were dropped by fault injection",
-                               "car: 23 frames of other stations were dropped by fault injection",
-                               "car: 29 frames were corrupted by fault injection",
-                               "car: 1031 frames were delayed by fault injection",
-                               "y north"}) {
+  for (const char* expected :
+       {"Failed",
+        "1 of 2 expectations did not hold: no collision.",
+        "collision.ego was 1",
+        "8.412 s",
+        "SCHED_FIFO at priority 60 was refused",
+        "late wake-up",
+        "3\u202F117",
+        "402 µs",
+        "virtual",
+        "12.4 %",
+        "hil-crossing-plc --listen 127.0.0.1:40213",
+        "plc: 1 request was refused with exception 2.",
+        "panel: 10 connections were refused: max_clients was reached",
+        "was ended by signal 11 (Segmentation fault)",
+        "car_1 runs its red light",
+        "Watchdog: no tick for 20 ms",
+        "Ticks were skipped 3 more times",
+        "The first 4\u202F096 events of modules, stimuli and faults are listed, and "
+        "1\u202F049 more "
+        "are not.",
+        "4 of these in the warm-up",
+        "dut.enabled=false",
+        "Motion ignored",
+        "With the scan",
+        "Against the scan",
+        "limit 50.0 ms",
+        "car: 5 output values were beyond the range",
+        "car: 7 output values were not a number",
+        "car: 11 sets of outputs were not sent",
+        "car: 13 frames are missing in the log",
+        "car: 1 frame could not be sent",
+        "car: 3 received frames were refused",
+        "car: 17 received values are missing",
+        "car: 19 sent frames were dropped by fault injection",
+        "car: 23 frames of other stations were dropped by fault injection",
+        "car: 29 frames were corrupted by fault injection",
+        "car: 1031 frames were delayed by fault injection",
+        "Tick 9\u202F900, 9.900 s. Exposure value 12.5, images/camera-front-009900.png.",
+        "y north"}) {
     EXPECT_NE(text.find(expected), std::string::npos) << expected;
   }
+}
+
+TEST(ReportHtml, ShowsTheLastImageOfEachCameraThatHasOne) {
+  const RunRecord record = test::full_record();
+  const XmlElement page = parse_strictly(report_html(record));
+  const auto images = page.all("img");
+  ASSERT_EQ(images.size(), 1U) << "the camera 'rear' has no image";
+  EXPECT_EQ(images[0]->attributes.at("src"), "data:image/png;base64," + record.cameras[0].last_image_png);
+  EXPECT_EQ(images[0]->attributes.at("alt"), "the last image of camera front");
 }
 
 TEST(ReportHtml, HasARowAndHistogramsForEachTask) {

@@ -369,6 +369,19 @@ RunRecord full_record() {
                              {.number = 5.9},
                              {.number = 0.12},
                              {.text = "differs", .mark = contribution::Mark::bad}}}}}}};
+  // A PNG of two pixels, red and green.
+  record.cameras = {{.name = "front",
+                     .images = 301,
+                     .dropped = 5,
+                     .beyond_limit = 6,
+                     .missing_tiles = 7,
+                     .exposure_value = 12.5,
+                     .last_file = "images/camera-front-009900.png",
+                     .last_time_ns = 9'900 * millisecond,
+                     .last_tick = 9'900,
+                     .last_image_png = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4"
+                                       "z8DA8J8BAAf/Af8Bf4mnAAAAAElFTkSuQmCC"},
+                    {.name = "rear", .images = 20}};
   record.recording = Recording{.file = "recording.mcap",
                                .bytes = 1'048'571,
                                .messages = 12'347,

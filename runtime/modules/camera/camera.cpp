@@ -1,0 +1,294 @@
+// A camera, carried by a body or at rest in the world (paper, Render Query). A step takes one image, whose
+// exposure begins at its release, or none (image_schedule.hpp). The outputs, an object list among them, are
+// those of camera_ports.hpp; the run writes images and depths as files (camera_images.hpp).
+
+#include <glm/ext/quaternion_float.hpp>
+#include <glm/ext/vector_float3.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <utility>
+
+#include "runtime/config/numbers.hpp"
+#include "runtime/modules/camera/camera_options.hpp"
+#include "runtime/modules/camera/camera_ports.hpp"
+#include "runtime/modules/camera/image_schedule.hpp"
+#include "runtime/modules/camera/visible_bodies.hpp"
+#include "runtime/modules/camera/visible_share.hpp"
+#include "runtime/modules/laser_scanner/answer_digest.hpp"
+#include "runtime/modules/laser_scanner/receiver.hpp"
+#include "runtime/modules/module.hpp"
+#include "runtime/modules/splitmix64.hpp"
+
+namespace hil::modules {
+namespace {
+
+class CameraModule final : public Module {
+ public:
+  CameraModule(const config::Value& parameters, CameraOptions options, const TaskParameters& task);
+
+  const Ports& ports() const noexcept override { return ports_; }
+  void configure(World& world, EventLog& events, const TaskParameters& task) override;
+  void step(StepContext& context) noexcept override;
+  void contribute(contribution::Contribution& report) const override;
+
+ private:
+  rtstdb::ImageOutputs outputs() const noexcept;
+  rtstdb::Camera camera_at(std::int64_t time_ns) const noexcept;
+  void take_image(StepContext& context) noexcept;
+  void hand_over(const rtstdb::Image& image, std::int64_t time_ns) noexcept;
+  void list_objects(StepContext& context, const rtstdb::Terms& terms, const rtstdb::Image& image) noexcept;
+  bool choose_objects(StepContext& context, const rtstdb::Terms& terms) noexcept;
+  void write_objects(StepContext& context, bool is_whole) const noexcept;
+
+  const CameraOptions options_;
+  const ImageSchedule schedule_;
+  const Ports ports_;
+  std::string instance_;
+  std::int64_t first_release_ns_ = 0, period_ns_ = 0;
+
+  const World* world_ = nullptr;
+  rtstdb::Database* database_ = nullptr;
+  std::unique_ptr<CameraImageStream> stream_;
+  std::unique_ptr<rtstdb::ImageQuery> query_;
+  std::unique_ptr<rtstdb::Transaction> transaction_;
+  rtstdb::EntityId carrier_{};
+  std::uint32_t mask_ = rtstdb::mask_all, object_mask_ = rtstdb::mask_all;
+  std::uint64_t seed_ = 0;
+
+  VisibleBodies bodies_;
+  VisibleShare share_;
+  std::unique_ptr<rtstdb::Transaction> rows_;
+  CameraView view_{};
+  std::vector<VisibleBody> objects_;
+  std::vector<CoveredBody> covered_;  // those of objects_
+  std::uint32_t object_count_ = 0;
+  AnswerDigest digest_;
+
+  std::int64_t last_image_ns_ = 0;
+  std::uint64_t images_ = 0, missing_tiles_ = 0, incomplete_pixels_ = 0, images_beyond_lights_ = 0;
+};
+
+CameraModule::CameraModule(const config::Value& parameters, CameraOptions options, const TaskParameters& task)
+    : options_(std::move(options)),
+      schedule_(options_.images_hz, task.period_ns),
+      ports_(camera_ports(parameters, options_)) {}
+
+rtstdb::ImageOutputs CameraModule::outputs() const noexcept {
+  const bool has_noise = options_.sensor.full_well_e > 0.0;
+  return {.color = options_.has_images && has_noise,
+          .srgb = options_.has_images && !has_noise,
+          .depth = options_.depth_step_m > 0.0 || options_.objects > 0,
+          .identity = options_.objects > 0};
+}
+
+void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
+  instance_ = task.instance;
+  first_release_ns_ = task.offset_ns;
+  period_ns_ = task.period_ns;
+  const std::string caller = "module " + task.instance;
+  world_ = &world;
+  database_ = &world.database();
+  if (!options_.carrier.empty()) carrier_ = world.entity_of(options_.carrier, caller);
+  if (!options_.layers.empty()) mask_ = world.mask_of(options_.layers, caller);
+  if (!options_.object_layers.empty()) object_mask_ = world.mask_of(options_.object_layers, caller);
+  seed_ = static_cast<std::uint64_t>(options_.seed.value_or(noise_seed(task.seed, task.instance)));
+
+  auto query = database_->prepare(rtstdb::ImageQueryOptions{.name = task.instance,
+                                                            .capacity = 1,
+                                                            .width = options_.width,
+                                                            .height = options_.height,
+                                                            .outputs = outputs(),
+                                                            .samples_per_pixel = options_.samples,
+                                                            .bounces = options_.bounces,
+                                                            .late = options_.late});
+  if (!query) throw SetupError(caller, query.error());
+  query_ = std::move(query).value();
+  transaction_ = database_->make_transaction({.max_queries = 1, .max_reads = 1});
+  if (options_.objects > 0) {
+    share_.prepare(*database_, task.instance + " shares", caller);
+    rows_ = database_->make_transaction({.max_reads = VisibleBodies::max_bodies});
+    objects_.reserve(options_.objects);
+    covered_.reserve(options_.objects);
+  }
+  if (world.camera_images() == nullptr || (!options_.has_images && options_.depth_step_m == 0.0)) return;
+  CameraStreamOptions stream{.name = task.instance,
+                             .width = options_.width,
+                             .height = options_.height,
+                             .has_images = options_.has_images,
+                             .depth_step_m = options_.depth_step_m,
+                             .sensor = options_.sensor,
+                             .max_bytes = options_.max_bytes};
+  stream.sensor.noise_seed = seed_;
+  stream_ = world.camera_images()->open(stream);
+}
+
+rtstdb::Camera CameraModule::camera_at(std::int64_t time_ns) const noexcept {
+  const std::uint64_t number = splitmix64(static_cast<std::uint64_t>(time_ns));
+  return {.p_m = glm::vec3(options_.mount_m),
+          .q = glm::quat(options_.rotation),
+          .horizontal_angle_rad = static_cast<float>(options_.field_of_view_rad),
+          .near_m = static_cast<float>(options_.near_m),
+          .t = rtstdb::world_time_ns(time_ns),
+          .row_time = rtstdb::Nanoseconds(options_.row_time_ns),
+          .exposure = rtstdb::Nanoseconds(options_.exposure_ns),
+          .exposure_value = static_cast<float>(options_.sensor.exposure_value),
+          .mask = mask_,
+          .carrier = carrier_,
+          .seed = static_cast<std::uint32_t>(splitmix64_finalizer(seed_ ^ number))};
+}
+
+void CameraModule::step(StepContext& context) noexcept {
+  const auto release = static_cast<std::uint64_t>((context.time_ns - first_release_ns_) / period_ns_);
+  if (schedule_.image_of(release)) take_image(context);
+  // The outputs become visible at the deadline, so the age counts until then.
+  const std::int64_t seen_ns = context.time_ns + context.period_ns;
+  context.outputs[CameraOutputs::age()] = images_ == 0 ? std::numeric_limits<double>::quiet_NaN()
+                                                       : static_cast<double>(seen_ns - last_image_ns_) * 1e-6;
+}
+
+void CameraModule::take_image(StepContext& context) noexcept {
+  const rtstdb::Terms terms{.deadline_class = rtstdb::DeadlineClass::soft,
+                            .deadline = context.deadline,
+                            .importance = 1,
+                            .world_time = {},
+                            .read_at = rtstdb::ReadAt::pinned(context.version)};
+  view_ = {.camera = camera_at(context.time_ns), .width = options_.width, .height = options_.height};
+  query_->cameras()[0] = view_.camera;
+  transaction_->begin(terms);
+  if (carrier_.valid()) transaction_->read(carrier_);
+  transaction_->add_query(*query_, 1);
+  if (!context.execute(*database_, *transaction_).done()) return;
+  if (carrier_.valid()) {
+    const rtstdb::EntityState* const carrier = transaction_->state(0);
+    if (carrier == nullptr) return;
+    view_.carrier = carrier->row.motion;
+  }
+  const rtstdb::Image& image = std::as_const(*query_).images()[0];
+  last_image_ns_ = context.time_ns;
+  context.outputs[CameraOutputs::image_count()] = static_cast<double>(++images_);
+  context.outputs[CameraOutputs::missing_tiles()] = static_cast<double>(image.missing_tiles.size());
+  missing_tiles_ += image.missing_tiles.size();
+  incomplete_pixels_ += image.incomplete_pixels;
+  images_beyond_lights_ += image.lights_overflow ? 1 : 0;
+  if (stream_) hand_over(image, context.time_ns);
+  if (options_.objects > 0) list_objects(context, terms, image);
+}
+
+void CameraModule::hand_over(const rtstdb::Image& image, std::int64_t time_ns) noexcept {
+  const std::optional<CameraFrame> frame = stream_->begin();
+  if (!frame) return;
+  if (!frame->color.empty()) std::ranges::copy(image.color, frame->color.begin());
+  if (!frame->srgb.empty()) std::ranges::copy(image.srgb, frame->srgb.begin());
+  if (!frame->depth_m.empty()) std::ranges::copy(image.depth_m, frame->depth_m.begin());
+  stream_->finish(time_ns);
+}
+
+void CameraModule::list_objects(StepContext& context, const rtstdb::Terms& terms,
+                                const rtstdb::Image& image) noexcept {
+  for (std::size_t pixel = 0; pixel < image.entities.size(); ++pixel) {
+    digest_.add(image.entities[pixel].index);
+    digest_.add(std::bit_cast<std::uint32_t>(image.depth_m[pixel]));
+  }
+  context.outputs[CameraOutputs::digest()] = digest_.number();
+  bodies_.find(options_.width, image.entities, image.depth_m);
+  if (!choose_objects(context, terms)) return;
+  share_.count(context, terms, view_, image, covered_);
+  write_objects(context, image.missing_tiles.empty());
+}
+
+/// The nearest bodies of the object layers. False: their rows could not be read.
+bool CameraModule::choose_objects(StepContext& context, const rtstdb::Terms& terms) noexcept {
+  const std::span<const VisibleBody> bodies = bodies_.nearest_first();
+  objects_.clear();
+  covered_.clear();
+  object_count_ = 0;
+  if (bodies.empty()) return true;
+  rows_->begin(terms);
+  for (const VisibleBody& body : bodies)
+    rows_->read(body.entity);
+  if (!context.execute(*database_, *rows_).done()) return false;
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    const rtstdb::EntityState* const state = rows_->state(i);
+    if (state == nullptr || (state->row.mask & object_mask_) == 0) continue;
+    ++object_count_;
+    if (objects_.size() == options_.objects) continue;
+    const rtstdb::Bounds bounds = world_->bounds_of(bodies[i].entity);
+    const glm::dvec3 low(bounds.minimum_m), high(bounds.maximum_m);
+    objects_.push_back(bodies[i]);
+    covered_.push_back({.entity = bodies[i].entity,
+                        .box = {.motion = state->row.motion,
+                                .center_m = 0.5 * (low + high) * state->row.scale,
+                                .half_m = 0.5 * (high - low) * state->row.scale}});
+  }
+  return true;
+}
+
+void CameraModule::write_objects(StepContext& context, bool is_whole) const noexcept {
+  context.outputs[CameraOutputs::object_count()] = static_cast<double>(object_count_);
+  for (std::size_t i = 0; i < options_.objects; ++i) {
+    const auto slot = context.outputs.subspan(CameraOutputs::object(i), CameraOutputs::per_object);
+    if (i >= objects_.size()) {
+      std::ranges::fill(slot, 0.0);
+      continue;
+    }
+    const VisibleBody& body = objects_[i];
+    const double covered = static_cast<double>(body.pixels) + static_cast<double>(covered_[i].hidden);
+    const std::array<double, CameraOutputs::per_object> values{
+        1.0,
+        static_cast<double>(body.entity.index),
+        static_cast<double>(body.x_min),
+        static_cast<double>(body.y_min),
+        static_cast<double>(body.x_max),
+        static_cast<double>(body.y_max),
+        static_cast<double>(body.depth_m),
+        static_cast<double>(body.pixels),
+        static_cast<double>(body.pixels) / covered,
+        is_whole && covered_[i].undecided == 0 ? 1.0 : 0.0};
+    std::ranges::copy(values, slot.begin());
+  }
+}
+
+void CameraModule::contribute(contribution::Contribution& report) const {
+  report.cameras.push_back({.name = instance_,
+                            .images = images_,
+                            .missing_tiles = missing_tiles_,
+                            .exposure_value = options_.sensor.exposure_value});
+  const std::string camera = "camera " + instance_ + ": ";
+  const auto note = [&](std::int64_t time_ns, const std::string& text) {
+    report.events.push_back({time_ns, camera + text});
+  };
+  if (!schedule_.is_even())
+    note(first_release_ns_,
+         "an image is " + config::format_number(schedule_.releases_per_image()) +
+             " periods of the task, no whole number; each is taken at the nearest release");
+  if (bodies_.ignored_pixels() > 0)
+    note(report.end_ns, std::to_string(bodies_.ignored_pixels()) +
+                            " pixels are in no object: images show "
+                            "more than " +
+                            std::to_string(VisibleBodies::max_bodies) + " bodies");
+  if (incomplete_pixels_ > 0)
+    note(report.end_ns,
+         std::to_string(incomplete_pixels_) +
+             " pixels lack light or show nothing, since a search reached a limit of the device");
+  if (images_beyond_lights_ > 0)
+    note(report.end_ns, std::to_string(images_beyond_lights_) +
+                            " images lack light: the world has more lights than an image may have");
+}
+
+}  // namespace
+
+ModuleType camera_type() {
+  return {.name = "camera",
+          .about = "A camera, carried by a body or at rest: images, depths, and a list of visible bodies.",
+          .parameters = camera_schema(),
+          .create = [](const config::Value& values, const TaskParameters& task,
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+            auto options = read_camera_options(values, task.period_ns, diagnostics);
+            if (!options) return nullptr;
+            return std::make_unique<CameraModule>(values, std::move(*options), task);
+          }};
+}
+
+}  // namespace hil::modules
