@@ -29,7 +29,7 @@ world:
     - {name: red, base_color: [0.6, 0.1, 0.1]}
     - {name: white, base_color: [0.8, 0.8, 0.8]}
   lights:
-    - {name: daylight, type: sky, zenith: 5000 cd/m2, horizon: 5000 cd/m2, ground: 1000 cd/m2}
+    - {name: daylight, kind: sky, zenith: 5000 cd/m2, horizon: 5000 cd/m2, ground: 1000 cd/m2}
   entities:
     - {name: sky, light: daylight}
     - {name: back, shape: {box: [1 m, 8 m, 8 m]}, position: [16.5 m, 0 m, 0 m], material: white}
@@ -92,9 +92,9 @@ TEST_F(CameraRun, ListsBoxesAndSharesOfAPassingBox) {
     EXPECT_EQ(value("object1.y_max", image), 32.0);
     EXPECT_NEAR(value("object1.depth", image), 16.0, 1e-5);
   }
-  const auto json = read_report(out);
+  const nlohmann::json world = nlohmann::json::parse(read_text(out + "/world.json"));
   std::map<std::string, double> index;
-  for (const auto& entity : nlohmann::json::parse(read_text(out + "/world.json"))["entities"])
+  for (const auto& entity : world["entities"])
     index[entity["name"]] = entity["index"];
   EXPECT_EQ(value("object0.entity", 5), index.at("passing"));
   EXPECT_EQ(value("object1.entity", 5), index.at("back"));
