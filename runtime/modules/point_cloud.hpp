@@ -3,7 +3,8 @@
 // file format and no thread.
 //
 // Frame of a point: that of the sensor at the instant of the point's beam. Metres, seconds of run time.
-// Threads: open at setup; begin and finish in the tick, where they neither allocate nor block.
+// Threads: open at setup; begin and finish in the tick, where they do not allocate. In real time they do not
+// block; under the virtual clock begin waits for the disk.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,6 @@
 #include "runtime/run/camera_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include "io/device.hpp"
 #include "runtime/run/image_files.hpp"
 #include "runtime/run/png_file.hpp"
+#include "runtime/run/write_ring.hpp"
 
 namespace hil::run {
 namespace {
@@ -37,11 +37,11 @@ class CameraFiles::Buffers {
       : folder_(std::move(folder)),
         options_(options),
         sensor_(options.sensor),
-        waits_(waits),
-        tick_ns_(tick_ns) {
+        tick_ns_(tick_ns),
+        ring_(waits) {
     const std::size_t pixels = std::size_t{options.width} * options.height;
     const bool has_noise = sensor_.has_noise();
-    for (Slot& slot : slots_) {
+    for (Slot& slot : ring_.slots()) {
       slot.color.resize(options.has_images && has_noise ? pixels : 0);
       slot.srgb.resize(options.has_images ? pixels : 0);
       slot.depth_m.resize(options.depth_step_m > 0.0 ? pixels : 0);
@@ -50,48 +50,33 @@ class CameraFiles::Buffers {
     record_.max_bytes = options.max_bytes;
     record_.width = options.width;
     record_.height = options.height;
-    depths_.resize(slots_[0].depth_m.size());
-    rgb_.resize(slots_[0].srgb.size() * 3);
+    depths_.resize(ring_.slots()[0].depth_m.size());
+    rgb_.resize(ring_.slots()[0].srgb.size() * 3);
     record_.last_rgb.resize(rgb_.size());
   }
 
   // ---- the tick
   std::optional<modules::CameraFrame> begin() noexcept {
-    const std::uint64_t place = filled_.load(std::memory_order_relaxed);
-    std::uint64_t written = written_.load(std::memory_order_acquire);
-    while (waits_ && !is_closed_.load(std::memory_order_relaxed) && place - written == slots_.size()) {
-      written_.wait(written, std::memory_order_acquire);
-      written = written_.load(std::memory_order_acquire);
-    }
-    if (is_closed_.load(std::memory_order_relaxed) || place - written == slots_.size()) {
-      dropped_.fetch_add(1, std::memory_order_relaxed);
-      return std::nullopt;
-    }
-    Slot& slot = slots_[place % slots_.size()];
-    modules::CameraFrame frame{.color = slot.color, .depth_m = slot.depth_m};
-    if (slot.color.empty()) frame.srgb = slot.srgb;
+    slot_ = ring_.begin();
+    if (slot_ == nullptr) return std::nullopt;
+    modules::CameraFrame frame{.color = slot_->color, .depth_m = slot_->depth_m};
+    if (slot_->color.empty()) frame.srgb = slot_->srgb;
     return frame;
   }
   void finish(std::int64_t time_ns) noexcept {
-    const std::uint64_t place = filled_.load(std::memory_order_relaxed);
-    slots_[place % slots_.size()].time_ns = time_ns;
-    filled_.store(place + 1, std::memory_order_release);
+    slot_->time_ns = time_ns;
+    ring_.finish();
   }
 
   // ---- the writing thread; close
   void write_filled() {
-    const std::uint64_t end = filled_.load(std::memory_order_acquire);
-    for (std::uint64_t place = written_.load(std::memory_order_relaxed); place < end; ++place) {
-      write(slots_[place % slots_.size()]);
-      written_.store(place + 1, std::memory_order_release);
-      written_.notify_one();
-    }
+    ring_.write_filled([this](Slot& slot) { write(slot); });
   }
   /// After the last tick.
   CameraFileRecord close() {
-    is_closed_.store(true, std::memory_order_relaxed);
+    ring_.close();
     write_filled();
-    record_.dropped = dropped_.load();
+    record_.dropped = ring_.lost();
     if (!has_image_) record_.last_rgb.clear();
     return std::move(record_);
   }
@@ -145,11 +130,9 @@ class CameraFiles::Buffers {
   const std::filesystem::path folder_;
   const modules::CameraStreamOptions options_;
   const modules::ImageSensor sensor_;
-  const bool waits_;
   const std::int64_t tick_ns_;
-  std::array<Slot, 3> slots_;
-  std::atomic<std::uint64_t> filled_{0}, written_{0}, dropped_{0};
-  std::atomic<bool> is_closed_{false};
+  WriteRing<Slot> ring_;
+  Slot* slot_ = nullptr;  // that the tick fills
   // Of the writing thread.
   std::vector<std::uint16_t> depths_;
   std::vector<std::uint8_t> rgb_;

@@ -1,6 +1,5 @@
 #include "runtime/run/point_cloud_files.hpp"
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -9,60 +8,44 @@
 
 #include "io/device.hpp"
 #include "runtime/run/pcd_file.hpp"
+#include "runtime/run/write_ring.hpp"
 
 namespace hil::run {
 
 /// The buffers of one stream: the tick fills them in turn, and the writing thread writes them to files.
 class PointCloudFiles::Buffers {
  public:
-  Buffers(std::filesystem::path folder, std::string name, std::size_t max_points, bool written_in_tick)
-      : folder_(std::move(folder)), name_(std::move(name)), written_in_tick_(written_in_tick) {
-    for (Cloud& cloud : clouds_)
+  Buffers(std::filesystem::path folder, std::string name, std::size_t max_points, bool waits)
+      : folder_(std::move(folder)), name_(std::move(name)), ring_(waits) {
+    for (Cloud& cloud : ring_.slots())
       cloud.points.resize(max_points);
   }
 
   // ---- the tick
   std::span<modules::CloudPoint> begin() noexcept {
     ++number_;
-    const std::uint64_t place = filled_.load(std::memory_order_relaxed);
-    if (written_in_tick_) write_filled();
-    if (is_closed_.load(std::memory_order_relaxed) ||
-        place - written_.load(std::memory_order_acquire) == clouds_.size()) {
-      lost_.fetch_add(1, std::memory_order_relaxed);
-      return {};
-    }
-    return clouds_[place % clouds_.size()].points;
+    cloud_ = ring_.begin();
+    return cloud_ == nullptr ? std::span<modules::CloudPoint>() : cloud_->points;
   }
   void finish(std::size_t count, const rtstdb::Pose& sensor) noexcept {
-    const std::uint64_t place = filled_.load(std::memory_order_relaxed);
-    Cloud& cloud = clouds_[place % clouds_.size()];
-    cloud.count = count;
-    cloud.number = number_;
-    cloud.sensor = sensor;
-    filled_.store(place + 1, std::memory_order_release);
+    cloud_->count = count;
+    cloud_->number = number_;
+    cloud_->sensor = sensor;
+    ring_.finish();
   }
 
-  // ---- the writing thread; the tick under the virtual clock; close
+  // ---- the writing thread; close
   void write_filled() {
-    const std::uint64_t end = filled_.load(std::memory_order_acquire);
-    for (std::uint64_t place = written_.load(std::memory_order_relaxed); place < end; ++place) {
-      const Cloud& cloud = clouds_[place % clouds_.size()];
-      char file[64];
-      std::snprintf(file, sizeof file, "-%06llu.pcd", static_cast<unsigned long long>(cloud.number));
-      const std::string fault =
-          write_pcd(folder_ / (name_ + file), std::span(cloud.points).first(cloud.count), cloud.sensor);
-      if (!fault.empty() && failed_++ == 0) first_fault_ = fault;
-      written_.store(place + 1, std::memory_order_release);
-    }
+    ring_.write_filled([this](const Cloud& cloud) { write(cloud); });
   }
   /// After the last tick.
   void close(std::vector<std::string>& faults) {
-    is_closed_.store(true, std::memory_order_relaxed);
+    ring_.close();
     write_filled();
     const auto clouds = [](std::uint64_t count) {
       return std::to_string(count) + (count == 1 ? " point cloud" : " point clouds");
     };
-    if (const std::uint64_t lost = lost_.load(); lost > 0)
+    if (const std::uint64_t lost = ring_.lost(); lost > 0)
       faults.push_back(clouds(lost) + " of " + name_ + " are not in files: the disk was too slow");
     if (failed_ > 0)
       faults.push_back(clouds(failed_) + " of " + name_ +
@@ -71,19 +54,25 @@ class PointCloudFiles::Buffers {
 
  private:
   struct Cloud {
-    std::vector<modules::CloudPoint> points;
+    std::vector<modules::CloudPoint> points{};
     std::size_t count = 0;
     std::uint64_t number = 0;
-    rtstdb::Pose sensor;
+    rtstdb::Pose sensor{};
   };
+
+  void write(const Cloud& cloud) {
+    char file[64];
+    std::snprintf(file, sizeof file, "-%06llu.pcd", static_cast<unsigned long long>(cloud.number));
+    const std::string fault =
+        write_pcd(folder_ / (name_ + file), std::span(cloud.points).first(cloud.count), cloud.sensor);
+    if (!fault.empty() && failed_++ == 0) first_fault_ = fault;
+  }
 
   const std::filesystem::path folder_;
   const std::string name_;
-  const bool written_in_tick_;
-  std::array<Cloud, 3> clouds_;
+  WriteRing<Cloud> ring_;
+  Cloud* cloud_ = nullptr;    // that the tick fills
   std::uint64_t number_ = 0;  // of the cloud that was begun last, from 1
-  std::atomic<std::uint64_t> filled_{0}, written_{0}, lost_{0};
-  std::atomic<bool> is_closed_{false};
   std::uint64_t failed_ = 0;
   std::string first_fault_;
 };
@@ -121,7 +110,7 @@ std::unique_ptr<modules::PointCloudStream> PointCloudFiles::open(const std::stri
   if (thread_.joinable()) thread_.join();
   streams_.push_back(std::make_shared<Buffers>(folder_, name, max_points, virtual_clock_));
   stopping_.store(false, std::memory_order_release);
-  if (!virtual_clock_) thread_ = std::thread([this] { serve(); });
+  thread_ = std::thread([this] { serve(); });
   return std::make_unique<Stream>(streams_.back());
 }
 
@@ -129,7 +118,7 @@ void PointCloudFiles::serve() {
   while (!stopping_.load(std::memory_order_acquire)) {
     for (const std::shared_ptr<Buffers>& stream : streams_)
       stream->write_filled();
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(std::chrono::milliseconds(virtual_clock_ ? 1 : 5));
   }
 }
 

@@ -2,7 +2,7 @@
 // The point clouds of a run, as files pointclouds/<module>-<number>.pcd in its folder. The tick fills
 // preallocated buffers; an ordinary thread writes them to files. If all buffers of a stream wait for the
 // disk, the next cloud is lost and counted, and its number is left out. Under the virtual clock the tick
-// itself writes the files, so no cloud is lost.
+// waits for a buffer instead, so no cloud is lost.
 //
 // Threads: open and close at setup and after the last tick; the streams in the tick.
 
