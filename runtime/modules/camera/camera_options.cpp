@@ -172,7 +172,7 @@ config::Schema camera_schema() {
           Schema::record({Field::with_default("step", Schema::quantity(Quantity::length_m, 1e-5, 10.0),
                                               "1 mm", "The depth that one unit of a file stands for.")}),
           "The run writes depths as PNG files with 16 bits: the depth along the view direction in units of "
-          "'step'; 0 is nothing, 65535 is farther. Left out: none."),
+          "'step'; 0 is nothing, 65535 that depth or more. Left out: none."),
       Field::with_default("max_size", Schema::quantity(Quantity::data_bytes, 0x1p20, 0x1p40), "1 GiB",
                           "No further file is written once the files of the camera have this size."),
       Field::with_default("objects", Schema::integer(0, 64), "0",

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "tests/paths.h"
 #include "tests/support/png_reader.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/system/scenario/hil.hpp"
@@ -98,6 +99,46 @@ TEST_F(CameraRun, ListsBoxesAndSharesOfAPassingBox) {
     index[entity["name"]] = entity["index"];
   EXPECT_EQ(value("object0.entity", 5), index.at("passing"));
   EXPECT_EQ(value("object1.entity", 5), index.at("back"));
+}
+
+TEST_F(CameraRun, SendsItsObjectsOnCan) {
+  write_text(
+      folder_ / "bus.dbc",
+      "VERSION \"\"\nBU_: A B\nBO_ 256 CameraObject: 8 A\n SG_ Left : 0|16@1+ (1,0) [0|65535] \"\" B\n"
+      " SG_ Depth : 16|16@1+ (0.01,0) [0|655.35] \"m\" B\n"
+      " SG_ Share : 32|16@1+ (0.0009765625,0) [0|1] \"\" B\n SG_ Valid : 48|1@1+ (1,0) [0|1] \"\" B\n");
+  write_text(folder_ / "scene.yaml",
+             std::string(scene) +
+                 "can:\n  - bus: car\n    device: virtual\n    database: bus.dbc\n    rate: 10 Hz\n"
+                 "    send:\n      - {message: CameraObject, period: 100 ms, signals: {Left: "
+                 "front.object1.x_min, Depth: front.object1.depth, Share: front.object1.share, Valid: "
+                 "front.object1.valid}}\n");
+  const Ended ended = run_hil({"run", folder_ / "scene.yaml", "--out", folder_ / "out"});
+  ASSERT_LE(ended.code, 1) << ended.output << ended.errors;
+  const auto frames = read_can_log(folder_ / "out/can-car.log");
+  ASSERT_GE(frames.size(), 28U);
+  const auto word = [&](const io::can::LoggedFrame& one, std::size_t first) {
+    return one.frame.raw.data[first] + 256 * one.frame.raw.data[first + 1];
+  };
+  std::set<int> shares;
+  for (const auto& one : frames) {
+    if (one.frame.raw.data[6] == 0) continue;  // before the first image
+    EXPECT_EQ(word(one, 0), 24);
+    EXPECT_EQ(word(one, 2), 1600);
+    shares.insert(word(one, 4));
+  }
+  // In units of 1/1024: the passing box hides 0 to 8 of 32 parts, one more or less from an image to the next.
+  EXPECT_EQ(shares, (std::set<int>{768, 800, 832, 864, 896, 928, 960, 992, 1024}));
+}
+
+TEST_F(CameraRun, TheExampleOfTheGuideHasNoMistakes) {
+  const std::string page = read_text(std::string(HIL_SOURCE_DIR) + "/docs/guide/camera.md");
+  const std::string fence = "```yaml\n";
+  const std::size_t begin = page.find(fence) + fence.size();
+  write_text(folder_ / "example.yaml", page.substr(begin, page.find("```", begin) - begin));
+  const Ended ended = run_hil({"run", folder_ / "example.yaml", "--out", folder_ / "out"});
+  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+  EXPECT_EQ(images_in(folder_ / "out").size(), 40U) << "20 images, and their depths";
 }
 
 TEST_F(CameraRun, WritesTheSameFilesInEachRun) {
