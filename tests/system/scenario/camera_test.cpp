@@ -141,6 +141,20 @@ TEST_F(CameraRun, TheExampleOfTheGuideHasNoMistakes) {
   EXPECT_EQ(images_in(folder_ / "out").size(), 40U) << "20 images, and their depths";
 }
 
+/// configs/camera/rolling_shutter.yaml: its expectations hold, and fail without the time between rows.
+TEST_F(CameraRun, RollingShutterShearsAPassingVan) {
+  const std::string scenario = std::string(HIL_SOURCE_DIR) + "/configs/camera/rolling_shutter.yaml";
+  const std::vector<std::string> fast{"run",   scenario,
+                                      "--set", "tasks.global.parameters.samples=1",
+                                      "--set", "tasks.rolling.parameters.samples=1",
+                                      "--out", folder_ / "out"};
+  Ended ended = run_hil(fast);
+  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+  ended = run_hil(joined({fast, {"--set", "tasks.rolling.parameters.row_time=0 s"}}));
+  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
+  EXPECT_NE(ended.output.find("its shear is speed times row time"), std::string::npos) << ended.output;
+}
+
 TEST_F(CameraRun, WritesTheSameFilesInEachRun) {
   const std::string out = run("out");
   const auto files = images_in(out);
