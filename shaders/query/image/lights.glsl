@@ -23,7 +23,7 @@ vec3 light_from_afar(vec3 direction, Instant at, uint mask, float pdf, bool mirr
     const vec3 from = rotate(conjugate(orientation_of_light(light, at)), direction);
     if (light.kind == light_sky) {
       sum += from.z >= 0.0 ? mix(light.horizon, light.color, from.z) : light.ground;
-    } else if (-from.x > light.cos_outer) {
+    } else if (light.cos_outer < 1.0 && -from.x > light.cos_outer) {  // a sun without a disc meets no ray
       const float steradians = disc_steradians(light.cos_outer);
       const float found = 1.0 / (steradians * float(chosen_lights()));
       sum += light.color / steradians * (mirrored ? 1.0 : pdf / (pdf + found));
