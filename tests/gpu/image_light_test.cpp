@@ -69,6 +69,29 @@ TEST_F(ImageTest, AWhiteBodyInAUniformSkyIsAsBrightAsTheSky) {
   }
 }
 
+/// Its light comes from one direction, to which the rounded cosine of a ray may be above 1.
+TEST_F(ImageTest, NoRayMeetsASunWithoutADisc) {
+  constexpr std::uint32_t suns = 64;
+  const auto query = prepare(ImageQueryOptions{.name = "cameras",
+                                               .capacity = suns,
+                                               .width = 4,
+                                               .height = 4,
+                                               .outputs = linear_color,
+                                               .samples_per_pixel = 4,
+                                               .bounces = 0});
+  for (std::uint32_t i = 0; i < suns; ++i) {
+    const glm::dquat q =
+        glm::normalize(glm::dquat(0.3 + 0.1 * i, std::sin(i), std::cos(3.0 * i), 1.0 - 0.1 * i));
+    create_light({.kind = LightKind::directional, .illuminance_lx = 1e5}, {}, q);
+    const glm::dquat turn = glm::angleAxis(pi, glm::dvec3(0.0, 0.0, 1.0));
+    query->cameras()[i] = {.q = glm::quat(q * turn), .horizontal_angle_rad = 1e-5f};
+  }
+  const Outcome outcome = run(*query, suns);
+  ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+  for (const Image& image : query->images())
+    EXPECT_EQ(mean_color(image), glm::dvec3(0.0));
+}
+
 class ImageOfGround : public ImageTest {
  protected:
   void SetUp() override {
