@@ -54,6 +54,7 @@ RTSTDB_CONSTANT(path_mirrored, 2)
   F(vec3, sum_cdpm2) /* of the samples before */                                                 \
   F(uint, also_unused)
 RTSTDB_STRUCT(PathRecord)
+RTSTDB_CONSTANT(path_texels, 6)
 
 // An instance as the rasteriser sees it: a point of its entity's frame is at (dot(forward, p), ...) with
 // p = (point, 1); right and down are divided by the tangents of half the angles of view.

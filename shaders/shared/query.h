@@ -10,7 +10,7 @@ RTSTDB_CONSTANT(status_incomplete, 2)
 
 // A ray in the layout of the caller (rtstdb::Ray), 4 texels:
 //   0 origin, direction x                                     1 direction yz, lambda range
-//   2 time (int64 ns, low word first), mask, carrier's index  3 - (in images: the pixel, image_rays.comp)
+//   2 time (int64 ns, low word first), mask, carrier's index  3 -
 RTSTDB_CONSTANT(ray_texels, 4)
 // A hit in the layout of the caller (rtstdb::RayHit), 8 pairs of words:
 //   0 status, lambda    2 entity's index, generation    4 triangle, front    6 normal z, relative velocity x

@@ -88,7 +88,7 @@ class DeformingWorlds : public DeformingGeometry {
     }
   }
 
-  Random random_{20};
+  Random random_{21};
   SceneOptions options_;
   std::vector<std::pair<GeometryId, TriangleMesh>> deforming_;
   std::vector<EntityId> ids_;

@@ -270,6 +270,10 @@ TEST_F(ImageTest, RefusesBadCamerasWithValueAndLimits) {
   EXPECT_EQ(fault({.near_m = 0.0f}).field, "near_m");
   EXPECT_EQ(fault({.row_time = Nanoseconds(-1)}).field, "row_time");
   EXPECT_EQ(fault({.exposure = Nanoseconds(-1)}).field, "exposure");
+  const auto drawn = prepare(
+      ImageQueryOptions{.name = "drawn", .width = 4, .height = 8, .first_hits = FirstHits::rasterised});
+  drawn->cameras()[0] = {.row_time = Nanoseconds(1)};
+  EXPECT_EQ(run(*drawn, 1).bad_input.field, "row_time");
   EXPECT_EQ(fault({.exposure_value = 40.0f}).field, "exposure_value");
   EXPECT_EQ(fault({.p_m = {1e6f, 0.0f, 0.0f}}).reason, BadInputReason::out_of_limits);
   EXPECT_EQ(fault({.carrier = {7, 0}}).reason, BadInputReason::unknown_entity);

@@ -127,6 +127,14 @@ Camera random_element(Random& random, const ElementScene& scene, const Camera* /
   return random_camera(random, scene.entities, scene.scene, scene.first, scene.window_s);
 }
 
+/// What the options of a query do not allow is taken out of a random element.
+template <class Element, class Options>
+void allow(Element& /*element*/, const Options& /*options*/) {}
+
+void allow(Camera& camera, const ImageQueryOptions& options) {
+  if (options.first_hits == FirstHits::rasterised) camera.row_time = {};
+}
+
 // ---- every kind
 
 template <class Class>
@@ -162,8 +170,10 @@ class CaseOf final : public KindCase {
   Query& query() noexcept override { return *query_; }
   bool is_answered_whole() const noexcept override { return answers_whole_batches<Class>; }
   void fill(Random& random, const ElementScene& scene) override {
-    for (auto& element : Kind::elements(*query_))
+    for (auto& element : Kind::elements(*query_)) {
       element = random_element(random, scene, static_cast<const typename Kind::Element*>(nullptr));
+      allow(element, options_);
+    }
   }
   void copy_elements(KindCase& from, std::span<const std::uint32_t> places, std::uint32_t first) override {
     const auto source = Kind::elements(*dynamic_cast<CaseOf&>(from).query_);

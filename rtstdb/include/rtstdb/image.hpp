@@ -68,8 +68,9 @@ enum class FirstHits : std::uint8_t {
   traced,  ///< as by a ray query
   /// By the rasteriser of the device, in less time. The pixel's ray then meets the triangle that was drawn,
   /// by the test of ray queries, or is traced if it misses that triangle. So a hit differs from that of a
-  /// ray query only beside a silhouette, and between surfaces that nearly coincide. Images with a rolling
-  /// shutter, and those on a device that can not draw (DeviceInfo::draws), are traced.
+  /// ray query only beside a silhouette, and between surfaces that nearly coincide. A rolling shutter is
+  /// refused, since every row has another instant. On a device that can not draw (DeviceInfo::draws) all
+  /// are traced.
   rasterised,
 };
 

@@ -101,7 +101,8 @@ std::optional<BadInput> check_camera(const Camera& camera, const ImageQueryOptio
     return bad;
   const double longest_s = static_cast<double>(max_query_window_ns) * 1e-9;
   const double row_s = seconds(camera.row_time);
-  if (const auto bad = check_value("row_time", row_s, 0.0, longest_s, element)) return bad;
+  const double longest_row_s = options.first_hits == FirstHits::rasterised ? 0.0 : longest_s;
+  if (const auto bad = check_value("row_time", row_s, 0.0, longest_row_s, element)) return bad;
   const double exposure_s = seconds(camera.exposure);
   if (const auto bad = check_value("exposure", exposure_s, 0.0, longest_s, element)) return bad;
   const Nanoseconds lasts = (options.height - 1) * camera.row_time + camera.exposure;

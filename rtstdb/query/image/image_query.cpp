@@ -25,9 +25,10 @@ enum ImageKernel : std::uint8_t {
   kernel_rays,
   kernel_center_rays,
   kernel_planes,
+  kernel_listed_planes,
   kernel_shade,
   kernel_finish,
-  kernel_first_hits
+  kernel_drawn
 };
 
 /// Words that image_shade.comp sets.
@@ -95,9 +96,9 @@ bool GpuImageQuery::has_planes() const noexcept {
 DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   using enum gpu::ShaderId;
   DeviceNeeds needs;
-  for (const gpu::ShaderId shader : {image_rays, image_center_rays, image_planes, image_shade, image_finish})
+  for (const gpu::ShaderId shader : {image_rays, image_center_rays, image_planes, image_listed_planes,
+                                     image_shade, image_finish, image_drawn})
     needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
-  needs.kernels.push_back(kernel_need(image_first_hits, shared::RayArgs{}));
   closest_.add_needs(needs, options_.name, limits);
   any_.add_needs(needs, options_.name + " shadow", limits);
   const std::size_t pixels = group_pixels_;
@@ -112,11 +113,11 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
                               .addressed = addressed}});
   };
   buffer(cameras_buffer_, " cameras", options_.capacity * sizeof(shared::CameraRecord), gpu::Memory::upload);
-  buffer(paths_, " paths", 2 * pixels * sizeof(shared::PathRecord), gpu::Memory::device);
+  buffer(paths_, " paths", 2 * pixels * sizeof(shared::PathRecord), gpu::Memory::device, true);
   buffer(rays_, " rays", pixels * sizeof(Ray), gpu::Memory::device, true);
   buffer(shadow_rays_, " shadow rays", pixels * sizeof(Ray), gpu::Memory::device, true);
   buffer(hits_, " hits", pixels * sizeof(RayHit), gpu::Memory::readback, true, true);
-  buffer(shadow_hits_, " shadow hits", pixels * sizeof(RayHit), gpu::Memory::readback, false, true);
+  buffer(shadow_hits_, " shadow hits", pixels * sizeof(RayHit), gpu::Memory::readback, true, true);
   buffer(materials_, " materials", max_materials * sizeof(shared::MaterialRecord), gpu::Memory::upload);
   buffer(lights_buffer_, " lights", max_lights_per_image * sizeof(shared::LightRecord), gpu::Memory::upload);
   buffer(emitters_, " emitting triangles", max_emitter_triangles * sizeof(shared::EmitterTriangle),
@@ -124,6 +125,7 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   buffer(albedo_, " albedo", shared::image_albedo_side * shared::image_albedo_side * sizeof(glm::vec4),
          gpu::Memory::upload, true);
   buffer(activity_, " activity", 16, gpu::Memory::readback);
+  buffer(listed_, " listed places", pixels * sizeof(std::uint32_t), gpu::Memory::upload);
   for (ImagePlanes& planes : planes_)
     planes.add_needs(needs, options_.name);
   return needs;
@@ -144,17 +146,17 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     case image_center_rays:
       return with({&rays_});
     case image_planes:
-      return with({&hits_, &rays_});
+      return with({&hits_});
+    case image_listed_planes:
+      return with({&hits_, &listed_});
     case image_shade:
       return with({&hits_, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_,
-                   &albedo_, &activity_, &pool.geometries(), &pool.attributes()});
+                   &albedo_, &activity_, &pool.geometries(), &pool.attributes(), &paths_});
     case image_finish:
-      return with({&shadow_hits_});
-    case image_first_hits: {
-      auto buffers = closest_.bound_buffers(rays_, slot, pool, tlas);
-      buffers[7] = raster_.exists() ? &raster_.drawn() : &activity_;
-      return buffers;
-    }
+      return with({&shadow_hits_, &paths_});
+    case image_drawn:
+      return with({&rays_, raster_.exists() ? &raster_.drawn() : &activity_, &pool.triangles(), &pool.nodes(),
+                   &tlas.identity_texels(slot), &hits_, &closest_.flags()});
     case ray_any:
     case ray_any_moving:
     case ray_any_packet:
@@ -271,6 +273,8 @@ std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchW
 
 std::uint32_t GpuImageQuery::begin_stage(std::uint32_t stage, const BatchWorld& /*world*/) noexcept {
   if (tiles_ == 0) return 0;
+  std::ranges::copy(noted_, listed_.host_as<std::uint32_t>().begin());
+  listed_count_ = static_cast<std::uint32_t>(noted_.size());
   count_incomplete_pixels();
   return begin(stage_at(stage));
 }
@@ -297,12 +301,14 @@ std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
       any_.begin();
       break;
     case Step::rays:
+      if (is_drawn_stage()) return 0;
       if (stage.sample != center) writes_second_ = !writes_second_;
       break;
     case Step::finish:
       writes_second_ = !writes_second_;
       break;
     case Step::planes:
+      if (is_drawn_stage()) return listed_count_;
       break;
     case Step::raster:
       return draws() ? tiles_ / tiles_per_image_ : 0;
@@ -312,10 +318,8 @@ std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
 
 void GpuImageQuery::pack_cameras(const RowSource& /*rows*/) noexcept {
   const auto records = cameras_buffer_.host_as<shared::CameraRecord>();
-  has_rolling_shutter_ = false;
   for (std::uint32_t i = 0; i < tiles_ / tiles_per_image_; ++i) {
     const Camera& camera = cameras_[i];
-    has_rolling_shutter_ = has_rolling_shutter_ || camera.row_time.count() > 0;
     const glm::quat q = glm::normalize(camera.q);
     const HalfTangents half = half_tangents(camera, options_);
     shared::CameraRecord record{};
@@ -362,13 +366,11 @@ std::uint32_t GpuImageQuery::next_retry_batch() noexcept {
 }
 
 void GpuImageQuery::record(const BatchPart& part, const Recording& recording) noexcept {
-  if (searches()) {
+  if (searches() && (part.is_retry || !is_drawn_stage())) {
     const gpu::Buffer& hits = now_.step == Step::shadow ? shadow_hits_ : hits_;
     const RayPass pass{.hits = hits.address(), .coherent = is_coherent()};
     const RaySearch::Dispatch made = search().dispatch(part, retry_places(), pass, recording, limits());
-    const bool was_drawn = draws() && now_.sample == center && !part.is_retry;
-    return dispatch(kernel(was_drawn ? std::size_t{kernel_first_hits} : made.kernel), recording, made.layout,
-                    made.args);
+    return dispatch(kernel(made.kernel), recording, made.layout, made.args);
   }
   const shared::ImageArgs args = args_of(part, recording);
   if (now_.step == Step::raster) {
@@ -376,13 +378,24 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
       raster_.record(image, args, recording, limits().max_groups);
     return;
   }
-  const std::size_t chosen = now_.step == Step::rays
-                                 ? (now_.sample == center ? kernel_center_rays : kernel_rays)
-                             : now_.step == Step::planes ? kernel_planes
-                             : now_.step == Step::shade  ? kernel_shade
-                                                         : kernel_finish;
+  const std::size_t chosen = kernel_of_stage();
   dispatch(kernel(chosen), recording, spread_out(part.range.end - part.range.first, limits().processors),
            args);
+}
+
+std::size_t GpuImageQuery::kernel_of_stage() const noexcept {
+  switch (now_.step) {
+    case Step::trace:
+      return kernel_drawn;  // other traces are those of the ray search
+    case Step::rays:
+      return now_.sample == center ? kernel_center_rays : kernel_rays;
+    case Step::planes:
+      return is_drawn_stage() ? kernel_listed_planes : kernel_planes;
+    case Step::shade:
+      return kernel_shade;
+    default:
+      return kernel_finish;
+  }
 }
 
 shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording& recording) const noexcept {
@@ -413,11 +426,10 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
 }
 
 void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {
-  if (!searches()) {
-    const bool writes_outputs = now_.step == Step::planes || now_.step == Step::finish;
-    if (writes_outputs && part.range.end == places()) pull_group(now_.group);
-    return;
-  }
+  const bool writes_outputs = now_.step == Step::planes || now_.step == Step::finish ||
+                              (now_.step == Step::trace && is_drawn_stage());
+  if (writes_outputs && part.range.end == places()) pull_group(now_.group);
+  if (!searches()) return;
   if (part.is_retry) return;
   const bool any_unanswered = search().some_unanswered();
   if (!search().some_incomplete() && !any_unanswered) return;

@@ -74,14 +74,16 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::uint32_t stages_per_sample() const noexcept { return 3 * options_.bounces + 4; }
   std::uint32_t stages_per_group() const noexcept;
   Stage stage_at(std::uint32_t stage) const noexcept;
-  /// Whether the batch that runs is drawn first.
-  bool draws() const noexcept { return raster_.exists() && !has_rolling_shutter_; }
+  bool draws() const noexcept { return raster_.exists(); }
+  std::size_t kernel_of_stage() const noexcept;
   shared::ImageArgs args_of(const BatchPart& part, const Recording& recording) const noexcept;
   /// Begins a stage of the group: what it reads and what it skips. Returns its places.
   std::uint32_t begin(const Stage& stage) noexcept;
   std::uint32_t places_of_group(std::uint32_t group) const noexcept;
   std::uint32_t tiles_per_group() const noexcept { return group_pixels_ / shared::image_tile_pixels; }
   bool searches() const noexcept { return now_.step == Step::trace || now_.step == Step::shadow; }
+  /// The stage's first hits come from the rasteriser; what that leaves incomplete is traced in its retries.
+  bool is_drawn_stage() const noexcept { return draws() && now_.sample == center; }
   RaySearch& search() noexcept { return now_.step == Step::shadow ? any_ : closest_; }
   std::span<RayHit> searched_hits() const noexcept {
     return (now_.step == Step::shadow ? shadow_hits_ : hits_).host_as<RayHit>();
@@ -102,19 +104,19 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::vector<std::vector<std::uint32_t>> missing_;  // tiles of all images, one per answer slot
   RaySearch closest_, any_;
   ImageLights lights_;
-  ImageRaster raster_;                // not used: FirstHits::traced, or the device can not draw
-  bool has_rolling_shutter_ = false;  // some camera of the batch
+  ImageRaster raster_;  // not used: FirstHits::traced, or the device can not draw
   std::uint32_t packed_materials_ = 0;
 
   std::uint32_t tiles_ = 0, groups_ = 0;  // of the batch
   Stage now_;
   bool writes_second_ = false;                     // which of the two states of paths the stage writes
+  std::uint32_t listed_count_ = 0;                 // of listed_
   std::vector<std::uint32_t> noted_;               // places that a search left incomplete at first
   std::vector<std::uint8_t> is_incomplete_pixel_;  // by place of the group
   std::vector<std::uint8_t> is_incomplete_tile_;   // by tile of the batch
 
   gpu::Buffer cameras_buffer_, paths_, rays_, shadow_rays_, hits_, shadow_hits_, materials_, lights_buffer_,
-      emitters_, albedo_, activity_;
+      emitters_, albedo_, activity_, listed_;
 };
 
 }  // namespace rtstdb::query

@@ -53,6 +53,10 @@ class RaySearch {
   Dispatch dispatch(const BatchPart& part, std::span<const std::uint32_t> retried, const RayPass& pass,
                     const Recording& recording, const gpu::DeviceLimits& limits) noexcept;
 
+  /// What kernels of other kinds write to leave a search incomplete (IncompleteBuffer in
+  /// shaders/query/ray/ray_buffers.glsl).
+  const gpu::Buffer& flags() const noexcept { return flags_; }
+
   /// Of the parts that are complete: some hit is marked incomplete; some hit may not have been written.
   /// A part in flight may raise them too early.
   bool some_incomplete() const noexcept;

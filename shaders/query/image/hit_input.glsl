@@ -29,4 +29,17 @@ InputHit hit_from(uvec2 p[hit_pairs]) {
   return hit;
 }
 
+InputHit fetch_hit(usamplerBuffer hits, uint place) {
+  uvec2 pairs[hit_pairs];
+  for (uint k = 0u; k < hit_pairs; k += 2u) {
+    const uvec4 texel = texelFetch(hits, int((hit_pairs * place + k) / 2u));
+    pairs[k] = texel.xy;
+    pairs[k + 1u] = texel.zw;
+  }
+  return hit_from(pairs);
+}
+
+// Of a search for any hit.
+uint fetch_status(usamplerBuffer hits, uint place) { return texelFetch(hits, int(hit_pairs * place / 2u)).x; }
+
 #endif

@@ -2,9 +2,12 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Ends a sample of each pixel: adds its light to the sum, and writes the colour after the last sample.
+#include "query/image/hit_input.glsl"
 #include "query/image/image.glsl"
+#include "query/image/path_input.glsl"
 
-layout(set = 0, binding = 4, scalar) readonly buffer ShadowHitsBuffer { uvec2 shadow_hits[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer shadow_hits;
+layout(set = 0, binding = 5) uniform samplerBuffer states;
 
 layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Words { uint words[]; };
 layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer WordPairs { uvec2 pairs[]; };
@@ -20,8 +23,8 @@ uvec3 srgb_of(vec3 linear) {
 void main() {
   const uint place = started_place();
   if (place >= args.end) return;
-  PathRecord path = paths[args.read_from + place];
-  const bool is_lit = shadow_hits[hit_pairs * place].x == status_miss;
+  PathRecord path = path_from(states, args.read_from + place);
+  const bool is_lit = fetch_status(shadow_hits, place) == status_miss;
   const vec3 radiance = path.radiance_cdpm2 + (is_lit ? path.shadowed_cdpm2 : vec3(0.0));
   path.sum_cdpm2 += radiance;
   paths[args.write_from + place] = path;

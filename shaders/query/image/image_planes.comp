@@ -1,61 +1,25 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Writes the outputs that follow from the first hit of the ray through the middle of a pixel.
-#include "query/image/hit_input.glsl"
-#include "query/image/image.glsl"
+// Writes the outputs that follow from the first hit of the ray through the middle of a pixel, from the hits
+// of a search.
+//
+// Macros: IMAGE_LISTED: of the listed places alone.
+#include "query/image/planes.glsl"
 
 layout(set = 0, binding = 4) uniform usamplerBuffer hits;
-layout(set = 0, binding = 5) uniform samplerBuffer rays;
-
-layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Floats { float values[]; };
-layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Words { uint words[]; };
-layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer WordPairs { uvec2 pairs[]; };
-layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer Vectors { vec3 vectors[]; };
-layout(buffer_reference, buffer_reference_align = 4, scalar) writeonly buffer FloatPairs { vec2 pairs[]; };
-
-bool is_wanted(uvec2 address) { return (address.x | address.y) != 0u; }
-
-// Pixels per second, to the right and down, at which a point of the world moves in the image.
-vec2 image_motion(CameraRecord camera, CameraPose pose, vec3 point, vec3 velocity) {
-  const vec4 to_camera = conjugate(pose.q);
-  const vec3 from_camera = point - pose.p;
-  const vec3 at = rotate(to_camera, from_camera);
-  const vec3 v = rotate(to_camera, velocity - pose.v - cross(pose.w, from_camera));
-  const vec2 per_slope = 0.5 * vec2(args.width, args.height) / vec2(camera.tan_half_x, camera.tan_half_y);
-  return -per_slope * (v.yz - at.yz * (v.x / at.x)) / at.x;
-}
+#ifdef IMAGE_LISTED
+layout(set = 0, binding = 5, scalar) readonly buffer ListBuffer { uint listed[]; };
+#endif
 
 void main() {
-  const uint place = started_place();
+  uint place = started_place();
   if (place >= args.end) return;
+#ifdef IMAGE_LISTED
+  place = listed[place];
+#endif
   const Pixel pixel = pixel_of(place);
   if (!pixel.is_inside) return;
   const CameraRecord camera = cameras[pixel.image];
-  const int ray = int(ray_texels * place);
-  const vec4 r0 = texelFetch(rays, ray);
-  const vec3 origin = r0.xyz;
-  const vec3 direction = vec3(r0.w, texelFetch(rays, ray + 1).xy);
-  uvec2 pairs[hit_pairs];
-  for (uint k = 0u; k < hit_pairs; k += 2u) {
-    const uvec4 texel = texelFetch(hits, int((hit_pairs * place + k) / 2u));
-    pairs[k] = texel.xy;
-    pairs[k + 1u] = texel.zw;
-  }
-  const InputHit hit = hit_from(pairs);
-  const bool is_hit = hit.status == status_hit;
-  const vec3 n = dot(hit.n_world, direction) > 0.0 ? -hit.n_world : hit.n_world;
-  const float infinity = uintBitsToFloat(0x7F800000u);
-  if (is_wanted(camera.depth)) Floats(camera.depth).values[pixel.index] = is_hit ? hit.lambda : infinity;
-  if (is_wanted(camera.entities))
-    WordPairs(camera.entities).pairs[pixel.index] = is_hit ? hit.entity : uvec2(no_entity, 0u);
-  if (is_wanted(camera.triangles)) Words(camera.triangles).words[pixel.index] = is_hit ? hit.triangle : 0u;
-  if (is_wanted(camera.materials)) Words(camera.materials).words[pixel.index] = is_hit ? hit.material : 0u;
-  if (is_wanted(camera.normals)) Vectors(camera.normals).vectors[pixel.index] = is_hit ? n : vec3(0.0);
-  if (is_wanted(camera.motion)) {
-    const vec3 point = origin + hit.lambda * direction;
-    const CameraPose pose = pose_of(camera, instant_of(floatBitsToUint(texelFetch(rays, ray + 2).x)));
-    FloatPairs(camera.motion).pairs[pixel.index] =
-        is_hit ? image_motion(camera, pose, point, hit.v_world) : vec2(0.0);
-  }
+  write_planes(pixel, camera, camera_ray(pixel, camera, middle), fetch_hit(hits, place));
 }

@@ -4,17 +4,17 @@
 // Begins a sample of each pixel: the ray from the camera.
 //
 // Macros: IMAGE_CENTER: the ray through the middle of pixel and exposure, which has no state of a path.
-#include "query/image/image.glsl"
+#include "query/image/camera_ray.glsl"
 #include "query/image/random.glsl"
 #include "query/image/ray_output.glsl"
 
 layout(set = 0, binding = 4, scalar) writeonly buffer RaysBuffer { vec4 rays[]; };
 
-// Where in the pixel and in the exposure a sample lies, 0 to 1 each: the samples of a pixel are spread evenly
+// Where in the pixel and in the exposure a sample lies: the samples of a pixel are spread evenly
 // (additive recurrence with powers of the root of x^4 = x + 1), from a random offset.
 vec3 offset_of(Pixel pixel, uint seed) {
 #ifdef IMAGE_CENTER
-  return vec3(0.5);
+  return middle;
 #else
   const vec3 first = random_numbers(pixel.index, 0u, 0xFFFFFFFFu, seed).xyz;
   return fract(first + float(args.sample_index) * vec3(0.8191725134, 0.6710436067, 0.5497004779));
@@ -26,18 +26,12 @@ void main() {
   if (place >= args.end) return;
   const Pixel pixel = pixel_of(place);
   const CameraRecord camera = cameras[pixel.image];
-  const vec3 offset = offset_of(pixel, camera.seed);
-  const uint t_ns = camera.t_ns + (pixel.is_inside ? pixel.row : 0u) * camera.row_ns +
-                    uint(offset.z * float(camera.exposure_ns));
-  const CameraPose pose = pose_of(camera, instant_of(t_ns));
-  const vec2 at = 2.0 * (vec2(pixel.column, pixel.row) + offset.xy) / vec2(args.width, args.height) - 1.0;
-  // Its part along the view direction is 1, so lambda is the depth.
-  const vec3 direction = rotate(pose.q, vec3(1.0, -at.x * camera.tan_half_x, -at.y * camera.tan_half_y));
+  const CameraRay ray = camera_ray(pixel, camera, offset_of(pixel, camera.seed));
 #ifndef IMAGE_CENTER
   PathRecord path;
-  path.origin_m = pose.p;
-  path.t_ns = t_ns;
-  path.direction = direction;
+  path.origin_m = ray.origin;
+  path.t_ns = ray.t_ns;
+  path.direction = ray.direction;
   path.pdf = 0.0;
   path.throughput = vec3(1.0);
   path.flags = pixel.is_inside ? path_alive | path_mirrored : 0u;
@@ -50,10 +44,8 @@ void main() {
   path.also_unused = 0u;
   paths[args.write_from + place] = path;
 #endif
-  const OutputRay ray = pixel.is_inside ? OutputRay(pose.p, direction, camera.near_m, 1e30, t_ns, camera.mask)
-                                        : no_ray(pose.p, direction, t_ns);
-  for (uint k = 0u; k < 3u; ++k) rays[ray_texels * place + k] = ray_texel(ray, k);
-  // For image_first_hits.comp: the pixel, counted over all images.
-  const uint in_batch = pixel.image * args.width * args.height + pixel.index;
-  rays[ray_texels * place + 3u] = vec4(uintBitsToFloat(pixel.is_inside ? in_batch : 0xFFFFFFFFu), vec3(0.0));
+  const OutputRay made =
+      pixel.is_inside ? OutputRay(ray.origin, ray.direction, camera.near_m, 1e30, ray.t_ns, camera.mask)
+                      : no_ray(ray.origin, ray.direction, ray.t_ns);
+  for (uint k = 0u; k < 3u; ++k) rays[ray_texels * place + k] = ray_texel(made, k);
 }

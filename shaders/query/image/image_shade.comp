@@ -5,11 +5,12 @@
 // direction in which the path goes on.
 #include "query/image/hit_input.glsl"
 #include "query/image/image.glsl"
+#include "query/image/path_input.glsl"
 #include "query/image/random.glsl"
 #include "query/image/ray_output.glsl"
 
-layout(set = 0, binding = 4, scalar) readonly buffer HitsBuffer { uvec2 hits[]; };
-layout(set = 0, binding = 5, scalar) readonly buffer ShadowHitsBuffer { uvec2 shadow_hits[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer hits;
+layout(set = 0, binding = 5) uniform usamplerBuffer shadow_hits;
 layout(set = 0, binding = 6, scalar) writeonly buffer RaysBuffer { vec4 rays[]; };
 layout(set = 0, binding = 7, scalar) writeonly buffer ShadowRaysBuffer { vec4 shadow_rays[]; };
 layout(set = 0, binding = 8, scalar) readonly buffer MaterialsBuffer { MaterialRecord materials[]; };
@@ -18,6 +19,7 @@ layout(set = 0, binding = 10, scalar) readonly buffer EmittersBuffer { EmitterTr
 layout(set = 0, binding = 11) uniform samplerBuffer albedo;
 layout(set = 0, binding = 13) uniform usamplerBuffer geometries;
 layout(set = 0, binding = 14) uniform usamplerBuffer attributes;
+layout(set = 0, binding = 15) uniform samplerBuffer states;
 layout(set = 0, binding = 12, scalar) writeonly buffer ActivityBuffer {
   uint some_ray;
   uint some_shadow_ray;
@@ -84,8 +86,8 @@ CornerAttributes attributes_at(InputHit hit, Instant at, vec3 n, vec3 toward) {
 void main() {
   const uint place = started_place();
   if (place >= args.end) return;
-  PathRecord path = paths[args.read_from + place];
-  const bool is_lit = shadow_hits[hit_pairs * place].x == status_miss;
+  PathRecord path = path_from(states, args.read_from + place);
+  const bool is_lit = fetch_status(shadow_hits, place) == status_miss;
   if (path.bounces > 0u && is_lit) path.radiance_cdpm2 += path.shadowed_cdpm2;
   path.shadowed_cdpm2 = vec3(0.0);
   if ((path.flags & path_alive) == 0u) {
@@ -95,9 +97,7 @@ void main() {
   const Pixel pixel = pixel_of(place);
   const CameraRecord camera = cameras[pixel.image];
   const Instant at = instant_of(path.t_ns);
-  uvec2 pairs[hit_pairs];
-  for (uint k = 0u; k < hit_pairs; ++k) pairs[k] = hits[hit_pairs * place + k];
-  const InputHit hit = hit_from(pairs);
+  const InputHit hit = fetch_hit(hits, place);
   const vec3 direction = normalize(path.direction);
   if (hit.status != status_hit) {
     if (hit.status == status_miss)
