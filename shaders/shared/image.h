@@ -3,10 +3,9 @@
 #define RTSTDB_SHARED_IMAGE_H
 #include "shared/interop.h"
 
-// A tile is a square of pixels. The pixels of a group of tiles are places 0 to image_group_pixels - 1: tile
-// by tile, row by row within a tile.
+// A tile is a square of pixels, or as much of it as an image has that is smaller. The pixels of a group of tiles
+// are places 0 to image_group_pixels - 1: tile by tile, row by row within a tile.
 RTSTDB_CONSTANT(image_tile_side, 16)
-RTSTDB_CONSTANT(image_tile_pixels, 256)
 RTSTDB_CONSTANT(image_group_pixels, 65536)
 
 // One camera of a batch. Addresses are of the image's first pixel, low word first; 0: the output is not

@@ -94,7 +94,8 @@ struct Image {
   /// motion included; zero where nothing is seen.
   std::span<const glm::vec2> motion_px_s{};
   /// The tiles of image_tile_px * image_tile_px pixels that are missing, row by row: their pixels are black,
-  /// and nothing is seen there. Only with LatePolicy::partial.
+  /// and nothing is seen there. Only with LatePolicy::partial, where groups of 4,096 pixels are made one by
+  /// one.
   std::span<const std::uint32_t> missing_tiles{};
   /// Pixels for which a ray search reached the device's limits: they lack light or show nothing.
   std::uint32_t incomplete_pixels = 0;

@@ -16,9 +16,10 @@
 namespace rtstdb::query {
 namespace {
 
-static_assert(shared::image_tile_side == image_tile_px &&
-              shared::image_tile_pixels == image_tile_px * image_tile_px &&
-              shared::image_group_pixels % shared::image_tile_pixels == 0);
+static_assert(shared::image_tile_side == image_tile_px);
+
+/// Pixels of a group whose tiles count as answered together: few where an unfinished image is of use.
+constexpr std::uint32_t max_partial_group_pixels = 4096;
 
 /// In the order of device_needs, before the kernels of the searches.
 enum ImageKernel : std::uint8_t {
@@ -44,6 +45,15 @@ std::uint32_t tiles_along(std::uint32_t pixels) noexcept {
   return (pixels + image_tile_px - 1) / image_tile_px;
 }
 
+/// A multiple of the pixels of a tile.
+std::uint32_t pixels_of_group(const ImageQueryOptions& options, std::uint32_t tiles_per_image,
+                              std::uint32_t tile_pixels) noexcept {
+  const std::uint32_t most =
+      options.late == LatePolicy::partial ? max_partial_group_pixels : shared::image_group_pixels;
+  const std::uint64_t tiles = std::uint64_t{options.capacity} * tiles_per_image;
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(tiles, most / tile_pixels)) * tile_pixels;
+}
+
 shared::MaterialRecord record_of(const Material& material) noexcept {
   return {.base_color = glm::vec3(material.base_color),
           .metallic = static_cast<float>(material.metallic),
@@ -66,9 +76,8 @@ GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
     : GpuQuery(options.capacity, options.late, shared::image_group_pixels),
       options_(options),
       tiles_per_image_(tiles_along(options.width) * tiles_along(options.height)),
-      group_pixels_(static_cast<std::uint32_t>(
-          std::min(std::uint64_t{options.capacity} * tiles_per_image_ * shared::image_tile_pixels,
-                   std::uint64_t{shared::image_group_pixels}))),
+      tile_pixels_(std::min(options.width, image_tile_px) * std::min(options.height, image_tile_px)),
+      group_pixels_(pixels_of_group(options, tiles_per_image_, tile_pixels_)),
       cameras_(options.capacity),
       closest_(RayMode::closest, 1, group_pixels_),
       any_(RayMode::any, 1, group_pixels_),
@@ -235,12 +244,12 @@ GpuImageQuery::Stage GpuImageQuery::stage_at(std::uint32_t stage) const noexcept
 }
 
 double GpuImageQuery::places_per_element() const noexcept {
-  return static_cast<double>(shared::image_tile_pixels) * stages_per_group();
+  return static_cast<double>(tile_pixels_) * stages_per_group();
 }
 
 std::uint32_t GpuImageQuery::places_of_group(std::uint32_t group) const noexcept {
   const std::uint32_t first = group * tiles_per_group();
-  return std::min(tiles_ - first, tiles_per_group()) * shared::image_tile_pixels;
+  return std::min(tiles_ - first, tiles_per_group()) * tile_pixels_;
 }
 
 std::uint32_t GpuImageQuery::answered_after(std::uint32_t stage, std::uint32_t count) const noexcept {
@@ -449,7 +458,7 @@ void GpuImageQuery::count_incomplete_pixels() noexcept {
   for (const std::uint32_t place : noted_) {
     if (!is_incomplete(place) || is_incomplete_pixel_[place] != 0) continue;
     is_incomplete_pixel_[place] = 1;
-    const std::uint32_t tile = now_.group * tiles_per_group() + place / shared::image_tile_pixels;
+    const std::uint32_t tile = now_.group * tiles_per_group() + place / tile_pixels_;
     is_incomplete_tile_[tile] = 1;
     ++images_[slots().written()][tile / tiles_per_image_].incomplete_pixels;
   }
@@ -474,7 +483,7 @@ void GpuImageQuery::mark_incomplete(std::uint32_t tile) noexcept {
 
 void GpuImageQuery::pull_group(std::uint32_t group) const noexcept {
   const std::uint32_t across = tiles_along(options_.width);
-  const std::uint32_t end = group * tiles_per_group() + places_of_group(group) / shared::image_tile_pixels;
+  const std::uint32_t end = group * tiles_per_group() + places_of_group(group) / tile_pixels_;
   for (std::uint32_t tile = group * tiles_per_group(); tile < end;) {
     const std::uint32_t image = tile / tiles_per_image_;
     const std::uint32_t image_end = std::min(end, (image + 1) * tiles_per_image_);

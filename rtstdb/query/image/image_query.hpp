@@ -80,7 +80,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   /// Begins a stage of the group: what it reads and what it skips. Returns its places.
   std::uint32_t begin(const Stage& stage) noexcept;
   std::uint32_t places_of_group(std::uint32_t group) const noexcept;
-  std::uint32_t tiles_per_group() const noexcept { return group_pixels_ / shared::image_tile_pixels; }
+  std::uint32_t tiles_per_group() const noexcept { return group_pixels_ / tile_pixels_; }
   bool searches() const noexcept { return now_.step == Step::trace || now_.step == Step::shadow; }
   /// The stage's first hits come from the rasteriser; what that leaves incomplete is traced in its retries.
   bool is_drawn_stage() const noexcept { return draws() && now_.sample == center; }
@@ -97,6 +97,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
 
   const ImageQueryOptions options_;
   const std::uint32_t tiles_per_image_;
+  const std::uint32_t tile_pixels_;
   const std::uint32_t group_pixels_;
   std::vector<Camera> cameras_;
   std::vector<ImagePlanes> planes_;                  // one per answer slot

@@ -24,15 +24,17 @@ struct Pixel {
 };
 
 Pixel pixel_of(uint place) {
-  const uint across = (args.width + image_tile_side - 1u) / image_tile_side;
-  const uint down = (args.height + image_tile_side - 1u) / image_tile_side;
-  const uint tile = args.first_tile + place / image_tile_pixels;
+  const uvec2 size = min(uvec2(args.width, args.height), uvec2(image_tile_side));
+  const uint pixels = size.x * size.y;
+  const uint across = (args.width + size.x - 1u) / size.x;
+  const uint down = (args.height + size.y - 1u) / size.y;
+  const uint tile = args.first_tile + place / pixels;
   const uint of_image = tile % (across * down);
-  const uint in_tile = place % image_tile_pixels;
+  const uint in_tile = place % pixels;
   Pixel pixel;
   pixel.image = tile / (across * down);
-  pixel.column = of_image % across * image_tile_side + in_tile % image_tile_side;
-  pixel.row = of_image / across * image_tile_side + in_tile / image_tile_side;
+  pixel.column = of_image % across * size.x + in_tile % size.x;
+  pixel.row = of_image / across * size.y + in_tile / size.x;
   pixel.index = pixel.row * args.width + pixel.column;
   pixel.is_inside = pixel.column < args.width && pixel.row < args.height;
   return pixel;
