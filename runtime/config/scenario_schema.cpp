@@ -223,7 +223,7 @@ Schema world_schema() {
       Field::with_default("materials", Schema::list(material_schema(), 0, max_added_materials), "[]",
                           "The surfaces that entities name."),
       Field::with_default("lights", Schema::list(light_schema(), 0, max_lights), "[]",
-                          "The lights that entities name, for images, which no module makes yet."),
+                          "The lights that entities name, for the images of cameras."),
       Field::with_default("entities", Schema::list(entity_schema()), "[]",
                           "The entities that exist from the first tick on."),
       Field::with_default("regions", Schema::list(region_schema()), "[]",
