@@ -84,6 +84,7 @@ Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, std::shared_ptr<Ke
 }
 
 Result<Pipeline> Device::create_pipeline(const ShaderInfo& shader, std::shared_ptr<Kernel>& kernel) {
+  RTSTDB_ASSERT(shader.stage() == ShaderStage::compute);
   check_against_table(shader);
   if (shader.group_size > impl_->max_group_size) {
     return Error{ErrorCode::capacity, "shader " + std::string(shader.name) + " runs in groups of " +

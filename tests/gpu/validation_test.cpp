@@ -55,9 +55,11 @@ TEST_F(ShaderCheckDeathTest, AbortsIfTheCodeOfAKernelDiffersFromTheTable) {
 
 TEST_F(ShaderCheckDeathTest, CreatesAPipelineForEachKernel) {
   for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(ShaderId::count); ++i) {
+    const ShaderInfo& shader = shader_info(static_cast<ShaderId>(i));
+    if (shader.stage() != ShaderStage::compute) continue;
     const auto pipeline = device().create_pipeline(static_cast<ShaderId>(i));
     ASSERT_TRUE(pipeline.ok()) << pipeline.error().message;
-    EXPECT_EQ(pipeline.value().group_size(), shader_info(static_cast<ShaderId>(i)).group_size);
+    EXPECT_EQ(pipeline.value().group_size(), shader.group_size);
   }
 }
 
