@@ -57,9 +57,9 @@ Judgement judge(const World& world, const Camera& camera, std::span<const Image>
       const RayHit hit = hit_at(image, std::size_t{row} * image.width + column, truth);
       const Judgement judgement = compare(world, ray, RayMode::closest, false, truth, hit);
       if (judgement.verdict == Verdict::agrees) continue;
-      const bool is_near_edge =
-          options.first_hits == FirstHits::rasterised && is_hit_behind(world, ray, hit);
-      worst = judged(is_near_edge ? Verdict::too_close : judgement.verdict, "pixel %u, %u: %s", column, row, judgement.reason.c_str());
+      const bool is_near_edge = options.first_hits == FirstHits::rasterised && is_hit_behind(world, ray, hit);
+      worst = judged(is_near_edge ? Verdict::too_close : judgement.verdict, "pixel %u, %u: %s", column, row,
+                     judgement.reason.c_str());
       if (worst.verdict == Verdict::differs) return worst;
     }
   }

@@ -12,8 +12,8 @@ namespace rtstdb::test {
 namespace {
 
 constexpr std::uint32_t element_count = 48;
-/// Of contacts, whose searches have many stages for thousands of triangles.
-constexpr std::uint32_t contact_count = 2;
+/// Of contacts and images, whose searches have many stages.
+constexpr std::uint32_t few_elements = 2;
 constexpr std::uint32_t bodies = 30;
 constexpr float world_m = 8.0f;
 
@@ -119,8 +119,9 @@ Result<void> DeviceLossWorld::add_geometry_that_deforms() {
 Result<void> DeviceLossWorld::prepare_queries(std::string_view kind) {
   for (const AnyQueryOptions& options : all_tested_options()) {
     if (kind_name(options) != kind) continue;
-    const std::uint32_t count =
-        std::holds_alternative<ContactQueryOptions>(options) ? contact_count : element_count;
+    const bool has_many_stages = std::holds_alternative<ContactQueryOptions>(options) ||
+                                 std::holds_alternative<ImageQueryOptions>(options);
+    const std::uint32_t count = has_many_stages ? few_elements : element_count;
     auto made = try_to_prepare_case(*database_, with(options, count));
     if (!made) return made.error();
     KindCase& query = *queries_.emplace_back(std::move(made).value());

@@ -18,6 +18,7 @@ namespace {
 constexpr std::uint32_t max_elements = 2'000;
 /// Of kinds whose elements take much longer than the others'.
 constexpr std::uint32_t few_elements = 250;
+constexpr std::uint32_t few_images = 20;
 /// On a busy machine all elements of a batch may have begun before this thread runs again.
 constexpr int attempts = 500;
 
@@ -56,16 +57,19 @@ class HaltedRuns : public ExecutorTest {
                          scene.version_time, window_s);
     return batch;
   }
-  static bool takes_long(const AnyQueryOptions& options) {
+  static std::uint32_t count_of(const AnyQueryOptions& options) {
+    if (std::holds_alternative<ImageQueryOptions>(options)) return few_images;
     const auto* cones = std::get_if<ConeQueryOptions>(&options);
-    return (cones != nullptr && cones->fractions) || std::holds_alternative<ContactQueryOptions>(options) ||
-           std::holds_alternative<ImpactQueryOptions>(options);
+    const bool takes_long = (cones != nullptr && cones->fractions) ||
+                            std::holds_alternative<ContactQueryOptions>(options) ||
+                            std::holds_alternative<ImpactQueryOptions>(options);
+    return takes_long ? few_elements : max_elements;
   }
   /// Rays also at one instant and as packets.
   std::vector<Batch> all_kinds() {
     std::vector<Batch> all;
     for (const AnyQueryOptions& options : all_tested_options())
-      all.push_back(prepare(options, (takes_long(options) ? few_elements : max_elements) - 1));
+      all.push_back(prepare(options, count_of(options) - 1));
     for (const RayMode mode : {RayMode::closest, RayMode::any}) {
       all.push_back(prepare(RayQueryOptions{.name = "rays at one instant", .mode = mode}, max_elements, 0.0));
       for (const double window_s : {0.0, 0.2})

@@ -115,13 +115,12 @@ ImpactSearch random_element(Random& random, const ElementScene& scene, const Imp
 std::vector<ImageQueryOptions> tested_options(const ImageQuery* /*kind*/) {
   const ImageOutputs all{
       .color = true, .srgb = true, .depth = true, .identity = true, .normal = true, .motion = true};
-  return {
-      {.name = "images", .width = 4, .height = 3, .outputs = all, .samples_per_pixel = 2, .bounces = 1},
-      {.name = "rasterised images",
-       .width = 4,
-       .height = 4,
-       .outputs = {.srgb = false, .depth = true, .identity = true, .normal = true, .motion = true},
-       .first_hits = FirstHits::rasterised}};
+  return {{.name = "images", .width = 4, .height = 3, .outputs = all, .samples_per_pixel = 2, .bounces = 1},
+          {.name = "rasterised images",
+           .width = 4,
+           .height = 4,
+           .outputs = {.srgb = false, .depth = true, .identity = true, .normal = true, .motion = true},
+           .first_hits = FirstHits::rasterised}};
 }
 
 Camera random_element(Random& random, const ElementScene& scene, const Camera* /*type*/) {

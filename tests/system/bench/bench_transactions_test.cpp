@@ -54,6 +54,8 @@ constexpr Expected expected_figures[] = {
     {"preemption_wait_contacts_p99", "us", ""},
     {"preemption_wait_impacts_p50", "us", ""},
     {"preemption_wait_impacts_p99", "us", ""},
+    {"preemption_wait_images_p50", "us", ""},
+    {"preemption_wait_images_p99", "us", ""},
     {"durability_async_vs_volatile", "commit/s", "ours, volatile"},
     {"durability_async_vs_volatile_turning", "commit/s", "ours, volatile"},
     {"durability_async_vs_volatile_1000_rows", "commit/s", "ours, volatile"},
