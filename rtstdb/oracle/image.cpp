@@ -27,8 +27,8 @@ RayHit hit_at(const Image& image, std::size_t pixel, const RayTruth& truth) {
   return hit;
 }
 
-/// The rasteriser may leave out a triangle whose edge is near the middle of the pixel: then a hit behind it, or
-/// none, is right too.
+/// The rasteriser may leave out a triangle whose edge is near the middle of the pixel: then a hit behind
+/// it, or none, is right too.
 bool is_hit_behind(const World& world, const Ray& ray, const RayHit& hit) {
   if (hit.status == HitStatus::miss) return true;
   return std::ranges::any_of(trace_all(world, ray), [&](const RayTruth& truth) {

@@ -3,8 +3,8 @@
 #define RTSTDB_SHARED_IMAGE_H
 #include "shared/interop.h"
 
-// A tile is a square of pixels, or as much of it as an image has that is smaller. The pixels of a group of tiles
-// are places 0 to image_group_pixels - 1: tile by tile, row by row within a tile.
+// A tile is a square of pixels, or as much of it as an image has that is smaller. The pixels of a group of
+// tiles are places 0 to image_group_pixels - 1: tile by tile, row by row within a tile.
 RTSTDB_CONSTANT(image_tile_side, 16)
 RTSTDB_CONSTANT(image_group_pixels, 65536)
 
