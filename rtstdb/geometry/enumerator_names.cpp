@@ -102,6 +102,8 @@ const char* to_string(ImageMode mode) noexcept {
   switch (mode) {
     case ImageMode::path_traced:
       return "path_traced";
+    case ImageMode::real_time:
+      return "real_time";
   }
   return "unknown";
 }

@@ -112,6 +112,9 @@ RTSTDB_STRUCT(LightRecord)
   F(float, unused)
 RTSTDB_STRUCT(EmitterTriangle)
 
+// Real-time mode: points of each surface that emits light, each with a shadow ray.
+RTSTDB_CONSTANT(image_surface_points, 16)
+
 // Share of light that a rough mirror reflects, by the cosine of the angle of incidence (x) and the roughness
 // (y): image_albedo_side samples each from 0 to 1. See rtstdb/query/image/specular_albedo.hpp.
 RTSTDB_CONSTANT(image_albedo_side, 32)
@@ -137,7 +140,8 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, suns_end)                                                                              \
   F(uint, surfaces_from)                                                                         \
   F(uint, lights)                                                                                \
-  F(uint, image) /* image_visible.comp */
+  F(uint, image) /* image_visible.comp */                                                        \
+  F(uint, light) /* image_light.comp: which point of the lights */
 RTSTDB_STRUCT(ImageArgs)
 
 #endif

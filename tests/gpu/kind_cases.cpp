@@ -119,8 +119,11 @@ std::vector<ImageQueryOptions> tested_options(const ImageQuery* /*kind*/) {
           {.name = "rasterised images",
            .width = 4,
            .height = 4,
-           .outputs = {.srgb = false, .depth = true, .identity = true, .normal = true, .motion = true},
-           .first_hits = FirstHits::rasterised}};
+           .mode = ImageMode::real_time,
+           .outputs = all,
+           .first_hits = FirstHits::rasterised,
+           .samples_per_pixel = 1,
+           .bounces = 2}};
 }
 
 Camera random_element(Random& random, const ElementScene& scene, const Camera* /*type*/) {

@@ -61,6 +61,11 @@ enum class ImageMode : std::uint8_t {
   /// Unbiased light transport, with noise that falls with the root of samples_per_pixel: the reference.
   /// Source: Kajiya, "The Rendering Equation", 1986; Veach, "Robust Monte Carlo Methods", 1997.
   path_traced,
+  /// Without noise, in far less time. At each surface: the light of all lights, whose shadows are sharp; 16
+  /// points of each entity that emits light, with a shadow each; the light of the skies as if nothing hid
+  /// them. Smooth mirrors and glass show what one ray meets, whichever of reflection and refraction is
+  /// brighter; the other one, and rough mirrors, show the sky. So matt surfaces do not light each other.
+  real_time,
 };
 
 /// How the first hit of the ray through the middle of a pixel is found, for all outputs but colour.
@@ -112,7 +117,9 @@ struct ImageQueryOptions {
   ImageMode mode = ImageMode::path_traced;
   ImageOutputs outputs{};
   FirstHits first_hits = FirstHits::traced;
-  std::uint32_t samples_per_pixel = 16;  ///< of colour, 1 to max_image_samples
+  /// Of colour, 1 to max_image_samples. In real-time mode one is through the middle of pixel and exposure;
+  /// more smooth edges and average over the exposure.
+  std::uint32_t samples_per_pixel = 16;
   std::uint32_t bounces = 4;  ///< reflections before light reaches the camera: 0 to max_image_bounces
   LatePolicy late = LatePolicy::discard;
 };
@@ -121,7 +128,8 @@ struct ImageQueryOptions {
 /// transaction. AnswerInfo counts tiles.
 /// Answers: the same from run to run, and whatever the chunks, on one device.
 /// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, and the outputs in host
-/// memory. Errors of prepare: capacity for a count or a size outside its range, bad_input for no output.
+/// memory. Errors of prepare: capacity for a count or a size outside its range, and for more than 2^32 stages
+/// of the device's work; bad_input for no output.
 class ImageQuery : public Query {
  public:
   virtual std::span<Camera> cameras() noexcept = 0;

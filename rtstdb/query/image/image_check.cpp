@@ -10,6 +10,7 @@
 
 #include "rtstdb/query/element_check.hpp"
 #include "rtstdb/query/enumerator.hpp"
+#include "rtstdb/query/image/image_stages.hpp"
 
 namespace rtstdb::query {
 namespace {
@@ -39,6 +40,9 @@ bool has_output(const ImageOutputs& o) noexcept {
   return o.color || o.srgb || o.depth || o.identity || o.normal || o.motion;
 }
 
+/// Stages are counted in 32 bits.
+constexpr std::uint64_t max_stages = 0xFFFFFFFFu;
+
 /// Refuses a value outside [lowest, highest]; NaN is outside.
 std::optional<BadInput> check_value(const char* field, double value, double lowest, double highest,
                                     std::uint32_t element) noexcept {
@@ -50,7 +54,7 @@ std::optional<BadInput> check_value(const char* field, double value, double lowe
 }  // namespace
 
 Result<void> check_image_options(const ImageQueryOptions& options) {
-  if (auto known = check_enumerator(options.name, "mode", options.mode, ImageMode::path_traced); !known)
+  if (auto known = check_enumerator(options.name, "mode", options.mode, ImageMode::real_time); !known)
     return known;
   if (auto known = check_enumerator(options.name, "first hits", options.first_hits, FirstHits::rasterised);
       !known)
@@ -70,6 +74,9 @@ Result<void> check_image_options(const ImageQueryOptions& options) {
   if (options.bounces > max_image_bounces)
     return outside(options, "a number of bounces of", options.bounces,
                    "0 to " + std::to_string(max_image_bounces));
+  if (const std::uint64_t stages = ImageStages(options).max_stages(); stages > max_stages)
+    return outside(options, "stages, for its pixels times samples times bounces, of", stages,
+                   up_to(max_stages));
   if (!has_output(options.outputs))
     return Error{ErrorCode::bad_input, "image query '" + options.name + "' has no output"};
   return {};

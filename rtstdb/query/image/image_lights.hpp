@@ -31,6 +31,10 @@ class ImageLights {
   /// Lights are skies, then directional ones, then others, then surfaces by entity index.
   struct Counts {
     std::uint32_t skies = 0, suns_end = 0, surfaces_from = 0, all = 0;
+    /// Real-time mode: of all lights but skies.
+    std::uint32_t points() const noexcept {
+      return surfaces_from - skies + (all - surfaces_from) * shared::image_surface_points;
+    }
   };
   const Counts& counts() const noexcept { return counts_; }
   /// Not all lights fit.

@@ -16,11 +16,6 @@
 namespace rtstdb::query {
 namespace {
 
-static_assert(shared::image_tile_side == image_tile_px);
-
-/// Pixels of a group whose tiles count as answered together: few where an unfinished image is of use.
-constexpr std::uint32_t max_partial_group_pixels = 4096;
-
 /// In the order of device_needs, before the kernels of the searches.
 enum ImageKernel : std::uint8_t {
   kernel_rays,
@@ -29,7 +24,8 @@ enum ImageKernel : std::uint8_t {
   kernel_listed_planes,
   kernel_shade,
   kernel_finish,
-  kernel_drawn
+  kernel_drawn,
+  kernel_light  // real-time mode
 };
 
 /// Words that image_shade.comp sets.
@@ -39,19 +35,6 @@ constexpr float max_neighbour_angle_rad = 0.04f;
 
 std::uint32_t low_word(std::int64_t ns) noexcept {
   return static_cast<std::uint32_t>(ns);
-}
-
-std::uint32_t tiles_along(std::uint32_t pixels) noexcept {
-  return (pixels + image_tile_px - 1) / image_tile_px;
-}
-
-/// A multiple of the pixels of a tile.
-std::uint32_t pixels_of_group(const ImageQueryOptions& options, std::uint32_t tiles_per_image,
-                              std::uint32_t tile_pixels) noexcept {
-  const std::uint32_t most =
-      options.late == LatePolicy::partial ? max_partial_group_pixels : shared::image_group_pixels;
-  const std::uint64_t tiles = std::uint64_t{options.capacity} * tiles_per_image;
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(tiles, most / tile_pixels)) * tile_pixels;
 }
 
 shared::MaterialRecord record_of(const Material& material) noexcept {
@@ -75,16 +58,14 @@ Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const ImageQue
 GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
     : GpuQuery(options.capacity, options.late, shared::image_group_pixels),
       options_(options),
-      tiles_per_image_(tiles_along(options.width) * tiles_along(options.height)),
-      tile_pixels_(std::min(options.width, image_tile_px) * std::min(options.height, image_tile_px)),
-      group_pixels_(pixels_of_group(options, tiles_per_image_, tile_pixels_)),
+      stages_(options_),
       cameras_(options.capacity),
-      closest_(RayMode::closest, 1, group_pixels_),
-      any_(RayMode::any, 1, group_pixels_),
-      is_incomplete_pixel_(group_pixels_),
-      is_incomplete_tile_(std::size_t{options.capacity} * tiles_per_image_) {
+      closest_(RayMode::closest, 1, stages_.group_pixels()),
+      any_(RayMode::any, 1, stages_.group_pixels()),
+      is_incomplete_pixel_(stages_.group_pixels()),
+      is_incomplete_tile_(std::size_t{options.capacity} * stages_.tiles_per_image()) {
   let_retries_pause();
-  noted_.reserve(group_pixels_);
+  noted_.reserve(stages_.group_pixels());
   for (std::size_t slot = 0; slot < slots().count(); ++slot) {
     planes_.emplace_back(options);
     images_.emplace_back(options.capacity);
@@ -95,22 +76,19 @@ GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
   }
 }
 
-bool GpuImageQuery::has_planes() const noexcept {
-  const ImageOutputs& o = options_.outputs;
-  return o.depth || o.identity || o.normal || o.motion;
-}
-
 // ---- the device
 
 DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   using enum gpu::ShaderId;
   DeviceNeeds needs;
-  for (const gpu::ShaderId shader : {image_rays, image_center_rays, image_planes, image_listed_planes,
-                                     image_shade, image_finish, image_drawn})
+  for (const gpu::ShaderId shader :
+       {is_real_time() ? image_real_time_rays : image_rays, image_center_rays, image_planes,
+        image_listed_planes, is_real_time() ? image_bounce : image_shade, image_finish, image_drawn})
     needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
+  if (is_real_time()) needs.kernels.push_back(kernel_need(image_light, shared::ImageArgs{}));
   closest_.add_needs(needs, options_.name, limits);
   any_.add_needs(needs, options_.name + " shadow", limits);
-  const std::size_t pixels = group_pixels_;
+  const std::size_t pixels = stages_.group_pixels();
   const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory,
                           bool texels = false, bool addressed = false) {
     needs.buffers.push_back({&made,
@@ -152,6 +130,7 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
   };
   switch (shader) {
     case image_rays:
+    case image_real_time_rays:
     case image_center_rays:
       return with({&rays_});
     case image_planes:
@@ -159,6 +138,8 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     case image_listed_planes:
       return with({&hits_, &listed_});
     case image_shade:
+    case image_light:
+    case image_bounce:
       return with({&hits_, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_,
                    &albedo_, &activity_, &pool.geometries(), &pool.attributes(), &paths_});
     case image_finish:
@@ -186,7 +167,7 @@ void GpuImageQuery::initialize_buffers() noexcept {
 
 Result<void> GpuImageQuery::create_more(gpu::Device& device) {
   const bool is_drawn =
-      options_.first_hits == FirstHits::rasterised && has_planes() && limits().max_raster_side > 0;
+      options_.first_hits == FirstHits::rasterised && stages_.has_center() && limits().max_raster_side > 0;
   if (!is_drawn) return {};
   return raster_.create(device, options_.name, options_.width, options_.height, options_.capacity);
 }
@@ -205,60 +186,16 @@ void GpuImageQuery::record_more_warm_up(gpu::Recorder& recorder) noexcept {
 
 std::optional<BadInput> GpuImageQuery::check(std::uint32_t tiles, const RowSource& rows,
                                              TimeSpan& times) const noexcept {
-  for (std::uint32_t i = 0; i < tiles / tiles_per_image_; ++i)
+  for (std::uint32_t i = 0; i < tiles / stages_.tiles_per_image(); ++i)
     if (const auto bad = check_camera(cameras_[i], options_, i, rows, times)) return bad;
   return std::nullopt;
 }
 
 // ---- stages
 
-std::uint32_t GpuImageQuery::stages_per_group() const noexcept {
-  return (has_planes() ? 3 : 0) + (has_color() ? options_.samples_per_pixel * stages_per_sample() : 0);
-}
-
-GpuImageQuery::Stage GpuImageQuery::stage_at(std::uint32_t stage) const noexcept {
-  if (stage == 0) return {.step = Step::raster, .group = 0, .sample = center, .bounce = 0};
-  --stage;
-  Stage at{.step = Step::rays, .group = stage / stages_per_group(), .sample = 0, .bounce = 0};
-  std::uint32_t k = stage % stages_per_group();
-  if (has_planes()) {
-    constexpr Step planes_steps[] = {Step::rays, Step::trace, Step::planes};
-    if (k < 3) {
-      at.step = planes_steps[k];
-      at.sample = center;
-      return at;
-    }
-    k -= 3;
-  }
-  at.sample = k / stages_per_sample();
-  k %= stages_per_sample();
-  if (k == 0) return at;
-  if (k + 1 == stages_per_sample()) {
-    at.step = Step::finish;
-    return at;
-  }
-  constexpr Step bounce_steps[] = {Step::trace, Step::shade, Step::shadow};
-  at.step = bounce_steps[(k - 1) % 3];
-  at.bounce = (k - 1) / 3;
-  return at;
-}
-
-double GpuImageQuery::places_per_element() const noexcept {
-  return static_cast<double>(tile_pixels_) * stages_per_group();
-}
-
-std::uint32_t GpuImageQuery::places_of_group(std::uint32_t group) const noexcept {
-  const std::uint32_t first = group * tiles_per_group();
-  return std::min(tiles_ - first, tiles_per_group()) * tile_pixels_;
-}
-
-std::uint32_t GpuImageQuery::answered_after(std::uint32_t stage, std::uint32_t count) const noexcept {
-  return std::min(stage / stages_per_group() * tiles_per_group(), count);
-}
-
 std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept {
   tiles_ = tiles;
-  groups_ = (tiles + tiles_per_group() - 1) / tiles_per_group();
+  stages_.begin_batch(tiles, 0);
   std::ranges::fill(is_incomplete_tile_, std::uint8_t{0});
   missing_[slots().written()].clear();
   for (Image& image : images_[slots().written()]) {
@@ -272,12 +209,13 @@ std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchW
   pack_materials(world.appearance);
   lights_.collect(world, lights_buffer_.host_as<shared::LightRecord>(),
                   emitters_.host_as<shared::EmitterTriangle>());
+  stages_.begin_batch(tiles, lights_.counts().points());
   if (lights_.overflow()) {
     note_overflow();
     for (Image& image : images_[slots().written()])
       image.lights_overflow = true;
   }
-  return begin(stage_at(0));
+  return begin(stages_.at(0));
 }
 
 std::uint32_t GpuImageQuery::begin_stage(std::uint32_t stage, const BatchWorld& /*world*/) noexcept {
@@ -285,12 +223,12 @@ std::uint32_t GpuImageQuery::begin_stage(std::uint32_t stage, const BatchWorld& 
   std::ranges::copy(noted_, listed_.host_as<std::uint32_t>().begin());
   listed_count_ = static_cast<std::uint32_t>(noted_.size());
   count_incomplete_pixels();
-  return begin(stage_at(stage));
+  return begin(stages_.at(stage));
 }
 
-std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
+std::uint32_t GpuImageQuery::begin(const ImageStages::Stage& stage) noexcept {
   now_ = stage;
-  const std::uint32_t first_sample = has_planes() ? center : 0;
+  const std::uint32_t first_sample = stages_.has_center() ? center : 0;
   if (stage.step == Step::rays && stage.sample == first_sample)
     std::ranges::fill(is_incomplete_pixel_, std::uint8_t{0});
   const auto activity = activity_.host_as<std::uint32_t>();
@@ -298,7 +236,13 @@ std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
   switch (stage.step) {
     case Step::trace:
       if (is_later_bounce && activity[some_ray] == 0) return 0;
+      if (!is_later_bounce && stage.sample != center && stages_.colors_center()) return 0;
       closest_.begin();
+      break;
+    case Step::light:
+      if (is_later_bounce && activity[some_ray] == 0) return 0;
+      activity[some_shadow_ray] = 0;
+      writes_second_ = !writes_second_;
       break;
     case Step::shade:
       if (is_later_bounce && activity[some_ray] == 0) return 0;
@@ -317,17 +261,18 @@ std::uint32_t GpuImageQuery::begin(const Stage& stage) noexcept {
       writes_second_ = !writes_second_;
       break;
     case Step::planes:
+      if (!stages_.has_planes()) return 0;
       if (is_drawn_stage()) return listed_count_;
       break;
     case Step::raster:
-      return draws() ? tiles_ / tiles_per_image_ : 0;
+      return draws() ? tiles_ / stages_.tiles_per_image() : 0;
   }
-  return places_of_group(stage.group);
+  return stages_.places_of_group(stage.group);
 }
 
 void GpuImageQuery::pack_cameras(const RowSource& /*rows*/) noexcept {
   const auto records = cameras_buffer_.host_as<shared::CameraRecord>();
-  for (std::uint32_t i = 0; i < tiles_ / tiles_per_image_; ++i) {
+  for (std::uint32_t i = 0; i < tiles_ / stages_.tiles_per_image(); ++i) {
     const Camera& camera = cameras_[i];
     const glm::quat q = glm::normalize(camera.q);
     const HalfTangents half = half_tangents(camera, options_);
@@ -400,6 +345,8 @@ std::size_t GpuImageQuery::kernel_of_stage() const noexcept {
       return now_.sample == center ? kernel_center_rays : kernel_rays;
     case Step::planes:
       return is_drawn_stage() ? kernel_listed_planes : kernel_planes;
+    case Step::light:
+      return kernel_light;
     case Step::shade:
       return kernel_shade;
     default:
@@ -409,8 +356,8 @@ std::size_t GpuImageQuery::kernel_of_stage() const noexcept {
 
 shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording& recording) const noexcept {
   const ImageLights::Counts& lights = lights_.counts();
-  const std::uint32_t written = writes_second_ ? group_pixels_ : 0;
-  const std::uint32_t other = group_pixels_ - written;
+  const std::uint32_t written = writes_second_ ? stages_.group_pixels() : 0;
+  const std::uint32_t other = stages_.group_pixels() - written;
   return {.first = part.range.first,
           .end = part.range.end,
           .per_group = spread_out(part.range.end - part.range.first, limits().processors).per_group,
@@ -421,7 +368,7 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .late_base = recording.view.late_base,
           .width = options_.width,
           .height = options_.height,
-          .first_tile = now_.group * tiles_per_group(),
+          .first_tile = now_.group * stages_.tiles_per_group(),
           .read_from = other,
           .write_from = written,
           .sample_index = now_.sample,
@@ -431,7 +378,8 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .suns_end = lights.suns_end,
           .surfaces_from = lights.surfaces_from,
           .lights = lights.all,
-          .image = 0};
+          .image = 0,
+          .light = now_.light};
 }
 
 void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {
@@ -458,9 +406,9 @@ void GpuImageQuery::count_incomplete_pixels() noexcept {
   for (const std::uint32_t place : noted_) {
     if (!is_incomplete(place) || is_incomplete_pixel_[place] != 0) continue;
     is_incomplete_pixel_[place] = 1;
-    const std::uint32_t tile = now_.group * tiles_per_group() + place / tile_pixels_;
+    const std::uint32_t tile = now_.group * stages_.tiles_per_group() + place / stages_.tile_pixels();
     is_incomplete_tile_[tile] = 1;
-    ++images_[slots().written()][tile / tiles_per_image_].incomplete_pixels;
+    ++images_[slots().written()][tile / stages_.tiles_per_image()].incomplete_pixels;
   }
   noted_.clear();
 }
@@ -470,8 +418,8 @@ std::uint32_t GpuImageQuery::incomplete(std::uint32_t answered) const noexcept {
 }
 
 void GpuImageQuery::mark_incomplete(std::uint32_t tile) noexcept {
-  const std::uint32_t image = tile / tiles_per_image_;
-  const std::uint32_t in_image = tile % tiles_per_image_;
+  const std::uint32_t image = tile / stages_.tiles_per_image();
+  const std::uint32_t in_image = tile % stages_.tiles_per_image();
   const std::size_t slot = slots().written();
   planes_[slot].clear_tile(image, in_image);
   // Tiles come in ascending order, so those of one image are neighbours.
@@ -483,12 +431,13 @@ void GpuImageQuery::mark_incomplete(std::uint32_t tile) noexcept {
 
 void GpuImageQuery::pull_group(std::uint32_t group) const noexcept {
   const std::uint32_t across = tiles_along(options_.width);
-  const std::uint32_t end = group * tiles_per_group() + places_of_group(group) / tile_pixels_;
-  for (std::uint32_t tile = group * tiles_per_group(); tile < end;) {
-    const std::uint32_t image = tile / tiles_per_image_;
-    const std::uint32_t image_end = std::min(end, (image + 1) * tiles_per_image_);
-    const std::uint32_t first_row = tile % tiles_per_image_ / across * image_tile_px;
-    const std::uint32_t last_row = (image_end - 1) % tiles_per_image_ / across * image_tile_px;
+  const std::uint32_t end =
+      group * stages_.tiles_per_group() + stages_.places_of_group(group) / stages_.tile_pixels();
+  for (std::uint32_t tile = group * stages_.tiles_per_group(); tile < end;) {
+    const std::uint32_t image = tile / stages_.tiles_per_image();
+    const std::uint32_t image_end = std::min(end, (image + 1) * stages_.tiles_per_image());
+    const std::uint32_t first_row = tile % stages_.tiles_per_image() / across * image_tile_px;
+    const std::uint32_t last_row = (image_end - 1) % stages_.tiles_per_image() / across * image_tile_px;
     planes_[slots().written()].pull_rows(image, first_row,
                                          std::min(last_row + image_tile_px, options_.height));
     tile = image_end;

@@ -1,11 +1,10 @@
 #pragma once
-// The image query on the GPU. The tiles of a batch are divided into groups, and a group passes through
-// stages: for each sample of its pixels `rays` from the camera, then for each bounce `trace` (the search of
-// the rays, with the kernels of ray queries), `shade` (light that was found, the next directions) and
-// `shadow` (the search of rays to lights); `finish` adds the sample to the sum. Outputs but colour come
-// from a ray through the middle of each pixel (`planes`); with FirstHits::rasterised all images of the
-// batch are drawn first (`raster`). Kernels are in shaders/query/image.
+// The image query on the GPU. A batch passes through the stages of ImageStages. `trace` is the search of
+// rays, with the kernels of ray queries; `shade` adds light that was found and writes the next rays;
+// `shadow` is the search of rays to lights; `finish` adds the sample to the sum. Kernels are in
+// shaders/query/image.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "rtstdb/query/image/image_lights.hpp"
 #include "rtstdb/query/image/image_planes.hpp"
 #include "rtstdb/query/image/image_raster.hpp"
+#include "rtstdb/query/image/image_stages.hpp"
 #include "rtstdb/query/ray/ray_search.hpp"
 
 namespace rtstdb::query {
@@ -25,31 +25,27 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
 
   std::span<Camera> cameras() noexcept override { return cameras_; }
   std::span<const Image> images() const noexcept override {
-    return std::span(images_[slots().read()]).first(slots().readable() / tiles_per_image_);
+    return std::span(images_[slots().read()]).first(slots().readable() / stages_.tiles_per_image());
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
-  CostClass cost_class() const noexcept override { return CostClass::image_path_traced; }
-  std::uint32_t parts_per_element() const noexcept override { return tiles_per_image_; }
+  CostClass cost_class() const noexcept override {
+    return is_real_time() ? CostClass::image_real_time : CostClass::image_path_traced;
+  }
+  std::uint32_t parts_per_element() const noexcept override { return stages_.tiles_per_image(); }
   std::optional<BadInput> check(std::uint32_t tiles, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
   std::uint32_t incomplete(std::uint32_t answered) const noexcept override;
   std::uint32_t next_retry_batch() noexcept override;
   std::uint32_t min_retry_batch() const noexcept override { return closest_.min_retry_batch(limits()); }
-  double places_per_element() const noexcept override;
+  double places_per_element() const noexcept override {
+    return static_cast<double>(stages_.tile_pixels()) * stages_.per_group();
+  }
   void record(const BatchPart& part, const Recording& recording) noexcept override;
 
  private:
-  enum class Step : std::uint8_t { raster, rays, trace, planes, shade, shadow, finish };
-  /// Stands for the ray through the middle of pixel and exposure.
-  static constexpr std::uint32_t center = 0xFFFFFFFFu;
-  /// What a stage does.
-  struct Stage {
-    Step step = Step::rays;
-    std::uint32_t group = 0;
-    std::uint32_t sample = 0;  // or `center`
-    std::uint32_t bounce = 0;
-  };
+  using Step = ImageStages::Step;
+  static constexpr std::uint32_t center = ImageStages::center;
 
   DeviceNeeds device_needs(const gpu::DeviceLimits& limits) override;
   std::vector<const gpu::Buffer*> bound_buffers(gpu::ShaderId shader, std::uint32_t slot,
@@ -64,23 +60,19 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   void unpack(const BatchPart& part, const accel::TlasView& view) noexcept override;
   bool is_incomplete(std::uint32_t place) const noexcept override;
   void mark_incomplete(std::uint32_t tile) noexcept override;
-  std::uint32_t stages() const noexcept override { return 1 + groups_ * stages_per_group(); }
-  std::uint32_t answered_after(std::uint32_t stage, std::uint32_t count) const noexcept override;
+  std::uint32_t stages() const noexcept override { return stages_.count(); }
+  std::uint32_t answered_after(std::uint32_t stage, std::uint32_t count) const noexcept override {
+    return std::min(stages_.tiles_after(stage), count);
+  }
   std::uint32_t begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept override;
   std::uint32_t begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept override;
 
-  bool has_planes() const noexcept;
-  bool has_color() const noexcept { return options_.outputs.color || options_.outputs.srgb; }
-  std::uint32_t stages_per_sample() const noexcept { return 3 * options_.bounces + 4; }
-  std::uint32_t stages_per_group() const noexcept;
-  Stage stage_at(std::uint32_t stage) const noexcept;
+  bool is_real_time() const noexcept { return stages_.is_real_time(); }
   bool draws() const noexcept { return raster_.exists(); }
   std::size_t kernel_of_stage() const noexcept;
   shared::ImageArgs args_of(const BatchPart& part, const Recording& recording) const noexcept;
   /// Begins a stage of the group: what it reads and what it skips. Returns its places.
-  std::uint32_t begin(const Stage& stage) noexcept;
-  std::uint32_t places_of_group(std::uint32_t group) const noexcept;
-  std::uint32_t tiles_per_group() const noexcept { return group_pixels_ / tile_pixels_; }
+  std::uint32_t begin(const ImageStages::Stage& stage) noexcept;
   bool searches() const noexcept { return now_.step == Step::trace || now_.step == Step::shadow; }
   /// The stage's first hits come from the rasteriser; what that leaves incomplete is traced in its retries.
   bool is_drawn_stage() const noexcept { return draws() && now_.sample == center; }
@@ -96,9 +88,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   bool is_coherent() const noexcept;
 
   const ImageQueryOptions options_;
-  const std::uint32_t tiles_per_image_;
-  const std::uint32_t tile_pixels_;
-  const std::uint32_t group_pixels_;
+  ImageStages stages_;
   std::vector<Camera> cameras_;
   std::vector<ImagePlanes> planes_;                  // one per answer slot
   std::vector<std::vector<Image>> images_;           // one per answer slot
@@ -108,8 +98,8 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   ImageRaster raster_;  // not used: FirstHits::traced, or the device can not draw
   std::uint32_t packed_materials_ = 0;
 
-  std::uint32_t tiles_ = 0, groups_ = 0;  // of the batch
-  Stage now_;
+  std::uint32_t tiles_ = 0;  // of the batch
+  ImageStages::Stage now_;
   bool writes_second_ = false;                     // which of the two states of paths the stage writes
   std::uint32_t listed_count_ = 0;                 // of listed_
   std::vector<std::uint32_t> noted_;               // places that a search left incomplete at first

@@ -1,4 +1,4 @@
-// Reads hits where the ray kernels wrote them (shared/query.h).
+// Hits as the ray kernels write them (shared/query.h).
 #ifndef RTSTDB_QUERY_IMAGE_HIT_INPUT_GLSL
 #define RTSTDB_QUERY_IMAGE_HIT_INPUT_GLSL
 #include "shared/query.h"
@@ -27,6 +27,17 @@ InputHit hit_from(uvec2 p[hit_pairs]) {
   hit.n_world = uintBitsToFloat(uvec3(p[5], p[6].x));
   hit.v_world = uintBitsToFloat(uvec3(p[6].y, p[7]));
   return hit;
+}
+
+void pairs_of(InputHit hit, out uvec2 p[hit_pairs]) {
+  p[0] = uvec2(hit.status, floatBitsToUint(hit.lambda));
+  p[1] = floatBitsToUint(hit.uv);
+  p[2] = hit.entity;
+  p[3] = uvec2(0u, hit.material);
+  p[4] = uvec2(hit.triangle, hit.front ? 1u : 0u);
+  p[5] = floatBitsToUint(hit.n_world.xy);
+  p[6] = floatBitsToUint(vec2(hit.n_world.z, hit.v_world.x));
+  p[7] = floatBitsToUint(hit.v_world.yz);
 }
 
 InputHit fetch_hit(usamplerBuffer hits, uint place) {

@@ -61,7 +61,10 @@ void main() {
   InputHit hit = hit_of_drawn(ray, camera, is_drawn ? covers : uvec2(0u));
   if (!is_drawn) hit.status = status_miss;
   const bool is_settled = !is_drawn || hit.status == status_hit;
-  hits[hit_pairs * place] = uvec2(is_settled ? status_miss : status_incomplete, 0u);
+  if (!is_settled) hit.status = status_incomplete;
+  uvec2 pairs[hit_pairs];
+  pairs_of(hit, pairs);
+  for (uint k = 0u; k < hit_pairs; ++k) hits[hit_pairs * place + k] = pairs[k];
   if (is_settled) {
     write_planes(pixel, camera, ray, hit);
     return;

@@ -4,6 +4,7 @@
 // Begins a sample of each pixel: the ray from the camera.
 //
 // Macros: IMAGE_CENTER: the ray through the middle of pixel and exposure, which has no state of a path.
+//         IMAGE_REAL_TIME: no random numbers.
 #include "query/image/camera_ray.glsl"
 #include "query/image/random.glsl"
 #include "query/image/ray_output.glsl"
@@ -11,12 +12,17 @@
 layout(set = 0, binding = 4, scalar) writeonly buffer RaysBuffer { vec4 rays[]; };
 
 // Where in the pixel and in the exposure a sample lies: the samples of a pixel are spread evenly
-// (additive recurrence with powers of the root of x^4 = x + 1), from a random offset.
+// (additive recurrence with powers of the root of x^4 = x + 1), from a random offset or, in real-time mode,
+// from the middle.
 vec3 offset_of(Pixel pixel, uint seed) {
 #ifdef IMAGE_CENTER
   return middle;
 #else
+#ifdef IMAGE_REAL_TIME
+  const vec3 first = middle;
+#else
   const vec3 first = random_numbers(pixel.index, 0u, 0xFFFFFFFFu, seed).xyz;
+#endif
   return fract(first + float(args.sample_index) * vec3(0.8191725134, 0.6710436067, 0.5497004779));
 #endif
 }

@@ -13,17 +13,47 @@ vec4 orientation_of_light(LightRecord light, Instant at) {
   return orientation_of(instance_of_entity(light.entity, at), at.t_ns);
 }
 
+// The luminance of a sky in a direction of its frame.
+vec3 luminance_of_sky(LightRecord sky, float elevation_sine) {
+  return elevation_sine >= 0.0 ? mix(sky.horizon, sky.color, elevation_sine) : sky.ground;
+}
+
+// Of all skies.
+vec3 light_of_sky(vec3 direction, Instant at, uint mask) {
+  vec3 sum = vec3(0.0);
+  for (uint k = 0u; k < args.skies; ++k) {
+    const LightRecord sky = lights[k];
+    if ((sky.mask & mask) == 0u) continue;
+    sum += luminance_of_sky(sky, rotate(conjugate(orientation_of_light(sky, at)), direction).z);
+  }
+  return sum;
+}
+
+// The illuminance by all skies of a surface with the normal `n` that sees nothing else. `of_zenith` is the
+// integral of the sine of elevation times the cosine to n over the directions above both the horizon and the
+// surface.
+vec3 illuminance_of_sky(vec3 n, Instant at, uint mask) {
+  vec3 sum = vec3(0.0);
+  for (uint k = 0u; k < args.skies; ++k) {
+    const LightRecord sky = lights[k];
+    if ((sky.mask & mask) == 0u) continue;
+    const float cosine = clamp(rotate(conjugate(orientation_of_light(sky, at)), n).z, -1.0, 1.0);
+    const float of_zenith = 2.0 / 3.0 * ((pi - acos(cosine)) * cosine + sqrt(1.0 - cosine * cosine));
+    const float above = 0.5 * pi * (1.0 + cosine);
+    sum += sky.color * of_zenith + sky.horizon * (above - of_zenith) + sky.ground * (pi - above);
+  }
+  return sum;
+}
+
 // The light that comes along `direction` from beyond all entities. `pdf`: with which the direction was
 // chosen; `mirrored`: shadow rays could not find it.
 vec3 light_from_afar(vec3 direction, Instant at, uint mask, float pdf, bool mirrored) {
-  vec3 sum = vec3(0.0);
-  for (uint k = 0u; k < args.suns_end; ++k) {
+  vec3 sum = light_of_sky(direction, at, mask);
+  for (uint k = args.skies; k < args.suns_end; ++k) {
     const LightRecord light = lights[k];
     if ((light.mask & mask) == 0u) continue;
     const vec3 from = rotate(conjugate(orientation_of_light(light, at)), direction);
-    if (light.kind == light_sky) {
-      sum += from.z >= 0.0 ? mix(light.horizon, light.color, from.z) : light.ground;
-    } else if (light.cos_outer < 1.0 && -from.x > light.cos_outer) {  // a sun without a disc meets no ray
+    if (light.cos_outer < 1.0 && -from.x > light.cos_outer) {  // a sun without a disc meets no ray
       const float steradians = disc_steradians(light.cos_outer);
       const float found = 1.0 / (steradians * float(chosen_lights()));
       sum += light.color / steradians * (mirrored ? 1.0 : pdf / (pdf + found));
@@ -134,17 +164,39 @@ LightSample surface_sample(LightRecord light, Instant at, vec3 from, vec3 random
   return LightSample(point - from, false, light.color / pdf, pdf);
 }
 
+// A point of a light. `random`: which one.
+LightSample sample_of(LightRecord light, Instant at, vec3 from, uint mask, vec3 random) {
+  if ((light.mask & mask) == 0u) return no_light();
+  if (light.kind == light_surface) return surface_sample(light, at, from, random);
+  if (light.kind == light_directional) return sun_sample(light, at, random.xy);
+  return lamp_sample(light, at, from);
+}
+
 // A point of one of the lights but the skies, each of which is chosen with the same probability.
 LightSample chosen_light(Instant at, vec3 from, uint mask, vec4 random) {
   const uint count = chosen_lights();
   if (count == 0u) return no_light();
   const float scaled = random.w * float(count);
   const uint chosen = min(uint(scaled), count - 1u);
-  const LightRecord light = lights[args.skies + chosen];
-  if ((light.mask & mask) == 0u) return no_light();
-  if (light.kind == light_surface) return surface_sample(light, at, from, random.xyz);
-  if (light.kind == light_directional) return sun_sample(light, at, random.xy);
-  return lamp_sample(light, at, from);
+  return sample_of(lights[args.skies + chosen], at, from, mask, random.xyz);
+}
+
+// Fixed points of the lights but the skies, in their order: image_surface_points of each surface, the middle
+// of others. The sum over all points is the light of all.
+LightSample fixed_light(uint index, Instant at, vec3 from, uint mask) {
+  const uint others = args.surfaces_from - args.skies;
+  const bool of_surface = index >= others;
+  const uint beyond = of_surface ? index - others : 0u;
+  const uint light = of_surface ? args.surfaces_from + beyond / image_surface_points : args.skies + index;
+  const float k = float(beyond % image_surface_points);
+  // Evenly over the area: by the order of the triangles, and in each by powers of the root of x^3 = x + 1.
+  const vec3 in_surface =
+      vec3(fract(0.5 + k * vec2(0.7548776662, 0.5698402910)), (k + 0.5) / float(image_surface_points));
+  const vec3 in_middle = vec3(1.0, 0.0, 0.0);  // of a sun's disc
+  LightSample found = sample_of(lights[light], at, from, mask, of_surface ? in_surface : in_middle);
+  const uint points = of_surface ? image_surface_points : 1u;
+  found.light /= float(chosen_lights() * points);
+  return found;
 }
 
 #endif
