@@ -118,6 +118,16 @@ const char* to_string(FirstHits first_hits) noexcept {
   return "unknown";
 }
 
+const char* to_string(Shadows shadows) noexcept {
+  switch (shadows) {
+    case Shadows::traced:
+      return "traced";
+    case Shadows::mapped:
+      return "mapped";
+  }
+  return "unknown";
+}
+
 const char* to_string(HitStatus status) noexcept {
   switch (status) {
     case HitStatus::miss:

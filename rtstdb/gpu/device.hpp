@@ -29,6 +29,7 @@ namespace rtstdb::gpu {
 class RasterPipeline;
 class RasterTarget;
 struct RasterTargetOptions;
+enum class BeyondDepth : std::uint8_t;
 
 enum class Memory : std::uint8_t {
   device,    ///< only shaders and copies access it
@@ -317,7 +318,8 @@ class Device {
   Result<Bindings> create_bindings(const Pipeline& pipeline, std::span<const BufferPart> parts);
   /// Only on a device that can draw. The fragment shader has neither bindings nor push constants; without one
   /// the pipeline writes depth alone. Errors: out_of_memory, device_lost; for a target also capacity.
-  Result<RasterPipeline> create_raster_pipeline(const ShaderInfo& vertex, const ShaderInfo* fragment);
+  Result<RasterPipeline> create_raster_pipeline(const ShaderInfo& vertex, const ShaderInfo* fragment,
+                                                BeyondDepth beyond);
   Result<RasterTarget> create_raster_target(const RasterTargetOptions& options);
   /// Binds `buffers` in the order of the vertex shader's bindings. Errors and misuse as above.
   Result<Bindings> create_bindings(const RasterPipeline& pipeline, std::span<const Buffer* const> buffers);

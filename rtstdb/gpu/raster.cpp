@@ -61,7 +61,8 @@ void check(const ShaderInfo& shader) {
 }
 
 vk::raii::Pipeline create_graphics_pipeline(const Device::Impl& device, vk::PipelineLayout layout,
-                                            const ShaderInfo& vertex, const ShaderInfo* fragment) {
+                                            const ShaderInfo& vertex, const ShaderInfo* fragment,
+                                            BeyondDepth beyond) {
   const auto module_of = [&](const ShaderInfo& shader) {
     return vk::raii::ShaderModule(
         device.device, vk::ShaderModuleCreateInfo({}, shader.spirv.size_bytes(), shader.spirv.data()));
@@ -79,7 +80,7 @@ vk::raii::Pipeline create_graphics_pipeline(const Device::Impl& device, vk::Pipe
   const vk::PipelineInputAssemblyStateCreateInfo triangles({}, vk::PrimitiveTopology::eTriangleList);
   const vk::PipelineViewportStateCreateInfo one_viewport({}, 1, nullptr, 1, nullptr);
   const vk::PipelineRasterizationStateCreateInfo both_sides(
-      {}, VK_FALSE, VK_FALSE, vk::PolygonMode::eFill, vk::CullModeFlagBits::eNone,
+      {}, beyond == BeyondDepth::clamped, VK_FALSE, vk::PolygonMode::eFill, vk::CullModeFlagBits::eNone,
       vk::FrontFace::eCounterClockwise, VK_FALSE, 0.0f, 0.0f, 0.0f, 1.0f);
   const vk::PipelineMultisampleStateCreateInfo one_sample;
   const vk::PipelineDepthStencilStateCreateInfo greatest_depth({}, VK_TRUE, VK_TRUE, vk::CompareOp::eGreater);
@@ -127,7 +128,7 @@ Result<RasterTarget> Device::create_raster_target(const RasterTargetOptions& opt
 }
 
 Result<RasterPipeline> Device::create_raster_pipeline(const ShaderInfo& shader,
-                                                      const ShaderInfo* of_fragments) {
+                                                      const ShaderInfo* of_fragments, BeyondDepth beyond) {
   RTSTDB_ASSERT(limits().max_raster_side > 0);
   check(shader);
   if (of_fragments != nullptr) check(*of_fragments);
@@ -145,7 +146,7 @@ Result<RasterPipeline> Device::create_raster_pipeline(const ShaderInfo& shader,
         vk::PipelineLayoutCreateInfo layout({}, *pipeline.set_layout);
         if (shader.push_constant_bytes != 0) layout.setPushConstantRanges(range);
         pipeline.layout = vk::raii::PipelineLayout(impl_->device, layout);
-        pipeline.pipeline = create_graphics_pipeline(*impl_, *pipeline.layout, shader, of_fragments);
+        pipeline.pipeline = create_graphics_pipeline(*impl_, *pipeline.layout, shader, of_fragments, beyond);
         return made;
       });
 }

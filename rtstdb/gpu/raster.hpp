@@ -33,6 +33,12 @@ class RasterTarget {
   std::unique_ptr<Impl> impl_;
 };
 
+/// What becomes of the parts of triangles whose depth is above 1 or below 0.
+enum class BeyondDepth : std::uint8_t {
+  clipped,  ///< not drawn
+  clamped,  ///< drawn with the depth 1 or 0
+};
+
 /// A vertex shader, and a fragment shader for targets with words.
 class RasterPipeline {
  public:

@@ -26,6 +26,7 @@ void for_each_of_raster(FeatureChain& chain, Visit visit) {
   auto& core = chain.get<vk::PhysicalDeviceFeatures2>().features;
   visit(core.multiDrawIndirect);
   visit(core.drawIndirectFirstInstance);
+  visit(core.depthClamp);
   visit(chain.get<vk::PhysicalDeviceVulkan13Features>().dynamicRendering);
 }
 

@@ -55,16 +55,15 @@ RTSTDB_CONSTANT(path_mirrored, 2)
 RTSTDB_STRUCT(PathRecord)
 RTSTDB_CONSTANT(path_texels, 6)
 
-// An instance as the rasteriser sees it: a point of its entity's frame is at (dot(forward, p), ...) with
-// p = (point, 1); right and down are divided by the tangents of half the angles of view.
+// An instance as the rasteriser sees it: a point of its entity's frame has the clip coordinates dot(right,
+// p), dot(down, p), dot(depth, p), dot(w, p) with p = (point, 1).
 #define RTSTDB_FIELDS_VisibleRecord(F)                                                           \
-  F(vec4, forward)                                                                               \
   F(vec4, right)                                                                                 \
   F(vec4, down)                                                                                  \
+  F(vec4, depth)                                                                                 \
+  F(vec4, w)                                                                                     \
   F(uint, first_triangle)                                                                        \
-  F(uint, instance)                                                                              \
-  F(float, near_m)                                                                               \
-  F(uint, unused)
+  F(uint, instance)
 RTSTDB_STRUCT(VisibleRecord)
 
 // A material (rtstdb/material.hpp).
@@ -94,12 +93,19 @@ RTSTDB_CONSTANT(light_surface, 4)
   F(uint, first_triangle) /* of a surface, in the buffer of emitting triangles */                \
   F(uint, triangles)      /* of a surface */                                                     \
   F(vec3, color)                                                                                 \
-  F(uint, mask) \
+  F(uint, mask)                                                                                  \
   F(vec3, horizon)                                                                               \
   F(float, cos_inner) /* of a spot; of half its angle */                                         \
   F(vec3, ground)                                                                                \
-  F(float, cos_outer) /* of a spot; of a directional light the cosine of its disc's radius */
+  F(float, cos_outer) /* of a spot; of a directional light the cosine of its disc's radius */    \
+  F(uint, first_map)  /* of its shadow maps, among those of an image */                          \
+  F(uint, maps)       /* 0: it has none */
 RTSTDB_STRUCT(LightRecord)
+
+// Shadow maps: of a directional light concentric squares around the camera, each within the next; of a spot
+// one view along its axis, or, if it is wide, as of a point light, the six faces of a cube.
+RTSTDB_CONSTANT(shadow_squares, 4)
+RTSTDB_CONSTANT(shadow_faces, 6)
 
 // A triangle of a surface that emits light, in the entity frame, in the order of its mesh. `below`: the share
 // of the mesh's area in the triangles before it; `share`: in it.
@@ -140,8 +146,12 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, suns_end)                                                                              \
   F(uint, surfaces_from)                                                                         \
   F(uint, lights)                                                                                \
-  F(uint, image) /* image_visible.comp */                                                        \
-  F(uint, light) /* image_light.comp: which point of the lights */
+  F(uint, mapped_end) /* lights from args.skies to here have shadow maps */                      \
+  F(uint, maps)       /* of an image */                                                          \
+  F(uint, map_side)                                                                              \
+  F(uint, image) /* image_visible.comp, image_reach.comp */                                      \
+  F(uint, light) /* image_light.comp: which point of the lights; image_visible.comp: which light */ \
+  F(uint, face)  /* image_visible.comp: which map of the light */
 RTSTDB_STRUCT(ImageArgs)
 
 #endif

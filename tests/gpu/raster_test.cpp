@@ -35,7 +35,7 @@ class RasterTest : public GpuTest {
     std::ranges::copy(commands, command_buffer.host_as<DrawCommand>().begin());
     const ShaderInfo& fragment = test_shader_info(TestShader::identity);
     auto pipeline = device().create_raster_pipeline(test_shader_info(TestShader::triangles),
-                                                    with_words ? &fragment : nullptr);
+                                                    with_words ? &fragment : nullptr, beyond_);
     ASSERT_TRUE(pipeline) << pipeline.error().message;
     auto target = device().create_raster_target(
         {.name = "target", .width = width, .height = height, .words = with_words});
@@ -62,6 +62,8 @@ class RasterTest : public GpuTest {
   float depth_at(std::uint32_t column, std::uint32_t row) const {
     return depth_.host_as<const float>()[row * width + column];
   }
+
+  BeyondDepth beyond_ = BeyondDepth::clipped;
 
  private:
   Buffer words_, depth_;
@@ -121,6 +123,16 @@ TEST_F(RasterTest, DrawsDepthAlone) {
        {{.vertices = 6, .instances = 1, .first_vertex = 0, .first_instance = 0}}, false);
   EXPECT_EQ(depth_at(0, 0), 0.5f);
   EXPECT_EQ(depth_at(15, 0), 0.0f);
+}
+
+TEST_F(RasterTest, ClipsOrClampsWhatIsBeyondTheDepths) {
+  for (const BeyondDepth beyond : {BeyondDepth::clipped, BeyondDepth::clamped}) {
+    beyond_ = beyond;
+    draw(square({-1.0f, -1.0f}, {0.0f, 1.0f}, 1.5f),
+         {{.vertices = 6, .instances = 1, .first_vertex = 0, .first_instance = 0}});
+    EXPECT_EQ(depth_at(0, 0), beyond == BeyondDepth::clamped ? 1.0f : 0.0f);
+    EXPECT_EQ(words_at(0, 0).x, beyond == BeyondDepth::clamped ? 0u : nothing);
+  }
 }
 
 TEST_F(RasterTest, RefusesATargetLargerThanTheDeviceCanDraw) {

@@ -79,6 +79,19 @@ enum class FirstHits : std::uint8_t {
   rasterised,
 };
 
+/// How real-time mode finds what is in the shadow of a light. The shadow of an entity that emits light is
+/// always traced.
+enum class Shadows : std::uint8_t {
+  traced,  ///< with a ray from each surface to each light, at the instant of its row and sample
+  /// With maps of what each light sees in the middle of the exposure, which the rasteriser draws: faster
+  /// where lights are many, and as exact as a texel of a map. Needs FirstHits::rasterised. A directional
+  /// light has four maps, which cover what the camera sees; a spot one, if its outer angle is at most 120
+  /// degrees; another spot and a point six. Lights get maps in the order directional, then others, each by
+  /// entity index, as long as shadow_maps is enough; the shadows of the others are traced. Beyond what the
+  /// camera sees, in mirrors, a directional light has no shadows.
+  mapped,
+};
+
 /// Linear colour as four IEEE 754 binary16 numbers: red, green, blue, and 1. Values above 65504 are 65504.
 using HalfColor = std::array<std::uint16_t, 4>;
 /// Eight-bit sRGB (IEC 61966-2-1): red, green, blue, and 255.
@@ -120,16 +133,19 @@ struct ImageQueryOptions {
   /// Of colour, 1 to max_image_samples. In real-time mode one is through the middle of pixel and exposure;
   /// more smooth edges and average over the exposure.
   std::uint32_t samples_per_pixel = 16;
-  std::uint32_t bounces = 4;  ///< reflections before light reaches the camera: 0 to max_image_bounces
+  std::uint32_t bounces = 4;          ///< reflections before light reaches the camera: 0 to max_image_bounces
+  Shadows shadows = Shadows::traced;  ///< of real-time mode
+  std::uint32_t shadow_map_side = 1024;  ///< texels, min_shadow_map_side to max_shadow_map_side
+  std::uint32_t shadow_maps = 8;         ///< of an image, at most: 1 to max_shadow_maps
   LatePolicy late = LatePolicy::discard;
 };
 
 /// Images of cameras. `cameras` has `capacity` elements; `images` has one for each camera of the last
 /// transaction. AnswerInfo counts tiles.
 /// Answers: the same from run to run, and whatever the chunks, on one device.
-/// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, and the outputs in host
-/// memory. Errors of prepare: capacity for a count or a size outside its range, and for more than 2^32 stages
-/// of the device's work; bad_input for no output.
+/// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, with shadow maps four bytes
+/// for each of their texels, and the outputs in host memory. Errors of prepare: capacity for a count or a
+/// size outside its range, and for more than 2^32 stages of the device's work; bad_input for no output.
 class ImageQuery : public Query {
  public:
   virtual std::span<Camera> cameras() noexcept = 0;
@@ -143,5 +159,6 @@ Ray pixel_ray(const Camera& camera, std::uint32_t width, std::uint32_t height, s
 
 const char* to_string(ImageMode mode) noexcept;
 const char* to_string(FirstHits first_hits) noexcept;
+const char* to_string(Shadows shadows) noexcept;
 
 }  // namespace rtstdb

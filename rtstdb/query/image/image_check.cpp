@@ -51,6 +51,24 @@ std::optional<BadInput> check_value(const char* field, double value, double lowe
                     value, {.lowest = lowest, .highest = highest});
 }
 
+Result<void> check_shadows(const ImageQueryOptions& options) {
+  if (auto known = check_enumerator(options.name, "shadows", options.shadows, Shadows::mapped); !known)
+    return known;
+  if (options.shadows != Shadows::mapped) return {};
+  if (options.mode != ImageMode::real_time || options.first_hits != FirstHits::rasterised)
+    return Error{ErrorCode::bad_input, "image query '" + options.name +
+                                           "' has shadows 'mapped', which need the mode 'real_time' and "
+                                           "first hits 'rasterised'; it has '" +
+                                           to_string(options.mode) + "' and '" +
+                                           to_string(options.first_hits) + "'"};
+  if (options.shadow_map_side < min_shadow_map_side || options.shadow_map_side > max_shadow_map_side)
+    return outside(options, "a side of shadow maps in texels of", options.shadow_map_side,
+                   std::to_string(min_shadow_map_side) + " to " + std::to_string(max_shadow_map_side));
+  if (options.shadow_maps == 0 || options.shadow_maps > max_shadow_maps)
+    return outside(options, "a number of shadow maps of", options.shadow_maps, up_to(max_shadow_maps));
+  return {};
+}
+
 }  // namespace
 
 Result<void> check_image_options(const ImageQueryOptions& options) {
@@ -74,6 +92,7 @@ Result<void> check_image_options(const ImageQueryOptions& options) {
   if (options.bounces > max_image_bounces)
     return outside(options, "a number of bounces of", options.bounces,
                    "0 to " + std::to_string(max_image_bounces));
+  if (auto checked = check_shadows(options); !checked) return checked;
   if (const std::uint64_t stages = ImageStages(options).max_stages(); stages > max_stages)
     return outside(options, "stages, for its pixels times samples times bounces, of", stages,
                    up_to(max_stages));

@@ -39,6 +39,12 @@ std::uint32_t rank_of(const shared::LightRecord& light) noexcept {
   }
 }
 
+/// Shadow maps that a light needs. A view of more than 120 degrees would have few texels at its middle.
+std::uint32_t maps_of(const shared::LightRecord& light) noexcept {
+  if (light.kind == shared::light_directional) return shared::shadow_squares;
+  return light.kind == shared::light_spot && light.cos_outer >= 0.5f ? 1 : shared::shadow_faces;
+}
+
 float half_cosine(double full_angle_rad) noexcept {
   return static_cast<float>(std::cos(0.5 * full_angle_rad));
 }
@@ -51,7 +57,7 @@ ImageLights::ImageLights() : emits_(max_materials) {
 }
 
 void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord> lights,
-                          std::span<shared::EmitterTriangle> triangles) noexcept {
+                          std::span<shared::EmitterTriangle> triangles, std::uint32_t max_maps) noexcept {
   if (known_ && version_ == world.rows.version()) return;
   known_ = true;
   version_ = world.rows.version();
@@ -76,8 +82,31 @@ void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord
   counts_ = {.skies = before(1),
              .suns_end = before(2),
              .surfaces_from = before(3),
-             .all = static_cast<std::uint32_t>(records_.size())};
+             .all = static_cast<std::uint32_t>(records_.size()),
+             .mapped_end = 0,
+             .maps = 0};
+  assign_maps(max_maps);
   std::ranges::copy(records_, lights.begin());
+}
+
+void ImageLights::assign_maps(std::uint32_t max_maps) noexcept {
+  std::uint32_t k = counts_.skies;
+  for (; k < counts_.surfaces_from; ++k) {
+    shared::LightRecord& light = records_[k];
+    const std::uint32_t maps = maps_of(light);
+    if (counts_.maps + maps > max_maps) break;
+    light.first_map = counts_.maps;
+    light.maps = maps;
+    counts_.maps += maps;
+  }
+  counts_.mapped_end = k;
+}
+
+ImageLights::MapOfLight ImageLights::map(std::uint32_t index) const noexcept {
+  std::uint32_t light = counts_.skies;
+  while (index >= records_[light].first_map + records_[light].maps)
+    ++light;
+  return {light, index - records_[light].first_map};
 }
 
 void ImageLights::add_light(const EntityState& state, const Light& light) noexcept {
@@ -98,7 +127,9 @@ void ImageLights::add_light(const EntityState& state, const Light& light) noexce
        .horizon = glm::vec3(light.color * light.horizon_cdpm2),
        .cos_inner = half_cosine(light.inner_angle_rad),
        .ground = glm::vec3(light.color * light.ground_cdpm2),
-       .cos_outer = half_cosine(is_directional ? light.angular_diameter_rad : light.outer_angle_rad)});
+       .cos_outer = half_cosine(is_directional ? light.angular_diameter_rad : light.outer_angle_rad),
+       .first_map = 0,
+       .maps = 0});
 }
 
 void ImageLights::add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
@@ -118,7 +149,9 @@ void ImageLights::add_surface(const EntityState& state, const Material& material
                       .horizon = glm::vec3(0.0f),
                       .cos_inner = 0.0f,
                       .ground = glm::vec3(0.0f),
-                      .cos_outer = 0.0f});
+                      .cos_outer = 0.0f,
+                      .first_map = 0,
+                      .maps = 0});
 }
 
 const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWorld& world,

@@ -22,21 +22,28 @@ class ImageLights {
   ImageLights();
 
   /// Writes the lights of the version into the buffers, which hold max_lights_per_image lights and
-  /// max_emitter_triangles triangles.
+  /// max_emitter_triangles triangles. `max_maps`: shadow maps of an image; always the same.
   void collect(const BatchWorld& world, std::span<shared::LightRecord> lights,
-               std::span<shared::EmitterTriangle> triangles) noexcept;
+               std::span<shared::EmitterTriangle> triangles, std::uint32_t max_maps) noexcept;
   /// Forgets what is in the buffers, since they are new.
   void forget() noexcept { known_ = false; }
 
   /// Lights are skies, then directional ones, then others, then surfaces by entity index.
   struct Counts {
     std::uint32_t skies = 0, suns_end = 0, surfaces_from = 0, all = 0;
-    /// Real-time mode: of all lights but skies.
+    std::uint32_t mapped_end = 0;  // those with shadow maps follow the skies
+    std::uint32_t maps = 0;        // of an image
+    /// Real-time mode: of the lights without shadow maps.
     std::uint32_t points() const noexcept {
-      return surfaces_from - skies + (all - surfaces_from) * shared::image_surface_points;
+      return surfaces_from - mapped_end + (all - surfaces_from) * shared::image_surface_points;
     }
   };
   const Counts& counts() const noexcept { return counts_; }
+  /// Which light and which of its maps a shadow map of an image is.
+  struct MapOfLight {
+    std::uint32_t light = 0, face = 0;
+  };
+  MapOfLight map(std::uint32_t index) const noexcept;
   /// Not all lights fit.
   bool overflow() const noexcept { return overflow_; }
 
@@ -47,6 +54,7 @@ class ImageLights {
     std::uint32_t first = 0, count = 0;
   };
 
+  void assign_maps(std::uint32_t max_maps) noexcept;
   void add_light(const EntityState& state, const Light& light) noexcept;
   void add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
                    std::span<shared::EmitterTriangle> triangles) noexcept;

@@ -78,12 +78,17 @@ GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
 
 // ---- the device
 
+gpu::ShaderId GpuImageQuery::shade_shader() const noexcept {
+  if (!is_real_time()) return gpu::ShaderId::image_shade;
+  return has_maps() ? gpu::ShaderId::image_bounce_mapped : gpu::ShaderId::image_bounce;
+}
+
 DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   using enum gpu::ShaderId;
   DeviceNeeds needs;
   for (const gpu::ShaderId shader :
        {is_real_time() ? image_real_time_rays : image_rays, image_center_rays, image_planes,
-        image_listed_planes, is_real_time() ? image_bounce : image_shade, image_finish, image_drawn})
+        image_listed_planes, shade_shader(), image_finish, image_drawn})
     needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
   if (is_real_time()) needs.kernels.push_back(kernel_need(image_light, shared::ImageArgs{}));
   closest_.add_needs(needs, options_.name, limits);
@@ -140,8 +145,11 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     case image_shade:
     case image_light:
     case image_bounce:
+    case image_bounce_mapped:
       return with({&hits_, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_,
-                   &albedo_, &activity_, &pool.geometries(), &pool.attributes(), &paths_});
+                   &albedo_, &activity_, &pool.geometries(), &pool.attributes(), &paths_,
+                   maps_.exists() ? &maps_.maps() : &activity_,
+                   maps_.exists() ? &maps_.reach() : &activity_});
     case image_finish:
       return with({&shadow_hits_, &paths_});
     case image_drawn:
@@ -169,17 +177,21 @@ Result<void> GpuImageQuery::create_more(gpu::Device& device) {
   const bool is_drawn =
       options_.first_hits == FirstHits::rasterised && stages_.has_center() && limits().max_raster_side > 0;
   if (!is_drawn) return {};
-  return raster_.create(device, options_.name, options_.width, options_.height, options_.capacity);
+  auto made = raster_.create(device, options_.name, options_.width, options_.height, options_.capacity);
+  return made && has_maps() ? maps_.create(device, options_) : made;
 }
 
 Result<void> GpuImageQuery::bind_more(gpu::Device& device, const accel::GeometryPool& pool,
                                       const accel::Tlas& tlas) {
   if (!raster_.exists()) return {};
-  return raster_.bind(device, cameras_buffer_, pool, tlas);
+  auto raster_bound = raster_.bind(device, cameras_buffer_, pool, tlas);
+  if (!raster_bound || !maps_.exists()) return raster_bound;
+  return maps_.bind(device, cameras_buffer_, lights_buffer_, raster_, pool, tlas);
 }
 
 void GpuImageQuery::record_more_warm_up(gpu::Recorder& recorder) noexcept {
   if (raster_.exists()) raster_.record_warm_up(recorder);
+  if (maps_.exists()) maps_.record_warm_up(raster_, recorder);
 }
 
 // ---- check
@@ -208,7 +220,7 @@ std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchW
   pack_cameras(world.rows);
   pack_materials(world.appearance);
   lights_.collect(world, lights_buffer_.host_as<shared::LightRecord>(),
-                  emitters_.host_as<shared::EmitterTriangle>());
+                  emitters_.host_as<shared::EmitterTriangle>(), maps_.exists() ? options_.shadow_maps : 0);
   stages_.begin_batch(tiles, lights_.counts().points());
   if (lights_.overflow()) {
     note_overflow();
@@ -265,7 +277,7 @@ std::uint32_t GpuImageQuery::begin(const ImageStages::Stage& stage) noexcept {
       if (is_drawn_stage()) return listed_count_;
       break;
     case Step::raster:
-      return draws() ? tiles_ / stages_.tiles_per_image() : 0;
+      return draws() ? tiles_ / stages_.tiles_per_image() * draws_per_image() : 0;
   }
   return stages_.places_of_group(stage.group);
 }
@@ -328,13 +340,25 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
   }
   const shared::ImageArgs args = args_of(part, recording);
   if (now_.step == Step::raster) {
-    for (std::uint32_t image = part.range.first; image < part.range.end; ++image)
-      raster_.record(image, args, recording, limits().max_groups);
+    for (std::uint32_t place = part.range.first; place < part.range.end; ++place)
+      draw(place, args, recording);
     return;
   }
   const std::size_t chosen = kernel_of_stage();
   dispatch(kernel(chosen), recording, spread_out(part.range.end - part.range.first, limits().processors),
            args);
+}
+
+void GpuImageQuery::draw(std::uint32_t place, const shared::ImageArgs& args,
+                         const Recording& recording) noexcept {
+  const std::uint32_t image = place / draws_per_image();
+  const std::uint32_t draw_of_image = place % draws_per_image();
+  if (draw_of_image > 0) {
+    maps_.record(raster_, lights_, image, draw_of_image - 1, args, recording, limits().max_groups);
+    return;
+  }
+  raster_.record(image, args, recording, limits().max_groups);
+  if (maps_.exists()) maps_.record_reach(raster_, image, args, recording, limits().max_groups);
 }
 
 std::size_t GpuImageQuery::kernel_of_stage() const noexcept {
@@ -378,8 +402,12 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .suns_end = lights.suns_end,
           .surfaces_from = lights.surfaces_from,
           .lights = lights.all,
+          .mapped_end = lights.mapped_end,
+          .maps = lights.maps,
+          .map_side = options_.shadow_map_side,
           .image = 0,
-          .light = now_.light};
+          .light = now_.light,
+          .face = 0};
 }
 
 void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {

@@ -13,6 +13,7 @@
 #include "rtstdb/query/image/image_planes.hpp"
 #include "rtstdb/query/image/image_raster.hpp"
 #include "rtstdb/query/image/image_stages.hpp"
+#include "rtstdb/query/image/shadow_maps.hpp"
 #include "rtstdb/query/ray/ray_search.hpp"
 
 namespace rtstdb::query {
@@ -55,7 +56,10 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   Result<void> create_more(gpu::Device& device) override;
   Result<void> bind_more(gpu::Device& device, const accel::GeometryPool& pool,
                          const accel::Tlas& tlas) override;
-  void destroy_more() noexcept override { raster_.destroy(); }
+  void destroy_more() noexcept override {
+    raster_.destroy();
+    maps_.destroy();
+  }
   void record_more_warm_up(gpu::Recorder& recorder) noexcept override;
   void unpack(const BatchPart& part, const accel::TlasView& view) noexcept override;
   bool is_incomplete(std::uint32_t place) const noexcept override;
@@ -68,6 +72,9 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::uint32_t begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept override;
 
   bool is_real_time() const noexcept { return stages_.is_real_time(); }
+  bool has_maps() const noexcept { return options_.shadows == Shadows::mapped; }
+  gpu::ShaderId shade_shader() const noexcept;
+  std::uint32_t draws_per_image() const noexcept { return 1 + lights_.counts().maps; }
   bool draws() const noexcept { return raster_.exists(); }
   std::size_t kernel_of_stage() const noexcept;
   shared::ImageArgs args_of(const BatchPart& part, const Recording& recording) const noexcept;
@@ -80,6 +87,8 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::span<RayHit> searched_hits() const noexcept {
     return (now_.step == Step::shadow ? shadow_hits_ : hits_).host_as<RayHit>();
   }
+  /// Draws place `place` of the raster stage: for each image its first hits, then its shadow maps.
+  void draw(std::uint32_t place, const shared::ImageArgs& args, const Recording& recording) noexcept;
   void pack_cameras(const RowSource& rows) noexcept;
   void pack_materials(const Appearance& appearance) noexcept;
   /// Counts the pixels of the group whose search was left incomplete in the stage that ends.
@@ -96,6 +105,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   RaySearch closest_, any_;
   ImageLights lights_;
   ImageRaster raster_;  // not used: FirstHits::traced, or the device can not draw
+  ShadowMaps maps_;     // not used: Shadows::traced, or the device can not draw
   std::uint32_t packed_materials_ = 0;
 
   std::uint32_t tiles_ = 0;  // of the batch

@@ -2,20 +2,13 @@
 
 #include <utility>
 
+#include "rtstdb/query/keep.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::query {
 namespace {
 
 constexpr std::size_t word_pair_bytes = 8;
-
-/// Moves a result to where it belongs.
-template <class T>
-Result<void> keep(Result<T> made, T& where) {
-  if (!made) return made.error();
-  where = std::move(made).value();
-  return {};
-}
 
 /// Each entity has an instance for each of two epochs.
 std::size_t entities_of(const gpu::Buffer& instances) noexcept {
@@ -30,7 +23,10 @@ Result<void> ImageRaster::create(gpu::Device& device, const std::string& name, s
   pixels_ = width * height;
   const gpu::ShaderInfo& vertex = gpu::shader_info(gpu::ShaderId::image_raster_vertex);
   const gpu::ShaderInfo& fragment = gpu::shader_info(gpu::ShaderId::image_raster_fragment);
-  if (auto made = keep(device.create_raster_pipeline(vertex, &fragment), pipeline_); !made) return made;
+  if (auto made =
+          keep(device.create_raster_pipeline(vertex, &fragment, gpu::BeyondDepth::clipped), pipeline_);
+      !made)
+    return made;
   if (auto made = keep(device.create_pipeline(gpu::ShaderId::image_visible), visible_kernel_); !made)
     return made;
   if (auto made = keep(device.create_raster_target(
@@ -66,33 +62,30 @@ Result<void> ImageRaster::bind(gpu::Device& device, const gpu::Buffer& cameras,
 }
 
 void ImageRaster::record_warm_up(gpu::Recorder& recorder) const noexcept {
-  // One triangle without extent.
   recorder.dispatch(visible_kernel_, visible_bindings_.front(), shared::ImageArgs{}, 1);
   recorder.barrier();
+  record_one_triangle(recorder);
+  recorder.draw(pipeline_, raster_bindings_, {}, target_, draws_, 1);
+  recorder.copy_words(target_, drawn_, 0);
+  recorder.barrier();
+}
+
+void ImageRaster::record_one_triangle(gpu::Recorder& recorder) const noexcept {
   recorder.fill(visible_, 0, sizeof(shared::VisibleRecord), 0);
   constexpr gpu::DrawCommand triangle{.vertices = 3, .instances = 1, .first_vertex = 0, .first_instance = 0};
   recorder.fill(draws_, 0, 4, triangle.vertices);
   recorder.fill(draws_, 4, 4, triangle.instances);
   recorder.fill(draws_, 8, 8, 0);
   recorder.barrier();
-  recorder.draw(pipeline_, raster_bindings_, {}, target_, draws_, 1);
-  recorder.copy_words(target_, drawn_, 0);
-  recorder.barrier();
 }
 
-void ImageRaster::record(std::uint32_t image, shared::ImageArgs args, const Recording& recording,
+void ImageRaster::record(std::uint32_t image, const shared::ImageArgs& args, const Recording& recording,
                          std::uint32_t max_groups) const noexcept {
   gpu::Recorder& recorder = recording.recorder;
   const std::uint32_t instances = recording.view.entities;
-  args.first = 0;
-  args.end = instances;
-  args.per_group = places_per_group;
-  args.halt = glm::uvec2(0);
-  args.image = image;
-  in_pieces({places_per_group, (instances + places_per_group - 1) / places_per_group}, max_groups, args,
-            [&](const shared::ImageArgs& piece, std::uint32_t groups) {
-              recorder.dispatch(visible_kernel_, visible_bindings_[recording.view.slot], piece, groups);
-            });
+  dispatch_all(instances, image, args, max_groups, [&](const shared::ImageArgs& piece, std::uint32_t groups) {
+    recorder.dispatch(visible_kernel_, visible_bindings_[recording.view.slot], piece, groups);
+  });
   recorder.barrier();
   recorder.draw(pipeline_, raster_bindings_, {}, target_, draws_, instances);
   recorder.copy_words(target_, drawn_, std::size_t{image} * pixels_ * word_pair_bytes);

@@ -12,6 +12,18 @@
 
 namespace rtstdb::query {
 
+/// Dispatches a kernel of images for all places from 0 to before `end`. `dispatch`: as for in_pieces.
+template <class Dispatch>
+void dispatch_all(std::uint32_t end, std::uint32_t image, shared::ImageArgs args, std::uint32_t max_groups,
+                  const Dispatch& dispatch) noexcept {
+  args.first = 0;
+  args.end = end;
+  args.per_group = places_per_group;
+  args.halt = glm::uvec2(0);
+  args.image = image;
+  in_pieces({places_per_group, (end + places_per_group - 1) / places_per_group}, max_groups, args, dispatch);
+}
+
 class ImageRaster {
  public:
   /// Of `images` images. Errors: capacity, out_of_memory, device_lost.
@@ -23,14 +35,21 @@ class ImageRaster {
   void destroy() noexcept { *this = {}; }
   bool exists() const noexcept { return static_cast<bool>(target_); }
   void record_warm_up(gpu::Recorder& recorder) const noexcept;
+  /// Sets up a draw of one triangle without extent.
+  void record_one_triangle(gpu::Recorder& recorder) const noexcept;
 
   /// Draws an image. `args`: the epoch of the view; the other members do not matter. `max_groups`: of a
   /// dispatch.
-  void record(std::uint32_t image, shared::ImageArgs args, const Recording& recording,
+  void record(std::uint32_t image, const shared::ImageArgs& args, const Recording& recording,
               std::uint32_t max_groups) const noexcept;
 
   /// Two words for each pixel of all images: instance and triangle in the pool, or all bits set.
   const gpu::Buffer& drawn() const noexcept { return drawn_; }
+  /// Words and depths of the last image.
+  const gpu::RasterTarget& target() const noexcept { return target_; }
+  /// For other draws: what the vertex shader reads, and the commands, by place of an instance.
+  const gpu::Buffer& visible() const noexcept { return visible_; }
+  const gpu::Buffer& draws() const noexcept { return draws_; }
 
  private:
   std::string name_;

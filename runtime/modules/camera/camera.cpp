@@ -99,9 +99,12 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
                                                             .capacity = 1,
                                                             .width = options_.width,
                                                             .height = options_.height,
+                                                            .mode = options_.mode,
                                                             .outputs = outputs(),
+                                                            .first_hits = options_.first_hits(),
                                                             .samples_per_pixel = options_.samples,
                                                             .bounces = options_.bounces,
+                                                            .shadows = options_.shadows,
                                                             .late = options_.late});
   if (!query) throw SetupError(caller, query.error());
   query_ = std::move(query).value();

@@ -70,6 +70,20 @@ void check_times(const config::Value& parameters, const CameraOptions& options, 
   }
 }
 
+void check_shadows(const config::Value& parameters, const CameraOptions& options,
+                   config::Diagnostics& diagnostics) {
+  if (options.shadows != rtstdb::Shadows::mapped) return;
+  if (!options.is_real_time()) {
+    diagnostics.add(parameters["shadows"].place(),
+                    "'shadows: mapped' needs 'mode: real_time'; light paths find shadows by rays");
+  } else if (options.row_time_ns > 0) {
+    diagnostics.add(
+        parameters["shadows"].place(),
+        "'shadows: mapped' needs a 'row_time' of 0: a map has the shadows of one instant, and each "
+        "row has another one; use 'shadows: traced'");
+  }
+}
+
 config::Schema noise_schema() {
   using config::Field;
   using config::Schema;
@@ -98,7 +112,11 @@ std::optional<CameraOptions> read_camera_options(const config::Value& parameters
   options.row_time_ns = parameters["row_time"].duration_ns();
   options.exposure_ns = parameters["exposure_time"].duration_ns();
   options.sensor.exposure_value = parameters["exposure_value"].number();
-  options.samples = static_cast<std::uint32_t>(parameters["samples"].integer());
+  if (parameters["mode"].text() == "real_time") options.mode = rtstdb::ImageMode::real_time;
+  if (parameters["shadows"].text() == "mapped") options.shadows = rtstdb::Shadows::mapped;
+  options.samples = parameters.has("samples") ? static_cast<std::uint32_t>(parameters["samples"].integer())
+                    : options.is_real_time()  ? 1
+                                              : 16;
   options.bounces = static_cast<std::uint32_t>(parameters["bounces"].integer());
   if (parameters.has("seed")) options.seed = parameters["seed"].integer();
   if (parameters.has("noise")) {
@@ -118,6 +136,7 @@ std::optional<CameraOptions> read_camera_options(const config::Value& parameters
   }
   check_size(parameters, options, diagnostics);
   check_times(parameters, options, step_ns, diagnostics);
+  check_shadows(parameters, options, diagnostics);
   if (diagnostics.count() > mistakes) return std::nullopt;
   return options;
 }
@@ -155,8 +174,16 @@ config::Schema camera_schema() {
       Field::with_default("exposure_value", Schema::number(-20.0, 30.0), "12",
                           "Exposure value at ISO 100: the luminance 1.2 cd/m2 * 2^exposure_value is white. A "
                           "sunny day is 15, a lit room 6."),
-      Field::with_default("samples", Schema::integer(1, rtstdb::max_image_samples), "16",
-                          "Light paths of a pixel. The noise of the colours falls with their root."),
+      Field::with_default("mode", Schema::one_of({"path_traced", "real_time"}), "path_traced",
+                          "How colours are made: by light paths, which are right but noisy, or in far less "
+                          "time without noise, by the light of lamps, sun and sky and by smooth mirrors."),
+      Field::with_default("shadows", Schema::one_of({"traced", "mapped"}), "traced",
+                          "With mode real_time: shadows by rays, or by shadow maps, which take less time "
+                          "where lights are many. Maps need a 'row_time' of 0."),
+      Field::optional("samples", Schema::integer(1, rtstdb::max_image_samples),
+                      "Light paths of a pixel; the noise of the colours falls with their root. With mode "
+                      "real_time points of a pixel: more than 1 smooth edges and show motion during the "
+                      "exposure. Left out: 16, or 1 with mode real_time."),
       Field::with_default("bounces", Schema::integer(0, rtstdb::max_image_bounces), "2",
                           "Reflections before light reaches the camera."),
       Field::optional("seed", Schema::integer(0, 0xFFFFFFFF),

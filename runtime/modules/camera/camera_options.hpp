@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <rtstdb/query.hpp>
+#include <rtstdb/image.hpp>
 
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/config/schema.hpp"
@@ -26,6 +26,8 @@ struct CameraOptions {
   double near_m = 0.0;
   double images_hz = 0.0;  ///< 0: an image in each release
   std::int64_t row_time_ns = 0, exposure_ns = 0;
+  rtstdb::ImageMode mode = rtstdb::ImageMode::path_traced;
+  rtstdb::Shadows shadows = rtstdb::Shadows::traced;  ///< of real-time mode
   std::uint32_t samples = 0, bounces = 0;
   std::optional<std::int64_t> seed{};                  ///< empty: of the run's seed and the module's name
   SensorOptions sensor{};                              ///< without its seed
@@ -36,6 +38,10 @@ struct CameraOptions {
   std::uint32_t objects = 0;  ///< slots of the object list
   rtstdb::LatePolicy late = rtstdb::LatePolicy::discard;
 
+  bool is_real_time() const noexcept { return mode == rtstdb::ImageMode::real_time; }
+  rtstdb::FirstHits first_hits() const noexcept {
+    return is_real_time() && row_time_ns == 0 ? rtstdb::FirstHits::rasterised : rtstdb::FirstHits::traced;
+  }
   /// From the first to the last instant of an image.
   std::int64_t readout_ns() const noexcept { return (height - 1) * row_time_ns + exposure_ns; }
 };

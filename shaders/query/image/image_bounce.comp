@@ -4,7 +4,30 @@
 // Real-time mode: ends a bounce of each path after the light of all lights. Adds what the surface emits and
 // what it reflects of the skies, as if nothing hid them, and lets the path go on in the direction of a smooth
 // mirror or through glass, whichever is brighter.
+//
+// Macro: IMAGE_SHADOW_MAPS: adds the light of lights with shadow maps, which are those of the middle of the
+// exposure.
 #include "query/image/path_vertex.glsl"
+#ifdef IMAGE_SHADOW_MAPS
+layout(set = 0, binding = 16, scalar) readonly buffer MapsBuffer { float maps[]; };
+layout(set = 0, binding = 17, scalar) readonly buffer ReachBuffer { uvec2 reach_of_image[]; };
+#include "query/image/shadow_map.glsl"
+
+vec3 light_by_maps(PathVertex vertex, uint image) {
+  const CameraRecord camera = cameras[image];
+  const Instant drawn_at = instant_of(camera.t_ns + camera.exposure_ns / 2u);
+  vec3 sum = vec3(0.0);
+  for (uint k = args.skies; k < args.mapped_end; ++k) {
+    const LightRecord light = lights[k];
+    const LightSample found = middle_of(light, vertex.at, vertex.point, camera.mask);
+    const vec3 value = scattered(vertex.surface, normalize(found.to)).value * found.light;
+    const bool is_lit = dot(found.to, vertex.n) > 0.0 && value != vec3(0.0) &&
+                        is_lit_by_map(light, image, drawn_at, vertex.point, vertex.n);
+    sum += is_lit ? value : vec3(0.0);
+  }
+  return sum;
+}
+#endif
 
 // A path that would add a smaller share of light sees the sky instead.
 const float min_share = 1e-3;
@@ -44,7 +67,8 @@ void main() {
     end_path(place, path);
     return;
   }
-  const uint mask = cameras[pixel_of(place).image].mask;
+  const uint image = pixel_of(place).image;
+  const uint mask = cameras[image].mask;
   const InputHit hit = fetch_hit(hits, place);
   if (hit.status != status_hit) {
     if (hit.status == status_miss)
@@ -61,6 +85,9 @@ void main() {
   }
   const Surface surface = vertex.surface;
   path.radiance_cdpm2 += path.throughput * sky_from_rough_parts(surface, vertex.at, mask);
+#ifdef IMAGE_SHADOW_MAPS
+  path.radiance_cdpm2 += path.throughput * light_by_maps(vertex, image);
+#endif
   const float reflected_by_glass =
       dielectric_share(clamp(dot(surface.toward, surface.n), 0.0, 1.0), surface.index_ratio);
   Way taken = way_of_reflection(surface, reflected_by_glass);

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// A corner of a triangle for the rasteriser. Depth is near_m over the distance along the view direction.
+// A corner of a triangle for the rasteriser.
 #include "shared/image.h"
 #include "shared/node.h"
 
@@ -15,7 +15,7 @@ void main() {
   const uint slot = record.first_triangle + uint(gl_VertexIndex) / 3u;
   const int texel = int(slot * triangle_texels) + gl_VertexIndex % 3;
   const vec4 corner = vec4(texelFetch(triangles, texel).xyz, 1.0);
-  gl_Position = vec4(dot(record.right, corner), dot(record.down, corner), record.near_m,
-                     dot(record.forward, corner));
+  gl_Position = vec4(dot(record.right, corner), dot(record.down, corner), dot(record.depth, corner),
+                     dot(record.w, corner));
   identity = uvec2(record.instance, slot);
 }

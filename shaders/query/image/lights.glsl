@@ -181,21 +181,27 @@ LightSample chosen_light(Instant at, vec3 from, uint mask, vec4 random) {
   return sample_of(lights[args.skies + chosen], at, from, mask, random.xyz);
 }
 
-// Fixed points of the lights but the skies, in their order: image_surface_points of each surface, the middle
-// of others. The sum over all points is the light of all.
+// The middle of a light, not of a surface.
+LightSample middle_of(LightRecord light, Instant at, vec3 from, uint mask) {
+  const vec3 in_middle = vec3(1.0, 0.0, 0.0);  // of a sun's disc
+  LightSample found = sample_of(light, at, from, mask, in_middle);
+  found.light /= float(chosen_lights());
+  return found;
+}
+
+// Fixed points of the lights without shadow maps, in their order: image_surface_points of each surface, the
+// middle of others. The sum over all points is the light of all.
 LightSample fixed_light(uint index, Instant at, vec3 from, uint mask) {
-  const uint others = args.surfaces_from - args.skies;
-  const bool of_surface = index >= others;
-  const uint beyond = of_surface ? index - others : 0u;
-  const uint light = of_surface ? args.surfaces_from + beyond / image_surface_points : args.skies + index;
+  const uint others = args.surfaces_from - args.mapped_end;
+  if (index < others) return middle_of(lights[args.mapped_end + index], at, from, mask);
+  const uint beyond = index - others;
   const float k = float(beyond % image_surface_points);
   // Evenly over the area: by the order of the triangles, and in each by powers of the root of x^3 = x + 1.
   const vec3 in_surface =
       vec3(fract(0.5 + k * vec2(0.7548776662, 0.5698402910)), (k + 0.5) / float(image_surface_points));
-  const vec3 in_middle = vec3(1.0, 0.0, 0.0);  // of a sun's disc
-  LightSample found = sample_of(lights[light], at, from, mask, of_surface ? in_surface : in_middle);
-  const uint points = of_surface ? image_surface_points : 1u;
-  found.light /= float(chosen_lights() * points);
+  const uint light = args.surfaces_from + beyond / image_surface_points;
+  LightSample found = sample_of(lights[light], at, from, mask, in_surface);
+  found.light /= float(chosen_lights() * image_surface_points);
   return found;
 }
 

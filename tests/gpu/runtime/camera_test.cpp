@@ -49,7 +49,7 @@ class CameraTest : public test::ModuleFixture {
   }
 
   void make_camera(const std::string& more, const std::string& name = "front") {
-    camera_ = make(*find_module_type("camera"), "{" + small_camera + ", " + more + "}",
+    camera_ = make(*find_module_type("camera"), "{" + base_ + ", " + more + "}",
                    {.instance = name, .period_ns = period_ns, .deadline_ns = period_ns, .seed = 4});
     ASSERT_NE(camera_, nullptr) << diagnostics_.to_text();
   }
@@ -75,6 +75,7 @@ class CameraTest : public test::ModuleFixture {
     EXPECT_EQ(outputs[object + ".share_exact"], 1.0) << object;
   }
 
+  std::string base_ = small_camera;
   test::CollectedImages collected_;
   std::unique_ptr<Module> camera_;
 };
@@ -202,6 +203,39 @@ TEST_F(CameraTest, HandsOverColoursAndDepths) {
         EXPECT_NEAR(depth_m, 8.0f, 1e-5f);
       }
     }
+  }
+}
+
+/// A lamp at the camera lights a large plate; a small one is off its axis and hides a part of it from the
+/// lamp, but not from the camera beside it.
+TEST_F(CameraTest, InRealTimeModeLampsThrowShadows) {
+  rtstdb::EntityRow lamp;
+  lamp.light = world_->add_light("lamp", {.kind = rtstdb::LightKind::point, .intensity_cd = 6400.0});
+  lamp.motion.p_world_m = {0.0, 2.0, 0.0};
+  world_->create("lamp", lamp);
+  const auto add_painted_plate = [&](const std::string& name, const glm::dvec3& center_m, double edge_m) {
+    rtstdb::EntityRow row;
+    row.geometry = world_->add_geometry(rtstdb::make_rectangle(edge_m, edge_m), name);
+    row.material = world_->add_material(name, {.base_color = glm::dvec3(0.5), .refractive_index = 1.0});
+    row.motion.p_world_m = center_m;
+    row.motion.q_world = {std::cos(-0.25 * pi), 0.0, std::sin(-0.25 * pi), 0.0};
+    world_->create(name, row);
+  };
+  add_painted_plate("large", {8.0, 0.0, 0.0}, 12.0);
+  add_painted_plate("small", {4.0, 2.0, 0.0}, 1.0);  // its shadow: 7 x 7 pixels around (24, 24)
+  for (const std::string shadows : {"traced", "mapped"}) {
+    base_ = "resolution: [64, 48], field_of_view: 90 deg, bounces: 1, mode: real_time, shadows: " + shadows;
+    make_camera("noise: {full_well: 8000}", "front_" + shadows);
+    take();
+    const auto& color = collected_.images[collected_.count - 1].color;
+    const auto luminance = [&](std::size_t column, std::size_t row) {
+      return static_cast<double>(glm::unpackHalf1x16(color[row * 64 + column][0]));
+    };
+    EXPECT_EQ(luminance(25, 24), 0.0) << shadows;
+    // The pixel is 0.125 m below and to the right of the plate's middle.
+    const double distance_m = std::sqrt(64.0 + 2.125 * 2.125 + 0.125 * 0.125);
+    const double expected = 0.5 / pi * 6400.0 * 8.0 / std::pow(distance_m, 3.0);
+    EXPECT_NEAR(luminance(32, 24), expected, 0.002 * expected) << shadows;
   }
 }
 

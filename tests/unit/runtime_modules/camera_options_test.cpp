@@ -38,6 +38,19 @@ TEST(CameraOptions, HaveDefaultsAndUnits) {
   EXPECT_NEAR(ahead.z, -1.0, 1e-12) << "a positive pitch looks down";
 }
 
+TEST(CameraOptions, InRealTimeModeOneSampleOfARasterisedHitIsTheDefault) {
+  config::Diagnostics diagnostics;
+  const auto real_time = read("mode: real_time\nshadows: mapped", diagnostics);
+  ASSERT_TRUE(real_time) << diagnostics.to_text();
+  EXPECT_EQ(real_time->mode, rtstdb::ImageMode::real_time);
+  EXPECT_EQ(real_time->shadows, rtstdb::Shadows::mapped);
+  EXPECT_EQ(real_time->samples, 1U);
+  EXPECT_EQ(real_time->first_hits(), rtstdb::FirstHits::rasterised);
+  EXPECT_EQ(read("mode: real_time\nrow_time: 10 us", diagnostics)->first_hits(), rtstdb::FirstHits::traced);
+  EXPECT_EQ(read("mode: path_traced", diagnostics)->samples, 16U);
+  EXPECT_EQ(read("mode: real_time\nsamples: 4", diagnostics)->samples, 4U);
+}
+
 TEST(CameraOptions, AreRefusedWithTheirValuesAndLimits) {
   const std::pair<const char*, const char*> refused[] = {
       {"resolution: [0, 480]", "16384"},
@@ -65,6 +78,9 @@ TEST(CameraOptions, AreRefusedWithTheirValuesAndLimits) {
       {"seed: -1", "0"},
       {"rotation: {quaternion: [1, 1, 0, 0]}", "'quaternion' has the length"},
       {"late: last_good", "partial"},
+      {"mode: fast", "real_time"},
+      {"shadows: mapped", "'shadows: mapped' needs 'mode: real_time'"},
+      {"mode: real_time\nshadows: mapped\nrow_time: 10 us", "'shadows: mapped' needs a 'row_time' of 0"},
   };
   for (const auto& [yaml, message] : refused) {
     config::Diagnostics diagnostics;
