@@ -48,8 +48,8 @@ RTSTDB_CONSTANT(path_mirrored, 2)
   F(uint, flags)                                                                                 \
   F(vec3, radiance_cdpm2) /* of this sample so far */                                            \
   F(uint, bounces)                                                                               \
-  F(vec3, shadowed_cdpm2) /* is added if the shadow ray meets nothing */                         \
-  F(uint, unused)                                                                                \
+  F(vec3, shadowed_cdpm2) /* is added if the shadow ray meets nothing; see also image_gather.comp */ \
+  F(uint, misses)         /* image_gather.comp */                                                \
   F(vec3, sum_cdpm2) /* of the samples before */                                                 \
   F(uint, also_unused)
 RTSTDB_STRUCT(PathRecord)
@@ -118,8 +118,10 @@ RTSTDB_CONSTANT(shadow_faces, 6)
   F(float, unused)
 RTSTDB_STRUCT(EmitterTriangle)
 
-// Real-time mode: points of each surface that emits light, each with a shadow ray.
-RTSTDB_CONSTANT(image_surface_points, 16)
+// Real-time mode: what a rough surface scatters comes from two lobes, each searched with rays.
+RTSTDB_CONSTANT(lobe_matt, 0)
+RTSTDB_CONSTANT(lobe_mirror, 1)
+RTSTDB_CONSTANT(lobes, 2)
 
 // Share of light that a rough mirror reflects, by the cosine of the angle of incidence (x) and the roughness
 // (y): image_albedo_side samples each from 0 to 1. See rtstdb/query/image/specular_albedo.hpp.
@@ -151,7 +153,11 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, map_side)                                                                              \
   F(uint, image) /* image_visible.comp, image_reach.comp */                                      \
   F(uint, light) /* image_light.comp: which point of the lights; image_visible.comp: which light */ \
-  F(uint, face)  /* image_visible.comp: which map of the light */
+  F(uint, face)  /* image_visible.comp: which map of the light */                                \
+  F(uint, lobe) /* image_lobe.comp, image_gather.comp; this and the next */                      \
+  F(uint, ray)                                                                                   \
+  F(uint, lobe_rays) /* 0: no lobe is searched */                                                \
+  F(uint, emitter_points) /* image_light.comp: of each surface that emits light */
 RTSTDB_STRUCT(ImageArgs)
 
 #endif

@@ -123,7 +123,9 @@ std::vector<ImageQueryOptions> tested_options(const ImageQuery* /*kind*/) {
            .outputs = all,
            .first_hits = FirstHits::rasterised,
            .samples_per_pixel = 1,
-           .bounces = 2}};
+           .bounces = 2,
+           .emitter_points = 2,
+           .lobe_rays = 2}};
 }
 
 Camera random_element(Random& random, const ElementScene& scene, const Camera* /*type*/) {

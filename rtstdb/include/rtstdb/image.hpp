@@ -61,10 +61,12 @@ enum class ImageMode : std::uint8_t {
   /// Unbiased light transport, with noise that falls with the root of samples_per_pixel: the reference.
   /// Source: Kajiya, "The Rendering Equation", 1986; Veach, "Robust Monte Carlo Methods", 1997.
   path_traced,
-  /// Without noise, in far less time. At each surface: the light of all lights, whose shadows are sharp; 16
-  /// points of each entity that emits light, with a shadow each; the light of the skies as if nothing hid
-  /// them. Smooth mirrors and glass show what one ray meets, whichever of reflection and refraction is
-  /// brighter; the other one, and rough mirrors, show the sky. So matt surfaces do not light each other.
+  /// Without noise. Each surface gets the light of all lights, whose shadows are sharp, and of some points of
+  /// each entity that emits light, with a shadow each. Smooth mirrors and glass show what one ray meets,
+  /// whichever of reflection and refraction is brighter; the other one shows the sky. With 2 bounces or more,
+  /// the matt and the rough part of the first surface are each searched with lobe_rays rays in fixed
+  /// directions. What such a ray meets counts as matt; the lights with shadow maps light it, and the skies as
+  /// far as the other rays meet nothing. Elsewhere nothing hides the skies from matt and rough parts.
   real_time,
 };
 
@@ -137,6 +139,10 @@ struct ImageQueryOptions {
   Shadows shadows = Shadows::traced;  ///< of real-time mode
   std::uint32_t shadow_map_side = 1024;  ///< texels, min_shadow_map_side to max_shadow_map_side
   std::uint32_t shadow_maps = 8;         ///< of an image, at most: 1 to max_shadow_maps
+  /// Real-time mode: of each entity that emits light, 1 to max_emitter_points. 64 are needed beside a lamp as
+  /// large as its distance.
+  std::uint32_t emitter_points = 16;
+  std::uint32_t lobe_rays = 16;  ///< real-time mode: into each lobe, 1 to max_lobe_rays
   LatePolicy late = LatePolicy::discard;
 };
 

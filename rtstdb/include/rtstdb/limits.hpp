@@ -62,8 +62,10 @@ inline constexpr std::uint32_t max_image_pixels_per_query = 1u << 26;  ///< of a
 inline constexpr std::uint32_t max_image_samples = 1u << 16;           ///< samples_per_pixel
 inline constexpr std::uint32_t max_image_bounces = 64;
 inline constexpr std::uint32_t min_shadow_map_side = 64, max_shadow_map_side = 1u << 13;
-inline constexpr std::uint32_t max_shadow_maps = 64;  ///< of an image
-inline constexpr std::uint32_t image_tile_px = 16;    ///< side of a tile (Image::missing_tiles)
+inline constexpr std::uint32_t max_shadow_maps = 64;      ///< of an image
+inline constexpr std::uint32_t max_emitter_points = 256;  ///< ImageQueryOptions::emitter_points
+inline constexpr std::uint32_t max_lobe_rays = 256;       ///< ImageQueryOptions::lobe_rays
+inline constexpr std::uint32_t image_tile_px = 16;        ///< side of a tile (Image::missing_tiles)
 /// Entities that name a light or whose material emits light. A mesh of such an entity may have 65,536
 /// triangles, and all such meshes together.
 inline constexpr std::uint32_t max_lights_per_image = 1024;

@@ -34,8 +34,8 @@ class ImageLights {
     std::uint32_t mapped_end = 0;  // those with shadow maps follow the skies
     std::uint32_t maps = 0;        // of an image
     /// Real-time mode: of the lights without shadow maps.
-    std::uint32_t points() const noexcept {
-      return surfaces_from - mapped_end + (all - surfaces_from) * shared::image_surface_points;
+    std::uint32_t points(std::uint32_t per_emitter) const noexcept {
+      return surfaces_from - mapped_end + (all - surfaces_from) * per_emitter;
     }
   };
   const Counts& counts() const noexcept { return counts_; }

@@ -25,11 +25,20 @@ enum ImageKernel : std::uint8_t {
   kernel_shade,
   kernel_finish,
   kernel_drawn,
-  kernel_light  // real-time mode
+  kernel_light,  // this and the next two: real-time mode
+  kernel_lobe,
+  kernel_gather
 };
 
 /// Words that image_shade.comp sets.
 enum Activity : std::uint8_t { some_ray, some_shadow_ray };
+
+/// Whether a stage reads the states of paths that were written last, and writes the others.
+bool writes_paths(const ImageStages::Stage& stage) noexcept {
+  using enum ImageStages::Step;
+  if (stage.step == rays) return stage.sample != ImageStages::center;
+  return stage.step == light || stage.step == gather || stage.step == shade || stage.step == finish;
+}
 
 constexpr float max_neighbour_angle_rad = 0.04f;
 
@@ -62,21 +71,16 @@ GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
       cameras_(options.capacity),
       closest_(RayMode::closest, 1, stages_.group_pixels()),
       any_(RayMode::any, 1, stages_.group_pixels()),
-      is_incomplete_pixel_(stages_.group_pixels()),
-      is_incomplete_tile_(std::size_t{options.capacity} * stages_.tiles_per_image()) {
+      answers_(options_, stages_, slots().count()) {
   let_retries_pause();
   noted_.reserve(stages_.group_pixels());
-  for (std::size_t slot = 0; slot < slots().count(); ++slot) {
-    planes_.emplace_back(options);
-    images_.emplace_back(options.capacity);
-    missing_.emplace_back();
-    missing_.back().reserve(is_incomplete_tile_.size());
-    for (std::uint32_t image = 0; image < options.capacity; ++image)
-      planes_[slot].set_spans(image, images_[slot][image]);
-  }
 }
 
 // ---- the device
+
+gpu::ShaderId GpuImageQuery::gather_shader() const noexcept {
+  return has_maps() ? gpu::ShaderId::image_gather_mapped : gpu::ShaderId::image_gather;
+}
 
 gpu::ShaderId GpuImageQuery::shade_shader() const noexcept {
   if (!is_real_time()) return gpu::ShaderId::image_shade;
@@ -90,7 +94,9 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
        {is_real_time() ? image_real_time_rays : image_rays, image_center_rays, image_planes,
         image_listed_planes, shade_shader(), image_finish, image_drawn})
     needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
-  if (is_real_time()) needs.kernels.push_back(kernel_need(image_light, shared::ImageArgs{}));
+  if (is_real_time())
+    for (const gpu::ShaderId shader : {image_light, image_lobe, gather_shader()})
+      needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
   closest_.add_needs(needs, options_.name, limits);
   any_.add_needs(needs, options_.name + " shadow", limits);
   const std::size_t pixels = stages_.group_pixels();
@@ -118,8 +124,9 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
          gpu::Memory::upload, true);
   buffer(activity_, " activity", 16, gpu::Memory::readback);
   buffer(listed_, " listed places", pixels * sizeof(std::uint32_t), gpu::Memory::upload);
-  for (ImagePlanes& planes : planes_)
-    planes.add_needs(needs, options_.name);
+  buffer(first_hits_, " first hits", stages_.has_lobes() ? pixels * sizeof(RayHit) : 16, gpu::Memory::device,
+         true);
+  answers_.add_needs(needs, options_.name);
   return needs;
 }
 
@@ -133,6 +140,14 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     common.insert(common.end(), more);
     return common;
   };
+  const auto with_surfaces = [&](const gpu::Buffer& met, std::initializer_list<const gpu::Buffer*> more) {
+    with({&met, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_, &albedo_,
+          &activity_, &pool.geometries(), &pool.attributes(), &paths_});
+    return with(more);
+  };
+  // Stand-ins where nothing reads them.
+  const gpu::Buffer& maps = maps_.exists() ? maps_.maps() : activity_;
+  const gpu::Buffer& reach = maps_.exists() ? maps_.reach() : activity_;
   switch (shader) {
     case image_rays:
     case image_real_time_rays:
@@ -145,11 +160,15 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     case image_shade:
     case image_light:
     case image_bounce:
+      return with_surfaces(hits_, {});
     case image_bounce_mapped:
-      return with({&hits_, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_,
-                   &albedo_, &activity_, &pool.geometries(), &pool.attributes(), &paths_,
-                   maps_.exists() ? &maps_.maps() : &activity_,
-                   maps_.exists() ? &maps_.reach() : &activity_});
+      return with_surfaces(hits_, {&maps, &reach});
+    case image_lobe:
+      return with_surfaces(first_hits_, {});
+    case image_gather:
+      return with_surfaces(first_hits_, {&hits_});
+    case image_gather_mapped:
+      return with_surfaces(first_hits_, {&hits_, &maps, &reach});
     case image_finish:
       return with({&shadow_hits_, &paths_});
     case image_drawn:
@@ -208,24 +227,17 @@ std::optional<BadInput> GpuImageQuery::check(std::uint32_t tiles, const RowSourc
 std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept {
   tiles_ = tiles;
   stages_.begin_batch(tiles, 0);
-  std::ranges::fill(is_incomplete_tile_, std::uint8_t{0});
-  missing_[slots().written()].clear();
-  for (Image& image : images_[slots().written()]) {
-    image.missing_tiles = {};
-    image.incomplete_pixels = 0;
-    image.lights_overflow = false;
-  }
+  answers_.begin_batch(slots().written());
   noted_.clear();
   if (tiles == 0) return 0;
   pack_cameras(world.rows);
   pack_materials(world.appearance);
   lights_.collect(world, lights_buffer_.host_as<shared::LightRecord>(),
                   emitters_.host_as<shared::EmitterTriangle>(), maps_.exists() ? options_.shadow_maps : 0);
-  stages_.begin_batch(tiles, lights_.counts().points());
+  stages_.begin_batch(tiles, lights_.counts().points(options_.emitter_points));
   if (lights_.overflow()) {
     note_overflow();
-    for (Image& image : images_[slots().written()])
-      image.lights_overflow = true;
+    answers_.note_overflow_of_lights();
   }
   return begin(stages_.at(0));
 }
@@ -241,44 +253,49 @@ std::uint32_t GpuImageQuery::begin_stage(std::uint32_t stage, const BatchWorld& 
 std::uint32_t GpuImageQuery::begin(const ImageStages::Stage& stage) noexcept {
   now_ = stage;
   const std::uint32_t first_sample = stages_.has_center() ? center : 0;
-  if (stage.step == Step::rays && stage.sample == first_sample)
-    std::ranges::fill(is_incomplete_pixel_, std::uint8_t{0});
+  if (stage.step == Step::rays && stage.sample == first_sample) answers_.begin_group();
   const auto activity = activity_.host_as<std::uint32_t>();
-  const bool is_later_bounce = stage.bounce > 0;
+  const bool some_path = stage.bounce == 0 || activity[some_ray] != 0;
   switch (stage.step) {
-    case Step::trace:
-      if (is_later_bounce && activity[some_ray] == 0) return 0;
-      if (!is_later_bounce && stage.sample != center && stages_.colors_center()) return 0;
-      closest_.begin();
-      break;
-    case Step::light:
-      if (is_later_bounce && activity[some_ray] == 0) return 0;
-      activity[some_shadow_ray] = 0;
-      writes_second_ = !writes_second_;
-      break;
-    case Step::shade:
-      if (is_later_bounce && activity[some_ray] == 0) return 0;
-      std::ranges::fill(activity, 0u);
-      writes_second_ = !writes_second_;
-      break;
-    case Step::shadow:
-      if (activity[some_shadow_ray] == 0) return 0;
-      any_.begin();
-      break;
+    case Step::raster:
+      return draws() ? tiles_ / stages_.tiles_per_image() * draws_per_image() : 0;
     case Step::rays:
       if (is_drawn_stage()) return 0;
-      if (stage.sample != center) writes_second_ = !writes_second_;
-      break;
-    case Step::finish:
-      writes_second_ = !writes_second_;
       break;
     case Step::planes:
       if (!stages_.has_planes()) return 0;
       if (is_drawn_stage()) return listed_count_;
       break;
-    case Step::raster:
-      return draws() ? tiles_ / stages_.tiles_per_image() * draws_per_image() : 0;
+    case Step::trace:
+      if (!some_path || (stage.bounce == 0 && stage.sample != center && stages_.colors_center())) return 0;
+      closest_.begin();
+      break;
+    case Step::light:
+      if (!some_path) return 0;
+      activity[some_shadow_ray] = 0;
+      break;
+    case Step::shadow:
+      if (activity[some_shadow_ray] == 0) return 0;
+      any_.begin();
+      break;
+    case Step::shade:
+      if (!some_path) return 0;
+      std::ranges::fill(activity, 0u);
+      break;
+    case Step::lobe:
+      activity[some_ray] = 0;
+      break;
+    case Step::search:
+      if (activity[some_ray] == 0) return 0;
+      closest_.begin();
+      break;
+    case Step::keep:
+    case Step::gather:
+    case Step::restore:
+    case Step::finish:
+      break;
   }
+  if (writes_paths(stage)) writes_second_ = !writes_second_;
   return stages_.places_of_group(stage.group);
 }
 
@@ -301,7 +318,7 @@ void GpuImageQuery::pack_cameras(const RowSource& /*rows*/) noexcept {
     record.exposure_ns = low_word(camera.exposure.count());
     record.seed = camera.seed;
     record.white_cdpm2 = 1.2f * std::exp2(camera.exposure_value);
-    planes_[slots().written()].set_addresses(i, record);
+    answers_.set_addresses(i, record);
     records[i] = record;
   }
 }
@@ -338,6 +355,7 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
     const RaySearch::Dispatch made = search().dispatch(part, retry_places(), pass, recording, limits());
     return dispatch(kernel(made.kernel), recording, made.layout, made.args);
   }
+  if (now_.step == Step::keep || now_.step == Step::restore) return copy_hits(part.range, recording);
   const shared::ImageArgs args = args_of(part, recording);
   if (now_.step == Step::raster) {
     for (std::uint32_t place = part.range.first; place < part.range.end; ++place)
@@ -361,6 +379,14 @@ void GpuImageQuery::draw(std::uint32_t place, const shared::ImageArgs& args,
   if (maps_.exists()) maps_.record_reach(raster_, image, args, recording, limits().max_groups);
 }
 
+void GpuImageQuery::copy_hits(PlaceRange range, const Recording& recording) noexcept {
+  const bool keeps = now_.step == Step::keep;
+  const std::size_t from = range.first * sizeof(RayHit);
+  recording.recorder.copy(keeps ? hits_ : first_hits_, from, keeps ? first_hits_ : hits_, from,
+                          (range.end - range.first) * sizeof(RayHit));
+  recording.recorder.barrier();
+}
+
 std::size_t GpuImageQuery::kernel_of_stage() const noexcept {
   switch (now_.step) {
     case Step::trace:
@@ -371,6 +397,10 @@ std::size_t GpuImageQuery::kernel_of_stage() const noexcept {
       return is_drawn_stage() ? kernel_listed_planes : kernel_planes;
     case Step::light:
       return kernel_light;
+    case Step::lobe:
+      return kernel_lobe;
+    case Step::gather:
+      return kernel_gather;
     case Step::shade:
       return kernel_shade;
     default:
@@ -393,7 +423,7 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .width = options_.width,
           .height = options_.height,
           .first_tile = now_.group * stages_.tiles_per_group(),
-          .read_from = other,
+          .read_from = writes_paths(now_) ? other : written,
           .write_from = written,
           .sample_index = now_.sample,
           .samples = options_.samples_per_pixel,
@@ -407,15 +437,19 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .map_side = options_.shadow_map_side,
           .image = 0,
           .light = now_.light,
-          .face = 0};
+          .face = 0,
+          .lobe = now_.lobe,
+          .ray = now_.ray,
+          .lobe_rays = stages_.has_lobes() ? options_.lobe_rays : 0,
+          .emitter_points = options_.emitter_points};
 }
 
 void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {
   const bool writes_outputs = now_.step == Step::planes || now_.step == Step::finish ||
                               (now_.step == Step::trace && is_drawn_stage());
-  if (writes_outputs && part.range.end == places()) pull_group(now_.group);
-  if (!searches()) return;
+  if (writes_outputs && part.range.end == places()) answers_.pull_group(now_.group);
   if (part.is_retry) return;
+  if (!searches()) return;
   const bool any_unanswered = search().some_unanswered();
   if (!search().some_incomplete() && !any_unanswered) return;
   for (std::uint32_t place = part.range.first; place < part.range.end; ++place) {
@@ -431,45 +465,9 @@ bool GpuImageQuery::is_incomplete(std::uint32_t place) const noexcept {
 }
 
 void GpuImageQuery::count_incomplete_pixels() noexcept {
-  for (const std::uint32_t place : noted_) {
-    if (!is_incomplete(place) || is_incomplete_pixel_[place] != 0) continue;
-    is_incomplete_pixel_[place] = 1;
-    const std::uint32_t tile = now_.group * stages_.tiles_per_group() + place / stages_.tile_pixels();
-    is_incomplete_tile_[tile] = 1;
-    ++images_[slots().written()][tile / stages_.tiles_per_image()].incomplete_pixels;
-  }
+  for (const std::uint32_t place : noted_)
+    if (is_incomplete(place)) answers_.note_incomplete(now_.group, place);
   noted_.clear();
-}
-
-std::uint32_t GpuImageQuery::incomplete(std::uint32_t answered) const noexcept {
-  return static_cast<std::uint32_t>(std::ranges::count(std::span(is_incomplete_tile_).first(answered), 1));
-}
-
-void GpuImageQuery::mark_incomplete(std::uint32_t tile) noexcept {
-  const std::uint32_t image = tile / stages_.tiles_per_image();
-  const std::uint32_t in_image = tile % stages_.tiles_per_image();
-  const std::size_t slot = slots().written();
-  planes_[slot].clear_tile(image, in_image);
-  // Tiles come in ascending order, so those of one image are neighbours.
-  missing_[slot].push_back(in_image);
-  Image& incomplete = images_[slot][image];
-  const std::size_t count = incomplete.missing_tiles.size() + 1;
-  incomplete.missing_tiles = std::span(missing_[slot]).last(count);
-}
-
-void GpuImageQuery::pull_group(std::uint32_t group) const noexcept {
-  const std::uint32_t across = tiles_along(options_.width);
-  const std::uint32_t end =
-      group * stages_.tiles_per_group() + stages_.places_of_group(group) / stages_.tile_pixels();
-  for (std::uint32_t tile = group * stages_.tiles_per_group(); tile < end;) {
-    const std::uint32_t image = tile / stages_.tiles_per_image();
-    const std::uint32_t image_end = std::min(end, (image + 1) * stages_.tiles_per_image());
-    const std::uint32_t first_row = tile % stages_.tiles_per_image() / across * image_tile_px;
-    const std::uint32_t last_row = (image_end - 1) % stages_.tiles_per_image() / across * image_tile_px;
-    planes_[slots().written()].pull_rows(image, first_row,
-                                         std::min(last_row + image_tile_px, options_.height));
-    tile = image_end;
-  }
 }
 
 }  // namespace rtstdb::query

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
+#include "rtstdb/query/image/image_answers.hpp"
 #include "rtstdb/query/image/image_lights.hpp"
-#include "rtstdb/query/image/image_planes.hpp"
 #include "rtstdb/query/image/image_raster.hpp"
 #include "rtstdb/query/image/image_stages.hpp"
 #include "rtstdb/query/image/shadow_maps.hpp"
@@ -26,7 +26,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
 
   std::span<Camera> cameras() noexcept override { return cameras_; }
   std::span<const Image> images() const noexcept override {
-    return std::span(images_[slots().read()]).first(slots().readable() / stages_.tiles_per_image());
+    return answers_.images(slots().read()).first(slots().readable() / stages_.tiles_per_image());
   }
   const AnswerInfo& answer_info() const noexcept override { return info; }
 
@@ -36,7 +36,9 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::uint32_t parts_per_element() const noexcept override { return stages_.tiles_per_image(); }
   std::optional<BadInput> check(std::uint32_t tiles, const RowSource& rows,
                                 TimeSpan& times) const noexcept override;
-  std::uint32_t incomplete(std::uint32_t answered) const noexcept override;
+  std::uint32_t incomplete(std::uint32_t answered) const noexcept override {
+    return answers_.incomplete_tiles(answered);
+  }
   std::uint32_t next_retry_batch() noexcept override;
   std::uint32_t min_retry_batch() const noexcept override { return closest_.min_retry_batch(limits()); }
   double places_per_element() const noexcept override {
@@ -63,7 +65,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   void record_more_warm_up(gpu::Recorder& recorder) noexcept override;
   void unpack(const BatchPart& part, const accel::TlasView& view) noexcept override;
   bool is_incomplete(std::uint32_t place) const noexcept override;
-  void mark_incomplete(std::uint32_t tile) noexcept override;
+  void mark_incomplete(std::uint32_t tile) noexcept override { answers_.add_missing(tile); }
   std::uint32_t stages() const noexcept override { return stages_.count(); }
   std::uint32_t answered_after(std::uint32_t stage, std::uint32_t count) const noexcept override {
     return std::min(stages_.tiles_after(stage), count);
@@ -72,6 +74,9 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::uint32_t begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept override;
 
   bool is_real_time() const noexcept { return stages_.is_real_time(); }
+  gpu::ShaderId gather_shader() const noexcept;
+  /// Keeps or restores the first hits of the group while hits_ has those of the lobes.
+  void copy_hits(PlaceRange range, const Recording& recording) noexcept;
   bool has_maps() const noexcept { return options_.shadows == Shadows::mapped; }
   gpu::ShaderId shade_shader() const noexcept;
   std::uint32_t draws_per_image() const noexcept { return 1 + lights_.counts().maps; }
@@ -80,7 +85,9 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   shared::ImageArgs args_of(const BatchPart& part, const Recording& recording) const noexcept;
   /// Begins a stage of the group: what it reads and what it skips. Returns its places.
   std::uint32_t begin(const ImageStages::Stage& stage) noexcept;
-  bool searches() const noexcept { return now_.step == Step::trace || now_.step == Step::shadow; }
+  bool searches() const noexcept {
+    return now_.step == Step::trace || now_.step == Step::shadow || now_.step == Step::search;
+  }
   /// The stage's first hits come from the rasteriser; what that leaves incomplete is traced in its retries.
   bool is_drawn_stage() const noexcept { return draws() && now_.sample == center; }
   RaySearch& search() noexcept { return now_.step == Step::shadow ? any_ : closest_; }
@@ -93,16 +100,13 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   void pack_materials(const Appearance& appearance) noexcept;
   /// Counts the pixels of the group whose search was left incomplete in the stage that ends.
   void count_incomplete_pixels() noexcept;
-  void pull_group(std::uint32_t group) const noexcept;
   bool is_coherent() const noexcept;
 
   const ImageQueryOptions options_;
   ImageStages stages_;
   std::vector<Camera> cameras_;
-  std::vector<ImagePlanes> planes_;                  // one per answer slot
-  std::vector<std::vector<Image>> images_;           // one per answer slot
-  std::vector<std::vector<std::uint32_t>> missing_;  // tiles of all images, one per answer slot
   RaySearch closest_, any_;
+  ImageAnswers answers_;
   ImageLights lights_;
   ImageRaster raster_;  // not used: FirstHits::traced, or the device can not draw
   ShadowMaps maps_;     // not used: Shadows::traced, or the device can not draw
@@ -110,14 +114,12 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
 
   std::uint32_t tiles_ = 0;  // of the batch
   ImageStages::Stage now_;
-  bool writes_second_ = false;                     // which of the two states of paths the stage writes
-  std::uint32_t listed_count_ = 0;                 // of listed_
-  std::vector<std::uint32_t> noted_;               // places that a search left incomplete at first
-  std::vector<std::uint8_t> is_incomplete_pixel_;  // by place of the group
-  std::vector<std::uint8_t> is_incomplete_tile_;   // by tile of the batch
+  bool writes_second_ = false;        // which of the two states of paths the stage writes
+  std::uint32_t listed_count_ = 0;    // of listed_
+  std::vector<std::uint32_t> noted_;  // places that a search left incomplete at first
 
   gpu::Buffer cameras_buffer_, paths_, rays_, shadow_rays_, hits_, shadow_hits_, materials_, lights_buffer_,
-      emitters_, albedo_, activity_, listed_;
+      emitters_, albedo_, activity_, listed_, first_hits_;
 };
 
 }  // namespace rtstdb::query

@@ -50,7 +50,7 @@ std::uint64_t ImageStages::per_group(std::uint64_t light_points) const noexcept 
 std::uint64_t ImageStages::max_stages() const noexcept {
   const std::uint64_t tiles = std::uint64_t{options_.capacity} * tiles_per_image_;
   const std::uint64_t groups = (tiles + tiles_per_group() - 1) / tiles_per_group();
-  return 1 + groups * per_group(std::uint64_t{max_lights_per_image} * shared::image_surface_points);
+  return 1 + groups * per_group(std::uint64_t{max_lights_per_image} * options_.emitter_points);
 }
 
 void ImageStages::begin_batch(std::uint32_t tiles, std::uint32_t light_points) noexcept {
@@ -60,9 +60,16 @@ void ImageStages::begin_batch(std::uint32_t tiles, std::uint32_t light_points) n
 }
 
 ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
-  if (stage == 0) return {.step = Step::raster, .group = 0, .sample = center, .bounce = 0, .light = 0};
+  if (stage == 0)
+    return {.step = Step::raster, .group = 0, .sample = center, .bounce = 0, .light = 0, .lobe = 0, .ray = 0};
   --stage;
-  Stage at{.step = Step::rays, .group = stage / per_group(), .sample = 0, .bounce = 0, .light = 0};
+  Stage at{.step = Step::rays,
+           .group = stage / per_group(),
+           .sample = 0,
+           .bounce = 0,
+           .light = 0,
+           .lobe = 0,
+           .ray = 0};
   std::uint32_t k = stage % per_group();
   if (has_center()) {
     constexpr Step center_steps[stages_of_center] = {Step::rays, Step::trace, Step::planes};
@@ -74,7 +81,6 @@ ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
     k -= stages_of_center;
   }
   const auto of_sample = static_cast<std::uint32_t>(per_sample(light_points_));
-  const auto of_bounce = static_cast<std::uint32_t>(per_bounce(light_points_));
   at.sample = k / of_sample;
   k %= of_sample;
   if (k == 0) return at;
@@ -82,9 +88,32 @@ ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
     at.step = Step::finish;
     return at;
   }
-  at.bounce = (k - 1) / of_bounce;
-  set_step_of_bounce(at, (k - 1) % of_bounce);
+  set_step_of_sample(at, k - 1);
   return at;
+}
+
+std::uint32_t ImageStages::stages_of_lobes() const noexcept {
+  return has_lobes() ? 2 + 3 * shared::lobes * options_.lobe_rays : 0;
+}
+
+/// The lobes come at the first surface, before its `shade`.
+void ImageStages::set_step_of_sample(Stage& at, std::uint32_t k) const noexcept {
+  const auto of_bounce = static_cast<std::uint32_t>(per_bounce(light_points_));
+  const std::uint32_t first = of_bounce - 1;
+  const std::uint32_t end = first + stages_of_lobes();
+  if (k < first || k >= end) {
+    if (k >= end) k -= stages_of_lobes();
+    at.bounce = k / of_bounce;
+    set_step_of_bounce(at, k % of_bounce);
+  } else if (k == first || k + 1 == end) {
+    at.step = k == first ? Step::keep : Step::restore;
+  } else {
+    constexpr Step ray_steps[] = {Step::lobe, Step::search, Step::gather};
+    const std::uint32_t of_lobes = k - first - 1;
+    at.step = ray_steps[of_lobes % 3];
+    at.ray = of_lobes / 3 % options_.lobe_rays;
+    at.lobe = of_lobes / 3 / options_.lobe_rays;
+  }
 }
 
 /// Path tracer: trace, shade, shadow. Real-time mode: trace, light and shadow for each point, shade. After

@@ -11,8 +11,23 @@ namespace rtstdb::query {
 
 class ImageStages {
  public:
-  /// `light`: one point of the lights (real-time mode).
-  enum class Step : std::uint8_t { raster, rays, trace, planes, light, shade, shadow, finish };
+  /// Only in real-time mode: `light`, one point of the lights; `keep` and `restore`, the first hits; `lobe`,
+  /// `search` and `gather`, a ray into a lobe of the first surface.
+  enum class Step : std::uint8_t {
+    raster,
+    rays,
+    trace,
+    planes,
+    light,
+    shadow,
+    keep,
+    lobe,
+    search,
+    gather,
+    restore,
+    shade,
+    finish
+  };
   /// Stands for the ray through the middle of pixel and exposure.
   static constexpr std::uint32_t center = 0xFFFFFFFFu;
   struct Stage {
@@ -20,7 +35,8 @@ class ImageStages {
     std::uint32_t group = 0;
     std::uint32_t sample = 0;  // or `center`
     std::uint32_t bounce = 0;
-    std::uint32_t light = 0;  // of Step::light
+    std::uint32_t light = 0;          // of Step::light
+    std::uint32_t lobe = 0, ray = 0;  // of Step::lobe, Step::search and Step::gather
   };
 
   explicit ImageStages(const ImageQueryOptions& options);
@@ -39,6 +55,8 @@ class ImageStages {
   bool colors_center() const noexcept {
     return is_real_time() && has_color() && options_.samples_per_pixel == 1;
   }
+  /// Rays search the lobes of the first surface, if light may be reflected twice.
+  bool has_lobes() const noexcept { return is_real_time() && has_color() && options_.bounces >= 2; }
   bool has_center() const noexcept { return has_planes() || colors_center(); }
   /// The most stages that a batch can have.
   std::uint64_t max_stages() const noexcept;
@@ -61,10 +79,12 @@ class ImageStages {
     return is_real_time() ? 2 + 2 * light_points : 3;
   }
   std::uint64_t per_sample(std::uint64_t light_points) const noexcept {
-    return per_bounce(light_points) * options_.bounces + 4;
+    return per_bounce(light_points) * options_.bounces + stages_of_lobes() + 4;
   }
   std::uint64_t per_group(std::uint64_t light_points) const noexcept;
-  /// Stage `k` of a bounce.
+  std::uint32_t stages_of_lobes() const noexcept;
+  /// Stage `k` of a sample, after `rays`.
+  void set_step_of_sample(Stage& at, std::uint32_t k) const noexcept;
   void set_step_of_bounce(Stage& at, std::uint32_t k) const noexcept;
 
   const ImageQueryOptions& options_;

@@ -105,6 +105,8 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
                                                             .samples_per_pixel = options_.samples,
                                                             .bounces = options_.bounces,
                                                             .shadows = options_.shadows,
+                                                            .emitter_points = options_.emitter_points,
+                                                            .lobe_rays = options_.lobe_rays,
                                                             .late = options_.late});
   if (!query) throw SetupError(caller, query.error());
   query_ = std::move(query).value();

@@ -114,6 +114,8 @@ std::optional<CameraOptions> read_camera_options(const config::Value& parameters
   options.sensor.exposure_value = parameters["exposure_value"].number();
   if (parameters["mode"].text() == "real_time") options.mode = rtstdb::ImageMode::real_time;
   if (parameters["shadows"].text() == "mapped") options.shadows = rtstdb::Shadows::mapped;
+  options.emitter_points = static_cast<std::uint32_t>(parameters["emitter_points"].integer());
+  options.lobe_rays = static_cast<std::uint32_t>(parameters["lobe_rays"].integer());
   options.samples = parameters.has("samples") ? static_cast<std::uint32_t>(parameters["samples"].integer())
                     : options.is_real_time()  ? 1
                                               : 16;
@@ -176,10 +178,16 @@ config::Schema camera_schema() {
                           "sunny day is 15, a lit room 6."),
       Field::with_default("mode", Schema::one_of({"path_traced", "real_time"}), "path_traced",
                           "How colours are made: by light paths, which are right but noisy, or in far less "
-                          "time without noise, by the light of lamps, sun and sky and by smooth mirrors."),
+                          "time without noise, by the light of lamps, sun and sky and some rays."),
       Field::with_default("shadows", Schema::one_of({"traced", "mapped"}), "traced",
                           "With mode real_time: shadows by rays, or by shadow maps, which take less time "
                           "where lights are many. Maps need a 'row_time' of 0."),
+      Field::with_default("emitter_points", Schema::integer(1, rtstdb::max_emitter_points), "16",
+                          "With mode real_time: points of each body that emits light, each with a shadow. "
+                          "Beside a lamp as large as its distance 64 are needed."),
+      Field::with_default("lobe_rays", Schema::integer(1, rtstdb::max_lobe_rays), "16",
+                          "With mode real_time and at least 2 bounces: rays from the first surface into what "
+                          "its matt part reflects, and as many into what its rough mirror does."),
       Field::optional("samples", Schema::integer(1, rtstdb::max_image_samples),
                       "Light paths of a pixel; the noise of the colours falls with their root. With mode "
                       "real_time points of a pixel: more than 1 smooth edges and show motion during the "

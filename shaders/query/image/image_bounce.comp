@@ -2,12 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Real-time mode: ends a bounce of each path after the light of all lights. Adds what the surface emits and
-// what it reflects of the skies, as if nothing hid them, and lets the path go on in the direction of a smooth
-// mirror or through glass, whichever is brighter.
+// what it scatters of the skies, as if nothing hid them, unless rays have found that. Lets the path go on in
+// the direction of a smooth mirror or through glass, whichever is brighter.
 //
 // Macro: IMAGE_SHADOW_MAPS: adds the light of lights with shadow maps, which are those of the middle of the
 // exposure.
 #include "query/image/path_vertex.glsl"
+#include "query/image/lobe.glsl"
 #ifdef IMAGE_SHADOW_MAPS
 layout(set = 0, binding = 16, scalar) readonly buffer MapsBuffer { float maps[]; };
 layout(set = 0, binding = 17, scalar) readonly buffer ReachBuffer { uvec2 reach_of_image[]; };
@@ -48,13 +49,14 @@ Way way_through(Surface surface, float reflected_by_glass) {
   return Way(direction, surface.glass * (1.0 - reflected_by_glass) * surface.clear_color);
 }
 
-// Of the skies, what matt and rough parts of a surface send along the path.
-vec3 sky_from_rough_parts(Surface surface, Instant at, uint mask) {
-  const vec3 matt = surface.retro_cosine < 1.0 ? light_of_sky(surface.toward, at, mask)
-                                               : illuminance_of_sky(surface.n, at, mask) / pi;
-  const vec3 mirror = light_of_sky(reflect(-surface.toward, surface.n), at, mask);
-  const vec3 rough_share = surface.alpha > 0.0 ? surface.mirror_share : vec3(0.0);
-  return (1.0 - surface.glass) * (surface.matt_share * matt + rough_share * mirror);
+// Of the skies, what the lobes send along the path that were not searched.
+vec3 sky_of_lobes(PathVertex vertex, bool is_first, uint mask) {
+  const Surface surface = vertex.surface;
+  vec3 sum = vec3(0.0);
+  for (uint lobe = 0u; lobe < lobes; ++lobe)
+    if (!is_first || !is_searched(surface, lobe))
+      sum += share_of_lobe(surface, lobe) * sky_of_lobe(surface, lobe, vertex.at, mask);
+  return sum;
 }
 
 void main() {
@@ -84,7 +86,7 @@ void main() {
     return;
   }
   const Surface surface = vertex.surface;
-  path.radiance_cdpm2 += path.throughput * sky_from_rough_parts(surface, vertex.at, mask);
+  path.radiance_cdpm2 += path.throughput * sky_of_lobes(vertex, path.bounces == 0u, mask);
 #ifdef IMAGE_SHADOW_MAPS
   path.radiance_cdpm2 += path.throughput * light_by_maps(vertex, image);
 #endif

@@ -44,7 +44,7 @@ void main() {
   path.radiance_cdpm2 = vec3(0.0);
   path.bounces = 0u;
   path.shadowed_cdpm2 = vec3(0.0);
-  path.unused = 0u;
+  path.misses = 0u;
   const bool continues = args.sample_index != 0u;
   path.sum_cdpm2 = continues ? paths[args.read_from + place].sum_cdpm2 : vec3(0.0);
   path.also_unused = 0u;

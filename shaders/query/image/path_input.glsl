@@ -9,9 +9,10 @@ PathRecord path_from(samplerBuffer states, uint place) {
   const vec4 t1 = texelFetch(states, base + 1);
   const vec4 t2 = texelFetch(states, base + 2);
   const vec4 t3 = texelFetch(states, base + 3);
+  const vec4 t4 = texelFetch(states, base + 4);
   return PathRecord(t0.xyz, floatBitsToUint(t0.w), t1.xyz, t1.w, t2.xyz, floatBitsToUint(t2.w), t3.xyz,
-                    floatBitsToUint(t3.w), texelFetch(states, base + 4).xyz, 0u,
-                    texelFetch(states, base + 5).xyz, 0u);
+                    floatBitsToUint(t3.w), t4.xyz, floatBitsToUint(t4.w), texelFetch(states, base + 5).xyz,
+                    0u);
 }
 
 #endif
