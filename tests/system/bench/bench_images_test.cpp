@@ -10,6 +10,8 @@ namespace {
 constexpr Expected expected_figures[] = {
     {"raster_over_ray_first_hits", "ms", "the same image, traced"},
     {"path_tracer_rays", "Mray/s", "like rays as queries"},
+    {"image_crossing_640x480", "ms", "path tracer, 16 samples"},
+    {"image_crossing_640x480_bounce", "ms", "path tracer, 16 samples"},
 };
 
 TEST(BenchImages, PrintsAFigurePerLine) {
