@@ -144,6 +144,27 @@ TEST_F(ImageShadows, AreTracedWhereMapsAreTooFew) {
   EXPECT_NE(colors(Shadows::mapped, 10), sun_mapped);
 }
 
+/// Also where no output comes from the ray through the middle of a pixel.
+TEST_F(ImageShadows, AreMappedWithSeveralSamples) {
+  create_light({.kind = LightKind::directional, .illuminance_lx = 1e4}, {}, turned(0.7, 0.6));
+  ImageQueryOptions options{.width = columns,
+                            .height = rows,
+                            .mode = ImageMode::real_time,
+                            .outputs = linear_color,
+                            .first_hits = FirstHits::rasterised,
+                            .samples_per_pixel = 2,
+                            .bounces = 1,
+                            .shadows = Shadows::mapped,
+                            .shadow_map_side = 64};
+  const auto colors = [&] {
+    const Image& image = image_of(camera, options);
+    return std::vector(image.color.begin(), image.color.end());
+  };
+  const auto coarse = colors();
+  options.shadows = Shadows::traced;
+  EXPECT_NE(coarse, colors()) << "the texels are large";
+}
+
 /// Each image of a batch has maps of its own.
 TEST_F(ImageShadows, OfSeveralImagesAreThoseOfEach) {
   create_light({.kind = LightKind::directional, .illuminance_lx = 1e4}, {}, turned(0.7, 0.6));

@@ -193,8 +193,8 @@ void GpuImageQuery::initialize_buffers() noexcept {
 }
 
 Result<void> GpuImageQuery::create_more(gpu::Device& device) {
-  const bool is_drawn =
-      options_.first_hits == FirstHits::rasterised && stages_.has_center() && limits().max_raster_side > 0;
+  const bool is_drawn = options_.first_hits == FirstHits::rasterised &&
+                        (stages_.has_center() || has_maps()) && limits().max_raster_side > 0;
   if (!is_drawn) return {};
   auto made = raster_.create(device, options_.name, options_.width, options_.height, options_.capacity);
   return made && has_maps() ? maps_.create(device, options_) : made;
