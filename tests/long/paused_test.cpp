@@ -101,6 +101,7 @@ TEST(PausedProcess, HasNoLateCommitAndNoFalseMiss) {
     std::this_thread::sleep_for(150ms);  // the length of the pause
     ASSERT_EQ(kill(child, SIGCONT), 0);
   }
+  std::this_thread::sleep_for(100ms);  // so that the process notes the last pause
   close(until[1]);
   Results results;
   ASSERT_EQ(read(output[0], &results, sizeof results), static_cast<ssize_t>(sizeof results));
