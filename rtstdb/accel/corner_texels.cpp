@@ -3,9 +3,10 @@
 #include <array>
 #include <cmath>
 
+#include <rtstdb/srgb.hpp>
+
 #include "rtstdb/geometry/corner_attributes.hpp"
 #include "rtstdb/geometry/octahedron.hpp"
-#include "rtstdb/geometry/srgb.hpp"
 #include "shaders/shared/corner.h"
 
 namespace rtstdb::accel {

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include <rtstdb/limits.hpp>
+#include <rtstdb/srgb.hpp>
 
 #include "rtstdb/geometry/corner_attributes.hpp"
 #include "rtstdb/geometry/counted.hpp"
 #include "rtstdb/geometry/polygon.hpp"
-#include "rtstdb/geometry/srgb.hpp"
 
 namespace rtstdb {
 namespace {

@@ -6,8 +6,9 @@
 #include <string>
 #include <string_view>
 
+#include <rtstdb/srgb.hpp>
+
 #include "rtstdb/geometry/corner_attributes.hpp"
-#include "rtstdb/geometry/srgb.hpp"
 #include "rtstdb/geometry/value_text.hpp"
 
 namespace rtstdb::ply {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include <rtstdb/srgb.hpp>
+
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/base64.hpp"
 #include "runtime/run/png_file.hpp"
@@ -12,13 +14,9 @@
 namespace hil::run {
 namespace {
 
-double linear_of(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-}
-
 std::uint8_t srgb_of(double linear) {
-  const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(encoded, 0.0, 1.0)));
+  return static_cast<std::uint8_t>(
+      std::lround(255.0 * rtstdb::srgb_from_linear(std::clamp(linear, 0.0, 1.0))));
 }
 
 /// "1 image of camera front is not in a file".
@@ -51,7 +49,7 @@ SmallImage reduced(std::uint32_t width, std::uint32_t height, std::span<const st
   if (factor == 1) return {width, height, {rgb.begin(), rgb.end()}};
   std::array<double, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i)
-    linear[i] = linear_of(static_cast<double>(i) / 255.0);
+    linear[i] = rtstdb::linear_from_srgb(static_cast<double>(i) / 255.0);
   SmallImage small{count_at(width, factor), count_at(height, factor), {}};
   small.rgb.reserve(std::size_t{3} * small.width * small.height);
   for (std::uint32_t y = 0; y < height; y += factor) {

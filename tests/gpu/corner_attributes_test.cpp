@@ -8,7 +8,8 @@
 #include <cmath>
 #include <vector>
 
-#include "rtstdb/geometry/srgb.hpp"
+#include <rtstdb/srgb.hpp>
+
 #include "shaders/shared/corner.h"
 #include "tests/gpu/executor_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <rtstdb/srgb.hpp>
+
 #include "runtime/modules/splitmix64.hpp"
 
 namespace hil::modules {
@@ -34,9 +36,8 @@ std::array<double, 4> four_normals(std::uint64_t state) noexcept {
 }
 
 std::uint8_t srgb_of(double share) noexcept {
-  const double linear = std::clamp(share, 0.0, 1.0);
-  const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+  return static_cast<std::uint8_t>(
+      std::lround(255.0 * rtstdb::srgb_from_linear(std::clamp(share, 0.0, 1.0))));
 }
 
 }  // namespace

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include <rtstdb/geometry.hpp>
+#include <rtstdb/srgb.hpp>
 
 #include "mesh_files.hpp"
-#include "rtstdb/geometry/srgb.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace rtstdb {

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "rtstdb/geometry/srgb.hpp"
+#include <rtstdb/srgb.hpp>
 
 namespace rtstdb::mesh_files {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "rtstdb/geometry/srgb.hpp"
+#include <rtstdb/srgb.hpp>
 
 namespace rtstdb {
 namespace {
