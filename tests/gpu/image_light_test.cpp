@@ -56,7 +56,7 @@ TEST_F(ImageTest, AnEmittingBoxIsAsBrightAsItsReflectionsAdd) {
   }
 }
 
-/// A body that absorbs nothing can not be told from a uniform sky behind it.
+/// A body that absorbs nothing looks like the uniform sky behind it.
 TEST_P(ImageModes, AWhiteBodyInAUniformSkyIsAsBrightAsTheSky) {
   create_light(uniform_sky(1000.0));
   const GeometryId sphere = add(make_sphere(1.0, 4));

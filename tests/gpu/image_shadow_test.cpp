@@ -35,16 +35,24 @@ class ImageShadows : public ImageTest {
     moving.motion.v_world_mps = {0.0, 4.0, 0.0};
     create(moving);
   }
+  static ImageQueryOptions options_with(Shadows shadows, std::uint32_t map_side) {
+    return {.name = "camera",
+            .width = columns,
+            .height = rows,
+            .mode = ImageMode::real_time,
+            .outputs = linear_color,
+            .first_hits = FirstHits::rasterised,
+            .samples_per_pixel = 1,
+            .bounces = 1,
+            .shadows = shadows,
+            .shadow_map_side = map_side};
+  }
+  std::vector<HalfColor> colors_of(const ImageQueryOptions& options) {
+    const Image& image = image_of(camera, options);
+    return {image.color.begin(), image.color.end()};
+  }
   std::vector<glm::dvec3> colors_with(Shadows shadows) {
-    const Image& image = image_of(camera, {.width = columns,
-                                           .height = rows,
-                                           .mode = ImageMode::real_time,
-                                           .outputs = linear_color,
-                                           .first_hits = FirstHits::rasterised,
-                                           .samples_per_pixel = 1,
-                                           .bounces = 1,
-                                           .shadows = shadows,
-                                           .shadow_map_side = 2048});
+    const Image& image = image_of(camera, options_with(shadows, 2048));
     std::vector<glm::dvec3> colors;
     for (std::uint32_t row = 0; row < rows; ++row)
       for (std::uint32_t column = 0; column < columns; ++column)
@@ -124,61 +132,33 @@ TEST_F(ImageShadows, OfAPointLightEqualThoseOfRays) {
 TEST_F(ImageShadows, AreTracedWhereMapsAreTooFew) {
   create_light({.kind = LightKind::directional, .illuminance_lx = 1e4}, {}, turned(0.7, 0.6));
   create_light({.kind = LightKind::point, .intensity_cd = 2e3}, {5.5, -0.2, 2.2});
-  const auto colors = [&](Shadows shadows, std::uint32_t maps) {
-    const Image& image = image_of(camera, {.width = columns,
-                                           .height = rows,
-                                           .mode = ImageMode::real_time,
-                                           .outputs = linear_color,
-                                           .first_hits = FirstHits::rasterised,
-                                           .samples_per_pixel = 1,
-                                           .bounces = 1,
-                                           .shadows = shadows,
-                                           .shadow_map_side = 64,
-                                           .shadow_maps = maps});
-    return std::vector(image.color.begin(), image.color.end());
+  const auto traced = colors_of(options_with(Shadows::traced, 64));
+  const auto mapped = [&](std::uint32_t maps) {
+    ImageQueryOptions options = options_with(Shadows::mapped, 64);
+    options.shadow_maps = maps;
+    return colors_of(options);
   };
-  const auto traced = colors(Shadows::traced, 1);
-  EXPECT_EQ(colors(Shadows::mapped, 3), traced);
-  const auto sun_mapped = colors(Shadows::mapped, 9);
-  EXPECT_NE(sun_mapped, traced);
-  EXPECT_NE(colors(Shadows::mapped, 10), sun_mapped);
+  EXPECT_EQ(mapped(3), traced);
+  EXPECT_NE(mapped(9), traced);
+  EXPECT_NE(mapped(10), mapped(9));
 }
 
 /// Also where no output comes from the ray through the middle of a pixel.
 TEST_F(ImageShadows, AreMappedWithSeveralSamples) {
   create_light({.kind = LightKind::directional, .illuminance_lx = 1e4}, {}, turned(0.7, 0.6));
-  ImageQueryOptions options{.width = columns,
-                            .height = rows,
-                            .mode = ImageMode::real_time,
-                            .outputs = linear_color,
-                            .first_hits = FirstHits::rasterised,
-                            .samples_per_pixel = 2,
-                            .bounces = 1,
-                            .shadows = Shadows::mapped,
-                            .shadow_map_side = 64};
-  const auto colors = [&] {
-    const Image& image = image_of(camera, options);
-    return std::vector(image.color.begin(), image.color.end());
-  };
-  const auto coarse = colors();
+  ImageQueryOptions options = options_with(Shadows::mapped, 64);
+  options.samples_per_pixel = 2;
+  const auto mapped = colors_of(options);
   options.shadows = Shadows::traced;
-  EXPECT_NE(coarse, colors()) << "the texels are large";
+  EXPECT_NE(mapped, colors_of(options)) << "the texels are large";
 }
 
 /// Each image of a batch has maps of its own.
 TEST_F(ImageShadows, OfSeveralImagesAreThoseOfEach) {
   create_light({.kind = LightKind::directional, .illuminance_lx = 1e4}, {}, turned(0.7, 0.6));
-  ImageQueryOptions options{.name = "cameras",
-                            .capacity = 3,
-                            .width = 32,
-                            .height = 24,
-                            .mode = ImageMode::real_time,
-                            .outputs = linear_color,
-                            .first_hits = FirstHits::rasterised,
-                            .samples_per_pixel = 1,
-                            .bounces = 2,
-                            .shadows = Shadows::mapped,
-                            .shadow_map_side = 256};
+  ImageQueryOptions options = options_with(Shadows::mapped, 256);
+  options.capacity = 3;
+  options.bounces = 2;
   const auto query = prepare(options);
   std::vector<Camera> cameras(3, camera);
   cameras[1].p_m.y = 8.0f;
@@ -190,6 +170,29 @@ TEST_F(ImageShadows, OfSeveralImagesAreThoseOfEach) {
     const Image& alone = image_of(cameras[i], options);
     EXPECT_TRUE(std::ranges::equal(query->images()[i].color, alone.color)) << i;
   }
+}
+
+TEST_F(ImageTest, WithoutARasteriserShadowsAreTraced) {
+  gpu::DeviceOptions device;
+  device.draws = false;
+  open({}, device);
+  create_light({.kind = LightKind::directional, .illuminance_lx = 1e4}, {}, turned(0.7, 0.6));
+  create_body(add(make_rectangle(60.0, 60.0)), {}, {.base_color = glm::dvec3(0.6)});
+  create_body(add(make_box({2.0, 1.0, 3.0})), {4.0, 1.0, 1.5}, {.base_color = glm::dvec3(0.6)});
+  ImageQueryOptions options{.width = 32,
+                            .height = 24,
+                            .mode = ImageMode::real_time,
+                            .outputs = linear_color,
+                            .first_hits = FirstHits::rasterised,
+                            .samples_per_pixel = 1,
+                            .bounces = 1,
+                            .shadows = Shadows::mapped,
+                            .shadow_map_side = 64};
+  const Camera camera{.p_m = {-1.0f, 0.5f, 4.0f}, .q = glm::quat(turned(0.0, 0.5))};
+  const Image& mapped = image_of(camera, options);
+  const std::vector colors(mapped.color.begin(), mapped.color.end());
+  options.shadows = Shadows::traced;
+  EXPECT_TRUE(std::ranges::equal(image_of(camera, options).color, colors));
 }
 
 }  // namespace

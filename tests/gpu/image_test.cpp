@@ -248,8 +248,54 @@ TEST_F(ImageTest, RefusesBadOptionsWithValueAndLimit) {
   bad.bounces = 65;
   EXPECT_EQ(refusal(bad), "image query 'camera' asks for a number of bounces of 65; 0 to 64 are possible");
   bad = good;
+  bad.emitter_points = 257;
+  EXPECT_EQ(refusal(bad),
+            "image query 'camera' asks for a number of points of an emitting entity of 257; 1 to 256 are "
+            "possible");
+  bad = good;
+  bad.lobe_rays = 0;
+  EXPECT_EQ(refusal(bad),
+            "image query 'camera' asks for a number of rays into a lobe of 0; 1 to 256 are possible");
+  bad = good;
+  bad.width = bad.height = 8192;
+  bad.samples_per_pixel = max_image_samples;
+  bad.bounces = max_image_bounces;
+  EXPECT_EQ(refusal(bad),
+            "image query 'camera' asks for stages, for its pixels times samples times bounces, of "
+            "13153337345; 1 to 4294967295 are possible");
+  bad = good;
   bad.outputs = {.srgb = false};
   EXPECT_EQ(refusal(bad), "image query 'camera' has no output");
+}
+
+TEST_F(ImageTest, RefusesShadowMapsThatItCanNotDraw) {
+  const auto refusal = [&](const ImageQueryOptions& options) {
+    const auto query = database().prepare(options);
+    return query ? std::string() : query.error().message;
+  };
+  const ImageQueryOptions good{.name = "camera",
+                               .width = 4,
+                               .height = 4,
+                               .mode = ImageMode::real_time,
+                               .first_hits = FirstHits::rasterised,
+                               .shadows = Shadows::mapped};
+  EXPECT_EQ(refusal(good), "");
+  auto bad = good;
+  bad.mode = ImageMode::path_traced;
+  EXPECT_EQ(refusal(bad),
+            "image query 'camera' has shadows 'mapped', which need the mode 'real_time' and first hits "
+            "'rasterised'; it has 'path_traced' and 'rasterised'");
+  bad = good;
+  bad.first_hits = FirstHits::traced;
+  EXPECT_NE(refusal(bad).find("it has 'real_time' and 'traced'"), std::string::npos);
+  bad = good;
+  bad.shadow_map_side = 63;
+  EXPECT_EQ(refusal(bad),
+            "image query 'camera' asks for a side of shadow maps in texels of 63; 64 to 8192 are possible");
+  bad = good;
+  bad.shadow_maps = 65;
+  EXPECT_EQ(refusal(bad),
+            "image query 'camera' asks for a number of shadow maps of 65; 1 to 64 are possible");
 }
 
 TEST_F(ImageTest, RefusesBadCamerasWithValueAndLimits) {

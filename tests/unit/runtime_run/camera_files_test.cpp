@@ -147,7 +147,7 @@ TEST(CameraFiles, UnderTheVirtualClockNoneIsDropped) {
   }
 }
 
-// The first file is a pipe, which blocks the writing thread until somebody reads it.
+// The first file is a pipe, which blocks the writing thread until the test reads it.
 TEST(CameraFiles, ImagesThatTheDiskIsTooSlowForAreCounted) {
   const TemporaryFolder folder;
   CameraFiles files(folder.path(), false, millisecond);

@@ -98,7 +98,7 @@ TEST(PointCloudFiles, UnderTheVirtualClockNoneIsLost) {
   expect_points(tests::read_pcd(folder.read("pointclouds/lidar-000050.pcd")), 10);
 }
 
-// The first file is a pipe, which blocks the writing thread until somebody reads it.
+// The first file is a pipe, which blocks the writing thread until the test reads it.
 TEST(PointCloudFiles, CloudsThatTheDiskIsTooSlowForAreCounted) {
   const TemporaryFolder folder;
   PointCloudFiles files(folder.path(), false);
