@@ -41,8 +41,11 @@ glm::dquat turned(double yaw_rad, double pitch_rad) {
          glm::angleAxis(pitch_rad, glm::dvec3(0.0, 1.0, 0.0));
 }
 
+/// Over the crossing; each needs one shadow map.
+constexpr int lamps = 4;
+
 /// A sunny day, with a sun and a sky.
-void fill_crossing(OurWorld& world) {
+void fill_crossing(OurWorld& world, bool has_lamps) {
   std::vector<rtstdb::EntityRow> rows;
   for (const Block& block : blocks) {
     rtstdb::EntityRow& row = rows.emplace_back();
@@ -61,11 +64,22 @@ void fill_crossing(OurWorld& world) {
                                                .horizon_cdpm2 = {6000.0, 7000.0, 8000.0},
                                                .ground_cdpm2 = glm::dvec3(1000.0)},
                                               "sky"));
+  for (int k = 0; has_lamps && k < lamps; ++k) {
+    rtstdb::EntityRow& lamp = rows.emplace_back();
+    lamp.light = must(world.database().add_light({.kind = rtstdb::LightKind::spot,
+                                                  .intensity_cd = 1e5,
+                                                  .inner_angle_rad = 1.0,
+                                                  .outer_angle_rad = 1.5},
+                                                 "lamp"));
+    lamp.motion.p_world_m = {-20.0 + 8.0 * k, 4.0, 7.0};
+    lamp.motion.q_world = turned(0.0, 1.3);
+  }
   world.create(rows);
 }
 
 PreparedBatch<rtstdb::ImageQuery> prepare_image(OurWorld& world, const SuiteOptions& options,
-                                                rtstdb::ImageMode mode, std::uint32_t bounces) {
+                                                rtstdb::ImageMode mode, std::uint32_t bounces,
+                                                rtstdb::Shadows shadows) {
   const bool real_time = mode == rtstdb::ImageMode::real_time;
   auto query = must(world.database().prepare(rtstdb::ImageQueryOptions{
       .name = "crossing",
@@ -76,7 +90,7 @@ PreparedBatch<rtstdb::ImageQuery> prepare_image(OurWorld& world, const SuiteOpti
       .first_hits = real_time ? rtstdb::FirstHits::rasterised : rtstdb::FirstHits::traced,
       .samples_per_pixel = real_time ? 1 : samples,
       .bounces = bounces,
-      .shadows = real_time ? rtstdb::Shadows::mapped : rtstdb::Shadows::traced}));
+      .shadows = shadows}));
   query->cameras()[0] = {.p_m = {-44.0f, -1.75f, 6.0f},
                          .q = glm::quat(turned(0.0, 0.12)),
                          .horizontal_angle_rad = 1.2f,
@@ -91,28 +105,51 @@ double mean_luminance(const rtstdb::Image& image) {
   return sum / static_cast<double>(image.color.size());
 }
 
-Figure measure(OurWorld& world, const SuiteOptions& options, const std::string& name, std::uint32_t bounces) {
-  auto real_time = prepare_image(world, options, rtstdb::ImageMode::real_time, bounces);
-  auto path_traced = prepare_image(world, options, rtstdb::ImageMode::path_traced, bounces);
-  real_time.run();
-  path_traced.run();
-  const double ours = mean_luminance(real_time.query().images()[0]);
-  const double theirs = mean_luminance(path_traced.query().images()[0]);
-  if (std::abs(ours - theirs) > 0.15 * theirs)
+using PreparedImage = PreparedBatch<rtstdb::ImageQuery>;
+
+/// `tolerance`: of the mean luminances.
+Figure compare(const std::string& name, PreparedImage image, PreparedImage peer, const std::string& peer_name,
+               double tolerance, int rounds) {
+  image.run();
+  peer.run();
+  const double ours = mean_luminance(image.query().images()[0]);
+  const double theirs = mean_luminance(peer.query().images()[0]);
+  if (std::abs(ours - theirs) > tolerance * theirs)
     throw std::runtime_error(name + ": the mean luminance is " + std::to_string(ours) +
-                             " cd/m2, path traced " + std::to_string(theirs));
-  const RoundTimes times = in_turns(
-      options.tiny ? 1 : 3, [&] { real_time.run(); }, [&] { path_traced.run(); });
-  return time_figure(name, times, "path tracer, 16 samples");
+                             " cd/m2, that of the " + peer_name + " " + std::to_string(theirs));
+  return time_figure(name,
+                     in_turns(
+                         rounds, [&] { image.run(); }, [&] { peer.run(); }),
+                     peer_name);
+}
+
+Figure beside_path_tracer(OurWorld& world, const SuiteOptions& options, const std::string& name,
+                          std::uint32_t bounces) {
+  using enum rtstdb::ImageMode;
+  using enum rtstdb::Shadows;
+  return compare(name, prepare_image(world, options, real_time, bounces, mapped),
+                 prepare_image(world, options, path_traced, bounces, traced), "path tracer, 16 samples", 0.15,
+                 options.tiny ? 1 : 3);
+}
+
+Figure mapped_beside_traced_shadows(const SuiteOptions& options) {
+  using enum rtstdb::ImageMode;
+  using enum rtstdb::Shadows;
+  OurWorld world(1024);
+  fill_crossing(world, true);
+  return compare("shadow_maps", prepare_image(world, options, real_time, 1, mapped),
+                 prepare_image(world, options, real_time, 1, traced), "the same image, traced shadows", 0.01,
+                 options.tiny ? 1 : 9);
 }
 
 }  // namespace
 
 std::vector<Figure> measure_crossing(const SuiteOptions& options) {
   OurWorld world(1024);
-  fill_crossing(world);
-  return {measure(world, options, "image_crossing_640x480", 1),
-          measure(world, options, "image_crossing_640x480_bounce", 2)};
+  fill_crossing(world, false);
+  return {beside_path_tracer(world, options, "image_crossing_640x480", 1),
+          beside_path_tracer(world, options, "image_crossing_640x480_bounce", 2),
+          mapped_beside_traced_shadows(options)};
 }
 
 }  // namespace hil::bench

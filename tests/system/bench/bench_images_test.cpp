@@ -12,6 +12,7 @@ constexpr Expected expected_figures[] = {
     {"path_tracer_rays", "Mray/s", "like rays as queries"},
     {"image_crossing_640x480", "ms", "path tracer, 16 samples"},
     {"image_crossing_640x480_bounce", "ms", "path tracer, 16 samples"},
+    {"shadow_maps", "ms", "the same image, traced shadows"},
 };
 
 TEST(BenchImages, PrintsAFigurePerLine) {
