@@ -70,7 +70,8 @@ enum class ImageMode : std::uint8_t {
   real_time,
 };
 
-/// How the first hit of the ray through the middle of a pixel is found, for all outputs but colour.
+/// How the first hit of the ray through the middle of a pixel is found: for all outputs but colour, and in
+/// real-time mode with one sample also for colour.
 enum class FirstHits : std::uint8_t {
   traced,  ///< as by a ray query
   /// By the rasteriser of the device, in less time. The pixel's ray then meets the triangle that was drawn,
@@ -86,11 +87,12 @@ enum class FirstHits : std::uint8_t {
 enum class Shadows : std::uint8_t {
   traced,  ///< with a ray from each surface to each light, at the instant of its row and sample
   /// With maps of what each light sees in the middle of the exposure, which the rasteriser draws: faster
-  /// where lights are many, and as exact as a texel of a map. Needs FirstHits::rasterised. A directional
-  /// light has four maps, which cover what the camera sees; a spot one, if its outer angle is at most 120
-  /// degrees; another spot and a point six. Lights get maps in the order directional, then others, each by
-  /// entity index, as long as shadow_maps is enough; the shadows of the others are traced. Beyond what the
-  /// camera sees, in mirrors, a directional light has no shadows.
+  /// where lights are many, and as exact as a texel of a map. Needs FirstHits::rasterised. On a device
+  /// that can not draw all shadows are traced. A directional light has four maps, which cover what the
+  /// camera sees; a spot one, if its outer angle is at most 120 degrees; another spot and a point six.
+  /// Lights get maps in the order directional, then others, each by entity index, as long as shadow_maps is
+  /// enough; the shadows of the others are traced. Beyond what the camera sees, in mirrors, a directional
+  /// light has no shadows.
   mapped,
 };
 
@@ -139,8 +141,8 @@ struct ImageQueryOptions {
   Shadows shadows = Shadows::traced;  ///< of real-time mode
   std::uint32_t shadow_map_side = 1024;  ///< texels, min_shadow_map_side to max_shadow_map_side
   std::uint32_t shadow_maps = 8;         ///< of an image, at most: 1 to max_shadow_maps
-  /// Real-time mode: of each entity that emits light, 1 to max_emitter_points. 64 are needed beside a lamp as
-  /// large as its distance.
+  /// Real-time mode: of each entity that emits light, 1 to max_emitter_points. 64 are needed below a lamp
+  /// half as large as its distance.
   std::uint32_t emitter_points = 16;
   std::uint32_t lobe_rays = 16;  ///< real-time mode: into each lobe, 1 to max_lobe_rays
   LatePolicy late = LatePolicy::discard;

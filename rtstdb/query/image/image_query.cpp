@@ -140,8 +140,8 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     common.insert(common.end(), more);
     return common;
   };
-  const auto with_surfaces = [&](const gpu::Buffer& met, std::initializer_list<const gpu::Buffer*> more) {
-    with({&met, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_, &albedo_,
+  const auto with_surfaces = [&](const gpu::Buffer& found, std::initializer_list<const gpu::Buffer*> more) {
+    with({&found, &shadow_hits_, &rays_, &shadow_rays_, &materials_, &lights_buffer_, &emitters_, &albedo_,
           &activity_, &pool.geometries(), &pool.attributes(), &paths_});
     return with(more);
   };
@@ -226,11 +226,13 @@ std::optional<BadInput> GpuImageQuery::check(std::uint32_t tiles, const RowSourc
 
 std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchWorld& world) noexcept {
   tiles_ = tiles;
-  stages_.begin_batch(tiles, 0);
   answers_.begin_batch(slots().written());
   noted_.clear();
-  if (tiles == 0) return 0;
-  pack_cameras(world.rows);
+  if (tiles == 0) {
+    stages_.begin_batch(0, 0);
+    return 0;
+  }
+  pack_cameras();
   pack_materials(world.appearance);
   lights_.collect(world, lights_buffer_.host_as<shared::LightRecord>(),
                   emitters_.host_as<shared::EmitterTriangle>(), maps_.exists() ? options_.shadow_maps : 0);
@@ -299,7 +301,7 @@ std::uint32_t GpuImageQuery::begin(const ImageStages::Stage& stage) noexcept {
   return stages_.places_of_group(stage.group);
 }
 
-void GpuImageQuery::pack_cameras(const RowSource& /*rows*/) noexcept {
+void GpuImageQuery::pack_cameras() noexcept {
   const auto records = cameras_buffer_.host_as<shared::CameraRecord>();
   for (std::uint32_t i = 0; i < tiles_ / stages_.tiles_per_image(); ++i) {
     const Camera& camera = cameras_[i];
@@ -448,8 +450,7 @@ void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*
   const bool writes_outputs = now_.step == Step::planes || now_.step == Step::finish ||
                               (now_.step == Step::trace && is_drawn_stage());
   if (writes_outputs && part.range.end == places()) answers_.pull_group(now_.group);
-  if (part.is_retry) return;
-  if (!searches()) return;
+  if (part.is_retry || !searches()) return;
   const bool any_unanswered = search().some_unanswered();
   if (!search().some_incomplete() && !any_unanswered) return;
   for (std::uint32_t place = part.range.first; place < part.range.end; ++place) {

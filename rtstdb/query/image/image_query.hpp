@@ -96,7 +96,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   }
   /// Draws place `place` of the raster stage: for each image its first hits, then its shadow maps.
   void draw(std::uint32_t place, const shared::ImageArgs& args, const Recording& recording) noexcept;
-  void pack_cameras(const RowSource& rows) noexcept;
+  void pack_cameras() noexcept;
   void pack_materials(const Appearance& appearance) noexcept;
   /// Counts the pixels of the group whose search was left incomplete in the stage that ends.
   void count_incomplete_pixels() noexcept;

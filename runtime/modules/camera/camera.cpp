@@ -268,6 +268,10 @@ void CameraModule::contribute(contribution::Contribution& report) const {
     note(first_release_ns_,
          "an image is " + config::format_number(schedule_.releases_per_image()) +
              " periods of the task, no whole number; each is taken at the nearest release");
+  if (options_.shadows == rtstdb::Shadows::mapped && !database_->device().draws)
+    note(first_release_ns_,
+         "the device can not draw shadow maps: shadows are traced, and lamps and the sun do not light what "
+         "rough surfaces reflect");
   if (bodies_.ignored_pixels() > 0)
     note(report.end_ns, std::to_string(bodies_.ignored_pixels()) +
                             " pixels are in no object: images show "

@@ -184,7 +184,7 @@ config::Schema camera_schema() {
                           "where lights are many. Maps need a 'row_time' of 0."),
       Field::with_default("emitter_points", Schema::integer(1, rtstdb::max_emitter_points), "16",
                           "With mode real_time: points of each body that emits light, each with a shadow. "
-                          "Beside a lamp as large as its distance 64 are needed."),
+                          "Below a lamp half as large as its distance 64 are needed."),
       Field::with_default("lobe_rays", Schema::integer(1, rtstdb::max_lobe_rays), "16",
                           "With mode real_time and at least 2 bounces: rays from the first surface into what "
                           "its matt part reflects, and as many into what its rough mirror does."),

@@ -15,16 +15,10 @@ layout(set = 0, binding = 17, scalar) readonly buffer ReachBuffer { uvec2 reach_
 #include "query/image/shadow_map.glsl"
 
 vec3 light_by_maps(PathVertex vertex, uint image) {
-  const CameraRecord camera = cameras[image];
-  const Instant drawn_at = instant_of(camera.t_ns + camera.exposure_ns / 2u);
   vec3 sum = vec3(0.0);
   for (uint k = args.skies; k < args.mapped_end; ++k) {
-    const LightRecord light = lights[k];
-    const LightSample found = middle_of(light, vertex.at, vertex.point, camera.mask);
-    const vec3 value = scattered(vertex.surface, normalize(found.to)).value * found.light;
-    const bool is_lit = dot(found.to, vertex.n) > 0.0 && value != vec3(0.0) &&
-                        is_lit_by_map(light, image, drawn_at, vertex.point, vertex.n);
-    sum += is_lit ? value : vec3(0.0);
+    const LightSample found = light_by_map(k, image, vertex.point, vertex.n, vertex.at);
+    if (found.light != vec3(0.0)) sum += scattered(vertex.surface, normalize(found.to)).value * found.light;
   }
   return sum;
 }
@@ -33,20 +27,20 @@ vec3 light_by_maps(PathVertex vertex, uint image) {
 // A path that would add a smaller share of light sees the sky instead.
 const float min_share = 1e-3;
 
-// What the path would reach in a direction, and the share of it that comes back.
-struct Way {
+// A direction in which the path may go on, and the share of the light from there that comes back.
+struct Continuation {
   vec3 direction;
   vec3 share;
 };
 
-Way way_of_reflection(Surface surface, float reflected_by_glass) {
+Continuation reflection_of(Surface surface, float reflected_by_glass) {
   const vec3 mirror = surface.alpha == 0.0 ? (1.0 - surface.glass) * surface.mirror_share : vec3(0.0);
-  return Way(reflect(-surface.toward, surface.n), mirror + surface.glass * reflected_by_glass);
+  return Continuation(reflect(-surface.toward, surface.n), mirror + surface.glass * reflected_by_glass);
 }
 
-Way way_through(Surface surface, float reflected_by_glass) {
+Continuation refraction_of(Surface surface, float reflected_by_glass) {
   const vec3 direction = refract(-surface.toward, surface.n, surface.index_ratio);
-  return Way(direction, surface.glass * (1.0 - reflected_by_glass) * surface.clear_color);
+  return Continuation(direction, surface.glass * (1.0 - reflected_by_glass) * surface.clear_color);
 }
 
 // Of the skies, what the lobes send along the path that were not searched.
@@ -92,20 +86,19 @@ void main() {
 #endif
   const float reflected_by_glass =
       dielectric_share(clamp(dot(surface.toward, surface.n), 0.0, 1.0), surface.index_ratio);
-  Way taken = way_of_reflection(surface, reflected_by_glass);
-  Way other = way_through(surface, reflected_by_glass);
-  if (largest_channel(other.share) > largest_channel(taken.share)) {
-    const Way through = other;
-    other = taken;
-    taken = through;
-  }
-  path.radiance_cdpm2 += path.throughput * other.share * light_of_sky(other.direction, vertex.at, mask);
-  path.throughput *= taken.share;
+  const Continuation reflection = reflection_of(surface, reflected_by_glass);
+  const Continuation refraction = refraction_of(surface, reflected_by_glass);
+  const bool refracts = largest_channel(refraction.share) > largest_channel(reflection.share);
+  const Continuation followed = refracts ? refraction : reflection;
+  const Continuation ignored = refracts ? reflection : refraction;
+  path.radiance_cdpm2 += path.throughput * ignored.share * light_of_sky(ignored.direction, vertex.at, mask);
+  path.throughput *= followed.share;
   path.bounces += 1u;
   // Where the normal of the corners differs from that of the triangle, a reflection may lead into it.
-  const bool is_blocked = dot(taken.direction, surface.n) > 0.0 && dot(taken.direction, vertex.n) <= 0.0;
+  const bool is_blocked =
+      dot(followed.direction, surface.n) > 0.0 && dot(followed.direction, vertex.n) <= 0.0;
   const bool goes_on = !is_blocked && largest_channel(path.throughput) >= min_share;
-  if (!goes_on) path.radiance_cdpm2 += path.throughput * light_of_sky(taken.direction, vertex.at, mask);
+  if (!goes_on) path.radiance_cdpm2 += path.throughput * light_of_sky(followed.direction, vertex.at, mask);
   path.flags = goes_on ? path_alive | path_mirrored : 0u;
-  write_next_ray(place, path, vertex, mask, goes_on, taken.direction);
+  write_next_ray(place, path, vertex, mask, goes_on, followed.direction);
 }

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// Real-time mode: the light that a lobe of the first surface gets along a ray, from what the ray has met or
-// from the skies. What it has met counts as matt. The lights with shadow maps light it, and the skies as much
-// as the rays of the lobe see of them. What it emits is left out: shadow rays find it.
+// Real-time mode: the light that a lobe of the first surface gets along a ray, from the surface that the ray
+// hits or from the skies. That surface counts as matt. The lights with shadow maps light it, and the skies as
+// much as the rays of the lobe see of them. What it emits is left out: shadow rays find it.
 //
 // While a lobe is searched, `shadowed_cdpm2` of the path is the sum of what the skies would add, and `misses`
 // is the number of rays that met nothing.
@@ -23,15 +23,9 @@ layout(set = 0, binding = 18, scalar) readonly buffer ReachBuffer { uvec2 reach_
 vec3 illuminance_by_maps(vec3 point, vec3 n, Instant at, uint image) {
   vec3 sum = vec3(0.0);
 #ifdef IMAGE_SHADOW_MAPS
-  const CameraRecord camera = cameras[image];
-  const Instant drawn_at = instant_of(camera.t_ns + camera.exposure_ns / 2u);
   for (uint k = args.skies; k < args.mapped_end; ++k) {
-    const LightRecord light = lights[k];
-    const LightSample found = middle_of(light, at, point, camera.mask);
-    const float cosine = dot(n, normalize(found.to));
-    const bool is_lit =
-        cosine > 0.0 && found.light != vec3(0.0) && is_lit_by_map(light, image, drawn_at, point, n);
-    sum += is_lit ? cosine * found.light : vec3(0.0);
+    const LightSample found = light_by_map(k, image, point, n, at);
+    sum += max(dot(n, normalize(found.to)), 0.0) * found.light;
   }
 #endif
   return sum;
@@ -58,21 +52,21 @@ void main() {
       const vec3 direction = direction_in_lobe(vertex, args.lobe, args.ray);
       const bool is_matt = args.lobe == lobe_matt;
       const bool has_ray = dot(direction, vertex.n) > 0.0;
-      const InputHit met = fetch_hit(lobe_hits, place);
+      const InputHit there = fetch_hit(lobe_hits, place);
       // The whole sky of a matt surface is known, so only what hides it counts.
       if (is_matt && args.ray == 0u)
         path.radiance_cdpm2 +=
             share * float(args.lobe_rays) * sky_of_lobe(surface, lobe_matt, vertex.at, mask);
       const vec3 sky = light_of_sky(direction, vertex.at, mask);
-      if (has_ray && met.status == status_hit) {
-        const vec3 n = dot(met.n_world, direction) > 0.0 ? -met.n_world : met.n_world;
+      if (has_ray && there.status == status_hit) {
+        const vec3 n = dot(there.n_world, direction) > 0.0 ? -there.n_world : there.n_world;
         const vec3 start = start_of(vertex.point, vertex.n, direction, vertex.size);
-        const vec3 color = share * materials[met.material].base_color / pi;
+        const vec3 color = share * materials[there.material].base_color / pi;
         path.radiance_cdpm2 +=
-            color * illuminance_by_maps(start + met.lambda * direction, n, vertex.at, image);
+            color * illuminance_by_maps(start + there.lambda * direction, n, vertex.at, image);
         path.shadowed_cdpm2 += color * illuminance_of_sky(n, vertex.at, mask);
         if (is_matt) path.radiance_cdpm2 -= share * sky;
-      } else if (has_ray) {
+      } else if (has_ray && there.status == status_miss) {
         path.misses += 1u;
         if (!is_matt) path.radiance_cdpm2 += share * sky;
       }

@@ -51,8 +51,8 @@ void end_path(uint place, PathRecord path) {
   write_shadow_ray(place, none);
 }
 
-// What the corners of the triangle say of the point: a normal in the world on the side of `n`, which is the
-// triangle's own, and a colour.
+// The normal and the colour of the point by the corners of its triangle. The normal is in the world and on
+// the side of `n`, that of the triangle.
 CornerAttributes attributes_at(InputHit hit, Instant at, vec3 n, vec3 toward) {
   const uint index = places[hit.entity.x] + at.instance_base;
   const uint geometry = geometry_of_instance(instances, index);
@@ -82,14 +82,14 @@ struct PathVertex {
 PathVertex vertex_of(PathRecord path, InputHit hit) {
   PathVertex vertex;
   const vec3 direction = normalize(path.direction);
-  const vec3 way = hit.lambda * path.direction;
+  const vec3 from_origin = hit.lambda * path.direction;
   const MaterialRecord material = materials[hit.material];
   const bool from_front = dot(hit.n_world, direction) <= 0.0;
   vertex.at = instant_of(path.t_ns);
-  vertex.point = path.origin_m + way;
+  vertex.point = path.origin_m + from_origin;
   vertex.n = from_front ? hit.n_world : -hit.n_world;
   vertex.emission_cdpm2 = material.emission_cdpm2;
-  vertex.size = largest_coordinate(vertex.point) + largest_coordinate(way);
+  vertex.size = largest_coordinate(vertex.point) + largest_coordinate(from_origin);
   const CornerAttributes corners = attributes_at(hit, vertex.at, vertex.n, -direction);
   vertex.surface =
       surface_of(material, material.base_color * corners.color, corners.normal, -direction, from_front);
@@ -97,7 +97,7 @@ PathVertex vertex_of(PathRecord path, InputHit hit) {
 }
 
 // The light of a light's point that the surface scatters along the path, if nothing is between. Writes the
-// shadow ray that finds out. `share`: of the light, that this shadow ray is to account for.
+// shadow ray that searches what is between.
 vec3 light_over_shadow_ray(uint place, PathRecord path, PathVertex vertex, uint mask, LightSample light,
                            vec3 scattered_share) {
   const bool is_in_front = dot(light.to, vertex.n) > 0.0;

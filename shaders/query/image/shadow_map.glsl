@@ -29,13 +29,14 @@ uint face_showing(LightRecord light, CameraRecord camera, uvec2 reach, Instant a
   // One texel within, so that its middle is in the map.
   const float part = 1.0 - 2.0 / float(args.map_side);
   for (uint k = 0u; k < shadow_squares; ++k)
-    if (largest_coordinate(abs(there)) < part * half_side_of_square(k, camera, reach)) return k;
+    if (largest_coordinate(there) < part * half_side_of_square(k, camera, reach)) return k;
   return no_face;
 }
 
-// True also where no map shows the point.
-bool is_lit_by_map(LightRecord light, uint image, Instant at, vec3 point, vec3 n) {
+// By the maps that were drawn in the middle of the exposure. True also where no map shows the point.
+bool is_lit_by_map(LightRecord light, uint image, vec3 point, vec3 n) {
   const CameraRecord camera = cameras[image];
+  const Instant at = instant_of(camera.t_ns + camera.exposure_ns / 2u);
   const uvec2 reach = reach_of_image[image];
   const bool parallel = light.kind == light_directional;
   const vec3 origin =
@@ -62,12 +63,21 @@ bool is_lit_by_map(LightRecord light, uint image, Instant at, vec3 point, vec3 n
   const vec3 sideways = middle_at.x * view.right + middle_at.y * view.down;
   const vec3 start = parallel ? sideways : vec3(0.0);
   const vec3 along = parallel ? view.forward : view.forward + sideways;
-  const float met = dot(n, from_light - start) / dot(n, along);
-  const float receiver = clamp(met, depth - plane_texels * texel_m, depth + plane_texels * texel_m);
+  const float on_plane = dot(n, from_light - start) / dot(n, along);
+  const float receiver = clamp(on_plane, depth - plane_texels * texel_m, depth + plane_texels * texel_m);
   const float first = parallel ? (1.0 - 2.0 * stored) * view.half_size : near_lamp_m / stored;
-  const float rounding = depth_rounding * (largest_coordinate(abs(from_light)) + view.half_size +
-                                           largest_coordinate(abs(origin)));
+  const float rounding =
+      depth_rounding * (largest_coordinate(from_light) + view.half_size + largest_coordinate(origin));
   return first >= receiver - texel_part * texel_m - rounding;
+}
+
+// The light of light `index`, which has maps, at a point of a surface; none in its shadow and from behind.
+LightSample light_by_map(uint index, uint image, vec3 point, vec3 n, Instant at) {
+  const LightRecord light = lights[index];
+  LightSample found = middle_of(light, at, point, cameras[image].mask);
+  const bool shines = dot(found.to, n) > 0.0 && found.light != vec3(0.0);
+  if (!shines || !is_lit_by_map(light, image, point, n)) found.light = vec3(0.0);
+  return found;
 }
 
 #endif
