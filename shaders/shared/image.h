@@ -85,7 +85,8 @@ RTSTDB_CONSTANT(light_spot, 2)
 RTSTDB_CONSTANT(light_sky, 3)
 RTSTDB_CONSTANT(light_surface, 4)
 
-// A light of a batch, moved by its entity. `color`: its channels in lx, cd or cd/m2; of a sky at the zenith.
+// A light of a batch, moved by its entity, or at rest (no_entity). `color`: its channels in lx, cd or cd/m2;
+// of a sky at the zenith.
 // In the buffer come skies, then directional lights, then other lights, then surfaces by entity index.
 #define RTSTDB_FIELDS_LightRecord(F)                                                             \
   F(uint, kind)                                                                                  \
@@ -99,7 +100,8 @@ RTSTDB_CONSTANT(light_surface, 4)
   F(vec3, ground)                                                                                \
   F(float, cos_outer) /* of a spot; of a directional light the cosine of its disc's radius */    \
   F(uint, first_map)  /* of its shadow maps, among those of an image */                          \
-  F(uint, maps)       /* 0: it has none */
+  F(uint, maps)       /* 0: it has none */                                                        \
+  F(vec4, q)          /* of a light at rest: to world, x, y, z, w */
 RTSTDB_STRUCT(LightRecord)
 
 // Shadow maps: of a directional light concentric squares around the camera, each within the next; of a spot

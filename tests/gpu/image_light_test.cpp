@@ -195,6 +195,41 @@ TEST_P(ImageOfGround, TheSkyIsMixedByElevation) {
   EXPECT_NEAR(color_at(up, 0, 0).x, 40.0 + 60.0 * 0.001, 0.1);
 }
 
+/// In all modes, and with shadow maps too.
+TEST_F(ImageTest, FixedLightsLightAsThoseOfEntitiesDo) {
+  const Light sun{.kind = LightKind::directional, .illuminance_lx = 1e4, .angular_diameter_rad = 0.01};
+  const Light sky{.kind = LightKind::sky,
+                  .zenith_cdpm2 = glm::dvec3(100.0, 200.0, 400.0),
+                  .horizon_cdpm2 = glm::dvec3(300.0),
+                  .ground_cdpm2 = glm::dvec3(30.0)};
+  const glm::dquat q_sun = glm::angleAxis(0.7, glm::dvec3(0.0, 1.0, 0.0));
+  const glm::dquat q_sky = glm::angleAxis(0.2, glm::dvec3(1.0, 0.0, 0.0));
+  create_body(add(make_rectangle(50.0, 50.0)), {}, matt(0.6));
+  create_body(add(make_box({1.0, 1.0, 1.0})), {0.0, 0.0, 0.5}, matt(0.3));
+  const Camera camera{.p_m = {-6.0f, 0.0f, 3.0f}, .q = glm::quat(glm::angleAxis(0.4, glm::dvec3(0, 1, 0)))};
+  ImageQueryOptions traced{.width = 40, .height = 30, .outputs = linear_color, .bounces = 2};
+  ImageQueryOptions mapped = traced;
+  mapped.mode = ImageMode::real_time;
+  mapped.first_hits = FirstHits::rasterised;
+  mapped.shadows = Shadows::mapped;
+  mapped.samples_per_pixel = 1;
+  const auto color_of = [&](const ImageQueryOptions& options) {
+    const Image& image = image_of(camera, options);
+    return std::vector<HalfColor>(image.color.begin(), image.color.end());
+  };
+  EXPECT_EQ(mean_color(image_of(camera, traced)), glm::dvec3(0.0));
+  std::vector<std::vector<HalfColor>> by_fixed_lights;
+  for (ImageQueryOptions options : {traced, mapped}) {
+    options.fixed_lights = {{sun, glm::quat(q_sun)}, {sky, glm::quat(q_sky)}};
+    by_fixed_lights.push_back(color_of(options));
+  }
+  create_light(sun, {}, q_sun);
+  create_light(sky, {}, q_sky);
+  EXPECT_GT(mean_color(image_of(camera, traced)).x, 100.0);
+  EXPECT_EQ(by_fixed_lights[0], color_of(traced));
+  EXPECT_EQ(by_fixed_lights[1], color_of(mapped));
+}
+
 TEST_P(ImageOfGround, LightOfAnotherMaskIsNotUsed) {
   EntityRow row;
   row.light = add_light({.kind = LightKind::point, .intensity_cd = 100.0});

@@ -268,6 +268,26 @@ TEST_F(ImageTest, RefusesBadOptionsWithValueAndLimit) {
   EXPECT_EQ(refusal(bad), "image query 'camera' has no output");
 }
 
+TEST_F(ImageTest, RefusesBadFixedLights) {
+  const auto refusal = [&](const FixedLight& light, std::size_t count = 1) {
+    const auto query = database().prepare(ImageQueryOptions{
+        .name = "camera", .width = 4, .height = 4, .fixed_lights = std::vector<FixedLight>(count, light)});
+    return query ? std::string() : query.error().message;
+  };
+  const Light sun{.kind = LightKind::directional, .illuminance_lx = 1e4};
+  EXPECT_EQ(refusal({.light = sun}), "");
+  EXPECT_EQ(refusal({.light = sun}, 17),
+            "image query 'camera' asks for a number of fixed lights of 17; 0 to 16 are possible");
+  EXPECT_EQ(refusal({.light = {.kind = LightKind::point, .intensity_cd = 1.0}}),
+            "image query 'camera', fixed light 0: its kind is point; allowed are directional and sky");
+  EXPECT_EQ(refusal({.light = {.kind = LightKind::directional}}),
+            "image query 'camera', fixed light 0: " +
+                validate_light({.kind = LightKind::directional}).error().message);
+  EXPECT_EQ(
+      refusal({.light = sun, .q_world = {0.0f, 0.0f, 0.0f, 0.0f}}),
+      "image query 'camera', fixed light 0: the length of q_world is 0.000000; allowed are 1e-6 to 1e6");
+}
+
 TEST_F(ImageTest, RefusesShadowMapsThatItCanNotDraw) {
   const auto refusal = [&](const ImageQueryOptions& options) {
     const auto query = database().prepare(options);

@@ -17,8 +17,10 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <rtstdb/entity.hpp>
+#include <rtstdb/light.hpp>
 #include <rtstdb/prepared_query.hpp>
 
 namespace rtstdb {
@@ -126,6 +128,12 @@ struct Image {
   bool lights_overflow = false;
 };
 
+/// A light of a query's images that is no entity: at rest, and in every mask.
+struct FixedLight {
+  Light light{};                              ///< directional or a sky
+  glm::quat q_world{1.0f, 0.0f, 0.0f, 0.0f};  ///< light to world; its length must be 1e-6 to 1e6
+};
+
 struct ImageQueryOptions {
   using Prepared = ImageQuery;
   std::string name{};                   ///< for reports and error texts
@@ -145,6 +153,8 @@ struct ImageQueryOptions {
   /// half as large as its distance.
   std::uint32_t emitter_points = 16;
   std::uint32_t lobe_rays = 16;  ///< real-time mode: into each lobe, 1 to max_lobe_rays
+  /// Beside the lights of the world; at most max_fixed_lights.
+  std::vector<FixedLight> fixed_lights{};
   LatePolicy late = LatePolicy::discard;
 };
 
@@ -153,7 +163,8 @@ struct ImageQueryOptions {
 /// Answers: the same from run to run, and whatever the chunks, on one device.
 /// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, with shadow maps four bytes
 /// for each of their texels, and the outputs in host memory. Errors of prepare: capacity for a count or a
-/// size outside its range, and for more than 2^32 stages of the device's work; bad_input for no output.
+/// size outside its range, and for more than 2^32 stages of the device's work; bad_input for no output and
+/// for a fixed light that is no light, or of another kind.
 class ImageQuery : public Query {
  public:
   virtual std::span<Camera> cameras() noexcept = 0;

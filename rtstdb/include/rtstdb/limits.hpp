@@ -69,6 +69,7 @@ inline constexpr std::uint32_t image_tile_px = 16;        ///< side of a tile (I
 /// Entities that name a light or whose material emits light. A mesh of such an entity may have 65,536
 /// triangles, and all such meshes together.
 inline constexpr std::uint32_t max_lights_per_image = 1024;
+inline constexpr std::uint32_t max_fixed_lights = 16;
 /// A closed mesh is convex if no corner is in front of the plane of a triangle by more than this share of the
 /// diagonal of the mesh's box.
 inline constexpr double convex_tolerance = 1e-5;

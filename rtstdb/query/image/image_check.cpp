@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include <rtstdb/light.hpp>
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/query/element_check.hpp"
@@ -30,6 +31,10 @@ Error outside(const ImageQueryOptions& options, const std::string& what, std::ui
 
 std::string up_to(std::uint64_t limit) {
   return "1 to " + std::to_string(limit);
+}
+
+double length_of(const glm::quat& q) noexcept {
+  return glm::length(glm::dvec4(q.w, q.x, q.y, q.z));
 }
 
 double seconds(Nanoseconds duration) noexcept {
@@ -69,6 +74,27 @@ Result<void> check_shadows(const ImageQueryOptions& options) {
   return {};
 }
 
+Result<void> check_fixed_lights(const ImageQueryOptions& options) {
+  if (options.fixed_lights.size() > max_fixed_lights)
+    return outside(options, "a number of fixed lights of", options.fixed_lights.size(),
+                   "0 to " + std::to_string(max_fixed_lights));
+  for (std::size_t k = 0; k < options.fixed_lights.size(); ++k) {
+    const FixedLight& fixed = options.fixed_lights[k];
+    const auto refuse = [&](const std::string& why) {
+      return Error{ErrorCode::bad_input,
+                   "image query '" + options.name + "', fixed light " + std::to_string(k) + ": " + why};
+    };
+    if (const auto valid = validate_light(fixed.light); !valid) return refuse(valid.error().message);
+    if (fixed.light.kind != LightKind::directional && fixed.light.kind != LightKind::sky)
+      return refuse(std::string("its kind is ") + to_string(fixed.light.kind) +
+                    "; allowed are directional and sky");
+    if (const double length = length_of(fixed.q_world);
+        !(length >= min_quaternion_length && length <= max_quaternion_length))
+      return refuse("the length of q_world is " + std::to_string(length) + "; allowed are 1e-6 to 1e6");
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> check_image_options(const ImageQueryOptions& options) {
@@ -98,6 +124,7 @@ Result<void> check_image_options(const ImageQueryOptions& options) {
   if (options.lobe_rays == 0 || options.lobe_rays > max_lobe_rays)
     return outside(options, "a number of rays into a lobe of", options.lobe_rays, up_to(max_lobe_rays));
   if (auto checked = check_shadows(options); !checked) return checked;
+  if (auto checked = check_fixed_lights(options); !checked) return checked;
   if (const std::uint64_t stages = ImageStages(options).max_stages(); stages > max_stages)
     return outside(options, "stages, for its pixels times samples times bounces, of", stages,
                    up_to(max_stages));
@@ -114,9 +141,8 @@ HalfTangents half_tangents(const Camera& camera, const ImageQueryOptions& option
 std::optional<BadInput> check_camera(const Camera& camera, const ImageQueryOptions& options,
                                      std::uint32_t element, const RowSource& rows, TimeSpan& times) noexcept {
   if (const auto bad = check_point(camera.p_m, element, {"p_m.x", "p_m.y", "p_m.z"})) return bad;
-  const double length = glm::length(glm::dvec4(camera.q.w, camera.q.x, camera.q.y, camera.q.z));
-  if (const auto bad =
-          check_value("length of q", length, min_quaternion_length, max_quaternion_length, element))
+  if (const auto bad = check_value("length of q", length_of(camera.q), min_quaternion_length,
+                                   max_quaternion_length, element))
     return bad;
   const double lowest_rad = 2.0 * std::atan(min_half_tangent);
   const double aspect = static_cast<double>(options.height) / options.width;

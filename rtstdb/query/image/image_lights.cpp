@@ -1,5 +1,6 @@
 #include "rtstdb/query/image/image_lights.hpp"
 
+#include <glm/ext/quaternion_geometric.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -8,8 +9,12 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "shaders/shared/query.h"
+
 namespace rtstdb::query {
 namespace {
+
+constexpr glm::quat no_rotation{1.0f, 0.0f, 0.0f, 0.0f};
 
 shared::uint kind_of(LightKind kind) noexcept {
   switch (kind) {
@@ -51,7 +56,7 @@ float half_cosine(double full_angle_rad) noexcept {
 
 }  // namespace
 
-ImageLights::ImageLights() : emits_(max_materials) {
+ImageLights::ImageLights(std::span<const FixedLight> fixed) : fixed_(fixed), emits_(max_materials) {
   records_.reserve(max_lights_per_image);
   meshes_.reserve(max_lights_per_image);
 }
@@ -67,10 +72,13 @@ void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord
   meshes_.clear();
   used_triangles_ = 0;
   overflow_ = false;
+  for (const FixedLight& fixed : fixed_)
+    add_light(fixed.light, shared::no_entity, mask_all, glm::normalize(fixed.q_world));
   for (std::uint32_t index = 0; index < world.rows.index_limit(); ++index) {
     const EntityState* state = world.rows.row(index);
     if (state == nullptr) continue;
-    if (state->row.light.valid()) add_light(*state, *world.appearance.light(state->row.light));
+    if (state->row.light.valid())
+      add_light(*world.appearance.light(state->row.light), state->id.index, state->row.mask, no_rotation);
     if (state->row.geometry.valid() && emits_[state->row.material.index])
       add_surface(*state, *world.appearance.material(state->row.material), world, triangles);
   }
@@ -109,7 +117,8 @@ ImageLights::MapOfLight ImageLights::map(std::uint32_t index) const noexcept {
   return {light, index - records_[light].first_map};
 }
 
-void ImageLights::add_light(const EntityState& state, const Light& light) noexcept {
+void ImageLights::add_light(const Light& light, std::uint32_t entity, std::uint32_t mask,
+                            const glm::quat& q) noexcept {
   if (records_.size() == max_lights_per_image) {
     overflow_ = true;
     return;
@@ -119,17 +128,18 @@ void ImageLights::add_light(const EntityState& state, const Light& light) noexce
   const double value = is_directional ? light.illuminance_lx : light.intensity_cd;
   records_.push_back(
       {.kind = kind_of(light.kind),
-       .entity = state.id.index,
+       .entity = entity,
        .first_triangle = 0,
        .triangles = 0,
        .color = glm::vec3(light.color * (is_sky ? light.zenith_cdpm2 : glm::dvec3(value))),
-       .mask = state.row.mask,
+       .mask = mask,
        .horizon = glm::vec3(light.color * light.horizon_cdpm2),
        .cos_inner = half_cosine(light.inner_angle_rad),
        .ground = glm::vec3(light.color * light.ground_cdpm2),
        .cos_outer = half_cosine(is_directional ? light.angular_diameter_rad : light.outer_angle_rad),
        .first_map = 0,
-       .maps = 0});
+       .maps = 0,
+       .q = {q.x, q.y, q.z, q.w}});
 }
 
 void ImageLights::add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
@@ -151,7 +161,8 @@ void ImageLights::add_surface(const EntityState& state, const Material& material
                       .ground = glm::vec3(0.0f),
                       .cos_outer = 0.0f,
                       .first_map = 0,
-                      .maps = 0});
+                      .maps = 0,
+                      .q = {0.0f, 0.0f, 0.0f, 1.0f}});
 }
 
 const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWorld& world,

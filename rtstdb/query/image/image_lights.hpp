@@ -4,9 +4,13 @@
 //
 // Threads: the engine thread. collect does not allocate.
 
+#include <glm/ext/quaternion_float.hpp>
+
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include <rtstdb/image.hpp>
 
 #include "rtstdb/query/appearance.hpp"
 #include "rtstdb/query/gpu_query.hpp"
@@ -19,7 +23,8 @@ inline constexpr std::uint32_t max_emitter_triangles = 1u << 16;
 
 class ImageLights {
  public:
-  ImageLights();
+  /// `fixed`: beside the lights of each version.
+  explicit ImageLights(std::span<const FixedLight> fixed);
 
   /// Writes the lights of the version into the buffers, which hold max_lights_per_image lights and
   /// max_emitter_triangles triangles. `max_maps`: shadow maps of an image; always the same.
@@ -55,12 +60,13 @@ class ImageLights {
   };
 
   void assign_maps(std::uint32_t max_maps) noexcept;
-  void add_light(const EntityState& state, const Light& light) noexcept;
+  void add_light(const Light& light, std::uint32_t entity, std::uint32_t mask, const glm::quat& q) noexcept;
   void add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
                    std::span<shared::EmitterTriangle> triangles) noexcept;
   const Mesh* mesh_of(GeometryId geometry, const BatchWorld& world,
                       std::span<shared::EmitterTriangle> triangles) noexcept;
 
+  std::span<const FixedLight> fixed_;
   bool known_ = false;
   Version version_ = 0;
   std::vector<bool> emits_;  // by material

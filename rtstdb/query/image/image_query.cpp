@@ -71,7 +71,8 @@ GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
       cameras_(options.capacity),
       closest_(RayMode::closest, 1, stages_.group_pixels()),
       any_(RayMode::any, 1, stages_.group_pixels()),
-      answers_(options_, stages_, slots().count()) {
+      answers_(options_, stages_, slots().count()),
+      lights_(options_.fixed_lights) {
   let_retries_pause();
   noted_.reserve(stages_.group_pixels());
 }

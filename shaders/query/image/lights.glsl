@@ -4,14 +4,11 @@
 // (Veach, 1997).
 #ifndef RTSTDB_QUERY_IMAGE_LIGHTS_GLSL
 #define RTSTDB_QUERY_IMAGE_LIGHTS_GLSL
+#include "query/image/light_orientation.glsl"
 
 float disc_steradians(float cosine) { return 2.0 * pi * (1.0 - cosine); }
 
 uint chosen_lights() { return args.lights - args.skies; }
-
-vec4 orientation_of_light(LightRecord light, Instant at) {
-  return orientation_of(instance_of_entity(light.entity, at), at.t_ns);
-}
 
 // The luminance of a sky in a direction of its frame.
 vec3 luminance_of_sky(LightRecord sky, float elevation_sine) {

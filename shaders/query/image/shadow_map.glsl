@@ -24,8 +24,7 @@ uint face_showing(LightRecord light, CameraRecord camera, uvec2 reach, Instant a
     return 2u * axis + (from_light[axis] < 0.0 ? 1u : 0u);
   }
   if (light.kind != light_directional) return 0u;
-  const vec3 there =
-      rotate(conjugate(orientation_of(instance_of_entity(light.entity, at), at.t_ns)), from_light);
+  const vec3 there = rotate(conjugate(orientation_of_light(light, at)), from_light);
   // One texel within, so that its middle is in the map.
   const float part = 1.0 - 2.0 / float(args.map_side);
   for (uint k = 0u; k < shadow_squares; ++k)

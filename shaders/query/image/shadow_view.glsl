@@ -1,6 +1,7 @@
 // The views of shadow maps (shared/image.h), at the middle of an image's exposure.
 #ifndef RTSTDB_QUERY_IMAGE_SHADOW_VIEW_GLSL
 #define RTSTDB_QUERY_IMAGE_SHADOW_VIEW_GLSL
+#include "query/image/light_orientation.glsl"
 
 const float near_lamp_m = 1e-3;  // nothing nearer to a lamp has a shadow in a map
 
@@ -27,8 +28,7 @@ float half_side_of_square(uint k, CameraRecord camera, uvec2 reach) {
 }
 
 ShadowView square_view(LightRecord light, uint face, CameraRecord camera, uvec2 reach, Instant at) {
-  const vec4 q = orientation_of(instance_of_entity(light.entity, at), at.t_ns);
-  const mat3 axes = axes_of(q);
+  const mat3 axes = axes_of(orientation_of_light(light, at));
   return ShadowView(pose_of(camera, at).p, axes[0], -axes[1], -axes[2],
                     half_side_of_square(face, camera, reach), true);
 }
