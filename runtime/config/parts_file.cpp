@@ -49,6 +49,7 @@ Part read_part(const Value& value, Diagnostics& diagnostics) {
   Part part{.body = read_body(value, diagnostics),
             .position_m = vector_in(value["position"]),
             .rotation_wxyz = read_rotation(value["rotation"], diagnostics),
+            .color = vector_in(value["color"]),
             .repeat = {}};
   for (const Value& repeat : value["repeat"].items()) {
     const std::string& axis = repeat["axis"].text();
@@ -120,6 +121,10 @@ Schema parts_file_schema() {
            "A ring about z: a torus.")},
       {Field::with_default("position", point, "[0 m, 0 m, 0 m]", "The part's middle in the shape's frame."),
        Field::with_default("rotation", rotation_schema(), "{}", "The rotation of the part. Left out: none."),
+       Field::with_default(
+           "color", Schema::color(1.0), "[1, 1, 1]",
+           "A colour for images, by which the base colour of the material is multiplied: red, "
+           "green and blue in linear light, or '#rrggbb' in sRGB."),
        Field::with_default("repeat", Schema::list(repeat, 0, max_repeat_levels), "[]",
                            "Copies of the part; a second entry copies all copies of the first one, and so "
                            "on.")});

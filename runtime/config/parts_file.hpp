@@ -55,6 +55,7 @@ struct Part {
   PartBody body;
   std::array<double, 3> position_m{};
   std::array<double, 4> rotation_wxyz{1.0, 0.0, 0.0, 0.0};  ///< of the part to the shape; unit quaternion
+  std::array<double, 3> color{1.0, 1.0, 1.0};               ///< times the material's base colour; linear
   std::vector<PartRepeat> repeat;  ///< the first one repeats the part, the next one all copies of it, ...
 };
 

@@ -2,6 +2,7 @@
 
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -96,12 +97,13 @@ std::vector<rtstdb::Pose> repeated(const std::vector<rtstdb::Pose>& poses, const
   return copies;
 }
 
-void append(TriangleMesh& mesh, const TriangleMesh& body, const rtstdb::Pose& pose) {
+void append(TriangleMesh& mesh, const TriangleMesh& body, const rtstdb::Pose& pose, const glm::vec3& color) {
   const auto first = static_cast<glm::uint>(mesh.positions_m.size());
   for (const glm::vec3& p : body.positions_m)
     mesh.positions_m.emplace_back(pose.p_world_m + pose.q_world * glm::dvec3(p));
   for (const glm::uvec3& t : body.triangles)
     mesh.triangles.push_back(t + glm::uvec3(first));
+  mesh.corner_colors.resize(mesh.triangles.size(), {color, color, color});
 }
 
 }  // namespace
@@ -117,8 +119,10 @@ TriangleMesh mesh_of_parts(std::span<const config::Part> parts) {
       poses = repeated(poses, repeat);
     const TriangleMesh body = mesh_of_body(part.body);
     for (const rtstdb::Pose& pose : poses)
-      append(mesh, body, pose);
+      append(mesh, body, pose, glm::vec3(part.color[0], part.color[1], part.color[2]));
   }
+  if (std::ranges::all_of(parts, [](const config::Part& part) { return part.color == config::Part{}.color; }))
+    mesh.corner_colors.clear();
   return mesh;
 }
 

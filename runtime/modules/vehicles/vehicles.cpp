@@ -51,6 +51,7 @@ struct Vehicle {
   std::optional<double> stop_line_m;  ///< along the lane, from the start position's front edge
   std::string light;
   std::string layer;
+  std::string material;  ///< empty: the default material
   DriverModel driver;
 
   std::optional<std::size_t> light_input, brake_input;
@@ -139,6 +140,8 @@ config::Schema vehicle_schema() {
       Field::with_default("braked_from_outside", Schema::boolean(), "false",
                           "Whether it has the input NAME_brake_request."),
       Field::optional("layer", Schema::text(), "Its layer; default: the layer of the module."),
+      Field::optional("material", Schema::name(),
+                      "Its material, one of world.materials. Left out: matt, as of entities."),
   });
 }
 
@@ -163,6 +166,10 @@ Vehicles::Vehicles(const config::Value& parameters, config::Diagnostics& diagnos
     const config::Value& layer = value.has("layer") ? value["layer"] : parameters["layer"];
     v.layer = layer.text();
     ports_.layers_of_made.push_back({layer.text(), layer.place()});
+    if (value.has("material")) {
+      v.material = value["material"].text();
+      ports_.materials.push_back({v.material, value["material"].place()});
+    }
     ports_.makes.push_back(name);
     ports_.shapes.push_back(car_key(v.size_m));
     v.runs_light = value["runs_light"].boolean();
@@ -227,7 +234,9 @@ void Vehicles::configure(World& world, EventLog& events, const TaskParameters& t
   for (Vehicle& v : vehicles_) {
     rtstdb::EntityRow row;
     row.geometry = world.shared_geometry(car_key(v.size_m), [&] { return make_car(v.size_m); });
-    row.mask = world.mask_of({v.layer}, "module " + task.instance);
+    const std::string caller = "module " + task.instance;
+    row.mask = world.mask_of({v.layer}, caller);
+    if (!v.material.empty()) row.material = world.material_of(v.material, caller);
     row.motion = motion_of(v, 0);
     v.entity = world.create(task.instance + "." + v.name, row);
     v.written_speed_mps = v.speed_mps;

@@ -18,14 +18,15 @@ class VehiclesModule : public test::ModuleFixture {
                                {.instance = instance, .period_ns = 100 * second_ns});
   }
 
-  rtstdb::Motion motion_of(const std::string& name) const {
+  rtstdb::EntityRow row_of(const std::string& name) const {
     const auto states = database_->snapshot({});
     if (!states) throw std::runtime_error(states.error().message);
     for (const rtstdb::EntityState& state : states.value()) {
-      if (world_->name_of(state.id) == name) return state.row.motion;
+      if (world_->name_of(state.id) == name) return state.row;
     }
     throw std::runtime_error("no body " + name);
   }
+  rtstdb::Motion motion_of(const std::string& name) const { return row_of(name).motion; }
 };
 
 TEST_F(VehiclesModule, VehicleAtTheBorderIsRemoved) {
@@ -45,6 +46,18 @@ TEST_F(VehiclesModule, VehicleAtTheBorderIsRemoved) {
   const auto events = events_.events();
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].text, "far leaves the world");
+}
+
+TEST_F(VehiclesModule, AVehicleKeepsItsMaterialWhileItDrives) {
+  const rtstdb::MaterialId paint = world_->add_material("paint", {.base_color = {1.0, 0.0, 0.0}});
+  const auto module = make(
+      "{vehicles: {red: {position: [0 m, 0 m], speed: 1 m/s, desired_speed: 9 m/s, material: paint},"
+      " plain: {position: [0 m, 9 m], speed: 1 m/s}}}");
+  ASSERT_NE(module, nullptr) << diagnostics_.to_text();
+  step(*module, 0, 0, second_ns);
+  step(*module, 1, second_ns, second_ns);
+  EXPECT_EQ(row_of("traffic.red").material, paint);
+  EXPECT_EQ(row_of("traffic.plain").material, rtstdb::MaterialId{});
 }
 
 /// A car at a constant speed, one that accelerates, and one that approaches the first.

@@ -31,6 +31,7 @@ parts:
   - cone: {radius: 1 m, height: 2 m}
   - cone: {radius: 1 m, top_radius: 50 cm, height: 2 m}
   - sphere: 1 m
+    color: '#ff0000'
   - ring: {radius: 1 m, tube_radius: 10 cm, segments: 12, sides: 6}
 )"),
                                 many, diagnostics);
@@ -46,6 +47,8 @@ parts:
   EXPECT_EQ(cylinder.repeat[0].step_m[1], 1.0);
   EXPECT_EQ(cylinder.repeat[1].axis, 0U);
   EXPECT_NEAR(cylinder.repeat[1].turn_rad, 1.5707963, 1e-6);
+  EXPECT_EQ((*parts)[3].color, (std::array<double, 3>{1.0, 1.0, 1.0}));
+  EXPECT_EQ((*parts)[4].color, (std::array<double, 3>{1.0, 0.0, 0.0}));
   std::vector<std::uint64_t> triangles;
   for (const Part& part : *parts)
     triangles.push_back(triangles_of(part));

@@ -86,6 +86,21 @@ TEST(PartsMesh, PartIsPlacedThenRepeated) {
   }
 }
 
+TEST(PartsMesh, ColorsAreThoseOfTheParts) {
+  const config::Part plain{.body = config::BoxPart{{1.0, 1.0, 1.0}}, .repeat = {}};
+  EXPECT_TRUE(mesh_of(plain).corner_colors.empty());
+  const config::Part blue{.body = config::BoxPart{{1.0, 1.0, 1.0}},
+                          .color = {0.0, 0.25, 1.0},
+                          .repeat = {{.count = 2, .step_m = {2.0, 0.0, 0.0}}}};
+  const config::Part parts[] = {plain, blue};
+  const rtstdb::TriangleMesh mesh = mesh_of_parts(parts);
+  ASSERT_EQ(mesh.corner_colors.size(), 36U);
+  EXPECT_EQ(mesh.corner_colors[11][2], glm::vec3(1.0f));
+  EXPECT_EQ(mesh.corner_colors[12][0], glm::vec3(0.0f, 0.25f, 1.0f));
+  EXPECT_EQ(mesh.corner_colors[35][1], glm::vec3(0.0f, 0.25f, 1.0f));
+  EXPECT_TRUE(rtstdb::validate(mesh));
+}
+
 TEST(PartsMesh, RotationTurnsThePartItself) {
   const double half = std::sqrt(0.5);
   const config::Part part{.body = config::ConePart{1.0, 0.0, 4.0, 16},
