@@ -10,10 +10,11 @@
 
 #include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/history_answers.hpp"
+#include "runtime/cli/history_image.hpp"
+#include "runtime/cli/history_options.hpp"
 #include "runtime/cli/limited_memory.hpp"
 #include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/report/json_layout.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/session.hpp"
@@ -37,52 +38,11 @@ struct Arguments {
   std::vector<double> from, sphere, box, origin, direction;
   bool inside = false;
   std::uint32_t hits = 1;
+  ImageArguments image;
 };
 
 /// A longer series is refused: a long range with a small step is more likely a mistake than intended.
 constexpr std::int64_t max_instants = 1'000'000;
-
-[[noreturn]] void refuse(const std::string& sentence) {
-  throw HistoryError(HistoryError::Kind::question, sentence);
-}
-
-config::QuantityReading quantity(const char* option, const std::string& text, config::Quantity quantity) {
-  config::QuantityReading reading = config::read_quantity(text, quantity);
-  if (!reading.fault.empty()) refuse(std::string(option) + " " + text + ": " + reading.fault);
-  return reading;
-}
-
-std::int64_t time_ns(const char* option, const std::string& text) {
-  return quantity(option, text, config::Quantity::duration_s).nanoseconds;
-}
-
-/// A distance in metres: at least 0, at most the size of a world.
-double distance_m(const char* option, const std::string& text) {
-  const double value_m = quantity(option, text, config::Quantity::length_m).value_si;
-  if (value_m < 0.0) refuse(std::string(option) + " " + text + " is negative");
-  if (value_m > rtstdb::max_coordinate_m)
-    refuse(std::string(option) + " " + text + ": no world is larger than " +
-           report::shortest(rtstdb::max_coordinate_m) + " m to each side");
-  return value_m;
-}
-
-/// The numbers of an option; empty when it was not given.
-void check_numbers(const char* option, const std::vector<double>& numbers) {
-  for (const double number : numbers)
-    if (!std::isfinite(number)) refuse(std::string(option) + ": not every number is finite");
-}
-
-/// The numbers from index `first` on are sizes.
-void check_sizes(const char* option, const std::vector<double>& numbers, std::size_t first) {
-  for (std::size_t k = first; k < numbers.size(); ++k)
-    if (numbers[k] < 0.0)
-      refuse(std::string(option) + ": a size of " + std::to_string(numbers[k]) + " m is negative");
-}
-
-glm::vec3 vector(const std::vector<double>& numbers, std::size_t first = 0) {
-  return {static_cast<float>(numbers[first]), static_cast<float>(numbers[first + 1]),
-          static_cast<float>(numbers[first + 2])};
-}
 
 /// The run times of the query: --at, and with --until and --every the series up to --until.
 std::vector<Instant> instants(const Arguments& arguments, const RunHistory& history) {
@@ -208,11 +168,11 @@ int region(const Arguments& arguments) {
   rtstdb::Region region;
   if (!arguments.sphere.empty()) {
     region.shape = rtstdb::RegionShape::sphere;
-    region.center_m = vector(arguments.sphere);
+    region.center_m = three_of(arguments.sphere);
     region.half_extent_m = glm::vec3(static_cast<float>(arguments.sphere[3]));
   } else {
-    region.center_m = vector(arguments.box);
-    region.half_extent_m = vector(arguments.box, 3) * 0.5f;
+    region.center_m = three_of(arguments.box);
+    region.half_extent_m = three_of(arguments.box, 3) * 0.5f;
   }
   region.test = arguments.inside ? rtstdb::RegionTest::inside : rtstdb::RegionTest::touching;
   const auto level =
@@ -228,7 +188,7 @@ int ray(const Arguments& arguments) {
   rtstdb::Ray ray;
   check_numbers("--origin", arguments.origin);
   check_numbers("--direction", arguments.direction);
-  ray.origin_m = vector(arguments.origin);
+  ray.origin_m = three_of(arguments.origin);
   const glm::dvec3 direction(arguments.direction[0], arguments.direction[1], arguments.direction[2]);
   const double largest = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
   if (largest == 0.0) refuse("--direction is the zero vector");
@@ -267,6 +227,18 @@ int scan(const Arguments& arguments) {
   Answers answers(arguments, "scan", past.device(), history, end_ns);
   answers.add(describe_sweep(history, arguments.scanner, sweep));
   return answers.end();
+}
+
+int image(const Arguments& arguments) {
+  std::size_t index = 0;
+  return each(arguments, "image", [&](const RunHistory& history, Past& past, const Instant& instant) {
+    const modules::RecordedCamera camera =
+        camera_of(arguments.image, arguments.carrier, arguments.layers, history);
+    const modules::StillImage still = past.image(camera, instant);
+    const ImageFiles files = image_files(arguments.image, index++, !arguments.until.empty());
+    write(still, arguments.image, files);
+    return describe_image(history, instant, camera.name, still, files);
+  });
 }
 
 int exit_code_of(HistoryError::Kind kind) {
@@ -350,6 +322,12 @@ void add_queries(CLI::App* command, const std::shared_ptr<Arguments>& arguments,
   add_frame_options(one, a);
   add_time_options(one, a, true);
   bind(one, ray);
+
+  one = command->add_subcommand("image", "what a camera sees, as a PNG file");
+  add_image_options(one, a.image);
+  add_frame_options(one, a);
+  add_time_options(one, a, true);
+  bind(one, image);
 
   one = command->add_subcommand("scan", "the sweep of a scanner at a time, beam by beam");
   one->add_option("scanner", a.scanner, "the name of the scanner's module")->required();

@@ -79,7 +79,8 @@ Answer describe_extent(const RunHistory& history, const std::string& directory) 
                  {"gaps", Json::array()},
                  {"layers", world.layers},
                  {"entities", Json::array()},
-                 {"scanners", Json::array()}};
+                 {"scanners", Json::array()},
+                 {"cameras", Json::array()}};
   std::string& text = answer.text;
   text =
       directory + (world.scenario.empty() ? std::string() : ": " + report::one_line(world.scenario)) + '\n';
@@ -112,6 +113,12 @@ Answer describe_extent(const RunHistory& history, const std::string& directory) 
     names += (names.empty() ? "" : ", ") + report::one_line(scanner->description().name);
   }
   if (!names.empty()) text += "  scanners: " + names + '\n';
+  names.clear();
+  for (const modules::RecordedCamera& camera : history.cameras()) {
+    answer.json["cameras"].push_back(report::valid_utf8(camera.name));
+    names += (names.empty() ? "" : ", ") + report::one_line(camera.name);
+  }
+  if (!names.empty()) text += "  cameras: " + names + '\n';
   return answer;
 }
 
@@ -232,6 +239,47 @@ Answer describe_hits(const RunHistory& history, const Instant& instant, const rt
                 (hits.empty() ? "no hit" : report::to_ascii(report::counted(hits.size(), "hit", "hits"))) +
                 '\n';
   if (!table.empty()) answer.text += table.text();
+  return answer;
+}
+
+Answer describe_image(const RunHistory& history, const Instant& instant, const std::string& camera,
+                      const modules::StillImage& image, const ImageFiles& files) {
+  Answer answer;
+  answer.json = of(instant);
+  answer.json["camera"] = report::valid_utf8(camera);
+  answer.json["file"] = report::valid_utf8(files.color);
+  if (!files.depth.empty()) answer.json["depth_file"] = report::valid_utf8(files.depth);
+  answer.json["width"] = image.width;
+  answer.json["height"] = image.height;
+  answer.json["exposure_value"] = image.exposure_value;
+  answer.json["in_daylight"] = image.is_in_daylight;
+  answer.json["incomplete_pixels"] = image.incomplete_pixels;
+  answer.json["lights_overflow"] = image.lights_overflow;
+  answer.json["bodies"] = Json::array();
+  TextTable table({{"Entity"}, {"depth m", true}, {"pixels", true}, {"columns", true}, {"rows", true}});
+  for (const modules::VisibleBody& body : image.bodies) {
+    Json one = entity_json(history, body.entity);
+    one["depth_m"] = body.depth_m;
+    one["pixels"] = body.pixels;
+    one["box"] = {body.x_min, body.y_min, body.x_max, body.y_max};
+    answer.json["bodies"].push_back(std::move(one));
+    table.add({history.name_of(body.entity), plain(static_cast<double>(body.depth_m), 3),
+               std::to_string(body.pixels), std::to_string(body.x_min) + "-" + std::to_string(body.x_max),
+               std::to_string(body.y_min) + "-" + std::to_string(body.y_max)});
+  }
+  answer.text = at(instant) + ": " + report::one_line(files.color) + ", " + std::to_string(image.width) +
+                " x " + std::to_string(image.height) + " pixels, exposure value " +
+                plain(image.exposure_value, 1) +
+                (image.is_in_daylight ? ", in daylight, since the world has no lights\n" : "\n");
+  if (image.incomplete_pixels > 0)
+    answer.text += "  " + std::to_string(image.incomplete_pixels) +
+                   " pixels lack light or show nothing: a search reached a limit of the device\n";
+  if (image.lights_overflow)
+    answer.text += "  light is missing: the world has more lights than an image may have\n";
+  if (image.ignored_pixels > 0)
+    answer.text += "  the list leaves out the bodies of " + std::to_string(image.ignored_pixels) +
+                   " pixels: the image shows too many\n";
+  answer.text += table.empty() ? "  no body is visible\n" : table.text();
   return answer;
 }
 

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "runtime/cli/history_image.hpp"
 #include "runtime/history/past.hpp"
 
 namespace hil::cli {
@@ -29,6 +30,8 @@ Answer describe_region(const history::RunHistory& history, const history::Instan
                        const std::vector<rtstdb::EntityId>& entities);
 Answer describe_hits(const history::RunHistory& history, const history::Instant& instant,
                      const rtstdb::Ray& ray, const std::vector<rtstdb::RayHit>& hits);
+Answer describe_image(const history::RunHistory& history, const history::Instant& instant,
+                      const std::string& camera, const modules::StillImage& image, const ImageFiles& files);
 Answer describe_sweep(const history::RunHistory& history, const std::string& scanner,
                       const history::Sweep& sweep);
 

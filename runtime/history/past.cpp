@@ -153,6 +153,10 @@ std::vector<rtstdb::RayHit> Past::along(const Instant& instant, rtstdb::Ray ray,
   return found;
 }
 
+modules::StillImage Past::image(const modules::RecordedCamera& camera, const Instant& instant) {
+  return taken(modules::take_still_image(*database_, camera, known_at(instant), instant.time_ns));
+}
+
 void Past::build_fields() {
   for (const contribution::FieldRecord& record : history_.world().fields) {
     const rtstdb::GeometryId geometry{record.geometry};

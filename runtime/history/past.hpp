@@ -17,6 +17,7 @@
 
 #include "runtime/history/run_history.hpp"
 #include "runtime/modules/beam_query.hpp"
+#include "runtime/modules/still_image.hpp"
 
 namespace hil::history {
 
@@ -83,6 +84,9 @@ class Past {
   /// The nearest hits first, at most `hits` (up to max_hits_per_ray). The time of `ray` is set to the
   /// instant's.
   std::vector<rtstdb::RayHit> along(const Instant& instant, rtstdb::Ray ray, std::uint32_t hits);
+
+  /// The image whose exposure begins at the instant, as the run's camera took it, or would have.
+  modules::StillImage image(const modules::RecordedCamera& camera, const Instant& instant);
 
   /// The sweep of the run's scanner at a time, as the scanner measured it, or would have if it had been in
   /// time. The beams of each step meet the world as it was when the step began, including all writes of that

@@ -8,6 +8,7 @@
 
 #include "runtime/config/diagnostics.hpp"
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/record_properties.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
 
@@ -66,17 +67,20 @@ contribution::WorldRecord load_names(const fs::path& directory) {
 
 std::vector<std::unique_ptr<modules::RecordedScanner>> scanners_of(const contribution::WorldRecord& world) {
   std::vector<std::unique_ptr<modules::RecordedScanner>> scanners;
-  try {
-    for (const contribution::ModuleRecord& record : world.modules) {
-      for (const modules::ModuleType& type : modules::module_types()) {
-        if (type.make_recorded_scanner != nullptr && type.recorded_list == record.list)
-          scanners.push_back(type.make_recorded_scanner(record));
-      }
+  for (const contribution::ModuleRecord& record : world.modules) {
+    for (const modules::ModuleType& type : modules::module_types()) {
+      if (type.make_recorded_scanner != nullptr && type.recorded_list == record.list)
+        scanners.push_back(type.make_recorded_scanner(record));
     }
-  } catch (const modules::RecordError& fault) {
-    throw HistoryError(Kind::file, fault.what());
   }
   return scanners;
+}
+
+std::vector<modules::RecordedCamera> cameras_of(const contribution::WorldRecord& world) {
+  std::vector<modules::RecordedCamera> cameras;
+  for (const contribution::ModuleRecord& record : world.modules)
+    if (record.list == modules::camera_list) cameras.push_back(modules::to_recorded_camera(record));
+  return cameras;
 }
 
 template <class Items, class NameOf>
@@ -110,14 +114,20 @@ RunHistory::RunHistory(const fs::path& directory, bool salvage) : salvage_(salva
 }
 
 void RunHistory::load_world(const fs::path& directory) {
+  const auto handle = [&](const std::string& fault) {
+    if (!salvage_) throw HistoryError(Kind::file, fault + "; --salvage reads the log without it");
+    damage_.push_back(fault + "; without it entities, layers, scanners and cameras have no names");
+  };
   try {
     contribution::WorldRecord world = load_names(directory);
-    scanners_ = scanners_of(world);
+    auto scanners = scanners_of(world);
+    cameras_ = cameras_of(world);
+    scanners_ = std::move(scanners);
     world_ = std::move(world);
   } catch (const HistoryError& fault) {
-    if (!salvage_)
-      throw HistoryError(fault.kind(), fault.what() + std::string("; --salvage reads the log without it"));
-    damage_.push_back(fault.what() + std::string("; without it entities, layers and scanners have no names"));
+    handle(fault.what());
+  } catch (const modules::RecordError& fault) {
+    handle(fault.what());
   }
 }
 
@@ -205,6 +215,15 @@ const modules::RecordedScanner& RunHistory::scanner(const std::string& name) con
                          config::suggestion(name, names_in(scanners_, [](const auto& scanner) {
                                               return scanner->description().name;
                                             })));
+}
+
+const modules::RecordedCamera& RunHistory::camera(const std::string& name) const {
+  const auto found = std::ranges::find(cameras_, name, &modules::RecordedCamera::name);
+  if (found != cameras_.end()) return *found;
+  throw HistoryError(
+      Kind::question,
+      "the run has no camera '" + name + "'" +
+          config::suggestion(name, names_in(cameras_, [](const auto& camera) { return camera.name; })));
 }
 
 }  // namespace hil::history

@@ -16,6 +16,7 @@
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/history/history_error.hpp"
 #include "runtime/history/run_log.hpp"
+#include "runtime/modules/recorded_camera.hpp"
 #include "runtime/modules/recorded_scanner.hpp"
 
 namespace hil::history {
@@ -34,6 +35,8 @@ class RunHistory {
   const std::vector<std::unique_ptr<modules::RecordedScanner>>& scanners() const noexcept {
     return scanners_;
   }
+  /// Modules of type camera, and views of the scenario.
+  const std::vector<modules::RecordedCamera>& cameras() const noexcept { return cameras_; }
   const rtstdb::HistoryExtent& extent() const noexcept { return extent_; }
   /// Run time of the end of the run; empty: there is no report, or the run is still running.
   const std::optional<std::int64_t>& end_ns() const noexcept { return end_ns_; }
@@ -61,6 +64,8 @@ class RunHistory {
   std::string layers_of(std::uint32_t mask) const;
   /// Throws HistoryError (question).
   const modules::RecordedScanner& scanner(const std::string& name) const;
+  /// Throws HistoryError (question).
+  const modules::RecordedCamera& camera(const std::string& name) const;
 
  private:
   void load_world(const std::filesystem::path& directory);
@@ -69,6 +74,7 @@ class RunHistory {
   bool salvage_;
   contribution::WorldRecord world_;
   std::vector<std::unique_ptr<modules::RecordedScanner>> scanners_;
+  std::vector<modules::RecordedCamera> cameras_;
   rtstdb::HistoryExtent extent_;
   std::optional<std::int64_t> end_ns_;
   rtstdb::Version latest_of_run_ = 0;  // according to the report; 0: there is none

@@ -9,7 +9,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,13 +17,6 @@
 #include "runtime/modules/beam_return.hpp"
 
 namespace hil::modules {
-
-/// A sentence that begins with "world.json" and names the property of a module's record that is missing, has
-/// another type, or is beyond the limits of the module's parameters.
-class RecordError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 struct ScannerDescription {
   std::string name;  ///< of the module in the scenario

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <system_error>
 #include <utility>
@@ -14,12 +13,6 @@
 
 namespace hil::run {
 namespace {
-
-std::uint16_t depth_units(float depth_m, double step_m) {
-  if (!std::isfinite(depth_m)) return 0;
-  const double units = std::round(static_cast<double>(depth_m) / step_m);
-  return static_cast<std::uint16_t>(std::clamp(units, 1.0, 65535.0));
-}
 
 std::uint64_t size_of(const std::filesystem::path& file) {
   std::error_code error;
@@ -50,7 +43,6 @@ class CameraFiles::Buffers {
     record_.max_bytes = options.max_bytes;
     record_.width = options.width;
     record_.height = options.height;
-    depths_.resize(ring_.slots()[0].depth_m.size());
     rgb_.resize(ring_.slots()[0].srgb.size() * 3);
     record_.last_rgb.resize(rgb_.size());
   }
@@ -98,9 +90,8 @@ class CameraFiles::Buffers {
     std::snprintf(number, sizeof number, "-%06lld", static_cast<long long>(slot.time_ns / tick_ns_));
     const std::string name = "camera-" + options_.name + number;
     if (!slot.depth_m.empty()) {
-      for (std::size_t i = 0; i < depths_.size(); ++i)
-        depths_[i] = depth_units(slot.depth_m[i], options_.depth_step_m);
-      write_file(PngImage::Grey16{depths_}, name + "-depth.png", slot.time_ns);
+      const std::vector<std::uint16_t> depths = depth_samples(slot.depth_m, options_.depth_step_m);
+      write_file(PngImage::Grey16{depths}, name + "-depth.png", slot.time_ns);
     }
     if (slot.srgb.empty()) return;
     if (!slot.color.empty()) sensor_.develop(slot.color, slot.time_ns, slot.srgb);
@@ -134,7 +125,6 @@ class CameraFiles::Buffers {
   WriteRing<Slot> ring_;
   Slot* slot_ = nullptr;  // that the tick fills
   // Of the writing thread.
-  std::vector<std::uint16_t> depths_;
   std::vector<std::uint8_t> rgb_;
   std::uint64_t bytes_ = 0;
   bool has_image_ = false;  // in record_.last_rgb

@@ -1,5 +1,7 @@
 #include "runtime/run/image_files.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <system_error>
 #include <utility>
 
@@ -24,6 +26,16 @@ std::vector<std::string> write_images(std::span<const contribution::Image> image
       faults.push_back(std::move(fault));
   }
   return faults;
+}
+
+std::vector<std::uint16_t> depth_samples(std::span<const float> depth_m, double step_m) {
+  std::vector<std::uint16_t> samples(depth_m.size());
+  std::ranges::transform(depth_m, samples.begin(), [&](float depth) {
+    if (!std::isfinite(depth)) return std::uint16_t{0};
+    const double units = std::round(static_cast<double>(depth) / step_m);
+    return static_cast<std::uint16_t>(std::clamp(units, 1.0, 65535.0));
+  });
+  return samples;
 }
 
 }  // namespace hil::run

@@ -2,9 +2,6 @@
 // exposure begins at its release, or none (image_schedule.hpp). The outputs, an object list among them, are
 // those of camera_ports.hpp; the run writes images and depths as files (camera_images.hpp).
 
-#include <glm/ext/quaternion_float.hpp>
-#include <glm/ext/vector_float3.hpp>
-
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -19,7 +16,7 @@
 #include "runtime/modules/laser_scanner/answer_digest.hpp"
 #include "runtime/modules/laser_scanner/receiver.hpp"
 #include "runtime/modules/module.hpp"
-#include "runtime/modules/splitmix64.hpp"
+#include "runtime/modules/recorded_camera.hpp"
 
 namespace hil::modules {
 namespace {
@@ -31,11 +28,14 @@ class CameraModule final : public Module {
   const Ports& ports() const noexcept override { return ports_; }
   void configure(World& world, EventLog& events, const TaskParameters& task) override;
   void step(StepContext& context) noexcept override;
+  void describe(std::vector<contribution::ModuleRecord>& records) const override {
+    records.push_back(to_module_record(camera_));
+  }
   void contribute(contribution::Contribution& report) const override;
 
  private:
   rtstdb::ImageOutputs outputs() const noexcept;
-  rtstdb::Camera camera_at(std::int64_t time_ns) const noexcept;
+  RecordedCamera describe_camera() const;
   void take_image(StepContext& context) noexcept;
   void hand_over(const rtstdb::Image& image, std::int64_t time_ns) noexcept;
   void list_objects(StepContext& context, const rtstdb::Terms& terms, const rtstdb::Image& image) noexcept;
@@ -55,7 +55,7 @@ class CameraModule final : public Module {
   std::unique_ptr<rtstdb::Transaction> transaction_;
   rtstdb::EntityId carrier_{};
   std::uint32_t mask_ = rtstdb::mask_all, object_mask_ = rtstdb::mask_all;
-  std::uint64_t seed_ = 0;
+  RecordedCamera camera_;
 
   VisibleBodies bodies_;
   VisibleShare share_;
@@ -83,6 +83,33 @@ rtstdb::ImageOutputs CameraModule::outputs() const noexcept {
           .identity = options_.objects > 0};
 }
 
+/// Without its seed.
+RecordedCamera CameraModule::describe_camera() const {
+  const glm::dvec3& p_m = options_.mount_m;
+  const glm::dquat& q = options_.rotation;
+  return {.name = instance_,
+          .carrier_index = carrier_.index,
+          .carrier_generation = carrier_.generation,
+          .position_m = {p_m.x, p_m.y, p_m.z},
+          .rotation_wxyz = {q.w, q.x, q.y, q.z},
+          .width = options_.width,
+          .height = options_.height,
+          .field_of_view_rad = options_.field_of_view_rad,
+          .near_m = options_.near_m,
+          .row_time_ns = options_.row_time_ns,
+          .exposure_ns = options_.exposure_ns,
+          .is_real_time = options_.is_real_time(),
+          .has_shadow_maps = options_.shadows == rtstdb::Shadows::mapped,
+          .samples = options_.samples,
+          .bounces = options_.bounces,
+          .emitter_points = options_.emitter_points,
+          .lobe_rays = options_.lobe_rays,
+          .mask = mask_,
+          .exposure_value = options_.sensor.exposure_value,
+          .full_well_e = options_.sensor.full_well_e,
+          .read_noise_e = options_.sensor.read_noise_e};
+}
+
 void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
   instance_ = task.instance;
   first_release_ns_ = task.offset_ns;
@@ -93,21 +120,12 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
   if (!options_.carrier.empty()) carrier_ = world.entity_of(options_.carrier, caller);
   if (!options_.layers.empty()) mask_ = world.mask_of(options_.layers, caller);
   if (!options_.object_layers.empty()) object_mask_ = world.mask_of(options_.object_layers, caller);
-  seed_ = static_cast<std::uint64_t>(options_.seed.value_or(noise_seed(task.seed, task.instance)));
+  camera_ = describe_camera();
+  camera_.seed = options_.seed.value_or(noise_seed(task.seed, task.instance));
 
-  auto query = database_->prepare(rtstdb::ImageQueryOptions{.name = task.instance,
-                                                            .capacity = 1,
-                                                            .width = options_.width,
-                                                            .height = options_.height,
-                                                            .mode = options_.mode,
-                                                            .outputs = outputs(),
-                                                            .first_hits = options_.first_hits(),
-                                                            .samples_per_pixel = options_.samples,
-                                                            .bounces = options_.bounces,
-                                                            .shadows = options_.shadows,
-                                                            .emitter_points = options_.emitter_points,
-                                                            .lobe_rays = options_.lobe_rays,
-                                                            .late = options_.late});
+  rtstdb::ImageQueryOptions image = image_options_of(camera_, outputs());
+  image.late = options_.late;
+  auto query = database_->prepare(image);
   if (!query) throw SetupError(caller, query.error());
   query_ = std::move(query).value();
   transaction_ = database_->make_transaction({.max_queries = 1, .max_reads = 1});
@@ -118,30 +136,14 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
     covered_.reserve(options_.objects);
   }
   if (world.camera_images() == nullptr || (!options_.has_images && options_.depth_step_m == 0.0)) return;
-  CameraStreamOptions stream{.name = task.instance,
-                             .width = options_.width,
-                             .height = options_.height,
-                             .has_images = options_.has_images,
-                             .depth_step_m = options_.depth_step_m,
-                             .sensor = options_.sensor,
-                             .max_bytes = options_.max_bytes};
-  stream.sensor.noise_seed = seed_;
+  const CameraStreamOptions stream{.name = task.instance,
+                                   .width = options_.width,
+                                   .height = options_.height,
+                                   .has_images = options_.has_images,
+                                   .depth_step_m = options_.depth_step_m,
+                                   .sensor = sensor_of(camera_),
+                                   .max_bytes = options_.max_bytes};
   stream_ = world.camera_images()->open(stream);
-}
-
-rtstdb::Camera CameraModule::camera_at(std::int64_t time_ns) const noexcept {
-  const std::uint64_t number = splitmix64(static_cast<std::uint64_t>(time_ns));
-  return {.p_m = glm::vec3(options_.mount_m),
-          .q = glm::quat(options_.rotation),
-          .horizontal_angle_rad = static_cast<float>(options_.field_of_view_rad),
-          .near_m = static_cast<float>(options_.near_m),
-          .t = rtstdb::world_time_ns(time_ns),
-          .row_time = rtstdb::Nanoseconds(options_.row_time_ns),
-          .exposure = rtstdb::Nanoseconds(options_.exposure_ns),
-          .exposure_value = static_cast<float>(options_.sensor.exposure_value),
-          .mask = mask_,
-          .carrier = carrier_,
-          .seed = static_cast<std::uint32_t>(splitmix64_finalizer(seed_ ^ number))};
 }
 
 void CameraModule::step(StepContext& context) noexcept {
@@ -159,7 +161,7 @@ void CameraModule::take_image(StepContext& context) noexcept {
                             .importance = 1,
                             .world_time = {},
                             .read_at = rtstdb::ReadAt::pinned(context.version)};
-  view_ = {.camera = camera_at(context.time_ns), .width = options_.width, .height = options_.height};
+  view_ = {.camera = camera_at(camera_, context.time_ns), .width = options_.width, .height = options_.height};
   query_->cameras()[0] = view_.camera;
   transaction_->begin(terms);
   if (carrier_.valid()) transaction_->read(carrier_);

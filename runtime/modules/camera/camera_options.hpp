@@ -40,9 +40,6 @@ struct CameraOptions {
   rtstdb::LatePolicy late = rtstdb::LatePolicy::discard;
 
   bool is_real_time() const noexcept { return mode == rtstdb::ImageMode::real_time; }
-  rtstdb::FirstHits first_hits() const noexcept {
-    return is_real_time() && row_time_ns == 0 ? rtstdb::FirstHits::rasterised : rtstdb::FirstHits::traced;
-  }
   /// From the first to the last instant of an image.
   std::int64_t readout_ns() const noexcept { return (height - 1) * row_time_ns + exposure_ns; }
 };

@@ -383,7 +383,7 @@ void LaserScanner::describe(std::vector<contribution::ModuleRecord>& records) co
                                       .ignore_motion = options_.ignore_motion,
                                       .divergence_rad = options_.divergence_rad,
                                       .returns_per_beam = options_.returns_per_beam,
-                                      .mode = options_.mode,
+                                      .fast_beams = options_.mode == rtstdb::ConeMode::fast,
                                       .threshold_per_m2 = options_.threshold_per_m2,
                                       .range_noise_m = options_.range_noise_m,
                                       .noise_seed = receiver_.options().noise_seed,

@@ -20,7 +20,7 @@ class RecordedLaserScanner final : public RecordedScanner {
                      .ignore_motion = scanner.ignore_motion,
                      .divergence_rad = scanner.divergence_rad,
                      .returns_per_beam = scanner.returns_per_beam,
-                     .mode = scanner.mode,
+                     .mode = scanner.fast_beams ? rtstdb::ConeMode::fast : rtstdb::ConeMode::exact,
                      .first_sweep_ns = scanner.first_sweep_ns,
                      .sweep_ns = scanner.sweep_ns,
                      .step_ns = scanner.step_ns,

@@ -38,15 +38,13 @@ TEST(CameraOptions, HaveDefaultsAndUnits) {
   EXPECT_NEAR(ahead.z, -1.0, 1e-12) << "a positive pitch looks down";
 }
 
-TEST(CameraOptions, InRealTimeModeOneSampleOfARasterisedHitIsTheDefault) {
+TEST(CameraOptions, InRealTimeModeOneSampleIsTheDefault) {
   config::Diagnostics diagnostics;
   const auto real_time = read("mode: real_time\nshadows: mapped", diagnostics);
   ASSERT_TRUE(real_time) << diagnostics.to_text();
   EXPECT_EQ(real_time->mode, rtstdb::ImageMode::real_time);
   EXPECT_EQ(real_time->shadows, rtstdb::Shadows::mapped);
   EXPECT_EQ(real_time->samples, 1U);
-  EXPECT_EQ(real_time->first_hits(), rtstdb::FirstHits::rasterised);
-  EXPECT_EQ(read("mode: real_time\nrow_time: 10 us", diagnostics)->first_hits(), rtstdb::FirstHits::traced);
   EXPECT_EQ(read("mode: path_traced", diagnostics)->samples, 16U);
   EXPECT_EQ(read("mode: real_time\nsamples: 4", diagnostics)->samples, 4U);
 }

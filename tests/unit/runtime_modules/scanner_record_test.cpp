@@ -26,7 +26,7 @@ const ScannerRecord lidar{.name = "lidar",
                           .ignore_motion = true,
                           .divergence_rad = 0.01,
                           .returns_per_beam = 3,
-                          .mode = rtstdb::ConeMode::fast,
+                          .fast_beams = true,
                           .threshold_per_m2 = 1e-6,
                           .range_noise_m = 0.02,
                           .noise_seed = 0x1234'5678'9ABC'DEF0,
@@ -57,7 +57,7 @@ TEST(ScannerRecord, IsReadBackAsWritten) {
   EXPECT_EQ(read.horizontal_rad, lidar.horizontal_rad);
   EXPECT_EQ(read.left_to_right, false);
   EXPECT_EQ(read.returns_per_beam, 3u);
-  EXPECT_EQ(read.mode, rtstdb::ConeMode::fast);
+  EXPECT_TRUE(read.fast_beams);
   EXPECT_EQ(read.noise_seed, lidar.noise_seed);
   EXPECT_EQ(to_module_record(read).properties.size(), record.properties.size());
   for (std::size_t i = 0; i < record.properties.size(); ++i)
@@ -69,7 +69,7 @@ TEST(ScannerRecord, ModeIsThePropertyFastBeams) {
   contribution::ModuleRecord record = to_module_record(lidar);
   EXPECT_EQ(std::get<bool>(property(record, "fast_beams").value), true);
   property(record, "fast_beams").value = false;
-  EXPECT_EQ(to_scanner_record(record).mode, rtstdb::ConeMode::exact);
+  EXPECT_FALSE(to_scanner_record(record).fast_beams);
   property(record, "fast_beams").value = std::int64_t{1};
   EXPECT_EQ(refusal(record),
             "world.json: scanner 'lidar': property 'fast_beams' has a value of another type or range");
