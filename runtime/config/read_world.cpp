@@ -264,6 +264,48 @@ void read_beams(const Value& list, World& world, Diagnostics& diagnostics) {
   }
 }
 
+/// The image is as wide as high, or wider or higher, by its pixels.
+void check_view(const Value& value, const WorldView& view, Diagnostics& diagnostics) {
+  constexpr double min_distance_m = 1e-3;
+  constexpr double max_half_tangent = 999.0;  // as of a camera
+  const std::array<double, 3>& from = view.position_m;
+  const std::array<double, 3>& to = view.look_at_m;
+  if (length({to[0] - from[0], to[1] - from[1], to[2] - from[2]}) < min_distance_m)
+    diagnostics.add(value["look_at"].place(),
+                    "'look_at' is 'position', so the view has no direction; give another point");
+  if (std::tan(0.5 * view.field_of_view_rad) * view.height / view.width > max_half_tangent)
+    diagnostics.add(value["field_of_view"].place(),
+                    "'field_of_view' is horizontal: the vertical one of these pixels is above 179.88 deg; "
+                    "use fewer rows or a smaller angle");
+}
+
+void read_views(const Value& list, World& world, Diagnostics& diagnostics) {
+  UniqueNames names("view", diagnostics);
+  for (const Value& value : list.items()) {
+    if (const std::optional<Word> name = word_in(value, "name")) names.add(*name);
+    if (!is_whole(value)) continue;
+    WorldView view{.name = word_of(value["name"]),
+                   .carrier = word_in(value, "carrier"),
+                   .position_m = three(value["position"]),
+                   .look_at_m = three(value["look_at"]),
+                   .width = static_cast<std::uint32_t>(value["resolution"].items()[0].integer()),
+                   .height = static_cast<std::uint32_t>(value["resolution"].items()[1].integer()),
+                   .field_of_view_rad = value["field_of_view"].number(),
+                   .is_path_traced = value["mode"].text() == "path_traced",
+                   .samples = {},
+                   .bounces = static_cast<std::uint32_t>(value["bounces"].integer()),
+                   .exposure_value = {},
+                   .layers = {}};
+    if (value.has("samples")) view.samples = static_cast<std::uint32_t>(value["samples"].integer());
+    if (value.has("exposure_value")) view.exposure_value = value["exposure_value"].number();
+    if (value.has("layers"))
+      for (const Value& layer : value["layers"].items())
+        view.layers.push_back(word_of(layer));
+    check_view(value, view, diagnostics);
+    world.views.push_back(std::move(view));
+  }
+}
+
 Durability durability_of(const std::string& word) {
   if (word == "volatile") return Durability::none;
   if (word == "group") return Durability::group;
@@ -328,6 +370,7 @@ void read_world(const Value& root, Scenario& scenario, ReaderContext& reading) {
   if (const Value* const regions = part_of(*value, "regions"))
     read_regions(*regions, world, reading.diagnostics);
   if (const Value* const beams = part_of(*value, "beams")) read_beams(*beams, world, reading.diagnostics);
+  if (const Value* const views = part_of(*value, "views")) read_views(*views, world, reading.diagnostics);
 }
 
 }  // namespace hil::config

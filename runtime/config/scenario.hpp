@@ -131,6 +131,22 @@ struct WorldBeam {
   std::optional<Word> carrier;  ///< the body in whose frame it is
 };
 
+/// A place from which the report shows the world at the end of the run, and `hil history DIR image` at any
+/// time.
+struct WorldView {
+  Word name;
+  std::optional<Word> carrier;  ///< the body in whose frame both points are
+  std::array<double, 3> position_m{};
+  std::array<double, 3> look_at_m{};
+  std::uint32_t width = 0, height = 0;
+  double field_of_view_rad = 0.0;  ///< horizontal
+  bool is_path_traced = false;
+  std::optional<std::uint32_t> samples;
+  std::uint32_t bounces = 0;
+  std::optional<double> exposure_value;  ///< empty: by the brightness of the image
+  std::vector<Word> layers;              ///< empty: all
+};
+
 /// The names of the 32 bits of a mask, in the order of their bits.
 class Layers {
  public:
@@ -163,6 +179,7 @@ struct World {
   std::vector<WorldEntity> entities;
   std::vector<WorldRegion> regions;
   std::vector<WorldBeam> beams;
+  std::vector<WorldView> views;
 };
 
 /// A value that is computed at the end of each tick from signals and other variables.

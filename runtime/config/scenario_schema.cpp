@@ -193,6 +193,33 @@ Schema beam_schema() {
   });
 }
 
+Schema view_schema() {
+  constexpr double degree = std::numbers::pi / 180.0;
+  return Schema::record({
+      Field::needed("name", Schema::name(), "The name of the view, in the report and for hil history."),
+      carrier_field(),
+      Field::needed("position", vector3(Quantity::length_m, max_coordinate_m), "Where the view is from."),
+      Field::needed("look_at", vector3(Quantity::length_m, max_coordinate_m),
+                    "The point in the middle of the image."),
+      Field::with_default("field_of_view",
+                          Schema::quantity(Quantity::angle_rad, 0.01 * degree, 179.0 * degree), "60 deg",
+                          "Horizontal field of view."),
+      Field::with_default("resolution", Schema::list(Schema::integer(1, 4096), 2, 2), "[640, 480]",
+                          "Pixels in a row, and rows."),
+      Field::with_default("mode", Schema::one_of({"real_time", "path_traced"}), "real_time",
+                          "How colours are made, as of a camera."),
+      Field::optional("samples", Schema::integer(1, 65536),
+                      "Points or light paths of a pixel. Left out: 4, or 64 with mode path_traced."),
+      Field::with_default("bounces", Schema::integer(0, 64), "1",
+                          "Reflections before light reaches the view. With 2 or more, surfaces light each "
+                          "other, which takes about ten times as long."),
+      Field::optional("exposure_value", Schema::number(-20.0, 30.0),
+                      "Exposure value at ISO 100, as of a camera. Left out: by the brightness of the image."),
+      Field::optional("layers", Schema::list(Schema::name(), 1, Layers::capacity),
+                      "Layers whose bodies and lights the view shows. Left out: all."),
+  });
+}
+
 Schema world_schema() {
   return Schema::record({
       Field::with_default("gpu", Schema::text(), "auto",
@@ -230,6 +257,8 @@ Schema world_schema() {
                           "Boxes in space, for conditions: inside(body, region)."),
       Field::with_default("beams", Schema::list(beam_schema()), "[]",
                           "Straight lines in space, for conditions: sees(beam, body)."),
+      Field::with_default("views", Schema::list(view_schema(), 0, 16), "[]",
+                          "Places from which the report shows the world at the end of the run."),
   });
 }
 

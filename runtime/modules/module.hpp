@@ -55,6 +55,8 @@ struct Ports {
   /// world.entities or of an earlier module.
   std::vector<config::Word> layers{};
   std::vector<config::Word> bodies{};
+  /// Materials of world.materials that the parameters name, with their places.
+  std::vector<config::Word> materials{};
   /// Bodies of world.entities whose motion the module writes, with their places in the scenario. A body is
   /// moved by one module.
   std::vector<config::Word> moves{};

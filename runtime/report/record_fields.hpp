@@ -380,6 +380,18 @@ void each_field(T& injection, Visit&& visit) {
   visit("test_table", injection.test_table);
 }
 
+template <Is<View> T, class Visit>
+void each_field(T& view, Visit&& visit) {
+  visit("name", view.name);
+  visit("time_ns", view.time_ns);
+  visit("exposure_value", view.exposure_value);
+  visit("in_daylight", view.in_daylight);
+  visit("lacks_lights", view.lacks_lights);
+  visit("incomplete_pixels", view.incomplete_pixels);
+  visit("file", view.file);
+  visit("image_png", view.image_png);
+}
+
 template <Is<Camera> T, class Visit>
 void each_field(T& camera, Visit&& visit) {
   visit("name", camera.name);
@@ -443,6 +455,7 @@ void each_field(T& record, Visit&& visit) {
   visit("events_not_listed", record.events_not_listed);
   visit("top_view", record.top_view);
   visit("sections", record.sections);
+  visit("views", record.views);
   visit("cameras", record.cameras);
   visit("recording", record.recording);
   visit("signal_plots", record.signal_plots);

@@ -326,6 +326,18 @@ struct Camera {
   std::string last_image_png{};
 };
 
+/// An image of the world at the end of the run, from a place that the scenario names (world.views).
+struct View {
+  std::string name;
+  std::int64_t time_ns = 0;
+  double exposure_value = 0.0;
+  bool in_daylight = false;             ///< the world has no lights, so a sun and a sky light the image
+  bool lacks_lights = false;            ///< the world has more lights than an image may have
+  std::uint64_t incomplete_pixels = 0;  ///< lack light or show nothing
+  std::string file{};                   ///< in the folder of the run; empty: it could not be written
+  std::string image_png{};              ///< as Camera::last_image_png
+};
+
 struct ViewBox {
   PointM minimum;
   PointM maximum;
@@ -380,6 +392,7 @@ struct RunRecord {
   std::vector<Event> events;
   std::uint64_t events_not_listed = 0;  ///< further ones of modules, stimuli and faults
   std::optional<TopView> top_view;
+  std::vector<View> views;
   std::vector<Section> sections;  ///< of modules
   std::vector<Camera> cameras;
   std::optional<Recording> recording;

@@ -14,6 +14,7 @@
 #include "runtime/run/image_files.hpp"
 #include "runtime/run/run_folder.hpp"
 #include "runtime/run/scenery.hpp"
+#include "runtime/run/world_views.hpp"
 
 namespace hil::run {
 namespace {
@@ -87,6 +88,7 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context)
   }
   if (database_ == nullptr) return;
   fields_.log_built(*database_);
+  views_ = cameras_of_views(context_.scenario.world, *world_);
   write_world_record();
 }
 
@@ -122,6 +124,8 @@ void RunWorld::write_world_record() const {
   record.fields = fields_.records();
   for (const WiredModule& wired : wiring_.modules)
     wired.module->describe(record.modules);
+  for (const modules::RecordedCamera& view : views_)
+    record.modules.push_back(modules::to_module_record(view));
   try {
     report::write_world(record, context_.options.directory);
   } catch (const report::ReportError& error) {
@@ -148,9 +152,15 @@ bool RunWorld::check() {
   return can_go_on;
 }
 
-std::vector<std::string> RunWorld::close(report::RunRecord& record) {
-  if (database_ != nullptr) last_motions_ = motions_of_scenery();
+std::vector<std::string> RunWorld::close(std::int64_t end_ns, report::RunRecord& record) {
   std::vector<std::string> faults = point_clouds_.close();
+  if (database_ != nullptr) {
+    last_motions_ = motions_of_scenery();
+    if (!device_lost()) {
+      for (std::string& fault : draw_views(views_, *database_, end_ns, context_.options.directory, record))
+        faults.push_back(std::move(fault));
+    }
+  }
   camera_records_ = camera_files_.close();
   if (database_ == nullptr) return faults;
   const auto ended = database_->close();

@@ -13,6 +13,7 @@
 #include <rtstdb/database.hpp>
 
 #include "runtime/modules/event_log.hpp"
+#include "runtime/modules/recorded_camera.hpp"
 #include "runtime/modules/world.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/run/camera_files.hpp"
@@ -40,9 +41,10 @@ class RunWorld {
   /// False: the run has to end, since the world can not be queried or written any more.
   bool check();
 
-  /// Closes the database, the point clouds and the images of cameras, and fills in record.database_log.
-  /// Returns sentences on what the history and the point clouds lack. Transactions fail from here on.
-  std::vector<std::string> close(report::RunRecord& record);
+  /// Draws the views, closes the database, the point clouds and the images of cameras, and fills in
+  /// record.views and record.database_log. Returns sentences on what the history, the point clouds and the
+  /// views lack. Transactions fail from here on. `end_ns`: run time at which the run ended.
+  std::vector<std::string> close(std::int64_t end_ns, report::RunRecord& record);
 
   /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.
   void fill(report::RunRecord& record) const;
@@ -68,6 +70,7 @@ class RunWorld {
   std::vector<CameraFileRecord> camera_records_;  ///< when the files were closed
   std::unique_ptr<modules::World> world_;
   modules::EventLog events_;
+  std::vector<modules::RecordedCamera> views_;
   std::vector<std::unique_ptr<ModuleTask>> tasks_;
   std::vector<rtstdb::Motion> last_motions_;  ///< of the scenery, when the database was closed
   std::uint64_t reported_losses_ = 0;         ///< of the device

@@ -267,7 +267,7 @@ SessionResult LiveSession::run() {
   close_devices();
   buses_.collect_last_events();
   context_.log.info("all devices and processes are closed");
-  write_faults_ = world_->close(record);
+  write_faults_ = world_->close(result.run_time_ns, record);
   close_logs();
   const bool interrupted = result.stopped && context_.stop_requested.load();
   if (!step_fault.empty()) record.failures.push_back(step_fault);

@@ -61,7 +61,7 @@ std::string missing_body(const config::World& world, const std::string& name, co
   return std::string("there is no ") + noun + " '" + name + "'" + where + config::suggestion(name, known);
 }
 
-/// Layers and bodies that modules name have to be those of the scenario, or of earlier modules.
+/// Layers, materials and bodies that modules name have to be those of the scenario, or of earlier modules.
 void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   const config::World& world = wiring.scenario->world;
   const auto for_each_missing = [](const std::vector<Word>& named, const std::vector<std::string>& known,
@@ -70,7 +70,9 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
       if (std::find(known.begin(), known.end(), word.text) == known.end()) visit(word);
   };
   const bool all_layers_are_known = world.layers_are_listed || all_modules_exist(wiring);
-  std::vector<std::string> bodies = bodies_of(world);
+  std::vector<std::string> bodies = bodies_of(world), materials;
+  for (const config::WorldMaterial& material : world.materials)
+    materials.push_back(material.name.text);
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) return;  // its bodies are not known
     const modules::Ports& ports = wired.module->ports();
@@ -81,11 +83,42 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
                         "there is no layer '" + layer.text + "'" + config::suggestion(layer.text, layers));
       });
     }
+    for_each_missing(ports.materials, materials, [&](const Word& material) {
+      diagnostics.add(material.place, "there is no material '" + material.text + "' in world.materials" +
+                                          config::suggestion(material.text, materials));
+    });
     for_each_missing(ports.bodies, bodies, [&](const Word& body) {
       diagnostics.add(body.place, missing_body(world, body.text, "body", "", bodies));
     });
     for (const std::string& made : ports.makes)
       bodies.push_back(wired.section->module.text + "." + made);
+  }
+}
+
+/// Views look at bodies of the scenario and of all modules.
+void check_views(const Wiring& wiring, Diagnostics& diagnostics) {
+  const config::World& world = wiring.scenario->world;
+  std::vector<std::string> bodies = bodies_of(world);
+  for (const WiredModule& wired : wiring.modules) {
+    for (const config::WorldView& view : world.views)
+      if (view.name.text == wired.section->module.text)
+        diagnostics.add(view.name.place,
+                        "'" + view.name.text + "' is the name of a module; give the view another name");
+    if (wired.module == nullptr) continue;
+    for (const std::string& made : wired.module->ports().makes)
+      bodies.push_back(wired.section->module.text + "." + made);
+  }
+  if (world.views.empty() || !all_modules_exist(wiring)) return;  // their bodies and layers are not known
+  if (bodies.empty())
+    diagnostics.add(world.views.front().name.place, "the world has no bodies that a view could show");
+  const std::vector<std::string>& layers = wiring.layers.names();
+  for (const config::WorldView& view : world.views) {
+    if (view.carrier && std::ranges::count(bodies, view.carrier->text) == 0)
+      diagnostics.add(view.carrier->place, missing_body(world, view.carrier->text, "body", "", bodies));
+    for (const Word& layer : view.layers)
+      if (std::ranges::count(layers, layer.text) == 0)
+        diagnostics.add(layer.place,
+                        "there is no layer '" + layer.text + "'" + config::suggestion(layer.text, layers));
   }
 }
 
@@ -158,6 +191,7 @@ void wire_world(Wiring& wiring, Diagnostics& diagnostics) {
   wiring.scenery = make_scenery(wiring.scenario->world, diagnostics);
   add_layers(wiring, diagnostics);
   check_names(wiring, diagnostics);
+  check_views(wiring, diagnostics);
   check_moved_bodies(wiring, diagnostics);
   check_capacity(wiring, diagnostics);
 }

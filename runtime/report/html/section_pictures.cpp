@@ -128,6 +128,24 @@ void top_view_section(Markup& out, const RunRecord& record) {
   out.close();
 }
 
+void views_section(Markup& out, const RunRecord& record) {
+  if (record.views.empty()) return;
+  out.element("h2", "The world at " + instant(record.views.front().time_ns));
+  out.open("div", {{"class", "card"}}).open("div", {{"class", "panels"}});
+  for (const View& view : record.views) {
+    out.open("figure").element("h3", "From " + view.name);
+    out.leaf("img", {{"alt", "the world, seen from " + view.name},
+                     {"src", "data:image/png;base64," + view.image_png}});
+    std::string caption = "Exposure value " + decimal(view.exposure_value, 1);
+    if (view.in_daylight) caption += ", in daylight, since the world has no lights";
+    if (view.lacks_lights) caption += ", without some lights, since the world has too many";
+    if (view.incomplete_pixels > 0)
+      caption += ", " + counted(view.incomplete_pixels, "pixel lacks", "pixels lack") + " light";
+    out.element("figcaption", caption + (view.file.empty() ? "." : ", " + view.file + ".")).close();
+  }
+  out.close().close();
+}
+
 void contributed_sections(Markup& out, const RunRecord& record) {
   for (const Section& section : record.sections) {
     out.element("h2", section.title);

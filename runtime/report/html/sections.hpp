@@ -20,6 +20,7 @@ void signals_section(Markup& out, const RunRecord& record);
 
 // section_pictures.cpp
 void top_view_section(Markup& out, const RunRecord& record);
+void views_section(Markup& out, const RunRecord& record);
 void contributed_sections(Markup& out, const RunRecord& record);
 void response_section(Markup& out, const RunRecord& record);
 

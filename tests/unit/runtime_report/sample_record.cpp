@@ -369,7 +369,16 @@ RunRecord full_record() {
                              {.number = 5.9},
                              {.number = 0.12},
                              {.text = "differs", .mark = contribution::Mark::bad}}}}}}};
-  // A PNG of two pixels, red and green.
+  // PNGs of two pixels, red and green.
+  record.views = {{.name = "corner",
+                   .time_ns = 9'987 * millisecond,
+                   .exposure_value = 13.5,
+                   .in_daylight = true,
+                   .lacks_lights = true,
+                   .incomplete_pixels = 3,
+                   .file = "images/view-corner.png",
+                   .image_png = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4"
+                                "z8DA8J8BAAf/Af8Bf4mnAAAAAElFTkSuQmCC"}};
   record.cameras = {{.name = "front",
                      .images = 301,
                      .dropped = 5,

@@ -163,6 +163,26 @@ TEST_F(WorldWiring, LayersAreThoseOfTheBodiesUnlessListed) {
       "list; known here: ground\n");
 }
 
+TEST_F(WorldWiring, MaterialsThatModulesNameAreThoseOfTheWorld) {
+  const auto car = [](const std::string& material) {
+    return "scenario: a\nworld: {materials: [{name: paint}]}\ntasks:\n  - module: traffic\n    type: "
+           "vehicles\n"
+           "    rate: 1 kHz\n    parameters: {vehicles: {a: {position: [0 m, 0 m], speed: 1 m/s, material: " +
+           material + "}}}\n";
+  };
+  EXPECT_EQ(mistakes_of(car("paint")), "");
+  EXPECT_EQ(mistakes_of(car("pain")),
+            "scenario.yaml:7:79: there is no material 'pain' in world.materials; did you mean 'paint'?\n");
+}
+
+TEST_F(WorldWiring, AViewNeedsABody) {
+  const std::string view = "views: [{name: v, position: [0 m, 0 m, 1 m], look_at: [1 m, 0 m, 0 m]}]";
+  EXPECT_EQ(mistakes_of("scenario: a\nworld: {entities: [{name: e, shape: {sphere: 1 m}}], " + view + "}\n"),
+            "");
+  EXPECT_EQ(mistakes_of("scenario: a\nworld: {" + view + "}\n"),
+            "scenario.yaml:2:24: the world has no bodies that a view could show\n");
+}
+
 TEST_F(WorldWiring, SweepIsAWholeNumberOfPeriods) {
   EXPECT_EQ(mistakes_of(scanner("100 Hz", "scan_rate: 0.5 Hz")), "");
   EXPECT_TRUE(begins(mistakes_of(scanner("100 Hz", "scan_rate: 33 Hz")),
