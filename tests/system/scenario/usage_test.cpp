@@ -26,15 +26,15 @@ TEST(Usage, UnknownCommandListsTheCommands) {
        "db, doctor, keys"},
       {{"history", "d", "signals"},
        "hil history: 'signals' is not a command of hil history; known here: info, entities, near, region, "
-       "ray, scan"},
+       "ray, image, scan"},
       {{"history", "d", "ner", "x", "--at", "1s"},
        "hil history: 'ner' is not a command of hil history; did you mean 'near'? Known here: near, info, "
-       "entities, region, ray, scan"},
+       "entities, region, ray, image, scan"},
       {{"db", "verfy", "d"},
        "hil db: 'verfy' is not a command of hil db; did you mean 'verify'? Known here: verify, info, export"},
       {{}, "hil: a command is missing; known here: run, check, report, history, db, doctor, keys"},
       {{"history", "d"},
-       "hil history: a command is missing; known here: info, entities, near, region, ray, scan"},
+       "hil history: a command is missing; known here: info, entities, near, region, ray, image, scan"},
   };
   for (const Case& wrong : cases)
     expect_sentence(wrong);
