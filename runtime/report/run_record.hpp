@@ -22,7 +22,7 @@ namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 14;
+inline constexpr int schema_version = 15;
 
 using contribution::BusGroup;
 using contribution::BusRecord;
