@@ -127,6 +127,13 @@ Judgement judge_velocity(const World& world, const ImpactSearch& search, const I
   return {};
 }
 
+/// The query tests one corner of each surface, any one.
+bool has_corner_in(const SurfaceBody& surface, const SurfaceBody& body) {
+  if (!body.has_inside()) return false;
+  return std::ranges::any_of(surface.triangles(),
+                             [&](const SurfaceTriangle& triangle) { return body.is_inside(triangle[0]); });
+}
+
 /// Surfaces: the distance and the nearest points at the time of the answer.
 Judgement judge_surfaces(const World& world, const ImpactSearch& search, const ImpactAnswer& answer) {
   const SurfacePair pair(world, search.first, answer.second, search.t + answer.after);
@@ -136,25 +143,25 @@ Judgement judge_surfaces(const World& world, const ImpactSearch& search, const I
   const double speed_mps = glm::length(glm::dvec3(answer.v_relative_mps));
   const double slack_m = surface_noise_m(pair.first_surface, pair.second_surface, distance_m) +
                          0.12 * tolerance_m + 2e-9 * speed_mps;
-  if (answered_m == 0.0 && distance_m > slack_m) {
+  const glm::dvec3 p_m(answer.p_first_m);
+  const double off_m =
+      std::max(pair.first_surface.nearest(p_m).distance_m, pair.second_surface.nearest(p_m).distance_m);
+  if (answered_m == 0.0 && (distance_m > slack_m || off_m > 0.5 * distance_m + 2.0 * slack_m)) {
     // Then one of the bodies lies within the other one.
     const bool is_within =
-        answer.after.count() == 0 && (has_component_in(pair.first_surface, pair.second_surface) ||
-                                      has_component_in(pair.second_surface, pair.first_surface));
-    if (!is_within) return judged(Verdict::differs, "surfaces that are %.9g m apart touch", distance_m);
-    return judge_velocity(world, search, answer);
+        answer.after.count() == 0 && (has_corner_in(pair.first_surface, pair.second_surface) ||
+                                      has_corner_in(pair.second_surface, pair.first_surface));
+    if (is_within) return judge_velocity(world, search, answer);
+    if (distance_m > slack_m)
+      return judged(Verdict::differs, "surfaces that are %.9g m apart touch", distance_m);
   }
   // Where its search reached its limit, the answered distance is an upper bound.
   if (answered_m > distance_m + slack_m && answered_m <= tolerance_m)
     return judged(Verdict::too_close, "distance %.9g m instead of %.9g m", answered_m, distance_m);
   if (std::abs(distance_m - answered_m) > slack_m || distance_m > tolerance_m + slack_m)
     return judged(Verdict::differs, "distance %.9g m instead of %.9g m", answered_m, distance_m);
-  const glm::dvec3 p_m(answer.p_first_m);
-  for (const SurfaceBody* surface : {&pair.first_surface, &pair.second_surface}) {
-    const double off_m = surface->nearest(p_m).distance_m;
-    if (off_m > 0.5 * distance_m + 2.0 * slack_m)
-      return judged(Verdict::differs, "the point is %.9g m off a surface", off_m);
-  }
+  if (off_m > 0.5 * distance_m + 2.0 * slack_m)
+    return judged(Verdict::differs, "the point is %.9g m off a surface", off_m);
   if (distance_m > slack_m) {
     const glm::dvec3 n(answer.n_world);
     if (std::abs(glm::length(n) - 1.0) > 1e-4) return judged(Verdict::differs, "a normal that is not unit");

@@ -76,7 +76,9 @@ struct ImpactQueryOptions {
 /// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
 /// of the tolerance, these take its place. distance_m of surfaces may be too large by a tenth. Where
 /// the search for the distance reached its limit of visits, the error may be larger, but distance_m is not
-/// above the tolerance.
+/// above the tolerance. Where a body lies within the other one at the begin of the window, distance_m is 0
+/// and p_first_m the middle of the nearest points that the search has found, also if the surfaces touch
+/// elsewhere.
 class ImpactQuery : public Query {
  public:
   virtual std::span<ImpactSearch> searches() noexcept = 0;

@@ -68,7 +68,8 @@ void main() {
       state.steps == 0u && found.upper > 0.0 && (is_within(first, second) || is_within(second, first));
   state.distance_m = is_inside ? 0.0 : found.upper;
   state.n = rotate(q_second, (found.first - found.second) / max(found.upper, 1e-37));
-  state.point_m = rotate(q_second, found.first - origin);
+  const vec3 point = is_inside ? 0.5 * (found.first + found.second) : found.first;
+  state.point_m = rotate(q_second, point - origin);
   const float target = 0.5 * record.tolerance_m;
   if (is_inside || found.upper <= record.tolerance_m) {
     state.state = advance_meets;
