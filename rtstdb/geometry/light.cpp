@@ -22,6 +22,7 @@ void check_unused(PropertyCheck& check, const Light& light) {
              is_sky = light.kind == LightKind::sky;
   check_use(check, light, "color", &Light::color, !is_sky);
   check_use(check, light, "illuminance_lx", &Light::illuminance_lx, is_directional);
+  check_use(check, light, "p_m", &Light::p_m, is_spot || light.kind == LightKind::point);
   check_use(check, light, "intensity_cd", &Light::intensity_cd, is_spot || light.kind == LightKind::point);
   check_use(check, light, "inner_angle_rad", &Light::inner_angle_rad, is_spot);
   check_use(check, light, "outer_angle_rad", &Light::outer_angle_rad, is_spot);
@@ -67,6 +68,9 @@ Result<void> validate_light(const Light& light) {
       [[fallthrough]];
     case LightKind::point:
       check.positive("intensity_cd", light.intensity_cd, max_intensity_cd, "above 0, at most 1e10");
+      check.range("p_m.x", light.p_m.x, -max_coordinate_m, max_coordinate_m, "-1e5 to 1e5");
+      check.range("p_m.y", light.p_m.y, -max_coordinate_m, max_coordinate_m, "-1e5 to 1e5");
+      check.range("p_m.z", light.p_m.z, -max_coordinate_m, max_coordinate_m, "-1e5 to 1e5");
       break;
     case LightKind::sky:
       check.channels("zenith_cdpm2", light.zenith_cdpm2, 0.0, max_luminance_cdpm2, luminance_range);

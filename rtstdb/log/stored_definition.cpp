@@ -71,7 +71,8 @@ struct Form<Light> {
       Property{11, &Light::zenith_cdpm2, 2},  Property{12, &Light::horizon_cdpm2, 0},
       Property{13, &Light::horizon_cdpm2, 1}, Property{14, &Light::horizon_cdpm2, 2},
       Property{15, &Light::ground_cdpm2, 0},  Property{16, &Light::ground_cdpm2, 1},
-      Property{17, &Light::ground_cdpm2, 2}};
+      Property{17, &Light::ground_cdpm2, 2},  Property{18, &Light::p_m, 0},
+      Property{19, &Light::p_m, 1},           Property{20, &Light::p_m, 2}};
   static constexpr Faults faults{"a light is cut short",
                                  "a light's index is beyond the limit",
                                  "a light has invalid values",

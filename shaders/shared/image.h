@@ -34,8 +34,8 @@ RTSTDB_CONSTANT(image_group_pixels, 65536)
 RTSTDB_STRUCT(CameraRecord)
 
 RTSTDB_CONSTANT(path_alive, 1)
-// The last reflection was a mirror's: light sampling could not have found what the ray meets.
-RTSTDB_CONSTANT(path_mirrored, 2)
+// No shadow ray could have found what the ray meets: it comes from the camera, a smooth mirror or glass.
+RTSTDB_CONSTANT(path_without_shadow_ray, 2)
 
 // The state of the path of one pixel. Each stage reads the state that the one before it wrote and writes
 // another, so that a chunk that is executed again has the same result.
@@ -49,9 +49,9 @@ RTSTDB_CONSTANT(path_mirrored, 2)
   F(vec3, radiance_cdpm2) /* of this sample so far */                                            \
   F(uint, bounces)                                                                               \
   F(vec3, shadowed_cdpm2) /* is added if the shadow ray meets nothing; see also image_gather.comp */ \
-  F(uint, misses)         /* image_gather.comp */                                                \
+  F(float, seen)          /* image_gather.comp */                                                \
   F(vec3, sum_cdpm2) /* of the samples before */                                                 \
-  F(uint, also_unused)
+  F(uint, unused)
 RTSTDB_STRUCT(PathRecord)
 RTSTDB_CONSTANT(path_texels, 6)
 
@@ -83,7 +83,7 @@ RTSTDB_CONSTANT(light_directional, 0)
 RTSTDB_CONSTANT(light_point, 1)
 RTSTDB_CONSTANT(light_spot, 2)
 RTSTDB_CONSTANT(light_sky, 3)
-RTSTDB_CONSTANT(light_surface, 4)
+RTSTDB_CONSTANT(light_emitter, 4)
 
 // A light of a batch, moved by its entity, or at rest (no_entity). `color`: its channels in lx, cd or cd/m2;
 // of a sky at the zenith.
@@ -101,7 +101,9 @@ RTSTDB_CONSTANT(light_surface, 4)
   F(float, cos_outer) /* of a spot; of a directional light the cosine of its disc's radius */    \
   F(uint, first_map)  /* of its shadow maps, among those of an image */                          \
   F(uint, maps)       /* 0: it has none */                                                        \
-  F(vec4, q)          /* of a light at rest: to world, x, y, z, w */
+  F(vec4, q)          /* of a light at rest: to world, x, y, z, w */                              \
+  F(vec3, p_m)        /* in the entity frame */                                                   \
+  F(float, unused)
 RTSTDB_STRUCT(LightRecord)
 
 // Shadow maps: of a directional light concentric squares around the camera, each within the next; of a spot
@@ -148,7 +150,7 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, last_bounce)                                                                           \
   F(uint, skies)        /* lights are skies, then directional, then others, then surfaces */     \
   F(uint, suns_end)                                                                              \
-  F(uint, surfaces_from)                                                                         \
+  F(uint, emitters_from)                                                                         \
   F(uint, lights)                                                                                \
   F(uint, mapped_end) /* lights from args.skies to here have shadow maps */                      \
   F(uint, maps)       /* of an image */                                                          \

@@ -87,6 +87,19 @@ TEST_P(ImageModes, AWhiteBodyInAUniformSkyIsAsBrightAsTheSky) {
   }
 }
 
+/// With the sky of a day, whose light is not the same from all directions.
+TEST_P(ImageModes, AClosedSphereIsDarkWithin) {
+  create_light({.kind = LightKind::sky,
+                .zenith_cdpm2 = glm::dvec3(3000.0),
+                .horizon_cdpm2 = glm::dvec3(8000.0),
+                .ground_cdpm2 = glm::dvec3(0.0)});
+  create_body(add(make_sphere(3.0, 2)), {}, matt(0.8));
+  const Image& image =
+      image_of({.p_m = {0.5f, 0.2f, 0.1f}},
+               {.width = 32, .height = 32, .outputs = linear_color, .samples_per_pixel = 1, .bounces = 2});
+  EXPECT_EQ(mean_color(image), glm::dvec3(0.0));
+}
+
 /// Its light comes from one direction, to which the rounded cosine of a ray may be above 1.
 TEST_P(ImageModes, NoRayMeetsASunWithoutADisc) {
   constexpr std::uint32_t suns = 64;
@@ -136,6 +149,21 @@ TEST_P(ImageOfGround, APointLightFollowsTheInverseSquareLaw) {
     const double expected = albedo / pi * 800.0 * 2.0 / std::pow(distance_m, 3.0);
     EXPECT_NEAR(luminance_at(x_m, 0.0), expected, 0.005 * expected) << x_m;
   }
+}
+
+/// A headlight in front of a body, which would hide a light at its origin. The body turns.
+TEST_P(ImageOfGround, ALightStandsInTheFrameOfItsEntity) {
+  EntityRow row = row_of(add(make_box({1.0, 1.0, 1.0})), {0.0, 0.0, 3.0});
+  row.motion.q_world = glm::angleAxis(pi / 2.0, glm::dvec3(0.0, 0.0, 1.0));
+  row.scale = glm::dvec3(0.5);
+  row.light = add_light({.kind = LightKind::point, .p_m = {2.0, 0.0, -1.0}, .intensity_cd = 800.0});
+  const EntityId lamp = create(row);
+  const double expected = albedo / pi * 800.0 / 4.0;  // 2 m above (0, 2)
+  EXPECT_NEAR(luminance_at(0.0, 2.0), expected, 0.005 * expected);
+  remove(lamp, {});
+  row.light = add_light({.kind = LightKind::point, .intensity_cd = 800.0});
+  create(row);
+  EXPECT_EQ(luminance_at(0.0, 2.0), 0.0);
 }
 
 TEST_P(ImageOfGround, ASpotLightEndsAtItsOuterAngle) {

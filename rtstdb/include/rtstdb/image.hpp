@@ -4,7 +4,8 @@
 // Camera    A pinhole without distortion. It looks along +x; +y is left and +z is up, as in a frustum region.
 //           Pixels are square. Column 0 is at the left, row 0 at the top.
 // Surface   Scatters and emits light on both sides, as its entity's material says (material.hpp).
-// Light     Entities whose rows name a light (light.hpp), entities whose material emits light, and skies.
+// Light     Lights that rows name (light.hpp), entities whose material emits light, and the fixed lights of
+//           the query.
 // Units     Colours are luminances of the linear sRGB primaries in cd/m2: a grey (L, L, L) has luminance L.
 //
 // The rules of all queries (query.hpp) hold: frames, times, threads, lifetime.
@@ -14,6 +15,7 @@
 #include <glm/ext/vector_float3.hpp>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -33,11 +35,13 @@ struct Ray;
 struct Camera {
   glm::vec3 p_m{0.0f};
   glm::quat q{1.0f, 0.0f, 0.0f, 0.0f};  ///< camera to world or carrier; its length must be 1e-6 to 1e6
-  float horizontal_angle_rad = 1.0f;    ///< full angle of view; both full angles must be below pi
-  float near_m = 0.01f;                 ///< surfaces at a smaller depth are not seen; above 0
+  /// Full angle of view. The tangents of half of it and of half the vertical one must be
+  /// min_image_half_tangent to max_image_half_tangent.
+  float horizontal_angle_rad = 1.0f;
+  float near_m = 0.01f;  ///< surfaces at a smaller depth are not seen; min_image_near_m to max_image_near_m
   /// The begin of the exposure of row 0. Row r begins r * row_time later: a rolling shutter; 0: a global one.
   /// Colour is averaged over `exposure`; the other outputs, and depth, are those at the middle of the row's
-  /// exposure, through the centre of each pixel. The whole image may last max_query_window_ns.
+  /// exposure, through the centre of each pixel. The whole image lasts at most max_query_window_ns.
   WorldTime t{};
   Nanoseconds row_time{0};
   Nanoseconds exposure{0};
@@ -63,12 +67,16 @@ enum class ImageMode : std::uint8_t {
   /// Unbiased light transport, with noise that falls with the root of samples_per_pixel: the reference.
   /// Source: Kajiya, "The Rendering Equation", 1986; Veach, "Robust Monte Carlo Methods", 1997.
   path_traced,
-  /// Without noise. Each surface gets the light of all lights, whose shadows are sharp, and of some points of
-  /// each entity that emits light, with a shadow each. Smooth mirrors and glass show what one ray meets,
-  /// whichever of reflection and refraction is brighter; the other one shows the sky. With 2 bounces or more,
-  /// the matt and the rough part of the first surface are each searched with lobe_rays rays in fixed
-  /// directions. What such a ray meets counts as matt; the lights with shadow maps light it, and the skies as
-  /// far as the other rays meet nothing. Elsewhere nothing hides the skies from matt and rough parts.
+  /// Without noise. By surface:
+  ///   each       gets the light of all lights, with sharp shadows; of an entity that emits light, from
+  ///              emitter_points points with a shadow each.
+  ///   mirror, glass   If smooth, it shows what one ray meets: the reflection or the refraction, whichever is
+  ///              brighter. The other one shows the sky.
+  ///   first      With 2 bounces or more, lobe_rays rays in fixed directions search what its matt part gets
+  ///              from other surfaces and from the skies, and as many what its rough mirror reflects. A
+  ///              surface that such a ray meets counts as matt. The lights with shadow maps light it, and the
+  ///              skies, as much of them as the rays of the matt part have found.
+  ///   later      Nothing hides the skies from their matt and rough parts.
   real_time,
 };
 
@@ -92,9 +100,9 @@ enum class Shadows : std::uint8_t {
   /// where lights are many, and as exact as a texel of a map. Needs FirstHits::rasterised. On a device
   /// that can not draw all shadows are traced. A directional light has four maps, which cover what the
   /// camera sees; a spot one, if its outer angle is at most 120 degrees; another spot and a point six.
-  /// Lights get maps in the order directional, then others, each by entity index, as long as shadow_maps is
-  /// enough; the shadows of the others are traced. Beyond what the camera sees, in mirrors, a directional
-  /// light has no shadows.
+  /// Directional lights come first, then spots and points, each by entity index; as soon as shadow_maps is
+  /// not enough for a light, its shadows and those of all later ones are traced. Beyond what the camera sees,
+  /// in mirrors, a directional light has no shadows. Needs ImageMode::real_time.
   mapped,
 };
 
@@ -118,13 +126,14 @@ struct Image {
   /// motion included; zero where nothing is seen.
   std::span<const glm::vec2> motion_px_s{};
   /// The tiles of image_tile_px * image_tile_px pixels that are missing, row by row: their pixels are black,
-  /// and nothing is seen there. Only with LatePolicy::partial, where groups of 4,096 pixels are made one by
-  /// one.
+  /// and nothing is seen there. Only with LatePolicy::partial, under which pixels are made in groups of
+  /// 4,096.
   std::span<const std::uint32_t> missing_tiles{};
   /// Pixels for which a ray search reached the device's limits: they lack light or show nothing.
   std::uint32_t incomplete_pixels = 0;
-  /// The world has more lights and emitting entities than max_lights_per_image: those of the lowest entity
-  /// indices light the image.
+  /// Lights are missing. Fixed lights come first, then the lights and emitting entities of the lowest
+  /// indices, max_lights_per_image in all; an emitting entity whose triangles do not fit into the 65,536 of
+  /// all such meshes is left out.
   bool lights_overflow = false;
 };
 
@@ -159,12 +168,15 @@ struct ImageQueryOptions {
 };
 
 /// Images of cameras. `cameras` has `capacity` elements; `images` has one for each camera of the last
-/// transaction. AnswerInfo counts tiles.
+/// transaction. A camera is an element (BadInput::element), which is answered by tiles: AnswerInfo counts
+/// tiles, and Image::missing_tiles stands for the marks of LatePolicy::partial.
 /// Answers: the same from run to run, and whatever the chunks, on one device.
-/// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more, with shadow maps four bytes
-/// for each of their texels, and the outputs in host memory. Errors of prepare: capacity for a count or a
-/// size outside its range, and for more than 2^32 stages of the device's work; bad_input for no output and
-/// for a fixed light that is no light, or of another kind.
+/// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more; for the rasteriser 8 bytes for
+/// each pixel of all images and 88 for each entity that the database can hold; for shadow maps four bytes for
+/// each texel; the outputs in host memory.
+/// Errors of prepare: capacity for a count or a size outside its range, and for more than 2^32 stages of the
+/// device's work; bad_input for no output, for an enumerator that does not exist, for shadow maps without
+/// real-time mode or the rasteriser, and for a fixed light that is no light, or of another kind.
 class ImageQuery : public Query {
  public:
   virtual std::span<Camera> cameras() noexcept = 0;
@@ -175,6 +187,11 @@ class ImageQuery : public Query {
 /// carrier's; lambda is the depth. Misuse: a pixel outside the image.
 Ray pixel_ray(const Camera& camera, std::uint32_t width, std::uint32_t height, std::uint32_t column,
               std::uint32_t row) noexcept;
+
+/// The luminance of white at an exposure value (Camera::exposure_value).
+inline double white_cdpm2(double exposure_value) noexcept {
+  return 1.2 * std::exp2(exposure_value);
+}
 
 const char* to_string(ImageMode mode) noexcept;
 const char* to_string(FirstHits first_hits) noexcept;

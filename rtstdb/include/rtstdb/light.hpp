@@ -21,8 +21,8 @@ namespace rtstdb {
 
 enum class LightKind : std::uint8_t {
   directional,  ///< from infinitely far away, along +x of the entity: the sun
-  point,        ///< from the entity's origin, equal in all directions
-  spot,         ///< from the entity's origin, around +x of the entity
+  point,        ///< from p_m, equal in all directions
+  spot,         ///< from p_m, around +x of the entity
   sky,          ///< from all around, by direction in the entity's frame, z up
 };
 const char* to_string(LightKind kind) noexcept;
@@ -32,6 +32,9 @@ struct Light {
   LightKind kind = LightKind::point;
   /// All kinds but sky: 0 to max_light_color each, and not all 0.
   glm::dvec3 color{1.0};
+  /// point and spot: position in the entity frame, unscaled; each coordinate at most max_coordinate_m. In a
+  /// body that is lit from within, put it in front of the surface, which hides it otherwise.
+  glm::dvec3 p_m{0.0};
   /// directional: on a surface perpendicular to the light. Above 0, at most max_illuminance_lx.
   double illuminance_lx = 0.0;
   /// point, and spot within its inner angle. Above 0, at most max_intensity_cd.

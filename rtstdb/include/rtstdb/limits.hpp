@@ -65,7 +65,9 @@ inline constexpr std::uint32_t min_shadow_map_side = 64, max_shadow_map_side = 1
 inline constexpr std::uint32_t max_shadow_maps = 64;      ///< of an image
 inline constexpr std::uint32_t max_emitter_points = 256;  ///< ImageQueryOptions::emitter_points
 inline constexpr std::uint32_t max_lobe_rays = 256;       ///< ImageQueryOptions::lobe_rays
-inline constexpr std::uint32_t image_tile_px = 16;        ///< side of a tile (Image::missing_tiles)
+inline constexpr double min_image_half_tangent = 1e-6, max_image_half_tangent = 1e3;  ///< Camera
+inline constexpr double min_image_near_m = 1e-4, max_image_near_m = 1e4;              ///< Camera::near_m
+inline constexpr std::uint32_t image_tile_px = 16;  ///< side of a tile (Image::missing_tiles)
 /// Entities that name a light or whose material emits light. A mesh of such an entity may have 65,536
 /// triangles, and all such meshes together.
 inline constexpr std::uint32_t max_lights_per_image = 1024;

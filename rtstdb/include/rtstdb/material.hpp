@@ -1,7 +1,7 @@
 #pragma once
 // A material: the optical properties of a surface. Registered once (Database::add_material), then named by
 // the rows of entities; it never changes. Sensors that are simulated with rays and cones read `reflectance`
-// and `retro_gain`; images read `retro_gain` and the properties after it.
+// and `retro_gain`; images read `retro_gain` and all others but `reflectance`.
 //
 // Colours are linear (not gamma-encoded) and have the primaries of sRGB: red, green, blue.
 //
@@ -27,9 +27,9 @@ struct Material {
   double retro_gain = 0.0;
   /// Share of the light that a matt surface scatters, and the colour of what a metal reflects: 0 to 1 each.
   glm::dvec3 base_color{0.8};
-  double metallic = 0.0;  ///< 0: not a metal; 1: a metal; between: a mixture of both
-  /// 0: a mirror; 1: the roughest surface. The width of the microfacet distribution (GGX, alpha) is its
-  /// square.
+  double metallic = 0.0;  ///< 0 to 1. 0: not a metal; 1: a metal; between: a mixture of both
+  /// 0 to 1. 0: a mirror; 1: the roughest surface. The width of the microfacet distribution (GGX, alpha) is
+  /// its square. Below 0.03 an image shows a smooth mirror.
   double roughness = 1.0;
   /// Luminance of the light that the surface emits, the same in all directions: 0 to max_luminance_cdpm2
   /// each. Equal channels (L, L, L) have the luminance L.

@@ -29,7 +29,7 @@ class ImageAnswers {
   void set_addresses(std::uint32_t image, shared::CameraRecord& camera) const noexcept;
   /// A search for the pixel at a place of the group was incomplete.
   void note_incomplete(std::uint32_t group, std::uint32_t place) noexcept;
-  /// Of the first tiles of the batch.
+  /// How many of the first `tiles` tiles of the batch have an incomplete pixel.
   std::uint32_t incomplete_tiles(std::uint32_t tiles) const noexcept;
   /// The batch ends without this tile. In ascending order.
   void add_missing(std::uint32_t tile) noexcept;

@@ -16,10 +16,6 @@
 namespace rtstdb::query {
 namespace {
 
-/// The largest angle of view: its tangent is still a useful number.
-constexpr double max_half_tangent = 1e3;
-constexpr double min_half_tangent = 1e-6;
-constexpr double min_near_m = 1e-4, max_near_m = 1e4;
 constexpr double min_exposure_value = -20.0, max_exposure_value = 30.0;
 constexpr double min_quaternion_length = 1e-6, max_quaternion_length = 1e6;
 
@@ -144,14 +140,14 @@ std::optional<BadInput> check_camera(const Camera& camera, const ImageQueryOptio
   if (const auto bad = check_value("length of q", length_of(camera.q), min_quaternion_length,
                                    max_quaternion_length, element))
     return bad;
-  const double lowest_rad = 2.0 * std::atan(min_half_tangent);
+  const double lowest_rad = 2.0 * std::atan(min_image_half_tangent);
   const double aspect = static_cast<double>(options.height) / options.width;
-  const double highest_rad = 2.0 * std::atan(max_half_tangent / std::max(1.0, aspect));
+  const double highest_rad = 2.0 * std::atan(max_image_half_tangent / std::max(1.0, aspect));
   if (const auto bad = check_value("horizontal_angle_rad", static_cast<double>(camera.horizontal_angle_rad),
                                    lowest_rad, highest_rad, element))
     return bad;
-  if (const auto bad =
-          check_value("near_m", static_cast<double>(camera.near_m), min_near_m, max_near_m, element))
+  if (const auto bad = check_value("near_m", static_cast<double>(camera.near_m), min_image_near_m,
+                                   max_image_near_m, element))
     return bad;
   if (const auto bad = check_value("exposure_value", static_cast<double>(camera.exposure_value),
                                    min_exposure_value, max_exposure_value, element))

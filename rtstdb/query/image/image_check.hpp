@@ -7,7 +7,7 @@
 
 namespace rtstdb::query {
 
-/// Errors: capacity; bad_input for no output and for an unknown mode.
+/// Errors: those of prepare (rtstdb/image.hpp).
 Result<void> check_image_options(const ImageQueryOptions& options);
 
 /// What is wrong with a camera; `element` is its number. Widens `times` by those of the image.

@@ -37,7 +37,7 @@ std::uint32_t rank_of(const shared::LightRecord& light) noexcept {
       return 0;
     case shared::light_directional:
       return 1;
-    case shared::light_surface:
+    case shared::light_emitter:
       return 3;
     default:
       return 2;
@@ -61,11 +61,12 @@ ImageLights::ImageLights(std::span<const FixedLight> fixed) : fixed_(fixed), emi
   meshes_.reserve(max_lights_per_image);
 }
 
-void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord> lights,
+void ImageLights::collect(const BatchWorld& world, std::uint32_t mask, std::span<shared::LightRecord> lights,
                           std::span<shared::EmitterTriangle> triangles, std::uint32_t max_maps) noexcept {
-  if (known_ && version_ == world.rows.version()) return;
+  if (known_ && version_ == world.rows.version() && mask_ == mask) return;
   known_ = true;
   version_ = world.rows.version();
+  mask_ = mask;
   for (std::uint32_t id = 0; id < world.appearance.materials(); ++id)
     emits_[id] = world.appearance.material({id})->emission_cdpm2 != glm::dvec3(0.0);
   records_.clear();
@@ -76,11 +77,11 @@ void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord
     add_light(fixed.light, shared::no_entity, mask_all, glm::normalize(fixed.q_world));
   for (std::uint32_t index = 0; index < world.rows.index_limit(); ++index) {
     const EntityState* state = world.rows.row(index);
-    if (state == nullptr) continue;
+    if (state == nullptr || (state->row.mask & mask) == 0) continue;
     if (state->row.light.valid())
       add_light(*world.appearance.light(state->row.light), state->id.index, state->row.mask, no_rotation);
     if (state->row.geometry.valid() && emits_[state->row.material.index])
-      add_surface(*state, *world.appearance.material(state->row.material), world, triangles);
+      add_emitter(*state, *world.appearance.material(state->row.material), world, triangles);
   }
   std::ranges::sort(records_, {}, [](const auto& light) { return std::pair(rank_of(light), light.entity); });
   const auto before = [&](std::uint32_t rank) {
@@ -89,7 +90,7 @@ void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord
   };
   counts_ = {.skies = before(1),
              .suns_end = before(2),
-             .surfaces_from = before(3),
+             .emitters_from = before(3),
              .all = static_cast<std::uint32_t>(records_.size()),
              .mapped_end = 0,
              .maps = 0};
@@ -99,7 +100,7 @@ void ImageLights::collect(const BatchWorld& world, std::span<shared::LightRecord
 
 void ImageLights::assign_maps(std::uint32_t max_maps) noexcept {
   std::uint32_t k = counts_.skies;
-  for (; k < counts_.surfaces_from; ++k) {
+  for (; k < counts_.emitters_from; ++k) {
     shared::LightRecord& light = records_[k];
     const std::uint32_t maps = maps_of(light);
     if (counts_.maps + maps > max_maps) break;
@@ -139,10 +140,12 @@ void ImageLights::add_light(const Light& light, std::uint32_t entity, std::uint3
        .cos_outer = half_cosine(is_directional ? light.angular_diameter_rad : light.outer_angle_rad),
        .first_map = 0,
        .maps = 0,
-       .q = {q.x, q.y, q.z, q.w}});
+       .q = {q.x, q.y, q.z, q.w},
+       .p_m = glm::vec3(light.p_m),
+       .unused = 0.0f});
 }
 
-void ImageLights::add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
+void ImageLights::add_emitter(const EntityState& state, const Material& material, const BatchWorld& world,
                               std::span<shared::EmitterTriangle> triangles) noexcept {
   const Mesh* mesh =
       records_.size() == max_lights_per_image ? nullptr : mesh_of(state.row.geometry, world, triangles);
@@ -150,7 +153,7 @@ void ImageLights::add_surface(const EntityState& state, const Material& material
     overflow_ = true;
     return;
   }
-  records_.push_back({.kind = shared::light_surface,
+  records_.push_back({.kind = shared::light_emitter,
                       .entity = state.id.index,
                       .first_triangle = mesh->first,
                       .triangles = mesh->count,
@@ -162,7 +165,9 @@ void ImageLights::add_surface(const EntityState& state, const Material& material
                       .cos_outer = 0.0f,
                       .first_map = 0,
                       .maps = 0,
-                      .q = {0.0f, 0.0f, 0.0f, 1.0f}});
+                      .q = {0.0f, 0.0f, 0.0f, 1.0f},
+                      .p_m = glm::vec3(0.0f),
+                      .unused = 0.0f});
 }
 
 const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWorld& world,

@@ -27,20 +27,21 @@ class ImageLights {
   explicit ImageLights(std::span<const FixedLight> fixed);
 
   /// Writes the lights of the version into the buffers, which hold max_lights_per_image lights and
-  /// max_emitter_triangles triangles. `max_maps`: shadow maps of an image; always the same.
-  void collect(const BatchWorld& world, std::span<shared::LightRecord> lights,
+  /// max_emitter_triangles triangles. Lights that no camera admits are left out; `mask`: of all cameras.
+  /// `max_maps`: shadow maps of an image; always the same.
+  void collect(const BatchWorld& world, std::uint32_t mask, std::span<shared::LightRecord> lights,
                std::span<shared::EmitterTriangle> triangles, std::uint32_t max_maps) noexcept;
   /// Forgets what is in the buffers, since they are new.
   void forget() noexcept { known_ = false; }
 
   /// Lights are skies, then directional ones, then others, then surfaces by entity index.
   struct Counts {
-    std::uint32_t skies = 0, suns_end = 0, surfaces_from = 0, all = 0;
+    std::uint32_t skies = 0, suns_end = 0, emitters_from = 0, all = 0;
     std::uint32_t mapped_end = 0;  // those with shadow maps follow the skies
     std::uint32_t maps = 0;        // of an image
     /// Real-time mode: of the lights without shadow maps.
     std::uint32_t points(std::uint32_t per_emitter) const noexcept {
-      return surfaces_from - mapped_end + (all - surfaces_from) * per_emitter;
+      return emitters_from - mapped_end + (all - emitters_from) * per_emitter;
     }
   };
   const Counts& counts() const noexcept { return counts_; }
@@ -61,7 +62,7 @@ class ImageLights {
 
   void assign_maps(std::uint32_t max_maps) noexcept;
   void add_light(const Light& light, std::uint32_t entity, std::uint32_t mask, const glm::quat& q) noexcept;
-  void add_surface(const EntityState& state, const Material& material, const BatchWorld& world,
+  void add_emitter(const EntityState& state, const Material& material, const BatchWorld& world,
                    std::span<shared::EmitterTriangle> triangles) noexcept;
   const Mesh* mesh_of(GeometryId geometry, const BatchWorld& world,
                       std::span<shared::EmitterTriangle> triangles) noexcept;
@@ -69,6 +70,7 @@ class ImageLights {
   std::span<const FixedLight> fixed_;
   bool known_ = false;
   Version version_ = 0;
+  std::uint32_t mask_ = 0;
   std::vector<bool> emits_;  // by material
   std::vector<shared::LightRecord> records_;
   std::vector<Mesh> meshes_;

@@ -233,9 +233,9 @@ std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchW
     stages_.begin_batch(0, 0);
     return 0;
   }
-  pack_cameras();
+  const std::uint32_t mask = pack_cameras();
   pack_materials(world.appearance);
-  lights_.collect(world, lights_buffer_.host_as<shared::LightRecord>(),
+  lights_.collect(world, mask, lights_buffer_.host_as<shared::LightRecord>(),
                   emitters_.host_as<shared::EmitterTriangle>(), maps_.exists() ? options_.shadow_maps : 0);
   stages_.begin_batch(tiles, lights_.counts().points(options_.emitter_points));
   if (lights_.overflow()) {
@@ -261,7 +261,7 @@ std::uint32_t GpuImageQuery::begin(const ImageStages::Stage& stage) noexcept {
   const bool some_path = stage.bounce == 0 || activity[some_ray] != 0;
   switch (stage.step) {
     case Step::raster:
-      return draws() ? tiles_ / stages_.tiles_per_image() * draws_per_image() : 0;
+      return uses_raster() ? tiles_ / stages_.tiles_per_image() * draws_per_image() : 0;
     case Step::rays:
       if (is_drawn_stage()) return 0;
       break;
@@ -302,7 +302,8 @@ std::uint32_t GpuImageQuery::begin(const ImageStages::Stage& stage) noexcept {
   return stages_.places_of_group(stage.group);
 }
 
-void GpuImageQuery::pack_cameras() noexcept {
+std::uint32_t GpuImageQuery::pack_cameras() noexcept {
+  std::uint32_t mask = 0;
   const auto records = cameras_buffer_.host_as<shared::CameraRecord>();
   for (std::uint32_t i = 0; i < tiles_ / stages_.tiles_per_image(); ++i) {
     const Camera& camera = cameras_[i];
@@ -320,10 +321,12 @@ void GpuImageQuery::pack_cameras() noexcept {
     record.row_ns = low_word(camera.row_time.count());
     record.exposure_ns = low_word(camera.exposure.count());
     record.seed = camera.seed;
-    record.white_cdpm2 = 1.2f * std::exp2(camera.exposure_value);
+    record.white_cdpm2 = static_cast<float>(white_cdpm2(static_cast<double>(camera.exposure_value)));
     answers_.set_addresses(i, record);
     records[i] = record;
+    mask |= camera.mask;
   }
+  return mask;
 }
 
 void GpuImageQuery::pack_materials(const Appearance& appearance) noexcept {
@@ -433,7 +436,7 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .last_bounce = options_.bounces,
           .skies = lights.skies,
           .suns_end = lights.suns_end,
-          .surfaces_from = lights.surfaces_from,
+          .emitters_from = lights.emitters_from,
           .lights = lights.all,
           .mapped_end = lights.mapped_end,
           .maps = lights.maps,

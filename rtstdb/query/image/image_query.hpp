@@ -42,7 +42,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::uint32_t next_retry_batch() noexcept override;
   std::uint32_t min_retry_batch() const noexcept override { return closest_.min_retry_batch(limits()); }
   double places_per_element() const noexcept override {
-    return static_cast<double>(stages_.tile_pixels()) * stages_.per_group();
+    return static_cast<double>(stages_.tile_pixels()) * stages_.stages_per_group();
   }
   void record(const BatchPart& part, const Recording& recording) noexcept override;
 
@@ -80,7 +80,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   bool has_maps() const noexcept { return options_.shadows == Shadows::mapped; }
   gpu::ShaderId shade_shader() const noexcept;
   std::uint32_t draws_per_image() const noexcept { return 1 + lights_.counts().maps; }
-  bool draws() const noexcept { return raster_.exists(); }
+  bool uses_raster() const noexcept { return raster_.exists(); }
   std::size_t kernel_of_stage() const noexcept;
   shared::ImageArgs args_of(const BatchPart& part, const Recording& recording) const noexcept;
   /// Begins a stage of the group: what it reads and what it skips. Returns its places.
@@ -89,14 +89,15 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
     return now_.step == Step::trace || now_.step == Step::shadow || now_.step == Step::search;
   }
   /// The stage's first hits come from the rasteriser; what that leaves incomplete is traced in its retries.
-  bool is_drawn_stage() const noexcept { return draws() && now_.sample == center; }
+  bool is_drawn_stage() const noexcept { return uses_raster() && now_.sample == center; }
   RaySearch& search() noexcept { return now_.step == Step::shadow ? any_ : closest_; }
   std::span<RayHit> searched_hits() const noexcept {
     return (now_.step == Step::shadow ? shadow_hits_ : hits_).host_as<RayHit>();
   }
   /// Draws place `place` of the raster stage: for each image its first hits, then its shadow maps.
   void draw(std::uint32_t place, const shared::ImageArgs& args, const Recording& recording) noexcept;
-  void pack_cameras() noexcept;
+  /// Returns the bits of all masks.
+  std::uint32_t pack_cameras() noexcept;
   void pack_materials(const Appearance& appearance) noexcept;
   /// Counts the pixels of the group whose search was left incomplete in the stage that ends.
   void count_incomplete_pixels() noexcept;

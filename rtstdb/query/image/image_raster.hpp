@@ -26,7 +26,7 @@ void dispatch_all(std::uint32_t end, std::uint32_t image, shared::ImageArgs args
 
 class ImageRaster {
  public:
-  /// Of `images` images. Errors: capacity, out_of_memory, device_lost.
+  /// Creates targets and pipelines for `images` images. Errors: capacity, out_of_memory, device_lost.
   Result<void> create(gpu::Device& device, const std::string& name, std::uint32_t width, std::uint32_t height,
                       std::uint32_t images);
   /// Again whenever the pool's generation has changed. `cameras`: CameraRecords.

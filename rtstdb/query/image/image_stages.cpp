@@ -42,7 +42,7 @@ bool ImageStages::has_planes() const noexcept {
   return o.depth || o.identity || o.normal || o.motion;
 }
 
-std::uint64_t ImageStages::per_group(std::uint64_t light_points) const noexcept {
+std::uint64_t ImageStages::stages_per_group(std::uint64_t light_points) const noexcept {
   return (has_center() ? stages_of_center : 0) +
          (has_color() ? options_.samples_per_pixel * per_sample(light_points) : 0);
 }
@@ -50,7 +50,7 @@ std::uint64_t ImageStages::per_group(std::uint64_t light_points) const noexcept 
 std::uint64_t ImageStages::max_stages() const noexcept {
   const std::uint64_t tiles = std::uint64_t{options_.capacity} * tiles_per_image_;
   const std::uint64_t groups = (tiles + tiles_per_group() - 1) / tiles_per_group();
-  return 1 + groups * per_group(std::uint64_t{max_lights_per_image} * options_.emitter_points);
+  return 1 + groups * stages_per_group(std::uint64_t{max_lights_per_image} * options_.emitter_points);
 }
 
 void ImageStages::begin_batch(std::uint32_t tiles, std::uint32_t light_points) noexcept {
@@ -64,13 +64,13 @@ ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
     return {.step = Step::raster, .group = 0, .sample = center, .bounce = 0, .light = 0, .lobe = 0, .ray = 0};
   --stage;
   Stage at{.step = Step::rays,
-           .group = stage / per_group(),
+           .group = stage / stages_per_group(),
            .sample = 0,
            .bounce = 0,
            .light = 0,
            .lobe = 0,
            .ray = 0};
-  std::uint32_t k = stage % per_group();
+  std::uint32_t k = stage % stages_per_group();
   if (has_center()) {
     constexpr Step center_steps[stages_of_center] = {Step::rays, Step::trace, Step::planes};
     if (k < stages_of_center) {

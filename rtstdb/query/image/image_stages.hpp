@@ -65,13 +65,15 @@ class ImageStages {
 
   /// `light_points`: of all lights; only real-time mode uses it.
   void begin_batch(std::uint32_t tiles, std::uint32_t light_points) noexcept;
-  std::uint32_t count() const noexcept { return 1 + groups_ * per_group(); }
-  std::uint32_t per_group() const noexcept { return static_cast<std::uint32_t>(per_group(light_points_)); }
+  std::uint32_t count() const noexcept { return 1 + groups_ * stages_per_group(); }
+  std::uint32_t stages_per_group() const noexcept {
+    return static_cast<std::uint32_t>(stages_per_group(light_points_));
+  }
   Stage at(std::uint32_t stage) const noexcept;
   std::uint32_t places_of_group(std::uint32_t group) const noexcept;
   /// Tiles that are complete after a stage.
   std::uint32_t tiles_after(std::uint32_t stage) const noexcept {
-    return stage / per_group() * tiles_per_group();
+    return stage / stages_per_group() * tiles_per_group();
   }
 
  private:
@@ -81,7 +83,7 @@ class ImageStages {
   std::uint64_t per_sample(std::uint64_t light_points) const noexcept {
     return per_bounce(light_points) * options_.bounces + stages_of_lobes() + 4;
   }
-  std::uint64_t per_group(std::uint64_t light_points) const noexcept;
+  std::uint64_t stages_per_group(std::uint64_t light_points) const noexcept;
   std::uint32_t stages_of_lobes() const noexcept;
   /// Stage `k` of a sample, after `rays`.
   void set_step_of_sample(Stage& at, std::uint32_t k) const noexcept;

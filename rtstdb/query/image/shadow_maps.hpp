@@ -14,7 +14,7 @@ namespace rtstdb::query {
 
 class ShadowMaps {
  public:
-  /// Of the images of the query. Errors: capacity, out_of_memory, device_lost.
+  /// Creates maps and pipelines for the images of the query. Errors: capacity, out_of_memory, device_lost.
   Result<void> create(gpu::Device& device, const ImageQueryOptions& options);
   /// Again whenever the pool's generation has changed, after raster.bind. `cameras`: CameraRecords, `lights`:
   /// LightRecords.

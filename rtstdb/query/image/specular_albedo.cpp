@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t samples_a_side = 24;
 constexpr double min_cosine = 1e-3;
 
-double shadowing(const glm::dvec3& direction, double alpha) {
+double smith_lambda(const glm::dvec3& direction, double alpha) {
   const double tangent_squared =
       (direction.x * direction.x + direction.y * direction.y) / std::max(direction.z * direction.z, 1e-12);
   return 0.5 * (std::sqrt(1.0 + alpha * alpha * tangent_squared) - 1.0);
@@ -42,8 +42,8 @@ glm::vec4 terms(double cosine, double roughness) {
     const glm::dvec3 h = visible_microfacet(toward, alpha, u, v);
     const glm::dvec3 to = 2.0 * glm::dot(toward, h) * h - toward;
     if (to.z <= 0.0) continue;
-    const double outward = 1.0 + shadowing(toward, alpha);
-    const double visible = outward / (outward + shadowing(to, alpha));
+    const double outward = 1.0 + smith_lambda(toward, alpha);
+    const double visible = outward / (outward + smith_lambda(to, alpha));
     const double grazing = std::pow(std::clamp(1.0 - glm::dot(toward, h), 0.0, 1.0), 5.0);
     scale += (1.0 - grazing) * visible;
     offset += grazing * visible;

@@ -50,7 +50,7 @@ InputHit fetch_hit(usamplerBuffer hits, uint place) {
   return hit_from(pairs);
 }
 
-// Of a search for any hit.
+// Returns the status of a search for any hit.
 uint fetch_status(usamplerBuffer hits, uint place) { return texelFetch(hits, int(hit_pairs * place / 2u)).x; }
 
 #endif

@@ -85,7 +85,7 @@ void main() {
   path.radiance_cdpm2 += path.throughput * light_by_maps(vertex, image);
 #endif
   const float reflected_by_glass =
-      dielectric_share(clamp(dot(surface.toward, surface.n), 0.0, 1.0), surface.index_ratio);
+      fresnel_share(clamp(dot(surface.toward, surface.n), 0.0, 1.0), surface.index_ratio);
   const Continuation reflection = reflection_of(surface, reflected_by_glass);
   const Continuation refraction = refraction_of(surface, reflected_by_glass);
   const bool refracts = largest_channel(refraction.share) > largest_channel(reflection.share);
@@ -99,6 +99,6 @@ void main() {
       dot(followed.direction, surface.n) > 0.0 && dot(followed.direction, vertex.n) <= 0.0;
   const bool goes_on = !is_blocked && largest_channel(path.throughput) >= min_share;
   if (!goes_on) path.radiance_cdpm2 += path.throughput * light_of_sky(followed.direction, vertex.at, mask);
-  path.flags = goes_on ? path_alive | path_mirrored : 0u;
+  path.flags = goes_on ? path_alive | path_without_shadow_ray : 0u;
   write_next_ray(place, path, vertex, mask, goes_on, followed.direction);
 }

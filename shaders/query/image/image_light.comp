@@ -15,7 +15,7 @@ void main() {
   if ((path.flags & path_alive) != 0u && hit.status == status_hit) {
     const uint mask = cameras[pixel_of(place).image].mask;
     const PathVertex vertex = vertex_of(path, hit);
-    const LightSample light = fixed_light(args.light, vertex.at, vertex.point, mask);
+    const LightSample light = point_of_lights(args.light, vertex.at, vertex.point, mask);
     path.shadowed_cdpm2 = light_over_shadow_ray(place, path, vertex, mask, light,
                                                 scattered(vertex.surface, normalize(light.to)).value);
   } else {

@@ -40,14 +40,14 @@ void main() {
   path.direction = ray.direction;
   path.pdf = 0.0;
   path.throughput = vec3(1.0);
-  path.flags = pixel.is_inside ? path_alive | path_mirrored : 0u;
+  path.flags = pixel.is_inside ? path_alive | path_without_shadow_ray : 0u;
   path.radiance_cdpm2 = vec3(0.0);
   path.bounces = 0u;
   path.shadowed_cdpm2 = vec3(0.0);
-  path.misses = 0u;
+  path.seen = 0.0;
   const bool continues = args.sample_index != 0u;
   path.sum_cdpm2 = continues ? paths[args.read_from + place].sum_cdpm2 : vec3(0.0);
-  path.also_unused = 0u;
+  path.unused = 0u;
   paths[args.write_from + place] = path;
 #endif
   const OutputRay made =

@@ -11,11 +11,11 @@ const uint first_roulette = 3u;
 
 // The light that the surface itself emits toward the path's last point.
 vec3 emitted(PathRecord path, InputHit hit, vec3 emission, vec3 point, Instant at) {
-  if (emission == vec3(0.0) || (path.flags & path_mirrored) != 0u) return emission;
-  const uint light = surface_light_of(hit.entity.x);
+  if (emission == vec3(0.0) || (path.flags & path_without_shadow_ray) != 0u) return emission;
+  const uint light = emitter_light_of(hit.entity.x);
   if (light == args.lights) return emission;
   const Instance i = instance_of_entity(hit.entity.x, at);
-  return emission * share_of_reflected(light, hit.triangle, i, at.t_ns, path.origin_m, point, path.pdf);
+  return emission * weight_of_reflected(light, hit.triangle, i, at.t_ns, path.origin_m, point, path.pdf);
 }
 
 void main() {
@@ -36,7 +36,7 @@ void main() {
     if (hit.status == status_miss)
       path.radiance_cdpm2 +=
           path.throughput * light_from_afar(normalize(path.direction), instant_of(path.t_ns), camera.mask,
-                                            path.pdf, (path.flags & path_mirrored) != 0u);
+                                            path.pdf, (path.flags & path_without_shadow_ray) != 0u);
     end_path(place, path);
     return;
   }
@@ -68,6 +68,6 @@ void main() {
   const bool goes_on = largest_channel(path.throughput) > 0.0 && third.x < survival;
   path.throughput /= survival;
   path.pdf = bounce.pdf;
-  path.flags = goes_on ? path_alive | (bounce.mirrored ? path_mirrored : 0u) : 0u;
+  path.flags = goes_on ? path_alive | (bounce.mirrored ? path_without_shadow_ray : 0u) : 0u;
   write_next_ray(place, path, vertex, camera.mask, goes_on, bounce.direction);
 }

@@ -4,7 +4,7 @@
 // (Veach, 1997).
 #ifndef RTSTDB_QUERY_IMAGE_LIGHTS_GLSL
 #define RTSTDB_QUERY_IMAGE_LIGHTS_GLSL
-#include "query/image/light_orientation.glsl"
+#include "query/image/light_pose.glsl"
 
 float disc_steradians(float cosine) { return 2.0 * pi * (1.0 - cosine); }
 
@@ -15,7 +15,7 @@ vec3 luminance_of_sky(LightRecord sky, float elevation_sine) {
   return elevation_sine >= 0.0 ? mix(sky.horizon, sky.color, elevation_sine) : sky.ground;
 }
 
-// Of all skies.
+// Returns the sum of the luminances of all skies.
 vec3 light_of_sky(vec3 direction, Instant at, uint mask) {
   vec3 sum = vec3(0.0);
   for (uint k = 0u; k < args.skies; ++k) {
@@ -74,8 +74,8 @@ WorldTriangle world_triangle(EmitterTriangle triangle, Instance i, int t_ns) {
 }
 
 // The light of the surface of an entity; args.lights: it is none.
-uint surface_light_of(uint entity) {
-  uint first = args.surfaces_from;
+uint emitter_light_of(uint entity) {
+  uint first = args.emitters_from;
   uint end = args.lights;
   while (first < end) {
     const uint middle = (first + end) / 2u;
@@ -88,7 +88,7 @@ uint surface_light_of(uint entity) {
 }
 
 // The probability per steradian with which chosen_light finds a point of a surface that emits light.
-float pdf_of_surface(WorldTriangle at, float share, vec3 from, vec3 point) {
+float pdf_of_emitter(WorldTriangle at, float share, vec3 from, vec3 point) {
   const vec3 across = cross(at.b - at.a, at.c - at.a);
   const vec3 to = point - from;
   const float twice_area = length(across);
@@ -99,11 +99,11 @@ float pdf_of_surface(WorldTriangle at, float share, vec3 from, vec3 point) {
 }
 
 // The share of the light of a surface that a reflected ray meets; the shadow rays provide the rest.
-float share_of_reflected(uint light_index, uint triangle, Instance i, int t_ns, vec3 from, vec3 point,
-                         float pdf) {
+float weight_of_reflected(uint light_index, uint triangle, Instance i, int t_ns, vec3 from, vec3 point,
+                          float pdf) {
   const LightRecord light = lights[light_index];
   const EmitterTriangle at = emitters[light.first_triangle + min(triangle, light.triangles - 1u)];
-  const float found = pdf_of_surface(world_triangle(at, i, t_ns), at.share, from, point);
+  const float found = pdf_of_emitter(world_triangle(at, i, t_ns), at.share, from, point);
   return pdf / max(pdf + found, 1e-30);
 }
 
@@ -126,12 +126,11 @@ LightSample sun_sample(LightRecord light, Instant at, vec2 random) {
 }
 
 LightSample lamp_sample(LightRecord light, Instant at, vec3 from) {
-  const Instance i = instance_of_entity(light.entity, at);
-  const vec3 to = position_of(i, at.t_ns) - from;
+  const vec3 to = position_of_light(light, at) - from;
   const float distance_squared = max(dot(to, to), 1e-12);
   float falloff = 1.0;
   if (light.kind == light_spot) {
-    const vec3 axis = rotate(orientation_of(i, at.t_ns), vec3(1.0, 0.0, 0.0));
+    const vec3 axis = rotate(orientation_of_light(light, at), vec3(1.0, 0.0, 0.0));
     const float cosine = -dot(axis, to) * inversesqrt(distance_squared);
     const float t =
         clamp((cosine - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-6), 0.0, 1.0);
@@ -140,7 +139,7 @@ LightSample lamp_sample(LightRecord light, Instant at, vec3 from) {
   return LightSample(to, false, light.color * (falloff / distance_squared * float(chosen_lights())), 0.0);
 }
 
-LightSample surface_sample(LightRecord light, Instant at, vec3 from, vec3 random) {
+LightSample emitter_sample(LightRecord light, Instant at, vec3 from, vec3 random) {
   // The last triangle of which no more than this share of the area lies before it.
   uint first = light.first_triangle;
   uint end = light.first_triangle + light.triangles;
@@ -156,7 +155,7 @@ LightSample surface_sample(LightRecord light, Instant at, vec3 from, vec3 random
   // Uniform over the triangle.
   const float root = sqrt(random.x);
   const vec3 point = mix(where.a, mix(where.b, where.c, random.y), root);
-  const float pdf = pdf_of_surface(where, triangle.share, from, point);
+  const float pdf = pdf_of_emitter(where, triangle.share, from, point);
   if (pdf <= 0.0) return no_light();
   return LightSample(point - from, false, light.color / pdf, pdf);
 }
@@ -164,7 +163,7 @@ LightSample surface_sample(LightRecord light, Instant at, vec3 from, vec3 random
 // A point of a light. `random`: which one.
 LightSample sample_of(LightRecord light, Instant at, vec3 from, uint mask, vec3 random) {
   if ((light.mask & mask) == 0u) return no_light();
-  if (light.kind == light_surface) return surface_sample(light, at, from, random);
+  if (light.kind == light_emitter) return emitter_sample(light, at, from, random);
   if (light.kind == light_directional) return sun_sample(light, at, random.xy);
   return lamp_sample(light, at, from);
 }
@@ -188,15 +187,15 @@ LightSample middle_of(LightRecord light, Instant at, vec3 from, uint mask) {
 
 // Fixed points of the lights without shadow maps, in their order: args.emitter_points of each surface, the
 // middle of others. The sum over all points is the light of all.
-LightSample fixed_light(uint index, Instant at, vec3 from, uint mask) {
-  const uint others = args.surfaces_from - args.mapped_end;
+LightSample point_of_lights(uint index, Instant at, vec3 from, uint mask) {
+  const uint others = args.emitters_from - args.mapped_end;
   if (index < others) return middle_of(lights[args.mapped_end + index], at, from, mask);
   const uint beyond = index - others;
   const float k = float(beyond % args.emitter_points);
   // Evenly over the area: by the order of the triangles, and in each by powers of the root of x^3 = x + 1.
   const vec3 in_surface =
       vec3(fract(0.5 + k * vec2(0.7548776662, 0.5698402910)), (k + 0.5) / float(args.emitter_points));
-  const uint light = args.surfaces_from + beyond / args.emitter_points;
+  const uint light = args.emitters_from + beyond / args.emitter_points;
   LightSample found = sample_of(lights[light], at, from, mask, in_surface);
   found.light /= float(chosen_lights() * args.emitter_points);
   return found;

@@ -11,8 +11,7 @@ PathRecord path_from(samplerBuffer states, uint place) {
   const vec4 t3 = texelFetch(states, base + 3);
   const vec4 t4 = texelFetch(states, base + 4);
   return PathRecord(t0.xyz, floatBitsToUint(t0.w), t1.xyz, t1.w, t2.xyz, floatBitsToUint(t2.w), t3.xyz,
-                    floatBitsToUint(t3.w), t4.xyz, floatBitsToUint(t4.w), texelFetch(states, base + 5).xyz,
-                    0u);
+                    floatBitsToUint(t3.w), t4.xyz, t4.w, texelFetch(states, base + 5).xyz, 0u);
 }
 
 #endif

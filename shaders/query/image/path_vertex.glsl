@@ -78,7 +78,7 @@ struct PathVertex {
   Instant at;
 };
 
-// Of a hit.
+// Returns where the path meets a surface.
 PathVertex vertex_of(PathRecord path, InputHit hit) {
   PathVertex vertex;
   const vec3 direction = normalize(path.direction);

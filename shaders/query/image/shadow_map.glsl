@@ -38,8 +38,7 @@ bool is_lit_by_map(LightRecord light, uint image, vec3 point, vec3 n) {
   const Instant at = instant_of(camera.t_ns + camera.exposure_ns / 2u);
   const uvec2 reach = reach_of_image[image];
   const bool parallel = light.kind == light_directional;
-  const vec3 origin =
-      parallel ? pose_of(camera, at).p : position_of(instance_of_entity(light.entity, at), at.t_ns);
+  const vec3 origin = parallel ? pose_of(camera, at).p : position_of_light(light, at);
   const vec3 from_light = point - origin;
   const uint face = face_showing(light, camera, reach, at, from_light);
   if (face == no_face) return true;

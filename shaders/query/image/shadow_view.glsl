@@ -1,7 +1,7 @@
 // The views of shadow maps (shared/image.h), at the middle of an image's exposure.
 #ifndef RTSTDB_QUERY_IMAGE_SHADOW_VIEW_GLSL
 #define RTSTDB_QUERY_IMAGE_SHADOW_VIEW_GLSL
-#include "query/image/light_orientation.glsl"
+#include "query/image/light_pose.glsl"
 
 const float near_lamp_m = 1e-3;  // nothing nearer to a lamp has a shadow in a map
 
@@ -35,7 +35,7 @@ ShadowView square_view(LightRecord light, uint face, CameraRecord camera, uvec2 
 
 // Face 2 * axis looks along that axis of the world, face 2 * axis + 1 against it.
 ShadowView cube_view(LightRecord light, uint face, Instant at) {
-  const vec3 p = position_of(instance_of_entity(light.entity, at), at.t_ns);
+  const vec3 p = position_of_light(light, at);
   const uint axis = face / 2u;
   vec3 forward = vec3(0.0);
   forward[axis] = face % 2u == 0u ? 1.0 : -1.0;
@@ -47,11 +47,10 @@ ShadowView cube_view(LightRecord light, uint face, Instant at) {
 ShadowView shadow_view(LightRecord light, uint face, CameraRecord camera, uvec2 reach, Instant at) {
   if (light.kind == light_directional) return square_view(light, face, camera, reach, at);
   if (light.maps == shadow_faces) return cube_view(light, face, at);
-  const Instance i = instance_of_entity(light.entity, at);
-  const mat3 axes = axes_of(orientation_of(i, at.t_ns));
+  const mat3 axes = axes_of(orientation_of_light(light, at));
   const float tangent = sqrt(1.0 - light.cos_outer * light.cos_outer) / light.cos_outer;
   // A little wider, so that its edge is in the map.
-  return ShadowView(position_of(i, at.t_ns), axes[0], -axes[1], -axes[2], 1.01 * tangent, false);
+  return ShadowView(position_of_light(light, at), axes[0], -axes[1], -axes[2], 1.01 * tangent, false);
 }
 
 #endif

@@ -24,9 +24,11 @@ struct Surface {
   float alpha;         // of GGX; 0: a smooth mirror
   vec3 normal_share;   // that the mirror reflects at normal incidence
   vec3 grazing_share;  // and at grazing incidence: all, unless hardly any at normal incidence
-  float gain;          // for multiple scattering, see share_of_mirror
-  vec3 mirror_share;   // of light, that the mirror reflects toward `toward` from everywhere
-  vec3 matt_share;     // that the base does
+  // Between its microfacets the mirror scatters light more than once; the reflection is multiplied by
+  // 1 + normal_share * energy_gain (Turquin, 2019; Kulla, Conty, 2017).
+  float energy_gain;
+  vec3 mirror_share;   // the part of uniform light that the mirror reflects toward the viewer
+  vec3 matt_share;     // the part that the base scatters
   float retro_cosine;  // of half the angle of the cone that the base reflects into; 1: it is matt
   vec3 clear_color;
   float glass;
@@ -66,10 +68,9 @@ Surface surface_of(MaterialRecord material, vec3 color, vec3 n, vec3 toward, boo
   surface.alpha = is_smooth ? 0.0 : material.roughness * material.roughness;
   surface.normal_share = mix(vec3(dielectric), color, metallic);
   surface.grazing_share = min(50.0 * surface.normal_share, vec3(1.0));
-  const float lost = 1.0 / max(terms.x + terms.y, 1e-3) - 1.0;
-  surface.gain = lost;
+  surface.energy_gain = 1.0 / max(terms.x + terms.y, 1e-3) - 1.0;
   surface.mirror_share = (surface.normal_share * terms.x + surface.grazing_share * terms.y) *
-                         (1.0 + surface.normal_share * lost);
+                         (1.0 + surface.normal_share * surface.energy_gain);
   surface.matt_share = color * (1.0 - metallic) * max(1.0 - surface.mirror_share, vec3(0.0));
   surface.retro_cosine = material.retro_gain > 0.0 ? 1.0 - 0.5 / material.retro_gain : 1.0;
   surface.clear_color = color;
@@ -99,13 +100,13 @@ vec3 direction_at(float cosine, float angle) {
 
 // ---- GGX microfacets, in a frame whose z is the normal
 
-float microfacets_at(vec3 h, float alpha) {
+float ggx_density(vec3 h, float alpha) {
   const vec2 slope = h.xy / alpha;
   const float across = dot(slope, slope) + h.z * h.z;
   return 1.0 / (pi * alpha * alpha * across * across);
 }
 
-float shadowing(vec3 direction, float alpha) {
+float smith_lambda(vec3 direction, float alpha) {
   const float tangent_squared = dot(direction.xy, direction.xy) / max(direction.z * direction.z, 1e-12);
   return 0.5 * (sqrt(1.0 + alpha * alpha * tangent_squared) - 1.0);
 }
@@ -117,13 +118,13 @@ vec3 visible_microfacet(vec3 toward, float alpha, vec2 random) {
   return normalize(vec3(alpha * h.xy, h.z));
 }
 
-float rising_fifth(float cosine) {
+float schlick_weight(float cosine) {
   const float rest = clamp(1.0 - cosine, 0.0, 1.0);
   return rest * rest * rest * rest * rest;
 }
 
 // The share that a smooth dielectric reflects. `index_ratio`: of the side of the light to the other one.
-float dielectric_share(float cosine, float index_ratio) {
+float fresnel_share(float cosine, float index_ratio) {
   const float sine_squared = index_ratio * index_ratio * (1.0 - cosine * cosine);
   if (sine_squared >= 1.0) return 1.0;
   const float inner = sqrt(1.0 - sine_squared);
@@ -150,11 +151,12 @@ Scattered scattered(Surface surface, vec3 to) {
   const float opaque = 1.0 - surface.glass;
   if (surface.alpha > 0.0) {
     const vec3 h = normalize(i + o);
-    const vec3 reflected = mix(surface.normal_share, surface.grazing_share, rising_fifth(dot(o, h)));
-    const float facets = microfacets_at(h, surface.alpha);
-    const float outward = shadowing(o, surface.alpha);
-    const float both = 1.0 + outward + shadowing(i, surface.alpha);
-    result.value += reflected * (1.0 + surface.normal_share * surface.gain) * (facets / (4.0 * o.z * both));
+    const vec3 reflected = mix(surface.normal_share, surface.grazing_share, schlick_weight(dot(o, h)));
+    const float facets = ggx_density(h, surface.alpha);
+    const float outward = smith_lambda(o, surface.alpha);
+    const float both = 1.0 + outward + smith_lambda(i, surface.alpha);
+    result.value +=
+        reflected * (1.0 + surface.normal_share * surface.energy_gain) * (facets / (4.0 * o.z * both));
     result.pdf += surface.mirror_probability * facets / (4.0 * o.z * (1.0 + outward));
   }
   const float base_probability = 1.0 - surface.mirror_probability;
@@ -188,7 +190,7 @@ Bounce through_glass(Surface surface, mat3 axes, vec4 random) {
   const vec3 o = surface.toward * axes;
   const vec3 up = vec3(0.0, 0.0, 1.0);
   const vec3 h = surface.alpha > 0.0 ? visible_microfacet(o, surface.alpha, random.xy) : up;
-  const bool reflects = random.w < dielectric_share(dot(o, h), surface.index_ratio);
+  const bool reflects = random.w < fresnel_share(dot(o, h), surface.index_ratio);
   vec3 i = reflects ? reflect(-o, h) : refract(-o, h, surface.index_ratio);
   // A microfacet that would send the light to the wrong side is replaced by the smooth surface.
   if (reflects && i.z <= 0.0) i = reflect(-o, up);
