@@ -119,6 +119,7 @@ class Lines final : public rtstdb::LogListener {
          {"name", report::valid_utf8(std::string(name))},
          {"kind", rtstdb::to_string(properties.kind)},
          {"color", vector(properties.color)},
+         {"p_m", vector(properties.p_m)},
          {"illuminance_lx", properties.illuminance_lx},
          {"intensity_cd", properties.intensity_cd},
          {"inner_angle_rad", properties.inner_angle_rad},

@@ -46,10 +46,10 @@ constexpr std::int64_t max_instants = 1'000'000;
 
 /// The run times of the query: --at, and with --until and --every the series up to --until.
 std::vector<Instant> instants(const Arguments& arguments, const RunHistory& history) {
-  Instant instant{.time_ns = time_ns("--at", arguments.at)};
+  Instant instant{.time_ns = read_time_ns("--at", arguments.at)};
   history.check_time(instant.time_ns);
   if (!arguments.known_at.empty()) {
-    instant.known_at_ns = time_ns("--known-at", arguments.known_at);
+    instant.known_at_ns = read_time_ns("--known-at", arguments.known_at);
     history.check_time(*instant.known_at_ns);
     if (*instant.known_at_ns > instant.time_ns)
       refuse("--known-at " + arguments.known_at + " is after --at " + arguments.at);
@@ -58,9 +58,9 @@ std::vector<Instant> instants(const Arguments& arguments, const RunHistory& hist
     refuse("--until and --every need each other: give both or none");
   std::vector<Instant> all{instant};
   if (arguments.until.empty()) return all;
-  const std::int64_t until_ns = time_ns("--until", arguments.until);
+  const std::int64_t until_ns = read_time_ns("--until", arguments.until);
   history.check_time(until_ns);
-  const std::int64_t every_ns = time_ns("--every", arguments.every);
+  const std::int64_t every_ns = read_time_ns("--every", arguments.every);
   if (every_ns <= 0) refuse("--every " + arguments.every + " is not above zero");
   if (until_ns < instant.time_ns) refuse("--until " + arguments.until + " is before --at " + arguments.at);
   if ((until_ns - instant.time_ns) / every_ns >= max_instants)
@@ -143,7 +143,7 @@ int entities(const Arguments& arguments) {
 }
 
 int near(const Arguments& arguments) {
-  const double radius_m = distance_m("--within", arguments.within);
+  const double radius_m = read_distance_m("--within", arguments.within);
   check_numbers("--from", arguments.from);
   std::optional<glm::dvec3> from_m;
   if (!arguments.from.empty()) from_m = glm::dvec3(arguments.from[0], arguments.from[1], arguments.from[2]);
@@ -193,7 +193,8 @@ int ray(const Arguments& arguments) {
   const double largest = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
   if (largest == 0.0) refuse("--direction is the zero vector");
   ray.direction = glm::vec3(glm::normalize(direction / largest));
-  if (!arguments.range.empty()) ray.lambda_max = static_cast<float>(distance_m("--range", arguments.range));
+  if (!arguments.range.empty())
+    ray.lambda_max = static_cast<float>(read_distance_m("--range", arguments.range));
   return each(arguments, "ray", [&](const RunHistory& history, Past& past, const Instant& instant) {
     ray.mask = history.mask_of(arguments.layers);
     ray.carrier = carrier_of(arguments, history);
@@ -214,7 +215,7 @@ void write_points(const std::string& file, const std::string& text) {
 int scan(const Arguments& arguments) {
   const RunHistory history(arguments.directory, arguments.salvage);
   const modules::RecordedScanner& scanner = history.scanner(arguments.scanner);
-  const std::int64_t at_ns = time_ns("--at", arguments.at);
+  const std::int64_t at_ns = read_time_ns("--at", arguments.at);
   history.check_time(at_ns);
   if (at_ns < scanner.description().first_sweep_ns)
     refuse("the scanner's first sweep begins at " +
@@ -230,13 +231,14 @@ int scan(const Arguments& arguments) {
 }
 
 int image(const Arguments& arguments) {
+  check_image_files(arguments.image, arguments.directory);
   std::size_t index = 0;
   return each(arguments, "image", [&](const RunHistory& history, Past& past, const Instant& instant) {
     const modules::RecordedCamera camera =
         camera_of(arguments.image, arguments.carrier, arguments.layers, history);
     const modules::StillImage still = past.image(camera, instant);
-    const ImageFiles files = image_files(arguments.image, index++, !arguments.until.empty());
-    write(still, arguments.image, files);
+    const ImageFileNames files = image_file_names(arguments.image, index++, !arguments.until.empty());
+    write_image(still, arguments.image, files);
     return describe_image(history, instant, camera.name, still, files);
   });
 }
@@ -274,7 +276,9 @@ void add_time_options(CLI::App* command, Arguments& arguments, bool series) {
 }
 
 void add_frame_options(CLI::App* command, Arguments& arguments) {
-  command->add_option("--layers", arguments.layers, "only entities in one of these layers: car,static")
+  command
+      ->add_option("--layers", arguments.layers,
+                   "only entities, and for images lights, in one of these layers: car,static")
       ->delimiter(',');
   command->add_option("--carried-by", arguments.carrier,
                       "positions are in that entity's frame and move with it");

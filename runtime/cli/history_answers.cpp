@@ -243,7 +243,7 @@ Answer describe_hits(const RunHistory& history, const Instant& instant, const rt
 }
 
 Answer describe_image(const RunHistory& history, const Instant& instant, const std::string& camera,
-                      const modules::StillImage& image, const ImageFiles& files) {
+                      const modules::StillImage& image, const ImageFileNames& files) {
   Answer answer;
   answer.json = of(instant);
   answer.json["camera"] = report::valid_utf8(camera);
@@ -253,6 +253,7 @@ Answer describe_image(const RunHistory& history, const Instant& instant, const s
   answer.json["height"] = image.height;
   answer.json["exposure_value"] = image.exposure_value;
   answer.json["in_daylight"] = image.is_in_daylight;
+  answer.json["is_dark"] = image.is_dark;
   answer.json["incomplete_pixels"] = image.incomplete_pixels;
   answer.json["lights_overflow"] = image.lights_overflow;
   answer.json["bodies"] = Json::array();
@@ -270,7 +271,8 @@ Answer describe_image(const RunHistory& history, const Instant& instant, const s
   answer.text = at(instant) + ": " + report::one_line(files.color) + ", " + std::to_string(image.width) +
                 " x " + std::to_string(image.height) + " pixels, exposure value " +
                 plain(image.exposure_value, 1) +
-                (image.is_in_daylight ? ", in daylight, since the world has no lights\n" : "\n");
+                (image.is_in_daylight ? ", in daylight, since it sees no light of the world\n" : "\n");
+  if (image.is_dark) answer.text += "  no light is in the camera's layers, so the image is black\n";
   if (image.incomplete_pixels > 0)
     answer.text += "  " + std::to_string(image.incomplete_pixels) +
                    " pixels lack light or show nothing: a search reached a limit of the device\n";

@@ -31,7 +31,8 @@ Answer describe_region(const history::RunHistory& history, const history::Instan
 Answer describe_hits(const history::RunHistory& history, const history::Instant& instant,
                      const rtstdb::Ray& ray, const std::vector<rtstdb::RayHit>& hits);
 Answer describe_image(const history::RunHistory& history, const history::Instant& instant,
-                      const std::string& camera, const modules::StillImage& image, const ImageFiles& files);
+                      const std::string& camera, const modules::StillImage& image,
+                      const ImageFileNames& files);
 Answer describe_sweep(const history::RunHistory& history, const std::string& scanner,
                       const history::Sweep& sweep);
 

@@ -7,6 +7,7 @@
 
 #include "runtime/cli/history_options.hpp"
 #include "runtime/history/history_error.hpp"
+#include "runtime/report/quantities.hpp"
 #include "runtime/run/image_files.hpp"
 #include "runtime/run/png_file.hpp"
 
@@ -19,12 +20,34 @@ glm::dvec3 point(const std::vector<double>& numbers) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
+struct Range {
+  double lowest = 0.0, highest = 0.0;
+};
+
+void check_range(const char* option, double value, const Range& range, const char* unit) {
+  if (value >= range.lowest && value <= range.highest) return;
+  refuse(report::to_ascii(std::string(option) + ": " + report::shortest(value) + unit + " is out of range; " +
+                          report::shortest(range.lowest) + " to " + report::shortest(range.highest) + unit +
+                          " are possible"));
+}
+
+std::uint32_t whole(const char* option, double value, const Range& range) {
+  check_range(option, value, range, "");
+  if (value != std::floor(value))
+    refuse(std::string(option) + ": " + report::shortest(value) + " is not whole");
+  return static_cast<std::uint32_t>(value);
+}
+
 /// The camera that stands where the options say.
 modules::RecordedCamera free_camera(const ImageArguments& arguments, const std::string& carrier,
                                     const history::RunHistory& history) {
   if (arguments.look_at.empty()) refuse("--position needs --look-at, the point that the camera looks at");
   check_numbers("--position", arguments.position);
   check_numbers("--look-at", arguments.look_at);
+  for (const std::vector<double>* numbers : {&arguments.position, &arguments.look_at})
+    for (const double number : *numbers)
+      check_range(numbers == &arguments.position ? "--position" : "--look-at", number,
+                  {-rtstdb::max_coordinate_m, rtstdb::max_coordinate_m}, " m");
   const glm::dvec3 from = point(arguments.position), to = point(arguments.look_at);
   if (glm::distance(from, to) < 1e-3) refuse("--look-at is --position, so the camera has no direction");
   modules::RecordedCamera camera = modules::camera_looking_at(from, to);
@@ -34,6 +57,21 @@ modules::RecordedCamera free_camera(const ImageArguments& arguments, const std::
   camera.carrier_index = entity.index;
   camera.carrier_generation = entity.generation;
   return camera;
+}
+
+/// A history changes nothing in the folder of the run, whose own files have such names.
+void check_file(const char* option, const std::string& file, const std::string& directory) {
+  namespace fs = std::filesystem;
+  std::string extension = fs::path(file).extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (extension != ".png")
+    refuse(std::string(option) + " " + file + ": the name of a PNG file ends with .png");
+  std::error_code error;
+  const fs::path target = fs::weakly_canonical(file, error), run = fs::weakly_canonical(directory, error);
+  const auto [end, ignored] = std::mismatch(run.begin(), run.end(), target.begin(), target.end());
+  if (end == run.end())
+    refuse(std::string(option) + " " + file +
+           " is in the folder of the run, in which a history changes nothing");
 }
 
 std::string numbered(const std::string& file, std::size_t index) {
@@ -49,7 +87,8 @@ void write_file(const run::PngImage& image, const std::string& file) {
 }
 
 double depth_step_m(const ImageArguments& arguments) {
-  const double step_m = distance_m("--depth-step", arguments.depth_step);
+  if (arguments.depth_step.empty()) return 1e-3;
+  const double step_m = read_distance_m("--depth-step", arguments.depth_step);
   if (step_m < 1e-5 || step_m > 10.0)
     refuse("--depth-step " + arguments.depth_step + ": 0.01 mm to 10 m are possible");
   return step_m;
@@ -76,6 +115,17 @@ void add_image_options(CLI::App* command, ImageArguments& a) {
   command->add_option("--depth-step", a.depth_step, "the depth of one unit of that file (default: 1mm)");
 }
 
+void check_image_files(const ImageArguments& arguments, const std::string& directory) {
+  check_file("--file", arguments.file, directory);
+  if (arguments.depth_file.empty()) {
+    if (!arguments.depth_step.empty()) refuse("--depth-step needs --depth-file");
+    return;
+  }
+  check_file("--depth-file", arguments.depth_file, directory);
+  if (arguments.depth_file == arguments.file) refuse("--file and --depth-file are the same file");
+  depth_step_m(arguments);
+}
+
 modules::RecordedCamera camera_of(const ImageArguments& arguments, const std::string& carrier,
                                   const std::vector<std::string>& layers,
                                   const history::RunHistory& history) {
@@ -86,35 +136,41 @@ modules::RecordedCamera camera_of(const ImageArguments& arguments, const std::st
   modules::RecordedCamera camera =
       is_free ? free_camera(arguments, carrier, history) : history.camera(arguments.camera);
   if (!arguments.size.empty()) {
-    camera.width = arguments.size[0];
-    camera.height = arguments.size[1];
+    camera.width = whole("--size", arguments.size[0], {1, rtstdb::max_image_side});
+    camera.height = whole("--size", arguments.size[1], {1, rtstdb::max_image_side});
   }
-  if (!arguments.field_of_view.empty())
+  if (!arguments.field_of_view.empty()) {
     camera.field_of_view_rad =
         read_option("--field-of-view", arguments.field_of_view, config::Quantity::angle_rad).value_si;
+    constexpr double degree = std::numbers::pi / 180.0;
+    check_range("--field-of-view", camera.field_of_view_rad / degree, {0.01, 179.0}, " deg");
+  }
   if (!arguments.mode.empty() && camera.is_real_time == (arguments.mode == path_traced_word)) {
     camera.is_real_time = !camera.is_real_time;
-    camera.has_shadow_maps = false;
-    camera.samples = camera.is_real_time ? 4 : 64;
+    camera.has_mapped_shadows = false;
+    camera.samples = modules::default_view_samples(camera.is_real_time);
   }
-  camera.samples = arguments.samples.value_or(camera.samples);
-  camera.bounces = arguments.bounces.value_or(camera.bounces);
+  if (arguments.samples)
+    camera.samples = whole("--samples", *arguments.samples, {1, rtstdb::max_image_samples});
+  if (arguments.bounces)
+    camera.bounces = whole("--bounces", *arguments.bounces, {0, rtstdb::max_image_bounces});
   if (arguments.exposure_value) {
+    check_range("--exposure-value", *arguments.exposure_value, {-20.0, 30.0}, "");
     camera.exposure_value = *arguments.exposure_value;
     camera.has_automatic_exposure = false;
   }
   if (!layers.empty()) camera.mask = history.mask_of(layers);
-  depth_step_m(arguments);  // refused before the image is made
   return camera;
 }
 
-ImageFiles image_files(const ImageArguments& arguments, std::size_t index, bool is_series) {
+ImageFileNames image_file_names(const ImageArguments& arguments, std::size_t index, bool is_series) {
   if (!is_series) return {arguments.file, arguments.depth_file};
   return {numbered(arguments.file, index),
           arguments.depth_file.empty() ? std::string() : numbered(arguments.depth_file, index)};
 }
 
-void write(const modules::StillImage& image, const ImageArguments& arguments, const ImageFiles& files) {
+void write_image(const modules::StillImage& image, const ImageArguments& arguments,
+                 const ImageFileNames& files) {
   write_file({.width = image.width, .height = image.height, .pixels = run::PngImage::Rgb8{image.rgb}},
              files.color);
   if (files.depth.empty()) return;

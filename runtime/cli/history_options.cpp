@@ -19,11 +19,11 @@ config::QuantityReading read_option(const char* option, const std::string& text,
   return reading;
 }
 
-std::int64_t time_ns(const char* option, const std::string& text) {
+std::int64_t read_time_ns(const char* option, const std::string& text) {
   return read_option(option, text, config::Quantity::duration_s).nanoseconds;
 }
 
-double distance_m(const char* option, const std::string& text) {
+double read_distance_m(const char* option, const std::string& text) {
   const double value_m = read_option(option, text, config::Quantity::length_m).value_si;
   if (value_m < 0.0) refuse(std::string(option) + " " + text + " is negative");
   if (value_m > rtstdb::max_coordinate_m)

@@ -18,9 +18,9 @@ namespace hil::cli {
 [[noreturn]] void refuse(const std::string& sentence);
 
 config::QuantityReading read_option(const char* option, const std::string& text, config::Quantity quantity);
-std::int64_t time_ns(const char* option, const std::string& text);
+std::int64_t read_time_ns(const char* option, const std::string& text);
 /// A distance in metres: at least 0, at most the size of a world.
-double distance_m(const char* option, const std::string& text);
+double read_distance_m(const char* option, const std::string& text);
 
 /// The numbers of an option; empty when it was not given.
 void check_numbers(const char* option, const std::vector<double>& numbers);

@@ -37,19 +37,28 @@ Field intensity_field(const char* about) {
                        Schema::quantity(Quantity::luminous_intensity_cd, min_light, max_intensity_cd), about);
 }
 
+Field light_position_field() {
+  return Field::with_default(
+      "position",
+      Schema::list(Schema::quantity(Quantity::length_m, -max_coordinate_m, max_coordinate_m), 3, 3),
+      "[0 m, 0 m, 0 m]",
+      "Where the light is in the frame of its entity. In a body: in front of its surface, which hides it "
+      "otherwise.");
+}
+
 Field name_field() {
   return Field::needed("name", Schema::name(), "The light's name, unique in the world.");
 }
 
-std::array<double, 3> channels_of(const Value& color) {
-  return {color.items()[0].number(), color.items()[1].number(), color.items()[2].number()};
+std::array<double, 3> three_of(const Value& list) {
+  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
 }
 
 /// Luminance times colour; black without the field.
 std::array<double, 3> luminance_in(const Value& record, const char* field) {
   if (!record.has(field)) return {};
   const Value& value = record[field];
-  std::array<double, 3> channels = channels_of(value["color"]);
+  std::array<double, 3> channels = three_of(value["color"]);
   for (double& channel : channels)
     channel *= value["luminance"].number();
   return channels;
@@ -59,7 +68,7 @@ WorldMaterial read_material(const Value& value, Diagnostics& /*diagnostics*/) {
   return {.name = word_of(value["name"]),
           .reflectance = value["reflectance"].number(),
           .retro_gain = value.has("retro_gain") ? value["retro_gain"].number() : 0.0,
-          .base_color = channels_of(value["base_color"]),
+          .base_color = three_of(value["base_color"]),
           .metallic = value["metallic"].number(),
           .roughness = value["roughness"].number(),
           .emission_cdpm2 = luminance_in(value, "emission"),
@@ -68,7 +77,7 @@ WorldMaterial read_material(const Value& value, Diagnostics& /*diagnostics*/) {
 }
 
 void check_color(const Value& color, Diagnostics& diagnostics) {
-  if (std::ranges::all_of(channels_of(color), [](double channel) { return channel == 0.0; }))
+  if (std::ranges::all_of(three_of(color), [](double channel) { return channel == 0.0; }))
     diagnostics.add(color.place(), "'color' is 0 in all channels; one has to be above 0");
 }
 
@@ -92,13 +101,14 @@ WorldLight read_light(const Value& value, Diagnostics& diagnostics) {
     return light;
   }
   check_color(value["color"], diagnostics);
-  light.color = channels_of(value["color"]);
+  light.color = three_of(value["color"]);
   if (light.kind == "directional") {
     light.illuminance_lx = value["illuminance"].number();
     light.angular_diameter_rad = value["angular_diameter"].number();
     return light;
   }
   light.intensity_cd = value["intensity"].number();
+  light.position_m = three_of(value["position"]);
   if (light.kind == "spot") {
     check_spot(value, diagnostics);
     light.inner_angle_rad = value["inner_angle"].number();
@@ -170,17 +180,16 @@ Schema light_schema() {
                                Schema::quantity(Quantity::angle_rad, 0.0, max_angular_diameter_rad), "0 deg",
                                "The diameter of the disc that the light comes from. 0 deg: shadows are "
                                "sharp.")}));
-  kinds.emplace_back("point",
-                     Schema::record({name_field(),
-                                     intensity_field("The luminous intensity, equal in all directions "
-                                                     "from the origin of its entity."),
-                                     light_color_field()}));
+  kinds.emplace_back(
+      "point",
+      Schema::record({name_field(), intensity_field("The luminous intensity, equal in all directions."),
+                      light_color_field(), light_position_field()}));
   kinds.emplace_back(
       "spot",
       Schema::record(
           {name_field(),
            intensity_field("The luminous intensity around x of its entity, within the inner angle."),
-           light_color_field(),
+           light_color_field(), light_position_field(),
            Field::with_default("inner_angle", angle, "0 deg",
                                "The full angle of the cone with the full intensity."),
            Field::needed("outer_angle",

@@ -33,6 +33,7 @@ struct WorldLight {
   Word name;
   std::string kind;  ///< rtstdb::to_string(LightKind)
   std::array<double, 3> color{1.0, 1.0, 1.0};
+  std::array<double, 3> position_m{};  ///< in the entity's frame
   double illuminance_lx = 0.0;
   double intensity_cd = 0.0;
   double inner_angle_rad = 0.0, outer_angle_rad = 0.0;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/rotation.hpp"
@@ -264,7 +265,9 @@ void read_beams(const Value& list, World& world, Diagnostics& diagnostics) {
   }
 }
 
-/// The image is as wide as high, or wider or higher, by its pixels.
+/// A limit of the time for which the end of a run waits for a view.
+constexpr std::uint64_t max_view_points = std::uint64_t{1} << 26;
+
 void check_view(const Value& value, const WorldView& view, Diagnostics& diagnostics) {
   constexpr double min_distance_m = 1e-3;
   constexpr double max_half_tangent = 999.0;  // as of a camera
@@ -273,10 +276,20 @@ void check_view(const Value& value, const WorldView& view, Diagnostics& diagnost
   if (length({to[0] - from[0], to[1] - from[1], to[2] - from[2]}) < min_distance_m)
     diagnostics.add(value["look_at"].place(),
                     "'look_at' is 'position', so the view has no direction; give another point");
-  if (std::tan(0.5 * view.field_of_view_rad) * view.height / view.width > max_half_tangent)
+  const double half_height = std::tan(0.5 * view.field_of_view_rad) * view.height / view.width;
+  if (half_height > max_half_tangent)
     diagnostics.add(value["field_of_view"].place(),
-                    "'field_of_view' is horizontal: the vertical one of these pixels is above 179.88 deg; "
-                    "use fewer rows or a smaller angle");
+                    "'field_of_view' is horizontal: the vertical one of these pixels is " +
+                        format_number(2.0 * std::atan(half_height) * 180.0 / std::numbers::pi) +
+                        " deg; at most 179.88 deg are possible: use fewer rows or a smaller angle");
+  const std::uint64_t points =
+      std::uint64_t{view.width} * view.height * std::uint64_t{view.samples.value_or(1)};
+  if (points > max_view_points)
+    diagnostics.add(value["samples"].place(), "the view has " + std::to_string(points) +
+                                                  " points (pixels times samples), for which the end of the "
+                                                  "run would have to wait; at most " +
+                                                  std::to_string(max_view_points) +
+                                                  " are possible: take a finer image by hil history");
 }
 
 void read_views(const Value& list, World& world, Diagnostics& diagnostics) {

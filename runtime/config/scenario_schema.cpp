@@ -212,7 +212,7 @@ Schema view_schema() {
                       "Points or light paths of a pixel. Left out: 4, or 64 with mode path_traced."),
       Field::with_default("bounces", Schema::integer(0, 64), "1",
                           "Reflections before light reaches the view. With 2 or more, surfaces light each "
-                          "other, which takes about ten times as long."),
+                          "other, which takes far longer."),
       Field::optional("exposure_value", Schema::number(-20.0, 30.0),
                       "Exposure value at ISO 100, as of a camera. Left out: by the brightness of the image."),
       Field::optional("layers", Schema::list(Schema::name(), 1, Layers::capacity),

@@ -223,7 +223,8 @@ const modules::RecordedCamera& RunHistory::camera(const std::string& name) const
   throw HistoryError(
       Kind::question,
       "the run has no camera '" + name + "'" +
-          config::suggestion(name, names_in(cameras_, [](const auto& camera) { return camera.name; })));
+          config::suggestion(name, names_in(cameras_, [](const auto& camera) { return camera.name; })) +
+          (damage_.empty() ? std::string() : "; " + damage()));
 }
 
 }  // namespace hil::history

@@ -25,7 +25,7 @@ struct CameraStreamOptions {
   /// A file holds depths as multiples of this; 0: no files of depths.
   double depth_step_m = 0.0;
   SensorOptions sensor{};
-  /// No file is begun once the files of the stream have so many bytes.
+  /// No file is begun once the files of the stream have this size.
   std::uint64_t max_bytes = 0;
 };
 

@@ -57,6 +57,10 @@ struct Ports {
   std::vector<config::Word> bodies{};
   /// Materials of world.materials that the parameters name, with their places.
   std::vector<config::Word> materials{};
+  /// The same of world.lights.
+  std::vector<config::Word> lights{};
+  /// The module takes pictures, which are black in a world without light.
+  bool needs_light = false;
   /// Bodies of world.entities whose motion the module writes, with their places in the scenario. A body is
   /// moved by one module.
   std::vector<config::Word> moves{};
@@ -110,6 +114,8 @@ struct TaskParameters {
   /// The step runs on a task thread: its outputs become visible at the deadline, and it reads the version of
   /// the release (StepContext::version), whatever is committed while it runs.
   bool own_thread = false;
+  /// From the release until the outputs of the step are visible.
+  std::int64_t visible_after_ns() const noexcept { return own_thread ? deadline_ns : 0; }
   /// By input name; filled in only for create().
   std::map<std::string, ValueNames> value_names = {};
   /// The outputs of a module whose type computes relations; filled in only for create().

@@ -31,7 +31,7 @@ RecordedCamera camera_looking_at(const glm::dvec3& position_m, const glm::dvec3&
   camera.position_m = {position_m.x, position_m.y, position_m.z};
   camera.rotation_wxyz = {q.w, q.x, q.y, q.z};
   camera.is_real_time = true;
-  camera.samples = 4;
+  camera.samples = default_view_samples(true);
   camera.bounces = 1;
   camera.has_automatic_exposure = true;
   camera.has_daylight = true;
@@ -50,7 +50,7 @@ rtstdb::ImageQueryOptions image_options_of(const RecordedCamera& camera,
           .first_hits = can_be_drawn ? rtstdb::FirstHits::rasterised : rtstdb::FirstHits::traced,
           .samples_per_pixel = camera.samples,
           .bounces = camera.bounces,
-          .shadows = camera.has_shadow_maps ? rtstdb::Shadows::mapped : rtstdb::Shadows::traced,
+          .shadows = camera.has_mapped_shadows ? rtstdb::Shadows::mapped : rtstdb::Shadows::traced,
           .emitter_points = camera.emitter_points,
           .lobe_rays = camera.lobe_rays};
 }

@@ -32,14 +32,14 @@ struct RecordedCamera {
   double field_of_view_rad = 1.0;  ///< horizontal
   double near_m = 0.01;
   std::int64_t row_time_ns = 0, exposure_ns = 0;
-  bool is_real_time = false, has_shadow_maps = false;
+  bool is_real_time = false, has_mapped_shadows = false;
   std::uint32_t samples = 16, bounces = 2;
   std::uint32_t emitter_points = 16, lobe_rays = 16;  ///< of real-time mode
   std::uint32_t mask = rtstdb::mask_all;
   std::int64_t seed = 0;  ///< of light paths and noise
   double exposure_value = 12.0;
   bool has_automatic_exposure = false;  ///< instead of exposure_value (still_image.hpp)
-  bool has_daylight = false;            ///< lights a world without lights (still_image.hpp)
+  bool has_daylight = false;            ///< where the camera sees no light (still_image.hpp)
   double full_well_e = 0.0, read_noise_e = 0.0;
 
   rtstdb::EntityId carrier() const noexcept { return {carrier_index, carrier_generation}; }
@@ -57,7 +57,7 @@ struct RecordedCamera {
     visit("row_time_ns", self.row_time_ns);
     visit("exposure_ns", self.exposure_ns);
     visit("real_time", self.is_real_time);
-    visit("shadow_maps", self.has_shadow_maps);
+    visit("mapped_shadows", self.has_mapped_shadows);
     visit("samples", self.samples);
     visit("bounces", self.bounces);
     visit("emitter_points", self.emitter_points);
@@ -76,11 +76,16 @@ contribution::ModuleRecord to_module_record(const RecordedCamera& camera);
 /// Throws RecordError with the name of the property. What an image query refuses is not checked.
 RecordedCamera to_recorded_camera(const contribution::ModuleRecord& record);
 
+/// Points (real-time mode) or light paths of a pixel of a picture for a reader, by default.
+constexpr std::uint32_t default_view_samples(bool is_real_time) noexcept {
+  return is_real_time ? 4 : 64;
+}
+
 /// A camera that looks from one point to another, and what a picture for a reader needs: automatic exposure,
 /// daylight, and real-time mode. Misuse: both points are the same.
 RecordedCamera camera_looking_at(const glm::dvec3& position_m, const glm::dvec3& target_m);
 
-/// Of a query for images of this camera.
+/// The options of a query for images of this camera.
 rtstdb::ImageQueryOptions image_options_of(const RecordedCamera& camera, const rtstdb::ImageOutputs& outputs);
 /// The camera of the image whose exposure begins at this run time.
 rtstdb::Camera camera_at(const RecordedCamera& camera, std::int64_t time_ns) noexcept;

@@ -4,15 +4,17 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <thread>
 #include <utility>
 
 namespace hil::modules {
 namespace {
 
-/// A hazy day, with the sun in the south-west, 45 degrees high.
+/// A hazy day, with the sun in the south, 30 degrees towards the west and 45 degrees high.
 std::vector<rtstdb::FixedLight> daylight() {
   constexpr double degree = std::numbers::pi / 180.0;
   const glm::dquat azimuth = glm::angleAxis(60.0 * degree, glm::dvec3(0.0, 0.0, 1.0));
@@ -42,7 +44,6 @@ rtstdb::Result<bool> has_light(const rtstdb::Database& database, const rtstdb::R
   });
 }
 
-/// ISO 12232, as ImageSensor: the luminance of white is 1.2 * 2^value.
 double automatic_exposure_value(std::span<const rtstdb::HalfColor> color, double without_light) {
   constexpr double middle_grey = 0.25;
   double sum = 0.0;
@@ -56,7 +57,7 @@ double automatic_exposure_value(std::span<const rtstdb::HalfColor> color, double
     ++count;
   }
   if (count == 0) return without_light;
-  return sum / static_cast<double>(count) - std::log2(1.2 * middle_grey);
+  return sum / static_cast<double>(count) - std::log2(middle_grey * rtstdb::white_cdpm2(0.0));
 }
 
 /// The pixels of a running camera are sRGB already unless it has noise.
@@ -90,25 +91,36 @@ StillImage still_of(const rtstdb::Image& image, const RecordedCamera& camera, st
           .lights_overflow = image.lights_overflow};
 }
 
+/// Executes the transaction, and cancels it when `stop` becomes true.
+const rtstdb::Outcome& execute_until(rtstdb::Database& database, rtstdb::Transaction& transaction,
+                                     const std::atomic<bool>* stop) {
+  if (stop == nullptr) return database.execute(transaction);
+  database.submit(transaction);
+  while (transaction.status() == rtstdb::Status::pending) {
+    if (stop->load()) database.cancel(transaction);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return database.wait(transaction);
+}
+
 }  // namespace
 
 rtstdb::Result<StillImage> take_still_image(rtstdb::Database& database, RecordedCamera camera,
-                                            const rtstdb::ReadAt& read_at, std::int64_t time_ns) {
+                                            const rtstdb::ReadAt& read_at, std::int64_t time_ns,
+                                            const std::atomic<bool>* stop) {
   const bool is_linear = camera.has_automatic_exposure || camera.full_well_e > 0.0;
   rtstdb::ImageQueryOptions options =
       image_options_of(camera, {.color = is_linear, .srgb = !is_linear, .depth = true, .identity = true});
-  if (camera.has_daylight) {
-    const auto lit = has_light(database, read_at, camera.mask);
-    if (!lit) return lit.error();
-    if (!lit.value()) options.fixed_lights = daylight();
-  }
+  const auto lit = has_light(database, read_at, camera.mask);
+  if (!lit) return lit.error();
+  if (camera.has_daylight && !lit.value()) options.fixed_lights = daylight();
   const auto query = database.prepare(options);
   if (!query) return query.error();
   query.value()->cameras()[0] = camera_at(camera, time_ns);
   const auto transaction = database.make_transaction({.max_queries = 1});
   transaction->begin({.read_at = read_at});
   transaction->add_query(*query.value(), 1);
-  const rtstdb::Outcome& outcome = database.execute(*transaction);
+  const rtstdb::Outcome& outcome = execute_until(database, *transaction, stop);
   if (!outcome.done()) {
     const bool is_lost = outcome.status == rtstdb::Status::device_lost;
     return rtstdb::Error{is_lost ? rtstdb::ErrorCode::device_lost : rtstdb::ErrorCode::bad_input,
@@ -119,6 +131,7 @@ rtstdb::Result<StillImage> take_still_image(rtstdb::Database& database, Recorded
     camera.exposure_value = automatic_exposure_value(image.color, camera.exposure_value);
   StillImage still = still_of(image, camera, time_ns);
   still.is_in_daylight = !options.fixed_lights.empty();
+  still.is_dark = !lit.value() && !still.is_in_daylight;
   return still;
 }
 

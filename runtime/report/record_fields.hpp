@@ -386,7 +386,7 @@ void each_field(T& view, Visit&& visit) {
   visit("time_ns", view.time_ns);
   visit("exposure_value", view.exposure_value);
   visit("in_daylight", view.in_daylight);
-  visit("lacks_lights", view.lacks_lights);
+  visit("lights_overflow", view.lights_overflow);
   visit("incomplete_pixels", view.incomplete_pixels);
   visit("file", view.file);
   visit("image_png", view.image_png);

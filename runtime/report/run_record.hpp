@@ -331,8 +331,8 @@ struct View {
   std::string name;
   std::int64_t time_ns = 0;
   double exposure_value = 0.0;
-  bool in_daylight = false;             ///< the world has no lights, so a sun and a sky light the image
-  bool lacks_lights = false;            ///< the world has more lights than an image may have
+  bool in_daylight = false;             ///< it sees no light of the world; a sun and a sky light it
+  bool lights_overflow = false;         ///< the world has more lights than an image may have
   std::uint64_t incomplete_pixels = 0;  ///< lack light or show nothing
   std::string file{};                   ///< in the folder of the run; empty: it could not be written
   std::string image_png{};              ///< as Camera::last_image_png

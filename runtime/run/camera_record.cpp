@@ -1,23 +1,13 @@
 #include "runtime/run/camera_record.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <string>
 
-#include <rtstdb/srgb.hpp>
-
 #include "runtime/report/quantities.hpp"
-#include "runtime/run/base64.hpp"
-#include "runtime/run/png_file.hpp"
+#include "runtime/run/report_image.hpp"
 
 namespace hil::run {
 namespace {
-
-std::uint8_t srgb_of(double linear) {
-  return static_cast<std::uint8_t>(
-      std::lround(255.0 * rtstdb::srgb_from_linear(std::clamp(linear, 0.0, 1.0))));
-}
 
 /// "1 image of camera front is not in a file".
 std::string images_without_file(std::uint64_t count, const std::string& which) {
@@ -40,33 +30,6 @@ void add_sentences(const CameraFileRecord& files, report::RunRecord& record) {
 
 }  // namespace
 
-SmallImage reduced(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb,
-                   std::uint64_t max_pixels) {
-  const auto count_at = [](std::uint32_t side, std::uint32_t factor) { return (side + factor - 1) / factor; };
-  std::uint32_t factor = 1;
-  while (std::uint64_t{count_at(width, factor)} * count_at(height, factor) > max_pixels)
-    ++factor;
-  if (factor == 1) return {width, height, {rgb.begin(), rgb.end()}};
-  std::array<double, 256> linear{};
-  for (std::size_t i = 0; i < linear.size(); ++i)
-    linear[i] = rtstdb::linear_from_srgb(static_cast<double>(i) / 255.0);
-  SmallImage small{count_at(width, factor), count_at(height, factor), {}};
-  small.rgb.reserve(std::size_t{3} * small.width * small.height);
-  for (std::uint32_t y = 0; y < height; y += factor) {
-    for (std::uint32_t x = 0; x < width; x += factor) {
-      const std::uint32_t end_x = std::min(x + factor, width), end_y = std::min(y + factor, height);
-      for (std::size_t channel = 0; channel < 3; ++channel) {
-        double sum = 0.0;
-        for (std::uint32_t row = y; row < end_y; ++row)
-          for (std::uint32_t column = x; column < end_x; ++column)
-            sum += linear[rgb[3 * (std::size_t{row} * width + column) + channel]];
-        small.rgb.push_back(srgb_of(sum / ((end_x - x) * (end_y - y))));
-      }
-    }
-  }
-  return small;
-}
-
 void add_cameras(std::span<const contribution::Camera> cameras, std::span<const CameraFileRecord> files,
                  report::RunRecord& record) {
   for (const contribution::Camera& camera : cameras) {
@@ -82,11 +45,8 @@ void add_cameras(std::span<const contribution::Camera> cameras, std::span<const 
       entry.last_time_ns = found->last_time_ns;
       if (found->last_time_ns && record.period_ns > 0)
         entry.last_tick = static_cast<std::uint64_t>(*found->last_time_ns / record.period_ns);
-      if (!found->last_rgb.empty()) {
-        const SmallImage small = reduced(found->width, found->height, found->last_rgb, max_report_pixels);
-        entry.last_image_png = base64(
-            png_bytes({.width = small.width, .height = small.height, .pixels = PngImage::Rgb8{small.rgb}}));
-      }
+      if (!found->last_rgb.empty())
+        entry.last_image_png = report_png(found->width, found->height, found->last_rgb);
       add_sentences(*found, record);
     }
     record.cameras.push_back(std::move(entry));

@@ -152,14 +152,21 @@ bool RunWorld::check() {
   return can_go_on;
 }
 
+/// The user may stop the drawing; that he has stopped the run before is no reason to leave the views out.
+void RunWorld::draw_views_into(std::int64_t end_ns, report::RunRecord& record,
+                               std::vector<std::string>& faults) {
+  if (views_.empty()) return;
+  context_.log.info("draws " + report::counted(views_.size(), "view", "views"));
+  const std::atomic<bool>* const stop = context_.stop_requested.load() ? nullptr : &context_.stop_requested;
+  for (std::string& fault : draw_views(views_, *database_, end_ns, context_.options.directory, stop, record))
+    faults.push_back(std::move(fault));
+}
+
 std::vector<std::string> RunWorld::close(std::int64_t end_ns, report::RunRecord& record) {
   std::vector<std::string> faults = point_clouds_.close();
   if (database_ != nullptr) {
     last_motions_ = motions_of_scenery();
-    if (!device_lost()) {
-      for (std::string& fault : draw_views(views_, *database_, end_ns, context_.options.directory, record))
-        faults.push_back(std::move(fault));
-    }
+    if (!device_lost()) draw_views_into(end_ns, record, faults);
   }
   camera_records_ = camera_files_.close();
   if (database_ == nullptr) return faults;

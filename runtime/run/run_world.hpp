@@ -58,6 +58,7 @@ class RunWorld {
  private:
   void open_database();
   void write_world_record() const;
+  void draw_views_into(std::int64_t end_ns, report::RunRecord& record, std::vector<std::string>& faults);
   std::vector<rtstdb::Motion> motions_of_scenery() const;
   void add_unanswered_runs(report::RunRecord& record) const;
 

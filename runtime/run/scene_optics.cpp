@@ -24,6 +24,7 @@ rtstdb::Material material_of(const config::WorldMaterial& material) {
 
 rtstdb::Light light_of(const config::WorldLight& light) {
   rtstdb::Light made{.color = channels(light.color),
+                     .p_m = channels(light.position_m),
                      .illuminance_lx = light.illuminance_lx,
                      .intensity_cd = light.intensity_cd,
                      .inner_angle_rad = light.inner_angle_rad,

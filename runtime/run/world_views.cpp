@@ -3,10 +3,9 @@
 #include <utility>
 
 #include "runtime/modules/still_image.hpp"
-#include "runtime/run/base64.hpp"
-#include "runtime/run/camera_record.hpp"
 #include "runtime/run/image_files.hpp"
 #include "runtime/run/png_file.hpp"
+#include "runtime/run/report_image.hpp"
 
 namespace hil::run {
 namespace {
@@ -29,7 +28,7 @@ modules::RecordedCamera camera_of(const config::WorldView& view, const modules::
   camera.height = view.height;
   camera.field_of_view_rad = view.field_of_view_rad;
   camera.is_real_time = !view.is_path_traced;
-  camera.samples = view.samples.value_or(view.is_path_traced ? 64 : 4);
+  camera.samples = view.samples.value_or(modules::default_view_samples(!view.is_path_traced));
   camera.bounces = view.bounces;
   if (view.exposure_value) {
     camera.exposure_value = *view.exposure_value;
@@ -44,17 +43,17 @@ modules::RecordedCamera camera_of(const config::WorldView& view, const modules::
 
 /// The sentence of what is missing; empty: nothing.
 std::string draw(const modules::RecordedCamera& camera, rtstdb::Database& database, std::int64_t time_ns,
-                 const std::filesystem::path& folder, report::View& view) {
-  const auto still = modules::take_still_image(database, camera, {}, time_ns);
+                 const std::filesystem::path& folder, const std::atomic<bool>* stop, report::View& view) {
+  const auto still = modules::take_still_image(database, camera, {}, time_ns, stop);
+  if (!still && stop != nullptr && stop->load())
+    return "the view " + camera.name + " is missing: the drawing was stopped";
   if (!still) return "the view " + camera.name + " could not be drawn: " + still.error().message;
   const modules::StillImage& image = still.value();
   view.exposure_value = image.exposure_value;
   view.in_daylight = image.is_in_daylight;
-  view.lacks_lights = image.lights_overflow;
+  view.lights_overflow = image.lights_overflow;
   view.incomplete_pixels = image.incomplete_pixels;
-  const SmallImage small = reduced(image.width, image.height, image.rgb, max_report_pixels);
-  view.image_png =
-      base64(png_bytes({.width = small.width, .height = small.height, .pixels = PngImage::Rgb8{small.rgb}}));
+  view.image_png = report_png(image.width, image.height, image.rgb);
   const std::filesystem::path file = folder / ("view-" + camera.name + ".png");
   std::string fault =
       write_png({.width = image.width, .height = image.height, .pixels = PngImage::Rgb8{image.rgb}}, file);
@@ -74,7 +73,8 @@ std::vector<modules::RecordedCamera> cameras_of_views(const config::World& scena
 
 std::vector<std::string> draw_views(std::span<const modules::RecordedCamera> views,
                                     rtstdb::Database& database, std::int64_t time_ns,
-                                    const std::filesystem::path& run_folder, report::RunRecord& record) {
+                                    const std::filesystem::path& run_folder, const std::atomic<bool>* stop,
+                                    report::RunRecord& record) {
   if (views.empty()) return {};
   std::vector<std::string> faults;
   const std::filesystem::path folder = image_folder(run_folder);
@@ -82,7 +82,7 @@ std::vector<std::string> draw_views(std::span<const modules::RecordedCamera> vie
   std::filesystem::create_directories(folder, error);  // write_png says what is wrong with it
   for (const modules::RecordedCamera& camera : views) {
     report::View view{.name = camera.name, .time_ns = time_ns};
-    if (std::string fault = draw(camera, database, time_ns, folder, view); !fault.empty())
+    if (std::string fault = draw(camera, database, time_ns, folder, stop, view); !fault.empty())
       faults.push_back(std::move(fault));
     if (!view.image_png.empty()) record.views.push_back(std::move(view));
   }

@@ -3,6 +3,7 @@
 //
 // Threads: setup, and after the last tick; allocates, blocks and writes files.
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -23,9 +24,11 @@ std::vector<modules::RecordedCamera> cameras_of_views(const config::World& scena
                                                       const modules::World& world);
 
 /// Draws the views of the latest version at a run time into record.views, and as images/view-<name>.png into
-/// the folder of the run. Returns a sentence for each that could not be drawn or written.
+/// the folder of the run. Returns a sentence for each that could not be drawn or written. `stop`: null, or
+/// ends the drawing when it becomes true.
 std::vector<std::string> draw_views(std::span<const modules::RecordedCamera> views,
                                     rtstdb::Database& database, std::int64_t time_ns,
-                                    const std::filesystem::path& run_folder, report::RunRecord& record);
+                                    const std::filesystem::path& run_folder, const std::atomic<bool>* stop,
+                                    report::RunRecord& record);
 
 }  // namespace hil::run

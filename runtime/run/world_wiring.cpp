@@ -70,7 +70,9 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
       if (std::find(known.begin(), known.end(), word.text) == known.end()) visit(word);
   };
   const bool all_layers_are_known = world.layers_are_listed || all_modules_exist(wiring);
-  std::vector<std::string> bodies = bodies_of(world), materials;
+  std::vector<std::string> bodies = bodies_of(world), materials, lights;
+  for (const config::WorldLight& light : world.lights)
+    lights.push_back(light.name.text);
   for (const config::WorldMaterial& material : world.materials)
     materials.push_back(material.name.text);
   for (const WiredModule& wired : wiring.modules) {
@@ -87,12 +89,57 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
       diagnostics.add(material.place, "there is no material '" + material.text + "' in world.materials" +
                                           config::suggestion(material.text, materials));
     });
+    for_each_missing(ports.lights, lights, [&](const Word& light) {
+      diagnostics.add(light.place, "there is no light '" + light.text + "' in world.lights" +
+                                       config::suggestion(light.text, lights));
+    });
     for_each_missing(ports.bodies, bodies, [&](const Word& body) {
       diagnostics.add(body.place, missing_body(world, body.text, "body", "", bodies));
     });
     for (const std::string& made : ports.makes)
       bodies.push_back(wired.section->module.text + "." + made);
   }
+}
+
+/// Whether an entity or a vehicle has the light.
+bool is_used(const config::WorldLight& light, const Wiring& wiring) {
+  const auto has_name = [&](const Word& word) { return word.text == light.name.text; };
+  for (const WiredModule& wired : wiring.modules)
+    if (wired.module != nullptr && std::ranges::any_of(wired.module->ports().lights, has_name)) return true;
+  return std::ranges::any_of(wiring.scenario->world.entities, [&](const config::WorldEntity& entity) {
+    return entity.light && has_name(*entity.light);
+  });
+}
+
+/// Whether a body has a material that emits light.
+bool has_emitter(const config::World& world) {
+  for (const config::WorldMaterial& material : world.materials) {
+    if (material.emission_cdpm2 == std::array<double, 3>{}) continue;
+    for (const config::WorldEntity& entity : world.entities)
+      if (entity.material && entity.material->text == material.name.text) return true;
+  }
+  return false;
+}
+
+/// A light that nothing has lights nothing, and images of a world without light are black.
+void check_lights(const Wiring& wiring, Diagnostics& diagnostics) {
+  const config::World& world = wiring.scenario->world;
+  if (!all_modules_exist(wiring)) return;  // their lights are not known
+  bool is_lit = has_emitter(world);
+  for (const config::WorldLight& light : world.lights) {
+    if (is_used(light, wiring)) {
+      is_lit = true;
+    } else {
+      diagnostics.warn(light.name.place,
+                       "no entity names the light '" + light.name.text + "', so it lights nothing");
+    }
+  }
+  if (is_lit) return;
+  for (const WiredModule& wired : wiring.modules)
+    if (wired.module->ports().needs_light)
+      diagnostics.warn(wired.section->module.place, "the images of module " + wired.section->module.text +
+                                                        " are black: no entity has a light, or a material "
+                                                        "that emits light");
 }
 
 /// Views look at bodies of the scenario and of all modules.
@@ -192,6 +239,7 @@ void wire_world(Wiring& wiring, Diagnostics& diagnostics) {
   add_layers(wiring, diagnostics);
   check_names(wiring, diagnostics);
   check_views(wiring, diagnostics);
+  check_lights(wiring, diagnostics);
   check_moved_bodies(wiring, diagnostics);
   check_capacity(wiring, diagnostics);
 }

@@ -45,7 +45,8 @@ class BoxInRow {
  private:
   void find_columns(std::uint32_t height, std::uint32_t row) noexcept;
 
-  double half_width_, down_, near_m_;  // tangents
+  double half_width_, down_;  // tangents
+  double near_m_;
   std::uint32_t width_;
   glm::dmat3 to_box_;
   glm::dvec3 eye_m_, half_m_;  // in the frame of the box

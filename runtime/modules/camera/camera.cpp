@@ -8,14 +8,14 @@
 #include <utility>
 
 #include "runtime/config/numbers.hpp"
+#include "runtime/modules/answer_digest.hpp"
 #include "runtime/modules/camera/camera_options.hpp"
 #include "runtime/modules/camera/camera_ports.hpp"
 #include "runtime/modules/camera/image_schedule.hpp"
 #include "runtime/modules/camera/visible_bodies.hpp"
 #include "runtime/modules/camera/visible_share.hpp"
-#include "runtime/modules/laser_scanner/answer_digest.hpp"
-#include "runtime/modules/laser_scanner/receiver.hpp"
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/noise_seed.hpp"
 #include "runtime/modules/recorded_camera.hpp"
 
 namespace hil::modules {
@@ -46,7 +46,7 @@ class CameraModule final : public Module {
   const ImageSchedule schedule_;
   const Ports ports_;
   std::string instance_;
-  std::int64_t first_release_ns_ = 0, period_ns_ = 0;
+  std::int64_t first_release_ns_ = 0, period_ns_ = 0, visible_after_ns_ = 0;
 
   const World* world_ = nullptr;
   rtstdb::Database* database_ = nullptr;
@@ -99,7 +99,7 @@ RecordedCamera CameraModule::describe_camera() const {
           .row_time_ns = options_.row_time_ns,
           .exposure_ns = options_.exposure_ns,
           .is_real_time = options_.is_real_time(),
-          .has_shadow_maps = options_.shadows == rtstdb::Shadows::mapped,
+          .has_mapped_shadows = options_.shadows == rtstdb::Shadows::mapped,
           .samples = options_.samples,
           .bounces = options_.bounces,
           .emitter_points = options_.emitter_points,
@@ -114,6 +114,7 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
   instance_ = task.instance;
   first_release_ns_ = task.offset_ns;
   period_ns_ = task.period_ns;
+  visible_after_ns_ = task.visible_after_ns();
   const std::string caller = "module " + task.instance;
   world_ = &world;
   database_ = &world.database();
@@ -149,8 +150,7 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
 void CameraModule::step(StepContext& context) noexcept {
   const auto release = static_cast<std::uint64_t>((context.time_ns - first_release_ns_) / period_ns_);
   if (schedule_.image_of(release)) take_image(context);
-  // The outputs become visible at the deadline, so the age counts until then.
-  const std::int64_t seen_ns = context.time_ns + context.period_ns;
+  const std::int64_t seen_ns = context.time_ns + visible_after_ns_;
   context.outputs[CameraOutputs::age()] = images_ == 0 ? std::numeric_limits<double>::quiet_NaN()
                                                        : static_cast<double>(seen_ns - last_image_ns_) * 1e-6;
 }
@@ -268,7 +268,7 @@ void CameraModule::contribute(contribution::Contribution& report) const {
   };
   if (!schedule_.is_even())
     note(first_release_ns_,
-         "an image is " + config::format_number(schedule_.releases_per_image()) +
+         "the time between images is " + config::format_number(schedule_.releases_per_image()) +
              " periods of the task, no whole number; each is taken at the nearest release");
   if (options_.shadows == rtstdb::Shadows::mapped && !database_->device().draws)
     note(first_release_ns_,

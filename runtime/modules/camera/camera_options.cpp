@@ -7,13 +7,14 @@
 
 #include "runtime/config/numbers.hpp"
 #include "runtime/config/rotation.hpp"
+#include "runtime/config/units.hpp"
 #include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {
 
-/// Of half an angle of view; a little below what the database takes.
-constexpr double max_half_tangent = 999.0;
+/// Of half an angle of view: below what the database takes, whose numbers are rounded.
+constexpr double max_half_tangent = 0.999 * rtstdb::max_image_half_tangent;
 /// Rates are decimal numbers, which may be rounded.
 constexpr double rate_slack = 1.0 + 1e-9;
 
@@ -61,11 +62,11 @@ void check_times(const config::Value& parameters, const CameraOptions& options, 
   if (options.readout_ns() > longest_ns) {
     const bool rows = options.row_time_ns > 0;
     diagnostics.add(parameters[rows ? "row_time" : "exposure_time"].place(),
-                    "an image takes " + std::to_string(options.readout_ns()) +
-                        " ns from the begin of its first row's exposure to the end of its last one's; at "
+                    "an image takes " + config::format_duration(options.readout_ns()) +
+                        " from the begin of its first row's exposure to the end of its last one's; at "
                         "most " +
-                        std::to_string(longest_ns) +
-                        " ns are possible, the time to the next image or one second: use a shorter "
+                        config::format_duration(longest_ns) +
+                        " are possible, the time to the next image or one second: use a shorter "
                         "'row_time' or 'exposure_time', or a slower rate");
   }
 }
@@ -136,6 +137,10 @@ std::optional<CameraOptions> read_camera_options(const config::Value& parameters
     diagnostics.add(parameters.place(),
                     "the camera has no output; it needs 'images: png', 'depth_files' or 'objects'");
   }
+  if (parameters.has("object_layers") && options.objects == 0)
+    diagnostics.add(parameters["object_layers"].place(), "'object_layers' without 'objects' has no effect");
+  if (parameters.has("noise") && !options.has_images)
+    diagnostics.add(parameters["noise"].place(), "'noise' with 'images: none' has no effect");
   check_size(parameters, options, diagnostics);
   check_times(parameters, options, step_ns, diagnostics);
   check_shadows(parameters, options, diagnostics);
@@ -212,9 +217,9 @@ config::Schema camera_schema() {
                           "No further file is written once the files of the camera have this size."),
       Field::with_default("objects", Schema::integer(0, 64), "0",
                           "Slots of the object list, the nearest bodies first. 0: no such outputs."),
-      Field::with_default("late", Schema::one_of({"discard", "partial"}), "discard",
-                          "What happens in real time to an image that is not done by the task's deadline: it "
-                          "is finished late, or it ends there and lacks tiles."),
+      Field::with_default("late", Schema::one_of({"finish", "partial"}), "finish",
+                          "What happens under 'clock: realtime' to an image that is not done by the task's "
+                          "deadline: it is finished late, or it ends there and lacks tiles."),
   });
 }
 

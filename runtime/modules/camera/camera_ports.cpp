@@ -26,6 +26,7 @@ void add_slot(std::vector<Port>& outputs, const std::string& object) {
 
 Ports camera_ports(const config::Value& parameters, const CameraOptions& options) {
   Ports ports;
+  ports.needs_light = options.has_images;
   for (const char* const key : {"layers", "object_layers"}) {
     if (!parameters.has(key)) continue;
     for (const config::Value& item : parameters[key].items())

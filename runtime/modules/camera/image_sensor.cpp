@@ -14,8 +14,6 @@
 namespace hil::modules {
 namespace {
 
-constexpr double white_cdpm2_at_0 = 1.2;  // ISO 12232
-
 /// Uniform in (0, 1].
 double open_uniform(std::uint64_t word) noexcept {
   return (static_cast<double>(word >> 11) + 1.0) * 0x1p-53;
@@ -35,15 +33,10 @@ std::array<double, 4> four_normals(std::uint64_t state) noexcept {
   return normals;
 }
 
-std::uint8_t srgb_of(double share) noexcept {
-  return static_cast<std::uint8_t>(
-      std::lround(255.0 * rtstdb::srgb_from_linear(std::clamp(share, 0.0, 1.0))));
-}
-
 }  // namespace
 
 ImageSensor::ImageSensor(const SensorOptions& options) noexcept
-    : options_(options), share_per_cdpm2_(1.0 / (white_cdpm2_at_0 * std::exp2(options.exposure_value))) {}
+    : options_(options), share_per_cdpm2_(1.0 / rtstdb::white_cdpm2(options.exposure_value)) {}
 
 std::array<double, 3> ImageSensor::read(const rtstdb::HalfColor& color, std::int64_t time_ns,
                                         std::uint64_t pixel) const noexcept {
@@ -67,7 +60,8 @@ void ImageSensor::develop(std::span<const rtstdb::HalfColor> color, std::int64_t
                           std::span<rtstdb::SrgbColor> srgb) const noexcept {
   for (std::size_t pixel = 0; pixel < color.size(); ++pixel) {
     const std::array<double, 3> shares = read(color[pixel], time_ns, pixel);
-    srgb[pixel] = {srgb_of(shares[0]), srgb_of(shares[1]), srgb_of(shares[2]), 255};
+    srgb[pixel] = {rtstdb::srgb8_from_linear(shares[0]), rtstdb::srgb8_from_linear(shares[1]),
+                   rtstdb::srgb8_from_linear(shares[2]), 255};
   }
 }
 

@@ -31,7 +31,6 @@ class ImageSensor {
   explicit ImageSensor(const SensorOptions& options) noexcept;
 
   bool has_noise() const noexcept { return options_.full_well_e > 0.0; }
-  const SensorOptions& options() const noexcept { return options_; }
 
   /// The shares of a full well that the three channels of a pixel are read as, before they are cut to [0, 1].
   /// `pixel`: row * width + column.

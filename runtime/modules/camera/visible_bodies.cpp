@@ -9,7 +9,7 @@ VisibleBodies::VisibleBodies() : table_(table_size, no_body) {
   bodies_.reserve(max_bodies);
 }
 
-/// no_body: max_bodies others are in the image.
+/// The place of the body in bodies_, which gets it if it is new; no_body: bodies_ is full.
 std::uint32_t VisibleBodies::place_of(rtstdb::EntityId entity) noexcept {
   std::uint32_t slot = entity.index * 0x9E3779B1u % table_size;
   for (; table_[slot] != no_body; slot = (slot + 1) % table_size)

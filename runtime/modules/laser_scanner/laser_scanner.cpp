@@ -10,8 +10,8 @@
 #include <bit>
 #include <cmath>
 
+#include "runtime/modules/answer_digest.hpp"
 #include "runtime/modules/beam_query.hpp"
-#include "runtime/modules/laser_scanner/answer_digest.hpp"
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
 #include "runtime/modules/laser_scanner/receiver.hpp"
@@ -26,6 +26,7 @@
 #include "runtime/modules/laser_scanner/sweep_view.hpp"
 #include "runtime/modules/laser_scanner/target_list.hpp"
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/noise_seed.hpp"
 
 namespace hil::modules {
 namespace {

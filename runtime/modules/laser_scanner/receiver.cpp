@@ -35,13 +35,6 @@ double intensity_per_m2(const rtstdb::Material& material, double fraction, doubl
   return material.reflectance * fraction * gain / (range * range);
 }
 
-std::int64_t noise_seed(std::uint64_t run_seed, std::string_view module) noexcept {
-  std::uint64_t state = 0xCBF29CE484222325ull;  // FNV-1a
-  for (const char letter : module)
-    state = (state ^ static_cast<unsigned char>(letter)) * 0x100000001B3ull;
-  return static_cast<std::int64_t>(splitmix64_finalizer(state ^ splitmix64_finalizer(run_seed)) >> 1);
-}
-
 std::optional<Detection> Receiver::detect(const BeamReturn& beam_return, const rtstdb::Material& material,
                                           const glm::dvec3& direction_world,
                                           const ReturnNumber& number) const noexcept {

@@ -24,9 +24,6 @@ inline constexpr double min_intensity_range_m = 1e-3;
 double intensity_per_m2(const rtstdb::Material& material, double fraction, double cosine,
                         double range_m) noexcept;
 
-/// The seed of a module's noise, from the seed of the run: other modules have other seeds. Not negative.
-std::int64_t noise_seed(std::uint64_t run_seed, std::string_view module) noexcept;
-
 struct ReceiverOptions {
   double threshold_per_m2 = 0.0;  ///< a return with this intensity or less is not detected
   double range_noise_m = 0.0;     ///< standard deviation of the normal distribution

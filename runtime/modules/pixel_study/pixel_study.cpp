@@ -22,6 +22,7 @@
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/receiver.hpp"
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/noise_seed.hpp"
 #include "runtime/modules/pixel_study/study_images.hpp"
 #include "runtime/modules/pixel_study/study_result.hpp"
 #include "runtime/modules/pixel_study/study_work.hpp"

@@ -52,6 +52,7 @@ struct Vehicle {
   std::string light;
   std::string layer;
   std::string material;  ///< empty: the default material
+  std::string lamp;      ///< one of world.lights; empty: none
   DriverModel driver;
 
   std::optional<std::size_t> light_input, brake_input;
@@ -142,6 +143,8 @@ config::Schema vehicle_schema() {
       Field::optional("layer", Schema::text(), "Its layer; default: the layer of the module."),
       Field::optional("material", Schema::name(),
                       "Its material, one of world.materials. Left out: matt, as of entities."),
+      Field::optional("lamp", Schema::name(),
+                      "The light that it carries, one of world.lights: a headlight. Left out: none."),
   });
 }
 
@@ -172,6 +175,10 @@ Vehicles::Vehicles(const config::Value& parameters, config::Diagnostics& diagnos
     }
     ports_.makes.push_back(name);
     ports_.shapes.push_back(car_key(v.size_m));
+    if (value.has("lamp")) {
+      v.lamp = value["lamp"].text();
+      ports_.lights.push_back({v.lamp, value["lamp"].place()});
+    }
     v.runs_light = value["runs_light"].boolean();
     v.is_ego = value["ego"].boolean();
     v.braked_from_outside = value["braked_from_outside"].boolean();
@@ -236,6 +243,7 @@ void Vehicles::configure(World& world, EventLog& events, const TaskParameters& t
     row.geometry = world.shared_geometry(car_key(v.size_m), [&] { return make_car(v.size_m); });
     const std::string caller = "module " + task.instance;
     row.mask = world.mask_of({v.layer}, caller);
+    if (!v.lamp.empty()) row.light = world.light_of(v.lamp, caller);
     if (!v.material.empty()) row.material = world.material_of(v.material, caller);
     row.motion = motion_of(v, 0);
     v.entity = world.create(task.instance + "." + v.name, row);

@@ -129,6 +129,7 @@ border-radius:6px;padding:3px 10px;cursor:pointer}
 .scroll+h3{margin-top:18px}
 .first{padding-left:18px}
 .pair{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(440px,100%),1fr));gap:8px 28px}
+.panels img{width:100%}
 .panels{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(310px,100%),1fr));gap:18px 26px}
 figure{margin:0}
 img{display:block;max-width:100%;height:auto}

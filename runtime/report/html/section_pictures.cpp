@@ -137,8 +137,8 @@ void views_section(Markup& out, const RunRecord& record) {
     out.leaf("img", {{"alt", "the world, seen from " + view.name},
                      {"src", "data:image/png;base64," + view.image_png}});
     std::string caption = "Exposure value " + decimal(view.exposure_value, 1);
-    if (view.in_daylight) caption += ", in daylight, since the world has no lights";
-    if (view.lacks_lights) caption += ", without some lights, since the world has too many";
+    if (view.in_daylight) caption += ", in daylight, since it sees no light of the world";
+    if (view.lights_overflow) caption += ", without some lights, since the world has too many";
     if (view.incomplete_pixels > 0)
       caption += ", " + counted(view.incomplete_pixels, "pixel lacks", "pixels lack") + " light";
     out.element("figcaption", caption + (view.file.empty() ? "." : ", " + view.file + ".")).close();

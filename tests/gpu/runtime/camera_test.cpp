@@ -94,7 +94,7 @@ TEST_F(CameraTest, ListsTheNearestBodiesWithBoxesAndVisibleShares) {
   EXPECT_EQ(outputs["object3.share"], 0.0);
   EXPECT_EQ(outputs["image_count"], 1.0);
   EXPECT_EQ(outputs["missing_tiles"], 0.0);
-  EXPECT_DOUBLE_EQ(outputs["age"], 100.0) << "at the deadline";
+  EXPECT_DOUBLE_EQ(outputs["age"], 0.0) << "without a thread the outputs are visible at the release";
   EXPECT_EQ(collected_.count, 0U) << "images: none";
   EXPECT_EQ(take(1)["image_count"], 2.0);
 }
@@ -251,6 +251,15 @@ TEST_F(CameraTest, WithNoiseItHandsOverLuminances) {
   EXPECT_NEAR(glm::unpackHalf1x16(collected_.images[0].color[24 * 64 + 32][0]), 40.0f, 0.05f);
 }
 
+TEST_F(CameraTest, AgeCountsUntilTheDeadlineOfATaskThread) {
+  add_plate("lamp", {8.0, 0.0, 0.0}, 2.0, {}, 40.0);
+  camera_ =
+      make(*find_module_type("camera"), "{" + base_ + "}",
+           {.instance = "front", .period_ns = period_ns, .deadline_ns = 20'000'000, .own_thread = true});
+  ASSERT_NE(camera_, nullptr) << diagnostics_.to_text();
+  EXPECT_DOUBLE_EQ(take()["age"], 20.0);
+}
+
 TEST_F(CameraTest, TakesImagesAtTheNearestReleases) {
   add_plate("lamp", {8.0, 0.0, 0.0}, 2.0, {}, 40.0);
   make_camera("frames_per_second: 4 Hz");  // every 250 ms, the task each 100 ms
@@ -261,14 +270,14 @@ TEST_F(CameraTest, TakesImagesAtTheNearestReleases) {
   const std::int64_t releases[] = {0, 3, 5, 8, 10};
   for (std::size_t i = 0; i < 5; ++i)
     EXPECT_EQ(collected_.images[i].time_ns, releases[i] * period_ns);
-  EXPECT_EQ(ages_ms, (std::vector<double>{100, 200, 300, 100, 200, 100, 200, 300, 100, 200, 100}));
+  EXPECT_EQ(ages_ms, (std::vector<double>{0, 100, 200, 0, 100, 0, 100, 200, 0, 100, 0}));
   contribution::Contribution report;
   camera_->contribute(report);
   ASSERT_EQ(report.events.size(), 1U);
-  EXPECT_EQ(
-      report.events[0].text,
-      "camera front: an image is 2.5 periods of the task, no whole number; each is taken at the nearest "
-      "release");
+  EXPECT_EQ(report.events[0].text,
+            "camera front: the time between images is 2.5 periods of the task, no whole number; each is "
+            "taken at the nearest "
+            "release");
   ASSERT_EQ(report.cameras.size(), 1U);
   EXPECT_EQ(report.cameras[0].images, 5U);
 }

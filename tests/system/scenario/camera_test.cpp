@@ -211,8 +211,9 @@ TEST_F(CameraRun, ImagesThatAreNotEquallySpacedAreAnEvent) {
   for (const char* name : {"camera-front-000000.png", "camera-front-000003.png", "camera-front-000005.png",
                            "camera-front-000008.png", "camera-front-000010.png"})
     EXPECT_TRUE(names.contains(name)) << name;
-  EXPECT_NE(events_in_ms(read_report(out)).find("camera front: an image is 2.5 periods of the task"),
-            std::string::npos);
+  EXPECT_NE(
+      events_in_ms(read_report(out)).find("camera front: the time between images is 2.5 periods of the task"),
+      std::string::npos);
 }
 
 TEST_F(CameraRun, MistakesHaveTheirPlaces) {

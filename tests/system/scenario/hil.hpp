@@ -22,7 +22,7 @@ Ended run_hil(std::vector<std::string> words, const Environment& environment = {
 /// Waits until the run that writes into the folder `out` has begun. False when it ends before.
 bool run_begins(Program& run, const std::filesystem::path& out);
 
-/// Fewer beams, for runs whose scan is not checked.
+/// Fewer beams and no view, for runs whose scan is not checked.
 std::vector<std::string> few_beams();
 /// For runs in real time on machines that share their processors: a late tick is no hang, and skipped ticks
 /// do not break the timing.

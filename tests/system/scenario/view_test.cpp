@@ -194,8 +194,13 @@ TEST_F(Views, AWorldWithoutLightsIsSeenInDaylight) {
   EXPECT_EQ(report["views"][0]["in_daylight"], true);
   const tests::PngContent picture = tests::read_png(out + "/images/view-corner.png");
   EXPECT_GT(*std::ranges::max_element(picture.samples), 200);
-  EXPECT_NE(read_text(out + "/report.html").find("in daylight, since the world has no lights"),
+  EXPECT_NE(read_text(out + "/report.html").find("in daylight, since it sees no light of the world"),
             std::string::npos);
+  EXPECT_NE(run_hil({"check", folder_ / "street.yaml"}).errors.find("the images of module plain are black"),
+            std::string::npos);
+  const Json still = answer({"history", out, "--json", "image", "--camera", "plain", "--at", "0s", "--file",
+                             folder_ / "black.png"})["answers"][0];
+  EXPECT_EQ(still["is_dark"], true);
   const tests::PngContent camera = tests::read_png(out + "/images/camera-plain-000000.png");
   EXPECT_EQ(*std::ranges::max_element(camera.samples), 0) << "a camera of the run shows the world as it is";
 }
@@ -211,19 +216,36 @@ TEST_F(Views, WhatCanNotBeDrawnIsRefused) {
       {{"--position", "0,0,0"}, "--position needs --look-at"},
       {{"--position", "0,0,0", "--look-at", "0,0,0"}, "--look-at is --position"},
       {{"--position", "0,0,nan", "--look-at", "1,0,0"}, "--position: not every number is finite"},
+      {{"--position", "0,0,1e6", "--look-at", "1,0,0"},
+       "--position: 1e+06 m is out of range; -1e+05 to 1e+05 m are possible"},
       {{"--position", "0,0,9", "--look-at", "1,0,0", "--carried-by", "kart"}, "did you mean 'cart'?"},
-      {{"--camera", "corner", "--size", "0,48"}, "width in pixels of 0; 1 to 16384 are possible"},
+      {{"--camera", "corner", "--size", "0,48"}, "--size: 0 is out of range; 1 to 16384 are possible"},
+      {{"--camera", "corner", "--size", "-1,48"}, "--size: -1 is out of range"},
+      {{"--camera", "corner", "--size", "1.5,48"}, "--size: 1.5 is not whole"},
       {{"--camera", "corner", "--size", "16384,16384"}, "1 to 67108864 are possible"},
-      {{"--camera", "corner", "--field-of-view", "180deg"}, "horizontal_angle_rad"},
+      {{"--camera", "corner", "--field-of-view", "180deg"},
+       "--field-of-view: 180 deg is out of range; 0.01 to 179 deg are possible"},
       {{"--camera", "corner", "--field-of-view", "60"}, "--field-of-view 60"},
-      {{"--camera", "corner", "--samples", "0"}, "1 to 65536 are possible"},
+      {{"--camera", "corner", "--samples", "0"}, "--samples: 0 is out of range; 1 to 65536 are possible"},
+      {{"--camera", "corner", "--bounces", "65"}, "--bounces: 65 is out of range; 0 to 64 are possible"},
+      {{"--camera", "corner", "--exposure-value", "31"}, "--exposure-value: 31 is out of range"},
       {{"--camera", "corner", "--layers", "bodi"}, "did you mean 'body'?"},
-      {{"--camera", "corner", "--depth-step", "0m"}, "--depth-step 0m: 0.01 mm to 10 m are possible"},
+      {{"--camera", "corner", "--depth-step", "1mm"}, "--depth-step needs --depth-file"},
+      {{"--camera", "corner", "--depth-file", folder_ / "d.png", "--depth-step", "0m"},
+       "--depth-step 0m: 0.01 mm to 10 m are possible"},
+      {{"--camera", "corner", "--depth-file", folder_ / "refused.png"},
+       "--file and --depth-file are the same file"},
+      {{"--camera", "corner", "--depth-file", folder_ / "d.jpg"}, "the name of a PNG file ends with .png"},
+      {{"--camera", "corner", "--depth-file", out + "/images/d.png"}, "is in the folder of the run"},
   };
   for (const auto& [arguments, message] : wrong) {
     const std::string said = refusal(out, joined({at, arguments}));
     EXPECT_NE(said.find(message), std::string::npos) << message << "\n" << said;
   }
+  const Ended overwriting =
+      run_hil(joined({{"history", out, "image", "--camera", "corner", "--file", out + "/report.json"}, at}));
+  EXPECT_EQ(overwriting.code, 2);
+  EXPECT_EQ(read_report(out)["views"].size(), 2U) << "the run's own files are as before";
   EXPECT_NE(refusal(out, {"--camera", "corner", "--at", "2s"}).find("after the end of the run"),
             std::string::npos);
   const Ended unwritten = run_hil(
@@ -257,6 +279,9 @@ TEST_F(Views, MistakesHaveTheirPlaces) {
     const std::string said = mistake(from, to);
     EXPECT_NE(said.find(message), std::string::npos) << message << "\n" << said;
   }
+  EXPECT_NE(mistake("resolution: [64, 48]}", "resolution: [4096, 4096], samples: 5}")
+                .find("the view has 83886080 points (pixels times samples)"),
+            std::string::npos);
   EXPECT_NE(mistake("look_at: [6 m, 0 m, 0 m], resolution: [64, 48]",
                     "look_at: [6 m, 0 m, 0 m], resolution: [4, 4096], field_of_view: 179 deg")
                 .find("'field_of_view' is horizontal"),

@@ -25,7 +25,7 @@ std::vector<std::string> on_vcan0(const std::string& out, const std::vector<std:
                      {"--set", "tasks.traffic.rate=100 Hz", "--set", "tasks.collision.rate=100 Hz"},
                      {"--set", "tasks.scanner.parameters.columns=96"},
                      {"--set", "tasks.scanner.parameters.rows=24"},
-                     {"--set", "tasks.scanner.parameters.compare=[]"},
+                     {"--set", "tasks.scanner.parameters.compare=[]", "--set", "world.views=[]"},
                      relaxed_timing(),
                      more}));
 }
@@ -49,8 +49,10 @@ TEST(CrossingOnVcan, LogAgreesWithCandump) {
   for (std::size_t i = 0; i < ours.size(); ++i)
     ASSERT_EQ(io::can::cansend_text(ours[i].frame), io::can::cansend_text(seen[i].frame))
         << "frame " << i << " of " << ours.size();
-  // The DUT may answer the last list after hil has closed its socket.
-  EXPECT_LE(seen.size() - ours.size(), 2U);
+  // The DUT may answer lists after hil has closed its socket, on a slow machine several.
+  const std::size_t lists = values_on_bus(ours, "ObjectHeader.Counter").size();
+  const std::size_t answers = values_on_bus(ours, "BrakeCommand.AnswerTo").size();
+  EXPECT_LE(seen.size() - ours.size(), lists - std::min(answers, lists));
   for (std::size_t i = ours.size(); i < seen.size(); ++i)
     EXPECT_EQ(seen[i].frame.identifier(), brake_command);
   EXPECT_GT(values_on_bus(seen, "BrakeCommand.AnswerTo").size(), 50U) << "the DUT answers on the same bus";

@@ -146,7 +146,7 @@ TEST_F(Optics, WrongLightsAreRefusedAtTheirPlace) {
   EXPECT_EQ(refused_light("kind: sky, zenith: 1 cd/m2, horizon: 1 cd/m2, intensity: 5 cd"),
             "4:68: unknown key 'intensity'; known here: name, zenith, horizon, ground, kind\n");
   EXPECT_EQ(refused_light("kind: point, intensity: 1 cd, outer_angle: 5 deg"),
-            "4:52: unknown key 'outer_angle'; known here: name, intensity, color, kind\n");
+            "4:52: unknown key 'outer_angle'; known here: name, intensity, color, position, kind\n");
   EXPECT_NE(refused_light("kind: point").find("missing key 'intensity'"), std::string::npos);
   EXPECT_NE(refused_light("kind: spot, intensity: 1 cd").find("missing key 'outer_angle'"),
             std::string::npos);

@@ -63,11 +63,13 @@ TEST(CameraOptions, AreRefusedWithTheirValuesAndLimits) {
       {"bounces: 65", "64"},
       {"images: none", "the camera has no output"},
       {"exposure_time: 11 ms",
-       "an image takes 11000000 ns from the begin of its first row's exposure to the end of its last one's; "
-       "at "
-       "most 10000000 ns are possible"},
-      {"row_time: 30 us", "an image takes 14370000 ns"},
-      {"row_time: 3 ms\nframes_per_second: 0.5 Hz", "at most 1000000000 ns are possible"},
+       "an image takes 11 ms from the begin of its first row's exposure to the end of its last one's; at "
+       "most "
+       "10 ms are possible"},
+      {"row_time: 30 us", "an image takes 14.37 ms"},
+      {"row_time: 3 ms\nframes_per_second: 0.5 Hz", "at most 1 s are possible"},
+      {"object_layers: [a]\nimages: png", "'object_layers' without 'objects' has no effect"},
+      {"noise: {full_well: 100}\nimages: none\nobjects: 1", "'noise' with 'images: none' has no effect"},
       {"frames_per_second: 101 Hz", "'frames_per_second' is 101 Hz, above the task's rate of 100 Hz"},
       {"noise: {read_noise: 3}", "full_well"},
       {"noise: {full_well: 0}", "1"},

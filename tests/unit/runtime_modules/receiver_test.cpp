@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "runtime/modules/noise_seed.hpp"
+
 namespace hil::modules {
 namespace {
 

@@ -143,7 +143,8 @@ TEST(ReportHtml, ShowsTheContentOfTheRecord) {
         "car: 29 frames were corrupted by fault injection",
         "car: 1031 frames were delayed by fault injection",
         "Tick 9\u202F900, 9.900 s. Exposure value 12.5, images/camera-front-009900.png.",
-        "Exposure value 13.5, in daylight, since the world has no lights, without some lights, since the "
+        "Exposure value 13.5, in daylight, since it sees no light of the world, without some lights, since "
+        "the "
         "world has too many, 3 pixels lack light, "
         "images/view-corner.png.",
         "y north"}) {

@@ -374,7 +374,7 @@ RunRecord full_record() {
                    .time_ns = 9'987 * millisecond,
                    .exposure_value = 13.5,
                    .in_daylight = true,
-                   .lacks_lights = true,
+                   .lights_overflow = true,
                    .incomplete_pixels = 3,
                    .file = "images/view-corner.png",
                    .image_png = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4"

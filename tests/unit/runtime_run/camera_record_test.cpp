@@ -6,6 +6,7 @@
 
 #include "runtime/run/base64.hpp"
 #include "runtime/run/png_file.hpp"
+#include "runtime/run/report_image.hpp"
 
 namespace hil::run {
 namespace {
