@@ -166,6 +166,8 @@ std::vector<std::string> RunWorld::close(std::int64_t end_ns, report::RunRecord&
   std::vector<std::string> faults = point_clouds_.close();
   if (database_ != nullptr) {
     last_motions_ = motions_of_scenery();
+    record.transactions = transactions_of(database_->counts());
+    record.scheduler = scheduler_of(database_->scheduler_counts());
     if (!device_lost()) draw_views_into(end_ns, record, faults);
   }
   camera_records_ = camera_files_.close();
@@ -210,8 +212,6 @@ void RunWorld::fill(report::RunRecord& record) const {
   record.gpu = {device.name, device.driver, device.api};
   for (const std::string& sentence : database_->health().degraded)
     record.realtime.degraded.push_back(sentence);
-  record.transactions = transactions_of(database_->counts());
-  record.scheduler = scheduler_of(database_->scheduler_counts());
   record.scheduler.not_reserved = world_->not_reserved();
 }
 

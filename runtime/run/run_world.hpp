@@ -42,11 +42,12 @@ class RunWorld {
   bool check();
 
   /// Draws the views, closes the database, the point clouds and the images of cameras, and fills in
-  /// record.views and record.database_log. Returns sentences on what the history, the point clouds and the
+  /// record.views, record.database_log, and the transactions and the scheduler of the run, without those of
+  /// the views. Returns sentences on what the history, the point clouds and the
   /// views lack. Transactions fail from here on. `end_ns`: run time at which the run ended.
   std::vector<std::string> close(std::int64_t end_ns, report::RunRecord& record);
 
-  /// Fills in the device, the transactions, the scheduler, and what was degraded. `record.tasks` is there.
+  /// Fills in the device, what was not reserved, and what was degraded. `record.tasks` is there.
   void fill(report::RunRecord& record) const;
   /// Fills in the map, the sections and the cameras, adds events, and writes images: what the scenery and the
   /// modules contribute. Images that can not be written are failures of the record.

@@ -129,6 +129,13 @@ TEST_F(Views, TheReportShowsThemAtTheEndOfTheRun) {
   for (const Json& body : seen["bodies"])
     names.push_back(body["name"]);
   EXPECT_EQ(names, (std::vector<std::string>{"cart", "near", "far"}));
+  // What the views read is no part of the run.
+  EXPECT_EQ(
+      run_hil({"run", folder_ / "street.yaml", "--set", "world.views=[]", "--out", folder_ / "without"}).code,
+      0);
+  const Json without = read_report(folder_ / "without");
+  EXPECT_EQ(without["transactions"], report["transactions"]);
+  EXPECT_TRUE(without["views"].empty());
   // From above its carrier the second view sees only the cart, in the middle of the image.
   const Json above = answer(
       {"history", out, "--json", "image", "--camera", "above", "--at", "1s", "--file", again})["answers"][0];
