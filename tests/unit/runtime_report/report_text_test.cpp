@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "hostile_text.hpp"
+#include "runtime/report/quantities.hpp"
 #include "runtime/report/text_safety.hpp"
 #include "sample_record.hpp"
 
