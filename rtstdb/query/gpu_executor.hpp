@@ -88,10 +88,10 @@ class GpuExecutor final : public Executor {
   RunReport run_windows(Lanes& lanes, const RowSource& rows, std::span<const Request> requests,
                         const TimeSpan& times, ExecutorCallbacks* callbacks) noexcept;
 
-  static inline const DefaultAppearance default_appearance_;
+  static inline const DefaultAppearance default_appearance;
 
   threads::ForkJoin fork_join_;
-  const Appearance* appearance_ = &default_appearance_;
+  const Appearance* appearance_ = &default_appearance;
   DeviceInfo device_info_;
   bool last_withheld_ = false;
   const std::shared_ptr<PreparedQueries> prepared_ = std::make_shared<PreparedQueries>();

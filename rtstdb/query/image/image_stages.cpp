@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <rtstdb/limits.hpp>
+#include <rtstdb/result.hpp>
 
 #include "shaders/shared/image.h"
 
@@ -63,14 +64,16 @@ ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
   if (stage == 0)
     return {.step = Step::raster, .group = 0, .sample = center, .bounce = 0, .light = 0, .lobe = 0, .ray = 0};
   --stage;
+  const std::uint32_t per_group = stages_per_group();
+  RTSTDB_ASSERT(per_group > 0);  // an image has an output
   Stage at{.step = Step::rays,
-           .group = stage / stages_per_group(),
+           .group = stage / per_group,
            .sample = 0,
            .bounce = 0,
            .light = 0,
            .lobe = 0,
            .ray = 0};
-  std::uint32_t k = stage % stages_per_group();
+  std::uint32_t k = stage % per_group;
   if (has_center()) {
     constexpr Step center_steps[stages_of_center] = {Step::rays, Step::trace, Step::planes};
     if (k < stages_of_center) {

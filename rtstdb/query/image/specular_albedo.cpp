@@ -37,8 +37,9 @@ glm::vec4 terms(double cosine, double roughness) {
   const double alpha = std::max(roughness * roughness, 1e-4);
   double scale = 0.0, offset = 0.0;
   for (std::uint32_t k = 0; k < samples_a_side * samples_a_side; ++k) {
-    const double u = (k % samples_a_side + 0.5) / samples_a_side;
-    const double v = (k / samples_a_side + 0.5) / samples_a_side;
+    const std::uint32_t column = k % samples_a_side, row = k / samples_a_side;
+    const double u = (column + 0.5) / samples_a_side;
+    const double v = (row + 0.5) / samples_a_side;
     const glm::dvec3 h = visible_microfacet(toward, alpha, u, v);
     const glm::dvec3 to = 2.0 * glm::dot(toward, h) * h - toward;
     if (to.z <= 0.0) continue;

@@ -87,18 +87,19 @@ class Views : public ::testing::Test {
 TEST_F(Views, AnImageOfTheHistoryIsThatOfTheRun) {
   const std::string out = run(street);
   const std::string color = folder_ / "color.png", depth = folder_ / "depth.png";
+  const auto image = [&](const char* camera, const std::string& tick, const char* what) {
+    std::string name("camera-");
+    name.append(camera).append("-").append(tick).append(what);
+    return tests::content_of(std::filesystem::path(out) / "images" / name);
+  };
   for (const auto& [time, tick] :
        std::map<std::string, std::string>{{"0 s", "000000"}, {"0.4s", "000004"}, {"800ms", "000008"}}) {
     answer({"history", out, "--json", "image", "--camera", "rolling", "--at", time, "--file", color,
             "--depth-file", depth});
-    EXPECT_EQ(tests::content_of(color), tests::content_of(out + "/images/camera-rolling-" + tick + ".png"))
-        << time;
-    EXPECT_EQ(tests::content_of(depth),
-              tests::content_of(out + "/images/camera-rolling-" + tick + "-depth.png"))
-        << time;
+    EXPECT_EQ(tests::content_of(color), image("rolling", tick, ".png")) << time;
+    EXPECT_EQ(tests::content_of(depth), image("rolling", tick, "-depth.png")) << time;
     answer({"history", out, "--json", "image", "--camera", "plain", "--at", time, "--file", color});
-    EXPECT_EQ(tests::content_of(color), tests::content_of(out + "/images/camera-plain-" + tick + ".png"))
-        << time;
+    EXPECT_EQ(tests::content_of(color), image("plain", tick, ".png")) << time;
   }
   const Json info = answer({"history", out, "--json", "info"});
   EXPECT_EQ(info["cameras"], (Json{"rolling", "plain", "corner", "above"}));
