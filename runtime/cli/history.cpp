@@ -213,6 +213,7 @@ void write_points(const std::string& file, const std::string& text) {
 }
 
 int scan(const Arguments& arguments) {
+  if (!arguments.points.empty()) check_outside("--points", arguments.points, arguments.directory);
   const RunHistory history(arguments.directory, arguments.salvage);
   const modules::RecordedScanner& scanner = history.scanner(arguments.scanner);
   const std::int64_t at_ns = read_time_ns("--at", arguments.at);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "runtime/cli/history_options.hpp"
+#include "runtime/config/scenario.hpp"
 #include "runtime/history/history_error.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/image_files.hpp"
@@ -59,19 +60,12 @@ modules::RecordedCamera free_camera(const ImageArguments& arguments, const std::
   return camera;
 }
 
-/// A history changes nothing in the folder of the run, whose own files have such names.
 void check_file(const char* option, const std::string& file, const std::string& directory) {
-  namespace fs = std::filesystem;
-  std::string extension = fs::path(file).extension().string();
+  std::string extension = std::filesystem::path(file).extension().string();
   std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
   if (extension != ".png")
     refuse(std::string(option) + " " + file + ": the name of a PNG file ends with .png");
-  std::error_code error;
-  const fs::path target = fs::weakly_canonical(file, error), run = fs::weakly_canonical(directory, error);
-  const auto [end, ignored] = std::mismatch(run.begin(), run.end(), target.begin(), target.end());
-  if (end == run.end())
-    refuse(std::string(option) + " " + file +
-           " is in the folder of the run, in which a history changes nothing");
+  check_outside(option, file, directory);
 }
 
 std::string numbered(const std::string& file, std::size_t index) {
@@ -122,7 +116,10 @@ void check_image_files(const ImageArguments& arguments, const std::string& direc
     return;
   }
   check_file("--depth-file", arguments.depth_file, directory);
-  if (arguments.depth_file == arguments.file) refuse("--file and --depth-file are the same file");
+  std::error_code error;
+  if (std::filesystem::weakly_canonical(arguments.depth_file, error) ==
+      std::filesystem::weakly_canonical(arguments.file, error))
+    refuse("--file and --depth-file are the same file");
   depth_step_m(arguments);
 }
 
@@ -148,7 +145,7 @@ modules::RecordedCamera camera_of(const ImageArguments& arguments, const std::st
   if (!arguments.mode.empty() && camera.is_real_time == (arguments.mode == path_traced_word)) {
     camera.is_real_time = !camera.is_real_time;
     camera.has_mapped_shadows = false;
-    camera.samples = modules::default_view_samples(camera.is_real_time);
+    camera.samples = config::default_view_samples(!camera.is_real_time);
   }
   if (arguments.samples)
     camera.samples = whole("--samples", *arguments.samples, {1, rtstdb::max_image_samples});

@@ -1,6 +1,8 @@
 #include "runtime/cli/history_options.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include <rtstdb/limits.hpp>
 
@@ -30,6 +32,16 @@ double read_distance_m(const char* option, const std::string& text) {
     refuse(std::string(option) + " " + text + ": no world is larger than " +
            report::shortest(rtstdb::max_coordinate_m) + " m to each side");
   return value_m;
+}
+
+void check_outside(const char* option, const std::string& file, const std::string& directory) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path target = fs::weakly_canonical(file, error), run = fs::canonical(directory, error);
+  const auto [end, ignored] = std::mismatch(run.begin(), run.end(), target.begin(), target.end());
+  if (!error && end == run.end())
+    refuse(std::string(option) + " " + file +
+           " is in the folder of the run, in which a history changes nothing");
 }
 
 void check_numbers(const char* option, const std::vector<double>& numbers) {

@@ -2,7 +2,7 @@
 // Reads the options of `hil history`. All functions throw HistoryError (question) with a sentence for the
 // user that names the option.
 //
-// Threads: pure functions.
+// Threads: any; check_outside reads the file system.
 
 #include <glm/ext/vector_float3.hpp>
 
@@ -21,6 +21,9 @@ config::QuantityReading read_option(const char* option, const std::string& text,
 std::int64_t read_time_ns(const char* option, const std::string& text);
 /// A distance in metres: at least 0, at most the size of a world.
 double read_distance_m(const char* option, const std::string& text);
+
+/// Refuses a file in the folder of the run, in which a history changes nothing.
+void check_outside(const char* option, const std::string& file, const std::string& directory);
 
 /// The numbers of an option; empty when it was not given.
 void check_numbers(const char* option, const std::vector<double>& numbers);

@@ -50,15 +50,11 @@ Field name_field() {
   return Field::needed("name", Schema::name(), "The light's name, unique in the world.");
 }
 
-std::array<double, 3> three_of(const Value& list) {
-  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
-}
-
 /// Luminance times colour; black without the field.
 std::array<double, 3> luminance_in(const Value& record, const char* field) {
   if (!record.has(field)) return {};
   const Value& value = record[field];
-  std::array<double, 3> channels = three_of(value["color"]);
+  std::array<double, 3> channels = three_numbers(value["color"]);
   for (double& channel : channels)
     channel *= value["luminance"].number();
   return channels;
@@ -68,7 +64,7 @@ WorldMaterial read_material(const Value& value, Diagnostics& /*diagnostics*/) {
   return {.name = word_of(value["name"]),
           .reflectance = value["reflectance"].number(),
           .retro_gain = value.has("retro_gain") ? value["retro_gain"].number() : 0.0,
-          .base_color = three_of(value["base_color"]),
+          .base_color = three_numbers(value["base_color"]),
           .metallic = value["metallic"].number(),
           .roughness = value["roughness"].number(),
           .emission_cdpm2 = luminance_in(value, "emission"),
@@ -77,7 +73,7 @@ WorldMaterial read_material(const Value& value, Diagnostics& /*diagnostics*/) {
 }
 
 void check_color(const Value& color, Diagnostics& diagnostics) {
-  if (std::ranges::all_of(three_of(color), [](double channel) { return channel == 0.0; }))
+  if (std::ranges::all_of(three_numbers(color), [](double channel) { return channel == 0.0; }))
     diagnostics.add(color.place(), "'color' is 0 in all channels; one has to be above 0");
 }
 
@@ -101,14 +97,14 @@ WorldLight read_light(const Value& value, Diagnostics& diagnostics) {
     return light;
   }
   check_color(value["color"], diagnostics);
-  light.color = three_of(value["color"]);
+  light.color = three_numbers(value["color"]);
   if (light.kind == "directional") {
     light.illuminance_lx = value["illuminance"].number();
     light.angular_diameter_rad = value["angular_diameter"].number();
     return light;
   }
   light.intensity_cd = value["intensity"].number();
-  light.position_m = three_of(value["position"]);
+  light.position_m = three_numbers(value["position"]);
   if (light.kind == "spot") {
     check_spot(value, diagnostics);
     light.inner_angle_rad = value["inner_angle"].number();

@@ -15,10 +15,6 @@ constexpr std::int64_t max_segments = 4096;
 constexpr std::int64_t max_repeats = 1'000'000;
 constexpr std::size_t max_repeat_levels = 8;
 
-std::array<double, 3> vector_in(const Value& list) {
-  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
-}
-
 std::uint32_t whole_in(const Value& record, const char* field) {
   return static_cast<std::uint32_t>(record[field].integer());
 }
@@ -26,7 +22,7 @@ std::uint32_t whole_in(const Value& record, const char* field) {
 PartBody read_body(const Value& value, Diagnostics& diagnostics) {
   const std::string& kind = value.chosen();
   const Value& body = value[kind];
-  if (kind == "box") return BoxPart{vector_in(body)};
+  if (kind == "box") return BoxPart{three_numbers(body)};
   if (kind == "cylinder") {
     const double radius_m = body["radius"].number();
     return ConePart{radius_m, radius_m, body["height"].number(), whole_in(body, "segments")};
@@ -47,14 +43,14 @@ PartBody read_body(const Value& value, Diagnostics& diagnostics) {
 
 Part read_part(const Value& value, Diagnostics& diagnostics) {
   Part part{.body = read_body(value, diagnostics),
-            .position_m = vector_in(value["position"]),
+            .position_m = three_numbers(value["position"]),
             .rotation_wxyz = read_rotation(value["rotation"], diagnostics),
-            .color = vector_in(value["color"]),
+            .color = three_numbers(value["color"]),
             .repeat = {}};
   for (const Value& repeat : value["repeat"].items()) {
     const std::string& axis = repeat["axis"].text();
     part.repeat.push_back({.count = whole_in(repeat, "count"),
-                           .step_m = vector_in(repeat["step"]),
+                           .step_m = three_numbers(repeat["step"]),
                            .turn_rad = repeat["turn"].number(),
                            .axis = static_cast<std::size_t>(axis.front() - 'x')});
   }

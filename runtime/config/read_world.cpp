@@ -11,10 +11,6 @@
 namespace hil::config {
 namespace {
 
-std::array<double, 3> three(const Value& list) {
-  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
-}
-
 /// In small letters, with the dot.
 std::string extension_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -48,7 +44,7 @@ FileShape read_convex_parts(const Value& value, Diagnostics& diagnostics) {
 Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
   const std::string& kind = shape.chosen();
   const Value& value = shape[kind];
-  if (kind == "box") return BoxShape{three(value)};
+  if (kind == "box") return BoxShape{three_numbers(value)};
   if (kind == "cylinder") return CylinderShape{value["radius"].number(), value["height"].number()};
   if (kind == "sphere") return SphereShape{value["radius"].number()};
   if (kind == "rectangle") return RectangleShape{{value.items()[0].number(), value.items()[1].number()}};
@@ -59,11 +55,11 @@ Shape read_shape(const Value& shape, Diagnostics& diagnostics) {
 SolidShape read_solid(const Value& value, Diagnostics& diagnostics) {
   const Value& shape = value["shape"];
   SolidShape solid{.kind = shape.chosen(),
-                   .position_m = three(value["position"]),
+                   .position_m = three_numbers(value["position"]),
                    .rotation_wxyz = read_rotation(value["rotation"], diagnostics)};
   const Value& sizes = shape[solid.kind];
   if (solid.kind == "box") {
-    solid.size_m = three(sizes);
+    solid.size_m = three_numbers(sizes);
     return solid;
   }
   solid.radius_m = sizes["radius"].number();
@@ -178,10 +174,10 @@ WorldEntity read_entity(const Value& value, Diagnostics& diagnostics) {
     entity.shape = read_shape(value["shape"], diagnostics);
     entity.shape_place = value["shape"].place();
   }
-  entity.position_m = three(value["position"]);
+  entity.position_m = three_numbers(value["position"]);
   entity.rotation_wxyz = read_rotation(value["rotation"], diagnostics);
-  entity.velocity_mps = three(value["velocity"]);
-  entity.angular_velocity_radps = three(value["angular_velocity"]);
+  entity.velocity_mps = three_numbers(value["velocity"]);
+  entity.angular_velocity_radps = three_numbers(value["angular_velocity"]);
   entity.scale = value["scale"].number();
   entity.scale_place = value["scale"].place();
   if (value.has("field")) entity.field = read_field(value["field"], diagnostics);
@@ -242,8 +238,8 @@ void read_regions(const Value& list, World& world, Diagnostics& diagnostics) {
     if (!is_whole(value)) continue;
     check_word(word_of(value["name"]), "region", diagnostics);
     world.regions.push_back({.name = word_of(value["name"]),
-                             .center_m = three(value["center"]),
-                             .size_m = three(value["size"]),
+                             .center_m = three_numbers(value["center"]),
+                             .size_m = three_numbers(value["size"]),
                              .heading_rad = value["heading"].number(),
                              .whole = value["whole"].boolean(),
                              .carrier = word_in(value, "carrier")});
@@ -257,7 +253,7 @@ void read_beams(const Value& list, World& world, Diagnostics& diagnostics) {
     if (!is_whole(value)) continue;
     check_word(word_of(value["name"]), "beam", diagnostics);
     world.beams.push_back({.name = word_of(value["name"]),
-                           .origin_m = three(value["origin"]),
+                           .origin_m = three_numbers(value["origin"]),
                            .azimuth_rad = value["azimuth"].number(),
                            .elevation_rad = value["elevation"].number(),
                            .range_m = value["range"].number(),
@@ -282,14 +278,13 @@ void check_view(const Value& value, const WorldView& view, Diagnostics& diagnost
                     "'field_of_view' is horizontal: the vertical one of these pixels is " +
                         format_number(2.0 * std::atan(half_height) * 180.0 / std::numbers::pi) +
                         " deg; at most 179.88 deg are possible: use fewer rows or a smaller angle");
-  const std::uint64_t points =
-      std::uint64_t{view.width} * view.height * std::uint64_t{view.samples.value_or(1)};
+  const std::uint64_t points = std::uint64_t{view.width} * view.height * view.samples;
   if (points > max_view_points)
-    diagnostics.add(value["samples"].place(), "the view has " + std::to_string(points) +
-                                                  " points (pixels times samples), for which the end of the "
-                                                  "run would have to wait; at most " +
-                                                  std::to_string(max_view_points) +
-                                                  " are possible: take a finer image by hil history");
+    diagnostics.add(value["resolution"].place(),
+                    "the view has " + std::to_string(points) +
+                        " points (pixels times samples), for which the end of the "
+                        "run would have to wait; at most " +
+                        std::to_string(max_view_points) + " are possible: take a finer image by hil history");
 }
 
 void read_views(const Value& list, World& world, Diagnostics& diagnostics) {
@@ -299,17 +294,18 @@ void read_views(const Value& list, World& world, Diagnostics& diagnostics) {
     if (!is_whole(value)) continue;
     WorldView view{.name = word_of(value["name"]),
                    .carrier = word_in(value, "carrier"),
-                   .position_m = three(value["position"]),
-                   .look_at_m = three(value["look_at"]),
+                   .position_m = three_numbers(value["position"]),
+                   .look_at_m = three_numbers(value["look_at"]),
                    .width = static_cast<std::uint32_t>(value["resolution"].items()[0].integer()),
                    .height = static_cast<std::uint32_t>(value["resolution"].items()[1].integer()),
                    .field_of_view_rad = value["field_of_view"].number(),
                    .is_path_traced = value["mode"].text() == "path_traced",
-                   .samples = {},
+                   .samples = 0,
                    .bounces = static_cast<std::uint32_t>(value["bounces"].integer()),
                    .exposure_value = {},
                    .layers = {}};
-    if (value.has("samples")) view.samples = static_cast<std::uint32_t>(value["samples"].integer());
+    view.samples = value.has("samples") ? static_cast<std::uint32_t>(value["samples"].integer())
+                                        : default_view_samples(view.is_path_traced);
     if (value.has("exposure_value")) view.exposure_value = value["exposure_value"].number();
     if (value.has("layers"))
       for (const Value& layer : value["layers"].items())

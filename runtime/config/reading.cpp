@@ -35,6 +35,10 @@ std::optional<Word> word_in(const Value& record, const std::string& field) {
   return word_of(record[field]);
 }
 
+std::array<double, 3> three_numbers(const Value& list) {
+  return {list.items()[0].number(), list.items()[1].number(), list.items()[2].number()};
+}
+
 const Value* part_of(const Value& record, const std::string& field) {
   return record.has(field) ? &record[field] : nullptr;
 }

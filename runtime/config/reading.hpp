@@ -4,6 +4,7 @@
 // Values come from check_tree and may be incomplete. Each reader skips what is not whole, since its mistake
 // is already reported, and reads the rest, so that one mistake hides no other.
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -51,6 +52,9 @@ Word word_of(const Value& text);
 std::optional<Word> word_in(const Value& record, const std::string& field);
 /// The list or map field, if it is there.
 const Value* part_of(const Value& record, const std::string& field);
+
+/// A list whose schema promises three numbers.
+std::array<double, 3> three_numbers(const Value& list);
 
 /// The base rate divided by `rate`; empty with a mistake (naming the nearest rates that do) when that is no
 /// whole number. Without a base rate: empty, no mistake.

@@ -131,6 +131,11 @@ struct WorldBeam {
   std::optional<Word> carrier;  ///< the body in whose frame it is
 };
 
+/// Points, or light paths, of a pixel of a view, by default.
+constexpr std::uint32_t default_view_samples(bool is_path_traced) noexcept {
+  return is_path_traced ? 64 : 4;
+}
+
 /// A place from which the report shows the world at the end of the run, and `hil history DIR image` at any
 /// time.
 struct WorldView {
@@ -141,7 +146,7 @@ struct WorldView {
   std::uint32_t width = 0, height = 0;
   double field_of_view_rad = 0.0;  ///< horizontal
   bool is_path_traced = false;
-  std::optional<std::uint32_t> samples;
+  std::uint32_t samples = 0;
   std::uint32_t bounces = 0;
   std::optional<double> exposure_value;  ///< empty: by the brightness of the image
   std::vector<Word> layers;              ///< empty: all

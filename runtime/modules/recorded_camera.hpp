@@ -76,11 +76,6 @@ contribution::ModuleRecord to_module_record(const RecordedCamera& camera);
 /// Throws RecordError with the name of the property. What an image query refuses is not checked.
 RecordedCamera to_recorded_camera(const contribution::ModuleRecord& record);
 
-/// Points (real-time mode) or light paths of a pixel of a picture for a reader, by default.
-constexpr std::uint32_t default_view_samples(bool is_real_time) noexcept {
-  return is_real_time ? 4 : 64;
-}
-
 /// A camera that looks from one point to another, and what a picture for a reader needs: automatic exposure,
 /// daylight, and real-time mode. Misuse: both points are the same.
 RecordedCamera camera_looking_at(const glm::dvec3& position_m, const glm::dvec3& target_m);

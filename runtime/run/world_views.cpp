@@ -28,7 +28,7 @@ modules::RecordedCamera camera_of(const config::WorldView& view, const modules::
   camera.height = view.height;
   camera.field_of_view_rad = view.field_of_view_rad;
   camera.is_real_time = !view.is_path_traced;
-  camera.samples = view.samples.value_or(modules::default_view_samples(!view.is_path_traced));
+  camera.samples = view.samples;
   camera.bounces = view.bounces;
   if (view.exposure_value) {
     camera.exposure_value = *view.exposure_value;

@@ -4,6 +4,7 @@
 #include <glm/gtc/packing.hpp>
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "tests/gpu/database_fixture.hpp"
@@ -42,6 +43,11 @@ class ImageTest : public DatabaseTest {
     const Outcome outcome = run(*query_, 1);
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     return query_->images()[0];
+  }
+  /// Of a query with these options; empty: it is accepted.
+  std::string refusal(const ImageQueryOptions& options) {
+    const auto query = database().prepare(options);
+    return query ? std::string() : query.error().message;
   }
   MaterialId add_material(const Material& material) {
     const auto added = database().add_material(material, "material");

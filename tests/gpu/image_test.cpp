@@ -222,10 +222,6 @@ TEST_F(ImageTest, LastsAtMostTheLongestWindow) {
 }
 
 TEST_F(ImageTest, RefusesBadOptionsWithValueAndLimit) {
-  const auto refusal = [&](const ImageQueryOptions& options) {
-    const auto query = database().prepare(options);
-    return query ? std::string() : query.error().message;
-  };
   const ImageQueryOptions good{.name = "camera", .width = 4, .height = 4};
   EXPECT_EQ(refusal(good), "");
   auto bad = good;
@@ -269,30 +265,25 @@ TEST_F(ImageTest, RefusesBadOptionsWithValueAndLimit) {
 }
 
 TEST_F(ImageTest, RefusesBadFixedLights) {
-  const auto refusal = [&](const FixedLight& light, std::size_t count = 1) {
-    const auto query = database().prepare(ImageQueryOptions{
-        .name = "camera", .width = 4, .height = 4, .fixed_lights = std::vector<FixedLight>(count, light)});
-    return query ? std::string() : query.error().message;
+  const auto refusal_of = [&](const FixedLight& light, std::size_t count = 1) {
+    return refusal(
+        {.name = "camera", .width = 4, .height = 4, .fixed_lights = std::vector<FixedLight>(count, light)});
   };
   const Light sun{.kind = LightKind::directional, .illuminance_lx = 1e4};
-  EXPECT_EQ(refusal({.light = sun}), "");
-  EXPECT_EQ(refusal({.light = sun}, 17),
+  EXPECT_EQ(refusal_of({.light = sun}), "");
+  EXPECT_EQ(refusal_of({.light = sun}, 17),
             "image query 'camera' asks for a number of fixed lights of 17; 0 to 16 are possible");
-  EXPECT_EQ(refusal({.light = {.kind = LightKind::point, .intensity_cd = 1.0}}),
+  EXPECT_EQ(refusal_of({.light = {.kind = LightKind::point, .intensity_cd = 1.0}}),
             "image query 'camera', fixed light 0: its kind is point; allowed are directional and sky");
-  EXPECT_EQ(refusal({.light = {.kind = LightKind::directional}}),
+  EXPECT_EQ(refusal_of({.light = {.kind = LightKind::directional}}),
             "image query 'camera', fixed light 0: " +
                 validate_light({.kind = LightKind::directional}).error().message);
   EXPECT_EQ(
-      refusal({.light = sun, .q_world = {0.0f, 0.0f, 0.0f, 0.0f}}),
+      refusal_of({.light = sun, .q_world = {0.0f, 0.0f, 0.0f, 0.0f}}),
       "image query 'camera', fixed light 0: the length of q_world is 0.000000; allowed are 1e-6 to 1e6");
 }
 
 TEST_F(ImageTest, RefusesShadowMapsThatItCanNotDraw) {
-  const auto refusal = [&](const ImageQueryOptions& options) {
-    const auto query = database().prepare(options);
-    return query ? std::string() : query.error().message;
-  };
   const ImageQueryOptions good{.name = "camera",
                                .width = 4,
                                .height = 4,

@@ -8,8 +8,10 @@ MATERIAL_PROPERTIES = [(1.0, 0.0, 1.0), (0.0, 0.0, 1e6)] + 3 * [(0.8, 0.0, 1.0)]
     SHARE, (1.0, 0.0, 1.0)] + 3 * [LUMINANCE] + [SHARE, (1.5, 1.0, 4.0)]
 LIGHT_PROPERTIES = 3 * [(1.0, 0.0, 1e3)] + [(0.0, 0.0, 1e7), (0.0, 0.0, 1e10), (0.0, 0.0, 3.1416),
                                             (0.0, 0.0, 3.1416), (0.0, 0.0, 0.2)] + 9 * [LUMINANCE]
+LIGHT_PROPERTIES += 3 * [(0.0, -1e5, 1e5)]
 # The numbers of the properties that lights of a kind use, and those of them that are not 0.
-USED_BY_KIND = {1: {1, 2, 3, 4, 8}, 2: {1, 2, 3, 5}, 3: {1, 2, 3, 5, 6, 7}, 4: set(range(9, 18))}
+USED_BY_KIND = {1: {1, 2, 3, 4, 8}, 2: {1, 2, 3, 5, 18, 19, 20},
+                3: {1, 2, 3, 5, 6, 7, 18, 19, 20}, 4: set(range(9, 18))}
 NEEDED_BY_KIND = {1: {4}, 2: {5}, 3: {5, 7}, 4: set()}
 
 

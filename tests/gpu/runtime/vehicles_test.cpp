@@ -48,15 +48,20 @@ TEST_F(VehiclesModule, VehicleAtTheBorderIsRemoved) {
   EXPECT_EQ(events[0].text, "far leaves the world");
 }
 
-TEST_F(VehiclesModule, AVehicleKeepsItsMaterialWhileItDrives) {
+TEST_F(VehiclesModule, AVehicleKeepsItsMaterialAndItsLampWhileItDrives) {
+  const rtstdb::LightId headlight =
+      world_->add_light("headlight", {.kind = rtstdb::LightKind::point, .intensity_cd = 100.0});
   const rtstdb::MaterialId paint = world_->add_material("paint", {.base_color = {1.0, 0.0, 0.0}});
   const auto module = make(
-      "{vehicles: {red: {position: [0 m, 0 m], speed: 1 m/s, desired_speed: 9 m/s, material: paint},"
+      "{vehicles: {red: {position: [0 m, 0 m], speed: 1 m/s, desired_speed: 9 m/s, material: paint, lamp: "
+      "headlight},"
       " plain: {position: [0 m, 9 m], speed: 1 m/s}}}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   step(*module, 0, 0, second_ns);
   step(*module, 1, second_ns, second_ns);
   EXPECT_EQ(row_of("traffic.red").material, paint);
+  EXPECT_EQ(row_of("traffic.red").light, headlight);
+  EXPECT_FALSE(row_of("traffic.plain").light.valid());
   EXPECT_EQ(row_of("traffic.plain").material, rtstdb::MaterialId{});
 }
 

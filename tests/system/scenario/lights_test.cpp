@@ -56,7 +56,8 @@ TEST(LightsRun, LogHasMaterialsLightsAndTheirEntities) {
       "reflectance": 1.0, "retro_gain": 0.0, "base_color": [0.5, 0.25, 0.125], "metallic": 0.0,
       "roughness": 0.25, "emission_cdpm2": [2.0, 2.0, 2.0], "transmission": 0.0, "refractive_index": 1.5})"));
   EXPECT_EQ(line["lamp"], Json::parse(R"({"line": "light", "light": 0, "name": "lamp", "kind": "spot",
-      "color": [1.0, 0.5, 0.25], "p_m": [0.0, 0.0, 0.0], "illuminance_lx": 0.0, "intensity_cd": 2000.0, "inner_angle_rad": 0.5,
+      "color": [1.0, 0.5, 0.25], "p_m": [0.0, 0.0, 0.0], "illuminance_lx": 0.0, "intensity_cd": 2000.0,
+      "inner_angle_rad": 0.5,
       "outer_angle_rad": 1.0, "angular_diameter_rad": 0.0, "zenith_cdpm2": [0.0, 0.0, 0.0],
       "horizon_cdpm2": [0.0, 0.0, 0.0], "ground_cdpm2": [0.0, 0.0, 0.0]})"));
   EXPECT_EQ(line["day"]["kind"], "sky");

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <map>
 #include <tuple>
@@ -262,6 +264,28 @@ TEST_F(Views, WhatCanNotBeDrawnIsRefused) {
   EXPECT_NE(unwritten.errors.find("folder.png"), std::string::npos) << unwritten.errors;
 }
 
+/// A view that takes minutes.
+TEST_F(Views, AnInterruptEndsTheDrawing) {
+  std::string slow = street;
+  const std::string size = "resolution: [64, 48]}";
+  slow.replace(slow.find(size), size.size(),
+               "resolution: [1024, 1024], mode: path_traced, samples: 64, bounces: 8}");
+  write_text(folder_ / "street.yaml", slow);
+  const std::string out = folder_ / "out";
+  Program program(hil({"run", folder_ / "street.yaml", "--out", out}));
+  ASSERT_TRUE(eventually([&] {
+    return std::filesystem::exists(out + "/run.log") &&
+           read_text(out + "/run.log").find("draws 2 views") != std::string::npos;
+  }));
+  program.signal(SIGINT);
+  const Ended ended = program.wait(std::chrono::seconds(60));
+  EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
+  const Json report = read_report(out);
+  EXPECT_TRUE(report["views"].empty());
+  EXPECT_NE(report["failures"].dump().find("the view corner is missing: the drawing was stopped"),
+            std::string::npos);
+}
+
 TEST_F(Views, MistakesHaveTheirPlaces) {
   const auto mistake = [&](const std::string& from, const std::string& to) {
     std::string changed = street;
@@ -290,6 +314,10 @@ TEST_F(Views, MistakesHaveTheirPlaces) {
   EXPECT_NE(mistake("resolution: [64, 48]}", "resolution: [4096, 4096], samples: 5}")
                 .find("the view has 83886080 points (pixels times samples)"),
             std::string::npos);
+  EXPECT_NE(mistake("resolution: [64, 48]}", "resolution: [2048, 2048], mode: path_traced}")
+                .find("the view has 268435456 points"),
+            std::string::npos)
+      << "64 samples by default";
   EXPECT_NE(mistake("look_at: [6 m, 0 m, 0 m], resolution: [64, 48]",
                     "look_at: [6 m, 0 m, 0 m], resolution: [4, 4096], field_of_view: 179 deg")
                 .find("'field_of_view' is horizontal"),

@@ -42,6 +42,7 @@ TEST(LightCheck, AcceptsItsLimits) {
     EXPECT_EQ(refusal(lamp, &Light::intensity_cd, value), "accepted") << value;
     EXPECT_EQ(refusal(beam, &Light::intensity_cd, value), "accepted") << value;
   }
+  EXPECT_EQ(refusal(lamp, &Light::p_m, glm::dvec3(max_coordinate_m, -max_coordinate_m, 0.0)), "accepted");
   for (const double value : {min_spot_angle_rad, max_spot_angle_rad})
     EXPECT_EQ(refusal(beam, &Light::outer_angle_rad, value), "accepted") << value;
   EXPECT_EQ(refusal(beam, &Light::inner_angle_rad, beam.outer_angle_rad), "accepted");
@@ -54,6 +55,7 @@ TEST(LightCheck, RefusesWithPropertyValueAndRange) {
             "illuminance_lx is 0; allowed is above 0, at most 1e7");
   EXPECT_EQ(refusal(sun, &Light::illuminance_lx, 2e7),
             "illuminance_lx is 20000000; allowed is above 0, at most 1e7");
+  EXPECT_EQ(refusal(beam, &Light::p_m, glm::dvec3(0.0, 2e5, 0.0)), "p_m.y is 200000; allowed is -1e5 to 1e5");
   EXPECT_EQ(refusal(sun, &Light::angular_diameter_rad, 0.25),
             "angular_diameter_rad is 0.25; allowed is 0 to 0.2");
   EXPECT_EQ(refusal(sun, &Light::angular_diameter_rad, -0.1),
@@ -98,6 +100,7 @@ TEST(LightCheck, RefusesWhatTheKindDoesNotUse) {
     return kinds;
   };
   EXPECT_EQ(unused("color", &Light::color, glm::dvec3(0.5)), "sky ");
+  EXPECT_EQ(unused("p_m", &Light::p_m, glm::dvec3(1.0)), "directional sky ");
   EXPECT_EQ(unused("illuminance_lx", &Light::illuminance_lx, 1.0), "point spot sky ");
   EXPECT_EQ(unused("intensity_cd", &Light::intensity_cd, 1.0), "directional sky ");
   EXPECT_EQ(unused("inner_angle_rad", &Light::inner_angle_rad, 0.1), "directional point sky ");
@@ -117,7 +120,7 @@ TEST(LightCheck, RefusesNumbersThatAreNotFinite) {
                                 &Light::outer_angle_rad, &Light::angular_diameter_rad})
         EXPECT_NE(refusal(light, member, value), "accepted") << to_string(light.kind) << " " << value;
       for (const auto member :
-           {&Light::color, &Light::zenith_cdpm2, &Light::horizon_cdpm2, &Light::ground_cdpm2})
+           {&Light::color, &Light::p_m, &Light::zenith_cdpm2, &Light::horizon_cdpm2, &Light::ground_cdpm2})
         EXPECT_NE(refusal(light, member, {1.0, 1.0, value}), "accepted") << to_string(light.kind);
     }
   }

@@ -102,7 +102,7 @@ std::string text_of(const World& world) {
                       static_cast<int>(l.kind) + 1));
     add_bits({l.color.r, l.color.g, l.color.b, l.illuminance_lx, l.intensity_cd, l.inner_angle_rad,
               l.outer_angle_rad, l.angular_diameter_rad});
-    for (const glm::dvec3& channels : {l.zenith_cdpm2, l.horizon_cdpm2, l.ground_cdpm2})
+    for (const glm::dvec3& channels : {l.zenith_cdpm2, l.horizon_cdpm2, l.ground_cdpm2, l.p_m})
       add_bits({channels.r, channels.g, channels.b});
     text += '\n';
   }
@@ -372,7 +372,10 @@ bool LiveWorld::add_light() {
     value.illuminance_lx = 1.0 + below(500);
     value.angular_diameter_rad = 0.01 * below(20);
   }
-  if (value.kind == LightKind::point || value.kind == LightKind::spot) value.intensity_cd = 1.0 + below(500);
+  if (value.kind == LightKind::point || value.kind == LightKind::spot) {
+    value.intensity_cd = 1.0 + below(500);
+    value.p_m = glm::dvec3(1.0 - below(3), 0.25 * below(3), below(2));
+  }
   if (value.kind == LightKind::spot) {
     value.inner_angle_rad = 0.1 * below(5);
     value.outer_angle_rad = 0.5;

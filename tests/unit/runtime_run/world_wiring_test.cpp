@@ -175,6 +175,24 @@ TEST_F(WorldWiring, MaterialsThatModulesNameAreThoseOfTheWorld) {
             "scenario.yaml:7:79: there is no material 'pain' in world.materials; did you mean 'paint'?\n");
 }
 
+TEST_F(WorldWiring, LampsOfVehiclesAreLightsOfTheWorld) {
+  const auto car = [](const std::string& lamp) {
+    return "scenario: a\nworld: {lights: [{name: bulb, kind: point, intensity: 1 cd}]}\ntasks:\n  - module: "
+           "traffic\n    type: vehicles\n    rate: 1 kHz\n    parameters: {vehicles: {a: {position: [0 m, 0 "
+           "m], "
+           "speed: 1 m/s" +
+           lamp + "}}}\n";
+  };
+  EXPECT_EQ(mistakes_of(car(", lamp: bulb")), "");
+  EXPECT_EQ(diagnostics_.warnings().size(), 0U);
+  EXPECT_NE(
+      mistakes_of(car(", lamp: bulp")).find("there is no light 'bulp' in world.lights; did you mean 'bulb'?"),
+      std::string::npos);
+  mistakes_of(car(""));
+  ASSERT_EQ(diagnostics_.warnings().size(), 1U);
+  EXPECT_EQ(diagnostics_.warnings()[0].message, "no entity names the light 'bulb', so it lights nothing");
+}
+
 TEST_F(WorldWiring, AViewNeedsABody) {
   const std::string view = "views: [{name: v, position: [0 m, 0 m, 1 m], look_at: [1 m, 0 m, 0 m]}]";
   EXPECT_EQ(mistakes_of("scenario: a\nworld: {entities: [{name: e, shape: {sphere: 1 m}}], " + view + "}\n"),
