@@ -152,7 +152,7 @@ bool RunWorld::check() {
   return can_go_on;
 }
 
-/// The user may stop the drawing; that he has stopped the run before is no reason to leave the views out.
+/// An interrupt ends the drawing. One that has ended the run before does not leave the views out.
 void RunWorld::draw_views_into(std::int64_t end_ns, report::RunRecord& record,
                                std::vector<std::string>& faults) {
   if (views_.empty()) return;

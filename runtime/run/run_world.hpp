@@ -43,8 +43,8 @@ class RunWorld {
 
   /// Draws the views, closes the database, the point clouds and the images of cameras, and fills in
   /// record.views, record.database_log, and the transactions and the scheduler of the run, without those of
-  /// the views. Returns sentences on what the history, the point clouds and the
-  /// views lack. Transactions fail from here on. `end_ns`: run time at which the run ended.
+  /// the views. Returns sentences on what the history, the point clouds and the views lack. Transactions fail
+  /// from here on. `end_ns`: run time at which the run ended.
   std::vector<std::string> close(std::int64_t end_ns, report::RunRecord& record);
 
   /// Fills in the device, what was not reserved, and what was degraded. `record.tasks` is there.

@@ -1,5 +1,6 @@
 #include "runtime/run/world_views.hpp"
 
+#include <new>
 #include <utility>
 
 #include "runtime/modules/still_image.hpp"
@@ -82,8 +83,13 @@ std::vector<std::string> draw_views(std::span<const modules::RecordedCamera> vie
   std::filesystem::create_directories(folder, error);  // write_png says what is wrong with it
   for (const modules::RecordedCamera& camera : views) {
     report::View view{.name = camera.name, .time_ns = time_ns};
-    if (std::string fault = draw(camera, database, time_ns, folder, stop, view); !fault.empty())
-      faults.push_back(std::move(fault));
+    try {
+      if (std::string fault = draw(camera, database, time_ns, folder, stop, view); !fault.empty())
+        faults.push_back(std::move(fault));
+    } catch (const std::bad_alloc&) {
+      // The report is written all the same.
+      faults.push_back("the view " + camera.name + " does not fit into memory");
+    }
     if (!view.image_png.empty()) record.views.push_back(std::move(view));
   }
   return faults;
