@@ -61,21 +61,6 @@ vk::raii::DeviceMemory import_host_memory(const Device::Impl& device, const vk::
   return nullptr;
 }
 
-/// Tries the suitable memory types from best to worst, since the best one may be small and full.
-vk::raii::DeviceMemory allocate(const Device::Impl& device, const vk::MemoryRequirements& needs,
-                                const BufferOptions& options) {
-  const vk::MemoryAllocateFlagsInfo flags = flags_of(options);
-  for (const std::uint32_t type :
-       rank_memory_types(device.memory_types, needs.memoryTypeBits, options.memory)) {
-    try {
-      return {device.device, vk::MemoryAllocateInfo(needs.size, type, &flags)};
-    } catch (
-        const vk::OutOfDeviceMemoryError&) {  // NOLINT(bugprone-empty-catch): the next type may have room
-    }
-  }
-  throw vk::OutOfDeviceMemoryError("every suitable memory type is full");
-}
-
 }  // namespace
 
 Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions& options_in)
@@ -91,7 +76,10 @@ Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions&
   const vk::MemoryRequirements needs = buffer.getMemoryRequirements();
   if (tries_import) memory = import_host_memory(*device, needs, options);
   const bool imported = *memory != vk::DeviceMemory{};
-  if (!imported) memory = allocate(*device, needs, options);
+  if (!imported) {
+    const vk::MemoryAllocateFlagsInfo flags = flags_of(options);
+    memory = device->allocate(needs, options.memory, &flags);
+  }
   buffer.bindMemory(*memory, 0);
   if (options.addressed) address = d.getBufferAddress(vk::BufferDeviceAddressInfo(*buffer));
   const auto view = [&](vk::Format format) {

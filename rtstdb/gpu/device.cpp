@@ -120,6 +120,18 @@ void Device::Impl::name(vk::ObjectType type, std::uint64_t handle, const std::st
   if (instance->has_debug_names) device.setDebugUtilsObjectNameEXT({type, handle, text.c_str()});
 }
 
+vk::raii::DeviceMemory Device::Impl::allocate(const vk::MemoryRequirements& needs, Memory purpose,
+                                              const void* next) const {
+  for (const std::uint32_t type : rank_memory_types(memory_types, needs.memoryTypeBits, purpose)) {
+    try {
+      return {device, vk::MemoryAllocateInfo(needs.size, type, next)};
+    } catch (
+        const vk::OutOfDeviceMemoryError&) {  // NOLINT(bugprone-empty-catch): the next type may have room
+    }
+  }
+  throw vk::OutOfDeviceMemoryError("every suitable memory type is full");
+}
+
 Device::Device(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Device::~Device() = default;
 

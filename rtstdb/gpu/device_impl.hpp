@@ -44,6 +44,10 @@ struct Device::Impl {
 
   const vk::raii::DeviceDispatcher& vk() const { return *device.getDispatcher(); }
   void name(vk::ObjectType type, std::uint64_t handle, const std::string& text) const;
+  /// Tries the suitable memory types from best to worst, since the best one may be small and full. Throws
+  /// vk::OutOfDeviceMemoryError when all are. `next`: the next structure of the request.
+  vk::raii::DeviceMemory allocate(const vk::MemoryRequirements& needs, Memory purpose,
+                                  const void* next = nullptr) const;
 
   /// Runs a setup step and turns the exceptions of Vulkan-Hpp into an Error, whose text begins with `what`.
   template <class Step>

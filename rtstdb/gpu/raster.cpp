@@ -12,19 +12,6 @@ namespace {
 constexpr vk::Format words_format = vk::Format::eR32G32Uint;
 constexpr vk::Format depth_format = vk::Format::eD32Sfloat;
 
-vk::raii::DeviceMemory allocate_image_memory(const Device::Impl& device,
-                                             const vk::MemoryRequirements& needs) {
-  for (const std::uint32_t type :
-       rank_memory_types(device.memory_types, needs.memoryTypeBits, Memory::device)) {
-    try {
-      return {device.device, vk::MemoryAllocateInfo(needs.size, type)};
-    } catch (
-        const vk::OutOfDeviceMemoryError&) {  // NOLINT(bugprone-empty-catch): the next type may have room
-    }
-  }
-  throw vk::OutOfDeviceMemoryError("every suitable memory type is full");
-}
-
 Attachment create_attachment(const Device::Impl& device, const RasterTargetOptions& options,
                              vk::Format format, vk::ImageUsageFlagBits usage,
                              vk::ImageAspectFlagBits aspect) {
@@ -35,7 +22,7 @@ Attachment create_attachment(const Device::Impl& device, const RasterTargetOptio
   made.image = vk::raii::Image(device.device, wanted);
   device.name(vk::ObjectType::eImage, reinterpret_cast<std::uint64_t>(static_cast<VkImage>(*made.image)),
               options.name);
-  made.memory = allocate_image_memory(device, made.image.getMemoryRequirements());
+  made.memory = device.allocate(made.image.getMemoryRequirements(), Memory::device);
   made.image.bindMemory(*made.memory, 0);
   made.view = vk::raii::ImageView(device.device,
                                   vk::ImageViewCreateInfo({}, *made.image, vk::ImageViewType::e2D, format, {},
