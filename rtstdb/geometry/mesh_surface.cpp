@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -66,16 +67,22 @@ void append_samples(const Corners& corners, double spacing_m, std::vector<glm::d
   const glm::dvec3 to_top_m = corners[(longest + 2) % 3] - begin_m;
   const double length_m = glm::length(along_m);
   const double height_m = glm::length(glm::cross(along_m, to_top_m)) / std::max(length_m, 1e-300);
-  const double rows = std::ceil(height_m / spacing_m);
-  for (double row = 0.0; row <= rows; row += 1.0) {
-    const double up = rows > 0.0 ? row / rows : 0.0;
-    const double columns = std::ceil((1.0 - up) * length_m / spacing_m);
-    for (double column = 0.0; column <= columns; column += 1.0) {
-      const double across = columns > 0.0 ? column / columns : 0.0;
+  const auto steps_of = [&](double side_m) {
+    return static_cast<std::uint64_t>(std::ceil(side_m / spacing_m));
+  };
+  const auto share = [](std::uint64_t step, std::uint64_t steps) {
+    return steps > 0 ? static_cast<double>(step) / static_cast<double>(steps) : 0.0;
+  };
+  const std::uint64_t rows = steps_of(height_m);
+  for (std::uint64_t row = 0; row <= rows; ++row) {
+    const double up = share(row, rows);
+    const std::uint64_t columns = steps_of((1.0 - up) * length_m);
+    for (std::uint64_t column = 0; column <= columns; ++column) {
+      const double across = share(column, columns);
       points_m.push_back(begin_m + up * to_top_m + (1.0 - up) * across * along_m);
     }
   }
-  if (rows == 0.0) points_m.push_back(begin_m + to_top_m);
+  if (rows == 0) points_m.push_back(begin_m + to_top_m);
 }
 
 MeshSurface::MeshSurface(const MeshView& mesh, double reach_m) : mesh_(mesh), reach_m_(reach_m) {

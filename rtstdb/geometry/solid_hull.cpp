@@ -198,8 +198,7 @@ TriangleMesh with_points_of_parts(const MeshView& mesh, const ConvexParts& parts
       add_point(corner_m);
     if (!hull.round) continue;
     for (int i = 0; i < 27; ++i) {
-      const glm::vec3 d(static_cast<float>(i % 3 - 1), static_cast<float>(i / 3 % 3 - 1),
-                        static_cast<float>(i / 9 - 1));
+      const glm::vec3 d(glm::ivec3(i % 3, i / 3 % 3, i / 9) - 1);
       const glm::vec3 across = d - hull.round->axis * glm::dot(hull.round->axis, d);
       if (!(glm::length(across) > 1e-6f)) continue;
       for (const glm::vec3& corner_m : std::span(hull.corners_m).first(hull.round->core_corners))

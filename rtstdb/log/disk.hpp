@@ -34,7 +34,8 @@ enum class DiskCall : std::uint8_t {
   allocate,  ///< not a disk operation: memory for one ran out
 };
 
-struct DiskError {
+// The analyzer does not follow which value a Result has.
+struct DiskError {  // NOLINT(clang-analyzer-core.uninitialized.Assign)
   DiskCall call = DiskCall::open;
   int number = 0;    ///< errno
   std::string file;  ///< empty for allocate

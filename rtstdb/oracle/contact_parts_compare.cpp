@@ -42,7 +42,7 @@ Judgement judge_parts(std::span<const JudgedParts> parts, const ContactSearch& s
       *std::ranges::min_element(parts, {}, [](const JudgedParts& one) { return one.truth.distance_m; });
   const PairTruth& truth = nearest.truth;
   if (answer.status == PairStatus::undecided) return judge_undecided(truth, answer);
-  const Judgement status = judge_status(truth, search, answer);
+  Judgement status = judge_status(truth, search, answer);
   if (status.verdict == Verdict::differs) return status;
   if (Judgement distance = judge_distance(truth, answer); distance.verdict != Verdict::agrees)
     return distance;

@@ -172,7 +172,7 @@ Judgement judge_surface_pair(const SurfacePair& pair, const SurfaceTruth& truth,
     return judged(Verdict::differs, answer.has_depth ? "with depth, but neither body has an inside"
                                                      : "without depth, but a body has an inside");
   if (answer.status == PairStatus::undecided) return judge_undecided_surfaces(truth, answer);
-  const Judgement status = judge_surface_status(truth, search, answer);
+  Judgement status = judge_surface_status(truth, search, answer);
   if (status.verdict == Verdict::differs) return status;
   if (Judgement distance = judge_surface_distance(truth, answer); distance.verdict != Verdict::agrees)
     return distance;

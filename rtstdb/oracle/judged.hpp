@@ -10,9 +10,13 @@ namespace rtstdb::oracle {
 /// `format` and `values` as for printf; a long text is truncated.
 template <class... Values>
 Judgement judged(Verdict verdict, const char* format, Values... values) {
-  char text[320];
-  std::snprintf(text, sizeof text, format, values...);
-  return {verdict, text};
+  if constexpr (sizeof...(Values) == 0) {
+    return {verdict, format};
+  } else {
+    char text[320];
+    std::snprintf(text, sizeof text, format, values...);
+    return {verdict, text};
+  }
 }
 
 }  // namespace rtstdb::oracle

@@ -16,7 +16,6 @@ using config::Diagnostics;
 using config::Expression;
 using config::in_quotes;
 using Operation = Expression::Operation;
-using units::Dimension;
 using units::Unit;
 
 }  // namespace
@@ -204,7 +203,7 @@ class Compiler {
     if (!both) return {};
     for (const auto& [part, other] : {std::pair(left, right), std::pair(right, left)}) {
       if (auto reason = constant_comparison(nodes_, i, part, types_[other].constant))
-        return types_.fail(other, std::move(*reason));
+        return types_.fail(other, *reason);
     }
     return truth();
   }
@@ -423,7 +422,7 @@ class Compiler {
 
   double period_s() const { return static_cast<double>(options_.period_ns) / 1e9; }
 
-  void add(Program::Instruction instruction) { program_.instructions_.push_back(std::move(instruction)); }
+  void add(const Program::Instruction& instruction) { program_.instructions_.push_back(instruction); }
 
   void push() { max_depth_ = std::max(max_depth_, ++depth_); }
 
@@ -474,7 +473,7 @@ class Compiler {
       call.first_state = static_cast<std::uint32_t>(program_.state_.size() + 1);
       program_.state_.resize(program_.state_.size() + 1 + call.state_size);
     }
-    add(std::move(call));
+    add(call);
   }
 
   const std::span<const Node> nodes_;

@@ -64,19 +64,19 @@ std::optional<Relation> relation_of(std::span<const Node> nodes, std::size_t nod
     return std::nullopt;
   };
   const Node& call = nodes[node];
-  Relation relation{.function = relation_function(call.word.text)};
+  const RelationFunction& function = *relation_function(call.word.text);
+  Relation relation{.function = &function};
   const std::string name = in_quotes(call.word.text);
-  const std::size_t max_arguments = relation.function->kind == RelationKind::time_to_impact ? 3 : 2;
+  const std::size_t max_arguments = function.kind == RelationKind::time_to_impact ? 3 : 2;
   if (call.parts.size() < 2 || call.parts.size() > max_arguments) {
     return refuse(call.word.place, name + " has " + std::to_string(call.parts.size()) +
                                        (call.parts.size() == 1 ? " argument" : " arguments") +
-                                       ", but takes (" + std::string(relation.function->arguments) + ")");
+                                       ", but takes (" + std::string(function.arguments) + ")");
   }
   for (std::size_t k = 0; k < 2; ++k) {
     const Node& part = nodes[call.parts[k]];
     if (part.operation != Operation::name)
-      return refuse(part.word.place,
-                    name + " takes names: (" + std::string(relation.function->arguments) + ")");
+      return refuse(part.word.place, name + " takes names: (" + std::string(function.arguments) + ")");
     (k == 0 ? relation.first : relation.second) = part.word;
   }
   if (relation.first.text == relation.second.text) {

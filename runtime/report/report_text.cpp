@@ -93,7 +93,7 @@ void add_bus_faults(std::string& out, const std::string& name, const BusRecord& 
 std::string times_of(const Injection& injection) {
   if (injection.spans.empty()) return {};
   const ActiveSpan& first = injection.spans.front();
-  const std::string from = " from " + chosen_time(first.begin_ns) + " to " + chosen_time(first.end_ns);
+  std::string from = " from " + chosen_time(first.begin_ns) + " to " + chosen_time(first.end_ns);
   if (injection.begins == 1) return from;
   return ' ' + counted(injection.begins, "time", "times") + ", first" + from;
 }

@@ -142,8 +142,10 @@ TEST_F(CornerAttributes, KeepEachByteOfAColour) {
     mesh.corner_colors[byte].fill(
         glm::vec3(static_cast<float>(linear_from_srgb(static_cast<double>(byte) / 255.0))));
   const auto read = values_at(corners_of(add(mesh), mesh));
-  for (std::size_t i = 0; i < read.size(); ++i)
-    EXPECT_NEAR(encoded(read[i].color).y * 255.0, static_cast<double>(i / 3), 1e-3);
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const std::size_t byte = i / 3;
+    EXPECT_NEAR(encoded(read[i].color).y * 255.0, static_cast<double>(byte), 1e-3);
+  }
   EXPECT_EQ(read.front().color, glm::dvec3(0.0));
   EXPECT_NEAR(read.back().color.x, 1.0, 1e-6);
 }

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "tests/gpu/image_fixture.hpp"
 
 namespace rtstdb::test {
 namespace {
-
-using std::numbers::pi;
 
 glm::dquat turned(double yaw_rad, double pitch_rad) {
   return glm::angleAxis(yaw_rad, glm::dvec3(0.0, 0.0, 1.0)) *

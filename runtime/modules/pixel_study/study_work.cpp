@@ -145,7 +145,8 @@ StudyElement StudyWork::element(std::uint64_t index) const noexcept {
     }
   }
   const std::uint32_t n = method.samples_per_axis;
-  const glm::dvec2 in_pixel((sample % n + 0.5) / n, (sample / n + 0.5) / n);
+  const std::uint32_t sample_column = sample % n, sample_row = sample / n;
+  const glm::dvec2 in_pixel((sample_column + 0.5) / n, (sample_row + 0.5) / n);
   element.direction_world = sensor_to_world_ * grid_.direction(corner + shift + in_pixel);
   return element;
 }

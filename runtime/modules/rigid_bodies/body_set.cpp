@@ -55,10 +55,12 @@ void BodySet::advance(FrozenContacts& contacts, TouchLog& touches, std::int64_t 
   const auto duration_ns = static_cast<double>(to_ns - from_ns);
   if (duration_ns <= 0.0) return;
   // The share of a substep that rounding may add does not make one more.
-  const double count = std::max(1.0, std::ceil(duration_ns / substep_ns - 1e-6));
-  const double length_ns = duration_ns / count;
-  for (double i = 0.0; i < count; i += 1.0)
-    substep(contacts, touches, static_cast<double>(from_ns) + i * length_ns, 1e-9 * length_ns);
+  const auto count = static_cast<std::int64_t>(std::max(1.0, std::ceil(duration_ns / substep_ns - 1e-6)));
+  const double length_ns = duration_ns / static_cast<double>(count);
+  for (std::int64_t i = 0; i < count; ++i) {
+    const double begin_ns = static_cast<double>(from_ns) + static_cast<double>(i) * length_ns;
+    substep(contacts, touches, begin_ns, 1e-9 * length_ns);
+  }
 }
 
 void BodySet::substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept {

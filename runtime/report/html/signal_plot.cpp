@@ -74,7 +74,6 @@ class SignalPlotDrawing {
  public:
   SignalPlotDrawing(Markup& out, const RunRecord& record, const SignalPlot& plot)
       : out_(out),
-        record_(record),
         plot_(plot),
         panels_(panels_of(record.signal_plots, plot)),
         lanes_(lanes_of(record, plot)),
@@ -302,7 +301,6 @@ class SignalPlotDrawing {
   }
 
   Markup& out_;
-  const RunRecord& record_;
   const SignalPlot& plot_;
   std::vector<Panel> panels_;
   const Lanes lanes_;

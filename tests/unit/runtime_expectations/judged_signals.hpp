@@ -46,9 +46,9 @@ class Expectations : public ::testing::Test {
                                 max_samples);
   }
   template <class Data>
-  std::unique_ptr<Judge> windowed(Data claim, config::WindowSection window) {
+  std::unique_ptr<Judge> windowed(Data claim, const config::WindowSection& window) {
     return judge_of_expectation(
-        {.name = "claim", .place = {}, .window = std::move(window), .claim = claim_of(std::move(claim))});
+        {.name = "claim", .place = {}, .window = window, .claim = claim_of(std::move(claim))});
   }
   std::unique_ptr<Judge> judge_of_expectation(const config::Expectation& expectation,
                                               std::uint64_t max_samples = 1000) {
@@ -71,7 +71,7 @@ class Expectations : public ::testing::Test {
                                     std::initializer_list<const char*> words = {},
                                     const std::source_location& at = std::source_location::current()) {
     const ::testing::ScopedTrace trace(at.file_name(), static_cast<int>(at.line()), "expected here");
-    const report::Expectation result = judge.result(extent);
+    report::Expectation result = judge.result(extent);
     EXPECT_EQ(result.result, expected) << result.detail;
     for (const char* word : words)
       EXPECT_NE(result.detail.find(word), std::string::npos) << result.detail;

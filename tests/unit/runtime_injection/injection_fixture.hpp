@@ -56,7 +56,8 @@ class InjectionFixture : public run::test::WiringFixture {
   void run_to(std::int64_t tick_ms) {
     while (time_ns_ <= tick_ms * ms) {
       if (time_ns_ > 0) end_tick();
-      tick(static_cast<double>(time_ns_ / ms));
+      const std::int64_t number = time_ns_ / ms;
+      tick(static_cast<double>(number));
     }
   }
   std::vector<std::string> events() const {

@@ -84,7 +84,8 @@ TEST(BoxInRow, ContainsEveryPointOfTheBoxOnTheRaysOfMovingCameras) {
         const rtstdb::Pose eye = rtstdb::pose_at(carrier, ray.t), body = rtstdb::pose_at(box.motion, ray.t);
         const auto depths = found.depths(column);
         const bool in_columns = column >= found.first_column() && column < found.end_column();
-        for (double depth_m = 0.25; depth_m < 40.0; depth_m += 0.5) {
+        for (std::uint32_t step = 0; step < 80; ++step) {
+          const double depth_m = 0.25 + 0.5 * step;
           const glm::dvec3 p_world =
               eye.p_world_m + eye.q_world * (glm::dvec3(ray.origin_m) + depth_m * glm::dvec3(ray.direction));
           const glm::dvec3 p = glm::conjugate(body.q_world) * (p_world - body.p_world_m) - box.center_m;

@@ -38,7 +38,7 @@ class Plots : public run::test::WiringFixture {
     plots_->take(wiring_->signals, time_ns_);
     time_ns_ += ms;
   }
-  report::SignalPlots filled(std::vector<report::ExpectationResult> results) {
+  report::SignalPlots filled(const std::vector<report::ExpectationResult>& results) {
     report::RunRecord record;
     for (const report::ExpectationResult result : results)
       record.expectations.push_back({.name = "", .result = result, .detail = ""});
