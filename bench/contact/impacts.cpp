@@ -21,7 +21,8 @@ std::vector<Figure> measure_impacts(const SuiteOptions& options) {
     world.add(mesh);
   std::vector<rtstdb::EntityRow> rows;
   for (std::uint32_t i = 0; i < pairs; ++i) {
-    const glm::dvec3 p_m(100.0 * (i % 40), 100.0 * (i / 40), 0.0);
+    const std::uint32_t column = i % 40, line = i / 40;
+    const glm::dvec3 p_m(100.0 * column, 100.0 * line, 0.0);
     const glm::dvec3 side = random_direction(engine);
     for (int k = 0; k < 2; ++k) {
       rtstdb::EntityRow& row = rows.emplace_back();

@@ -26,7 +26,8 @@ Scene make_scene(std::size_t pairs) {
   std::uniform_real_distribution<double> uniform;
   Scene scene{.meshes = random_hulls(engine), .rows = {}};
   for (std::size_t i = 0; i < pairs; ++i) {
-    const glm::dvec3 p_m(10.0 * static_cast<double>(i % 100), 10.0 * static_cast<double>(i / 100), 0.0);
+    const std::size_t column = i % 100, line = i / 100;
+    const glm::dvec3 p_m(10.0 * static_cast<double>(column), 10.0 * static_cast<double>(line), 0.0);
     for (int k = 0; k < 2; ++k) {
       rtstdb::EntityRow& row = scene.rows.emplace_back();
       row.geometry = {static_cast<std::uint32_t>(engine() % hull_count)};

@@ -220,7 +220,7 @@ TEST(Allocation, NoneByGeometryUpdates) {
   Database& database = *opened.value();
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < 900; ++i) {
-    const glm::vec3 corner(static_cast<float>(i % 30), static_cast<float>(i / 30), 0.0f);
+    const glm::vec3 corner(glm::uvec3(i % 30, i / 30, 0));
     mesh.positions_m.insert(mesh.positions_m.end(),
                             {corner, corner + glm::vec3(1, 0, 0), corner + glm::vec3(0, 1, 0)});
     mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);

@@ -255,8 +255,10 @@ TEST_P(ConeFractions, ARayHasAllOfItself) {
 /// More entities than a beam is distributed among: flagged if a part of the beam passes those.
 TEST_P(ConeFractions, MoreEntitiesThanAreSearched) {
   const GeometryId chip = add(make_rectangle(0.1, 0.1));
-  for (int i = 0; i < 20; ++i)
-    create(row_of(chip, {0.2 * (i % 5) - 0.4, 0.2 * (i / 5) - 0.3, -10.0 - 0.1 * i}));
+  for (int i = 0; i < 20; ++i) {
+    const int column = i % 5, line = i / 5;
+    create(row_of(chip, {0.2 * column - 0.4, 0.2 * line - 0.3, -10.0 - 0.1 * i}));
+  }
   auto hits = returns_of(beam(0.1));
   EXPECT_EQ(hits.size(), per_cone);
   EXPECT_TRUE(truncated_);

@@ -72,7 +72,7 @@ class RandomHulls : public DatabaseTest, public testing::WithParamInterface<Hull
       return row;
     };
     for (std::uint32_t i = 0; i < pairs_per_batch; ++i) {
-      const glm::dvec3 p_m(100.0 * (i % 50), 100.0 * (i / 50), 1000.0);
+      const glm::dvec3 p_m(100u * glm::uvec3(i % 50, i / 50, 10));
       const EntityRow first = random_body(p_m);
       EntityRow second = random_body(p_m);
       const double reach_m = 0.5 * (glm::length(first.scale) + glm::length(second.scale));

@@ -158,7 +158,7 @@ class RandomSurfaces : public DatabaseTest, public testing::WithParamInterface<S
       return row;
     };
     for (std::uint32_t i = 0; i < pairs_per_batch; ++i) {
-      const glm::dvec3 p_m(100.0 * (i % 25), 100.0 * (i / 25), 1000.0);
+      const glm::dvec3 p_m(100u * glm::uvec3(i % 25, i / 25, 10));
       rows.push_back(body_of(firsts_, p_m));
       rows.push_back(body_of(seconds_, p_m));
       rows.back().motion.p_world_m +=

@@ -243,7 +243,7 @@ TEST_F(RandomImpacts, AgreeWithTheOracleForHulls) {
                                            {0.3 + 0.7 * random.uniform(0.0, 1.0), 0.6, 0.9})));
     std::vector<EntityRow> rows;
     for (std::uint32_t i = 0; i < pairs; ++i) {
-      const glm::dvec3 p_m(100.0 * (i % 20), 100.0 * (i / 20), 0.0);
+      const glm::dvec3 p_m(100u * glm::uvec3(i % 20, i / 20, 0));
       const glm::dvec3 side = random.direction();
       EntityRow first = row_of(hulls[random.below(hulls.size())], p_m);
       EntityRow second = row_of(hulls[random.below(hulls.size())], p_m + random.magnitude(3.0, 30.0) * side);

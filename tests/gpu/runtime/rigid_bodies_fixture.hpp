@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,7 +45,7 @@ class RigidBodiesFixture : public ModuleFixture {
   template <typename Each>
   std::vector<double> run_to(Module& module, double time_s, Each each) {
     std::vector<double> outputs;
-    const auto until_ns = static_cast<std::int64_t>(time_s * 1e9 + 0.5);
+    const auto until_ns = std::llround(time_s * 1e9);
     for (; next_ns_ <= until_ns; next_ns_ += period_ns_) {
       outputs =
           step(module, static_cast<std::uint64_t>(next_ns_ / period_ns_), next_ns_, period_ns_, inputs_);

@@ -153,13 +153,14 @@ TEST(FrozenList, CollidesWithoutTheCheck) {
 /// The same traffic, scanner and controller, but every list is live.
 TEST(FrozenList, WithoutTheFaultNoCheckIsNeeded) {
   const Folder folder;
+  const std::string command =
+      "dut.command=[hil-aeb-controller, --bus, \"{can.car}\", --database, crossing.dbc, "
+      "--no-plausibility-check]";
   const Ended ended =
       run_hil({"run", crossing(), "--clock", "virtual", "--out", folder / "out", "--set",
                "tasks.traffic.parameters.vehicles.ego.desired_speed=26 km/h", "--set",
                "tasks.scanner.parameters.columns=240", "--set", "tasks.scanner.parameters.rows=48", "--set",
-               "tasks.scanner.parameters.compare=[]", "--set",
-               "dut.command=[hil-aeb-controller, --bus, \"{can.car}\", --database, crossing.dbc, "
-               "--no-plausibility-check]"});
+               "tasks.scanner.parameters.compare=[]", "--set", command});
   EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
   EXPECT_EQ(events_of(read_report(folder / "out"), "the device under test requests").size(), 1U);
 }

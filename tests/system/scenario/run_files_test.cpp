@@ -17,16 +17,16 @@ namespace {
 class RunFiles : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = std::make_unique<Folder>();
-    const Ended run =
-        run_hil(joined({{"run", crossing(), "--clock", "virtual", "--out", *folder_ / "out"}, few_beams()}));
+    run_folder = std::make_unique<Folder>();
+    const Ended run = run_hil(
+        joined({{"run", crossing(), "--clock", "virtual", "--out", *run_folder / "out"}, few_beams()}));
     ASSERT_EQ(run.code, 0) << run.output << run.errors;
   }
-  static void TearDownTestSuite() { folder_.reset(); }
-  static std::string out(const std::string& file = {}) { return *folder_ / ("out/" + file); }
+  static void TearDownTestSuite() { run_folder.reset(); }
+  static std::string out(const std::string& file = {}) { return *run_folder / ("out/" + file); }
 
  private:
-  static inline std::unique_ptr<Folder> folder_;
+  static inline std::unique_ptr<Folder> run_folder;
 };
 
 TEST_F(RunFiles, ReportIsRemadeByteForByte) {

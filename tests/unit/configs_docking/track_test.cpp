@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -27,7 +28,7 @@ TEST(Track, FollowsABodyThroughOldAndNoisyPositions) {
     const double t = i * dt;
     path.push_back(p);
     if (i % 10 == 9) {
-      const glm::dvec3 then = path[path.size() - 1 - static_cast<std::size_t>(age / dt + 0.5)];
+      const glm::dvec3 then = path[path.size() - 1 - static_cast<std::size_t>(std::lround(age / dt))];
       track.update(then + glm::dvec3(noise(random), noise(random), noise(random)), 0.05, age);
     }
     if (t > 10.0) {

@@ -56,7 +56,7 @@ Judgement judged_answer(const World& world, const ContactSearch& search, const C
                              .candidates = owned.candidates,
                              .overflow = owned.overflow,
                              .incomplete = owned.incomplete};
-  const Judgement judgement = judge(world, search, {&answer, 1}, options);
+  Judgement judgement = judge(world, search, {&answer, 1}, options);
   EXPECT_EQ(judgement.reason.empty(), judgement.verdict == Verdict::agrees) << judgement.reason;
   return judgement;
 }

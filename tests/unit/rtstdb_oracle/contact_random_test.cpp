@@ -52,10 +52,10 @@ template <class Visit>
 void each_pair(std::uint64_t seed, int count, double spread_m, Visit&& visit) {
   const Scene scene = hull_crowd(seed, 2 * count, spread_m);
   const World world = scene.world();
-  for (int i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     SCOPED_TRACE(i);
-    const EntityId first = scene.entities[static_cast<std::size_t>(2 * i)].id;
-    const EntityId second = scene.entities[static_cast<std::size_t>(2 * i + 1)].id;
+    const EntityId first = scene.entities[2 * i].id;
+    const EntityId second = scene.entities[2 * i + 1].id;
     const PosedPair pair = posed_pair(world, first, second, at_s(10.5));
     visit(pair, pair_truth(pair));
   }

@@ -69,7 +69,8 @@ inline Scene concave_pairs(std::uint64_t seed, int count) {
     const int shape = random.below(i % 2 == 0 ? 4 : 6);
     EntityRow& row = scene.place(shapes[static_cast<std::size_t>(shape)]);
     row.scale = {random.magnitude(0.6, 1.6), random.magnitude(0.6, 1.6), random.magnitude(0.6, 1.6)};
-    row.motion.p_world_m = {20.0 * (i / 2), 100.0, -50.0};
+    const int pair = i / 2;
+    row.motion.p_world_m = {20.0 * pair, 100.0, -50.0};
     if (i % 2 == 1) row.motion.p_world_m += random.uniform(0.2, 2.2) * random.direction();
     row.motion.q_world = random.orientation();
     row.motion.v_world_mps = random.vector();

@@ -12,7 +12,6 @@ namespace {
 
 using test::compile;
 using test::truth_of;
-using test::unknown;
 using test::value_of;
 
 bool is_unknown(const std::string& condition) {

@@ -245,8 +245,8 @@ TEST_F(RecorderTest, FullRingDropsAndCountsInRealTime) {
   for (const test::ReadMessage& message : file.of("/a")) {
     ASSERT_TRUE(message.log_time == 0 || message.log_time > before);
     before = message.log_time;
-    ASSERT_EQ(Json::parse(message.data)["x1999"].get<double>(),
-              static_cast<double>(before / ms) + 0.123456789);
+    const std::uint64_t tick = before / ms;
+    ASSERT_EQ(Json::parse(message.data)["x1999"].get<double>(), static_cast<double>(tick) + 0.123456789);
   }
 }
 
