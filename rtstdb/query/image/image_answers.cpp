@@ -13,17 +13,17 @@ ImageAnswers::ImageAnswers(const ImageQueryOptions& options, const ImageStages& 
       is_incomplete_pixel_(stages.group_pixels()),
       is_incomplete_tile_(std::size_t{options.capacity} * stages.tiles_per_image()) {
   for (std::size_t k = 0; k < slots; ++k) {
-    Slot& slot = slots_.emplace_back(ImagePlanes(options), std::vector<Image>(options.capacity),
+    Slot& slot = slots_.emplace_back(ImageBuffers(options), std::vector<Image>(options.capacity),
                                      std::vector<std::uint32_t>());
     slot.missing.reserve(is_incomplete_tile_.size());
     for (std::uint32_t image = 0; image < options.capacity; ++image)
-      slot.planes.set_spans(image, slot.images[image]);
+      slot.buffers.set_spans(image, slot.images[image]);
   }
 }
 
 void ImageAnswers::add_needs(DeviceNeeds& needs, const std::string& name) {
   for (Slot& slot : slots_)
-    slot.planes.add_needs(needs, name);
+    slot.buffers.add_needs(needs, name);
 }
 
 void ImageAnswers::begin_batch(std::size_t slot) noexcept {
@@ -47,7 +47,7 @@ void ImageAnswers::note_overflow_of_lights() noexcept {
 }
 
 void ImageAnswers::set_addresses(std::uint32_t image, shared::CameraRecord& camera) const noexcept {
-  slots_[written_].planes.set_addresses(image, camera);
+  slots_[written_].buffers.set_addresses(image, camera);
 }
 
 void ImageAnswers::note_incomplete(std::uint32_t group, std::uint32_t place) noexcept {
@@ -66,7 +66,7 @@ void ImageAnswers::add_missing(std::uint32_t tile) noexcept {
   Slot& slot = slots_[written_];
   const std::uint32_t image = tile / stages_.tiles_per_image();
   const std::uint32_t in_image = tile % stages_.tiles_per_image();
-  slot.planes.clear_tile(image, in_image);
+  slot.buffers.clear_tile(image, in_image);
   // In ascending order, so those of one image are neighbours.
   slot.missing.push_back(in_image);
   Image& incomplete = slot.images[image];
@@ -83,7 +83,7 @@ void ImageAnswers::pull_group(std::uint32_t group) const noexcept {
     const std::uint32_t image_end = std::min(end, (image + 1) * per_image);
     const std::uint32_t first_row = tile % per_image / tiles_across_ * image_tile_px;
     const std::uint32_t last_row = (image_end - 1) % per_image / tiles_across_ * image_tile_px;
-    slots_[written_].planes.pull_rows(image, first_row, std::min(last_row + image_tile_px, height_));
+    slots_[written_].buffers.pull_rows(image, first_row, std::min(last_row + image_tile_px, height_));
     tile = image_end;
   }
 }

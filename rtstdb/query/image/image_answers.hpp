@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "rtstdb/query/image/image_planes.hpp"
+#include "rtstdb/query/image/image_buffers.hpp"
 #include "rtstdb/query/image/image_stages.hpp"
 
 namespace rtstdb::query {
@@ -38,7 +38,7 @@ class ImageAnswers {
 
  private:
   struct Slot {
-    ImagePlanes planes;
+    ImageBuffers buffers;
     std::vector<Image> images;
     std::vector<std::uint32_t> missing;  // of all images
   };

@@ -20,8 +20,8 @@ namespace {
 enum ImageKernel : std::uint8_t {
   kernel_rays,
   kernel_center_rays,
-  kernel_planes,
-  kernel_listed_planes,
+  kernel_hit_outputs,
+  kernel_listed_hit_outputs,
   kernel_shade,
   kernel_finish,
   kernel_drawn,
@@ -92,8 +92,8 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   using enum gpu::ShaderId;
   DeviceNeeds needs;
   for (const gpu::ShaderId shader :
-       {is_real_time() ? image_real_time_rays : image_rays, image_center_rays, image_planes,
-        image_listed_planes, shade_shader(), image_finish, image_drawn})
+       {is_real_time() ? image_real_time_rays : image_rays, image_center_rays, image_hit_outputs,
+        image_listed_hit_outputs, shade_shader(), image_finish, image_drawn})
     needs.kernels.push_back(kernel_need(shader, shared::ImageArgs{}));
   if (is_real_time())
     for (const gpu::ShaderId shader : {image_light, image_lobe, gather_shader()})
@@ -154,9 +154,9 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     case image_real_time_rays:
     case image_center_rays:
       return with({&rays_});
-    case image_planes:
+    case image_hit_outputs:
       return with({&hits_});
-    case image_listed_planes:
+    case image_listed_hit_outputs:
       return with({&hits_, &listed_});
     case image_shade:
     case image_light:
@@ -265,8 +265,8 @@ std::uint32_t GpuImageQuery::begin(const ImageStages::Stage& stage) noexcept {
     case Step::rays:
       if (is_drawn_stage()) return 0;
       break;
-    case Step::planes:
-      if (!stages_.has_planes()) return 0;
+    case Step::hit_outputs:
+      if (!stages_.has_hit_outputs()) return 0;
       if (is_drawn_stage()) return listed_count_;
       break;
     case Step::trace:
@@ -399,8 +399,8 @@ std::size_t GpuImageQuery::kernel_of_stage() const noexcept {
       return kernel_drawn;  // other traces are those of the ray search
     case Step::rays:
       return now_.sample == center ? kernel_center_rays : kernel_rays;
-    case Step::planes:
-      return is_drawn_stage() ? kernel_listed_planes : kernel_planes;
+    case Step::hit_outputs:
+      return is_drawn_stage() ? kernel_listed_hit_outputs : kernel_hit_outputs;
     case Step::light:
       return kernel_light;
     case Step::lobe:
@@ -442,7 +442,7 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .maps = lights.maps,
           .map_side = options_.shadow_map_side,
           .image = 0,
-          .light = now_.light,
+          .light = now_.light_point,
           .face = 0,
           .lobe = now_.lobe,
           .ray = now_.ray,
@@ -451,7 +451,7 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
 }
 
 void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {
-  const bool writes_outputs = now_.step == Step::planes || now_.step == Step::finish ||
+  const bool writes_outputs = now_.step == Step::hit_outputs || now_.step == Step::finish ||
                               (now_.step == Step::trace && is_drawn_stage());
   if (writes_outputs && part.range.end == places()) answers_.pull_group(now_.group);
   if (part.is_retry || !searches()) return;

@@ -38,7 +38,7 @@ ImageStages::ImageStages(const ImageQueryOptions& options)
       tile_pixels_(std::min(options.width, image_tile_px) * std::min(options.height, image_tile_px)),
       group_pixels_(pixels_of_group(options, tiles_per_image_, tile_pixels_)) {}
 
-bool ImageStages::has_planes() const noexcept {
+bool ImageStages::has_hit_outputs() const noexcept {
   const ImageOutputs& o = options_.outputs;
   return o.depth || o.identity || o.normal || o.motion;
 }
@@ -62,7 +62,13 @@ void ImageStages::begin_batch(std::uint32_t tiles, std::uint32_t light_points) n
 
 ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
   if (stage == 0)
-    return {.step = Step::raster, .group = 0, .sample = center, .bounce = 0, .light = 0, .lobe = 0, .ray = 0};
+    return {.step = Step::raster,
+            .group = 0,
+            .sample = center,
+            .bounce = 0,
+            .light_point = 0,
+            .lobe = 0,
+            .ray = 0};
   --stage;
   const std::uint32_t per_group = stages_per_group();
   RTSTDB_ASSERT(per_group > 0);  // an image has an output
@@ -70,12 +76,12 @@ ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
            .group = stage / per_group,
            .sample = 0,
            .bounce = 0,
-           .light = 0,
+           .light_point = 0,
            .lobe = 0,
            .ray = 0};
   std::uint32_t k = stage % per_group;
   if (has_center()) {
-    constexpr Step center_steps[stages_of_center] = {Step::rays, Step::trace, Step::planes};
+    constexpr Step center_steps[stages_of_center] = {Step::rays, Step::trace, Step::hit_outputs};
     if (k < stages_of_center) {
       at.step = center_steps[k];
       at.sample = center;
@@ -131,7 +137,7 @@ void ImageStages::set_step_of_bounce(Stage& at, std::uint32_t k) const noexcept 
     at.step = Step::shade;
   } else {
     at.step = k % 2 == 1 ? Step::light : Step::shadow;
-    at.light = (k - 1) / 2;
+    at.light_point = (k - 1) / 2;
   }
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 // Which stages a batch of images passes through. Its tiles are divided into groups. Stage 0 draws all images
-// with the rasteriser. Then each group in turn: the ray through the middle of each pixel and its outputs; for
-// each sample `rays`, then for each bounce `trace` and `shade` with the shadow rays of its lights; `finish`.
+// with the rasteriser. Then each group in turn: the ray through the middle of each pixel, and what it hits;
+// for each sample `rays`, then for each bounce `trace` and `shade` with the shadow rays of its lights, and
+// `finish`.
 
 #include <cstdint>
 
@@ -11,22 +12,20 @@ namespace rtstdb::query {
 
 class ImageStages {
  public:
-  /// Only in real-time mode: `light`, one point of the lights; `keep` and `restore`, the first hits; `lobe`,
-  /// `search` and `gather`, a ray into a lobe of the first surface.
   enum class Step : std::uint8_t {
-    raster,
-    rays,
-    trace,
-    planes,
-    light,
-    shadow,
-    keep,
-    lobe,
-    search,
-    gather,
-    restore,
-    shade,
-    finish
+    raster,       ///< draws the first hits and the shadow maps of all images
+    rays,         ///< makes the rays of a sample
+    trace,        ///< searches the closest hits of the rays
+    hit_outputs,  ///< writes the outputs that follow from the hit of the middle ray: all but colour
+    light,        ///< real-time mode: makes shadow rays to one point of the lights
+    shadow,       ///< searches whether something is on the shadow rays
+    keep,         ///< real-time mode, as the next four: copies the first hits, since `search` overwrites them
+    lobe,         ///< makes rays from the first surfaces into a lobe
+    search,       ///< searches their hits
+    gather,       ///< adds the light that comes from them
+    restore,      ///< copies the first hits back
+    shade,        ///< adds the light at the hits, and makes the rays of the next bounce
+    finish        ///< adds the sample to the colours; after the last one, writes them
   };
   /// Stands for the ray through the middle of pixel and exposure.
   static constexpr std::uint32_t center = 0xFFFFFFFFu;
@@ -35,7 +34,7 @@ class ImageStages {
     std::uint32_t group = 0;
     std::uint32_t sample = 0;  // or `center`
     std::uint32_t bounce = 0;
-    std::uint32_t light = 0;          // of Step::light
+    std::uint32_t light_point = 0;    // of Step::light and its Step::shadow: the index of the point
     std::uint32_t lobe = 0, ray = 0;  // of Step::lobe, Step::search and Step::gather
   };
 
@@ -50,14 +49,15 @@ class ImageStages {
   std::uint32_t tiles_per_group() const noexcept { return group_pixels_ / tile_pixels_; }
   bool is_real_time() const noexcept { return options_.mode == ImageMode::real_time; }
   bool has_color() const noexcept { return options_.outputs.color || options_.outputs.srgb; }
-  bool has_planes() const noexcept;
-  /// Real-time mode: the only sample of a pixel is the ray through its middle, whose hit the planes have too.
+  /// Whether an output other than colour is chosen.
+  bool has_hit_outputs() const noexcept;
+  /// Real-time mode: the only sample of a pixel is the ray through its middle, as for the other outputs.
   bool colors_center() const noexcept {
     return is_real_time() && has_color() && options_.samples_per_pixel == 1;
   }
   /// Rays search the lobes of the first surface, if light may be reflected twice.
   bool has_lobes() const noexcept { return is_real_time() && has_color() && options_.bounces >= 2; }
-  bool has_center() const noexcept { return has_planes() || colors_center(); }
+  bool has_center() const noexcept { return has_hit_outputs() || colors_center(); }
   /// The most stages that a batch can have.
   std::uint64_t max_stages() const noexcept;
 

@@ -4,7 +4,7 @@
 // First hits with the rasteriser: each pixel's ray meets the triangle that was drawn there, by the test of
 // the ray queries. Where it misses that triangle, its search is left incomplete, so that it is traced.
 // Where nothing was drawn, it hits nothing.
-#include "query/image/planes.glsl"
+#include "query/image/hit_outputs.glsl"
 #include "query/image/ray_output.glsl"
 #include "query/ray/ray_triangle.glsl"
 #include "query/ray/traced_ray.glsl"
@@ -66,7 +66,7 @@ void main() {
   pairs_of(hit, pairs);
   for (uint k = 0u; k < hit_pairs; ++k) hits[hit_pairs * place + k] = pairs[k];
   if (is_settled) {
-    write_planes(pixel, camera, ray, hit);
+    write_hit_outputs(pixel, camera, ray, hit);
     return;
   }
   some_incomplete = 1u;

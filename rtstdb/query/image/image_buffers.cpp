@@ -1,4 +1,4 @@
-#include "rtstdb/query/image/image_planes.hpp"
+#include "rtstdb/query/image/image_buffers.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -20,31 +20,32 @@ std::array<bool, 8> chosen(const ImageOutputs& o) noexcept {
 
 }  // namespace
 
-ImagePlanes::ImagePlanes(const ImageQueryOptions& options) : width_(options.width), height_(options.height) {
+ImageBuffers::ImageBuffers(const ImageQueryOptions& options)
+    : width_(options.width), height_(options.height) {
   const std::size_t pixels = std::size_t{options.capacity} * width_ * height_;
   for (std::uint8_t k = 0; k < output_count; ++k)
-    if (chosen(options.outputs)[k]) planes_[k].memory = gpu::HostMemory(pixels * bytes_per_pixel[k]);
+    if (chosen(options.outputs)[k]) buffers_[k].memory = gpu::HostMemory(pixels * bytes_per_pixel[k]);
 }
 
-void ImagePlanes::add_needs(DeviceNeeds& needs, const std::string& name) {
+void ImageBuffers::add_needs(DeviceNeeds& needs, const std::string& name) {
   for (std::uint8_t k = 0; k < output_count; ++k) {
-    if (planes_[k].memory.size_bytes() == 0) continue;
-    needs.buffers.push_back({&planes_[k].buffer,
+    if (buffers_[k].memory.size_bytes() == 0) continue;
+    needs.buffers.push_back({&buffers_[k].buffer,
                              {.name = name + output_names[k],
-                              .size_bytes = planes_[k].memory.size_bytes(),
+                              .size_bytes = buffers_[k].memory.size_bytes(),
                               .memory = gpu::Memory::readback,
                               .addressed = true,
-                              .host = &planes_[k].memory}});
+                              .host = &buffers_[k].memory}});
   }
 }
 
-glm::uvec2 ImagePlanes::address(Output output, std::uint32_t image) const noexcept {
-  const Plane& plane = planes_[output];
-  if (plane.memory.size_bytes() == 0) return glm::uvec2(0);
-  return plane.buffer.address(std::size_t{image} * width_ * height_ * bytes_per_pixel[output]);
+glm::uvec2 ImageBuffers::address(Output output, std::uint32_t image) const noexcept {
+  const OutputBuffer& chosen = buffers_[output];
+  if (chosen.memory.size_bytes() == 0) return glm::uvec2(0);
+  return chosen.buffer.address(std::size_t{image} * width_ * height_ * bytes_per_pixel[output]);
 }
 
-void ImagePlanes::set_addresses(std::uint32_t image, shared::CameraRecord& camera) const noexcept {
+void ImageBuffers::set_addresses(std::uint32_t image, shared::CameraRecord& camera) const noexcept {
   camera.color = address(color, image);
   camera.srgb = address(srgb, image);
   camera.depth = address(depth, image);
@@ -56,14 +57,14 @@ void ImagePlanes::set_addresses(std::uint32_t image, shared::CameraRecord& camer
 }
 
 template <class T>
-std::span<T> ImagePlanes::pixels(Output output, std::uint32_t image) const noexcept {
-  const auto all = planes_[output].memory.as<T>();
+std::span<T> ImageBuffers::pixels(Output output, std::uint32_t image) const noexcept {
+  const auto all = buffers_[output].memory.as<T>();
   if (all.empty()) return {};
   const std::size_t count = std::size_t{width_} * height_;
   return all.subspan(image * count, count);
 }
 
-void ImagePlanes::set_spans(std::uint32_t image, Image& spans) const noexcept {
+void ImageBuffers::set_spans(std::uint32_t image, Image& spans) const noexcept {
   spans.width = width_;
   spans.height = height_;
   spans.color = pixels<const HalfColor>(color, image);
@@ -76,18 +77,18 @@ void ImagePlanes::set_spans(std::uint32_t image, Image& spans) const noexcept {
   spans.motion_px_s = pixels<const glm::vec2>(motion, image);
 }
 
-void ImagePlanes::pull_rows(std::uint32_t image, std::uint32_t first, std::uint32_t end) const noexcept {
+void ImageBuffers::pull_rows(std::uint32_t image, std::uint32_t first, std::uint32_t end) const noexcept {
   const std::size_t first_pixel = (std::size_t{image} * height_ + first) * width_;
   const std::size_t count = std::size_t{end - first} * width_;
   for (std::uint8_t k = 0; k < output_count; ++k) {
-    if (planes_[k].memory.size_bytes() != 0)
-      planes_[k].buffer.invalidate(first_pixel * bytes_per_pixel[k], count * bytes_per_pixel[k]);
+    if (buffers_[k].memory.size_bytes() != 0)
+      buffers_[k].buffer.invalidate(first_pixel * bytes_per_pixel[k], count * bytes_per_pixel[k]);
   }
 }
 
 template <class T>
-void ImagePlanes::clear(Output output, std::uint32_t image, std::uint32_t tile,
-                        const T& value) const noexcept {
+void ImageBuffers::clear(Output output, std::uint32_t image, std::uint32_t tile,
+                         const T& value) const noexcept {
   const auto of_image = pixels<T>(output, image);
   if (of_image.empty()) return;
   const std::uint32_t across = (width_ + image_tile_px - 1) / image_tile_px;
@@ -98,7 +99,7 @@ void ImagePlanes::clear(Output output, std::uint32_t image, std::uint32_t tile,
     std::ranges::fill(of_image.subspan(std::size_t{y} * width_ + column, count), value);
 }
 
-void ImagePlanes::clear_tile(std::uint32_t image, std::uint32_t tile) const noexcept {
+void ImageBuffers::clear_tile(std::uint32_t image, std::uint32_t tile) const noexcept {
   constexpr std::uint16_t half_one = 0x3C00;
   clear(color, image, tile, HalfColor{0, 0, 0, half_one});
   clear(srgb, image, tile, SrgbColor{0, 0, 0, 255});

@@ -13,10 +13,10 @@
 
 namespace rtstdb::query {
 
-class ImagePlanes {
+class ImageBuffers {
  public:
   /// Allocates the chosen outputs of options.capacity images.
-  explicit ImagePlanes(const ImageQueryOptions& options);
+  explicit ImageBuffers(const ImageQueryOptions& options);
 
   void add_needs(DeviceNeeds& needs, const std::string& name);
   /// Sets where the outputs of an image lie on the device.
@@ -40,7 +40,7 @@ class ImagePlanes {
     motion,
     output_count
   };
-  struct Plane {
+  struct OutputBuffer {
     gpu::HostMemory memory;  // empty: the output is not chosen
     gpu::Buffer buffer;
   };
@@ -52,7 +52,7 @@ class ImagePlanes {
   void clear(Output output, std::uint32_t image, std::uint32_t tile, const T& value) const noexcept;
 
   std::uint32_t width_, height_;
-  std::array<Plane, output_count> planes_;
+  std::array<OutputBuffer, output_count> buffers_;
 };
 
 }  // namespace rtstdb::query

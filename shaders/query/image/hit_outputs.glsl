@@ -1,6 +1,6 @@
 // Writes the outputs that follow from the first hit of the ray through the middle of a pixel.
-#ifndef RTSTDB_QUERY_IMAGE_PLANES_GLSL
-#define RTSTDB_QUERY_IMAGE_PLANES_GLSL
+#ifndef RTSTDB_QUERY_IMAGE_HIT_OUTPUTS_GLSL
+#define RTSTDB_QUERY_IMAGE_HIT_OUTPUTS_GLSL
 #include "query/image/camera_ray.glsl"
 #include "query/image/hit_input.glsl"
 
@@ -22,7 +22,7 @@ vec2 image_motion(CameraRecord camera, CameraPose pose, vec3 point, vec3 velocit
   return -per_slope * (v.yz - at.yz * (v.x / at.x)) / at.x;
 }
 
-void write_planes(Pixel pixel, CameraRecord camera, CameraRay ray, InputHit hit) {
+void write_hit_outputs(Pixel pixel, CameraRecord camera, CameraRay ray, InputHit hit) {
   const bool is_hit = hit.status == status_hit;
   const vec3 n = dot(hit.n_world, ray.direction) > 0.0 ? -hit.n_world : hit.n_world;
   const float infinity = uintBitsToFloat(0x7F800000u);

@@ -5,7 +5,7 @@
 // of a search.
 //
 // Macros: IMAGE_LISTED: of the listed places alone.
-#include "query/image/planes.glsl"
+#include "query/image/hit_outputs.glsl"
 
 layout(set = 0, binding = 4) uniform usamplerBuffer hits;
 #ifdef IMAGE_LISTED
@@ -21,5 +21,5 @@ void main() {
   const Pixel pixel = pixel_of(place);
   if (!pixel.is_inside) return;
   const CameraRecord camera = cameras[pixel.image];
-  write_planes(pixel, camera, camera_ray(pixel, camera, middle), fetch_hit(hits, place));
+  write_hit_outputs(pixel, camera, camera_ray(pixel, camera, middle), fetch_hit(hits, place));
 }
