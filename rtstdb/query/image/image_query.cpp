@@ -188,7 +188,7 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
 }
 
 void GpuImageQuery::initialize_buffers() noexcept {
-  std::ranges::copy(specular_albedo_table(), albedo_.host_as<glm::vec4>().begin());
+  write_specular_albedo(albedo_.host_as<glm::vec4>());
   packed_materials_ = 0;
   lights_.forget();
 }

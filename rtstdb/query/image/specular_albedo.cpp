@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <rtstdb/result.hpp>
+
 #include "shaders/shared/image.h"
 
 namespace rtstdb::query {
@@ -55,14 +57,13 @@ glm::vec4 terms(double cosine, double roughness) {
 
 }  // namespace
 
-std::vector<glm::vec4> specular_albedo_table() {
-  std::vector<glm::vec4> table;
-  table.reserve(shared::image_albedo_side * shared::image_albedo_side);
-  constexpr double last = shared::image_albedo_side - 1;
-  for (std::uint32_t row = 0; row < shared::image_albedo_side; ++row)
-    for (std::uint32_t column = 0; column < shared::image_albedo_side; ++column)
-      table.push_back(terms(std::max(column / last, min_cosine), row / last));
-  return table;
+void write_specular_albedo(std::span<glm::vec4> table) noexcept {
+  constexpr std::uint32_t side = shared::image_albedo_side;
+  RTSTDB_ASSERT(table.size() == side * side);
+  constexpr double last = side - 1;
+  for (std::uint32_t row = 0; row < side; ++row)
+    for (std::uint32_t column = 0; column < side; ++column)
+      table[row * side + column] = terms(std::max(column / last, min_cosine), row / last);
 }
 
 }  // namespace rtstdb::query
