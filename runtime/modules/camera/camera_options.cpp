@@ -85,6 +85,20 @@ void check_shadows(const config::Value& parameters, const CameraOptions& options
   }
 }
 
+/// Refuses parameters that the others leave without effect. Those of colours have an effect with
+/// 'images: none' too: `hil history` makes images of the camera.
+void check_effects(const config::Value& parameters, const CameraOptions& options,
+                   config::Diagnostics& diagnostics) {
+  const auto refuse_if = [&](bool has_no_effect, const char* key, const char* why) {
+    if (has_no_effect && parameters.has(key))
+      diagnostics.add(parameters[key].place(), "'" + std::string(key) + "' " + why + " has no effect");
+  };
+  refuse_if(options.objects == 0, "object_layers", "without 'objects'");
+  for (const char* key : {"emitter_points", "lobe_rays"})
+    refuse_if(!options.is_real_time(), key, "without 'mode: real_time'");
+  refuse_if(options.is_real_time() && options.bounces < 2, "lobe_rays", "with fewer than 2 'bounces'");
+}
+
 config::Schema noise_schema() {
   using config::Field;
   using config::Schema;
@@ -115,8 +129,10 @@ std::optional<CameraOptions> read_camera_options(const config::Value& parameters
   options.sensor.exposure_value = parameters["exposure_value"].number();
   if (parameters["mode"].text() == "real_time") options.mode = rtstdb::ImageMode::real_time;
   if (parameters["shadows"].text() == "mapped") options.shadows = rtstdb::Shadows::mapped;
-  options.emitter_points = static_cast<std::uint32_t>(parameters["emitter_points"].integer());
-  options.lobe_rays = static_cast<std::uint32_t>(parameters["lobe_rays"].integer());
+  if (parameters.has("emitter_points"))
+    options.emitter_points = static_cast<std::uint32_t>(parameters["emitter_points"].integer());
+  if (parameters.has("lobe_rays"))
+    options.lobe_rays = static_cast<std::uint32_t>(parameters["lobe_rays"].integer());
   options.samples = parameters.has("samples") ? static_cast<std::uint32_t>(parameters["samples"].integer())
                     : options.is_real_time()  ? 1
                                               : 16;
@@ -137,10 +153,7 @@ std::optional<CameraOptions> read_camera_options(const config::Value& parameters
     diagnostics.add(parameters.place(),
                     "the camera has no output; it needs 'images: png', 'depth_files' or 'objects'");
   }
-  if (parameters.has("object_layers") && options.objects == 0)
-    diagnostics.add(parameters["object_layers"].place(), "'object_layers' without 'objects' has no effect");
-  if (parameters.has("noise") && !options.has_images)
-    diagnostics.add(parameters["noise"].place(), "'noise' with 'images: none' has no effect");
+  check_effects(parameters, options, diagnostics);
   check_size(parameters, options, diagnostics);
   check_times(parameters, options, step_ns, diagnostics);
   check_shadows(parameters, options, diagnostics);
@@ -187,12 +200,12 @@ config::Schema camera_schema() {
       Field::with_default("shadows", Schema::one_of({"traced", "mapped"}), "traced",
                           "With mode real_time: shadows by rays, or by shadow maps, which take less time "
                           "where lights are many. Maps need a 'row_time' of 0."),
-      Field::with_default("emitter_points", Schema::integer(1, rtstdb::max_emitter_points), "16",
-                          "With mode real_time: points of each body that emits light, each with a shadow. "
-                          "Below a lamp half as large as its distance 64 are needed."),
-      Field::with_default("lobe_rays", Schema::integer(1, rtstdb::max_lobe_rays), "16",
-                          "With mode real_time and at least 2 bounces: rays from the first surface into what "
-                          "its matt part reflects, and as many into what its rough mirror does."),
+      Field::optional("emitter_points", Schema::integer(1, rtstdb::max_emitter_points),
+                      "With mode real_time: points of each body that emits light, each with a shadow. Below "
+                      "a lamp half as large as its distance 64 are needed. Left out: 16."),
+      Field::optional("lobe_rays", Schema::integer(1, rtstdb::max_lobe_rays),
+                      "With mode real_time and at least 2 bounces: rays from the first surface into what "
+                      "its matt part reflects, and as many into what its rough mirror does. Left out: 16."),
       Field::optional("samples", Schema::integer(1, rtstdb::max_image_samples),
                       "Light paths of a pixel; the noise of the colours falls with their root. With mode "
                       "real_time points of a pixel: more than 1 smooth edges and show motion during the "

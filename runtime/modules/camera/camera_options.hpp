@@ -28,7 +28,7 @@ struct CameraOptions {
   std::int64_t row_time_ns = 0, exposure_ns = 0;
   rtstdb::ImageMode mode = rtstdb::ImageMode::path_traced;
   rtstdb::Shadows shadows = rtstdb::Shadows::traced;  ///< of real-time mode
-  std::uint32_t emitter_points = 0, lobe_rays = 0;    ///< of real-time mode
+  std::uint32_t emitter_points = 16, lobe_rays = 16;  ///< of real-time mode
   std::uint32_t samples = 0, bounces = 0;
   std::optional<std::int64_t> seed{};                  ///< empty: of the run's seed and the module's name
   SensorOptions sensor{};                              ///< without its seed

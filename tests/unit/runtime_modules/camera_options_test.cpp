@@ -38,15 +38,29 @@ TEST(CameraOptions, HaveDefaultsAndUnits) {
   EXPECT_NEAR(ahead.z, -1.0, 1e-12) << "a positive pitch looks down";
 }
 
-TEST(CameraOptions, InRealTimeModeOneSampleIsTheDefault) {
+TEST(CameraOptions, HaveOtherDefaultsInRealTimeMode) {
   config::Diagnostics diagnostics;
   const auto real_time = read("mode: real_time\nshadows: mapped", diagnostics);
   ASSERT_TRUE(real_time) << diagnostics.to_text();
   EXPECT_EQ(real_time->mode, rtstdb::ImageMode::real_time);
   EXPECT_EQ(real_time->shadows, rtstdb::Shadows::mapped);
   EXPECT_EQ(real_time->samples, 1U);
+  EXPECT_EQ(real_time->emitter_points, 16U);
+  EXPECT_EQ(real_time->lobe_rays, 16U);
   EXPECT_EQ(read("mode: path_traced", diagnostics)->samples, 16U);
-  EXPECT_EQ(read("mode: real_time\nsamples: 4", diagnostics)->samples, 4U);
+  const auto chosen = read("mode: real_time\nsamples: 4\nemitter_points: 64\nlobe_rays: 32", diagnostics);
+  ASSERT_TRUE(chosen) << diagnostics.to_text();
+  EXPECT_EQ(chosen->samples, 4U);
+  EXPECT_EQ(chosen->emitter_points, 64U);
+  EXPECT_EQ(chosen->lobe_rays, 32U);
+}
+
+TEST(CameraOptions, OfColoursAreForImagesOfTheHistoryToo) {
+  config::Diagnostics diagnostics;
+  const auto given = read("images: none\nobjects: 1\nsamples: 64\nnoise: {full_well: 100}", diagnostics);
+  ASSERT_TRUE(given) << diagnostics.to_text();
+  EXPECT_EQ(given->samples, 64U);
+  EXPECT_EQ(given->sensor.full_well_e, 100.0);
 }
 
 TEST(CameraOptions, AreRefusedWithTheirValuesAndLimits) {
@@ -69,7 +83,9 @@ TEST(CameraOptions, AreRefusedWithTheirValuesAndLimits) {
       {"row_time: 30 us", "an image takes 14.37 ms"},
       {"row_time: 3 ms\nframes_per_second: 0.5 Hz", "at most 1 s are possible"},
       {"object_layers: [a]\nimages: png", "'object_layers' without 'objects' has no effect"},
-      {"noise: {full_well: 100}\nimages: none\nobjects: 1", "'noise' with 'images: none' has no effect"},
+      {"emitter_points: 64", "'emitter_points' without 'mode: real_time' has no effect"},
+      {"lobe_rays: 64", "'lobe_rays' without 'mode: real_time' has no effect"},
+      {"lobe_rays: 64\nmode: real_time\nbounces: 1", "'lobe_rays' with fewer than 2 'bounces' has no effect"},
       {"frames_per_second: 101 Hz", "'frames_per_second' is 101 Hz, above the task's rate of 100 Hz"},
       {"noise: {read_noise: 3}", "full_well"},
       {"noise: {full_well: 0}", "1"},
